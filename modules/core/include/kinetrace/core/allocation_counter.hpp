@@ -1,0 +1,34 @@
+// Counts heap allocations, ours and foreign libraries' apart, so that "no allocation after start" is measured and not
+// believed.
+#pragma once
+
+#include <cstdint>
+
+namespace kinetrace {
+
+/// Marks the calling thread as being inside a foreign library (OpenCV, libspng, Ceres...) until destroyed: allocations
+/// made meanwhile count as foreign. Cheap: one thread-local increment.
+class ForeignCall {
+ public:
+  ForeignCall() noexcept;
+  ForeignCall(const ForeignCall&) = delete;
+  ForeignCall& operator=(const ForeignCall&) = delete;
+  ~ForeignCall();
+};
+
+/// Totals since the process began. Zero unless the program links the interposer (target
+/// kinetrace_allocation_interposer).
+struct AllocationCounts {
+  std::uint64_t own = 0;
+  std::uint64_t foreign = 0;
+};
+[[nodiscard]] AllocationCounts allocation_counts() noexcept;
+/// True if malloc is interposed in this program, that is, if the counts mean anything.
+[[nodiscard]] bool allocation_counting_available() noexcept;
+
+namespace detail {
+void count_allocation() noexcept;
+void announce_interposer() noexcept;
+}  // namespace detail
+
+}  // namespace kinetrace

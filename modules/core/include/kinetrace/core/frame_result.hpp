@@ -1,0 +1,98 @@
+// The one public result. Everything a user sees is made from it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include <Eigen/Core>
+
+#include "kinetrace/core/body.hpp"
+#include "kinetrace/core/frame.hpp"
+#include "kinetrace/core/track_frame.hpp"
+
+namespace kinetrace {
+
+/// Oriented box, world frame: upright about the world's y axis (down).
+struct Box3 {
+  Eigen::Vector3d center_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();  ///< Length (along the heading), height, width.
+  double yaw_rad = 0.0;  ///< Rotation about y (KITTI rotation_y): 0 = length along +x, pi/2 = length along -z.
+};
+
+struct CameraResult {
+  BodyStatus status = BodyStatus::kInitializing;
+  Se3 T_world_cam;
+  Matrix6d covariance = Matrix6d::Zero();  ///< Left perturbation in the world frame (rad, m).
+  int inliers = 0;
+};
+
+/// One object in one frame.
+struct ObjectResult {
+  std::uint32_t track_id = 0;  ///< Never reused in a run.
+  std::uint8_t label = 0;      ///< Its value in the frame's label images.
+  std::uint16_t class_id = 0;
+  BodyStatus status = BodyStatus::kInitializing;
+  bool moving = false;  ///< Its speed differs significantly from zero.
+  Se3 T_world_obj;      ///< Object frame: fixed at birth, never moves with later points.
+  Se3 T_obj_cam;        ///< The camera in the object frame (METHOD eq. 2: T_world_obj = T_world_cam * T_obj_cam^-1).
+  Matrix6d covariance = Matrix6d::Zero();  ///< Of T_world_obj, left perturbation in the world frame (rad, m).
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< World frame, of the object's box centre.
+  double heading_rad = 0.0;                                ///< About the world's y axis, like Box3::yaw_rad.
+  Box3 box;
+  PixelBox box_px;      ///< Of the left mask.
+  int point_count = 0;  ///< Live reconstructed points.
+  int inliers = 0;      ///< Features of this frame that agree with the pose.
+};
+
+/// Camera and objects at one instant.
+struct FrameEstimate {
+  std::int64_t frame_index = 0;
+  std::int64_t timestamp_ns = 0;
+  CameraResult camera;
+  std::span<const ObjectResult> objects;
+};
+
+/// Reconstruction data of one body in one frame; track_id 0 is the background.
+struct BodyGeometry {
+  std::uint32_t track_id = 0;
+  BodyStatus status = BodyStatus::kInitializing;
+  bool is_keyframe = false;
+  std::span<const BodyPoint> points;
+  std::span<const PointObservation> observations;
+  std::span<const BodyPoint> retired;
+};
+
+/// Running totals since start: what was done, and what was dropped at a capacity.
+struct FrameCounters {
+  std::uint64_t frames = 0;
+  std::uint64_t features_tracked = 0;
+  std::uint64_t features_lost = 0;
+  std::uint64_t features_created = 0;
+  std::uint64_t features_dropped = 0;  ///< Corners not taken: feature capacity reached.
+  std::uint64_t stereo_matched = 0;
+  std::uint64_t detections = 0;
+  std::uint64_t detections_dropped = 0;  ///< Instances beyond max_objects or too small.
+  std::uint64_t detection_frames_missing = 0;
+  std::uint64_t tracks_born = 0;
+  std::uint64_t tracks_confirmed = 0;
+  std::uint64_t tracks_ended = 0;
+  std::uint64_t points_created = 0;
+  std::uint64_t points_culled = 0;
+  std::uint64_t points_dropped = 0;  ///< Points not made: map capacity reached.
+  std::uint64_t background_lost_frames = 0;
+};
+
+/// Everything about one processed frame. Spans and views live in the pipeline until its next call.
+struct FrameResult {
+  FrameEstimate newest;
+  bool has_settled = false;
+  FrameEstimate settled;  ///< An earlier frame that has just left the window: its estimate is final.
+  std::span<const BodyGeometry> bodies;
+  std::span<const Track> tracks;
+  RectifiedPair pair;
+  LabelView left_labels;
+  LabelView right_labels;
+  FrameCounters counters;
+};
+
+}  // namespace kinetrace

@@ -1,0 +1,70 @@
+// The pipeline's stages, and how somebody with a clock can watch them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+namespace kinetrace {
+
+/// Stages of a frame's way, in order.
+enum class Stage : std::uint8_t {
+  kCapture,
+  kRectify,
+  kPyramid,
+  kTrackFeatures,
+  kEgoMotion,
+  kSegment,
+  kTrackObjects,
+  kReplenish,
+  kSfm,
+  kRefine,
+  kTrajectory,
+};
+inline constexpr std::size_t kStageCount = 11;
+
+[[nodiscard]] constexpr std::string_view to_string(Stage stage) noexcept {
+  constexpr std::array<std::string_view, kStageCount> kNames{"capture",    "rectify", "pyramid",       "track_features",
+                                                             "ego_motion", "segment", "track_objects", "replenish",
+                                                             "sfm",        "refine",  "trajectory"};
+  return kNames[static_cast<std::size_t>(stage)];
+}
+
+/// Told when stages begin and end. Modules own no clock, so timing belongs to whoever implements this.
+class StageObserver {
+ public:
+  StageObserver() = default;
+  StageObserver(const StageObserver&) = delete;
+  StageObserver& operator=(const StageObserver&) = delete;
+  StageObserver(StageObserver&&) = delete;
+  StageObserver& operator=(StageObserver&&) = delete;
+  virtual ~StageObserver() = default;
+  virtual void enter(Stage stage) noexcept = 0;
+  virtual void leave(Stage stage) noexcept = 0;
+};
+
+/// Reports one stage for the length of a scope. A null observer is allowed.
+class StageScope {
+ public:
+  StageScope(StageObserver* observer, Stage stage) noexcept : observer_(observer), stage_(stage) {
+    if (observer_ != nullptr) {
+      observer_->enter(stage_);
+    }
+  }
+  StageScope(const StageScope&) = delete;
+  StageScope& operator=(const StageScope&) = delete;
+  StageScope(StageScope&&) = delete;
+  StageScope& operator=(StageScope&&) = delete;
+  ~StageScope() {
+    if (observer_ != nullptr) {
+      observer_->leave(stage_);
+    }
+  }
+
+ private:
+  StageObserver* observer_;
+  Stage stage_;
+};
+
+}  // namespace kinetrace

@@ -1,0 +1,40 @@
+#include "kinetrace/core/allocation_counter.hpp"
+
+#include <atomic>
+
+namespace kinetrace {
+namespace {
+
+// Relaxed everywhere: these are statistics, they order nothing.
+std::atomic<std::uint64_t> own_count{0};
+std::atomic<std::uint64_t> foreign_count{0};
+std::atomic<bool> interposed{false};
+// initial-exec: the default model may call malloc on first use, from inside malloc.
+[[gnu::tls_model("initial-exec")]] thread_local int foreign_depth = 0;
+
+}  // namespace
+
+ForeignCall::ForeignCall() noexcept {
+  ++foreign_depth;
+}
+ForeignCall::~ForeignCall() {
+  --foreign_depth;
+}
+
+AllocationCounts allocation_counts() noexcept {
+  return {own_count.load(std::memory_order_relaxed), foreign_count.load(std::memory_order_relaxed)};
+}
+
+bool allocation_counting_available() noexcept {
+  return interposed.load(std::memory_order_relaxed);
+}
+
+void detail::count_allocation() noexcept {
+  (foreign_depth > 0 ? foreign_count : own_count).fetch_add(1, std::memory_order_relaxed);
+}
+
+void detail::announce_interposer() noexcept {
+  interposed.store(true, std::memory_order_relaxed);
+}
+
+}  // namespace kinetrace

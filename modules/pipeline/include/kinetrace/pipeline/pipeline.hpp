@@ -1,0 +1,45 @@
+// A frame's way through the modules: rectified stereo in, camera and object trajectories out.
+#pragma once
+
+#include <memory>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/frame.hpp"
+#include "kinetrace/core/frame_result.hpp"
+#include "kinetrace/core/memory_plan.hpp"
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/core/stage.hpp"
+#include "kinetrace/pipeline/config.hpp"
+
+namespace kinetrace::pipeline {
+
+/// The whole method, one frame at a time, single-threaded and deterministic: same input, same output, bit for bit.
+class Pipeline {
+ public:
+  /// Bytes that `create` takes from the arena, by module. Errors: kInvalidConfig.
+  [[nodiscard]] static Result<MemoryPlan> plan(const PipelineConfig& config, const StereoGeometry& geometry);
+
+  /// Takes all working memory from `arena`; afterwards the pipeline never allocates.
+  /// Errors: kInvalidConfig (which key), kCapacity (arena too small), kNotFound (mask folder).
+  [[nodiscard]] static Result<Pipeline> create(const PipelineConfig& config, const StereoGeometry& geometry,
+                                               Arena& arena);
+
+  Pipeline(Pipeline&&) noexcept;
+  Pipeline& operator=(Pipeline&&) noexcept;
+  ~Pipeline();
+
+  /// Processes one pair. The result lives until the next call. Errors: kInvalidArgument (size differs from the
+  /// geometry, time does not advance). A bad image is no error: it shows as status in the result.
+  [[nodiscard]] Result<const FrameResult*> process(const RectifiedPair& pair, StageObserver* observer = nullptr);
+
+  /// After the last frame: call until it returns nullptr. Each call gives one more settled frame (`has_settled` true,
+  /// `newest` repeats the last frame, images empty); the last ones also carry, as retired, every point still alive.
+  [[nodiscard]] const FrameResult* drain();
+
+ private:
+  struct Impl;
+  explicit Pipeline(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace kinetrace::pipeline

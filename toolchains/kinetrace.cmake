@@ -1,0 +1,73 @@
+# How every target of the project is built: language level, warnings, hot kernels, and one function per kind of target.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release)
+endif()
+
+# Used when present, never required.
+find_program(KINETRACE_CCACHE ccache)
+if(KINETRACE_CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${KINETRACE_CCACHE})
+  # Precompiled headers carry time stamps; without these ccache would never hit.
+  set(ENV{CCACHE_SLOPPINESS} pch_defines,time_macros)
+endif()
+
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(tl-expected REQUIRED)
+
+# Warnings are for our targets; dependencies are SYSTEM.
+add_library(kinetrace_options INTERFACE)
+target_compile_options(kinetrace_options INTERFACE
+  -Wall -Wextra -Wconversion -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Werror
+  # GCC 12 reports uninitialised reads inside Eigen's own headers.
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
+# Vector types passed between inlined functions of one file never cross an ABI border.
+target_compile_options(kinetrace_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-psabi>)
+
+# kinetrace_module(NAME SOURCES ... [PUBLIC libs...] [PRIVATE libs...]): the library kinetrace_NAME, alias kinetrace::NAME, with
+# headers under include/ and modules/core as its only public dependency by default.
+function(kinetrace_module name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(kinetrace_${name} STATIC ${ARG_SOURCES})
+  add_library(kinetrace::${name} ALIAS kinetrace_${name})
+  target_include_directories(kinetrace_${name} PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/include PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
+  target_link_libraries(kinetrace_${name} PUBLIC ${ARG_PUBLIC} PRIVATE kinetrace_options ${ARG_PRIVATE})
+  if(NOT name STREQUAL "core")
+    target_link_libraries(kinetrace_${name} PUBLIC kinetrace::core)
+  endif()
+  target_precompile_headers(kinetrace_${name} PRIVATE <Eigen/Core> <Eigen/Geometry> <algorithm> <cmath> <span> <string> <vector>)
+endfunction()
+
+# kinetrace_kernel(TARGET FILE): compiles FILE twice, for the baseline of the architecture and, on x86-64, for x86-64-v3 (AVX2 and FMA).
+# The source puts its code in namespace KINETRACE_KERNEL_ISA (kernel_baseline or kernel_v3); the caller chooses at run time with
+# kinetrace::cpu_has_v3() from core. Kernels use GCC vector extensions, so the same source serves NEON.
+function(kinetrace_kernel target file)
+  get_filename_component(stem ${file} NAME_WE)
+  function(_variant isa flags)
+    add_library(${target}_${stem}_${isa} OBJECT ${file})
+    target_compile_definitions(${target}_${stem}_${isa} PRIVATE KINETRACE_KERNEL_ISA=kernel_${isa})
+    target_compile_options(${target}_${stem}_${isa} PRIVATE $<$<NOT:$<CONFIG:Debug>>:-O3> ${flags})
+    target_include_directories(${target}_${stem}_${isa} PRIVATE $<TARGET_PROPERTY:${target},INCLUDE_DIRECTORIES>)
+    target_link_libraries(${target}_${stem}_${isa} PRIVATE kinetrace_options kinetrace::core)
+    target_sources(${target} PRIVATE $<TARGET_OBJECTS:${target}_${stem}_${isa}>)
+  endfunction()
+  _variant(baseline "")
+  if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+    _variant(v3 "-march=x86-64-v3;-ffp-contract=fast")
+    target_compile_definitions(${target} PRIVATE KINETRACE_HAVE_V3=1)
+  endif()
+endfunction()
+
+# kinetrace_test(NAME SOURCES ... LIBS ...): a GoogleTest program with its tests registered one by one.
+function(kinetrace_test name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBS;LABELS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE kinetrace_options ${ARG_LIBS} GTest::gmock GTest::gtest GTest::gtest_main)
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
+  target_precompile_headers(${name} PRIVATE <gtest/gtest.h> <gmock/gmock.h> <Eigen/Core> <Eigen/Geometry> <string> <vector>)
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT 300)
+endfunction()
