@@ -1,0 +1,81 @@
+// A recording that behaves like a camera.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/hal/dataset.hpp"
+#include "kinetrace/hal/stereo_camera.hpp"
+#include "kinetrace/imaging/image_reader.hpp"
+
+namespace kinetrace::hal {
+
+struct FileCameraConfig {
+  int passes = 1;        ///< Plays the recording this often; frame numbers and times keep increasing.
+  int max_warnings = 8;  ///< Messages kept about skipped frames; all are counted.
+
+  [[nodiscard]] Status validate() const;
+};
+
+/// Plays a Dataset, as fast as it is asked: `next` decodes and never waits. Frames with a missing side and frames that
+/// cannot be decoded are skipped and counted. A recording whose folder has gone (a drive pulled out) is kDisconnected;
+/// `recover` continues with the next frame once it is back. Memory from the arena: two images and the image reader.
+class FileStereoCamera final : public StereoCamera {
+ public:
+  [[nodiscard]] static std::size_t required_bytes(const Dataset& dataset, const FileCameraConfig& config);
+  /// Errors: kInvalidConfig, kInvalidArgument (no complete pair in the dataset), kCapacity.
+  [[nodiscard]] static Result<FileStereoCamera> create(Dataset dataset, const FileCameraConfig& config, Arena& arena);
+
+  [[nodiscard]] Status open() override;
+  [[nodiscard]] Status start() override;
+  [[nodiscard]] Result<StereoFrame> next(std::chrono::milliseconds timeout) override;
+  [[nodiscard]] Status stop() override;
+  [[nodiscard]] Status recover() override;
+  void close() noexcept override { state_ = CameraState::kClosed; }
+
+  [[nodiscard]] CameraState state() const noexcept override { return state_; }
+  [[nodiscard]] const CameraInfo& info() const noexcept override { return info_; }
+  [[nodiscard]] const CameraCounters& counters() const noexcept override { return counters_; }
+
+  /// Why frames were skipped since start(): the first `max_warnings` messages, one line each.
+  [[nodiscard]] const std::vector<std::string>& warnings() const noexcept { return warnings_; }
+
+ private:
+  struct Storage {
+    std::array<MutableGrayView, 2> images;
+    std::span<char> path;
+  };
+  explicit FileStereoCamera(Dataset dataset, const FileCameraConfig& config, imaging::ImageReader reader,
+                            const Storage& storage);
+  static void carve(const Dataset& dataset, Arena& arena, Storage& storage);
+  [[nodiscard]] Status decode(const FrameList::Frame& frame);
+  [[nodiscard]] const char* compose_path(const FrameFolder& folder, std::string_view stem);
+  [[nodiscard]] StereoFrame deliver(const FrameList::Frame& frame);
+  [[nodiscard]] Status end_of_recording();
+  [[nodiscard]] bool folders_exist() const;
+  void warn(std::string message);
+  [[nodiscard]] Status require(bool allowed, const char* call) const;
+
+  Dataset dataset_;
+  FileCameraConfig config_;
+  imaging::ImageReader reader_;
+  Storage storage_;
+  CameraInfo info_;
+  CameraState state_ = CameraState::kClosed;
+  CameraCounters counters_;
+  std::vector<std::string> warnings_;
+  std::size_t position_ = 0;           ///< Next entry of the list.
+  std::int64_t pass_ = 0;              ///< Completed passes.
+  std::int64_t previous_number_ = -1;  ///< Number of the last list entry looked at in this pass, -1 for none.
+};
+
+}  // namespace kinetrace::hal

@@ -1,0 +1,66 @@
+// Raw pairs into rectified ones: epipolar lines become rows, both eyes get the same pinhole camera.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/frame.hpp"
+#include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
+#include "kinetrace/hal/rig_calibration.hpp"
+
+namespace kinetrace::hal {
+
+struct RectifierConfig {
+  /// Where the calibration brings no rectification of its own: 0 zooms until no pixel without image data is left, 1 keeps
+  /// every source pixel, between is between (alpha of cv::stereoRectify, balance of cv::fisheye::stereoRectify).
+  double keep_borders = 0.0;
+
+  [[nodiscard]] Status validate() const;
+};
+
+/// Rectifies by fixed-point look-up tables (position to 1/32 px, bilinear). Pairs that are rectified already pass through
+/// without a copy. Pixels without image data repeat the nearest border pixel, so that no false edges arise. Memory: 12
+/// bytes per rectified pixel for the tables and 2 for the images; none when passing through.
+class Rectifier {
+ public:
+  /// Zero if the calibration or the configuration is invalid; `create` then says why.
+  [[nodiscard]] static std::size_t required_bytes(const RigCalibration& calibration, const RectifierConfig& config);
+  /// Geometry that a rectifier made from these will have. Errors: kBadCalibration, kInvalidConfig.
+  [[nodiscard]] static Result<StereoGeometry> rectified_geometry(const RigCalibration& calibration,
+                                                                 const RectifierConfig& config);
+  /// Errors: kBadCalibration, kInvalidConfig, kCapacity.
+  [[nodiscard]] static Result<Rectifier> create(const RigCalibration& calibration, const RectifierConfig& config,
+                                                Arena& arena);
+
+  [[nodiscard]] const StereoGeometry& geometry() const noexcept { return geometry_; }
+  [[nodiscard]] bool passes_through() const noexcept { return passes_through_; }
+
+  /// The views live until the next call, or as long as the frame's own when passing through.
+  /// Errors: kInvalidArgument (image size differs from the calibration's).
+  [[nodiscard]] Result<RectifiedPair> process(const StereoFrame& frame);
+
+ private:
+  /// Look-up table and output of one eye.
+  struct Eye {
+    std::span<std::int16_t> position;   ///< x, y of the upper left source pixel, per target pixel.
+    std::span<std::uint16_t> fraction;  ///< Row of the interpolation table: 5 bits of x, 5 bits of y.
+    MutableGrayView image;
+  };
+
+  Rectifier() = default;
+  static void carve(const StereoGeometry& geometry, Arena& arena, std::array<Eye, 2>& eyes);
+  [[nodiscard]] Status remap(GrayView source, const Eye& eye) const;
+
+  StereoGeometry geometry_;
+  int raw_width_px_ = 0;
+  int raw_height_px_ = 0;
+  bool passes_through_ = false;
+  std::array<Eye, 2> eyes_;
+};
+
+}  // namespace kinetrace::hal

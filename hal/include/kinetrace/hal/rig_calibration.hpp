@@ -1,0 +1,77 @@
+// What is known about a stereo rig's lenses and how its eyes stand to each other.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include <Eigen/Core>
+
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/core/se3.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
+
+namespace kinetrace::hal {
+
+enum class LensModel : std::uint8_t {
+  kRadialTangential,  ///< k1 k2 p1 p2 [k3 [k4 k5 k6]]: Brown; with k4..k6 the rational model.
+  kEquidistant,       ///< k1 k2 k3 k4: fisheye, Kannala and Brandt, "A generic camera model", PAMI 2006.
+};
+
+/// One eye: pixel centres at integer coordinates, x right, y down.
+struct CameraModel {
+  LensModel lens = LensModel::kRadialTangential;
+  int width_px = 0;
+  int height_px = 0;
+  double fx_px = 0.0;
+  double fy_px = 0.0;
+  double cx_px = 0.0;
+  double cy_px = 0.0;
+  std::array<double, 8> distortion{};  ///< In the order of LensModel; the rest zero.
+
+  /// Pixel of a point in the camera's frame, z > 0.
+  [[nodiscard]] Eigen::Vector2d project(const Eigen::Vector3d& p_cam) const;
+};
+
+/// Rectification as a calibration file gives it (KITTI, ROS): x_rect ~ P[:, :3] * R * p_cam.
+struct RectifyingTransforms {
+  Eigen::Matrix3d R_left = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d R_right = Eigen::Matrix3d::Identity();
+  Eigen::Matrix<double, 3, 4> P_left = Eigen::Matrix<double, 3, 4>::Zero();
+  Eigen::Matrix<double, 3, 4> P_right = Eigen::Matrix<double, 3, 4>::Zero();
+  int width_px = 0;  ///< Of the rectified images.
+  int height_px = 0;
+};
+
+/// A stereo rig in one of three forms:
+/// - `rectified` set: the images are rectified already, nothing else is looked at;
+/// - `given` set: raw images of `left` and `right`, rectified by the file's own matrices;
+/// - neither: raw images; the rectification is computed from `left`, `right` and `T_right_left`.
+struct RigCalibration {
+  std::string source;  ///< The file or files it was read from, for messages.
+  CameraModel left;
+  CameraModel right;
+  Se3 T_right_left;  ///< p_right = T_right_left * p_left, metres.
+  std::optional<RectifyingTransforms> given;
+  std::optional<StereoGeometry> rectified;
+
+  /// Size of the images that this calibration is for.
+  [[nodiscard]] int raw_width_px() const noexcept { return rectified ? rectified->width_px : left.width_px; }
+  [[nodiscard]] int raw_height_px() const noexcept { return rectified ? rectified->height_px : left.height_px; }
+
+  /// Rejects, with kBadCalibration naming the source and the remedy: values that are not finite, focal lengths <= 0,
+  /// principal points more than half an image outside, eyes of different sizes, rotations that are none, a baseline that
+  /// is zero, swapped (right eye left of the left one), not horizontal, or beyond 10 m (millimetres?). Rotations that
+  /// deviate by rounding are replaced by the nearest rotation.
+  [[nodiscard]] Status validate();
+};
+
+/// Geometry of rectified images from their projection matrices P = K [I | t] in a common frame. The baseline is the
+/// distance of the centres along x, t = K^-1 P[:, 3]; for cameras with P[2][3] = 0 that is the difference of P[0][3] /
+/// fx. Errors: kBadCalibration (see RigCalibration::validate; also different K left and right).
+[[nodiscard]] Result<StereoGeometry> geometry_from_projections(const Eigen::Matrix<double, 3, 4>& P_left,
+                                                               const Eigen::Matrix<double, 3, 4>& P_right, int width_px,
+                                                               int height_px, const std::string& source);
+
+}  // namespace kinetrace::hal

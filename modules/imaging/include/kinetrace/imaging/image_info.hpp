@@ -1,0 +1,25 @@
+// What an image file holds, from its header alone.
+#pragma once
+
+#include <cstdint>
+
+#include "kinetrace/core/result.hpp"
+
+namespace kinetrace::imaging {
+
+enum class ImageFormat : std::uint8_t { kPng, kPgm, kJpeg };
+
+/// Header of an image file.
+struct ImageInfo {
+  ImageFormat format = ImageFormat::kPng;
+  int width = 0;
+  int height = 0;
+  int channels = 0;   ///< Stored channels: 1 gray, 2 gray + alpha, 3 colour (palettes too), 4 colour + alpha.
+  int bit_depth = 0;  ///< Bits per channel of the file: 1, 2, 4, 8 or 16.
+};
+
+/// Reads the header of a PNG, PGM (P5) or JPEG file; the content decides which, not the name. Never allocates unless it
+/// fails. Errors: kNotFound, kIo, kBadFormat (empty, truncated, not an image), kUnsupported (another image format).
+[[nodiscard]] Result<ImageInfo> read_image_info(const char* path);
+
+}  // namespace kinetrace::imaging

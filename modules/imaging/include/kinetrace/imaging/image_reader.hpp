@@ -1,0 +1,61 @@
+// Image files into the caller's pixels: PNG (libspng), JPEG (libturbojpeg) and PGM.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/imaging/image_info.hpp"
+
+namespace kinetrace::imaging {
+
+/// The largest file a reader is made for. Anything beyond is refused before a pixel is decoded.
+struct ImageReaderConfig {
+  int max_width_px = 2048;
+  int max_height_px = 2048;
+  std::size_t max_file_bytes = std::size_t{8} << 20;
+
+  [[nodiscard]] Status validate() const;
+};
+
+/// Decodes one file at a time. Memory: `max_file_bytes` for the file and one row of pixels, from the arena; the codecs
+/// allocate their own working memory inside each call (counted as foreign) and release it again. Own code allocates
+/// only to write an error message. One reader serves one thread.
+class ImageReader {
+ public:
+  [[nodiscard]] static std::size_t required_bytes(const ImageReaderConfig& config);
+  /// Errors: kInvalidConfig, kCapacity (arena too small).
+  [[nodiscard]] static Result<ImageReader> create(const ImageReaderConfig& config, Arena& arena);
+
+  /// Decodes to 8-bit luminance. `target` must have the size of the image. Colour becomes Rec. 601 luma; 16-bit samples
+  /// keep their upper byte (PGM with another maxval: scaled to 255); 1, 2 and 4-bit gray is scaled to 0..255; alpha is
+  /// ignored. On an error the pixels of `target` are unspecified.
+  /// Errors, all naming the file: kNotFound, kIo, kBadFormat (empty, truncated, damaged), kUnsupported (another
+  /// format), kInvalidArgument (size differs from the target), kCapacity (larger than the reader was made for).
+  [[nodiscard]] Status read_gray(const char* path, MutableGrayView target);
+
+  /// Decodes a single-channel PNG of 8 or 16 bits, or a PGM, without any scaling: for label images (KITTI MOTS).
+  /// Errors: as read_gray; kUnsupported for colour, palettes, fewer than 8 bits and JPEG.
+  [[nodiscard]] Status read_gray16(const char* path, ImageView<std::uint16_t> target);
+
+ private:
+  struct JpegDecoder;
+  struct JpegDecoderDelete {
+    void operator()(JpegDecoder* decoder) const noexcept;
+  };
+  ImageReader() = default;
+  static void carve(const ImageReaderConfig& config, Arena& arena, ImageReader& reader);
+  /// Reads the whole file into `file_` and checks its header against the reader's and the target's size.
+  [[nodiscard]] Result<std::span<const std::uint8_t>> load(const char* path, int width, int height, ImageInfo& info);
+
+  ImageReaderConfig config_;
+  std::span<std::uint8_t> file_;
+  std::span<std::uint8_t> row_;
+  std::unique_ptr<JpegDecoder, JpegDecoderDelete> jpeg_;
+};
+
+}  // namespace kinetrace::imaging

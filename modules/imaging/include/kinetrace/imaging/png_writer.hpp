@@ -1,0 +1,23 @@
+// PNG files from images: for label images, results and tests. Not for the live path: encoding allocates.
+#pragma once
+
+#include <cstdint>
+
+#include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/result.hpp"
+
+namespace kinetrace::imaging {
+
+struct Rgb8 {
+  std::uint8_t r = 0;
+  std::uint8_t g = 0;
+  std::uint8_t b = 0;
+};
+
+/// Each writes one file, replacing an existing one. Errors: kInvalidArgument (empty image), kIo (cannot be created or
+/// written; the file is then removed).
+[[nodiscard]] Status write_png_gray8(const char* path, GrayView image);
+[[nodiscard]] Status write_png_gray16(const char* path, ImageView<const std::uint16_t> image);
+[[nodiscard]] Status write_png_rgb8(const char* path, ImageView<const Rgb8> image);
+
+}  // namespace kinetrace::imaging
