@@ -1,0 +1,42 @@
+// A configuration as a list of named fields, so that reading, writing and checking are written once for all types.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <variant>
+#include <vector>
+
+#include "kinetrace/core/result.hpp"
+
+namespace kinetrace::app {
+
+/// One key and the place that holds its value. Lives no longer than the configuration it points into.
+struct ConfigField {
+  std::string key;  ///< Dotted: "features.max_features".
+  std::variant<bool*, int*, float*, double*, std::string*> value;
+  std::string doc;  ///< One line: what it does, its unit and range.
+};
+using ConfigFields = std::vector<ConfigField>;
+
+/// The fields of any configuration that has `visit_fields(config, visitor)`.
+template <typename Config>
+[[nodiscard]] ConfigFields fields_of(Config& config) {
+  ConfigFields fields;
+  visit_fields(config, [&fields](std::string_view key, auto& value, std::string_view doc) {
+    fields.push_back({std::string(key), &value, std::string(doc)});
+  });
+  return fields;
+}
+
+/// Sets the field `key` from text as written in a file or on the command line.
+/// Errors: kInvalidConfig (unknown key, with the nearest known one; not a value of the field's type; not finite).
+[[nodiscard]] Status set_field(const ConfigFields& fields, std::string_view key, std::string_view text);
+
+/// True if `key` is the name of a group of fields: "features" for "features.max_features".
+[[nodiscard]] bool is_section(const ConfigFields& fields, std::string_view key);
+
+/// A field's value as text that `set_field` reads back to the same value.
+[[nodiscard]] std::string value_text(const ConfigField& field);
+
+}  // namespace kinetrace::app

@@ -1,0 +1,27 @@
+// Configuration files: YAML in, commented YAML and JSON out.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "config_fields.hpp"
+
+namespace kinetrace::app {
+
+/// Reads a YAML file of nested maps into `fields`; keys that it does not name keep their value. A file is believed only
+/// as a whole: on an error some fields may already be set, so the caller gives up.
+/// Errors, with file and line: kNotFound, kIo, kInvalidConfig (unknown or repeated key, wrong type, not finite, not
+/// YAML).
+[[nodiscard]] Status read_config_file(const std::filesystem::path& path, const ConfigFields& fields);
+
+/// Applies one `key=value` of the command line. Errors: kInvalidConfig.
+[[nodiscard]] Status apply_setting(std::string_view setting, const ConfigFields& fields);
+
+/// All fields as YAML, each with its comment; `read_config_file` reads it back to the same values.
+[[nodiscard]] std::string to_yaml(const ConfigFields& fields);
+
+/// All fields as one JSON object, nested by section.
+[[nodiscard]] std::string to_json(const ConfigFields& fields);
+
+}  // namespace kinetrace::app

@@ -1,0 +1,154 @@
+// Configuration files, on a small configuration of this test's own.
+#include "config_file.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <string_view>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace kinetrace::app {
+namespace {
+
+using ::testing::HasSubstr;
+
+struct Lamp {
+  bool lit = true;
+  int bulbs = 3;
+  float warmth = 0.5F;
+  double watts = 40.25;
+  std::string colour = "warm white";
+};
+
+template <typename Visitor>
+void visit_fields(Lamp& lamp, Visitor&& visit) {
+  visit("lit", lamp.lit, "On at start.");
+  visit("bulbs.count", lamp.bulbs, "How many.");
+  visit("bulbs.inner.warmth", lamp.warmth, "0 cold, 1 warm.");
+  visit("bulbs.inner.watts", lamp.watts, "Power, W.");
+  visit("colour", lamp.colour, "A name.");
+}
+
+class ConfigFile : public ::testing::Test {
+ protected:
+  ~ConfigFile() override { std::filesystem::remove(path_); }
+
+  Status read(std::string_view text) {
+    std::ofstream(path_) << text;
+    return read_config_file(path_, fields_of(lamp_));
+  }
+  /// The message of the error that reading `text` must give.
+  std::string error_of(std::string_view text) {
+    const Status status = read(text);
+    return status ? "no error" : status.error().message;
+  }
+
+  Lamp lamp_;
+  std::filesystem::path path_ =
+      std::filesystem::path(::testing::TempDir()) /
+      (std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()) + ".yaml");
+};
+
+TEST_F(ConfigFile, SetsEveryTypeAndKeepsWhatItDoesNotName) {
+  ASSERT_TRUE(read("lit: false\nbulbs:\n  count: 7\n  inner:\n    warmth: .25\n    watts: 1e3\n").has_value());
+  EXPECT_FALSE(lamp_.lit);
+  EXPECT_EQ(lamp_.bulbs, 7);
+  EXPECT_EQ(lamp_.warmth, 0.25F);
+  EXPECT_EQ(lamp_.watts, 1000.0);
+  EXPECT_EQ(lamp_.colour, "warm white");
+}
+
+TEST_F(ConfigFile, AcceptsAnEmptyFileCommentsAndEmptySections) {
+  EXPECT_TRUE(read("").has_value());
+  EXPECT_TRUE(read("# nothing\n").has_value());
+  EXPECT_TRUE(read("bulbs:\n  # count: 2\n").has_value());
+  EXPECT_EQ(lamp_.bulbs, 3);
+}
+
+TEST_F(ConfigFile, AcceptsDottedKeys) {
+  ASSERT_TRUE(read("bulbs.count: 4\n").has_value());
+  EXPECT_EQ(lamp_.bulbs, 4);
+}
+
+TEST_F(ConfigFile, NamesFileLineAndNearestKeyOfAnUnknownKey) {
+  const std::string message = error_of("lit: true\nbulbs:\n  cuont: 7\n");
+  EXPECT_THAT(message, HasSubstr(path_.string() + ":3:"));
+  EXPECT_THAT(message, HasSubstr("unknown key \"bulbs.cuont\"; did you mean \"bulbs.count\"?"));
+}
+
+TEST_F(ConfigFile, FindsAKeyOfAnotherSection) {
+  EXPECT_THAT(error_of("watts: 7\n"), HasSubstr("did you mean \"bulbs.inner.watts\"?"));
+}
+
+TEST_F(ConfigFile, PointsToTheListWhenNothingIsNear) {
+  EXPECT_THAT(error_of("ventilation: 7\n"), HasSubstr("`kinetrace config` lists all keys"));
+}
+
+TEST_F(ConfigFile, RefusesARepeatedKey) {
+  EXPECT_THAT(error_of("lit: true\ncolour: red\nlit: false\n"),
+              HasSubstr(":3: \"lit\" is already given in line 1; keep one"));
+  EXPECT_THAT(error_of("bulbs:\n  count: 1\nbulbs.count: 2\n"),
+              HasSubstr("\"bulbs.count\" is already given in line 2"));
+  EXPECT_THAT(error_of("bulbs:\n  count: 1\nbulbs:\n  inner:\n"), HasSubstr("\"bulbs\" is already given in line 1"));
+}
+
+TEST_F(ConfigFile, RefusesNumbersThatAreNotFinite) {
+  for (const std::string text : {".nan", "nan", ".inf", "-inf", "1e999"}) {
+    EXPECT_THAT(error_of("bulbs: {inner: {watts: " + text + "}}\n"),
+                HasSubstr(":1: bulbs.inner.watts must be a finite number, got \"" + text + "\""));
+  }
+}
+
+TEST_F(ConfigFile, RefusesValuesOfTheWrongType) {
+  EXPECT_THAT(error_of("bulbs: {count: 2.5}\n"), HasSubstr("bulbs.count must be a whole number, got \"2.5\""));
+  EXPECT_THAT(error_of("bulbs: {count: 99999999999}\n"), HasSubstr("must be a whole number"));
+  EXPECT_THAT(error_of("lit: yes\n"), HasSubstr("lit must be true or false, got \"yes\""));
+  EXPECT_THAT(error_of("bulbs: 3\n"), HasSubstr("\"bulbs\" is a section"));
+  EXPECT_THAT(error_of("colour: [red]\n"), HasSubstr("colour must be one value"));
+  EXPECT_THAT(error_of("colour:\n"), HasSubstr("colour must be one value"));
+  EXPECT_THAT(error_of("- lit\n"), HasSubstr("expected lines of `key: value`"));
+  EXPECT_THAT(error_of("lit: [\n"), HasSubstr("not valid YAML"));
+}
+
+TEST_F(ConfigFile, RefusesAMissingFileAndAFolder) {
+  EXPECT_EQ(read_config_file("/nowhere/lamp.yaml", fields_of(lamp_)).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(read_config_file(::testing::TempDir(), fields_of(lamp_)).error().code, ErrorCode::kInvalidConfig);
+}
+
+TEST_F(ConfigFile, WrittenYamlReadsBackToTheSameValues) {
+  lamp_ = {.lit = false, .bulbs = -2, .warmth = 0.1F, .watts = 1.0 / 3.0, .colour = "null \"and\" void: #1"};
+  const std::string yaml = to_yaml(fields_of(lamp_));
+  EXPECT_THAT(yaml, HasSubstr("  inner:\n    # 0 cold, 1 warm.\n    warmth: 0.1\n"));
+  Lamp written = lamp_;
+  lamp_ = {};
+  ASSERT_TRUE(read(yaml).has_value()) << error_of(yaml);
+  EXPECT_EQ(lamp_.lit, written.lit);
+  EXPECT_EQ(lamp_.bulbs, written.bulbs);
+  EXPECT_EQ(lamp_.warmth, written.warmth);
+  EXPECT_EQ(lamp_.watts, written.watts);
+  EXPECT_EQ(lamp_.colour, written.colour);
+}
+
+TEST_F(ConfigFile, JsonHoldsEveryFieldInItsType) {
+  const auto json = nlohmann::json::parse(to_json(fields_of(lamp_)));
+  EXPECT_EQ(json["lit"], true);
+  EXPECT_EQ(json["bulbs"]["count"], 3);
+  EXPECT_EQ(json["bulbs"]["inner"]["watts"], 40.25);
+  EXPECT_EQ(json["colour"], "warm white");
+}
+
+TEST_F(ConfigFile, SettingChangesOneFieldAndNamesItsErrors) {
+  const ConfigFields fields = fields_of(lamp_);
+  ASSERT_TRUE(apply_setting("colour=a=b", fields).has_value());
+  EXPECT_EQ(lamp_.colour, "a=b");
+  EXPECT_THAT(apply_setting("colour", fields).error().message, HasSubstr("expected key=value"));
+  EXPECT_THAT(apply_setting("=3", fields).error().message, HasSubstr("expected key=value"));
+  EXPECT_THAT(apply_setting("bulbs.count=", fields).error().message, HasSubstr("must be a whole number, got \"\""));
+  EXPECT_THAT(apply_setting("bulb.count=1", fields).error().message, HasSubstr("did you mean \"bulbs.count\"?"));
+}
+
+}  // namespace
+}  // namespace kinetrace::app
