@@ -1,0 +1,91 @@
+// Correspondences of a stereo video: corners per body, tracked left -> next left, matched left -> right.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/feature_frame.hpp"
+#include "kinetrace/core/frame.hpp"
+#include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/features/feature_config.hpp"
+
+namespace kinetrace::features {
+
+/// Running totals since create or reset.
+struct FeatureCounters {
+  std::uint64_t tracked = 0;        ///< Features carried from one frame to the next.
+  std::uint64_t recovered = 0;      ///< Of these, by the second start after the first had failed.
+  std::uint64_t re_referenced = 0;  ///< Of these, given a new reference patch.
+  std::uint64_t created = 0;
+  std::uint64_t dropped = 0;  ///< Corners not taken because a capacity was reached.
+  std::uint64_t stereo_attempted = 0;
+  std::uint64_t stereo_matched = 0;
+  std::uint64_t lost_outside = 0;   ///< Patch left the image.
+  std::uint64_t lost_texture = 0;   ///< Too little texture to be tracked.
+  std::uint64_t lost_residual = 0;  ///< Patch no longer looks like itself.
+  std::uint64_t lost_forward_backward = 0;
+  std::uint64_t lost_body = 0;     ///< Another body's mask, or the ignore label, now lies over it.
+  std::uint64_t rejected = 0;      ///< By the caller.
+  std::uint64_t lost_crowded = 0;  ///< Two features ran into each other: the younger one ends.
+
+  /// All features that ended.
+  [[nodiscard]] std::uint64_t lost() const noexcept {
+    return lost_outside + lost_texture + lost_residual + lost_forward_backward + lost_body + rejected + lost_crowded;
+  }
+};
+
+/// Finds, tracks and stereo-matches features (METHOD: correspondences). One frame is `begin_frame`, `track`,
+/// `replenish`, in this order; `reject` at any time. Ids are never reused; a slot is stable while its feature lives and
+/// is reused from the frame after its death. A feature's body never changes: it dies instead.
+///
+/// Temporal: inverse-compositional Lucas-Kanade (Baker and Matthews 2004), 16 x 11 patch, invariant to gain and offset,
+/// coarse to fine; last step against the feature's reference patch under an affine warp, so that drift does not
+/// accumulate. Left-right: row search on horizontal gradients with left-right check, then the same alignment with the
+/// surface's slant; v is the mean row of the pair.
+class FeatureFrontEnd {
+ public:
+  /// Memory: pyramids of three images plus gradients of two (about 7 bytes a pixel) and 1.1 kB a feature.
+  /// Errors: kInvalidConfig, kInvalidArgument (image smaller than 64 x 48), kCapacity (arena too small).
+  [[nodiscard]] static Result<FeatureFrontEnd> create(const FeatureConfig& config, int width_px, int height_px,
+                                                      Arena& arena);
+  /// Bytes that `create` takes from the arena.
+  [[nodiscard]] static std::size_t required_bytes(const FeatureConfig& config, int width_px, int height_px);
+
+  /// Takes the pair in (copies what it needs) and builds the pyramids; dead slots become free.
+  /// Errors: kInvalidArgument when the size differs from create's.
+  [[nodiscard]] Status begin_frame(const RectifiedPair& pair);
+
+  /// Follows every live feature from the previous frame into this one and matches it left-right.
+  /// `by_slot[s]` is the prediction for slot s; a shorter span means unknown for the rest. Outliers given to `reject`
+  /// die here. The span of the result lives until the next call. Errors: kIllegalState without `begin_frame`.
+  [[nodiscard]] Result<FeatureFrame> track(std::span<const FeaturePrediction> by_slot);
+
+  /// Reconciles features with the masks and detects new ones in free buckets. `left_labels` may be empty: then all is
+  /// background. The result holds all live features, in ascending slot. Errors: kIllegalState without `track`,
+  /// kInvalidArgument when the size of the labels differs.
+  [[nodiscard]] Result<FeatureFrame> replenish(LabelView left_labels);
+
+  /// These slots turned out to be outliers; their features die at the next `track`. Slots not alive are ignored.
+  void reject(std::span<const std::uint16_t> slots) noexcept;
+
+  [[nodiscard]] const FeatureCounters& counters() const noexcept;
+
+  /// Forgets all features and counters, as after create. Ids go on counting.
+  void reset() noexcept;
+
+  FeatureFrontEnd(FeatureFrontEnd&&) noexcept = default;
+  FeatureFrontEnd& operator=(FeatureFrontEnd&&) noexcept = default;
+  FeatureFrontEnd(const FeatureFrontEnd&) = delete;
+  FeatureFrontEnd& operator=(const FeatureFrontEnd&) = delete;
+  ~FeatureFrontEnd() = default;
+
+ private:
+  struct State;
+  explicit FeatureFrontEnd(State& state) noexcept : state_(&state) {}
+  State* state_;  ///< In the arena.
+};
+
+}  // namespace kinetrace::features
