@@ -1,0 +1,32 @@
+// What a run has to say about itself; becomes run.json.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "kinetrace/core/allocation_counter.hpp"
+#include "kinetrace/core/frame_result.hpp"
+#include "kinetrace/recording/latency_histogram.hpp"
+
+namespace kinetrace::recording {
+
+/// Filled in by the application after the last frame, when allocation is allowed again.
+struct RunSummary {
+  std::string version;
+  std::string config_json;  ///< The effective configuration as a JSON object; empty = {}.
+  std::vector<std::pair<std::string, std::string>> dataset;  ///< Description: layout, path, sequence, cameras...
+  std::int64_t frames = 0;                                   ///< Frames processed.
+  TimingSummary frame_time;
+  std::vector<std::pair<std::string, TimingSummary>> stage_times;
+  std::uint64_t rss_peak_bytes = 0;
+  std::optional<AllocationCounts> allocations_after_start;  ///< Absent when the program does not count.
+  FrameCounters counters;
+  std::vector<std::pair<std::string, std::uint64_t>> camera_counters;  ///< Added to the counters under their names.
+  std::vector<std::string> warnings;
+  int exit_status = 0;  ///< Of the program, as the shell will see it.
+};
+
+}  // namespace kinetrace::recording
