@@ -1,0 +1,127 @@
+// Incremental sliding-window SfM of the stereo rig relative to one rigid body; the same class for background and
+// objects.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/body.hpp"
+#include "kinetrace/core/bundle.hpp"
+#include "kinetrace/core/feature_frame.hpp"
+#include "kinetrace/core/fixed_vector.hpp"
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/sfm/config.hpp"
+#include "kinetrace/sfm/point_map.hpp"
+#include "kinetrace/sfm/pose_history.hpp"
+#include "kinetrace/sfm/stereo_pose_estimator.hpp"
+
+namespace kinetrace::sfm {
+
+struct BodyCounters {
+  std::uint64_t points_created = 0;
+  std::uint64_t points_culled = 0;
+  std::uint64_t points_dropped = 0;  ///< Not made: the map was full.
+};
+
+/// One body's points and the camera's path relative to them.
+///
+/// A frame goes through four calls, so that poses are known before masks and new features arrive:
+///   locate()   pose of this frame from the points known so far,
+///   extend()   this frame joins the window; sightings are added and new points made,
+///   window()   what bundle adjustment refines, in place,
+///   conclude() wrong points are culled; returns the estimate of this frame.
+/// The body frame is given at begin() and never moves. Poses are settled after `window_frames` frames.
+class BodyReconstruction {
+ public:
+  [[nodiscard]] static Result<BodyReconstruction> create(const BodyConfig& config, const StereoGeometry& geometry,
+                                                         Arena& arena);
+  [[nodiscard]] static std::size_t required_bytes(const BodyConfig& config);
+
+  /// Starts afresh, the camera of the coming frame at `T_body_cam`. Points of an earlier life are retired with that
+  /// frame.
+  void begin(const Se3& T_body_cam);
+  [[nodiscard]] bool active() const noexcept { return active_; }
+  /// Ends the reconstruction; its remaining points are in `retired()` until the next begin().
+  void end();
+
+  /// Constant-velocity prediction of T_body_cam at `timestamp_ns`.
+  [[nodiscard]] Se3 predict(std::int64_t timestamp_ns) const;
+  /// Where this body's features of the previous frame are expected at `timestamp_ns`, by slot; those it knows nothing
+  /// about stay untouched.
+  void predict_features(std::span<const Feature> previous, std::uint8_t label, std::int64_t timestamp_ns,
+                        std::span<FeaturePrediction> by_slot) const;
+
+  /// Pose of this frame from known points; kPropagated (prediction) when too few agree.
+  const BodyEstimate& locate(const FeatureFrame& frame, std::uint8_t label);
+  void extend(const FeatureFrame& frame, std::uint8_t label);
+  [[nodiscard]] BundleWindow window();
+  const BodyEstimate& conclude(const BundleSummary& refinement);
+
+  [[nodiscard]] const BodyEstimate& estimate() const noexcept { return estimate_; }
+  /// Frames since begin() that the history still holds, at most `window_frames` + 1.
+  [[nodiscard]] std::size_t history_size() const noexcept { return history_.size(); }
+  /// Pose `age` frames ago; it is final once age == window_frames.
+  [[nodiscard]] SettledPose history(std::size_t age) const { return history_.at(age, poses_); }
+  /// Slots of features that kept disagreeing with the body; valid until the next frame.
+  [[nodiscard]] std::span<const std::uint16_t> rejected_slots() const noexcept { return rejected_.span(); }
+  /// 1 where a feature agreed with the pose found by locate(), by slot.
+  [[nodiscard]] bool agreed(const Feature& feature) const noexcept {
+    return verdict_[feature.slot] == Verdict::kInlier;
+  }
+  [[nodiscard]] const BodyCounters& counters() const noexcept { return counters_; }
+
+ private:
+  enum class Verdict : std::uint8_t { kUnknown, kInlier, kOutlier };
+
+  BodyReconstruction(const BodyConfig& config, const StereoGeometry& geometry, Arena& arena);
+
+  void make_room();
+  [[nodiscard]] bool newest_is_redundant() const;
+  void drop_column(std::size_t column, std::size_t heir);
+  void add_sighting(const Feature& feature);
+  void position_new_points();
+  void reposition_single_sightings();
+  void cull_points();
+  void judge(std::size_t row);
+  void retire(std::size_t row);
+  void publish();
+  [[nodiscard]] std::uint32_t fixed_columns() const;
+  [[nodiscard]] std::size_t newest_column() const noexcept { return poses_.size() - 1; }
+
+  BodyConfig config_;
+  StereoGeometry geometry_;
+  StereoPoseEstimator pose_estimator_;
+  bool active_ = false;
+
+  // The window: the newest frame is always the last column; unused columns, at the front, hold a copy of the oldest
+  // pose.
+  std::span<Se3> poses_;
+  std::size_t used_columns_ = 0;
+  PointMap map_;
+  PoseHistory history_;
+  Se3 T_body_cam_now_;  ///< Pose of the frame between locate() and extend().
+  std::int64_t frame_index_ = 0;
+  std::int64_t timestamp_ns_ = 0;
+  BodyStatus status_now_ = BodyStatus::kInitializing;
+
+  // By feature slot.
+  std::span<Verdict> verdict_;
+  std::span<std::uint8_t> disagreements_;    ///< Frames in a row.
+  std::span<std::uint32_t> disagreeing_id_;  ///< The feature that `disagreements_` counts for.
+
+  // Scratch and output.
+  std::span<PoseObservation> pose_observations_;
+  std::span<std::uint16_t> pose_slots_;
+  std::span<std::uint8_t> pose_inlier_;
+  std::span<float> motion_px_;
+  FixedVector<BodyPoint> live_;
+  FixedVector<BodyPoint> retired_;
+  FixedVector<PointObservation> sightings_;
+  FixedVector<std::uint16_t> rejected_;
+  BodyEstimate estimate_;
+  BodyCounters counters_;
+};
+
+}  // namespace kinetrace::sfm

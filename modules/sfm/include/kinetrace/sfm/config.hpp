@@ -1,0 +1,28 @@
+// Settings of the reconstruction of one body.
+#pragma once
+
+#include "kinetrace/core/result.hpp"
+
+namespace kinetrace::sfm {
+
+/// Sizes and gates of one body's mini-SfM. Background and objects use the same settings type with other sizes.
+struct BodyConfig {
+  int max_features = 1200;  ///< Slots of the feature front end.
+  int max_points = 700;     ///< Points of the map; beyond, new points are dropped and counted.
+  int window_frames = 10;   ///< Frames that bundle adjustment refines; also the lag after which a pose is settled.
+  int min_inliers = 8;      ///< Fewer agreeing points than this are no pose.
+  double min_inlier_ratio = 0.4;      ///< A smaller part of agreeing points means: not rigid, or not this body.
+  double measurement_sigma_px = 0.4;  ///< Standard deviation of u_left, v and u_right.
+  double gate_sigma = 4.0;            ///< Observations further off than this many sigmas (3-D) are outliers.
+  int ransac_max_hypotheses = 96;     ///< Bound of the adaptive number of 3-point hypotheses.
+  double min_disparity_px = 0.8;      ///< Points are made from stereo only above this disparity.
+  double min_parallax_deg = 1.0;      ///< Points are made from temporal views only above this angle between rays.
+  double keyframe_motion_px =
+      8.0;  ///< A frame whose points moved less than this (median) since the last keyframe makes room for the next.
+  double keyframe_overlap = 0.7;  ///< ... unless less than this part of the last keyframe's points is still seen.
+  int reject_after_frames = 8;    ///< A feature that disagrees this often in a row is given back to the front end.
+
+  [[nodiscard]] Status validate(const char* prefix) const;
+};
+
+}  // namespace kinetrace::sfm

@@ -1,0 +1,72 @@
+// The points of one body and their sightings in the window, in the layout that bundle adjustment reads.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/bundle.hpp"
+#include "kinetrace/core/feature_frame.hpp"
+
+namespace kinetrace::sfm {
+
+/// What the map knows of a point beyond its position.
+struct PointState {
+  std::uint32_t id = 0;            ///< Id of the feature it was made from.
+  std::uint16_t slot = 0;          ///< Slot of that feature.
+  std::uint16_t observations = 0;  ///< Sightings over its whole life.
+  std::uint32_t seen = 0;          ///< Window columns that see it, whether it has a position or not.
+  float error_px = 0.F;            ///< RMS reprojection error in the window.
+  std::uint8_t intensity = 0;
+  bool positioned = false;  ///< False: sighted, but not yet triangulated.
+};
+
+/// Rows 0..size()-1, each a point with one observation per window column; at most `max_points` rows. Removing a row
+/// moves the last one into its place. Features find their row by slot and id, so a reused slot never finds a stranger's
+/// point.
+class PointMap {
+ public:
+  static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+
+  PointMap() = default;
+  PointMap(Arena& arena, std::size_t max_points, std::size_t max_features, std::size_t window_frames);
+
+  [[nodiscard]] std::size_t size() const noexcept { return size_; }
+  [[nodiscard]] bool full() const noexcept { return size_ == states_.size(); }
+
+  [[nodiscard]] std::size_t find(const Feature& feature) const noexcept;
+  /// A row for a feature that has none, without position or sightings. kNone at capacity.
+  [[nodiscard]] std::size_t create(const Feature& feature) noexcept;
+  void remove(std::size_t row) noexcept;
+  void clear() noexcept;
+
+  /// Records a sighting in window column `column`.
+  void observe(std::size_t row, std::size_t column, const BundleObservation& observation) noexcept;
+  void forget(std::size_t row, std::size_t column) noexcept { states_[row].seen &= ~(1U << column); }
+  /// Drops window column `column`; later columns move down by one and the last one becomes empty.
+  void remove_column(std::size_t column) noexcept;
+
+  [[nodiscard]] PointState& state(std::size_t row) noexcept { return states_[row]; }
+  [[nodiscard]] const PointState& state(std::size_t row) const noexcept { return states_[row]; }
+  [[nodiscard]] BundlePoint& point(std::size_t row) noexcept { return points_[row]; }
+  [[nodiscard]] const BundlePoint& point(std::size_t row) const noexcept { return points_[row]; }
+  [[nodiscard]] std::span<const BundleObservation> observations(std::size_t row) const noexcept {
+    return table_.subspan(row * window_frames_, window_frames_);
+  }
+  [[nodiscard]] std::span<BundlePoint> points() noexcept { return points_.first(size_); }
+  [[nodiscard]] std::span<const BundleObservation> table() const noexcept {
+    return table_.first(size_ * window_frames_);
+  }
+
+ private:
+  static constexpr std::uint16_t kNoRow = 0xFFFF;
+  std::span<PointState> states_;
+  std::span<BundlePoint> points_;
+  std::span<BundleObservation> table_;
+  std::span<std::uint16_t> row_of_slot_;
+  std::size_t window_frames_ = 0;
+  std::size_t size_ = 0;
+};
+
+}  // namespace kinetrace::sfm

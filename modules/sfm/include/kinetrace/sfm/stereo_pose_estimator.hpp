@@ -1,0 +1,61 @@
+// Pose of the rig relative to a body from known points: stereo 3-point RANSAC, then robust refinement.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include <Eigen/Core>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/se3.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
+
+namespace kinetrace::sfm {
+
+/// A body point and where the rig sees it; `u_right_px` is NaN when only the left eye does.
+struct PoseObservation {
+  Eigen::Vector3d p_body = Eigen::Vector3d::Zero();
+  float u_left_px = 0.F;
+  float v_px = 0.F;
+  float u_right_px = kNoRight;
+};
+
+struct PoseEstimate {
+  bool valid = false;  ///< False: fewer than three observations, or no hypothesis with three inliers.
+  Se3 T_cam_body;
+  Matrix6d covariance = Matrix6d::Zero();  ///< Of T_cam_body, left perturbation (rad, m).
+  int inliers = 0;
+};
+
+struct PoseEstimatorConfig {
+  double measurement_sigma_px = 0.4;
+  double gate_sigma = 4.0;
+  int max_hypotheses = 96;
+};
+
+/// Minimises the robust stereo reprojection error over one pose.
+///
+/// Hypotheses come from three random points each, solved by Gauss-Newton on their stereo reprojection error: unlike
+/// aligning triangulated points, this weighs far points by what they really tell. The predicted pose is the first
+/// hypothesis. Sampling is seeded by the number of observations: the same input gives the same output.
+class StereoPoseEstimator {
+ public:
+  StereoPoseEstimator(const PoseEstimatorConfig& config, const StereoGeometry& geometry)
+      : config_(config), geometry_(geometry) {}
+
+  /// `inlier` (as long as `observations`) receives 1 for observations that agree with the result, else 0.
+  [[nodiscard]] PoseEstimate estimate(std::span<const PoseObservation> observations, const Se3& T_cam_body_predicted,
+                                      std::span<std::uint8_t> inlier) const;
+
+ private:
+  PoseEstimatorConfig config_;
+  StereoGeometry geometry_;
+};
+
+/// Squared reprojection error in sigmas: two terms without a right match, three with. Huge when the point is behind the
+/// camera.
+[[nodiscard]] double reprojection_chi2(const StereoGeometry& geometry, const Se3& T_cam_body,
+                                       const PoseObservation& observation, double sigma_px);
+
+}  // namespace kinetrace::sfm

@@ -1,0 +1,472 @@
+#include "kinetrace/sfm/body_reconstruction.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+#include "kinetrace/sfm/triangulation.hpp"
+
+namespace kinetrace::sfm {
+namespace {
+
+constexpr int kDoubtAfter = 2;  // Disagreements in a row after which a feature's point is given up.
+constexpr double kMinDepth_m = 0.1;
+
+std::size_t as_size(int n) {
+  return static_cast<std::size_t>(n);
+}
+
+std::uint32_t bit(std::size_t column) {
+  return 1U << column;
+}
+
+}  // namespace
+
+Result<BodyReconstruction> BodyReconstruction::create(const BodyConfig& config, const StereoGeometry& geometry,
+                                                      Arena& arena) {
+  if (const Status valid = config.validate("sfm"); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  BodyReconstruction body(config, geometry, arena);
+  if (arena.exhausted()) {
+    return fail(ErrorCode::kCapacity, "the arena does not hold a body reconstruction of " +
+                                          std::to_string(required_bytes(config)) +
+                                          " bytes; size it from the memory plan");
+  }
+  return body;
+}
+
+std::size_t BodyReconstruction::required_bytes(const BodyConfig& config) {
+  return measure_bytes([&](Arena& arena) { BodyReconstruction(config, StereoGeometry{}, arena); });
+}
+
+BodyReconstruction::BodyReconstruction(const BodyConfig& config, const StereoGeometry& geometry, Arena& arena)
+    : config_(config),
+      geometry_(geometry),
+      pose_estimator_({config.measurement_sigma_px, config.gate_sigma, config.ransac_max_hypotheses}, geometry),
+      poses_(arena.take<Se3>(as_size(config.window_frames))),
+      map_(arena, as_size(config.max_points), as_size(config.max_features), as_size(config.window_frames)),
+      history_(arena, as_size(config.window_frames) + 1),
+      verdict_(arena.take<Verdict>(as_size(config.max_features))),
+      disagreements_(arena.take<std::uint8_t>(as_size(config.max_features))),
+      disagreeing_id_(arena.take<std::uint32_t>(as_size(config.max_features))),
+      pose_observations_(arena.take<PoseObservation>(as_size(config.max_points))),
+      pose_slots_(arena.take<std::uint16_t>(as_size(config.max_points))),
+      pose_inlier_(arena.take<std::uint8_t>(as_size(config.max_points))),
+      motion_px_(arena.take<float>(as_size(config.max_points))),
+      live_(arena, as_size(config.max_points)),
+      // A restart retires the whole map, and the frame that follows may retire again.
+      retired_(arena, 2 * as_size(config.max_points)),
+      sightings_(arena, as_size(config.max_points)),
+      rejected_(arena, as_size(config.max_features)) {}
+
+void BodyReconstruction::begin(const Se3& T_body_cam) {
+  if (active_) {
+    for (std::size_t row = 0; row < map_.size(); ++row) {
+      retire(row);
+    }
+    history_.freeze(poses_);
+  } else {
+    retired_.clear();
+    history_.clear();
+  }
+  map_.clear();
+  std::fill(verdict_.begin(), verdict_.end(), Verdict::kUnknown);
+  std::fill(disagreeing_id_.begin(), disagreeing_id_.end(), 0U);
+  used_columns_ = 0;
+  T_body_cam_now_ = T_body_cam;
+  status_now_ = BodyStatus::kTracked;
+  estimate_ = BodyEstimate{};
+  estimate_.T_body_cam = T_body_cam;
+  active_ = true;
+}
+
+void BodyReconstruction::end() {
+  retired_.clear();
+  for (std::size_t row = 0; row < map_.size(); ++row) {
+    retire(row);
+  }
+  history_.freeze(poses_);
+  map_.clear();
+  live_.clear();
+  sightings_.clear();
+  rejected_.clear();
+  used_columns_ = 0;
+  active_ = false;
+  estimate_.status = BodyStatus::kLost;
+  estimate_.points = {};
+  estimate_.frame_observations = {};
+  estimate_.retired = retired_.span();
+}
+
+Se3 BodyReconstruction::predict(std::int64_t timestamp_ns) const {
+  if (history_.size() == 0) {
+    return T_body_cam_now_;
+  }
+  const SettledPose last = history(0);
+  if (history_.size() < 2) {
+    return last.T_body_cam;
+  }
+  const SettledPose before = history(1);
+  const auto step_ns = static_cast<double>(last.timestamp_ns - before.timestamp_ns);
+  const double s = step_ns > 0.0 ? static_cast<double>(timestamp_ns - last.timestamp_ns) / step_ns : 0.0;
+  const Se3 motion = before.T_body_cam.inverse() * last.T_body_cam;
+  return (last.T_body_cam * interpolate(Se3{}, motion, std::clamp(s, 0.0, 5.0))).orthonormalised();
+}
+
+void BodyReconstruction::predict_features(std::span<const Feature> previous, std::uint8_t label,
+                                          std::int64_t timestamp_ns, std::span<FeaturePrediction> by_slot) const {
+  if (!active_ || history_.size() < 2) {
+    return;
+  }
+  const Se3 T_cam_body = predict(timestamp_ns).inverse();
+  const Se3 T_body_previous = history(0).T_body_cam;
+  for (const Feature& feature : previous) {
+    if (feature.body != label) {
+      continue;
+    }
+    const std::size_t row = map_.find(feature);
+    Eigen::Vector3d p_body;
+    if (row != PointMap::kNone && map_.state(row).positioned) {
+      p_body = map_.point(row).position_m;
+    } else if (feature.has_right() && feature.disparity_px() >= static_cast<float>(config_.min_disparity_px)) {
+      p_body = T_body_previous *
+               geometry_.triangulate(double{feature.left_px.x()}, double{feature.v_px}, double{feature.disparity_px()});
+    } else {
+      continue;
+    }
+    const Eigen::Vector3d p_cam = T_cam_body * p_body;
+    if (p_cam.z() < kMinDepth_m) {
+      continue;
+    }
+    const Eigen::Vector3d uvr = geometry_.project(p_cam);
+    // The offset seen last time (v against the pair's mean row, reprojection error) stays as it is.
+    by_slot[feature.slot] = {
+        .left_px = uvr.head<2>().cast<float>() + Eigen::Vector2f(0.F, feature.left_px.y() - feature.v_px),
+        .disparity_px = static_cast<float>(uvr.x() - uvr.z()),
+        .known = true};
+  }
+}
+
+const BodyEstimate& BodyReconstruction::locate(const FeatureFrame& frame, std::uint8_t label) {
+  retired_.clear();
+  frame_index_ = frame.frame_index;
+  timestamp_ns_ = frame.timestamp_ns;
+  std::fill(verdict_.begin(), verdict_.end(), Verdict::kUnknown);
+  T_body_cam_now_ = predict(frame.timestamp_ns);
+
+  std::size_t count = 0;
+  for (const Feature& feature : frame.features) {
+    if (feature.body != label) {
+      continue;
+    }
+    const std::size_t row = map_.find(feature);
+    if (row == PointMap::kNone || !map_.state(row).positioned) {
+      continue;
+    }
+    pose_slots_[count] = feature.slot;
+    pose_observations_[count++] = {map_.point(row).position_m, feature.left_px.x(), feature.v_px, feature.u_right_px};
+  }
+  const PoseEstimate pose =
+      pose_estimator_.estimate(pose_observations_.first(count), T_body_cam_now_.inverse(), pose_inlier_.first(count));
+  const bool found = pose.valid && pose.inliers >= config_.min_inliers &&
+                     pose.inliers >= static_cast<int>(config_.min_inlier_ratio * static_cast<double>(count));
+  estimate_.observations = static_cast<int>(count);
+  estimate_.inliers = pose.inliers;
+  if (found) {
+    T_body_cam_now_ = pose.T_cam_body.inverse();
+    const Matrix6d ad = adjoint(T_body_cam_now_);
+    estimate_.covariance = ad * pose.covariance * ad.transpose();
+    for (std::size_t i = 0; i < count; ++i) {
+      verdict_[pose_slots_[i]] = pose_inlier_[i] != 0 ? Verdict::kInlier : Verdict::kOutlier;
+    }
+  }
+  status_now_ = found ? BodyStatus::kTracked : BodyStatus::kPropagated;
+  estimate_.status = status_now_;
+  estimate_.T_body_cam = T_body_cam_now_;
+  return estimate_;
+}
+
+bool BodyReconstruction::newest_is_redundant() const {
+  const std::size_t newest = newest_column();
+  if (used_columns_ < 2) {
+    return false;
+  }
+  const std::uint32_t both = bit(newest) | bit(newest - 1);
+  std::size_t shared = 0;
+  std::size_t in_keyframe = 0;
+  for (std::size_t row = 0; row < map_.size(); ++row) {
+    const std::uint32_t seen = map_.state(row).seen;
+    in_keyframe += (seen & bit(newest - 1)) != 0 ? 1U : 0U;
+    if ((seen & both) == both) {
+      const std::span<const BundleObservation> o = map_.observations(row);
+      motion_px_[shared++] =
+          std::hypot(o[newest].u_left_px - o[newest - 1].u_left_px, o[newest].v_px - o[newest - 1].v_px);
+    }
+  }
+  if (shared == 0 || static_cast<double>(shared) < config_.keyframe_overlap * static_cast<double>(in_keyframe)) {
+    return false;
+  }
+  const auto middle = motion_px_.begin() + static_cast<std::ptrdiff_t>(shared / 2);
+  std::nth_element(motion_px_.begin(), middle, motion_px_.begin() + static_cast<std::ptrdiff_t>(shared));
+  return static_cast<double>(*middle) < config_.keyframe_motion_px;
+}
+
+void BodyReconstruction::drop_column(std::size_t column, std::size_t heir) {
+  history_.drop_column(column, poses_, heir);
+  map_.remove_column(column);
+  std::copy(poses_.begin() + static_cast<std::ptrdiff_t>(column) + 1, poses_.end(),
+            poses_.begin() + static_cast<std::ptrdiff_t>(column));
+}
+
+void BodyReconstruction::make_room() {
+  const std::size_t newest = newest_column();
+  if (newest_is_redundant()) {
+    drop_column(newest, newest - 1);
+    return;
+  }
+  drop_column(0, PoseHistory::kFrozen);
+  used_columns_ = std::min(used_columns_ + 1, poses_.size());
+}
+
+void BodyReconstruction::extend(const FeatureFrame& frame, std::uint8_t label) {
+  frame_index_ = frame.frame_index;
+  timestamp_ns_ = frame.timestamp_ns;
+  rejected_.clear();
+  const SettledPose now{frame_index_,    timestamp_ns_,        status_now_,
+                        T_body_cam_now_, estimate_.covariance, estimate_.inliers};
+  if (status_now_ != BodyStatus::kTracked) {
+    history_.push(now, PoseHistory::kFrozen);
+    return;
+  }
+  make_room();
+  poses_[newest_column()] = T_body_cam_now_;
+  if (used_columns_ == 1) {
+    std::fill(poses_.begin(), poses_.end(), T_body_cam_now_);
+  }
+  history_.push(now, newest_column());
+  for (const Feature& feature : frame.features) {
+    if (feature.body == label) {
+      add_sighting(feature);
+    }
+  }
+  position_new_points();
+}
+
+void BodyReconstruction::add_sighting(const Feature& feature) {
+  const std::size_t slot = feature.slot;
+  std::size_t row = map_.find(feature);
+  if (disagreeing_id_[slot] != feature.id) {
+    disagreeing_id_[slot] = feature.id;
+    disagreements_[slot] = 0;
+  }
+  const bool doubted = row == PointMap::kNone && disagreements_[slot] >= kDoubtAfter;
+  if (verdict_[slot] == Verdict::kOutlier || doubted) {
+    ++disagreements_[slot];
+    if (row != PointMap::kNone && disagreements_[slot] >= kDoubtAfter) {
+      retire(row);
+      map_.remove(row);
+      ++counters_.points_culled;
+    }
+    if (disagreements_[slot] >= config_.reject_after_frames) {
+      static_cast<void>(rejected_.push_back(feature.slot));
+    }
+    return;
+  }
+  if (verdict_[slot] == Verdict::kInlier) {
+    disagreements_[slot] = 0;
+  }
+  if (row == PointMap::kNone) {
+    row = map_.create(feature);
+    if (row == PointMap::kNone) {
+      ++counters_.points_dropped;
+      return;
+    }
+  }
+  map_.observe(
+      row, newest_column(),
+      {feature.left_px.x(), feature.v_px, feature.u_right_px, static_cast<float>(1.0 / config_.measurement_sigma_px)});
+}
+
+void BodyReconstruction::position_new_points() {
+  const double min_parallax_rad = config_.min_parallax_deg * std::numbers::pi / 180.0;
+  // What stereo itself can tell at the smallest accepted disparity, so that one good pair is enough.
+  const double stereo_parallax_rad = 0.9 * config_.min_disparity_px / geometry_.fx_px;
+  const double gate2 = config_.gate_sigma * config_.gate_sigma;
+  for (std::size_t row = map_.size(); row-- > 0;) {
+    PointState& state = map_.state(row);
+    if (state.positioned) {
+      continue;
+    }
+    if ((state.seen & bit(newest_column())) == 0) {
+      map_.remove(row);  // Its feature is gone before a position was found.
+      continue;
+    }
+    const BundleObservation& o = map_.observations(row)[newest_column()];
+    const bool stereo = o.u_left_px - o.u_right_px >= static_cast<float>(config_.min_disparity_px);  // false for NaN
+    const std::optional<Eigen::Vector3d> position = triangulate(geometry_, poses_, map_.observations(row), state.seen,
+                                                                stereo ? stereo_parallax_rad : min_parallax_rad);
+    if (!position) {
+      continue;
+    }
+    bool agrees = true;
+    for (std::uint32_t rest = state.seen; rest != 0 && agrees; rest &= rest - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+      const BundleObservation& sighting = map_.observations(row)[k];
+      agrees = reprojection_chi2(geometry_, poses_[k].inverse(),
+                                 {*position, sighting.u_left_px, sighting.v_px, sighting.u_right_px},
+                                 config_.measurement_sigma_px) < gate2;
+    }
+    if (agrees) {
+      state.positioned = true;
+      map_.point(row).position_m = *position;
+      ++counters_.points_created;
+    } else if (std::popcount(state.seen) > kDoubtAfter) {
+      state.seen = bit(newest_column());  // Older sightings belong to something else; start again from here.
+    }
+  }
+}
+
+std::uint32_t BodyReconstruction::fixed_columns() const {
+  // Unused columns, and everything up to the first column that enough points see: a pose hanging on few points is a bad
+  // anchor.
+  const std::size_t first_used = poses_.size() - used_columns_;
+  std::size_t anchor = first_used;
+  for (; anchor < newest_column(); ++anchor) {
+    int seen_by = 0;
+    for (std::size_t row = 0; row < map_.size(); ++row) {
+      seen_by += (map_.point(row).frames & bit(anchor)) != 0 ? 1 : 0;
+    }
+    if (seen_by >= config_.min_inliers) {
+      break;
+    }
+  }
+  return bit(anchor + 1) - 1U;
+}
+
+BundleWindow BodyReconstruction::window() {
+  for (std::size_t row = 0; row < map_.size(); ++row) {
+    const PointState& state = map_.state(row);
+    // One sighting places a point but tells nothing about poses.
+    map_.point(row).frames = state.positioned && std::popcount(state.seen) >= 2 ? state.seen : 0U;
+  }
+  const bool has_frame = status_now_ == BodyStatus::kTracked;
+  return {.geometry = geometry_,
+          .T_body_cam = poses_,
+          .fixed_frames = has_frame ? fixed_columns() : bit(poses_.size()) - 1U,
+          .points = map_.points(),
+          .observations = map_.table()};
+}
+
+void BodyReconstruction::reposition_single_sightings() {
+  for (std::size_t row = 0; row < map_.size(); ++row) {
+    const PointState& state = map_.state(row);
+    if (!state.positioned || std::popcount(state.seen) != 1) {
+      continue;
+    }
+    const auto k = static_cast<std::size_t>(std::countr_zero(state.seen));
+    const BundleObservation& o = map_.observations(row)[k];
+    const double disparity_px = double{o.u_left_px} - double{o.u_right_px};
+    if (disparity_px >= config_.min_disparity_px) {
+      map_.point(row).position_m = poses_[k] * geometry_.triangulate(double{o.u_left_px}, double{o.v_px}, disparity_px);
+    }
+  }
+}
+
+void BodyReconstruction::judge(std::size_t row) {
+  PointState& state = map_.state(row);
+  const double gate2 = config_.gate_sigma * config_.gate_sigma;
+  double sum = 0.0;
+  int count = 0;
+  for (std::uint32_t rest = state.seen; rest != 0; rest &= rest - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+    const BundleObservation& o = map_.observations(row)[k];
+    const double chi2 = reprojection_chi2(geometry_, poses_[k].inverse(),
+                                          {map_.point(row).position_m, o.u_left_px, o.v_px, o.u_right_px},
+                                          config_.measurement_sigma_px);
+    if (chi2 > gate2) {
+      map_.forget(row, k);
+      if (k == newest_column()) {
+        ++disagreements_[state.slot];
+      }
+    } else {
+      sum += chi2;
+      ++count;
+    }
+  }
+  state.error_px = count > 0 ? static_cast<float>(config_.measurement_sigma_px * std::sqrt(sum / count)) : 0.F;
+}
+
+void BodyReconstruction::cull_points() {
+  for (std::size_t row = map_.size(); row-- > 0;) {
+    if (!map_.state(row).positioned) {
+      continue;
+    }
+    const bool seen_before = map_.state(row).seen != 0;
+    judge(row);
+    if (map_.state(row).seen == 0) {
+      if (seen_before) {
+        ++counters_.points_culled;
+      } else {
+        retire(row);
+      }
+      map_.remove(row);
+    }
+  }
+}
+
+void BodyReconstruction::retire(std::size_t row) {
+  const PointState& state = map_.state(row);
+  if (state.positioned && state.observations >= 2) {
+    static_cast<void>(retired_.push_back({.id = state.id,
+                                          .position_m = map_.point(row).position_m.cast<float>(),
+                                          .reprojection_error_px = state.error_px,
+                                          .observations = state.observations,
+                                          .intensity = state.intensity}));
+  }
+}
+
+void BodyReconstruction::publish() {
+  live_.clear();
+  sightings_.clear();
+  for (std::size_t row = 0; row < map_.size(); ++row) {
+    const PointState& state = map_.state(row);
+    if (!state.positioned) {
+      continue;
+    }
+    static_cast<void>(live_.push_back(
+        {state.id, map_.point(row).position_m.cast<float>(), state.error_px, state.observations, state.intensity}));
+    if ((state.seen & bit(newest_column())) != 0 && status_now_ == BodyStatus::kTracked) {
+      const BundleObservation& o = map_.observations(row)[newest_column()];
+      static_cast<void>(sightings_.push_back({state.id, o.u_left_px, o.v_px, o.u_right_px}));
+    }
+  }
+  estimate_.points = live_.span();
+  estimate_.frame_observations = sightings_.span();
+  estimate_.retired = retired_.span();
+}
+
+const BodyEstimate& BodyReconstruction::conclude(const BundleSummary& refinement) {
+  if (status_now_ == BodyStatus::kTracked) {
+    for (Se3& pose : poses_) {
+      pose = pose.orthonormalised();
+    }
+    reposition_single_sightings();
+    cull_points();
+    T_body_cam_now_ = poses_[newest_column()];
+    if (refinement.newest_covariance.allFinite() && refinement.newest_covariance.trace() > 0.0) {
+      estimate_.covariance = refinement.newest_covariance;
+    }
+  }
+  estimate_.status = status_now_;
+  estimate_.T_body_cam = T_body_cam_now_;
+  publish();
+  if (status_now_ == BodyStatus::kTracked) {
+    estimate_.inliers = static_cast<int>(sightings_.size());
+  }
+  history_.update_newest(status_now_, estimate_.covariance, estimate_.inliers);
+  return estimate_;
+}
+
+}  // namespace kinetrace::sfm

@@ -1,0 +1,74 @@
+#include "kinetrace/sfm/point_map.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+namespace kinetrace::sfm {
+
+PointMap::PointMap(Arena& arena, std::size_t max_points, std::size_t max_features, std::size_t window_frames)
+    : states_(arena.take<PointState>(max_points)),
+      points_(arena.take<BundlePoint>(max_points)),
+      table_(arena.take<BundleObservation>(max_points * window_frames)),
+      row_of_slot_(arena.take<std::uint16_t>(max_features)),
+      window_frames_(window_frames) {
+  clear();
+}
+
+std::size_t PointMap::find(const Feature& feature) const noexcept {
+  const std::uint16_t row = row_of_slot_[feature.slot];
+  return row != kNoRow && states_[row].id == feature.id ? row : kNone;
+}
+
+std::size_t PointMap::create(const Feature& feature) noexcept {
+  if (full()) {
+    return kNone;
+  }
+  const std::size_t row = size_++;
+  states_[row] = PointState{.id = feature.id, .slot = feature.slot, .intensity = feature.intensity};
+  points_[row] = BundlePoint{};
+  row_of_slot_[feature.slot] = static_cast<std::uint16_t>(row);
+  return row;
+}
+
+void PointMap::remove(std::size_t row) noexcept {
+  assert(row < size_);
+  // The slot may have passed to a newer feature's point already.
+  if (row_of_slot_[states_[row].slot] == row) {
+    row_of_slot_[states_[row].slot] = kNoRow;
+  }
+  const std::size_t last = --size_;
+  if (row == last) {
+    return;
+  }
+  if (row_of_slot_[states_[last].slot] == last) {
+    row_of_slot_[states_[last].slot] = static_cast<std::uint16_t>(row);
+  }
+  states_[row] = states_[last];
+  points_[row] = points_[last];
+  std::copy_n(table_.data() + last * window_frames_, window_frames_, table_.data() + row * window_frames_);
+}
+
+void PointMap::clear() noexcept {
+  size_ = 0;
+  std::fill(row_of_slot_.begin(), row_of_slot_.end(), kNoRow);
+}
+
+void PointMap::observe(std::size_t row, std::size_t column, const BundleObservation& observation) noexcept {
+  table_[row * window_frames_ + column] = observation;
+  states_[row].seen |= 1U << column;
+  if (states_[row].observations < 0xFFFF) {
+    ++states_[row].observations;
+  }
+}
+
+void PointMap::remove_column(std::size_t column) noexcept {
+  const std::uint32_t below = (1U << column) - 1U;
+  for (std::size_t row = 0; row < size_; ++row) {
+    BundleObservation* first = table_.data() + row * window_frames_;
+    std::copy(first + column + 1, first + window_frames_, first + column);
+    std::uint32_t& seen = states_[row].seen;
+    seen = (seen & below) | ((seen >> 1U) & ~below);
+  }
+}
+
+}  // namespace kinetrace::sfm

@@ -1,0 +1,237 @@
+#include "kinetrace/sfm/stereo_pose_estimator.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+
+#include "kinetrace/core/stereo_reprojection.hpp"
+
+namespace kinetrace::sfm {
+namespace {
+
+constexpr double kBehindCamera = 1e12;
+constexpr double kMinDepth_m = 0.05;
+constexpr std::size_t kScoredObservations =
+    160;  // Enough to rank hypotheses; all observations take part in the refinement.
+
+ReprojectionModel<double> model_of(const StereoGeometry& g) {
+  return {g.fx_px, g.fy_px, g.cx_px, g.cy_px, g.fx_px * g.baseline_m};
+}
+
+/// Normal equations of one pose: 6 x 6, upper part by accumulation of outer products.
+struct NormalEquations {
+  Matrix6d hessian = Matrix6d::Zero();
+  Vector6d gradient = Vector6d::Zero();
+  double cost = 0.0;
+  int used = 0;
+};
+
+void accumulate(const ReprojectionModel<double>& model, const Se3& pose, const PoseObservation& o, double inverse_sigma,
+                double huber_sigma, NormalEquations& normal) {
+  const Eigen::Vector3d p = pose * o.p_body;
+  if (p.z() < kMinDepth_m) {
+    return;
+  }
+  const bool stereo = !std::isnan(o.u_right_px);
+  const double u_right = stereo ? double{o.u_right_px} : 0.0;
+  const StereoReprojection<double> s =
+      stereo_reprojection<double>(model, p.x(), p.y(), p.z(), double{o.u_left_px}, double{o.v_px}, u_right);
+  const int rows = stereo ? 3 : 2;
+  double chi2 = 0.0;
+  for (int r = 0; r < rows; ++r) {
+    chi2 += s.residual[r] * s.residual[r];
+  }
+  chi2 *= inverse_sigma * inverse_sigma;
+  const double norm = std::sqrt(chi2);
+  const double robust = norm <= huber_sigma ? 1.0 : huber_sigma / norm;
+  const double weight = robust * inverse_sigma * inverse_sigma;
+  normal.cost += norm <= huber_sigma ? 0.5 * chi2 : huber_sigma * (norm - 0.5 * huber_sigma);
+  ++normal.used;
+
+  // d residual / d p for each row, then [ -skew(p), I ].
+  const std::array<Eigen::Vector3d, 3> d_point{Eigen::Vector3d(s.du_dx, 0.0, s.du_left_dz),
+                                               Eigen::Vector3d(0.0, s.dv_dy, s.dv_dz),
+                                               Eigen::Vector3d(s.du_dx, 0.0, s.du_right_dz)};
+  for (int r = 0; r < rows; ++r) {
+    const Eigen::Vector3d& g = d_point[static_cast<std::size_t>(r)];
+    Vector6d j;
+    j << p.cross(g), g;
+    normal.hessian.noalias() += weight * j * j.transpose();
+    normal.gradient.noalias() += weight * s.residual[r] * j;
+  }
+}
+
+/// One damped Gauss-Newton step; false when the system is singular.
+bool step(const NormalEquations& normal, double damping, Se3& pose) {
+  Matrix6d h = normal.hessian;
+  h.diagonal() *= 1.0 + damping;
+  h.diagonal().array() += 1e-9;
+  const Eigen::LDLT<Matrix6d> ldlt(h);
+  const Vector6d xi = -ldlt.solve(normal.gradient);
+  if (ldlt.info() != Eigen::Success || !xi.allFinite()) {
+    return false;
+  }
+  pose = left_update(pose, xi);
+  return true;
+}
+
+/// Small deterministic generator (numerical recipes' LCG): sampling needs spread, not secrecy.
+class Sampler {
+ public:
+  explicit Sampler(std::uint32_t seed) : state_(seed * 747796405U + 2891336453U) {}
+  std::size_t below(std::size_t n) {
+    state_ = state_ * 1664525U + 1013904223U;
+    return static_cast<std::size_t>((static_cast<std::uint64_t>(state_) * n) >> 32U);
+  }
+
+ private:
+  std::uint32_t state_;
+};
+
+std::array<std::size_t, 3> sample_three(Sampler& sampler, std::size_t n) {
+  std::array<std::size_t, 3> pick{sampler.below(n), sampler.below(n), sampler.below(n)};
+  while (pick[1] == pick[0]) {
+    pick[1] = sampler.below(n);
+  }
+  while (pick[2] == pick[0] || pick[2] == pick[1]) {
+    pick[2] = sampler.below(n);
+  }
+  return pick;
+}
+
+/// Truncated cost (MSAC) over an even subset, with the number of inliers in it.
+struct Score {
+  double cost = std::numeric_limits<double>::infinity();
+  std::size_t inliers = 0;
+  std::size_t scored = 1;
+};
+
+Score score_pose(const StereoGeometry& geometry, const Se3& pose, std::span<const PoseObservation> observations,
+                 double sigma_px, double gate2) {
+  const std::size_t stride = std::max<std::size_t>(1, observations.size() / kScoredObservations);
+  Score score{0.0, 0, 0};
+  for (std::size_t i = 0; i < observations.size(); i += stride) {
+    const double chi2 = reprojection_chi2(geometry, pose, observations[i], sigma_px);
+    score.cost += std::min(chi2, gate2);
+    score.inliers += chi2 < gate2 ? 1U : 0U;
+    ++score.scored;
+  }
+  return score;
+}
+
+/// Samples needed to draw one clean triple with 99.9 % certainty.
+int hypotheses_needed(const Score& best, int bound) {
+  const double ratio = static_cast<double>(best.inliers) / static_cast<double>(best.scored);
+  const double clean = ratio * ratio * ratio;
+  if (clean > 0.999) {
+    return 1;
+  }
+  if (clean < 1e-4) {
+    return bound;
+  }
+  return std::min(bound, static_cast<int>(std::ceil(std::log(1e-3) / std::log(1.0 - clean))));
+}
+
+int classify(const StereoGeometry& geometry, const Se3& pose, std::span<const PoseObservation> observations,
+             double sigma_px, double gate2, std::span<std::uint8_t> inlier) {
+  int count = 0;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    inlier[i] = reprojection_chi2(geometry, pose, observations[i], sigma_px) < gate2 ? 1 : 0;
+    count += inlier[i];
+  }
+  return count;
+}
+
+}  // namespace
+
+double reprojection_chi2(const StereoGeometry& geometry, const Se3& T_cam_body, const PoseObservation& o,
+                         double sigma_px) {
+  const Eigen::Vector3d p = T_cam_body * o.p_body;
+  if (!(p.z() > kMinDepth_m)) {
+    return kBehindCamera;
+  }
+  const Eigen::Vector3d uvr = geometry.project(p);
+  const double du = uvr.x() - double{o.u_left_px};
+  const double dv = uvr.y() - double{o.v_px};
+  const double dr = std::isnan(o.u_right_px) ? 0.0 : uvr.z() - double{o.u_right_px};
+  return (du * du + dv * dv + dr * dr) / (sigma_px * sigma_px);
+}
+
+PoseEstimate StereoPoseEstimator::estimate(std::span<const PoseObservation> observations,
+                                           const Se3& T_cam_body_predicted, std::span<std::uint8_t> inlier) const {
+  PoseEstimate out;
+  out.T_cam_body = T_cam_body_predicted;
+  std::fill(inlier.begin(), inlier.end(), std::uint8_t{0});
+  if (observations.size() < 3) {
+    return out;
+  }
+  const ReprojectionModel<double> model = model_of(geometry_);
+  const double sigma_px = config_.measurement_sigma_px;
+  const double gate2 = config_.gate_sigma * config_.gate_sigma;
+  // Points carry errors of their own while hypotheses are ranked; the final gate is the configured one.
+  const double search_gate2 = 4.0 * gate2;
+
+  Se3 best_pose = T_cam_body_predicted;
+  Score best = score_pose(geometry_, best_pose, observations, sigma_px, search_gate2);
+  Sampler sampler(static_cast<std::uint32_t>(observations.size()));
+  int needed = hypotheses_needed(best, config_.max_hypotheses);
+  for (int hypothesis = 0; hypothesis < needed; ++hypothesis) {
+    Se3 pose = best_pose;
+    const std::array<std::size_t, 3> pick = sample_three(sampler, observations.size());
+    bool solved = true;
+    for (int iteration = 0; iteration < 5 && solved; ++iteration) {
+      NormalEquations normal;
+      for (const std::size_t i : pick) {
+        accumulate(model, pose, observations[i], 1.0, std::numeric_limits<double>::infinity(), normal);
+      }
+      solved = normal.used == 3 && step(normal, 1e-3, pose);
+    }
+    if (!solved) {
+      continue;
+    }
+    const Score score = score_pose(geometry_, pose, observations, sigma_px, search_gate2);
+    if (score.cost < best.cost) {
+      best = score;
+      best_pose = pose;
+      needed = hypotheses_needed(best, config_.max_hypotheses);
+    }
+  }
+
+  // Two rounds with a narrowing gate: the first absorbs what three points could not know.
+  NormalEquations last;
+  for (const double round_gate2 : {search_gate2, gate2}) {
+    if (classify(geometry_, best_pose, observations, sigma_px, round_gate2, inlier) < 3) {
+      return out;
+    }
+    for (int iteration = 0; iteration < 4; ++iteration) {
+      last = NormalEquations{};
+      for (std::size_t i = 0; i < observations.size(); ++i) {
+        if (inlier[i] != 0) {
+          accumulate(model, best_pose, observations[i], 1.0 / sigma_px, 1.5, last);
+        }
+      }
+      const Eigen::Vector3d before = best_pose.translation;
+      if (!step(last, 1e-6, best_pose)) {
+        return out;
+      }
+      if ((best_pose.translation - before).norm() < 1e-6) {
+        break;
+      }
+    }
+  }
+  best_pose = best_pose.orthonormalised();
+  out.inliers = classify(geometry_, best_pose, observations, sigma_px, gate2, inlier);
+  out.valid = out.inliers >= 3 && best_pose.is_finite();
+  if (out.valid) {
+    out.T_cam_body = best_pose;
+    Matrix6d h = last.hessian;
+    h.diagonal().array() += 1e-9;
+    out.covariance = h.inverse();
+  }
+  return out;
+}
+
+}  // namespace kinetrace::sfm
