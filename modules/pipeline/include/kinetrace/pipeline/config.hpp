@@ -1,0 +1,166 @@
+// All settings of the pipeline, and one table that names them.
+#pragma once
+
+#include <array>
+#include <string_view>
+
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/features/feature_config.hpp"
+#include "kinetrace/refinement/fixed_bundle_adjuster.hpp"
+#include "kinetrace/segmentation/config.hpp"
+#include "kinetrace/sfm/config.hpp"
+#include "kinetrace/tracking/config.hpp"
+
+namespace kinetrace::pipeline {
+
+/// Sizes of an object's reconstruction: few points, a window as long as the background's.
+[[nodiscard]] constexpr sfm::BodyConfig default_object_config() noexcept {
+  sfm::BodyConfig config;
+  config.max_points = 160;
+  return config;
+}
+
+struct MemoryConfig {
+  double budget_mib = 64.0;     ///< Of the whole process at its peak; a plan that does not fit is refused at start.
+  double libraries_mib = 22.0;  ///< Set aside for code and libraries.
+};
+
+/// How objects are made from tracks.
+struct ObjectConfig {
+  int stereo_only_min_features = 2;  ///< Stereo features that give an object too small for SfM its position.
+  int lost_after_frames = 5;         ///< Predicted frames in a row after which an object counts as lost.
+  bool rigid_pedestrians = false;    ///< Reconstruct people too; off, they get a trajectory from stereo.
+};
+
+/// Everything that decides what a run computes. `max_features` and the object count are set once, in `features` and
+/// `tracking`; the reconstructions follow.
+struct PipelineConfig {
+  features::FeatureConfig features;
+  segmentation::SegmentationConfig segmentation;
+  tracking::TrackerConfig tracking;
+  sfm::BodyConfig background;
+  sfm::BodyConfig object = default_object_config();
+  refinement::FixedBundleConfig refinement;
+  ObjectConfig objects;
+  MemoryConfig memory;
+
+  /// kInvalidConfig naming the first key that is out of range.
+  [[nodiscard]] Status validate() const;
+};
+
+/// For enumerations in configuration files; false if `text` is none of the names.
+[[nodiscard]] inline bool from_string(std::string_view text, segmentation::SegmentationMode& mode) noexcept {
+  for (const auto candidate : {segmentation::SegmentationMode::kNone, segmentation::SegmentationMode::kMasks,
+                               segmentation::SegmentationMode::kMotion}) {
+    if (text == to_string(candidate)) {
+      mode = candidate;
+      return true;
+    }
+  }
+  return false;
+}
+
+namespace detail {
+
+template <typename Body, typename Visitor>
+void visit_body(Body& body, Visitor& visit, const std::array<std::string_view, 11>& keys) {
+  visit(keys[0], body.max_points, "points of the map; beyond, new points are dropped and counted");
+  visit(keys[1], body.window_frames, "frames that bundle adjustment refines, and the lag after which a pose is final");
+  visit(keys[2], body.min_inliers, "fewer agreeing points are no pose");
+  visit(keys[3], body.min_inlier_ratio, "a smaller part of agreeing points is no pose");
+  visit(keys[4], body.measurement_sigma_px, "standard deviation of u_left, v and u_right, px");
+  visit(keys[5], body.gate_sigma, "observations further off than this many sigmas are outliers");
+  visit(keys[6], body.ransac_max_hypotheses, "bound of the adaptive number of 3-point hypotheses");
+  visit(keys[7], body.min_disparity_px, "points are made from stereo above this disparity, px");
+  visit(keys[8], body.min_parallax_deg, "points are made from temporal views above this angle between rays, degrees");
+  visit(keys[9], body.keyframe_motion_px,
+        "a frame whose points moved less than this since the last keyframe is not kept, px");
+  visit(keys[10], body.keyframe_overlap, "... unless less than this part of the keyframe's points is still seen");
+}
+
+}  // namespace detail
+
+/// Calls `visit(key, field, description)` for every setting; keys are dotted, fields are bool, int, float, double,
+/// std::string or an enumeration with to_string and from_string.
+template <typename Config, typename Visitor>
+void visit_fields(Config& config, Visitor&& visit) {
+  auto& f = config.features;
+  visit("features.max_features", f.max_features, "feature slots over all bodies");
+  visit("features.max_background_features", f.max_background_features, "of these, at most for the background");
+  visit("features.max_features_per_object", f.max_features_per_object, "of these, at most for one object");
+  visit("features.pyramid_levels", f.pyramid_levels, "image pyramid levels, each half the size");
+  visit("features.bucket_px", f.bucket_px, "background: one new feature per free bucket of this size, px");
+  visit("features.object_bucket_px", f.object_bucket_px, "the same for objects, px");
+  visit("features.min_distance_px", f.min_distance_px, "between a new corner and any live feature, px");
+  visit("features.min_corner_strength", f.min_corner_strength, "root of the smaller gradient eigenvalue, gray per px");
+  visit("features.min_object_corner_strength", f.min_object_corner_strength, "the same for objects");
+  visit("features.forward_backward_px", f.forward_backward_px, "largest distance after tracking there and back, px");
+  visit("features.min_correlation", f.min_correlation, "of a patch with its match");
+  visit("features.max_residual", f.max_residual, "... or RMS gray difference below this");
+  visit("features.min_patch_strength", f.min_patch_strength, "texture a patch needs to be tracked, gray per px");
+  visit("features.refine_against_reference", f.refine_against_reference, "align with the patch as first seen");
+  visit("features.max_disparity_px", f.max_disparity_px,
+        "left-right search range: nearest distance = fx baseline / this");
+  visit("features.min_disparity_px", f.min_disparity_px, "below, a match says nothing, px");
+  visit("features.max_row_difference_px", f.max_row_difference_px, "between the eyes, px");
+  visit("features.uniqueness_ratio", f.uniqueness_ratio, "second-best cost over best cost of a left-right match");
+  visit("features.mask_border_px", f.mask_border_px, "a feature this near a mask border keeps its body, px");
+
+  auto& s = config.segmentation;
+  visit("segmentation.mode", s.mode, "none, masks or motion");
+  visit("segmentation.left_dir", s.left_dir, "masks: folder of left masks, named like the left images");
+  visit("segmentation.right_dir", s.right_dir, "masks: folder of right masks, may be empty");
+  visit("segmentation.max_objects", s.max_objects, "instances per frame; the largest stay");
+  visit("segmentation.min_area_px", s.min_area_px, "smaller instances are dropped, px");
+  visit("segmentation.motion.sigma_px", s.motion.sigma_px, "standard deviation of a feature's coordinates, px");
+  visit("segmentation.motion.ego_sigma_px", s.motion.ego_sigma_px, "error of the ego motion seen as image motion, px");
+  visit("segmentation.motion.bias_disparity_px", s.motion.bias_disparity_px, "slowly varying error of disparity, px");
+  visit("segmentation.motion.window_frames", s.motion.window_frames, "frames over which a velocity is fitted");
+  visit("segmentation.motion.min_disparity_px", s.motion.min_disparity_px, "features farther away have no say, px");
+  visit("segmentation.motion.min_speed_mps", s.motion.min_speed_mps, "slower regions are not called moving, m/s");
+  visit("segmentation.motion.significance", s.motion.significance, "speed over its standard deviation");
+  visit("segmentation.motion.min_features", s.motion.min_features, "features of a moving region");
+  visit("segmentation.motion.link_distance_m", s.motion.link_distance_m, "features farther apart do not join, m");
+  visit("segmentation.motion.confirm_frames", s.motion.confirm_frames,
+        "frames a region must move in before it is reported");
+  visit("segmentation.motion.hold_frames", s.motion.hold_frames, "frames a region is kept after it stopped");
+
+  auto& t = config.tracking;
+  visit("tracking.max_objects", t.max_objects, "tracks alive at once");
+  visit("tracking.confirm_frames", t.confirm_frames, "matched frames until a track is confirmed");
+  visit("tracking.max_missed_frames", t.max_missed_frames, "frames without a detection after which a track ends");
+  visit("tracking.max_tentative_missed_frames", t.max_tentative_missed_frames, "the same for a tentative track");
+  visit("tracking.min_area_px", t.min_area_px, "smaller detections are not born, smaller tracks end, px");
+  visit("tracking.min_overlap", t.min_overlap, "intersection over union of prediction and detection");
+  visit("tracking.duplicate_overlap", t.duplicate_overlap,
+        "part of a detection on live tracks above which it is not born");
+  visit("tracking.ransac_threshold_px", t.ransac_threshold_px, "support of an object's similarity, px");
+  visit("tracking.ransac_iterations", t.ransac_iterations, "samples of an object's similarity");
+
+  detail::visit_body(config.background, visit,
+                     {"background.max_points", "background.window_frames", "background.min_inliers",
+                      "background.min_inlier_ratio", "background.measurement_sigma_px", "background.gate_sigma",
+                      "background.ransac_max_hypotheses", "background.min_disparity_px", "background.min_parallax_deg",
+                      "background.keyframe_motion_px", "background.keyframe_overlap"});
+  detail::visit_body(
+      config.object, visit,
+      {"object.max_points", "object.window_frames", "object.min_inliers", "object.min_inlier_ratio",
+       "object.measurement_sigma_px", "object.gate_sigma", "object.ransac_max_hypotheses", "object.min_disparity_px",
+       "object.min_parallax_deg", "object.keyframe_motion_px", "object.keyframe_overlap"});
+  visit("object.stereo_only_min_features", config.objects.stereo_only_min_features,
+        "stereo features that give a small object its position");
+  visit("object.lost_after_frames", config.objects.lost_after_frames,
+        "predicted frames in a row until an object is lost");
+  visit("object.rigid_pedestrians", config.objects.rigid_pedestrians, "reconstruct people like vehicles");
+
+  auto& r = config.refinement;
+  visit("refinement.max_iterations", r.max_iterations, "damped steps tried per body and frame");
+  visit("refinement.huber_threshold_sigmas", r.huber_threshold_sigmas, "residuals beyond count linearly");
+  visit("refinement.initial_damping", r.initial_damping, "Levenberg-Marquardt damping, relative");
+  visit("refinement.relative_cost_tolerance", r.relative_cost_tolerance, "converged below this relative change");
+
+  visit("memory.budget_mib", config.memory.budget_mib, "of the whole process at its peak, MiB");
+  visit("memory.libraries_mib", config.memory.libraries_mib, "set aside for code and libraries, MiB");
+}
+
+}  // namespace kinetrace::pipeline
