@@ -48,18 +48,6 @@ struct PipelineConfig {
   [[nodiscard]] Status validate() const;
 };
 
-/// For enumerations in configuration files; false if `text` is none of the names.
-[[nodiscard]] inline bool from_string(std::string_view text, segmentation::SegmentationMode& mode) noexcept {
-  for (const auto candidate : {segmentation::SegmentationMode::kNone, segmentation::SegmentationMode::kMasks,
-                               segmentation::SegmentationMode::kMotion}) {
-    if (text == to_string(candidate)) {
-      mode = candidate;
-      return true;
-    }
-  }
-  return false;
-}
-
 namespace detail {
 
 template <typename Body, typename Visitor>
