@@ -1,1 +1,129 @@
-// image_info
+#include "kinetrace/imaging/image_info.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <span>
+#include <string>
+
+#include "file_bytes.hpp"
+#include "pgm_decoder.hpp"
+
+namespace kinetrace::imaging {
+namespace {
+
+constexpr int kMaxSide = 65535;  // What JPEG can say; no camera comes near it, so more means damage.
+
+std::uint32_t big_endian(const std::uint8_t* bytes, int count) {
+  std::uint32_t value = 0;
+  for (int i = 0; i < count; ++i) {
+    value = value << 8 | bytes[i];
+  }
+  return value;
+}
+
+tl::unexpected<Error> truncated(const char* path) {
+  return file_error(ErrorCode::kBadFormat, path, "ends within its header; copy it again or remove it");
+}
+
+Result<ImageInfo> checked_size(const char* path, ImageInfo info, std::uint32_t width, std::uint32_t height) {
+  if (width == 0 || height == 0 || width > kMaxSide || height > kMaxSide) {
+    return file_error(ErrorCode::kBadFormat, path,
+                      "its header claims " + std::to_string(width) + "x" + std::to_string(height) +
+                          " pixels, which no camera delivers; the file is damaged");
+  }
+  info.width = static_cast<int>(width);
+  info.height = static_cast<int>(height);
+  return info;
+}
+
+// PNG specification, 11.2.2: IHDR is the first chunk, at a fixed place.
+Result<ImageInfo> png_info(const char* path, std::span<const std::uint8_t> head) {
+  constexpr std::size_t kHeaderBytes = 26;
+  if (head.size() < kHeaderBytes) {
+    return truncated(path);
+  }
+  ImageInfo info;
+  info.format = ImageFormat::kPng;
+  info.bit_depth = head[24];
+  switch (head[25]) {
+    case 0: info.channels = 1; break;
+    case 2:
+    case 3: info.channels = 3; break;
+    case 4: info.channels = 2; break;
+    case 6: info.channels = 4; break;
+    default: return file_error(ErrorCode::kBadFormat, path, "has an invalid PNG colour type; the file is damaged");
+  }
+  return checked_size(path, info, big_endian(&head[16], 4), big_endian(&head[20], 4));
+}
+
+// JPEG (ITU T.81, B.1.1): walk the marker segments up to the start of frame, which holds the size.
+Result<ImageInfo> jpeg_info(const char* path, const InputFile& file) {
+  std::size_t offset = 2;
+  std::array<std::uint8_t, 10> segment{};
+  while (file.read(offset, segment) == segment.size()) {
+    const int marker = segment[1];
+    if (segment[0] != 0xFF) {
+      break;
+    }
+    if (marker == 0xFF) {  // Fill byte.
+      ++offset;
+      continue;
+    }
+    const bool start_of_frame = marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
+    if (start_of_frame) {
+      ImageInfo info;
+      info.format = ImageFormat::kJpeg;
+      info.bit_depth = segment[4];
+      info.channels = segment[9];
+      return checked_size(path, info, big_endian(&segment[7], 2), big_endian(&segment[5], 2));
+    }
+    if (marker == 0xD9 || marker == 0xDA) {  // End of image, start of scan: no frame came before.
+      break;
+    }
+    offset += 2 + big_endian(&segment[2], 2);
+  }
+  return truncated(path);
+}
+
+Result<ImageInfo> pgm_info(const char* path, std::span<const std::uint8_t> head) {
+  const Result<PgmHeader> header = parse_pgm_header(path, head);
+  if (!header) {
+    return tl::unexpected(header.error());
+  }
+  ImageInfo info;
+  info.format = ImageFormat::kPgm;
+  info.channels = 1;
+  info.bit_depth = header->max_value > 255 ? 16 : 8;
+  return checked_size(path, info, header->width, header->height);
+}
+
+}  // namespace
+
+Result<ImageInfo> read_image_info(const char* path) {
+  const Result<InputFile> file = InputFile::open(path);
+  if (!file) {
+    return tl::unexpected(file.error());
+  }
+  std::array<std::uint8_t, 1024> buffer{};
+  const std::span<const std::uint8_t> head(buffer.data(), file->read(0, buffer));
+  constexpr std::array<std::uint8_t, 8> kPngMagic{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
+  const auto begins_with = [&head](std::span<const std::uint8_t> magic) {
+    return head.size() >= magic.size() && std::equal(magic.begin(), magic.end(), head.begin());
+  };
+  if (begins_with(kPngMagic)) {
+    return png_info(path, head);
+  }
+  if (head.size() >= 3 && head[0] == 0xFF && head[1] == 0xD8 && head[2] == 0xFF) {
+    return jpeg_info(path, *file);
+  }
+  if (head.size() >= 2 && head[0] == 'P' && head[1] == '5') {
+    return pgm_info(path, head);
+  }
+  if (head.size() < kPngMagic.size() && std::equal(head.begin(), head.end(), kPngMagic.begin())) {
+    return truncated(path);
+  }
+  return file_error(ErrorCode::kUnsupported, path, "is no PNG, JPEG or binary PGM image; convert it to PNG");
+}
+
+}  // namespace kinetrace::imaging

@@ -1,1 +1,128 @@
-// image_reader
+#include "kinetrace/imaging/image_reader.hpp"
+
+#include <string>
+
+#include "file_bytes.hpp"
+#include "jpeg_decoder.hpp"
+#include "pgm_decoder.hpp"
+#include "png_decoder.hpp"
+
+namespace kinetrace::imaging {
+namespace {
+
+std::string size_text(int width, int height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
+
+}  // namespace
+
+Status ImageReaderConfig::validate() const {
+  constexpr int kMaxSide = 16384;
+  constexpr std::size_t kMinFile = 1024;
+  constexpr std::size_t kMaxFile = std::size_t{1} << 30;
+  if (max_width_px < 1 || max_width_px > kMaxSide) {
+    return fail(ErrorCode::kInvalidConfig,
+                "image_reader.max_width_px must be in [1, 16384], got " + std::to_string(max_width_px));
+  }
+  if (max_height_px < 1 || max_height_px > kMaxSide) {
+    return fail(ErrorCode::kInvalidConfig,
+                "image_reader.max_height_px must be in [1, 16384], got " + std::to_string(max_height_px));
+  }
+  if (max_file_bytes < kMinFile || max_file_bytes > kMaxFile) {
+    return fail(ErrorCode::kInvalidConfig,
+                "image_reader.max_file_bytes must be in [1024, 1073741824], got " + std::to_string(max_file_bytes));
+  }
+  return {};
+}
+
+void ImageReader::carve(const ImageReaderConfig& config, Arena& arena, ImageReader& reader) {
+  reader.file_ = arena.take<std::uint8_t>(config.max_file_bytes);
+  reader.row_ = arena.take<std::uint8_t>(static_cast<std::size_t>(config.max_width_px) * kPngRowBytesPerPixel);
+}
+
+std::size_t ImageReader::required_bytes(const ImageReaderConfig& config) {
+  return measure_bytes([&config](Arena& arena) {
+    ImageReader reader;
+    carve(config, arena, reader);
+  });
+}
+
+Result<ImageReader> ImageReader::create(const ImageReaderConfig& config, Arena& arena) {
+  if (const Status valid = config.validate(); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  ImageReader reader;
+  reader.config_ = config;
+  carve(config, arena, reader);
+  if (arena.exhausted()) {
+    return fail(ErrorCode::kCapacity, "the arena does not hold the image reader's " +
+                                          std::to_string(required_bytes(config)) + " bytes; enlarge the memory budget");
+  }
+  reader.jpeg_ = JpegDecoder::create();
+  if (!reader.jpeg_) {
+    return fail(ErrorCode::kInternal, "libturbojpeg gives no decompressor: out of memory");
+  }
+  return reader;
+}
+
+Result<std::span<const std::uint8_t>> ImageReader::load(const char* path, int width, int height, ImageInfo& info) {
+  const Result<ImageInfo> header = read_image_info(path);
+  if (!header) {
+    return tl::unexpected(header.error());
+  }
+  info = *header;
+  if (info.width != width || info.height != height) {
+    return file_error(ErrorCode::kInvalidArgument, path,
+                      "is " + size_text(info.width, info.height) + " pixels, expected " + size_text(width, height) +
+                          "; all images of a sequence must have one size");
+  }
+  if (info.width > config_.max_width_px || info.height > config_.max_height_px) {
+    return file_error(ErrorCode::kCapacity, path,
+                      "is " + size_text(info.width, info.height) + " pixels, the reader was made for at most " +
+                          size_text(config_.max_width_px, config_.max_height_px) + "; raise image_reader.max_*_px");
+  }
+  const Result<InputFile> file = InputFile::open(path);
+  if (!file) {
+    return tl::unexpected(file.error());
+  }
+  if (file->size_bytes() > file_.size()) {
+    return file_error(ErrorCode::kCapacity, path,
+                      "has " + std::to_string(file->size_bytes()) + " bytes, the reader was made for at most " +
+                          std::to_string(file_.size()) + "; raise image_reader.max_file_bytes");
+  }
+  const std::size_t got = file->read(0, file_.first(file->size_bytes()));
+  if (got < file->size_bytes()) {
+    return file_error(ErrorCode::kIo, path, "could not be read to its end; check the storage device");
+  }
+  return file_.first(got);
+}
+
+Status ImageReader::read_gray(const char* path, MutableGrayView target) {
+  ImageInfo info;
+  const auto bytes = load(path, target.width, target.height, info);
+  if (!bytes) {
+    return tl::unexpected(bytes.error());
+  }
+  switch (info.format) {
+    case ImageFormat::kPng: return decode_png_gray(path, *bytes, info, row_, target);
+    case ImageFormat::kPgm: return decode_pgm_gray(path, *bytes, target);
+    case ImageFormat::kJpeg: return jpeg_->decode_gray(path, *bytes, target);
+  }
+  return {};
+}
+
+Status ImageReader::read_gray16(const char* path, ImageView<std::uint16_t> target) {
+  ImageInfo info;
+  const auto bytes = load(path, target.width, target.height, info);
+  if (!bytes) {
+    return tl::unexpected(bytes.error());
+  }
+  switch (info.format) {
+    case ImageFormat::kPng: return decode_png_gray16(path, *bytes, info, row_, target);
+    case ImageFormat::kPgm: return decode_pgm_gray16(path, *bytes, target);
+    case ImageFormat::kJpeg: break;
+  }
+  return file_error(ErrorCode::kUnsupported, path, "is a JPEG; label images must be gray PNG or PGM");
+}
+
+}  // namespace kinetrace::imaging

@@ -1,1 +1,86 @@
-// png_writer
+#include "kinetrace/imaging/png_writer.hpp"
+
+#include <cstddef>
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include <spng.h>
+
+#include "file_bytes.hpp"
+#include "kinetrace/core/allocation_counter.hpp"
+
+namespace kinetrace::imaging {
+namespace {
+
+struct FileClose {
+  void operator()(std::FILE* file) const noexcept { (void)std::fclose(file); }
+};
+struct ContextDelete {
+  void operator()(spng_ctx* context) const noexcept { spng_ctx_free(context); }
+};
+
+struct PixelFormat {
+  std::uint8_t bit_depth;
+  std::uint8_t color_type;
+};
+
+template <typename Pixel>
+int encode(std::FILE* file, ImageView<const Pixel> image, PixelFormat format) {
+  const std::unique_ptr<spng_ctx, ContextDelete> context(spng_ctx_new(SPNG_CTX_ENCODER));
+  if (!context) {
+    return SPNG_EMEM;
+  }
+  spng_ihdr header{};
+  header.width = static_cast<std::uint32_t>(image.width);
+  header.height = static_cast<std::uint32_t>(image.height);
+  header.bit_depth = format.bit_depth;
+  header.color_type = format.color_type;
+  int code = spng_set_png_file(context.get(), file);
+  if (code == SPNG_OK) {
+    code = spng_set_ihdr(context.get(), &header);
+  }
+  if (code == SPNG_OK) {
+    code = spng_encode_image(context.get(), nullptr, 0, SPNG_FMT_PNG, SPNG_ENCODE_PROGRESSIVE | SPNG_ENCODE_FINALIZE);
+  }
+  for (int y = 0; code == SPNG_OK && y < image.height; ++y) {
+    code = spng_encode_row(context.get(), image.row(y), static_cast<std::size_t>(image.width) * sizeof(Pixel));
+  }
+  return code == SPNG_EOI ? SPNG_OK : code;
+}
+
+template <typename Pixel>
+Status write(const char* path, ImageView<const Pixel> image, PixelFormat format) {
+  if (image.empty()) {
+    return file_error(ErrorCode::kInvalidArgument, path, "cannot be written: the image is empty");
+  }
+  const ForeignCall foreign;
+  std::unique_ptr<std::FILE, FileClose> file(std::fopen(path, "wb"));
+  if (!file) {
+    return file_error(ErrorCode::kIo, path, "cannot be created; check that the folder exists and is writable");
+  }
+  const int code = encode(file.get(), image, format);
+  const bool flushed = std::fclose(file.release()) == 0;
+  if (code != SPNG_OK || !flushed) {
+    (void)std::remove(path);
+    return file_error(ErrorCode::kIo, path,
+                      std::string("cannot be written (") + (code != SPNG_OK ? spng_strerror(code) : "close failed") +
+                          "); check the free space");
+  }
+  return {};
+}
+
+}  // namespace
+
+Status write_png_gray8(const char* path, GrayView image) {
+  return write(path, image, {8, SPNG_COLOR_TYPE_GRAYSCALE});
+}
+Status write_png_gray16(const char* path, ImageView<const std::uint16_t> image) {
+  return write(path, image, {16, SPNG_COLOR_TYPE_GRAYSCALE});
+}
+Status write_png_rgb8(const char* path, ImageView<const Rgb8> image) {
+  static_assert(sizeof(Rgb8) == 3);
+  return write(path, image, {8, SPNG_COLOR_TYPE_TRUECOLOR});
+}
+
+}  // namespace kinetrace::imaging

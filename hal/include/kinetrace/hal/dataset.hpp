@@ -38,9 +38,9 @@ struct Dataset {
   DatasetLayout layout = DatasetLayout::kFolder;
   RigCalibration calibration;
   FrameList frames;
-  double nominal_rate_hz = 0.0;     ///< One over the median time between frames.
-  std::size_t max_file_bytes = 0;   ///< Of the largest image file.
-  std::vector<std::string> notes;   ///< What had to be assumed, one line each: "no time stamps in X: 10 Hz assumed".
+  double nominal_rate_hz = 0.0;    ///< One over the median time between frames.
+  std::size_t max_file_bytes = 0;  ///< Of the largest image file.
+  std::vector<std::string> notes;  ///< What had to be assumed, one line each: "no time stamps in X: 10 Hz assumed".
 };
 
 /// Finds the frames and the calibration. Reads file names, headers and text files, no pixels.

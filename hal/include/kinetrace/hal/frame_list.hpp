@@ -32,8 +32,8 @@ class FrameList {
   FrameList() = default;
   FrameList(FrameFolder left, FrameFolder right) : left_(std::move(left)), right_(std::move(right)) {}
 
-  /// Appends a frame; equal stems are stored once. Errors: kBadFormat if index or time do not increase, kCapacity beyond
-  /// 4 GiB of stems.
+  /// Appends a frame; equal stems are stored once. Errors: kBadFormat if index or time do not increase, kCapacity
+  /// beyond 4 GiB of stems.
   [[nodiscard]] Status add(const Frame& frame);
 
   [[nodiscard]] std::size_t size() const noexcept { return entries_.size(); }

@@ -16,16 +16,16 @@
 namespace kinetrace::hal {
 
 struct RectifierConfig {
-  /// Where the calibration brings no rectification of its own: 0 zooms until no pixel without image data is left, 1 keeps
-  /// every source pixel, between is between (alpha of cv::stereoRectify, balance of cv::fisheye::stereoRectify).
+  /// Where the calibration brings no rectification of its own: 0 zooms until no pixel without image data is left, 1
+  /// keeps every source pixel, between is between (alpha of cv::stereoRectify, balance of cv::fisheye::stereoRectify).
   double keep_borders = 0.0;
 
   [[nodiscard]] Status validate() const;
 };
 
-/// Rectifies by fixed-point look-up tables (position to 1/32 px, bilinear). Pairs that are rectified already pass through
-/// without a copy. Pixels without image data repeat the nearest border pixel, so that no false edges arise. Memory: 12
-/// bytes per rectified pixel for the tables and 2 for the images; none when passing through.
+/// Rectifies by fixed-point look-up tables (position to 1/32 px, bilinear). Pairs that are rectified already pass
+/// through without a copy. Pixels without image data repeat the nearest border pixel, so that no false edges arise.
+/// Memory: 12 bytes per rectified pixel for the tables and 2 for the images; none when passing through.
 class Rectifier {
  public:
   /// Zero if the calibration or the configuration is invalid; `create` then says why.

@@ -1,0 +1,25 @@
+// Binary PGM (P5), 8 and 16 bit.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/result.hpp"
+
+namespace kinetrace::imaging {
+
+struct PgmHeader {
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  std::uint32_t max_value = 0;
+  std::size_t pixels_offset = 0;
+};
+
+[[nodiscard]] Result<PgmHeader> parse_pgm_header(const char* path, std::span<const std::uint8_t> bytes);
+[[nodiscard]] Status decode_pgm_gray(const char* path, std::span<const std::uint8_t> bytes, MutableGrayView target);
+[[nodiscard]] Status decode_pgm_gray16(const char* path, std::span<const std::uint8_t> bytes,
+                                       ImageView<std::uint16_t> target);
+
+}  // namespace kinetrace::imaging

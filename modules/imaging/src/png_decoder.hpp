@@ -1,0 +1,21 @@
+// PNG through libspng, scan line by scan line.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/imaging/image_info.hpp"
+
+namespace kinetrace::imaging {
+
+inline constexpr int kPngRowBytesPerPixel = 4;  ///< Widest decoded pixel: 16-bit gray with alpha.
+
+/// `row` holds at least width * kPngRowBytesPerPixel bytes; the size of `target` is that of the image.
+[[nodiscard]] Status decode_png_gray(const char* path, std::span<const std::uint8_t> bytes, const ImageInfo& info,
+                                     std::span<std::uint8_t> row, MutableGrayView target);
+[[nodiscard]] Status decode_png_gray16(const char* path, std::span<const std::uint8_t> bytes, const ImageInfo& info,
+                                       std::span<std::uint8_t> row, ImageView<std::uint16_t> target);
+
+}  // namespace kinetrace::imaging
