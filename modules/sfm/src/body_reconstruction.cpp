@@ -61,7 +61,7 @@ BodyReconstruction::BodyReconstruction(const BodyConfig& config, const StereoGeo
       sightings_(arena, as_size(config.max_points)),
       rejected_(arena, as_size(config.max_features)) {}
 
-void BodyReconstruction::begin(const Se3& T_body_cam) {
+void BodyReconstruction::begin(const Se3& T_body_cam, BodyStatus status) {
   if (active_) {
     for (std::size_t row = 0; row < map_.size(); ++row) {
       retire(row);
@@ -76,8 +76,10 @@ void BodyReconstruction::begin(const Se3& T_body_cam) {
   std::fill(disagreeing_id_.begin(), disagreeing_id_.end(), 0U);
   used_columns_ = 0;
   T_body_cam_now_ = T_body_cam;
-  status_now_ = BodyStatus::kTracked;
+  status_now_ = status;
+  in_window_ = true;
   estimate_ = BodyEstimate{};
+  estimate_.status = status;
   estimate_.T_body_cam = T_body_cam;
   active_ = true;
 }
@@ -182,6 +184,7 @@ const BodyEstimate& BodyReconstruction::locate(const FeatureFrame& frame, std::u
       verdict_[pose_slots_[i]] = pose_inlier_[i] != 0 ? Verdict::kInlier : Verdict::kOutlier;
     }
   }
+  in_window_ = found;
   status_now_ = found ? BodyStatus::kTracked : BodyStatus::kPropagated;
   estimate_.status = status_now_;
   estimate_.T_body_cam = T_body_cam_now_;
@@ -236,7 +239,7 @@ void BodyReconstruction::extend(const FeatureFrame& frame, std::uint8_t label) {
   rejected_.clear();
   const SettledPose now{frame_index_,    timestamp_ns_,        status_now_,
                         T_body_cam_now_, estimate_.covariance, estimate_.inliers};
-  if (status_now_ != BodyStatus::kTracked) {
+  if (!in_window_) {
     history_.push(now, PoseHistory::kFrozen);
     return;
   }
@@ -351,10 +354,9 @@ BundleWindow BodyReconstruction::window() {
     // One sighting places a point but tells nothing about poses.
     map_.point(row).frames = state.positioned && std::popcount(state.seen) >= 2 ? state.seen : 0U;
   }
-  const bool has_frame = status_now_ == BodyStatus::kTracked;
-  return {.geometry = geometry_,
+    return {.geometry = geometry_,
           .T_body_cam = poses_,
-          .fixed_frames = has_frame ? fixed_columns() : bit(poses_.size()) - 1U,
+          .fixed_frames = in_window_ ? fixed_columns() : bit(poses_.size()) - 1U,
           .points = map_.points(),
           .observations = map_.table()};
 }
@@ -437,7 +439,7 @@ void BodyReconstruction::publish() {
     }
     static_cast<void>(live_.push_back(
         {state.id, map_.point(row).position_m.cast<float>(), state.error_px, state.observations, state.intensity}));
-    if ((state.seen & bit(newest_column())) != 0 && status_now_ == BodyStatus::kTracked) {
+    if ((state.seen & bit(newest_column())) != 0 && in_window_) {
       const BundleObservation& o = map_.observations(row)[newest_column()];
       static_cast<void>(sightings_.push_back({state.id, o.u_left_px, o.v_px, o.u_right_px}));
     }
@@ -448,7 +450,7 @@ void BodyReconstruction::publish() {
 }
 
 const BodyEstimate& BodyReconstruction::conclude(const BundleSummary& refinement) {
-  if (status_now_ == BodyStatus::kTracked) {
+  if (in_window_) {
     for (Se3& pose : poses_) {
       pose = pose.orthonormalised();
     }
@@ -462,7 +464,7 @@ const BodyEstimate& BodyReconstruction::conclude(const BundleSummary& refinement
   estimate_.status = status_now_;
   estimate_.T_body_cam = T_body_cam_now_;
   publish();
-  if (status_now_ == BodyStatus::kTracked) {
+  if (in_window_) {
     estimate_.inliers = static_cast<int>(sightings_.size());
   }
   history_.update_newest(status_now_, estimate_.covariance, estimate_.inliers);

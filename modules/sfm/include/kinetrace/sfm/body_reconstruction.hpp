@@ -39,9 +39,10 @@ class BodyReconstruction {
                                                          Arena& arena);
   [[nodiscard]] static std::size_t required_bytes(const BodyConfig& config);
 
-  /// Starts afresh, the camera of the coming frame at `T_body_cam`. Points of an earlier life are retired with that
-  /// frame.
-  void begin(const Se3& T_body_cam);
+  /// Starts afresh with the present frame, its camera at `T_body_cam`; extend() follows. `status` says what that pose is
+  /// worth: kTracked when it is known, kPropagated or kLost when it was only predicted. Points of an earlier life are
+  /// retired with this frame.
+  void begin(const Se3& T_body_cam, BodyStatus status = BodyStatus::kTracked);
   [[nodiscard]] bool active() const noexcept { return active_; }
   /// Ends the reconstruction; its remaining points are in `retired()` until the next begin().
   void end();
@@ -105,6 +106,7 @@ class BodyReconstruction {
   std::int64_t frame_index_ = 0;
   std::int64_t timestamp_ns_ = 0;
   BodyStatus status_now_ = BodyStatus::kInitializing;
+  bool in_window_ = false;  ///< This frame has a pose to build on, measured or begun with.
 
   // By feature slot.
   std::span<Verdict> verdict_;
