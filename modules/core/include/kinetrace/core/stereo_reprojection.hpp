@@ -15,7 +15,7 @@ struct ReprojectionModel {
 /// rows have the pattern [a 0 b; 0 c d; a 0 e], which callers may exploit. With the project's left perturbation of
 /// T_cam_body (see left_update), d residual / d (rotation, translation) = d_point * [ -skew(p_cam), I ]. `Scalar` may
 /// be float, double or a SIMD vector of floats: only + - * / are used, so that every solver evaluates the very same
-/// formula.
+/// formula. Always inlined: kernels are compiled for several instruction sets, and the linker must not merge them.
 template <typename Scalar>
 struct StereoReprojection {
   Scalar residual[3];
@@ -27,9 +27,8 @@ struct StereoReprojection {
 };
 
 template <typename Scalar>
-[[nodiscard]] inline StereoReprojection<Scalar> stereo_reprojection(const ReprojectionModel<Scalar>& model, Scalar x,
-                                                                    Scalar y, Scalar z, Scalar u_left, Scalar v,
-                                                                    Scalar u_right) {
+[[nodiscard, gnu::always_inline]] inline StereoReprojection<Scalar> stereo_reprojection(
+    const ReprojectionModel<Scalar>& model, Scalar x, Scalar y, Scalar z, Scalar u_left, Scalar v, Scalar u_right) {
   const Scalar inv_z = 1.0F / z;
   const Scalar fx_x = model.fx * x;
   const Scalar fy_y = model.fy * y;

@@ -1,0 +1,52 @@
+// Online stereo bundle adjustment with a fixed memory footprint.
+#pragma once
+
+#include <cstddef>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/bundle.hpp"
+#include "kinetrace/core/result.hpp"
+
+namespace kinetrace::refinement {
+
+struct FixedBundleConfig {
+  int max_frames = 12;     ///< Poses of a window, at most kMaxWindowFrames.
+  int max_points = 600;    ///< Points of a window that are seen by at least one frame.
+  int max_iterations = 6;  ///< Damped steps tried, accepted or not.
+  /// Residuals (norm over the two or three rows of an observation) beyond this count linearly (Huber). The default is
+  /// the 95 % quantile of three Gaussian rows.
+  double huber_threshold_sigmas = 2.8;
+  double initial_damping = 1e-4;          ///< Levenberg-Marquardt damping relative to the Hessian's diagonal.
+  double relative_cost_tolerance = 1e-4;  ///< Converged when a step changes the cost by less than this fraction.
+
+  [[nodiscard]] Status validate() const;
+};
+
+struct FixedBundleStorage;
+
+/// Levenberg-Marquardt with the Schur complement over the points (Triggs et al., "Bundle adjustment - a modern
+/// synthesis", 1999), in single precision eight points at a time; poses, the reduced camera system and the cost are
+/// kept in double precision. Works in the frame of the oldest fixed camera, so the body frame may be anywhere.
+///
+/// A point moves at most half its depth per step, so that no single far point can hold the window up. An observation
+/// behind its camera has a large constant cost and no derivatives. A window whose poses are all fixed is left as it is.
+///
+/// Errors of `refine`: kCapacity, the window exceeds max_frames or max_points; kInvalidArgument, no fixed pose, an
+/// observation table too small, or a value that is not finite; kBadCalibration. The window is then unchanged.
+/// Without an error `refine` allocates nothing.
+class FixedBundleAdjuster final : public BundleAdjuster {
+ public:
+  [[nodiscard]] static Result<FixedBundleAdjuster> create(const FixedBundleConfig& config, Arena& arena);
+  [[nodiscard]] static std::size_t required_bytes(const FixedBundleConfig& config);
+
+  [[nodiscard]] Result<BundleSummary> refine(BundleWindow& window) override;
+
+ private:
+  FixedBundleAdjuster(const FixedBundleConfig& config, FixedBundleStorage& storage)
+      : config_(config), storage_(&storage) {}
+
+  FixedBundleConfig config_;
+  FixedBundleStorage* storage_;  ///< Lives in the arena.
+};
+
+}  // namespace kinetrace::refinement

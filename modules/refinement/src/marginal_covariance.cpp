@@ -1,0 +1,75 @@
+#include "marginal_covariance.hpp"
+
+#include <bit>
+#include <vector>
+
+#include <Eigen/Cholesky>
+
+#include "reprojection_jacobian.hpp"
+#include "window_check.hpp"
+
+namespace kinetrace::refinement {
+namespace {
+
+constexpr double kPriorInformation = 1e-6;
+constexpr double kMinRelativePointInformation = 1e-9;
+using Matrix63d = Eigen::Matrix<double, 6, 3>;
+
+struct Coupling {
+  Eigen::Index place;
+  Matrix63d w;
+};
+
+double huber_weight(const Eigen::Vector3d& residual, double huber_sigmas) {
+  const double norm = residual.norm();
+  return norm > huber_sigmas ? huber_sigmas / norm : 1.0;
+}
+
+}  // namespace
+
+Matrix6d newest_marginal_covariance(const BundleWindow& window, double huber_sigmas) {
+  const std::size_t frames = window.T_body_cam.size();
+  std::vector<Eigen::Index> place(frames, -1);
+  Eigen::Index size = 0;
+  for (std::size_t k = 0; k < frames; ++k) {
+    if ((window.fixed_frames >> k & 1U) == 0) {
+      place[k] = size;
+      size += 6;
+    }
+  }
+  if (frames == 0 || place.back() < 0) {
+    return Matrix6d::Zero();
+  }
+  Eigen::MatrixXd information = kPriorInformation * Eigen::MatrixXd::Identity(size, size);
+  for (std::size_t p = 0; p < window.points.size(); ++p) {
+    Eigen::Matrix3d point_information = Eigen::Matrix3d::Zero();
+    std::vector<Coupling> couplings;
+    for (std::uint32_t rest = window.points[p].frames & frame_mask(frames); rest != 0; rest &= rest - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+      const Se3 T_cam_body = window.T_body_cam[k].inverse();
+      const Eigen::Vector3d p_cam = T_cam_body * window.points[p].position_m;
+      const ReprojectionJacobian r = reprojection_jacobian(window.geometry, window.observation(p, k), p_cam);
+      const double weight = huber_weight(r.residual, huber_sigmas);
+      const Eigen::Matrix3d j_point = r.d_point * T_cam_body.rotation;
+      point_information += weight * j_point.transpose() * j_point;
+      if (place[k] >= 0) {
+        const Eigen::Matrix<double, 3, 6> j_pose = r.d_point * pose_jacobian(p_cam);
+        information.block<6, 6>(place[k], place[k]) += weight * j_pose.transpose() * j_pose;
+        couplings.push_back({place[k], weight * j_pose.transpose() * j_point});
+      }
+    }
+    point_information.diagonal() *= 1.0 + kMinRelativePointInformation;
+    point_information.diagonal().array() += 1e-30;
+    const Eigen::Matrix3d point_covariance = point_information.inverse();
+    for (const Coupling& a : couplings) {
+      for (const Coupling& b : couplings) {
+        information.block<6, 6>(a.place, b.place) -= a.w * point_covariance * b.w.transpose();
+      }
+    }
+  }
+  const Eigen::MatrixXd covariance = information.ldlt().solve(Eigen::MatrixXd::Identity(size, size));
+  const Matrix6d carry = adjoint(window.T_body_cam.back());
+  return carry * covariance.block<6, 6>(place.back(), place.back()) * carry.transpose();
+}
+
+}  // namespace kinetrace::refinement

@@ -1,0 +1,22 @@
+// What every solver asks of its input before touching it.
+#pragma once
+
+#include <cstdint>
+
+#include "kinetrace/core/bundle.hpp"
+#include "kinetrace/core/result.hpp"
+
+namespace kinetrace::refinement {
+
+/// Bits of the frames that a window of `frames` poses has.
+[[nodiscard]] constexpr std::uint32_t frame_mask(std::size_t frames) noexcept {
+  return frames >= kMaxWindowFrames ? ~0U : (1U << frames) - 1U;
+}
+
+[[nodiscard]] Status check_geometry(const StereoGeometry& geometry);
+/// u_right may be NaN (not matched); everything else must be finite and the weight positive.
+[[nodiscard]] bool is_valid(const BundleObservation& observation) noexcept;
+/// Sizes, gauge, and that every value in use is finite. An empty window is valid.
+[[nodiscard]] Status check_window(const BundleWindow& window);
+
+}  // namespace kinetrace::refinement
