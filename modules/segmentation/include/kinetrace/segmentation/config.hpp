@@ -1,0 +1,73 @@
+// Where instance masks come from, and how.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/result.hpp"
+
+namespace kinetrace::segmentation {
+
+enum class SegmentationMode : std::uint8_t {
+  kNone,    ///< No objects: everything is background.
+  kMasks,   ///< Mask files beside the recording.
+  kMotion,  ///< Independently moving regions, from the residual of the ego motion.
+};
+
+[[nodiscard]] constexpr std::string_view to_string(SegmentationMode mode) noexcept {
+  switch (mode) {
+    case SegmentationMode::kNone: return "none";
+    case SegmentationMode::kMasks: return "masks";
+    case SegmentationMode::kMotion: return "motion";
+  }
+  return "none";
+}
+
+/// For configuration files; false, and nothing changed, if `text` is none of the names.
+[[nodiscard]] constexpr bool from_string(std::string_view text, SegmentationMode& mode) noexcept {
+  for (const SegmentationMode candidate :
+       {SegmentationMode::kNone, SegmentationMode::kMasks, SegmentationMode::kMotion}) {
+    if (text == to_string(candidate)) {
+      mode = candidate;
+      return true;
+    }
+  }
+  return false;
+}
+
+/// Motion segmentation. Defaults suit a car's rig at 10 Hz (f 721 px, baseline .54 m) and hold for 5..30 Hz.
+struct MotionConfig {
+  double sigma_px = 0.4;           ///< Standard deviation of u_left, v and u_right of a feature.
+  double ego_sigma_px = 0.3;       ///< Error of the ego motion over the window, seen as image motion.
+  double bias_disparity_px = 0.1;  ///< Slowly varying error of the disparity, common to a region.
+  int window_frames = 8;           ///< Frames over which a velocity is fitted, [3, 16].
+  double min_disparity_px = 3.0;   ///< Features farther away have no say.
+  double min_speed_mps = 0.8;      ///< Slower regions are not called moving.
+  double significance = 5.0;       ///< Speed over its standard deviation that a moving region must reach.
+  int min_features = 5;            ///< Features of a moving region, >= 3.
+  double link_distance_m = 1.5;    ///< Features farther apart do not join, unless others lie between them.
+  int confirm_frames = 3;          ///< Frames a region must move in before it is reported.
+  int hold_frames = 20;            ///< Frames a reported region is kept after it stopped moving.
+
+  [[nodiscard]] Status validate() const;
+};
+
+/// One aggregate for all modes.
+struct SegmentationConfig {
+  SegmentationMode mode = SegmentationMode::kNone;
+  std::string left_dir;   ///< Mode kMasks: folder of left masks, `<stem of the left image>.png`.
+  std::string right_dir;  ///< Mode kMasks: folder of right masks; empty when there are none.
+  int max_objects = 16;   ///< Instances per frame and image, [1, kMaxObjects]; the largest stay, the rest is counted.
+  int min_area_px = 64;   ///< Smaller instances are dropped and counted.
+  MotionConfig motion;
+
+  [[nodiscard]] Status validate() const;
+};
+
+/// Understands `none`, `motion` and `masks:LEFT_DIR[,RIGHT_DIR]`; everything else keeps its default.
+/// Errors: kInvalidArgument.
+[[nodiscard]] Result<SegmentationConfig> parse_segmentation(std::string_view text);
+
+}  // namespace kinetrace::segmentation

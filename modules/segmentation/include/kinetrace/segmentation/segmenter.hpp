@@ -1,0 +1,77 @@
+// One interface for every source of instance masks.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/detections.hpp"
+#include "kinetrace/core/feature_frame.hpp"
+#include "kinetrace/core/frame.hpp"
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/core/se3.hpp"
+#include "kinetrace/segmentation/config.hpp"
+
+namespace kinetrace::segmentation {
+
+/// What a segmenter may look at: the frame, and what is known about it before objects are.
+struct SegmentationInput {
+  RectifiedPair pair;
+  std::span<const Feature> features;  ///< Tracked into this frame and stereo-matched; `body` is the label in the
+                                      ///< previous frame.
+  bool ego_valid = false;             ///< False: no ego motion for this frame (lost, or the very first frame).
+  Se3 T_prev_cam;                     ///< Left camera of this frame in the left camera of the previous frame.
+};
+
+/// Running totals since start (reset() keeps them).
+struct SegmentationCounters {
+  std::uint64_t frames = 0;              ///< Frames processed.
+  std::uint64_t frames_missing = 0;      ///< Frames for which there was no mask file, or no ego motion.
+  std::uint64_t frames_unreadable = 0;   ///< Mask files that could not be used: damaged, wrong size.
+  std::uint64_t detections = 0;          ///< Left instances delivered.
+  std::uint64_t detections_dropped = 0;  ///< Instances beyond max_objects or below min_area_px, both images.
+};
+
+class Segmenter {
+ public:
+  Segmenter() = default;
+  Segmenter(const Segmenter&) = delete;
+  Segmenter& operator=(const Segmenter&) = delete;
+  Segmenter(Segmenter&&) = delete;
+  Segmenter& operator=(Segmenter&&) = delete;
+  virtual ~Segmenter() = default;
+
+  /// Fetches what the source keeps outside the program (mask files); part of capture, not of segmentation. Bad or
+  /// missing files are no error: they are counted, and the frame's detections are not available.
+  virtual void load(const RectifiedPair& /*pair*/) {}
+
+  /// Instances of this frame; views live in the segmenter until the next call. Errors: kInvalidArgument if the pair's
+  /// size is not the one given at creation.
+  [[nodiscard]] virtual Result<DetectionFrame> process(const SegmentationInput& input) = 0;
+
+  /// Forgets everything about earlier frames.
+  virtual void reset() = 0;
+
+  [[nodiscard]] const SegmentationCounters& counters() const noexcept { return counters_; }
+
+  /// The first few things that went wrong, one line each; index below warning_count().
+  [[nodiscard]] virtual std::size_t warning_count() const noexcept { return 0; }
+  [[nodiscard]] virtual std::string_view warning(std::size_t /*index*/) const noexcept { return {}; }
+
+ protected:
+  SegmentationCounters counters_;
+};
+
+/// Bytes that make_segmenter takes from the arena. `max_features` = feature slots (Feature::slot is below it).
+[[nodiscard]] std::size_t required_bytes(const SegmentationConfig& config, const StereoGeometry& geometry,
+                                         int max_features);
+
+/// The segmenter that `config.mode` names. Errors: kInvalidConfig, kNotFound (mask folder), kCapacity (arena).
+[[nodiscard]] Result<std::unique_ptr<Segmenter>> make_segmenter(const SegmentationConfig& config,
+                                                                const StereoGeometry& geometry, int max_features,
+                                                                Arena& arena);
+
+}  // namespace kinetrace::segmentation

@@ -1,0 +1,23 @@
+// Limits and thresholds of the object tracker.
+#pragma once
+
+#include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/result.hpp"
+
+namespace kinetrace::tracking {
+
+struct TrackerConfig {
+  int max_objects = 8;                  ///< Tracks alive at once, [1, kMaxObjects].
+  int confirm_frames = 3;               ///< Matched frames, birth included, until a track is confirmed.
+  int max_missed_frames = 10;           ///< A confirmed track without a detection for longer than this ends.
+  int max_tentative_missed_frames = 1;  ///< The same for a tentative track; counts only frames with detections.
+  int min_area_px = 64;                 ///< Smaller detections are not born; smaller tracks end.
+  double min_overlap = 0.15;            ///< Intersection over union of prediction and detection below this is no match.
+  double duplicate_overlap = 0.6;       ///< A detection with this share of its pixels on live tracks is not born.
+  double ransac_threshold_px = 2.0;     ///< Features within this of an object's similarity support it.
+  int ransac_iterations = 48;
+
+  [[nodiscard]] Status validate() const;
+};
+
+}  // namespace kinetrace::tracking

@@ -1,0 +1,124 @@
+// Stereo multiple object tracking on pixel level (Bullinger et al. 2018, sec. 2.1).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/detections.hpp"
+#include "kinetrace/core/feature_frame.hpp"
+#include "kinetrace/core/fixed_vector.hpp"
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/core/track_frame.hpp"
+#include "kinetrace/tracking/assignment.hpp"
+#include "kinetrace/tracking/config.hpp"
+#include "kinetrace/tracking/track_instance.hpp"
+
+namespace kinetrace::tracking {
+
+/// Running totals since creation.
+struct TrackerCounters {
+  std::uint64_t detections = 0;            ///< Left detections seen.
+  std::uint64_t detections_dropped = 0;    ///< Not born: no free slot, or smaller than min_area_px.
+  std::uint64_t detections_duplicate = 0;  ///< Not born: lies on an object that is tracked already.
+  std::uint64_t born = 0;
+  std::uint64_t confirmed = 0;
+  std::uint64_t ended = 0;
+};
+
+/// Gives instance masks an identity over time and carries it to the right image.
+///
+/// Prediction P: each track's last seen mask, moved by the similarity that its features follow (RANSAC); with fewer
+/// than three features by their median displacement and the last known scale change; with none by its last motion.
+/// Where predictions overlap, the one with the larger disparity hides the other; without disparity a track counts as
+/// behind all others, and among those the lower edge of the box decides.
+///
+/// Affinity A[u][v] = intersection over union of the visible part of prediction u and detection v, 0 below
+/// `min_overlap`. Normalised, so that a small object is worth as much as a large one and a fragment less than a whole.
+///
+/// Life: a detection that no track claims is born tentative, confirmed when matched in `confirm_frames` frames,
+/// propagated by its prediction for `max_missed_frames`, and ended then, or when its mask leaves the image or shrinks
+/// below `min_area_px` (parts hidden by other tracks not counted). Frames without detections (`available == false`)
+/// propagate every track and count as missed for confirmed ones only towards `max_missed_frames`. Births at capacity:
+/// the largest detections first; a track that is tentative and unmatched, or else has been propagated for more than
+/// half of `max_missed_frames`, ends to make room for the next frame; the rest is dropped and counted.
+///
+/// Pixels: matched tracks show their detection, others what of their prediction nobody else claims. Detected pixels
+/// that belong to no track are kIgnoreLabel.
+///
+/// Memory: 3 label images and max_objects + 1 bit images. Nothing is allocated after creation.
+class StereoTracker {
+ public:
+  [[nodiscard]] static std::size_t required_bytes(const TrackerConfig& config, int width_px, int height_px);
+  /// Errors: kInvalidConfig (names the key), kInvalidArgument (image size), kCapacity (arena too small).
+  [[nodiscard]] static Result<StereoTracker> create(const TrackerConfig& config, int width_px, int height_px,
+                                                    Arena& arena);
+
+  /// One frame. `features` are tracked into this frame, their `body` is the label in the previous frame's result.
+  /// The result lives until the next call. Errors: kInvalidArgument (label images of another size).
+  [[nodiscard]] Result<TrackFrame> process(const DetectionFrame& detections, std::span<const Feature> features);
+
+  [[nodiscard]] const TrackerCounters& counters() const noexcept { return counters_; }
+
+  /// Ends everything without saying so; ids go on, counters stay.
+  void reset() noexcept;
+
+ private:
+  StereoTracker() = default;
+  static void carve(const TrackerConfig& config, int width_px, int height_px, Arena& arena, StereoTracker& tracker);
+  [[nodiscard]] Status check(const DetectionFrame& detections) const;
+
+  void begin_frame() noexcept;
+  void predict(std::span<const Feature> features);
+  [[nodiscard]] Similarity predict_motion(TrackInstance& instance, std::span<const Feature> features);
+  void draw_predictions() noexcept;
+  void associate(const DetectionFrame& detections) noexcept;
+  void add_affinities(const TrackInstance& instance, std::span<const Detection> detections) noexcept;
+  void accept_match(TrackInstance& instance, const Detection& detection) noexcept;
+  void learn_motion(TrackInstance& instance, const Detection& detection) const noexcept;
+  void accept_miss(TrackInstance& instance, bool available) noexcept;
+  void end(TrackInstance& instance) noexcept;
+  void bear(const DetectionFrame& detections, std::span<const Feature> features);
+  [[nodiscard]] bool is_duplicate(const DetectionFrame& detections, std::size_t index,
+                                  std::span<const Feature> features);
+  [[nodiscard]] bool start_track(const DetectionFrame& detections, std::size_t index) noexcept;
+  void make_room() noexcept;
+  void draw_left(const DetectionFrame& detections) noexcept;
+  void remember_mask(TrackInstance& instance) noexcept;
+  void attach_right(const DetectionFrame& detections, std::span<const Feature> features);
+  void update_disparity(TrackInstance& instance, std::span<const Feature> features);
+  void draw_right_prediction(TrackInstance& instance) noexcept;
+  void associate_right(const DetectionFrame& detections) noexcept;
+  void publish() noexcept;
+
+  /// The stereo features whose pixel carries `label`, as samples_.first(n).
+  [[nodiscard]] std::span<const DisparitySample> gather_samples(LabelView labels, std::uint8_t label,
+                                                                std::span<const Feature> features) noexcept;
+  void sort_far_to_near() noexcept;
+  [[nodiscard]] bool nearer(const TrackInstance& a, const TrackInstance& b) const noexcept;
+
+  TrackerConfig config_;
+  TrackerCounters counters_;
+  int width_px_ = 0;
+  int height_px_ = 0;
+  std::uint32_t next_id_ = 1;
+  std::uint32_t frame_ = 0;
+
+  MutableLabelView left_;
+  MutableLabelView right_;
+  MutableLabelView prediction_;
+  FixedVector<TrackInstance> slots_;
+  ReferenceMask spare_mask_;
+  FixedVector<std::uint8_t> far_to_near_;  ///< Slots of live tracks.
+  FixedVector<std::int16_t> owner_;        ///< Slot of each left detection, -1 = none.
+  FixedVector<Track> published_;
+  FixedVector<Track> ended_;
+  std::span<PointPair> pairs_;
+  std::span<DisparitySample> samples_;
+  std::span<float> scratch_;
+  AffinityMatrix affinity_;
+};
+
+}  // namespace kinetrace::tracking

@@ -1,0 +1,52 @@
+// Everything the tracker remembers about one object.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "kinetrace/core/track_frame.hpp"
+#include "kinetrace/tracking/disparity_plane.hpp"
+#include "kinetrace/tracking/label_overlap.hpp"
+#include "kinetrace/tracking/reference_mask.hpp"
+#include "kinetrace/tracking/similarity.hpp"
+
+namespace kinetrace::tracking {
+
+/// Majority over the classes of all matched detections. A class beyond the fourth is not counted.
+class ClassVotes {
+ public:
+  void add(std::uint16_t class_id) noexcept;
+  /// The class with most votes, the earliest among equals. Unknown loses against any known class.
+  [[nodiscard]] std::uint16_t winner() const noexcept;
+
+ private:
+  struct Vote {
+    std::uint16_t class_id = 0;
+    int count = 0;
+  };
+  std::array<Vote, 4> votes_{};
+};
+
+/// One slot of the tracker.
+struct TrackInstance {
+  enum class Slot : std::uint8_t { kFree, kAlive, kEnded };
+
+  Slot slot_state = Slot::kFree;
+  Track track;
+  int matched_frames = 0;
+  int tentative_missed_frames = 0;
+  ClassVotes votes;
+
+  ReferenceMask mask;
+  Similarity motion;              ///< Image motion into the current frame.
+  bool motion_from_flow = false;  ///< `motion` comes from features of this frame.
+  DisparityPlane disparity;       ///< Last known.
+  int predicted_px = 0;           ///< Pixels of the predicted mask in the image, hidden ones included.
+  PredictionOverlap overlap;      ///< Visible part of the predicted mask against the detections.
+  int detection = -1;             ///< Index of the matched left detection.
+  PixelBox right_region_px;       ///< Holds the left mask carried to the right image.
+
+  [[nodiscard]] bool alive() const noexcept { return slot_state == Slot::kAlive; }
+};
+
+}  // namespace kinetrace::tracking

@@ -1,0 +1,114 @@
+// The part of StereoTracker that makes new tracks.
+#include <algorithm>
+#include <array>
+
+#include "kinetrace/tracking/stereo_tracker.hpp"
+
+namespace kinetrace::tracking {
+namespace {
+
+/// A detection this much nearer than the track it lies on is another object in front of it.
+bool clearly_nearer(float disparity_px, float than_px) noexcept {
+  return disparity_px > than_px + std::max(2.F, 0.15F * than_px);
+}
+
+bool classes_agree(std::uint16_t a, std::uint16_t b) noexcept {
+  return a == b || a == kUnknownClass || b == kUnknownClass;
+}
+
+}  // namespace
+
+void StereoTracker::bear(const DetectionFrame& detections, std::span<const Feature> features) {
+  counters_.detections += owner_.size();
+  std::array<std::uint8_t, kMaxObjects> order{};
+  std::size_t waiting = 0;
+  for (std::size_t v = 0; v < owner_.size(); ++v) {
+    if (owner_[v] < 0) {
+      order[waiting++] = static_cast<std::uint8_t>(v);
+    }
+  }
+  std::sort(order.begin(), order.begin() + waiting, [&](std::uint8_t a, std::uint8_t b) {
+    const int area_a = detections.left[a].area_px;
+    const int area_b = detections.left[b].area_px;
+    return area_a != area_b ? area_a > area_b : a < b;
+  });
+  for (std::size_t i = 0; i < waiting; ++i) {
+    const std::size_t v = order[i];
+    if (detections.left[v].area_px < config_.min_area_px) {
+      ++counters_.detections_dropped;
+    } else if (is_duplicate(detections, v, features)) {
+      ++counters_.detections_duplicate;
+    } else if (!start_track(detections, v)) {
+      ++counters_.detections_dropped;
+      make_room();
+    }
+  }
+}
+
+bool StereoTracker::is_duplicate(const DetectionFrame& detections, std::size_t index,
+                                 std::span<const Feature> features) {
+  const Detection& detection = detections.left[index];
+  for (const TrackInstance& instance : slots_) {
+    if (!instance.alive() || owner_[index] == instance.track.slot ||
+        instance.overlap.on_label[detection.label] < config_.duplicate_overlap * detection.area_px ||
+        !classes_agree(instance.track.class_id, detection.class_id)) {
+      continue;
+    }
+    const DisparityPlane own =
+        fit_disparity(gather_samples(detections.left_labels, detection.label, features), scratch_);
+    if (!own.known || !instance.disparity.known || !clearly_nearer(own.mean_px, instance.disparity.mean_px)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+bool StereoTracker::start_track(const DetectionFrame& detections, std::size_t index) noexcept {
+  const auto free_slot = std::find_if(slots_.begin(), slots_.end(), [](const TrackInstance& instance) {
+    return instance.slot_state == TrackInstance::Slot::kFree;
+  });
+  if (free_slot == slots_.end()) {
+    return false;
+  }
+  const Detection& detection = detections.left[index];
+  TrackInstance& instance = *free_slot;
+  const ReferenceMask mask = instance.mask;
+  instance = {};
+  instance.mask = mask;
+  instance.slot_state = TrackInstance::Slot::kAlive;
+  instance.track.id = next_id_++;
+  instance.track.slot = static_cast<std::uint8_t>(free_slot - slots_.begin());
+  instance.detection = static_cast<int>(index);
+  owner_[index] = instance.track.slot;
+  instance.matched_frames = 1;
+  instance.votes.add(detection.class_id);
+  instance.track.class_id = instance.votes.winner();
+  ++counters_.born;
+  if (config_.confirm_frames == 1) {
+    instance.track.state = TrackState::kConfirmed;
+    ++counters_.confirmed;
+  }
+  return true;
+}
+
+void StereoTracker::make_room() noexcept {
+  TrackInstance* victim = nullptr;
+  const auto rank = [](const TrackInstance& instance) {  // tentative before confirmed, then the longest unseen
+    return (instance.track.state == TrackState::kTentative ? 1 << 16 : 0) + instance.track.missed_frames;
+  };
+  for (TrackInstance& instance : slots_) {
+    const bool tentative = instance.track.state == TrackState::kTentative;
+    if (!instance.alive() || instance.detection >= 0 ||
+        (!tentative && instance.track.missed_frames * 2 <= config_.max_missed_frames)) {
+      continue;
+    }
+    if (victim == nullptr || rank(instance) > rank(*victim)) {
+      victim = &instance;
+    }
+  }
+  if (victim != nullptr) {
+    end(*victim);
+  }
+}
+
+}  // namespace kinetrace::tracking

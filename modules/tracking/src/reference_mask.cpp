@@ -1,0 +1,44 @@
+#include "kinetrace/tracking/reference_mask.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace kinetrace::tracking {
+
+ReferenceMask::ReferenceMask(Arena& arena, int width, int height)
+    : width_(width), height_(height), row_bytes_((width + 7) / 8) {
+  bits_ = arena.take<std::uint8_t>(static_cast<std::size_t>(row_bytes_) * static_cast<std::size_t>(height));
+}
+
+PixelBox ReferenceMask::current_box() const noexcept {
+  if (box_.empty()) {
+    return {};
+  }
+  Eigen::Vector2d low(1e9, 1e9);
+  Eigen::Vector2d high(-1e9, -1e9);
+  for (const double x : {box_.x0 - 0.5, box_.x1 - 0.5}) {
+    for (const double y : {box_.y0 - 0.5, box_.y1 - 0.5}) {
+      const Eigen::Vector2d corner = now_from_ref_ * Eigen::Vector2d(x, y);
+      low = low.cwiseMin(corner);
+      high = high.cwiseMax(corner);
+    }
+  }
+  // Clamping before the conversion keeps far-away boxes representable.
+  const auto pixel = [](double value, int size) {
+    return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(size)));
+  };
+  const PixelBox box{pixel(std::floor(low.x()), width_), pixel(std::floor(low.y()), height_),
+                     pixel(std::ceil(high.x()) + 1.0, width_), pixel(std::ceil(high.y()) + 1.0, height_)};
+  return box.empty() ? PixelBox{} : box;
+}
+
+double ReferenceMask::current_reach_px() const noexcept {
+  return 0.5 * std::hypot(box_.width(), box_.height()) * now_from_ref_.scale();
+}
+
+Eigen::Vector2d ReferenceMask::current_center() const noexcept {
+  return now_from_ref_ * Eigen::Vector2d(0.5 * (box_.x0 + box_.x1 - 1), 0.5 * (box_.y0 + box_.y1 - 1));
+}
+
+}  // namespace kinetrace::tracking

@@ -1,0 +1,378 @@
+#include "kinetrace/tracking/stereo_tracker.hpp"
+
+#include <algorithm>
+#include <string>
+
+namespace kinetrace::tracking {
+namespace {
+
+/// Features looked at per object; more say nothing new about four parameters.
+constexpr std::size_t kMaxFeaturesPerObject = 256;
+/// An image larger than this is a mistake.
+constexpr int kMaxImageSidePx = 16384;
+
+TrackState state_of(const TrackInstance& instance, const TrackerConfig& config) noexcept {
+  if (instance.matched_frames < config.confirm_frames && instance.track.state == TrackState::kTentative) {
+    return TrackState::kTentative;
+  }
+  return instance.detection >= 0 ? TrackState::kConfirmed : TrackState::kPropagated;
+}
+
+}  // namespace
+
+void StereoTracker::carve(const TrackerConfig& config, int width_px, int height_px, Arena& arena,
+                          StereoTracker& tracker) {
+  const auto objects = static_cast<std::size_t>(config.max_objects);
+  tracker.left_ = take_image<std::uint8_t>(arena, width_px, height_px);
+  tracker.right_ = take_image<std::uint8_t>(arena, width_px, height_px);
+  tracker.prediction_ = take_image<std::uint8_t>(arena, width_px, height_px);
+  tracker.slots_ = FixedVector<TrackInstance>(arena, objects);
+  tracker.slots_.resize(objects);
+  for (std::size_t i = 0; i < objects; ++i) {
+    ReferenceMask mask(arena, width_px, height_px);
+    if (!arena.measuring() && !arena.exhausted()) {
+      tracker.slots_[i].mask = mask;
+    }
+  }
+  tracker.spare_mask_ = ReferenceMask(arena, width_px, height_px);
+  tracker.far_to_near_ = FixedVector<std::uint8_t>(arena, objects);
+  tracker.owner_ = FixedVector<std::int16_t>(arena, kMaxObjects);
+  tracker.published_ = FixedVector<Track>(arena, objects);
+  tracker.ended_ = FixedVector<Track>(arena, objects);
+  tracker.pairs_ = arena.take<PointPair>(kMaxFeaturesPerObject);
+  tracker.samples_ = arena.take<DisparitySample>(kMaxFeaturesPerObject);
+  tracker.scratch_ = arena.take<float>(kMaxFeaturesPerObject);
+}
+
+std::size_t StereoTracker::required_bytes(const TrackerConfig& config, int width_px, int height_px) {
+  return measure_bytes([&](Arena& arena) {
+    StereoTracker tracker;
+    carve(config, width_px, height_px, arena, tracker);
+  });
+}
+
+Result<StereoTracker> StereoTracker::create(const TrackerConfig& config, int width_px, int height_px, Arena& arena) {
+  if (const Status valid = config.validate(); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  if (width_px < 1 || height_px < 1 || width_px > kMaxImageSidePx || height_px > kMaxImageSidePx) {
+    return fail(ErrorCode::kInvalidArgument, "tracking: image size " + std::to_string(width_px) + "x" +
+                                                 std::to_string(height_px) + " is outside 1.." +
+                                                 std::to_string(kMaxImageSidePx) + " px a side");
+  }
+  StereoTracker tracker;
+  carve(config, width_px, height_px, arena, tracker);
+  if (arena.exhausted()) {
+    return fail(ErrorCode::kCapacity, "tracking: the arena does not hold " +
+                                          std::to_string(required_bytes(config, width_px, height_px)) +
+                                          " bytes; size it with StereoTracker::required_bytes");
+  }
+  tracker.config_ = config;
+  tracker.width_px_ = width_px;
+  tracker.height_px_ = height_px;
+  return tracker;
+}
+
+void StereoTracker::reset() noexcept {
+  for (TrackInstance& instance : slots_) {
+    instance.slot_state = TrackInstance::Slot::kFree;
+  }
+  published_.clear();
+  ended_.clear();
+}
+
+Status StereoTracker::check(const DetectionFrame& detections) const {
+  for (const LabelView& labels : {detections.left_labels, detections.right_labels}) {
+    if (!labels.empty() && (labels.width != width_px_ || labels.height != height_px_)) {
+      return fail(ErrorCode::kInvalidArgument, "tracking: masks of " + std::to_string(labels.width) + "x" +
+                                                   std::to_string(labels.height) + " px for images of " +
+                                                   std::to_string(width_px_) + "x" + std::to_string(height_px_));
+    }
+  }
+  if (detections.left.size() > kMaxObjects || detections.right.size() > kMaxObjects) {
+    return fail(ErrorCode::kInvalidArgument,
+                "tracking: more than " + std::to_string(kMaxObjects) + " detections in one image");
+  }
+  return {};
+}
+
+// P_{i+1,ln} <- T_i; A <- overlap of P and D_{i+1,l}; Kuhn-Munkres; T_{i+1,l}; P_{i+1,lr} <- T_{i+1,l}; Kuhn-Munkres.
+Result<TrackFrame> StereoTracker::process(const DetectionFrame& detections, std::span<const Feature> features) {
+  if (const Status sizes = check(detections); !sizes) {
+    return tl::unexpected(sizes.error());
+  }
+  begin_frame();
+  predict(features);
+  draw_predictions();
+  associate(detections);
+  bear(detections, features);
+  draw_left(detections);
+  attach_right(detections, features);
+  publish();
+  return TrackFrame{left_, right_, published_.span(), ended_.span()};
+}
+
+void StereoTracker::begin_frame() noexcept {
+  ++frame_;
+  ended_.clear();
+  for (TrackInstance& instance : slots_) {
+    if (instance.slot_state == TrackInstance::Slot::kEnded) {
+      instance.slot_state = TrackInstance::Slot::kFree;
+    }
+  }
+}
+
+void StereoTracker::predict(std::span<const Feature> features) {
+  for (TrackInstance& instance : slots_) {
+    if (!instance.alive()) {
+      continue;
+    }
+    ++instance.track.age_frames;
+    instance.motion = predict_motion(instance, features);
+    instance.mask.move(instance.motion);
+  }
+}
+
+Similarity StereoTracker::predict_motion(TrackInstance& instance, std::span<const Feature> features) {
+  std::size_t pairs = 0;
+  std::size_t disparities = 0;
+  for (const Feature& f : features) {
+    if (f.body != instance.track.label()) {
+      continue;
+    }
+    if (f.age_frames > 0 && pairs < pairs_.size()) {
+      pairs_[pairs++] = {f.previous_left_px, f.left_px};
+    }
+    if (f.has_right() && disparities < scratch_.size()) {
+      scratch_[disparities++] = f.disparity_px();
+    }
+  }
+  if (disparities > 0) {
+    const auto middle = scratch_.begin() + static_cast<std::ptrdiff_t>(disparities / 2);
+    std::nth_element(scratch_.begin(), middle, scratch_.begin() + static_cast<std::ptrdiff_t>(disparities));
+    instance.disparity.known = true;
+    instance.disparity.mean_px = *middle;
+  }
+
+  instance.motion_from_flow = pairs > 0;
+  const std::span<const PointPair> moved = pairs_.first(pairs);
+  const SimilarityOptions options{.threshold_px = config_.ransac_threshold_px,
+                                  .iterations = config_.ransac_iterations,
+                                  .max_edge_error_px = 4.0,
+                                  .reach_px = instance.mask.current_reach_px()};
+  if (const auto fitted = fit_similarity(moved, options, instance.track.id * 65537U + frame_)) {
+    return *fitted;
+  }
+  if (!moved.empty()) {
+    return Similarity::about(instance.mask.current_center(), instance.motion.scale(),
+                             median_translation(moved, scratch_));
+  }
+  return instance.motion;
+}
+
+bool StereoTracker::nearer(const TrackInstance& a, const TrackInstance& b) const noexcept {
+  const auto key = [](const TrackInstance& i) { return i.disparity.known ? i.disparity.mean_px : 0.F; };
+  if (key(a) != key(b)) {
+    return key(a) > key(b);
+  }
+  return a.track.box_px.y1 != b.track.box_px.y1 ? a.track.box_px.y1 > b.track.box_px.y1 : a.track.id < b.track.id;
+}
+
+void StereoTracker::sort_far_to_near() noexcept {
+  far_to_near_.clear();
+  for (const TrackInstance& instance : slots_) {
+    if (instance.alive()) {
+      (void)far_to_near_.push_back(instance.track.slot);  // as many places as slots
+    }
+  }
+  std::sort(far_to_near_.begin(), far_to_near_.end(),
+            [&](std::uint8_t a, std::uint8_t b) { return nearer(slots_[b], slots_[a]); });
+}
+
+void StereoTracker::draw_predictions() noexcept {
+  clear_labels(prediction_);
+  sort_far_to_near();
+  for (const std::uint8_t slot : far_to_near_) {
+    TrackInstance& instance = slots_[slot];
+    const std::uint8_t label = instance.track.label();
+    int drawn = 0;
+    instance.mask.for_each_pixel(instance.mask.current_box(), [&](int x, int y) {
+      prediction_.data[static_cast<std::ptrdiff_t>(y) * prediction_.stride + x] = label;
+      ++drawn;
+    });
+    instance.predicted_px = drawn;
+  }
+}
+
+void StereoTracker::add_affinities(const TrackInstance& instance, std::span<const Detection> detections) noexcept {
+  for (std::size_t v = 0; v < detections.size(); ++v) {
+    const double overlap = intersection_over_union(instance.overlap.on_label[detections[v].label],
+                                                   instance.overlap.area_px, detections[v].area_px);
+    if (overlap >= config_.min_overlap) {
+      affinity_(instance.track.slot, static_cast<int>(v)) = overlap;
+    }
+  }
+}
+
+void StereoTracker::associate(const DetectionFrame& detections) noexcept {
+  const LabelView labels = detections.available ? detections.left_labels : LabelView{};
+  const std::size_t columns = detections.available ? detections.left.size() : 0;
+  affinity_.resize(static_cast<int>(slots_.size()), static_cast<int>(columns));
+  for (TrackInstance& instance : slots_) {
+    if (!instance.alive()) {
+      continue;
+    }
+    measure_overlap(prediction_, instance.track.label(), instance.mask.current_box(), labels, instance.overlap);
+    add_affinities(instance, detections.left.first(columns));
+  }
+
+  const Assignment match = maximum_weight_assignment(affinity_);
+  owner_.clear();
+  owner_.resize(columns);
+  std::fill(owner_.begin(), owner_.end(), std::int16_t{-1});
+  for (TrackInstance& instance : slots_) {
+    if (!instance.alive()) {
+      continue;
+    }
+    instance.detection = match[instance.track.slot];
+    if (instance.detection >= 0) {
+      owner_[static_cast<std::size_t>(instance.detection)] = instance.track.slot;
+      accept_match(instance, detections.left[static_cast<std::size_t>(instance.detection)]);
+    } else {
+      accept_miss(instance, detections.available);
+    }
+  }
+}
+
+void StereoTracker::accept_match(TrackInstance& instance, const Detection& detection) noexcept {
+  ++instance.matched_frames;
+  instance.tentative_missed_frames = 0;
+  instance.votes.add(detection.class_id);
+  instance.track.class_id = instance.votes.winner();
+  const bool was_tentative = instance.track.state == TrackState::kTentative;
+  instance.track.state = state_of(instance, config_);
+  counters_.confirmed += was_tentative && instance.track.state == TrackState::kConfirmed ? 1U : 0U;
+  if (!instance.motion_from_flow) {
+    learn_motion(instance, detection);
+  }
+  instance.track.missed_frames = 0;
+}
+
+// Without features the object's motion is read off its masks: what the last prediction was off by, spread over the
+// frames since the last match, corrects the motion used for the next one.
+void StereoTracker::learn_motion(TrackInstance& instance, const Detection& detection) const noexcept {
+  const PixelBox& predicted = instance.overlap.box_px;
+  const auto touches_border = [&](const PixelBox& box) {
+    return box.x0 <= 0 || box.y0 <= 0 || box.x1 >= width_px_ || box.y1 >= height_px_;
+  };
+  const bool hidden = instance.overlap.area_px * 10 < instance.predicted_px * 9;
+  if (predicted.empty() || hidden || touches_border(predicted) || touches_border(detection.box_px)) {
+    return;
+  }
+  const auto center = [](const PixelBox& box) {
+    return Eigen::Vector2d(0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1));
+  };
+  const double frames = instance.track.missed_frames + 1.0;
+  const double area_ratio = static_cast<double>(detection.area_px) / instance.overlap.area_px;
+  const double scale = std::clamp(std::pow(area_ratio, 0.5 / frames), 0.8, 1.25);
+  const Eigen::Vector2d shift = (center(detection.box_px) - center(predicted)) / frames;
+  instance.motion = Similarity::about(center(predicted), scale, shift) * instance.motion;
+}
+
+void StereoTracker::accept_miss(TrackInstance& instance, bool available) noexcept {
+  Track& track = instance.track;
+  ++track.missed_frames;
+  const bool tentative = track.state == TrackState::kTentative;
+  instance.tentative_missed_frames += tentative && available ? 1 : 0;
+  track.state = state_of(instance, config_);
+  if (track.missed_frames > config_.max_missed_frames || instance.predicted_px < config_.min_area_px ||
+      (tentative && instance.tentative_missed_frames > config_.max_tentative_missed_frames)) {
+    end(instance);
+  }
+}
+
+void StereoTracker::end(TrackInstance& instance) noexcept {
+  instance.slot_state = TrackInstance::Slot::kEnded;
+  (void)ended_.push_back(instance.track);  // as many places as slots, and each ends once
+  ++counters_.ended;
+}
+
+void StereoTracker::draw_left(const DetectionFrame& detections) noexcept {
+  LabelTable table;
+  table.fill(kIgnoreLabel);
+  table[kBackgroundLabel] = kBackgroundLabel;
+  for (std::size_t v = 0; v < owner_.size(); ++v) {
+    if (owner_[v] >= 0) {
+      table[detections.left[v].label] = slots_[static_cast<std::size_t>(owner_[v])].track.label();
+    }
+  }
+  if (detections.available && !detections.left_labels.empty()) {
+    relabel(detections.left_labels, table, left_);
+  } else {
+    clear_labels(left_);
+  }
+  for (TrackInstance& instance : slots_) {
+    if (!instance.alive()) {
+      continue;
+    }
+    if (instance.detection >= 0) {
+      const Detection& detection = detections.left[static_cast<std::size_t>(instance.detection)];
+      instance.track.box_px = detection.box_px;
+      instance.track.area_px = detection.area_px;
+      continue;
+    }
+    const LabelRegion shown = claim_free_pixels(prediction_, instance.track.label(), instance.overlap.box_px, left_);
+    instance.track.box_px = shown.box_px;
+    instance.track.area_px = shown.area_px;
+  }
+  // Only now are all pixels given away, so that hidden parts are known to be hidden.
+  for (TrackInstance& instance : slots_) {
+    if (instance.alive() && instance.detection >= 0) {
+      remember_mask(instance);
+    }
+  }
+}
+
+// The mask to predict from: the detected pixels, and those of the old mask that now lie behind a nearer object. So an
+// object that passes behind another keeps its full shape and is recognised when any part of it comes out.
+void StereoTracker::remember_mask(TrackInstance& instance) noexcept {
+  const std::uint8_t label = instance.track.label();
+  PixelBox box = instance.track.box_px;
+  const bool partly_hidden = instance.overlap.area_px < instance.predicted_px;
+  if (!partly_hidden) {
+    instance.mask.capture(left_, box, [&](std::uint8_t pixel, int, int) { return pixel == label; });
+    return;
+  }
+  const auto hides = [&](std::uint8_t pixel) {
+    return pixel != label && pixel != kBackgroundLabel && pixel <= slots_.size() && slots_[pixel - 1U].alive() &&
+           nearer(slots_[pixel - 1U], instance);
+  };
+  const PixelBox predicted_box = instance.mask.current_box();
+  instance.mask.for_each_pixel(predicted_box, [&](int x, int y) {
+    std::uint8_t& pixel = prediction_.data[static_cast<std::ptrdiff_t>(y) * prediction_.stride + x];
+    const std::uint8_t shown = left_.data[static_cast<std::ptrdiff_t>(y) * left_.stride + x];
+    pixel = hides(shown) ? kIgnoreLabel : pixel;  // the prediction image is free to mark them in
+  });
+  box.include(predicted_box.x0, predicted_box.y0);
+  box.include(predicted_box.x1 - 1, predicted_box.y1 - 1);
+  spare_mask_.capture(left_, box, [&](std::uint8_t pixel, int x, int y) {
+    return pixel == label || prediction_.at(x, y) == kIgnoreLabel;
+  });
+  std::swap(spare_mask_, instance.mask);
+  for (int y = predicted_box.y0; y < predicted_box.y1; ++y) {
+    std::replace(prediction_.row(y) + predicted_box.x0, prediction_.row(y) + predicted_box.x1, kIgnoreLabel,
+                 kBackgroundLabel);
+  }
+}
+
+void StereoTracker::publish() noexcept {
+  published_.clear();
+  for (const TrackInstance& instance : slots_) {
+    if (instance.alive()) {
+      (void)published_.push_back(instance.track);  // as many places as slots
+    }
+  }
+  std::sort(published_.begin(), published_.end(), [](const Track& a, const Track& b) { return a.id < b.id; });
+}
+
+}  // namespace kinetrace::tracking
