@@ -56,61 +56,66 @@ Status unknown_key(const ConfigFields& fields, std::string_view key) {
   return fail(ErrorCode::kInvalidConfig, std::move(message));
 }
 
-Status wrong_value(std::string_view key, std::string_view text, std::string_view expected) {
-  return fail(ErrorCode::kInvalidConfig,
-              std::string(key) + " must be " + std::string(expected) + ", got \"" + std::string(text) + "\"");
-}
-
 template <typename Number>
 bool parse_number(std::string_view text, Number& number) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   return error == std::errc() && end == text.data() + text.size();
 }
 
-Status assign(bool& target, std::string_view key, std::string_view text) {
-  if (text != "true" && text != "false") {
-    return wrong_value(key, text, "true or false");
+// Values from text; false, and nothing changed, if the text is no value of the type.
+struct Assign {
+  std::string_view text;
+
+  bool operator()(bool* target) const {
+    if (text != "true" && text != "false") {
+      return false;
+    }
+    *target = text == "true";
+    return true;
   }
-  target = text == "true";
-  return {};
-}
-
-Status assign(int& target, std::string_view key, std::string_view text) {
-  int number = 0;
-  if (!parse_number(text, number)) {
-    return wrong_value(key, text, "a whole number");
+  bool operator()(int* target) const {
+    int number = 0;
+    const bool is_valid = parse_number(text, number);
+    *target = is_valid ? number : *target;
+    return is_valid;
   }
-  target = number;
-  return {};
-}
-
-template <typename Float>
-Status assign(Float& target, std::string_view key, std::string_view text) {
-  Float number = 0;
-  if (!parse_number(text, number) || !std::isfinite(number)) {
-    return wrong_value(key, text, "a finite number");
+  template <typename Float>
+  bool operator()(Float* target) const {
+    Float number = 0;
+    const bool is_valid = parse_number(text, number) && std::isfinite(number);
+    *target = is_valid ? number : *target;
+    return is_valid;
   }
-  target = number;
-  return {};
-}
+  bool operator()(std::string* target) const {
+    *target = text;
+    return true;
+  }
+  bool operator()(const EnumReference& target) const { return target.set(text, target.value); }
+};
 
-Status assign(std::string& target, std::string_view /*key*/, std::string_view text) {
-  target = text;
-  return {};
-}
+struct Text {
+  std::string operator()(const bool* value) const { return *value ? "true" : "false"; }
+  std::string operator()(const std::string* value) const { return *value; }
+  std::string operator()(const EnumReference& value) const { return std::string(value.get(value.value)); }
+  template <typename Number>
+  std::string operator()(const Number* value) const {
+    std::array<char, 32> digits{};
+    const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), *value);
+    return error == std::errc() ? std::string(digits.data(), end) : std::string();
+  }
+};
 
-std::string text_of(bool value) {
-  return value ? "true" : "false";
-}
-std::string text_of(const std::string& value) {
-  return value;
-}
-template <typename Number>
-std::string text_of(Number value) {
-  std::array<char, 32> digits{};
-  const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
-  return error == std::errc() ? std::string(digits.data(), end) : std::string();
-}
+struct Expectation {
+  const std::string& doc;
+
+  std::string operator()(const bool* /*value*/) const { return "true or false"; }
+  std::string operator()(const int* /*value*/) const { return "a whole number"; }
+  std::string operator()(const EnumReference& /*value*/) const { return doc; }  // Lists the names.
+  template <typename Float>
+  std::string operator()(const Float* /*value*/) const {
+    return "a finite number";
+  }
+};
 
 }  // namespace
 
@@ -119,7 +124,12 @@ Status set_field(const ConfigFields& fields, std::string_view key, std::string_v
   if (field == fields.end()) {
     return unknown_key(fields, key);
   }
-  return std::visit([&](auto* target) { return assign(*target, key, text); }, field->value);
+  if (!std::visit(Assign{text}, field->value)) {
+    return fail(ErrorCode::kInvalidConfig, field->key + " must be " +
+                                               std::visit(Expectation{field->doc}, field->value) + ", got \"" +
+                                               std::string(text) + "\"");
+  }
+  return {};
 }
 
 bool is_section(const ConfigFields& fields, std::string_view key) {
@@ -129,7 +139,7 @@ bool is_section(const ConfigFields& fields, std::string_view key) {
 }
 
 std::string value_text(const ConfigField& field) {
-  return std::visit([](const auto* value) { return text_of(*value); }, field.value);
+  return std::visit(Text{}, field.value);
 }
 
 }  // namespace kinetrace::app

@@ -11,20 +11,42 @@
 
 namespace kinetrace::app {
 
+/// An enumeration whose values have names: `to_string(value)` and `bool from_string(text, value)` beside its type.
+struct EnumReference {
+  void* value = nullptr;
+  std::string_view (*get)(const void* value) = nullptr;
+  bool (*set)(std::string_view text, void* value) = nullptr;
+};
+
 /// One key and the place that holds its value. Lives no longer than the configuration it points into.
 struct ConfigField {
   std::string key;  ///< Dotted: "features.max_features".
-  std::variant<bool*, int*, float*, double*, std::string*> value;
+  std::variant<bool*, int*, float*, double*, std::string*, EnumReference> value;
   std::string doc;  ///< One line: what it does, its unit and range.
+
+  [[nodiscard]] bool is_text() const noexcept {
+    return std::holds_alternative<std::string*>(value) || std::holds_alternative<EnumReference>(value);
+  }
 };
 using ConfigFields = std::vector<ConfigField>;
+
+template <typename Value>
+[[nodiscard]] auto reference_to(Value& value) {
+  if constexpr (std::is_enum_v<Value>) {
+    return EnumReference{&value,
+                         [](const void* v) -> std::string_view { return to_string(*static_cast<const Value*>(v)); },
+                         [](std::string_view text, void* v) { return from_string(text, *static_cast<Value*>(v)); }};
+  } else {
+    return &value;
+  }
+}
 
 /// The fields of any configuration that has `visit_fields(config, visitor)`.
 template <typename Config>
 [[nodiscard]] ConfigFields fields_of(Config& config) {
   ConfigFields fields;
   visit_fields(config, [&fields](std::string_view key, auto& value, std::string_view doc) {
-    fields.push_back({std::string(key), &value, std::string(doc)});
+    fields.push_back({std::string(key), reference_to(value), std::string(doc)});
   });
   return fields;
 }

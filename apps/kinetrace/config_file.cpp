@@ -100,12 +100,11 @@ std::vector<std::string> split_key(const std::string& key) {
 
 std::string yaml_value(const ConfigField& field) {
   // A JSON string is a YAML double-quoted string.
-  const bool is_text = std::holds_alternative<std::string*>(field.value);
-  return is_text ? nlohmann::json(value_text(field)).dump() : value_text(field);
+  return field.is_text() ? nlohmann::json(value_text(field)).dump() : value_text(field);
 }
 
 nlohmann::ordered_json json_value(const ConfigField& field) {
-  if (std::holds_alternative<std::string*>(field.value)) {
+  if (field.is_text()) {
     return value_text(field);
   }
   return nlohmann::ordered_json::parse(value_text(field));

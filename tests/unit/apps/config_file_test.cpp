@@ -15,12 +15,24 @@ namespace {
 
 using ::testing::HasSubstr;
 
+enum class Socket { kScrew, kPin };
+
+constexpr std::string_view to_string(Socket socket) {
+  return socket == Socket::kScrew ? "screw" : "pin";
+}
+bool from_string(std::string_view text, Socket& socket) {
+  const bool known = text == "screw" || text == "pin";
+  socket = known ? (text == "pin" ? Socket::kPin : Socket::kScrew) : socket;
+  return known;
+}
+
 struct Lamp {
   bool lit = true;
   int bulbs = 3;
   float warmth = 0.5F;
   double watts = 40.25;
   std::string colour = "warm white";
+  Socket socket = Socket::kScrew;
 };
 
 template <typename Visitor>
@@ -30,6 +42,7 @@ void visit_fields(Lamp& lamp, Visitor&& visit) {
   visit("bulbs.inner.warmth", lamp.warmth, "0 cold, 1 warm.");
   visit("bulbs.inner.watts", lamp.watts, "Power, W.");
   visit("colour", lamp.colour, "A name.");
+  visit("socket", lamp.socket, "screw or pin");
 }
 
 class ConfigFile : public ::testing::Test {
@@ -53,8 +66,10 @@ class ConfigFile : public ::testing::Test {
 };
 
 TEST_F(ConfigFile, SetsEveryTypeAndKeepsWhatItDoesNotName) {
-  ASSERT_TRUE(read("lit: false\nbulbs:\n  count: 7\n  inner:\n    warmth: .25\n    watts: 1e3\n").has_value());
+  ASSERT_TRUE(
+      read("lit: false\nsocket: pin\nbulbs:\n  count: 7\n  inner:\n    warmth: .25\n    watts: 1e3\n").has_value());
   EXPECT_FALSE(lamp_.lit);
+  EXPECT_EQ(lamp_.socket, Socket::kPin);
   EXPECT_EQ(lamp_.bulbs, 7);
   EXPECT_EQ(lamp_.warmth, 0.25F);
   EXPECT_EQ(lamp_.watts, 1000.0);
@@ -106,6 +121,7 @@ TEST_F(ConfigFile, RefusesValuesOfTheWrongType) {
   EXPECT_THAT(error_of("bulbs: {count: 2.5}\n"), HasSubstr("bulbs.count must be a whole number, got \"2.5\""));
   EXPECT_THAT(error_of("bulbs: {count: 99999999999}\n"), HasSubstr("must be a whole number"));
   EXPECT_THAT(error_of("lit: yes\n"), HasSubstr("lit must be true or false, got \"yes\""));
+  EXPECT_THAT(error_of("socket: plug\n"), HasSubstr("socket must be screw or pin, got \"plug\""));
   EXPECT_THAT(error_of("bulbs: 3\n"), HasSubstr("\"bulbs\" is a section"));
   EXPECT_THAT(error_of("colour: [red]\n"), HasSubstr("colour must be one value"));
   EXPECT_THAT(error_of("colour:\n"), HasSubstr("colour must be one value"));
@@ -119,7 +135,12 @@ TEST_F(ConfigFile, RefusesAMissingFileAndAFolder) {
 }
 
 TEST_F(ConfigFile, WrittenYamlReadsBackToTheSameValues) {
-  lamp_ = {.lit = false, .bulbs = -2, .warmth = 0.1F, .watts = 1.0 / 3.0, .colour = "null \"and\" void: #1"};
+  lamp_ = {.lit = false,
+           .bulbs = -2,
+           .warmth = 0.1F,
+           .watts = 1.0 / 3.0,
+           .colour = "null \"and\" void: #1",
+           .socket = Socket::kPin};
   const std::string yaml = to_yaml(fields_of(lamp_));
   EXPECT_THAT(yaml, HasSubstr("  inner:\n    # 0 cold, 1 warm.\n    warmth: 0.1\n"));
   Lamp written = lamp_;
@@ -130,6 +151,7 @@ TEST_F(ConfigFile, WrittenYamlReadsBackToTheSameValues) {
   EXPECT_EQ(lamp_.warmth, written.warmth);
   EXPECT_EQ(lamp_.watts, written.watts);
   EXPECT_EQ(lamp_.colour, written.colour);
+  EXPECT_EQ(lamp_.socket, written.socket);
 }
 
 TEST_F(ConfigFile, JsonHoldsEveryFieldInItsType) {
@@ -138,6 +160,7 @@ TEST_F(ConfigFile, JsonHoldsEveryFieldInItsType) {
   EXPECT_EQ(json["bulbs"]["count"], 3);
   EXPECT_EQ(json["bulbs"]["inner"]["watts"], 40.25);
   EXPECT_EQ(json["colour"], "warm white");
+  EXPECT_EQ(json["socket"], "screw");
 }
 
 TEST_F(ConfigFile, SettingChangesOneFieldAndNamesItsErrors) {

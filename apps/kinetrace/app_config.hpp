@@ -1,0 +1,42 @@
+// The whole configuration of the program: everything a file or --set can say.
+#pragma once
+
+#include <string>
+
+#include "command_line.hpp"
+#include "config_fields.hpp"
+#include "kinetrace/hal/rectifier.hpp"
+#include "kinetrace/pipeline/config.hpp"
+
+namespace kinetrace::app {
+
+/// What goes into the run folder; see RecordingConfig.
+struct OutputConfig {
+  bool mots = true;
+  bool points = true;
+  bool colmap = true;
+};
+
+struct AppConfig {
+  hal::RectifierConfig rectification;
+  OutputConfig output;
+  pipeline::PipelineConfig pipeline;
+
+  [[nodiscard]] Status validate() const;
+};
+
+template <typename Visitor>
+void visit_fields(AppConfig& config, Visitor&& visit) {
+  visit("rectification.keep_borders", config.rectification.keep_borders,
+        "0 cuts away pixels without image data, 1 keeps every source pixel; where the calibration leaves the choice");
+  visit("output.mots", config.output.mots, "write mots.txt: the tracked masks");
+  visit("output.points", config.output.points, "write points/: coloured point clouds");
+  visit("output.colmap", config.output.colmap, "write colmap/: one COLMAP model per body");
+  pipeline::visit_fields(config.pipeline, visit);
+}
+
+/// Defaults, then the file, then the settings; checked as a whole. `segmentation` as on the command line, empty for the
+/// configured one. Errors: kInvalidConfig, kNotFound, kIo, kInvalidArgument (segmentation).
+[[nodiscard]] Result<AppConfig> load_config(const ConfigSource& source, const std::string& segmentation = "");
+
+}  // namespace kinetrace::app

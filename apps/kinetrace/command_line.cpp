@@ -1,0 +1,102 @@
+#include "command_line.hpp"
+
+#include <cstdio>
+
+#include <CLI/CLI.hpp>
+
+namespace kinetrace::app {
+namespace {
+
+constexpr const char* kFooter = R"(
+Exit codes: 0 done, 64 wrong command line, 65 damaged or unusable recording or calibration, 66 input not found,
+70 internal error, 73 run folder cannot be made, 74 reading or writing failed, 78 wrong configuration or memory
+budget too small; 128 + n when signal n ended a run early (what was computed is written).)";
+
+void add_config_options(CLI::App& command, ConfigSource& source) {
+  command.add_option("--config", source.file, "YAML file; `kinetrace config` prints one with all keys")
+      ->type_name("FILE");
+  command.add_option("--set", source.settings, "Sets one key, after the file; may be repeated")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+}
+
+void add_run(CLI::App& app, RunOptions& options, std::string& out) {
+  CLI::App& run = *app.add_subcommand("run", "Reconstructs trajectories from a recording into a run folder");
+  run.add_option("--dataset", options.dataset,
+                 "The recording; LAYOUT is kitti-raw, kitti-odometry, kitti-tracking, euroc, cityscapes or folder")
+      ->type_name("LAYOUT:PATH")
+      ->required();
+  run.add_option("--sequence", options.sequence, "Which sequence, where the path holds several")->type_name("NAME");
+  run.add_option("--cameras", options.cameras, "Which pair of cameras, where the rig has both (gray or color)")
+      ->check(CLI::IsMember({"gray", "color"}));
+  run.add_option("--segmentation", options.segmentation,
+                 "Where objects come from: motion, none, or mask files (KITTI MOTS PNG) as masks:LEFT_DIR[,RIGHT_DIR]")
+      ->type_name("HOW");
+  add_config_options(run, options.config);
+  run.add_option("--out", out, "Run folder; made, or replaced if it is an earlier run's")->type_name("DIR")->required();
+  run.add_option("--frames", options.max_frames, "Stops after N frames")->type_name("N")->check(CLI::PositiveNumber);
+  run.add_option("--loop", options.passes, "Plays the recording N times")->type_name("N")->check(CLI::PositiveNumber);
+  run.add_flag("--json", options.json, "Prints run.json on standard output instead of the summary");
+  run.add_flag("--quiet", options.quiet, "Prints nothing but errors");
+  run.footer(kFooter);
+}
+
+void add_plan(CLI::App& app, PlanOptions& options, std::string& size) {
+  CLI::App& plan = *app.add_subcommand("plan", "Prints who takes how much memory, and whether the budget holds it");
+  add_config_options(plan, options.config);
+  plan.add_option("--size", size, "Size of one eye's images")->type_name("WxH")->capture_default_str();
+}
+
+void add_show_config(CLI::App& app, ConfigOptions& options) {
+  CLI::App& config = *app.add_subcommand("config", "Prints the whole configuration as commented YAML");
+  add_config_options(config, options.config);
+}
+
+Outcome<PlanOptions> with_size(PlanOptions options, const std::string& size) {
+  char rest = 0;
+  // NOLINTNEXTLINE(cert-err34-c): values beyond int's range are refused by the bounds below.
+  const int fields = std::sscanf(size.c_str(), "%5dx%5d%c", &options.width_px, &options.height_px, &rest);
+  if (fields != 2 || options.width_px < 64 || options.height_px < 64 || options.width_px > 8192 ||
+      options.height_px > 8192) {
+    return tl::unexpected(
+        Failure{ExitCode::kUsage, "--size " + size + ": expected WIDTHxHEIGHT, 64 to 8192 pixels each"});
+  }
+  return options;
+}
+
+}  // namespace
+
+Outcome<Command> parse_command_line(int argc, const char* const* argv) {
+  CLI::App app("Kinetrace: a stereo recording in, metric 3-D trajectories of the camera and of every object out.");
+  app.set_version_flag("--version", std::string("kinetrace ") + KINETRACE_VERSION);
+  app.require_subcommand(1);
+  app.footer(kFooter);
+
+  RunOptions run;
+  PlanOptions plan;
+  ConfigOptions config;
+  std::string out;
+  std::string size = "1242x375";
+  add_run(app, run, out);
+  add_plan(app, plan, size);
+  add_show_config(app, config);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) {
+      app.exit(error);
+      return NothingToDo{};
+    }
+    return tl::unexpected(Failure{ExitCode::kUsage, std::string(error.what()) + "; see kinetrace --help"});
+  }
+  if (app.got_subcommand("run")) {
+    run.out = out;
+    return run;
+  }
+  if (app.got_subcommand("plan")) {
+    return with_size(plan, size);
+  }
+  return config;
+}
+
+}  // namespace kinetrace::app

@@ -1,0 +1,50 @@
+// What the user asked for.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "failure.hpp"
+
+namespace kinetrace::app {
+
+/// Where a configuration comes from; later ones win: defaults, the file, the settings in order.
+struct ConfigSource {
+  std::string file;                   ///< Empty: none.
+  std::vector<std::string> settings;  ///< "key=value" each.
+};
+
+struct RunOptions {
+  std::string dataset;       ///< "LAYOUT:PATH".
+  std::string sequence;      ///< Empty where the path holds only one.
+  std::string cameras;       ///< "gray", "color", or empty for whichever there is.
+  std::string segmentation;  ///< "motion", "none", "masks:LEFT[,RIGHT]", or empty for the configured one.
+  ConfigSource config;
+  std::filesystem::path out;
+  int max_frames = 0;  ///< Stop after so many; 0: all.
+  int passes = 1;      ///< Play the recording this often.
+  bool json = false;
+  bool quiet = false;
+};
+
+struct PlanOptions {
+  ConfigSource config;
+  int width_px = 0;
+  int height_px = 0;
+};
+
+struct ConfigOptions {
+  ConfigSource config;
+};
+
+/// Asked for help or the version, which has been printed.
+struct NothingToDo {};
+
+using Command = std::variant<RunOptions, PlanOptions, ConfigOptions, NothingToDo>;
+
+/// Reads the command line. Failures: kUsage.
+[[nodiscard]] Outcome<Command> parse_command_line(int argc, const char* const* argv);
+
+}  // namespace kinetrace::app

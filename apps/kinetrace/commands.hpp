@@ -1,0 +1,17 @@
+// What the program can do; each returns the exit code for the shell.
+#pragma once
+
+#include "command_line.hpp"
+
+namespace kinetrace::app {
+
+/// Plays a recording through the whole chain into a run folder.
+[[nodiscard]] int run_command(const RunOptions& options);
+
+/// Prints the memory plan.
+[[nodiscard]] int plan_command(const PlanOptions& options);
+
+/// Prints the configuration as commented YAML.
+[[nodiscard]] int config_command(const ConfigOptions& options);
+
+}  // namespace kinetrace::app

@@ -1,0 +1,32 @@
+// The command line of Kinetrace.
+#include <exception>
+#include <variant>
+
+#include "command_line.hpp"
+#include "commands.hpp"
+#include "exit_codes.hpp"
+#include "messages.hpp"
+
+namespace kinetrace::app {
+namespace {
+
+struct Dispatch {
+  int operator()(const RunOptions& options) const { return run_command(options); }
+  int operator()(const PlanOptions& options) const { return plan_command(options); }
+  int operator()(const ConfigOptions& options) const { return config_command(options); }
+  int operator()(const NothingToDo& /*options*/) const { return 0; }
+};
+
+}  // namespace
+}  // namespace kinetrace::app
+
+int main(int argc, char** argv) {
+  using namespace kinetrace::app;
+  // The last resort: the library reports errors as values, but the system may refuse memory.
+  try {
+    const Outcome<Command> command = parse_command_line(argc, argv);
+    return command ? std::visit(Dispatch{}, *command) : report(command.error());
+  } catch (const std::exception& error) {
+    return report({ExitCode::kInternal, error.what()});
+  }
+}

@@ -1,0 +1,90 @@
+#include "memory.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+#include <string_view>
+
+#include "kinetrace/hal/file_stereo_camera.hpp"
+#include "kinetrace/pipeline/pipeline.hpp"
+
+namespace kinetrace::app {
+namespace {
+
+constexpr double kMib = 1024.0 * 1024.0;
+
+std::string mib(double bytes) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.1f MiB", bytes / kMib);
+  return text.data();
+}
+
+}  // namespace
+
+recording::RecordingConfig recording_config(const AppConfig& config, const StereoGeometry& geometry,
+                                            const std::filesystem::path& directory) {
+  recording::RecordingConfig recording;
+  recording.directory = directory;
+  recording.geometry = geometry;
+  recording.mots = config.output.mots;
+  recording.points = config.output.points;
+  recording.colmap = config.output.colmap;
+  return recording;
+}
+
+Result<MemoryPlan> plan_memory(const AppConfig& config, const hal::Dataset& dataset) {
+  const auto geometry = hal::Rectifier::rectified_geometry(dataset.calibration, config.rectification);
+  if (!geometry) {
+    return tl::unexpected(geometry.error());
+  }
+  const Result<MemoryPlan> processing = pipeline::Pipeline::plan(config.pipeline, *geometry);
+  if (!processing) {
+    return tl::unexpected(processing.error());
+  }
+  MemoryPlan plan;
+  plan.entries.push_back({"camera", hal::FileStereoCamera::required_bytes(dataset, hal::FileCameraConfig{}),
+                          "image size, largest image file"});
+  plan.entries.push_back({"rectifier", hal::Rectifier::required_bytes(dataset.calibration, config.rectification),
+                          "image size; nothing for rectified recordings"});
+  plan.entries.insert(plan.entries.end(), processing->entries.begin(), processing->entries.end());
+  plan.entries.push_back(
+      {"recorder", recording::RunRecorder::required_bytes(recording_config(config, *geometry, "")), "output.*"});
+  // Each part begins at a multiple of the arena's alignment.
+  for (MemoryPlanEntry& entry : plan.entries) {
+    entry.bytes = (entry.bytes + Arena::kAlignment - 1) / Arena::kAlignment * Arena::kAlignment;
+  }
+  return plan;
+}
+
+Status check_budget(const MemoryPlan& plan, const pipeline::MemoryConfig& config) {
+  const double budget = config.budget_mib * kMib;
+  const double libraries = config.libraries_mib * kMib;
+  const double needed = static_cast<double>(plan.total_bytes()) + libraries;
+  if (needed <= budget || plan.entries.empty()) {
+    return {};
+  }
+  const auto largest = std::max_element(plan.entries.begin(), plan.entries.end(),
+                                        [](const auto& a, const auto& b) { return a.bytes < b.bytes; });
+  return fail(ErrorCode::kBudget, "memory.budget_mib = " + mib(budget) + " is " + mib(needed - budget) +
+                                      " too small: " + mib(needed - libraries) + " planned and " + mib(libraries) +
+                                      " for libraries; raise it or shrink \"" + largest->name + "\" (" +
+                                      mib(static_cast<double>(largest->bytes)) + ", by " + largest->depends_on +
+                                      "); `kinetrace plan` lists all");
+}
+
+std::uint64_t peak_rss_bytes() {
+  std::ifstream status("/proc/self/status");
+  constexpr std::string_view kKey = "VmHWM:";
+  for (std::string line; std::getline(status, line);) {
+    if (line.compare(0, kKey.size(), kKey) == 0) {
+      std::uint64_t kib = 0;
+      std::istringstream(line.substr(kKey.size())) >> kib;
+      return kib * 1024;
+    }
+  }
+  return 0;
+}
+
+}  // namespace kinetrace::app

@@ -1,0 +1,30 @@
+// Who takes how much, before anybody takes it.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "app_config.hpp"
+#include "kinetrace/core/memory_plan.hpp"
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/hal/dataset.hpp"
+#include "kinetrace/recording/run_recorder.hpp"
+
+namespace kinetrace::app {
+
+/// Settings of the recorder for a run of `config` on images with `geometry`.
+[[nodiscard]] recording::RecordingConfig recording_config(const AppConfig& config, const StereoGeometry& geometry,
+                                                          const std::filesystem::path& directory);
+
+/// Everything that a run of `dataset` takes from its arena, in the order of creation.
+/// Errors: those of the parts (kInvalidConfig, kBadCalibration).
+[[nodiscard]] Result<MemoryPlan> plan_memory(const AppConfig& config, const hal::Dataset& dataset);
+
+/// kBudget, with what is missing and which part is largest, if the plan and the libraries do not fit.
+[[nodiscard]] Status check_budget(const MemoryPlan& plan, const pipeline::MemoryConfig& config);
+
+/// The largest resident set that the process had so far; 0 if the system does not tell.
+[[nodiscard]] std::uint64_t peak_rss_bytes();
+
+}  // namespace kinetrace::app

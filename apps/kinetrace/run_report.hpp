@@ -1,0 +1,44 @@
+// What a run tells about itself: to run.json, and to the user.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+#include "command_line.hpp"
+#include "kinetrace/core/allocation_counter.hpp"
+#include "kinetrace/core/frame_result.hpp"
+#include "kinetrace/hal/dataset.hpp"
+#include "kinetrace/hal/file_stereo_camera.hpp"
+#include "kinetrace/recording/run_summary.hpp"
+#include "stage_clock.hpp"
+
+namespace kinetrace::app {
+
+class RunReport {
+ public:
+  RunReport(const RunOptions& options, const hal::Dataset& dataset, std::string config_json);
+
+  // Updated with every frame.
+  std::int64_t frames = 0;
+  int objects_now = 0;
+  FrameCounters counters;
+
+  void set_allocations(const AllocationCounts& before, const AllocationCounts& after);
+  /// After the last frame. `played` says how it ended.
+  void finish(const hal::FileStereoCamera& camera, const StageClock& clock, const Status& played);
+
+  [[nodiscard]] const recording::RunSummary& summary() const noexcept { return summary_; }
+  /// For the user: a few lines, or run.json with --json. Warnings go to standard error.
+  void print() const;
+
+ private:
+  void add_warnings(const hal::FileStereoCamera& camera);
+
+  RunOptions options_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  double seconds_ = 0.0;
+  recording::RunSummary summary_;
+};
+
+}  // namespace kinetrace::app
