@@ -1,0 +1,45 @@
+// Path of an object that has too few points for a reconstruction: constant-velocity Kalman filter on stereo positions.
+#pragma once
+
+#include <cstdint>
+
+#include <Eigen/Core>
+
+#include "kinetrace/core/se3.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
+#include "kinetrace/trajectory/trajectory_config.hpp"
+
+namespace kinetrace::trajectory {
+
+/// State: position and velocity in the world.
+class StereoPositionFilter {
+ public:
+  StereoPositionFilter(const TrajectoryConfig& config, const StereoGeometry& geometry)
+      : config_(config), geometry_(geometry) {}
+  void reset() noexcept { initialised_ = false; }
+  [[nodiscard]] bool initialised() const noexcept { return initialised_; }
+  /// Starts at a known position and velocity.
+  void start(std::int64_t timestamp_ns, const Eigen::Vector3d& position_m, const Eigen::Vector3d& velocity_mps,
+             const Eigen::Matrix3d& position_covariance) noexcept;
+  /// Moves the state to `timestamp_ns` without a measurement.
+  void predict(std::int64_t timestamp_ns) noexcept;
+  /// Takes in a stereo position: u_left, v and disparity of `features` points' medians. An implausible one is skipped
+  /// (false), unless that happens three times in a row: then the filter starts again there.
+  bool update(const Eigen::Vector3d& uvd_px, int features, const Se3& T_world_cam) noexcept;
+
+  [[nodiscard]] const Eigen::Vector3d& position_m() const noexcept { return position_; }
+  [[nodiscard]] const Eigen::Vector3d& velocity_mps() const noexcept { return velocity_; }
+  [[nodiscard]] Eigen::Matrix3d position_covariance() const noexcept { return covariance_.topLeftCorner<3, 3>(); }
+
+ private:
+  TrajectoryConfig config_;
+  StereoGeometry geometry_;
+  bool initialised_ = false;
+  int skipped_ = 0;
+  std::int64_t timestamp_ns_ = 0;
+  Eigen::Vector3d position_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();
+  Matrix6d covariance_ = Matrix6d::Identity();
+};
+
+}  // namespace kinetrace::trajectory

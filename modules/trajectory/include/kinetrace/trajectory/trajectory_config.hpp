@@ -1,0 +1,20 @@
+// Settings of trajectories: smoothing, moving or not, boxes.
+#pragma once
+
+#include "kinetrace/core/result.hpp"
+
+namespace kinetrace::trajectory {
+
+struct TrajectoryConfig {
+  int velocity_window_frames = 5;      ///< Velocity is fitted over up to this many frames before and after, [1, 10].
+  double min_moving_speed_mps = 0.5;   ///< Slower objects are not called moving, whatever the significance.
+  double moving_significance = 4.0;    ///< Speed over its standard deviation to become moving; half of it to stop.
+  double max_acceleration_mps2 = 4.0;  ///< Process noise of the stereo-only filter.
+  double stereo_sigma_px = 0.5;        ///< Standard deviation of a stereo position's image coordinates.
+  double box_percentile = 0.03;        ///< Points cut off at either end of each axis, (0, 0.4).
+  double min_box_size_m = 0.2;         ///< Smallest edge of a box.
+
+  [[nodiscard]] Status validate() const;
+};
+
+}  // namespace kinetrace::trajectory
