@@ -102,6 +102,13 @@ void BodyReconstruction::end() {
   estimate_.retired = retired_.span();
 }
 
+void BodyReconstruction::reset() {
+  end();
+  retired_.clear();
+  history_.clear();
+  estimate_ = BodyEstimate{};
+}
+
 Se3 BodyReconstruction::predict(std::int64_t timestamp_ns) const {
   if (history_.size() == 0) {
     return T_body_cam_now_;

@@ -10,6 +10,7 @@
 #include "kinetrace/segmentation/config.hpp"
 #include "kinetrace/sfm/config.hpp"
 #include "kinetrace/tracking/config.hpp"
+#include "kinetrace/trajectory/trajectory_config.hpp"
 
 namespace kinetrace::pipeline {
 
@@ -42,6 +43,7 @@ struct PipelineConfig {
   sfm::BodyConfig object = default_object_config();
   refinement::FixedBundleConfig refinement;
   ObjectConfig objects;
+  trajectory::TrajectoryConfig trajectory;
   MemoryConfig memory;
 
   /// kInvalidConfig naming the first key that is out of range.
@@ -140,6 +142,16 @@ void visit_fields(Config& config, Visitor&& visit) {
   visit("object.lost_after_frames", config.objects.lost_after_frames,
         "predicted frames in a row until an object is lost");
   visit("object.rigid_pedestrians", config.objects.rigid_pedestrians, "reconstruct people like vehicles");
+
+  auto& j = config.trajectory;
+  visit("trajectory.velocity_window_frames", j.velocity_window_frames,
+        "velocity is fitted over so many frames before and after");
+  visit("trajectory.min_moving_speed_mps", j.min_moving_speed_mps, "slower objects are not called moving, m/s");
+  visit("trajectory.moving_significance", j.moving_significance, "speed over its standard deviation to become moving");
+  visit("trajectory.max_acceleration_mps2", j.max_acceleration_mps2, "process noise of stereo-only objects, m/s^2");
+  visit("trajectory.stereo_sigma_px", j.stereo_sigma_px, "standard deviation of a stereo position, px");
+  visit("trajectory.box_percentile", j.box_percentile, "points cut off at either end of a box's axes");
+  visit("trajectory.min_box_size_m", j.min_box_size_m, "smallest edge of a box, m");
 
   auto& r = config.refinement;
   visit("refinement.max_iterations", r.max_iterations, "damped steps tried per body and frame");

@@ -44,8 +44,10 @@ class BodyReconstruction {
   /// retired with this frame.
   void begin(const Se3& T_body_cam, BodyStatus status = BodyStatus::kTracked);
   [[nodiscard]] bool active() const noexcept { return active_; }
-  /// Ends the reconstruction; its remaining points are in `retired()` until the next begin().
+  /// Ends the reconstruction; its remaining points are in `estimate().retired` until the next begin() or reset().
   void end();
+  /// Forgets everything, as after create; counters go on.
+  void reset();
 
   /// Constant-velocity prediction of T_body_cam at `timestamp_ns`.
   [[nodiscard]] Se3 predict(std::int64_t timestamp_ns) const;

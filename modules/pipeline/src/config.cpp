@@ -1,0 +1,46 @@
+#include "kinetrace/pipeline/config.hpp"
+
+#include <cmath>
+#include <sstream>
+
+namespace kinetrace::pipeline {
+namespace {
+
+template <typename T>
+Status require_range(const char* key, T value, T low, T high) {
+  if (value >= low && value <= high) {  // false for NaN
+    return {};
+  }
+  std::ostringstream message;
+  message << key << " must be in [" << low << ", " << high << "], got " << value;
+  return fail(ErrorCode::kInvalidConfig, message.str());
+}
+
+}  // namespace
+
+Status PipelineConfig::validate() const {
+  for (const Status& status : {
+           features.validate(),
+           segmentation.validate(),
+           tracking.validate(),
+           background.validate("background"),
+           object.validate("object"),
+           refinement.validate(),
+           trajectory.validate(),
+           require_range("object.stereo_only_min_features", objects.stereo_only_min_features, 1, 1000),
+           require_range("object.lost_after_frames", objects.lost_after_frames, 1, 10000),
+           require_range("memory.budget_mib", memory.budget_mib, 1.0, 1e6),
+           require_range("memory.libraries_mib", memory.libraries_mib, 0.0, 1e6),
+       }) {
+    if (!status) {
+      return status;
+    }
+  }
+  if (object.window_frames != background.window_frames) {
+    return fail(ErrorCode::kInvalidConfig,
+                "object.window_frames must equal background.window_frames: both poses of a frame settle together");
+  }
+  return {};
+}
+
+}  // namespace kinetrace::pipeline

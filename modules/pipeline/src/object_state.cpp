@@ -1,0 +1,239 @@
+#include "object_state.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "kinetrace/trajectory/composition.hpp"
+
+namespace kinetrace::pipeline {
+namespace {
+
+constexpr double kStartSigma_m = 0.5;             // Of the position handed to the stereo-only filter.
+constexpr std::size_t kMaxSightedFeatures = 256;  // Medians over more than this are no better.
+
+double median(std::span<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+Eigen::Vector3d camera_position(const StereoGeometry& geometry, const StereoSighting& sighting) {
+  return geometry.triangulate(sighting.uvd_px.x(), sighting.uvd_px.y(), sighting.uvd_px.z());
+}
+
+double yaw_of(const Eigen::Vector3d& direction) {
+  return std::atan2(-direction.z(), direction.x());
+}
+
+}  // namespace
+
+Result<ObjectState> ObjectState::create(const PipelineConfig& config, const StereoGeometry& geometry, Arena& arena) {
+  auto body = sfm::BodyReconstruction::create(config.object, geometry, arena);
+  if (!body) {
+    return tl::unexpected(body.error());
+  }
+  return ObjectState(config, geometry, std::move(*body), arena);
+}
+
+std::size_t ObjectState::required_bytes(const PipelineConfig& config) {
+  return sfm::BodyReconstruction::required_bytes(config.object) + measure_bytes([&](Arena& arena) {
+           trajectory::BoxEstimator(config.trajectory, static_cast<std::size_t>(config.object.max_points), arena);
+         });
+}
+
+ObjectState::ObjectState(const PipelineConfig& config, const StereoGeometry& geometry, sfm::BodyReconstruction body,
+                         Arena& arena)
+    : config_(config.objects),
+      min_points_(config.object.min_inliers),
+      min_disparity_px_(config.object.min_disparity_px),
+      geometry_(geometry),
+      body_(std::move(body)),
+      motion_(config.trajectory),
+      filter_(config.trajectory, geometry),
+      box_(config.trajectory, static_cast<std::size_t>(config.object.max_points), arena) {}
+
+void ObjectState::begin(const Track& track) {
+  body_.reset();
+  track_ = track;
+  confirmed_ = false;
+  extended_ = false;
+  placed_ = false;
+  predicted_frames_ = 0;
+  status_ = BodyStatus::kInitializing;
+  stereo_offset_m_.setZero();
+  motion_.reset();
+  filter_.reset();
+  box_.reset();
+}
+
+void ObjectState::end() {
+  if (body_.active()) {
+    body_.end();
+  }
+}
+
+StereoSighting ObjectState::sight(const FeatureFrame& frame) const {
+  std::array<double, kMaxSightedFeatures> u;
+  std::array<double, kMaxSightedFeatures> v;
+  std::array<double, kMaxSightedFeatures> d;
+  std::size_t count = 0;
+  for (const Feature& feature : frame.features) {
+    if (feature.body == track_.label() && feature.has_right() && double{feature.disparity_px()} >= min_disparity_px_ &&
+        count < kMaxSightedFeatures) {
+      u[count] = double{feature.left_px.x()};
+      v[count] = double{feature.v_px};
+      d[count++] = double{feature.disparity_px()};
+    }
+  }
+  StereoSighting sighting;
+  sighting.features = static_cast<int>(count);
+  if (count > 0) {
+    sighting.uvd_px = {median(std::span(u).first(count)), median(std::span(v).first(count)),
+                       median(std::span(d).first(count))};
+  }
+  return sighting;
+}
+
+bool ObjectState::place(const StereoSighting& sighting, const CameraState& camera) {
+  if (sighting.features < config_.stereo_only_min_features || !camera.valid) {
+    return false;
+  }
+  T_world_obj_ = {Eigen::Matrix3d::Identity(), camera.T_world_cam * camera_position(geometry_, sighting)};
+  placed_ = true;
+  return true;
+}
+
+bool ObjectState::locate(const FeatureFrame& frame, const CameraState& camera) {
+  if (!rigid() || !body_.active()) {
+    return false;
+  }
+  return body_.locate(frame, track_.label()).status == BodyStatus::kTracked && camera.valid;
+}
+
+void ObjectState::follow_without_body(const StereoSighting& sighting, const CameraState& camera) {
+  if (!filter_.initialised()) {
+    // The pose at hand is the last frame's, or this one's at birth.
+    const bool known_before = motion_.size() > 0;
+    filter_.start(known_before ? previous_timestamp_ns_ : timestamp_ns_, T_world_obj_ * -stereo_offset_m_,
+                  known_before ? motion_.at(0).velocity_mps : Eigen::Vector3d(Eigen::Vector3d::Zero()),
+                  kStartSigma_m * kStartSigma_m * Eigen::Matrix3d::Identity());
+  }
+  filter_.predict(timestamp_ns_);
+  const bool seen = sighting.features >= config_.stereo_only_min_features && camera.valid &&
+                    filter_.update(sighting.uvd_px, sighting.features, camera.T_world_cam);
+  T_world_obj_.translation = filter_.position_m() + T_world_obj_.rotation * stereo_offset_m_;
+  covariance_.setZero();
+  covariance_.topLeftCorner<3, 3>().diagonal().setConstant(1.0);  // A rotation that is not measured: about a radian.
+  covariance_.bottomRightCorner<3, 3>() = filter_.position_covariance();
+  predicted_frames_ = seen ? 0 : predicted_frames_ + 1;
+  status_ = seen ? BodyStatus::kStereoOnly
+                 : (predicted_frames_ > config_.lost_after_frames ? BodyStatus::kLost : BodyStatus::kPropagated);
+}
+
+void ObjectState::observe(const Track& track, const FeatureFrame& frame, const CameraState& camera) {
+  track_ = track;
+  confirmed_ = confirmed_ || track.state == TrackState::kConfirmed;
+  timestamp_ns_ = frame.timestamp_ns;
+  extended_ = false;
+  const StereoSighting sighting = sight(frame);
+  if (!placed_ && !place(sighting, camera)) {
+    return;
+  }
+  if (locate(frame, camera)) {
+    status_ = BodyStatus::kTracked;
+    predicted_frames_ = 0;
+    filter_.reset();
+  } else {
+    follow_without_body(sighting, camera);
+    if (rigid() && camera.valid && sighting.features >= min_points_) {
+      // Enough points to build on, but none known that fit: the reconstruction (re)starts where stereo sees the object.
+      body_.begin(T_world_obj_.inverse() * camera.T_world_cam, status_);
+    }
+  }
+  if (body_.active()) {
+    body_.extend(frame, track.label());
+    extended_ = true;
+  }
+  if (status_ == BodyStatus::kTracked && sighting.features > 0) {
+    const Se3 T_world_obj = camera.T_world_cam * body_.estimate().T_body_cam.inverse();
+    stereo_offset_m_ = -(T_world_obj.inverse() * (camera.T_world_cam * camera_position(geometry_, sighting)));
+  }
+}
+
+void ObjectState::compose_newest(const CameraState& camera) {
+  const BodyEstimate& estimate = body_.estimate();
+  T_obj_cam_ = estimate.T_body_cam;
+  const trajectory::PoseWithCovariance world =
+      trajectory::compose({camera.T_world_cam, camera.covariance}, {T_obj_cam_, estimate.covariance});
+  T_world_obj_ = world.pose;
+  covariance_ = world.covariance;
+}
+
+void ObjectState::push_motion() {
+  motion_.push({timestamp_ns_, T_world_obj_, covariance_.bottomRightCorner<3, 3>()});
+  previous_timestamp_ns_ = timestamp_ns_;
+  const trajectory::MotionEstimate motion = motion_.at(0);
+  const double yaw_rad = motion.moving ? yaw_of(T_world_obj_.rotation.transpose() * motion.velocity_mps)
+                                       : std::numeric_limits<double>::quiet_NaN();
+  if (body_.active()) {
+    box_.update(body_.estimate().points, yaw_rad);
+  }
+  if (box_.known()) {
+    motion_.set_reference(box_.box_in_object().center_m);
+  }
+}
+
+void ObjectState::conclude(const BundleSummary& refinement, const CameraState& camera) {
+  if (!placed_) {
+    return;
+  }
+  if (extended_) {
+    body_.conclude(refinement);
+  }
+  if (status_ == BodyStatus::kTracked) {
+    compose_newest(camera);
+  } else {
+    T_obj_cam_ = T_world_obj_.inverse() * camera.T_world_cam;
+  }
+  push_motion();
+}
+
+void ObjectState::report(ObjectResult& result) const {
+  result.track_id = track_.id;
+  result.label = track_.label();
+  result.class_id = track_.class_id;
+  result.status = status_;
+  result.T_world_obj = T_world_obj_;
+  result.T_obj_cam = T_obj_cam_;
+  result.covariance = covariance_;
+  result.box_px = track_.box_px;
+  result.point_count = static_cast<int>(body_.estimate().points.size());
+  result.inliers = status_ == BodyStatus::kTracked ? body_.estimate().inliers : 0;
+}
+
+void ObjectState::revise(std::size_t age, const CameraState& camera, ObjectResult& result) {
+  if (result.status == BodyStatus::kTracked && body_.active() && age < body_.history_size()) {
+    const SettledPose pose = body_.history(age);
+    result.T_obj_cam = pose.T_body_cam;
+    const trajectory::PoseWithCovariance world =
+        trajectory::compose({camera.T_world_cam, camera.covariance}, {pose.T_body_cam, pose.covariance});
+    result.T_world_obj = world.pose;
+    result.covariance = world.covariance;
+  } else {
+    result.T_world_obj = camera.T_world_cam * result.T_obj_cam.inverse();
+  }
+  motion_.revise(age, result.T_world_obj, result.covariance.bottomRightCorner<3, 3>());
+}
+
+void ObjectState::describe_motion(std::size_t age, ObjectResult& result) const {
+  const trajectory::MotionEstimate motion = motion_.at(age);
+  result.velocity_mps = motion.velocity_mps;
+  result.moving = motion.moving;
+  result.box = box_.known() ? box_.box_in_world(result.T_world_obj) : Box3{.center_m = result.T_world_obj.translation};
+  result.heading_rad = motion.moving ? yaw_of(motion.velocity_mps) : result.box.yaw_rad;
+}
+
+}  // namespace kinetrace::pipeline

@@ -1,0 +1,105 @@
+// One object slot: the reconstruction of the object that holds it, and its trajectory.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "kinetrace/core/detections.hpp"
+#include "kinetrace/core/feature_frame.hpp"
+#include "kinetrace/core/frame_result.hpp"
+#include "kinetrace/core/track_frame.hpp"
+#include "kinetrace/pipeline/config.hpp"
+#include "kinetrace/sfm/body_reconstruction.hpp"
+#include "kinetrace/trajectory/box_estimator.hpp"
+#include "kinetrace/trajectory/object_motion.hpp"
+#include "kinetrace/trajectory/stereo_position_filter.hpp"
+
+namespace kinetrace::pipeline {
+
+/// Where a frame's stereo alone sees an object: the point with its features' median coordinates.
+struct StereoSighting {
+  int features = 0;                                  ///< With a right match; 0: not seen.
+  Eigen::Vector3d uvd_px = Eigen::Vector3d::Zero();  ///< Medians of u_left, v and disparity.
+};
+
+/// What the camera does in this frame, for composing (METHOD eq. 2).
+struct CameraState {
+  Se3 T_world_cam;
+  Matrix6d covariance = Matrix6d::Zero();
+  bool valid = false;  ///< A pair of object and background counts only where both have a pose (paper).
+};
+
+/// A track's object from birth to end. Its frame is fixed at birth: origin at the median of its stereo points, axes
+/// parallel to the world's. Pose source per frame, in this order: own reconstruction (tracked), stereo position
+/// (stereo_only), prediction (propagated).
+class ObjectState {
+ public:
+  [[nodiscard]] static Result<ObjectState> create(const PipelineConfig& config, const StereoGeometry& geometry,
+                                                  Arena& arena);
+  [[nodiscard]] static std::size_t required_bytes(const PipelineConfig& config);
+
+  [[nodiscard]] bool in_use() const noexcept { return track_.id != 0; }
+  [[nodiscard]] const Track& track() const noexcept { return track_; }
+  [[nodiscard]] bool confirmed() const noexcept { return confirmed_; }
+
+  void begin(const Track& track);
+  /// The track has ended; points still alive are in `body().estimate().retired`.
+  void end();
+  /// The slot may be given to another track.
+  void release() noexcept { track_ = Track{}; }
+
+  /// Pose of this frame, and sightings added to the window.
+  void observe(const Track& track, const FeatureFrame& frame, const CameraState& camera);
+  /// After refinement: final newest estimate of this frame.
+  void conclude(const BundleSummary& refinement, const CameraState& camera);
+  /// Writes what is known into `result`.
+  void report(ObjectResult& result) const;
+  /// Updates a kept result of `age` frames ago to what the window knows by now, the camera's newest estimate for that
+  /// frame given.
+  void revise(std::size_t age, const CameraState& camera, ObjectResult& result);
+  /// Velocity, heading and box of a kept result, from the trajectory before and after it.
+  void describe_motion(std::size_t age, ObjectResult& result) const;
+
+  [[nodiscard]] sfm::BodyReconstruction& body() noexcept { return body_; }
+  [[nodiscard]] const sfm::BodyReconstruction& body() const noexcept { return body_; }
+  [[nodiscard]] BodyStatus status() const noexcept { return status_; }
+  /// True while the body takes part in this frame's refinement.
+  [[nodiscard]] bool reconstructing() const noexcept { return extended_; }
+
+ private:
+  ObjectState(const PipelineConfig& config, const StereoGeometry& geometry, sfm::BodyReconstruction body, Arena& arena);
+
+  [[nodiscard]] StereoSighting sight(const FeatureFrame& frame) const;
+  /// A class vote that changes later does not undo a reconstruction that works.
+  [[nodiscard]] bool rigid() const noexcept {
+    return config_.rigid_pedestrians || body_.active() || track_.class_id != kPedestrianClass;
+  }
+  [[nodiscard]] bool place(const StereoSighting& sighting, const CameraState& camera);
+  [[nodiscard]] bool locate(const FeatureFrame& frame, const CameraState& camera);
+  void follow_without_body(const StereoSighting& sighting, const CameraState& camera);
+  void compose_newest(const CameraState& camera);
+  void push_motion();
+
+  ObjectConfig config_;
+  int min_points_;
+  double min_disparity_px_;
+  StereoGeometry geometry_;
+  Track track_;
+  bool confirmed_ = false;
+  bool extended_ = false;
+  bool placed_ = false;       ///< T_world_obj_ has been set since birth.
+  int predicted_frames_ = 0;  ///< In a row.
+  BodyStatus status_ = BodyStatus::kInitializing;
+  sfm::BodyReconstruction body_;
+  trajectory::ObjectMotion motion_;
+  trajectory::StereoPositionFilter filter_;
+  trajectory::BoxEstimator box_;
+  Se3 T_world_obj_;
+  Se3 T_obj_cam_;
+  Matrix6d covariance_ = Matrix6d::Zero();                     ///< Of T_world_obj_.
+  Eigen::Vector3d stereo_offset_m_ = Eigen::Vector3d::Zero();  ///< Object origin minus stereo position, object axes.
+  std::int64_t timestamp_ns_ = 0;
+  std::int64_t previous_timestamp_ns_ = 0;  ///< Of the last pose in motion_.
+};
+
+}  // namespace kinetrace::pipeline

@@ -1,0 +1,542 @@
+#include "kinetrace/pipeline/pipeline.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "kinetrace/features/feature_front_end.hpp"
+#include "kinetrace/refinement/fixed_bundle_adjuster.hpp"
+#include "kinetrace/segmentation/segmenter.hpp"
+#include "kinetrace/sfm/body_reconstruction.hpp"
+#include "kinetrace/tracking/stereo_tracker.hpp"
+#include "object_state.hpp"
+#include "result_ring.hpp"
+
+namespace kinetrace::pipeline {
+namespace {
+
+constexpr std::uint8_t kBackground = kBackgroundLabel;
+constexpr int kCameraLostAfterFrames = 3;
+
+std::size_t as_size(int n) {
+  return static_cast<std::size_t>(n);
+}
+
+/// Fills in what follows from other settings, so that each is set once.
+PipelineConfig resolved(const PipelineConfig& config) {
+  PipelineConfig out = config;
+  out.background.max_features = out.features.max_features;
+  out.object.max_features = out.features.max_features;
+  out.refinement.max_frames = out.background.window_frames;
+  out.refinement.max_points = std::max(out.background.max_points, out.object.max_points);
+  return out;
+}
+
+/// The results that one frame shows to the outside, besides the ring.
+struct OutputStorage {
+  std::span<FeaturePrediction> predictions;
+  std::span<ObjectResult> newest_objects;
+  std::span<ObjectResult> settled_objects;
+  std::span<BodyGeometry> bodies;
+  ResultRing ring;
+};
+
+OutputStorage carve_output(const PipelineConfig& config, Arena& arena) {
+  const std::size_t objects = as_size(config.tracking.max_objects);
+  return {.predictions = arena.take<FeaturePrediction>(as_size(config.features.max_features)),
+          .newest_objects = arena.take<ObjectResult>(objects),
+          .settled_objects = arena.take<ObjectResult>(objects),
+          .bodies = arena.take<BodyGeometry>(objects + 1),
+          .ring = ResultRing(arena, as_size(config.background.window_frames) + 1, objects)};
+}
+
+}  // namespace
+
+struct Pipeline::Impl {
+  PipelineConfig config;
+  StereoGeometry geometry;
+  features::FeatureFrontEnd front_end;
+  std::unique_ptr<segmentation::Segmenter> segmenter;
+  tracking::StereoTracker tracker;
+  sfm::BodyReconstruction background;
+  std::vector<ObjectState> objects;  // By track slot; sized once, at create.
+  refinement::FixedBundleAdjuster refiner;
+  OutputStorage out;
+
+  FrameResult result;
+  std::span<const Feature> previous_features;
+  std::int64_t last_timestamp_ns = 0;
+  bool started = false;
+  bool drained = false;
+  int camera_predicted_frames = 0;
+  std::uint64_t frames = 0;
+  std::uint64_t camera_lost_frames = 0;
+  std::uint64_t tracks_born = 0;
+  std::uint64_t tracks_confirmed = 0;
+  std::uint64_t tracks_ended = 0;
+  std::uint32_t newest_track_id = 0;
+
+  Status check(const RectifiedPair& pair) const;
+  std::span<const FeaturePrediction> predict_features(std::int64_t timestamp_ns);
+  Se3 locate_camera(const FeatureFrame& frame);
+  void reconstruct(const FeatureFrame& frame, const TrackFrame& tracks);
+  Status refine();
+  void count_tracks(const TrackFrame& tracks);
+  void settle(const RectifiedPair& pair);
+  void revise_ring();
+  void publish_settled();
+  void publish(const RectifiedPair& pair, const TrackFrame& tracks);
+  void publish_bodies(const TrackFrame* tracks);
+  void report_rejected();
+  [[nodiscard]] CameraState camera_at(std::size_t age) const;
+  [[nodiscard]] CameraResult camera_result(std::size_t age) const;
+  [[nodiscard]] FrameCounters counters() const;
+};
+
+Result<MemoryPlan> Pipeline::plan(const PipelineConfig& config, const StereoGeometry& geometry) {
+  if (const Status valid = config.validate(); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  const PipelineConfig c = resolved(config);
+  const std::size_t object_bytes = ObjectState::required_bytes(c);
+  MemoryPlan plan;
+  plan.entries = {
+      {"features", features::FeatureFrontEnd::required_bytes(c.features, geometry.width_px, geometry.height_px),
+       "image size, features.max_features, features.pyramid_levels"},
+      {"segmentation", segmentation::required_bytes(c.segmentation, geometry, c.features.max_features),
+       "image size, segmentation.mode, segmentation.max_objects"},
+      {"tracking", tracking::StereoTracker::required_bytes(c.tracking, geometry.width_px, geometry.height_px),
+       "image size, tracking.max_objects"},
+      {"background", sfm::BodyReconstruction::required_bytes(c.background),
+       "background.max_points, background.window_frames"},
+      {"objects", object_bytes * as_size(c.tracking.max_objects),
+       "tracking.max_objects, object.max_points, object.window_frames"},
+      {"refinement", refinement::FixedBundleAdjuster::required_bytes(c.refinement),
+       "background.max_points, background.window_frames"},
+      {"results", measure_bytes([&](Arena& arena) { static_cast<void>(carve_output(c, arena)); }),
+       "tracking.max_objects, background.window_frames"},
+  };
+  return plan;
+}
+
+Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeometry& geometry, Arena& arena) {
+  if (const Status valid = config.validate(); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  const PipelineConfig c = resolved(config);
+  auto front_end = features::FeatureFrontEnd::create(c.features, geometry.width_px, geometry.height_px, arena);
+  if (!front_end) {
+    return tl::unexpected(front_end.error());
+  }
+  auto segmenter = segmentation::make_segmenter(c.segmentation, geometry, c.features.max_features, arena);
+  if (!segmenter) {
+    return tl::unexpected(segmenter.error());
+  }
+  auto tracker = tracking::StereoTracker::create(c.tracking, geometry.width_px, geometry.height_px, arena);
+  if (!tracker) {
+    return tl::unexpected(tracker.error());
+  }
+  auto background = sfm::BodyReconstruction::create(c.background, geometry, arena);
+  if (!background) {
+    return tl::unexpected(background.error());
+  }
+  std::vector<ObjectState> objects;
+  objects.reserve(as_size(c.tracking.max_objects));
+  for (int i = 0; i < c.tracking.max_objects; ++i) {
+    auto object = ObjectState::create(c, geometry, arena);
+    if (!object) {
+      return tl::unexpected(object.error());
+    }
+    objects.push_back(std::move(*object));
+  }
+  auto refiner = refinement::FixedBundleAdjuster::create(c.refinement, arena);
+  if (!refiner) {
+    return tl::unexpected(refiner.error());
+  }
+  const OutputStorage out = carve_output(c, arena);
+  if (arena.exhausted()) {
+    return fail(ErrorCode::kCapacity, "the arena does not hold the pipeline; size it from Pipeline::plan");
+  }
+  return Pipeline(std::unique_ptr<Impl>(new Impl{.config = c,
+                                                 .geometry = geometry,
+                                                 .front_end = std::move(*front_end),
+                                                 .segmenter = std::move(*segmenter),
+                                                 .tracker = std::move(*tracker),
+                                                 .background = *background,
+                                                 .objects = std::move(objects),
+                                                 .refiner = std::move(*refiner),
+                                                 .out = out}));
+}
+
+Pipeline::Pipeline(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Pipeline::Pipeline(Pipeline&&) noexcept = default;
+Pipeline& Pipeline::operator=(Pipeline&&) noexcept = default;
+Pipeline::~Pipeline() = default;
+
+Result<const FrameResult*> Pipeline::process(const RectifiedPair& pair, StageObserver* observer) {
+  Impl& self = *impl_;
+  if (const Status valid = self.check(pair); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  {
+    const StageScope capture(observer, Stage::kCapture);
+    self.segmenter->load(pair);
+  }
+  Result<FeatureFrame> frame;
+  {
+    const StageScope pyramid(observer, Stage::kPyramid);
+    if (const Status begun = self.front_end.begin_frame(pair); !begun) {
+      return tl::unexpected(begun.error());
+    }
+  }
+  {
+    const StageScope track(observer, Stage::kTrackFeatures);
+    frame = self.front_end.track(self.predict_features(pair.timestamp_ns));
+    if (!frame) {
+      return tl::unexpected(frame.error());
+    }
+  }
+  Se3 T_prev_cam;
+  {
+    const StageScope ego_motion(observer, Stage::kEgoMotion);
+    T_prev_cam = self.locate_camera(*frame);
+  }
+  Result<DetectionFrame> detections;
+  {
+    const StageScope segment(observer, Stage::kSegment);
+    detections =
+        self.segmenter->process({.pair = pair,
+                                 .features = frame->features,
+                                 .ego_valid = self.started && self.background.estimate().status == BodyStatus::kTracked,
+                                 .T_prev_cam = T_prev_cam});
+    if (!detections) {
+      return tl::unexpected(detections.error());
+    }
+  }
+  Result<TrackFrame> tracks;
+  {
+    const StageScope track(observer, Stage::kTrackObjects);
+    tracks = self.tracker.process(*detections, frame->features);
+    if (!tracks) {
+      return tl::unexpected(tracks.error());
+    }
+    self.count_tracks(*tracks);
+  }
+  {
+    const StageScope replenish(observer, Stage::kReplenish);
+    frame = self.front_end.replenish(tracks->left_labels);
+    if (!frame) {
+      return tl::unexpected(frame.error());
+    }
+    self.previous_features = frame->features;
+  }
+  {
+    const StageScope sfm(observer, Stage::kSfm);
+    self.reconstruct(*frame, *tracks);
+  }
+  {
+    const StageScope refine(observer, Stage::kRefine);
+    if (const Status refined = self.refine(); !refined) {
+      return tl::unexpected(refined.error());
+    }
+  }
+  const StageScope trajectory(observer, Stage::kTrajectory);
+  self.started = true;
+  ++self.frames;
+  self.last_timestamp_ns = pair.timestamp_ns;
+  self.settle(pair);
+  self.publish(pair, *tracks);
+  self.report_rejected();
+  return &self.result;
+}
+
+Status Pipeline::Impl::check(const RectifiedPair& pair) const {
+  if (pair.left.width != geometry.width_px || pair.left.height != geometry.height_px ||
+      pair.right.width != geometry.width_px || pair.right.height != geometry.height_px) {
+    return fail(ErrorCode::kInvalidArgument,
+                "frame " + std::to_string(pair.frame_index) + " is " + std::to_string(pair.left.width) + "x" +
+                    std::to_string(pair.left.height) + ", the pipeline was made for " +
+                    std::to_string(geometry.width_px) + "x" + std::to_string(geometry.height_px));
+  }
+  if (started && pair.timestamp_ns <= last_timestamp_ns) {
+    return fail(ErrorCode::kInvalidArgument,
+                "frame " + std::to_string(pair.frame_index) +
+                    " is not later than the frame before it; give frames in order of time");
+  }
+  if (drained) {
+    return fail(ErrorCode::kIllegalState, "the pipeline has been drained; make a new one for another sequence");
+  }
+  return {};
+}
+
+std::span<const FeaturePrediction> Pipeline::Impl::predict_features(std::int64_t timestamp_ns) {
+  std::fill(out.predictions.begin(), out.predictions.end(), FeaturePrediction{});
+  background.predict_features(previous_features, kBackground, timestamp_ns, out.predictions);
+  for (const ObjectState& object : objects) {
+    if (object.in_use()) {
+      object.body().predict_features(previous_features, object.track().label(), timestamp_ns, out.predictions);
+    }
+  }
+  // What no body explains (a body without motion yet, a mover not yet told from the background) goes on as it went in
+  // the image.
+  for (const Feature& feature : previous_features) {
+    const bool unexplained = feature.body == kBackground && !background.agreed(feature);
+    FeaturePrediction& prediction = out.predictions[feature.slot];
+    if (feature.age_frames > 0 && (unexplained || !prediction.known)) {
+      prediction = {.left_px = 2.F * feature.left_px - feature.previous_left_px,
+                    .disparity_px = feature.has_right() ? feature.disparity_px() : -1.F,
+                    .known = true};
+    }
+  }
+  return out.predictions;
+}
+
+Se3 Pipeline::Impl::locate_camera(const FeatureFrame& frame) {
+  if (!background.active()) {
+    background.begin(Se3{});
+    return {};
+  }
+  const Se3 T_world_prev = background.history(0).T_body_cam;
+  if (background.locate(frame, kBackground).status == BodyStatus::kTracked) {
+    camera_predicted_frames = 0;
+  } else {
+    ++camera_predicted_frames;
+    ++camera_lost_frames;
+    // Known points no longer fit: a new map starts at the predicted pose with this frame's stereo.
+    background.begin(background.estimate().T_body_cam,
+                     camera_predicted_frames < kCameraLostAfterFrames ? BodyStatus::kPropagated : BodyStatus::kLost);
+  }
+  return T_world_prev.inverse() * background.estimate().T_body_cam;
+}
+
+CameraState Pipeline::Impl::camera_at(std::size_t age) const {
+  const SettledPose pose = background.history(age);
+  return {pose.T_body_cam, pose.covariance, pose.status == BodyStatus::kTracked};
+}
+
+CameraResult Pipeline::Impl::camera_result(std::size_t age) const {
+  const SettledPose pose = background.history(age);
+  return {pose.status, pose.T_body_cam, pose.covariance, pose.inliers};
+}
+
+void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tracks) {
+  background.extend(frame, kBackground);
+  const CameraState camera = camera_at(0);
+  for (const Track& track : tracks.tracks) {
+    ObjectState& object = objects[track.slot];
+    if (object.track().id != track.id) {
+      object.begin(track);
+    }
+    object.observe(track, frame, camera);
+  }
+}
+
+Status Pipeline::Impl::refine() {
+  const auto refine_body = [this](sfm::BodyReconstruction& body) -> Result<BundleSummary> {
+    BundleWindow window = body.window();
+    return refiner.refine(window);
+  };
+  const Result<BundleSummary> summary = refine_body(background);
+  if (!summary) {
+    return tl::unexpected(summary.error());
+  }
+  background.conclude(*summary);
+  const CameraState camera = camera_at(0);
+  for (ObjectState& object : objects) {
+    if (!object.in_use()) {
+      continue;
+    }
+    BundleSummary object_summary;
+    if (object.reconstructing()) {
+      const Result<BundleSummary> refined = refine_body(object.body());
+      if (!refined) {
+        return tl::unexpected(refined.error());
+      }
+      object_summary = *refined;
+    }
+    object.conclude(object_summary, camera);
+  }
+  return {};
+}
+
+void Pipeline::Impl::count_tracks(const TrackFrame& tracks) {
+  for (const Track& track : tracks.tracks) {
+    if (track.id > newest_track_id) {
+      newest_track_id = track.id;
+      ++tracks_born;
+    }
+    const ObjectState& object = objects[track.slot];
+    const bool was_confirmed = object.track().id == track.id && object.confirmed();
+    tracks_confirmed += track.state == TrackState::kConfirmed && !was_confirmed ? 1U : 0U;
+  }
+  for (const Track& track : tracks.ended) {
+    ++tracks_ended;
+    objects[track.slot].end();
+  }
+}
+
+void Pipeline::Impl::settle(const RectifiedPair& pair) {
+  if (out.ring.full()) {
+    out.ring.pop_oldest();
+  }
+  KeptFrame& kept = out.ring.push();
+  kept.frame_index = pair.frame_index;
+  kept.timestamp_ns = pair.timestamp_ns;
+  for (std::size_t slot = 0; slot < objects.size(); ++slot) {
+    const ObjectState& object = objects[slot];
+    if (object.in_use() && object.status() != BodyStatus::kInitializing) {
+      KeptObject& entry = kept.objects[kept.object_count++];
+      entry = KeptObject{.slot = static_cast<std::uint8_t>(slot)};
+      object.report(entry.result);
+    }
+  }
+  revise_ring();
+}
+
+void Pipeline::Impl::revise_ring() {
+  for (std::size_t age = 0; age < out.ring.size(); ++age) {
+    KeptFrame& kept = out.ring.frame(age);
+    kept.camera = camera_result(age);
+    const CameraState camera = camera_at(age);
+    for (KeptObject& entry : kept.objects.first(kept.object_count)) {
+      ObjectState& object = objects[entry.slot];
+      if (object.track().id == entry.result.track_id) {
+        object.revise(age, camera, entry.result);
+        entry.confirmed = object.confirmed();
+      }
+    }
+  }
+  for (std::size_t age = 0; age < out.ring.size(); ++age) {
+    KeptFrame& kept = out.ring.frame(age);
+    for (KeptObject& entry : kept.objects.first(kept.object_count)) {
+      const ObjectState& object = objects[entry.slot];
+      if (object.track().id == entry.result.track_id) {
+        object.describe_motion(age, entry.result);
+      }
+    }
+  }
+}
+
+void Pipeline::Impl::publish_settled() {
+  const KeptFrame& oldest = out.ring.oldest();
+  std::size_t count = 0;
+  for (const KeptObject& entry : oldest.objects.first(oldest.object_count)) {
+    if (entry.confirmed) {
+      out.settled_objects[count++] = entry.result;
+    }
+  }
+  result.has_settled = true;
+  result.settled = {oldest.frame_index, oldest.timestamp_ns, oldest.camera, out.settled_objects.first(count)};
+}
+
+void Pipeline::Impl::publish_bodies(const TrackFrame* tracks) {
+  const BodyEstimate& b = background.estimate();
+  out.bodies[0] = {0, b.status, b.is_keyframe, b.points, b.frame_observations, b.retired};
+  std::size_t count = 1;
+  for (ObjectState& object : objects) {
+    if (!object.in_use() || !object.confirmed()) {
+      continue;
+    }
+    const BodyEstimate& e = object.body().estimate();
+    out.bodies[count++] = {object.track().id, object.status(),      e.is_keyframe,
+                           e.points,          e.frame_observations, e.retired};
+  }
+  result.bodies = out.bodies.first(count);
+  if (tracks != nullptr) {
+    for (const Track& track : tracks->ended) {
+      objects[track.slot].release();
+    }
+  }
+}
+
+void Pipeline::Impl::publish(const RectifiedPair& pair, const TrackFrame& tracks) {
+  const KeptFrame& newest = out.ring.frame(0);
+  std::size_t count = 0;
+  for (const KeptObject& entry : newest.objects.first(newest.object_count)) {
+    if (entry.confirmed) {
+      out.newest_objects[count++] = entry.result;
+    }
+  }
+  result.newest = {newest.frame_index, newest.timestamp_ns, newest.camera, out.newest_objects.first(count)};
+  result.has_settled = false;
+  if (out.ring.full()) {
+    publish_settled();
+  }
+  publish_bodies(&tracks);
+  result.tracks = tracks.tracks;
+  result.pair = pair;
+  result.left_labels = tracks.left_labels;
+  result.right_labels = tracks.right_labels;
+  result.counters = counters();
+}
+
+void Pipeline::Impl::report_rejected() {
+  front_end.reject(background.rejected_slots());
+  for (const ObjectState& object : objects) {
+    if (object.in_use()) {
+      front_end.reject(object.body().rejected_slots());
+    }
+  }
+}
+
+FrameCounters Pipeline::Impl::counters() const {
+  const features::FeatureCounters& f = front_end.counters();
+  const segmentation::SegmentationCounters& s = segmenter->counters();
+  FrameCounters c;
+  c.frames = frames;
+  c.features_tracked = f.tracked;
+  c.features_lost = f.lost();
+  c.features_created = f.created;
+  c.features_dropped = f.dropped;
+  c.stereo_matched = f.stereo_matched;
+  c.detections = s.detections;
+  c.detections_dropped = s.detections_dropped;
+  c.detection_frames_missing = s.frames_missing + s.frames_unreadable;
+  c.tracks_born = tracks_born;
+  c.tracks_confirmed = tracks_confirmed;
+  c.tracks_ended = tracks_ended;
+  c.background_lost_frames = camera_lost_frames;
+  const auto add_points = [&c](const sfm::BodyCounters& body) {
+    c.points_created += body.points_created;
+    c.points_culled += body.points_culled;
+    c.points_dropped += body.points_dropped;
+  };
+  add_points(background.counters());
+  for (const ObjectState& object : objects) {
+    add_points(object.body().counters());
+  }
+  return c;
+}
+
+const FrameResult* Pipeline::drain() {
+  Impl& self = *impl_;
+  if (!self.drained) {
+    self.drained = true;
+    if (self.out.ring.full()) {
+      self.out.ring.pop_oldest();  // It was given out with the last frame.
+    }
+    self.background.end();
+    for (ObjectState& object : self.objects) {
+      if (object.in_use()) {
+        object.end();
+      }
+    }
+    self.publish_bodies(nullptr);
+    self.result.tracks = {};
+    self.result.pair.left = {};
+    self.result.pair.right = {};
+    self.result.left_labels = {};
+    self.result.right_labels = {};
+  } else {
+    self.result.bodies = {};
+  }
+  if (self.out.ring.size() == 0) {
+    return nullptr;
+  }
+  self.publish_settled();
+  self.out.ring.pop_oldest();
+  return &self.result;
+}
+
+}  // namespace kinetrace::pipeline

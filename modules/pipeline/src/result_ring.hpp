@@ -1,0 +1,61 @@
+// Estimates of the last frames, kept until they have left the window and are final.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/frame_result.hpp"
+
+namespace kinetrace::pipeline {
+
+/// An object in a kept frame. `confirmed` turns true for its past frames too, once its track is confirmed.
+struct KeptObject {
+  ObjectResult result;
+  std::uint8_t slot = 0;
+  bool confirmed = false;
+};
+
+struct KeptFrame {
+  std::int64_t frame_index = 0;
+  std::int64_t timestamp_ns = 0;
+  CameraResult camera;
+  std::span<KeptObject> objects;  ///< First `object_count` are in use.
+  std::size_t object_count = 0;
+};
+
+/// A queue of at most `capacity` frames; frame(0) is the newest.
+class ResultRing {
+ public:
+  ResultRing() = default;
+  ResultRing(Arena& arena, std::size_t capacity, std::size_t max_objects) : frames_(arena.take<KeptFrame>(capacity)) {
+    const std::span<KeptObject> objects = arena.take<KeptObject>(capacity * max_objects);
+    for (std::size_t i = 0; i < frames_.size(); ++i) {
+      frames_[i].objects = objects.subspan(i * max_objects, max_objects);
+    }
+  }
+
+  [[nodiscard]] std::size_t size() const noexcept { return size_; }
+  [[nodiscard]] bool full() const noexcept { return size_ == frames_.size(); }
+  [[nodiscard]] KeptFrame& frame(std::size_t age) noexcept {
+    return frames_[(head_ + frames_.size() - age) % frames_.size()];
+  }
+  [[nodiscard]] KeptFrame& oldest() noexcept { return frame(size_ - 1); }
+
+  /// A new newest frame without objects; the caller has made room.
+  KeptFrame& push() noexcept {
+    head_ = (head_ + 1) % frames_.size();
+    ++size_;
+    frames_[head_].object_count = 0;
+    return frames_[head_];
+  }
+  void pop_oldest() noexcept { --size_; }
+
+ private:
+  std::span<KeptFrame> frames_;
+  std::size_t head_ = 0;
+  std::size_t size_ = 0;
+};
+
+}  // namespace kinetrace::pipeline
