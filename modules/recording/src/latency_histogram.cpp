@@ -7,8 +7,8 @@
 namespace kinetrace::recording {
 
 std::size_t LatencyHistogram::bucket_of(std::int64_t duration_ns) noexcept {
-  const auto value = static_cast<std::uint64_t>(
-      std::clamp<std::int64_t>(duration_ns, 0, (std::int64_t{1} << kMaxBits) - 1));
+  const auto value =
+      static_cast<std::uint64_t>(std::clamp<std::int64_t>(duration_ns, 0, (std::int64_t{1} << kMaxBits) - 1));
   // Keep the leading kBucketBits + 1 bits of the value; `shift` counts the octaves above the linear part.
   const int shift = std::max(0, static_cast<int>(std::bit_width(value)) - kBucketBits - 1);
   return (static_cast<std::size_t>(shift) << kBucketBits) + static_cast<std::size_t>(value >> shift);

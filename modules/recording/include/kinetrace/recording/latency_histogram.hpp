@@ -15,7 +15,7 @@ struct TimingSummary {
   double max_ms = 0.0;  ///< Exact.
 };
 
-/// A log-linear histogram: below 2^7 ns each nanosecond has its own bucket, above that every octave has 128. A quantile
+/// A log-linear histogram: below 2^8 ns each nanosecond has its own bucket, above that every octave has 128. A quantile
 /// is off by less than 0.4 % (half a bucket); minimum and maximum are exact. Durations above 2^36 ns (69 s) share the
 /// last bucket. Takes 15 KiB, never allocates, adds in constant time.
 class LatencyHistogram {

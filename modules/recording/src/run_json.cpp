@@ -1,0 +1,91 @@
+#include "run_json.hpp"
+
+#include <array>
+#include <string_view>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+namespace kinetrace::recording {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::array<std::pair<std::string_view, std::uint64_t FrameCounters::*>, 16> kCounters{{
+    {"frames", &FrameCounters::frames},
+    {"features_tracked", &FrameCounters::features_tracked},
+    {"features_lost", &FrameCounters::features_lost},
+    {"features_created", &FrameCounters::features_created},
+    {"features_dropped", &FrameCounters::features_dropped},
+    {"stereo_matched", &FrameCounters::stereo_matched},
+    {"detections", &FrameCounters::detections},
+    {"detections_dropped", &FrameCounters::detections_dropped},
+    {"detection_frames_missing", &FrameCounters::detection_frames_missing},
+    {"tracks_born", &FrameCounters::tracks_born},
+    {"tracks_confirmed", &FrameCounters::tracks_confirmed},
+    {"tracks_ended", &FrameCounters::tracks_ended},
+    {"points_created", &FrameCounters::points_created},
+    {"points_culled", &FrameCounters::points_culled},
+    {"points_dropped", &FrameCounters::points_dropped},
+    {"background_lost_frames", &FrameCounters::background_lost_frames},
+}};
+static_assert(sizeof(FrameCounters) == kCounters.size() * sizeof(std::uint64_t), "a counter is missing from run.json");
+
+Json timing_json(const TimingSummary& timing) {
+  return {{"median", timing.median_ms}, {"p95", timing.p95_ms}, {"max", timing.max_ms}};
+}
+
+Json counters_json(const RunSummary& summary) {
+  Json counters = Json::object();
+  for (const auto& [name, member] : kCounters) {
+    counters[std::string(name)] = summary.counters.*member;
+  }
+  for (const auto& [name, value] : summary.camera_counters) {
+    counters[name] = value;
+  }
+  return counters;
+}
+
+Json files_json(std::span<const FileEntry> files) {
+  Json list = Json::array();
+  for (const FileEntry& file : files) {
+    list.push_back({{"path", file.path}, {"count", file.count}});
+  }
+  return list;
+}
+
+}  // namespace
+
+Result<std::string> run_json_text(const RunSummary& summary, std::span<const FileEntry> files) {
+  Json config = summary.config_json.empty() ? Json::object() : Json::parse(summary.config_json, nullptr, false);
+  if (!config.is_object()) {
+    return fail(ErrorCode::kInvalidArgument, "cannot write run.json: the configuration handed over is no JSON object");
+  }
+  Json run;
+  run["version"] = summary.version;
+  run["exit_status"] = summary.exit_status;
+  run["dataset"] = Json::object();
+  for (const auto& [name, value] : summary.dataset) {
+    run["dataset"][name] = value;
+  }
+  run["config"] = std::move(config);
+  run["frames"] = summary.frames;
+  run["frame_ms"] = timing_json(summary.frame_time);
+  run["stage_ms"] = Json::object();
+  for (const auto& [stage, timing] : summary.stage_times) {
+    run["stage_ms"][stage] = timing_json(timing);
+  }
+  run["rss_peak_bytes"] = summary.rss_peak_bytes;
+  run["allocations_after_start"] = nullptr;
+  run["foreign_allocations_after_start"] = nullptr;
+  if (summary.allocations_after_start) {
+    run["allocations_after_start"] = summary.allocations_after_start->own;
+    run["foreign_allocations_after_start"] = summary.allocations_after_start->foreign;
+  }
+  run["counters"] = counters_json(summary);
+  run["warnings"] = summary.warnings;
+  run["files"] = files_json(files);
+  return run.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace kinetrace::recording

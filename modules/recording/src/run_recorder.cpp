@@ -1,0 +1,383 @@
+#include "kinetrace/recording/run_recorder.hpp"
+
+#include <array>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "buffered_file.hpp"
+#include "colmap_writer.hpp"
+#include "external_sort.hpp"
+#include "point_cloud_writer.hpp"
+#include "run_folder.hpp"
+#include "run_json.hpp"
+#include "spool.hpp"
+#include "track_writer.hpp"
+#include "trajectory_rows.hpp"
+
+namespace kinetrace::recording {
+namespace {
+
+/// PLY, COLMAP and the spool hold frame numbers in 31 bits; COLMAP adds one.
+constexpr std::int64_t kMaxFrame = std::numeric_limits<std::int32_t>::max() - 1;
+
+std::size_t memory_bytes(const RecordingConfig& config) {
+  constexpr std::size_t kBytesPerKib = 1024;
+  return static_cast<std::size_t>(config.conversion_kib) * kBytesPerKib;
+}
+
+template <typename Value>
+Status check_range(const char* key, Value value, Value least, Value greatest) {
+  if (value >= least && value <= greatest) {
+    return {};
+  }
+  return fail(ErrorCode::kInvalidConfig, std::string(key) + " must be in [" + std::to_string(least) + ", " +
+                                             std::to_string(greatest) + "], got " + std::to_string(value));
+}
+
+tl::unexpected<Error> bad_frame(std::int64_t frame, const std::string& reason) {
+  return fail(ErrorCode::kInvalidArgument, "cannot record frame " + std::to_string(frame) + ": " + reason);
+}
+
+}  // namespace
+
+Status RecordingConfig::validate() const {
+  if (directory.empty()) {
+    return fail(ErrorCode::kInvalidConfig, "recording.directory must name a folder, got an empty name");
+  }
+  if (!(geometry.fx_px > 0.0 && geometry.fy_px > 0.0 && geometry.width_px > 0 && geometry.height_px > 0)) {
+    return fail(ErrorCode::kInvalidConfig, "recording.geometry must have a focal length and an image size above zero");
+  }
+  constexpr std::int64_t kMaxVertices = 1'000'000'000;
+  for (const Status& status :
+       {check_range("recording.max_objects", max_objects, 1, kMaxObjects),
+        check_range("recording.flush_interval_frames", flush_interval_frames, 1, 100'000),
+        check_range("recording.conversion_kib", conversion_kib, 64, 262'144),
+        check_range<std::int64_t>("recording.max_trajectory_vertices", max_trajectory_vertices, 1, kMaxVertices)}) {
+    if (!status) {
+      return status;
+    }
+  }
+  return {};
+}
+
+struct RunRecorder::Impl {
+  RecordingConfig config;
+  std::span<std::byte> memory;  ///< Write buffers during the run, working memory of the conversion afterwards.
+  BufferedWriter camera_tum, camera_kitti, objects, labels, mots;
+  BufferedWriter poses, observations, points, names;
+  std::int64_t newest_frame = -1;
+  std::int64_t settled_frame = -1;
+  int frames_since_flush = 0;
+  bool finished = false;
+  Status first_error;
+
+  Status open_files();
+  Status check(const FrameResult& result) const;
+  Status check_settled(const FrameResult& result) const;
+  Status append(const FrameResult& result);
+  void append_newest(const FrameResult& result) noexcept;
+  void append_name(const RectifiedPair& pair) noexcept;
+  void append_retired(const FrameResult& result) noexcept;
+  void append_settled(const FrameEstimate& frame) noexcept;
+  void append_object(const FrameEstimate& frame, const ObjectResult& object) noexcept;
+  Status flush_when_due();
+  Status close_files();
+  Result<ConversionCounts> convert() const;
+
+  [[nodiscard]] std::array<BufferedWriter*, 9> writers() noexcept {
+    return {&camera_tum, &camera_kitti, &objects, &labels, &mots, &poses, &observations, &points, &names};
+  }
+};
+
+Status RunRecorder::Impl::open_files() {
+  struct File {
+    BufferedWriter* writer;
+    const char* name;
+    bool wanted;
+  };
+  const std::array<File, 9> files{{{&camera_tum, "camera.tum", true},
+                                   {&camera_kitti, "camera_kitti.txt", true},
+                                   {&objects, "objects.csv", true},
+                                   {&labels, "label_02.txt", true},
+                                   {&mots, "mots.txt", config.mots},
+                                   {&poses, ".spool/poses.bin", true},
+                                   {&observations, ".spool/observations.bin", config.colmap},
+                                   {&points, ".spool/points.bin", config.points || config.colmap},
+                                   {&names, ".spool/names.bin", config.colmap}}};
+  const std::size_t buffer_bytes = memory.size() / files.size();
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    if (!files[i].wanted) {
+      continue;
+    }
+    Result<BufferedWriter> writer =
+        BufferedWriter::create(config.directory / files[i].name, memory.subspan(i * buffer_bytes, buffer_bytes));
+    if (!writer) {
+      return tl::unexpected(writer.error());
+    }
+    *files[i].writer = std::move(*writer);
+  }
+  objects.text(kObjectsHeader);
+  // Readers of a run in progress find the header, and a full disk shows now.
+  return objects.flush();
+}
+
+Status RunRecorder::Impl::check(const FrameResult& result) const {
+  const std::int64_t frame = result.newest.frame_index;
+  if (frame < 0 || frame > kMaxFrame) {
+    return bad_frame(frame, "frame numbers must be in [0, " + std::to_string(kMaxFrame) + "]");
+  }
+  if (frame < newest_frame) {
+    return bad_frame(frame, "frame " + std::to_string(newest_frame) + " came before; record in ascending order");
+  }
+  return result.has_settled ? check_settled(result) : Status{};
+}
+
+Status RunRecorder::Impl::check_settled(const FrameResult& result) const {
+  const FrameEstimate& settled = result.settled;
+  if (settled.frame_index <= settled_frame || settled.frame_index > result.newest.frame_index) {
+    return bad_frame(settled.frame_index, "it settles out of order, after frame " + std::to_string(settled_frame));
+  }
+  if (settled.objects.size() > static_cast<std::size_t>(config.max_objects)) {
+    return fail(ErrorCode::kCapacity, "cannot record frame " + std::to_string(settled.frame_index) + ": " +
+                                          std::to_string(settled.objects.size()) +
+                                          " objects exceed recording.max_objects " +
+                                          std::to_string(config.max_objects) + "; raise it");
+  }
+  if (!settled.camera.T_world_cam.is_finite()) {
+    return bad_frame(settled.frame_index, "the camera's pose is not finite");
+  }
+  for (const ObjectResult& object : settled.objects) {
+    const bool finite = object.T_world_obj.is_finite() && object.T_obj_cam.is_finite();
+    if (object.status != BodyStatus::kInitializing && !finite) {
+      return bad_frame(settled.frame_index, "the pose of object " + std::to_string(object.track_id) + " is not finite");
+    }
+  }
+  return {};
+}
+
+Status RunRecorder::Impl::append(const FrameResult& result) {
+  if (Status checked = check(result); !checked) {
+    return checked;
+  }
+  const bool is_new = result.newest.frame_index > newest_frame;  // drain() repeats the last frame.
+  newest_frame = result.newest.frame_index;
+  if (is_new) {
+    append_newest(result);
+  }
+  append_retired(result);
+  if (result.has_settled) {
+    settled_frame = result.settled.frame_index;
+    append_settled(result.settled);
+  }
+  return flush_when_due();
+}
+
+void RunRecorder::Impl::append_newest(const FrameResult& result) noexcept {
+  write_mots_rows(result, mots);
+  append_name(result.pair);
+  for (const BodyGeometry& body : result.bodies) {
+    ObservationRecord record{.track_id = body.track_id, .frame = static_cast<std::int32_t>(newest_frame)};
+    for (const PointObservation& observation : body.observations) {
+      record.point_id = observation.point_id;
+      record.u_px = observation.u_left_px;
+      record.v_px = observation.v_px;
+      observations.record(record);
+      ++record.index;
+    }
+  }
+}
+
+void RunRecorder::Impl::append_name(const RectifiedPair& pair) noexcept {
+  NameRecord record{.frame = static_cast<std::int32_t>(newest_frame)};
+  // A name that does not fit, or would break the line it is written to, gives way to the frame number.
+  const bool usable = pair.name.find_first_of(" \t\r\n") == std::string_view::npos;
+  if (!pair.name.empty() && pair.name.size() < record.stem.size() && usable) {
+    std::memcpy(record.stem.data(), pair.name.data(), pair.name.size());
+    names.record(record);
+  }
+}
+
+void RunRecorder::Impl::append_retired(const FrameResult& result) noexcept {
+  for (const BodyGeometry& body : result.bodies) {
+    for (const BodyPoint& point : body.retired) {
+      const Eigen::Vector3f& position = point.position_m;
+      points.record(PointRecord{.track_id = body.track_id,
+                                .point_id = point.id,
+                                .frame = static_cast<std::int32_t>(newest_frame),
+                                .position_m = {position.x(), position.y(), position.z()},
+                                .error_px = point.reprojection_error_px,
+                                .observations = point.observations,
+                                .intensity = point.intensity});
+    }
+  }
+}
+
+void RunRecorder::Impl::append_settled(const FrameEstimate& frame) noexcept {
+  const Se3& T_world_cam = frame.camera.T_world_cam;
+  write_tum_row(frame.timestamp_ns, StoredPose::from(T_world_cam), camera_tum);
+  write_kitti_row(T_world_cam, camera_kitti);
+  const std::uint32_t tracked = frame.camera.status == BodyStatus::kTracked ? 1 : 0;
+  poses.record(PoseRecord{.track_id = kBackgroundTrack,
+                          .frame = static_cast<std::int32_t>(frame.frame_index),
+                          .timestamp_ns = frame.timestamp_ns,
+                          .body_tracked = tracked,
+                          .world_tracked = tracked,
+                          .T_body_cam = StoredPose::from(T_world_cam),
+                          .T_world_body = StoredPose::from(Se3{})});
+  for (const ObjectResult& object : frame.objects) {
+    append_object(frame, object);
+  }
+}
+
+void RunRecorder::Impl::append_object(const FrameEstimate& frame, const ObjectResult& object) noexcept {
+  if (object.status == BodyStatus::kInitializing) {
+    return;
+  }
+  write_object_row(frame, object, objects);
+  if (object.status == BodyStatus::kLost) {
+    return;
+  }
+  write_label_row(frame, object, labels);
+  const bool tracked = object.status == BodyStatus::kTracked;
+  poses.record(PoseRecord{.track_id = object.track_id,
+                          .frame = static_cast<std::int32_t>(frame.frame_index),
+                          .timestamp_ns = frame.timestamp_ns,
+                          .body_tracked = tracked ? 1U : 0U,
+                          .world_tracked = tracked && frame.camera.status == BodyStatus::kTracked ? 1U : 0U,
+                          .T_body_cam = StoredPose::from(object.T_obj_cam),
+                          .T_world_body = StoredPose::from(object.T_world_obj)});
+}
+
+Status RunRecorder::Impl::flush_when_due() {
+  const bool due = ++frames_since_flush >= config.flush_interval_frames;
+  if (due) {
+    frames_since_flush = 0;
+    for (BufferedWriter* writer : {&camera_tum, &camera_kitti, &objects, &labels, &mots}) {
+      if (Status flushed = writer->flush(); !flushed) {
+        return flushed;
+      }
+    }
+  }
+  for (const BufferedWriter* writer : writers()) {
+    if (writer->failed()) {
+      return writer->status();
+    }
+  }
+  return {};
+}
+
+Status RunRecorder::Impl::close_files() {
+  Status first;
+  for (BufferedWriter* writer : writers()) {
+    Status closed = writer->close();
+    if (first && !closed) {
+      first = std::move(closed);
+    }
+  }
+  return first;
+}
+
+Result<ConversionCounts> RunRecorder::Impl::convert() const {
+  const Workspace workspace{config, memory};
+  ConversionCounts counts;
+  if (config.colmap) {
+    if (Status kept = keep_image_observations(workspace); !kept) {
+      return tl::unexpected(kept.error());
+    }
+  }
+  if (Status sorted = sort_file<PoseRecord>(workspace.poses(), memory, by_body_and_frame); !sorted) {
+    return tl::unexpected(sorted.error());
+  }
+  if (Status tracks = write_tracks(workspace, counts); !tracks) {
+    return tl::unexpected(tracks.error());
+  }
+  if (config.points || config.colmap) {
+    if (Status kept = keep_final_points(workspace); !kept) {
+      return tl::unexpected(kept.error());
+    }
+  }
+  if (config.points) {
+    if (Status clouds = write_point_clouds(workspace, counts); !clouds) {
+      return tl::unexpected(clouds.error());
+    }
+  }
+  if (config.colmap) {
+    if (Status models = write_colmap_models(workspace, counts); !models) {
+      return tl::unexpected(models.error());
+    }
+  }
+  std::error_code error;
+  std::filesystem::remove_all(config.directory / ".spool", error);
+  if (error) {
+    return file_error("remove", config.directory / ".spool", error.value());
+  }
+  return counts;
+}
+
+RunRecorder::RunRecorder(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+RunRecorder::RunRecorder(RunRecorder&&) noexcept = default;
+RunRecorder& RunRecorder::operator=(RunRecorder&&) noexcept = default;
+RunRecorder::~RunRecorder() = default;
+
+std::size_t RunRecorder::required_bytes(const RecordingConfig& config) {
+  return measure_bytes([&](Arena& arena) { static_cast<void>(arena.take<std::byte>(memory_bytes(config))); });
+}
+
+Result<RunRecorder> RunRecorder::create(const RecordingConfig& config, Arena& arena) {
+  if (Status valid = config.validate(); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  auto impl = std::make_unique<Impl>();
+  impl->config = config;
+  impl->memory = arena.take<std::byte>(memory_bytes(config));
+  if (impl->memory.empty()) {
+    return fail(ErrorCode::kCapacity, "recording needs " + std::to_string(memory_bytes(config)) +
+                                          " bytes of working memory, which the arena does not have; raise the memory "
+                                          "budget or lower recording.conversion_kib");
+  }
+  if (Status prepared = prepare_run_folder(config); !prepared) {
+    return tl::unexpected(prepared.error());
+  }
+  if (Status opened = impl->open_files(); !opened) {
+    return tl::unexpected(opened.error());
+  }
+  return RunRecorder(std::move(impl));
+}
+
+Status RunRecorder::record(const FrameResult& result) {
+  if (!impl_->first_error) {
+    return impl_->first_error;
+  }
+  if (impl_->finished) {
+    return fail(ErrorCode::kIllegalState, "cannot record: the run folder is finished");
+  }
+  Status appended = impl_->append(result);
+  if (!appended) {
+    impl_->first_error = appended;
+  }
+  return appended;
+}
+
+Status RunRecorder::finish(const RunSummary& summary) {
+  if (impl_->finished) {
+    return fail(ErrorCode::kIllegalState, "cannot finish: the run folder is finished already");
+  }
+  impl_->finished = true;
+  const Status closed = impl_->close_files();
+  if (!impl_->first_error || !closed) {
+    return impl_->first_error ? closed : impl_->first_error;
+  }
+  const Result<ConversionCounts> counts = impl_->convert();
+  if (!counts) {
+    return tl::unexpected(counts.error());
+  }
+  const Result<std::string> text = run_json_text(summary, list_files(impl_->config, *counts));
+  if (!text) {
+    return tl::unexpected(text.error());
+  }
+  return write_atomically(impl_->config.directory / "run.json", *text);
+}
+
+}  // namespace kinetrace::recording

@@ -1,0 +1,11 @@
+// tracks/ID.tum from the settled poses.
+#pragma once
+
+#include "spool.hpp"
+
+namespace kinetrace::recording {
+
+/// `poses` sorted by body and frame. One file per object.
+[[nodiscard]] Status write_tracks(const Workspace& workspace, ConversionCounts& counts);
+
+}  // namespace kinetrace::recording

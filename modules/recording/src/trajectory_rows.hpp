@@ -1,0 +1,38 @@
+// The lines of the text files that grow with every settled frame.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "buffered_file.hpp"
+#include "kinetrace/core/frame_result.hpp"
+#include "spool.hpp"
+
+namespace kinetrace::recording {
+
+inline constexpr std::string_view kObjectsHeader =
+    "frame,timestamp_ns,track_id,class,status,tx,ty,tz,qx,qy,qz,qw,vx,vy,vz,moving,heading,box_x,box_y,box_z,box_l,"
+    "box_h,box_w,box_yaw,cov_rx,cov_ry,cov_rz,cov_tx,cov_ty,cov_tz,point_count,inliers,pixel_height,mask_x0,mask_y0,"
+    "mask_x1,mask_y1\n";
+
+/// Position and orientation of an object's box as KITTI labels have it: in the camera frame of its own image.
+struct KittiPlacement {
+  Eigen::Vector3d location_m;   ///< Centre of the bottom face.
+  double rotation_y_rad = 0.0;  ///< About the camera's y axis; 0 = length along +x. In [-pi, pi].
+  double alpha_rad = 0.0;       ///< The same as seen along the ray to the object. In [-pi, pi].
+};
+[[nodiscard]] KittiPlacement kitti_placement(const Box3& box, const Se3& T_world_cam);
+
+/// `timestamp tx ty tz qx qy qz qw`, seconds with nine decimals.
+void write_tum_row(std::int64_t timestamp_ns, const StoredPose& pose, BufferedWriter& out) noexcept;
+/// The upper 3 x 4 part of T_world_cam, row by row.
+void write_kitti_row(const Se3& T_world_cam, BufferedWriter& out) noexcept;
+void write_object_row(const FrameEstimate& frame, const ObjectResult& object, BufferedWriter& out) noexcept;
+/// Nothing is written for an object that is lost or has no pixel in the image: KITTI labels list what is visible.
+void write_label_row(const FrameEstimate& frame, const ObjectResult& object, BufferedWriter& out) noexcept;
+/// One line per confirmed or propagated track that has a pixel; returns their number.
+int write_mots_rows(const FrameResult& result, BufferedWriter& out) noexcept;
+/// class_id * 1000 + track_id as KITTI MOTS has it; ids from 1000 on do not fit and become 100 000 000 + track_id.
+[[nodiscard]] std::int64_t mots_object_id(std::uint16_t class_id, std::uint32_t track_id) noexcept;
+
+}  // namespace kinetrace::recording
