@@ -37,7 +37,7 @@ void add_run(CLI::App& app, RunOptions& options, std::string& out) {
   run.add_option("--frames", options.max_frames, "Stops after N frames")->type_name("N")->check(CLI::PositiveNumber);
   run.add_option("--loop", options.passes, "Plays the recording N times")->type_name("N")->check(CLI::PositiveNumber);
   run.add_flag("--json", options.json, "Prints run.json on standard output instead of the summary");
-  run.add_flag("--quiet", options.quiet, "Prints nothing but errors");
+  run.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
   run.footer(kFooter);
 }
 

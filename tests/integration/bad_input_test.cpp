@@ -1,0 +1,230 @@
+// What goes wrong in the field: each is a clear line with its exit code, or a counted skip; never a crash.
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "program.hpp"
+#include "scratch_folder.hpp"
+#include "small_recording.hpp"
+
+namespace kinetrace::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr int kUsage = 64;
+constexpr int kBadData = 65;
+constexpr int kNoInput = 66;
+constexpr int kCannotCreate = 73;
+constexpr int kConfig = 78;
+
+class BadInput : public ::testing::Test {
+ protected:
+  ProgramResult run(std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments{"run", "--dataset", recording_.dataset(), "--out", out_.string(), "--quiet"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_kinetrace(arguments);
+  }
+  /// Runs; expects one line on standard error that holds `culprit`, and this exit code.
+  void expect_error(int exit_code, const std::string& culprit, const std::vector<std::string>& more = {}) {
+    const ProgramResult result = run(more);
+    EXPECT_EQ(result.exit_code, exit_code) << result.err;
+    EXPECT_EQ(result.out, "");
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_EQ(result.err.rfind("kinetrace: error: ", 0), 0U) << result.err;
+    EXPECT_THAT(result.err, HasSubstr(culprit));
+  }
+  /// Runs; expects success and gives back run.json. Warnings go to `warnings_`.
+  nlohmann::json expect_success(const std::vector<std::string>& more = {}) {
+    const ProgramResult result = run(more);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    warnings_ = result.err;
+    std::ifstream file(out_ / "run.json");
+    return nlohmann::json::parse(file, nullptr, false);
+  }
+  void remove_right_images() { std::filesystem::remove_all(recording_.sequence() / "image_1"); }
+
+  ScratchFolder scratch_;
+  SmallRecording recording_{.root = scratch_.path() / "recording"};
+  std::filesystem::path out_ = scratch_.path() / "out";
+  std::string warnings_;
+};
+
+TEST_F(BadInput, MissingFolder) {
+  expect_error(kNoInput, recording_.sequence().string());
+}
+
+TEST_F(BadInput, FolderWithoutImages) {
+  std::filesystem::create_directories(recording_.sequence() / "image_0");
+  std::filesystem::create_directories(recording_.sequence() / "image_1");
+  recording_.write_calibration("0", "-150");
+  expect_error(kNoInput, recording_.sequence().string());
+}
+
+TEST_F(BadInput, FolderWithoutTheRightSide) {
+  recording_.write();
+  remove_right_images();
+  expect_error(kNoInput, recording_.sequence().string());
+}
+
+TEST_F(BadInput, MissingCalibration) {
+  recording_.write();
+  std::filesystem::remove(recording_.calibration());
+  expect_error(kNoInput, "calib.txt");
+}
+
+TEST_F(BadInput, EmptyCalibration) {
+  recording_.write();
+  std::ofstream(recording_.calibration(), std::ios::trunc);
+  expect_error(kBadData, "calib.txt");
+}
+
+TEST_F(BadInput, CalibrationThatIsNotFinite) {
+  recording_.write();
+  recording_.write_calibration("0", "nan");
+  expect_error(kBadData, "calib.txt");
+}
+
+TEST_F(BadInput, SwappedCalibration) {
+  recording_.write();
+  recording_.write_calibration("-150", "0");
+  expect_error(kBadData, "calib.txt");
+}
+
+TEST_F(BadInput, NoBaseline) {
+  recording_.write();
+  recording_.write_calibration("0", "0");
+  expect_error(kBadData, "calib.txt");
+}
+
+TEST_F(BadInput, EyesOfDifferentSize) {
+  recording_.write();
+  for (int frame = 0; frame < recording_.frames; ++frame) {
+    recording_.write_image_of_size(1, frame, SmallRecording::kWidth / 2, SmallRecording::kHeight);
+  }
+  expect_error(kBadData, recording_.sequence().string());
+}
+
+TEST_F(BadInput, NoImageIsReadable) {
+  recording_.write();
+  for (int frame = 0; frame < recording_.frames; ++frame) {
+    truncate_file(recording_.image(0, frame), 0);
+  }
+  expect_error(kBadData, recording_.sequence().string());
+}
+
+TEST_F(BadInput, TruncatedImageIsSkippedAndCounted) {
+  recording_.write();
+  truncate_file(recording_.image(0, 2), std::filesystem::file_size(recording_.image(0, 2)) / 2);
+  const nlohmann::json run = expect_success();
+  EXPECT_EQ(run["counters"]["frames_skipped_unreadable"], 1);
+  EXPECT_EQ(run["frames"], recording_.frames - 1);
+  EXPECT_THAT(warnings_, HasSubstr(recording_.image(0, 2).string()));
+}
+
+TEST_F(BadInput, ZeroByteImageIsSkippedAndCounted) {
+  recording_.write();
+  truncate_file(recording_.image(1, 0), 0);
+  const nlohmann::json run = expect_success();
+  EXPECT_EQ(run["counters"]["frames_skipped_unreadable"], 1);
+  EXPECT_THAT(warnings_, HasSubstr(recording_.image(1, 0).string()));
+}
+
+TEST_F(BadInput, HugeImageHeaderIsSkippedAndCounted) {
+  recording_.write();
+  forge_png_size(recording_.image(0, 3), 2000000000U, 2000000000U);
+  const nlohmann::json run = expect_success();
+  EXPECT_EQ(run["counters"]["frames_skipped_unreadable"], 1);
+  EXPECT_THAT(warnings_, HasSubstr(recording_.image(0, 3).string()));
+}
+
+TEST_F(BadInput, ImageOfAnotherSizeIsSkippedAndCounted) {
+  recording_.write();
+  recording_.write_image_of_size(0, 3, SmallRecording::kWidth, SmallRecording::kHeight / 2);
+  const nlohmann::json run = expect_success();
+  EXPECT_EQ(run["counters"]["frames_skipped_unreadable"], 1);
+  EXPECT_THAT(warnings_, HasSubstr(recording_.image(0, 3).string()));
+}
+
+TEST_F(BadInput, MissingSideIsSkippedAndCounted) {
+  recording_.write();
+  std::filesystem::remove(recording_.image(1, 4));
+  const nlohmann::json run = expect_success();
+  EXPECT_EQ(run["counters"]["frames_skipped_missing_side"], 1);
+  EXPECT_EQ(run["frames"], recording_.frames - 1);
+}
+
+TEST_F(BadInput, SingleFrameGivesASinglePose) {
+  recording_.frames = 1;
+  recording_.write();
+  const nlohmann::json run = expect_success();
+  EXPECT_EQ(run["frames"], 1);
+  std::ifstream poses(out_ / "camera_kitti.txt");
+  EXPECT_EQ(std::count(std::istreambuf_iterator<char>(poses), {}, '\n'), 1);
+}
+
+TEST_F(BadInput, NothingToSeeIsReportedAsSuch) {
+  recording_.uniform = true;
+  recording_.write();
+  const nlohmann::json run = expect_success({"--segmentation", "motion"});
+  EXPECT_EQ(run["frames"], recording_.frames);
+  EXPECT_GT(run["counters"]["background_lost_frames"], 0);
+}
+
+TEST_F(BadInput, MissingMaskFolder) {
+  recording_.write();
+  expect_error(kNoInput, "no_such_masks", {"--segmentation", "masks:" + (scratch_.path() / "no_such_masks").string()});
+}
+
+TEST_F(BadInput, UnknownSegmentation) {
+  recording_.write();
+  expect_error(kUsage, "telepathy", {"--segmentation", "telepathy"});
+}
+
+TEST_F(BadInput, UnknownConfigurationKey) {
+  recording_.write();
+  const std::filesystem::path config = scratch_.path() / "mine.yaml";
+  std::ofstream(config) << "# mine\nfeatures:\n  max_featurse: 100\n";
+  expect_error(kConfig,
+               config.string() + ":3: unknown key \"features.max_featurse\"; did you mean \"features.max_features\"?",
+               {"--config", config.string()});
+}
+
+TEST_F(BadInput, MissingConfigurationFile) {
+  recording_.write();
+  expect_error(kNoInput, "nowhere.yaml", {"--config", "nowhere.yaml"});
+}
+
+TEST_F(BadInput, SettingOutOfRange) {
+  recording_.write();
+  expect_error(kConfig, "features.max_features", {"--set", "features.max_features=-1"});
+}
+
+TEST_F(BadInput, BudgetBelowThePlan) {
+  recording_.write();
+  expect_error(kConfig, "memory.budget_mib", {"--set", "memory.budget_mib=23"});
+}
+
+TEST_F(BadInput, RunFolderBelowAFile) {
+  recording_.write();
+  std::ofstream(scratch_.path() / "file") << "x";
+  out_ = scratch_.path() / "file" / "out";
+  expect_error(kCannotCreate, out_.string());
+}
+
+TEST_F(BadInput, RunFolderWithOtherThingsIsLeftAlone) {
+  recording_.write();
+  std::filesystem::create_directories(out_);
+  std::ofstream(out_ / "thesis.txt") << "x";
+  expect_error(kCannotCreate, out_.string());
+  EXPECT_TRUE(std::filesystem::exists(out_ / "thesis.txt"));
+}
+
+}  // namespace
+}  // namespace kinetrace::testing
