@@ -1,0 +1,83 @@
+// Smaller eigenvalues of the gradient matrix, row by row with sliding sums.
+#include "kernels.hpp"
+#include "simd.hpp"
+
+namespace kinetrace::features::KINETRACE_KERNEL_ISA {
+namespace {
+
+void accumulate_row(const Plane& image, int y, int sign, std::int32_t* __restrict xx, std::int32_t* __restrict xy,
+                    std::int32_t* __restrict yy) {
+  const std::uint8_t* __restrict row = image.data + static_cast<long>(y) * image.stride;
+  const std::uint8_t* __restrict above = row - image.stride;
+  const std::uint8_t* __restrict below = row + image.stride;
+  for (int x = 0; x < image.width; ++x) {
+    const int gradient_x = row[x + 1] - row[x - 1];
+    const int gradient_y = below[x] - above[x];
+    xx[x] += sign * gradient_x * gradient_x;
+    xy[x] += sign * gradient_x * gradient_y;
+    yy[x] += sign * gradient_y * gradient_y;
+  }
+}
+
+inline Float8 window_sum(const std::int32_t* sums) {
+  Int8 total;
+  __builtin_memcpy(&total, sums - 2, sizeof(total));
+  for (int offset = -1; offset <= 2; ++offset) {
+    Int8 next;
+    __builtin_memcpy(&next, sums + offset, sizeof(next));
+    total += next;
+  }
+  return __builtin_convertvector(total, Float8);
+}
+
+void eigenvalue_row(const std::int32_t* xx, const std::int32_t* xy, const std::int32_t* yy, int x0, int x1,
+                    float* eigenvalues) {
+  // 25 pixels; differences over two pixels are twice the gradient.
+  constexpr float kScale = 1.F / (25.F * 4.F);
+  for (int x = x0; x < x1; x += 8) {
+    const Float8 a = window_sum(xx + x);
+    const Float8 b = window_sum(xy + x);
+    const Float8 c = window_sum(yy + x);
+    const Float8 half_difference = 0.5F * (a - c);
+    const Float8 smaller = 0.5F * (a + c) - square_root(half_difference * half_difference + b * b);
+    store(eigenvalues + x, smaller * kScale);
+  }
+}
+
+inline bool any(Int8 mask) {
+  std::uint64_t words[4];
+  __builtin_memcpy(words, &mask, sizeof(words));
+  return (words[0] | words[1] | words[2] | words[3]) != 0;
+}
+
+int find_maxima(const float* above, const float* row, const float* below, int x0, int x1, float threshold,
+                std::uint16_t* columns) {
+  int count = 0;
+  for (int x = x0; x < x1; x += 8) {
+    const Float8 centre = load(row + x);
+    Int8 is_maximum = centre >= splat(threshold);
+    if (!any(is_maximum)) {
+      continue;
+    }
+    // Of equal neighbours the first one wins.
+    is_maximum &= (centre > load(above + x - 1)) & (centre > load(above + x)) & (centre > load(above + x + 1)) &
+                  (centre > load(row + x - 1)) & (centre >= load(row + x + 1)) & (centre >= load(below + x - 1)) &
+                  (centre >= load(below + x)) & (centre >= load(below + x + 1));
+    if (!any(is_maximum)) {
+      continue;
+    }
+    for (int i = 0; i < 8 && x + i < x1; ++i) {
+      if (is_maximum[i] != 0) {
+        columns[count++] = static_cast<std::uint16_t>(x + i);
+      }
+    }
+  }
+  return count;
+}
+
+}  // namespace
+
+extern const CornerKernels kCornerKernels;
+const CornerKernels kCornerKernels = {&accumulate_row, &eigenvalue_row, &find_maxima};
+
+}  // namespace kinetrace::features::KINETRACE_KERNEL_ISA

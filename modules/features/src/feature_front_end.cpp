@@ -1,0 +1,408 @@
+#include "kinetrace/features/feature_front_end.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "corner_finder.hpp"
+#include "feature_slot.hpp"
+#include "image_pyramid.hpp"
+#include "kernels.hpp"
+#include "mask_membership.hpp"
+#include "motion_neighbours.hpp"
+#include "stereo_matcher.hpp"
+#include "temporal_tracker.hpp"
+
+namespace kinetrace::features {
+namespace {
+
+constexpr int kSmallestWidth = 64;
+constexpr int kSmallestHeight = 48;
+
+enum class Step : std::uint8_t { kNeedsFrame, kNeedsTrack, kNeedsReplenish };
+
+std::string size_text(int width, int height) {
+  return std::to_string(width) + " x " + std::to_string(height);
+}
+
+}  // namespace
+
+/// Everything, in the arena. Trivially destructible: it owns nothing.
+struct FeatureFrontEnd::State {
+  FeatureConfig config;
+  int width_px = 0;
+  int height_px = 0;
+  TemporalTracker tracker;
+  StereoMatcher matcher;
+  CornerFinder corner_finder;
+  OccupancyMap occupancy;
+  MotionNeighbours neighbours;
+
+  ImagePyramid pyramids[2];  ///< Left, of this and the previous frame in turn.
+  int newest = 0;
+  PaddedImage right;
+  PaddedImage left_gradient;
+  PaddedImage right_gradient;
+  std::span<std::uint16_t> scratch;
+
+  std::span<FeatureSlot> slots;
+  std::span<std::uint16_t> order;  ///< Live slots, oldest feature first.
+  FixedVector<Feature> published;
+  std::uint32_t next_id = 1;
+  std::int64_t frame_index = 0;
+  std::int64_t timestamp_ns = 0;
+  Step step = Step::kNeedsFrame;
+  FeatureCounters counters;
+
+  [[nodiscard]] static State carve(const FeatureConfig& config, int width_px, int height_px, Arena& arena);
+  [[nodiscard]] const ImagePyramid& current() const noexcept { return pyramids[newest]; }
+  [[nodiscard]] const ImagePyramid& previous() const noexcept { return pyramids[1 - newest]; }
+  [[nodiscard]] StereoImages stereo_images() const noexcept;
+
+  void take_in(const RectifiedPair& pair) noexcept;
+  void kill(FeatureSlot& slot, std::uint64_t& reason) noexcept;
+  void bury_rejected() noexcept;
+  void remember_previous() noexcept;
+  void follow_all(std::span<const FeaturePrediction> by_slot) noexcept;
+  void retry(std::span<const FeaturePrediction> by_slot) noexcept;
+  void count(FeatureSlot& slot, TrackOutcome outcome) noexcept;
+  void match_all(std::span<const FeaturePrediction> by_slot) noexcept;
+  void match(FeatureSlot& slot, float expected_disparity_px) noexcept;
+  void reconcile_with(LabelView labels) noexcept;
+  void thin_out() noexcept;
+  void populate(std::span<const Corner> corners) noexcept;
+  void create(FeatureSlot& slot, const Corner& corner) noexcept;
+  [[nodiscard]] FeatureFrame publish() noexcept;
+};
+
+FeatureFrontEnd::State FeatureFrontEnd::State::carve(const FeatureConfig& config, int width_px, int height_px,
+                                                     Arena& arena) {
+  const auto capacity = static_cast<std::size_t>(config.max_features);
+  State state;
+  state.config = config;
+  state.width_px = width_px;
+  state.height_px = height_px;
+  state.tracker = TemporalTracker(config);
+  state.matcher = StereoMatcher(config);
+  state.corner_finder = CornerFinder(config, arena, width_px, height_px);
+  state.occupancy = OccupancyMap(arena, width_px, height_px, config.min_distance_px);
+  state.neighbours = MotionNeighbours(arena, capacity);
+  for (ImagePyramid& pyramid : state.pyramids) {
+    pyramid = ImagePyramid(arena, width_px, height_px, config.pyramid_levels);
+  }
+  state.right = PaddedImage(arena, width_px, height_px);
+  state.left_gradient = PaddedImage(arena, width_px, height_px);
+  state.right_gradient = PaddedImage(arena, width_px, height_px);
+  constexpr std::size_t kSpill = 32;
+  state.scratch = arena.take<std::uint16_t>(static_cast<std::size_t>(width_px) + kSpill);
+  state.slots = arena.take<FeatureSlot>(capacity);
+  state.order = arena.take<std::uint16_t>(capacity);
+  state.published = FixedVector<Feature>(arena, capacity);
+  return state;
+}
+
+std::size_t FeatureFrontEnd::required_bytes(const FeatureConfig& config, int width_px, int height_px) {
+  return measure_bytes([&](Arena& arena) {
+    static_cast<void>(State::carve(config, width_px, height_px, arena));
+    static_cast<void>(arena.take<State>(1));
+  });
+}
+
+Result<FeatureFrontEnd> FeatureFrontEnd::create(const FeatureConfig& config, int width_px, int height_px,
+                                                Arena& arena) {
+  if (Status valid = config.validate(); !valid) {
+    return tl::unexpected(std::move(valid.error()));
+  }
+  if (width_px < kSmallestWidth || height_px < kSmallestHeight) {
+    return fail(ErrorCode::kInvalidArgument, "features: images of " + size_text(width_px, height_px) +
+                                                 " pixels are too small; at least " +
+                                                 size_text(kSmallestWidth, kSmallestHeight) + " are needed");
+  }
+  State state = State::carve(config, width_px, height_px, arena);
+  const std::span<State> home = arena.take<State>(1);
+  if (home.empty()) {
+    return fail(ErrorCode::kCapacity, "features: the arena does not hold the " +
+                                          std::to_string(required_bytes(config, width_px, height_px)) +
+                                          " bytes needed; raise the memory budget or lower features.max_features");
+  }
+  home[0] = state;
+  return FeatureFrontEnd(home[0]);
+}
+
+Status FeatureFrontEnd::begin_frame(const RectifiedPair& pair) {
+  for (const GrayView& image : {pair.left, pair.right}) {
+    if (image.empty() || image.width != state_->width_px || image.height != state_->height_px) {
+      return fail(ErrorCode::kInvalidArgument, "features: frame " + std::to_string(pair.frame_index) + " measures " +
+                                                   size_text(image.width, image.height) + " pixels, expected " +
+                                                   size_text(state_->width_px, state_->height_px));
+    }
+  }
+  state_->take_in(pair);
+  state_->step = Step::kNeedsTrack;
+  return {};
+}
+
+Result<FeatureFrame> FeatureFrontEnd::track(std::span<const FeaturePrediction> by_slot) {
+  if (state_->step != Step::kNeedsTrack) {
+    return fail(ErrorCode::kIllegalState, "features: track needs begin_frame before it");
+  }
+  state_->bury_rejected();
+  state_->remember_previous();
+  state_->follow_all(by_slot);
+  state_->match_all(by_slot);
+  state_->step = Step::kNeedsReplenish;
+  return state_->publish();
+}
+
+Result<FeatureFrame> FeatureFrontEnd::replenish(LabelView left_labels) {
+  if (state_->step != Step::kNeedsReplenish) {
+    return fail(ErrorCode::kIllegalState, "features: replenish needs track before it");
+  }
+  if (!left_labels.empty() && (left_labels.width != state_->width_px || left_labels.height != state_->height_px)) {
+    return fail(ErrorCode::kInvalidArgument, "features: labels measure " +
+                                                 size_text(left_labels.width, left_labels.height) +
+                                                 " pixels, expected " + size_text(state_->width_px, state_->height_px));
+  }
+  state_->reconcile_with(left_labels);
+  state_->thin_out();
+  state_->populate(state_->corner_finder.find(state_->current().level(0), left_labels, state_->occupancy));
+  state_->step = Step::kNeedsFrame;
+  return state_->publish();
+}
+
+void FeatureFrontEnd::reject(std::span<const std::uint16_t> slots) noexcept {
+  for (const std::uint16_t slot : slots) {
+    if (slot < state_->slots.size() && state_->slots[slot].state == SlotState::kAlive) {
+      state_->slots[slot].rejected = true;
+    }
+  }
+}
+
+const FeatureCounters& FeatureFrontEnd::counters() const noexcept {
+  return state_->counters;
+}
+
+void FeatureFrontEnd::reset() noexcept {
+  for (FeatureSlot& slot : state_->slots) {
+    slot.state = SlotState::kFree;
+  }
+  state_->published.clear();
+  state_->counters = {};
+  state_->step = Step::kNeedsFrame;
+}
+
+StereoImages FeatureFrontEnd::State::stereo_images() const noexcept {
+  return {current().level(0), right.plane(), left_gradient.plane(), right_gradient.plane()};
+}
+
+void FeatureFrontEnd::State::take_in(const RectifiedPair& pair) noexcept {
+  frame_index = pair.frame_index;
+  timestamp_ns = pair.timestamp_ns;
+  newest = 1 - newest;
+  pyramids[newest].build(pair.left, scratch);
+  copy_image(pair.right, right.pixels());
+  right.pad();
+  for (const auto& [image, gradient] :
+       {std::pair{current().level(0), &left_gradient}, {right.plane(), &right_gradient}}) {
+    const MutableGrayView pixels = gradient->pixels();
+    kernels().pyramid.horizontal_gradient(image, pixels.data, pixels.stride);
+    gradient->pad();
+  }
+  for (FeatureSlot& slot : slots) {
+    if (slot.state == SlotState::kDead) {
+      slot.state = SlotState::kFree;
+    }
+  }
+}
+
+void FeatureFrontEnd::State::kill(FeatureSlot& slot, std::uint64_t& reason) noexcept {
+  slot.state = SlotState::kDead;
+  ++reason;
+}
+
+void FeatureFrontEnd::State::bury_rejected() noexcept {
+  for (FeatureSlot& slot : slots) {
+    if (slot.state == SlotState::kAlive && slot.rejected) {
+      kill(slot, counters.rejected);
+    }
+  }
+}
+
+void FeatureFrontEnd::State::remember_previous() noexcept {
+  for (FeatureSlot& slot : slots) {
+    slot.feature.previous_left_px = slot.feature.left_px;
+    slot.feature.previous_v_px = slot.feature.v_px;
+    slot.feature.previous_u_right_px = slot.feature.u_right_px;
+  }
+}
+
+void FeatureFrontEnd::State::follow_all(std::span<const FeaturePrediction> by_slot) noexcept {
+  neighbours.clear();
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    FeatureSlot& slot = slots[i];
+    if (slot.state != SlotState::kAlive) {
+      continue;
+    }
+    const bool known = i < by_slot.size() && by_slot[i].known;
+    const TrackStart start{known ? by_slot[i].left_px : slot.feature.left_px, !known};
+    const TrackOutcome outcome = tracker.follow(previous(), current(), start, slot);
+    if (succeeded(outcome)) {
+      count(slot, outcome);
+      neighbours.add(slot.feature);
+    } else {
+      neighbours.postpone(slot.feature.slot, outcome);
+    }
+  }
+  retry(by_slot);
+}
+
+void FeatureFrontEnd::State::retry(std::span<const FeaturePrediction> by_slot) noexcept {
+  for (const MotionNeighbours::Postponed& failed : neighbours.postponed()) {
+    FeatureSlot& slot = slots[failed.slot];
+    const bool known = failed.slot < by_slot.size() && by_slot[failed.slot].known;
+    TrackStart start{slot.feature.left_px, known};
+    Eigen::Vector2f motion(0.F, 0.F);
+    if (neighbours.motion_near(slot.feature, motion)) {
+      start = {slot.feature.left_px + motion, false};
+    }
+    const TrackOutcome outcome = tracker.follow(previous(), current(), start, slot);
+    counters.recovered += succeeded(outcome) ? 1U : 0U;
+    count(slot, succeeded(outcome) ? outcome : failed.outcome);
+  }
+}
+
+void FeatureFrontEnd::State::count(FeatureSlot& slot, TrackOutcome outcome) noexcept {
+  switch (outcome) {
+    case TrackOutcome::kReReferenced: ++counters.re_referenced; [[fallthrough]];
+    case TrackOutcome::kTracked:
+      ++counters.tracked;
+      ++slot.feature.age_frames;
+      break;
+    case TrackOutcome::kOutside: kill(slot, counters.lost_outside); break;
+    case TrackOutcome::kTexture: kill(slot, counters.lost_texture); break;
+    case TrackOutcome::kResidual: kill(slot, counters.lost_residual); break;
+    case TrackOutcome::kForwardBackward: kill(slot, counters.lost_forward_backward); break;
+  }
+}
+
+void FeatureFrontEnd::State::match_all(std::span<const FeaturePrediction> by_slot) noexcept {
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    FeatureSlot& slot = slots[i];
+    if (slot.state != SlotState::kAlive) {
+      continue;
+    }
+    const Feature& feature = slot.feature;
+    const float predicted = i < by_slot.size() && by_slot[i].known ? by_slot[i].disparity_px : -1.F;
+    const float before = feature.had_right() ? feature.previous_left_px.x() - feature.previous_u_right_px : -1.F;
+    match(slot, predicted >= 0.F ? predicted : before);
+  }
+}
+
+void FeatureFrontEnd::State::match(FeatureSlot& slot, float expected_disparity_px) noexcept {
+  ++counters.stereo_attempted;
+  counters.stereo_matched += matcher.match(stereo_images(), expected_disparity_px, slot) ? 1U : 0U;
+}
+
+void FeatureFrontEnd::State::reconcile_with(LabelView labels) noexcept {
+  if (labels.empty()) {
+    for (FeatureSlot& slot : slots) {
+      if (slot.state == SlotState::kAlive && slot.feature.body != kBackgroundLabel) {
+        kill(slot, counters.lost_body);
+      }
+    }
+    return;
+  }
+  for (FeatureSlot& slot : slots) {
+    if (slot.state == SlotState::kAlive &&
+        !still_member(labels, slot.feature.left_px, slot.feature.body, config.mask_border_px)) {
+      kill(slot, counters.lost_body);
+    }
+  }
+}
+
+void FeatureFrontEnd::State::thin_out() noexcept {
+  std::size_t live = 0;
+  for (const FeatureSlot& slot : slots) {
+    if (slot.state == SlotState::kAlive) {
+      order[live++] = slot.feature.slot;
+    }
+  }
+  // Ids grow with time: the smaller one is the older feature.
+  std::sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(live),
+            [this](std::uint16_t a, std::uint16_t b) { return slots[a].feature.id < slots[b].feature.id; });
+  occupancy.clear();
+  corner_finder.clear();
+  for (const std::uint16_t index : order.first(live)) {
+    FeatureSlot& slot = slots[index];
+    const Eigen::Vector2f& position = slot.feature.left_px;
+    if (occupancy.upon(position.x(), position.y())) {
+      kill(slot, counters.lost_crowded);
+      continue;
+    }
+    occupancy.add(position);
+    corner_finder.occupy(position, slot.feature.body);
+  }
+}
+
+void FeatureFrontEnd::State::populate(std::span<const Corner> corners) noexcept {
+  std::array<int, 256> population{};
+  for (const FeatureSlot& slot : slots) {
+    population[slot.feature.body] += slot.state == SlotState::kAlive ? 1 : 0;
+  }
+  auto free_slot = slots.begin();
+  for (const Corner& corner : corners) {
+    if (occupancy.near(corner.x, corner.y)) {
+      continue;  // A corner taken before it lies just across the border of the bucket.
+    }
+    free_slot = std::find_if(free_slot, slots.end(), [](const FeatureSlot& s) { return s.state == SlotState::kFree; });
+    const int limit = corner.body == kBackgroundLabel ? config.max_background_features : config.max_features_per_object;
+    if (free_slot == slots.end() || population[corner.body] >= limit) {
+      ++counters.dropped;
+      continue;
+    }
+    ++population[corner.body];
+    create(*free_slot, corner);
+    occupancy.add(free_slot->feature.left_px);
+  }
+}
+
+void FeatureFrontEnd::State::create(FeatureSlot& slot, const Corner& corner) noexcept {
+  const auto index = static_cast<std::uint16_t>(&slot - slots.data());
+  // The patch spans an even number of columns: half a pixel to the right its samples are whole pixels.
+  const Eigen::Vector2f position(static_cast<float>(corner.x) + 0.5F, static_cast<float>(corner.y));
+  slot.state = SlotState::kAlive;
+  slot.rejected = false;
+  slot.from_reference = kNoWarp;
+  slot.to_right = kNoWarp;
+  slot.reference.take(current().level(0), position.x(), position.y());
+  Feature& feature = slot.feature;
+  feature = {};
+  feature.id = next_id++;
+  feature.slot = index;
+  feature.body = corner.body;
+  feature.left_px = position;
+  feature.previous_left_px = position;
+  match(slot, -1.F);
+  feature.previous_v_px = feature.v_px;
+  ++counters.created;
+}
+
+FeatureFrame FeatureFrontEnd::State::publish() noexcept {
+  const Plane image = current().level(0);
+  published.clear();
+  for (FeatureSlot& slot : slots) {
+    if (slot.state != SlotState::kAlive) {
+      continue;
+    }
+    const auto x = std::clamp(static_cast<int>(std::lround(slot.feature.left_px.x())), 0, image.width - 1);
+    const auto y = std::clamp(static_cast<int>(std::lround(slot.feature.left_px.y())), 0, image.height - 1);
+    slot.feature.intensity = image.data[static_cast<std::ptrdiff_t>(y) * image.stride + x];
+    // Capacity is the number of slots.
+    static_cast<void>(published.push_back(slot.feature));
+  }
+  return {frame_index, timestamp_ns, published.span()};
+}
+
+}  // namespace kinetrace::features

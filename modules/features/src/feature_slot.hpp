@@ -1,0 +1,49 @@
+// What a live feature carries besides its published part.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "image_pyramid.hpp"
+#include "kernel_types.hpp"
+#include "kinetrace/core/feature_frame.hpp"
+
+namespace kinetrace::features {
+
+/// The surroundings of a feature as it looked when last (re-)referenced, wide enough for a warp to half the size.
+class ReferencePatch {
+ public:
+  static constexpr int kWidth = 32;
+  static constexpr int kHeight = 24;
+
+  /// Copies the surroundings of (x, y).
+  void take(const Plane& image, float x, float y) noexcept;
+
+  [[nodiscard]] Plane plane() const noexcept { return {pixels_.data(), kWidth, kHeight, kWidth, 0}; }
+  [[nodiscard]] float x() const noexcept { return x_; }
+  [[nodiscard]] float y() const noexcept { return y_; }
+
+ private:
+  std::array<std::uint8_t, static_cast<std::size_t>(kWidth) * kHeight> pixels_;
+  float x_;
+  float y_;
+};
+
+inline constexpr PatchWarp kNoWarp{1.F, 0.F, 0.F, 1.F};
+
+enum class SlotState : std::uint8_t {
+  kFree,
+  kAlive,
+  kDead,  ///< Died in this frame: free from the next one.
+};
+
+struct FeatureSlot {
+  SlotState state;
+  bool rejected;
+  PatchWarp from_reference;  ///< Offset in the reference patch = from_reference * offset in the current image.
+  PatchWarp to_right;        ///< Offset in the left image = to_right * offset in the right image (surface slant).
+  Feature feature;
+  ReferencePatch reference;
+};
+
+}  // namespace kinetrace::features

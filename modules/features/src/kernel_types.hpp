@@ -1,0 +1,75 @@
+// Plain data that the kernels share with their callers. Kernel sources are compiled once per instruction set, so
+// nothing here may have inline code that a linker could merge across sets.
+#pragma once
+
+#include <cstdint>
+
+namespace kinetrace::features {
+
+inline constexpr int kPatchWidth = 16;
+inline constexpr int kPatchHeight = 11;
+inline constexpr int kPatchPixels = kPatchWidth * kPatchHeight;
+/// Distance of the outermost sample from the patch's centre: the patch spans an even number of columns.
+inline constexpr float kPatchHalfWidth = 7.5F;
+inline constexpr float kPatchHalfHeight = 5.F;
+
+/// Replicated pixels around every pyramid level, so that patches and searches may overlap the border unchecked.
+inline constexpr int kPadding = 32;
+
+/// 8-bit pixels; `data` points at pixel (0, 0), and `margin` pixels on every side of the image may be read as well.
+struct Plane {
+  const std::uint8_t* data;
+  int width;
+  int height;
+  int stride;
+  int margin;
+};
+
+/// Offset in the source image = matrix * offset in the target image, both from the patch's centre.
+struct PatchWarp {
+  float xx, xy, yx, yy;
+};
+
+/// A patch ready to be aligned with another image. `gradient_x`, `gradient_y` are orthogonal to the patch itself and to
+/// a constant: alignment is blind to gain and offset.
+struct alignas(64) PatchTemplate {
+  float value[kPatchPixels];  ///< Zero mean.
+  float gradient_x[kPatchPixels];
+  float gradient_y[kPatchPixels];
+  float raw_x[2], raw_y[2];  ///< Gradient before orthogonalisation = gradient + raw[0] * value + raw[1].
+  float energy;              ///< Sum of value^2.
+  float hxx, hxy, hyy;       ///< Sums of products of the gradients.
+  float strength;            ///< Root of the smaller eigenvalue of the matrix above, per pixel.
+};
+
+/// How to align.
+struct AlignOptions {
+  int max_iterations;
+  float converged_px;
+  float max_shift_px;   ///< Further than this from the start is a failure.
+  float preferred_row;  ///< Prior: y near this row...
+  float row_weight;     ///< ...with this weight (gray^2 / px^2); 0 for none.
+};
+
+/// How well a template fits at a position.
+struct PatchFit {
+  float correlation;   ///< Zero-mean, normalised.
+  float residual_rms;  ///< Gray, after gain and offset.
+};
+
+/// How to refine a warp.
+struct WarpOptions {
+  float prior_weight;    ///< Of staying as it is, gray^2 per unit of the matrix squared.
+  bool horizontal_only;  ///< Rows stay rows: only xx and xy change.
+};
+
+/// Largest radius of SearchKernels::correlate.
+inline constexpr int kMaxSearchRadius = 16;
+
+struct OffsetMatch {
+  int dx;
+  int dy;
+  float correlation;
+};
+
+}  // namespace kinetrace::features

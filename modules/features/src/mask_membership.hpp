@@ -1,0 +1,17 @@
+// Whether a feature still belongs to its body, given the masks of the frame.
+#pragma once
+
+#include <cstdint>
+
+#include <Eigen/Core>
+
+#include "kinetrace/core/image_view.hpp"
+
+namespace kinetrace::features {
+
+/// Masks are a pixel or two off at their borders, so a feature keeps its body unless it lies `border_px` inside another
+/// one. The ignore label ends it at once.
+[[nodiscard]] bool still_member(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body,
+                                float border_px) noexcept;
+
+}  // namespace kinetrace::features

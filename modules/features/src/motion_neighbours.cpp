@@ -1,0 +1,66 @@
+#include "motion_neighbours.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace kinetrace::features {
+namespace {
+
+constexpr std::size_t kNearest = 5;
+constexpr float kReach_px = 120.F;
+
+float median(std::array<float, kNearest>& values, std::size_t count) noexcept {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(count / 2);
+  std::nth_element(values.begin(), middle, values.begin() + static_cast<std::ptrdiff_t>(count));
+  return *middle;
+}
+
+}  // namespace
+
+void MotionNeighbours::clear() noexcept {
+  moved_.clear();
+  postponed_.clear();
+}
+
+void MotionNeighbours::add(const Feature& feature) noexcept {
+  // Capacity is the number of slots, here and below.
+  static_cast<void>(
+      moved_.push_back({feature.previous_left_px, feature.left_px - feature.previous_left_px, feature.body}));
+}
+
+void MotionNeighbours::postpone(std::uint16_t slot, TrackOutcome outcome) noexcept {
+  static_cast<void>(postponed_.push_back({slot, outcome}));
+}
+
+bool MotionNeighbours::motion_near(const Feature& feature, Eigen::Vector2f& motion) const noexcept {
+  std::array<float, kNearest> distances{};
+  std::array<const Moved*, kNearest> nearest{};
+  std::size_t count = 0;
+  for (const Moved& moved : moved_) {
+    const float distance = (moved.from - feature.left_px).squaredNorm();
+    if (moved.body != feature.body || distance > kReach_px * kReach_px ||
+        (count == kNearest && distance >= distances[kNearest - 1])) {
+      continue;
+    }
+    std::size_t place = count < kNearest ? count++ : kNearest - 1;
+    for (; place > 0 && distances[place - 1] > distance; --place) {
+      distances[place] = distances[place - 1];
+      nearest[place] = nearest[place - 1];
+    }
+    distances[place] = distance;
+    nearest[place] = &moved;
+  }
+  if (count == 0) {
+    return false;
+  }
+  std::array<float, kNearest> x{};
+  std::array<float, kNearest> y{};
+  for (std::size_t i = 0; i < count; ++i) {
+    x[i] = nearest[i]->motion.x();
+    y[i] = nearest[i]->motion.y();
+  }
+  motion = {median(x, count), median(y, count)};
+  return true;
+}
+
+}  // namespace kinetrace::features

@@ -1,0 +1,46 @@
+// How the surroundings of a lost feature moved, as a second start for it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include <Eigen/Core>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/feature_frame.hpp"
+#include "kinetrace/core/fixed_vector.hpp"
+#include "temporal_tracker.hpp"
+
+namespace kinetrace::features {
+
+class MotionNeighbours {
+ public:
+  struct Postponed {
+    std::uint16_t slot = 0;
+    TrackOutcome outcome = TrackOutcome::kResidual;  ///< Why the first attempt failed.
+  };
+
+  MotionNeighbours() = default;
+  MotionNeighbours(Arena& arena, std::size_t capacity) : moved_(arena, capacity), postponed_(arena, capacity) {}
+
+  void clear() noexcept;
+  /// A feature that was followed.
+  void add(const Feature& feature) noexcept;
+  /// A feature that was not.
+  void postpone(std::uint16_t slot, TrackOutcome outcome) noexcept;
+  [[nodiscard]] std::span<const Postponed> postponed() const noexcept { return postponed_.span(); }
+
+  /// Median motion of the few nearest followed features of the same body; false when there is none near.
+  [[nodiscard]] bool motion_near(const Feature& feature, Eigen::Vector2f& motion) const noexcept;
+
+ private:
+  struct Moved {
+    Eigen::Vector2f from{0.F, 0.F};
+    Eigen::Vector2f motion{0.F, 0.F};
+    std::uint8_t body = 0;
+  };
+  FixedVector<Moved> moved_;
+  FixedVector<Postponed> postponed_;
+};
+
+}  // namespace kinetrace::features

@@ -1,0 +1,25 @@
+// When two patches count as the same thing seen twice.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "kernel_types.hpp"
+#include "kinetrace/features/feature_config.hpp"
+
+namespace kinetrace::features {
+
+/// Correlation decides; where texture is faint, noise alone spoils it, and the size of the residual decides instead.
+[[nodiscard]] inline bool looks_alike(const PatchFit& fit, const FeatureConfig& config) noexcept {
+  constexpr float kLeastCorrelation = 0.5F;
+  return fit.correlation >= config.min_correlation ||
+         (fit.residual_rms <= config.max_residual && fit.correlation >= kLeastCorrelation);
+}
+
+/// True if a full patch around the position lies in the image.
+[[nodiscard]] inline bool patch_inside(const Plane& image, const Eigen::Vector2f& position_px) noexcept {
+  return position_px.x() >= kPatchHalfWidth && position_px.y() >= kPatchHalfHeight &&
+         position_px.x() <= static_cast<float>(image.width - 1) - kPatchHalfWidth &&
+         position_px.y() <= static_cast<float>(image.height - 1) - kPatchHalfHeight;
+}
+
+}  // namespace kinetrace::features

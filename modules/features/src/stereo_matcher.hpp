@@ -1,0 +1,46 @@
+// Finds features of the left image in the right one.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "feature_slot.hpp"
+#include "image_pyramid.hpp"
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/features/feature_config.hpp"
+
+namespace kinetrace::features {
+
+/// One frame's images, left and right.
+struct StereoImages {
+  Plane left;
+  Plane right;
+  Plane left_gradient;  ///< Searched instead of gray: blind to offset, nearly so to gain.
+  Plane right_gradient;
+};
+
+class StereoMatcher {
+ public:
+  StereoMatcher() = default;
+  explicit StereoMatcher(const FeatureConfig& config) : config_(config) {}
+
+  /// Sets u_right_px and v_px of the slot's feature, NaN and the left row where there is no match. Looks near
+  /// `expected_disparity_px` first if that is not negative, then everywhere.
+  bool match(const StereoImages& images, float expected_disparity_px, FeatureSlot& slot) const noexcept;
+
+ private:
+  struct Range {
+    int first = 0;
+    int count = 0;
+  };
+  [[nodiscard]] Range clipped(float from, float to, int x) const noexcept;
+  [[nodiscard]] bool search(const StereoImages& images, const Feature& feature, Range range, int row_offset,
+                            bool unique, int& disparity) const noexcept;
+  [[nodiscard]] bool refine(const StereoImages& images, float disparity, float row_offset, int passes,
+                            FeatureSlot& slot) const noexcept;
+
+  FeatureConfig config_;
+};
+
+}  // namespace kinetrace::features

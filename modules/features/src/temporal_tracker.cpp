@@ -1,0 +1,198 @@
+#include "temporal_tracker.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels.hpp"
+#include "patch_gate.hpp"
+
+namespace kinetrace::features {
+namespace {
+
+using Eigen::Vector2f;
+
+// A prediction is good to about ten pixels: three at this level, within reach of the alignment.
+constexpr int kPredictedTopLevel = 2;
+// The search covers this much of the full-size image.
+constexpr int kSearchX_px = 64;
+constexpr int kSearchY_px = 48;
+constexpr AlignOptions kCoarse{
+    .max_iterations = 6, .converged_px = 0.1F, .max_shift_px = 6.F, .preferred_row = 0.F, .row_weight = 0.F};
+constexpr AlignOptions kFine{
+    .max_iterations = 10, .converged_px = 0.01F, .max_shift_px = 5.F, .preferred_row = 0.F, .row_weight = 0.F};
+// The way back starts off the known answer by this much, or it would prove nothing.
+constexpr float kBackwardOffset_px = 2.5F;
+constexpr int kBackwardTopLevel = 1;
+// A warp may change its matrix by about this much a frame (standard deviation) under gray noise of this size.
+constexpr float kWarpSigma = 0.03F;
+constexpr float kNoise_gray = 2.5F;
+constexpr WarpOptions kWarpOptions{.prior_weight = kNoise_gray * kNoise_gray / (kWarpSigma * kWarpSigma),
+                                   .horizontal_only = false};
+
+/// Beyond half or twice the size, or strongly sheared, a reference no longer shows what is seen now.
+bool plausible(const PatchWarp& warp) noexcept {
+  const float determinant = warp.xx * warp.yy - warp.xy * warp.yx;
+  const float squares = warp.xx * warp.xx + warp.xy * warp.xy + warp.yx * warp.yx + warp.yy * warp.yy;
+  // For singular values a, b: determinant = ab, squares = a^2 + b^2.
+  return determinant > 0.35F && determinant < 2.2F && squares < 2.6F * determinant;
+}
+
+Vector2f level_position(const Vector2f& full, int level) noexcept {
+  return {to_level(full.x(), level), to_level(full.y(), level)};
+}
+
+/// One level of coarse-to-fine: the template of `from` aligned near `guess`. The guess stays where alignment fails.
+Vector2f step_level(const ImagePyramid& source, const ImagePyramid& target, const Vector2f& from, const Vector2f& guess,
+                    int level, const AlignOptions& options) noexcept {
+  const Vector2f at = level_position(from, level);
+  PatchTemplate patch;
+  kernels().patch.sample(source.level(level), at.x(), at.y(), &patch);
+  Vector2f position = level_position(guess, level);
+  if (!kernels().patch.align(target.level(level), patch, options, &position.x(), &position.y())) {
+    return guess;
+  }
+  return {from_level(position.x(), level), from_level(position.y(), level)};
+}
+
+/// Exhaustive search at the coarsest level.
+Vector2f search(const ImagePyramid& previous, const ImagePyramid& current, const Vector2f& from,
+                const Vector2f& around) noexcept {
+  const int level = current.levels() - 1;
+  const Plane image = current.level(level);
+  const Vector2f at = level_position(from, level);
+  PatchTemplate patch;
+  kernels().patch.sample(previous.level(level), at.x(), at.y(), &patch);
+  const Vector2f centre = level_position(around, level);
+  const int x = std::clamp(static_cast<int>(std::floor(centre.x())), 0, image.width - 1);
+  const int y = std::clamp(static_cast<int>(std::lround(centre.y())), 0, image.height - 1);
+  const OffsetMatch match =
+      kernels().search.correlate(image, patch, x, y, std::clamp(kSearchX_px >> level, 1, kMaxSearchRadius),
+                                 std::clamp(kSearchY_px >> level, 1, kMaxSearchRadius));
+  return {from_level(static_cast<float>(x + match.dx) + 0.5F, level),
+          from_level(static_cast<float>(y + match.dy), level)};
+}
+
+bool contains(const Plane& image, const Vector2f& position) noexcept {
+  return position.x() >= 0.F && position.y() >= 0.F && position.x() <= static_cast<float>(image.width - 1) &&
+         position.y() <= static_cast<float>(image.height - 1);
+}
+
+}  // namespace
+
+struct TemporalTracker::Refined {
+  TrackOutcome outcome = TrackOutcome::kResidual;
+  Vector2f position_px{0.F, 0.F};
+  PatchWarp warp = kNoWarp;
+};
+
+TrackOutcome TemporalTracker::follow(const ImagePyramid& previous, const ImagePyramid& current, const TrackStart& start,
+                                     FeatureSlot& slot) const noexcept {
+  const Plane image = current.level(0);
+  const Vector2f from = slot.feature.left_px;
+  if (!contains(image, start.position_px)) {
+    return TrackOutcome::kOutside;
+  }
+  const Vector2f near = approach(previous, current, from, start);
+  if (!contains(image, near)) {
+    return TrackOutcome::kOutside;
+  }
+
+  Refined refined;
+  if (config_.refine_against_reference) {
+    refined = refine_against_reference(image, near, slot);
+  }
+  const bool referenced = refined.outcome == TrackOutcome::kTracked;
+  if (!referenced) {
+    refined = refine_against_previous(previous.level(0), image, from, near);
+    if (!succeeded(refined.outcome)) {
+      return refined.outcome;
+    }
+  }
+  if (!returns(previous, current, from, start.position_px, refined.position_px)) {
+    return TrackOutcome::kForwardBackward;
+  }
+
+  slot.feature.left_px = refined.position_px;
+  slot.from_reference = refined.warp;
+  if (referenced && plausible(refined.warp)) {
+    return TrackOutcome::kTracked;
+  }
+  slot.reference.take(image, refined.position_px.x(), refined.position_px.y());
+  slot.from_reference = kNoWarp;
+  return TrackOutcome::kReReferenced;
+}
+
+Vector2f TemporalTracker::approach(const ImagePyramid& previous, const ImagePyramid& current, const Vector2f& from,
+                                   const TrackStart& start) const noexcept {
+  const int coarsest = current.levels() - 1;
+  Vector2f guess = start.position_px;
+  int level = std::min(kPredictedTopLevel, coarsest);
+  if (start.searched) {
+    guess = search(previous, current, from, guess);
+    level = coarsest;
+  }
+  for (; level > 0; --level) {
+    guess = step_level(previous, current, from, guess, level, kCoarse);
+  }
+  return guess;
+}
+
+TemporalTracker::Refined TemporalTracker::refine_against_reference(const Plane& current, const Vector2f& near,
+                                                                   const FeatureSlot& slot) const noexcept {
+  Refined result;
+  result.warp = slot.from_reference;
+  result.position_px = near;
+  PatchTemplate patch;
+  if (!kernels().patch.sample_warped(slot.reference.plane(), slot.reference.x(), slot.reference.y(),
+                                     slot.from_reference, &patch) ||
+      patch.strength < config_.min_patch_strength ||
+      !kernels().patch.align(current, patch, kFine, &result.position_px.x(), &result.position_px.y()) ||
+      !patch_inside(current, result.position_px)) {
+    return result;
+  }
+  const PatchFit fit = kernels().patch.refine_warp(current, patch, result.position_px.x(), result.position_px.y(),
+                                                   kWarpOptions, &result.warp);
+  if (looks_alike(fit, config_)) {
+    result.outcome = TrackOutcome::kTracked;
+  }
+  return result;
+}
+
+TemporalTracker::Refined TemporalTracker::refine_against_previous(const Plane& previous, const Plane& current,
+                                                                  const Vector2f& from,
+                                                                  const Vector2f& near) const noexcept {
+  Refined result;
+  PatchTemplate patch;
+  kernels().patch.sample(previous, from.x(), from.y(), &patch);
+  if (patch.strength < config_.min_patch_strength) {
+    result.outcome = TrackOutcome::kTexture;
+    return result;
+  }
+  result.position_px = near;
+  if (!kernels().patch.align(current, patch, kFine, &result.position_px.x(), &result.position_px.y())) {
+    return result;
+  }
+  if (!patch_inside(current, result.position_px)) {
+    result.outcome = TrackOutcome::kOutside;
+    return result;
+  }
+  if (looks_alike(kernels().patch.fit(current, patch, result.position_px.x(), result.position_px.y()), config_)) {
+    result.outcome = TrackOutcome::kTracked;
+  }
+  return result;
+}
+
+bool TemporalTracker::returns(const ImagePyramid& previous, const ImagePyramid& current, const Vector2f& from,
+                              const Vector2f& start, const Vector2f& found) const noexcept {
+  // Off in the direction in which the way here began, so that a match that only held the start is found out.
+  const Vector2f error = found - start;
+  const float length = error.norm();
+  const Vector2f direction = length > 1e-3F ? Vector2f(error / length) : Vector2f(1.F, 0.F);
+  Vector2f back = from + kBackwardOffset_px * direction;
+  for (int level = std::min(kBackwardTopLevel, current.levels() - 1); level >= 0; --level) {
+    back = step_level(current, previous, found, back, level, level == 0 ? kFine : kCoarse);
+  }
+  return (back - from).squaredNorm() <= config_.forward_backward_px * config_.forward_backward_px;
+}
+
+}  // namespace kinetrace::features

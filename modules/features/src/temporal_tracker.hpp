@@ -1,0 +1,48 @@
+// Follows single features from the previous left image into the current one.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "feature_slot.hpp"
+#include "image_pyramid.hpp"
+#include "kinetrace/features/feature_config.hpp"
+
+namespace kinetrace::features {
+
+enum class TrackOutcome : std::uint8_t { kTracked, kReReferenced, kOutside, kTexture, kResidual, kForwardBackward };
+
+[[nodiscard]] constexpr bool succeeded(TrackOutcome outcome) noexcept {
+  return outcome == TrackOutcome::kTracked || outcome == TrackOutcome::kReReferenced;
+}
+
+/// Where to begin.
+struct TrackStart {
+  Eigen::Vector2f position_px{0.F, 0.F};
+  bool searched = false;  ///< Begin with an exhaustive search around the position at the coarsest level.
+};
+
+class TemporalTracker {
+ public:
+  TemporalTracker() = default;
+  explicit TemporalTracker(const FeatureConfig& config) : config_(config) {}
+
+  /// Moves `slot.feature.left_px` from `previous` to `current`; unchanged, like the rest of the slot, on failure.
+  [[nodiscard]] TrackOutcome follow(const ImagePyramid& previous, const ImagePyramid& current, const TrackStart& start,
+                                    FeatureSlot& slot) const noexcept;
+
+ private:
+  struct Refined;
+  [[nodiscard]] Eigen::Vector2f approach(const ImagePyramid& previous, const ImagePyramid& current,
+                                         const Eigen::Vector2f& from, const TrackStart& start) const noexcept;
+  [[nodiscard]] Refined refine_against_reference(const Plane& current, const Eigen::Vector2f& near,
+                                                 const FeatureSlot& slot) const noexcept;
+  [[nodiscard]] Refined refine_against_previous(const Plane& previous, const Plane& current,
+                                                const Eigen::Vector2f& from,
+                                                const Eigen::Vector2f& near) const noexcept;
+  [[nodiscard]] bool returns(const ImagePyramid& previous, const ImagePyramid& current, const Eigen::Vector2f& from,
+                             const Eigen::Vector2f& start, const Eigen::Vector2f& found) const noexcept;
+
+  FeatureConfig config_;
+};
+
+}  // namespace kinetrace::features
