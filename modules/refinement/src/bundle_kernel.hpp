@@ -7,18 +7,20 @@
 
 namespace kinetrace::refinement {
 
-inline constexpr int kLanes = 8;  ///< Points worked on at once, one per vector lane.
+inline constexpr int kLanes = 8;       ///< Points worked on at once, one per vector lane.
+inline constexpr int kLaneBytes = 32;  ///< Alignment of every struct of lanes: a vector type's own depends on the
+                                       ///< instruction set.
 using Float8 __attribute__((vector_size(32))) = float;
 
 /// The same frame's sightings of the eight points of a group. Weight 0: this lane's point is not seen.
-struct ObservationLanes {
+struct alignas(kLaneBytes) ObservationLanes {
   Float8 u_left_px, v_px, u_right_px;
   Float8 left_weight;   ///< 1 / sigma^2 of u_left and v.
   Float8 right_weight;  ///< 1 / sigma^2 of u_right, 0 where only the left eye saw the point.
 };
 
 /// Eight points in the anchor frame.
-struct PointLanes {
+struct alignas(kLaneBytes) PointLanes {
   Float8 x, y, z;
 };
 
@@ -29,7 +31,7 @@ struct PointGroup {
 };
 
 /// What back-substitution needs of eight eliminated points.
-struct PointFactor {
+struct alignas(kLaneBytes) PointFactor {
   Float8 inverse_cholesky[6];  ///< Lower triangle, row by row, of L^-1 with L L^T = the damped Hessian of the point.
   Float8 gradient[3];
 };
@@ -41,13 +43,13 @@ struct KernelPose {
 };
 
 /// Normal equations of one free frame, summed over points lane by lane; perturbation of T_cam_anchor from the left.
-struct FrameSums {
+struct alignas(kLaneBytes) FrameSums {
   Float8 hessian[21];          ///< Lower triangle, row by row, without the eliminated points.
   Float8 reduced_gradient[6];  ///< With the points eliminated.
 };
 
 /// What eliminating the points takes from one 6 x 6 block of the camera system, row-major, lane by lane.
-struct BlockSums {
+struct alignas(kLaneBytes) BlockSums {
   Float8 entry[36];
 };
 

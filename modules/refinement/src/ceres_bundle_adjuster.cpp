@@ -243,8 +243,13 @@ Result<BundleSummary> CeresBundleAdjuster::refine(BundleWindow& window) {
     }
   }
   BatchProblem problem{window.geometry, window.T_body_cam, fixed, points, observations};
+  if (observations.empty() || fixed.size() == frames) {
+    BundleSummary nothing_to_do;
+    nothing_to_do.converged = true;
+    return nothing_to_do;
+  }
   Result<BundleSummary> summary = refine_batch(problem);
-  if (!summary || observations.empty() || fixed.size() == frames) {
+  if (!summary) {
     return summary;
   }
   for (std::size_t p = 0; p < points.size(); ++p) {
