@@ -1,6 +1,7 @@
 #include "kinetrace/tracking/stereo_tracker.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 namespace kinetrace::tracking {

@@ -48,8 +48,8 @@ class Segmenter {
   /// missing files are no error: they are counted, and the frame's detections are not available.
   virtual void load(const RectifiedPair& /*pair*/) {}
 
-  /// Instances of this frame; views live in the segmenter until the next call. Errors: kInvalidArgument if the pair's
-  /// size is not the one given at creation.
+  /// Instances of this frame; views live in the segmenter until the next call. Errors: kIllegalState if
+  /// load() was not called for this frame by a source that needs it.
   [[nodiscard]] virtual Result<DetectionFrame> process(const SegmentationInput& input) = 0;
 
   /// Forgets everything about earlier frames.

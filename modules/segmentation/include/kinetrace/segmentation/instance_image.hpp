@@ -1,0 +1,49 @@
+// From the values of an instance mask file to labels 1..n with boxes and areas.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/detections.hpp"
+#include "kinetrace/core/fixed_vector.hpp"
+#include "kinetrace/core/image_view.hpp"
+
+namespace kinetrace::segmentation {
+
+/// What the pixels of a mask file mean.
+enum class MaskEncoding : std::uint8_t {
+  kMots,      ///< 16 bit, KITTI MOTS: class * 1000 + instance; 10000 = ignore; 0 = background.
+  kInstance,  ///< 8 bit: instance of unknown class; 255 = ignore; 0 = background.
+};
+
+/// Renumbers instances by area, largest first, so that nothing of a file's numbering survives. Instances beyond
+/// `max_objects` become kIgnoreLabel (something is there, but nobody will track it), those below `min_area_px`
+/// background. At most kMaxValues different values a file; further ones become kIgnoreLabel.
+class InstanceRelabeler {
+ public:
+  static constexpr std::size_t kMaxValues = 1024;
+
+  InstanceRelabeler() = default;
+  explicit InstanceRelabeler(Arena& arena);
+
+  /// Writes `labels` and the kept instances; returns how many were dropped. `source` and `labels` have the same size;
+  /// `detections` has room for `max_objects`.
+  int relabel(ImageView<const std::uint16_t> source, MaskEncoding encoding, int max_objects, int min_area_px,
+              MutableLabelView labels, FixedVector<Detection>& detections) noexcept;
+
+ private:
+  struct Instance {
+    std::uint16_t value = 0;
+    PixelBox box_px;
+    int area_px = 0;
+  };
+  void collect(ImageView<const std::uint16_t> source) noexcept;
+  int number(MaskEncoding encoding, int max_objects, int min_area_px, FixedVector<Detection>& detections) noexcept;
+
+  std::span<std::uint16_t> index_of_value_;  ///< 0 = not seen, else 1 + index in `instances_`.
+  FixedVector<Instance> instances_;
+  int values_beyond_capacity_ = 0;
+};
+
+}  // namespace kinetrace::segmentation

@@ -1,0 +1,71 @@
+// Which moving regions are believed, and for how long after they stop.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include <Eigen/Core>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/feature_frame.hpp"
+#include "kinetrace/core/fixed_vector.hpp"
+#include "kinetrace/segmentation/config.hpp"
+#include "kinetrace/segmentation/motion_clusters.hpp"
+#include "kinetrace/segmentation/motion_evidence.hpp"
+
+namespace kinetrace::segmentation {
+
+/// A group of features followed over frames by the features themselves. Internal to motion segmentation: it decides
+/// what is reported, not who is who.
+struct MotionRegion {
+  std::uint32_t id = 0;
+  Eigen::Vector3f velocity_mps{0.F, 0.F, 0.F};  ///< When it last moved.
+  Eigen::Matrix3f covariance = Eigen::Matrix3f::Zero();
+  int moving_frames = 0;
+  std::uint32_t last_moving_frame = 0;
+  bool moving = false;    ///< In this frame.
+  bool reported = false;  ///< Confirmed, and moving or stopped not long ago.
+  int features = 0;       ///< In this frame.
+};
+
+/// A region is confirmed after `confirm_frames` frames in motion and kept for `hold_frames` frames after the last one
+/// by the features that made it: an object that halts does not vanish at once.
+class MotionMemory {
+ public:
+  static constexpr std::size_t kMaxRegions = MotionClusters::kMaxClusters;
+
+  MotionMemory() = default;
+  MotionMemory(const MotionConfig& config, int max_features, Arena& arena);
+
+  void update(std::span<const Feature> features, std::span<const FeatureMotion> motions,
+              std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature);
+  void reset() noexcept;
+
+  [[nodiscard]] std::span<const MotionRegion> regions() const noexcept { return regions_.span(); }
+  /// Index of each feature's region in regions(), -1 = none; parallel to the features of the last update.
+  [[nodiscard]] std::span<const std::int16_t> region_of_feature() const noexcept { return region_of_.span(); }
+
+ private:
+  struct Membership {
+    std::uint32_t feature_id = 0;
+    std::uint32_t region_id = 0;
+  };
+
+  void recall(std::span<const Feature> features);
+  void assign_clusters(std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature);
+  void settle_features(std::span<const Feature> features, std::span<const FeatureMotion> motions,
+                       std::span<const std::int16_t> cluster_of_feature);
+  void drop_stale();
+  [[nodiscard]] bool contradicts(const FeatureMotion& motion, const MotionRegion& region) const;
+
+  MotionConfig config_;
+  std::uint32_t frame_ = 0;
+  std::uint32_t next_region_id_ = 1;
+  std::span<Membership> memory_;
+  FixedVector<MotionRegion> regions_;
+  FixedVector<std::int16_t> region_of_;
+  std::array<std::int16_t, MotionClusters::kMaxClusters> region_of_cluster_{};
+};
+
+}  // namespace kinetrace::segmentation

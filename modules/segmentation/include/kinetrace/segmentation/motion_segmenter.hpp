@@ -1,0 +1,42 @@
+// Independently moving regions, without a network: what the ego motion does not explain.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+#include "kinetrace/segmentation/motion_clusters.hpp"
+#include "kinetrace/segmentation/motion_evidence.hpp"
+#include "kinetrace/segmentation/motion_memory.hpp"
+#include "kinetrace/segmentation/region_mask.hpp"
+#include "kinetrace/segmentation/segmenter.hpp"
+
+namespace kinetrace::segmentation {
+
+/// Features -> velocities (MotionEvidence) -> groups (MotionClusters) -> believed regions (MotionMemory) -> masks
+/// (RegionMask). Left masks only; the class is unknown. A frame without ego motion has no detections available and
+/// forgets all evidence, because earlier frames can no longer be related to later ones.
+class MotionSegmenter final : public Segmenter {
+ public:
+  [[nodiscard]] static std::size_t required_bytes(const SegmentationConfig& config, const StereoGeometry& geometry,
+                                                  int max_features);
+  /// Errors: kInvalidConfig, kCapacity.
+  [[nodiscard]] static Result<std::unique_ptr<MotionSegmenter>> create(const SegmentationConfig& config,
+                                                                       const StereoGeometry& geometry, int max_features,
+                                                                       Arena& arena);
+
+  [[nodiscard]] Result<DetectionFrame> process(const SegmentationInput& input) override;
+  void reset() override;
+
+ private:
+  MotionSegmenter() = default;
+  static void carve(const SegmentationConfig& config, const StereoGeometry& geometry, int max_features, Arena& arena,
+                    MotionSegmenter& segmenter);
+
+  bool started_ = false;
+  MotionEvidence evidence_;
+  MotionClusters clusters_;
+  MotionMemory memory_;
+  RegionMask mask_;
+};
+
+}  // namespace kinetrace::segmentation

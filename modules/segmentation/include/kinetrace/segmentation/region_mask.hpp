@@ -1,0 +1,66 @@
+// From features to pixels: which part of the image a moving region covers.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include <Eigen/Core>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/detections.hpp"
+#include "kinetrace/core/feature_frame.hpp"
+#include "kinetrace/core/fixed_vector.hpp"
+#include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
+#include "kinetrace/segmentation/motion_evidence.hpp"
+#include "kinetrace/segmentation/motion_memory.hpp"
+
+namespace kinetrace::segmentation {
+
+/// Draws each reported region as the convex hull of its features, widened by a margin of about .25 m, on a grid of 4x4
+/// pixels; a cell belongs to the region only if one of its features is nearer than any feature that is seen to be
+/// something else (it moves differently, or, for a region at rest, lies at another depth). Nearer regions cover farther
+/// ones.
+class RegionMask {
+ public:
+  static constexpr int kCellPx = 4;
+
+  RegionMask() = default;
+  RegionMask(const StereoGeometry& geometry, int max_features, int max_objects, int min_area_px, Arena& arena);
+
+  /// Returns how many regions were dropped: beyond max_objects (the smallest hulls) or below min_area_px.
+  int draw(std::span<const Feature> features, std::span<const FeatureMotion> motions, const MotionMemory& memory);
+
+  [[nodiscard]] LabelView labels() const noexcept { return labels_; }
+  /// Largest hull first; class unknown.
+  [[nodiscard]] std::span<const Detection> detections() const noexcept { return detections_.span(); }
+
+ private:
+  struct Outline {
+    std::int16_t region = -1;
+    std::uint8_t label = 0;
+    float area_px = 0.F;
+    float disparity_px = 0.F;
+  };
+
+  void trace_outlines(std::span<const Feature> features, const MotionMemory& memory);
+  void take_members(std::int16_t region, std::span<const Feature> features, const MotionMemory& memory);
+  void take_others(const Outline& outline, std::span<const Feature> features, std::span<const FeatureMotion> motions,
+                   const MotionMemory& memory);
+  void build_hull();
+  void fill(const Outline& outline);
+  void measure();
+  [[nodiscard]] float margin_px(float disparity_px) const noexcept;
+
+  StereoGeometry geometry_;
+  int min_area_px_ = 0;
+  MutableLabelView labels_;
+  FixedVector<Detection> detections_;
+  FixedVector<Outline> outlines_;
+  FixedVector<Eigen::Vector2f> members_;
+  FixedVector<Eigen::Vector2f> others_;
+  FixedVector<Eigen::Vector2f> hull_;
+  std::span<float> scratch_;
+};
+
+}  // namespace kinetrace::segmentation

@@ -1,0 +1,117 @@
+#include "kinetrace/segmentation/instance_image.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+namespace kinetrace::segmentation {
+namespace {
+
+constexpr std::size_t kValueCount = 65536;
+constexpr std::uint16_t kBeyondCapacity = 0xFFFF;
+constexpr std::uint16_t kMotsIgnore = 10000;
+constexpr std::uint16_t kInstanceIgnore = 255;
+constexpr std::uint16_t kMotsClassStep = 1000;
+
+/// Calls visit(value, x0, x1) for every run of equal non-zero pixels of a row.
+template <typename Visit>
+void for_each_run(const std::uint16_t* row, int width, Visit&& visit) {
+  int x = 0;
+  while (x < width) {
+    std::uint64_t four = 0;
+    if (x + 4 <= width) {
+      std::memcpy(&four, row + x, sizeof four);
+      if (four == 0) {  // most of a mask is background
+        x += 4;
+        continue;
+      }
+    }
+    const std::uint16_t value = row[x];
+    const int start = x;
+    while (x < width && row[x] == value) {
+      ++x;
+    }
+    if (value != 0) {
+      visit(value, start, x);
+    }
+  }
+}
+
+}  // namespace
+
+InstanceRelabeler::InstanceRelabeler(Arena& arena)
+    : index_of_value_(arena.take<std::uint16_t>(kValueCount)), instances_(arena, kMaxValues) {}
+
+int InstanceRelabeler::relabel(ImageView<const std::uint16_t> source, MaskEncoding encoding, int max_objects,
+                               int min_area_px, MutableLabelView labels, FixedVector<Detection>& detections) noexcept {
+  collect(source);
+  const int dropped = number(encoding, max_objects, min_area_px, detections);
+  for (int y = 0; y < source.height; ++y) {
+    std::uint8_t* target = labels.row(y);
+    std::fill_n(target, labels.width, kBackgroundLabel);
+    for_each_run(source.row(y), source.width, [&](std::uint16_t value, int x0, int x1) {
+      const std::uint16_t label = index_of_value_[value];
+      std::fill(target + x0, target + x1, static_cast<std::uint8_t>(label));
+    });
+  }
+  return dropped;
+}
+
+void InstanceRelabeler::collect(ImageView<const std::uint16_t> source) noexcept {
+  std::fill(index_of_value_.begin(), index_of_value_.end(), std::uint16_t{0});
+  instances_.clear();
+  values_beyond_capacity_ = 0;
+  for (int y = 0; y < source.height; ++y) {
+    for_each_run(source.row(y), source.width, [&](std::uint16_t value, int x0, int x1) {
+      std::uint16_t& index = index_of_value_[value];
+      if (index == 0) {
+        if (!instances_.push_back({value, {}, 0})) {
+          index = kBeyondCapacity;
+          ++values_beyond_capacity_;
+        } else {
+          index = static_cast<std::uint16_t>(instances_.size());
+        }
+      }
+      if (index != kBeyondCapacity) {
+        Instance& instance = instances_[index - 1U];
+        instance.area_px += x1 - x0;
+        instance.box_px.include(x0, y);
+        instance.box_px.include(x1 - 1, y);
+      }
+    });
+  }
+}
+
+// Afterwards `index_of_value_` holds the label of each value.
+int InstanceRelabeler::number(MaskEncoding encoding, int max_objects, int min_area_px,
+                              FixedVector<Detection>& detections) noexcept {
+  const bool mots = encoding == MaskEncoding::kMots;
+  const std::uint16_t ignore = mots ? kMotsIgnore : kInstanceIgnore;
+  std::sort(instances_.begin(), instances_.end(), [](const Instance& a, const Instance& b) {
+    return a.area_px != b.area_px ? a.area_px > b.area_px : a.value < b.value;
+  });
+  if (values_beyond_capacity_ > 0) {
+    std::replace(index_of_value_.begin(), index_of_value_.end(), kBeyondCapacity, std::uint16_t{kIgnoreLabel});
+  }
+  detections.clear();
+  int dropped = values_beyond_capacity_;
+  for (const Instance& instance : instances_) {
+    std::uint16_t& label = index_of_value_[instance.value];
+    if (instance.value == ignore) {
+      label = kIgnoreLabel;
+    } else if (instance.area_px < min_area_px) {
+      label = kBackgroundLabel;
+      ++dropped;
+    } else if (static_cast<int>(detections.size()) == max_objects) {
+      label = kIgnoreLabel;
+      ++dropped;
+    } else {
+      label = static_cast<std::uint16_t>(detections.size() + 1);
+      const auto class_id = mots ? static_cast<std::uint16_t>(instance.value / kMotsClassStep) : kUnknownClass;
+      (void)detections.push_back(
+          {static_cast<std::uint8_t>(label), class_id, 1.F, instance.box_px, instance.area_px});  // checked above
+    }
+  }
+  return dropped;
+}
+
+}  // namespace kinetrace::segmentation

@@ -1,0 +1,174 @@
+#include "kinetrace/segmentation/mask_file_segmenter.hpp"
+
+#include <filesystem>
+#include <string>
+#include <system_error>
+#include <unistd.h>
+
+#include "kinetrace/imaging/image_info.hpp"
+#include "kinetrace/imaging/image_reader.hpp"
+
+namespace kinetrace::segmentation {
+namespace {
+
+constexpr std::string_view kExtension = ".png";
+
+imaging::ImageReaderConfig reader_config(const StereoGeometry& geometry) {
+  imaging::ImageReaderConfig config;
+  config.max_width_px = geometry.width_px;
+  config.max_height_px = geometry.height_px;
+  // Two bytes a pixel are the worst a PNG can do, but for its headers.
+  config.max_file_bytes =
+      static_cast<std::size_t>(geometry.width_px) * static_cast<std::size_t>(geometry.height_px) * 2 + (1U << 16U);
+  return config;
+}
+
+Status check_directory(const std::string& directory, const char* key) {
+  std::error_code error;
+  if (!std::filesystem::is_directory(directory, error)) {
+    return fail(ErrorCode::kNotFound, std::string(key) + ": mask folder " + directory + " does not exist");
+  }
+  for (const auto& entry : std::filesystem::directory_iterator(directory, error)) {
+    if (entry.path().extension() == kExtension) {
+      return {};
+    }
+  }
+  return fail(ErrorCode::kNotFound, std::string(key) + ": mask folder " + directory +
+                                        " holds no .png files; masks are named like the images");
+}
+
+}  // namespace
+
+MaskFileSegmenter::MaskFileSegmenter() = default;
+MaskFileSegmenter::~MaskFileSegmenter() = default;
+
+void MaskFileSegmenter::carve(const SegmentationConfig& config, const StereoGeometry& geometry, Arena& arena,
+                              MaskFileSegmenter& segmenter) {
+  for (Eye* eye : {&segmenter.left_, &segmenter.right_}) {
+    if (eye == &segmenter.right_ && config.right_dir.empty()) {
+      continue;
+    }
+    eye->values = take_image<std::uint16_t>(arena, geometry.width_px, geometry.height_px);
+    eye->labels = take_image<std::uint8_t>(arena, geometry.width_px, geometry.height_px);
+    eye->detections = FixedVector<Detection>(arena, static_cast<std::size_t>(config.max_objects));
+  }
+  segmenter.relabeler_ = InstanceRelabeler(arena);
+}
+
+std::size_t MaskFileSegmenter::required_bytes(const SegmentationConfig& config, const StereoGeometry& geometry) {
+  return imaging::ImageReader::required_bytes(reader_config(geometry)) + measure_bytes([&](Arena& arena) {
+           MaskFileSegmenter segmenter;
+           carve(config, geometry, arena, segmenter);
+         });
+}
+
+Result<std::unique_ptr<MaskFileSegmenter>> MaskFileSegmenter::create(const SegmentationConfig& config,
+                                                                     const StereoGeometry& geometry, Arena& arena) {
+  if (const Status valid = config.validate(); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  if (const Status found = check_directory(config.left_dir, "segmentation.left_dir"); !found) {
+    return tl::unexpected(found.error());
+  }
+  if (!config.right_dir.empty()) {
+    if (const Status found = check_directory(config.right_dir, "segmentation.right_dir"); !found) {
+      return tl::unexpected(found.error());
+    }
+  }
+  auto reader = imaging::ImageReader::create(reader_config(geometry), arena);
+  if (!reader) {
+    return tl::unexpected(reader.error());
+  }
+  std::unique_ptr<MaskFileSegmenter> segmenter(new MaskFileSegmenter());
+  segmenter->config_ = config;
+  segmenter->left_.directory = config.left_dir;
+  segmenter->right_.directory = config.right_dir;
+  segmenter->reader_ = std::make_unique<imaging::ImageReader>(std::move(*reader));
+  carve(config, geometry, arena, *segmenter);
+  if (arena.exhausted()) {
+    return fail(ErrorCode::kCapacity, "segmentation: the arena does not hold " +
+                                          std::to_string(required_bytes(config, geometry)) +
+                                          " bytes; size it with segmentation::required_bytes");
+  }
+  return segmenter;
+}
+
+void MaskFileSegmenter::load(const RectifiedPair& pair) {
+  load_eye(left_, pair.name);
+  load_eye(right_, pair.name);
+  loaded_ = true;
+  loaded_frame_index_ = pair.frame_index;
+}
+
+void MaskFileSegmenter::load_eye(Eye& eye, std::string_view stem) {
+  eye.state = FileState::kMissing;
+  if (eye.directory.empty()) {
+    return;
+  }
+  const std::string_view directory = eye.directory;
+  if (stem.empty() || directory.size() + stem.size() + kExtension.size() + 2 > kMaxPathBytes) {
+    warnings_.add({"no mask for the frame \"", stem, "\" in ", directory, ": its name is empty or too long"});
+    return;
+  }
+  std::size_t used = 0;
+  for (const std::string_view part : {directory, std::string_view("/"), stem, kExtension}) {
+    used += part.copy(path_.data() + used, kMaxPathBytes - 1 - used);
+  }
+  path_[used] = '\0';
+  // Asking first spares the wording of an error for what is no error.
+  if (::access(path_.data(), F_OK) != 0) {
+    warnings_.add({"no mask file ", path_.data()});
+    return;
+  }
+
+  eye.state = FileState::kUnreadable;
+  const Result<imaging::ImageInfo> info = imaging::read_image_info(path_.data());
+  if (!info) {
+    warnings_.add({info.error().message});
+    return;
+  }
+  eye.encoding = info->bit_depth == 16 ? MaskEncoding::kMots : MaskEncoding::kInstance;
+  if (const Status read = reader_->read_gray16(path_.data(), eye.values); !read) {
+    warnings_.add({read.error().message});
+    return;
+  }
+  eye.state = FileState::kLoaded;
+}
+
+Result<DetectionFrame> MaskFileSegmenter::process(const SegmentationInput& input) {
+  if (!loaded_ || loaded_frame_index_ != input.pair.frame_index) {
+    return fail(ErrorCode::kIllegalState,
+                "segmentation: load() was not called for frame " + std::to_string(input.pair.frame_index));
+  }
+  ++counters_.frames;
+  counters_.frames_missing += left_.state == FileState::kMissing ? 1U : 0U;
+  counters_.frames_unreadable +=
+      left_.state == FileState::kUnreadable || right_.state == FileState::kUnreadable ? 1U : 0U;
+  DetectionFrame frame;
+  if (left_.state != FileState::kLoaded) {
+    return frame;
+  }
+  relabel(left_);
+  frame.available = true;
+  frame.left_labels = left_.labels;
+  frame.left = left_.detections.span();
+  counters_.detections += left_.detections.size();
+  if (right_.state == FileState::kLoaded) {
+    relabel(right_);
+    frame.right_labels = right_.labels;
+    frame.right = right_.detections.span();
+  }
+  return frame;
+}
+
+void MaskFileSegmenter::relabel(Eye& eye) noexcept {
+  const int dropped = relabeler_.relabel(eye.values, eye.encoding, config_.max_objects, config_.min_area_px, eye.labels,
+                                         eye.detections);
+  counters_.detections_dropped += static_cast<std::uint64_t>(dropped);
+}
+
+void MaskFileSegmenter::reset() {
+  loaded_ = false;
+}
+
+}  // namespace kinetrace::segmentation

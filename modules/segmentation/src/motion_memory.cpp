@@ -1,0 +1,153 @@
+#include "kinetrace/segmentation/motion_memory.hpp"
+
+#include <algorithm>
+
+#include <Eigen/LU>
+
+namespace kinetrace::segmentation {
+namespace {
+
+/// Features that keep a halted region alive.
+constexpr int kMinHeldFeatures = 3;
+/// Frames without motion after which an unconfirmed region is given up.
+constexpr std::uint32_t kUnconfirmedGapFrames = 2;
+/// 99 % of three normal variables squared.
+constexpr float kConsistentChi2 = 11.3F;
+/// A feature leaves a moving region when rest explains it better by this much.
+constexpr float kLeaveChi2 = 4.F;
+constexpr float kSlackMps = 0.3F;
+constexpr float kSlackRatio = 0.1F;
+
+}  // namespace
+
+MotionMemory::MotionMemory(const MotionConfig& config, int max_features, Arena& arena)
+    : config_(config),
+      memory_(arena.take<Membership>(static_cast<std::size_t>(max_features))),
+      regions_(arena, kMaxRegions),
+      region_of_(arena, static_cast<std::size_t>(max_features)) {}
+
+void MotionMemory::reset() noexcept {
+  std::fill(memory_.begin(), memory_.end(), Membership{});
+  regions_.clear();
+  region_of_.clear();
+}
+
+void MotionMemory::update(std::span<const Feature> features, std::span<const FeatureMotion> motions,
+                          std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature) {
+  ++frame_;
+  const std::span<const Feature> known = features.first(motions.size());
+  recall(known);
+  assign_clusters(clusters, cluster_of_feature);
+  settle_features(known, motions, cluster_of_feature);
+  drop_stale();
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    if (known[i].slot < memory_.size()) {
+      const std::int16_t r = region_of_[i];
+      memory_[known[i].slot] = {known[i].id, r < 0 ? 0U : regions_[static_cast<std::size_t>(r)].id};
+    }
+  }
+}
+
+// region_of_ <- where each feature belonged in the previous frame.
+void MotionMemory::recall(std::span<const Feature> features) {
+  region_of_.clear();
+  for (const Feature& feature : features) {
+    std::int16_t index = -1;
+    if (feature.slot < memory_.size() && memory_[feature.slot].feature_id == feature.id &&
+        memory_[feature.slot].region_id != 0) {
+      for (std::size_t r = 0; r < regions_.size(); ++r) {
+        index = regions_[r].id == memory_[feature.slot].region_id ? static_cast<std::int16_t>(r) : index;
+      }
+    }
+    (void)region_of_.push_back(index);  // no more features than motions, whose number is bounded alike
+  }
+  for (MotionRegion& region : regions_) {
+    region.moving = false;
+    region.features = 0;
+  }
+}
+
+// Each cluster continues the region that most of its features were in; several may continue one, as its parts.
+void MotionMemory::assign_clusters(std::span<const MotionCluster> clusters,
+                                   std::span<const std::int16_t> cluster_of_feature) {
+  const std::size_t known_regions = regions_.size();
+  for (std::size_t c = 0; c < clusters.size(); ++c) {
+    std::array<int, kMaxRegions> votes{};
+    for (std::size_t i = 0; i < region_of_.size(); ++i) {
+      if (cluster_of_feature[i] == static_cast<std::int16_t>(c) && region_of_[i] >= 0) {
+        ++votes[static_cast<std::size_t>(region_of_[i])];
+      }
+    }
+    const auto most = std::max_element(votes.begin(), votes.begin() + static_cast<std::ptrdiff_t>(known_regions));
+    const bool continues = known_regions > 0 && *most * 4 >= clusters[c].features;
+    std::int16_t index = continues ? static_cast<std::int16_t>(most - votes.begin()) : std::int16_t{-1};
+    if (!continues && regions_.push_back({})) {
+      index = static_cast<std::int16_t>(regions_.size() - 1);
+      regions_.back().id = next_region_id_++;
+    }
+    region_of_cluster_[c] = index;
+    if (index < 0) {
+      continue;
+    }
+    MotionRegion& region = regions_[static_cast<std::size_t>(index)];
+    if (!region.moving) {  // clusters come with most features first
+      region.moving = true;
+      ++region.moving_frames;
+      region.last_moving_frame = frame_;
+      region.velocity_mps = clusters[c].velocity_mps;
+      region.covariance = clusters[c].covariance;
+    }
+  }
+}
+
+bool MotionMemory::contradicts(const FeatureMotion& motion, const MotionRegion& region) const {
+  const Eigen::Vector3f difference = motion.velocity_mps - region.velocity_mps;
+  const float sigma = kSlackMps + kSlackRatio * region.velocity_mps.norm();
+  const Eigen::Matrix3f covariance =
+      motion.covariance + region.covariance + sigma * sigma * Eigen::Matrix3f::Identity();
+  const float moving_chi2 = difference.dot(covariance.inverse() * difference);
+  return moving_chi2 > kConsistentChi2 || moving_chi2 > motion.static_chi2 + kLeaveChi2;
+}
+
+// Members of clusters take their cluster's region; features without evidence in this frame stay where they were; those
+// whose own motion speaks against a moving region leave it.
+void MotionMemory::settle_features(std::span<const Feature> features, std::span<const FeatureMotion> motions,
+                                   std::span<const std::int16_t> cluster_of_feature) {
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    if (cluster_of_feature[i] >= 0) {
+      region_of_[i] = region_of_cluster_[static_cast<std::size_t>(cluster_of_feature[i])];
+    } else if (region_of_[i] >= 0 && motions[i].known) {
+      const MotionRegion& region = regions_[static_cast<std::size_t>(region_of_[i])];
+      if (region.moving && contradicts(motions[i], region)) {
+        region_of_[i] = -1;
+      }
+    }
+    if (region_of_[i] >= 0) {
+      ++regions_[static_cast<std::size_t>(region_of_[i])].features;
+    }
+  }
+}
+
+void MotionMemory::drop_stale() {
+  std::array<std::int16_t, kMaxRegions> new_index{};
+  std::size_t kept = 0;
+  for (std::size_t r = 0; r < regions_.size(); ++r) {
+    MotionRegion region = regions_[r];
+    const std::uint32_t idle_frames = frame_ - region.last_moving_frame;
+    const bool confirmed = region.moving_frames >= config_.confirm_frames;
+    const bool alive = confirmed ? idle_frames <= static_cast<std::uint32_t>(config_.hold_frames) &&
+                                       region.features >= kMinHeldFeatures
+                                 : idle_frames <= kUnconfirmedGapFrames;
+    region.reported = confirmed && alive;
+    new_index[r] = alive ? static_cast<std::int16_t>(kept) : std::int16_t{-1};
+    if (alive) {
+      regions_[kept++] = region;
+    }
+  }
+  regions_.resize(kept);
+  for (std::int16_t& r : region_of_) {
+    r = r < 0 ? r : new_index[static_cast<std::size_t>(r)];
+  }
+}
+
+}  // namespace kinetrace::segmentation
