@@ -75,7 +75,7 @@ Outcome<Chain> make_chain(const AppConfig& config, const hal::Dataset& dataset, 
     return is_ours ? failure(recorder.error())
                    : tl::unexpected(Failure{ExitCode::kCannotCreate, recorder.error().message});
   }
-  return Chain{std::move(*camera), std::move(*rectifier), std::move(*pipeline), std::move(*recorder)};
+  return Chain{std::move(*camera), *rectifier, std::move(*pipeline), std::move(*recorder)};
 }
 
 Status play_frame(Chain& chain, const StereoFrame& frame, StageClock& clock, RunReport& report) {

@@ -81,7 +81,7 @@ TEST_F(BadInput, MissingCalibration) {
 
 TEST_F(BadInput, EmptyCalibration) {
   recording_.write();
-  std::ofstream(recording_.calibration(), std::ios::trunc);
+  truncate_file(recording_.calibration(), 0);
   expect_error(kBadData, "calib.txt");
 }
 
