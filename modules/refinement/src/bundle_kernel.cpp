@@ -36,6 +36,18 @@ KINETRACE_INLINE Float8 square_root(Float8 a) {
   }
   return root;
 }
+/// Natural logarithm of a >= 1 to single precision: exponent, and the series of atanh for the mantissa in [0.71, 1.41].
+KINETRACE_INLINE Float8 logarithm(Float8 a) {
+  constexpr int kMantissaBits = 23;
+  constexpr int kRootHalfBits = 0x3f3504f3;  // sqrt(1/2): the mantissa is taken from there, not from 1.
+  const Int8 bits = reinterpret_cast<Int8>(a) - kRootHalfBits;
+  const Int8 exponent = bits >> kMantissaBits;
+  const Float8 mantissa = reinterpret_cast<Float8>(reinterpret_cast<Int8>(a) - (exponent << kMantissaBits));
+  const Float8 t = (mantissa - 1.F) / (mantissa + 1.F);
+  const Float8 t2 = t * t;
+  const Float8 series = 2.F + t2 * (2.F / 3.F + t2 * (2.F / 5.F + t2 * (2.F / 7.F)));
+  return 0.69314718F * __builtin_convertvector(exponent, Float8) + t * series;
+}
 KINETRACE_INLINE double sum_lanes(Double8 a) {
   return ((a[0] + a[1]) + (a[2] + a[3])) + ((a[4] + a[5]) + (a[6] + a[7]));
 }
@@ -65,15 +77,15 @@ struct Sighting {
 
 struct Lens {
   ReprojectionModel<Float8> model;
-  Float8 min_depth_m, huber_sigmas, behind_cost;
+  Float8 min_depth_m, robust_scale, behind_loss;
 };
 
 KINETRACE_INLINE Lens lens_of(const KernelProblem& problem) {
   return {{splat(problem.model.fx), splat(problem.model.fy), splat(problem.model.cx), splat(problem.model.cy),
            splat(problem.model.bf)},
           splat(problem.min_depth_m),
-          splat(problem.huber_sigmas),
-          splat(problem.behind_cost)};
+          splat(problem.robust_scale),
+          splat(problem.behind_loss)};
 }
 
 KINETRACE_INLINE Sighting look(const Lens& lens, const KernelPose& pose, const PointLanes& point,
@@ -88,14 +100,11 @@ KINETRACE_INLINE Sighting look(const Lens& lens, const KernelPose& pose, const P
   const StereoReprojection<Float8> r =
       stereo_reprojection(lens.model, s.p.x, s.p.y, z, seen.u_left_px, seen.v_px, seen.u_right_px);
 
-  // Huber's loss of the whole observation; its derivative weighs the rows.
   const Float8 squared = seen.left_weight * (r.residual[0] * r.residual[0] + r.residual[1] * r.residual[1]) +
                          seen.right_weight * r.residual[2] * r.residual[2];
-  const Float8 threshold_squared = lens.huber_sigmas * lens.huber_sigmas;
-  const Float8 norm = square_root(maximum(squared, threshold_squared));
-  const Float8 robust_weight = lens.huber_sigmas / norm;
-  const Float8 loss = squared > threshold_squared ? 2.F * lens.huber_sigmas * norm - threshold_squared : squared;
-  s.loss = is_seen ? (is_ahead ? loss : lens.behind_cost) : zero;
+  const Float8 spread = 1.F + squared / lens.robust_scale;
+  const Float8 robust_weight = 1.F / spread;
+  s.loss = is_seen ? (is_ahead ? lens.robust_scale * logarithm(spread) : lens.behind_loss) : zero;
 
   const Float8 left = s.in_front ? seen.left_weight * robust_weight : zero;
   const Float8 right = s.in_front ? seen.right_weight * robust_weight : zero;

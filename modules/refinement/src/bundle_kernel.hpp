@@ -62,8 +62,8 @@ struct alignas(kLaneBytes) BlockSums {
 struct KernelProblem {
   ReprojectionModel<float> model;
   float min_depth_m = 0.F;
-  float huber_sigmas = 0.F;
-  float behind_cost = 0.F;  ///< Robust loss of an observation behind the camera.
+  float robust_scale = 0.F;  ///< Square of the loss's threshold, in sigmas (see robust_loss.hpp).
+  float behind_loss = 0.F;   ///< Robust loss of an observation behind the camera.
   const KernelPose* poses = nullptr;
   const std::int8_t* free_index = nullptr;  ///< Per frame: place in the camera system, -1 where fixed.
   int free_frames = 0;

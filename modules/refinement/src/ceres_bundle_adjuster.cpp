@@ -127,7 +127,7 @@ Result<BundleSummary> solve(const CeresBundleConfig& config, BatchProblem& batch
   for (std::size_t k = 0; k < poses.size(); ++k) {
     from_pose(batch.T_body_cam[k].inverse(), poses[k].data());
   }
-  ceres::HuberLoss loss(config.huber_threshold_sigmas);
+  ceres::CauchyLoss loss(config.robust_threshold_sigmas);
   LeftPerturbation manifold;
   ceres::Problem::Options problem_options;
   problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -192,9 +192,9 @@ Status CeresBundleConfig::validate() const {
     return fail(ErrorCode::kInvalidConfig,
                 "refinement.batch.threads must be at least 1, got " + std::to_string(threads));
   }
-  if (!(huber_threshold_sigmas >= 0.1 && huber_threshold_sigmas <= 100.0)) {
-    return fail(ErrorCode::kInvalidConfig, "refinement.batch.huber_threshold_sigmas must be in [0.1, 100], got " +
-                                               std::to_string(huber_threshold_sigmas));
+  if (!(robust_threshold_sigmas >= 0.1 && robust_threshold_sigmas <= 100.0)) {
+    return fail(ErrorCode::kInvalidConfig, "refinement.batch.robust_threshold_sigmas must be in [0.1, 100], got " +
+                                               std::to_string(robust_threshold_sigmas));
   }
   if (!(relative_cost_tolerance >= 0.0 && relative_cost_tolerance < 1.0)) {
     return fail(ErrorCode::kInvalidConfig, "refinement.batch.relative_cost_tolerance must be in [0, 1), got " +
@@ -255,7 +255,7 @@ Result<BundleSummary> CeresBundleAdjuster::refine(BundleWindow& window) {
   for (std::size_t p = 0; p < points.size(); ++p) {
     window.points[p].position_m = points[p];
   }
-  summary->newest_covariance = newest_marginal_covariance(window, config_.huber_threshold_sigmas);
+  summary->newest_covariance = newest_marginal_covariance(window, config_.robust_threshold_sigmas);
   return summary;
 }
 

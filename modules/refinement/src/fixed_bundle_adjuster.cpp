@@ -6,10 +6,10 @@
 #include <string>
 #include <utility>
 
-#include "behind_camera.hpp"
 #include "bundle_kernel.hpp"
 #include "kinetrace/core/cpu.hpp"
 #include "packed_window.hpp"
+#include "robust_loss.hpp"
 #include "window_check.hpp"
 
 namespace kinetrace::refinement {
@@ -107,8 +107,9 @@ class Refinement {
                       static_cast<float>(geometry.cx_px), static_cast<float>(geometry.cy_px),
                       static_cast<float>(geometry.fx_px * geometry.baseline_m)};
     problem_.min_depth_m = static_cast<float>(kMinDepthBaselines * geometry.baseline_m);
-    problem_.huber_sigmas = static_cast<float>(config.huber_threshold_sigmas);
-    problem_.behind_cost = static_cast<float>(behind_camera_loss(config.huber_threshold_sigmas));
+    const double threshold = config.robust_threshold_sigmas;
+    problem_.robust_scale = static_cast<float>(threshold * threshold);
+    problem_.behind_loss = static_cast<float>(robust_loss(kBehindCameraSigmas * kBehindCameraSigmas, threshold));
     problem_.free_index = s_.window.free_index.data();
     problem_.free_frames = s_.window.free_frames;
     problem_.groups = s_.window.group.data();
@@ -168,7 +169,7 @@ class Refinement {
         covariance(r, c) = s_.step[static_cast<std::size_t>(kPoseSize * place + r)];
       }
     }
-    return 0.5 * (covariance + covariance.transpose());
+    return 0.5 * covariance_factor(config_.robust_threshold_sigmas) * (covariance + covariance.transpose());
   }
 
  private:
@@ -261,8 +262,8 @@ Status FixedBundleConfig::validate() const {
   if (max_iterations < 1 || max_iterations > 1000) {
     return out_of_range("max_iterations", "[1, 1000]", max_iterations);
   }
-  if (!(huber_threshold_sigmas >= 0.1 && huber_threshold_sigmas <= 100.0)) {
-    return out_of_range("huber_threshold_sigmas", "[0.1, 100]", huber_threshold_sigmas);
+  if (!(robust_threshold_sigmas >= 0.1 && robust_threshold_sigmas <= 100.0)) {
+    return out_of_range("robust_threshold_sigmas", "[0.1, 100]", robust_threshold_sigmas);
   }
   if (!(initial_damping >= 0.0 && initial_damping <= 1.0)) {
     return out_of_range("initial_damping", "[0, 1]", initial_damping);

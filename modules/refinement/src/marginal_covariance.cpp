@@ -6,6 +6,7 @@
 #include <Eigen/Cholesky>
 
 #include "reprojection_jacobian.hpp"
+#include "robust_loss.hpp"
 #include "window_check.hpp"
 
 namespace kinetrace::refinement {
@@ -20,14 +21,9 @@ struct Coupling {
   Matrix63d w;
 };
 
-double huber_weight(const Eigen::Vector3d& residual, double huber_sigmas) {
-  const double norm = residual.norm();
-  return norm > huber_sigmas ? huber_sigmas / norm : 1.0;
-}
-
 }  // namespace
 
-Matrix6d newest_marginal_covariance(const BundleWindow& window, double huber_sigmas) {
+Matrix6d newest_marginal_covariance(const BundleWindow& window, double robust_threshold) {
   const std::size_t frames = window.T_body_cam.size();
   std::vector<Eigen::Index> place(frames, -1);
   Eigen::Index size = 0;
@@ -49,7 +45,7 @@ Matrix6d newest_marginal_covariance(const BundleWindow& window, double huber_sig
       const Se3 T_cam_body = window.T_body_cam[k].inverse();
       const Eigen::Vector3d p_cam = T_cam_body * window.points[p].position_m;
       const ReprojectionJacobian r = reprojection_jacobian(window.geometry, window.observation(p, k), p_cam);
-      const double weight = huber_weight(r.residual, huber_sigmas);
+      const double weight = robust_weight(r.residual.squaredNorm(), robust_threshold);
       const Eigen::Matrix3d j_point = r.d_point * T_cam_body.rotation;
       point_information += weight * j_point.transpose() * j_point;
       if (place[k] >= 0) {
@@ -69,7 +65,8 @@ Matrix6d newest_marginal_covariance(const BundleWindow& window, double huber_sig
   }
   const Eigen::MatrixXd covariance = information.ldlt().solve(Eigen::MatrixXd::Identity(size, size));
   const Matrix6d carry = adjoint(window.T_body_cam.back());
-  return carry * covariance.block<6, 6>(place.back(), place.back()) * carry.transpose();
+  return covariance_factor(robust_threshold) * carry * covariance.block<6, 6>(place.back(), place.back()) *
+         carry.transpose();
 }
 
 }  // namespace kinetrace::refinement

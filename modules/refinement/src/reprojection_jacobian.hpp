@@ -5,9 +5,9 @@
 
 #include <Eigen/Core>
 
-#include "behind_camera.hpp"
 #include "kinetrace/core/bundle.hpp"
 #include "kinetrace/core/stereo_reprojection.hpp"
+#include "robust_loss.hpp"
 
 namespace kinetrace::refinement {
 

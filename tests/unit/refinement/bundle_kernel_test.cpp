@@ -113,8 +113,8 @@ Passes run(const BundleKernel& kernel, const PackedWindow& packed, const StereoG
   KernelProblem problem;
   problem.model = {721.F, 721.F, 610.F, 173.F, static_cast<float>(721.0 * geometry.baseline_m)};
   problem.min_depth_m = 0.03F;
-  problem.huber_sigmas = 2.8F;
-  problem.behind_cost = 500.F;
+  problem.robust_scale = 12.F;
+  problem.behind_loss = 80.F;
   problem.poses = poses.data();
   problem.free_index = packed.free_index.data();
   problem.free_frames = packed.free_frames;
@@ -168,7 +168,7 @@ TEST(BundleKernel, PortableAndAvx2VariantsAgree) {
   }
   for (std::size_t g = 0; g < a.moved.size(); ++g) {
     for (int lane = 0; lane < kLanes; ++lane) {
-      EXPECT_NEAR(a.moved[g].z[lane], b.moved[g].z[lane], 1e-4F * a.moved[g].z[lane]);
+      EXPECT_NEAR(a.moved[g].z[lane], b.moved[g].z[lane], 3e-4F * a.moved[g].z[lane]);
     }
   }
 }

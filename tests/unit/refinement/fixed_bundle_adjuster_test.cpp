@@ -42,8 +42,8 @@ TEST(FixedBundleConfig, NamesTheKeyThatIsOutOfRange) {
   EXPECT_THAT(message([](FixedBundleConfig& c) { c.max_frames = 1; }), testing::HasSubstr("got 1"));
   EXPECT_THAT(message([](FixedBundleConfig& c) { c.max_points = 0; }), testing::HasSubstr("refinement.max_points"));
   EXPECT_THAT(message([](FixedBundleConfig& c) { c.max_iterations = 0; }), testing::HasSubstr("max_iterations"));
-  EXPECT_THAT(message([](FixedBundleConfig& c) { c.huber_threshold_sigmas = std::nan(""); }),
-              testing::HasSubstr("huber_threshold_sigmas"));
+  EXPECT_THAT(message([](FixedBundleConfig& c) { c.robust_threshold_sigmas = std::nan(""); }),
+              testing::HasSubstr("robust_threshold_sigmas"));
   EXPECT_THAT(message([](FixedBundleConfig& c) { c.initial_damping = -1.0; }), testing::HasSubstr("initial_damping"));
   EXPECT_THAT(message([](FixedBundleConfig& c) { c.relative_cost_tolerance = 1.0; }),
               testing::HasSubstr("relative_cost_tolerance"));
@@ -89,8 +89,11 @@ TEST(FixedBundleAdjuster, DefaultSettingsImproveANoisyWindow) {
   EXPECT_LT(after.position_m, 0.2 * before.position_m);
   EXPECT_LT(after.angle_rad, 0.2 * before.angle_rad);
   EXPECT_LE(summary->iterations, 6);
-  // 2500 sightings x 3 rows - 500 points x 3 - 9 poses x 6 rows are left to chance, half a sigma^2 each.
-  EXPECT_NEAR(summary->final_cost, 0.5 * (7500 - 1500 - 54), 150.0);
+  // 2500 sightings x 3 rows - 500 points x 3 - 9 poses x 6 rows are left to chance, half a sigma^2 each; the loss counts
+  // a little less.
+  const double chance = 0.5 * (7500 - 1500 - 54);
+  EXPECT_LT(summary->final_cost, chance);
+  EXPECT_GT(summary->final_cost, 0.8 * chance);
 }
 
 TEST(FixedBundleAdjuster, TransformingTheWorldChangesNothing) {
@@ -132,8 +135,8 @@ TEST(FixedBundleAdjuster, TwentyPercentOutliersDoNotHurt) {
   BundleWindow window = scene.window();
   ASSERT_TRUE(solver.adjuster.refine(window));
   const PoseDifference d = largest_difference(scene.T_body_cam, scene.true_T_body_cam);
-  EXPECT_LT(d.position_m, 0.06);
-  EXPECT_LT(d.angle_rad, 3e-3);
+  EXPECT_LT(d.position_m, 0.02);
+  EXPECT_LT(d.angle_rad, 1e-3);
 }
 
 TEST(FixedBundleAdjuster, PureMonoWindowKeepsFinite) {
