@@ -60,7 +60,8 @@ class FileStereoCamera final : public StereoCamera {
   [[nodiscard]] Status decode(const FrameList::Frame& frame);
   [[nodiscard]] const char* compose_path(const FrameFolder& folder, std::string_view stem);
   [[nodiscard]] StereoFrame deliver(const FrameList::Frame& frame);
-  [[nodiscard]] Status end_of_recording();
+  void advance();
+  [[nodiscard]] Error end_of_recording() const;
   [[nodiscard]] bool folders_exist() const;
   void warn(std::string message);
   [[nodiscard]] Status require(bool allowed, const char* call) const;
@@ -73,9 +74,11 @@ class FileStereoCamera final : public StereoCamera {
   CameraState state_ = CameraState::kClosed;
   CameraCounters counters_;
   std::vector<std::string> warnings_;
-  std::size_t position_ = 0;           ///< Next entry of the list.
+  std::string first_problem_;          ///< Why the first unreadable frame was skipped.
+  std::int64_t pass_numbers_ = 0;      ///< Frame numbers that one pass spans.
+  std::int64_t pass_duration_ns_ = 0;  ///< Time from the first frame of a pass to the first of the next.
   std::int64_t pass_ = 0;              ///< Completed passes.
-  std::int64_t previous_number_ = -1;  ///< Number of the last list entry looked at in this pass, -1 for none.
+  std::size_t position_ = 0;           ///< Next entry of the list.
 };
 
 }  // namespace kinetrace::hal

@@ -1,0 +1,64 @@
+// What all layouts share: from image folders and times to a list of frames, and the final checks.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "image_folder.hpp"
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/hal/dataset.hpp"
+
+namespace kinetrace::hal {
+
+/// Where a sequence's images and times come from.
+struct SequenceFiles {
+  ImageFolder left;
+  ImageFolder right;
+  std::filesystem::path times_path;  ///< One time per line; empty or not there: `rate_hz` is assumed.
+  double rate_hz = 10.0;
+};
+
+struct ImageSize {
+  int width_px = 0;
+  int height_px = 0;
+};
+
+/// Makes the rig's calibration once the size of the images is known.
+using CalibrationReader = std::function<Result<RigCalibration>(const ImageSize&)>;
+
+/// Pairs images by stem and gives every stem its number and time. Stems of 16 digits or more are times in nanoseconds;
+/// otherwise the number is what the stem ends with (or, if those are no use, its place in the list) and the time is the
+/// line of that number in `times_path`. Then as finish_dataset.
+[[nodiscard]] Result<Dataset> build_dataset(std::string name, const SequenceFiles& files, const DatasetSpec& spec,
+                                            const CalibrationReader& read_calibration);
+
+/// Completes a dataset whose name, frames and file size are known: rate, notes, calibration. Errors: kInvalidArgument
+/// if no frame has both sides, kBadFormat if no pair is readable (says what is wrong with the first), kBadCalibration.
+[[nodiscard]] Result<Dataset> finish_dataset(Dataset dataset, double fallback_rate_hz,
+                                             const CalibrationReader& read_calibration);
+
+/// Frame numbers of ascending times: 0 for the first, then as many steps as periods fit, at least one.
+[[nodiscard]] std::vector<std::int64_t> numbers_from_times(const std::vector<std::int64_t>& times_ns,
+                                                           std::int64_t period_ns);
+[[nodiscard]] std::int64_t median_step_ns(const std::vector<std::int64_t>& times_ns, std::int64_t fallback_ns);
+
+/// Folders of the two eyes, e.g. "image_00" and "image_01".
+struct EyePair {
+  std::string left;
+  std::string right;
+};
+/// The pair under `root` that `choice` asks for; kAuto takes gray where both eyes are there, else colour.
+/// Errors: kNotFound, naming the folders looked for.
+[[nodiscard]] Result<EyePair> choose_eyes(const std::filesystem::path& root, CameraChoice choice, const EyePair& gray,
+                                          const EyePair& color);
+
+/// `wanted` if it is among the sequences, or the only one if nothing is wanted. Errors: kInvalidArgument, listing them.
+[[nodiscard]] Result<std::string> choose_sequence(const std::filesystem::path& root, const std::string& wanted,
+                                                  const std::vector<std::string>& sequences);
+
+[[nodiscard]] double rate_or(const DatasetSpec& spec, double fallback_rate_hz);
+
+}  // namespace kinetrace::hal

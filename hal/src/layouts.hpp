@@ -1,0 +1,16 @@
+// One function per layout: finds frames and calibration; open_dataset does what they share.
+#pragma once
+
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/hal/dataset.hpp"
+
+namespace kinetrace::hal {
+
+[[nodiscard]] Result<Dataset> open_kitti_raw(const DatasetSpec& spec);
+[[nodiscard]] Result<Dataset> open_kitti_odometry(const DatasetSpec& spec);
+[[nodiscard]] Result<Dataset> open_kitti_tracking(const DatasetSpec& spec);
+[[nodiscard]] Result<Dataset> open_euroc(const DatasetSpec& spec);
+[[nodiscard]] Result<Dataset> open_cityscapes(const DatasetSpec& spec);
+[[nodiscard]] Result<Dataset> open_folder(const DatasetSpec& spec);
+
+}  // namespace kinetrace::hal

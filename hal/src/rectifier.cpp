@@ -1,0 +1,151 @@
+#include "kinetrace/hal/rectifier.hpp"
+
+#include <cmath>
+#include <string>
+
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "kinetrace/core/allocation_counter.hpp"
+#include "messages.hpp"
+#include "opencv_lens.hpp"
+#include "rectification_plan.hpp"
+
+namespace kinetrace::hal {
+namespace {
+
+// Headers over memory that the arena owns.
+cv::Mat position_table(std::span<std::int16_t> memory, int width, int height) {
+  return {height, width, CV_16SC2, memory.data()};
+}
+cv::Mat fraction_table(std::span<std::uint16_t> memory, int width, int height) {
+  return {height, width, CV_16UC1, memory.data()};
+}
+cv::Mat header(MutableGrayView image) {
+  return {image.height, image.width, CV_8UC1, image.data, static_cast<std::size_t>(image.stride)};
+}
+cv::Mat header(GrayView image) {
+  return header(MutableGrayView{const_cast<std::uint8_t*>(image.data), image.width, image.height, image.stride});
+}
+
+// Fills the look-up tables in place: OpenCV keeps matrices that already have the right size and type.
+void fill_tables(const CameraModel& camera, const Eigen::Matrix3d& R, const StereoGeometry& geometry, cv::Mat position,
+                 cv::Mat fraction) {
+  const cv::Matx33d K_new(geometry.fx_px, 0, geometry.cx_px, 0, geometry.fy_px, geometry.cy_px, 0, 0, 1);
+  const cv::Size size(geometry.width_px, geometry.height_px);
+  if (camera.lens == LensModel::kEquidistant) {
+    cv::fisheye::initUndistortRectifyMap(camera_matrix(camera), distortion_vector(camera), to_opencv(R), K_new, size,
+                                         CV_16SC2, position, fraction);
+  } else {
+    cv::initUndistortRectifyMap(camera_matrix(camera), distortion_vector(camera), to_opencv(R), K_new, size, CV_16SC2,
+                                position, fraction);
+  }
+}
+
+}  // namespace
+
+Status RectifierConfig::validate() const {
+  if (!std::isfinite(keep_borders) || keep_borders < 0.0 || keep_borders > 1.0) {
+    return fail(ErrorCode::kInvalidConfig, "rectifier.keep_borders must be in [0, 1], got " + number(keep_borders));
+  }
+  return {};
+}
+
+void Rectifier::carve(const StereoGeometry& geometry, Arena& arena, std::array<Eye, 2>& eyes) {
+  const auto pixels = static_cast<std::size_t>(geometry.width_px) * static_cast<std::size_t>(geometry.height_px);
+  for (Eye& eye : eyes) {
+    eye.position = arena.take<std::int16_t>(2 * pixels);
+    eye.fraction = arena.take<std::uint16_t>(pixels);
+    eye.image = take_image<std::uint8_t>(arena, geometry.width_px, geometry.height_px);
+  }
+}
+
+std::size_t Rectifier::required_bytes(const RigCalibration& calibration, const RectifierConfig& config) {
+  const auto plan = plan_rectification(calibration, config);
+  if (!plan || plan->passes_through) {
+    return 0;
+  }
+  return measure_bytes([&plan](Arena& arena) {
+    std::array<Eye, 2> eyes;
+    carve(plan->geometry, arena, eyes);
+  });
+}
+
+Result<StereoGeometry> Rectifier::rectified_geometry(const RigCalibration& calibration, const RectifierConfig& config) {
+  return plan_rectification(calibration, config).map([](const RectificationPlan& plan) { return plan.geometry; });
+}
+
+Result<Rectifier> Rectifier::create(const RigCalibration& calibration, const RectifierConfig& config, Arena& arena) {
+  const auto plan = plan_rectification(calibration, config);
+  if (!plan) {
+    return tl::unexpected(plan.error());
+  }
+  Rectifier rectifier;
+  rectifier.geometry_ = plan->geometry;
+  rectifier.raw_width_px_ = plan->calibration.raw_width_px();
+  rectifier.raw_height_px_ = plan->calibration.raw_height_px();
+  rectifier.passes_through_ = plan->passes_through;
+  if (plan->passes_through) {
+    return rectifier;
+  }
+  carve(plan->geometry, arena, rectifier.eyes_);
+  if (arena.exhausted()) {
+    return fail(ErrorCode::kCapacity,
+                concat("the arena does not hold the rectifier's ", std::to_string(required_bytes(calibration, config)),
+                       " bytes; enlarge the memory budget"));
+  }
+  const ForeignCall foreign;
+  // Stages run in parallel, not OpenCV's loops: its thread pool would allocate hundreds of times in every call.
+  cv::setNumThreads(1);
+  try {
+    const std::array<const CameraModel*, 2> cameras{&plan->calibration.left, &plan->calibration.right};
+    const std::array<Eigen::Matrix3d, 2> rotations{plan->R_left, plan->R_right};
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+      const Eye& eye = rectifier.eyes_[i];
+      fill_tables(*cameras[i], rotations[i], plan->geometry,
+                  position_table(eye.position, eye.image.width, eye.image.height),
+                  fraction_table(eye.fraction, eye.image.width, eye.image.height));
+    }
+  } catch (const cv::Exception& exception) {
+    return fail(ErrorCode::kInternal,
+                calibration.source + ": rectification tables failed (OpenCV: " + exception.err + ")");
+  }
+  return rectifier;
+}
+
+Status Rectifier::remap(GrayView source, const Eye& eye) const {
+  const ForeignCall foreign;
+  try {
+    cv::Mat target = header(eye.image);
+    cv::remap(header(source), target, position_table(eye.position, eye.image.width, eye.image.height),
+              fraction_table(eye.fraction, eye.image.width, eye.image.height), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  } catch (const cv::Exception& exception) {
+    return fail(ErrorCode::kInternal, "rectification failed (OpenCV: " + exception.err + ")");
+  }
+  return {};
+}
+
+Result<RectifiedPair> Rectifier::process(const StereoFrame& frame) {
+  for (const GrayView* image : {&frame.left, &frame.right}) {
+    if (image->width != raw_width_px_ || image->height != raw_height_px_) {
+      return fail(ErrorCode::kInvalidArgument,
+                  concat("frame ", std::to_string(frame.frame_index), " is ", size_text(image->width, image->height),
+                         " pixels, the calibration is for ", size_text(raw_width_px_, raw_height_px_),
+                         "; use the calibration of this camera mode"));
+    }
+  }
+  RectifiedPair pair{frame.frame_index, frame.timestamp_ns, frame.name, frame.left, frame.right, geometry_};
+  if (passes_through_) {
+    return pair;
+  }
+  for (const auto& [source, eye] : {std::pair{frame.left, &eyes_[0]}, std::pair{frame.right, &eyes_[1]}}) {
+    if (const Status done = remap(source, *eye); !done) {
+      return tl::unexpected(done.error());
+    }
+  }
+  pair.left = eyes_[0].image;
+  pair.right = eyes_[1].image;
+  return pair;
+}
+
+}  // namespace kinetrace::hal

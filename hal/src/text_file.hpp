@@ -1,0 +1,36 @@
+// Text files: lines, numbers, times.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "kinetrace/core/result.hpp"
+
+namespace kinetrace::hal {
+
+/// Whole content. Errors: kNotFound, kIo, kBadFormat (empty, or too large to be a text file of a data set).
+[[nodiscard]] Result<std::string> read_text(const std::filesystem::path& path);
+
+/// Lines without their ends, carriage returns and surrounding blanks; blank lines and lines that begin with '#' left
+/// out.
+[[nodiscard]] std::vector<std::string_view> content_lines(std::string_view text);
+
+/// The whole of `text` as a number; none if it is not one. "nan" and "inf" are numbers here: callers check.
+[[nodiscard]] std::optional<double> parse_double(std::string_view text);
+[[nodiscard]] std::optional<std::int64_t> parse_integer(std::string_view text);
+
+/// A list of numbers separated by blanks or commas; none if anything else is in it.
+[[nodiscard]] std::optional<std::vector<double>> parse_numbers(std::string_view text);
+
+/// Nanoseconds from "2011-09-26 14:06:03.368359168" (taken as UTC), an integer of 16 digits or more (nanoseconds), or
+/// seconds ("1.036e-01").
+[[nodiscard]] std::optional<std::int64_t> parse_time_ns(std::string_view text);
+
+/// One time per line. Errors: as read_text; kBadFormat with the line.
+[[nodiscard]] Result<std::vector<std::int64_t>> read_times_ns(const std::filesystem::path& path);
+
+}  // namespace kinetrace::hal

@@ -1,0 +1,48 @@
+// Calibration files in YAML, as OpenCV, Kalibr, ROS and EuRoC write them.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+#include <yaml-cpp/yaml.h>
+
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/core/se3.hpp"
+
+namespace kinetrace::hal {
+
+/// One file. Keys are dotted paths: "cam0.intrinsics". Errors are kBadCalibration and name the file and the key.
+class YamlDocument {
+ public:
+  /// Takes OpenCV's "%YAML:1.0" first line, which is no YAML. Errors: kNotFound, kIo, kBadCalibration (no YAML,
+  /// duplicate keys).
+  [[nodiscard]] static Result<YamlDocument> load(const std::filesystem::path& path);
+
+  [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
+  [[nodiscard]] bool has(std::string_view key) const { return find(key).has_value(); }
+  /// The first of several spellings that the file has, else empty.
+  [[nodiscard]] std::string first_of(const std::vector<std::string>& keys) const;
+
+  [[nodiscard]] Result<std::string> text(std::string_view key) const;
+  /// A number, a list, nested lists or a matrix ({rows, cols, data}) flattened row by row; all finite.
+  [[nodiscard]] Result<std::vector<double>> numbers(std::string_view key) const;
+  /// The same, exactly `count` of them.
+  [[nodiscard]] Result<std::vector<double>> numbers(std::string_view key, std::size_t count) const;
+  [[nodiscard]] Result<Eigen::Matrix3d> matrix3(std::string_view key) const;
+  /// A 4x4 matrix whose last row is 0 0 0 1.
+  [[nodiscard]] Result<Se3> transform(std::string_view key) const;
+
+  [[nodiscard]] tl::unexpected<Error> error(std::string_view key, std::string_view what) const;
+
+ private:
+  [[nodiscard]] std::optional<YAML::Node> find(std::string_view key) const;
+  std::filesystem::path path_;
+  YAML::Node root_;
+};
+
+}  // namespace kinetrace::hal
