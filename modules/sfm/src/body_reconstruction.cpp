@@ -1,24 +1,16 @@
 #include "kinetrace/sfm/body_reconstruction.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <numbers>
+#include <string>
 
-#include "kinetrace/sfm/triangulation.hpp"
+#include "columns.hpp"
 
 namespace kinetrace::sfm {
 namespace {
 
-constexpr int kDoubtAfter = 2;  // Disagreements in a row after which a feature's point is given up.
-constexpr double kMinDepth_m = 0.1;
-
 std::size_t as_size(int n) {
   return static_cast<std::size_t>(n);
-}
-
-std::uint32_t bit(std::size_t column) {
-  return 1U << column;
 }
 
 }  // namespace
@@ -27,6 +19,9 @@ Result<BodyReconstruction> BodyReconstruction::create(const BodyConfig& config, 
                                                       Arena& arena) {
   if (const Status valid = config.validate("sfm"); !valid) {
     return tl::unexpected(valid.error());
+  }
+  if (!(geometry.fx_px > 0.0 && geometry.fy_px > 0.0 && geometry.baseline_m > 0.0)) {
+    return fail(ErrorCode::kBadCalibration, "a body reconstruction needs a rectified rig with fx, fy and baseline > 0");
   }
   BodyReconstruction body(config, geometry, arena);
   if (arena.exhausted()) {
@@ -75,6 +70,7 @@ void BodyReconstruction::begin(const Se3& T_body_cam, BodyStatus status) {
   std::fill(verdict_.begin(), verdict_.end(), Verdict::kUnknown);
   std::fill(disagreeing_id_.begin(), disagreeing_id_.end(), 0U);
   used_columns_ = 0;
+  newest_redundant_ = false;
   T_body_cam_now_ = T_body_cam;
   status_now_ = status;
   in_window_ = true;
@@ -198,48 +194,6 @@ const BodyEstimate& BodyReconstruction::locate(const FeatureFrame& frame, std::u
   return estimate_;
 }
 
-bool BodyReconstruction::newest_is_redundant() const {
-  const std::size_t newest = newest_column();
-  if (used_columns_ < 2) {
-    return false;
-  }
-  const std::uint32_t both = bit(newest) | bit(newest - 1);
-  std::size_t shared = 0;
-  std::size_t in_keyframe = 0;
-  for (std::size_t row = 0; row < map_.size(); ++row) {
-    const std::uint32_t seen = map_.state(row).seen;
-    in_keyframe += (seen & bit(newest - 1)) != 0 ? 1U : 0U;
-    if ((seen & both) == both) {
-      const std::span<const BundleObservation> o = map_.observations(row);
-      motion_px_[shared++] =
-          std::hypot(o[newest].u_left_px - o[newest - 1].u_left_px, o[newest].v_px - o[newest - 1].v_px);
-    }
-  }
-  if (shared == 0 || static_cast<double>(shared) < config_.keyframe_overlap * static_cast<double>(in_keyframe)) {
-    return false;
-  }
-  const auto middle = motion_px_.begin() + static_cast<std::ptrdiff_t>(shared / 2);
-  std::nth_element(motion_px_.begin(), middle, motion_px_.begin() + static_cast<std::ptrdiff_t>(shared));
-  return static_cast<double>(*middle) < config_.keyframe_motion_px;
-}
-
-void BodyReconstruction::drop_column(std::size_t column, std::size_t heir) {
-  history_.drop_column(column, poses_, heir);
-  map_.remove_column(column);
-  std::copy(poses_.begin() + static_cast<std::ptrdiff_t>(column) + 1, poses_.end(),
-            poses_.begin() + static_cast<std::ptrdiff_t>(column));
-}
-
-void BodyReconstruction::make_room() {
-  const std::size_t newest = newest_column();
-  if (newest_is_redundant()) {
-    drop_column(newest, newest - 1);
-    return;
-  }
-  drop_column(0, PoseHistory::kFrozen);
-  used_columns_ = std::min(used_columns_ + 1, poses_.size());
-}
-
 void BodyReconstruction::extend(const FeatureFrame& frame, std::uint8_t label) {
   frame_index_ = frame.frame_index;
   timestamp_ns_ = frame.timestamp_ns;
@@ -256,184 +210,8 @@ void BodyReconstruction::extend(const FeatureFrame& frame, std::uint8_t label) {
     std::fill(poses_.begin(), poses_.end(), T_body_cam_now_);
   }
   history_.push(now, newest_column());
-  for (const Feature& feature : frame.features) {
-    if (feature.body == label) {
-      add_sighting(feature);
-    }
-  }
+  add_sightings(frame, label);
   position_new_points();
-}
-
-void BodyReconstruction::add_sighting(const Feature& feature) {
-  const std::size_t slot = feature.slot;
-  std::size_t row = map_.find(feature);
-  if (disagreeing_id_[slot] != feature.id) {
-    disagreeing_id_[slot] = feature.id;
-    disagreements_[slot] = 0;
-  }
-  const bool doubted = row == PointMap::kNone && disagreements_[slot] >= kDoubtAfter;
-  if (verdict_[slot] == Verdict::kOutlier || doubted) {
-    ++disagreements_[slot];
-    if (row != PointMap::kNone && disagreements_[slot] >= kDoubtAfter) {
-      retire(row);
-      map_.remove(row);
-      ++counters_.points_culled;
-    }
-    if (disagreements_[slot] >= config_.reject_after_frames) {
-      static_cast<void>(rejected_.push_back(feature.slot));
-    }
-    return;
-  }
-  if (verdict_[slot] == Verdict::kInlier) {
-    disagreements_[slot] = 0;
-  }
-  if (row == PointMap::kNone) {
-    row = map_.create(feature);
-    if (row == PointMap::kNone) {
-      ++counters_.points_dropped;
-      return;
-    }
-  }
-  map_.observe(
-      row, newest_column(),
-      {feature.left_px.x(), feature.v_px, feature.u_right_px, static_cast<float>(1.0 / config_.measurement_sigma_px)});
-}
-
-void BodyReconstruction::position_new_points() {
-  const double min_parallax_rad = config_.min_parallax_deg * std::numbers::pi / 180.0;
-  // What stereo itself can tell at the smallest accepted disparity, so that one good pair is enough.
-  const double stereo_parallax_rad = 0.9 * config_.min_disparity_px / geometry_.fx_px;
-  const double gate2 = config_.gate_sigma * config_.gate_sigma;
-  for (std::size_t row = map_.size(); row-- > 0;) {
-    PointState& state = map_.state(row);
-    if (state.positioned) {
-      continue;
-    }
-    if ((state.seen & bit(newest_column())) == 0) {
-      map_.remove(row);  // Its feature is gone before a position was found.
-      continue;
-    }
-    const BundleObservation& o = map_.observations(row)[newest_column()];
-    const bool stereo = o.u_left_px - o.u_right_px >= static_cast<float>(config_.min_disparity_px);  // false for NaN
-    const std::optional<Eigen::Vector3d> position = triangulate(geometry_, poses_, map_.observations(row), state.seen,
-                                                                stereo ? stereo_parallax_rad : min_parallax_rad);
-    if (!position) {
-      continue;
-    }
-    bool agrees = true;
-    for (std::uint32_t rest = state.seen; rest != 0 && agrees; rest &= rest - 1) {
-      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-      const BundleObservation& sighting = map_.observations(row)[k];
-      agrees = reprojection_chi2(geometry_, poses_[k].inverse(),
-                                 {*position, sighting.u_left_px, sighting.v_px, sighting.u_right_px},
-                                 config_.measurement_sigma_px) < gate2;
-    }
-    if (agrees) {
-      state.positioned = true;
-      map_.point(row).position_m = *position;
-      ++counters_.points_created;
-    } else if (std::popcount(state.seen) > kDoubtAfter) {
-      state.seen = bit(newest_column());  // Older sightings belong to something else; start again from here.
-    }
-  }
-}
-
-std::uint32_t BodyReconstruction::fixed_columns() const {
-  // Unused columns, and everything up to the first column that enough points see: a pose hanging on few points is a bad
-  // anchor.
-  const std::size_t first_used = poses_.size() - used_columns_;
-  std::size_t anchor = first_used;
-  for (; anchor < newest_column(); ++anchor) {
-    int seen_by = 0;
-    for (std::size_t row = 0; row < map_.size(); ++row) {
-      seen_by += (map_.point(row).frames & bit(anchor)) != 0 ? 1 : 0;
-    }
-    if (seen_by >= config_.min_inliers) {
-      break;
-    }
-  }
-  return bit(anchor + 1) - 1U;
-}
-
-BundleWindow BodyReconstruction::window() {
-  for (std::size_t row = 0; row < map_.size(); ++row) {
-    const PointState& state = map_.state(row);
-    // One sighting places a point but tells nothing about poses.
-    map_.point(row).frames = state.positioned && std::popcount(state.seen) >= 2 ? state.seen : 0U;
-  }
-    return {.geometry = geometry_,
-          .T_body_cam = poses_,
-          .fixed_frames = in_window_ ? fixed_columns() : bit(poses_.size()) - 1U,
-          .points = map_.points(),
-          .observations = map_.table()};
-}
-
-void BodyReconstruction::reposition_single_sightings() {
-  for (std::size_t row = 0; row < map_.size(); ++row) {
-    const PointState& state = map_.state(row);
-    if (!state.positioned || std::popcount(state.seen) != 1) {
-      continue;
-    }
-    const auto k = static_cast<std::size_t>(std::countr_zero(state.seen));
-    const BundleObservation& o = map_.observations(row)[k];
-    const double disparity_px = double{o.u_left_px} - double{o.u_right_px};
-    if (disparity_px >= config_.min_disparity_px) {
-      map_.point(row).position_m = poses_[k] * geometry_.triangulate(double{o.u_left_px}, double{o.v_px}, disparity_px);
-    }
-  }
-}
-
-void BodyReconstruction::judge(std::size_t row) {
-  PointState& state = map_.state(row);
-  const double gate2 = config_.gate_sigma * config_.gate_sigma;
-  double sum = 0.0;
-  int count = 0;
-  for (std::uint32_t rest = state.seen; rest != 0; rest &= rest - 1) {
-    const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-    const BundleObservation& o = map_.observations(row)[k];
-    const double chi2 = reprojection_chi2(geometry_, poses_[k].inverse(),
-                                          {map_.point(row).position_m, o.u_left_px, o.v_px, o.u_right_px},
-                                          config_.measurement_sigma_px);
-    if (chi2 > gate2) {
-      map_.forget(row, k);
-      if (k == newest_column()) {
-        ++disagreements_[state.slot];
-      }
-    } else {
-      sum += chi2;
-      ++count;
-    }
-  }
-  state.error_px = count > 0 ? static_cast<float>(config_.measurement_sigma_px * std::sqrt(sum / count)) : 0.F;
-}
-
-void BodyReconstruction::cull_points() {
-  for (std::size_t row = map_.size(); row-- > 0;) {
-    if (!map_.state(row).positioned) {
-      continue;
-    }
-    const bool seen_before = map_.state(row).seen != 0;
-    judge(row);
-    if (map_.state(row).seen == 0) {
-      if (seen_before) {
-        ++counters_.points_culled;
-      } else {
-        retire(row);
-      }
-      map_.remove(row);
-    }
-  }
-}
-
-void BodyReconstruction::retire(std::size_t row) {
-  const PointState& state = map_.state(row);
-  if (state.positioned && state.observations >= 2) {
-    static_cast<void>(retired_.push_back({.id = state.id,
-                                          .position_m = map_.point(row).position_m.cast<float>(),
-                                          .reprojection_error_px = state.error_px,
-                                          .observations = state.observations,
-                                          .intensity = state.intensity}));
-  }
 }
 
 void BodyReconstruction::publish() {
@@ -461,15 +239,17 @@ const BodyEstimate& BodyReconstruction::conclude(const BundleSummary& refinement
     for (Se3& pose : poses_) {
       pose = pose.orthonormalised();
     }
-    reposition_single_sightings();
+    reposition_newcomers();
     cull_points();
     T_body_cam_now_ = poses_[newest_column()];
+    newest_redundant_ = newest_is_redundant();
     if (refinement.newest_covariance.allFinite() && refinement.newest_covariance.trace() > 0.0) {
       estimate_.covariance = refinement.newest_covariance;
     }
   }
   estimate_.status = status_now_;
   estimate_.T_body_cam = T_body_cam_now_;
+  estimate_.is_keyframe = in_window_ && !newest_redundant_;
   publish();
   if (in_window_) {
     estimate_.inliers = static_cast<int>(sightings_.size());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 
 namespace kinetrace::sfm {
 
@@ -59,6 +60,27 @@ void PointMap::observe(std::size_t row, std::size_t column, const BundleObservat
   if (states_[row].observations < 0xFFFF) {
     ++states_[row].observations;
   }
+}
+
+void PointMap::fold(std::size_t row, std::size_t column, const BundleObservation& observation,
+                    float max_inverse_sigma_px) noexcept {
+  BundleObservation& kept = table_[row * window_frames_ + column];
+  if ((states_[row].seen >> column & 1U) == 0) {
+    kept = observation;
+    states_[row].seen |= 1U << column;
+    return;
+  }
+  const float kept_weight = kept.inverse_sigma_px * kept.inverse_sigma_px;
+  const float weight = observation.inverse_sigma_px * observation.inverse_sigma_px;
+  const float share = weight / (kept_weight + weight);
+  kept.u_left_px += share * (observation.u_left_px - kept.u_left_px);
+  kept.v_px += share * (observation.v_px - kept.v_px);
+  if (std::isnan(kept.u_right_px)) {
+    kept.u_right_px = observation.u_right_px;
+  } else if (!std::isnan(observation.u_right_px)) {
+    kept.u_right_px += share * (observation.u_right_px - kept.u_right_px);
+  }
+  kept.inverse_sigma_px = std::min(std::sqrt(kept_weight + weight), max_inverse_sigma_px);
 }
 
 void PointMap::remove_column(std::size_t column) noexcept {

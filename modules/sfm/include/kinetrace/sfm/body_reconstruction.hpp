@@ -2,6 +2,7 @@
 // objects.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -22,7 +23,8 @@ namespace kinetrace::sfm {
 struct BodyCounters {
   std::uint64_t points_created = 0;
   std::uint64_t points_culled = 0;
-  std::uint64_t points_dropped = 0;  ///< Not made: the map was full.
+  std::uint64_t points_evicted = 0;  ///< Retired before their last sighting left the window, to make room for new ones.
+  std::uint64_t points_dropped = 0;  ///< Not made: the map was full of points that are still seen.
 };
 
 /// One body's points and the camera's path relative to them.
@@ -39,9 +41,9 @@ class BodyReconstruction {
                                                          Arena& arena);
   [[nodiscard]] static std::size_t required_bytes(const BodyConfig& config);
 
-  /// Starts afresh with the present frame, its camera at `T_body_cam`; extend() follows. `status` says what that pose is
-  /// worth: kTracked when it is known, kPropagated or kLost when it was only predicted. Points of an earlier life are
-  /// retired with this frame.
+  /// Starts afresh with the present frame, its camera at `T_body_cam`; extend() follows. `status` says what that pose
+  /// is worth: kTracked when it is known, kPropagated or kLost when it was only predicted. Points of an earlier life
+  /// are retired with this frame.
   void begin(const Se3& T_body_cam, BodyStatus status = BodyStatus::kTracked);
   [[nodiscard]] bool active() const noexcept { return active_; }
   /// Ends the reconstruction; its remaining points are in `estimate().retired` until the next begin() or reset().
@@ -80,14 +82,33 @@ class BodyReconstruction {
 
   BodyReconstruction(const BodyConfig& config, const StereoGeometry& geometry, Arena& arena);
 
+  /// T_cam_body of the window's columns.
+  using ColumnPoses = std::array<Se3, kMaxWindowFrames>;
+  static constexpr double kMinDepth_m = 0.1;
+
   void make_room();
   [[nodiscard]] bool newest_is_redundant() const;
+  /// Moves what the newest column has seen into the column before it, as if seen from there, so that a frame that makes
+  /// room leaves its knowledge of the points behind.
+  void fold_newest();
   void drop_column(std::size_t column, std::size_t heir);
-  void add_sighting(const Feature& feature);
+  void add_sightings(const FeatureFrame& frame, std::uint8_t label);
+  [[nodiscard]] BundleObservation sighting_of(const Feature& feature) const;
+  /// Takes note of locate()'s verdict; false for a feature that has disagreed too often to be used.
+  bool believe(const Feature& feature);
+  [[nodiscard]] bool doubted(const Feature& feature) const;
+  void disagree(std::size_t slot);
+  /// At capacity, points that are no longer seen make room for new ones, those last seen longest ago first.
+  void evict_for(std::size_t newcomers);
   void position_new_points();
-  void reposition_single_sightings();
+  /// Points of one sighting move with its pose.
+  void reposition_newcomers();
   void cull_points();
-  void judge(std::size_t row);
+  void judge(std::size_t row, const ColumnPoses& T_cam_body);
+  [[nodiscard]] ColumnPoses invert_poses() const;
+  [[nodiscard]] double sighting_chi2(const Se3& T_cam_body, const Eigen::Vector3d& p_body,
+                                     const BundleObservation& sighting) const;
+  [[nodiscard]] float inverse_sigma() const { return static_cast<float>(1.0 / config_.measurement_sigma_px); }
   void retire(std::size_t row);
   void publish();
   [[nodiscard]] std::uint32_t fixed_columns() const;
@@ -102,6 +123,7 @@ class BodyReconstruction {
   // pose.
   std::span<Se3> poses_;
   std::size_t used_columns_ = 0;
+  bool newest_redundant_ = false;  ///< The newest frame makes room for the next one: it shows nothing that is new.
   PointMap map_;
   PoseHistory history_;
   Se3 T_body_cam_now_;  ///< Pose of the frame between locate() and extend().

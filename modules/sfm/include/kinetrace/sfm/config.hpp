@@ -19,7 +19,7 @@ struct BodyConfig {
   double min_parallax_deg = 1.0;      ///< Points are made from temporal views only above this angle between rays.
   double keyframe_motion_px =
       8.0;  ///< A frame whose points moved less than this (median) since the last keyframe makes room for the next.
-  double keyframe_overlap = 0.7;  ///< ... unless less than this part of the last keyframe's points is still seen.
+  double keyframe_overlap = 0.7;  ///< ... unless the last keyframe knows less than this part of its points.
   int reject_after_frames = 8;    ///< A feature that disagrees this often in a row is given back to the front end.
 
   [[nodiscard]] Status validate(const char* prefix) const;

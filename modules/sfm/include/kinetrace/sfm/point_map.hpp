@@ -33,6 +33,7 @@ class PointMap {
   PointMap(Arena& arena, std::size_t max_points, std::size_t max_features, std::size_t window_frames);
 
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
+  [[nodiscard]] std::size_t capacity() const noexcept { return states_.size(); }
   [[nodiscard]] bool full() const noexcept { return size_ == states_.size(); }
 
   [[nodiscard]] std::size_t find(const Feature& feature) const noexcept;
@@ -43,6 +44,10 @@ class PointMap {
 
   /// Records a sighting in window column `column`.
   void observe(std::size_t row, std::size_t column, const BundleObservation& observation) noexcept;
+  /// Combines `observation` with what column `column` holds of the row, weighted; it takes the place of a missing one.
+  /// The result's weight is at most `max_inverse_sigma_px`. Not counted as a sighting.
+  void fold(std::size_t row, std::size_t column, const BundleObservation& observation,
+            float max_inverse_sigma_px) noexcept;
   void forget(std::size_t row, std::size_t column) noexcept { states_[row].seen &= ~(1U << column); }
   /// Drops window column `column`; later columns move down by one and the last one becomes empty.
   void remove_column(std::size_t column) noexcept;

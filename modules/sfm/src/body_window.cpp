@@ -1,0 +1,120 @@
+// The window of a body: which frames it keeps, and which poses refinement may move.
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+
+#include "columns.hpp"
+#include "kinetrace/sfm/body_reconstruction.hpp"
+
+namespace kinetrace::sfm {
+namespace {
+
+/// A column anchors the window only if it sees this part of the points that the best column sees. A pose that hangs on
+/// few points is known worse than those that follow it: fixed, it would bend the whole window towards itself.
+constexpr double kAnchorShare = 0.7;
+
+/// Folded sightings count as at most this many: errors of the dropped frames' poses are common to all points, and those
+/// of image tracking to neighbouring frames, so they do not average out for ever.
+constexpr float kMaxFoldedSightings = 4.F;
+
+}  // namespace
+
+bool BodyReconstruction::newest_is_redundant() const {
+  if (used_columns_ < 2) {
+    return false;
+  }
+  const std::size_t newest = newest_column();
+  std::size_t seen = 0;
+  std::size_t shared = 0;
+  for (std::size_t row = 0; row < map_.size(); ++row) {
+    if ((map_.state(row).seen & bit(newest)) == 0) {
+      continue;
+    }
+    ++seen;
+    if ((map_.state(row).seen & bit(newest - 1)) != 0) {
+      const std::span<const BundleObservation> o = map_.observations(row);
+      motion_px_[shared++] =
+          std::hypot(o[newest].u_left_px - o[newest - 1].u_left_px, o[newest].v_px - o[newest - 1].v_px);
+    }
+  }
+  if (shared == 0 || static_cast<double>(shared) < config_.keyframe_overlap * static_cast<double>(seen)) {
+    return false;
+  }
+  const auto middle = motion_px_.begin() + static_cast<std::ptrdiff_t>(shared / 2);
+  std::nth_element(motion_px_.begin(), middle, motion_px_.begin() + static_cast<std::ptrdiff_t>(shared));
+  return static_cast<double>(*middle) < config_.keyframe_motion_px;
+}
+
+void BodyReconstruction::drop_column(std::size_t column, std::size_t heir) {
+  history_.drop_column(column, poses_, heir);
+  map_.remove_column(column);
+  std::copy(poses_.begin() + static_cast<std::ptrdiff_t>(column) + 1, poses_.end(),
+            poses_.begin() + static_cast<std::ptrdiff_t>(column));
+}
+
+void BodyReconstruction::fold_newest() {
+  const std::size_t newest = newest_column();
+  const Se3 T_newest_body = poses_[newest].inverse();
+  const Se3 T_keyframe_body = poses_[newest - 1].inverse();
+  const float max_inverse_sigma = std::sqrt(kMaxFoldedSightings) * inverse_sigma();
+  for (std::size_t row = 0; row < map_.size(); ++row) {
+    const PointState& state = map_.state(row);
+    if (!state.positioned || (state.seen & bit(newest)) == 0) {
+      continue;
+    }
+    const Eigen::Vector3d p_newest = T_newest_body * map_.point(row).position_m;
+    const Eigen::Vector3d p_keyframe = T_keyframe_body * map_.point(row).position_m;
+    if (p_newest.z() < kMinDepth_m || p_keyframe.z() < kMinDepth_m) {
+      continue;
+    }
+    const Eigen::Vector3f shift_px = (geometry_.project(p_keyframe) - geometry_.project(p_newest)).cast<float>();
+    BundleObservation moved = map_.observations(row)[newest];
+    moved.u_left_px += shift_px.x();
+    moved.v_px += shift_px.y();
+    moved.u_right_px += shift_px.z();
+    map_.fold(row, newest - 1, moved, max_inverse_sigma);
+  }
+}
+
+void BodyReconstruction::make_room() {
+  const std::size_t newest = newest_column();
+  if (newest_redundant_) {
+    fold_newest();
+    drop_column(newest, newest - 1);
+    return;
+  }
+  drop_column(0, PoseHistory::kFrozen);
+  used_columns_ = std::min(used_columns_ + 1, poses_.size());
+}
+
+std::uint32_t BodyReconstruction::fixed_columns() const {
+  std::array<int, kMaxWindowFrames> points_of{};
+  for (std::size_t row = 0; row < map_.size(); ++row) {
+    for (std::uint32_t rest = map_.point(row).frames; rest != 0; rest &= rest - 1) {
+      ++points_of[static_cast<std::size_t>(std::countr_zero(rest))];
+    }
+  }
+  const int most = *std::max_element(points_of.begin(), points_of.end());
+  const int enough = std::max(config_.min_inliers, static_cast<int>(kAnchorShare * most));
+  std::size_t anchor = poses_.size() - used_columns_;
+  while (anchor < newest_column() && points_of[anchor] < enough) {
+    ++anchor;
+  }
+  return first_bits(anchor + 1);
+}
+
+BundleWindow BodyReconstruction::window() {
+  for (std::size_t row = 0; row < map_.size(); ++row) {
+    const PointState& state = map_.state(row);
+    // One sighting places a point but tells nothing about poses.
+    map_.point(row).frames = state.positioned && std::popcount(state.seen) >= 2 ? state.seen : 0U;
+  }
+  return {.geometry = geometry_,
+          .T_body_cam = poses_,
+          .fixed_frames = in_window_ ? fixed_columns() : first_bits(poses_.size()),
+          .points = map_.points(),
+          .observations = map_.table()};
+}
+
+}  // namespace kinetrace::sfm
