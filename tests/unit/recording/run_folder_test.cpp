@@ -1,0 +1,214 @@
+// What happens to the folder itself: made, cleared of an earlier run, refused, and full disks.
+#include "run_folder.hpp"
+
+#include <csignal>
+#include <fstream>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+
+#include "run_readers.hpp"
+#include "synthetic_run.hpp"
+
+namespace kinetrace::recording {
+namespace {
+
+namespace fs = std::filesystem;
+
+void touch(const fs::path& path) {
+  fs::create_directories(path.parent_path());
+  std::ofstream(path) << "x\n";
+}
+
+Status record_all(const RecordingConfig& recording, const SyntheticRunConfig& run) {
+  RecorderFixture fixture(recording);
+  if (!fixture.recorder) {
+    return tl::unexpected(fixture.recorder.error());
+  }
+  if (Status played = SyntheticRun(run).play(*fixture.recorder); !played) {
+    return played;
+  }
+  return fixture.recorder->finish({});
+}
+
+TEST(RunFolder, IsMadeWithItsParentsAndLeavesNoSpool) {
+  const TemporaryFolder folder;
+  const fs::path directory = folder.path() / "a/b/run";
+  ASSERT_TRUE(record_all(recording_config(directory), {.objects = {{.track_id = 5}}}));
+  for (const char* name : {"README.txt", "run.json", "camera.tum", "camera_kitti.txt", "objects.csv", "label_02.txt",
+                           "mots.txt", "tracks/5.tum", "points/object_5.ply", "colmap/object_5/cameras.txt"}) {
+    EXPECT_TRUE(fs::is_regular_file(directory / name)) << name;
+  }
+  EXPECT_FALSE(fs::exists(directory / ".spool"));
+  EXPECT_FALSE(fs::exists(directory / "run.json.tmp"));
+}
+
+TEST(RunFolder, EarlierRunsGiveWayAndOtherFilesStay) {
+  const TemporaryFolder folder;
+  const fs::path directory = folder.path();
+  ASSERT_TRUE(record_all(recording_config(directory), {.objects = {{.track_id = 99}}}));
+  touch(directory / "notes.md");
+  touch(directory / "tracks/mine.tum");
+  touch(directory / "points/object_99_mine.ply");
+  touch(directory / "colmap/object_99/mine.txt");
+  touch(directory / "mine/tracks/99.tum");
+  ASSERT_TRUE(record_all(recording_config(directory), {.objects = {{.track_id = 7}}}));
+  for (const char* gone :
+       {"tracks/99.tum", "points/object_99.ply", "points/object_99_model.ply", "colmap/object_99/points3D.txt"}) {
+    EXPECT_FALSE(fs::exists(directory / gone)) << gone;
+  }
+  for (const char* kept : {"notes.md", "tracks/mine.tum", "points/object_99_mine.ply", "colmap/object_99/mine.txt",
+                           "mine/tracks/99.tum", "tracks/7.tum"}) {
+    EXPECT_TRUE(fs::exists(directory / kept)) << kept;
+  }
+}
+
+TEST(RunFolder, AnAbandonedRunIsReplaced) {
+  const TemporaryFolder folder;
+  {
+    RecorderFixture abandoned(recording_config(folder.path()));
+    ASSERT_TRUE(abandoned.recorder);
+    SyntheticRun run({});
+    ASSERT_TRUE(abandoned.recorder->record(*run.next()));
+  }
+  EXPECT_FALSE(fs::exists(folder.path() / "run.json"));
+  EXPECT_TRUE(record_all(recording_config(folder.path()), {}));
+  EXPECT_TRUE(fs::exists(folder.path() / "run.json"));
+}
+
+TEST(RunFolder, PartsThatAreSwitchedOffAreRemovedFromAnEarlierRun) {
+  const TemporaryFolder folder;
+  ASSERT_TRUE(record_all(recording_config(folder.path()), {}));
+  RecordingConfig recording = recording_config(folder.path());
+  recording.mots = recording.points = recording.colmap = false;
+  ASSERT_TRUE(record_all(recording, {.objects = {{.track_id = 1}}}));
+  EXPECT_FALSE(fs::exists(folder.path() / "mots.txt"));
+  EXPECT_FALSE(fs::exists(folder.path() / "points"));
+  EXPECT_FALSE(fs::exists(folder.path() / "colmap"));
+  EXPECT_EQ(read_tum(folder.path() / "tracks/1.tum").size(), 12U);
+  EXPECT_EQ(read_text(folder.path() / "README.txt").find("colmap"), std::string::npos);
+}
+
+TEST(RunFolder, EachPartWorksWithoutTheOthers) {
+  for (const bool points : {true, false}) {
+    const TemporaryFolder folder;
+    RecordingConfig recording = recording_config(folder.path());
+    recording.points = points;
+    recording.colmap = !points;
+    ASSERT_TRUE(record_all(recording, {.objects = {{.track_id = 1}}}));
+    EXPECT_EQ(fs::exists(folder.path() / "points/object_1.ply"), points);
+    EXPECT_EQ(fs::exists(folder.path() / "colmap/object_1/images.txt"), !points);
+  }
+}
+
+TEST(RunFolder, ForeignFilesAreNeverTouched) {
+  const TemporaryFolder folder;
+  touch(folder.path() / "camera.tum");
+  const Status recorded = record_all(recording_config(folder.path()), {});
+  ASSERT_FALSE(recorded);
+  EXPECT_EQ(recorded.error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(recorded.error().message, "cannot record to " + folder.path().string() +
+                                          ": it holds files that are not an earlier run; name an empty or new folder");
+  EXPECT_EQ(read_text(folder.path() / "camera.tum"), "x\n");
+}
+
+TEST(RunFolder, AFileInItsPlaceIsRefused) {
+  const TemporaryFolder folder;
+  touch(folder.path() / "run");
+  const Status recorded = record_all(recording_config(folder.path() / "run"), {});
+  ASSERT_FALSE(recorded);
+  EXPECT_EQ(recorded.error().code, ErrorCode::kInvalidArgument);
+  const Status below = record_all(recording_config(folder.path() / "run/deeper"), {});
+  ASSERT_FALSE(below);
+  EXPECT_EQ(below.error().code, ErrorCode::kIo);
+}
+
+TEST(RunFolder, AnUnwritableParentIsNamed) {
+  const TemporaryFolder folder;
+  fs::permissions(folder.path(),
+                  fs::perms::owner_read | fs::perms::owner_exec | fs::perms::others_read | fs::perms::others_exec);
+  constexpr uid_t kNobody = 65534;  // Root may write anywhere, so step down for this test.
+  const bool root = ::geteuid() == 0;
+  ASSERT_TRUE(!root || ::seteuid(kNobody) == 0);
+  const Status recorded = record_all(recording_config(folder.path() / "run"), {});
+  ASSERT_TRUE(!root || ::seteuid(0) == 0);
+  fs::permissions(folder.path(), fs::perms::owner_all);
+  ASSERT_FALSE(recorded);
+  EXPECT_EQ(recorded.error().code, ErrorCode::kIo);
+  EXPECT_NE(recorded.error().message.find(folder.path().string()), std::string::npos);
+  EXPECT_NE(recorded.error().message.find("make the folder writable"), std::string::npos) << recorded.error().message;
+}
+
+/// Makes files larger than `bytes` impossible, which looks like a disk that fills up.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) : previous_handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    ::getrlimit(RLIMIT_FSIZE, &previous_);
+    const rlimit limit{bytes, previous_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+  ~FileSizeLimit() {
+    ::setrlimit(RLIMIT_FSIZE, &previous_);
+    std::signal(SIGXFSZ, previous_handler_);
+  }
+
+ private:
+  rlimit previous_{};
+  void (*previous_handler_)(int);
+};
+
+TEST(RunFolder, AFullDiskStopsTheRecorderForGood) {
+  const TemporaryFolder folder;
+  RecordingConfig recording = recording_config(folder.path());
+  recording.conversion_kib = 64;
+  RecorderFixture fixture(recording);
+  ASSERT_TRUE(fixture.recorder);
+  const FileSizeLimit limit(20'000);
+  const Status recorded = SyntheticRun({.frames = 200, .background_points = 50}).play(*fixture.recorder);
+  ASSERT_FALSE(recorded);
+  EXPECT_EQ(recorded.error().code, ErrorCode::kIo);
+  EXPECT_NE(recorded.error().message.find("observations.bin"), std::string::npos) << recorded.error().message;
+  SyntheticRun again({});
+  const Status later = fixture.recorder->record(*again.next());
+  ASSERT_FALSE(later);
+  EXPECT_EQ(later.error().message, recorded.error().message);
+  const Status finished = fixture.recorder->finish({});
+  ASSERT_FALSE(finished);
+  EXPECT_EQ(finished.error().message, recorded.error().message);
+  EXPECT_FALSE(fs::exists(folder.path() / "run.json"));
+}
+
+/// Whatever file it is that no longer fits, `finish` says so and leaves no run.json.
+TEST(RunFolder, AFullDiskAtTheEndIsReported) {
+  const SyntheticRunConfig run{.frames = 60, .background_points = 40};
+  const TemporaryFolder whole;
+  ASSERT_TRUE(record_all(recording_config(whole.path()), run));
+  for (const char* name : {"README.txt", "run.json", "points/background.ply", "colmap/background/points3D.txt",
+                           "colmap/background/images.txt"}) {
+    const TemporaryFolder folder;
+    RecorderFixture fixture(recording_config(folder.path()));
+    ASSERT_TRUE(fixture.recorder);
+    ASSERT_TRUE(SyntheticRun(run).play(*fixture.recorder));
+    const FileSizeLimit limit(fs::file_size(whole.path() / name) - 1);
+    const Status finished = fixture.recorder->finish({});
+    ASSERT_FALSE(finished) << name;
+    EXPECT_EQ(finished.error().code, ErrorCode::kIo);
+    EXPECT_NE(finished.error().message.find(folder.path().string()), std::string::npos) << finished.error().message;
+    EXPECT_FALSE(fs::exists(folder.path() / "run.json"));
+  }
+}
+
+TEST(WriteAtomically, KeepsTheOldFileWhenTheDiskIsFull) {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "run.json";
+  ASSERT_TRUE(write_atomically(path, "old\n"));
+  const FileSizeLimit limit(1);
+  EXPECT_FALSE(write_atomically(path, "new and longer\n"));
+  EXPECT_EQ(read_text(path), "old\n");
+}
+
+}  // namespace
+}  // namespace kinetrace::recording
