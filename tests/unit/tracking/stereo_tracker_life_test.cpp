@@ -1,0 +1,249 @@
+// Birth, confirmation, propagation, end; ids, slots and capacity.
+#include <set>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "mask_scene.hpp"
+
+namespace kinetrace::tracking {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr Shape kCar{.x = 100.0, .y = 100.0};
+
+Shape shifted(Shape shape, double dx, double dy = 0.0) {
+  shape.x += dx;
+  shape.y += dy;
+  return shape;
+}
+
+TEST(StereoTracker, IsEmptyWithoutDetections) {
+  TrackerScene scene;
+  const TrackFrame& frame = scene.step({});
+  EXPECT_TRUE(frame.tracks.empty());
+  EXPECT_TRUE(frame.ended.empty());
+  EXPECT_EQ(area_of(frame.left_labels, kBackgroundLabel), kWidth * kHeight);
+  EXPECT_EQ(area_of(frame.right_labels, kBackgroundLabel), kWidth * kHeight);
+}
+
+TEST(StereoTracker, AcceptsDetectionsWithoutALabelImage) {
+  TrackerScene scene;
+  DetectionFrame nothing;
+  nothing.available = true;
+  EXPECT_TRUE(scene.tracker().process(nothing, {}).has_value());
+}
+
+TEST(StereoTracker, ConfirmsInTheThirdMatchedFrame) {
+  TrackerScene scene;
+  for (int i = 0; i < 5; ++i) {
+    const TrackFrame& frame = scene.step(std::array{shifted(kCar, 3.0 * i)});
+    ASSERT_EQ(frame.tracks.size(), 1U);
+    EXPECT_EQ(frame.tracks[0].id, 1U);
+    EXPECT_EQ(frame.tracks[0].age_frames, i);
+    EXPECT_EQ(frame.tracks[0].state, i < 2 ? TrackState::kTentative : TrackState::kConfirmed);
+    EXPECT_EQ(frame.tracks[0].class_id, kVehicleClass);
+  }
+  EXPECT_EQ(scene.tracker().counters().born, 1U);
+  EXPECT_EQ(scene.tracker().counters().confirmed, 1U);
+}
+
+TEST(StereoTracker, PropagatesForTenFramesAndEndsInTheNext) {
+  TrackerScene scene;
+  for (int i = 0; i < 4; ++i) {
+    scene.step(std::array{shifted(kCar, 5.0 * i)});
+  }
+  scene.detected = {false};
+  for (int missed = 1; missed <= 10; ++missed) {
+    const TrackFrame& frame = scene.step(std::array{shifted(kCar, 5.0 * (3 + missed))});
+    ASSERT_EQ(frame.tracks.size(), 1U) << missed;
+    EXPECT_EQ(frame.tracks[0].state, TrackState::kPropagated);
+    EXPECT_EQ(frame.tracks[0].missed_frames, missed);
+    EXPECT_GE(scene.left_iou(frame.tracks[0], 0), 0.9) << missed;
+  }
+  const TrackFrame& last = scene.step(std::array{shifted(kCar, 75.0)});
+  EXPECT_TRUE(last.tracks.empty());
+  ASSERT_EQ(last.ended.size(), 1U);
+  EXPECT_EQ(last.ended[0].id, 1U);
+  EXPECT_EQ(area_of(last.left_labels, kBackgroundLabel), kWidth * kHeight);
+  EXPECT_TRUE(scene.step(std::array{kCar}).ended.empty());
+  EXPECT_EQ(scene.tracker().counters().ended, 1U);
+}
+
+TEST(StereoTracker, EndsATentativeTrackAfterTwoMisses) {
+  TrackerScene scene;
+  scene.step(std::array{kCar});
+  scene.detected = {false};
+  EXPECT_EQ(scene.step(std::array{kCar}).tracks.size(), 1U);
+  EXPECT_EQ(scene.step(std::array{kCar}).ended.size(), 1U);
+}
+
+TEST(StereoTracker, PropagatesATentativeTrackThroughFramesWithoutDetections) {
+  TrackerScene scene;
+  scene.step(std::array{kCar});
+  scene.available = false;
+  for (int i = 0; i < 4; ++i) {
+    const TrackFrame& frame = scene.step(std::array{kCar});
+    ASSERT_EQ(frame.tracks.size(), 1U);
+    EXPECT_EQ(frame.tracks[0].state, TrackState::kTentative);
+    EXPECT_GT(scene.left_iou(frame.tracks[0], 0), 0.99);
+  }
+  scene.available = true;
+  scene.step(std::array{kCar});
+  EXPECT_EQ(scene.step(std::array{kCar}).tracks[0].state, TrackState::kConfirmed);
+}
+
+TEST(StereoTracker, EndsATrackOfWhichNoDetectionIsEverAvailable) {
+  TrackerConfig config;
+  config.max_missed_frames = 3;
+  TrackerScene scene(config);
+  scene.step(std::array{kCar});
+  scene.available = false;
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(scene.step(std::array{kCar}).tracks.size(), 1U);
+  }
+  EXPECT_EQ(scene.step(std::array{kCar}).ended.size(), 1U);
+}
+
+TEST(StereoTracker, EndsATrackThatLeavesTheImage) {
+  TrackerScene scene;
+  double x = 560.0;
+  for (int i = 0; i < 4; ++i, x += 12.0) {
+    scene.step(std::array{shifted(kCar, x - kCar.x)});
+  }
+  scene.detected = {false};
+  std::size_t ended = 0;
+  for (int i = 0; i < 8; ++i, x += 12.0) {
+    ended += scene.step(std::array{shifted(kCar, x - kCar.x)}).ended.size();
+  }
+  EXPECT_EQ(ended, 1U);
+}
+
+TEST(StereoTracker, NeverReusesAnIdAndASlotOnlyInALaterFrame) {
+  TrackerConfig config;
+  config.max_objects = 1;
+  config.max_missed_frames = 0;
+  config.max_tentative_missed_frames = 0;
+  TrackerScene scene(config, 0);
+  std::set<std::uint32_t> ids;
+  for (int i = 0; i < 20; ++i) {
+    // In odd frames the object jumps: its track ends while a new detection waits for the slot.
+    const bool jumps = i % 2 == 1;
+    const TrackFrame& frame = scene.step(std::array{shifted(kCar, (i + 1) / 2 % 2 == 0 ? 0.0 : 300.0)});
+    EXPECT_EQ(frame.ended.size(), jumps ? 1U : 0U);
+    ASSERT_EQ(frame.tracks.size(), jumps ? 0U : 1U);
+    if (!jumps) {
+      EXPECT_EQ(frame.tracks[0].slot, 0);
+      EXPECT_TRUE(ids.insert(frame.tracks[0].id).second);
+    }
+  }
+  EXPECT_EQ(ids.size(), 10U);
+}
+
+std::vector<Shape> row_of_shapes(int count) {
+  std::vector<Shape> shapes;
+  for (int k = 0; k < count; ++k) {
+    shapes.push_back({.x = 40.0 + 70.0 * k, .y = 100.0, .half_width = 12.0 + k, .half_height = 10.0});
+  }
+  return shapes;
+}
+
+TEST(StereoTracker, HoldsAsManyTracksAsConfigured) {
+  TrackerScene scene;
+  const TrackFrame& frame = scene.step(row_of_shapes(8));
+  EXPECT_EQ(frame.tracks.size(), 8U);
+  EXPECT_EQ(scene.tracker().counters().detections_dropped, 0U);
+}
+
+TEST(StereoTracker, DropsTheSmallestDetectionBeyondItsCapacity) {
+  TrackerScene scene;
+  const std::vector<Shape> shapes = row_of_shapes(9);
+  const TrackFrame& frame = scene.step(shapes);
+  EXPECT_EQ(frame.tracks.size(), 8U);
+  EXPECT_EQ(scene.track_of(0), nullptr);
+  EXPECT_EQ(scene.tracker().counters().detections_dropped, 1U);
+  EXPECT_EQ(area_of(frame.left_labels, kIgnoreLabel), scene.detections().left[0].area_px);
+  for (std::size_t i = 1; i < frame.tracks.size(); ++i) {
+    EXPECT_LT(frame.tracks[i - 1].id, frame.tracks[i].id);
+  }
+}
+
+TEST(StereoTracker, MakesRoomByEndingALongPropagatedTrack) {
+  TrackerConfig config;
+  config.max_objects = 1;
+  TrackerScene scene(config);
+  const Shape other = shifted(kCar, 300.0);
+  for (int i = 0; i < 3; ++i) {
+    scene.step(std::array{kCar});
+  }
+  scene.detected = {false, true};
+  for (int missed = 1; missed <= 5; ++missed) {
+    EXPECT_EQ(scene.step(std::array{kCar, other}).tracks[0].id, 1U);
+  }
+  EXPECT_EQ(scene.step(std::array{kCar, other}).ended.size(), 1U) << "propagated for more than half of its time";
+  const TrackFrame& frame = scene.step(std::array{kCar, other});
+  ASSERT_EQ(frame.tracks.size(), 1U);
+  EXPECT_EQ(frame.tracks[0].id, 2U);
+}
+
+TEST(StereoTracker, DropsDetectionsBelowTheSmallestArea) {
+  TrackerScene scene;
+  const Shape dot{.x = 50.0, .y = 50.0, .half_width = 3.0, .half_height = 3.0};  // 49 px
+  EXPECT_TRUE(scene.step(std::array{dot}).tracks.empty());
+  EXPECT_EQ(scene.tracker().counters().detections_dropped, 1U);
+}
+
+TEST(StereoTracker, ForgetsItsTracksButNotItsIdsOnReset) {
+  TrackerScene scene;
+  scene.step(std::array{kCar});
+  scene.tracker().reset();
+  const TrackFrame& frame = scene.step(std::array{kCar});
+  ASSERT_EQ(frame.tracks.size(), 1U);
+  EXPECT_EQ(frame.tracks[0].id, 2U);
+  EXPECT_TRUE(frame.ended.empty());
+}
+
+TEST(StereoTracker, RefusesMasksOfAnotherSize) {
+  TrackerScene scene;
+  std::vector<std::uint8_t> pixels(100);
+  DetectionFrame frame;
+  frame.available = true;
+  frame.left_labels = {pixels.data(), 10, 10, 10};
+  const auto result = scene.tracker().process(frame, {});
+  ASSERT_FALSE(result.has_value());
+  EXPECT_EQ(result.error().code, ErrorCode::kInvalidArgument);
+  EXPECT_THAT(result.error().message, HasSubstr("10x10"));
+}
+
+TEST(StereoTracker, RefusesMoreDetectionsThanLabels) {
+  TrackerScene scene;
+  const std::vector<Detection> many(kMaxObjects + 1);
+  DetectionFrame frame;
+  frame.available = true;
+  frame.left = many;
+  EXPECT_EQ(scene.tracker().process(frame, {}).error().code, ErrorCode::kInvalidArgument);
+}
+
+TEST(StereoTracker, NamesTheKeyThatIsOutOfRange) {
+  Arena arena(1U << 20U);
+  TrackerConfig config;
+  config.max_objects = 65;
+  const auto result = StereoTracker::create(config, kWidth, kHeight, arena);
+  ASSERT_FALSE(result.has_value());
+  EXPECT_EQ(result.error().code, ErrorCode::kInvalidConfig);
+  EXPECT_EQ(result.error().message, "tracking.max_objects must be in [1, 64], got 65");
+  EXPECT_FALSE(StereoTracker::create({}, 0, kHeight, arena).has_value());
+}
+
+TEST(StereoTracker, NeedsExactlyTheBytesItAnnounces) {
+  const std::size_t bytes = StereoTracker::required_bytes({}, kWidth, kHeight);
+  Arena enough(bytes);
+  EXPECT_TRUE(StereoTracker::create({}, kWidth, kHeight, enough).has_value());
+  EXPECT_EQ(enough.used_bytes(), bytes);
+  Arena too_small(bytes - 1);
+  EXPECT_EQ(StereoTracker::create({}, kWidth, kHeight, too_small).error().code, ErrorCode::kCapacity);
+}
+
+}  // namespace
+}  // namespace kinetrace::tracking
