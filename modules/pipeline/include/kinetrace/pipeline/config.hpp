@@ -155,7 +155,7 @@ void visit_fields(Config& config, Visitor&& visit) {
 
   auto& r = config.refinement;
   visit("refinement.max_iterations", r.max_iterations, "damped steps tried per body and frame");
-  visit("refinement.huber_threshold_sigmas", r.huber_threshold_sigmas, "residuals beyond count linearly");
+  visit("refinement.robust_threshold_sigmas", r.robust_threshold_sigmas, "residual that weighs half (Cauchy loss)");
   visit("refinement.initial_damping", r.initial_damping, "Levenberg-Marquardt damping, relative");
   visit("refinement.relative_cost_tolerance", r.relative_cost_tolerance, "converged below this relative change");
 
