@@ -141,7 +141,7 @@ TEST(StereoTracker, KeepsTheIdsOfCrossingObjects) {
 }
 
 TEST(StereoTracker, KeepsTheLargestPartOfASplitDetectionAndBearsNoDuplicate) {
-  TrackerScene scene;
+  TrackerScene scene({}, 0);
   const Shape whole{.x = 200.0, .y = 100.0, .half_width = 60.0, .half_height = 30.0};
   for (int i = 0; i < 3; ++i) {
     scene.step(std::array{whole});
@@ -221,9 +221,13 @@ TEST(StereoTracker, ShowsOnlyWhatNobodyElseClaimsOfAPropagatedTrack) {
   }
   scene.detected = {false, true};
   scene.step(std::array{hidden, front});
-  for (const Track& track : scene.frame().tracks) {
-    EXPECT_EQ(scene.left_iou(track, track.id == 1 ? 0 : 1), 1.0);
-    EXPECT_EQ(area_of(scene.frame().left_labels, track.label()), track.area_px);
+  ASSERT_EQ(scene.frame().tracks.size(), 2U);
+  for (const std::size_t k : {0U, 1U}) {
+    const Track* track = scene.track_of(k);
+    ASSERT_NE(track, nullptr);
+    EXPECT_EQ(scene.left_iou(*track, k), 1.0);
+    EXPECT_EQ(track->state, k == 0 ? TrackState::kPropagated : TrackState::kConfirmed);
+    EXPECT_EQ(area_of(scene.frame().left_labels, track->label()), track->area_px);
   }
 }
 
