@@ -38,7 +38,7 @@ class Arena {
   [[nodiscard]] std::span<T> take(std::size_t count) noexcept(std::is_nothrow_default_constructible_v<T>) {
     static_assert(std::is_trivially_destructible_v<T>, "an arena never runs destructors");
     static_assert(alignof(T) <= kAlignment);
-    std::byte* memory = reserve(count * sizeof(T));
+    std::byte* memory = reserve(count, sizeof(T));
     if (memory == nullptr) {
       return {};
     }
@@ -48,7 +48,7 @@ class Arena {
   }
 
  private:
-  std::byte* reserve(std::size_t bytes) noexcept;
+  std::byte* reserve(std::size_t count, std::size_t element_bytes) noexcept;
 
   struct Free {
     void operator()(std::byte* block) const noexcept { ::operator delete (block, std::align_val_t{kAlignment}); }
