@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <Eigen/Cholesky>
 
@@ -14,68 +15,84 @@ namespace {
 
 constexpr double kBehindCamera = 1e12;
 constexpr double kMinDepth_m = 0.05;
-constexpr std::size_t kScoredObservations =
-    160;  // Enough to rank hypotheses; all observations take part in the refinement.
+constexpr double kTinyInformation = 1e-9;  // Keeps a system that nothing constrains solvable.
+constexpr double kHuberSigmas = 2.8;       // 95 % quantile of the norm of three Gaussian residuals.
+constexpr double kConverged = 1e-5;        // rad or m: far below what any camera can tell.
+// Enough to rank hypotheses; all observations take part in the refinement.
+constexpr std::size_t kScoredObservations = 160;
 
 ReprojectionModel<double> model_of(const StereoGeometry& g) {
   return {g.fx_px, g.fy_px, g.cx_px, g.cy_px, g.fx_px * g.baseline_m};
 }
 
-/// Normal equations of one pose: 6 x 6, upper part by accumulation of outer products.
+/// Normal equations of one pose perturbation (rotation r, translation t), by blocks.
 struct NormalEquations {
-  Matrix6d hessian = Matrix6d::Zero();
-  Vector6d gradient = Vector6d::Zero();
-  double cost = 0.0;
+  Eigen::Matrix3d rr = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d tr = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d tt = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d gradient_r = Eigen::Vector3d::Zero();
+  Eigen::Vector3d gradient_t = Eigen::Vector3d::Zero();
   int used = 0;
+
+  [[nodiscard]] Matrix6d hessian() const {
+    Matrix6d h;
+    h << rr, tr.transpose(), tr, tt;
+    return h;
+  }
+  [[nodiscard]] Vector6d gradient() const {
+    Vector6d g;
+    g << gradient_r, gradient_t;
+    return g;
+  }
 };
 
 void accumulate(const ReprojectionModel<double>& model, const Se3& pose, const PoseObservation& o, double inverse_sigma,
-                double huber_sigma, NormalEquations& normal) {
+                double huber_sigmas, NormalEquations& normal) {
   const Eigen::Vector3d p = pose * o.p_body;
   if (p.z() < kMinDepth_m) {
     return;
   }
   const bool stereo = !std::isnan(o.u_right_px);
-  const double u_right = stereo ? double{o.u_right_px} : 0.0;
-  const StereoReprojection<double> s =
-      stereo_reprojection<double>(model, p.x(), p.y(), p.z(), double{o.u_left_px}, double{o.v_px}, u_right);
-  const int rows = stereo ? 3 : 2;
-  double chi2 = 0.0;
-  for (int r = 0; r < rows; ++r) {
-    chi2 += s.residual[r] * s.residual[r];
+  StereoReprojection<double> s = stereo_reprojection<double>(model, p.x(), p.y(), p.z(), double{o.u_left_px},
+                                                             double{o.v_px}, double{o.u_right_px});
+  double du_right_dx = s.du_dx;
+  if (!stereo) {  // A row of zeros says nothing.
+    s.residual[2] = 0.0;
+    s.du_right_dz = 0.0;
+    du_right_dx = 0.0;
   }
-  chi2 *= inverse_sigma * inverse_sigma;
-  const double norm = std::sqrt(chi2);
-  const double robust = norm <= huber_sigma ? 1.0 : huber_sigma / norm;
+  const double norm = inverse_sigma * std::sqrt(s.residual[0] * s.residual[0] + s.residual[1] * s.residual[1] +
+                                                s.residual[2] * s.residual[2]);
+  const double robust = norm <= huber_sigmas ? 1.0 : huber_sigmas / norm;
   const double weight = robust * inverse_sigma * inverse_sigma;
-  normal.cost += norm <= huber_sigma ? 0.5 * chi2 : huber_sigma * (norm - 0.5 * huber_sigma);
   ++normal.used;
 
-  // d residual / d p for each row, then [ -skew(p), I ].
-  const std::array<Eigen::Vector3d, 3> d_point{Eigen::Vector3d(s.du_dx, 0.0, s.du_left_dz),
-                                               Eigen::Vector3d(0.0, s.dv_dy, s.dv_dz),
-                                               Eigen::Vector3d(s.du_dx, 0.0, s.du_right_dz)};
-  for (int r = 0; r < rows; ++r) {
-    const Eigen::Vector3d& g = d_point[static_cast<std::size_t>(r)];
-    Vector6d j;
-    j << p.cross(g), g;
-    normal.hessian.noalias() += weight * j * j.transpose();
-    normal.gradient.noalias() += weight * s.residual[r] * j;
-  }
+  // D = d residual / d p_cam; the perturbation enters by [ -skew(p), I ]. D^T D is built once and carried over.
+  Eigen::Matrix3d d;
+  d << s.du_dx, 0.0, s.du_left_dz, 0.0, s.dv_dy, s.dv_dz, du_right_dx, 0.0, s.du_right_dz;
+  const Eigen::Matrix3d information = weight * d.transpose() * d;
+  const Eigen::Vector3d gradient = weight * d.transpose() * Eigen::Map<const Eigen::Vector3d>(s.residual);
+  const Eigen::Matrix3d turn = -skew(p);
+  const Eigen::Matrix3d information_turn = information * turn;
+  normal.tt += information;
+  normal.tr += information_turn;
+  normal.rr.noalias() += turn.transpose() * information_turn;
+  normal.gradient_t += gradient;
+  normal.gradient_r += p.cross(gradient);
 }
 
-/// One damped Gauss-Newton step; false when the system is singular.
-bool step(const NormalEquations& normal, double damping, Se3& pose) {
-  Matrix6d h = normal.hessian;
+/// One damped Gauss-Newton step: the perturbation it made, none when the system is singular.
+std::optional<Vector6d> step(const NormalEquations& normal, double damping, Se3& pose) {
+  Matrix6d h = normal.hessian();
   h.diagonal() *= 1.0 + damping;
-  h.diagonal().array() += 1e-9;
+  h.diagonal().array() += kTinyInformation;
   const Eigen::LDLT<Matrix6d> ldlt(h);
-  const Vector6d xi = -ldlt.solve(normal.gradient);
+  const Vector6d xi = -ldlt.solve(normal.gradient());
   if (ldlt.info() != Eigen::Success || !xi.allFinite()) {
-    return false;
+    return std::nullopt;
   }
   pose = left_update(pose, xi);
-  return true;
+  return xi;
 }
 
 /// Small deterministic generator (numerical recipes' LCG): sampling needs spread, not secrecy.
@@ -187,7 +204,7 @@ PoseEstimate StereoPoseEstimator::estimate(std::span<const PoseObservation> obse
       for (const std::size_t i : pick) {
         accumulate(model, pose, observations[i], 1.0, std::numeric_limits<double>::infinity(), normal);
       }
-      solved = normal.used == 3 && step(normal, 1e-3, pose);
+      solved = normal.used == 3 && step(normal, 1e-3, pose).has_value();
     }
     if (!solved) {
       continue;
@@ -210,14 +227,14 @@ PoseEstimate StereoPoseEstimator::estimate(std::span<const PoseObservation> obse
       last = NormalEquations{};
       for (std::size_t i = 0; i < observations.size(); ++i) {
         if (inlier[i] != 0) {
-          accumulate(model, best_pose, observations[i], 1.0 / sigma_px, 1.5, last);
+          accumulate(model, best_pose, observations[i], 1.0 / sigma_px, kHuberSigmas, last);
         }
       }
-      const Eigen::Vector3d before = best_pose.translation;
-      if (!step(last, 1e-6, best_pose)) {
+      const std::optional<Vector6d> moved = step(last, 1e-6, best_pose);
+      if (!moved) {
         return out;
       }
-      if ((best_pose.translation - before).norm() < 1e-6) {
+      if (moved->cwiseAbs().maxCoeff() < kConverged) {
         break;
       }
     }
@@ -227,9 +244,9 @@ PoseEstimate StereoPoseEstimator::estimate(std::span<const PoseObservation> obse
   out.valid = out.inliers >= 3 && best_pose.is_finite();
   if (out.valid) {
     out.T_cam_body = best_pose;
-    Matrix6d h = last.hessian;
-    h.diagonal().array() += 1e-9;
-    out.covariance = h.inverse();
+    Matrix6d h = last.hessian();
+    h.diagonal().array() += kTinyInformation;
+    out.covariance = h.ldlt().solve(Matrix6d::Identity());
   }
   return out;
 }
