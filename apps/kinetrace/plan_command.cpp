@@ -18,6 +18,7 @@ hal::Dataset raw_recording(int width_px, int height_px) {
   eye.fy_px = eye.fx_px;
   eye.cx_px = 0.5 * (width_px - 1);
   eye.cy_px = 0.5 * (height_px - 1);
+  eye.distortion[0] = -0.1;  // Without any, there would be nothing to rectify.
   dataset.calibration.source = "kinetrace plan";
   dataset.calibration.left = eye;
   dataset.calibration.right = eye;

@@ -95,7 +95,9 @@ Status play_frame(Chain& chain, const StereoFrame& frame, StageClock& clock, Run
   ++report.frames;
   report.objects_now = static_cast<int>((*result)->newest.objects.size());
   report.counters = (*result)->counters;
-  return chain.recorder.record(**result);
+  const Status recorded = chain.recorder.record(**result);
+  report.allocations_at_last_frame = allocation_counts();
+  return recorded;
 }
 
 Status play(Chain& chain, const RunOptions& options, StageClock& clock, Progress& progress, RunReport& report) {
@@ -166,9 +168,8 @@ Outcome<RunReport> run(const RunOptions& options) {
   }
   Progress progress(!options.quiet, expected);
   catch_interrupts();
-  const AllocationCounts before = allocation_counts();
+  report.start();
   Status played = play(*chain, options, *clock, progress, report);
-  report.set_allocations(before, allocation_counts());
   progress.clear();
   // What was computed is written, whatever ended the run.
   if (const Status settled = settle(*chain); played && !settled) {

@@ -22,10 +22,10 @@ RunReport::RunReport(const RunOptions& options, const hal::Dataset& dataset, std
   summary_.warnings = dataset.notes;
 }
 
-void RunReport::set_allocations(const AllocationCounts& before, const AllocationCounts& after) {
-  if (allocation_counting_available()) {
-    summary_.allocations_after_start = AllocationCounts{after.own - before.own, after.foreign - before.foreign};
-  }
+void RunReport::start() {
+  start_ = std::chrono::steady_clock::now();
+  allocations_at_start_ = allocation_counts();
+  allocations_at_last_frame = allocations_at_start_;
 }
 
 void RunReport::add_warnings(const hal::FileStereoCamera& camera) {
@@ -48,6 +48,11 @@ void RunReport::finish(const hal::FileStereoCamera& camera, const StageClock& cl
   summary_.frame_time = clock.frame_time();
   summary_.stage_times = clock.stage_times();
   summary_.rss_peak_bytes = peak_rss_bytes();
+  if (allocation_counting_available()) {
+    summary_.allocations_after_start =
+        AllocationCounts{allocations_at_last_frame.own - allocations_at_start_.own,
+                         allocations_at_last_frame.foreign - allocations_at_start_.foreign};
+  }
   add_warnings(camera);
   if (!played) {
     summary_.warnings.push_back("ended early: " + played.error().message);

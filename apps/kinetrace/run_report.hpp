@@ -23,8 +23,10 @@ class RunReport {
   std::int64_t frames = 0;
   int objects_now = 0;
   FrameCounters counters;
+  AllocationCounts allocations_at_last_frame;  ///< What comes after belongs to ending the run.
 
-  void set_allocations(const AllocationCounts& before, const AllocationCounts& after);
+  /// Before the first frame, when everything has been made.
+  void start();
   /// After the last frame. `played` says how it ended.
   void finish(const hal::FileStereoCamera& camera, const StageClock& clock, const Status& played);
 
@@ -36,7 +38,8 @@ class RunReport {
   void add_warnings(const hal::FileStereoCamera& camera);
 
   RunOptions options_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  AllocationCounts allocations_at_start_;
+  std::chrono::steady_clock::time_point start_;
   double seconds_ = 0.0;
   recording::RunSummary summary_;
 };
