@@ -1,7 +1,7 @@
 // Object and background reconstruction combined (Bullinger et al. 2018, eq. 2).
 #pragma once
 
-#include <span>
+#include <Eigen/Core>
 
 #include "kinetrace/core/se3.hpp"
 
@@ -15,6 +15,10 @@ struct PoseWithCovariance {
 
 /// T_world_obj = T_world_cam * T_obj_cam^-1, the two errors taken as independent.
 [[nodiscard]] PoseWithCovariance compose(const PoseWithCovariance& T_world_cam, const PoseWithCovariance& T_obj_cam);
+
+/// Covariance (m^2) of where `T_world_obj` puts the object point `p_obj`. Far from the world's origin this is not the
+/// lower right block of the pose's covariance: there, rotation and translation errors go together.
+[[nodiscard]] Eigen::Matrix3d point_covariance(const PoseWithCovariance& T_world_obj, const Eigen::Vector3d& p_obj);
 
 /// Eq. 2 for one point: camera frame of the object reconstruction, then world.
 [[nodiscard]] Eigen::Vector3d object_point_in_world(const Se3& T_world_cam, const Se3& T_obj_cam,

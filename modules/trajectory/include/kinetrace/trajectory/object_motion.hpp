@@ -19,13 +19,14 @@ struct MotionSample {
 };
 
 struct MotionEstimate {
-  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< World frame, of the reference point.
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();    ///< Of the velocity.
-  double yaw_rate_rad_s = 0.0;
-  bool moving = false;
+  /// World frame, of the reference point. Zero unless it differs significantly from zero.
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< Of the velocity.
+  double yaw_rate_rad_s = 0.0;                           ///< About the world's y axis (down).
+  bool moving = false;                                   ///< Significant, and faster than min_moving_speed_mps.
 };
 
-/// A fixed ring of the last kCapacity poses, newest at age 0. No heap.
+/// A fixed ring of the last kCapacity poses, newest at age 0; the oldest gives way. No heap.
 class ObjectMotion {
  public:
   static constexpr std::size_t kCapacity = 48;
@@ -39,16 +40,27 @@ class ObjectMotion {
   void push(const MotionSample& sample) noexcept;
   /// Replaces the pose of `age` frames ago; ages beyond size() are ignored.
   void revise(std::size_t age, const Se3& T_world_obj, const Eigen::Matrix3d& position_covariance) noexcept;
-  /// Weighted least squares over the frames around `age`. One sample: no velocity, not moving.
+  /// Weighted least squares over the frames around `age`: constant velocity, or constant acceleration where the path
+  /// shows it. Significance is that of the velocity vector (root of its chi-square against zero), so that a sure
+  /// lateral motion is not drowned by an unsure depth; an object whose sample or predecessor was found moving when it
+  /// was new stays so down to half the significance. Fewer than three samples, or an age beyond size(): no
+  /// velocity, not moving.
   [[nodiscard]] MotionEstimate at(std::size_t age) const noexcept;
 
  private:
+  struct Entry {
+    MotionSample sample;
+    bool was_moving = false;  ///< As judged when it was the newest.
+  };
+
+  [[nodiscard]] std::size_t slot(std::size_t age) const noexcept { return (head_ + kCapacity - age) % kCapacity; }
+  [[nodiscard]] const Entry& entry(std::size_t age) const noexcept { return ring_[slot(age)]; }
+
   TrajectoryConfig config_;
-  std::array<MotionSample, kCapacity> ring_;
-  std::size_t head_ = 0;
+  std::array<Entry, kCapacity> ring_;
+  std::size_t head_ = 0;  ///< Slot of the newest.
   std::size_t size_ = 0;
   Eigen::Vector3d reference_obj_ = Eigen::Vector3d::Zero();
-  bool moving_ = false;  ///< Hysteresis of the newest estimate.
 };
 
 }  // namespace kinetrace::trajectory

@@ -18,13 +18,16 @@ class StereoPositionFilter {
       : config_(config), geometry_(geometry) {}
   void reset() noexcept { initialised_ = false; }
   [[nodiscard]] bool initialised() const noexcept { return initialised_; }
-  /// Starts at a known position and velocity.
+  /// Starts at a known position and velocity (the velocity good to some metres per second).
   void start(std::int64_t timestamp_ns, const Eigen::Vector3d& position_m, const Eigen::Vector3d& velocity_mps,
              const Eigen::Matrix3d& position_covariance) noexcept;
-  /// Moves the state to `timestamp_ns` without a measurement.
+  /// Moves the state to `timestamp_ns` without a measurement. Time that stands still or runs back changes nothing.
   void predict(std::int64_t timestamp_ns) noexcept;
-  /// Takes in a stereo position: u_left, v and disparity of `features` points' medians. An implausible one is skipped
-  /// (false), unless that happens three times in a row: then the filter starts again there.
+  /// Takes in a stereo position at the time of the last `predict` or `start`: u_left, v and disparity of `features`
+  /// points' medians. Errors of stereo are those of the image, so depth is as unsure as its square (iterated extended
+  /// Kalman filter). An implausible one is skipped (false), unless that happens three times in a row: then the filter
+  /// starts again there. Before `start`, it starts at the first position, at rest. False too without a positive
+  /// disparity or features.
   bool update(const Eigen::Vector3d& uvd_px, int features, const Se3& T_world_cam) noexcept;
 
   [[nodiscard]] const Eigen::Vector3d& position_m() const noexcept { return position_; }
@@ -32,10 +35,13 @@ class StereoPositionFilter {
   [[nodiscard]] Eigen::Matrix3d position_covariance() const noexcept { return covariance_.topLeftCorner<3, 3>(); }
 
  private:
+  void restart_at(const Eigen::Vector3d& uvd_px, double sigma_px, const Se3& T_world_cam) noexcept;
+  [[nodiscard]] Matrix6d process_noise(double dt_s) const noexcept;
+
   TrajectoryConfig config_;
   StereoGeometry geometry_;
   bool initialised_ = false;
-  int skipped_ = 0;
+  int skipped_ = 0;  ///< Implausible measurements in a row.
   std::int64_t timestamp_ns_ = 0;
   Eigen::Vector3d position_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();

@@ -1,0 +1,111 @@
+#include "kinetrace/trajectory/object_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include <Eigen/Cholesky>
+
+#include "velocity_fit.hpp"
+
+namespace kinetrace::trajectory {
+namespace {
+
+constexpr std::size_t kMaxWindow = 21;  // The largest velocity_window_frames on both sides.
+// Samples further off in time say nothing about the velocity now, whatever their number.
+constexpr double kMaxTime_s = 2.0;
+// Errors below a centimetre, and those that drift with the frames, are not in the covariances.
+constexpr double kPositionFloor_m = 0.01;
+constexpr double kVelocityFloor_mps = 0.05;
+// Two samples cannot show that their covariances are too small.
+constexpr std::size_t kMinMovingSamples = 3;
+constexpr double kStopRatio = 0.5;
+
+double seconds_between(std::int64_t from_ns, std::int64_t to_ns) {
+  return 1e-9 * static_cast<double>(to_ns - from_ns);
+}
+
+Eigen::Matrix3d information_of(const Eigen::Matrix3d& covariance) {
+  return (covariance + kPositionFloor_m * kPositionFloor_m * Eigen::Matrix3d::Identity())
+      .ldlt()
+      .solve(Eigen::Matrix3d::Identity());
+}
+
+/// Slope of the rotation about the world's y axis, relative to the centre's.
+struct TurnRate {
+  double sum_t = 0.0, sum_tt = 0.0, sum_a = 0.0, sum_ta = 0.0;
+  double count = 0.0;
+
+  void add(double time_s, double angle_rad) {
+    sum_t += time_s;
+    sum_tt += time_s * time_s;
+    sum_a += angle_rad;
+    sum_ta += time_s * angle_rad;
+    count += 1.0;
+  }
+  [[nodiscard]] double rad_s() const {
+    const double spread = sum_tt - sum_t * sum_t / count;
+    return spread > 0.0 ? (sum_ta - sum_t * sum_a / count) / spread : 0.0;
+  }
+};
+
+}  // namespace
+
+void ObjectMotion::reset() noexcept {
+  size_ = 0;
+  reference_obj_.setZero();
+}
+
+void ObjectMotion::push(const MotionSample& sample) noexcept {
+  head_ = (head_ + 1) % kCapacity;
+  size_ = std::min(size_ + 1, kCapacity);
+  ring_[head_] = {sample, false};
+  ring_[head_].was_moving = at(0).moving;
+}
+
+void ObjectMotion::revise(std::size_t age, const Se3& T_world_obj,
+                          const Eigen::Matrix3d& position_covariance) noexcept {
+  if (age < size_) {
+    MotionSample& sample = ring_[slot(age)].sample;
+    sample.T_world_obj = T_world_obj;
+    sample.position_covariance = position_covariance;
+  }
+}
+
+MotionEstimate ObjectMotion::at(std::size_t age) const noexcept {
+  MotionEstimate estimate;
+  if (age >= size_) {
+    return estimate;
+  }
+  const MotionSample& center = entry(age).sample;
+  const auto window = static_cast<std::size_t>(config_.velocity_window_frames);
+  const std::size_t newest = age > window ? age - window : 0;
+  const std::size_t oldest = std::min(age + window, size_ - 1);
+  std::array<PathPoint, kMaxWindow> path;
+  std::size_t count = 0;
+  TurnRate turn;
+  for (std::size_t i = newest; i <= oldest; ++i) {
+    const MotionSample& sample = entry(i).sample;
+    const double time_s = seconds_between(center.timestamp_ns, sample.timestamp_ns);
+    if (std::abs(time_s) <= kMaxTime_s) {
+      path[count++] = {time_s, sample.T_world_obj * reference_obj_, information_of(sample.position_covariance)};
+      turn.add(time_s, so3_log(sample.T_world_obj.rotation * center.T_world_obj.rotation.transpose()).y());
+    }
+  }
+  if (count < 2) {
+    return estimate;
+  }
+  const VelocityFit fit = fit_velocity(std::span<const PathPoint>(path).first(count));
+  estimate.covariance = fit.covariance + kVelocityFloor_mps * kVelocityFloor_mps * Eigen::Matrix3d::Identity();
+  estimate.yaw_rate_rad_s = turn.rad_s();
+  const bool was_moving = entry(age).was_moving || (age + 1 < size_ && entry(age + 1).was_moving);
+  const double needed = config_.moving_significance * (was_moving ? kStopRatio : 1.0);
+  const double chi_square = fit.velocity_mps.dot(estimate.covariance.ldlt().solve(fit.velocity_mps));
+  if (count >= kMinMovingSamples && chi_square > needed * needed) {
+    estimate.velocity_mps = fit.velocity_mps;
+    estimate.moving = fit.velocity_mps.norm() > config_.min_moving_speed_mps;
+  }
+  return estimate;
+}
+
+}  // namespace kinetrace::trajectory

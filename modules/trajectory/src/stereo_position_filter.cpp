@@ -1,0 +1,133 @@
+#include "kinetrace/trajectory/stereo_position_filter.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+namespace kinetrace::trajectory {
+namespace {
+
+constexpr double kStartSpeedSigma_mps = 5.0;
+constexpr double kGate = 16.3;  // 99.9 % of chi-square with three degrees of freedom.
+constexpr int kMaxSkipped = 3;
+constexpr int kIterations = 3;
+constexpr double kMinDepth_m = 0.1;
+// Points of one object err together: more than a few features do not sharpen their median.
+constexpr int kMaxIndependentFeatures = 4;
+
+/// (u_left, v, disparity) of a point in the camera frame, and its derivative there.
+struct Prediction {
+  Eigen::Vector3d uvd_px;
+  Eigen::Matrix3d derivative;
+};
+
+Prediction predict_stereo(const StereoGeometry& g, const Eigen::Vector3d& p) {
+  const double inv_z = 1.0 / p.z();
+  const double bf = g.fx_px * g.baseline_m;
+  Prediction out;
+  out.uvd_px << g.fx_px * p.x() * inv_z + g.cx_px, g.fy_px * p.y() * inv_z + g.cy_px, bf * inv_z;
+  out.derivative << g.fx_px * inv_z, 0.0, -g.fx_px * p.x() * inv_z * inv_z,  //
+      0.0, g.fy_px * inv_z, -g.fy_px * p.y() * inv_z * inv_z,                //
+      0.0, 0.0, -bf * inv_z * inv_z;
+  return out;
+}
+
+}  // namespace
+
+void StereoPositionFilter::start(std::int64_t timestamp_ns, const Eigen::Vector3d& position_m,
+                                 const Eigen::Vector3d& velocity_mps,
+                                 const Eigen::Matrix3d& position_covariance) noexcept {
+  initialised_ = true;
+  skipped_ = 0;
+  timestamp_ns_ = timestamp_ns;
+  position_ = position_m;
+  velocity_ = velocity_mps;
+  covariance_.setZero();
+  covariance_.topLeftCorner<3, 3>() = position_covariance;
+  covariance_.bottomRightCorner<3, 3>().diagonal().setConstant(kStartSpeedSigma_mps * kStartSpeedSigma_mps);
+}
+
+Matrix6d StereoPositionFilter::process_noise(double dt_s) const noexcept {
+  const double variance = config_.max_acceleration_mps2 * config_.max_acceleration_mps2;
+  const Eigen::Matrix3d eye = Eigen::Matrix3d::Identity();
+  Matrix6d noise;
+  noise << 0.25 * dt_s * dt_s * eye, 0.5 * dt_s * eye, 0.5 * dt_s * eye, eye;
+  return variance * dt_s * dt_s * noise;
+}
+
+void StereoPositionFilter::predict(std::int64_t timestamp_ns) noexcept {
+  const double dt_s = 1e-9 * static_cast<double>(timestamp_ns - timestamp_ns_);
+  if (initialised_ && dt_s <= 0.0) {
+    return;
+  }
+  timestamp_ns_ = timestamp_ns;
+  if (!initialised_) {
+    return;
+  }
+  position_ += dt_s * velocity_;
+  Matrix6d transition = Matrix6d::Identity();
+  transition.topRightCorner<3, 3>().diagonal().setConstant(dt_s);
+  covariance_ = transition * covariance_ * transition.transpose() + process_noise(dt_s);
+}
+
+void StereoPositionFilter::restart_at(const Eigen::Vector3d& uvd_px, double sigma_px, const Se3& T_world_cam) noexcept {
+  const Eigen::Vector3d p_cam = geometry_.triangulate(uvd_px.x(), uvd_px.y(), uvd_px.z());
+  const Eigen::Matrix3d per_pixel = T_world_cam.rotation * predict_stereo(geometry_, p_cam).derivative.inverse();
+  start(timestamp_ns_, T_world_cam * p_cam, Eigen::Vector3d::Zero(),
+        sigma_px * sigma_px * per_pixel * per_pixel.transpose());
+}
+
+bool StereoPositionFilter::update(const Eigen::Vector3d& uvd_px, int features, const Se3& T_world_cam) noexcept {
+  if (features < 1 || !uvd_px.allFinite() || uvd_px.z() <= 0.0) {
+    return false;
+  }
+  const double sigma_px =
+      config_.stereo_sigma_px / std::sqrt(static_cast<double>(std::min(features, kMaxIndependentFeatures)));
+  if (!initialised_) {
+    restart_at(uvd_px, sigma_px, T_world_cam);
+    return true;
+  }
+  const Se3 T_cam_world = T_world_cam.inverse();
+  const Eigen::Matrix3d noise = sigma_px * sigma_px * Eigen::Matrix3d::Identity();
+  const Eigen::Vector3d prior = position_;
+  Eigen::Vector3d at = prior;  // Where the measurement is linearised.
+  Eigen::Matrix<double, 6, 3> gain = Eigen::Matrix<double, 6, 3>::Zero();
+  Eigen::Matrix3d slope = Eigen::Matrix3d::Zero();
+  Vector6d correction = Vector6d::Zero();
+  bool plausible = true;
+  for (int i = 0; i < kIterations && plausible; ++i) {
+    const Eigen::Vector3d p_cam = T_cam_world * at;
+    plausible = p_cam.z() > kMinDepth_m;
+    if (!plausible) {
+      break;
+    }
+    const Prediction predicted = predict_stereo(geometry_, p_cam);
+    slope = predicted.derivative * T_cam_world.rotation;
+    const Eigen::Matrix3d spread = slope * covariance_.topLeftCorner<3, 3>() * slope.transpose() + noise;
+    const Eigen::Vector3d innovation = uvd_px - predicted.uvd_px - slope * (prior - at);
+    const Eigen::LDLT<Eigen::Matrix3d> solver(spread);
+    plausible = i > 0 || innovation.dot(solver.solve(innovation)) <= kGate;
+    gain = solver.solve(slope * covariance_.topRows<3>()).transpose();
+    correction = gain * innovation;
+    at = prior + correction.head<3>();
+  }
+  if (!plausible) {
+    if (++skipped_ < kMaxSkipped) {
+      return false;
+    }
+    restart_at(uvd_px, sigma_px, T_world_cam);
+    return true;
+  }
+  skipped_ = 0;
+  position_ += correction.head<3>();
+  velocity_ += correction.tail<3>();
+  // Joseph's form stays symmetric and positive.
+  Matrix6d keep = Matrix6d::Identity();
+  keep.leftCols<3>() -= gain * slope;
+  covariance_ = keep * covariance_ * keep.transpose() + gain * noise * gain.transpose();
+  return true;
+}
+
+}  // namespace kinetrace::trajectory

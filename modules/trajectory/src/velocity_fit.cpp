@@ -1,0 +1,81 @@
+#include "velocity_fit.hpp"
+
+#include <algorithm>
+
+#include <Eigen/Cholesky>
+
+namespace kinetrace::trajectory {
+namespace {
+
+constexpr double kSpeedPrior_mps = 50.0;
+constexpr double kAccelerationPrior_mps2 = 20.0;
+// The chi-square of the residuals is trusted like so many rows of the given covariance.
+constexpr double kGivenRows = 3.0;
+constexpr double kAccelerationGate = 16.3;  // 99.9 % of chi-square with three degrees of freedom.
+
+template <int kOrder>
+struct Polynomial {
+  Eigen::Matrix<double, 3 * (kOrder + 1), 1> coefficients;  // Position, velocity, half the acceleration.
+  Eigen::Matrix3d velocity_covariance;
+  double chi_square = 0.0;
+  double variance_factor = 1.0;
+};
+
+/// Positions are relative to the first point, so that the prior of the offset can be weak and yet well conditioned.
+template <int kOrder>
+Polynomial<kOrder> fit(std::span<const PathPoint> points) {
+  constexpr int kSize = 3 * (kOrder + 1);
+  using Vector = Eigen::Matrix<double, kSize, 1>;
+  using Matrix = Eigen::Matrix<double, kSize, kSize>;
+  Matrix information = Matrix::Zero();
+  Vector right = Vector::Zero();
+  information.diagonal().template segment<3>(3).setConstant(1.0 / (kSpeedPrior_mps * kSpeedPrior_mps));
+  if constexpr (kOrder == 2) {
+    // The coefficient is half the acceleration.
+    information.diagonal().template segment<3>(6).setConstant(4.0 /
+                                                              (kAccelerationPrior_mps2 * kAccelerationPrior_mps2));
+  }
+  const Eigen::Vector3d origin = points.front().position_m;
+  for (const PathPoint& point : points) {
+    const Eigen::Vector3d weighted = point.information * (point.position_m - origin);
+    double row_power = 1.0;
+    for (int r = 0; r <= kOrder; ++r, row_power *= point.time_s) {
+      right.template segment<3>(3 * r) += row_power * weighted;
+      double power = row_power;
+      for (int c = 0; c <= kOrder; ++c, power *= point.time_s) {
+        information.template block<3, 3>(3 * r, 3 * c) += power * point.information;
+      }
+    }
+  }
+  const Eigen::LDLT<Matrix> solver(information);
+  Polynomial<kOrder> out;
+  out.coefficients = solver.solve(right);
+  const Matrix covariance = solver.solve(Matrix::Identity());
+  for (const PathPoint& point : points) {
+    Eigen::Vector3d residual = origin - point.position_m;
+    double power = 1.0;
+    for (int r = 0; r <= kOrder; ++r, power *= point.time_s) {
+      residual += power * out.coefficients.template segment<3>(3 * r);
+    }
+    out.chi_square += residual.dot(point.information * residual);
+  }
+  const double freedom = std::max(3.0 * static_cast<double>(points.size()) - kSize, 0.0);
+  out.variance_factor = std::max(1.0, (kGivenRows + out.chi_square) / (kGivenRows + freedom));
+  out.velocity_covariance = out.variance_factor * covariance.template block<3, 3>(3, 3);
+  return out;
+}
+
+}  // namespace
+
+VelocityFit fit_velocity(std::span<const PathPoint> points) {
+  const Polynomial<1> line = fit<1>(points);
+  if (points.size() >= kMinAcceleratedPoints) {
+    const Polynomial<2> curve = fit<2>(points);
+    if (line.chi_square - curve.chi_square > kAccelerationGate * curve.variance_factor) {
+      return {curve.coefficients.segment<3>(3), curve.velocity_covariance, true};
+    }
+  }
+  return {line.coefficients.segment<3>(3), line.velocity_covariance, false};
+}
+
+}  // namespace kinetrace::trajectory

@@ -1,0 +1,28 @@
+// Weighted least squares of a path: position and velocity at time zero.
+#pragma once
+
+#include <span>
+
+#include <Eigen/Core>
+
+namespace kinetrace::trajectory {
+
+struct PathPoint {
+  double time_s = 0.0;  ///< Relative to the time of interest.
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d information = Eigen::Matrix3d::Identity();  ///< Inverse covariance of the position.
+};
+
+struct VelocityFit {
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  bool accelerated = false;  ///< A constant acceleration was fitted too.
+};
+
+/// Fits constant velocity or, where at least kMinAcceleratedPoints points show it significantly, constant acceleration.
+/// Covariances grow where the points scatter more than their information says. Needs at least two points; a weak prior
+/// of rest keeps points of equal time finite.
+inline constexpr std::size_t kMinAcceleratedPoints = 7;
+[[nodiscard]] VelocityFit fit_velocity(std::span<const PathPoint> points);
+
+}  // namespace kinetrace::trajectory

@@ -1,0 +1,44 @@
+#include "kinetrace/trajectory/trajectory_config.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace kinetrace::trajectory {
+namespace {
+
+std::string message(void (*change)(TrajectoryConfig&)) {
+  TrajectoryConfig config;
+  change(config);
+  const Status status = config.validate();
+  return status ? std::string() : status.error().message;
+}
+
+TEST(TrajectoryConfig, DefaultsAndLimitsAreValid) {
+  EXPECT_EQ(message([](TrajectoryConfig&) {}), "");
+  EXPECT_EQ(message([](TrajectoryConfig& c) { c.velocity_window_frames = 1; }), "");
+  EXPECT_EQ(message([](TrajectoryConfig& c) { c.velocity_window_frames = 10; }), "");
+}
+
+TEST(TrajectoryConfig, NamesTheKeyThatIsOutOfRange) {
+  EXPECT_EQ(message([](TrajectoryConfig& c) { c.velocity_window_frames = 11; }),
+            "trajectory.velocity_window_frames must be in [1, 10], got 11");
+  EXPECT_THAT(message([](TrajectoryConfig& c) { c.velocity_window_frames = 0; }), testing::HasSubstr("got 0"));
+  EXPECT_THAT(message([](TrajectoryConfig& c) { c.min_moving_speed_mps = -0.1; }),
+              testing::HasSubstr("trajectory.min_moving_speed_mps"));
+  EXPECT_THAT(message([](TrajectoryConfig& c) { c.moving_significance = std::nan(""); }),
+              testing::HasSubstr("trajectory.moving_significance"));
+  EXPECT_THAT(message([](TrajectoryConfig& c) { c.max_acceleration_mps2 = 0.0; }),
+              testing::HasSubstr("trajectory.max_acceleration_mps2"));
+  EXPECT_THAT(message([](TrajectoryConfig& c) { c.stereo_sigma_px = std::numeric_limits<double>::infinity(); }),
+              testing::HasSubstr("trajectory.stereo_sigma_px"));
+  EXPECT_THAT(message([](TrajectoryConfig& c) { c.box_percentile = 0.4; }),
+              testing::HasSubstr("trajectory.box_percentile"));
+  EXPECT_THAT(message([](TrajectoryConfig& c) { c.min_box_size_m = 0.0; }),
+              testing::HasSubstr("trajectory.min_box_size_m"));
+}
+
+}  // namespace
+}  // namespace kinetrace::trajectory
