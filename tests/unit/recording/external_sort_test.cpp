@@ -22,7 +22,7 @@ struct Item {
 constexpr auto kByKey = [](const Item& a, const Item& b) {
   return std::tie(a.key, a.payload) < std::tie(b.key, b.payload);
 };
-constexpr std::size_t kMemoryBytes = 32 * 1024;
+constexpr std::size_t kMemoryBytes = 32768;
 constexpr std::size_t kItemsInMemory = kMemoryBytes / sizeof(Item);
 
 /// Sorts `count` random items on disk within 32 KiB and compares with std::sort.

@@ -22,7 +22,9 @@ class MaskRle : public ::testing::Test {
     height_ = height;
     pixels_.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0);
   }
-  std::uint8_t& at(int x, int y) { return pixels_[static_cast<std::size_t>(y * width_ + x)]; }
+  std::uint8_t& at(int x, int y) {
+    return pixels_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)];
+  }
   LabelView view() { return {pixels_.data(), width_, height_, width_}; }
   std::string encode(std::uint8_t label, PixelBox box) {
     const std::filesystem::path path = folder_.path() / "rle";

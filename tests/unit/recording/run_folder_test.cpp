@@ -46,7 +46,7 @@ TEST(RunFolder, IsMadeWithItsParentsAndLeavesNoSpool) {
 
 TEST(RunFolder, EarlierRunsGiveWayAndOtherFilesStay) {
   const TemporaryFolder folder;
-  const fs::path directory = folder.path();
+  const fs::path& directory = folder.path();
   ASSERT_TRUE(record_all(recording_config(directory), {.objects = {{.track_id = 99}}}));
   touch(directory / "notes.md");
   touch(directory / "tracks/mine.tum");

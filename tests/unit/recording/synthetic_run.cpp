@@ -188,7 +188,8 @@ void SyntheticRun::paint_labels(int frame) {
     track.state = TrackState::kConfirmed;
     track.box_px = mask_box(slot % kMaxObjects, frame);
     for (int y = track.box_px.y0; y < track.box_px.y1; ++y) {
-      std::fill_n(labels_.begin() + y * kWidth + track.box_px.x0, track.box_px.width(), track.label());
+      std::uint8_t* row = labels_.data() + static_cast<std::ptrdiff_t>(y) * kWidth;
+      std::fill_n(row + track.box_px.x0, track.box_px.width(), track.label());
     }
     tracks_.push_back(track);
   }

@@ -57,7 +57,9 @@ class SyntheticRun {
   [[nodiscard]] static Se3 T_world_obj(std::uint32_t track_id, int frame);
   [[nodiscard]] static Box3 box(std::uint32_t track_id, int frame);
   [[nodiscard]] static PixelBox mask_box(std::size_t slot, int frame);
-  [[nodiscard]] static std::int64_t timestamp_ns(int frame) { return 1'700'000'000'000'000'001 + frame * 100'000'000; }
+  [[nodiscard]] static std::int64_t timestamp_ns(int frame) {
+    return 1'700'000'000'000'000'001 + std::int64_t{frame} * 100'000'000;
+  }
   /// Position of a point in its body's frame, from its id alone.
   [[nodiscard]] static Eigen::Vector3f point_position(std::uint32_t track_id, std::uint32_t point_id);
 
