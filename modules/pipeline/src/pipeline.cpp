@@ -64,8 +64,8 @@ struct Pipeline::Impl {
   refinement::FixedBundleAdjuster refiner;
   OutputStorage out;
 
-  FrameResult result;
-  std::span<const Feature> previous_features;
+  FrameResult result{};
+  std::span<const Feature> previous_features{};
   std::int64_t last_timestamp_ns = 0;
   bool started = false;
   bool drained = false;
@@ -387,7 +387,7 @@ void Pipeline::Impl::settle(const RectifiedPair& pair) {
     const ObjectState& object = objects[slot];
     if (object.in_use() && object.status() != BodyStatus::kInitializing) {
       KeptObject& entry = kept.objects[kept.object_count++];
-      entry = KeptObject{.slot = static_cast<std::uint8_t>(slot)};
+      entry = KeptObject{.result = {}, .slot = static_cast<std::uint8_t>(slot), .confirmed = false};
       object.report(entry.result);
     }
   }

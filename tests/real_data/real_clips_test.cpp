@@ -1,0 +1,175 @@
+// What the method must show on real recordings. Skipped where they are absent.
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "clip_run.hpp"
+
+namespace kinetrace::test {
+namespace {
+
+using segmentation::SegmentationMode;
+
+hal::DatasetSpec street(const std::filesystem::path& data) {
+  return {.layout = hal::DatasetLayout::kKittiRaw, .path = data / "kitti_raw/2011_09_26/2011_09_26_drive_0039_extract"};
+}
+
+pipeline::PipelineConfig with_motion() {
+  pipeline::PipelineConfig config;
+  config.segmentation.mode = SegmentationMode::kMotion;
+  return config;
+}
+
+pipeline::PipelineConfig with_masks(const std::filesystem::path& folder) {
+  pipeline::PipelineConfig config;
+  config.segmentation.mode = SegmentationMode::kMasks;
+  config.segmentation.left_dir = (folder / "detections_left").string();
+  config.segmentation.right_dir = (folder / "detections_right").string();
+  return config;
+}
+
+std::vector<Se3> camera_path(const ClipRun& run) {
+  std::vector<Se3> path;
+  for (const CameraResult& camera : run.camera) {
+    path.push_back(camera.T_world_cam);
+  }
+  return path;
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) {
+    return std::nan("");
+  }
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double median_speed_mps(const std::vector<ObjectRow>& rows) {
+  std::vector<double> speeds;
+  for (const ObjectRow& row : rows) {
+    speeds.push_back(row.object.velocity_mps.norm());
+  }
+  return median(speeds);
+}
+
+int moving_frames(const std::vector<ObjectRow>& rows) {
+  return static_cast<int>(
+      std::count_if(rows.begin(), rows.end(), [](const ObjectRow& row) { return row.object.moving; }));
+}
+
+class RealClips : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto folder = data_folder();
+    if (!folder) {
+      GTEST_SKIP() << "no recordings: set KINETRACE_DATA";
+    }
+    data_ = *folder;
+  }
+  std::filesystem::path data_;
+};
+
+TEST_F(RealClips, StreetCameraFollowsGpsWithinOnePercent) {
+  const ClipRun run = run_clip(street(data_), with_motion());
+  const std::vector<Se3> truth = read_kitti_poses(street(data_).path / "camera_poses.txt");
+  ASSERT_EQ(run.camera.size(), truth.size());
+  EXPECT_EQ(run.counters.background_lost_frames, 0U);
+  // The truth itself is good to about half a percent.
+  EXPECT_LT(translation_drift(truth, camera_path(run), 10.0), 0.012);
+  EXPECT_LT(translation_drift(truth, camera_path(run), 20.0), 0.012);
+}
+
+TEST_F(RealClips, StreetTruckIsOneMovingTrackAndNothingElseMoves) {
+  const ClipRun run = run_clip(street(data_), with_motion());
+  std::uint32_t truck = 0;
+  for (const auto& [id, rows] : run.objects) {
+    if (truck == 0 || moving_frames(rows) > moving_frames(run.objects.at(truck))) {
+      truck = id;
+    }
+  }
+  ASSERT_NE(truck, 0U);
+  const std::vector<ObjectRow>& rows = run.objects.at(truck);
+  const auto in_range = [](const ObjectRow& row) { return row.frame >= 8 && row.frame <= 40; };
+  EXPECT_GE(std::count_if(rows.begin(), rows.end(), in_range), 25);
+  int coming_towards_us = 0;
+  int judged = 0;
+  for (const ObjectRow& row : rows) {
+    if (in_range(row) && row.object.status == BodyStatus::kTracked) {
+      ++judged;
+      const double speed = row.object.velocity_mps.norm();
+      coming_towards_us += row.object.velocity_mps.z() < 0.0 && speed > 3.0 && speed < 7.0 ? 1 : 0;
+    }
+  }
+  EXPECT_GE(judged, 20);
+  EXPECT_GE(coming_towards_us, judged * 9 / 10);
+  for (const auto& [id, other] : run.objects) {
+    if (id != truck) {
+      EXPECT_LE(moving_frames(other), 5) << "track " << id << " from frame " << other.front().frame;
+    }
+  }
+}
+
+TEST_F(RealClips, StreetParkedCarsWithMasksStandStill) {
+  const ClipRun run = run_clip(street(data_), with_masks(data_ / "masks/kitti_raw_0039"));
+  int parked = 0;
+  for (const auto& [id, rows] : run.objects) {
+    std::vector<double> near_speeds;
+    for (const ObjectRow& row : rows) {
+      // The truck comes on the left; everything else that has a mask stands.
+      if (distance_m(row) < 15.0 && row.object.status == BodyStatus::kTracked) {
+        near_speeds.push_back(row.object.velocity_mps.norm());
+      }
+    }
+    if (near_speeds.size() < 5 || median_speed_mps(rows) > 2.0) {
+      continue;
+    }
+    ++parked;
+    EXPECT_LT(median(near_speeds), 0.3) << "track " << id;
+  }
+  EXPECT_GE(parked, 2);
+}
+
+TEST_F(RealClips, RampCrossingCarIsFound) {
+  for (const auto& config : {with_motion(), with_masks(data_ / "masks/ramp")}) {
+    const ClipRun run = run_clip(
+        {.layout = hal::DatasetLayout::kKittiOdometry, .path = data_ / "kitti_odometry/sequences/ramp"}, config);
+    EXPECT_EQ(run.camera.size(), 31U);
+    const bool found = std::any_of(run.objects.begin(), run.objects.end(), [](const auto& entry) {
+      return entry.second.size() >= 10 && median_speed_mps(entry.second) > 3.0;
+    });
+    EXPECT_TRUE(found);
+  }
+}
+
+TEST_F(RealClips, OncomingCarIsFoundAndComesTowardsUs) {
+  for (const auto& config : {with_motion(), with_masks(data_ / "masks/oncoming")}) {
+    const ClipRun run = run_clip({.layout = hal::DatasetLayout::kKittiOdometry,
+                                  .path = data_ / "kitti_odometry/sequences/oncoming",
+                                  .cameras = hal::CameraChoice::kColor},
+                                 config);
+    EXPECT_EQ(run.camera.size(), 14U);
+    const bool found = std::any_of(run.objects.begin(), run.objects.end(), [](const auto& entry) {
+      std::vector<double> towards;
+      for (const ObjectRow& row : entry.second) {
+        towards.push_back(-row.object.velocity_mps.z());
+      }
+      return entry.second.size() >= 6 && median(towards) > 8.0;
+    });
+    EXPECT_TRUE(found);
+  }
+}
+
+TEST_F(RealClips, DroneAtRestStaysPut) {
+  const ClipRun run =
+      run_clip({.layout = hal::DatasetLayout::kEuroc, .path = data_ / "euroc/V1_01_easy"}, with_motion());
+  ASSERT_EQ(run.camera.size(), 10U);
+  for (const CameraResult& camera : run.camera) {
+    EXPECT_LT(camera.T_world_cam.translation.norm(), 0.05);
+  }
+  EXPECT_TRUE(run.objects.empty());
+}
+
+}  // namespace
+}  // namespace kinetrace::test
