@@ -1,4 +1,5 @@
 // Smaller eigenvalues of the gradient matrix, row by row with sliding sums.
+
 #include "kernels.hpp"
 #include "simd.hpp"
 
@@ -19,43 +20,52 @@ void accumulate_row(const Plane& image, int y, int sign, std::int32_t* __restric
   }
 }
 
-inline Float8 window_sum(const std::int32_t* sums) {
-  Int8 total;
+inline Floats window_sum(const std::int32_t* sums) {
+  Ints total;
   __builtin_memcpy(&total, sums - 2, sizeof(total));
   for (int offset = -1; offset <= 2; ++offset) {
-    Int8 next;
+    Ints next;
     __builtin_memcpy(&next, sums + offset, sizeof(next));
     total += next;
   }
-  return __builtin_convertvector(total, Float8);
+  return __builtin_convertvector(total, Floats);
 }
 
 void eigenvalue_row(const std::int32_t* xx, const std::int32_t* xy, const std::int32_t* yy, int x0, int x1,
                     float* eigenvalues) {
   // 25 pixels; differences over two pixels are twice the gradient.
+  // Below this ratio of the eigenvalues it is an edge, along which nothing can be located.
+  constexpr float kLeastRatio = 0.1F;
   constexpr float kScale = 1.F / (25.F * 4.F);
-  for (int x = x0; x < x1; x += 8) {
-    const Float8 a = window_sum(xx + x);
-    const Float8 b = window_sum(xy + x);
-    const Float8 c = window_sum(yy + x);
-    const Float8 half_difference = 0.5F * (a - c);
-    const Float8 smaller = 0.5F * (a + c) - square_root(half_difference * half_difference + b * b);
-    store(eigenvalues + x, smaller * kScale);
+  for (int x = x0; x < x1; x += kLanes) {
+    const Floats a = window_sum(xx + x);
+    const Floats b = window_sum(xy + x);
+    const Floats c = window_sum(yy + x);
+    const Floats half_difference = 0.5F * (a - c);
+    const Floats half_sum = 0.5F * (a + c);
+    const Floats half_spread = square_root(half_difference * half_difference + b * b);
+    const Floats smaller = half_sum - half_spread;
+    const Floats larger = half_sum + half_spread;
+    store(eigenvalues + x, smaller > kLeastRatio * larger ? smaller * kScale : Floats{});
   }
 }
 
-inline bool any(Int8 mask) {
-  std::uint64_t words[4];
+inline bool any(Ints mask) {
+  std::uint64_t words[sizeof(mask) / sizeof(std::uint64_t)];
   __builtin_memcpy(words, &mask, sizeof(words));
-  return (words[0] | words[1] | words[2] | words[3]) != 0;
+  std::uint64_t all = 0;
+  for (const std::uint64_t word : words) {
+    all |= word;
+  }
+  return all != 0;
 }
 
 int find_maxima(const float* above, const float* row, const float* below, int x0, int x1, float threshold,
                 std::uint16_t* columns) {
   int count = 0;
-  for (int x = x0; x < x1; x += 8) {
-    const Float8 centre = load(row + x);
-    Int8 is_maximum = centre >= splat(threshold);
+  for (int x = x0; x < x1; x += kLanes) {
+    const Floats centre = load(row + x);
+    Ints is_maximum = centre >= splat(threshold);
     if (!any(is_maximum)) {
       continue;
     }
@@ -66,7 +76,7 @@ int find_maxima(const float* above, const float* row, const float* below, int x0
     if (!any(is_maximum)) {
       continue;
     }
-    for (int i = 0; i < 8 && x + i < x1; ++i) {
+    for (int i = 0; i < kLanes && x + i < x1; ++i) {
       if (is_maximum[i] != 0) {
         columns[count++] = static_cast<std::uint16_t>(x + i);
       }

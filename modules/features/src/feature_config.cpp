@@ -40,7 +40,7 @@ Status FeatureConfig::validate() const {
       .within("pyramid_levels", pyramid_levels, 1, 6)
       .within("bucket_px", bucket_px, 8, 256)
       .within("object_bucket_px", object_bucket_px, 4, 64)
-      .within("min_distance_px", min_distance_px, 1, 64)
+      .within("min_distance_px", min_distance_px, 4, 64)
       .within("min_corner_strength", min_corner_strength, kSmallestStrength, kLargestStrength)
       .within("min_object_corner_strength", min_object_corner_strength, kSmallestStrength, kLargestStrength)
       .within("forward_backward_px", forward_backward_px, 0.01F, 10.F)

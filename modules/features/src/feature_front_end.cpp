@@ -21,6 +21,8 @@ namespace {
 constexpr int kSmallestWidth = 64;
 constexpr int kSmallestHeight = 48;
 
+enum class Attempt : std::uint8_t { kFirst, kSecond };
+
 enum class Step : std::uint8_t { kNeedsFrame, kNeedsTrack, kNeedsReplenish };
 
 std::string size_text(int width, int height) {
@@ -66,7 +68,11 @@ struct FeatureFrontEnd::State {
   void bury_rejected() noexcept;
   void remember_previous() noexcept;
   void follow_all(std::span<const FeaturePrediction> by_slot) noexcept;
-  void retry(std::span<const FeaturePrediction> by_slot) noexcept;
+  [[nodiscard]] TrackOutcome follow(FeatureSlot& slot, const Eigen::Vector2f& start, Reach reach) noexcept;
+  [[nodiscard]] TrackOutcome follow_neighbours(FeatureSlot& slot) noexcept;
+  [[nodiscard]] TrackOutcome follow_unpredicted(FeatureSlot& slot) noexcept;
+  [[nodiscard]] TrackOutcome follow_mispredicted(FeatureSlot& slot, const FeaturePrediction& prediction) noexcept;
+  void conclude(FeatureSlot& slot, TrackOutcome outcome, Attempt attempt) noexcept;
   void count(FeatureSlot& slot, TrackOutcome outcome) noexcept;
   void match_all(std::span<const FeaturePrediction> by_slot) noexcept;
   void match(FeatureSlot& slot, float expected_disparity_px) noexcept;
@@ -239,37 +245,66 @@ void FeatureFrontEnd::State::remember_previous() noexcept {
 }
 
 void FeatureFrontEnd::State::follow_all(std::span<const FeaturePrediction> by_slot) noexcept {
+  const auto prediction = [by_slot](const FeatureSlot& slot) {
+    const std::size_t index = slot.feature.slot;
+    return index < by_slot.size() && by_slot[index].known ? &by_slot[index] : nullptr;
+  };
   neighbours.clear();
-  for (std::size_t i = 0; i < slots.size(); ++i) {
-    FeatureSlot& slot = slots[i];
-    if (slot.state != SlotState::kAlive) {
-      continue;
-    }
-    const bool known = i < by_slot.size() && by_slot[i].known;
-    const TrackStart start{known ? by_slot[i].left_px : slot.feature.left_px, !known};
-    const TrackOutcome outcome = tracker.follow(previous(), current(), start, slot);
-    if (succeeded(outcome)) {
-      count(slot, outcome);
-      neighbours.add(slot.feature);
-    } else {
-      neighbours.postpone(slot.feature.slot, outcome);
+  for (FeatureSlot& slot : slots) {
+    const FeaturePrediction* const predicted = prediction(slot);
+    if (slot.state == SlotState::kAlive && predicted != nullptr) {
+      conclude(slot, follow(slot, predicted->left_px, Reach::kNear), Attempt::kFirst);
     }
   }
-  retry(by_slot);
-}
-
-void FeatureFrontEnd::State::retry(std::span<const FeaturePrediction> by_slot) noexcept {
+  // Now there are neighbours to tell where the others may have gone.
+  for (FeatureSlot& slot : slots) {
+    if (slot.state == SlotState::kAlive && prediction(slot) == nullptr) {
+      conclude(slot, follow_unpredicted(slot), Attempt::kFirst);
+    }
+  }
   for (const MotionNeighbours::Postponed& failed : neighbours.postponed()) {
     FeatureSlot& slot = slots[failed.slot];
-    const bool known = failed.slot < by_slot.size() && by_slot[failed.slot].known;
-    TrackStart start{slot.feature.left_px, known};
-    Eigen::Vector2f motion(0.F, 0.F);
-    if (neighbours.motion_near(slot.feature, motion)) {
-      start = {slot.feature.left_px + motion, false};
-    }
-    const TrackOutcome outcome = tracker.follow(previous(), current(), start, slot);
-    counters.recovered += succeeded(outcome) ? 1U : 0U;
-    count(slot, succeeded(outcome) ? outcome : failed.outcome);
+    const FeaturePrediction* const predicted = prediction(slot);
+    const TrackOutcome outcome = predicted != nullptr ? follow_mispredicted(slot, *predicted) : failed.outcome;
+    conclude(slot, succeeded(outcome) ? outcome : failed.outcome, Attempt::kSecond);
+  }
+}
+
+TrackOutcome FeatureFrontEnd::State::follow(FeatureSlot& slot, const Eigen::Vector2f& start, Reach reach) noexcept {
+  return tracker.follow(previous(), current(), {start, reach}, slot);
+}
+
+TrackOutcome FeatureFrontEnd::State::follow_neighbours(FeatureSlot& slot) noexcept {
+  Eigen::Vector2f motion(0.F, 0.F);
+  return neighbours.trustworthy(slot.feature.body) && neighbours.motion_near(slot.feature, motion)
+             ? follow(slot, slot.feature.left_px + motion, Reach::kNear)
+             : TrackOutcome::kResidual;
+}
+
+TrackOutcome FeatureFrontEnd::State::follow_unpredicted(FeatureSlot& slot) noexcept {
+  const TrackOutcome outcome = follow_neighbours(slot);
+  return succeeded(outcome) ? outcome : follow(slot, slot.feature.left_px, Reach::kSearch);
+}
+
+TrackOutcome FeatureFrontEnd::State::follow_mispredicted(FeatureSlot& slot,
+                                                         const FeaturePrediction& prediction) noexcept {
+  if (neighbours.trustworthy(slot.feature.body)) {
+    return follow_neighbours(slot);
+  }
+  // The predictions of the whole body are off: a little, or altogether.
+  const TrackOutcome outcome = follow(slot, prediction.left_px, Reach::kWide);
+  return succeeded(outcome) ? outcome : follow(slot, slot.feature.left_px, Reach::kSearch);
+}
+
+void FeatureFrontEnd::State::conclude(FeatureSlot& slot, TrackOutcome outcome, Attempt attempt) noexcept {
+  if (succeeded(outcome)) {
+    counters.recovered += attempt == Attempt::kSecond ? 1U : 0U;
+    neighbours.add(slot.feature);
+    count(slot, outcome);
+  } else if (attempt == Attempt::kFirst) {
+    neighbours.postpone(slot.feature, outcome);
+  } else {
+    count(slot, outcome);
   }
 }
 

@@ -1,7 +1,9 @@
 // What a live feature carries besides its published part.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 
 #include "image_pyramid.hpp"
@@ -30,6 +32,10 @@ class ReferencePatch {
 };
 
 inline constexpr PatchWarp kNoWarp{1.F, 0.F, 0.F, 1.F};
+
+[[nodiscard]] inline float largest_change(const PatchWarp& a, const PatchWarp& b) noexcept {
+  return std::max({std::abs(a.xx - b.xx), std::abs(a.xy - b.xy), std::abs(a.yx - b.yx), std::abs(a.yy - b.yy)});
+}
 
 enum class SlotState : std::uint8_t {
   kFree,

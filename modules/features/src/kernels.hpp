@@ -34,11 +34,12 @@ struct PatchKernels {
 
 /// Exhaustive searches.
 struct SearchKernels {
-  /// The integer offset from (x, y), at most `radius_x`, `radius_y` <= kMaxSearchRadius, where `patch` correlates best.
+  /// The integer offset from (x, y), in [-radius_x, radius_x) and [-radius_y, radius_y], where `patch` correlates best.
+  /// Radii are at most kMaxSearchRadius.
   OffsetMatch (*correlate)(const Plane& image, const PatchTemplate& patch, int x, int y, int radius_x, int radius_y);
   /// costs[k] = sum of absolute differences between the patch of `from` around (x, y) and that of `to` around
-  /// (x + direction * (first + k), to_y). Integer centre: columns x - 7..x + 8, rows y - 5..y + 5.
-  void (*row_costs)(const Plane& from, int x, int y, const Plane& to, int to_y, int direction, int first, int count,
+  /// (first + k, to_y). Integer centre: columns x - 7..x + 8, rows y - 5..y + 5. Reads up to 16 pixels further right.
+  void (*row_costs)(const Plane& from, int x, int y, const Plane& to, int to_y, int first, int count,
                     std::uint16_t* costs);
 };
 

@@ -20,16 +20,20 @@ float median(std::array<float, kNearest>& values, std::size_t count) noexcept {
 void MotionNeighbours::clear() noexcept {
   moved_.clear();
   postponed_.clear();
+  followed_.fill(0);
+  failed_.fill(0);
 }
 
 void MotionNeighbours::add(const Feature& feature) noexcept {
   // Capacity is the number of slots, here and below.
   static_cast<void>(
       moved_.push_back({feature.previous_left_px, feature.left_px - feature.previous_left_px, feature.body}));
+  ++followed_[feature.body];
 }
 
-void MotionNeighbours::postpone(std::uint16_t slot, TrackOutcome outcome) noexcept {
-  static_cast<void>(postponed_.push_back({slot, outcome}));
+void MotionNeighbours::postpone(const Feature& feature, TrackOutcome outcome) noexcept {
+  static_cast<void>(postponed_.push_back({feature.slot, outcome}));
+  ++failed_[feature.body];
 }
 
 bool MotionNeighbours::motion_near(const Feature& feature, Eigen::Vector2f& motion) const noexcept {

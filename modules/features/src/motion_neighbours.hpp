@@ -1,6 +1,7 @@
 // How the surroundings of a lost feature moved, as a second start for it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -27,8 +28,12 @@ class MotionNeighbours {
   /// A feature that was followed.
   void add(const Feature& feature) noexcept;
   /// A feature that was not.
-  void postpone(std::uint16_t slot, TrackOutcome outcome) noexcept;
+  void postpone(const Feature& feature, TrackOutcome outcome) noexcept;
   [[nodiscard]] std::span<const Postponed> postponed() const noexcept { return postponed_.span(); }
+
+  /// Most features of the body were followed at the first attempt: its predictions are right, and who was followed
+  /// shows where the others went. Otherwise the few that seem to have been followed may well be wrong, too.
+  [[nodiscard]] bool trustworthy(std::uint8_t body) const noexcept { return followed_[body] > failed_[body]; }
 
   /// Median motion of the few nearest followed features of the same body; false when there is none near.
   [[nodiscard]] bool motion_near(const Feature& feature, Eigen::Vector2f& motion) const noexcept;
@@ -41,6 +46,8 @@ class MotionNeighbours {
   };
   FixedVector<Moved> moved_;
   FixedVector<Postponed> postponed_;
+  std::array<int, 256> followed_{};
+  std::array<int, 256> failed_{};
 };
 
 }  // namespace kinetrace::features

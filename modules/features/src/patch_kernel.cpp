@@ -1,11 +1,10 @@
-// Sub-pixel alignment of 16 x 11 patches, eight pixels at a time.
+// Sub-pixel alignment of 16 x 11 patches, a vector of pixels at a time.
 #include "kernels.hpp"
 #include "simd.hpp"
 
 namespace kinetrace::features::KINETRACE_KERNEL_ISA {
 namespace {
 
-constexpr int kVectors = kPatchPixels / 8;
 // A template needs one more pixel on every side for its gradients.
 constexpr int kBorderedHeight = kPatchHeight + 2;
 constexpr int kBorderedWidth = kPatchWidth + 2;
@@ -25,10 +24,10 @@ inline bool readable(const Plane& plane, float x, float y) {
 }
 
 template <int kCount>
-inline void interpolate_row(const std::uint8_t* row, Float8 fraction, Float8* out) {
+inline void interpolate_row(const std::uint8_t* row, Floats fraction, Floats* out) {
   for (int i = 0; i < kCount; ++i) {
-    const Float8 left = load_bytes(row + 8 * i);
-    const Float8 right = load_bytes(row + 8 * i + 1);
+    const Floats left = load_bytes(row + kLanes * i);
+    const Floats right = load_bytes(row + kLanes * i + 1);
     out[i] = left + fraction * (right - left);
   }
 }
@@ -38,16 +37,16 @@ template <int kCount, int kRows, typename Use>
 inline void sample_rows(const Plane& plane, float x, float y, Use&& use) {
   const int column = floor_to_int(x);
   const int line = floor_to_int(y);
-  const Float8 fraction_x = splat(x - static_cast<float>(column));
-  const Float8 fraction_y = splat(y - static_cast<float>(line));
+  const Floats fraction_x = splat(x - static_cast<float>(column));
+  const Floats fraction_y = splat(y - static_cast<float>(line));
   const std::uint8_t* row = plane.data + static_cast<long>(line) * plane.stride + column;
-  Float8 upper[kCount];
+  Floats upper[kCount];
   interpolate_row<kCount>(row, fraction_x, upper);
   for (int i = 0; i < kRows; ++i) {
     row += plane.stride;
-    Float8 lower[kCount];
+    Floats lower[kCount];
     interpolate_row<kCount>(row, fraction_x, lower);
-    Float8 values[kCount];
+    Floats values[kCount];
     for (int k = 0; k < kCount; ++k) {
       values[k] = upper[k] + fraction_y * (lower[k] - upper[k]);
       upper[k] = lower[k];
@@ -56,14 +55,30 @@ inline void sample_rows(const Plane& plane, float x, float y, Use&& use) {
   }
 }
 
-/// The 176 samples of a patch around (x, y): calls use(index of the first of eight, eight samples).
+constexpr int kRowVectors = kPatchWidth / kLanes;
+
+/// The 176 samples of a patch around (x, y): calls use(index of the first, vector within the row, values).
 template <typename Use>
 inline void sample_patch(const Plane& plane, float x, float y, Use&& use) {
-  sample_rows<2, kPatchHeight>(plane, x - kPatchHalfWidth, y - kPatchHalfHeight, [&](int row, const Float8* values) {
-    use(row * kPatchWidth, values[0]);
-    use(row * kPatchWidth + 8, values[1]);
-  });
+  sample_rows<kRowVectors, kPatchHeight>(plane, x - kPatchHalfWidth, y - kPatchHalfHeight,
+                                         [&](int row, const Floats* values) {
+                                           for (int k = 0; k < kRowVectors; ++k) {
+                                             use(row * kPatchWidth + k * kLanes, k, values[k]);
+                                           }
+                                         });
 }
+
+/// One partial sum per vector of a row: independent chains of additions overlap.
+struct RowSums {
+  Floats part[kRowVectors] = {};
+  [[nodiscard]] float total() const {
+    Floats all = part[0];
+    for (int k = 1; k < kRowVectors; ++k) {
+      all += part[k];
+    }
+    return sum(all);
+  }
+};
 
 /// Square root of the smaller eigenvalue of [a b; b c].
 inline float minimum_strength(float a, float b, float c) {
@@ -74,15 +89,15 @@ inline float minimum_strength(float a, float b, float c) {
 
 /// Fills a template from samples with a border of one (stride kBorderedStride).
 void make_template(const float* bordered, PatchTemplate* out) {
-  Float8 total = splat(0.F);
-  Float8 total_x = splat(0.F);
-  Float8 total_y = splat(0.F);
+  Floats total = splat(0.F);
+  Floats total_x = splat(0.F);
+  Floats total_y = splat(0.F);
   for (int row = 0; row < kPatchHeight; ++row) {
-    for (int half = 0; half < kPatchWidth; half += 8) {
+    for (int half = 0; half < kPatchWidth; half += kLanes) {
       const float* centre = bordered + (row + 1) * kBorderedStride + half + 1;
-      const Float8 value = load(centre);
-      const Float8 gradient_x = 0.5F * (load(centre + 1) - load(centre - 1));
-      const Float8 gradient_y = 0.5F * (load(centre + kBorderedStride) - load(centre - kBorderedStride));
+      const Floats value = load(centre);
+      const Floats gradient_x = 0.5F * (load(centre + 1) - load(centre - 1));
+      const Floats gradient_y = 0.5F * (load(centre + kBorderedStride) - load(centre - kBorderedStride));
       const int index = row * kPatchWidth + half;
       store(out->value + index, value);
       store(out->gradient_x + index, gradient_x);
@@ -93,15 +108,15 @@ void make_template(const float* bordered, PatchTemplate* out) {
     }
   }
   constexpr float kPerPixel = 1.F / static_cast<float>(kPatchPixels);
-  const Float8 mean = splat(sum(total) * kPerPixel);
+  const Floats mean = splat(sum(total) * kPerPixel);
   const float mean_x = sum(total_x) * kPerPixel;
   const float mean_y = sum(total_y) * kPerPixel;
 
-  Float8 energy = splat(0.F);
-  Float8 along_x = splat(0.F);
-  Float8 along_y = splat(0.F);
-  for (int i = 0; i < kPatchPixels; i += 8) {
-    const Float8 value = load(out->value + i) - mean;
+  Floats energy = splat(0.F);
+  Floats along_x = splat(0.F);
+  Floats along_y = splat(0.F);
+  for (int i = 0; i < kPatchPixels; i += kLanes) {
+    const Floats value = load(out->value + i) - mean;
     store(out->value + i, value);
     energy += value * value;
     along_x += value * load(out->gradient_x + i);
@@ -114,17 +129,17 @@ void make_template(const float* bordered, PatchTemplate* out) {
   out->raw_y[0] = sum(along_y) * inverse_energy;
   out->raw_y[1] = mean_y;
 
-  const Float8 value_x = splat(out->raw_x[0]);
-  const Float8 value_y = splat(out->raw_y[0]);
-  const Float8 constant_x = splat(mean_x);
-  const Float8 constant_y = splat(mean_y);
-  Float8 hxx = splat(0.F);
-  Float8 hxy = splat(0.F);
-  Float8 hyy = splat(0.F);
-  for (int i = 0; i < kPatchPixels; i += 8) {
-    const Float8 value = load(out->value + i);
-    const Float8 gradient_x = load(out->gradient_x + i) - constant_x - value_x * value;
-    const Float8 gradient_y = load(out->gradient_y + i) - constant_y - value_y * value;
+  const Floats value_x = splat(out->raw_x[0]);
+  const Floats value_y = splat(out->raw_y[0]);
+  const Floats constant_x = splat(mean_x);
+  const Floats constant_y = splat(mean_y);
+  Floats hxx = splat(0.F);
+  Floats hxy = splat(0.F);
+  Floats hyy = splat(0.F);
+  for (int i = 0; i < kPatchPixels; i += kLanes) {
+    const Floats value = load(out->value + i);
+    const Floats gradient_x = load(out->gradient_x + i) - constant_x - value_x * value;
+    const Floats gradient_y = load(out->gradient_y + i) - constant_y - value_y * value;
     store(out->gradient_x + i, gradient_x);
     store(out->gradient_y + i, gradient_y);
     hxx += gradient_x * gradient_x;
@@ -138,14 +153,13 @@ void make_template(const float* bordered, PatchTemplate* out) {
 }
 
 void sample(const Plane& source, float x, float y, PatchTemplate* out) {
-  float bordered[kBorderedHeight * kBorderedStride];
-  sample_rows<kBorderedStride / 8, kBorderedHeight>(source, x - kPatchHalfWidth - 1.F, y - kPatchHalfHeight - 1.F,
-                                                    [&](int row, const Float8* values) {
-                                                      float* target = bordered + row * kBorderedStride;
-                                                      store(target, values[0]);
-                                                      store(target + 8, values[1]);
-                                                      store(target + 16, values[2]);
-                                                    });
+  alignas(64) float bordered[kBorderedHeight * kBorderedStride];
+  sample_rows<kBorderedStride / kLanes, kBorderedHeight>(
+      source, x - kPatchHalfWidth - 1.F, y - kPatchHalfHeight - 1.F, [&](int row, const Floats* values) {
+        for (int k = 0; k < kBorderedStride / kLanes; ++k) {
+          store(bordered + row * kBorderedStride + k * kLanes, values[k]);
+        }
+      });
   make_template(bordered, out);
 }
 
@@ -161,33 +175,37 @@ bool warp_readable(const Plane& plane, float x, float y, const PatchWarp& warp) 
          y + reach_y < static_cast<float>(plane.height) + margin - 1.F;
 }
 
+inline Floats interpolate_pairs(Ints pairs, Floats fraction) {
+  const Floats left = __builtin_convertvector(pairs & 0xFF, Floats);
+  const Floats right = __builtin_convertvector((pairs >> 8) & 0xFF, Floats);
+  return left + fraction * (right - left);
+}
+
 bool sample_warped(const Plane& source, float x, float y, const PatchWarp& warp, PatchTemplate* out) {
   if (!warp_readable(source, x, y, warp)) {
     return false;
   }
-  // 16.16 fixed point, shifted to be positive so that the integer part is a floor.
-  constexpr float kOne = 65536.F;
-  constexpr int kShift = kPadding + 1;
-  const std::int32_t step_x = static_cast<std::int32_t>(warp.xx * kOne);
-  const std::int32_t step_y = static_cast<std::int32_t>(warp.yx * kOne);
-  const std::uint8_t* origin = source.data - static_cast<long>(kShift) * source.stride - kShift;
-  float bordered[kBorderedHeight * kBorderedStride] = {};
+  // Shifted to be positive, so that truncation is a floor.
+  constexpr float kShift = static_cast<float>(kPadding) + 1.F;
+  const std::uint8_t* origin = source.data - (kPadding + 1) * static_cast<long>(source.stride) - (kPadding + 1);
+  alignas(64) float bordered[kBorderedHeight * kBorderedStride];
   for (int row = 0; row < kBorderedHeight; ++row) {
     const float dy = static_cast<float>(row) - kPatchHalfHeight - 1.F;
-    constexpr float kFirst = -kPatchHalfWidth - 1.F;
-    std::int32_t at_x = static_cast<std::int32_t>((x + kShift + warp.xx * kFirst + warp.xy * dy) * kOne);
-    std::int32_t at_y = static_cast<std::int32_t>((y + kShift + warp.yx * kFirst + warp.yy * dy) * kOne);
-    for (int column = 0; column < kBorderedWidth; ++column) {
-      const std::uint8_t* pixel = origin + static_cast<long>(at_y >> 16) * source.stride + (at_x >> 16);
-      const std::int32_t fraction_x = (at_x & 0xFFFF) >> 8;
-      const std::int32_t fraction_y = (at_y & 0xFFFF) >> 8;
-      const std::int32_t upper = pixel[0] * 256 + fraction_x * (pixel[1] - pixel[0]);
-      const std::int32_t lower =
-          pixel[source.stride] * 256 + fraction_x * (pixel[source.stride + 1] - pixel[source.stride]);
-      bordered[row * kBorderedStride + column] =
-          static_cast<float>(upper * 256 + fraction_y * (lower - upper)) * (1.F / 65536.F);
-      at_x += step_x;
-      at_y += step_y;
+    for (int column = 0; column < kBorderedStride; column += kLanes) {
+      // Columns beyond those in use repeat the last one, so as not to read further.
+      const Floats last = splat(static_cast<float>(kBorderedWidth - 1));
+      Floats dx = ramp(static_cast<float>(column));
+      dx = (dx > last ? last : dx) - (kPatchHalfWidth + 1.F);
+      const Floats at_x = warp.xx * dx + (x + kShift + warp.xy * dy);
+      const Floats at_y = warp.yx * dx + (y + kShift + warp.yy * dy);
+      const Ints pixel_x = __builtin_convertvector(at_x, Ints);
+      const Ints pixel_y = __builtin_convertvector(at_y, Ints);
+      const Floats fraction_x = at_x - __builtin_convertvector(pixel_x, Floats);
+      const Floats fraction_y = at_y - __builtin_convertvector(pixel_y, Floats);
+      const Ints offsets = pixel_y * source.stride + pixel_x;
+      const Floats upper = interpolate_pairs(gather_pairs(origin, offsets), fraction_x);
+      const Floats lower = interpolate_pairs(gather_pairs(origin, offsets + source.stride), fraction_x);
+      store(bordered + row * kBorderedStride + column, upper + fraction_y * (lower - upper));
     }
   }
   make_template(bordered, out);
@@ -213,14 +231,14 @@ bool align(const Plane& image, const PatchTemplate& patch, const AlignOptions& o
         !readable(image, at_x, at_y)) {
       return false;
     }
-    Float8 sum_x = splat(0.F);
-    Float8 sum_y = splat(0.F);
-    sample_patch(image, at_x, at_y, [&](int index, Float8 value) {
-      sum_x += value * load(patch.gradient_x + index);
-      sum_y += value * load(patch.gradient_y + index);
+    RowSums sum_x;
+    RowSums sum_y;
+    sample_patch(image, at_x, at_y, [&](int index, int k, Floats value) {
+      sum_x.part[k] += value * load(patch.gradient_x + index);
+      sum_y.part[k] += value * load(patch.gradient_y + index);
     });
-    const float bx = sum(sum_x);
-    const float by = sum(sum_y) + options.row_weight * (at_y - options.preferred_row);
+    const float bx = sum_x.total();
+    const float by = sum_y.total() + options.row_weight * (at_y - options.preferred_row);
     const float step_x = (hyy * bx - patch.hxy * by) * inverse;
     const float step_y = (patch.hxx * by - patch.hxy * bx) * inverse;
     at_x -= step_x;
@@ -243,23 +261,23 @@ struct Comparison {
 
 /// Samples into `values` and compares.
 Comparison compare(const Plane& image, const PatchTemplate& patch, float x, float y, float* values) {
-  Float8 total = splat(0.F);
-  Float8 product = splat(0.F);
-  sample_patch(image, x, y, [&](int index, Float8 value) {
+  RowSums total;
+  RowSums product;
+  sample_patch(image, x, y, [&](int index, int k, Floats value) {
     store(values + index, value);
-    total += value;
-    product += value * load(patch.value + index);
+    total.part[k] += value;
+    product.part[k] += value * load(patch.value + index);
   });
   Comparison result;
-  result.mean = sum(total) / static_cast<float>(kPatchPixels);
-  const Float8 mean = splat(result.mean);
-  Float8 square = splat(0.F);
-  for (int i = 0; i < kPatchPixels; i += 8) {
-    const Float8 value = load(values + i) - mean;
+  result.mean = total.total() / static_cast<float>(kPatchPixels);
+  const Floats mean = splat(result.mean);
+  Floats square = splat(0.F);
+  for (int i = 0; i < kPatchPixels; i += kLanes) {
+    const Floats value = load(values + i) - mean;
     square += value * value;
   }
   const float energy = sum(square);
-  const float covariance = sum(product);
+  const float covariance = product.total();
   const bool flat = !(energy > 0.F) || !(patch.energy > 0.F);
   result.gain = flat ? 0.F : covariance / patch.energy;
   const float unexplained = flat ? energy : energy - covariance * result.gain;
@@ -308,25 +326,24 @@ inline float limited(float v) {
 template <int kSize>
 void warp_step(const PatchTemplate& patch, const float* values, const Comparison& comparison, float prior_weight,
                float (&step)[kSize]) {
-  const Float8 lane = {-7.5F, -6.5F, -5.5F, -4.5F, -3.5F, -2.5F, -1.5F, -0.5F};
-  const Float8 mean = splat(comparison.mean);
-  const Float8 inverse_gain = splat(1.F / comparison.gain);
-  Float8 normal[kSize][kSize];
-  Float8 right[kSize];
+  const Floats mean = splat(comparison.mean);
+  const Floats inverse_gain = splat(1.F / comparison.gain);
+  Floats normal[kSize][kSize];
+  Floats right[kSize];
   for (int i = 0; i < kSize; ++i) {
     right[i] = splat(0.F);
     for (int j = 0; j <= i; ++j) {
       normal[i][j] = splat(0.F);
     }
   }
-  for (int index = 0; index < kPatchPixels; index += 8) {
-    const Float8 offset_x = lane + static_cast<float>(index % kPatchWidth);
-    const Float8 offset_y = splat(static_cast<float>(index / kPatchWidth) - kPatchHalfHeight);
-    const Float8 value = load(patch.value + index);
-    const Float8 error = (load(values + index) - mean) * inverse_gain - value;
-    const Float8 gradient_x = load(patch.gradient_x + index) + patch.raw_x[0] * value + patch.raw_x[1];
-    const Float8 gradient_y = load(patch.gradient_y + index) + patch.raw_y[0] * value + patch.raw_y[1];
-    const Float8 jacobian[4] = {gradient_x * offset_x, gradient_x * offset_y, gradient_y * offset_x,
+  for (int index = 0; index < kPatchPixels; index += kLanes) {
+    const Floats offset_x = ramp(static_cast<float>(index % kPatchWidth) - kPatchHalfWidth);
+    const Floats offset_y = splat(static_cast<float>(index / kPatchWidth) - kPatchHalfHeight);
+    const Floats value = load(patch.value + index);
+    const Floats error = (load(values + index) - mean) * inverse_gain - value;
+    const Floats gradient_x = load(patch.gradient_x + index) + patch.raw_x[0] * value + patch.raw_x[1];
+    const Floats gradient_y = load(patch.gradient_y + index) + patch.raw_y[0] * value + patch.raw_y[1];
+    const Floats jacobian[4] = {gradient_x * offset_x, gradient_x * offset_y, gradient_y * offset_x,
                                 gradient_y * offset_y};
     for (int i = 0; i < kSize; ++i) {
       right[i] += jacobian[i] * error;

@@ -24,6 +24,17 @@ void sum_columns(const Word* __restrict sums, int count, Byte* __restrict out) {
   }
 }
 
+/// 128 + Sobel x / 4, saturated, of the middle one of three rows.
+void sobel_row(const Byte* __restrict above, const Byte* __restrict row, const Byte* __restrict below, int count,
+               Byte* __restrict out) {
+  for (int x = 0; x < count; ++x) {
+    const int sobel = (above[x + 2] - above[x]) + 2 * (row[x + 2] - row[x]) + (below[x + 2] - below[x]);
+    const int value = (sobel >> 2) + 128;
+    const int floored = value < 0 ? 0 : value;
+    out[x] = static_cast<Byte>(floored > 255 ? 255 : floored);
+  }
+}
+
 void downsample(const Plane& source, std::uint8_t* target, int width, int height, int stride, std::uint16_t* scratch) {
   for (int y = 0; y < height; ++y) {
     const Byte* row = source.data + 2 * y * source.stride - 1;
@@ -34,17 +45,8 @@ void downsample(const Plane& source, std::uint8_t* target, int width, int height
 
 void horizontal_gradient(const Plane& source, std::uint8_t* target, int stride) {
   for (int y = 0; y < source.height; ++y) {
-    const Byte* __restrict row = source.data + y * source.stride;
-    const Byte* __restrict above = row - source.stride;
-    const Byte* __restrict below = row + source.stride;
-    Byte* __restrict out = target + y * stride;
-    for (int x = 0; x < source.width; ++x) {
-      const std::int16_t sobel = static_cast<std::int16_t>(
-          (above[x + 1] - above[x - 1]) + 2 * (row[x + 1] - row[x - 1]) + (below[x + 1] - below[x - 1]));
-      std::int16_t value = static_cast<std::int16_t>((sobel >> 2) + 128);
-      value = value < 0 ? static_cast<std::int16_t>(0) : value;
-      out[x] = static_cast<Byte>(value > 255 ? 255 : value);
-    }
+    const Byte* row = source.data + y * source.stride - 1;
+    sobel_row(row - source.stride, row, row + source.stride, source.width, target + y * stride);
   }
 }
 

@@ -18,17 +18,24 @@ constexpr int kMinimumHalfWidth = 3;
 // Around an expected disparity: a fixed and a relative part.
 constexpr float kNarrow_px = 4.F;
 constexpr float kNarrowRatio = 0.08F;
-// Rows to try when the feature's own gives nothing: the patch tolerates about one row on either side.
+// Rows to try for a new feature when its own gives nothing: the patch tolerates about one row on either side.
 constexpr std::array<int, 3> kRowOffsets{0, -2, 2};
 
 // Rectification is good to about half a pixel; texture that knows better overrules this.
 constexpr float kNoise_gray = 2.5F;
 constexpr float kRowSigma_px = 0.5F;
+constexpr AlignOptions kAlign{.max_iterations = 8,
+                              .converged_px = 0.02F,
+                              .max_shift_px = 4.F,
+                              .preferred_row = 0.F,
+                              .row_weight = kNoise_gray * kNoise_gray / (kRowSigma_px * kRowSigma_px)};
 constexpr float kSlantSigma = 0.1F;
 constexpr WarpOptions kSlantOptions{.prior_weight = kNoise_gray * kNoise_gray / (kSlantSigma * kSlantSigma),
                                     .horizontal_only = true};
 constexpr int kPassesKnown = 1;
 constexpr int kPassesNew = 3;
+// A change of the slant that moves the patch's corners by less than this (times 7.5) is not worth another pass.
+constexpr float kSettledSlant = 0.03F;
 // A surface seen more obliquely than this looks too different in the two images.
 constexpr float kLeastWidthRatio = 0.5F;
 constexpr float kMostWidthRatio = 2.F;
@@ -43,12 +50,10 @@ int index_of_least(const Costs& costs, int count) noexcept {
 /// True if no other minimum comes near the best one: repetitive texture has many.
 bool stands_out(const Costs& costs, int count, int best, float ratio) noexcept {
   const float limit = static_cast<float>(costs[static_cast<std::size_t>(best)]) * ratio;
-  for (int i = 0; i < count; ++i) {
-    if (std::abs(i - best) > kMinimumHalfWidth && static_cast<float>(costs[static_cast<std::size_t>(i)]) < limit) {
-      return false;
-    }
-  }
-  return true;
+  const auto rival = [limit](std::uint16_t cost) { return static_cast<float>(cost) < limit; };
+  const auto left = costs.begin() + std::max(0, best - kMinimumHalfWidth);
+  const auto right = costs.begin() + std::min(count, best + kMinimumHalfWidth + 1);
+  return std::none_of(costs.begin(), left, rival) && std::none_of(right, costs.begin() + count, rival);
 }
 
 }  // namespace
@@ -62,72 +67,68 @@ bool StereoMatcher::match(const StereoImages& images, float expected_disparity_p
   if (expected_disparity_px >= 0.F) {
     const float reach = kNarrow_px + kNarrowRatio * expected_disparity_px;
     const Range near = clipped(expected_disparity_px - reach, expected_disparity_px + reach, x);
-    if (search(images, feature, near, 0, false, disparity) &&
-        refine(images, static_cast<float>(disparity), 0.F, kPassesKnown, slot)) {
+    if (search(images, feature, near, 0, false, disparity) && refine(images, disparity, 0, kPassesKnown, slot)) {
       return true;
     }
   }
   const Range all = clipped(static_cast<float>(kSmallestDisparity), static_cast<float>(config_.max_disparity_px), x);
   slot.to_right = kNoWarp;
-  for (const int row_offset : kRowOffsets) {
-    if (std::abs(static_cast<float>(row_offset)) <= config_.max_row_difference_px &&
-        search(images, feature, all, row_offset, true, disparity) &&
-        refine(images, static_cast<float>(disparity), static_cast<float>(row_offset), kPassesNew, slot)) {
-      return true;
-    }
-  }
-  return false;
+  const std::size_t rows = feature.age_frames == 0 ? kRowOffsets.size() : 1;
+  return std::any_of(kRowOffsets.begin(), kRowOffsets.begin() + rows, [&](int row_offset) {
+    return std::abs(static_cast<float>(row_offset)) <= config_.max_row_difference_px &&
+           search(images, feature, all, row_offset, true, disparity) &&
+           refine(images, disparity, row_offset, kPassesNew, slot);
+  });
 }
 
 StereoMatcher::Range StereoMatcher::clipped(float from, float to, int x) const noexcept {
-  const int first = std::max(static_cast<int>(std::floor(from)), kSmallestDisparity);
   // The right patch stays in the image.
-  const int last =
-      std::min({static_cast<int>(std::ceil(to)), config_.max_disparity_px - kSmallestDisparity, x - kPatchWidth / 2});
-  return {first, std::max(0, last - first + 1)};
+  return {
+      std::max(static_cast<int>(std::floor(from)), kSmallestDisparity),
+      std::min({static_cast<int>(std::ceil(to)), config_.max_disparity_px - kSmallestDisparity, x - kPatchWidth / 2})};
 }
 
 bool StereoMatcher::search(const StereoImages& images, const Feature& feature, Range range, int row_offset, bool unique,
                            int& disparity) const noexcept {
   constexpr int kLeastCosts = 3;
-  if (range.count < kLeastCosts) {
+  const int count = range.count();
+  if (count < kLeastCosts) {
     return false;
   }
   const int x = static_cast<int>(std::floor(feature.left_px.x()));
   const int y = static_cast<int>(std::lround(feature.left_px.y()));
   const int right_y = std::clamp(y + row_offset, 0, images.right.height - 1);
+  // Columns ascend while disparities descend.
   Costs costs;
-  kernels().search.row_costs(images.left_gradient, x, y, images.right_gradient, right_y, -1, range.first, range.count,
+  kernels().search.row_costs(images.left_gradient, x, y, images.right_gradient, right_y, x - range.last, count,
                              costs.data());
-  const int best = index_of_least(costs, range.count);
+  const int best = index_of_least(costs, count);
   // A minimum at the end of the range is the slope of one outside.
-  if (best == 0 || best == range.count - 1 ||
-      (unique && !stands_out(costs, range.count, best, config_.uniqueness_ratio))) {
+  if (best == 0 || best == count - 1 || (unique && !stands_out(costs, count, best, config_.uniqueness_ratio))) {
     return false;
   }
-  disparity = range.first + best;
+  const int right_x = x - range.last + best;
+  disparity = x - right_x;
 
-  const int right_x = x - disparity;
-  const int last = std::min(range.first + range.count - 1, images.left.width - 1 - kPatchWidth / 2 - right_x);
-  const int count = last - range.first + 1;
-  if (count < 1) {
+  const int back_first = right_x + range.first;
+  const int back_last = std::min(right_x + range.last, images.left.width - 1 - kPatchWidth / 2);
+  if (back_last < back_first) {
     return false;
   }
-  kernels().search.row_costs(images.right_gradient, right_x, right_y, images.left_gradient, y, 1, range.first, count,
+  const int back_count = back_last - back_first + 1;
+  kernels().search.row_costs(images.right_gradient, right_x, right_y, images.left_gradient, y, back_first, back_count,
                              costs.data());
-  return std::abs(range.first + index_of_least(costs, count) - disparity) <= 1;
+  return std::abs(back_first + index_of_least(costs, back_count) - x) <= 1;
 }
 
-bool StereoMatcher::refine(const StereoImages& images, float disparity, float row_offset, int passes,
+bool StereoMatcher::refine(const StereoImages& images, int disparity, int row_offset, int passes,
                            FeatureSlot& slot) const noexcept {
   Feature& feature = slot.feature;
-  const AlignOptions options{.max_iterations = 8,
-                             .converged_px = 0.01F,
-                             .max_shift_px = 4.F,
-                             .preferred_row = feature.left_px.y(),
-                             .row_weight = kNoise_gray * kNoise_gray / (kRowSigma_px * kRowSigma_px)};
+  AlignOptions options = kAlign;
+  options.preferred_row = feature.left_px.y();
   PatchWarp warp = slot.to_right;
-  Eigen::Vector2f right(feature.left_px.x() - disparity, feature.left_px.y() + row_offset);
+  Eigen::Vector2f right =
+      feature.left_px + Eigen::Vector2f(-static_cast<float>(disparity), static_cast<float>(row_offset));
   PatchFit fit{};
   for (int pass = 0; pass < passes; ++pass) {
     PatchTemplate patch;
@@ -136,7 +137,11 @@ bool StereoMatcher::refine(const StereoImages& images, float disparity, float ro
         !patch_inside(images.right, right)) {
       return false;
     }
+    const PatchWarp before = warp;
     fit = kernels().patch.refine_warp(images.right, patch, right.x(), right.y(), kSlantOptions, &warp);
+    if (largest_change(before, warp) < kSettledSlant) {
+      break;
+    }
   }
   const float refined_disparity = feature.left_px.x() - right.x();
   if (!looks_alike(fit, config_) || refined_disparity < config_.min_disparity_px ||

@@ -30,14 +30,16 @@ class StereoMatcher {
   bool match(const StereoImages& images, float expected_disparity_px, FeatureSlot& slot) const noexcept;
 
  private:
+  /// Disparities [first, last].
   struct Range {
     int first = 0;
-    int count = 0;
+    int last = 0;
+    [[nodiscard]] int count() const noexcept { return last - first + 1; }
   };
   [[nodiscard]] Range clipped(float from, float to, int x) const noexcept;
   [[nodiscard]] bool search(const StereoImages& images, const Feature& feature, Range range, int row_offset,
                             bool unique, int& disparity) const noexcept;
-  [[nodiscard]] bool refine(const StereoImages& images, float disparity, float row_offset, int passes,
+  [[nodiscard]] bool refine(const StereoImages& images, int disparity, int row_offset, int passes,
                             FeatureSlot& slot) const noexcept;
 
   FeatureConfig config_;

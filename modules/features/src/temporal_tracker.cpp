@@ -11,23 +11,31 @@ namespace {
 
 using Eigen::Vector2f;
 
-// A prediction is good to about ten pixels: three at this level, within reach of the alignment.
-constexpr int kPredictedTopLevel = 2;
+// Alignment reaches a few pixels at the level where it begins. Small objects fill little of a patch on coarse levels,
+// so the finest level that will do is best.
+constexpr int kNearTopLevel = 1;
+constexpr int kWideTopLevel = 2;
 // The search covers this much of the full-size image.
 constexpr int kSearchX_px = 64;
 constexpr int kSearchY_px = 48;
 constexpr AlignOptions kCoarse{
     .max_iterations = 6, .converged_px = 0.1F, .max_shift_px = 6.F, .preferred_row = 0.F, .row_weight = 0.F};
 constexpr AlignOptions kFine{
-    .max_iterations = 10, .converged_px = 0.01F, .max_shift_px = 5.F, .preferred_row = 0.F, .row_weight = 0.F};
+    .max_iterations = 10, .converged_px = 0.02F, .max_shift_px = 5.F, .preferred_row = 0.F, .row_weight = 0.F};
+// Only compared with a gate of about a pixel.
+constexpr AlignOptions kBackward{
+    .max_iterations = 8, .converged_px = 0.05F, .max_shift_px = 5.F, .preferred_row = 0.F, .row_weight = 0.F};
 // The way back starts off the known answer by this much, or it would prove nothing.
-constexpr float kBackwardOffset_px = 2.5F;
-constexpr int kBackwardTopLevel = 1;
+constexpr float kBackwardOffset_px = 1.5F;
 // A warp may change its matrix by about this much a frame (standard deviation) under gray noise of this size.
 constexpr float kWarpSigma = 0.03F;
 constexpr float kNoise_gray = 2.5F;
 constexpr WarpOptions kWarpOptions{.prior_weight = kNoise_gray * kNoise_gray / (kWarpSigma * kWarpSigma),
                                    .horizontal_only = false};
+
+// A change of the warp that moves the patch's corners by more than a fifth of a pixel is worth another pass.
+constexpr int kReferencePasses = 3;
+constexpr float kSettledWarp = 0.03F;
 
 /// Beyond half or twice the size, or strongly sheared, a reference no longer shows what is seen now.
 bool plausible(const PatchWarp& warp) noexcept {
@@ -126,8 +134,8 @@ Vector2f TemporalTracker::approach(const ImagePyramid& previous, const ImagePyra
                                    const TrackStart& start) const noexcept {
   const int coarsest = current.levels() - 1;
   Vector2f guess = start.position_px;
-  int level = std::min(kPredictedTopLevel, coarsest);
-  if (start.searched) {
+  int level = std::min(start.reach == Reach::kNear ? kNearTopLevel : kWideTopLevel, coarsest);
+  if (start.reach == Reach::kSearch) {
     guess = search(previous, current, from, guess);
     level = coarsest;
   }
@@ -142,16 +150,23 @@ TemporalTracker::Refined TemporalTracker::refine_against_reference(const Plane& 
   Refined result;
   result.warp = slot.from_reference;
   result.position_px = near;
-  PatchTemplate patch;
-  if (!kernels().patch.sample_warped(slot.reference.plane(), slot.reference.x(), slot.reference.y(),
-                                     slot.from_reference, &patch) ||
-      patch.strength < config_.min_patch_strength ||
-      !kernels().patch.align(current, patch, kFine, &result.position_px.x(), &result.position_px.y()) ||
-      !patch_inside(current, result.position_px)) {
-    return result;
+  PatchFit fit{};
+  for (int pass = 0; pass < kReferencePasses; ++pass) {
+    PatchTemplate patch;
+    if (!kernels().patch.sample_warped(slot.reference.plane(), slot.reference.x(), slot.reference.y(), result.warp,
+                                       &patch) ||
+        patch.strength < config_.min_patch_strength ||
+        !kernels().patch.align(current, patch, kFine, &result.position_px.x(), &result.position_px.y()) ||
+        !patch_inside(current, result.position_px)) {
+      return result;
+    }
+    const PatchWarp before = result.warp;
+    fit = kernels().patch.refine_warp(current, patch, result.position_px.x(), result.position_px.y(), kWarpOptions,
+                                      &result.warp);
+    if (largest_change(before, result.warp) < kSettledWarp) {
+      break;
+    }
   }
-  const PatchFit fit = kernels().patch.refine_warp(current, patch, result.position_px.x(), result.position_px.y(),
-                                                   kWarpOptions, &result.warp);
   if (looks_alike(fit, config_)) {
     result.outcome = TrackOutcome::kTracked;
   }
@@ -188,10 +203,7 @@ bool TemporalTracker::returns(const ImagePyramid& previous, const ImagePyramid& 
   const Vector2f error = found - start;
   const float length = error.norm();
   const Vector2f direction = length > 1e-3F ? Vector2f(error / length) : Vector2f(1.F, 0.F);
-  Vector2f back = from + kBackwardOffset_px * direction;
-  for (int level = std::min(kBackwardTopLevel, current.levels() - 1); level >= 0; --level) {
-    back = step_level(current, previous, found, back, level, level == 0 ? kFine : kCoarse);
-  }
+  const Vector2f back = step_level(current, previous, found, from + kBackwardOffset_px * direction, 0, kBackward);
   return (back - from).squaredNorm() <= config_.forward_backward_px * config_.forward_backward_px;
 }
 

@@ -15,10 +15,17 @@ enum class TrackOutcome : std::uint8_t { kTracked, kReReferenced, kOutside, kTex
   return outcome == TrackOutcome::kTracked || outcome == TrackOutcome::kReReferenced;
 }
 
+/// How far from its start a feature may be found.
+enum class Reach : std::uint8_t {
+  kNear,    ///< About five pixels.
+  kWide,    ///< About ten.
+  kSearch,  ///< 64 x 48, by exhaustive search at the coarsest level.
+};
+
 /// Where to begin.
 struct TrackStart {
   Eigen::Vector2f position_px{0.F, 0.F};
-  bool searched = false;  ///< Begin with an exhaustive search around the position at the coarsest level.
+  Reach reach = Reach::kNear;
 };
 
 class TemporalTracker {

@@ -14,12 +14,12 @@ struct FeatureConfig {
   int pyramid_levels = 4;             ///< [1, 6], fewer on images too small for them.
 
   // Corners: at most one new feature per free bucket.
-  int bucket_px = 24;                ///< Background, [8, 256], a multiple of object_bucket_px.
-  int object_bucket_px = 8;          ///< Objects, [4, 64].
-  int min_distance_px = 6;           ///< Between a new corner and any live feature, [1, 64].
-  float min_corner_strength = 12.F;  ///< Root of the smaller eigenvalue of the mean gradient matrix, gray per pixel,
-                                     ///< > 0; a bucket without one stays empty.
-  float min_object_corner_strength = 4.F;  ///< The same for objects, whose paint may be plain; > 0.
+  int bucket_px = 24;               ///< Background, [8, 256].
+  int object_bucket_px = 6;         ///< Objects, [4, 64].
+  int min_distance_px = 5;          ///< Between a new corner and any live feature, [4, 64].
+  float min_corner_strength = 6.F;  ///< Root of the smaller eigenvalue of the mean gradient matrix, gray per pixel,
+                                    ///< > 0; a bucket without one stays empty.
+  float min_object_corner_strength = 3.F;  ///< The same for objects, whose paint may be plain; > 0.
 
   // Temporal tracking.
   float forward_backward_px = 0.7F;      ///< Largest distance after tracking there and back, > 0.
