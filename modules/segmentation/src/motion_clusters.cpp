@@ -26,6 +26,8 @@ constexpr float kVelocitySlackRatio = 0.1F;
 constexpr float kMinAgreement = 0.4F;
 /// Depth over which one object extends.
 constexpr float kObjectDepthM = 3.F;
+/// Standard deviations by which a speed must exceed the smallest one.
+constexpr float kSpeedMarginSigmas = 2.F;
 /// A feature joins a group when its motion is likelier by this much than rest (difference of chi-squares).
 constexpr float kAbsorbChi2 = 4.F;
 
@@ -140,8 +142,9 @@ void MotionClusters::pool(std::size_t i) {
     return;
   }
   const Eigen::Matrix3f own_covariance = own.covariance + slack(own.velocity_mps);
-  Eigen::Matrix3f information = own.information;
-  Eigen::Vector3f weighted = own.information * own.velocity_mps;
+  // The feature's own velocity chose the neighbours; counting it as well would let its noise speak twice.
+  Eigen::Matrix3f information = Eigen::Matrix3f::Zero();
+  Eigen::Vector3f weighted = Eigen::Vector3f::Zero();
   int near = 1;
   int agreeing = 1;
   for_each_neighbour(i, [&](std::size_t j) {
@@ -158,9 +161,19 @@ void MotionClusters::pool(std::size_t i) {
   }
   pooled.covariance = information.inverse();
   pooled.velocity_mps = pooled.covariance * weighted;
+  pooled.moving = moves(pooled.velocity_mps, pooled.covariance + own.systematic);
+}
+
+// Differs from rest significantly, and is at least min_speed beyond reasonable doubt.
+bool MotionClusters::moves(const Eigen::Vector3f& velocity_mps, const Eigen::Matrix3f& covariance) const {
   const auto min_chi2 = static_cast<float>(config_.significance * config_.significance);
-  pooled.moving = pooled.velocity_mps.norm() >= static_cast<float>(config_.min_speed_mps) &&
-                  mahalanobis_sq(pooled.velocity_mps, pooled.covariance + own.systematic) >= min_chi2;
+  if (mahalanobis_sq(velocity_mps, covariance) < min_chi2) {
+    return false;
+  }
+  const float speed = velocity_mps.norm();
+  const Eigen::Vector3f direction = velocity_mps / speed;
+  const float sigma = std::sqrt(direction.dot(covariance * direction));
+  return speed - kSpeedMarginSigmas * sigma >= static_cast<float>(config_.min_speed_mps);
 }
 
 std::uint16_t MotionClusters::root(std::uint16_t i) noexcept {

@@ -74,10 +74,12 @@ void MotionEvidence::reset() noexcept {
   }
   frame_ = 0;
   T_world_cam_ = {};
+  T_world_prev_ = {};
 }
 
 std::span<const FeatureMotion> MotionEvidence::update(std::span<const Feature> features, const Se3& T_prev_cam,
                                                       std::int64_t timestamp_ns) {
+  T_world_prev_ = T_world_cam_;
   if (frame_ > 0) {
     T_world_cam_ = (T_world_cam_ * T_prev_cam).orthonormalised();
   }
@@ -97,15 +99,26 @@ std::span<const FeatureMotion> MotionEvidence::update(std::span<const Feature> f
 }
 
 void MotionEvidence::observe(const Feature& feature, Slot& slot) const {
-  const double u = feature.left_px.x();
-  const double v = feature.v_px;
-  const Eigen::Vector3d p_cam = geometry_.triangulate(u, v, feature.disparity_px());
-  const Eigen::Vector3d p_world = T_world_cam_ * p_cam;
+  const double disparity_px = feature.disparity_px();
   if (slot.feature_id != feature.id) {
     slot.feature_id = feature.id;
-    slot.anchor_m = p_world;
+    slot.anchor_m = T_world_cam_ * geometry_.triangulate(feature.left_px.x(), feature.v_px, disparity_px);
     slot.ring.fill({});
+    // A feature first shown to us may have been found, and matched, in the previous frame already.
+    const double previous_px = feature.previous_left_px.x() - feature.previous_u_right_px;
+    if (frame_ > 1 && feature.age_frames > 0 && previous_px >= config_.min_disparity_px) {  // false without a match
+      slot.ring[ring_index(frame_ - 1)] = make_observation(feature.previous_left_px.x(), feature.previous_v_px,
+                                                           previous_px, T_world_prev_, frame_ - 1, slot.anchor_m);
+    }
   }
+  slot.ring[ring_index(frame_)] =
+      make_observation(feature.left_px.x(), feature.v_px, disparity_px, T_world_cam_, frame_, slot.anchor_m);
+}
+
+MotionEvidence::Observation MotionEvidence::make_observation(double u_left_px, double v_px, double disparity_px,
+                                                             const Se3& T_world_cam, std::uint32_t frame,
+                                                             const Eigen::Vector3d& anchor_m) const {
+  const Eigen::Vector3d p_cam = geometry_.triangulate(u_left_px, v_px, disparity_px);
   // Rows of the projection's Jacobian: uL, v, uR.
   const double inv_z = 1.0 / p_cam.z();
   const double x = p_cam.x() * inv_z;
@@ -114,13 +127,14 @@ void MotionEvidence::observe(const Feature& feature, Slot& slot) const {
       0.0, geometry_.fy_px, -geometry_.fy_px * p_cam.y() * inv_z,  //
       geometry_.fx_px, 0.0, -geometry_.fx_px * x + geometry_.fx_px * geometry_.baseline_m * inv_z;
   jacobian *= inv_z / config_.sigma_px;
-  const Eigen::Matrix3d in_world = jacobian * T_world_cam_.rotation.transpose();
+  const Eigen::Matrix3d in_world = jacobian * T_world_cam.rotation.transpose();
   const Eigen::Matrix3f information = (in_world.transpose() * in_world).cast<float>();
-  Observation& o = slot.ring[ring_index(frame_)];
-  o.frame = frame_;
-  o.offset_m = (p_world - slot.anchor_m).cast<float>();
+  Observation o;
+  o.frame = frame;
+  o.offset_m = (T_world_cam * p_cam - anchor_m).cast<float>();
   o.information = {information(0, 0), information(0, 1), information(0, 2),
                    information(1, 1), information(1, 2), information(2, 2)};
+  return o;
 }
 
 MotionEvidence::Sums MotionEvidence::sum_window(const Slot& slot) const {

@@ -15,6 +15,8 @@ constexpr std::uint32_t kUnconfirmedGapFrames = 2;
 constexpr float kConsistentChi2 = 11.3F;
 /// A feature leaves a moving region when rest explains it better by this much.
 constexpr float kLeaveChi2 = 4.F;
+/// A member whose own motion stays unknown for longer has nothing to do with the region any more.
+constexpr int kMaxUnknownFrames = 4;
 constexpr float kSlackMps = 0.3F;
 constexpr float kSlackRatio = 0.1F;
 
@@ -24,42 +26,66 @@ MotionMemory::MotionMemory(const MotionConfig& config, int max_features, Arena& 
     : config_(config),
       memory_(arena.take<Membership>(static_cast<std::size_t>(max_features))),
       regions_(arena, kMaxRegions),
-      region_of_(arena, static_cast<std::size_t>(max_features)) {}
+      region_of_(arena, static_cast<std::size_t>(max_features)),
+      proved_(arena, static_cast<std::size_t>(max_features)) {}
 
 void MotionMemory::reset() noexcept {
   std::fill(memory_.begin(), memory_.end(), Membership{});
   regions_.clear();
   region_of_.clear();
+  proved_.clear();
 }
 
 void MotionMemory::update(std::span<const Feature> features, std::span<const FeatureMotion> motions,
-                          std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature) {
+                          std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature,
+                          std::span<const std::uint32_t> inherited_region) {
   ++frame_;
   const std::span<const Feature> known = features.first(motions.size());
-  recall(known);
+  recall(known, inherited_region);
   assign_clusters(clusters, cluster_of_feature);
   settle_features(known, motions, cluster_of_feature);
   drop_stale();
-  for (std::size_t i = 0; i < known.size(); ++i) {
-    if (known[i].slot < memory_.size()) {
-      const std::int16_t r = region_of_[i];
-      memory_[known[i].slot] = {known[i].id, r < 0 ? 0U : regions_[static_cast<std::size_t>(r)].id};
+  memorise(known, motions);
+}
+
+void MotionMemory::memorise(std::span<const Feature> features, std::span<const FeatureMotion> motions) {
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    if (features[i].slot >= memory_.size()) {
+      continue;
     }
+    Membership& m = memory_[features[i].slot];
+    const bool continued = m.feature_id == features[i].id;
+    const int unknown_frames = motions[i].known ? 0 : 1 + (continued ? m.unknown_frames : 0);
+    const std::int16_t r = unknown_frames > kMaxUnknownFrames ? std::int16_t{-1} : region_of_[i];
+    m = {features[i].id, r < 0 ? 0U : regions_[static_cast<std::size_t>(r)].id, proved(i),
+         static_cast<std::uint8_t>(std::min(unknown_frames, 255))};
   }
 }
 
-// region_of_ <- where each feature belonged in the previous frame.
-void MotionMemory::recall(std::span<const Feature> features) {
-  region_of_.clear();
-  for (const Feature& feature : features) {
-    std::int16_t index = -1;
-    if (feature.slot < memory_.size() && memory_[feature.slot].feature_id == feature.id &&
-        memory_[feature.slot].region_id != 0) {
-      for (std::size_t r = 0; r < regions_.size(); ++r) {
-        index = regions_[r].id == memory_[feature.slot].region_id ? static_cast<std::int16_t>(r) : index;
-      }
+std::int16_t MotionMemory::index_of(std::uint32_t region_id) const noexcept {
+  for (std::size_t r = 0; r < regions_.size(); ++r) {
+    if (regions_[r].id == region_id) {
+      return static_cast<std::int16_t>(r);
     }
-    (void)region_of_.push_back(index);  // no more features than motions, whose number is bounded alike
+  }
+  return -1;
+}
+
+// region_of_ <- where each feature belonged in the previous frame, or whose mask it was found on.
+void MotionMemory::recall(std::span<const Feature> features, std::span<const std::uint32_t> inherited_region) {
+  region_of_.clear();
+  proved_.clear();
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    const Feature& feature = features[i];
+    std::uint32_t region_id = inherited_region[i];
+    bool proved = false;
+    if (feature.slot < memory_.size() && memory_[feature.slot].feature_id == feature.id) {
+      region_id = memory_[feature.slot].region_id;
+      proved = memory_[feature.slot].proved;
+    }
+    // No more features than motions, whose number is bounded alike.
+    (void)region_of_.push_back(region_id == 0 ? std::int16_t{-1} : index_of(region_id));
+    (void)proved_.push_back(proved ? 1 : 0);
   }
   for (MotionRegion& region : regions_) {
     region.moving = false;
@@ -109,18 +135,23 @@ bool MotionMemory::contradicts(const FeatureMotion& motion, const MotionRegion& 
   return moving_chi2 > kConsistentChi2 || moving_chi2 > motion.static_chi2 + kLeaveChi2;
 }
 
-// Members of clusters take their cluster's region; features without evidence in this frame stay where they were; those
-// whose own motion speaks against a moving region leave it.
+// Members of clusters take their cluster's region. Others stay where they were while nothing speaks against it: a
+// feature that has moved with the region leaves when its motion contradicts the moving region (that of a region at rest
+// may: then the object has stopped); one that was only found on the region's mask stands in for the others as long as
+// the region shows no motion, and not for long.
 void MotionMemory::settle_features(std::span<const Feature> features, std::span<const FeatureMotion> motions,
                                    std::span<const std::int16_t> cluster_of_feature) {
   for (std::size_t i = 0; i < features.size(); ++i) {
     if (cluster_of_feature[i] >= 0) {
       region_of_[i] = region_of_cluster_[static_cast<std::size_t>(cluster_of_feature[i])];
-    } else if (region_of_[i] >= 0 && motions[i].known) {
+      proved_[i] = region_of_[i] >= 0 ? 1 : 0;
+    } else if (region_of_[i] >= 0) {
       const MotionRegion& region = regions_[static_cast<std::size_t>(region_of_[i])];
-      if (region.moving && contradicts(motions[i], region)) {
-        region_of_[i] = -1;
-      }
+      const bool contradicted = motions[i].known && contradicts(motions[i], region);
+      const bool leaves = proved(i)
+                              ? region.moving && contradicted
+                              : region.moving || contradicted || frame_ - region.last_moving_frame > kMaxUnknownFrames;
+      region_of_[i] = leaves ? std::int16_t{-1} : region_of_[i];
     }
     if (region_of_[i] >= 0) {
       ++regions_[static_cast<std::size_t>(region_of_[i])].features;

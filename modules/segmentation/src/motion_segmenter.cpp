@@ -61,7 +61,8 @@ Result<DetectionFrame> MotionSegmenter::process(const SegmentationInput& input) 
     return DetectionFrame{};
   }
   const std::span<const MotionCluster> clusters = clusters_.find(input.features, motions);
-  memory_.update(input.features, motions, clusters, clusters_.cluster_of_feature());
+  memory_.update(input.features, motions, clusters, clusters_.cluster_of_feature(),
+                 mask_.inherited_regions(input.features));
   counters_.detections_dropped += static_cast<std::uint64_t>(mask_.draw(input.features, motions, memory_));
   counters_.detections += mask_.detections().size();
   DetectionFrame frame;

@@ -52,6 +52,7 @@ class MotionClusters {
 
   void fill_grid();
   void pool(std::size_t i);
+  [[nodiscard]] bool moves(const Eigen::Vector3f& velocity_mps, const Eigen::Matrix3f& covariance) const;
   void join_neighbours();
   void collect();
   void join_bodies();

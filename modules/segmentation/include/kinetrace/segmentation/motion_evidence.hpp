@@ -59,6 +59,8 @@ class MotionEvidence {
   struct Fit;
 
   void observe(const Feature& feature, Slot& slot) const;
+  [[nodiscard]] Observation make_observation(double u_left_px, double v_px, double disparity_px, const Se3& T_world_cam,
+                                             std::uint32_t frame, const Eigen::Vector3d& anchor_m) const;
   [[nodiscard]] Sums sum_window(const Slot& slot) const;
   [[nodiscard]] FeatureMotion fit_motion(const Feature& feature, const Slot& slot) const;
   [[nodiscard]] Eigen::Matrix3f systematic_covariance(const Feature& feature, double span_s) const;
@@ -73,6 +75,7 @@ class MotionEvidence {
   StereoGeometry geometry_;
   std::uint32_t frame_ = 0;
   Se3 T_world_cam_;
+  Se3 T_world_prev_;  ///< The camera one frame ago.
   std::array<std::int64_t, kMaxWindowFrames> time_ns_{};
   std::span<Slot> slots_;
   FixedVector<FeatureMotion> motions_;

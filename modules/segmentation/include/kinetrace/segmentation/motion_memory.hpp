@@ -38,25 +38,34 @@ class MotionMemory {
   MotionMemory() = default;
   MotionMemory(const MotionConfig& config, int max_features, Arena& arena);
 
+  /// `inherited_region` (parallel to the features): id of the region on whose mask a feature was found that nothing is
+  /// known about yet, else 0. Tracking a new object replaces its features, so the old ones cannot carry a region on.
   void update(std::span<const Feature> features, std::span<const FeatureMotion> motions,
-              std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature);
+              std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature,
+              std::span<const std::uint32_t> inherited_region);
   void reset() noexcept;
 
   [[nodiscard]] std::span<const MotionRegion> regions() const noexcept { return regions_.span(); }
   /// Index of each feature's region in regions(), -1 = none; parallel to the features of the last update.
   [[nodiscard]] std::span<const std::int16_t> region_of_feature() const noexcept { return region_of_.span(); }
+  /// True where a feature has itself been seen to move with its region; parallel to the features as well.
+  [[nodiscard]] bool proved(std::size_t feature) const noexcept { return proved_[feature] != 0; }
 
  private:
   struct Membership {
     std::uint32_t feature_id = 0;
     std::uint32_t region_id = 0;
+    bool proved = false;
+    std::uint8_t unknown_frames = 0;  ///< Since its own motion was last known.
   };
 
-  void recall(std::span<const Feature> features);
+  void recall(std::span<const Feature> features, std::span<const std::uint32_t> inherited_region);
+  [[nodiscard]] std::int16_t index_of(std::uint32_t region_id) const noexcept;
   void assign_clusters(std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature);
   void settle_features(std::span<const Feature> features, std::span<const FeatureMotion> motions,
                        std::span<const std::int16_t> cluster_of_feature);
   void drop_stale();
+  void memorise(std::span<const Feature> features, std::span<const FeatureMotion> motions);
   [[nodiscard]] bool contradicts(const FeatureMotion& motion, const MotionRegion& region) const;
 
   MotionConfig config_;
@@ -65,6 +74,7 @@ class MotionMemory {
   std::span<Membership> memory_;
   FixedVector<MotionRegion> regions_;
   FixedVector<std::int16_t> region_of_;
+  FixedVector<std::uint8_t> proved_;
   std::array<std::int16_t, MotionClusters::kMaxClusters> region_of_cluster_{};
 };
 

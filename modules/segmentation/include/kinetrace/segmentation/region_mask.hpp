@@ -1,6 +1,7 @@
 // From features to pixels: which part of the image a moving region covers.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -17,8 +18,9 @@
 
 namespace kinetrace::segmentation {
 
-/// Draws each reported region as the convex hull of its features, widened by a margin of about .25 m, on a grid of 4x4
-/// pixels; a cell belongs to the region only if one of its features is nearer than any feature that is seen to be
+/// Draws each reported region as the convex hull of its features on a grid of 4x4 pixels, widened by a margin of about
+/// .25 m around features that were seen to move (the others were found on an earlier mask, which had that margin). A
+/// cell belongs to the region only if one of its features is nearer than any feature that is seen to be
 /// something else (it moves differently, or, for a region at rest, lies at another depth). Nearer regions cover farther
 /// ones.
 class RegionMask {
@@ -30,6 +32,10 @@ class RegionMask {
 
   /// Returns how many regions were dropped: beyond max_objects (the smallest hulls) or below min_area_px.
   int draw(std::span<const Feature> features, std::span<const FeatureMotion> motions, const MotionMemory& memory);
+
+  /// For each feature that is new and lies on a tracked body: id of the region drawn, in the previous frame, where it
+  /// was found; 0 otherwise. The result lives until the next call.
+  std::span<const std::uint32_t> inherited_regions(std::span<const Feature> features);
 
   [[nodiscard]] LabelView labels() const noexcept { return labels_; }
   /// Largest hull first; class unknown.
@@ -44,7 +50,7 @@ class RegionMask {
   };
 
   void trace_outlines(std::span<const Feature> features, const MotionMemory& memory);
-  void take_members(std::int16_t region, std::span<const Feature> features, const MotionMemory& memory);
+  void take_members(const Outline& outline, std::span<const Feature> features, const MotionMemory& memory);
   void take_others(const Outline& outline, std::span<const Feature> features, std::span<const FeatureMotion> motions,
                    const MotionMemory& memory);
   void build_hull();
@@ -57,7 +63,10 @@ class RegionMask {
   MutableLabelView labels_;
   FixedVector<Detection> detections_;
   FixedVector<Outline> outlines_;
+  std::array<std::uint32_t, kMaxObjects + 1> region_of_label_{};
+  FixedVector<std::uint32_t> inherited_;
   FixedVector<Eigen::Vector2f> members_;
+  FixedVector<Eigen::Vector2f> rim_;  ///< Members, widened by the margin.
   FixedVector<Eigen::Vector2f> others_;
   FixedVector<Eigen::Vector2f> hull_;
   std::span<float> scratch_;
