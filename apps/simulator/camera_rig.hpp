@@ -1,0 +1,68 @@
+// The lenses of the simulated rig: rectified by construction, or raw with the calibration that rectifies them.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "kinetrace/core/stereo_geometry.hpp"
+
+namespace kinetrace::simulator {
+
+enum class Eye : int { kLeft = 0, kRight = 1 };
+
+/// Pinhole with radial-tangential distortion k1 k2 p1 p2 k3 (D. Brown, "Close-range camera calibration", 1971), turned
+/// against the rectified camera: p_rect = R_rect * p_raw.
+struct RawCamera {
+  int width_px = 0;
+  int height_px = 0;
+  Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
+  std::array<double, 5> distortion{};
+  Eigen::Matrix3d R_rect = Eigen::Matrix3d::Identity();
+
+  /// Normalised image coordinates in the rectified camera of a raw pixel.
+  [[nodiscard]] Eigen::Vector2d rectified_ray(const Eigen::Vector2d& pixel) const;
+  /// Raw pixel of a point given in the rectified camera's frame.
+  [[nodiscard]] Eigen::Vector2d project(const Eigen::Vector3d& p_rect) const;
+};
+
+/// The rig: rectified geometry, and the cameras that take the pictures.
+struct CameraRig {
+  StereoGeometry rectified;
+  std::array<RawCamera, 2> raw;
+  bool distorted = false;
+};
+
+/// Cameras that deliver rectified pictures.
+[[nodiscard]] CameraRig ideal_rig(const StereoGeometry& rectified);
+/// Cameras as they come from a workshop: barrel distortion, eyes a degree askew, principal points off centre. Their
+/// pictures cover the whole rectified image.
+[[nodiscard]] CameraRig distorted_rig(const StereoGeometry& rectified);
+
+/// Which way each sample of each pixel looks: normalised image coordinates in the rectified frame of the eye. Samples
+/// of a pixel lie on a turned grid, so that no two share a row or a column.
+class SampleRays {
+ public:
+  SampleRays(const RawCamera& camera, int samples_per_side);
+
+  [[nodiscard]] int width() const noexcept { return width_; }
+  [[nodiscard]] int height() const noexcept { return height_; }
+  [[nodiscard]] int samples() const noexcept { return samples_; }
+  [[nodiscard]] const Eigen::Vector2f& at(int x, int y, int sample) const noexcept {
+    return rays_[(static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)) *
+                     static_cast<std::size_t>(samples_) +
+                 static_cast<std::size_t>(sample)];
+  }
+  /// Angle that a pixel subtends at the image centre.
+  [[nodiscard]] float pixel_rad() const noexcept { return pixel_rad_; }
+
+ private:
+  int width_;
+  int height_;
+  int samples_;
+  float pixel_rad_;
+  std::vector<Eigen::Vector2f> rays_;
+};
+
+}  // namespace kinetrace::simulator

@@ -1,0 +1,16 @@
+// Pictures of the world as light that reaches the sensor.
+#pragma once
+
+#include "camera_rig.hpp"
+#include "image.hpp"
+#include "kinetrace/core/se3.hpp"
+#include "ray_world.hpp"
+
+namespace kinetrace::simulator {
+
+/// Adds `weight` times the light that falls on each pixel of an eye at `T_scene_eye`. A pixel is the mean over its
+/// samples: each traced and shadowed on its own; a surface's texture is filtered to the pixel's size on it.
+void add_radiance(const RayWorld& world, const SampleRays& rays, const Se3& T_scene_eye, int threads, float weight,
+                  Image<float>& radiance);
+
+}  // namespace kinetrace::simulator

@@ -1,0 +1,97 @@
+// kinetrace-simulate: a scene in, a stereo recording with its truth out.
+#include <cstdio>
+#include <exception>
+
+#include "options.hpp"
+#include "progress.hpp"
+#include "recording_writer.hpp"
+#include "scenes/scenes.hpp"
+#include "stereo_simulator.hpp"
+
+namespace kinetrace::simulator {
+namespace {
+
+// The rig at another picture size: the same lens before a finer or coarser sensor, with rows cut or added at both ends.
+StereoGeometry resized(const StereoGeometry& rig, const Options& options) {
+  StereoGeometry result = rig;
+  result.width_px = options.width_px.value_or(rig.width_px);
+  const double scale = static_cast<double>(result.width_px) / rig.width_px;
+  result.height_px = options.height_px.value_or(static_cast<int>(rig.height_px * scale + 0.5));
+  result.fx_px *= scale;
+  result.fy_px *= scale;
+  // Pixel centres lie at integer coordinates.
+  result.cx_px = (rig.cx_px + 0.5) * scale - 0.5;
+  result.cy_px = (rig.cy_px + 0.5) * scale - 0.5 + 0.5 * (result.height_px - rig.height_px * scale);
+  return result;
+}
+
+Result<StereoSimulator> make_simulator(Options& options) {
+  Result<Scene> scene = make_scene(options.scene);
+  if (!scene) {
+    return tl::unexpected(scene.error());
+  }
+  scene->rig = resized(scene->rig, options);
+  scene->rate_hz = options.rate_hz.value_or(scene->rate_hz);
+  scene->frames = options.frames.value_or(scene->frames);
+  return StereoSimulator::create(std::move(*scene), options.simulator);
+}
+
+Status record(StereoSimulator& simulator, const Options& options) {
+  Result<RecordingWriter> writer = RecordingWriter::create(options.recording, simulator);
+  if (!writer) {
+    return tl::unexpected(writer.error());
+  }
+  const int frames = simulator.scene().frames;
+  app::Progress progress(!options.quiet, frames);
+  for (int i = 0; i < frames; ++i) {
+    const SimulatedFrame frame = simulator.frame(i);
+    if (Status written = writer->write(frame); !written) {
+      progress.clear();
+      return written;
+    }
+    const auto visible = [](const ObjectTruth& object) { return object.visible_px > 0; };
+    progress.show(i + 1, static_cast<int>(std::count_if(frame.objects.begin(), frame.objects.end(), visible)));
+  }
+  progress.clear();
+  if (Status finished = writer->finish(); !finished) {
+    return finished;
+  }
+  if (!options.quiet) {
+    std::printf("%d frames in %s\ntruth in %s\n", frames, writer->drive().c_str(),
+                (options.recording.folder / "truth").c_str());
+  }
+  return {};
+}
+
+int report(const app::Failure& failure) {
+  std::fprintf(stderr, "kinetrace-simulate: error: %s\n", failure.message.c_str());
+  return static_cast<int>(failure.code);
+}
+
+int simulate(int argc, char** argv) {
+  app::Outcome<std::optional<Options>> options = parse_options(argc, argv);
+  if (!options) {
+    return report(options.error());
+  }
+  if (!*options) {
+    return 0;
+  }
+  Result<StereoSimulator> simulator = make_simulator(**options);
+  if (!simulator) {
+    return report(app::to_failure(simulator.error()));
+  }
+  const Status recorded = record(*simulator, **options);
+  return recorded ? 0 : report(app::to_failure(recorded.error()));
+}
+
+}  // namespace
+}  // namespace kinetrace::simulator
+
+int main(int argc, char** argv) {
+  // The last resort: the library reports errors as values, but the system may refuse memory.
+  try {
+    return kinetrace::simulator::simulate(argc, argv);
+  } catch (const std::exception& error) {
+    return kinetrace::simulator::report({kinetrace::app::ExitCode::kInternal, error.what()});
+  }
+}

@@ -1,0 +1,149 @@
+#include "mask_degradation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "kinetrace/core/detections.hpp"
+#include "noise.hpp"
+#include "random.hpp"
+
+namespace kinetrace::simulator {
+namespace {
+
+constexpr std::uint16_t kIdsPerClass = 1000;
+
+std::map<std::uint16_t, int> areas(const Image<std::uint16_t>& labels) {
+  std::map<std::uint16_t, int> result;
+  std::uint16_t last = 0;
+  int* count = nullptr;
+  for (const std::uint16_t label : labels.pixels()) {
+    if (label == 0) {
+      continue;
+    }
+    if (label != last) {
+      last = label;
+      count = &result[label];
+    }
+    ++*count;
+  }
+  return result;
+}
+
+// New ids 1, 2, ... in random order; labels that are not in `kept` vanish.
+std::map<std::uint16_t, std::uint16_t> new_ids(const std::vector<std::uint16_t>& kept, Random& random) {
+  std::vector<std::uint16_t> order(kept.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    order[i] = static_cast<std::uint16_t>(i + 1);
+    std::swap(order[i], order[static_cast<std::size_t>(random.index(static_cast<int>(i) + 1))]);
+  }
+  std::map<std::uint16_t, std::uint16_t> ids;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    ids[kept[i]] = static_cast<std::uint16_t>(kept[i] / kIdsPerClass * kIdsPerClass + order[i]);
+  }
+  return ids;
+}
+
+void relabel(Image<std::uint16_t>& labels, const std::map<std::uint16_t, std::uint16_t>& ids) {
+  for (std::uint16_t& label : labels.pixels()) {
+    const auto found = label == 0 ? ids.end() : ids.find(label);
+    label = found == ids.end() ? std::uint16_t{0} : found->second;
+  }
+}
+
+// Looks up each pixel a little beside itself; how far changes smoothly over the picture.
+Image<std::uint16_t> wandering_borders(const Image<std::uint16_t>& labels, double border_px, std::uint32_t stream) {
+  // In units of pixels: bumps of some ten pixels, with smaller ones on them.
+  const Octaves bumps(12.F, 0.6F, 3, stream);
+  Image<std::uint16_t> result(labels.width(), labels.height());
+  for (int y = 0; y < labels.height(); ++y) {
+    for (int x = 0; x < labels.width(); ++x) {
+      const bool near_border = [&] {
+        constexpr int kReach = 4;
+        const std::uint16_t here = labels.at(x, y);
+        for (const auto& [dx, dy] : {std::pair{kReach, 0},
+                                     {-kReach, 0},
+                                     {0, kReach},
+                                     {0, -kReach},
+                                     {3, 3},
+                                     {-3, 3},
+                                     {3, -3},
+                                     {-3, -3},
+                                     {2, 0},
+                                     {-2, 0},
+                                     {0, 2},
+                                     {0, -2}}) {
+          if (labels.contains(x + dx, y + dy) && labels.at(x + dx, y + dy) != here) {
+            return true;
+          }
+        }
+        return false;
+      }();
+      if (!near_border) {
+        result.at(x, y) = labels.at(x, y);
+        continue;
+      }
+      const Eigen::Vector3f at(static_cast<float>(x), static_cast<float>(y), 0.F);
+      const float dx = fractal_noise(bumps, at, 0.F) * static_cast<float>(border_px) * 0.7F;
+      const float dy =
+          fractal_noise(bumps, at + Eigen::Vector3f(0.F, 0.F, 500.F), 0.F) * static_cast<float>(border_px) * 0.7F;
+      const int from_x = std::clamp(x + static_cast<int>(std::lround(dx)), 0, labels.width() - 1);
+      const int from_y = std::clamp(y + static_cast<int>(std::lround(dy)), 0, labels.height() - 1);
+      result.at(x, y) = labels.at(from_x, from_y);
+    }
+  }
+  return result;
+}
+
+void invent_object(Image<std::uint16_t>& labels, std::uint16_t label, Random& random) {
+  const double radius_x = random.uniform(0.01, 0.04) * labels.width();
+  const double radius_y = random.uniform(0.03, 0.09) * labels.height();
+  const double cx = random.uniform(0.0, labels.width());
+  const double cy = random.uniform(0.3, 0.8) * labels.height();
+  for (int y = std::max(0, static_cast<int>(cy - radius_y)); y < std::min<double>(labels.height(), cy + radius_y);
+       ++y) {
+    for (int x = std::max(0, static_cast<int>(cx - radius_x)); x < std::min<double>(labels.width(), cx + radius_x);
+         ++x) {
+      const double r = std::hypot((x - cx) / radius_x, (y - cy) / radius_y);
+      if (r < 1.0 && labels.at(x, y) == 0) {
+        labels.at(x, y) = label;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Image<std::uint16_t> shuffled_masks(const Image<std::uint16_t>& labels, std::uint32_t stream) {
+  Random random(stream, 5);
+  std::vector<std::uint16_t> present;
+  for (const auto& [label, area] : areas(labels)) {
+    present.push_back(label);
+  }
+  Image<std::uint16_t> result = labels;
+  relabel(result, new_ids(present, random));
+  return result;
+}
+
+Image<std::uint16_t> degraded_masks(const Image<std::uint16_t>& labels, const DegradationSettings& settings,
+                                    std::uint32_t stream) {
+  Image<std::uint16_t> result = wandering_borders(labels, settings.border_px, hash_of(stream, 1));
+  std::vector<std::uint16_t> found;
+  for (const auto& [label, area] : areas(result)) {
+    // Keyed by the object, so that adding one to a scene leaves the others' misses as they were.
+    if (area >= settings.smallest_px && !Random(stream, label, 2).chance(settings.miss_probability)) {
+      found.push_back(label);
+    }
+  }
+  Random random(stream, 3);
+  constexpr std::uint16_t kInvented = 1999;
+  if (random.chance(settings.false_probability)) {
+    invent_object(result, kInvented, random);
+    found.push_back(kInvented);
+  }
+  relabel(result, new_ids(found, random));
+  return result;
+}
+
+}  // namespace kinetrace::simulator

@@ -1,0 +1,92 @@
+#include "options.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include <CLI/CLI.hpp>
+
+#include "scenes/scenes.hpp"
+
+namespace kinetrace::simulator {
+namespace {
+
+std::string scene_list() {
+  std::string text = "Scenes:\n";
+  for (const SceneEntry& entry : scenes()) {
+    std::string name = entry.name;
+    name.resize(20, ' ');
+    text += "  " + name + entry.summary + "\n";
+  }
+  return text;
+}
+
+void add_recording(CLI::App& app, Options& options, std::string& out, std::string& degrade) {
+  app.add_option("SCENE", options.scene, "What to simulate; see below")->required();
+  app.add_option("--out", out,
+                 "Folder for the sequence and its truth; made, or replaced if it is an earlier simulation")
+      ->type_name("DIR")
+      ->required();
+  app.add_option("--frames", options.frames, "Number of frames; default: what the scene is laid out for")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--seed", options.simulator.seed, "Of noise, drift and mask degradation")->capture_default_str();
+  app.add_option("--width", options.width_px, "Of the rectified pictures; the field of view stays")
+      ->check(CLI::Range(64, 4096));
+  app.add_option("--height", options.height_px, "Of the rectified pictures; crops or adds rows")
+      ->check(CLI::Range(64, 4096));
+  app.add_option("--rate", options.rate_hz, "Frames a second")->type_name("HZ")->check(CLI::Range(0.5, 240.0));
+  app.add_option("--degrade", degrade, "Whether masks/detections_* are as a network would give them")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
+}
+
+void add_camera(CLI::App& app, Options& options, int& samples) {
+  SensorSettings& sensor = options.simulator.sensor;
+  app.add_option("--noise", sensor.noise_levels, "Sensor noise at half range, standard deviation in grey levels")
+      ->type_name("SIGMA")
+      ->capture_default_str();
+  app.add_option("--gain", sensor.right_gain, "Sensitivity of the right eye relative to the left one")
+      ->capture_default_str();
+  app.add_option("--vignetting", sensor.vignetting, "Part of the light that is lost in the corners")
+      ->capture_default_str();
+  app.add_option("--blur", sensor.blur_px, "Blur of the lens, standard deviation in pixels")->capture_default_str();
+  app.add_option("--shutter", options.simulator.shutter_ms, "Exposure time; above 0, what moves is blurred")
+      ->type_name("MS")
+      ->capture_default_str();
+  app.add_option("--drift", options.simulator.drift_mrad,
+                 "Slow wandering of the right eye's direction that the calibration does not know, milliradians")
+      ->capture_default_str();
+  app.add_flag("--distortion", options.simulator.distortion,
+               "Raw pictures through crooked lenses, with the calibration to rectify them");
+  app.add_option("--samples", samples, "Rays per pixel")->check(CLI::IsMember({1, 4, 9, 16}))->capture_default_str();
+  app.add_option("--threads", options.simulator.threads, "They do not change the result")->capture_default_str();
+}
+
+}  // namespace
+
+app::Outcome<std::optional<Options>> parse_options(int argc, const char* const* argv) {
+  CLI::App app("Simulates a stereo recording with exact truth: a KITTI raw drive, and DIR/truth beside it.");
+  app.footer(scene_list());
+  Options options;
+  std::string out;
+  std::string degrade = "on";
+  int samples = 4;
+  add_recording(app, options, out, degrade);
+  add_camera(app, options, samples);
+  app.add_flag("--quiet", options.quiet, "Prints nothing but errors");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) {
+      app.exit(error);
+      return std::nullopt;
+    }
+    return tl::unexpected(
+        app::Failure{app::ExitCode::kUsage, std::string(error.what()) + "; see kinetrace-simulate --help"});
+  }
+  options.recording.folder = out;
+  options.recording.degrade = degrade == "on";
+  options.simulator.samples_per_side = static_cast<int>(std::lround(std::sqrt(samples)));
+  return std::optional(std::move(options));
+}
+
+}  // namespace kinetrace::simulator

@@ -1,0 +1,181 @@
+#include "ray_world.hpp"
+
+#include <cstring>
+#include <embree3/rtcore.h>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace kinetrace::simulator {
+namespace {
+
+template <auto Release>
+struct Releaser {
+  template <typename T>
+  void operator()(T* handle) const noexcept {
+    Release(handle);
+  }
+};
+using Device = std::unique_ptr<RTCDeviceTy, Releaser<&rtcReleaseDevice>>;
+using SceneHandle = std::unique_ptr<RTCSceneTy, Releaser<&rtcReleaseScene>>;
+using Geometry = std::unique_ptr<RTCGeometryTy, Releaser<&rtcReleaseGeometry>>;
+
+constexpr float kFar = std::numeric_limits<float>::infinity();
+
+void check(RTCDevice device, const char* step) {
+  if (const RTCError error = rtcGetDeviceError(device); error != RTC_ERROR_NONE) {
+    throw std::runtime_error(std::string("the ray tracer failed while ") + step + " (Embree error " +
+                             std::to_string(static_cast<int>(error)) + ")");
+  }
+}
+
+SceneHandle mesh_scene(RTCDevice device, const Mesh& mesh) {
+  const Geometry geometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE));
+  auto* positions = static_cast<float*>(rtcSetNewGeometryBuffer(
+      geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));
+  auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+      geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), mesh.triangles.size()));
+  check(device, "taking memory for a mesh");
+  for (const Mesh::Vertex& vertex : mesh.vertices) {
+    positions = std::copy_n(vertex.position.data(), 3, positions);
+  }
+  for (const Mesh::Triangle& triangle : mesh.triangles) {
+    indices = std::copy_n(triangle.corners.data(), 3, indices);
+  }
+  rtcCommitGeometry(geometry.get());
+  SceneHandle scene(rtcNewScene(device));
+  rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_HIGH);
+  rtcAttachGeometry(scene.get(), geometry.get());
+  rtcCommitScene(scene.get());
+  check(device, "building the tree of a mesh");
+  return scene;
+}
+
+template <typename Rays>
+void fill_rays(const RayPacket& packet, float nearest, Rays& rays) {
+  std::memcpy(rays.org_x, packet.origin_x.data(), sizeof rays.org_x);
+  std::memcpy(rays.org_y, packet.origin_y.data(), sizeof rays.org_y);
+  std::memcpy(rays.org_z, packet.origin_z.data(), sizeof rays.org_z);
+  std::memcpy(rays.dir_x, packet.direction_x.data(), sizeof rays.dir_x);
+  std::memcpy(rays.dir_y, packet.direction_y.data(), sizeof rays.dir_y);
+  std::memcpy(rays.dir_z, packet.direction_z.data(), sizeof rays.dir_z);
+  for (int i = 0; i < RayPacket::kSize; ++i) {
+    rays.tnear[i] = nearest;
+    rays.tfar[i] = kFar;
+    rays.time[i] = 0.F;
+    rays.mask[i] = ~0U;
+    rays.id[i] = 0U;
+    rays.flags[i] = 0U;
+  }
+}
+
+RTCIntersectContext coherent_context() {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  return context;
+}
+
+}  // namespace
+
+struct RayWorld::Handles {
+  Device device;
+  std::vector<SceneHandle> meshes;
+  std::vector<Geometry> instances;
+  SceneHandle top;
+};
+
+RayWorld::RayWorld(const Scene& scene) : scene_(scene), handles_(std::make_unique<Handles>()) {
+  parts_.push_back({&scene.world});
+  for (std::size_t actor = 0; actor < scene.actors.size(); ++actor) {
+    for (const Mesh& mesh : scene.actors[actor].parts) {
+      parts_.push_back({&mesh, static_cast<int>(actor)});
+    }
+  }
+  // One build thread: the shape of the tree, and with it the last bit of a distance, must not depend on the machine.
+  handles_->device.reset(rtcNewDevice("threads=1"));
+  if (!handles_->device) {
+    throw std::runtime_error("the ray tracer cannot be started; check the installation of Embree");
+  }
+  RTCDevice device = handles_->device.get();
+  handles_->top.reset(rtcNewScene(device));
+  rtcSetSceneFlags(handles_->top.get(), RTC_SCENE_FLAG_ROBUST);
+  for (std::uint32_t i = 0; i < parts_.size(); ++i) {
+    handles_->meshes.push_back(mesh_scene(device, *parts_[i].mesh));
+    Geometry instance(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE));
+    rtcSetGeometryInstancedScene(instance.get(), handles_->meshes.back().get());
+    rtcCommitGeometry(instance.get());
+    rtcAttachGeometryByID(handles_->top.get(), instance.get(), i);
+    handles_->instances.push_back(std::move(instance));
+  }
+  set_time(0.0);
+}
+
+RayWorld::~RayWorld() = default;
+
+void RayWorld::set_time(double time_s) {
+  std::uint32_t i = 1;
+  for (const Actor& actor : scene_.actors) {
+    const Se3 T_scene_obj = actor.T_scene_obj(time_s);
+    for (std::size_t part = 0; part < actor.parts.size(); ++part, ++i) {
+      const Se3 pose = actor.T_obj_part ? T_scene_obj * actor.T_obj_part(time_s, part) : T_scene_obj;
+      parts_[i].R_scene_part = pose.rotation.cast<float>();
+      parts_[i].t_scene_part = pose.translation.cast<float>();
+      Eigen::Matrix<float, 3, 4> matrix;
+      matrix << parts_[i].R_scene_part, parts_[i].t_scene_part;
+      rtcSetGeometryTransform(handles_->instances[i].get(), 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, matrix.data());
+      rtcCommitGeometry(handles_->instances[i].get());
+    }
+  }
+  rtcCommitScene(handles_->top.get());
+  check(handles_->device.get(), "moving the scene");
+}
+
+void RayWorld::trace(RayPacket& packet) const {
+  RTCRayHit16 rays;
+  fill_rays(packet, 0.F, rays.ray);
+  for (int i = 0; i < RayPacket::kSize; ++i) {
+    rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+    rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+  }
+  RTCIntersectContext context = coherent_context();
+  rtcIntersect16(packet.active.data(), handles_->top.get(), &context, &rays);
+  static_assert(RTC_INVALID_GEOMETRY_ID == RayPacket::kMiss);
+  std::memcpy(packet.distance.data(), rays.ray.tfar, sizeof rays.ray.tfar);
+  std::memcpy(packet.u.data(), rays.hit.u, sizeof rays.hit.u);
+  std::memcpy(packet.v.data(), rays.hit.v, sizeof rays.hit.v);
+  std::memcpy(packet.triangle.data(), rays.hit.primID, sizeof rays.hit.primID);
+  std::memcpy(packet.part.data(), rays.hit.instID[0], sizeof rays.hit.instID[0]);
+}
+
+void RayWorld::trace_shadow(RayPacket& packet) const {
+  RTCRay16 rays;
+  fill_rays(packet, 0.F, rays);
+  RTCIntersectContext context = coherent_context();
+  rtcOccluded16(packet.active.data(), handles_->top.get(), &context, &rays);
+  for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
+    packet.blocked[i] = rays.tfar[i] < 0.F;
+  }
+}
+
+bool RayWorld::meets_part(std::size_t part, const Eigen::Vector3f& origin, const Eigen::Vector3f& direction) const {
+  const Part& target = parts_[part];
+  const Eigen::Vector3f local_origin = target.R_scene_part.transpose() * (origin - target.t_scene_part);
+  const Eigen::Vector3f local_direction = target.R_scene_part.transpose() * direction;
+  RTCRay ray{};
+  ray.org_x = local_origin.x();
+  ray.org_y = local_origin.y();
+  ray.org_z = local_origin.z();
+  ray.dir_x = local_direction.x();
+  ray.dir_y = local_direction.y();
+  ray.dir_z = local_direction.z();
+  ray.tfar = kFar;
+  ray.mask = ~0U;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(handles_->meshes[part].get(), &context, &ray);
+  return ray.tfar < 0.F;
+}
+
+}  // namespace kinetrace::simulator

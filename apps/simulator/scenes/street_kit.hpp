@@ -1,0 +1,35 @@
+// What the scenes on a street have in common.
+#pragma once
+
+#include <cstdint>
+
+#include "motion.hpp"
+#include "scene.hpp"
+#include "vehicles.hpp"
+
+namespace kinetrace::simulator {
+
+/// Headings on a street along z.
+inline constexpr double kAlongZ_rad = -1.5707963267948966;   ///< Towards +z.
+inline constexpr double kAgainstZ_rad = 1.5707963267948966;  ///< Towards -z.
+
+/// A street along z with lanes, parking strips, sidewalks, houses, trees, hedges, lamps; a cross street at
+/// `crossing_z_m`.
+struct StreetPlan {
+  float z0_m = -30.F;
+  float z1_m = 170.F;
+  float half_road_m = 6.9F;  ///< Four lanes.
+  float parking_m = 2.2F;    ///< Width of the strips beside them.
+  float sidewalk_m = 3.F;
+  float crossing_z_m = 62.F;
+  float half_crossing_m = 4.5F;
+  std::uint32_t seed = 1;
+};
+[[nodiscard]] Mesh street_world(const StreetPlan& plan);
+
+/// The rig of a car: 1242 x 375 pixels, 54 cm baseline.
+[[nodiscard]] StereoGeometry car_rig();
+
+[[nodiscard]] Actor vehicle(VehicleKind kind, std::uint16_t seed, Trajectory trajectory);
+
+}  // namespace kinetrace::simulator

@@ -1,0 +1,167 @@
+#include "stereo_simulator.hpp"
+
+#include <cmath>
+#include <exception>
+#include <string>
+#include <utility>
+
+#include "image_renderer.hpp"
+#include "object_truth.hpp"
+#include "random.hpp"
+#include "ray_world.hpp"
+#include "truth_renderer.hpp"
+
+namespace kinetrace::simulator {
+namespace {
+
+constexpr std::array<Eye, 2> kEyes{Eye::kLeft, Eye::kRight};
+// The epoch of the recordings: 2026-01-01 00:00:00 UTC.
+constexpr std::int64_t kStart_ns = 1'767'225'600'000'000'000;
+
+Status check_range(const char* name, double value, double low, double high) {
+  if (value >= low && value <= high) {
+    return {};
+  }
+  return fail(ErrorCode::kInvalidArgument, std::string(name) + " must be in [" + std::to_string(low) + ", " +
+                                               std::to_string(high) + "], got " + std::to_string(value));
+}
+
+}  // namespace
+
+Status SimulatorSettings::validate() const {
+  struct Range {
+    const char* name;
+    double value;
+    double low;
+    double high;
+  };
+  const std::array<Range, 8> ranges{{{"samples per side", static_cast<double>(samples_per_side), 1, 4},
+                                     {"threads", static_cast<double>(threads), 1, 256},
+                                     {"shutter", shutter_ms, 0, 1000},
+                                     {"drift", drift_mrad, 0, 50},
+                                     {"noise", sensor.noise_levels, 0, 50},
+                                     {"vignetting", sensor.vignetting, 0, 0.9},
+                                     {"blur", sensor.blur_px, 0, 2},
+                                     {"gain", sensor.right_gain, 0.25, 4}}};
+  for (const Range& range : ranges) {
+    if (Status status = check_range(range.name, range.value, range.low, range.high); !status) {
+      return status;
+    }
+  }
+  return {};
+}
+
+struct StereoSimulator::State {
+  State(Scene simulated, const SimulatorSettings& chosen)
+      : scene(std::move(simulated)),
+        settings(chosen),
+        rig(chosen.distortion ? distorted_rig(scene.rig) : ideal_rig(scene.rig)),
+        rays{SampleRays(rig.raw[0], chosen.samples_per_side), SampleRays(rig.raw[1], chosen.samples_per_side)},
+        world(scene),
+        T_world_scene(scene.T_scene_cam(0.0).inverse()) {}
+
+  [[nodiscard]] Se3 T_scene_eye(Eye eye, double time_s) const {
+    Se3 pose = scene.T_scene_cam(time_s);
+    if (eye == Eye::kRight) {
+      pose.translation += pose.rotation.col(0) * scene.rig.baseline_m;
+    }
+    return pose;
+  }
+
+  // Where the eye really looks: the right one wanders from its calibration.
+  [[nodiscard]] Se3 T_scene_lens(Eye eye, double time_s) const {
+    Se3 pose = T_scene_eye(eye, time_s);
+    if (eye == Eye::kRight && settings.drift_mrad > 0.0) {
+      constexpr double kPeriod_s = 9.0;
+      Random random(settings.seed, 31);
+      Eigen::Vector3d angle_rad;
+      for (int axis = 0; axis < 3; ++axis) {
+        angle_rad[axis] = 1e-3 * settings.drift_mrad *
+                          std::sin(6.283185307179586 * (time_s / kPeriod_s * random.uniform(0.7, 1.3) + random.unit()));
+      }
+      pose.rotation = pose.rotation * so3_exp(angle_rad);
+    }
+    return pose;
+  }
+
+  // With an open shutter, the mean of several instants about `time_s`.
+  [[nodiscard]] std::array<Image<float>, 2> collect_light(double time_s) {
+    const int instants = settings.shutter_ms > 0.0 ? 4 : 1;
+    std::array<Image<float>, 2> light{Image<float>(rays[0].width(), rays[0].height()),
+                                      Image<float>(rays[1].width(), rays[1].height())};
+    for (int i = 0; i < instants; ++i) {
+      const double instant_s = time_s + 1e-3 * settings.shutter_ms * ((i + 0.5) / instants - 0.5);
+      world.set_time(instant_s);
+      for (const Eye eye : kEyes) {
+        const auto side = static_cast<std::size_t>(eye);
+        add_radiance(world, rays[side], T_scene_lens(eye, instant_s), settings.threads,
+                     1.F / static_cast<float>(instants), light[side]);
+      }
+    }
+    return light;
+  }
+
+  Scene scene;
+  SimulatorSettings settings;
+  CameraRig rig;
+  std::array<SampleRays, 2> rays;
+  RayWorld world;
+  Se3 T_world_scene;
+};
+
+Result<StereoSimulator> StereoSimulator::create(Scene scene, const SimulatorSettings& settings) {
+  if (const Status status = settings.validate(); !status) {
+    return tl::unexpected(status.error());
+  }
+  if (scene.actors.size() > static_cast<std::size_t>(kMaxObjects)) {
+    return fail(ErrorCode::kInvalidArgument, "scene " + scene.name + " has more than 64 objects");
+  }
+  try {
+    return StereoSimulator(std::make_unique<State>(std::move(scene), settings));
+  } catch (const std::exception& error) {
+    return fail(ErrorCode::kInternal, error.what());
+  }
+}
+
+StereoSimulator::StereoSimulator(std::unique_ptr<State> state) : state_(std::move(state)) {}
+StereoSimulator::StereoSimulator(StereoSimulator&&) noexcept = default;
+StereoSimulator::~StereoSimulator() = default;
+
+SimulatedFrame StereoSimulator::frame(int index) {
+  State& s = *state_;
+  const double time_s = index / s.scene.rate_hz;
+  SimulatedFrame frame;
+  frame.index = index;
+  frame.timestamp_ns = kStart_ns + std::llround(1e9 * time_s);
+  frame.T_world_cam = s.T_world_scene * s.T_scene_eye(Eye::kLeft, time_s);
+  std::array<Image<float>, 2> light = s.collect_light(time_s);
+  for (const Eye eye : kEyes) {
+    const auto side = static_cast<std::size_t>(eye);
+    const double gain = eye == Eye::kRight ? s.settings.sensor.right_gain : 1.0;
+    frame.pictures[side] = expose(std::move(light[side]), s.settings.sensor, gain * s.scene.light.exposure,
+                                  hash_of(s.settings.seed, index, side), s.settings.threads);
+  }
+  s.world.set_time(time_s);
+  for (const Eye eye : kEyes) {
+    const auto side = static_cast<std::size_t>(eye);
+    TruthImages truth = render_truth(s.world, s.scene.rig, s.T_scene_eye(eye, time_s), s.settings.threads);
+    if (eye == Eye::kLeft) {
+      frame.objects = observe_objects(s.world, s.scene.rig, truth, time_s, s.T_scene_eye(eye, time_s), s.T_world_scene);
+    }
+    frame.instances[side] = mots_labels(truth.actors, s.scene.actors);
+    frame.depth_m[side] = std::move(truth.depth_m);
+  }
+  return frame;
+}
+
+const Scene& StereoSimulator::scene() const noexcept {
+  return state_->scene;
+}
+const CameraRig& StereoSimulator::rig() const noexcept {
+  return state_->rig;
+}
+const SimulatorSettings& StereoSimulator::settings() const noexcept {
+  return state_->settings;
+}
+
+}  // namespace kinetrace::simulator

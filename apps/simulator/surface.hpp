@@ -1,0 +1,82 @@
+// What a surface is made of, and how it looks at a point.
+#pragma once
+
+#include <cstdint>
+
+#include <Eigen/Core>
+
+namespace kinetrace::simulator {
+
+enum class Material : std::uint8_t {
+  kAsphalt,
+  kRoadMark,
+  kPatch,
+  kManhole,
+  kSidewalk,
+  kCurb,
+  kGrass,
+  kGravel,
+  kBrickFacade,
+  kPlasterFacade,
+  kConcrete,
+  kRoofTiles,
+  kFoliage,
+  kBark,
+  kMetal,
+  kWood,
+  kSign,
+  kCarBody,
+  kTruckBox,
+  kTyre,
+  kRim,
+  kMirror,
+  kCloth,
+  kSkin,
+  kShoe,
+  kCardboard,
+  kFloorTiles,
+  kPanelWall,
+  kPoster,
+  kPlain,
+};
+
+/// The dimensions that a vehicle's painted details follow.
+struct BodyShape {
+  float length_m = 4.4F;
+  float height_m = 1.5F;
+  float width_m = 1.8F;
+  float belt_m = 0.95F;  ///< Height where the windows begin.
+  float wheel_radius_m = 0.32F;
+  float front_axle_m = 1.3F;  ///< x of the axles.
+  float rear_axle_m = -1.3F;
+  float windscreen_m = 0.9F;        ///< x of the windscreen's foot ...
+  float windscreen_top_m = 0.2F;    ///< ... and top.
+  float rear_window_m = -1.9F;      ///< x of the rear window's foot ...
+  float rear_window_top_m = -1.3F;  ///< ... and top.
+  bool has_rear_side_windows = true;
+  float origin_x_m = 0.F;  ///< Middle of this shape in the vehicle's frame; all other x are relative to it.
+};
+
+struct Paint {
+  Material material = Material::kPlain;
+  std::uint16_t seed = 0;            ///< Varies colours and patterns between things of one material.
+  const BodyShape* shape = nullptr;  ///< For vehicle materials; outlives the mesh.
+};
+
+/// A point on a surface, in the frame of the body it belongs to.
+struct SurfacePoint {
+  Eigen::Vector3f position;
+  Eigen::Vector3f normal;
+  Eigen::Vector2f uv;
+  float footprint_m = 0.F;  ///< Size of a pixel there.
+};
+
+struct Look {
+  float albedo = 0.5F;  ///< Diffuse reflectance.
+  float gloss = 0.F;    ///< Mirror reflectance at normal incidence.
+  float glow = 0.F;     ///< Light of its own, relative to white in the sun.
+};
+
+[[nodiscard]] Look look_of(const Paint& paint, const SurfacePoint& point);
+
+}  // namespace kinetrace::simulator

@@ -1,0 +1,140 @@
+// Houses and street furniture. Facades follow uv: metres along the wall and up from its foot.
+#include <cmath>
+
+#include "noise.hpp"
+#include "pattern.hpp"
+#include "textures.hpp"
+
+namespace kinetrace::simulator {
+namespace {
+
+float brick_wall(const SurfacePoint& point) {
+  static const Octaves grain(0.6F, 0.8F, 8, 201);
+  constexpr float kLength_m = 0.25F;
+  constexpr float kCourse_m = 0.083F;
+  const float width_m = std::max(point.footprint_m, 0.001F);
+  const float row = std::floor(point.uv.y() / kCourse_m);
+  const float u = point.uv.x() + (static_cast<int>(row) % 2 == 0 ? 0.F : 0.5F * kLength_m);
+  const float mortar =
+      1.F - (1.F - stripes(u, kLength_m, 0.012F, width_m)) * (1.F - stripes(point.uv.y(), kCourse_m, 0.012F, width_m));
+  const float brick = cell_value(std::floor(u / kLength_m), row, 202) - 0.5F;
+  const float stone = 0.21F + 0.16F * brick * resolved(kCourse_m, point.footprint_m) +
+                      0.035F * fractal_noise(grain, point.position, point.footprint_m);
+  return mix(stone, 0.45F, mortar);
+}
+
+float plaster(const Paint& paint, const SurfacePoint& point) {
+  static const Octaves stains(1.7F, 0.75F, 8, 203);
+  const float base = 0.34F + 0.32F * unit_float(hash_of(paint.seed, 1));
+  // Rain streaks: the same noise, stretched along the wall's height.
+  const Eigen::Vector3f stretched(point.position.x() * 4.F, point.position.y() * 0.5F, point.position.z() * 4.F);
+  return base + 0.055F * fractal_noise(stains, point.position, point.footprint_m) +
+         0.03F * fractal_noise(stains, stretched, 4.F * point.footprint_m);
+}
+
+float concrete(const Paint& paint, const SurfacePoint& point) {
+  static const Octaves grain(0.9F, 0.82F, 8, 204);
+  return 0.3F + 0.15F * unit_float(hash_of(paint.seed, 2)) +
+         0.06F * fractal_noise(grain, point.position, point.footprint_m);
+}
+
+struct Window {
+  float opening = 0.F;  ///< Coverage of the whole opening,
+  float glass = 0.F;    ///< and of its panes alone.
+  float pane = 0.F;     ///< Albedo behind the glass.
+};
+
+// A regular grid of windows with frames, a cross bar, and curtains that differ from window to window.
+Window window_at(const Paint& paint, const SurfacePoint& point) {
+  const float pitch_m = 2.3F + 1.1F * unit_float(hash_of(paint.seed, 11));
+  const float storey_m = 3.0F;
+  const float wide_m = 0.42F * pitch_m;
+  const float tall_m = 1.5F + 0.3F * unit_float(hash_of(paint.seed, 12));
+  const float sill_m = 0.85F;
+  const float width_m = std::max(point.footprint_m, 0.002F);
+  const float u = point.uv.x() - 0.29F * pitch_m;
+  const float v = point.uv.y() - sill_m;
+  const float column = std::floor(u / pitch_m);
+  const float row = std::floor(v / storey_m);
+  const float x = u - column * pitch_m;
+  const float y = v - row * storey_m;
+  Window window;
+  window.opening = stripes(u, pitch_m, wide_m, width_m) * stripes(v, storey_m, tall_m, width_m);
+  constexpr float kFrame_m = 0.06F;
+  const float clear = band(x, kFrame_m, wide_m - kFrame_m, width_m) * band(y, kFrame_m, tall_m - kFrame_m, width_m);
+  const float bars = std::max(band(x, 0.5F * wide_m - 0.025F, 0.5F * wide_m + 0.025F, width_m),
+                              band(y, 0.62F * tall_m, 0.62F * tall_m + 0.05F, width_m));
+  window.glass = window.opening * clear * (1.F - bars) * resolved(0.8F, point.footprint_m);
+  const float curtain = cell_value(column, row, paint.seed + 13U);
+  const float drawn = curtain > 0.45F ? band(y, curtain * tall_m, tall_m, width_m) : 0.F;
+  const float folds = 0.07F * std::sin(x * 43.F) * resolved(0.14F, point.footprint_m);
+  window.pane = mix(0.035F + 0.05F * curtain, 0.42F + folds, drawn);
+  return window;
+}
+
+Look with_windows(float wall, const Paint& paint, const SurfacePoint& point) {
+  const Window window = window_at(paint, point);
+  const float frame = unit_float(hash_of(paint.seed, 14)) > 0.4F ? 0.72F : 0.12F;
+  const float framed = mix(wall, frame, window.opening);
+  const float far = mix(wall, 0.22F, window.opening);  // A window too small to show its parts.
+  const float detail = resolved(0.8F, point.footprint_m);
+  return {mix(mix(far, framed, detail), window.pane, window.glass), 0.08F * window.glass};
+}
+
+float roof_tiles(const SurfacePoint& point) {
+  static const Octaves moss(0.8F, 0.8F, 7, 205);
+  constexpr float kRow_m = 0.33F;
+  constexpr float kTile_m = 0.22F;
+  const float width_m = std::max(point.footprint_m, 0.002F);
+  const float row = std::floor(point.uv.y() / kRow_m);
+  const float tile = cell_value(std::floor(point.uv.x() / kTile_m), row, 206) - 0.5F;
+  const float shade = stripes(point.uv.y(), kRow_m, 0.05F, width_m);
+  const float gap = stripes(point.uv.x(), kTile_m, 0.03F, width_m);
+  return (0.17F + 0.09F * tile * resolved(kTile_m, point.footprint_m) +
+          0.03F * fractal_noise(moss, point.position, point.footprint_m)) *
+         (1.F - 0.5F * std::max(shade, 0.6F * gap));
+}
+
+float metal(const Paint& paint, const SurfacePoint& point) {
+  static const Octaves rust(0.3F, 0.8F, 7, 207);
+  return 0.14F + 0.35F * unit_float(hash_of(paint.seed, 3)) +
+         0.05F * fractal_noise(rust, point.position, point.footprint_m);
+}
+
+float wood(const Paint& paint, const SurfacePoint& point) {
+  static const Octaves grain(0.25F, 0.8F, 7, 208);
+  const Eigen::Vector3f along(point.position.x() * 3.F, point.position.y() * 0.3F, point.position.z() * 3.F);
+  const float plank = stripes(point.uv.x(), 0.14F, 0.02F, std::max(point.footprint_m, 0.002F));
+  return (0.2F + 0.2F * unit_float(hash_of(paint.seed, 4)) +
+          0.06F * fractal_noise(grain, along, 3.F * point.footprint_m)) *
+         (1.F - 0.75F * plank);
+}
+
+// A board with a dark rim and made-up writing.
+float sign(const Paint& paint, const SurfacePoint& point) {
+  const float width_m = std::max(point.footprint_m, 0.002F);
+  constexpr float kGlyph_m = 0.07F;
+  const float column = std::floor(point.uv.x() / kGlyph_m);
+  const float row = std::floor(point.uv.y() / kGlyph_m);
+  const float inked = cell_value(column, row, paint.seed) > 0.5F ? 1.F : 0.F;
+  const float gap = stripes(point.uv.y(), 3.F * kGlyph_m, kGlyph_m, width_m);
+  const float ink =
+      inked * resolved(kGlyph_m, point.footprint_m) + 0.5F * (1.F - resolved(kGlyph_m, point.footprint_m));
+  return mix(0.75F, 0.1F, 0.9F * ink * (1.F - gap));
+}
+
+}  // namespace
+
+Look building_look(const Paint& paint, const SurfacePoint& point) {
+  switch (paint.material) {
+    case Material::kBrickFacade: return with_windows(brick_wall(point), paint, point);
+    case Material::kPlasterFacade: return with_windows(plaster(paint, point), paint, point);
+    case Material::kRoofTiles: return {roof_tiles(point)};
+    case Material::kMetal: return {metal(paint, point), 0.03F};
+    case Material::kWood: return {wood(paint, point)};
+    case Material::kSign: return {sign(paint, point), 0.02F};
+    default: return {concrete(paint, point)};
+  }
+}
+
+}  // namespace kinetrace::simulator

@@ -1,0 +1,47 @@
+// Plants and bare ground.
+#include <algorithm>
+#include <cmath>
+
+#include "noise.hpp"
+#include "pattern.hpp"
+#include "textures.hpp"
+
+namespace kinetrace::simulator {
+namespace {
+
+// Leaves in light over gaps in shade.
+float foliage(const Paint& paint, const SurfacePoint& point) {
+  static const Octaves leaves(0.5F, 0.9F, 7, 301);
+  const float bright = 0.16F + 0.1F * unit_float(hash_of(paint.seed, 1));
+  const float relief = fractal_noise(leaves, point.position, point.footprint_m);
+  return bright * std::max(0.15F, 1.F + 0.75F * relief);
+}
+
+float grass(const SurfacePoint& point) {
+  static const Octaves blades(1.5F, 0.88F, 8, 302);
+  return 0.15F * std::max(0.2F, 1.F + 0.5F * fractal_noise(blades, point.position, point.footprint_m));
+}
+
+float gravel(const SurfacePoint& point) {
+  static const Octaves stones(1.1F, 0.9F, 8, 303);
+  return 0.28F * std::max(0.3F, 1.F + 0.4F * fractal_noise(stones, point.position, point.footprint_m));
+}
+
+float bark(const SurfacePoint& point) {
+  static const Octaves ridges(0.2F, 0.85F, 6, 304);
+  const Eigen::Vector3f stretched(point.position.x() * 2.F, point.position.y() * 0.5F, point.position.z() * 2.F);
+  return 0.14F * std::max(0.25F, 1.F + 0.5F * fractal_noise(ridges, stretched, 2.F * point.footprint_m));
+}
+
+}  // namespace
+
+Look nature_look(const Paint& paint, const SurfacePoint& point) {
+  switch (paint.material) {
+    case Material::kGrass: return {grass(point)};
+    case Material::kGravel: return {gravel(point)};
+    case Material::kBark: return {bark(point)};
+    default: return {foliage(paint, point)};
+  }
+}
+
+}  // namespace kinetrace::simulator
