@@ -3,6 +3,7 @@
 
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <string>
 #include <string_view>
 
@@ -17,6 +18,9 @@ template <typename... Parts>
 
 /// Shortest form with up to six digits: "0.54", "nan".
 [[nodiscard]] inline std::string number(double value) {
+  if (std::isnan(value)) {
+    return "nan";  // Its sign says nothing.
+  }
   std::array<char, 32> buffer{};
   const auto end =
       std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::general, 6).ptr;

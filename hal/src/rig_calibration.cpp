@@ -84,8 +84,8 @@ Status repair_rotation(const std::string& source, std::string_view name, Eigen::
 Status check_baseline(const std::string& source, const Eigen::Vector3d& offset, double max_tilt) {
   const double length = offset.norm();
   if (!std::isfinite(length) || length < kMinBaseline_m) {
-    return bad(source,
-               concat("the baseline is ", number(length), " m; the translation between the eyes is missing or zero"));
+    return bad(source, concat("the baseline is ", number(length),
+                              " m; the translation between the eyes is missing or zero in the calibration"));
   }
   const double across = offset.tail<2>().norm();
   if (across > max_tilt * std::abs(offset.x())) {

@@ -26,8 +26,8 @@ enum class CameraChoice : std::uint8_t { kAuto, kGray, kColor };
 
 struct DatasetSpec {
   DatasetLayout layout = DatasetLayout::kFolder;
-  std::filesystem::path path;
-  std::string sequence;  ///< For paths that hold several; empty where there is only one.
+  std::filesystem::path path = {};
+  std::string sequence = {};  ///< For paths that hold several; empty where there is only one.
   CameraChoice cameras = CameraChoice::kAuto;
   double frame_rate_hz = 0.0;  ///< For recordings without time stamps; 0: the layout's own (10, Cityscapes 17).
 };

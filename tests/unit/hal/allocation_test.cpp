@@ -1,0 +1,49 @@
+// Playing and rectifying takes no memory of our own after start.
+#include <gtest/gtest.h>
+
+#include "kinetrace/core/allocation_counter.hpp"
+#include "kinetrace/hal/file_stereo_camera.hpp"
+#include "kinetrace/hal/rectifier.hpp"
+#include "recording_for_test.hpp"
+
+namespace kinetrace::hal {
+namespace {
+
+TEST(HalAllocations, AreAllForeign) {
+  ASSERT_TRUE(allocation_counting_available());
+  const test::Recording recording(4);
+  std::filesystem::remove(recording.right(1));
+  Dataset dataset = recording.open().value();
+  // The same pinhole, shifted: there is something to rectify.
+  RigCalibration rig;
+  rig.left = {.width_px = test::kWidth,
+              .height_px = test::kHeight,
+              .fx_px = 40,
+              .fy_px = 40,
+              .cx_px = 24,
+              .cy_px = 16,
+              .distortion = {-0.1}};
+  rig.right = rig.left;
+  rig.T_right_left.translation = {-0.5, 0, 0};
+  const FileCameraConfig config{.passes = 2};
+  Arena arena(FileStereoCamera::required_bytes(dataset, config) + Rectifier::required_bytes(rig, {}));
+  Rectifier rectifier = Rectifier::create(rig, {}, arena).value();
+  ASSERT_FALSE(rectifier.passes_through());
+  FileStereoCamera camera = FileStereoCamera::create(std::move(dataset), config, arena).value();
+  ASSERT_TRUE(camera.open() && camera.start());
+
+  const AllocationCounts before = allocation_counts();
+  int frames = 0;
+  for (int i = 0; i < 6; ++i) {
+    const auto frame = camera.next(std::chrono::milliseconds(100));
+    frames += frame && rectifier.process(*frame) ? 1 : 0;
+  }
+  const AllocationCounts after = allocation_counts();
+
+  EXPECT_EQ(frames, 6);
+  EXPECT_EQ(after.own, before.own);
+  EXPECT_GT(after.foreign, before.foreign);
+}
+
+}  // namespace
+}  // namespace kinetrace::hal
