@@ -12,6 +12,7 @@ Status MotionConfig::validate() const {
       check_range("segmentation.motion.window_frames", window_frames, 3, 16),
       check_range("segmentation.motion.min_disparity_px", min_disparity_px, 0.5, 100.0),
       check_range("segmentation.motion.min_speed_mps", min_speed_mps, 0.0, 100.0),
+      check_range("segmentation.motion.min_speed_ratio", min_speed_ratio, 0.0, 1.0),
       check_range("segmentation.motion.significance", significance, 1.0, 100.0),
       check_range("segmentation.motion.min_features", min_features, 3, 1000),
       check_range("segmentation.motion.link_distance_m", link_distance_m, 0.05, 100.0),

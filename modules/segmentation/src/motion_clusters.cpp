@@ -26,6 +26,9 @@ constexpr float kVelocitySlackRatio = 0.1F;
 constexpr float kMinAgreement = 0.4F;
 /// Depth over which one object extends.
 constexpr float kObjectDepthM = 3.F;
+/// Twice the significance and twice the smallest speed leave no doubt, and then this many features are enough.
+constexpr float kClearFactor = 2.F;
+constexpr int kMinClearFeatures = 3;
 /// Standard deviations by which a speed must exceed the smallest one.
 constexpr float kSpeedMarginSigmas = 2.F;
 /// A feature joins a group when its motion is likelier by this much than rest (difference of chi-squares).
@@ -59,7 +62,10 @@ MotionClusters::MotionClusters(const MotionConfig& config, const StereoGeometry&
 }
 
 std::span<const MotionCluster> MotionClusters::find(std::span<const Feature> features,
-                                                    std::span<const FeatureMotion> motions) {
+                                                    std::span<const FeatureMotion> motions, double ego_speed_mps) {
+  // What goes wrong with static features (sliding along an edge, a depth from the wrong match) grows with the camera's
+  // own motion.
+  min_speed_mps_ = static_cast<float>(std::max(config_.min_speed_mps, config_.min_speed_ratio * ego_speed_mps));
   features_ = features.first(motions.size());
   motions_ = motions;
   fill_grid();
@@ -156,24 +162,29 @@ void MotionClusters::pool(std::size_t i) {
       weighted += other.information * other.velocity_mps;
     }
   });
-  if (agreeing < config_.min_features || static_cast<float>(agreeing) < kMinAgreement * static_cast<float>(near)) {
+  if (agreeing < kMinClearFeatures || static_cast<float>(agreeing) < kMinAgreement * static_cast<float>(near)) {
     return;
   }
   pooled.covariance = information.inverse();
   pooled.velocity_mps = pooled.covariance * weighted;
-  pooled.moving = moves(pooled.velocity_mps, pooled.covariance + own.systematic);
+  const Verdict verdict = judge(pooled.velocity_mps, pooled.covariance + own.systematic);
+  const bool enough = agreeing >= config_.min_features || verdict == Verdict::kClearlyMoving;
+  pooled.verdict = enough ? verdict : Verdict::kStatic;
 }
 
-// Differs from rest significantly, and is at least min_speed beyond reasonable doubt.
-bool MotionClusters::moves(const Eigen::Vector3f& velocity_mps, const Eigen::Matrix3f& covariance) const {
+// Differs from rest significantly, and is faster than the limit beyond reasonable doubt.
+MotionClusters::Verdict MotionClusters::judge(const Eigen::Vector3f& velocity_mps,
+                                              const Eigen::Matrix3f& covariance) const {
+  const float chi2 = mahalanobis_sq(velocity_mps, covariance);
   const auto min_chi2 = static_cast<float>(config_.significance * config_.significance);
-  if (mahalanobis_sq(velocity_mps, covariance) < min_chi2) {
-    return false;
-  }
   const float speed = velocity_mps.norm();
   const Eigen::Vector3f direction = velocity_mps / speed;
-  const float sigma = std::sqrt(direction.dot(covariance * direction));
-  return speed - kSpeedMarginSigmas * sigma >= static_cast<float>(config_.min_speed_mps);
+  const float surely_mps = speed - kSpeedMarginSigmas * std::sqrt(direction.dot(covariance * direction));
+  if (!(chi2 >= min_chi2 && surely_mps >= min_speed_mps_)) {
+    return Verdict::kStatic;
+  }
+  const bool clear = chi2 >= kClearFactor * kClearFactor * min_chi2 && surely_mps >= kClearFactor * min_speed_mps_;
+  return clear ? Verdict::kClearlyMoving : Verdict::kMoving;
 }
 
 std::uint16_t MotionClusters::root(std::uint16_t i) noexcept {
@@ -187,11 +198,11 @@ std::uint16_t MotionClusters::root(std::uint16_t i) noexcept {
 void MotionClusters::join_neighbours() {
   std::iota(parent_.begin(), parent_.end(), std::uint16_t{0});
   for (std::size_t i = 0; i < features_.size(); ++i) {
-    if (!pooled_[i].moving) {
+    if (!moving(i)) {
       continue;
     }
     for_each_neighbour(i, [&](std::size_t j) {
-      if (!pooled_[j].moving) {
+      if (!moving(j)) {
         return;
       }
       const Eigen::Vector3f difference = pooled_[i].velocity_mps - pooled_[j].velocity_mps;
@@ -212,15 +223,18 @@ void MotionClusters::collect() {
   std::fill(cluster_of_.begin(), cluster_of_.end(), std::int16_t{-1});
   clusters_.clear();
   for (std::size_t i = 0; i < features_.size(); ++i) {
-    if (!pooled_[i].moving || root(static_cast<std::uint16_t>(i)) != i) {
+    if (!moving(i) || root(static_cast<std::uint16_t>(i)) != i) {
       continue;
     }
-    const auto member = [&](std::size_t j) { return pooled_[j].moving && root(static_cast<std::uint16_t>(j)) == i; };
+    const auto member = [&](std::size_t j) { return moving(j) && root(static_cast<std::uint16_t>(j)) == i; };
     int count = 0;
+    int clear = 0;
     for (std::size_t j = i; j < features_.size(); ++j) {  // a root is the smallest index of its tree
       count += member(j) ? 1 : 0;
+      clear += member(j) && pooled_[j].verdict == Verdict::kClearlyMoving ? 1 : 0;
     }
-    if (count < config_.min_features || !clusters_.push_back({})) {
+    const bool enough = count >= config_.min_features || clear >= kMinClearFeatures;
+    if (!enough || !clusters_.push_back({})) {
       continue;
     }
     for (std::size_t j = i; j < features_.size(); ++j) {
@@ -310,7 +324,7 @@ void MotionClusters::absorb() {
     float best_chi2 = std::min(kConsistentChi2, own.static_chi2 - kAbsorbChi2);
     for_each_neighbour(i, [&](std::size_t j) {
       // Only members that moved by themselves draw others in, so that a group does not creep outwards.
-      if (cluster_of_[j] < 0 || !pooled_[j].moving) {
+      if (cluster_of_[j] < 0 || !moving(j)) {
         return;
       }
       const MotionCluster& cluster = clusters_[static_cast<std::size_t>(cluster_of_[j])];

@@ -75,6 +75,7 @@ void MotionEvidence::reset() noexcept {
   frame_ = 0;
   T_world_cam_ = {};
   T_world_prev_ = {};
+  ego_speed_mps_ = 0.0;
 }
 
 std::span<const FeatureMotion> MotionEvidence::update(std::span<const Feature> features, const Se3& T_prev_cam,
@@ -82,6 +83,8 @@ std::span<const FeatureMotion> MotionEvidence::update(std::span<const Feature> f
   T_world_prev_ = T_world_cam_;
   if (frame_ > 0) {
     T_world_cam_ = (T_world_cam_ * T_prev_cam).orthonormalised();
+    const double interval_s = 1e-9 * static_cast<double>(timestamp_ns - time_ns_[ring_index(frame_)]);
+    ego_speed_mps_ = interval_s > 0.0 ? T_prev_cam.translation.norm() / interval_s : 0.0;
   }
   ++frame_;
   time_ns_[ring_index(frame_)] = timestamp_ns;

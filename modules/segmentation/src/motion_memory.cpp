@@ -8,7 +8,7 @@ namespace kinetrace::segmentation {
 namespace {
 
 /// Features that keep a halted region alive.
-constexpr int kMinHeldFeatures = 3;
+constexpr int kMinHeldFeatures = 2;
 /// Frames without motion after which an unconfirmed region is given up.
 constexpr std::uint32_t kUnconfirmedGapFrames = 2;
 /// 99 % of three normal variables squared.

@@ -60,7 +60,7 @@ Result<DetectionFrame> MotionSegmenter::process(const SegmentationInput& input) 
   if (!input.ego_valid) {
     return DetectionFrame{};
   }
-  const std::span<const MotionCluster> clusters = clusters_.find(input.features, motions);
+  const std::span<const MotionCluster> clusters = clusters_.find(input.features, motions, evidence_.ego_speed_mps());
   memory_.update(input.features, motions, clusters, clusters_.cluster_of_feature(),
                  mask_.inherited_regions(input.features));
   counters_.detections_dropped += static_cast<std::uint64_t>(mask_.draw(input.features, motions, memory_));

@@ -44,9 +44,10 @@ struct MotionConfig {
   double bias_disparity_px = 0.1;  ///< Slowly varying error of the disparity, common to a region.
   int window_frames = 8;           ///< Frames over which a velocity is fitted, [3, 16].
   double min_disparity_px = 3.0;   ///< Features farther away have no say.
-  double min_speed_mps = 0.8;      ///< Slower regions are not called moving.
+  double min_speed_mps = 0.8;      ///< Slower regions are not called moving...
+  double min_speed_ratio = 0.08;   ///< ... nor those slower than this part of the camera's own speed.
   double significance = 5.0;       ///< Speed over its standard deviation that a moving region must reach.
-  int min_features = 5;            ///< Features of a moving region, >= 3.
+  int min_features = 5;            ///< Features of a moving region, >= 3; three will do if they leave no doubt.
   double link_distance_m = 1.5;    ///< Features farther apart do not join, unless others lie between them.
   int confirm_frames = 3;          ///< Frames a region must move in before it is reported.
   int hold_frames = 20;            ///< Frames a reported region is kept after it stopped moving.

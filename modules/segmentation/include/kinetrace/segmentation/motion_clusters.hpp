@@ -27,7 +27,8 @@ struct MotionCluster {
 /// Finds them in two steps. A feature moves when the pooled velocity of its neighbours (near in the image, at the same
 /// depth, with a velocity like its own) differs from zero by `significance` standard deviations, systematic errors
 /// included, and enough of the neighbours agree: single outliers find nobody to agree with, and slow objects are found
-/// although none of their features is conclusive alone. Moving neighbours with the same velocity are joined
+/// although none of their features is conclusive alone. Three features are enough where the speed is beyond all doubt:
+/// small, fast objects have no more. Moving neighbours with the same velocity are joined
 /// (union-find); groups that lie on one tracked body and move alike are joined whatever lies between them; features
 /// that fit the group's motion better than rest are added.
 class MotionClusters {
@@ -38,21 +39,24 @@ class MotionClusters {
   MotionClusters(const MotionConfig& config, const StereoGeometry& geometry, int max_features, Arena& arena);
 
   /// `motions` is parallel to `features`. The result lives until the next call, most features first.
-  std::span<const MotionCluster> find(std::span<const Feature> features, std::span<const FeatureMotion> motions);
+  std::span<const MotionCluster> find(std::span<const Feature> features, std::span<const FeatureMotion> motions,
+                                      double ego_speed_mps);
 
   /// Cluster of each feature of the last call, -1 = none.
   [[nodiscard]] std::span<const std::int16_t> cluster_of_feature() const noexcept { return cluster_of_.span(); }
 
  private:
+  enum class Verdict : std::uint8_t { kStatic, kMoving, kClearlyMoving };
   struct Pooled {
-    bool moving = false;
+    Verdict verdict = Verdict::kStatic;
     Eigen::Vector3f velocity_mps{0.F, 0.F, 0.F};
     Eigen::Matrix3f covariance = Eigen::Matrix3f::Zero();
   };
 
   void fill_grid();
   void pool(std::size_t i);
-  [[nodiscard]] bool moves(const Eigen::Vector3f& velocity_mps, const Eigen::Matrix3f& covariance) const;
+  [[nodiscard]] Verdict judge(const Eigen::Vector3f& velocity_mps, const Eigen::Matrix3f& covariance) const;
+  [[nodiscard]] bool moving(std::size_t i) const noexcept { return pooled_[i].verdict != Verdict::kStatic; }
   void join_neighbours();
   void collect();
   void join_bodies();
@@ -66,6 +70,7 @@ class MotionClusters {
 
   MotionConfig config_;
   StereoGeometry geometry_;
+  float min_speed_mps_ = 0.F;
   int grid_width_ = 0;
   int grid_height_ = 0;
   std::span<const Feature> features_;

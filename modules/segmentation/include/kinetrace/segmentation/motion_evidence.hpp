@@ -44,6 +44,9 @@ class MotionEvidence {
                                         std::int64_t timestamp_ns);
   void reset() noexcept;
 
+  /// Of the camera, between the last two frames; 0 before.
+  [[nodiscard]] double ego_speed_mps() const noexcept { return ego_speed_mps_; }
+
  private:
   struct Observation {
     std::uint32_t frame = 0;                  ///< 0 = none.
@@ -76,6 +79,7 @@ class MotionEvidence {
   std::uint32_t frame_ = 0;
   Se3 T_world_cam_;
   Se3 T_world_prev_;  ///< The camera one frame ago.
+  double ego_speed_mps_ = 0.0;
   std::array<std::int64_t, kMaxWindowFrames> time_ns_{};
   std::span<Slot> slots_;
   FixedVector<FeatureMotion> motions_;
