@@ -12,7 +12,9 @@
 namespace kinetrace::sfm {
 namespace {
 
-constexpr int kDoubtAfter = 2;  // Disagreements in a row after which a feature's point is given up.
+// Disagreements in a row after which a feature's point is given up. The fault may be the point's, made of one bad
+// match, so the feature starts once more; one more disagreement and it is not used again.
+constexpr int kDoubtAfter = 2;
 
 }  // namespace
 
@@ -49,7 +51,7 @@ BundleObservation BodyReconstruction::sighting_of(const Feature& feature) const 
 }
 
 bool BodyReconstruction::doubted(const Feature& feature) const {
-  return disagreeing_id_[feature.slot] == feature.id && disagreements_[feature.slot] >= kDoubtAfter;
+  return disagreeing_id_[feature.slot] == feature.id && disagreements_[feature.slot] > kDoubtAfter;
 }
 
 bool BodyReconstruction::believe(const Feature& feature) {
@@ -69,15 +71,13 @@ bool BodyReconstruction::believe(const Feature& feature) {
   if (disagrees && disagreements_[slot] >= config_.reject_after_frames) {
     static_cast<void>(rejected_.push_back(feature.slot));
   }
-  if (!doubted(feature)) {
-    return true;
-  }
-  if (row != PointMap::kNone) {
+  if (row != PointMap::kNone && disagreements_[slot] >= kDoubtAfter) {
     retire(row);
     map_.remove(row);
     ++counters_.points_culled;
+    verdict_[slot] = Verdict::kUnknown;
   }
-  return false;
+  return !doubted(feature);
 }
 
 void BodyReconstruction::disagree(std::size_t slot) {
@@ -146,7 +146,9 @@ void BodyReconstruction::position_new_points() {
       map_.point(row).position_m = *position;
       ++counters_.points_created;
     } else if (std::popcount(state.seen) > kDoubtAfter) {
-      state.seen = bit(newest_column());  // Older sightings belong to something else; start again from here.
+      // Older sightings belong to something else; start again from here.
+      state.seen = bit(newest_column());
+      state.sighted = state.seen;
     }
   }
 }

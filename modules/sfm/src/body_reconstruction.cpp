@@ -74,7 +74,10 @@ void BodyReconstruction::begin(const Se3& T_body_cam, BodyStatus status) {
   T_body_cam_now_ = T_body_cam;
   status_now_ = status;
   in_window_ = true;
+  // A pose that is known is exact, by definition of the body frame; a predicted one keeps its doubts.
+  const Matrix6d covariance = status == BodyStatus::kTracked ? Matrix6d::Zero() : estimate_.covariance;
   estimate_ = BodyEstimate{};
+  estimate_.covariance = covariance;
   estimate_.status = status;
   estimate_.T_body_cam = T_body_cam;
   active_ = true;
@@ -154,6 +157,18 @@ void BodyReconstruction::predict_features(std::span<const Feature> previous, std
   }
 }
 
+void BodyReconstruction::distrust_prediction() {
+  if (history_.size() == 0) {
+    return;
+  }
+  const Se3 motion = history(0).T_body_cam.inverse() * T_body_cam_now_;
+  Vector6d variance;
+  variance.head<3>().setConstant(so3_log(motion.rotation).squaredNorm());
+  variance.tail<3>().setConstant(motion.translation.squaredNorm());
+  const Matrix6d ad = adjoint(T_body_cam_now_);
+  estimate_.covariance += ad * variance.asDiagonal() * ad.transpose();
+}
+
 const BodyEstimate& BodyReconstruction::locate(const FeatureFrame& frame, std::uint8_t label) {
   retired_.clear();
   frame_index_ = frame.frame_index;
@@ -171,7 +186,11 @@ const BodyEstimate& BodyReconstruction::locate(const FeatureFrame& frame, std::u
       continue;
     }
     pose_slots_[count] = feature.slot;
-    pose_observations_[count++] = {map_.point(row).position_m, feature.left_px.x(), feature.v_px, feature.u_right_px};
+    pose_observations_[count++] = {.p_body = map_.point(row).position_m,
+                                   .u_left_px = feature.left_px.x(),
+                                   .v_px = feature.v_px,
+                                   .u_right_px = feature.u_right_px,
+                                   .variance_ratio = 1.F + 1.F / static_cast<float>(map_.state(row).observations)};
   }
   const PoseEstimate pose =
       pose_estimator_.estimate(pose_observations_.first(count), T_body_cam_now_.inverse(), pose_inlier_.first(count));
@@ -186,6 +205,9 @@ const BodyEstimate& BodyReconstruction::locate(const FeatureFrame& frame, std::u
     for (std::size_t i = 0; i < count; ++i) {
       verdict_[pose_slots_[i]] = pose_inlier_[i] != 0 ? Verdict::kInlier : Verdict::kOutlier;
     }
+  }
+  if (!found) {
+    distrust_prediction();
   }
   in_window_ = found;
   status_now_ = found ? BodyStatus::kTracked : BodyStatus::kPropagated;

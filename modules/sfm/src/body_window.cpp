@@ -12,11 +12,15 @@ namespace {
 
 /// A column anchors the window only if it sees this part of the points that the best column sees. A pose that hangs on
 /// few points is known worse than those that follow it: fixed, it would bend the whole window towards itself.
-constexpr double kAnchorShare = 0.7;
+constexpr double kAnchorShare = 0.8;
 
-/// Folded sightings count as at most this many: errors of the dropped frames' poses are common to all points, and those
-/// of image tracking to neighbouring frames, so they do not average out for ever.
-constexpr float kMaxFoldedSightings = 4.F;
+/// At least every second pose is fixed. Those have been refined often, by sightings of which the window holds only the
+/// rest; moved by that rest alone, they would get worse (and cost time).
+constexpr std::size_t kFixedPart = 2;
+
+/// Folded sightings count as at most this many: errors of image tracking repeat from frame to frame when little moves,
+/// so they do not average out for ever. Far fewer would make the map follow the latest frames, and drift with them.
+constexpr float kMaxFoldedSightings = 16.F;
 
 }  // namespace
 
@@ -32,7 +36,8 @@ bool BodyReconstruction::newest_is_redundant() const {
       continue;
     }
     ++seen;
-    if ((map_.state(row).seen & bit(newest - 1)) != 0) {
+    // What the keyframe was told of later points hangs on the poses of frames that are gone, so it does not count.
+    if ((map_.state(row).sighted & bit(newest - 1)) != 0) {
       const std::span<const BundleObservation> o = map_.observations(row);
       motion_px_[shared++] =
           std::hypot(o[newest].u_left_px - o[newest - 1].u_left_px, o[newest].v_px - o[newest - 1].v_px);
@@ -97,7 +102,7 @@ std::uint32_t BodyReconstruction::fixed_columns() const {
   }
   const int most = *std::max_element(points_of.begin(), points_of.end());
   const int enough = std::max(config_.min_inliers, static_cast<int>(kAnchorShare * most));
-  std::size_t anchor = poses_.size() - used_columns_;
+  std::size_t anchor = std::max(poses_.size() - used_columns_, poses_.size() / kFixedPart - 1);
   while (anchor < newest_column() && points_of[anchor] < enough) {
     ++anchor;
   }

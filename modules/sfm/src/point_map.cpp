@@ -57,6 +57,7 @@ void PointMap::clear() noexcept {
 void PointMap::observe(std::size_t row, std::size_t column, const BundleObservation& observation) noexcept {
   table_[row * window_frames_ + column] = observation;
   states_[row].seen |= 1U << column;
+  states_[row].sighted |= 1U << column;
   if (states_[row].observations < 0xFFFF) {
     ++states_[row].observations;
   }
@@ -85,11 +86,12 @@ void PointMap::fold(std::size_t row, std::size_t column, const BundleObservation
 
 void PointMap::remove_column(std::size_t column) noexcept {
   const std::uint32_t below = (1U << column) - 1U;
+  const auto without = [below](std::uint32_t columns) { return (columns & below) | ((columns >> 1U) & ~below); };
   for (std::size_t row = 0; row < size_; ++row) {
     BundleObservation* first = table_.data() + row * window_frames_;
     std::copy(first + column + 1, first + window_frames_, first + column);
-    std::uint32_t& seen = states_[row].seen;
-    seen = (seen & below) | ((seen >> 1U) & ~below);
+    states_[row].seen = without(states_[row].seen);
+    states_[row].sighted = without(states_[row].sighted);
   }
 }
 

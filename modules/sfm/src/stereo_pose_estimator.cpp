@@ -46,7 +46,7 @@ struct NormalEquations {
   }
 };
 
-void accumulate(const ReprojectionModel<double>& model, const Se3& pose, const PoseObservation& o, double inverse_sigma,
+void accumulate(const ReprojectionModel<double>& model, const Se3& pose, const PoseObservation& o, double sigma_px,
                 double huber_sigmas, NormalEquations& normal) {
   const Eigen::Vector3d p = pose * o.p_body;
   if (p.z() < kMinDepth_m) {
@@ -61,10 +61,11 @@ void accumulate(const ReprojectionModel<double>& model, const Se3& pose, const P
     s.du_right_dz = 0.0;
     du_right_dx = 0.0;
   }
-  const double norm = inverse_sigma * std::sqrt(s.residual[0] * s.residual[0] + s.residual[1] * s.residual[1] +
-                                                s.residual[2] * s.residual[2]);
+  const double inverse_variance = 1.0 / (sigma_px * sigma_px * double{o.variance_ratio});
+  const double norm = std::sqrt(inverse_variance * (s.residual[0] * s.residual[0] + s.residual[1] * s.residual[1] +
+                                                    s.residual[2] * s.residual[2]));
   const double robust = norm <= huber_sigmas ? 1.0 : huber_sigmas / norm;
-  const double weight = robust * inverse_sigma * inverse_sigma;
+  const double weight = robust * inverse_variance;
   ++normal.used;
 
   // D = d residual / d p_cam; the perturbation enters by [ -skew(p), I ]. D^T D is built once and carried over.
@@ -174,7 +175,7 @@ double reprojection_chi2(const StereoGeometry& geometry, const Se3& T_cam_body, 
   const double du = uvr.x() - double{o.u_left_px};
   const double dv = uvr.y() - double{o.v_px};
   const double dr = std::isnan(o.u_right_px) ? 0.0 : uvr.z() - double{o.u_right_px};
-  return (du * du + dv * dv + dr * dr) / (sigma_px * sigma_px);
+  return (du * du + dv * dv + dr * dr) / (sigma_px * sigma_px * double{o.variance_ratio});
 }
 
 PoseEstimate StereoPoseEstimator::estimate(std::span<const PoseObservation> observations,
@@ -202,7 +203,7 @@ PoseEstimate StereoPoseEstimator::estimate(std::span<const PoseObservation> obse
     for (int iteration = 0; iteration < 5 && solved; ++iteration) {
       NormalEquations normal;
       for (const std::size_t i : pick) {
-        accumulate(model, pose, observations[i], 1.0, std::numeric_limits<double>::infinity(), normal);
+        accumulate(model, pose, observations[i], sigma_px, std::numeric_limits<double>::infinity(), normal);
       }
       solved = normal.used == 3 && step(normal, 1e-3, pose).has_value();
     }
@@ -227,7 +228,7 @@ PoseEstimate StereoPoseEstimator::estimate(std::span<const PoseObservation> obse
       last = NormalEquations{};
       for (std::size_t i = 0; i < observations.size(); ++i) {
         if (inlier[i] != 0) {
-          accumulate(model, best_pose, observations[i], 1.0 / sigma_px, kHuberSigmas, last);
+          accumulate(model, best_pose, observations[i], sigma_px, kHuberSigmas, last);
         }
       }
       const std::optional<Vector6d> moved = step(last, 1e-6, best_pose);

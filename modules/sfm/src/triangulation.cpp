@@ -1,6 +1,6 @@
 #include "kinetrace/sfm/triangulation.hpp"
 
-#include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 
@@ -14,16 +14,18 @@ std::optional<Eigen::Vector3d> triangulate(const StereoGeometry& geometry, std::
   // Midpoint method: minimise the sum of squared distances to the rays, sum (I - d d^T) (x - c) = 0.
   Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
-  Eigen::Vector3d first_ray = Eigen::Vector3d::Zero();
-  double min_cosine = 1.0;
+  std::array<Eigen::Vector3d, std::size_t{2} * kMaxWindowFrames> rays;
+  std::size_t count = 0;
+  bool parallax = false;
+  const double max_cosine = std::cos(min_parallax_rad);
   const auto add_ray = [&](const Eigen::Vector3d& center, const Eigen::Vector3d& ray) {
     const Eigen::Matrix3d projector = Eigen::Matrix3d::Identity() - ray * ray.transpose();
     a += projector;
     b += projector * center;
-    if (first_ray.isZero()) {
-      first_ray = ray;
+    for (std::size_t i = 0; i < count && !parallax; ++i) {
+      parallax = rays[i].dot(ray) <= max_cosine;
     }
-    min_cosine = std::min(min_cosine, first_ray.dot(ray));
+    rays[count++] = ray;
   };
   for (std::uint32_t rest = seen; rest != 0; rest &= rest - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(rest));
@@ -39,7 +41,7 @@ std::optional<Eigen::Vector3d> triangulate(const StereoGeometry& geometry, std::
                   Eigen::Vector3d((double{o.u_right_px} - geometry.cx_px) / geometry.fx_px, y, 1.0).normalized());
     }
   }
-  if (min_cosine > std::cos(min_parallax_rad)) {
+  if (!parallax) {
     return std::nullopt;
   }
   const Eigen::Vector3d point = a.ldlt().solve(b);

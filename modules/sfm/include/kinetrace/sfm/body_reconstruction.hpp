@@ -82,6 +82,9 @@ class BodyReconstruction {
 
   BodyReconstruction(const BodyConfig& config, const StereoGeometry& geometry, Arena& arena);
 
+  /// A prediction may be wrong by as much as the motion it assumes.
+  void distrust_prediction();
+
   /// T_cam_body of the window's columns.
   using ColumnPoses = std::array<Se3, kMaxWindowFrames>;
   static constexpr double kMinDepth_m = 0.1;

@@ -17,6 +17,7 @@ struct PointState {
   std::uint16_t slot = 0;          ///< Slot of that feature.
   std::uint16_t observations = 0;  ///< Sightings over its whole life.
   std::uint32_t seen = 0;          ///< Window columns that see it, whether it has a position or not.
+  std::uint32_t sighted = 0;       ///< Of these, the columns of frames that saw it themselves; the others were told.
   float error_px = 0.F;            ///< RMS reprojection error in the window.
   std::uint8_t intensity = 0;
   bool positioned = false;  ///< False: sighted, but not yet triangulated.
@@ -48,7 +49,10 @@ class PointMap {
   /// The result's weight is at most `max_inverse_sigma_px`. Not counted as a sighting.
   void fold(std::size_t row, std::size_t column, const BundleObservation& observation,
             float max_inverse_sigma_px) noexcept;
-  void forget(std::size_t row, std::size_t column) noexcept { states_[row].seen &= ~(1U << column); }
+  void forget(std::size_t row, std::size_t column) noexcept {
+    states_[row].seen &= ~(1U << column);
+    states_[row].sighted &= ~(1U << column);
+  }
   /// Drops window column `column`; later columns move down by one and the last one becomes empty.
   void remove_column(std::size_t column) noexcept;
 

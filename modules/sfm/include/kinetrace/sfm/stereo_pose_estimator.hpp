@@ -19,6 +19,9 @@ struct PoseObservation {
   float u_left_px = 0.F;
   float v_px = 0.F;
   float u_right_px = kNoRight;
+  /// Variance of the reprojection error over that of a measurement: 1 for an exactly known point, 2 for one placed by a
+  /// single earlier measurement.
+  float variance_ratio = 1.F;
 };
 
 struct PoseEstimate {
@@ -53,8 +56,8 @@ class StereoPoseEstimator {
   StereoGeometry geometry_;
 };
 
-/// Squared reprojection error in sigmas: two terms without a right match, three with. Huge when the point is behind the
-/// camera.
+/// Squared reprojection error in sigmas, by the observation's own variance: two terms without a right match, three
+/// with. Huge when the point is behind the camera.
 [[nodiscard]] double reprojection_chi2(const StereoGeometry& geometry, const Se3& T_cam_body,
                                        const PoseObservation& observation, double sigma_px);
 
