@@ -5,11 +5,19 @@
 
 #include <Eigen/LU>
 
+#include "patch_similarity.hpp"
+
 namespace kinetrace::segmentation {
 namespace {
 
 /// Residual per degree of freedom that a line through the observations may leave.
 constexpr double kMaxResidualPerDof = 3.0;
+/// A velocity that differs from zero by less says nothing that texture could have faked.
+constexpr float kMovingChi2 = 16.F;
+/// Patches nearer to each other than this share most of their pixels and always look alike.
+constexpr float kMinJumpPx = 6.F;
+/// Correlation of two patches that a feature tracker may confuse.
+constexpr float kSamePatch = 0.75F;
 /// Speed below which a fit says nothing, whatever its formal precision.
 constexpr double kVelocityFloorMps = 0.1;
 
@@ -78,13 +86,13 @@ void MotionEvidence::reset() noexcept {
   ego_speed_mps_ = 0.0;
 }
 
-std::span<const FeatureMotion> MotionEvidence::update(std::span<const Feature> features, const Se3& T_prev_cam,
-                                                      std::int64_t timestamp_ns) {
+std::span<const FeatureMotion> MotionEvidence::update(std::span<const Feature> features, GrayView left,
+                                                      const Se3& T_prev_cam, std::int64_t timestamp_ns) {
   T_world_prev_ = T_world_cam_;
   if (frame_ > 0) {
     T_world_cam_ = (T_world_cam_ * T_prev_cam).orthonormalised();
-    const double interval_s = 1e-9 * static_cast<double>(timestamp_ns - time_ns_[ring_index(frame_)]);
-    ego_speed_mps_ = interval_s > 0.0 ? T_prev_cam.translation.norm() / interval_s : 0.0;
+    interval_s_ = 1e-9 * static_cast<double>(timestamp_ns - time_ns_[ring_index(frame_)]);
+    ego_speed_mps_ = interval_s_ > 0.0 ? T_prev_cam.translation.norm() / interval_s_ : 0.0;
   }
   ++frame_;
   time_ns_[ring_index(frame_)] = timestamp_ns;
@@ -95,6 +103,7 @@ std::span<const FeatureMotion> MotionEvidence::update(std::span<const Feature> f
       Slot& slot = slots_[feature.slot];
       observe(feature, slot);
       motion = fit_motion(feature, slot);
+      motion.known = motion.known && !looks_the_same_at_rest(feature, motion, left);
     }
     (void)motions_.push_back(motion);  // beyond max_features the rest has no say
   }
@@ -195,6 +204,21 @@ FeatureMotion MotionEvidence::fit_motion(const Feature& feature, const Slot& slo
   motion.static_chi2 = static_cast<float>(fit.velocity.dot(information * fit.velocity));
   motion.systematic = systematic_covariance(feature, std::max(span_s, 1e-3));
   return motion;
+}
+
+bool MotionEvidence::looks_the_same_at_rest(const Feature& feature, const FeatureMotion& motion, GrayView left) const {
+  if (motion.static_chi2 < kMovingChi2 || left.empty()) {
+    return false;
+  }
+  const Eigen::Vector3d p_cam =
+      geometry_.triangulate(feature.left_px.x(), feature.left_px.y(), feature.disparity_px()) -
+      T_world_cam_.rotation.transpose() * (interval_s_ * motion.velocity_mps.cast<double>());
+  if (p_cam.z() <= 0.0) {
+    return false;
+  }
+  const Eigen::Vector2f at_rest_px = geometry_.project(p_cam).head<2>().cast<float>();
+  return (at_rest_px - feature.left_px).norm() >= kMinJumpPx &&
+         patch_similarity(left, feature.left_px, at_rest_px) >= kSamePatch;
 }
 
 // What a whole region may seem to move without moving: an error of the ego motion shifts its image, a bias of its

@@ -17,6 +17,9 @@ constexpr float kConsistentChi2 = 11.3F;
 constexpr float kLeaveChi2 = 4.F;
 /// A member whose own motion stays unknown for longer has nothing to do with the region any more.
 constexpr int kMaxUnknownFrames = 4;
+/// An outline that falls below this part of the last one shown is not believed, for this many frames.
+constexpr float kShrinkRatio = 0.5F;
+constexpr int kMaxShrunkFrames = 6;
 constexpr float kSlackMps = 0.3F;
 constexpr float kSlackRatio = 0.1F;
 
@@ -60,6 +63,17 @@ void MotionMemory::memorise(std::span<const Feature> features, std::span<const F
     m = {features[i].id, r < 0 ? 0U : regions_[static_cast<std::size_t>(r)].id, proved(i),
          static_cast<std::uint8_t>(std::min(unknown_frames, 255))};
   }
+}
+
+bool MotionMemory::believes_outline(std::size_t region, float area_px) noexcept {
+  MotionRegion& r = regions_[region];
+  if (area_px < kShrinkRatio * r.area_px && r.shrunk_frames < kMaxShrunkFrames) {
+    ++r.shrunk_frames;
+    return false;
+  }
+  r.area_px = area_px;
+  r.shrunk_frames = 0;
+  return true;
 }
 
 std::int16_t MotionMemory::index_of(std::uint32_t region_id) const noexcept {

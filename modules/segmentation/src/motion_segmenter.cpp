@@ -56,7 +56,7 @@ Result<DetectionFrame> MotionSegmenter::process(const SegmentationInput& input) 
   }
   started_ = true;
   const std::span<const FeatureMotion> motions =
-      evidence_.update(input.features, input.T_prev_cam, input.pair.timestamp_ns);
+      evidence_.update(input.features, input.pair.left, input.T_prev_cam, input.pair.timestamp_ns);
   if (!input.ego_valid) {
     return DetectionFrame{};
   }

@@ -12,6 +12,9 @@ namespace {
 
 /// How far an object reaches beyond its outermost features.
 constexpr float kMarginM = 0.25F;
+/// The same where few features mark it.
+constexpr float kSparseMarginM = 0.4F;
+constexpr int kFewMembers = 8;
 /// The margin around a feature is an octagon.
 constexpr std::size_t kRimDirections = 8;
 constexpr float kMinMarginPx = 5.F;
@@ -71,8 +74,7 @@ RegionMask::RegionMask(const StereoGeometry& geometry, int max_features, int max
   scratch_ = arena.take<float>(n);
 }
 
-int RegionMask::draw(std::span<const Feature> features, std::span<const FeatureMotion> motions,
-                     const MotionMemory& memory) {
+int RegionMask::draw(std::span<const Feature> features, std::span<const FeatureMotion> motions, MotionMemory& memory) {
   for (int y = 0; y < labels_.height; ++y) {
     std::fill_n(labels_.row(y), labels_.width, kBackgroundLabel);
   }
@@ -101,7 +103,7 @@ int RegionMask::draw(std::span<const Feature> features, std::span<const FeatureM
 }
 
 // Size and depth of every reported region, largest first.
-void RegionMask::trace_outlines(std::span<const Feature> features, const MotionMemory& memory) {
+void RegionMask::trace_outlines(std::span<const Feature> features, MotionMemory& memory) {
   outlines_.clear();
   for (std::size_t r = 0; r < memory.regions().size(); ++r) {
     if (!memory.regions()[r].reported) {
@@ -109,6 +111,7 @@ void RegionMask::trace_outlines(std::span<const Feature> features, const MotionM
     }
     Outline outline;
     outline.region = static_cast<std::int16_t>(r);
+    outline.members = memory.regions()[r].features;
     std::size_t n = 0;
     for (std::size_t i = 0; i < features.size(); ++i) {
       if (memory.region_of_feature()[i] == outline.region && features[i].has_right()) {
@@ -124,7 +127,9 @@ void RegionMask::trace_outlines(std::span<const Feature> features, const MotionM
     take_members(outline, features, memory);
     build_hull();
     outline.area_px = hull_area(hull_.span());
-    (void)outlines_.push_back(outline);  // as many places as regions
+    if (memory.believes_outline(r, outline.area_px)) {
+      (void)outlines_.push_back(outline);  // as many places as regions
+    }
   }
   std::sort(outlines_.begin(), outlines_.end(), [](const Outline& a, const Outline& b) {
     return a.area_px != b.area_px ? a.area_px > b.area_px : a.region < b.region;
@@ -134,7 +139,7 @@ void RegionMask::trace_outlines(std::span<const Feature> features, const MotionM
 void RegionMask::take_members(const Outline& outline, std::span<const Feature> features, const MotionMemory& memory) {
   members_.clear();
   rim_.clear();
-  const float margin = margin_px(outline.disparity_px);
+  const float margin = margin_px(outline);
   for (std::size_t i = 0; i < features.size(); ++i) {
     if (memory.region_of_feature()[i] != outline.region) {
       continue;
@@ -218,8 +223,10 @@ void RegionMask::build_hull() {
   }
 }
 
-float RegionMask::margin_px(float disparity_px) const noexcept {
-  return std::clamp(kMarginM / static_cast<float>(geometry_.baseline_m) * disparity_px, kMinMarginPx, kMaxMarginPx);
+float RegionMask::margin_px(const Outline& outline) const noexcept {
+  const float margin_m = outline.members < kFewMembers ? kSparseMarginM : kMarginM;
+  return std::clamp(margin_m / static_cast<float>(geometry_.baseline_m) * outline.disparity_px, kMinMarginPx,
+                    kMaxMarginPx);
 }
 
 void RegionMask::fill(const Outline& outline) {

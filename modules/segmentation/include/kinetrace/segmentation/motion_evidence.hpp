@@ -10,6 +10,7 @@
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/core/feature_frame.hpp"
 #include "kinetrace/core/fixed_vector.hpp"
+#include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/se3.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
 #include "kinetrace/segmentation/config.hpp"
@@ -30,7 +31,9 @@ struct FeatureMotion {
 /// Keeps each feature's stereo observations of the last `window_frames` frames as points of the static world, each with
 /// the information matrix J^T J / sigma^2 of its reprojection (uL, v, uR): along the ray a point is known far less well
 /// than across it. A weighted line fit gives position and velocity; over a window the signal grows with time while the
-/// noise does not. A single observation that does not fit is left out, a feature with more of them has no say.
+/// noise does not. A single observation that does not fit is left out, a feature with more of them has no say. Nor has
+/// one that would look the same where it ought to be at rest: on repetitive texture (road markings, fences) a track may
+/// jump from one element to the next in every frame, and then seems to travel with the camera.
 class MotionEvidence {
  public:
   static constexpr int kMaxWindowFrames = 16;
@@ -39,8 +42,9 @@ class MotionEvidence {
   MotionEvidence(const MotionConfig& config, const StereoGeometry& geometry, int max_features, Arena& arena);
 
   /// Adds a frame; the result is parallel to `features` and lives until the next call.
-  /// `T_prev_cam`: this frame's left camera in the previous frame's; ignored for the first frame after reset().
-  std::span<const FeatureMotion> update(std::span<const Feature> features, const Se3& T_prev_cam,
+  /// `left` may be empty: then repetitive texture goes unnoticed. `T_prev_cam`: this frame's left camera in the
+  /// previous frame's; ignored for the first frame after reset().
+  std::span<const FeatureMotion> update(std::span<const Feature> features, GrayView left, const Se3& T_prev_cam,
                                         std::int64_t timestamp_ns);
   void reset() noexcept;
 
@@ -66,6 +70,7 @@ class MotionEvidence {
                                              std::uint32_t frame, const Eigen::Vector3d& anchor_m) const;
   [[nodiscard]] Sums sum_window(const Slot& slot) const;
   [[nodiscard]] FeatureMotion fit_motion(const Feature& feature, const Slot& slot) const;
+  [[nodiscard]] bool looks_the_same_at_rest(const Feature& feature, const FeatureMotion& motion, GrayView left) const;
   [[nodiscard]] Eigen::Matrix3f systematic_covariance(const Feature& feature, double span_s) const;
   [[nodiscard]] std::size_t ring_index(std::uint32_t frame) const noexcept {
     return frame % static_cast<std::uint32_t>(config_.window_frames);
@@ -78,7 +83,8 @@ class MotionEvidence {
   StereoGeometry geometry_;
   std::uint32_t frame_ = 0;
   Se3 T_world_cam_;
-  Se3 T_world_prev_;  ///< The camera one frame ago.
+  Se3 T_world_prev_;         ///< The camera one frame ago.
+  double interval_s_ = 0.0;  ///< Between the last two frames.
   double ego_speed_mps_ = 0.0;
   std::array<std::int64_t, kMaxWindowFrames> time_ns_{};
   std::span<Slot> slots_;

@@ -27,6 +27,8 @@ struct MotionRegion {
   bool moving = false;    ///< In this frame.
   bool reported = false;  ///< Confirmed, and moving or stopped not long ago.
   int features = 0;       ///< In this frame.
+  float area_px = 0.F;    ///< Of its outline when last shown.
+  int shrunk_frames = 0;  ///< Frames in a row in which the outline was not believed.
 };
 
 /// A region is confirmed after `confirm_frames` frames in motion and kept for `hold_frames` frames after the last one
@@ -44,6 +46,10 @@ class MotionMemory {
               std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature,
               std::span<const std::uint32_t> inherited_region);
   void reset() noexcept;
+
+  /// Takes note of a region's outline. False if it has shrunk so suddenly that its features, and not the object, must
+  /// have gone: such an outline is better not shown for some frames.
+  [[nodiscard]] bool believes_outline(std::size_t region, float area_px) noexcept;
 
   [[nodiscard]] std::span<const MotionRegion> regions() const noexcept { return regions_.span(); }
   /// Index of each feature's region in regions(), -1 = none; parallel to the features of the last update.

@@ -31,7 +31,7 @@ class RegionMask {
   RegionMask(const StereoGeometry& geometry, int max_features, int max_objects, int min_area_px, Arena& arena);
 
   /// Returns how many regions were dropped: beyond max_objects (the smallest hulls) or below min_area_px.
-  int draw(std::span<const Feature> features, std::span<const FeatureMotion> motions, const MotionMemory& memory);
+  int draw(std::span<const Feature> features, std::span<const FeatureMotion> motions, MotionMemory& memory);
 
   /// For each feature that is new and lies on a tracked body: id of the region drawn, in the previous frame, where it
   /// was found; 0 otherwise. The result lives until the next call.
@@ -47,16 +47,17 @@ class RegionMask {
     std::uint8_t label = 0;
     float area_px = 0.F;
     float disparity_px = 0.F;
+    int members = 0;
   };
 
-  void trace_outlines(std::span<const Feature> features, const MotionMemory& memory);
+  void trace_outlines(std::span<const Feature> features, MotionMemory& memory);
   void take_members(const Outline& outline, std::span<const Feature> features, const MotionMemory& memory);
   void take_others(const Outline& outline, std::span<const Feature> features, std::span<const FeatureMotion> motions,
                    const MotionMemory& memory);
   void build_hull();
   void fill(const Outline& outline);
   void measure();
-  [[nodiscard]] float margin_px(float disparity_px) const noexcept;
+  [[nodiscard]] float margin_px(const Outline& outline) const noexcept;
 
   StereoGeometry geometry_;
   int min_area_px_ = 0;
