@@ -327,7 +327,7 @@ KINETRACE_INLINE PointLanes point_step(const KernelProblem& problem, const Lens&
     if (place < 0) {
       continue;
     }
-    const float* step = camera_step + 6 * place;
+    const float* step = camera_step + std::ptrdiff_t{6} * place;
     const Vector3 turn = cross({splat(step[0]), splat(step[1]), splat(step[2])}, s.p);
     const Vector3 moved{turn.x + step[3], turn.y + step[4], turn.z + step[5]};
     for (int c = 0; c < 3; ++c) {
@@ -372,7 +372,6 @@ double move_points(const KernelProblem& problem, const PointFactor* factors, con
 
 }  // namespace
 
-extern const BundleKernel bundle_kernel;
 const BundleKernel bundle_kernel{eliminate_points, move_points};
 
 }  // namespace kinetrace::refinement::KINETRACE_KERNEL_ISA

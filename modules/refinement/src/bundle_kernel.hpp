@@ -1,6 +1,7 @@
 // Interface of the hot kernel: plain data only, because its source is compiled for several instruction sets.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "kinetrace/core/stereo_reprojection.hpp"
@@ -65,7 +66,7 @@ struct KernelProblem {
   float robust_scale = 0.F;  ///< Square of the loss's threshold, in sigmas (see robust_loss.hpp).
   float behind_loss = 0.F;   ///< Robust loss of an observation behind the camera.
   const KernelPose* poses = nullptr;
-  const std::int8_t* free_index = nullptr;  ///< Per frame: place in the camera system, -1 where fixed.
+  const int* free_index = nullptr;  ///< Per frame: place in the camera system, -1 where fixed.
   int free_frames = 0;
   const PointGroup* groups = nullptr;
   int group_count = 0;
@@ -89,20 +90,19 @@ struct BundleKernel {
 struct CholeskyKernel {
   /// Replaces the lower triangle of `a` (row-major, rows `stride` doubles apart) by its Cholesky factor. False, and `a`
   /// is spoilt, if a pivot is not positive.
-  bool (*factorise)(double* a, int size, int stride);
+  bool (*factorise)(double* a, std::ptrdiff_t size, std::ptrdiff_t stride);
   /// Solves L L^T x = b in place.
-  void (*solve)(const double* l, int size, int stride, double* b);
+  void (*solve)(const double* l, std::ptrdiff_t size, std::ptrdiff_t stride, double* b);
 };
 
 namespace kernel_baseline {
 extern const BundleKernel bundle_kernel;
 extern const CholeskyKernel cholesky_kernel;
 }  // namespace kernel_baseline
-#if defined(KINETRACE_HAVE_V3)
+// Defined where KINETRACE_HAVE_V3 is.
 namespace kernel_v3 {
 extern const BundleKernel bundle_kernel;
 extern const CholeskyKernel cholesky_kernel;
 }  // namespace kernel_v3
-#endif
 
 }  // namespace kinetrace::refinement

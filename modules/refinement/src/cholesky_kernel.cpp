@@ -5,11 +5,11 @@ namespace kinetrace::refinement::KINETRACE_KERNEL_ISA {
 namespace {
 
 using Double4 __attribute__((vector_size(32), aligned(8), may_alias)) = double;
-constexpr int kWidth = 4;
+constexpr std::ptrdiff_t kWidth = 4;
 
-double dot(const double* a, const double* b, int size) {
+double dot(const double* a, const double* b, std::ptrdiff_t size) {
   Double4 sum{};
-  int i = 0;
+  std::ptrdiff_t i = 0;
   for (; i + kWidth <= size; i += kWidth) {
     sum += *reinterpret_cast<const Double4*>(a + i) * *reinterpret_cast<const Double4*>(b + i);
   }
@@ -20,10 +20,10 @@ double dot(const double* a, const double* b, int size) {
   return total;
 }
 
-bool factorise(double* a, int size, int stride) {
-  for (int i = 0; i < size; ++i) {
+bool factorise(double* a, std::ptrdiff_t size, std::ptrdiff_t stride) {
+  for (std::ptrdiff_t i = 0; i < size; ++i) {
     double* row = a + i * stride;
-    for (int j = 0; j < i; ++j) {
+    for (std::ptrdiff_t j = 0; j < i; ++j) {
       const double* other = a + j * stride;
       row[j] = (row[j] - dot(row, other, j)) / other[j];
     }
@@ -36,15 +36,15 @@ bool factorise(double* a, int size, int stride) {
   return true;
 }
 
-void solve(const double* l, int size, int stride, double* b) {
-  for (int i = 0; i < size; ++i) {
+void solve(const double* l, std::ptrdiff_t size, std::ptrdiff_t stride, double* b) {
+  for (std::ptrdiff_t i = 0; i < size; ++i) {
     const double* row = l + i * stride;
     b[i] = (b[i] - dot(row, b, i)) / row[i];
   }
-  for (int i = size - 1; i >= 0; --i) {
+  for (std::ptrdiff_t i = size - 1; i >= 0; --i) {
     const double* row = l + i * stride;
     b[i] /= row[i];
-    for (int j = 0; j < i; ++j) {
+    for (std::ptrdiff_t j = 0; j < i; ++j) {
       b[j] -= b[i] * row[j];
     }
   }
@@ -52,7 +52,6 @@ void solve(const double* l, int size, int stride, double* b) {
 
 }  // namespace
 
-extern const CholeskyKernel cholesky_kernel;
 const CholeskyKernel cholesky_kernel{factorise, solve};
 
 }  // namespace kinetrace::refinement::KINETRACE_KERNEL_ISA

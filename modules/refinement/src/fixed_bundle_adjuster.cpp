@@ -163,10 +163,10 @@ class Refinement {
     Matrix6d covariance;
     for (int c = 0; c < kPoseSize; ++c) {
       std::fill_n(s_.step.begin(), size_, 0.0);
-      s_.step[static_cast<std::size_t>(kPoseSize * place + c)] = 1.0;
+      step(kPoseSize * place + c) = 1.0;
       cholesky_kernel().solve(s_.system.data(), size_, size_, s_.step.data());
       for (int r = 0; r < kPoseSize; ++r) {
-        covariance(r, c) = s_.step[static_cast<std::size_t>(kPoseSize * place + r)];
+        covariance(r, c) = step(kPoseSize * place + r);
       }
     }
     return 0.5 * covariance_factor(config_.robust_threshold_sigmas) * (covariance + covariance.transpose());
@@ -187,10 +187,15 @@ class Refinement {
     return cost;
   }
 
-  double& entry(int row, int column) { return s_.system[static_cast<std::size_t>(row * size_ + column)]; }
+  double& entry(int row, int column) {
+    return s_
+        .system[static_cast<std::size_t>(row) * static_cast<std::size_t>(size_) + static_cast<std::size_t>(column)];
+  }
+  double& step(int row) { return s_.step[static_cast<std::size_t>(row)]; }
 
   void subtract_block(int i, int j) {
-    const BlockSums& block = s_.blocks[static_cast<std::size_t>(block_index(i, j))];
+    const int index = block_index(i, j);
+    const BlockSums& block = s_.blocks[static_cast<std::size_t>(index)];
     for (int r = 0; r < kPoseSize; ++r) {
       for (int c = 0; c < kPoseSize; ++c) {
         entry(kPoseSize * i + r, kPoseSize * j + c) = -sum_lanes(block.entry[kPoseSize * r + c]);
@@ -206,7 +211,7 @@ class Refinement {
         const double value = sum_lanes(frame.hessian[k++]);
         entry(kPoseSize * i + r, kPoseSize * i + c) += r == c ? (1.0 + damping) * value + kPriorInformation : value;
       }
-      s_.step[static_cast<std::size_t>(kPoseSize * i + r)] = -sum_lanes(frame.reduced_gradient[r]);
+      step(kPoseSize * i + r) = -sum_lanes(frame.reduced_gradient[r]);
     }
   }
 
@@ -226,7 +231,7 @@ class Refinement {
       const int place = s_.window.free_index[k];
       s_.moved_T_cam_anchor[k] = s_.window.T_cam_anchor[k];
       if (place >= 0) {
-        const Vector6d xi(s_.step.data() + kPoseSize * place);
+        const Vector6d xi(&step(kPoseSize * place));
         s_.moved_T_cam_anchor[k] = left_update(s_.window.T_cam_anchor[k], xi).orthonormalised();
       }
       s_.moved_poses[k] = kernel_pose(s_.moved_T_cam_anchor[k]);

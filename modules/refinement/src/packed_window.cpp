@@ -43,7 +43,7 @@ PackedWindow::PackedWindow(Arena& arena, int max_frames, int max_points) {
   const auto frame_capacity = static_cast<std::size_t>(max_frames);
   const auto point_capacity = static_cast<std::size_t>(max_points);
   const std::size_t group_capacity = groups_of(point_capacity);
-  free_index = arena.take<std::int8_t>(frame_capacity);
+  free_index = arena.take<int>(frame_capacity);
   T_cam_anchor = arena.take<Se3>(frame_capacity);
   order = arena.take<std::uint64_t>(point_capacity);
   group = arena.take<PointGroup>(group_capacity);
@@ -67,7 +67,7 @@ void PackedWindow::pack(const BundleWindow& window) {
   free_frames = 0;
   for (std::size_t k = 0; k < window.T_body_cam.size(); ++k) {
     const bool fixed = (window.fixed_frames >> k & 1U) != 0;
-    free_index[k] = fixed ? std::int8_t{-1} : static_cast<std::int8_t>(free_frames++);
+    free_index[k] = fixed ? -1 : free_frames++;
     T_cam_anchor[k] = (T_anchor_body * window.T_body_cam[k]).inverse();
   }
 

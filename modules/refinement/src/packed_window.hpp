@@ -27,7 +27,7 @@ struct PackedWindow {
   int groups = 0;
   int points = 0;
   Se3 T_body_anchor;
-  std::span<std::int8_t> free_index;  ///< Per frame; -1 where fixed.
+  std::span<int> free_index;  ///< Per frame; -1 where fixed.
   std::span<Se3> T_cam_anchor;
   std::span<std::uint64_t> order;  ///< Per packed point: its frames (high half), its index in the window (low half).
   std::span<PointGroup> group;

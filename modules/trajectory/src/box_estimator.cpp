@@ -58,10 +58,11 @@ std::size_t BoxEstimator::gather(std::span<const BodyPoint> points) noexcept {
     }
   }
   for (int axis = 0; axis < 3 && count_ > 0; ++axis) {
-    const auto [low, high] = main_cluster(axis);
+    const std::pair<float, float> inside = main_cluster(axis);
     const auto end = points_.begin() + static_cast<std::ptrdiff_t>(count_);
-    const auto kept = std::remove_if(
-        points_.begin(), end, [axis, low, high](const Eigen::Vector3f& p) { return p[axis] < low || p[axis] > high; });
+    const auto kept = std::remove_if(points_.begin(), end, [axis, inside](const Eigen::Vector3f& p) {
+      return p[axis] < inside.first || p[axis] > inside.second;
+    });
     count_ = static_cast<std::size_t>(kept - points_.begin());
   }
   return count_;
