@@ -1,7 +1,10 @@
 #include "clip_run.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <fstream>
+#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -103,7 +106,42 @@ std::vector<Se3> read_kitti_poses(const std::filesystem::path& path) {
   return poses;
 }
 
-double translation_drift(const std::vector<Se3>& truth, const std::vector<Se3>& estimate, double length_m) {
+std::vector<Se3> shifted(const std::vector<Se3>& path, double offset_frames) {
+  std::vector<Se3> out;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const double at = std::clamp(static_cast<double>(i) + offset_frames, 0.0, static_cast<double>(path.size() - 1));
+    const auto before = std::min(static_cast<std::size_t>(at), path.size() - 2);
+    out.push_back(interpolate(path[before], path[before + 1], at - static_cast<double>(before)));
+  }
+  return out;
+}
+
+double time_offset_frames(const std::vector<Se3>& truth, const std::vector<Se3>& estimate) {
+  const auto step = [](const std::vector<Se3>& path, std::size_t i) {
+    return so3_log(path[i].rotation.transpose() * path[i + 1].rotation);
+  };
+  double best = 0.0;
+  double best_cost = std::numeric_limits<double>::infinity();
+  for (double offset = -1.0; offset <= 1.0; offset += 0.05) {
+    const std::vector<Se3> moved = shifted(truth, offset);
+    double cost = 0.0;
+    for (std::size_t i = 2; i + 3 < estimate.size(); ++i) {
+      cost += (step(moved, i) - step(estimate, i)).squaredNorm();
+    }
+    if (cost < best_cost) {
+      best_cost = cost;
+      best = offset;
+    }
+  }
+  return best;
+}
+
+namespace {
+
+/// Mean of `error(true motion, estimated motion)` over the distance, for all sub-paths of `length_m`.
+template <typename Error>
+double mean_over_sub_paths(const std::vector<Se3>& truth, const std::vector<Se3>& estimate, double length_m,
+                           Error error) {
   double sum = 0.0;
   int count = 0;
   for (std::size_t first = 0; first < truth.size(); ++first) {
@@ -111,15 +149,27 @@ double translation_drift(const std::vector<Se3>& truth, const std::vector<Se3>& 
     for (std::size_t last = first + 1; last < truth.size() && last < estimate.size(); ++last) {
       travelled_m += (truth[last].translation - truth[last - 1].translation).norm();
       if (travelled_m >= length_m) {
-        const Se3 moved_true = truth[first].inverse() * truth[last];
-        const Se3 moved = estimate[first].inverse() * estimate[last];
-        sum += (moved_true.inverse() * moved).translation.norm() / travelled_m;
+        sum += error(truth[first].inverse() * truth[last], estimate[first].inverse() * estimate[last]) / travelled_m;
         ++count;
         break;
       }
     }
   }
   return count > 0 ? sum / count : 1.0;
+}
+
+}  // namespace
+
+double translation_drift(const std::vector<Se3>& truth, const std::vector<Se3>& estimate, double length_m) {
+  return mean_over_sub_paths(truth, estimate, length_m, [](const Se3& moved_true, const Se3& moved) {
+    return (moved_true.inverse() * moved).translation.norm();
+  });
+}
+
+double length_error(const std::vector<Se3>& truth, const std::vector<Se3>& estimate, double length_m) {
+  return mean_over_sub_paths(truth, estimate, length_m, [](const Se3& moved_true, const Se3& moved) {
+    return std::abs(moved.translation.norm() - moved_true.translation.norm());
+  });
 }
 
 }  // namespace kinetrace::test

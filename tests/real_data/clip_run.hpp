@@ -41,8 +41,18 @@ struct ClipRun {
 /// Poses in KITTI's format: 12 numbers a line, row-major 3 x 4.
 [[nodiscard]] std::vector<Se3> read_kitti_poses(const std::filesystem::path& path);
 
+/// Frames by which `truth` runs late against `estimate`, from rotation rates alone, which no error of scale can bend;
+/// searched in [-1, 1]. The recorded truth was brought to the images' times by a fit of its own.
+[[nodiscard]] double time_offset_frames(const std::vector<Se3>& truth, const std::vector<Se3>& estimate);
+
+/// The path at fractional frames i + `offset_frames`, clamped to its ends.
+[[nodiscard]] std::vector<Se3> shifted(const std::vector<Se3>& path, double offset_frames);
+
 /// Mean translation error per distance over all sub-paths of `length_m`, relative (KITTI's t_rel for one length).
 [[nodiscard]] double translation_drift(const std::vector<Se3>& truth, const std::vector<Se3>& estimate,
                                        double length_m);
+
+/// Mean relative error of the distance covered over all sub-paths of `length_m`, whatever its direction.
+[[nodiscard]] double length_error(const std::vector<Se3>& truth, const std::vector<Se3>& estimate, double length_m);
 
 }  // namespace kinetrace::test
