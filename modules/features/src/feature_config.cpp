@@ -26,6 +26,7 @@ class RangeCheck {
   Status status_;
 };
 
+constexpr int kMostFeatures = 4000;
 // Below any gradient that 8-bit pixels can show.
 constexpr float kSmallestStrength = 0.1F;
 constexpr float kLargestStrength = 128.F;
@@ -34,9 +35,9 @@ constexpr float kLargestStrength = 128.F;
 
 Status FeatureConfig::validate() const {
   RangeCheck check;
-  check.within("max_features", max_features, 50, 4000)
-      .within("max_background_features", max_background_features, 0, max_features)
-      .within("max_features_per_object", max_features_per_object, 0, max_features)
+  check.within("max_features", max_features, 50, kMostFeatures)
+      .within("max_background_features", max_background_features, 0, kMostFeatures)
+      .within("max_features_per_object", max_features_per_object, 0, kMostFeatures)
       .within("pyramid_levels", pyramid_levels, 1, 6)
       .within("bucket_px", bucket_px, 8, 256)
       .within("object_bucket_px", object_bucket_px, 4, 64)

@@ -7,21 +7,18 @@
 #include <utility>
 
 #include "corner_finder.hpp"
+#include "feature_follower.hpp"
 #include "feature_slot.hpp"
 #include "image_pyramid.hpp"
 #include "kernels.hpp"
 #include "mask_membership.hpp"
-#include "motion_neighbours.hpp"
 #include "stereo_matcher.hpp"
-#include "temporal_tracker.hpp"
 
 namespace kinetrace::features {
 namespace {
 
 constexpr int kSmallestWidth = 64;
 constexpr int kSmallestHeight = 48;
-
-enum class Attempt : std::uint8_t { kFirst, kSecond };
 
 enum class Step : std::uint8_t { kNeedsFrame, kNeedsTrack, kNeedsReplenish };
 
@@ -36,11 +33,10 @@ struct FeatureFrontEnd::State {
   FeatureConfig config;
   int width_px = 0;
   int height_px = 0;
-  TemporalTracker tracker;
+  FeatureFollower follower;
   StereoMatcher matcher;
   CornerFinder corner_finder;
   OccupancyMap occupancy;
-  MotionNeighbours neighbours;
 
   ImagePyramid pyramids[2];  ///< Left, of this and the previous frame in turn.
   int newest = 0;
@@ -64,16 +60,8 @@ struct FeatureFrontEnd::State {
   [[nodiscard]] StereoImages stereo_images() const noexcept;
 
   void take_in(const RectifiedPair& pair) noexcept;
-  void kill(FeatureSlot& slot, std::uint64_t& reason) noexcept;
   void bury_rejected() noexcept;
   void remember_previous() noexcept;
-  void follow_all(std::span<const FeaturePrediction> by_slot) noexcept;
-  [[nodiscard]] TrackOutcome follow(FeatureSlot& slot, const Eigen::Vector2f& start, Reach reach) noexcept;
-  [[nodiscard]] TrackOutcome follow_neighbours(FeatureSlot& slot) noexcept;
-  [[nodiscard]] TrackOutcome follow_unpredicted(FeatureSlot& slot) noexcept;
-  [[nodiscard]] TrackOutcome follow_mispredicted(FeatureSlot& slot, const FeaturePrediction& prediction) noexcept;
-  void conclude(FeatureSlot& slot, TrackOutcome outcome, Attempt attempt) noexcept;
-  void count(FeatureSlot& slot, TrackOutcome outcome) noexcept;
   void match_all(std::span<const FeaturePrediction> by_slot) noexcept;
   void match(FeatureSlot& slot, float expected_disparity_px) noexcept;
   void reconcile_with(LabelView labels) noexcept;
@@ -90,11 +78,10 @@ FeatureFrontEnd::State FeatureFrontEnd::State::carve(const FeatureConfig& config
   state.config = config;
   state.width_px = width_px;
   state.height_px = height_px;
-  state.tracker = TemporalTracker(config);
+  state.follower = FeatureFollower(config, arena);
   state.matcher = StereoMatcher(config);
   state.corner_finder = CornerFinder(config, arena, width_px, height_px);
   state.occupancy = OccupancyMap(arena, width_px, height_px, config.min_distance_px);
-  state.neighbours = MotionNeighbours(arena, capacity);
   for (ImagePyramid& pyramid : state.pyramids) {
     pyramid = ImagePyramid(arena, width_px, height_px, config.pyramid_levels);
   }
@@ -156,7 +143,7 @@ Result<FeatureFrame> FeatureFrontEnd::track(std::span<const FeaturePrediction> b
   }
   state_->bury_rejected();
   state_->remember_previous();
-  state_->follow_all(by_slot);
+  state_->follower.follow_all(state_->previous(), state_->current(), by_slot, state_->slots, state_->counters);
   state_->match_all(by_slot);
   state_->step = Step::kNeedsReplenish;
   return state_->publish();
@@ -223,15 +210,10 @@ void FeatureFrontEnd::State::take_in(const RectifiedPair& pair) noexcept {
   }
 }
 
-void FeatureFrontEnd::State::kill(FeatureSlot& slot, std::uint64_t& reason) noexcept {
-  slot.state = SlotState::kDead;
-  ++reason;
-}
-
 void FeatureFrontEnd::State::bury_rejected() noexcept {
   for (FeatureSlot& slot : slots) {
     if (slot.state == SlotState::kAlive && slot.rejected) {
-      kill(slot, counters.rejected);
+      slot.end(counters.rejected);
     }
   }
 }
@@ -241,84 +223,6 @@ void FeatureFrontEnd::State::remember_previous() noexcept {
     slot.feature.previous_left_px = slot.feature.left_px;
     slot.feature.previous_v_px = slot.feature.v_px;
     slot.feature.previous_u_right_px = slot.feature.u_right_px;
-  }
-}
-
-void FeatureFrontEnd::State::follow_all(std::span<const FeaturePrediction> by_slot) noexcept {
-  const auto prediction = [by_slot](const FeatureSlot& slot) {
-    const std::size_t index = slot.feature.slot;
-    return index < by_slot.size() && by_slot[index].known ? &by_slot[index] : nullptr;
-  };
-  neighbours.clear();
-  for (FeatureSlot& slot : slots) {
-    const FeaturePrediction* const predicted = prediction(slot);
-    if (slot.state == SlotState::kAlive && predicted != nullptr) {
-      conclude(slot, follow(slot, predicted->left_px, Reach::kNear), Attempt::kFirst);
-    }
-  }
-  // Now there are neighbours to tell where the others may have gone.
-  for (FeatureSlot& slot : slots) {
-    if (slot.state == SlotState::kAlive && prediction(slot) == nullptr) {
-      conclude(slot, follow_unpredicted(slot), Attempt::kFirst);
-    }
-  }
-  for (const MotionNeighbours::Postponed& failed : neighbours.postponed()) {
-    FeatureSlot& slot = slots[failed.slot];
-    const FeaturePrediction* const predicted = prediction(slot);
-    const TrackOutcome outcome = predicted != nullptr ? follow_mispredicted(slot, *predicted) : failed.outcome;
-    conclude(slot, succeeded(outcome) ? outcome : failed.outcome, Attempt::kSecond);
-  }
-}
-
-TrackOutcome FeatureFrontEnd::State::follow(FeatureSlot& slot, const Eigen::Vector2f& start, Reach reach) noexcept {
-  return tracker.follow(previous(), current(), {start, reach}, slot);
-}
-
-TrackOutcome FeatureFrontEnd::State::follow_neighbours(FeatureSlot& slot) noexcept {
-  Eigen::Vector2f motion(0.F, 0.F);
-  return neighbours.trustworthy(slot.feature.body) && neighbours.motion_near(slot.feature, motion)
-             ? follow(slot, slot.feature.left_px + motion, Reach::kNear)
-             : TrackOutcome::kResidual;
-}
-
-TrackOutcome FeatureFrontEnd::State::follow_unpredicted(FeatureSlot& slot) noexcept {
-  const TrackOutcome outcome = follow_neighbours(slot);
-  return succeeded(outcome) ? outcome : follow(slot, slot.feature.left_px, Reach::kSearch);
-}
-
-TrackOutcome FeatureFrontEnd::State::follow_mispredicted(FeatureSlot& slot,
-                                                         const FeaturePrediction& prediction) noexcept {
-  if (neighbours.trustworthy(slot.feature.body)) {
-    return follow_neighbours(slot);
-  }
-  // The predictions of the whole body are off: a little, or altogether.
-  const TrackOutcome outcome = follow(slot, prediction.left_px, Reach::kWide);
-  return succeeded(outcome) ? outcome : follow(slot, slot.feature.left_px, Reach::kSearch);
-}
-
-void FeatureFrontEnd::State::conclude(FeatureSlot& slot, TrackOutcome outcome, Attempt attempt) noexcept {
-  if (succeeded(outcome)) {
-    counters.recovered += attempt == Attempt::kSecond ? 1U : 0U;
-    neighbours.add(slot.feature);
-    count(slot, outcome);
-  } else if (attempt == Attempt::kFirst) {
-    neighbours.postpone(slot.feature, outcome);
-  } else {
-    count(slot, outcome);
-  }
-}
-
-void FeatureFrontEnd::State::count(FeatureSlot& slot, TrackOutcome outcome) noexcept {
-  switch (outcome) {
-    case TrackOutcome::kReReferenced: ++counters.re_referenced; [[fallthrough]];
-    case TrackOutcome::kTracked:
-      ++counters.tracked;
-      ++slot.feature.age_frames;
-      break;
-    case TrackOutcome::kOutside: kill(slot, counters.lost_outside); break;
-    case TrackOutcome::kTexture: kill(slot, counters.lost_texture); break;
-    case TrackOutcome::kResidual: kill(slot, counters.lost_residual); break;
-    case TrackOutcome::kForwardBackward: kill(slot, counters.lost_forward_backward); break;
   }
 }
 
@@ -344,7 +248,7 @@ void FeatureFrontEnd::State::reconcile_with(LabelView labels) noexcept {
   if (labels.empty()) {
     for (FeatureSlot& slot : slots) {
       if (slot.state == SlotState::kAlive && slot.feature.body != kBackgroundLabel) {
-        kill(slot, counters.lost_body);
+        slot.end(counters.lost_body);
       }
     }
     return;
@@ -352,7 +256,7 @@ void FeatureFrontEnd::State::reconcile_with(LabelView labels) noexcept {
   for (FeatureSlot& slot : slots) {
     if (slot.state == SlotState::kAlive &&
         !still_member(labels, slot.feature.left_px, slot.feature.body, config.mask_border_px)) {
-      kill(slot, counters.lost_body);
+      slot.end(counters.lost_body);
     }
   }
 }
@@ -373,7 +277,7 @@ void FeatureFrontEnd::State::thin_out() noexcept {
     FeatureSlot& slot = slots[index];
     const Eigen::Vector2f& position = slot.feature.left_px;
     if (occupancy.upon(position.x(), position.y())) {
-      kill(slot, counters.lost_crowded);
+      slot.end(counters.lost_crowded);
       continue;
     }
     occupancy.add(position);

@@ -26,7 +26,9 @@ class ReferencePatch {
   [[nodiscard]] float y() const noexcept { return y_; }
 
  private:
-  std::array<std::uint8_t, static_cast<std::size_t>(kWidth) * kHeight> pixels_;
+  // Gathers read two bytes past the last pair they want.
+  static constexpr std::size_t kSpill = 4;
+  std::array<std::uint8_t, static_cast<std::size_t>(kWidth) * kHeight + kSpill> pixels_;
   float x_;
   float y_;
 };
@@ -50,6 +52,12 @@ struct FeatureSlot {
   PatchWarp to_right;        ///< Offset in the left image = to_right * offset in the right image (surface slant).
   Feature feature;
   ReferencePatch reference;
+
+  /// Ends the feature and counts why.
+  void end(std::uint64_t& reason) noexcept {
+    state = SlotState::kDead;
+    ++reason;
+  }
 };
 
 }  // namespace kinetrace::features

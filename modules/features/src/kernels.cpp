@@ -17,18 +17,21 @@ KINETRACE_DECLARE_KERNELS(kernel_v3)
 #endif
 #undef KINETRACE_DECLARE_KERNELS
 
+const Kernels& baseline_kernels() noexcept {
+  static const Kernels baseline{kernel_baseline::kPyramidKernels, kernel_baseline::kPatchKernels,
+                                kernel_baseline::kSearchKernels, kernel_baseline::kCornerKernels};
+  return baseline;
+}
+
 const Kernels& kernels() noexcept {
-  static const Kernels chosen = [] {
 #ifdef KINETRACE_HAVE_V3
-    if (cpu_has_v3()) {
-      return Kernels{kernel_v3::kPyramidKernels, kernel_v3::kPatchKernels, kernel_v3::kSearchKernels,
-                     kernel_v3::kCornerKernels};
-    }
+  static const Kernels v3{kernel_v3::kPyramidKernels, kernel_v3::kPatchKernels, kernel_v3::kSearchKernels,
+                          kernel_v3::kCornerKernels};
+  if (cpu_has_v3()) {
+    return v3;
+  }
 #endif
-    return Kernels{kernel_baseline::kPyramidKernels, kernel_baseline::kPatchKernels, kernel_baseline::kSearchKernels,
-                   kernel_baseline::kCornerKernels};
-  }();
-  return chosen;
+  return baseline_kernels();
 }
 
 }  // namespace kinetrace::features

@@ -64,5 +64,7 @@ struct Kernels {
 
 /// The best set for this machine; see cpu_has_v3.
 [[nodiscard]] const Kernels& kernels() noexcept;
+/// The portable set.
+[[nodiscard]] const Kernels& baseline_kernels() noexcept;
 
 }  // namespace kinetrace::features

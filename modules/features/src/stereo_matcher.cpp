@@ -13,6 +13,8 @@ constexpr int kLargestDisparity = 256;
 // Below zero nothing is there, but a minimum at zero needs a neighbour on its other side.
 constexpr int kSmallestDisparity = -2;
 constexpr int kMaxCosts = kLargestDisparity - 2 * kSmallestDisparity + 1;
+// Nothing costs less than this: a gray level and a half of noise a pixel.
+constexpr float kNoiseCost = 1.5F * static_cast<float>(kPatchPixels);
 // Costs this near the best one belong to the same minimum.
 constexpr int kMinimumHalfWidth = 3;
 // Around an expected disparity: a fixed and a relative part.
@@ -47,13 +49,27 @@ int index_of_least(const Costs& costs, int count) noexcept {
   return static_cast<int>(std::min_element(costs.begin(), costs.begin() + count) - costs.begin());
 }
 
+/// What the cost would be at the minimum between whole pixels: two lines of opposite slope through the three costs
+/// around it, as befits absolute differences.
+float interpolated_minimum(const Costs& costs, int count, int i) noexcept {
+  const auto cost = [&](int k) {
+    return static_cast<float>(costs[static_cast<std::size_t>(std::clamp(k, 0, count - 1))]);
+  };
+  return cost(i) - 0.5F * std::abs(cost(i + 1) - cost(i - 1));
+}
+
 /// True if no other minimum comes near the best one: repetitive texture has many.
 bool stands_out(const Costs& costs, int count, int best, float ratio) noexcept {
-  const float limit = static_cast<float>(costs[static_cast<std::size_t>(best)]) * ratio;
-  const auto rival = [limit](std::uint16_t cost) { return static_cast<float>(cost) < limit; };
-  const auto left = costs.begin() + std::max(0, best - kMinimumHalfWidth);
-  const auto right = costs.begin() + std::min(count, best + kMinimumHalfWidth + 1);
-  return std::none_of(costs.begin(), left, rival) && std::none_of(right, costs.begin() + count, rival);
+  const float limit = ratio * std::max(interpolated_minimum(costs, count, best), kNoiseCost);
+  const auto rival = [&](int i) {
+    return std::abs(i - best) > kMinimumHalfWidth && interpolated_minimum(costs, count, i) < limit;
+  };
+  for (int i = 0; i < count; ++i) {
+    if (rival(i)) {
+      return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace
@@ -71,7 +87,8 @@ bool StereoMatcher::match(const StereoImages& images, float expected_disparity_p
       return true;
     }
   }
-  const Range all = clipped(static_cast<float>(kSmallestDisparity), static_cast<float>(config_.max_disparity_px), x);
+  const Range all = clipped(static_cast<float>(kSmallestDisparity),
+                            static_cast<float>(config_.max_disparity_px - kSmallestDisparity), x);
   slot.to_right = kNoWarp;
   const std::size_t rows = feature.age_frames == 0 ? kRowOffsets.size() : 1;
   return std::any_of(kRowOffsets.begin(), kRowOffsets.begin() + rows, [&](int row_offset) {
@@ -82,10 +99,11 @@ bool StereoMatcher::match(const StereoImages& images, float expected_disparity_p
 }
 
 StereoMatcher::Range StereoMatcher::clipped(float from, float to, int x) const noexcept {
+  const auto least = static_cast<float>(kSmallestDisparity);
+  const auto most = static_cast<float>(config_.max_disparity_px - kSmallestDisparity);
   // The right patch stays in the image.
-  return {
-      std::max(static_cast<int>(std::floor(from)), kSmallestDisparity),
-      std::min({static_cast<int>(std::ceil(to)), config_.max_disparity_px - kSmallestDisparity, x - kPatchWidth / 2})};
+  return {static_cast<int>(std::floor(std::clamp(from, least, most))),
+          std::min(static_cast<int>(std::ceil(std::clamp(to, least, most))), x - kPatchWidth / 2)};
 }
 
 bool StereoMatcher::search(const StereoImages& images, const Feature& feature, Range range, int row_offset, bool unique,

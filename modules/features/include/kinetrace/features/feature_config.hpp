@@ -9,8 +9,8 @@ namespace kinetrace::features {
 struct FeatureConfig {
   // Capacities. Objects are served before the background; what does not fit is dropped weakest first and counted.
   int max_features = 1200;            ///< Over all bodies; [50, 4000]. Number of slots.
-  int max_background_features = 800;  ///< [0, max_features]: the rest is kept free for objects.
-  int max_features_per_object = 120;  ///< [0, max_features].
+  int max_background_features = 800;  ///< [0, 4000]: the rest is kept free for objects.
+  int max_features_per_object = 120;  ///< [0, 4000].
   int pyramid_levels = 4;             ///< [1, 6], fewer on images too small for them.
 
   // Corners: at most one new feature per free bucket.

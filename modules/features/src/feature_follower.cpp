@@ -1,0 +1,102 @@
+#include "feature_follower.hpp"
+
+namespace kinetrace::features {
+namespace {
+
+enum class Attempt : std::uint8_t { kFirst, kSecond };
+
+/// One frame's work.
+struct FramePass {
+  const TemporalTracker& tracker;
+  MotionNeighbours& neighbours;
+  const ImagePyramid& previous;
+  const ImagePyramid& current;
+  FeatureCounters& counters;
+
+  TrackOutcome follow(FeatureSlot& slot, const Eigen::Vector2f& start, Reach reach) const noexcept {
+    return tracker.follow(previous, current, {start, reach}, slot);
+  }
+
+  TrackOutcome follow_neighbours(FeatureSlot& slot) const noexcept {
+    Eigen::Vector2f motion(0.F, 0.F);
+    return neighbours.trustworthy(slot.feature.body) && neighbours.motion_near(slot.feature, motion)
+               ? follow(slot, slot.feature.left_px + motion, Reach::kNear)
+               : TrackOutcome::kResidual;
+  }
+
+  TrackOutcome follow_unpredicted(FeatureSlot& slot) const noexcept {
+    const TrackOutcome outcome = follow_neighbours(slot);
+    return succeeded(outcome) ? outcome : follow(slot, slot.feature.left_px, Reach::kSearch);
+  }
+
+  TrackOutcome follow_mispredicted(FeatureSlot& slot, const FeaturePrediction& prediction) const noexcept {
+    // Searching far and wide for a feature whose neighbours were all found finds, more often than not, something else.
+    if (neighbours.trustworthy(slot.feature.body)) {
+      return follow_neighbours(slot);
+    }
+    // The predictions of the whole body are off: a little, or altogether.
+    const TrackOutcome outcome = follow(slot, prediction.left_px, Reach::kWide);
+    return succeeded(outcome) ? outcome : follow(slot, slot.feature.left_px, Reach::kSearch);
+  }
+
+  void conclude(FeatureSlot& slot, TrackOutcome outcome, Attempt attempt) const noexcept {
+    if (succeeded(outcome)) {
+      counters.recovered += attempt == Attempt::kSecond ? 1U : 0U;
+      neighbours.add(slot.feature);
+      count(slot, outcome);
+    } else if (attempt == Attempt::kFirst) {
+      neighbours.postpone(slot.feature, outcome);
+    } else {
+      count(slot, outcome);
+    }
+  }
+
+  void count(FeatureSlot& slot, TrackOutcome outcome) const noexcept {
+    switch (outcome) {
+      case TrackOutcome::kReReferenced: ++counters.re_referenced; [[fallthrough]];
+      case TrackOutcome::kTracked:
+        ++counters.tracked;
+        ++slot.feature.age_frames;
+        break;
+      case TrackOutcome::kOutside: slot.end(counters.lost_outside); break;
+      case TrackOutcome::kTexture: slot.end(counters.lost_texture); break;
+      case TrackOutcome::kResidual: slot.end(counters.lost_residual); break;
+      case TrackOutcome::kForwardBackward: slot.end(counters.lost_forward_backward); break;
+    }
+  }
+};
+
+}  // namespace
+
+void FeatureFollower::follow_all(const ImagePyramid& previous, const ImagePyramid& current,
+                                 std::span<const FeaturePrediction> by_slot, std::span<FeatureSlot> slots,
+                                 FeatureCounters& counters) noexcept {
+  const auto prediction = [by_slot](const FeatureSlot& slot) {
+    const std::size_t index = slot.feature.slot;
+    return index < by_slot.size() && by_slot[index].known ? &by_slot[index] : nullptr;
+  };
+  neighbours_.clear();
+  const FramePass pass{tracker_, neighbours_, previous, current, counters};
+  for (FeatureSlot& slot : slots) {
+    const FeaturePrediction* const predicted = prediction(slot);
+    if (slot.state == SlotState::kAlive && predicted != nullptr) {
+      pass.conclude(slot, pass.follow(slot, predicted->left_px, Reach::kNear), Attempt::kFirst);
+    }
+  }
+  // Now there are neighbours to tell where the others may have gone.
+  for (FeatureSlot& slot : slots) {
+    if (slot.state == SlotState::kAlive && prediction(slot) == nullptr) {
+      pass.conclude(slot, pass.follow_unpredicted(slot), Attempt::kFirst);
+    }
+  }
+  for (const MotionNeighbours::Postponed& failed : neighbours_.postponed()) {
+    FeatureSlot& slot = slots[failed.slot];
+    const FeaturePrediction* const predicted = prediction(slot);
+    const TrackOutcome second =
+        predicted != nullptr ? pass.follow_mispredicted(slot, *predicted) : TrackOutcome::kResidual;
+    // Why it failed the first time says more than why the long shot did.
+    pass.conclude(slot, succeeded(second) ? second : failed.outcome, Attempt::kSecond);
+  }
+}
+
+}  // namespace kinetrace::features

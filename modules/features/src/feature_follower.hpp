@@ -1,0 +1,33 @@
+// Follows all features of a frame: predicted ones first, the others by their example.
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "feature_slot.hpp"
+#include "image_pyramid.hpp"
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/feature_frame.hpp"
+#include "kinetrace/features/feature_config.hpp"
+#include "kinetrace/features/feature_front_end.hpp"
+#include "motion_neighbours.hpp"
+#include "temporal_tracker.hpp"
+
+namespace kinetrace::features {
+
+class FeatureFollower {
+ public:
+  FeatureFollower() = default;
+  FeatureFollower(const FeatureConfig& config, Arena& arena)
+      : tracker_(config), neighbours_(arena, static_cast<std::size_t>(config.max_features)) {}
+
+  /// Moves every live feature from `previous` to `current`, or ends it.
+  void follow_all(const ImagePyramid& previous, const ImagePyramid& current, std::span<const FeaturePrediction> by_slot,
+                  std::span<FeatureSlot> slots, FeatureCounters& counters) noexcept;
+
+ private:
+  TemporalTracker tracker_;
+  MotionNeighbours neighbours_;
+};
+
+}  // namespace kinetrace::features
