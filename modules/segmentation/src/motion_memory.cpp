@@ -15,7 +15,8 @@ constexpr std::uint32_t kUnconfirmedGapFrames = 2;
 constexpr float kConsistentChi2 = 11.3F;
 /// A feature leaves a moving region when rest explains it better by this much.
 constexpr float kLeaveChi2 = 4.F;
-/// A member whose own motion stays unknown for longer has nothing to do with the region any more.
+/// A member that was never seen to move and whose motion stays unknown for longer has nothing to do with the region. One
+/// that was gets a whole window: when an object brakes, no constant velocity fits for so long.
 constexpr int kMaxUnknownFrames = 4;
 /// An outline that falls below this part of the last one shown is not believed, for this many frames.
 constexpr float kShrinkRatio = 0.5F;
@@ -59,7 +60,8 @@ void MotionMemory::memorise(std::span<const Feature> features, std::span<const F
     Membership& m = memory_[features[i].slot];
     const bool continued = m.feature_id == features[i].id;
     const int unknown_frames = motions[i].known ? 0 : 1 + (continued ? m.unknown_frames : 0);
-    const std::int16_t r = unknown_frames > kMaxUnknownFrames ? std::int16_t{-1} : region_of_[i];
+    const int patience_frames = proved(i) ? config_.window_frames : kMaxUnknownFrames;
+    const std::int16_t r = unknown_frames > patience_frames ? std::int16_t{-1} : region_of_[i];
     m = {features[i].id, r < 0 ? 0U : regions_[static_cast<std::size_t>(r)].id, proved(i),
          static_cast<std::uint8_t>(std::min(unknown_frames, 255))};
   }

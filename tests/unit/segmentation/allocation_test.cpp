@@ -1,0 +1,67 @@
+// Segmentation never allocates after it was made.
+#include <array>
+
+#include <gtest/gtest.h>
+
+#include "kinetrace/core/allocation_counter.hpp"
+#include "kinetrace/imaging/png_writer.hpp"
+#include "kinetrace/segmentation/segmenter.hpp"
+#include "synthetic_world.hpp"
+#include "temp_folder.hpp"
+
+namespace kinetrace::segmentation {
+namespace {
+
+TEST(SegmentationAllocations, AreNoneForMotion) {
+  ASSERT_TRUE(allocation_counting_available());
+  test::WorldConfig world_config;
+  test::SyntheticWorld world(world_config, {{{4.0, 1.5, 1.8}, 60}});
+  SegmentationConfig config;
+  config.mode = SegmentationMode::kMotion;
+  Arena arena(required_bytes(config, world_config.geometry, world_config.capacity));
+  const auto segmenter = make_segmenter(config, world_config.geometry, world_config.capacity, arena).value();
+  std::uint64_t own = 0;
+  std::size_t detections = 0;
+  for (int i = 0; i < 10; ++i) {
+    SegmentationInput input;
+    const FeatureFrame frame =
+        world.observe(test::driven(0.5 * i), std::array{test::turned(0.0, {-2.0 + 0.6 * i, 0.6, 20.0})});
+    input.features = frame.features;
+    input.pair.timestamp_ns = frame.timestamp_ns;
+    input.ego_valid = i > 0;
+    input.T_prev_cam = test::driven(0.5);
+    const std::uint64_t before = allocation_counts().own;
+    segmenter->load(input.pair);
+    detections += segmenter->process(input)->left.size();
+    own += allocation_counts().own - before;
+  }
+  EXPECT_GT(detections, 0U);
+  EXPECT_EQ(own, 0U);
+}
+
+TEST(SegmentationAllocations, AreNoneForMaskFilesPresentAndMissing) {
+  test::TempFolder folder;
+  const StereoGeometry geometry = test::street_rig();
+  std::vector<std::uint16_t> pixels(static_cast<std::size_t>(geometry.width_px) *
+                                    static_cast<std::size_t>(geometry.height_px));
+  std::fill_n(pixels.begin(), 5000, std::uint16_t{1001});
+  ASSERT_TRUE(imaging::write_png_gray16(folder.file("0.png").c_str(),
+                                        {pixels.data(), geometry.width_px, geometry.height_px, geometry.width_px})
+                  .has_value());
+  SegmentationConfig config;
+  config.mode = SegmentationMode::kMasks;
+  config.left_dir = folder.path().string();
+  Arena arena(required_bytes(config, geometry, 100));
+  const auto segmenter = make_segmenter(config, geometry, 100, arena).value();
+  for (const char* stem : {"0", "1", "0"}) {
+    SegmentationInput input;
+    input.pair.name = stem;
+    const std::uint64_t before = allocation_counts().own;
+    segmenter->load(input.pair);
+    EXPECT_TRUE(segmenter->process(input).has_value());
+    EXPECT_EQ(allocation_counts().own - before, 0U) << stem;
+  }
+}
+
+}  // namespace
+}  // namespace kinetrace::segmentation

@@ -1,0 +1,251 @@
+#include <array>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "motion_scene.hpp"
+
+namespace kinetrace::segmentation {
+namespace {
+
+/// Ten percent outliers: half of them wrong tracks, half wrong right matches.
+test::WorldConfig street(std::uint32_t seed = 1) {
+  test::WorldConfig world;
+  world.background_features = 700;
+  world.wrong_track_ratio = 0.05;
+  world.wrong_right_ratio = 0.05;
+  world.seed = seed;
+  return world;
+}
+
+constexpr double kInterval_s = 0.1;
+
+/// A car seen from its side (moving along x) or its front (moving along z), at eye height less .6 m.
+Se3 car_at(const Eigen::Vector3d& position_m, const Eigen::Vector3d& velocity_mps) {
+  return test::turned(std::abs(velocity_mps.x()) > std::abs(velocity_mps.z()) ? 0.0 : 1.5707963, position_m);
+}
+
+TEST(MotionSegmenter, FindsNothingInAStaticWorld) {
+  for (const double metres_per_frame : {0.0, 0.5, 1.5}) {
+    MotionScene scene(street(static_cast<std::uint32_t>(10.0 * metres_per_frame) + 1));
+    for (int i = 0; i < 200; ++i) {
+      EXPECT_EQ(scene.step(test::driven(metres_per_frame * i, 0.01)).detections, 0U)
+          << metres_per_frame << " m a frame, frame " << i;
+    }
+  }
+}
+
+TEST(MotionSegmenter, FindsNothingWhenNothingIsSeen) {
+  MotionScene scene(street());
+  scene.step({});
+  scene.world().observe_nothing();
+  SegmentationInput input;
+  input.ego_valid = true;
+  const DetectionFrame empty = scene.segmenter().process(input).value();
+  EXPECT_TRUE(empty.available);
+  EXPECT_TRUE(empty.left.empty());
+}
+
+TEST(MotionSegmenter, NeverReportsAParkedCar) {
+  MotionScene scene(street(), {{{4.0, 1.5, 1.8}, 60}});
+  const std::array parked{test::turned(1.5707963, {2.5, 0.8, 25.0})};
+  for (int i = 0; i < 40; ++i) {
+    EXPECT_EQ(scene.step(test::driven(0.5 * i), parked).detections, 0U) << i;
+  }
+}
+
+struct Mover {
+  const char* name;
+  Eigen::Vector3d direction;
+  double speed_mps;
+  double depth_m;
+  int found_by_frame;
+};
+
+class MotionSegmenterFinds : public ::testing::TestWithParam<Mover> {};
+
+TEST_P(MotionSegmenterFinds, AMovingCar) {
+  const Mover& mover = GetParam();
+  const Eigen::Vector3d velocity = mover.speed_mps * mover.direction;
+  for (const double ego_mps : {0.0, 5.0}) {
+    for (const std::uint32_t seed : {1U, 2U, 3U}) {
+      // As many features as fit on so small an image: one per 12 x 12 pixels or so.
+      MotionScene scene(street(seed), {{{4.0, 1.5, 1.8}, static_cast<int>(std::min(60.0, 1600.0 / mover.depth_m))}});
+      int first = 1000;
+      double coverage = 0.0;
+      for (int i = 0; i <= mover.found_by_frame + 2; ++i) {
+        const Se3 T_world_cam = test::driven(ego_mps * kInterval_s * i);
+        const Eigen::Vector3d position = Eigen::Vector3d(0.5, 0.6, mover.depth_m) + velocity * kInterval_s * i;
+        const SceneScore score = scene.step(T_world_cam, std::array{car_at(position, velocity)});
+        EXPECT_EQ(score.empty_detections, 0U);
+        EXPECT_LE(score.detections, 1U);
+        if (score.hits[0] > 0) {
+          first = std::min(first, i);
+          coverage = std::max(coverage, score.coverage[0]);
+        }
+      }
+      EXPECT_LE(first, mover.found_by_frame) << "ego " << ego_mps << " seed " << seed;
+      EXPECT_GE(coverage, 0.5) << "ego " << ego_mps << " seed " << seed;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Across, MotionSegmenterFinds,
+                         ::testing::Values(Mover{"Walking10m", {1, 0, 0}, 3.0, 10.0, 5},
+                                           Mover{"Slow30m", {1, 0, 0}, 3.0, 30.0, 5},
+                                           Mover{"Slow40m", {-1, 0, 0}, 3.0, 40.0, 5},
+                                           Mover{"Town20m", {1, 0, 0}, 8.0, 20.0, 5},
+                                           Mover{"Fast40m", {-1, 0, 0}, 15.0, 40.0, 5}),
+                         [](const auto& mover) { return std::string(mover.param.name); });
+
+// Along the line of sight the depth must tell, and it takes longer the farther and slower the object is.
+INSTANTIATE_TEST_SUITE_P(Along, MotionSegmenterFinds,
+                         ::testing::Values(Mover{"Oncoming20m", {0, 0, -1}, 6.0, 20.0, 5},
+                                           Mover{"Oncoming40m", {0, 0, -1}, 15.0, 40.0, 5},
+                                           Mover{"Leaving20m", {0, 0, 1}, 10.0, 20.0, 5},
+                                           Mover{"SlowOncoming20m", {0, 0, -1}, 3.0, 20.0, 8},
+                                           Mover{"SlowOncoming30m", {0, 0, -1}, 3.0, 30.0, 11}),
+                         [](const auto& mover) { return std::string(mover.param.name); });
+
+TEST(MotionSegmenter, TellsTwoObjectsApart) {
+  MotionScene scene(street(), {{{4.0, 1.5, 1.8}, 60}, {{4.0, 1.5, 1.8}, 60}});
+  SceneScore score;
+  for (int i = 0; i < 10; ++i) {
+    const double x = 0.6 * i;
+    score = scene.step(test::driven(0.5 * i),
+                       std::array{test::turned(0.0, {-8.0 + x, 0.6, 20.0}), test::turned(0.0, {9.0 - x, 0.6, 24.0})});
+  }
+  EXPECT_EQ(score.detections, 2U);
+  EXPECT_THAT(score.hits, ::testing::Each(1U));
+}
+
+TEST(MotionSegmenter, GivesOneDetectionForALongTruckWithFeaturesAtItsEnds) {
+  // Two boxes ten metres apart that move as one: apart in the image, together once a tracker has labelled them so.
+  MotionScene scene(street(), {{{1.0, 2.0, 1.8}, 40}, {{1.0, 2.0, 1.8}, 40}});
+  scene.one_body = true;
+  SceneScore score;
+  for (int i = 0; i < 14; ++i) {
+    const double x = -6.0 + 0.5 * i;
+    score = scene.step({}, std::array{test::turned(0.0, {x, 0.6, 14.0}), test::turned(0.0, {x + 5.0, 0.6, 14.0})});
+  }
+  EXPECT_EQ(score.detections, 1U);
+}
+
+TEST(MotionSegmenter, KeepsAnObjectThatStopsForAWhile) {
+  MotionConfig motion;
+  motion.hold_frames = 12;
+  test::WorldConfig world = street();
+  world.max_track_frames = 60;
+  world.min_track_frames = 40;
+  MotionScene scene(world, {{{4.0, 1.5, 1.8}, 60}}, motion);
+  double x = -4.0;
+  int reported_at_rest = 0;
+  for (int i = 0; i < 45; ++i) {
+    x += i < 12 ? 0.5 : 0.0;
+    const SceneScore score = scene.step({}, std::array{test::turned(0.0, {x, 0.6, 18.0})});
+    reported_at_rest += i >= 12 && score.hits[0] > 0 ? 1 : 0;
+    if (i < 24 && i >= 5) {
+      EXPECT_GT(score.hits[0], 0U) << i;
+    }
+  }
+  // The window makes it look moving for some frames after it has stopped.
+  EXPECT_GE(reported_at_rest, 12);
+  EXPECT_LE(reported_at_rest, 12 + motion.window_frames);
+}
+
+TEST(MotionSegmenter, KeepsTheLargestObjectsAndCountsTheRest) {
+  std::vector<test::SyntheticObject> cars(3, {{4.0, 1.5, 1.8}, 50});
+  for (const int max_objects : {3, 2}) {
+    MotionScene scene(street(), cars, {}, max_objects);
+    SceneScore score;
+    std::uint64_t dropped_before = 0;
+    for (int i = 0; i < 9; ++i) {
+      dropped_before = scene.segmenter().counters().detections_dropped;
+      score = scene.step(
+          {}, std::array{test::turned(0.0, {-6.0 + 0.5 * i, 0.6, 14.0}), test::turned(0.0, {0.0 + 0.5 * i, 0.6, 20.0}),
+                         test::turned(0.0, {14.0 + 0.5 * i, 0.6, 30.0})});
+    }
+    EXPECT_EQ(score.detections, static_cast<std::size_t>(max_objects));
+    EXPECT_EQ(score.hits[2], max_objects == 3 ? 1U : 0U) << "the farthest looks smallest";
+    EXPECT_EQ(scene.segmenter().counters().detections_dropped - dropped_before, max_objects == 3 ? 0U : 1U);
+    for (std::size_t k = 0; k < scene.last().left.size(); ++k) {
+      EXPECT_EQ(scene.last().left[k].label, k + 1);
+    }
+  }
+}
+
+TEST(MotionSegmenter, DescribesItsMasks) {
+  MotionScene scene(street(), {{{4.0, 1.5, 1.8}, 60}});
+  for (int i = 0; i < 8; ++i) {
+    scene.step({}, std::array{test::turned(0.0, {-2.0 + 0.6 * i, 0.6, 15.0})});
+  }
+  ASSERT_EQ(scene.last().left.size(), 1U);
+  const Detection& detection = scene.last().left[0];
+  PixelBox box;
+  int area = 0;
+  for (int y = 0; y < scene.last().left_labels.height; ++y) {
+    for (int x = 0; x < scene.last().left_labels.width; ++x) {
+      if (scene.last().left_labels.at(x, y) == detection.label) {
+        box.include(x, y);
+        ++area;
+      }
+    }
+  }
+  EXPECT_EQ(detection.area_px, area);
+  EXPECT_EQ(detection.class_id, kUnknownClass);
+  EXPECT_EQ(std::tie(detection.box_px.x0, detection.box_px.y0, detection.box_px.x1, detection.box_px.y1),
+            std::tie(box.x0, box.y0, box.x1, box.y1));
+  EXPECT_TRUE(scene.last().right_labels.empty());
+}
+
+TEST(MotionSegmenter, HasNothingToSayWithoutEgoMotionAndStartsAgain) {
+  MotionScene scene(street(), {{{4.0, 1.5, 1.8}, 60}});
+  const auto step = [&](int i, bool ego_valid) {
+    return scene.step(test::driven(0.5 * i), std::array{test::turned(0.0, {-4.0 + 0.6 * i, 0.6, 25.0})}, ego_valid);
+  };
+  for (int i = 0; i < 8; ++i) {
+    step(i, true);
+  }
+  EXPECT_EQ(scene.last().left.size(), 1U);
+  step(8, false);
+  EXPECT_FALSE(scene.last().available);
+  EXPECT_EQ(scene.segmenter().counters().frames_missing, 2U);  // and the very first frame
+  step(9, true);
+  EXPECT_TRUE(scene.last().available);
+  EXPECT_TRUE(scene.last().left.empty());
+  for (int i = 10; i < 15; ++i) {
+    step(i, true);
+  }
+  EXPECT_EQ(scene.last().left.size(), 1U);
+}
+
+TEST(MotionSegmenter, GivesTheSameResultForTheSameInput) {
+  std::array<std::vector<std::uint8_t>, 2> images;
+  for (std::vector<std::uint8_t>& image : images) {
+    MotionScene scene(street(5), {{{4.0, 1.5, 1.8}, 60}});
+    for (int i = 0; i < 10; ++i) {
+      scene.step(test::driven(0.4 * i), std::array{test::turned(0.0, {-2.0 + 0.6 * i, 0.6, 20.0})});
+      const LabelView labels = scene.last().left_labels;
+      for (int y = 0; i > 0 && y < labels.height; ++y) {
+        image.insert(image.end(), labels.row(y), labels.row(y) + labels.width);
+      }
+    }
+  }
+  EXPECT_EQ(images[0], images[1]);
+}
+
+TEST(MotionSegmenter, NeedsExactlyTheBytesItAnnounces) {
+  SegmentationConfig config;
+  config.mode = SegmentationMode::kMotion;
+  const std::size_t bytes = required_bytes(config, test::street_rig(), 1000);
+  Arena enough(bytes);
+  EXPECT_TRUE(make_segmenter(config, test::street_rig(), 1000, enough).has_value());
+  EXPECT_EQ(enough.used_bytes(), bytes);
+  Arena too_small(bytes - 1);
+  EXPECT_EQ(make_segmenter(config, test::street_rig(), 1000, too_small).error().code, ErrorCode::kCapacity);
+  EXPECT_EQ(make_segmenter(config, test::street_rig(), 0, enough).error().code, ErrorCode::kInvalidConfig);
+}
+
+}  // namespace
+}  // namespace kinetrace::segmentation
