@@ -209,6 +209,21 @@ TEST(BodyAccuracy, ATurningCarWithWrongTracksIsFollowed) {
   EXPECT_LT(e.step_deg.value(), 0.4);
 }
 
+TEST(BodyAccuracy, AFarCarDoesNotTalkItselfIntoTurning) {
+  // Few points far away hardly hold a pose; what frames leave behind when they make room must not outvote what is seen.
+  Rms newest_m;
+  Rms step_deg;
+  for (std::uint32_t seed = 1; seed <= 4; ++seed) {
+    const ObjectErrors e =
+        follow_object({.background_features = 0, .wrong_track_ratio = 0.05, .seed = seed}, 40.0, 0.0, 40);
+    EXPECT_EQ(e.tracked, 40);
+    newest_m.add(e.newest_m.value());
+    step_deg.add(e.step_deg.value());
+  }
+  EXPECT_LT(newest_m.value(), 0.4);
+  EXPECT_LT(step_deg.value(), 0.7);
+}
+
 TEST(BodyAccuracy, BackgroundAndObjectAreToldApartByTheirLabelAlone) {
   // Both bodies in the same frames; the object must not pull the background along.
   SyntheticWorld world({.background_features = 300, .seed = 33}, {{.features = 150}});
