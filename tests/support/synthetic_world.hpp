@@ -35,8 +35,9 @@ struct WorldConfig {
   int background_features = 600;  ///< Alive at any time.
   double nearest_m = 5.0;         ///< Background points begin between these depths, log-uniform.
   double farthest_m = 60.0;
-  double sigma_px = 0.3;     ///< Standard deviation of u_left, v and u_right.
-  int min_track_frames = 5;  ///< Tracks last between these, uniform, unless the point leaves the image.
+  double sigma_px = 0.3;           ///< Standard deviation of u_left, v and u_right.
+  double noise_persistence = 0.0;  ///< Part of a track's error that stays from frame to frame, [0, 1).
+  int min_track_frames = 5;        ///< Tracks last between these, uniform, unless the point leaves the image.
   int max_track_frames = 25;
   double right_ratio = 0.9;        ///< Part of the sightings that have a right match.
   double wrong_track_ratio = 0.0;  ///< Part of the tracks that slide over the image at 2..8 px a frame.
@@ -113,6 +114,7 @@ class SyntheticWorld {
     int frames_left = 0;
     Eigen::Vector2f slide_px{0.F, 0.F};  ///< Of a wrong track, a frame.
     Eigen::Vector2f slid_px{0.F, 0.F};
+    Eigen::Vector3f noise_px{0.F, 0.F, 0.F};
   };
 
   [[nodiscard]] std::int64_t timestamp_ns(std::int64_t index) const {
@@ -121,7 +123,19 @@ class SyntheticWorld {
   }
   double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
   bool chance(double ratio) { return ratio > 0.0 && uniform(0.0, 1.0) < ratio; }
-  float noise() { return static_cast<float>(config_.sigma_px * std::normal_distribution<double>()(random_)); }
+  Eigen::Vector3f fresh_noise() {
+    std::normal_distribution<double> normal;
+    return Eigen::Vector3d(normal(random_), normal(random_), normal(random_)).cast<float>() *
+           static_cast<float>(config_.sigma_px);
+  }
+
+  Eigen::Vector3f next_noise(Track& track) {
+    const auto keep = static_cast<float>(config_.noise_persistence);
+    const bool first = track.noise_px.isZero();
+    const Eigen::Vector3f fresh = fresh_noise();
+    track.noise_px = first ? fresh : Eigen::Vector3f(keep * track.noise_px + std::sqrt(1.F - keep * keep) * fresh);
+    return track.noise_px;
+  }
 
   /// Measures the track's point in this frame; false when it cannot be seen.
   bool measure(Track& track) {
@@ -131,10 +145,10 @@ class SyntheticWorld {
     }
     const Eigen::Vector3d uvr = config_.geometry.project(p_cam);
     Feature& f = track.feature;
-    f.left_px = {static_cast<float>(uvr.x()) + noise(), static_cast<float>(uvr.y()) + noise()};
-    f.left_px += track.slid_px;
+    const Eigen::Vector3f seen = uvr.cast<float>() + next_noise(track);  // u_left, v, u_right
+    f.left_px = seen.head<2>() + track.slid_px;
     f.v_px = f.left_px.y();
-    f.u_right_px = static_cast<float>(uvr.z()) + noise() + track.slid_px.x();
+    f.u_right_px = seen.z() + track.slid_px.x();
     if (!chance(config_.right_ratio) || f.u_right_px < 0.F) {
       f.u_right_px = kNoRight;
     } else if (chance(config_.wrong_right_ratio)) {

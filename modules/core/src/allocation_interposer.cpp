@@ -6,10 +6,13 @@
 #include "kinetrace/core/allocation_counter.hpp"
 
 extern "C" {
-void* __libc_malloc(std::size_t bytes);                           // NOLINT(bugprone-reserved-identifier)
-void* __libc_calloc(std::size_t count, std::size_t bytes);        // NOLINT(bugprone-reserved-identifier)
-void* __libc_realloc(void* block, std::size_t bytes);             // NOLINT(bugprone-reserved-identifier)
-void* __libc_memalign(std::size_t alignment, std::size_t bytes);  // NOLINT(bugprone-reserved-identifier)
+void* __libc_malloc(std::size_t bytes);  // NOLINT(bugprone-reserved-identifier,readability-identifier-naming)
+void* __libc_calloc(std::size_t count,
+                    std::size_t bytes);  // NOLINT(bugprone-reserved-identifier,readability-identifier-naming)
+void* __libc_realloc(void* block,
+                     std::size_t bytes);  // NOLINT(bugprone-reserved-identifier,readability-identifier-naming)
+void* __libc_memalign(std::size_t alignment,
+                      std::size_t bytes);  // NOLINT(bugprone-reserved-identifier,readability-identifier-naming)
 
 void* malloc(std::size_t bytes) {
   kinetrace::detail::count_allocation();

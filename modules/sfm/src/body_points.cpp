@@ -149,6 +149,7 @@ void BodyReconstruction::position_new_points() {
       // Older sightings belong to something else; start again from here.
       state.seen = bit(newest_column());
       state.sighted = state.seen;
+      state.observations = 1;
     }
   }
 }

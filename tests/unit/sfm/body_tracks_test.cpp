@@ -177,10 +177,11 @@ TEST(BodyTracks, OneFrameOfFlawsForgivesAFeature) {
   SyntheticWorld world({.background_features = 200, .min_track_frames = 40, .max_track_frames = 60, .seed = 9});
   BodyDriver driver{BodyConfig{}};
   std::set<std::uint32_t> spoiled;
+  FeatureFrame frame;
   for (int i = 0; i < 8; ++i) {
-    const FeatureFrame frame = world.observe(driven(0.5 * i));
+    frame = world.observe(driven(0.5 * i));
     for (Feature& f : frame.features) {
-      if (i == 5 && f.slot < 20) {
+      if (i == 5 && f.slot < 40) {
         f.left_px.x() += 30.F;
         spoiled.insert(f.id);
       }
@@ -188,18 +189,21 @@ TEST(BodyTracks, OneFrameOfFlawsForgivesAFeature) {
     driver.step(frame);
     EXPECT_TRUE(driver.body().rejected_slots().empty());
     for (const Feature& f : frame.features) {
-      if (i == 5 && spoiled.contains(f.id)) {
-        EXPECT_FALSE(driver.body().agreed(f));
-      }
+      EXPECT_FALSE(i == 5 && spoiled.contains(f.id) && driver.body().agreed(f));
     }
   }
   std::set<std::uint32_t> live;
   for (const PointObservation& o : driver.body().estimate().frame_observations) {
     live.insert(o.point_id);
   }
-  const auto survived =
-      std::count_if(spoiled.begin(), spoiled.end(), [&live](std::uint32_t id) { return live.contains(id); });
-  EXPECT_GE(survived, static_cast<std::ptrdiff_t>(spoiled.size()) * 8 / 10);
+  int still_tracked = 0;
+  int survived = 0;
+  for (const Feature& f : frame.features) {
+    still_tracked += spoiled.contains(f.id) ? 1 : 0;
+    survived += spoiled.contains(f.id) && live.contains(f.id) ? 1 : 0;
+  }
+  EXPECT_GT(still_tracked, 20);
+  EXPECT_GE(survived, still_tracked - 2);
 }
 
 }  // namespace
