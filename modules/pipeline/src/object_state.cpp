@@ -11,6 +11,7 @@
 namespace kinetrace::pipeline {
 namespace {
 
+constexpr double kCutOffFactor = 4.0;             // Surface wander of an object that is partly outside the image.
 constexpr double kStartSigma_m = 0.5;             // Of the position handed to the stereo-only filter.
 constexpr std::size_t kMaxSightedFeatures = 256;  // Medians over more than this are no better.
 
@@ -47,6 +48,7 @@ std::size_t ObjectState::required_bytes(const PipelineConfig& config) {
 ObjectState::ObjectState(const PipelineConfig& config, const StereoGeometry& geometry, sfm::BodyReconstruction body,
                          Arena& arena)
     : config_(config.objects),
+      surface_sigma_m_(config.trajectory.surface_sigma_m),
       min_points_(config.object.min_inliers),
       min_disparity_px_(config.object.min_disparity_px),
       geometry_(geometry),
@@ -61,6 +63,7 @@ void ObjectState::begin(const Track& track) {
   confirmed_ = false;
   extended_ = false;
   placed_ = false;
+  reconstructed_ = false;
   predicted_frames_ = 0;
   status_ = BodyStatus::kInitializing;
   stereo_offset_m_.setZero();
@@ -122,12 +125,17 @@ void ObjectState::follow_without_body(const StereoSighting& sighting, const Came
                   kStartSigma_m * kStartSigma_m * Eigen::Matrix3d::Identity());
   }
   filter_.predict(timestamp_ns_);
-  const bool seen = sighting.features >= config_.stereo_only_min_features && camera.valid &&
-                    filter_.update(sighting.uvd_px, sighting.features, camera.T_world_cam);
+  // A reconstruction that ends because the object leaves the image is not continued from its remains.
+  const bool trusted = !(cut_off() && reconstructed_);
+  const double surface_sigma_m = cut_off() ? kCutOffFactor * surface_sigma_m_ : surface_sigma_m_;
+  const bool seen = trusted && sighting.features >= config_.stereo_only_min_features && camera.valid &&
+                    filter_.update(sighting.uvd_px, sighting.features, camera.T_world_cam, surface_sigma_m);
   T_world_obj_.translation = filter_.position_m() + T_world_obj_.rotation * stereo_offset_m_;
   covariance_.setZero();
   covariance_.topLeftCorner<3, 3>().diagonal().setConstant(1.0);  // A rotation that is not measured: about a radian.
-  covariance_.bottomRightCorner<3, 3>() = filter_.position_covariance();
+  // Where on the object the seen surface lies errs in common over frames: averaging does not make it surer.
+  covariance_.bottomRightCorner<3, 3>() =
+      filter_.position_covariance() + surface_sigma_m * surface_sigma_m * Eigen::Matrix3d::Identity();
   predicted_frames_ = seen ? 0 : predicted_frames_ + 1;
   status_ = seen ? BodyStatus::kStereoOnly
                  : (predicted_frames_ > config_.lost_after_frames ? BodyStatus::kLost : BodyStatus::kPropagated);
@@ -144,11 +152,12 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, const C
   }
   if (locate(frame, camera)) {
     status_ = BodyStatus::kTracked;
+    reconstructed_ = true;
     predicted_frames_ = 0;
     filter_.reset();
   } else {
     follow_without_body(sighting, camera);
-    if (rigid() && camera.valid && sighting.features >= min_points_) {
+    if (rigid() && camera.valid && sighting.features >= min_points_ && !(cut_off() && reconstructed_)) {
       // Enough points to build on, but none known that fit: the reconstruction (re)starts where stereo sees the object.
       body_.begin(T_world_obj_.inverse() * camera.T_world_cam, status_);
     }

@@ -74,6 +74,10 @@ class ObjectState {
   [[nodiscard]] bool rigid() const noexcept {
     return config_.rigid_pedestrians || body_.active() || track_.class_id != kPedestrianClass;
   }
+  /// Part of the object is outside the image: the middle of what is left of it says little about the whole.
+  [[nodiscard]] bool cut_off() const noexcept {
+    return track_.box_px.x0 <= 1 || track_.box_px.x1 >= geometry_.width_px - 1;
+  }
   [[nodiscard]] bool place(const StereoSighting& sighting, const CameraState& camera);
   [[nodiscard]] bool locate(const FeatureFrame& frame, const CameraState& camera);
   void follow_without_body(const StereoSighting& sighting, const CameraState& camera);
@@ -81,14 +85,16 @@ class ObjectState {
   void push_motion();
 
   ObjectConfig config_;
+  double surface_sigma_m_;
   int min_points_;
   double min_disparity_px_;
   StereoGeometry geometry_;
   Track track_;
   bool confirmed_ = false;
   bool extended_ = false;
-  bool placed_ = false;       ///< T_world_obj_ has been set since birth.
-  int predicted_frames_ = 0;  ///< In a row.
+  bool placed_ = false;         ///< T_world_obj_ has been set since birth.
+  bool reconstructed_ = false;  ///< Has been tracked by its reconstruction since birth.
+  int predicted_frames_ = 0;    ///< In a row.
   BodyStatus status_ = BodyStatus::kInitializing;
   sfm::BodyReconstruction body_;
   trajectory::ObjectMotion motion_;

@@ -274,9 +274,12 @@ std::span<const FeaturePrediction> Pipeline::Impl::predict_features(std::int64_t
   std::fill(out.predictions.begin(), out.predictions.end(), FeaturePrediction{});
   background.predict_features(previous_features, kBackground, timestamp_ns, out.predictions);
   for (const ObjectState& object : objects) {
-    if (object.in_use()) {
-      object.body().predict_features(previous_features, object.track().label(), timestamp_ns, out.predictions);
+    if (!object.in_use()) {
+      continue;
     }
+    // Until an object has shown how it moves, it is taken to stand still in the world.
+    const sfm::BodyReconstruction& body = object.body().history_size() < 2 ? background : object.body();
+    body.predict_features(previous_features, object.track().label(), timestamp_ns, out.predictions);
   }
   // What no body explains (a body without motion yet, a mover not yet told from the background) goes on as it went in
   // the image.

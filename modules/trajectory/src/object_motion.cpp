@@ -101,9 +101,9 @@ MotionEstimate ObjectMotion::at(std::size_t age) const noexcept {
   const bool was_moving = entry(age).was_moving || (age + 1 < size_ && entry(age + 1).was_moving);
   const double needed = config_.moving_significance * (was_moving ? kStopRatio : 1.0);
   const double chi_square = fit.velocity_mps.dot(estimate.covariance.ldlt().solve(fit.velocity_mps));
-  if (count >= kMinMovingSamples && chi_square > needed * needed) {
+  if (count >= kMinMovingSamples) {
     estimate.velocity_mps = fit.velocity_mps;
-    estimate.moving = fit.velocity_mps.norm() > config_.min_moving_speed_mps;
+    estimate.moving = chi_square > needed * needed && fit.velocity_mps.norm() > config_.min_moving_speed_mps;
   }
   return estimate;
 }

@@ -72,25 +72,28 @@ void StereoPositionFilter::predict(std::int64_t timestamp_ns) noexcept {
   covariance_ = transition * covariance_ * transition.transpose() + process_noise(dt_s);
 }
 
-void StereoPositionFilter::restart_at(const Eigen::Vector3d& uvd_px, double sigma_px, const Se3& T_world_cam) noexcept {
+void StereoPositionFilter::restart_at(const Eigen::Vector3d& uvd_px, double sigma_px, const Se3& T_world_cam,
+                                      double surface_sigma_m) noexcept {
   const Eigen::Vector3d p_cam = geometry_.triangulate(uvd_px.x(), uvd_px.y(), uvd_px.z());
   const Eigen::Matrix3d per_pixel = T_world_cam.rotation * predict_stereo(geometry_, p_cam).derivative.inverse();
   start(timestamp_ns_, T_world_cam * p_cam, Eigen::Vector3d::Zero(),
-        sigma_px * sigma_px * per_pixel * per_pixel.transpose());
+        sigma_px * sigma_px * per_pixel * per_pixel.transpose() +
+            surface_sigma_m * surface_sigma_m * Eigen::Matrix3d::Identity());
 }
 
-bool StereoPositionFilter::update(const Eigen::Vector3d& uvd_px, int features, const Se3& T_world_cam) noexcept {
+bool StereoPositionFilter::update(const Eigen::Vector3d& uvd_px, int features, const Se3& T_world_cam,
+                                  double surface_sigma_m) noexcept {
   if (features < 1 || !uvd_px.allFinite() || uvd_px.z() <= 0.0) {
     return false;
   }
   const double sigma_px =
       config_.stereo_sigma_px / std::sqrt(static_cast<double>(std::min(features, kMaxIndependentFeatures)));
   if (!initialised_) {
-    restart_at(uvd_px, sigma_px, T_world_cam);
+    restart_at(uvd_px, sigma_px, T_world_cam, surface_sigma_m);
     return true;
   }
   const Se3 T_cam_world = T_world_cam.inverse();
-  const Eigen::Matrix3d noise = sigma_px * sigma_px * Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
   const Eigen::Vector3d prior = position_;
   Eigen::Vector3d at = prior;  // Where the measurement is linearised.
   Eigen::Matrix<double, 6, 3> gain = Eigen::Matrix<double, 6, 3>::Zero();
@@ -105,6 +108,8 @@ bool StereoPositionFilter::update(const Eigen::Vector3d& uvd_px, int features, c
     }
     const Prediction predicted = predict_stereo(geometry_, p_cam);
     slope = predicted.derivative * T_cam_world.rotation;
+    noise = sigma_px * sigma_px * Eigen::Matrix3d::Identity() +
+            surface_sigma_m * surface_sigma_m * slope * slope.transpose();
     const Eigen::Matrix3d spread = slope * covariance_.topLeftCorner<3, 3>() * slope.transpose() + noise;
     const Eigen::Vector3d innovation = uvd_px - predicted.uvd_px - slope * (prior - at);
     const Eigen::LDLT<Eigen::Matrix3d> solver(spread);
@@ -117,7 +122,7 @@ bool StereoPositionFilter::update(const Eigen::Vector3d& uvd_px, int features, c
     if (++skipped_ < kMaxSkipped) {
       return false;
     }
-    restart_at(uvd_px, sigma_px, T_world_cam);
+    restart_at(uvd_px, sigma_px, T_world_cam, surface_sigma_m);
     return true;
   }
   skipped_ = 0;

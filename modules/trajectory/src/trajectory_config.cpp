@@ -32,6 +32,9 @@ Status TrajectoryConfig::validate() const {
   if (!inside(stereo_sigma_px, 0.01, 100.0)) {
     return out_of_range("stereo_sigma_px", "[0.01, 100]", std::to_string(stereo_sigma_px));
   }
+  if (!inside(surface_sigma_m, 0.0, 10.0)) {
+    return out_of_range("surface_sigma_m", "[0, 10]", std::to_string(surface_sigma_m));
+  }
   if (!(box_percentile > 0.0 && box_percentile < 0.4)) {
     return out_of_range("box_percentile", "(0, 0.4)", std::to_string(box_percentile));
   }

@@ -150,6 +150,8 @@ void visit_fields(Config& config, Visitor&& visit) {
   visit("trajectory.moving_significance", j.moving_significance, "speed over its standard deviation to become moving");
   visit("trajectory.max_acceleration_mps2", j.max_acceleration_mps2, "process noise of stereo-only objects, m/s^2");
   visit("trajectory.stereo_sigma_px", j.stereo_sigma_px, "standard deviation of a stereo position, px");
+  visit("trajectory.surface_sigma_m", j.surface_sigma_m,
+        "how far the middle of what is seen wanders over a stereo-only object, m");
   visit("trajectory.box_percentile", j.box_percentile, "points cut off at either end of a box's axes");
   visit("trajectory.min_box_size_m", j.min_box_size_m, "smallest edge of a box, m");
 

@@ -19,7 +19,7 @@ struct MotionSample {
 };
 
 struct MotionEstimate {
-  /// World frame, of the reference point. Zero unless it differs significantly from zero.
+  /// World frame, of the reference point, whether it differs significantly from zero or not.
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< Of the velocity.
   double yaw_rate_rad_s = 0.0;                           ///< About the world's y axis (down).

@@ -27,15 +27,18 @@ class StereoPositionFilter {
   /// points' medians. Errors of stereo are those of the image, so depth is as unsure as its square (iterated extended
   /// Kalman filter). An implausible one is skipped (false), unless that happens three times in a row: then the filter
   /// starts again there. Before `start`, it starts at the first position, at rest. False too without a positive
-  /// disparity or features.
-  bool update(const Eigen::Vector3d& uvd_px, int features, const Se3& T_world_cam) noexcept;
+  /// disparity or features. `surface_sigma_m` is how far the point seen may lie from the one that was followed so far:
+  /// the middle of the visible surface wanders over an object.
+  bool update(const Eigen::Vector3d& uvd_px, int features, const Se3& T_world_cam,
+              double surface_sigma_m = 0.0) noexcept;
 
   [[nodiscard]] const Eigen::Vector3d& position_m() const noexcept { return position_; }
   [[nodiscard]] const Eigen::Vector3d& velocity_mps() const noexcept { return velocity_; }
   [[nodiscard]] Eigen::Matrix3d position_covariance() const noexcept { return covariance_.topLeftCorner<3, 3>(); }
 
  private:
-  void restart_at(const Eigen::Vector3d& uvd_px, double sigma_px, const Se3& T_world_cam) noexcept;
+  void restart_at(const Eigen::Vector3d& uvd_px, double sigma_px, const Se3& T_world_cam,
+                  double surface_sigma_m) noexcept;
   [[nodiscard]] Matrix6d process_noise(double dt_s) const noexcept;
 
   TrajectoryConfig config_;

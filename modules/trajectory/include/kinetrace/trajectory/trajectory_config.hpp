@@ -11,6 +11,7 @@ struct TrajectoryConfig {
   double moving_significance = 4.0;    ///< Speed over its standard deviation to become moving; half of it to stop.
   double max_acceleration_mps2 = 4.0;  ///< Process noise of the stereo-only filter.
   double stereo_sigma_px = 0.5;        ///< Standard deviation of a stereo position's image coordinates.
+  double surface_sigma_m = 0.25;       ///< How far the middle of what is seen wanders over a stereo-only object.
   double box_percentile = 0.03;        ///< Points cut off at either end of each axis, (0, 0.4).
   double min_box_size_m = 0.2;         ///< Smallest edge of a box.
 
