@@ -6,6 +6,8 @@
 
 #include <Eigen/LU>
 
+#include "velocity_test.hpp"
+
 namespace kinetrace::segmentation {
 namespace {
 
@@ -17,11 +19,6 @@ constexpr int kMaxNeighbours = 24;
 /// A feature whose own velocity is this close to rest needs no second look (3 degrees of freedom: 39 % of static ones
 /// are looked at).
 constexpr float kCandidateChi2 = 3.F;
-/// 99 % of three normal variables squared.
-constexpr float kConsistentChi2 = 11.3F;
-/// Features of an object may differ by this because it turns or because a fit assumes a constant velocity.
-constexpr float kVelocitySlackMps = 0.3F;
-constexpr float kVelocitySlackRatio = 0.1F;
 /// Share of the neighbours at the same depth that must agree.
 constexpr float kMinAgreement = 0.4F;
 /// Depth over which one object extends.
@@ -33,15 +30,6 @@ constexpr int kMinClearFeatures = 3;
 constexpr float kSpeedMarginSigmas = 2.F;
 /// A feature joins a group when its motion is likelier by this much than rest (difference of chi-squares).
 constexpr float kAbsorbChi2 = 4.F;
-
-float mahalanobis_sq(const Eigen::Vector3f& difference, const Eigen::Matrix3f& covariance) {
-  return difference.dot(covariance.inverse() * difference);
-}
-
-Eigen::Matrix3f slack(const Eigen::Vector3f& velocity) {
-  const float sigma = kVelocitySlackMps + kVelocitySlackRatio * velocity.norm();
-  return sigma * sigma * Eigen::Matrix3f::Identity();
-}
 
 }  // namespace
 
@@ -147,7 +135,7 @@ void MotionClusters::pool(std::size_t i) {
   if (!own.known || own.static_chi2 < kCandidateChi2) {
     return;
   }
-  const Eigen::Matrix3f own_covariance = own.covariance + slack(own.velocity_mps);
+  const Eigen::Matrix3f own_covariance = own.covariance + velocity_slack(own.velocity_mps);
   // The feature's own velocity chose the neighbours; counting it as well would let its noise speak twice.
   Eigen::Matrix3f information = Eigen::Matrix3f::Zero();
   Eigen::Vector3f weighted = Eigen::Vector3f::Zero();
@@ -156,7 +144,7 @@ void MotionClusters::pool(std::size_t i) {
   for_each_neighbour(i, [&](std::size_t j) {
     const FeatureMotion& other = motions_[j];
     ++near;
-    if (mahalanobis_sq(other.velocity_mps - own.velocity_mps, own_covariance + other.covariance) < kConsistentChi2) {
+    if (mahalanobis_sq(other.velocity_mps - own.velocity_mps, own_covariance + other.covariance) < kSameVelocityChi2) {
       ++agreeing;
       information += other.information;
       weighted += other.information * other.velocity_mps;
@@ -206,8 +194,9 @@ void MotionClusters::join_neighbours() {
         return;
       }
       const Eigen::Vector3f difference = pooled_[i].velocity_mps - pooled_[j].velocity_mps;
-      const Eigen::Matrix3f covariance = pooled_[i].covariance + pooled_[j].covariance + slack(pooled_[i].velocity_mps);
-      if (mahalanobis_sq(difference, covariance) < kConsistentChi2) {
+      const Eigen::Matrix3f covariance =
+          pooled_[i].covariance + pooled_[j].covariance + velocity_slack(pooled_[i].velocity_mps);
+      if (mahalanobis_sq(difference, covariance) < kSameVelocityChi2) {
         const std::uint16_t a = root(static_cast<std::uint16_t>(i));
         const std::uint16_t b = root(static_cast<std::uint16_t>(j));
         parent_[std::max(a, b)] = std::min(a, b);
@@ -305,8 +294,8 @@ void MotionClusters::join_bodies() {
         continue;
       }
       const Eigen::Matrix3f covariance =
-          clusters_[a].covariance + clusters_[b].covariance + slack(clusters_[a].velocity_mps);
-      if (mahalanobis_sq(clusters_[a].velocity_mps - clusters_[b].velocity_mps, covariance) < kConsistentChi2) {
+          clusters_[a].covariance + clusters_[b].covariance + velocity_slack(clusters_[a].velocity_mps);
+      if (mahalanobis_sq(clusters_[a].velocity_mps - clusters_[b].velocity_mps, covariance) < kSameVelocityChi2) {
         std::replace(cluster_of_.begin(), cluster_of_.end(), static_cast<std::int16_t>(b),
                      static_cast<std::int16_t>(a));
       }
@@ -321,7 +310,7 @@ void MotionClusters::absorb() {
     }
     const FeatureMotion& own = motions_[i];
     std::int16_t best = -1;
-    float best_chi2 = std::min(kConsistentChi2, own.static_chi2 - kAbsorbChi2);
+    float best_chi2 = std::min(kSameVelocityChi2, own.static_chi2 - kAbsorbChi2);
     for_each_neighbour(i, [&](std::size_t j) {
       // Only members that moved by themselves draw others in, so that a group does not creep outwards.
       if (cluster_of_[j] < 0 || !moving(j)) {
@@ -329,7 +318,7 @@ void MotionClusters::absorb() {
       }
       const MotionCluster& cluster = clusters_[static_cast<std::size_t>(cluster_of_[j])];
       const float chi2 = mahalanobis_sq(own.velocity_mps - cluster.velocity_mps,
-                                        own.covariance + cluster.covariance + slack(cluster.velocity_mps));
+                                        own.covariance + cluster.covariance + velocity_slack(cluster.velocity_mps));
       if (chi2 < best_chi2) {
         best_chi2 = chi2;
         best = cluster_of_[j];

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include <Eigen/LU>
+#include "velocity_test.hpp"
 
 namespace kinetrace::segmentation {
 namespace {
@@ -11,18 +11,14 @@ namespace {
 constexpr int kMinHeldFeatures = 2;
 /// Frames without motion after which an unconfirmed region is given up.
 constexpr std::uint32_t kUnconfirmedGapFrames = 2;
-/// 99 % of three normal variables squared.
-constexpr float kConsistentChi2 = 11.3F;
 /// A feature leaves a moving region when rest explains it better by this much.
 constexpr float kLeaveChi2 = 4.F;
-/// A member that was never seen to move and whose motion stays unknown for longer has nothing to do with the region. One
-/// that was gets a whole window: when an object brakes, no constant velocity fits for so long.
+/// A member that was never seen to move and whose motion stays unknown for longer has nothing to do with the region.
+/// One that was gets a whole window: when an object brakes, no constant velocity fits for so long.
 constexpr int kMaxUnknownFrames = 4;
 /// An outline that falls below this part of the last one shown is not believed, for this many frames.
 constexpr float kShrinkRatio = 0.5F;
 constexpr int kMaxShrunkFrames = 6;
-constexpr float kSlackMps = 0.3F;
-constexpr float kSlackRatio = 0.1F;
 
 }  // namespace
 
@@ -143,12 +139,9 @@ void MotionMemory::assign_clusters(std::span<const MotionCluster> clusters,
 }
 
 bool MotionMemory::contradicts(const FeatureMotion& motion, const MotionRegion& region) const {
-  const Eigen::Vector3f difference = motion.velocity_mps - region.velocity_mps;
-  const float sigma = kSlackMps + kSlackRatio * region.velocity_mps.norm();
-  const Eigen::Matrix3f covariance =
-      motion.covariance + region.covariance + sigma * sigma * Eigen::Matrix3f::Identity();
-  const float moving_chi2 = difference.dot(covariance.inverse() * difference);
-  return moving_chi2 > kConsistentChi2 || moving_chi2 > motion.static_chi2 + kLeaveChi2;
+  const float moving_chi2 = mahalanobis_sq(motion.velocity_mps - region.velocity_mps,
+                                           motion.covariance + region.covariance + velocity_slack(region.velocity_mps));
+  return moving_chi2 > kSameVelocityChi2 || moving_chi2 > motion.static_chi2 + kLeaveChi2;
 }
 
 // Members of clusters take their cluster's region. Others stay where they were while nothing speaks against it: a

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/LU>
+#include "velocity_test.hpp"
 
 namespace kinetrace::segmentation {
 namespace {
@@ -19,8 +19,8 @@ constexpr int kFewMembers = 8;
 constexpr std::size_t kRimDirections = 8;
 constexpr float kMinMarginPx = 5.F;
 constexpr float kMaxMarginPx = 24.F;
-/// 97 % of three normal variables squared.
-constexpr float kDistinctChi2 = 9.F;
+/// (m/s)^2 by which velocities on one object may differ.
+constexpr float kVelocityVariance = 0.1F;
 /// Relative difference of disparity that tells a resting object from its surroundings.
 constexpr float kDistinctDisparityRatio = 0.15F;
 
@@ -38,30 +38,35 @@ float hull_area(std::span<const Eigen::Vector2f> hull) noexcept {
   return 0.5F * std::abs(twice);
 }
 
-float nearest_sq(std::span<const Eigen::Vector2f> points, const Eigen::Vector2f& p) noexcept {
-  float best = std::numeric_limits<float>::max();
-  for (const Eigen::Vector2f& q : points) {
-    best = std::min(best, (q - p).squaredNorm());
-  }
-  return best;
-}
+/// The part of a row y that a convex polygon covers; first > last when none.
+struct Interval {
+  float first = std::numeric_limits<float>::max();
+  float last = std::numeric_limits<float>::lowest();
+};
 
-/// Inside the convex polygon.
-bool within(std::span<const Eigen::Vector2f> hull, const Eigen::Vector2f& p) noexcept {
+Interval row_of(std::span<const Eigen::Vector2f> hull, float y) noexcept {
+  Interval row;
   for (std::size_t i = 0; i < hull.size(); ++i) {
-    const Eigen::Vector2f edge = hull[(i + 1) % hull.size()] - hull[i];
-    const Eigen::Vector2f to_p = p - hull[i];
-    if (edge.x() * to_p.y() - edge.y() * to_p.x() < 0.F) {
-      return false;
+    const Eigen::Vector2f& a = hull[i];
+    const Eigen::Vector2f& b = hull[(i + 1) % hull.size()];
+    if (y < std::min(a.y(), b.y()) || y > std::max(a.y(), b.y())) {
+      continue;
     }
+    const float s = a.y() == b.y() ? 0.F : (y - a.y()) / (b.y() - a.y());
+    const float x = a.x() + s * (b.x() - a.x());
+    row.first = std::min(row.first, x);
+    row.last = std::max(row.last, x);
   }
-  return true;
+  return row;
 }
 
 }  // namespace
 
 RegionMask::RegionMask(const StereoGeometry& geometry, int max_features, int max_objects, int min_area_px, Arena& arena)
-    : geometry_(geometry), min_area_px_(min_area_px) {
+    : geometry_(geometry),
+      min_area_px_(min_area_px),
+      grid_width_((geometry.width_px + kCellPx - 1) / kCellPx),
+      grid_height_((geometry.height_px + kCellPx - 1) / kCellPx) {
   const auto n = static_cast<std::size_t>(max_features);
   labels_ = take_image<std::uint8_t>(arena, geometry.width_px, geometry.height_px);
   detections_ = FixedVector<Detection>(arena, static_cast<std::size_t>(max_objects));
@@ -71,6 +76,8 @@ RegionMask::RegionMask(const StereoGeometry& geometry, int max_features, int max
   rim_ = FixedVector<Eigen::Vector2f>(arena, kRimDirections * n);
   others_ = FixedVector<Eigen::Vector2f>(arena, n);
   hull_ = FixedVector<Eigen::Vector2f>(arena, 2 * kRimDirections * n + 2);
+  nearest_seed_ =
+      arena.take<std::int16_t>(static_cast<std::size_t>(grid_width_) * static_cast<std::size_t>(grid_height_));
   scratch_ = arena.take<float>(n);
 }
 
@@ -186,9 +193,9 @@ void RegionMask::take_others(const Outline& outline, std::span<const Feature> fe
     }
     bool distinct = false;
     if (region.moving) {
-      const Eigen::Vector3f difference = motions[i].velocity_mps - region.velocity_mps;
-      const Eigen::Matrix3f covariance = motions[i].covariance + region.covariance + 0.1F * Eigen::Matrix3f::Identity();
-      distinct = difference.dot(covariance.inverse() * difference) > kDistinctChi2;
+      const Eigen::Matrix3f covariance =
+          motions[i].covariance + region.covariance + kVelocityVariance * Eigen::Matrix3f::Identity();
+      distinct = mahalanobis_sq(motions[i].velocity_mps - region.velocity_mps, covariance) > kSameVelocityChi2;
     } else {
       distinct = std::abs(features[i].disparity_px() - outline.disparity_px) >
                  std::max(2.F, kDistinctDisparityRatio * outline.disparity_px);
@@ -230,25 +237,77 @@ float RegionMask::margin_px(const Outline& outline) const noexcept {
 }
 
 void RegionMask::fill(const Outline& outline) {
-  Eigen::Vector2f low = hull_[0];
-  Eigen::Vector2f high = hull_[0];
+  PixelBox cells;
   for (const Eigen::Vector2f& p : hull_) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
+    cells.include(std::clamp(static_cast<int>(p.x()) / kCellPx, 0, grid_width_ - 1),
+                  std::clamp(static_cast<int>(p.y()) / kCellPx, 0, grid_height_ - 1));
   }
-  const int x0 = std::max(0, static_cast<int>(low.x()) / kCellPx * kCellPx);
-  const int y0 = std::max(0, static_cast<int>(low.y()) / kCellPx * kCellPx);
-  for (int y = y0; y < labels_.height && static_cast<float>(y) <= high.y(); y += kCellPx) {
-    for (int x = x0; x < labels_.width && static_cast<float>(x) <= high.x(); x += kCellPx) {
-      const Eigen::Vector2f center(static_cast<float>(x) + 0.5F * (kCellPx - 1),
-                                   static_cast<float>(y) + 0.5F * (kCellPx - 1));
-      if (!within(hull_.span(), center) || nearest_sq(members_.span(), center) > nearest_sq(others_.span(), center)) {
+  find_nearest_seeds(cells);
+  const auto member_count = static_cast<std::int16_t>(members_.size());
+  for (int cy = cells.y0; cy < cells.y1; ++cy) {
+    const Interval inside = row_of(hull_.span(), cell_center(0, cy).y());
+    for (int cx = cells.x0; cx < cells.x1; ++cx) {
+      const float x = cell_center(cx, cy).x();
+      if (x < inside.first || x > inside.last || nearest_seed(cx, cy) >= member_count) {
         continue;
       }
-      for (int row = y; row < std::min(y + kCellPx, labels_.height); ++row) {
-        std::fill(labels_.row(row) + x, labels_.row(row) + std::min(x + kCellPx, labels_.width), outline.label);
+      const int x0 = cx * kCellPx;
+      for (int y = cy * kCellPx; y < std::min((cy + 1) * kCellPx, labels_.height); ++y) {
+        std::fill(labels_.row(y) + x0, labels_.row(y) + std::min(x0 + kCellPx, labels_.width), outline.label);
       }
     }
+  }
+}
+
+// Nearest feature of each cell, members first, then others: distance propagation in two sweeps (Danielsson 1980), with
+// the features' exact places.
+void RegionMask::find_nearest_seeds(const PixelBox& cells) {
+  for (int cy = cells.y0; cy < cells.y1; ++cy) {
+    std::fill(&nearest_seed(cells.x0, cy), &nearest_seed(cells.x1 - 1, cy) + 1, kNoSeed);
+  }
+  const auto seed_at = [&](std::int16_t seed) -> const Eigen::Vector2f& {
+    const auto i = static_cast<std::size_t>(seed);
+    return i < members_.size() ? members_[i] : others_[i - members_.size()];
+  };
+  const auto offer = [&](int cx, int cy, std::int16_t seed) {
+    std::int16_t& held = nearest_seed(cx, cy);
+    if (seed == kNoSeed || seed == held) {
+      return;
+    }
+    const Eigen::Vector2f center = cell_center(cx, cy);
+    if (held == kNoSeed || (seed_at(seed) - center).squaredNorm() < (seed_at(held) - center).squaredNorm()) {
+      held = seed;
+    }
+  };
+  const auto seeds = static_cast<std::int16_t>(members_.size() + others_.size());
+  for (std::int16_t seed = 0; seed < seeds; ++seed) {
+    const int cx = static_cast<int>(seed_at(seed).x()) / kCellPx;
+    const int cy = static_cast<int>(seed_at(seed).y()) / kCellPx;
+    if (cx >= cells.x0 && cx < cells.x1 && cy >= cells.y0 && cy < cells.y1) {
+      offer(cx, cy, seed);
+    }
+  }
+  const auto offer_from = [&](int cx, int cy, int dx, int dy) {
+    if (cx + dx >= cells.x0 && cx + dx < cells.x1 && cy + dy >= cells.y0 && cy + dy < cells.y1) {
+      offer(cx, cy, nearest_seed(cx + dx, cy + dy));
+    }
+  };
+  const auto sweep_row = [&](int cy, int dy) {
+    for (int cx = cells.x0; cx < cells.x1; ++cx) {
+      offer_from(cx, cy, -1, dy);
+      offer_from(cx, cy, 0, dy);
+      offer_from(cx, cy, 1, dy);
+      offer_from(cx, cy, -1, 0);
+    }
+    for (int cx = cells.x1; cx-- > cells.x0;) {
+      offer_from(cx, cy, 1, 0);
+    }
+  };
+  for (int cy = cells.y0; cy < cells.y1; ++cy) {
+    sweep_row(cy, -1);
+  }
+  for (int cy = cells.y1; cy-- > cells.y0;) {
+    sweep_row(cy, 1);
   }
 }
 

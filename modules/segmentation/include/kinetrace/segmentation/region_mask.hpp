@@ -56,11 +56,24 @@ class RegionMask {
                    const MotionMemory& memory);
   void build_hull();
   void fill(const Outline& outline);
+  void find_nearest_seeds(const PixelBox& cells);
+  [[nodiscard]] std::int16_t& nearest_seed(int cx, int cy) const noexcept {
+    return nearest_seed_[static_cast<std::size_t>(cy) * static_cast<std::size_t>(grid_width_) +
+                         static_cast<std::size_t>(cx)];
+  }
+  [[nodiscard]] static Eigen::Vector2f cell_center(int cx, int cy) noexcept {
+    constexpr float kHalf = 0.5F * (kCellPx - 1);
+    return {static_cast<float>(cx * kCellPx) + kHalf, static_cast<float>(cy * kCellPx) + kHalf};
+  }
   void measure();
   [[nodiscard]] float margin_px(const Outline& outline) const noexcept;
 
+  static constexpr std::int16_t kNoSeed = -1;
+
   StereoGeometry geometry_;
   int min_area_px_ = 0;
+  int grid_width_ = 0;
+  int grid_height_ = 0;
   MutableLabelView labels_;
   FixedVector<Detection> detections_;
   FixedVector<Outline> outlines_;
@@ -70,6 +83,7 @@ class RegionMask {
   FixedVector<Eigen::Vector2f> rim_;  ///< Members, widened by the margin.
   FixedVector<Eigen::Vector2f> others_;
   FixedVector<Eigen::Vector2f> hull_;
+  std::span<std::int16_t> nearest_seed_;  ///< Per cell of the region being drawn.
   std::span<float> scratch_;
 };
 
