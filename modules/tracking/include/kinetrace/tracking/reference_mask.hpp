@@ -84,7 +84,9 @@ class ReferenceMask {
     return bits_.data() + static_cast<std::ptrdiff_t>(y) * row_bytes_;
   }
   [[nodiscard]] bool covers(int x, int y) const noexcept {
-    return x >= box_.x0 && x < box_.x1 && y >= box_.y0 && y < box_.y1 &&
+    // Unsigned differences test both ends of an interval at once.
+    return static_cast<unsigned>(x - box_.x0) < static_cast<unsigned>(box_.width()) &&
+           static_cast<unsigned>(y - box_.y0) < static_cast<unsigned>(box_.height()) &&
            ((row(y)[x >> 3] >> (static_cast<unsigned>(x) & 7U)) & 1U) != 0;
   }
 
