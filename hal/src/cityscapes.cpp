@@ -57,6 +57,7 @@ Result<City> choose_city(const DatasetSpec& spec) {
                                           "leftImg8bit/SPLIT/CITY); give the folder that holds leftImg8bit");
   }
   std::vector<std::string> names;
+  names.reserve(all.size());
   for (const City& city : all) {
     names.push_back(city.name);
   }

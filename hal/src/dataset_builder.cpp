@@ -80,7 +80,7 @@ std::vector<std::int64_t> numbers_of(const std::vector<Member>& members, Numberi
 // per frame.
 Result<std::vector<std::int64_t>> times_from_file(const std::filesystem::path& path,
                                                   const std::vector<std::int64_t>& numbers) {
-  const Result<std::vector<std::int64_t>> lines = read_times_ns(path);
+  Result<std::vector<std::int64_t>> lines = read_times_ns(path);
   if (!lines) {
     return lines;
   }
@@ -138,8 +138,8 @@ Status add_frames(const SequenceFiles& files, Dataset& dataset) {
   dataset.frames = FrameList(files.left.files, files.right.files);
   for (std::size_t i = 0; i < members.size(); ++i) {
     const Member& member = members[i];
-    const Status added = dataset.frames.add({numbers[i], times_ns[i], member.left ? member.stem : std::string_view(),
-                                             member.right ? member.stem : std::string_view()});
+    Status added = dataset.frames.add({numbers[i], times_ns[i], member.left ? member.stem : std::string_view(),
+                                       member.right ? member.stem : std::string_view()});
     if (!added) {
       return added;
     }
@@ -186,7 +186,7 @@ Result<ImageSize> probe_image_size(const FrameList& frames) {
 
 Status check_calibration(Dataset& dataset, const ImageSize& size) {
   const RigCalibration& calibration = dataset.calibration;
-  if (const Status valid = dataset.calibration.validate(); !valid) {
+  if (Status valid = dataset.calibration.validate(); !valid) {
     return valid;
   }
   if (calibration.raw_width_px() != size.width_px || calibration.raw_height_px() != size.height_px) {

@@ -74,6 +74,22 @@ Result<std::vector<TimedImage>> read_image_list(const fs::path& camera, const Im
   return list;
 }
 
+std::int64_t distance_ns(const TimedImage& a, const TimedImage& b) {
+  return std::abs(a.time_ns - b.time_ns);
+}
+
+// Whether images[i] finds no partner: the next of the other side comes too late for it, or suits its successor better.
+bool stands_alone(const std::vector<TimedImage>& images, std::size_t i, const std::vector<TimedImage>& others,
+                  std::size_t other, std::int64_t period_ns) {
+  if (i == images.size()) {
+    return false;
+  }
+  if (other == others.size() || images[i].time_ns + period_ns / 2 < others[other].time_ns) {
+    return true;
+  }
+  return i + 1 < images.size() && distance_ns(images[i + 1], others[other]) < distance_ns(images[i], others[other]);
+}
+
 // Pairs each left image with the nearest right one within half a period; both lists ascend in time. What finds no
 // partner becomes a frame with one side.
 std::vector<std::pair<const TimedImage*, const TimedImage*>> matched(const std::vector<TimedImage>& left,
@@ -82,16 +98,11 @@ std::vector<std::pair<const TimedImage*, const TimedImage*>> matched(const std::
   std::vector<std::pair<const TimedImage*, const TimedImage*>> pairs;
   std::size_t l = 0;
   std::size_t r = 0;
-  const auto distance = [](const TimedImage& a, const TimedImage& b) { return std::abs(a.time_ns - b.time_ns); };
   while (l < left.size() || r < right.size()) {
-    if (r == right.size() || (l < left.size() && left[l].time_ns + period_ns / 2 < right[r].time_ns)) {
+    if (stands_alone(left, l, right, r, period_ns)) {
       pairs.emplace_back(&left[l++], nullptr);
-    } else if (l == left.size() || right[r].time_ns + period_ns / 2 < left[l].time_ns) {
+    } else if (stands_alone(right, r, left, l, period_ns)) {
       pairs.emplace_back(nullptr, &right[r++]);
-    } else if (r + 1 < right.size() && distance(left[l], right[r + 1]) < distance(left[l], right[r])) {
-      pairs.emplace_back(nullptr, &right[r++]);
-    } else if (l + 1 < left.size() && distance(left[l + 1], right[r]) < distance(left[l], right[r])) {
-      pairs.emplace_back(&left[l++], nullptr);
     } else {
       pairs.emplace_back(&left[l++], &right[r++]);
     }
@@ -110,9 +121,8 @@ Status add_frames(const std::vector<TimedImage>& left, const std::vector<TimedIm
   const std::vector<std::int64_t> numbers = numbers_from_times(times_ns, period_ns);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const auto& [left_image, right_image] = pairs[i];
-    const Status added =
-        frames.add({numbers[i], times_ns[i], left_image != nullptr ? left_image->stem : std::string_view(),
-                    right_image != nullptr ? right_image->stem : std::string_view()});
+    Status added = frames.add({numbers[i], times_ns[i], left_image != nullptr ? left_image->stem : std::string_view(),
+                               right_image != nullptr ? right_image->stem : std::string_view()});
     if (!added) {
       return added;
     }

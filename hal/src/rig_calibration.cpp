@@ -56,8 +56,8 @@ Status check_pinhole(const std::string& source, std::string_view eye, double fx,
 }
 
 Status check_camera(const std::string& source, std::string_view eye, const CameraModel& camera) {
-  const Status pinhole = check_pinhole(source, eye, camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px,
-                                       camera.width_px, camera.height_px);
+  Status pinhole = check_pinhole(source, eye, camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px, camera.width_px,
+                                 camera.height_px);
   if (!pinhole) {
     return pinhole;
   }
@@ -124,8 +124,7 @@ Status validate_given(const std::string& source, RectifyingTransforms& given) {
 }
 
 Status validate_transform(const std::string& source, Se3& T_right_left) {
-  if (const Status rotation = repair_rotation(source, "the rotation between the eyes", T_right_left.rotation);
-      !rotation) {
+  if (Status rotation = repair_rotation(source, "the rotation between the eyes", T_right_left.rotation); !rotation) {
     return rotation;
   }
   if (T_right_left.rotation(2, 2) < kMinForwardAgreement) {

@@ -29,7 +29,7 @@ std::optional<std::string> duplicate_key(const YAML::Node& node) {
 std::optional<std::string> append_numbers(const YAML::Node& node, std::vector<double>& numbers) {
   if (node.IsSequence()) {
     for (const YAML::Node& element : node) {
-      if (const auto problem = append_numbers(element, numbers)) {
+      if (auto problem = append_numbers(element, numbers)) {
         return problem;
       }
     }
