@@ -6,13 +6,12 @@
 #include "kinetrace/core/allocation_counter.hpp"
 
 extern "C" {
-void* __libc_malloc(std::size_t bytes);  // NOLINT(bugprone-reserved-identifier,readability-identifier-naming)
-void* __libc_calloc(std::size_t count,
-                    std::size_t bytes);  // NOLINT(bugprone-reserved-identifier,readability-identifier-naming)
-void* __libc_realloc(void* block,
-                     std::size_t bytes);  // NOLINT(bugprone-reserved-identifier,readability-identifier-naming)
-void* __libc_memalign(std::size_t alignment,
-                      std::size_t bytes);  // NOLINT(bugprone-reserved-identifier,readability-identifier-naming)
+// NOLINTBEGIN(bugprone-reserved-identifier,readability-identifier-naming): glibc's names.
+void* __libc_malloc(std::size_t bytes);
+void* __libc_calloc(std::size_t count, std::size_t bytes);
+void* __libc_realloc(void* block, std::size_t bytes);
+void* __libc_memalign(std::size_t alignment, std::size_t bytes);
+// NOLINTEND(bugprone-reserved-identifier,readability-identifier-naming)
 
 void* malloc(std::size_t bytes) {
   kinetrace::detail::count_allocation();

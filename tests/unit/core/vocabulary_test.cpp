@@ -1,7 +1,6 @@
-#include "kinetrace/core/memory_plan.hpp"
-
 #include <gtest/gtest.h>
 
+#include "kinetrace/core/memory_plan.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/core/stage.hpp"
 

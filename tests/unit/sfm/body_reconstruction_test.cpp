@@ -14,7 +14,6 @@ namespace kinetrace::sfm {
 namespace {
 
 using kinetrace::test::driven;
-using kinetrace::test::rotation_error_deg;
 using kinetrace::test::street_rig;
 using kinetrace::test::SyntheticWorld;
 using kinetrace::test::turned;

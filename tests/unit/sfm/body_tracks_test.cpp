@@ -163,7 +163,7 @@ TEST(BodyTracks, PointsOfOneEyeComeFromTemporalViews) {
   std::vector<double> relative_error;
   for (const BodyPoint& p : driver.body().estimate().points) {
     if (one_eyed.contains(p.id) && p.observations >= 6) {
-      const Eigen::Vector3d truth = world.point_of(p.id);
+      const Eigen::Vector3d& truth = world.point_of(p.id);
       relative_error.push_back((p.position_m.cast<double>() - truth).norm() / (truth - driven(8.8).translation).norm());
     }
   }

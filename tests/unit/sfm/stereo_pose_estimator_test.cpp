@@ -43,7 +43,7 @@ class Scene {
       observations[i].u_right_px = observations[i].u_left_px - static_cast<float>(uniform(1.0, 100.0));
     }
   }
-  [[nodiscard]] const Se3& T_cam_body() const { return T_cam_body_; }
+  [[nodiscard]] const Se3& truth() const { return T_cam_body_; }
   [[nodiscard]] const StereoGeometry& rig() const { return rig_; }
   [[nodiscard]] Se3 off_by(double angle_rad, double metres) const {
     Vector6d xi = Vector6d::Zero();
@@ -75,7 +75,7 @@ TEST(StereoPoseEstimator, IsExactWithoutNoise) {
     ASSERT_TRUE(e.valid) << n;
     EXPECT_EQ(e.inliers, static_cast<int>(n));
     EXPECT_LT(scene.position_error_m(e), n == 3 ? 1e-3 : 1e-4) << n;  // Pixels are floats.
-    EXPECT_LT(rotation_error_deg(e.T_cam_body, scene.T_cam_body()), n == 3 ? 1e-2 : 1e-3) << n;
+    EXPECT_LT(rotation_error_deg(e.T_cam_body, scene.truth()), n == 3 ? 1e-2 : 1e-3) << n;
   }
 }
 
@@ -83,7 +83,7 @@ TEST(StereoPoseEstimator, FewerThanThreePointsAreNoPose) {
   for (const std::size_t n : {0, 1, 2}) {
     Scene scene(n, 1);
     std::vector<std::uint8_t> inlier(n, 1);
-    const PoseEstimate e = scene.estimator().estimate(scene.observe(0.0), scene.T_cam_body(), inlier);
+    const PoseEstimate e = scene.estimator().estimate(scene.observe(0.0), scene.truth(), inlier);
     EXPECT_FALSE(e.valid);
     EXPECT_EQ(std::count(inlier.begin(), inlier.end(), 1), 0);
   }
@@ -96,7 +96,7 @@ TEST(StereoPoseEstimator, NoiseLeavesMillimetres) {
   ASSERT_TRUE(e.valid);
   EXPECT_GT(e.inliers, 495);
   EXPECT_LT(scene.position_error_m(e), 0.01);
-  EXPECT_LT(rotation_error_deg(e.T_cam_body, scene.T_cam_body()), 0.02);
+  EXPECT_LT(rotation_error_deg(e.T_cam_body, scene.truth()), 0.02);
 }
 
 TEST(StereoPoseEstimator, FindsThePoseAmongFortyPercentOutliers) {
@@ -110,7 +110,7 @@ TEST(StereoPoseEstimator, FindsThePoseAmongFortyPercentOutliers) {
     EXPECT_LE(std::count(inlier.begin(), inlier.begin() + 40, 1), 1);
     EXPECT_GE(std::count(inlier.begin() + 40, inlier.end(), 1), 58);
     EXPECT_LT(scene.position_error_m(e), 0.03) << "seed " << seed;
-    EXPECT_LT(rotation_error_deg(e.T_cam_body, scene.T_cam_body()), 0.1) << "seed " << seed;
+    EXPECT_LT(rotation_error_deg(e.T_cam_body, scene.truth()), 0.1) << "seed " << seed;
   }
 }
 
@@ -119,7 +119,7 @@ TEST(StereoPoseEstimator, NothingButOutliersIsHardlyEverAPose) {
   auto observations = scene.observe(kSigma_px);
   scene.spoil(observations, 100);
   std::vector<std::uint8_t> inlier(100);
-  const PoseEstimate e = scene.estimator().estimate(observations, scene.T_cam_body(), inlier);
+  const PoseEstimate e = scene.estimator().estimate(observations, scene.truth(), inlier);
   EXPECT_LT(e.inliers, 8);
 }
 
@@ -127,11 +127,11 @@ TEST(StereoPoseEstimator, PointsBehindTheCameraNeverAgree) {
   Scene scene(60, 3);
   auto observations = scene.observe(kSigma_px);
   for (std::size_t i = 0; i < 10; ++i) {  // The mirrored point projects to the same place.
-    const Eigen::Vector3d p_cam = scene.T_cam_body() * observations[i].p_body;
-    observations[i].p_body = scene.T_cam_body().inverse() * Eigen::Vector3d(-p_cam);
+    const Eigen::Vector3d p_cam = scene.truth() * observations[i].p_body;
+    observations[i].p_body = scene.truth().inverse() * Eigen::Vector3d(-p_cam);
   }
   std::vector<std::uint8_t> inlier(60);
-  const PoseEstimate e = scene.estimator().estimate(observations, scene.T_cam_body(), inlier);
+  const PoseEstimate e = scene.estimator().estimate(observations, scene.truth(), inlier);
   ASSERT_TRUE(e.valid);
   EXPECT_EQ(std::count(inlier.begin(), inlier.begin() + 10, 1), 0);
   EXPECT_LT(scene.position_error_m(e), 0.05);
@@ -140,7 +140,7 @@ TEST(StereoPoseEstimator, PointsBehindTheCameraNeverAgree) {
 TEST(StereoPoseEstimator, EveryPointBehindTheCameraIsNoPose) {
   Scene scene(20, 3);
   auto observations = scene.observe(0.0);
-  const Se3 facing_away{so3_exp({0.0, 3.14159, 0.0}) * scene.T_cam_body().rotation, Eigen::Vector3d::Zero()};
+  const Se3 facing_away{so3_exp({0.0, 3.14159, 0.0}) * scene.truth().rotation, Eigen::Vector3d::Zero()};
   for (PoseObservation& o : observations) {
     o.p_body = facing_away.inverse() * Eigen::Vector3d(0.0, 0.0, -10.0);
   }
@@ -168,9 +168,9 @@ TEST(StereoPoseEstimator, CovarianceMatchesMonteCarlo) {
   Matrix6d claimed = Matrix6d::Zero();
   std::vector<std::uint8_t> inlier(60);
   for (int trial = 0; trial < kTrials; ++trial) {
-    const PoseEstimate e = scene.estimator().estimate(scene.observe(kSigma_px), scene.T_cam_body(), inlier);
+    const PoseEstimate e = scene.estimator().estimate(scene.observe(kSigma_px), scene.truth(), inlier);
     ASSERT_TRUE(e.valid);
-    const Vector6d error = left_difference(scene.T_cam_body(), e.T_cam_body);
+    const Vector6d error = left_difference(scene.truth(), e.T_cam_body);
     sampled += error * error.transpose() / kTrials;
     claimed += e.covariance / kTrials;
   }
