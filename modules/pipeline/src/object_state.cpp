@@ -61,6 +61,7 @@ void ObjectState::begin(const Track& track) {
   body_.reset();
   track_ = track;
   confirmed_ = false;
+  ended_ = false;
   extended_ = false;
   placed_ = false;
   reconstructed_ = false;
@@ -73,6 +74,7 @@ void ObjectState::begin(const Track& track) {
 }
 
 void ObjectState::end() {
+  ended_ = true;
   if (body_.active()) {
     body_.end();
   }

@@ -39,6 +39,8 @@ class ObjectState {
   [[nodiscard]] static std::size_t required_bytes(const PipelineConfig& config);
 
   [[nodiscard]] bool in_use() const noexcept { return track_.id != 0; }
+  /// In use, and its track has not ended with this frame.
+  [[nodiscard]] bool alive() const noexcept { return in_use() && !ended_; }
   [[nodiscard]] const Track& track() const noexcept { return track_; }
   [[nodiscard]] bool confirmed() const noexcept { return confirmed_; }
 
@@ -91,6 +93,7 @@ class ObjectState {
   StereoGeometry geometry_;
   Track track_;
   bool confirmed_ = false;
+  bool ended_ = false;
   bool extended_ = false;
   bool placed_ = false;         ///< T_world_obj_ has been set since birth.
   bool reconstructed_ = false;  ///< Has been tracked by its reconstruction since birth.

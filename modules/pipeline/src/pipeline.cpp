@@ -252,12 +252,13 @@ Result<const FrameResult*> Pipeline::process(const RectifiedPair& pair, StageObs
 }
 
 Status Pipeline::Impl::check(const RectifiedPair& pair) const {
-  if (pair.left.width != geometry.width_px || pair.left.height != geometry.height_px ||
-      pair.right.width != geometry.width_px || pair.right.height != geometry.height_px) {
-    return fail(ErrorCode::kInvalidArgument,
-                "frame " + std::to_string(pair.frame_index) + " is " + std::to_string(pair.left.width) + "x" +
-                    std::to_string(pair.left.height) + ", the pipeline was made for " +
-                    std::to_string(geometry.width_px) + "x" + std::to_string(geometry.height_px));
+  for (const GrayView& eye : {pair.left, pair.right}) {
+    if (eye.empty() || eye.width != geometry.width_px || eye.height != geometry.height_px) {
+      return fail(ErrorCode::kInvalidArgument,
+                  "frame " + std::to_string(pair.frame_index) + " has an image of " + std::to_string(eye.width) + "x" +
+                      std::to_string(eye.height) + ", the pipeline was made for " + std::to_string(geometry.width_px) +
+                      "x" + std::to_string(geometry.height_px));
+    }
   }
   if (started && pair.timestamp_ns <= last_timestamp_ns) {
     return fail(ErrorCode::kInvalidArgument,
@@ -347,7 +348,7 @@ Status Pipeline::Impl::refine() {
   background.conclude(*summary);
   const CameraState camera = camera_at(0);
   for (ObjectState& object : objects) {
-    if (!object.in_use()) {
+    if (!object.alive()) {
       continue;
     }
     BundleSummary object_summary;
@@ -388,7 +389,7 @@ void Pipeline::Impl::settle(const RectifiedPair& pair) {
   kept.timestamp_ns = pair.timestamp_ns;
   for (std::size_t slot = 0; slot < objects.size(); ++slot) {
     const ObjectState& object = objects[slot];
-    if (object.in_use() && object.status() != BodyStatus::kInitializing) {
+    if (object.alive() && object.status() != BodyStatus::kInitializing) {
       KeptObject& entry = kept.objects[kept.object_count++];
       entry = KeptObject{.result = {}, .slot = static_cast<std::uint8_t>(slot), .confirmed = false};
       object.report(entry.result);
@@ -404,9 +405,12 @@ void Pipeline::Impl::revise_ring() {
     const CameraState camera = camera_at(age);
     for (KeptObject& entry : kept.objects.first(kept.object_count)) {
       ObjectState& object = objects[entry.slot];
-      if (object.track().id == entry.result.track_id) {
+      if (object.alive() && object.track().id == entry.result.track_id) {
         object.revise(age, camera, entry.result);
         entry.confirmed = object.confirmed();
+      } else {
+        // Its track has ended: only the camera is still being refined.
+        entry.result.T_world_obj = camera.T_world_cam * entry.result.T_obj_cam.inverse();
       }
     }
   }
@@ -414,7 +418,7 @@ void Pipeline::Impl::revise_ring() {
     KeptFrame& kept = out.ring.frame(age);
     for (KeptObject& entry : kept.objects.first(kept.object_count)) {
       const ObjectState& object = objects[entry.slot];
-      if (object.track().id == entry.result.track_id) {
+      if (object.alive() && object.track().id == entry.result.track_id) {
         object.describe_motion(age, entry.result);
       }
     }
@@ -494,7 +498,7 @@ FrameCounters Pipeline::Impl::counters() const {
   c.features_dropped = f.dropped;
   c.stereo_matched = f.stereo_matched;
   c.detections = s.detections;
-  c.detections_dropped = s.detections_dropped;
+  c.detections_dropped = s.detections_dropped + tracker.counters().detections_dropped;
   c.detection_frames_missing = s.frames_missing + s.frames_unreadable;
   c.tracks_born = tracks_born;
   c.tracks_confirmed = tracks_confirmed;

@@ -18,6 +18,7 @@ namespace kinetrace::pipeline {
 [[nodiscard]] constexpr sfm::BodyConfig default_object_config() noexcept {
   sfm::BodyConfig config;
   config.max_points = 160;
+  config.keyframe_motion_px = 2.0;  // A turning object shows new sides long before it has moved far in the image.
   return config;
 }
 
@@ -54,7 +55,8 @@ namespace detail {
 
 template <typename Body, typename Visitor>
 void visit_body(Body& body, Visitor& visit, const std::array<std::string_view, 11>& keys) {
-  visit(keys[0], body.max_points, "points of the map; beyond, new points are dropped and counted");
+  visit(keys[0], body.max_points,
+        "points of the map; beyond, those unseen for longest make room, then new points are dropped");
   visit(keys[1], body.window_frames, "frames that bundle adjustment refines, and the lag after which a pose is final");
   visit(keys[2], body.min_inliers, "fewer agreeing points are no pose");
   visit(keys[3], body.min_inlier_ratio, "a smaller part of agreeing points is no pose");
@@ -65,7 +67,7 @@ void visit_body(Body& body, Visitor& visit, const std::array<std::string_view, 1
   visit(keys[8], body.min_parallax_deg, "points are made from temporal views above this angle between rays, degrees");
   visit(keys[9], body.keyframe_motion_px,
         "a frame whose points moved less than this since the last keyframe is not kept, px");
-  visit(keys[10], body.keyframe_overlap, "... unless less than this part of the keyframe's points is still seen");
+  visit(keys[10], body.keyframe_overlap, "... unless the keyframe saw less than this part of the frame's points");
 }
 
 }  // namespace detail
