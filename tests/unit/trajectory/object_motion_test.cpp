@@ -44,6 +44,7 @@ TEST(ObjectMotion, KnowsNothingWithoutSamplesAndRestWithOne) {
   EXPECT_TRUE(motion.at(1).velocity_mps.isZero());
   motion.push(path.sample(0.1, {2.0, 0.0, 10.0}));
   EXPECT_FALSE(motion.at(0).moving) << "two samples";
+  EXPECT_TRUE(motion.at(0).velocity_mps.isZero());
   motion.push(path.sample(0.2, {3.0, 0.0, 10.0}));
   EXPECT_TRUE(motion.at(0).moving) << "three samples";
 }
@@ -70,8 +71,9 @@ TEST(ObjectMotion, ParkedObjectStandsStill) {
     Path path(0.03, seed);
     for (int i = 0; i < 40; ++i) {
       motion.push(path.sample(i * kFrame_s, {4.0, 1.0, 12.0}));
-      EXPECT_LT(motion.at(0).velocity_mps.norm(), 0.3);
-      EXPECT_LT(motion.at(10).velocity_mps.norm(), 0.3);
+      // The newest velocity rests on the past alone; the settled one on both sides.
+      EXPECT_TRUE(i < 5 || motion.at(0).velocity_mps.norm() < 0.45) << i;
+      EXPECT_TRUE(i < 15 || motion.at(10).velocity_mps.norm() < 0.15) << i;
       EXPECT_FALSE(motion.at(0).moving);
       EXPECT_FALSE(motion.at(10).moving);
     }

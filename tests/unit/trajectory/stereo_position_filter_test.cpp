@@ -123,6 +123,25 @@ TEST(StereoPositionFilter, SkipsAnImplausiblePositionAndRestartsAtTheThird) {
   EXPECT_TRUE(filter.update(see({}, elsewhere), 4, {})) << "a single skip is forgotten";
 }
 
+TEST(StereoPositionFilter, AWanderingSurfaceIsFollowedSlowlyAndNotTakenForAJump) {
+  const Eigen::Vector3d rear(0.0, 0.0, 12.0);
+  const Eigen::Vector3d side(0.8, 0.0, 12.6);
+  const auto step_after = [&](double surface_sigma_m) {
+    StereoPositionFilter filter({}, kGeometry);
+    int frame = 0;
+    for (; frame < 20; ++frame) {
+      filter.predict(frame * kFrame_ns);
+      EXPECT_TRUE(filter.update(see({}, rear), 4, {}, surface_sigma_m));
+    }
+    filter.predict(frame * kFrame_ns);
+    const bool taken = filter.update(see({}, side), 4, {}, surface_sigma_m);
+    return taken ? (filter.position_m() - rear).norm() : -1.0;
+  };
+  EXPECT_EQ(step_after(0.0), -1.0);
+  EXPECT_GT(step_after(0.5), 0.05);
+  EXPECT_LT(step_after(0.5), 0.5);
+}
+
 TEST(StereoPositionFilter, RefusesWhatIsNoMeasurement) {
   StereoPositionFilter filter({}, kGeometry);
   filter.predict(0);
