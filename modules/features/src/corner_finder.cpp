@@ -77,7 +77,7 @@ CornerFinder::CornerFinder(const FeatureConfig& config, Arena& arena, int width_
       object_threshold_(config.min_object_corner_strength * config.min_object_corner_strength),
       background_(take_grid(arena, width_px, height_px, config.bucket_px)),
       objects_(take_grid(arena, width_px, height_px, config.object_bucket_px)) {
-  const std::size_t row = static_cast<std::size_t>(width_px + 2 * kSpill);
+  const std::size_t row = static_cast<std::size_t>(width_px) + 2 * std::size_t{kSpill};
   sums_xx_ = arena.take<std::int32_t>(row);
   sums_xy_ = arena.take<std::int32_t>(row);
   sums_yy_ = arena.take<std::int32_t>(row);

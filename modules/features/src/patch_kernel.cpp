@@ -2,6 +2,8 @@
 #include "kernels.hpp"
 #include "simd.hpp"
 
+// Offsets within an image fit an int by far.
+// NOLINTBEGIN(bugprone-implicit-widening-of-multiplication-result)
 namespace kinetrace::features::KINETRACE_KERNEL_ISA {
 namespace {
 
@@ -338,7 +340,8 @@ void warp_step(const PatchTemplate& patch, const float* values, const Comparison
   }
   for (int index = 0; index < kPatchPixels; index += kLanes) {
     const Floats offset_x = ramp(static_cast<float>(index % kPatchWidth) - kPatchHalfWidth);
-    const Floats offset_y = splat(static_cast<float>(index / kPatchWidth) - kPatchHalfHeight);
+    const int row = index / kPatchWidth;
+    const Floats offset_y = splat(static_cast<float>(row) - kPatchHalfHeight);
     const Floats value = load(patch.value + index);
     const Floats error = (load(values + index) - mean) * inverse_gain - value;
     const Floats gradient_x = load(patch.gradient_x + index) + patch.raw_x[0] * value + patch.raw_x[1];
@@ -394,3 +397,4 @@ extern const PatchKernels kPatchKernels;
 const PatchKernels kPatchKernels = {&sample, &sample_warped, &align, &fit, &refine_warp};
 
 }  // namespace kinetrace::features::KINETRACE_KERNEL_ISA
+// NOLINTEND(bugprone-implicit-widening-of-multiplication-result)

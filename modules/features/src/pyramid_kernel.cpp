@@ -1,6 +1,8 @@
 // Whole-image passes: half-size images and horizontal gradients. Plain loops that the compiler vectorises.
 #include "kernels.hpp"
 
+// Offsets within an image fit an int by far.
+// NOLINTBEGIN(bugprone-implicit-widening-of-multiplication-result)
 namespace kinetrace::features::KINETRACE_KERNEL_ISA {
 namespace {
 
@@ -56,3 +58,4 @@ extern const PyramidKernels kPyramidKernels;
 const PyramidKernels kPyramidKernels = {&downsample, &horizontal_gradient};
 
 }  // namespace kinetrace::features::KINETRACE_KERNEL_ISA
+// NOLINTEND(bugprone-implicit-widening-of-multiplication-result)

@@ -2,6 +2,8 @@
 #include "kernels.hpp"
 #include "simd.hpp"
 
+// Offsets within an image fit an int by far.
+// NOLINTBEGIN(bugprone-implicit-widening-of-multiplication-result)
 namespace kinetrace::features::KINETRACE_KERNEL_ISA {
 namespace {
 
@@ -123,3 +125,4 @@ extern const SearchKernels kSearchKernels;
 const SearchKernels kSearchKernels = {&correlate, &row_costs};
 
 }  // namespace kinetrace::features::KINETRACE_KERNEL_ISA
+// NOLINTEND(bugprone-implicit-widening-of-multiplication-result)

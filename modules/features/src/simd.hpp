@@ -10,6 +10,8 @@
 #include <arm_neon.h>
 #endif
 
+// Offsets within an image fit an int by far.
+// NOLINTBEGIN(bugprone-implicit-widening-of-multiplication-result)
 namespace kinetrace::features::KINETRACE_KERNEL_ISA {
 
 #if defined(__AVX2__)
@@ -161,3 +163,4 @@ struct BytePatch {
 };
 
 }  // namespace kinetrace::features::KINETRACE_KERNEL_ISA
+// NOLINTEND(bugprone-implicit-widening-of-multiplication-result)

@@ -6,7 +6,6 @@
 namespace kinetrace::features {
 namespace {
 
-using testing::Harness;
 using testing::Scene;
 using testing::StereoImage;
 using testing::Texture;

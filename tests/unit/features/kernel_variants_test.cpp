@@ -37,7 +37,7 @@ class KernelVariants : public ::testing::Test {
 TEST_F(KernelVariants, DownsampleToTheSamePixels) {
   const Plane source = pyramid_.level(0);
   std::vector<std::uint16_t> scratch(kWidth + 32);
-  std::vector<std::uint8_t> a(kWidth / 2 * kHeight / 2);
+  std::vector<std::uint8_t> a(std::size_t{kWidth / 2} * (kHeight / 2));
   std::vector<std::uint8_t> b(a.size());
   fast_.pyramid.downsample(source, a.data(), kWidth / 2, kHeight / 2, kWidth / 2, scratch.data());
   plain_.pyramid.downsample(source, b.data(), kWidth / 2, kHeight / 2, kWidth / 2, scratch.data());
@@ -45,7 +45,7 @@ TEST_F(KernelVariants, DownsampleToTheSamePixels) {
 }
 
 TEST_F(KernelVariants, DifferentiateToTheSamePixels) {
-  std::vector<std::uint8_t> a(kWidth * kHeight);
+  std::vector<std::uint8_t> a(std::size_t{kWidth} * kHeight);
   std::vector<std::uint8_t> b(a.size());
   fast_.pyramid.horizontal_gradient(pyramid_.level(0), a.data(), kWidth);
   plain_.pyramid.horizontal_gradient(pyramid_.level(0), b.data(), kWidth);
@@ -56,11 +56,12 @@ TEST_F(KernelVariants, AlignToTheSamePosition) {
   const Plane image = pyramid_.level(0);
   const PatchWarp warp{0.95F, 0.03F, -0.02F, 1.04F};
   const AlignOptions options{10, 0.01F, 5.F, 0.F, 0.F};
-  PatchTemplate patch;
-  for (float x = 20.F; x < 180.F; x += 13.3F) {
+  PatchTemplate patch{};
+  for (int i = 0; i < 12; ++i) {
+    const float x = 20.F + 13.3F * static_cast<float>(i);
     PatchWarp warps[2] = {warp, warp};
-    float positions[2][2];
-    PatchFit fits[2];
+    float positions[2][2] = {};
+    PatchFit fits[2] = {};
     int k = 0;
     for (const Kernels* set : {&fast_, &plain_}) {
       ASSERT_TRUE(set->patch.sample_warped(image, x, 60.4F, warp, &patch));
@@ -79,7 +80,7 @@ TEST_F(KernelVariants, AlignToTheSamePosition) {
 }
 
 TEST_F(KernelVariants, SearchToTheSameOffset) {
-  PatchTemplate patch;
+  PatchTemplate patch{};
   for (const Kernels* set : {&fast_, &plain_}) {
     set->patch.sample(pyramid_.level(1), 50.F, 30.F, &patch);
     const OffsetMatch match = set->search.correlate(pyramid_.level(1), patch, 45, 33, 8, 6);

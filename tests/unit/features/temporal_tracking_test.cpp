@@ -17,7 +17,6 @@ using testing::by_id;
 using testing::Harness;
 using testing::median;
 using testing::Scene;
-using testing::StereoImage;
 using testing::Texture;
 
 /// Where the pixels of the first image are in a later one: an affine map about the centre.
