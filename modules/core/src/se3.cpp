@@ -53,4 +53,10 @@ Matrix6d adjoint(const Se3& a) {
   return ad;
 }
 
+Matrix6d rotation_position_covariance(const Se3& T_a_b, const Matrix6d& left_covariance) {
+  Matrix6d to_position = Matrix6d::Identity();
+  to_position.bottomLeftCorner<3, 3>() = -skew(T_a_b.translation);
+  return to_position * left_covariance * to_position.transpose();
+}
+
 }  // namespace kinetrace

@@ -180,11 +180,20 @@ void ObjectState::compose_newest(const CameraState& camera) {
   const trajectory::PoseWithCovariance world =
       trajectory::compose({camera.T_world_cam, camera.covariance}, {T_obj_cam_, estimate.covariance});
   T_world_obj_ = world.pose;
-  covariance_ = world.covariance;
+  covariance_ = rotation_position_covariance(world.pose, world.covariance);
+}
+
+Eigen::Matrix3d ObjectState::reference_covariance(const Se3& T_world_obj, const Matrix6d& covariance) const {
+  Eigen::Matrix<double, 3, 6> to_reference;
+  to_reference << Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Identity();
+  if (box_.known()) {
+    to_reference.leftCols<3>() = -skew(T_world_obj.rotation * box_.box_in_object().center_m);
+  }
+  return to_reference * covariance * to_reference.transpose();
 }
 
 void ObjectState::push_motion() {
-  motion_.push({timestamp_ns_, T_world_obj_, covariance_.bottomRightCorner<3, 3>()});
+  motion_.push({timestamp_ns_, T_world_obj_, reference_covariance(T_world_obj_, covariance_)});
   previous_timestamp_ns_ = timestamp_ns_;
   const trajectory::MotionEstimate motion = motion_.at(0);
   const double yaw_rad = motion.moving ? yaw_of(T_world_obj_.rotation.transpose() * motion.velocity_mps)
@@ -232,11 +241,11 @@ void ObjectState::revise(std::size_t age, const CameraState& camera, ObjectResul
     const trajectory::PoseWithCovariance world =
         trajectory::compose({camera.T_world_cam, camera.covariance}, {pose.T_body_cam, pose.covariance});
     result.T_world_obj = world.pose;
-    result.covariance = world.covariance;
+    result.covariance = rotation_position_covariance(world.pose, world.covariance);
   } else {
     result.T_world_obj = camera.T_world_cam * result.T_obj_cam.inverse();
   }
-  motion_.revise(age, result.T_world_obj, result.covariance.bottomRightCorner<3, 3>());
+  motion_.revise(age, result.T_world_obj, reference_covariance(result.T_world_obj, result.covariance));
 }
 
 void ObjectState::describe_motion(std::size_t age, ObjectResult& result) const {

@@ -85,6 +85,8 @@ class ObjectState {
   void follow_without_body(const StereoSighting& sighting, const CameraState& camera);
   void compose_newest(const CameraState& camera);
   void push_motion();
+  /// Of the point whose path is followed, in the world.
+  [[nodiscard]] Eigen::Matrix3d reference_covariance(const Se3& T_world_obj, const Matrix6d& covariance) const;
 
   ObjectConfig config_;
   double surface_sigma_m_;
@@ -105,7 +107,7 @@ class ObjectState {
   trajectory::BoxEstimator box_;
   Se3 T_world_obj_;
   Se3 T_obj_cam_;
-  Matrix6d covariance_ = Matrix6d::Zero();                     ///< Of T_world_obj_.
+  Matrix6d covariance_ = Matrix6d::Zero();                     ///< As ObjectResult::covariance.
   Eigen::Vector3d stereo_offset_m_ = Eigen::Vector3d::Zero();  ///< Object origin minus stereo position, object axes.
   std::int64_t timestamp_ns_ = 0;
   std::int64_t previous_timestamp_ns_ = 0;  ///< Of the last pose in motion_.

@@ -254,10 +254,10 @@ Result<const FrameResult*> Pipeline::process(const RectifiedPair& pair, StageObs
 Status Pipeline::Impl::check(const RectifiedPair& pair) const {
   for (const GrayView& eye : {pair.left, pair.right}) {
     if (eye.empty() || eye.width != geometry.width_px || eye.height != geometry.height_px) {
-      return fail(ErrorCode::kInvalidArgument,
-                  "frame " + std::to_string(pair.frame_index) + " has an image of " + std::to_string(eye.width) + "x" +
-                      std::to_string(eye.height) + ", the pipeline was made for " + std::to_string(geometry.width_px) +
-                      "x" + std::to_string(geometry.height_px));
+      return fail(ErrorCode::kInvalidArgument, "frame " + std::to_string(pair.frame_index) + " has an image of " +
+                                                   std::to_string(eye.width) + "x" + std::to_string(eye.height) +
+                                                   ", the pipeline was made for " + std::to_string(geometry.width_px) +
+                                                   "x" + std::to_string(geometry.height_px));
     }
   }
   if (started && pair.timestamp_ns <= last_timestamp_ns) {
@@ -321,7 +321,7 @@ CameraState Pipeline::Impl::camera_at(std::size_t age) const {
 
 CameraResult Pipeline::Impl::camera_result(std::size_t age) const {
   const SettledPose pose = background.history(age);
-  return {pose.status, pose.T_body_cam, pose.covariance, pose.inliers};
+  return {pose.status, pose.T_body_cam, rotation_position_covariance(pose.T_body_cam, pose.covariance), pose.inliers};
 }
 
 void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tracks) {

@@ -22,7 +22,8 @@ struct Box3 {
 struct CameraResult {
   BodyStatus status = BodyStatus::kInitializing;
   Se3 T_world_cam;
-  Matrix6d covariance = Matrix6d::Zero();  ///< Left perturbation in the world frame (rad, m).
+  /// Of (rotation about the world's axes, position) in rad and m, relative to the oldest frames of the window.
+  Matrix6d covariance = Matrix6d::Zero();
   int inliers = 0;
 };
 
@@ -35,7 +36,8 @@ struct ObjectResult {
   bool moving = false;  ///< Its speed differs significantly from zero.
   Se3 T_world_obj;      ///< Object frame: fixed at birth, never moves with later points.
   Se3 T_obj_cam;        ///< The camera in the object frame (METHOD eq. 2: T_world_obj = T_world_cam * T_obj_cam^-1).
-  Matrix6d covariance = Matrix6d::Zero();  ///< Of T_world_obj, left perturbation in the world frame (rad, m).
+  /// Of (rotation about the world's axes, position of the object's origin) in rad and m.
+  Matrix6d covariance = Matrix6d::Zero();
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< World frame, of the object's box centre.
   double heading_rad = 0.0;                                ///< About the world's y axis, like Box3::yaw_rad.
   Box3 box;

@@ -52,4 +52,8 @@ struct Se3 {
 /// into A * B's frame.
 [[nodiscard]] Matrix6d adjoint(const Se3& a);
 
+/// Covariance of (rotation about the axes of frame a, position of b's origin in a) from one of the left perturbation.
+/// The two differ by the lever arm to a's origin; this is the one that users read.
+[[nodiscard]] Matrix6d rotation_position_covariance(const Se3& T_a_b, const Matrix6d& left_covariance);
+
 }  // namespace kinetrace
