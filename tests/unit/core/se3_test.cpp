@@ -131,6 +131,26 @@ TEST(Se3, InterpolateMeetsBothEndsAndGoesOnBeyond) {
   EXPECT_LT((beyond.translation - (a.translation + Eigen::Vector3d(2.0, 4.0, 6.0))).norm(), 1e-12);
 }
 
+TEST(Se3, PositionCovarianceDropsTheLeverArmToTheOrigin) {
+  Random random;
+  const Se3 t = random.pose();
+  // What a left perturbation does to (rotation, position), numerically.
+  constexpr double kStep = 1e-6;
+  Matrix6d effect;
+  for (int i = 0; i < 6; ++i) {
+    Vector6d xi = Vector6d::Zero();
+    xi[i] = kStep;
+    const Se3 moved = left_update(t, xi);
+    effect.col(i).head<3>() = so3_log(moved.rotation * t.rotation.transpose()) / kStep;
+    effect.col(i).tail<3>() = (moved.translation - t.translation) / kStep;
+  }
+  // The left perturbation that turns about the body's own origin and moves it: an error of rotation and position alone.
+  const Vector6d sigma = (Vector6d() << 0.1, 0.2, 0.3, 1.0, 2.0, 3.0).finished();
+  const Matrix6d wanted = sigma.cwiseAbs2().asDiagonal();
+  const Matrix6d left = effect.inverse() * wanted * effect.inverse().transpose();
+  EXPECT_LT((rotation_position_covariance(t, left) - wanted).norm(), 1e-3);
+}
+
 TEST(Se3, NotFiniteIsSeen) {
   Se3 t;
   EXPECT_TRUE(t.is_finite());
