@@ -95,7 +95,7 @@ Status play_frame(Chain& chain, const StereoFrame& frame, StageClock& clock, Run
   ++report.frames;
   report.objects_now = static_cast<int>((*result)->newest.objects.size());
   report.counters = (*result)->counters;
-  const Status recorded = chain.recorder.record(**result);
+  Status recorded = chain.recorder.record(**result);
   report.allocations_at_last_frame = allocation_counts();
   return recorded;
 }
