@@ -1,0 +1,24 @@
+// Prints the settled camera path of a rendered drive with one moving box, and the box's path, so that a test can
+// compare what different instruction sets make of it.
+#include <cstdio>
+
+#include "kinetrace/core/cpu.hpp"
+#include "pipeline_run.hpp"
+
+int main() {
+  using namespace kinetrace;
+  test::PipelineRun run(test::small_config(segmentation::SegmentationMode::kMotion));
+  run.drive(test::StreetDrive({test::Mover{.velocity_mps = {1.0, 0.0, 8.0}}}), 0, 24);
+  run.drain();
+  std::printf("%s\n", cpu_has_v3() ? "v3" : "baseline");
+  const auto print = [](const char* what, std::int64_t frame, const Eigen::Vector3d& p) {
+    std::printf("%s %lld %.9f %.9f %.9f\n", what, static_cast<long long>(frame), p.x(), p.y(), p.z());
+  };
+  for (const test::KeptEstimate& estimate : run.settled) {
+    print("camera", estimate.frame_index, estimate.camera.T_world_cam.translation);
+    for (const ObjectResult& object : estimate.objects) {
+      print("object", estimate.frame_index, object.T_world_obj.translation);
+    }
+  }
+  return 0;
+}
