@@ -5,6 +5,19 @@ namespace {
 
 enum class Attempt : std::uint8_t { kFirst, kSecond };
 
+/// Size is inverse to depth, and so is disparity.
+float predicted_zoom(const Feature& feature, const FeaturePrediction& prediction) noexcept {
+  // A tenth of a pixel of noise in this is still small; beyond the factor something is wrong.
+  constexpr float kLeastDisparity_px = 4.F;
+  constexpr float kMostZoom = 2.F;
+  const float before_px = feature.previous_left_px.x() - feature.previous_u_right_px;
+  if (!feature.had_right() || before_px < kLeastDisparity_px || !(prediction.disparity_px >= kLeastDisparity_px)) {
+    return 1.F;
+  }
+  const float zoom = prediction.disparity_px / before_px;
+  return zoom > 1.F / kMostZoom && zoom < kMostZoom ? zoom : 1.F;
+}
+
 /// One frame's work.
 struct FramePass {
   const TemporalTracker& tracker;
@@ -13,20 +26,28 @@ struct FramePass {
   const ImagePyramid& current;
   FeatureCounters& counters;
 
-  TrackOutcome follow(FeatureSlot& slot, const Eigen::Vector2f& start, Reach reach) const noexcept {
-    return tracker.follow(previous, current, {start, reach}, slot);
+  TrackOutcome follow(FeatureSlot& slot, const TrackStart& start) const noexcept {
+    return tracker.follow(previous, current, start, slot);
+  }
+
+  TrackOutcome follow_predicted(FeatureSlot& slot, const FeaturePrediction& prediction, Reach reach) const noexcept {
+    return follow(slot, {prediction.left_px, reach, predicted_zoom(slot.feature, prediction)});
   }
 
   TrackOutcome follow_neighbours(FeatureSlot& slot) const noexcept {
-    Eigen::Vector2f motion(0.F, 0.F);
-    return neighbours.trustworthy(slot.feature.body) && neighbours.motion_near(slot.feature, motion)
-               ? follow(slot, slot.feature.left_px + motion, Reach::kNear)
+    TrackStart start;
+    return neighbours.trustworthy(slot.feature.body) && neighbours.expected(slot.feature, start)
+               ? follow(slot, start)
                : TrackOutcome::kResidual;
+  }
+
+  TrackOutcome search_for(FeatureSlot& slot) const noexcept {
+    return follow(slot, {slot.feature.left_px, Reach::kSearch, 1.F});
   }
 
   TrackOutcome follow_unpredicted(FeatureSlot& slot) const noexcept {
     const TrackOutcome outcome = follow_neighbours(slot);
-    return succeeded(outcome) ? outcome : follow(slot, slot.feature.left_px, Reach::kSearch);
+    return succeeded(outcome) ? outcome : search_for(slot);
   }
 
   TrackOutcome follow_mispredicted(FeatureSlot& slot, const FeaturePrediction& prediction) const noexcept {
@@ -35,14 +56,14 @@ struct FramePass {
       return follow_neighbours(slot);
     }
     // The predictions of the whole body are off: a little, or altogether.
-    const TrackOutcome outcome = follow(slot, prediction.left_px, Reach::kWide);
-    return succeeded(outcome) ? outcome : follow(slot, slot.feature.left_px, Reach::kSearch);
+    const TrackOutcome outcome = follow_predicted(slot, prediction, Reach::kWide);
+    return succeeded(outcome) ? outcome : search_for(slot);
   }
 
   void conclude(FeatureSlot& slot, TrackOutcome outcome, Attempt attempt) const noexcept {
     if (succeeded(outcome)) {
       counters.recovered += attempt == Attempt::kSecond ? 1U : 0U;
-      neighbours.add(slot.feature);
+      neighbours.add(slot);
       count(slot, outcome);
     } else if (attempt == Attempt::kFirst) {
       neighbours.postpone(slot.feature, outcome);
@@ -80,7 +101,7 @@ void FeatureFollower::follow_all(const ImagePyramid& previous, const ImagePyrami
   for (FeatureSlot& slot : slots) {
     const FeaturePrediction* const predicted = prediction(slot);
     if (slot.state == SlotState::kAlive && predicted != nullptr) {
-      pass.conclude(slot, pass.follow(slot, predicted->left_px, Reach::kNear), Attempt::kFirst);
+      pass.conclude(slot, pass.follow_predicted(slot, *predicted, Reach::kNear), Attempt::kFirst);
     }
   }
   // Now there are neighbours to tell where the others may have gone.

@@ -314,6 +314,7 @@ void FeatureFrontEnd::State::create(FeatureSlot& slot, const Corner& corner) noe
   slot.state = SlotState::kAlive;
   slot.rejected = false;
   slot.from_reference = kNoWarp;
+  slot.zoom = 1.F;
   slot.to_right = kNoWarp;
   slot.reference.take(current().level(0), position.x(), position.y());
   Feature& feature = slot.feature;

@@ -49,6 +49,7 @@ struct FeatureSlot {
   SlotState state;
   bool rejected;
   PatchWarp from_reference;  ///< Offset in the reference patch = from_reference * offset in the current image.
+  float zoom;                ///< Size in this frame over the size in the previous one.
   PatchWarp to_right;        ///< Offset in the left image = to_right * offset in the right image (surface slant).
   Feature feature;
   ReferencePatch reference;

@@ -24,10 +24,10 @@ void MotionNeighbours::clear() noexcept {
   failed_.fill(0);
 }
 
-void MotionNeighbours::add(const Feature& feature) noexcept {
+void MotionNeighbours::add(const FeatureSlot& slot) noexcept {
+  const Feature& feature = slot.feature;
   // Capacity is the number of slots, here and below.
-  static_cast<void>(
-      moved_.push_back({feature.previous_left_px, feature.left_px - feature.previous_left_px, feature.body}));
+  static_cast<void>(moved_.push_back({feature.previous_left_px, feature.left_px, slot.zoom, feature.body}));
   ++followed_[feature.body];
 }
 
@@ -36,7 +36,7 @@ void MotionNeighbours::postpone(const Feature& feature, TrackOutcome outcome) no
   ++failed_[feature.body];
 }
 
-bool MotionNeighbours::motion_near(const Feature& feature, Eigen::Vector2f& motion) const noexcept {
+bool MotionNeighbours::expected(const Feature& feature, TrackStart& start) const noexcept {
   std::array<float, kNearest> distances{};
   std::array<const Moved*, kNearest> nearest{};
   std::size_t count = 0;
@@ -59,11 +59,17 @@ bool MotionNeighbours::motion_near(const Feature& feature, Eigen::Vector2f& moti
   }
   std::array<float, kNearest> x{};
   std::array<float, kNearest> y{};
+  std::array<float, kNearest> zoom{};
   for (std::size_t i = 0; i < count; ++i) {
-    x[i] = nearest[i]->motion.x();
-    y[i] = nearest[i]->motion.y();
+    const Moved& neighbour = *nearest[i];
+    const Eigen::Vector2f position = neighbour.to + neighbour.zoom * (feature.left_px - neighbour.from);
+    x[i] = position.x();
+    y[i] = position.y();
+    zoom[i] = neighbour.zoom;
   }
-  motion = {median(x, count), median(y, count)};
+  start.position_px = {median(x, count), median(y, count)};
+  start.zoom = median(zoom, count);
+  start.reach = Reach::kNear;
   return true;
 }
 

@@ -26,7 +26,7 @@ class MotionNeighbours {
 
   void clear() noexcept;
   /// A feature that was followed.
-  void add(const Feature& feature) noexcept;
+  void add(const FeatureSlot& slot) noexcept;
   /// A feature that was not.
   void postpone(const Feature& feature, TrackOutcome outcome) noexcept;
   [[nodiscard]] std::span<const Postponed> postponed() const noexcept { return postponed_.span(); }
@@ -35,13 +35,15 @@ class MotionNeighbours {
   /// shows where the others went. Otherwise the few that seem to have been followed may well be wrong, too.
   [[nodiscard]] bool trustworthy(std::uint8_t body) const noexcept { return followed_[body] > failed_[body]; }
 
-  /// Median motion of the few nearest followed features of the same body; false when there is none near.
-  [[nodiscard]] bool motion_near(const Feature& feature, Eigen::Vector2f& motion) const noexcept;
+  /// Where `feature` may be now: the median of what the few nearest followed features of the same body say, each by its
+  /// own motion and zoom. False when there is none near.
+  [[nodiscard]] bool expected(const Feature& feature, TrackStart& start) const noexcept;
 
  private:
   struct Moved {
     Eigen::Vector2f from{0.F, 0.F};
-    Eigen::Vector2f motion{0.F, 0.F};
+    Eigen::Vector2f to{0.F, 0.F};
+    float zoom = 1.F;
     std::uint8_t body = 0;
   };
   FixedVector<Moved> moved_;

@@ -37,29 +37,46 @@ constexpr WarpOptions kWarpOptions{.prior_weight = kNoise_gray * kNoise_gray / (
 constexpr int kReferencePasses = 3;
 constexpr float kSettledWarp = 0.03F;
 
+float determinant(const PatchWarp& warp) noexcept {
+  return warp.xx * warp.yy - warp.xy * warp.yx;
+}
+
+PatchWarp scaled(const PatchWarp& warp, float factor) noexcept {
+  return {factor * warp.xx, factor * warp.xy, factor * warp.yx, factor * warp.yy};
+}
+
 /// Beyond half or twice the size, or strongly sheared, a reference no longer shows what is seen now.
 bool plausible(const PatchWarp& warp) noexcept {
-  const float determinant = warp.xx * warp.yy - warp.xy * warp.yx;
+  const float product = determinant(warp);
   const float squares = warp.xx * warp.xx + warp.xy * warp.xy + warp.yx * warp.yx + warp.yy * warp.yy;
-  // For singular values a, b: determinant = ab, squares = a^2 + b^2.
-  return determinant > 0.35F && determinant < 2.2F && squares < 2.6F * determinant;
+  // For singular values a, b: product = ab, squares = a^2 + b^2.
+  return product > 0.35F && product < 2.2F && squares < 2.6F * product;
 }
 
 Vector2f level_position(const Vector2f& full, int level) noexcept {
   return {to_level(full.x(), level), to_level(full.y(), level)};
 }
 
-/// One level of coarse-to-fine: the template of `from` aligned near `guess`. The guess stays where alignment fails.
-Vector2f step_level(const ImagePyramid& source, const ImagePyramid& target, const Vector2f& from, const Vector2f& guess,
-                    int level, const AlignOptions& options) noexcept {
-  const Vector2f at = level_position(from, level);
-  PatchTemplate patch;
-  kernels().patch.sample(source.level(level), at.x(), at.y(), &patch);
-  Vector2f position = level_position(guess, level);
-  if (!kernels().patch.align(target.level(level), patch, options, &position.x(), &position.y())) {
-    return guess;
+/// The patch around `position` as it looks `zoom` times larger.
+bool sample_zoomed(const Plane& image, const Vector2f& position, float zoom, PatchTemplate& patch) noexcept {
+  // Less moves no sample by a quarter of a pixel.
+  constexpr float kNoticeable = 0.03F;
+  if (std::abs(zoom - 1.F) < kNoticeable) {
+    kernels().patch.sample(image, position.x(), position.y(), &patch);
+    return true;
   }
-  return {from_level(position.x(), level), from_level(position.y(), level)};
+  return kernels().patch.sample_warped(image, position.x(), position.y(), {1.F / zoom, 0.F, 0.F, 1.F / zoom}, &patch);
+}
+
+/// The patch of `source` around `from` aligned with `target` near `guess`. The guess stays where alignment fails.
+Vector2f aligned(const Plane& source, const Plane& target, const Vector2f& from, const Vector2f& guess, float zoom,
+                 const AlignOptions& options) noexcept {
+  PatchTemplate patch;
+  Vector2f position = guess;
+  return sample_zoomed(source, from, zoom, patch) &&
+                 kernels().patch.align(target, patch, options, &position.x(), &position.y())
+             ? position
+             : guess;
 }
 
 /// Exhaustive search at the coarsest level.
@@ -90,7 +107,8 @@ bool contains(const Plane& image, const Vector2f& position) noexcept {
 struct TemporalTracker::Refined {
   TrackOutcome outcome = TrackOutcome::kResidual;
   Vector2f position_px{0.F, 0.F};
-  PatchWarp warp = kNoWarp;
+  PatchWarp warp = kNoWarp;  ///< From the reference.
+  float zoom = 1.F;
 };
 
 TrackOutcome TemporalTracker::follow(const ImagePyramid& previous, const ImagePyramid& current, const TrackStart& start,
@@ -107,21 +125,22 @@ TrackOutcome TemporalTracker::follow(const ImagePyramid& previous, const ImagePy
 
   Refined refined;
   if (config_.refine_against_reference) {
-    refined = refine_against_reference(image, near, slot);
+    refined = refine_against_reference(image, near, start.zoom, slot);
   }
   const bool referenced = refined.outcome == TrackOutcome::kTracked;
   if (!referenced) {
-    refined = refine_against_previous(previous.level(0), image, from, near);
+    refined = refine_against_previous(previous.level(0), image, from, near, start.zoom);
     if (!succeeded(refined.outcome)) {
       return refined.outcome;
     }
   }
-  if (!returns(previous, current, from, start.position_px, refined.position_px)) {
+  if (!returns(previous.level(0), image, from, start.position_px, refined)) {
     return TrackOutcome::kForwardBackward;
   }
 
   slot.feature.left_px = refined.position_px;
   slot.from_reference = refined.warp;
+  slot.zoom = refined.zoom;
   if (referenced && plausible(refined.warp)) {
     return TrackOutcome::kTracked;
   }
@@ -140,15 +159,17 @@ Vector2f TemporalTracker::approach(const ImagePyramid& previous, const ImagePyra
     level = coarsest;
   }
   for (; level > 0; --level) {
-    guess = step_level(previous, current, from, guess, level, kCoarse);
+    const Vector2f position = aligned(previous.level(level), current.level(level), level_position(from, level),
+                                      level_position(guess, level), start.zoom, kCoarse);
+    guess = {from_level(position.x(), level), from_level(position.y(), level)};
   }
   return guess;
 }
 
 TemporalTracker::Refined TemporalTracker::refine_against_reference(const Plane& current, const Vector2f& near,
-                                                                   const FeatureSlot& slot) const noexcept {
+                                                                   float zoom, const FeatureSlot& slot) const noexcept {
   Refined result;
-  result.warp = slot.from_reference;
+  result.warp = scaled(slot.from_reference, 1.F / zoom);
   result.position_px = near;
   PatchFit fit{};
   for (int pass = 0; pass < kReferencePasses; ++pass) {
@@ -169,17 +190,18 @@ TemporalTracker::Refined TemporalTracker::refine_against_reference(const Plane& 
   }
   if (looks_alike(fit, config_)) {
     result.outcome = TrackOutcome::kTracked;
+    result.zoom = std::sqrt(std::abs(determinant(slot.from_reference) / determinant(result.warp)));
   }
   return result;
 }
 
 TemporalTracker::Refined TemporalTracker::refine_against_previous(const Plane& previous, const Plane& current,
-                                                                  const Vector2f& from,
-                                                                  const Vector2f& near) const noexcept {
+                                                                  const Vector2f& from, const Vector2f& near,
+                                                                  float zoom) const noexcept {
   Refined result;
+  result.zoom = zoom;
   PatchTemplate patch;
-  kernels().patch.sample(previous, from.x(), from.y(), &patch);
-  if (patch.strength < config_.min_patch_strength) {
+  if (!sample_zoomed(previous, from, zoom, patch) || patch.strength < config_.min_patch_strength) {
     result.outcome = TrackOutcome::kTexture;
     return result;
   }
@@ -197,13 +219,14 @@ TemporalTracker::Refined TemporalTracker::refine_against_previous(const Plane& p
   return result;
 }
 
-bool TemporalTracker::returns(const ImagePyramid& previous, const ImagePyramid& current, const Vector2f& from,
-                              const Vector2f& start, const Vector2f& found) const noexcept {
+bool TemporalTracker::returns(const Plane& previous, const Plane& current, const Vector2f& from, const Vector2f& start,
+                              const Refined& found) const noexcept {
   // Off in the direction in which the way here began, so that a match that only held the start is found out.
-  const Vector2f error = found - start;
+  const Vector2f error = found.position_px - start;
   const float length = error.norm();
   const Vector2f direction = length > 1e-3F ? Vector2f(error / length) : Vector2f(1.F, 0.F);
-  const Vector2f back = step_level(current, previous, found, from + kBackwardOffset_px * direction, 0, kBackward);
+  const Vector2f back =
+      aligned(current, previous, found.position_px, from + kBackwardOffset_px * direction, 1.F / found.zoom, kBackward);
   return (back - from).squaredNorm() <= config_.forward_backward_px * config_.forward_backward_px;
 }
 

@@ -26,6 +26,7 @@ enum class Reach : std::uint8_t {
 struct TrackStart {
   Eigen::Vector2f position_px{0.F, 0.F};
   Reach reach = Reach::kNear;
+  float zoom = 1.F;  ///< Expected size over the size in the previous frame.
 };
 
 class TemporalTracker {
@@ -41,13 +42,13 @@ class TemporalTracker {
   struct Refined;
   [[nodiscard]] Eigen::Vector2f approach(const ImagePyramid& previous, const ImagePyramid& current,
                                          const Eigen::Vector2f& from, const TrackStart& start) const noexcept;
-  [[nodiscard]] Refined refine_against_reference(const Plane& current, const Eigen::Vector2f& near,
+  [[nodiscard]] Refined refine_against_reference(const Plane& current, const Eigen::Vector2f& near, float zoom,
                                                  const FeatureSlot& slot) const noexcept;
   [[nodiscard]] Refined refine_against_previous(const Plane& previous, const Plane& current,
-                                                const Eigen::Vector2f& from,
-                                                const Eigen::Vector2f& near) const noexcept;
-  [[nodiscard]] bool returns(const ImagePyramid& previous, const ImagePyramid& current, const Eigen::Vector2f& from,
-                             const Eigen::Vector2f& start, const Eigen::Vector2f& found) const noexcept;
+                                                const Eigen::Vector2f& from, const Eigen::Vector2f& near,
+                                                float zoom) const noexcept;
+  [[nodiscard]] bool returns(const Plane& previous, const Plane& current, const Eigen::Vector2f& from,
+                             const Eigen::Vector2f& start, const Refined& found) const noexcept;
 
   FeatureConfig config_;
 };
