@@ -61,6 +61,9 @@ RawCamera barrel(const StereoGeometry& g, const Eigen::Vector2d& off_centre_px, 
 
 Eigen::Vector2d RawCamera::rectified_ray(const Eigen::Vector2d& pixel) const {
   const Eigen::Vector2d normalised((pixel.x() - K(0, 2)) / K(0, 0), (pixel.y() - K(1, 2)) / K(1, 1));
+  if (distortion == std::array<double, 5>{} && R_rect.isIdentity(0.0)) {
+    return normalised;
+  }
   return (R_rect * undistorted(distortion, normalised).homogeneous()).hnormalized();
 }
 

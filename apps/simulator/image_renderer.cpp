@@ -45,11 +45,9 @@ class TileRenderer {
     collect(x0, y0);
     trace();
     cast_shadows();
-    std::size_t first = 0;
-    const auto count = static_cast<std::size_t>(rays_.samples());
-    for (const auto& [x, y] : pixels_) {
-      radiance.at(x, y) += weight * shade_pixel(std::span(samples_).subspan(first, count));
-      first += count;
+    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+      const auto& [x, y] = pixels_[i];
+      radiance.at(x, y) += weight * shade_pixel(samples_of(i));
     }
   }
 
@@ -70,6 +68,11 @@ class TileRenderer {
         }
       }
     }
+  }
+
+  [[nodiscard]] std::span<Sample> samples_of(std::size_t pixel) {
+    const auto count = static_cast<std::size_t>(rays_.samples());
+    return std::span(samples_).subspan(pixel * count, count);
   }
 
   void trace() {
@@ -102,6 +105,7 @@ class TileRenderer {
   void locate(const RayPacket& packet, std::size_t i, Sample& sample) const {
     const RayWorld::Part& part = world_.parts()[packet.part[i]];
     const Mesh::Triangle& triangle = part.mesh->triangles[packet.triangle[i]];
+    const RayWorld::Face& face = part.faces[packet.triangle[i]];
     const Mesh::Vertex& a = part.mesh->vertices[triangle.corners[0]];
     const Mesh::Vertex& b = part.mesh->vertices[triangle.corners[1]];
     const Mesh::Vertex& c = part.mesh->vertices[triangle.corners[2]];
@@ -112,56 +116,23 @@ class TileRenderer {
     sample.paint = &triangle.paint;
     sample.distance = packet.distance[i];
     sample.local.position = w * a.position + u * b.position + v * c.position;
-    sample.local.normal = w * a.normal + u * b.normal + v * c.normal;
     sample.local.uv = w * a.uv + u * b.uv + v * c.uv;
-    sample.scene_position = part.R_scene_part * sample.local.position + part.t_scene_part;
-    sample.normal = (part.R_scene_part * sample.local.normal).normalized();
-    const Vector3f face = (b.position - a.position).cross(c.position - a.position);
-    sample.face_normal = (part.R_scene_part * face).normalized();
+    sample.local.normal = face.flat ? face.normal : (w * a.normal + u * b.normal + v * c.normal).normalized();
+    sample.scene_position = origin_ + sample.distance * sample.direction;
+    // The static world's frame is the scene's.
+    const bool turned = sample.part != 0;
+    sample.face_normal = turned ? Vector3f(part.R_scene_part * face.normal) : face.normal;
     if (sample.face_normal.dot(sample.direction) > 0.F) {
       sample.face_normal = -sample.face_normal;
     }
+    if (face.flat) {
+      sample.normal = sample.face_normal;
+      return;
+    }
+    sample.normal = turned ? Vector3f(part.R_scene_part * sample.local.normal) : sample.local.normal;
     if (sample.normal.dot(sample.face_normal) < 0.F) {
       sample.normal = -sample.normal;
     }
-  }
-
-  void cast_shadows() {
-    facing_sun_.clear();
-    for (Sample& sample : samples_) {
-      if (sample.paint != nullptr && sample.face_normal.dot(to_sun_) > 0.F && sample.normal.dot(to_sun_) > 0.F) {
-        facing_sun_.push_back(&sample);
-      }
-    }
-    for (std::size_t first = 0; first < facing_sun_.size(); first += RayPacket::kSize) {
-      const std::size_t count = std::min<std::size_t>(RayPacket::kSize, facing_sun_.size() - first);
-      RayPacket& packet = packet_;
-      for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
-        packet.active[i] = i < count ? -1 : 0;
-        const Sample& sample = *facing_sun_[first + std::min(i, count - 1)];
-        set_ray(packet, i, sample.scene_position + kShadowOffset_m * sample.face_normal, to_sun_);
-      }
-      world_.trace_shadow(packet);
-      for (std::size_t i = 0; i < count; ++i) {
-        facing_sun_[first + i]->in_sun = packet.blocked[i] ? 0.F : 1.F;
-      }
-    }
-  }
-
-  [[nodiscard]] float shade_pixel(std::span<Sample> samples) const {
-    float sum = 0.F;
-    std::size_t rest = samples.size();
-    // Samples on the same surface are brought to the front and shaded together.
-    while (rest > 0) {
-      const std::span<Sample> open = samples.first(rest);
-      const Sample leader = open.back();
-      const auto same = std::partition(open.begin(), open.end(), [&](const Sample& s) { return !alike(s, leader); });
-      const auto begin = static_cast<std::size_t>(same - open.begin());
-      const std::span<Sample> group = open.subspan(begin);
-      sum += leader.paint == nullptr ? sky(group) : shade_group(group);
-      rest = begin;
-    }
-    return sum / static_cast<float>(samples.size());
   }
 
   static bool alike(const Sample& a, const Sample& b) {
@@ -170,6 +141,86 @@ class TileRenderer {
     }
     return a.part == b.part && a.paint->material == b.paint->material && a.paint->seed == b.paint->seed &&
            a.normal.dot(b.normal) > 0.95F;
+  }
+
+  // More than two samples, all alike.
+  static bool one_surface(std::span<const Sample> pixel) {
+    return pixel.size() > 2 &&
+           std::all_of(pixel.begin(), pixel.end(), [&](const Sample& sample) { return alike(sample, pixel.front()); });
+  }
+
+  // Where the first and the last sample of a surface agree, those between agree too: half the rays, same picture but
+  // for slivers.
+  void cast_shadows() {
+    queue_.clear();
+    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+      const std::span<Sample> pixel = samples_of(i);
+      if (one_surface(pixel)) {
+        queue(pixel.front());
+        queue(pixel.back());
+      } else {
+        std::for_each(pixel.begin(), pixel.end(), [&](Sample& sample) { queue(sample); });
+      }
+    }
+    trace_queue();
+    queue_.clear();
+    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+      const std::span<Sample> pixel = samples_of(i);
+      if (one_surface(pixel)) {
+        const bool agree = pixel.front().in_sun == pixel.back().in_sun;
+        for (Sample& sample : pixel.subspan(1, pixel.size() - 2)) {
+          if (agree) {
+            sample.in_sun = pixel.front().in_sun;
+          } else {
+            queue(sample);
+          }
+        }
+      }
+    }
+    trace_queue();
+  }
+
+  void queue(Sample& sample) {
+    if (sample.paint != nullptr && sample.face_normal.dot(to_sun_) > 0.F && sample.normal.dot(to_sun_) > 0.F) {
+      queue_.push_back(&sample);
+    }
+  }
+
+  void trace_queue() {
+    for (std::size_t first = 0; first < queue_.size(); first += RayPacket::kSize) {
+      const std::size_t count = std::min<std::size_t>(RayPacket::kSize, queue_.size() - first);
+      RayPacket& packet = packet_;
+      for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
+        packet.active[i] = i < count ? -1 : 0;
+        const Sample& sample = *queue_[first + std::min(i, count - 1)];
+        set_ray(packet, i, sample.scene_position + kShadowOffset_m * sample.face_normal, to_sun_);
+      }
+      world_.trace_shadow(packet);
+      for (std::size_t i = 0; i < count; ++i) {
+        queue_[first + i]->in_sun = packet.blocked[i] ? 0.F : 1.F;
+      }
+    }
+  }
+
+  [[nodiscard]] float shade_pixel(std::span<Sample> samples) const {
+    float sum = 0.F;
+    std::span<Sample> open = samples;
+    // Samples on the same surface are brought to the front and shaded together; most pixels see only one.
+    while (!open.empty()) {
+      std::size_t count = 1;
+      for (std::size_t i = 1; i < open.size(); ++i) {
+        if (alike(open[i], open.front())) {
+          if (i != count) {
+            std::swap(open[i], open[count]);
+          }
+          ++count;
+        }
+      }
+      const std::span<Sample> group = open.first(count);
+      sum += group.front().paint == nullptr ? sky(group) : shade_group(group);
+      open = open.subspan(count);
+    }
+    return sum / static_cast<float>(samples.size());
   }
 
   // The sum over the group.
@@ -229,7 +280,7 @@ class TileRenderer {
   RayPacket packet_;
   std::vector<std::array<int, 2>> pixels_;
   std::vector<Sample> samples_;
-  std::vector<Sample*> facing_sun_;
+  std::vector<Sample*> queue_;  // Samples whose ray to the sun is to be traced.
 };
 
 }  // namespace

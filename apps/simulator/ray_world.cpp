@@ -1,5 +1,7 @@
 #include "ray_world.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <embree3/rtcore.h>
 #include <limits>
@@ -70,6 +72,21 @@ void fill_rays(const RayPacket& packet, float nearest, Rays& rays) {
   }
 }
 
+std::vector<RayWorld::Face> faces_of(const Mesh& mesh) {
+  std::vector<RayWorld::Face> faces;
+  faces.reserve(mesh.triangles.size());
+  for (const Mesh::Triangle& triangle : mesh.triangles) {
+    const auto corner = [&](std::size_t i) -> const Mesh::Vertex& { return mesh.vertices[triangle.corners[i]]; };
+    const Eigen::Vector3f& origin = corner(0).position;
+    const Eigen::Vector3f normal = (corner(1).position - origin).cross(corner(2).position - origin).normalized();
+    constexpr float kFlat = 0.9999F;
+    const bool flat = std::abs(normal.dot(corner(0).normal)) > kFlat &&
+                      std::abs(normal.dot(corner(1).normal)) > kFlat && std::abs(normal.dot(corner(2).normal)) > kFlat;
+    faces.push_back({normal, flat});
+  }
+  return faces;
+}
+
 RTCIntersectContext coherent_context() {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
@@ -87,14 +104,21 @@ struct RayWorld::Handles {
 };
 
 RayWorld::RayWorld(const Scene& scene) : scene_(scene), handles_(std::make_unique<Handles>()) {
-  parts_.push_back({&scene.world});
+  const auto add_part = [&](const Mesh& mesh, int actor) {
+    Part& part = parts_.emplace_back();
+    part.mesh = &mesh;
+    part.faces = faces_of(mesh);
+    part.actor = actor;
+  };
+  add_part(scene.world, -1);
   for (std::size_t actor = 0; actor < scene.actors.size(); ++actor) {
     for (const Mesh& mesh : scene.actors[actor].parts) {
-      parts_.push_back({&mesh, static_cast<int>(actor)});
+      add_part(mesh, static_cast<int>(actor));
     }
   }
-  // One build thread: the shape of the tree, and with it the last bit of a distance, must not depend on the machine.
-  handles_->device.reset(rtcNewDevice("threads=1"));
+  // One build thread and at most AVX2: the last bit of a distance must not depend on the machine. Besides, the AVX-512
+  // code of Debian 12's Embree 3.13.5 sometimes never returns from rtcOccluded16 with coherent rays.
+  handles_->device.reset(rtcNewDevice("threads=1,max_isa=avx2"));
   if (!handles_->device) {
     throw std::runtime_error("the ray tracer cannot be started; check the installation of Embree");
   }
@@ -122,10 +146,11 @@ void RayWorld::set_time(double time_s) {
       const Se3 pose = actor.T_obj_part ? T_scene_obj * actor.T_obj_part(time_s, part) : T_scene_obj;
       parts_[i].R_scene_part = pose.rotation.cast<float>();
       parts_[i].t_scene_part = pose.translation.cast<float>();
+      RTCGeometry instance = handles_->instances[i].get();
       Eigen::Matrix<float, 3, 4> matrix;
       matrix << parts_[i].R_scene_part, parts_[i].t_scene_part;
-      rtcSetGeometryTransform(handles_->instances[i].get(), 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, matrix.data());
-      rtcCommitGeometry(handles_->instances[i].get());
+      rtcSetGeometryTransform(instance, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, matrix.data());
+      rtcCommitGeometry(instance);
     }
   }
   rtcCommitScene(handles_->top.get());

@@ -44,9 +44,15 @@ class RayWorld {
   RayWorld(const RayWorld&) = delete;
   RayWorld& operator=(const RayWorld&) = delete;
 
+  /// What every hit on a triangle needs, computed once.
+  struct Face {
+    Eigen::Vector3f normal;  ///< Unit length, part's frame.
+    bool flat = false;       ///< The corners' normals are the face's own.
+  };
   /// One rigid mesh in the scene.
   struct Part {
     const Mesh* mesh = nullptr;
+    std::vector<Face> faces;  ///< Of the mesh's triangles.
     int actor = -1;  ///< Index into Scene::actors; -1 for the static world.
     Eigen::Matrix3f R_scene_part = Eigen::Matrix3f::Identity();
     Eigen::Vector3f t_scene_part = Eigen::Vector3f::Zero();

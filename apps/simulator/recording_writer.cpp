@@ -118,15 +118,17 @@ Status RecordingWriter::write_images(const SimulatedFrame& frame) const {
   const std::string name = file_name(frame.index);
   for (std::size_t side = 0; side < 2; ++side) {
     files.emplace_back([&, side] {
-      return imaging::write_png_gray8((drive_ / kCameras[side] / "data" / name).c_str(), frame.pictures[side].view());
+      return imaging::write_png_gray8((drive_ / kCameras[side] / "data" / name).c_str(), frame.pictures[side].view(),
+                                      imaging::PngEffort::kFast);
     });
     files.emplace_back([&, side] {
       const Image<std::uint16_t> depth = depth_levels(frame.depth_m[side]);
-      return imaging::write_png_gray16((truth_ / "depth" / kSides[side] / name).c_str(), depth.view());
+      return imaging::write_png_gray16((truth_ / "depth" / kSides[side] / name).c_str(), depth.view(),
+                                       imaging::PngEffort::kFast);
     });
     files.emplace_back([&, side] {
       return imaging::write_png_gray16((truth_ / "masks" / (std::string("instances_") + kSides[side]) / name).c_str(),
-                                       frame.instances[side].view());
+                                       frame.instances[side].view(), imaging::PngEffort::kFast);
     });
     files.emplace_back([&, side] {
       const std::uint32_t stream = hash_of(simulator_settings_.seed, frame.index, side, 7);
@@ -134,7 +136,7 @@ Status RecordingWriter::write_images(const SimulatedFrame& frame) const {
                                              ? degraded_masks(frame.instances[side], settings_.degradation, stream)
                                              : shuffled_masks(frame.instances[side], stream);
       return imaging::write_png_gray16((truth_ / "masks" / (std::string("detections_") + kSides[side]) / name).c_str(),
-                                       masks.view());
+                                       masks.view(), imaging::PngEffort::kFast);
     });
   }
   std::vector<Status> outcomes(files.size());

@@ -25,8 +25,17 @@ struct PixelFormat {
   std::uint8_t color_type;
 };
 
+int set_effort(spng_ctx* context, PngEffort effort) {
+  if (effort == PngEffort::kSmall) {
+    return SPNG_OK;
+  }
+  // Trying every filter on every row costs more than the deflation that follows.
+  const int code = spng_set_option(context, SPNG_FILTER_CHOICE, SPNG_FILTER_CHOICE_UP);
+  return code != SPNG_OK ? code : spng_set_option(context, SPNG_IMG_COMPRESSION_LEVEL, 1);
+}
+
 template <typename Pixel>
-int encode(std::FILE* file, ImageView<const Pixel> image, PixelFormat format) {
+int encode(std::FILE* file, ImageView<const Pixel> image, PixelFormat format, PngEffort effort) {
   const std::unique_ptr<spng_ctx, ContextDelete> context(spng_ctx_new(SPNG_CTX_ENCODER));
   if (!context) {
     return SPNG_EMEM;
@@ -41,6 +50,9 @@ int encode(std::FILE* file, ImageView<const Pixel> image, PixelFormat format) {
     code = spng_set_ihdr(context.get(), &header);
   }
   if (code == SPNG_OK) {
+    code = set_effort(context.get(), effort);
+  }
+  if (code == SPNG_OK) {
     code = spng_encode_image(context.get(), nullptr, 0, SPNG_FMT_PNG, SPNG_ENCODE_PROGRESSIVE | SPNG_ENCODE_FINALIZE);
   }
   for (int y = 0; code == SPNG_OK && y < image.height; ++y) {
@@ -50,7 +62,7 @@ int encode(std::FILE* file, ImageView<const Pixel> image, PixelFormat format) {
 }
 
 template <typename Pixel>
-Status write(const char* path, ImageView<const Pixel> image, PixelFormat format) {
+Status write(const char* path, ImageView<const Pixel> image, PixelFormat format, PngEffort effort) {
   if (image.empty()) {
     return file_error(ErrorCode::kInvalidArgument, path, "cannot be written: the image is empty");
   }
@@ -59,7 +71,7 @@ Status write(const char* path, ImageView<const Pixel> image, PixelFormat format)
   if (!file) {
     return file_error(ErrorCode::kIo, path, "cannot be created; check that the folder exists and is writable");
   }
-  const int code = encode(file.get(), image, format);
+  const int code = encode(file.get(), image, format, effort);
   const bool flushed = std::fclose(file.release()) == 0;
   if (code != SPNG_OK || !flushed) {
     (void)std::remove(path);
@@ -72,15 +84,15 @@ Status write(const char* path, ImageView<const Pixel> image, PixelFormat format)
 
 }  // namespace
 
-Status write_png_gray8(const char* path, GrayView image) {
-  return write(path, image, {8, SPNG_COLOR_TYPE_GRAYSCALE});
+Status write_png_gray8(const char* path, GrayView image, PngEffort effort) {
+  return write(path, image, {8, SPNG_COLOR_TYPE_GRAYSCALE}, effort);
 }
-Status write_png_gray16(const char* path, ImageView<const std::uint16_t> image) {
-  return write(path, image, {16, SPNG_COLOR_TYPE_GRAYSCALE});
+Status write_png_gray16(const char* path, ImageView<const std::uint16_t> image, PngEffort effort) {
+  return write(path, image, {16, SPNG_COLOR_TYPE_GRAYSCALE}, effort);
 }
-Status write_png_rgb8(const char* path, ImageView<const Rgb8> image) {
+Status write_png_rgb8(const char* path, ImageView<const Rgb8> image, PngEffort effort) {
   static_assert(sizeof(Rgb8) == 3);
-  return write(path, image, {8, SPNG_COLOR_TYPE_TRUECOLOR});
+  return write(path, image, {8, SPNG_COLOR_TYPE_TRUECOLOR}, effort);
 }
 
 }  // namespace kinetrace::imaging

@@ -31,12 +31,14 @@ TEST_F(PngWriter, GrayRoundTrip) {
     pixels[i] = static_cast<std::uint8_t>(5 * i);
   }
   const GrayView image{pixels.data(), kWidth, kHeight, kStride};
-  ASSERT_TRUE(write_png_gray8(path_.c_str(), image));
   const MutableGrayView back = take_image<std::uint8_t>(arena_, kWidth, kHeight);
-  ASSERT_TRUE(reader_.read_gray(path_.c_str(), back));
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
-      EXPECT_EQ(back.at(x, y), image.at(x, y));
+  for (const PngEffort effort : {PngEffort::kSmall, PngEffort::kFast}) {
+    ASSERT_TRUE(write_png_gray8(path_.c_str(), image, effort));
+    ASSERT_TRUE(reader_.read_gray(path_.c_str(), back));
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        EXPECT_EQ(back.at(x, y), image.at(x, y));
+      }
     }
   }
 }
@@ -47,12 +49,14 @@ TEST_F(PngWriter, SixteenBitRoundTrip) {
     pixels[i] = static_cast<std::uint16_t>(1001 * i);
   }
   const ImageView<const std::uint16_t> image{pixels.data(), kWidth, kHeight, kStride};
-  ASSERT_TRUE(write_png_gray16(path_.c_str(), image));
   const ImageView<std::uint16_t> back = take_image<std::uint16_t>(arena_, kWidth, kHeight);
-  ASSERT_TRUE(reader_.read_gray16(path_.c_str(), back));
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
-      EXPECT_EQ(back.at(x, y), image.at(x, y));
+  for (const PngEffort effort : {PngEffort::kSmall, PngEffort::kFast}) {
+    ASSERT_TRUE(write_png_gray16(path_.c_str(), image, effort));
+    ASSERT_TRUE(reader_.read_gray16(path_.c_str(), back));
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        EXPECT_EQ(back.at(x, y), image.at(x, y));
+      }
     }
   }
 }
