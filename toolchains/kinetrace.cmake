@@ -62,9 +62,14 @@ function(kinetrace_kernel target file)
   endif()
 endfunction()
 
-# kinetrace_test(NAME SOURCES ... LIBS ...): a GoogleTest program with its tests registered one by one.
+# kinetrace_test(NAME SOURCES ... LIBS ... [LABELS ...]): a GoogleTest program with its tests registered one by one, labelled with its
+# folder below tests/ ("unit") unless told otherwise.
 function(kinetrace_test name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBS;LABELS" ${ARGN})
+  if(NOT ARG_LABELS)
+    file(RELATIVE_PATH place ${PROJECT_SOURCE_DIR}/tests ${CMAKE_CURRENT_SOURCE_DIR})
+    string(REGEX REPLACE "/.*" "" ARG_LABELS "${place}")
+  endif()
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE kinetrace_options ${ARG_LIBS} GTest::gmock GTest::gtest GTest::gtest_main)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)

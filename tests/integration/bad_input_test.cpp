@@ -10,10 +10,10 @@
 #include <nlohmann/json.hpp>
 
 #include "program.hpp"
-#include "scratch_folder.hpp"
 #include "small_recording.hpp"
+#include "temp_folder.hpp"
 
-namespace kinetrace::testing {
+namespace kinetrace::test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -50,7 +50,7 @@ class BadInput : public ::testing::Test {
   }
   void remove_right_images() { std::filesystem::remove_all(recording_.sequence() / "image_1"); }
 
-  ScratchFolder scratch_;
+  TempFolder scratch_;
   SmallRecording recording_{.root = scratch_.path() / "recording"};
   std::filesystem::path out_ = scratch_.path() / "out";
   std::string warnings_;
@@ -227,4 +227,4 @@ TEST_F(BadInput, RunFolderWithOtherThingsIsLeftAlone) {
 }
 
 }  // namespace
-}  // namespace kinetrace::testing
+}  // namespace kinetrace::test

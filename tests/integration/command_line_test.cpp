@@ -15,10 +15,10 @@
 #include <nlohmann/json.hpp>
 
 #include "program.hpp"
-#include "scratch_folder.hpp"
 #include "small_recording.hpp"
+#include "temp_folder.hpp"
 
-namespace kinetrace::testing {
+namespace kinetrace::test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -37,7 +37,7 @@ class CommandLine : public ::testing::Test {
     return more;
   }
 
-  ScratchFolder scratch_;
+  TempFolder scratch_;
   SmallRecording recording_{.root = scratch_.path() / "recording"};
   std::filesystem::path out_ = scratch_.path() / "out";
 };
@@ -212,4 +212,4 @@ TEST_F(CommandLine, SignalEndsARunWithEverythingWritten) {
 }
 
 }  // namespace
-}  // namespace kinetrace::testing
+}  // namespace kinetrace::test

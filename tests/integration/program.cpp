@@ -10,7 +10,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-namespace kinetrace::testing {
+namespace kinetrace::test {
 namespace {
 
 std::string take_file(const std::string& path) {
@@ -58,4 +58,4 @@ ProgramResult Program::wait() {
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), take_file(out_path_), take_file(err_path_)};
 }
 
-}  // namespace kinetrace::testing
+}  // namespace kinetrace::test

@@ -5,7 +5,7 @@
 #include <sys/types.h>
 #include <vector>
 
-namespace kinetrace::testing {
+namespace kinetrace::test {
 
 struct ProgramResult {
   int exit_code = -1;  ///< 128 + n if signal n killed it.
@@ -30,4 +30,4 @@ class Program {
   return Program(arguments).wait();
 }
 
-}  // namespace kinetrace::testing
+}  // namespace kinetrace::test

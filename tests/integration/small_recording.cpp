@@ -11,7 +11,7 @@
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/imaging/png_writer.hpp"
 
-namespace kinetrace::testing {
+namespace kinetrace::test {
 namespace {
 
 constexpr double kUpperDepth = 15.0;  // Disparity 10 px.
@@ -133,4 +133,4 @@ void forge_png_size(const std::filesystem::path& path, std::uint32_t width, std:
   file.write(chunk.data(), chunk.size());
 }
 
-}  // namespace kinetrace::testing
+}  // namespace kinetrace::test

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-namespace kinetrace::testing {
+namespace kinetrace::test {
 
 struct SmallRecording {
   static constexpr int kWidth = 416;
@@ -36,4 +36,4 @@ void truncate_file(const std::filesystem::path& path, std::uintmax_t bytes);
 /// Writes the size into a PNG's header, with a correct checksum, leaving the rest alone.
 void forge_png_size(const std::filesystem::path& path, std::uint32_t width, std::uint32_t height);
 
-}  // namespace kinetrace::testing
+}  // namespace kinetrace::test
