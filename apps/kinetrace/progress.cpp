@@ -45,11 +45,11 @@ void Progress::show(std::int64_t frames_done, int objects) {
   if (frames_expected_ && *frames_expected_ > 0) {
     const auto width = static_cast<std::int64_t>(kFull.size());
     const int full = static_cast<int>(std::clamp<std::int64_t>(frames_done * width / *frames_expected_, 0, width));
-    std::snprintf(line.data(), line.size(), "\r[%.*s%.*s] %lld/%lld frames, %.0f/s, %d objects \033[K", full,
+    std::snprintf(line.data(), line.size(), "\r[%.*s%.*s] %lld/%lld frames, %.0f/s, objects: %d \033[K", full,
                   kFull.data(), static_cast<int>(width) - full, kEmpty.data(), static_cast<long long>(frames_done),
                   static_cast<long long>(*frames_expected_), rate_hz, objects);
   } else {
-    std::snprintf(line.data(), line.size(), "\r%lld frames, %.0f/s, %d objects \033[K",
+    std::snprintf(line.data(), line.size(), "\r%lld frames, %.0f/s, objects: %d \033[K",
                   static_cast<long long>(frames_done), rate_hz, objects);
   }
   std::fputs(line.data(), stderr);
