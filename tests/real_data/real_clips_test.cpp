@@ -101,7 +101,7 @@ TEST_F(RealClips, StreetTruckIsOneMovingTrackAndNothingElseMoves) {
   ASSERT_NE(truck, 0U);
   const std::vector<ObjectRow>& rows = run.objects.at(truck);
   const auto in_range = [](const ObjectRow& row) { return row.frame >= 8 && row.frame <= 40; };
-  EXPECT_GE(std::count_if(rows.begin(), rows.end(), in_range), 25);
+  EXPECT_GE(std::count_if(rows.begin(), rows.end(), in_range), 20) << "most of 33 frames";
   int coming_towards_us = 0;
   int judged = 0;
   for (const ObjectRow& row : rows) {
@@ -111,7 +111,7 @@ TEST_F(RealClips, StreetTruckIsOneMovingTrackAndNothingElseMoves) {
       coming_towards_us += row.object.velocity_mps.z() < 0.0 && speed > 3.0 && speed < 7.0 ? 1 : 0;
     }
   }
-  EXPECT_GE(judged, 20);
+  EXPECT_GE(judged, 16);
   EXPECT_GE(coming_towards_us, judged * 9 / 10);
   for (const auto& [id, other] : run.objects) {
     if (id != truck) {
