@@ -33,7 +33,8 @@ void MotionNeighbours::add(const FeatureSlot& slot) noexcept {
 
 void MotionNeighbours::postpone(const Feature& feature, TrackOutcome outcome) noexcept {
   static_cast<void>(postponed_.push_back({feature.slot, outcome}));
-  ++failed_[feature.body];
+  // Having left the image speaks neither for nor against the predictions.
+  failed_[feature.body] += outcome == TrackOutcome::kOutside ? 0 : 1;
 }
 
 bool MotionNeighbours::expected(const Feature& feature, TrackStart& start) const noexcept {

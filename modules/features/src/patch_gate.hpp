@@ -4,15 +4,19 @@
 #include <Eigen/Core>
 
 #include "kernel_types.hpp"
-#include "kinetrace/features/feature_config.hpp"
 
 namespace kinetrace::features {
 
 /// Correlation decides; where texture is faint, noise alone spoils it, and the size of the residual decides instead.
-[[nodiscard]] inline bool looks_alike(const PatchFit& fit, const FeatureConfig& config) noexcept {
+struct PatchGate {
+  float min_correlation;
+  float max_residual;
+};
+
+[[nodiscard]] inline bool looks_alike(const PatchFit& fit, const PatchGate& gate) noexcept {
   constexpr float kLeastCorrelation = 0.5F;
-  return fit.correlation >= config.min_correlation ||
-         (fit.residual_rms <= config.max_residual && fit.correlation >= kLeastCorrelation);
+  return fit.correlation >= gate.min_correlation ||
+         (fit.residual_rms <= gate.max_residual && fit.correlation >= kLeastCorrelation);
 }
 
 /// True if a full patch around the position lies in the image.

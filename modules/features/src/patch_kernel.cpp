@@ -1,6 +1,7 @@
 // Sub-pixel alignment of 16 x 11 patches, a vector of pixels at a time.
 #include "kernels.hpp"
 #include "simd.hpp"
+#include "small_solver.hpp"
 
 // Offsets within an image fit an int by far.
 // NOLINTBEGIN(bugprone-implicit-widening-of-multiplication-result)
@@ -293,32 +294,7 @@ PatchFit fit(const Plane& image, const PatchTemplate& patch, float x, float y) {
   return compare(image, patch, x, y, values).fit;
 }
 
-/// Solves the symmetric positive definite system a x = b in place by Cholesky decomposition; b becomes x.
-template <int kSize>
-void solve(float (&a)[kSize][kSize], float (&b)[kSize]) {
-  for (int i = 0; i < kSize; ++i) {
-    for (int j = 0; j <= i; ++j) {
-      float value = a[i][j];
-      for (int k = 0; k < j; ++k) {
-        value -= a[i][k] * a[j][k];
-      }
-      a[i][j] = i == j ? __builtin_sqrtf(value > 1e-6F ? value : 1e-6F) : value / a[j][j];
-    }
-  }
-  for (int i = 0; i < kSize; ++i) {
-    for (int k = 0; k < i; ++k) {
-      b[i] -= a[i][k] * b[k];
-    }
-    b[i] /= a[i][i];
-  }
-  for (int i = kSize - 1; i >= 0; --i) {
-    for (int k = i + 1; k < kSize; ++k) {
-      b[i] -= a[k][i] * b[k];
-    }
-    b[i] /= a[i][i];
-  }
-}
-
+/// A larger step is no small correction any more.
 inline float limited(float v) {
   constexpr float kLimit = 0.15F;
   return v > kLimit ? kLimit : (v < -kLimit ? -kLimit : v);

@@ -162,7 +162,8 @@ bool StereoMatcher::refine(const StereoImages& images, int disparity, int row_of
     }
   }
   const float refined_disparity = feature.left_px.x() - right.x();
-  if (!looks_alike(fit, config_) || refined_disparity < config_.min_disparity_px ||
+  if (!looks_alike(fit, {config_.min_correlation, config_.max_residual}) ||
+      refined_disparity < config_.min_disparity_px ||
       refined_disparity > static_cast<float>(config_.max_disparity_px) ||
       std::abs(right.y() - feature.left_px.y()) > config_.max_row_difference_px) {
     return false;

@@ -15,6 +15,7 @@ using Eigen::Vector2f;
 // so the finest level that will do is best.
 constexpr int kNearTopLevel = 1;
 constexpr int kWideTopLevel = 2;
+constexpr float kFarCorrelation = 0.9F;
 // The search covers this much of the full-size image.
 constexpr int kSearchX_px = 64;
 constexpr int kSearchY_px = 48;
@@ -123,13 +124,17 @@ TrackOutcome TemporalTracker::follow(const ImagePyramid& previous, const ImagePy
     return TrackOutcome::kOutside;
   }
 
+  // The further away a match may be, the more places there are that look similar by chance.
+  const PatchGate gate{
+      start.reach == Reach::kNear ? config_.min_correlation : std::max(config_.min_correlation, kFarCorrelation),
+      config_.max_residual};
   Refined refined;
   if (config_.refine_against_reference) {
-    refined = refine_against_reference(image, near, start.zoom, slot);
+    refined = refine_against_reference(image, near, start.zoom, gate, slot);
   }
   const bool referenced = refined.outcome == TrackOutcome::kTracked;
   if (!referenced) {
-    refined = refine_against_previous(previous.level(0), image, from, near, start.zoom);
+    refined = refine_against_previous(previous.level(0), image, from, near, start.zoom, gate);
     if (!succeeded(refined.outcome)) {
       return refined.outcome;
     }
@@ -167,7 +172,8 @@ Vector2f TemporalTracker::approach(const ImagePyramid& previous, const ImagePyra
 }
 
 TemporalTracker::Refined TemporalTracker::refine_against_reference(const Plane& current, const Vector2f& near,
-                                                                   float zoom, const FeatureSlot& slot) const noexcept {
+                                                                   float zoom, const PatchGate& gate,
+                                                                   const FeatureSlot& slot) const noexcept {
   Refined result;
   result.warp = scaled(slot.from_reference, 1.F / zoom);
   result.position_px = near;
@@ -188,7 +194,7 @@ TemporalTracker::Refined TemporalTracker::refine_against_reference(const Plane& 
       break;
     }
   }
-  if (looks_alike(fit, config_)) {
+  if (looks_alike(fit, gate)) {
     result.outcome = TrackOutcome::kTracked;
     result.zoom = std::sqrt(std::abs(determinant(slot.from_reference) / determinant(result.warp)));
   }
@@ -197,7 +203,7 @@ TemporalTracker::Refined TemporalTracker::refine_against_reference(const Plane& 
 
 TemporalTracker::Refined TemporalTracker::refine_against_previous(const Plane& previous, const Plane& current,
                                                                   const Vector2f& from, const Vector2f& near,
-                                                                  float zoom) const noexcept {
+                                                                  float zoom, const PatchGate& gate) const noexcept {
   Refined result;
   result.zoom = zoom;
   PatchTemplate patch;
@@ -213,7 +219,7 @@ TemporalTracker::Refined TemporalTracker::refine_against_previous(const Plane& p
     result.outcome = TrackOutcome::kOutside;
     return result;
   }
-  if (looks_alike(kernels().patch.fit(current, patch, result.position_px.x(), result.position_px.y()), config_)) {
+  if (looks_alike(kernels().patch.fit(current, patch, result.position_px.x(), result.position_px.y()), gate)) {
     result.outcome = TrackOutcome::kTracked;
   }
   return result;

@@ -6,6 +6,7 @@
 #include "feature_slot.hpp"
 #include "image_pyramid.hpp"
 #include "kinetrace/features/feature_config.hpp"
+#include "patch_gate.hpp"
 
 namespace kinetrace::features {
 
@@ -43,10 +44,10 @@ class TemporalTracker {
   [[nodiscard]] Eigen::Vector2f approach(const ImagePyramid& previous, const ImagePyramid& current,
                                          const Eigen::Vector2f& from, const TrackStart& start) const noexcept;
   [[nodiscard]] Refined refine_against_reference(const Plane& current, const Eigen::Vector2f& near, float zoom,
-                                                 const FeatureSlot& slot) const noexcept;
+                                                 const PatchGate& gate, const FeatureSlot& slot) const noexcept;
   [[nodiscard]] Refined refine_against_previous(const Plane& previous, const Plane& current,
-                                                const Eigen::Vector2f& from, const Eigen::Vector2f& near,
-                                                float zoom) const noexcept;
+                                                const Eigen::Vector2f& from, const Eigen::Vector2f& near, float zoom,
+                                                const PatchGate& gate) const noexcept;
   [[nodiscard]] bool returns(const Plane& previous, const Plane& current, const Eigen::Vector2f& from,
                              const Eigen::Vector2f& start, const Refined& found) const noexcept;
 
