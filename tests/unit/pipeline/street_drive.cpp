@@ -56,9 +56,9 @@ std::string stem_of(int frame) {
   return name.data();
 }
 
-void MaskFolder::write(const RenderedPair& pair, int frame, std::uint16_t class_id) {
-  write_mask(left() / (stem_of(frame) + ".png"), pair, pair.left_labels, class_id);
-  write_mask(right() / (stem_of(frame) + ".png"), pair, pair.right_labels, class_id);
+void write_masks(const RenderedPair& pair, int frame, const std::filesystem::path& folder, std::uint16_t class_id) {
+  write_mask(folder / "left" / (stem_of(frame) + ".png"), pair, pair.left_labels, class_id);
+  write_mask(folder / "right" / (stem_of(frame) + ".png"), pair, pair.right_labels, class_id);
 }
 
 pipeline::PipelineConfig small_config() {

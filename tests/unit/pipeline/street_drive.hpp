@@ -41,11 +41,16 @@ class StreetDrive {
 /// Name of a frame's image and mask files, without folder and extension.
 [[nodiscard]] std::string stem_of(int frame);
 
-/// Mask files (KITTI MOTS) below a folder of their own.
+/// Writes the masks of both eyes as KITTI MOTS files into `folder`/left and `folder`/right.
+void write_masks(const RenderedPair& pair, int frame, const std::filesystem::path& folder,
+                 std::uint16_t class_id = kVehicleClass);
+
+/// Mask files in a folder of their own.
 class MaskFolder {
  public:
-  /// Writes the masks of both eyes.
-  void write(const RenderedPair& pair, int frame, std::uint16_t class_id = kVehicleClass);
+  void write(const RenderedPair& pair, int frame, std::uint16_t class_id = kVehicleClass) {
+    write_masks(pair, frame, folder_.path(), class_id);
+  }
   [[nodiscard]] std::filesystem::path left() const { return folder_.path() / "left"; }
   [[nodiscard]] std::filesystem::path right() const { return folder_.path() / "right"; }
 

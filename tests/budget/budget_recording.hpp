@@ -1,0 +1,27 @@
+// What the budget is measured on: a real street where there is one, a rendered one otherwise.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace kinetrace::test {
+
+/// In the words of the command line.
+struct BudgetRecording {
+  std::string dataset;       ///< LAYOUT:PATH
+  std::string segmentation;  ///< masks:LEFT,RIGHT
+  int frames = 0;
+};
+
+/// The raw street clip with its masks, below KINETRACE_DATA (default ../shared/data beside the source tree).
+[[nodiscard]] std::optional<BudgetRecording> street_clip();
+
+/// A rendered street in KITTI odometry layout, with masks of one moving box, written below `folder`.
+[[nodiscard]] BudgetRecording rendered_clip(const std::filesystem::path& folder);
+
+/// How often a recording is played. More often with KINETRACE_LONG_TESTS in the environment: a leak of a few bytes a
+/// frame takes long to show.
+[[nodiscard]] int passes();
+
+}  // namespace kinetrace::test

@@ -1,0 +1,96 @@
+// The program's promise: 64 MiB, everything taken at start, and a budget that does not suffice is refused.
+#include <cstdint>
+#include <fstream>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "budget_recording.hpp"
+#include "program.hpp"
+#include "temp_folder.hpp"
+
+namespace kinetrace::test {
+namespace {
+
+constexpr double kMib = 1024.0 * 1024.0;
+constexpr double kBudgetMib = 64.0;
+constexpr int kConfigError = 78;
+
+class ProgramBudget : public ::testing::Test {
+ protected:
+  ProgramResult run(const BudgetRecording& recording, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"run",
+                                       "--dataset",
+                                       recording.dataset,
+                                       "--segmentation",
+                                       recording.segmentation,
+                                       "--out",
+                                       (folder_.path() / "run").string(),
+                                       "--quiet"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_kinetrace(arguments);
+  }
+  ProgramResult run_with_budget(const BudgetRecording& recording, double budget_mib) {
+    return run(recording, {"--frames", "2", "--set", "memory.budget_mib=" + std::to_string(budget_mib)});
+  }
+  /// What a run needs by its own account, from the refusal of a budget of 1 MiB.
+  double needed_mib(const BudgetRecording& recording) {
+    const ProgramResult refused = run_with_budget(recording, 1.0);
+    EXPECT_EQ(refused.exit_code, kConfigError) << refused.err;
+    std::smatch missing;
+    const bool says_what_is_missing = std::regex_search(
+        refused.err, missing, std::regex("memory\\.budget_mib = 1\\.0 MiB is ([0-9.]+) MiB too small"));
+    EXPECT_TRUE(says_what_is_missing) << refused.err;
+    return says_what_is_missing ? 1.0 + std::stod(missing[1]) : 0.0;
+  }
+  void expect_within_budget(const BudgetRecording& recording) {
+    const double needed = needed_mib(recording);
+    const ProgramResult result = run(recording, {"--loop", std::to_string(passes())});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    std::ifstream file(folder_.path() / "run/run.json");
+    const nlohmann::json run = nlohmann::json::parse(file);
+    EXPECT_EQ(run["frames"], passes() * recording.frames);
+    EXPECT_LE(run["rss_peak_bytes"].get<double>(), kBudgetMib * kMib);
+    EXPECT_LE(run["rss_peak_bytes"].get<double>(), needed * kMib) << "more than was planned";
+    EXPECT_EQ(run["allocations_after_start"], 0);
+  }
+
+  TempFolder folder_;
+};
+
+TEST_F(ProgramBudget, HoldsOnARenderedStreet) {
+  expect_within_budget(rendered_clip(folder_.path()));
+}
+
+TEST_F(ProgramBudget, HoldsOnARealStreet) {
+  const auto recording = street_clip();
+  if (!recording) {
+    GTEST_SKIP() << "no recordings: set KINETRACE_DATA";
+  }
+  expect_within_budget(*recording);
+}
+
+TEST_F(ProgramBudget, TooSmallIsRefusedByWhatIsMissing) {
+  const BudgetRecording recording = rendered_clip(folder_.path());
+  const double needed = needed_mib(recording);
+  // The message rounds to a tenth.
+  EXPECT_EQ(run_with_budget(recording, needed + 0.1).exit_code, 0);
+  const ProgramResult refused = run_with_budget(recording, needed - 0.2);
+  EXPECT_EQ(refused.exit_code, kConfigError);
+  EXPECT_THAT(refused.err, ::testing::HasSubstr("memory.budget_mib"));
+  EXPECT_THAT(refused.err, ::testing::ContainsRegex("0\\.[123] MiB too small"));
+}
+
+TEST_F(ProgramBudget, DefaultsFitForTheImageSizesInUse) {
+  for (const char* size : {"752x480", "1242x375", "1392x512", "1280x720"}) {
+    const ProgramResult plan = run_kinetrace({"plan", "--size", size});
+    EXPECT_EQ(plan.exit_code, 0) << size << ": " << plan.err;
+  }
+}
+
+}  // namespace
+}  // namespace kinetrace::test
