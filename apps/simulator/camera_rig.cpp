@@ -72,6 +72,19 @@ Eigen::Vector2d RawCamera::project(const Eigen::Vector3d& p_rect) const {
   return {K(0, 0) * p.x() + K(0, 2), K(1, 1) * p.y() + K(1, 2)};
 }
 
+StereoGeometry resized(const StereoGeometry& rig, std::optional<int> width_px, std::optional<int> height_px) {
+  StereoGeometry result = rig;
+  result.width_px = width_px.value_or(rig.width_px);
+  const double scale = static_cast<double>(result.width_px) / rig.width_px;
+  result.height_px = height_px.value_or(static_cast<int>(std::lround(rig.height_px * scale)));
+  result.fx_px *= scale;
+  result.fy_px *= scale;
+  // Pixel centres lie at integer coordinates, so that the picture's edge is at -0.5.
+  result.cx_px = (rig.cx_px + 0.5) * scale - 0.5;
+  result.cy_px = (rig.cy_px + 0.5) * scale - 0.5 + 0.5 * (result.height_px - rig.height_px * scale);
+  return result;
+}
+
 CameraRig ideal_rig(const StereoGeometry& rectified) {
   return {rectified, {pinhole(rectified), pinhole(rectified)}, false};
 }

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -33,6 +35,11 @@ struct CameraRig {
   std::array<RawCamera, 2> raw;
   bool distorted = false;
 };
+
+/// The same rig with another picture size: the same lens before a finer or coarser sensor, with rows cut or added at
+/// the upper and the lower edge. Without a height, the shape of the picture stays.
+[[nodiscard]] StereoGeometry resized(const StereoGeometry& rig, std::optional<int> width_px,
+                                     std::optional<int> height_px);
 
 /// Cameras that deliver rectified pictures.
 [[nodiscard]] CameraRig ideal_rig(const StereoGeometry& rectified);

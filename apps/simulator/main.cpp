@@ -1,6 +1,8 @@
 // kinetrace-simulate: a scene in, a stereo recording with its truth out.
+#include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <utility>
 
 #include "options.hpp"
 #include "progress.hpp"
@@ -11,26 +13,12 @@
 namespace kinetrace::simulator {
 namespace {
 
-// The rig at another picture size: the same lens before a finer or coarser sensor, with rows cut or added at both ends.
-StereoGeometry resized(const StereoGeometry& rig, const Options& options) {
-  StereoGeometry result = rig;
-  result.width_px = options.width_px.value_or(rig.width_px);
-  const double scale = static_cast<double>(result.width_px) / rig.width_px;
-  result.height_px = options.height_px.value_or(static_cast<int>(rig.height_px * scale + 0.5));
-  result.fx_px *= scale;
-  result.fy_px *= scale;
-  // Pixel centres lie at integer coordinates.
-  result.cx_px = (rig.cx_px + 0.5) * scale - 0.5;
-  result.cy_px = (rig.cy_px + 0.5) * scale - 0.5 + 0.5 * (result.height_px - rig.height_px * scale);
-  return result;
-}
-
 Result<StereoSimulator> make_simulator(Options& options) {
   Result<Scene> scene = make_scene(options.scene);
   if (!scene) {
     return tl::unexpected(scene.error());
   }
-  scene->rig = resized(scene->rig, options);
+  scene->rig = resized(scene->rig, options.width_px, options.height_px);
   scene->rate_hz = options.rate_hz.value_or(scene->rate_hz);
   scene->frames = options.frames.value_or(scene->frames);
   return StereoSimulator::create(std::move(*scene), options.simulator);

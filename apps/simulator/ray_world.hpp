@@ -53,7 +53,7 @@ class RayWorld {
   struct Part {
     const Mesh* mesh = nullptr;
     std::vector<Face> faces;  ///< Of the mesh's triangles.
-    int actor = -1;  ///< Index into Scene::actors; -1 for the static world.
+    int actor = -1;           ///< Index into Scene::actors; -1 for the static world.
     Eigen::Matrix3f R_scene_part = Eigen::Matrix3f::Identity();
     Eigen::Vector3f t_scene_part = Eigen::Vector3f::Zero();
   };

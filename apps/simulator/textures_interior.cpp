@@ -21,7 +21,7 @@ float cardboard(const Paint& paint, const SurfacePoint& point) {
 }
 
 float floor_tiles(const SurfacePoint& point) {
-  static const Octaves marble(0.7F, 0.8F, 8, 602);
+  static const Octaves marble(0.5F, 0.93F, 8, 602);
   constexpr float kTile_m = 0.4F;
   const float width_m = std::max(point.footprint_m, 0.001F);
   const float x = point.position.x();
@@ -30,17 +30,17 @@ float floor_tiles(const SurfacePoint& point) {
       1.F - (1.F - stripes(x, kTile_m, 0.006F, width_m)) * (1.F - stripes(z, kTile_m, 0.006F, width_m));
   const float tile = cell_value(std::floor(x / kTile_m), std::floor(z / kTile_m), 603) - 0.5F;
   return (0.36F + 0.1F * tile * resolved(kTile_m, point.footprint_m) +
-          0.06F * fractal_noise(marble, point.position, point.footprint_m)) *
+          0.07F * fractal_noise(marble, point.position, point.footprint_m)) *
          (1.F - 0.5F * joints);
 }
 
 float panel_wall(const Paint& paint, const SurfacePoint& point) {
-  static const Octaves roughcast(0.5F, 0.8F, 8, 604);
+  static const Octaves roughcast(0.4F, 0.93F, 8, 604);
   const float width_m = std::max(point.footprint_m, 0.001F);
   const float joints = stripes(point.uv.x(), 1.2F, 0.01F, width_m);
   const float skirting = band(point.uv.y(), 0.F, 0.1F, width_m);
   const float base = 0.45F + 0.15F * unit_float(hash_of(paint.seed, 1));
-  return mix(base + 0.05F * fractal_noise(roughcast, point.position, point.footprint_m), 0.16F,
+  return mix(base + 0.06F * fractal_noise(roughcast, point.position, point.footprint_m), 0.16F,
              std::max(0.6F * joints, skirting));
 }
 

@@ -11,10 +11,10 @@ namespace {
 
 // Leaves in light over gaps in shade.
 float foliage(const Paint& paint, const SurfacePoint& point) {
-  static const Octaves leaves(0.5F, 0.9F, 7, 301);
+  static const Octaves leaves(0.33F, 0.97F, 7, 301);
   const float bright = 0.16F + 0.1F * unit_float(hash_of(paint.seed, 1));
   const float relief = fractal_noise(leaves, point.position, point.footprint_m);
-  return bright * std::max(0.15F, 1.F + 0.75F * relief);
+  return bright * std::max(0.15F, 1.F + 0.62F * relief);
 }
 
 float grass(const SurfacePoint& point) {

@@ -18,12 +18,17 @@ float crack(const SurfacePoint& point) {
          std::min(1.F, 2.F * half_width_m / width_m);
 }
 
+// Grit, stains, and lighter stones and dark spots of chewing gum and oil strewn over them.
 float asphalt(const SurfacePoint& point) {
-  static const Octaves stains(3.F, 0.72F, 8, 102);
-  static const Octaves grit(0.09F, 0.92F, 5, 103);
+  static const Octaves stains(3.F, 0.8F, 8, 102);
+  static const Octaves grit(0.12F, 0.92F, 5, 103);
+  static const Octaves spots(0.14F, 0.6F, 2, 111);
   const float stain = fractal_noise(stains, point.position, point.footprint_m);
   const float stone = fractal_noise(grit, point.position, point.footprint_m);
-  return (0.155F + 0.034F * stain + 0.030F * stone) * (1.F - 0.6F * crack(point));
+  const float spot = fractal_noise(spots, point.position, point.footprint_m);
+  const float base = 0.155F + 0.036F * stain + 0.034F * stone;
+  return base * (1.F - 0.5F * soft_step(1.6F, 2.1F, spot)) * (1.F + 0.7F * soft_step(1.7F, 2.2F, -spot)) *
+         (1.F - 0.6F * crack(point));
 }
 
 float road_mark(const SurfacePoint& point) {
@@ -50,7 +55,7 @@ float manhole(const SurfacePoint& point) {
 }
 
 float sidewalk(const SurfacePoint& point) {
-  static const Octaves dirt(0.8F, 0.78F, 8, 107);
+  static const Octaves dirt(0.8F, 0.86F, 8, 107);
   constexpr float kSlab_m = 0.5F;
   const float width_m = std::max(point.footprint_m, 0.002F);
   const float x = point.position.x();

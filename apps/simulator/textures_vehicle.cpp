@@ -10,9 +10,9 @@
 namespace kinetrace::simulator {
 namespace {
 
-constexpr float kGlassGloss = 0.14F;
+constexpr float kGlassGloss = 0.055F;
 constexpr float kPaintGloss = 0.05F;
-constexpr float kGlass = 0.03F;
+constexpr float kGlass = 0.02F;
 constexpr float kTrim = 0.035F;
 
 float paint_albedo(const Paint& paint) {
@@ -108,9 +108,10 @@ void draw_front(const BodyPoint& at, std::uint32_t seed, Look& look) {
 void draw_rear(const BodyPoint& at, std::uint32_t seed, Look& look) {
   const float half = 0.5F * at.shape.width_m;
   draw_end_glass(at, look);
-  const float outer = band(std::abs(at.z), half - 0.3F, half, at.width_m);
-  const float lamp = outer * band(at.h, 0.66F, 0.86F, at.width_m);
-  cover(look, mix(0.13F, 0.5F, band(at.h, 0.7F, 0.75F, at.width_m)), 0.08F, lamp);
+  const float outer = band(std::abs(at.z), 0.58F * half, half, at.width_m);
+  const float lamp = outer * band(at.h, 0.64F, 0.88F, at.width_m);
+  cover(look, look.albedo > 0.25F ? 0.07F : 0.3F, 0.06F, lamp);
+  cover(look, 0.75F, 0.06F, lamp * band(at.h, 0.71F, 0.78F, at.width_m));
   cover(look, kTrim, 0.02F, band(at.h, 0.F, 0.34F, at.width_m));
   cover(look, kTrim, 0.F, band(at.h, 0.6F, 0.612F, at.width_m));
   const float badge = disc(std::hypot(at.z, at.h - 0.76F), 0.05F, at.width_m);

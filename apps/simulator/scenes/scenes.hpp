@@ -21,5 +21,14 @@ struct SceneEntry {
 [[nodiscard]] Result<Scene> make_scene(std::string_view name);
 
 [[nodiscard]] Scene street_scene();
+[[nodiscard]] Scene drone_scene();
+[[nodiscard]] Scene wearable_scene();
+[[nodiscard]] Scene receding_scene();
+[[nodiscard]] Scene crowd_scene();
+[[nodiscard]] Scene dark_scene();
+[[nodiscard]] Scene textureless_scene();
+[[nodiscard]] Scene pure_rotation_scene();
+[[nodiscard]] Scene object_fills_image_scene();
+[[nodiscard]] Scene static_scene();
 
 }  // namespace kinetrace::simulator
