@@ -38,9 +38,9 @@ struct ObjectResult {
   Se3 T_obj_cam;        ///< The camera in the object frame (METHOD eq. 2: T_world_obj = T_world_cam * T_obj_cam^-1).
   /// Of (rotation about the world's axes, position of the object's origin) in rad and m.
   Matrix6d covariance = Matrix6d::Zero();
-  /// World frame, of the object's box centre. Zero where a frame without own reconstruction shows no significant motion.
+  /// World frame, of the box centre. Zero where a frame without own reconstruction shows no significant motion.
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
-  double heading_rad = 0.0;                                ///< About the world's y axis, like Box3::yaw_rad.
+  double heading_rad = 0.0;  ///< About the world's y axis, like Box3::yaw_rad.
   Box3 box;
   PixelBox box_px;      ///< Of the left mask.
   int point_count = 0;  ///< Live reconstructed points.
