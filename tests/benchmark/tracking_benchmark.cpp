@@ -24,7 +24,7 @@ void assign_32x32(benchmark::State& state) {
       (*affinity)(u, v) = weight(random);
     }
   }
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     benchmark::DoNotOptimize(tracking::maximum_weight_assignment(*affinity));
   }
 }
@@ -49,15 +49,18 @@ struct Boxes {
       const int y0 = 40 + 160 * (k / 4);
       const auto label = static_cast<std::uint8_t>(k + 1);
       for (int y = y0; y < y0 + kObjectHeight; ++y) {
-        std::fill_n(pixels.begin() + y * width + x0, kObjectWidth, label);
+        std::fill_n(
+            &pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x0)],
+            kObjectWidth, label);
       }
       detections.push_back(
           {label, kVehicleClass, 1.F, {x0, y0, x0 + kObjectWidth, y0 + kObjectHeight}, kObjectWidth * kObjectHeight});
       for (int i = 0; i < 60; ++i) {
+        const int row = i / 10;
         Feature f;
         f.body = label;
         f.age_frames = 3;
-        f.left_px = {static_cast<float>(x0 + 5 + 14 * (i % 10)), static_cast<float>(y0 + 5 + 16 * (i / 10))};
+        f.left_px = {static_cast<float>(x0 + 5 + 14 * (i % 10)), static_cast<float>(y0 + 5 + 16 * row)};
         f.previous_left_px = f.left_px - Eigen::Vector2f(4.F, 0.F);
         f.u_right_px = f.left_px.x() - 12.F;
         features.push_back(f);
@@ -79,6 +82,7 @@ void track_8_objects(benchmark::State& state) {
   const bool with_right = state.range(0) != 0;
   const bool detected = state.range(1) != 0;
   std::vector<Boxes> frames;
+  frames.reserve(8);
   for (int i = 0; i < 8; ++i) {
     frames.emplace_back(i);
   }
@@ -95,7 +99,7 @@ void track_8_objects(benchmark::State& state) {
     }
     benchmark::DoNotOptimize(tracker.process(frame, boxes.features));
   };
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     state.PauseTiming();
     tracker.reset();
     for (int i = 0; i < 4; ++i) {
@@ -133,7 +137,7 @@ void segment_motion(benchmark::State& state) {
   }
   std::size_t next = frames.size();
   std::size_t detections = 0;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     if (next == frames.size()) {
       segmenter->reset();
       next = 0;

@@ -78,7 +78,7 @@ void MotionClusters::fill_grid() {
     }
     const int x = std::clamp(static_cast<int>(features_[i].left_px.x()) / kCellPx, 0, grid_width_ - 1);
     const int y = std::clamp(static_cast<int>(features_[i].left_px.y()) / kCellPx, 0, grid_height_ - 1);
-    std::int16_t& first = cell_first_[static_cast<std::size_t>(y * grid_width_ + x)];
+    std::int16_t& first = cell_first_[cell_index(x, y)];
     next_in_cell_[i] = first;
     first = static_cast<std::int16_t>(i);
   }
@@ -114,8 +114,7 @@ void MotionClusters::for_each_neighbour(std::size_t i, Visit&& visit) const {
         if (x < 0 || x >= grid_width_) {
           continue;
         }
-        for (int j = cell_first_[static_cast<std::size_t>(y * grid_width_ + x)]; j >= 0;
-             j = next_in_cell_[static_cast<std::size_t>(j)]) {
+        for (int j = cell_first_[cell_index(x, y)]; j >= 0; j = next_in_cell_[static_cast<std::size_t>(j)]) {
           const auto other = static_cast<std::size_t>(j);
           if (other != i && (features_[other].left_px - center).squaredNorm() <= reach * reach &&
               same_depth(i, other)) {

@@ -66,7 +66,8 @@ void StereoTracker::draw_right_prediction(TrackInstance& instance) noexcept {
     std::uint8_t* target = prediction_.row(y);
     for (int x = region.x0; x < region.x1; ++x) {
       const float unclamped_px = (row_disparity_px + d.slope.x() * static_cast<float>(x)) * gain;
-      const int left_x = x + static_cast<int>(std::clamp(unclamped_px, d.min_px, d.max_px) + 0.5F);
+      const float disparity_px = std::clamp(unclamped_px, d.min_px, d.max_px);
+      const int left_x = x + static_cast<int>(2.F * disparity_px + 1.F) / 2;  // rounds half up: it is not negative
       if (left_x >= 0 && left_x < width_px_ && source[left_x] == label) {
         target[x] = label;
       }

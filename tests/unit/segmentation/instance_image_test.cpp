@@ -9,6 +9,11 @@ namespace {
 
 constexpr int kWidth = 61;  // not a multiple of the run scan's step
 constexpr int kHeight = 40;
+constexpr std::size_t kPixels = std::size_t{kWidth} * kHeight;
+
+std::size_t index_of(int x, int y) {
+  return static_cast<std::size_t>(y) * kWidth + static_cast<std::size_t>(x);
+}
 
 class InstanceRelabelerTest : public ::testing::Test {
  protected:
@@ -17,7 +22,7 @@ class InstanceRelabelerTest : public ::testing::Test {
   void fill(int x0, int y0, int width, int height, std::uint16_t value) {
     for (int y = y0; y < y0 + height; ++y) {
       for (int x = x0; x < x0 + width; ++x) {
-        values_[static_cast<std::size_t>(y * kWidth + x)] = value;
+        values_[index_of(x, y)] = value;
       }
     }
   }
@@ -25,13 +30,13 @@ class InstanceRelabelerTest : public ::testing::Test {
     return relabeler_.relabel({values_.data(), kWidth, kHeight, kWidth}, encoding, max_objects, min_area_px,
                               {labels_.data(), kWidth, kHeight, kWidth}, detections_);
   }
-  [[nodiscard]] std::uint8_t label(int x, int y) const { return labels_[static_cast<std::size_t>(y * kWidth + x)]; }
+  [[nodiscard]] std::uint8_t label(int x, int y) const { return labels_[index_of(x, y)]; }
 
   Arena arena_{1U << 20U};
   InstanceRelabeler relabeler_;
   FixedVector<Detection> detections_;
-  std::vector<std::uint16_t> values_ = std::vector<std::uint16_t>(kWidth * kHeight);
-  std::vector<std::uint8_t> labels_ = std::vector<std::uint8_t>(kWidth * kHeight, 99);
+  std::vector<std::uint16_t> values_ = std::vector<std::uint16_t>(kPixels);
+  std::vector<std::uint8_t> labels_ = std::vector<std::uint8_t>(kPixels, 99);
 };
 
 TEST_F(InstanceRelabelerTest, FindsNothingInAnEmptyMask) {

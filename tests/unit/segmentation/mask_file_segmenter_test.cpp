@@ -30,7 +30,7 @@ class MaskFileSegmenterTest : public ::testing::Test {
   void write16(const std::string& name, std::uint16_t value, int width = kWidth, int height = kHeight) {
     std::vector<std::uint16_t> pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     for (int y = 10; y < 30; ++y) {
-      std::fill_n(pixels.begin() + y * width + 20, 20, value);
+      std::fill_n(&pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + 20], 20, value);
     }
     ASSERT_TRUE(
         imaging::write_png_gray16(folder_.file(name).c_str(), {pixels.data(), width, height, width}).has_value());
@@ -77,7 +77,7 @@ TEST_F(MaskFileSegmenterTest, ReadsTheMasksOfAFrameByItsName) {
 }
 
 TEST_F(MaskFileSegmenterTest, ReadsEightBitMasks) {
-  std::vector<std::uint8_t> pixels(kWidth * kHeight);
+  std::vector<std::uint8_t> pixels(std::size_t{kWidth} * kHeight);
   std::fill_n(pixels.begin(), 100, std::uint8_t{3});
   ASSERT_TRUE(imaging::write_png_gray8(folder_.file("left/a.png").c_str(), {pixels.data(), kWidth, kHeight, kWidth})
                   .has_value());

@@ -162,7 +162,8 @@ std::vector<std::uint8_t> stripes(const StereoGeometry& g, int period_px) {
     for (int x = 0; x < g.width_px; ++x) {
       state = state * 1664525U + 1013904223U;
       const bool bright = period_px > 0 ? x % period_px < period_px / 2 : state >> 31U != 0;
-      pixels[static_cast<std::size_t>(y * g.width_px + x)] = bright ? 200 : 60;
+      pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(g.width_px) + static_cast<std::size_t>(x)] =
+          bright ? 200 : 60;
     }
   }
   return pixels;

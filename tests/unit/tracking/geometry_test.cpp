@@ -60,7 +60,8 @@ TEST(FitSimilarity, NeedsThreePointsThatAgree) {
 TEST(FitSimilarity, RefusesPointsTooCloseTogetherForTheMask) {
   std::vector<PointPair> pairs;
   for (int i = 0; i < 4; ++i) {
-    const Eigen::Vector2f p(100.F + 3.F * static_cast<float>(i % 2), 100.F + 3.F * static_cast<float>(i / 2));
+    const int row = i / 2;
+    const Eigen::Vector2f p(100.F + 3.F * static_cast<float>(i % 2), 100.F + 3.F * static_cast<float>(row));
     pairs.push_back({p, p + Eigen::Vector2f(0.2F * static_cast<float>(i % 2), 5.F)});
   }
   EXPECT_FALSE(fit_similarity(pairs, {.reach_px = 200.0}, 1).has_value());
@@ -113,9 +114,9 @@ class ReferenceMaskTest : public ::testing::Test {
   static constexpr int kSide = 64;
   ReferenceMaskTest() : mask_(arena_, kSide, kSide) {}
   void capture_square(int x0, int y0, int size) {
-    std::vector<std::uint8_t> pixels(kSide * kSide);
+    std::vector<std::uint8_t> pixels(std::size_t{kSide} * kSide);
     for (int y = y0; y < y0 + size; ++y) {
-      std::fill_n(pixels.begin() + y * kSide + x0, size, std::uint8_t{1});
+      std::fill_n(&pixels[static_cast<std::size_t>(y) * kSide + static_cast<std::size_t>(x0)], size, std::uint8_t{1});
     }
     mask_.capture({pixels.data(), kSide, kSide, kSide}, {0, 0, kSide, kSide},
                   [](std::uint8_t label, int, int) { return label == 1; });

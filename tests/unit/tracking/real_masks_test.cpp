@@ -42,13 +42,18 @@ class RealMasks : public ::testing::TestWithParam<const char*> {
     return (folder_ / "instances_left" / (stem + ".png")).string();
   }
 
+  [[nodiscard]] ImageView<std::uint16_t> truth() {
+    return {truth_.data(), geometry_.width_px, geometry_.height_px, geometry_.width_px};
+  }
+
   /// Adds one frame to the tally of each true instance of at least 200 px.
   void score(const TrackFrame& frame, std::map<int, FramesOfTrack>& tally, std::map<int, int>& frames_seen) {
     std::map<int, int> area;
     std::map<std::pair<int, std::uint32_t>, int> shared;
     for (int y = 0; y < geometry_.height_px; ++y) {
+      const std::uint16_t* truth_row = truth().row(y);
       for (int x = 0; x < geometry_.width_px; ++x) {
-        const int instance = truth_[static_cast<std::size_t>(y * geometry_.width_px + x)];
+        const int instance = truth_row[x];
         if (instance == 0) {
           continue;
         }
@@ -98,8 +103,7 @@ TEST_P(RealMasks, KeepTheirIds) {
     segmenter->load(input.pair);
     const DetectionFrame detections = segmenter->process(input).value();
     const TrackFrame frame = tracker.process(detections, {}).value();
-    const ImageView<std::uint16_t> truth{truth_.data(), geometry_.width_px, geometry_.height_px, geometry_.width_px};
-    ASSERT_TRUE(reader.read_gray16(true_file(stems_[i]).c_str(), truth).has_value());
+    ASSERT_TRUE(reader.read_gray16(true_file(stems_[i]).c_str(), truth()).has_value());
     score(frame, tally, frames_seen);
   }
 

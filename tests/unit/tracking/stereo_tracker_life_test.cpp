@@ -143,6 +143,7 @@ TEST(StereoTracker, NeverReusesAnIdAndASlotOnlyInALaterFrame) {
 
 std::vector<Shape> row_of_shapes(int count) {
   std::vector<Shape> shapes;
+  shapes.reserve(static_cast<std::size_t>(count));
   for (int k = 0; k < count; ++k) {
     shapes.push_back({.x = 40.0 + 70.0 * k, .y = 100.0, .half_width = 12.0 + k, .half_height = 10.0});
   }

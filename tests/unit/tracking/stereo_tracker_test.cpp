@@ -81,7 +81,8 @@ TEST(StereoTracker, FollowsItsFeaturesDespiteForeignOnesOnItsMask) {
     f.id = static_cast<std::uint32_t>(i + 1);
     f.age_frames = 3;
     f.body = 1;
-    f.previous_left_px = {120.F + 8.F * static_cast<float>(i % 8), 90.F + 9.F * static_cast<float>(i / 8)};
+    const int row = i / 8;
+    f.previous_left_px = {120.F + 8.F * static_cast<float>(i % 8), 90.F + 9.F * static_cast<float>(row)};
     f.left_px = f.previous_left_px + Eigen::Vector2f(i % 3 == 0 ? 0.F : 12.F, 0.F);
     features.push_back(f);
   }
@@ -94,6 +95,7 @@ TEST(StereoTracker, FollowsItsFeaturesDespiteForeignOnesOnItsMask) {
 TEST(StereoTracker, KeepsIdsWhenDetectionLabelsAreShuffled) {
   TrackerScene scene;
   std::vector<Shape> shapes;
+  shapes.reserve(4);
   for (int k = 0; k < 4; ++k) {
     shapes.push_back({.x = 80.0 + 130.0 * k, .y = 60.0 + 40.0 * k, .disparity_px = 8.0 + k, .ellipse = k % 2 == 0});
   }
