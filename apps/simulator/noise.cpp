@@ -9,8 +9,9 @@
 namespace kinetrace::simulator {
 namespace {
 
-// Variance of one octave: that of a uniform value in [-1, 1] times the mean squared weights of quintic interpolation.
-constexpr float kOctaveVariance = (1.F / 3.F) * 0.7402F * 0.7402F * 0.7402F;
+// Variance of one octave: that of a uniform value in [-1, 1], times the mean sum of the squared weights of quintic
+// interpolation (362 / 462) for each of three directions.
+constexpr float kOctaveVariance = (1.F / 3.F) * 0.78355F * 0.78355F * 0.78355F;
 
 using Kernel = decltype(&kernel_baseline::fractal_noise);
 

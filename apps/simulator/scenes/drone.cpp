@@ -22,7 +22,7 @@ void add_vehicles(Scene& scene) {
   add(VehicleKind::kTruck, 44, {{-5.2, 150}, {-5.2, -60}}, SpeedProfile({{0, 5.5}}), 100.0);
   // Crossing from both sides, the second one turns our way.
   add(VehicleKind::kHatchback, 45, {{-60, kCrossing_m - 2.2}, {60, kCrossing_m - 2.2}},
-      SpeedProfile({{0, 6.5}, {5, 6.0}}), 28.0);
+      SpeedProfile({{0, 6.5}, {5, 6.0}}), 20.0);
   add(VehicleKind::kSedan, 46,
       {{60, kCrossing_m + 2.2},
        {20, kCrossing_m + 2.2},

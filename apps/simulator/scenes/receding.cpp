@@ -18,7 +18,7 @@ Scene receding_scene() {
   scene.actors.push_back(vehicle(
       VehicleKind::kHatchback, 81,
       drive(GroundPath(Points{{kLane_m, 0}, {kLane_m, 60}, {kLane_m - 0.4, 110}, {kLane_m, 180}, {kLane_m, 300}}),
-            SpeedProfile({{0.0, 8.0}, {4.0, 11.8}, {11.0, 11.8}, {15.0, 11.8}}), 10.1)));
+            SpeedProfile({{0.0, 8.0}, {4.0, 11.4}, {11.0, 11.4}, {15.0, 11.4}}), 10.1)));
   const Sway sway{{0.003, 0.003, 0.002}, {0.008, 0.01, 0.0}, 0.4, 2.5, 15};
   scene.T_scene_cam = mounted(drive(GroundPath(Points{{kLane_m, -30}, {kLane_m, 60}, {kLane_m, 200}}),
                                     SpeedProfile({{0.0, 6.5}, {6.0, 6.0}}), 30.0),

@@ -37,7 +37,7 @@ void add_moving_vehicles(Scene& scene) {
   scene.actors.push_back(vehicle(VehicleKind::kTruck, 5,
                                  drive(along_z(-kInner_m, 150, -60), SpeedProfile({{0.0, 8.0}, {8.0, 7.0}}), 112.0)));
   scene.actors.push_back(vehicle(VehicleKind::kHatchback, 6,
-                                 drive(along_z(-kInner_m, 150, -60), SpeedProfile({{0.0, 10.0}, {5.0, 8.5}}), 58.0)));
+                                 drive(along_z(-kInner_m, 150, -60), SpeedProfile({{0.0, 9.0}, {5.0, 8.0}}), 86.0)));
   scene.actors.push_back(
       vehicle(VehicleKind::kVan, 7, drive(along_z(-kOuter_m, 150, -60), SpeedProfile({{0.0, 7.5}}), 86.0)));
   // Out of the side street on the right, then ahead of us on the inner lane.
@@ -45,7 +45,7 @@ void add_moving_vehicles(Scene& scene) {
       VehicleKind::kSedan, 8,
       drive(GroundPath(Points{
                 {60, 64}, {30, 64}, {17, 64}, {11, 64.5}, {7, 67}, {5.4, 72}, {5.2, 80}, {5.2, 100}, {5.2, 160}}),
-            SpeedProfile({{0.0, 6.0}, {2.5, 4.0}, {5.0, 6.5}, {8.0, 8.5}}), 25.0)));
+            SpeedProfile({{0.0, 6.0}, {2.0, 4.5}, {4.5, 4.5}, {7.5, 8.5}}), 36.0)));
   // Comes towards us and turns across our lanes into the side street.
   scene.actors.push_back(vehicle(VehicleKind::kHatchback, 9,
                                  drive(GroundPath(Points{{-1.8, 150},
@@ -64,7 +64,7 @@ void add_people(Scene& scene) {
   scene.actors.push_back(walking_person(along_z(10.6, 60, 0), SpeedProfile({{0.0, 1.35}}), 26.0, 1));
   scene.actors.push_back(walking_person(along_z(-10.4, 0, 90), SpeedProfile({{0.0, 1.5}}), 22.0, 2));
   scene.actors.push_back(walking_person(GroundPath(Points{{9.6, 69.0}, {0, 69.0}, {-9.6, 69.0}, {-20, 69.0}}),
-                                        SpeedProfile({{0.0, 0.0}, {4.5, 0.0}, {5.5, 1.3}}), 0.0, 3));
+                                        SpeedProfile({{0.0, 1.4}}), 0.0, 3));
 }
 
 void add_parked_vehicles(Scene& scene) {

@@ -1,0 +1,164 @@
+// Lenses, sensor and noise.
+#include <cmath>
+#include <set>
+
+#include <gtest/gtest.h>
+
+#include "camera_rig.hpp"
+#include "noise.hpp"
+#include "noise_kernel.hpp"
+#include "random.hpp"
+#include "sensor.hpp"
+
+namespace kinetrace::simulator {
+namespace {
+
+const StereoGeometry kRig{721.5, 721.5, 609.6, 172.9, 0.54, 1242, 375};
+
+TEST(RawCamera, RaysAndPixelsAreInverse) {
+  for (const RawCamera& camera : distorted_rig(kRig).raw) {
+    for (const Eigen::Vector2d& pixel : {Eigen::Vector2d(3.0, 5.0), Eigen::Vector2d(700.0, 250.0),
+                                         Eigen::Vector2d(1380.0, 20.0), Eigen::Vector2d(10.0, 505.0)}) {
+      const Eigen::Vector2d ray = camera.rectified_ray(pixel);
+      EXPECT_LT((camera.project(ray.homogeneous()) - pixel).norm(), 1e-6);
+    }
+  }
+}
+
+TEST(RawCamera, CoversTheWholeRectifiedPicture) {
+  for (const StereoGeometry& geometry : {kRig, StereoGeometry{458.0, 458.0, 375.5, 239.5, 0.2, 752, 480},
+                                         StereoGeometry{400, 400, 319.5, 239.5, 0.1, 640, 480}}) {
+    for (const RawCamera& camera : distorted_rig(geometry).raw) {
+      for (const int x : {0, geometry.width_px / 2, geometry.width_px - 1}) {
+        for (const int y : {0, geometry.height_px / 2, geometry.height_px - 1}) {
+          const Eigen::Vector2d raw =
+              camera.project({(x - geometry.cx_px) / geometry.fx_px, (y - geometry.cy_px) / geometry.fy_px, 1.0});
+          EXPECT_GE(raw.x(), 0.0) << x << ' ' << y;
+          EXPECT_GE(raw.y(), 0.0) << x << ' ' << y;
+          EXPECT_LE(raw.x(), camera.width_px - 1.0) << x << ' ' << y;
+          EXPECT_LE(raw.y(), camera.height_px - 1.0) << x << ' ' << y;
+        }
+      }
+    }
+  }
+}
+
+TEST(SampleRays, NoTwoSamplesShareARowOrAColumn) {
+  const StereoGeometry small{100.0, 100.0, 1.5, 1.5, 0.1, 4, 4};
+  const SampleRays rays(ideal_rig(small).raw[0], 3);
+  ASSERT_EQ(rays.samples(), 9);
+  std::set<int> columns;
+  std::set<int> rows;
+  Eigen::Vector2f mean = Eigen::Vector2f::Zero();
+  for (int s = 0; s < 9; ++s) {
+    // In ninths of the pixel (2, 1).
+    const Eigen::Vector2f at = rays.at(2, 1, s) * 100.F + Eigen::Vector2f(1.5F - 2.F, 1.5F - 1.F);
+    columns.insert(static_cast<int>(std::floor((at.x() + 0.5F) * 9.F)));
+    rows.insert(static_cast<int>(std::floor((at.y() + 0.5F) * 9.F)));
+    mean += at / 9.F;
+  }
+  EXPECT_EQ(columns.size(), 9U);
+  EXPECT_EQ(rows.size(), 9U);
+  EXPECT_LT(mean.norm(), 1e-4F);
+}
+
+TEST(ResizedRig, KeepsTheFieldOfView) {
+  const StereoGeometry half = resized(kRig, 621, std::nullopt);
+  EXPECT_EQ(half.height_px, 188);
+  EXPECT_DOUBLE_EQ(half.fx_px, 0.5 * kRig.fx_px);
+  EXPECT_DOUBLE_EQ((half.cx_px + 0.5) / half.fx_px, (kRig.cx_px + 0.5) / kRig.fx_px);
+  const StereoGeometry taller = resized(kRig, std::nullopt, 475);
+  EXPECT_DOUBLE_EQ(taller.fx_px, kRig.fx_px);
+  EXPECT_DOUBLE_EQ(taller.cy_px, kRig.cy_px + 50.0);
+}
+
+TEST(Sensor, AddsTheNoiseItIsToldTo) {
+  const Image<float> grey(200, 100, 0.2520F);  // The square of 128 / 255.
+  const SensorSettings settings{.noise_levels = 2.0, .vignetting = 0.0, .blur_px = 0.0, .right_gain = 1.0};
+  const Image<std::uint8_t> image = expose(grey, settings, 1.0, 1, 2);
+  double sum = 0.0;
+  double squares = 0.0;
+  for (const std::uint8_t level : image.pixels()) {
+    sum += level;
+    squares += (level - 128.0) * (level - 128.0);
+  }
+  EXPECT_NEAR(sum / 20000.0, 128.0, 0.1);
+  // Rounding to whole levels adds a twelfth.
+  EXPECT_NEAR(std::sqrt(squares / 20000.0), std::sqrt(4.0 + 1.0 / 12.0), 0.06);
+}
+
+TEST(Sensor, DarkensTheCornersAndKeepsTheMiddle) {
+  const Image<float> grey(101, 101, 0.25F);
+  const SensorSettings settings{.noise_levels = 0.0, .vignetting = 0.36, .blur_px = 0.0, .right_gain = 1.0};
+  const Image<std::uint8_t> image = expose(grey, settings, 1.0, 1, 1);
+  EXPECT_EQ(image.at(50, 50), 128);
+  // A square root of the light: sqrt(1 - 0.36) = 0.8.
+  EXPECT_NEAR(image.at(0, 0), 0.8 * 127.5, 1.0);
+}
+
+TEST(Sensor, BlursWithoutChangingTheMean) {
+  Image<float> point(21, 21, 0.F);
+  point.at(10, 10) = 1.F;
+  const SensorSettings settings{.noise_levels = 0.0, .vignetting = 0.0, .blur_px = 0.5, .right_gain = 1.0};
+  const Image<std::uint8_t> image = expose(point, settings, 1.0, 1, 1);
+  double light = 0.0;
+  for (const std::uint8_t level : image.pixels()) {
+    light += level / 255.0 * (level / 255.0);
+  }
+  EXPECT_NEAR(light, 1.0, 0.03);
+  EXPECT_LT(image.at(10, 10), 250);
+  EXPECT_EQ(image.at(11, 10), image.at(9, 10));
+  EXPECT_GT(image.at(11, 10), 50);
+}
+
+TEST(Noise, HasZeroMeanAndUnitVariance) {
+  const Octaves octaves(0.7F, 0.8F, 8, 5);
+  Random random(1, 2);
+  double sum = 0.0;
+  double squares = 0.0;
+  constexpr int kCount = 40000;
+  for (int i = 0; i < kCount; ++i) {
+    const Eigen::Vector3f at(static_cast<float>(random.uniform(-90, 90)), static_cast<float>(random.uniform(-90, 90)),
+                             static_cast<float>(random.uniform(-90, 90)));
+    const double value = static_cast<double>(fractal_noise(octaves, at, 0.F));
+    sum += value;
+    squares += value * value;
+  }
+  EXPECT_NEAR(sum / kCount, 0.0, 0.03);
+  EXPECT_NEAR(squares / kCount, 1.0, 0.05);
+}
+
+TEST(Noise, FadesWhatAPixelCannotResolve) {
+  const Octaves octaves(0.1F, 0.9F, 6, 5);
+  for (float x = 0.F; x < 1.F; x += 0.013F) {
+    EXPECT_EQ(fractal_noise(octaves, {x, 0.4F, 2.F}, 0.1F), 0.F);
+  }
+}
+
+TEST(Noise, IsContinuous) {
+  const Octaves octaves(0.5F, 0.8F, 5, 5);
+  float previous = fractal_noise(octaves, {-1.F, 0.3F, 0.2F}, 0.F);
+  for (int i = 1; i < 4000; ++i) {
+    const float value = fractal_noise(octaves, {-1.F + 0.0005F * static_cast<float>(i), 0.3F, 0.2F}, 0.F);
+    EXPECT_LT(std::abs(value - previous), 0.15F);
+    previous = value;
+  }
+}
+
+#ifdef KINETRACE_HAVE_V3
+TEST(Noise, KernelsAgree) {
+  const Octaves octaves(0.5F, 0.8F, 8, 5);
+  for (int i = 0; i < 1000; ++i) {
+    const float x = 0.37F * static_cast<float>(i) - 150.F;
+    const float a = kernel_baseline::fractal_noise(octaves.frequency.data(), octaves.amplitude.data(), 5, x, 0.7F * x,
+                                                   3.F - x, 0.02F);
+    const float b =
+        kernel_v3::fractal_noise(octaves.frequency.data(), octaves.amplitude.data(), 5, x, 0.7F * x, 3.F - x, 0.02F);
+    // Octaves of 4 mm cells at 100 m: the last bits of the position show.
+    EXPECT_NEAR(a, b, 2e-2F);
+  }
+}
+#endif
+
+}  // namespace
+}  // namespace kinetrace::simulator

@@ -1,0 +1,26 @@
+// Small, noise-free simulations: quick, and exact enough to compare pictures with truth.
+#pragma once
+
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "scenes/scenes.hpp"
+#include "stereo_simulator.hpp"
+
+namespace kinetrace::simulator {
+
+inline SimulatorSettings clean_settings() {
+  SimulatorSettings settings;
+  settings.sensor = {.noise_levels = 0.0, .vignetting = 0.0, .blur_px = 0.0, .right_gain = 1.0};
+  return settings;
+}
+
+inline StereoSimulator small_simulator(std::string_view scene_name,
+                                       const SimulatorSettings& settings = clean_settings(), int width_px = 414) {
+  Scene scene = make_scene(scene_name).value();
+  scene.rig = resized(scene.rig, width_px, std::nullopt);
+  return StereoSimulator::create(std::move(scene), settings).value();
+}
+
+}  // namespace kinetrace::simulator
