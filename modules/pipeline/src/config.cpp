@@ -27,6 +27,7 @@ Status PipelineConfig::validate() const {
            object.validate("object"),
            refinement.validate(),
            trajectory.validate(),
+           require_range("features.motion_bucket_px", motion_bucket_px, 8, 256),
            require_range("object.stereo_only_min_features", objects.stereo_only_min_features, 1, 1000),
            require_range("object.lost_after_frames", objects.lost_after_frames, 1, 10000),
            require_range("memory.budget_mib", memory.budget_mib, 1.0, 1e6),

@@ -38,6 +38,8 @@ struct ObjectConfig {
 /// `tracking`; the reconstructions follow.
 struct PipelineConfig {
   features::FeatureConfig features;
+  /// Stands for features.bucket_px while objects are found by motion: they need features before they are known.
+  int motion_bucket_px = 16;
   segmentation::SegmentationConfig segmentation;
   tracking::TrackerConfig tracking;
   sfm::BodyConfig background;
@@ -82,6 +84,7 @@ void visit_fields(Config& config, Visitor&& visit) {
   visit("features.max_features_per_object", f.max_features_per_object, "of these, at most for one object");
   visit("features.pyramid_levels", f.pyramid_levels, "image pyramid levels, each half the size");
   visit("features.bucket_px", f.bucket_px, "background: one new feature per free bucket of this size, px");
+  visit("features.motion_bucket_px", config.motion_bucket_px, "... while objects are found by motion, px");
   visit("features.object_bucket_px", f.object_bucket_px, "the same for objects, px");
   visit("features.min_distance_px", f.min_distance_px, "between a new corner and any live feature, px");
   visit("features.min_corner_strength", f.min_corner_strength, "root of the smaller gradient eigenvalue, gray per px");
@@ -110,6 +113,8 @@ void visit_fields(Config& config, Visitor&& visit) {
   visit("segmentation.motion.window_frames", s.motion.window_frames, "frames over which a velocity is fitted");
   visit("segmentation.motion.min_disparity_px", s.motion.min_disparity_px, "features farther away have no say, px");
   visit("segmentation.motion.min_speed_mps", s.motion.min_speed_mps, "slower regions are not called moving, m/s");
+  visit("segmentation.motion.min_speed_ratio", s.motion.min_speed_ratio,
+        "regions slower than this part of the camera's speed are not called moving");
   visit("segmentation.motion.significance", s.motion.significance, "speed over its standard deviation");
   visit("segmentation.motion.min_features", s.motion.min_features, "features of a moving region");
   visit("segmentation.motion.link_distance_m", s.motion.link_distance_m, "features farther apart do not join, m");
