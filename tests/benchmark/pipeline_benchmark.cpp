@@ -1,4 +1,6 @@
 // The whole chain, per frame, on a rendered 1242x375 street: the background alone, and with eight masked objects.
+#include <cmath>
+#include <string>
 #include <vector>
 
 #include <benchmark/benchmark.h>
@@ -27,13 +29,15 @@ StereoGeometry wide_rig() {
           .height_px = 375};
 }
 
-/// Eight boxes that go ahead of the camera in two columns.
+/// Eight boxes side by side in the image, nearer ones at its borders, that go ahead of the camera.
 std::vector<Mover> traffic() {
   std::vector<Mover> movers;
   for (int i = 0; i < 8; ++i) {
-    movers.push_back({.size_m = {1.8, 1.5, 3.0},
-                      .start_m = {-4.0 + 2.6 * (i % 4), 0.75, i < 4 ? 10.0 : 20.0},
-                      .velocity_mps = {0.1 * (i % 4), 0.0, 5.5}});
+    const double tangent = -0.56 + 0.17 * i;
+    const double depth_m = 16.0 - 14.0 * std::abs(tangent);
+    movers.push_back({.size_m = {1.2, 1.5, 2.0},
+                      .start_m = {tangent * depth_m, 0.75, depth_m + 1.0},
+                      .velocity_mps = {0.1, 0.0, 5.5}});
   }
   return movers;
 }

@@ -57,7 +57,7 @@ NoiseTexture::NoiseTexture() {
       for (int cell = 4; cell <= 64; cell *= 2) {
         sum += octave_value(x, y, cell, kSize);
       }
-      levels_[0][static_cast<std::size_t>(y * kSize + x)] = kOctaveGray * sum;
+      levels_[0][static_cast<std::size_t>(y) * kSize + static_cast<std::size_t>(x)] = kOctaveGray * sum;
     }
   }
   for (std::size_t level = 1; level < kLevels; ++level) {
