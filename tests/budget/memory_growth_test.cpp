@@ -16,7 +16,7 @@ namespace kinetrace::test {
 namespace {
 
 constexpr int kSettledIn = 20;  // Frames after which every part has touched its memory.
-constexpr std::uint64_t kMaxGrowthBytes = 512 * 1024;
+constexpr std::uint64_t kMaxGrowthBytes = 1U << 19U;
 
 struct Growth {
   std::int64_t frames = 0;

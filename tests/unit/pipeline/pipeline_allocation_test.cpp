@@ -20,6 +20,7 @@ constexpr int kFrames = 14;
 /// Own allocations from the fourth frame on, draining included.
 std::uint64_t allocations_of(const PipelineConfig& config, const std::vector<RenderedPair>& pairs) {
   std::vector<std::string> stems;
+  stems.reserve(kFrames);
   for (int frame = 0; frame < kFrames; ++frame) {
     stems.push_back(test::stem_of(frame));
   }

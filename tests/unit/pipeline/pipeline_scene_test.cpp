@@ -251,10 +251,12 @@ TEST(PipelineScene, NothingToSeeFromTheStartIsNoError) {
 /// Six boxes in two rows, all visible, all masked.
 StreetDrive crowd() {
   std::vector<Mover> movers;
-  for (int i = 0; i < 6; ++i) {
-    movers.push_back({.size_m = {1.0, 1.2, 1.0},
-                      .start_m = {-2.8 + 2.8 * (i % 3), 0.9 - 1.6 * static_cast<double>(i / 3), 9.0 + i / 3},
-                      .velocity_mps = {0.0, 0.0, 5.0}});
+  for (const double row : {0.0, 1.0}) {
+    for (const double column : {-1.0, 0.0, 1.0}) {
+      movers.push_back({.size_m = {1.0, 1.2, 1.0},
+                        .start_m = {2.8 * column, 0.9 - 1.6 * row, 9.0 + row},
+                        .velocity_mps = {0.0, 0.0, 5.0}});
+    }
   }
   return StreetDrive(movers);
 }
