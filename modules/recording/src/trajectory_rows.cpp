@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "kinetrace/core/detections.hpp"
-#include "mask_rle.hpp"
+#include "kinetrace/imaging/mask_rle.hpp"
 
 namespace kinetrace::recording {
 namespace {
@@ -128,9 +128,11 @@ void write_label_row(const FrameEstimate& frame, const ObjectResult& object, Buf
 }
 
 std::int64_t mots_object_id(std::uint16_t class_id, std::uint32_t track_id) noexcept {
-  constexpr std::uint32_t kIdsPerClass = 1000;
-  constexpr std::int64_t kLargeIds = 100'000'000;  // Above every class_id * 1000 + 999.
-  return track_id < kIdsPerClass ? std::int64_t{class_id} * kIdsPerClass + track_id : kLargeIds + track_id;
+  return track_id < kMotsIdsPerClass ? class_id * kMotsIdsPerClass + track_id : kMotsLargeIds + track_id;
+}
+
+std::int64_t mots_track_id(std::int64_t class_id, std::int64_t object_id) noexcept {
+  return object_id >= kMotsLargeIds ? object_id - kMotsLargeIds : object_id - class_id * kMotsIdsPerClass;
 }
 
 int write_mots_rows(const FrameResult& result, BufferedWriter& out) noexcept {
@@ -140,12 +142,12 @@ int write_mots_rows(const FrameResult& result, BufferedWriter& out) noexcept {
     return rows;
   }
   for (const Track& track : result.tracks) {
-    if (track.state == TrackState::kTentative || !has_label(labels, track.box_px, track.label())) {
+    if (track.state == TrackState::kTentative || !imaging::has_label(labels, track.box_px, track.label())) {
       continue;
     }
     out.integer(result.newest.frame_index).text(" ").integer(mots_object_id(track.class_id, track.id)).text(" ");
     out.integer(track.class_id).text(" ").integer(labels.height).text(" ").integer(labels.width).text(" ");
-    write_mask_rle(labels, track.box_px, track.label(), out);
+    imaging::encode_mask_rle(labels, track.box_px, track.label(), [&out](std::string_view text) { out.text(text); });
     out.text("\n");
     ++rows;
   }

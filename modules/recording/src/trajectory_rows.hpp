@@ -32,7 +32,11 @@ void write_object_row(const FrameEstimate& frame, const ObjectResult& object, Bu
 void write_label_row(const FrameEstimate& frame, const ObjectResult& object, BufferedWriter& out) noexcept;
 /// One line per confirmed or propagated track that has a pixel; returns their number.
 int write_mots_rows(const FrameResult& result, BufferedWriter& out) noexcept;
+inline constexpr std::int64_t kMotsIdsPerClass = 1000;
+inline constexpr std::int64_t kMotsLargeIds = 100'000'000;  ///< Above every class_id * 1000 + 999.
 /// class_id * 1000 + track_id as KITTI MOTS has it; ids from 1000 on do not fit and become 100 000 000 + track_id.
 [[nodiscard]] std::int64_t mots_object_id(std::uint16_t class_id, std::uint32_t track_id) noexcept;
+/// The inverse; outside the range of track ids if the two do not fit.
+[[nodiscard]] std::int64_t mots_track_id(std::int64_t class_id, std::int64_t object_id) noexcept;
 
 }  // namespace kinetrace::recording

@@ -37,7 +37,7 @@ class AffinityMatrix {
 /// Column of each row, or -1.
 using Assignment = std::array<int, kMaxObjects>;
 
-/// The matching of greatest total weight (Kuhn 1955, Munkres 1957; shortest augmenting paths with potentials, O(n^3)).
+/// The matching of greatest total weight (Kuhn-Munkres, see core/assignment.hpp; O(n^3)).
 /// Pairs of weight zero are left unmatched. Ties are broken the same way every time. Fixed memory, on the stack.
 [[nodiscard]] Assignment maximum_weight_assignment(const AffinityMatrix& affinity) noexcept;
 

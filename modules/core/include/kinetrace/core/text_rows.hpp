@@ -1,0 +1,78 @@
+// Text files of numbers: rows of fields, and errors that name the file and the line. For host-side tools; allocates.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/core/se3.hpp"
+
+namespace kinetrace {
+
+/// The whole of `text` as a number; none if it is not one or not finite.
+[[nodiscard]] std::optional<double> parse_number(std::string_view text);
+[[nodiscard]] std::optional<std::int64_t> parse_integer(std::string_view text);
+/// Nanoseconds from an integer of 16 digits or more (nanoseconds), or else from seconds.
+[[nodiscard]] std::optional<std::int64_t> parse_time_ns(std::string_view text);
+
+/// Walks through the rows of a text file. Blank lines and lines that begin with '#' are left out. The first mistake
+/// sticks: `next()` is false from then on and `status()` says what is wrong, so a reader checks once, at the end.
+///
+///     while (rows.next()) { x = rows.number(0); ... }
+///     return rows.status();
+class TextRows {
+ public:
+  enum class Separator : std::uint8_t { kBlanks, kComma };
+
+  TextRows(TextRows&&) noexcept = default;
+  TextRows& operator=(TextRows&&) noexcept = default;
+  TextRows(const TextRows&) = delete;
+  TextRows& operator=(const TextRows&) = delete;
+  ~TextRows() = default;
+
+  /// Reads the whole file. Errors: kNotFound, kIo.
+  [[nodiscard]] static Result<TextRows> open(const std::filesystem::path& path, Separator separator);
+
+  /// Takes the next row as the names of the columns; from then on every row has as many fields. Returns where `names`
+  /// are. Mistakes: a name that is missing.
+  [[nodiscard]] std::vector<std::size_t> columns(const std::vector<std::string_view>& names);
+
+  /// To the next row; false at the end and after a mistake.
+  [[nodiscard]] bool next();
+  [[nodiscard]] std::size_t size() const noexcept { return fields_.size(); }
+  [[nodiscard]] int line() const noexcept { return line_; }
+
+  /// Fields of the row, from 0; a mistake if there is none or it is not what was asked for, and then zero.
+  [[nodiscard]] std::string_view text(std::size_t field);
+  [[nodiscard]] double number(std::size_t field);
+  [[nodiscard]] std::int64_t integer(std::size_t field);
+  [[nodiscard]] std::int64_t time_ns(std::size_t field);
+  /// `tx ty tz qx qy qz qw` from `field` on. A mistake if the quaternion's length is not 1 to within 0.01.
+  [[nodiscard]] Se3 pose(std::size_t field);
+  /// The upper 3 x 4 part of a transform, row by row. A mistake if it is no rotation to within 0.01.
+  [[nodiscard]] Se3 matrix_pose(std::size_t field);
+
+  /// Reports a mistake in the current row: "FILE, line N: REASON".
+  void reject(const std::string& reason);
+  [[nodiscard]] const Status& status() const noexcept { return status_; }
+
+ private:
+  TextRows() = default;
+  void split(std::string_view row);
+
+  std::filesystem::path path_;
+  Separator separator_ = Separator::kBlanks;
+  std::vector<char> content_;  ///< Not a string: its characters must stay where they are when the rows are moved.
+  std::size_t position_ = 0;
+  int line_ = 0;
+  std::size_t expected_fields_ = 0;  ///< 0: any.
+  std::vector<std::string_view> fields_;
+  Status status_;
+};
+
+}  // namespace kinetrace

@@ -1,0 +1,200 @@
+#include "kinetrace/core/text_rows.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+namespace kinetrace {
+namespace {
+
+constexpr std::string_view kBlanks = " \t\r\f\v";
+constexpr double kRotationTolerance = 0.01;  // Text of few digits is a rotation only nearly.
+
+std::string quoted(std::string_view word) {
+  constexpr std::size_t kMaxQuoted = 40;
+  std::string text(1, '\'');
+  text.append(word.substr(0, kMaxQuoted)).append(1, '\'');
+  return text;
+}
+
+std::string_view trimmed(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(kBlanks);
+  return first == std::string_view::npos ? std::string_view{}
+                                         : text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
+}
+
+template <typename Number>
+std::optional<Number> parse_whole(std::string_view text) {
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc{} && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<double> parse_number(std::string_view text) {
+  const std::optional<double> value = parse_whole<double>(text);
+  return value && std::isfinite(*value) ? value : std::nullopt;
+}
+
+std::optional<std::int64_t> parse_integer(std::string_view text) {
+  return parse_whole<std::int64_t>(text);
+}
+
+std::optional<std::int64_t> parse_time_ns(std::string_view text) {
+  constexpr std::size_t kFewestNanosecondDigits = 16;
+  if (text.size() >= kFewestNanosecondDigits && text.find_first_not_of("0123456789") == std::string_view::npos) {
+    return parse_integer(text);
+  }
+  // long double: Unix time in seconds with nanoseconds needs more than the 53 bits of a double.
+  const auto seconds = parse_whole<long double>(text);
+  constexpr long double kLimit_s = 9.2e9L;
+  if (!seconds || !std::isfinite(*seconds) || std::abs(*seconds) > kLimit_s) {
+    return std::nullopt;
+  }
+  return static_cast<std::int64_t>(std::llround(*seconds * 1e9L));
+}
+
+Result<TextRows> TextRows::open(const std::filesystem::path& path, Separator separator) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) {
+    return fail(ErrorCode::kNotFound, path.string() + ": no such file; check the path");
+  }
+  std::ifstream file(path, std::ios::binary);
+  std::vector<char> content{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  if (!file) {
+    return fail(ErrorCode::kIo, path.string() + ": cannot be read; check its permissions");
+  }
+  TextRows rows;
+  rows.path_ = path;
+  rows.separator_ = separator;
+  rows.content_ = std::move(content);
+  return rows;
+}
+
+std::vector<std::size_t> TextRows::columns(const std::vector<std::string_view>& names) {
+  std::vector<std::size_t> places(names.size(), 0);
+  if (!next()) {
+    reject("expected the names of the columns, found the end of the file");
+    return places;
+  }
+  expected_fields_ = fields_.size();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto found = std::find(fields_.begin(), fields_.end(), names[i]);
+    if (found == fields_.end()) {
+      reject("column " + quoted(names[i]) + " is missing");
+      break;
+    }
+    places[i] = static_cast<std::size_t>(found - fields_.begin());
+  }
+  return places;
+}
+
+bool TextRows::next() {
+  fields_.clear();
+  while (status_ && position_ < content_.size()) {
+    const std::string_view rest = std::string_view(content_.data(), content_.size()).substr(position_);
+    const std::size_t length = std::min(rest.find('\n'), rest.size());
+    const std::string_view row = trimmed(rest.substr(0, length));
+    position_ += length + 1;
+    ++line_;
+    if (row.empty() || row.front() == '#') {
+      continue;
+    }
+    split(row);
+    if (expected_fields_ != 0 && fields_.size() != expected_fields_) {
+      reject("expected " + std::to_string(expected_fields_) + " fields, found " + std::to_string(fields_.size()));
+      return false;
+    }
+    return true;
+  }
+  return false;
+}
+
+void TextRows::split(std::string_view row) {
+  if (separator_ == Separator::kComma) {
+    for (std::size_t begin = 0; begin <= row.size();) {
+      const std::size_t end = std::min(row.find(',', begin), row.size());
+      fields_.push_back(trimmed(row.substr(begin, end - begin)));
+      begin = end + 1;
+    }
+    return;
+  }
+  for (std::size_t begin = row.find_first_not_of(kBlanks); begin < row.size();) {
+    const std::size_t end = std::min(row.find_first_of(kBlanks, begin), row.size());
+    fields_.push_back(row.substr(begin, end - begin));
+    begin = std::min(row.find_first_not_of(kBlanks, end), row.size());
+  }
+}
+
+std::string_view TextRows::text(std::size_t field) {
+  if (field >= fields_.size()) {
+    reject("expected at least " + std::to_string(field + 1) + " fields, found " + std::to_string(fields_.size()));
+    return {};
+  }
+  return fields_[field];
+}
+
+double TextRows::number(std::size_t field) {
+  const std::string_view word = text(field);
+  const std::optional<double> value = parse_number(word);
+  if (!value) {
+    reject(quoted(word) + " is no finite number");
+  }
+  return value.value_or(0.0);
+}
+
+std::int64_t TextRows::integer(std::size_t field) {
+  const std::string_view word = text(field);
+  const std::optional<std::int64_t> value = parse_integer(word);
+  if (!value) {
+    reject(quoted(word) + " is no whole number");
+  }
+  return value.value_or(0);
+}
+
+std::int64_t TextRows::time_ns(std::size_t field) {
+  const std::string_view word = text(field);
+  const std::optional<std::int64_t> value = parse_time_ns(word);
+  if (!value) {
+    reject(quoted(word) + " is no time; expected seconds or nanoseconds");
+  }
+  return value.value_or(0);
+}
+
+Se3 TextRows::pose(std::size_t field) {
+  const Eigen::Vector3d translation(number(field), number(field + 1), number(field + 2));
+  const Eigen::Quaterniond rotation(number(field + 6), number(field + 3), number(field + 4), number(field + 5));
+  if (std::abs(rotation.norm() - 1.0) > kRotationTolerance) {
+    reject("the quaternion qx qy qz qw does not have length 1");
+    return {};
+  }
+  return {rotation.normalized().toRotationMatrix(), translation};
+}
+
+Se3 TextRows::matrix_pose(std::size_t field) {
+  Eigen::Matrix<double, 3, 4> matrix;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) {
+      matrix(row, column) = number(field + static_cast<std::size_t>(row * 4 + column));
+    }
+  }
+  const Eigen::Matrix3d rotation = matrix.leftCols<3>();
+  const double off = (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  if (!(off < kRotationTolerance && rotation.determinant() > 0.0)) {
+    reject("the 3 x 4 matrix does not begin with a rotation");
+    return {};
+  }
+  return Se3{rotation, matrix.col(3)}.orthonormalised();
+}
+
+void TextRows::reject(const std::string& reason) {
+  if (status_) {
+    status_ = fail(ErrorCode::kBadFormat, path_.string() + ", line " + std::to_string(line_) + ": " + reason);
+  }
+}
+
+}  // namespace kinetrace

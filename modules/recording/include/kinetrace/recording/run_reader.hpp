@@ -1,0 +1,71 @@
+// Reads a finished run folder back. For host-side tools; allocates.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "kinetrace/core/body.hpp"
+#include "kinetrace/core/frame_result.hpp"
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/core/se3.hpp"
+
+namespace kinetrace::recording {
+
+/// A settled camera pose.
+struct CameraRow {
+  std::int64_t frame = 0;
+  std::int64_t timestamp_ns = 0;
+  Se3 T_world_cam;
+};
+
+/// A row of objects.csv: one object in one settled frame.
+struct ObjectRow {
+  std::int64_t frame = 0;
+  std::int64_t timestamp_ns = 0;
+  std::uint32_t track_id = 0;
+  std::uint16_t class_id = 0;  ///< Of the segmentation; see core/detections.hpp.
+  BodyStatus status = BodyStatus::kLost;
+  Se3 T_world_obj;
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< World frame, of the box centre.
+  bool moving = false;
+  double heading_rad = 0.0;
+  Box3 box;
+  Vector6d variances = Vector6d::Zero();  ///< rad^2 about the world's axes, then m^2 of the origin.
+  int point_count = 0;
+  int inliers = 0;
+  int pixel_height = 0;
+  PixelBox mask_px;  ///< Half open; empty without a mask.
+};
+
+/// A row of mots.txt: one mask of the left image of its frame.
+struct MaskRow {
+  std::int64_t frame = 0;
+  std::uint32_t track_id = 0;
+  std::uint16_t class_id = 0;
+  int width_px = 0;
+  int height_px = 0;
+  std::string rle;  ///< COCO's compressed run lengths.
+};
+
+/// What a run folder holds as rows. World = first left rectified camera.
+struct Run {
+  std::filesystem::path directory;
+  std::string dataset;      ///< "LAYOUT:PATH" as it was given; the path may be relative to where the run was made.
+  std::string sequence;     ///< Name of the sequence.
+  std::string config_json;  ///< The configuration, a JSON object.
+  std::int64_t frames = 0;  ///< Processed.
+  std::vector<CameraRow> camera;   ///< By frame.
+  std::vector<ObjectRow> objects;  ///< By frame, then as in the file.
+};
+
+/// Reads run.json, camera.tum, camera_kitti.txt and objects.csv. The camera files have no frame numbers: they come from
+/// the time stamps of objects.csv, and between and beyond those from the interval between frames. Errors, each with
+/// file and line: kNotFound (no such folder; no run.json, so the run did not finish), kBadFormat.
+[[nodiscard]] Result<Run> read_run(const std::filesystem::path& directory);
+
+/// Reads mots.txt, ordered by frame; empty if the run wrote none. Errors: kBadFormat with file and line.
+[[nodiscard]] Result<std::vector<MaskRow>> read_masks(const std::filesystem::path& directory);
+
+}  // namespace kinetrace::recording
