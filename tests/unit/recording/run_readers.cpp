@@ -144,37 +144,6 @@ std::vector<std::map<std::string, std::string>> read_csv(const std::filesystem::
   return rows;
 }
 
-std::vector<std::uint8_t> decode_rle(std::string_view rle, int width, int height) {
-  std::vector<std::int64_t> counts;
-  for (std::size_t i = 0; i < rle.size();) {
-    std::int64_t value = 0;
-    int shift = 0;
-    int bits = 0x20;
-    for (; (bits & 0x20) != 0; shift += 5) {
-      require(i < rle.size(), "run-length string ends within a number");
-      bits = rle[i++] - 48;
-      require(bits >= 0 && bits < 64, "character outside the run-length alphabet");
-      value |= static_cast<std::int64_t>(bits & 0x1f) << shift;
-    }
-    if ((bits & 0x10) != 0) {
-      value -= std::int64_t{1} << shift;
-    }
-    counts.push_back(counts.size() > 2 ? value + counts[counts.size() - 2] : value);
-  }
-  std::vector<std::uint8_t> mask(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  std::size_t position = 0;
-  for (std::size_t run = 0; run < counts.size(); ++run) {
-    require(counts[run] > 0 || (run == 0 && counts[run] == 0), "empty run");
-    for (std::int64_t i = 0; i < counts[run]; ++i, ++position) {
-      require(position < mask.size(), "runs longer than the image");
-      const auto rows = static_cast<std::size_t>(height);
-      mask[position % rows * static_cast<std::size_t>(width) + position / rows] = run % 2;
-    }
-  }
-  require(position == mask.size(), "runs shorter than the image");
-  return mask;
-}
-
 PlyFile read_ply(const std::filesystem::path& path) {
   const std::string data = read_text(path);
   const std::string end = "end_header\n";

@@ -33,9 +33,6 @@ struct TumRow {
 /// Rows of a CSV file, by column name.
 [[nodiscard]] std::vector<std::map<std::string, std::string>> read_csv(const std::filesystem::path& path);
 
-/// Foreground pixels of a COCO run-length string, row-major `height` x `width`.
-[[nodiscard]] std::vector<std::uint8_t> decode_rle(std::string_view rle, int width, int height);
-
 struct PlyVertex {
   Eigen::Vector3f position_m;
   std::array<std::uint8_t, 3> rgb{};

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "kinetrace/imaging/mask_rle.hpp"
 #include "run_readers.hpp"
 #include "spool.hpp"
 #include "synthetic_run.hpp"
@@ -209,13 +210,13 @@ TEST_F(TrajectoryFiles, MotsHoldsEveryMaskOnceAndNoneTwiceWhileDraining) {
     EXPECT_EQ(f[2], slot == 0 ? "1" : slot == 1 ? "2" : "0");
     EXPECT_EQ(to_integer(f[3]), SyntheticRun::kHeight);
     EXPECT_EQ(to_integer(f[4]), SyntheticRun::kWidth);
-    const std::vector<std::uint8_t> mask = decode_rle(f[5], SyntheticRun::kWidth, SyntheticRun::kHeight);
     const PixelBox box = SyntheticRun::mask_box(slot, static_cast<int>(to_integer(f[0])));
-    for (int y = 0; y < SyntheticRun::kHeight; ++y) {
-      for (int x = 0; x < SyntheticRun::kWidth; ++x) {
-        const bool inside = x >= box.x0 && x < box.x1 && y >= box.y0 && y < box.y1;
-        ASSERT_EQ(mask[static_cast<std::size_t>(y * SyntheticRun::kWidth + x)], inside ? 1 : 0);
-      }
+    const auto runs = imaging::decode_mask_rle(f[5], SyntheticRun::kWidth, SyntheticRun::kHeight);
+    ASSERT_TRUE(runs) << runs.error().message;
+    ASSERT_EQ(static_cast<int>(runs->size()), box.width()) << "one run a column";
+    for (std::size_t column = 0; column < runs->size(); ++column) {
+      const std::int64_t begin = (box.x0 + static_cast<std::int64_t>(column)) * SyntheticRun::kHeight + box.y0;
+      EXPECT_EQ((*runs)[column], (imaging::MaskRun{begin, begin + box.height()}));
     }
   }
 }
