@@ -55,11 +55,11 @@ double position_error_m(const PoseProblem& problem, const Se3& T_cam_body) {
 void BM_StereoPose(benchmark::State& state) {
   const PoseProblem problem =
       make_problem(static_cast<int>(state.range(0)), 0.01 * static_cast<double>(state.range(1)));
-  const StereoPoseEstimator estimator({.measurement_sigma_px = 0.4}, problem.rig);
+  const StereoPoseEstimator estimator({}, problem.rig);
   std::vector<std::uint8_t> inlier(problem.observations.size());
   PoseEstimate pose;
   for (auto _ : state) {
-    pose = estimator.estimate(problem.observations, Se3{}, inlier);
+    pose = estimator.estimate(problem.observations, Se3{}, 0.4, inlier);
     benchmark::DoNotOptimize(pose);
   }
   state.counters["error_mm"] = 1e3 * position_error_m(problem, pose.T_cam_body);

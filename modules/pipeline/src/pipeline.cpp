@@ -10,6 +10,7 @@
 #include "kinetrace/segmentation/segmenter.hpp"
 #include "kinetrace/sfm/body_reconstruction.hpp"
 #include "kinetrace/tracking/stereo_tracker.hpp"
+#include "kinetrace/trajectory/trajectory_smoother.hpp"
 #include "object_state.hpp"
 #include "result_ring.hpp"
 
@@ -18,6 +19,8 @@ namespace {
 
 constexpr std::uint8_t kBackground = kBackgroundLabel;
 constexpr int kCameraLostAfterFrames = 3;
+// Frames that are final but still say how an object has moved into the window.
+constexpr std::size_t kSettledFramesKept = 2;
 
 std::size_t as_size(int n) {
   return static_cast<std::size_t>(n);
@@ -43,15 +46,22 @@ struct OutputStorage {
   std::span<ObjectResult> settled_objects;
   std::span<BodyGeometry> bodies;
   ResultRing ring;
+  std::span<trajectory::PathNode> path;
 };
+
+std::size_t ring_frames(const PipelineConfig& config) {
+  return as_size(config.background.window_frames) + 1 + kSettledFramesKept;
+}
 
 OutputStorage carve_output(const PipelineConfig& config, Arena& arena) {
   const std::size_t objects = as_size(config.tracking.max_objects);
+  const std::size_t frames = ring_frames(config);
   return {.predictions = arena.take<FeaturePrediction>(as_size(config.features.max_features)),
           .newest_objects = arena.take<ObjectResult>(objects),
           .settled_objects = arena.take<ObjectResult>(objects),
           .bodies = arena.take<BodyGeometry>(objects + 1),
-          .ring = ResultRing(arena, as_size(config.background.window_frames) + 1, objects)};
+          .ring = ResultRing(arena, frames, objects),
+          .path = arena.take<trajectory::PathNode>(frames)};
 }
 
 }  // namespace
@@ -65,7 +75,9 @@ struct Pipeline::Impl {
   sfm::BodyReconstruction background;
   std::vector<ObjectState> objects;  // By track slot; sized once, at create.
   refinement::FixedBundleAdjuster refiner;
+  trajectory::TrajectorySmoother smoother;
   OutputStorage out;
+  std::size_t unsettled = 0;  ///< Newest frames of the ring that have not been given out as settled.
 
   FrameResult result{};
   std::span<const Feature> previous_features{};
@@ -88,6 +100,8 @@ struct Pipeline::Impl {
   void count_tracks(const TrackFrame& tracks);
   void settle(const RectifiedPair& pair);
   void revise_ring();
+  void smooth_paths();
+  void smooth_path(std::uint32_t track_id, std::size_t newest_age);
   void publish_settled();
   void publish(const RectifiedPair& pair, const TrackFrame& tracks);
   void publish_bodies(const TrackFrame* tracks);
@@ -117,7 +131,10 @@ Result<MemoryPlan> Pipeline::plan(const PipelineConfig& config, const StereoGeom
        "tracking.max_objects, object.max_points, object.window_frames"},
       {"refinement", refinement::FixedBundleAdjuster::required_bytes(c.refinement),
        "background.max_points, background.window_frames"},
-      {"results", measure_bytes([&](Arena& arena) { static_cast<void>(carve_output(c, arena)); }),
+      {"results", measure_bytes([&](Arena& arena) {
+         static_cast<void>(trajectory::TrajectorySmoother(c.trajectory, ring_frames(c), arena));
+         static_cast<void>(carve_output(c, arena));
+       }),
        "tracking.max_objects, background.window_frames"},
   };
   return plan;
@@ -157,6 +174,7 @@ Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeom
   if (!refiner) {
     return tl::unexpected(refiner.error());
   }
+  const trajectory::TrajectorySmoother smoother(c.trajectory, ring_frames(c), arena);
   const OutputStorage out = carve_output(c, arena);
   if (arena.exhausted()) {
     return fail(ErrorCode::kCapacity, "the arena does not hold the pipeline; size it from Pipeline::plan");
@@ -169,6 +187,7 @@ Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeom
                                                  .background = *background,
                                                  .objects = std::move(objects),
                                                  .refiner = std::move(*refiner),
+                                                 .smoother = smoother,
                                                  .out = out}));
 }
 
@@ -388,6 +407,7 @@ void Pipeline::Impl::settle(const RectifiedPair& pair) {
     out.ring.pop_oldest();
   }
   KeptFrame& kept = out.ring.push();
+  ++unsettled;
   kept.frame_index = pair.frame_index;
   kept.timestamp_ns = pair.timestamp_ns;
   for (std::size_t slot = 0; slot < objects.size(); ++slot) {
@@ -402,7 +422,7 @@ void Pipeline::Impl::settle(const RectifiedPair& pair) {
 }
 
 void Pipeline::Impl::revise_ring() {
-  for (std::size_t age = 0; age < out.ring.size(); ++age) {
+  for (std::size_t age = 0; age < unsettled; ++age) {
     KeptFrame& kept = out.ring.frame(age);
     kept.camera = camera_result(age);
     const CameraState camera = camera_at(age);
@@ -417,7 +437,8 @@ void Pipeline::Impl::revise_ring() {
       }
     }
   }
-  for (std::size_t age = 0; age < out.ring.size(); ++age) {
+  smooth_paths();
+  for (std::size_t age = 0; age < unsettled; ++age) {
     KeptFrame& kept = out.ring.frame(age);
     for (KeptObject& entry : kept.objects.first(kept.object_count)) {
       const ObjectState& object = objects[entry.slot];
@@ -428,8 +449,39 @@ void Pipeline::Impl::revise_ring() {
   }
 }
 
+void Pipeline::Impl::smooth_paths() {
+  for (std::size_t age = 0; age < unsettled; ++age) {
+    KeptFrame& kept = out.ring.frame(age);
+    for (const KeptObject& entry : kept.objects.first(kept.object_count)) {
+      const bool path_starts_here = age == 0 || out.ring.frame(age - 1).find(entry.result.track_id) == nullptr;
+      if (path_starts_here) {
+        smooth_path(entry.result.track_id, age);
+      }
+    }
+  }
+}
+
+void Pipeline::Impl::smooth_path(std::uint32_t track_id, std::size_t newest_age) {
+  std::size_t end_age = newest_age + 1;
+  while (end_age < out.ring.size() && out.ring.frame(end_age).find(track_id) != nullptr) {
+    ++end_age;
+  }
+  const std::span<trajectory::PathNode> path = out.path.first(end_age - newest_age);
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    KeptFrame& kept = out.ring.frame(end_age - 1 - i);
+    const ObjectResult& object = kept.find(track_id)->result;
+    path[i] = {kept.timestamp_ns, object.T_world_obj, object.covariance, object.T_world_obj};
+  }
+  const std::size_t settled = end_age > unsettled ? end_age - unsettled : 0;
+  smoother.smooth(path, settled);
+  for (std::size_t i = settled; i < path.size(); ++i) {
+    out.ring.frame(end_age - 1 - i).find(track_id)->result.T_world_obj = path[i].smoothed;
+  }
+}
+
 void Pipeline::Impl::publish_settled() {
-  const KeptFrame& oldest = out.ring.oldest();
+  const KeptFrame& oldest = out.ring.frame(unsettled - 1);
+  --unsettled;
   std::size_t count = 0;
   for (const KeptObject& entry : oldest.objects.first(oldest.object_count)) {
     if (entry.confirmed) {
@@ -470,7 +522,7 @@ void Pipeline::Impl::publish(const RectifiedPair& pair, const TrackFrame& tracks
   }
   result.newest = {newest.frame_index, newest.timestamp_ns, newest.camera, out.newest_objects.first(count)};
   result.has_settled = false;
-  if (out.ring.full()) {
+  if (unsettled > as_size(config.background.window_frames)) {
     publish_settled();
   }
   publish_bodies(&tracks);
@@ -523,9 +575,6 @@ const FrameResult* Pipeline::drain() {
   Impl& self = *impl_;
   if (!self.drained) {
     self.drained = true;
-    if (self.out.ring.full()) {
-      self.out.ring.pop_oldest();  // It was given out with the last frame.
-    }
     self.background.end();
     for (ObjectState& object : self.objects) {
       if (object.in_use()) {
@@ -541,11 +590,10 @@ const FrameResult* Pipeline::drain() {
   } else {
     self.result.bodies = {};
   }
-  if (self.out.ring.size() == 0) {
+  if (self.unsettled == 0) {
     return nullptr;
   }
   self.publish_settled();
-  self.out.ring.pop_oldest();
   return &self.result;
 }
 

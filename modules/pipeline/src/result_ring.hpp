@@ -23,6 +23,16 @@ struct KeptFrame {
   CameraResult camera;
   std::span<KeptObject> objects;  ///< First `object_count` are in use.
   std::size_t object_count = 0;
+
+  /// The object with this track id; null if this frame does not have it.
+  [[nodiscard]] KeptObject* find(std::uint32_t track_id) const noexcept {
+    for (KeptObject& entry : objects.first(object_count)) {
+      if (entry.result.track_id == track_id) {
+        return &entry;
+      }
+    }
+    return nullptr;
+  }
 };
 
 /// A queue of at most `capacity` frames; frame(0) is the newest.
@@ -41,7 +51,6 @@ class ResultRing {
   [[nodiscard]] KeptFrame& frame(std::size_t age) noexcept {
     return frames_[(head_ + frames_.size() - age) % frames_.size()];
   }
-  [[nodiscard]] KeptFrame& oldest() noexcept { return frame(size_ - 1); }
 
   /// A new newest frame without objects; the caller has made room.
   KeptFrame& push() noexcept {

@@ -110,8 +110,7 @@ BodyReconstruction::ColumnPoses BodyReconstruction::invert_poses() const {
 
 double BodyReconstruction::sighting_chi2(const Se3& T_cam_body, const Eigen::Vector3d& p_body,
                                          const BundleObservation& o) const {
-  return reprojection_chi2(geometry_, T_cam_body, {p_body, o.u_left_px, o.v_px, o.u_right_px},
-                           config_.measurement_sigma_px);
+  return reprojection_chi2(geometry_, T_cam_body, {p_body, o.u_left_px, o.v_px, o.u_right_px}, noise_.sigma_px());
 }
 
 void BodyReconstruction::position_new_points() {
@@ -187,7 +186,7 @@ void BodyReconstruction::judge(std::size_t row, const ColumnPoses& T_cam_body) {
       ++count;
     }
   }
-  state.error_px = count > 0 ? static_cast<float>(config_.measurement_sigma_px * std::sqrt(sum / count)) : 0.F;
+  state.error_px = count > 0 ? static_cast<float>(noise_.sigma_px() * std::sqrt(sum / count)) : 0.F;
 }
 
 void BodyReconstruction::cull_points() {

@@ -39,7 +39,8 @@ std::size_t BodyReconstruction::required_bytes(const BodyConfig& config) {
 BodyReconstruction::BodyReconstruction(const BodyConfig& config, const StereoGeometry& geometry, Arena& arena)
     : config_(config),
       geometry_(geometry),
-      pose_estimator_({config.measurement_sigma_px, config.gate_sigma, config.ransac_max_hypotheses}, geometry),
+      pose_estimator_({config.gate_sigma, config.ransac_max_hypotheses}, geometry),
+      noise_(config.min_measurement_sigma_px, config.measurement_sigma_px),
       poses_(arena.take<Se3>(as_size(config.window_frames))),
       map_(arena, as_size(config.max_points), as_size(config.max_features), as_size(config.window_frames)),
       history_(arena, as_size(config.window_frames) + 1),
@@ -49,7 +50,7 @@ BodyReconstruction::BodyReconstruction(const BodyConfig& config, const StereoGeo
       pose_observations_(arena.take<PoseObservation>(as_size(config.max_points))),
       pose_slots_(arena.take<std::uint16_t>(as_size(config.max_points))),
       pose_inlier_(arena.take<std::uint8_t>(as_size(config.max_points))),
-      motion_px_(arena.take<float>(as_size(config.max_points))),
+      scratch_(arena.take<float>(as_size(config.max_points))),
       live_(arena, as_size(config.max_points)),
       // A restart retires the whole map, and the frame that follows may retire again.
       retired_(arena, 2 * as_size(config.max_points)),
@@ -69,6 +70,7 @@ void BodyReconstruction::begin(const Se3& T_body_cam, BodyStatus status) {
   map_.clear();
   std::fill(verdict_.begin(), verdict_.end(), Verdict::kUnknown);
   std::fill(disagreeing_id_.begin(), disagreeing_id_.end(), 0U);
+  noise_.restart();
   used_columns_ = 0;
   newest_redundant_ = false;
   T_body_cam_now_ = T_body_cam;
@@ -157,6 +159,24 @@ void BodyReconstruction::predict_features(std::span<const Feature> previous, std
   }
 }
 
+PoseEstimate BodyReconstruction::find_pose(std::span<const PoseObservation> observations, double sigma_px) {
+  PoseEstimate pose = pose_estimator_.estimate(observations, T_body_cam_now_.inverse(), sigma_px,
+                                               pose_inlier_.first(observations.size()));
+  const auto enough = static_cast<int>(config_.min_inlier_ratio * static_cast<double>(observations.size()));
+  pose.valid = pose.valid && pose.inliers >= std::max(config_.min_inliers, enough);
+  return pose;
+}
+
+void BodyReconstruction::learn_noise(std::span<const PoseObservation> observations, const Se3& T_cam_body) {
+  std::size_t count = 0;
+  for (const PoseObservation& o : observations) {
+    if (!std::isnan(o.u_right_px)) {
+      scratch_[count++] = static_cast<float>(reprojection_chi2(geometry_, T_cam_body, o, 1.0));
+    }
+  }
+  noise_.learn(scratch_.first(count));
+}
+
 void BodyReconstruction::distrust_prediction() {
   if (history_.size() == 0) {
     return;
@@ -192,16 +212,22 @@ const BodyEstimate& BodyReconstruction::locate(const FeatureFrame& frame, std::u
                                    .u_right_px = feature.u_right_px,
                                    .variance_ratio = 1.F + 1.F / static_cast<float>(map_.state(row).observations)};
   }
-  const PoseEstimate pose =
-      pose_estimator_.estimate(pose_observations_.first(count), T_body_cam_now_.inverse(), pose_inlier_.first(count));
-  const bool found = pose.valid && pose.inliers >= config_.min_inliers &&
-                     pose.inliers >= static_cast<int>(config_.min_inlier_ratio * static_cast<double>(count));
+  const std::span<const PoseObservation> observations = pose_observations_.first(count);
+  const double weighted_for_px = noise_.sigma_px();
+  PoseEstimate pose = find_pose(observations, noise_.sigma_px());
+  if (!pose.valid && noise_.sigma_px() < noise_.most_px()) {
+    // The images have become worse all at once, by blur or darkness: what was learnt holds no more.
+    noise_.restart();
+    pose = find_pose(observations, noise_.sigma_px());
+  }
+  const bool found = pose.valid;
   estimate_.observations = static_cast<int>(count);
   estimate_.inliers = pose.inliers;
   if (found) {
     T_body_cam_now_ = pose.T_cam_body.inverse();
     const Matrix6d ad = adjoint(T_body_cam_now_);
     estimate_.covariance = ad * pose.covariance * ad.transpose();
+    learn_noise(observations, pose.T_cam_body);
     for (std::size_t i = 0; i < count; ++i) {
       verdict_[pose_slots_[i]] = pose_inlier_[i] != 0 ? Verdict::kInlier : Verdict::kOutlier;
     }
@@ -209,6 +235,7 @@ const BodyEstimate& BodyReconstruction::locate(const FeatureFrame& frame, std::u
   if (!found) {
     distrust_prediction();
   }
+  map_.scale_weights(static_cast<float>(weighted_for_px / noise_.sigma_px()));
   in_window_ = found;
   status_now_ = found ? BodyStatus::kTracked : BodyStatus::kPropagated;
   estimate_.status = status_now_;

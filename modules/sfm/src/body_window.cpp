@@ -39,15 +39,15 @@ bool BodyReconstruction::newest_is_redundant() const {
     // What the keyframe was told of later points hangs on the poses of frames that are gone, so it does not count.
     if ((map_.state(row).sighted & bit(newest - 1)) != 0) {
       const std::span<const BundleObservation> o = map_.observations(row);
-      motion_px_[shared++] =
+      scratch_[shared++] =
           std::hypot(o[newest].u_left_px - o[newest - 1].u_left_px, o[newest].v_px - o[newest - 1].v_px);
     }
   }
   if (shared == 0 || static_cast<double>(shared) < config_.keyframe_overlap * static_cast<double>(seen)) {
     return false;
   }
-  const auto middle = motion_px_.begin() + static_cast<std::ptrdiff_t>(shared / 2);
-  std::nth_element(motion_px_.begin(), middle, motion_px_.begin() + static_cast<std::ptrdiff_t>(shared));
+  const auto middle = scratch_.begin() + static_cast<std::ptrdiff_t>(shared / 2);
+  std::nth_element(scratch_.begin(), middle, scratch_.begin() + static_cast<std::ptrdiff_t>(shared));
   return static_cast<double>(*middle) < config_.keyframe_motion_px;
 }
 
@@ -102,7 +102,7 @@ std::uint32_t BodyReconstruction::fixed_columns() const {
   }
   const int most = *std::max_element(points_of.begin(), points_of.end());
   const int enough = std::max(config_.min_inliers, static_cast<int>(kAnchorShare * most));
-  std::size_t anchor = std::max(poses_.size() - used_columns_, poses_.size() / kFixedPart - 1);
+  std::size_t anchor = std::max({poses_.size() - used_columns_, poses_.size() / kFixedPart, std::size_t{1}}) - 1;
   while (anchor < newest_column() && points_of[anchor] < enough) {
     ++anchor;
   }

@@ -24,10 +24,11 @@ Status BodyConfig::validate(const char* prefix) const {
   for (const Status& status : {
            require_range(prefix, "max_features", max_features, 1, 65000),
            require_range(prefix, "max_points", max_points, 4, 60000),
-           require_range(prefix, "window_frames", window_frames, 3, kMaxWindowFrames),
+           require_range(prefix, "window_frames", window_frames, 1, kMaxWindowFrames),
            require_range(prefix, "min_inliers", min_inliers, 4, 1000),
            require_range(prefix, "min_inlier_ratio", min_inlier_ratio, 0.0, 1.0),
            require_range(prefix, "measurement_sigma_px", measurement_sigma_px, 0.01, 10.0),
+           require_range(prefix, "min_measurement_sigma_px", min_measurement_sigma_px, 0.01, measurement_sigma_px),
            require_range(prefix, "gate_sigma", gate_sigma, 1.0, 100.0),
            require_range(prefix, "ransac_max_hypotheses", ransac_max_hypotheses, 1, 10000),
            require_range(prefix, "min_disparity_px", min_disparity_px, 0.1, 100.0),

@@ -84,6 +84,12 @@ void PointMap::fold(std::size_t row, std::size_t column, const BundleObservation
   kept.inverse_sigma_px = std::min(std::sqrt(kept_weight + weight), max_inverse_sigma_px);
 }
 
+void PointMap::scale_weights(float factor) noexcept {
+  for (BundleObservation& observation : table_.first(size_ * window_frames_)) {
+    observation.inverse_sigma_px *= factor;
+  }
+}
+
 void PointMap::remove_column(std::size_t column) noexcept {
   const std::uint32_t below = (1U << column) - 1U;
   const auto without = [below](std::uint32_t columns) { return (columns & below) | ((columns >> 1U) & ~below); };

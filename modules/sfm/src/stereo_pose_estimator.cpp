@@ -179,7 +179,8 @@ double reprojection_chi2(const StereoGeometry& geometry, const Se3& T_cam_body, 
 }
 
 PoseEstimate StereoPoseEstimator::estimate(std::span<const PoseObservation> observations,
-                                           const Se3& T_cam_body_predicted, std::span<std::uint8_t> inlier) const {
+                                           const Se3& T_cam_body_predicted, double sigma_px,
+                                           std::span<std::uint8_t> inlier) const {
   PoseEstimate out;
   out.T_cam_body = T_cam_body_predicted;
   std::fill(inlier.begin(), inlier.end(), std::uint8_t{0});
@@ -187,7 +188,6 @@ PoseEstimate StereoPoseEstimator::estimate(std::span<const PoseObservation> obse
     return out;
   }
   const ReprojectionModel<double> model = model_of(geometry_);
-  const double sigma_px = config_.measurement_sigma_px;
   const double gate2 = config_.gate_sigma * config_.gate_sigma;
   // Points carry errors of their own while hypotheses are ranked; the final gate is the configured one.
   const double search_gate2 = 4.0 * gate2;

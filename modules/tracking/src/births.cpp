@@ -40,7 +40,7 @@ void StereoTracker::bear(const DetectionFrame& detections, std::span<const Featu
       ++counters_.detections_duplicate;
     } else if (!start_track(detections, v)) {
       ++counters_.detections_dropped;
-      make_room();
+      make_room(detections.left[v].area_px);
     }
   }
 }
@@ -91,13 +91,18 @@ bool StereoTracker::start_track(const DetectionFrame& detections, std::size_t in
   return true;
 }
 
-void StereoTracker::make_room() noexcept {
+void StereoTracker::make_room(int for_area_px) noexcept {
   TrackInstance* victim = nullptr;
+  TrackInstance* smallest = nullptr;
   const auto rank = [](const TrackInstance& instance) {  // tentative before confirmed, then the longest unseen
     return (instance.track.state == TrackState::kTentative ? 1 << 16 : 0) + instance.track.missed_frames;
   };
   for (TrackInstance& instance : slots_) {
     const bool tentative = instance.track.state == TrackState::kTentative;
+    const bool born_now = instance.track.age_frames == 0;
+    if (instance.alive() && !born_now && (smallest == nullptr || instance.track.area_px < smallest->track.area_px)) {
+      smallest = &instance;
+    }
     if (!instance.alive() || instance.detection >= 0 ||
         (!tentative && instance.track.missed_frames * 2 <= config_.max_missed_frames)) {
       continue;
@@ -106,7 +111,13 @@ void StereoTracker::make_room() noexcept {
       victim = &instance;
     }
   }
+  if (victim == nullptr && smallest != nullptr && for_area_px > 2 * smallest->track.area_px) {
+    victim = smallest;
+  }
   if (victim != nullptr) {
+    if (victim->detection >= 0) {
+      owner_[static_cast<std::size_t>(victim->detection)] = -1;
+    }
     end(*victim);
   }
 }

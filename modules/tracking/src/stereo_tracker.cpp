@@ -11,6 +11,10 @@ namespace {
 constexpr std::size_t kMaxFeaturesPerObject = 256;
 /// An image larger than this is a mistake.
 constexpr int kMaxImageSidePx = 16384;
+/// So many features that speak against a match weigh as much as those that speak for it.
+constexpr double kVotesPrior = 3.0;
+/// Share of an object's features that makes a match whatever the masks overlap.
+constexpr double kMinVotes = 0.5;
 
 TrackState state_of(const TrackInstance& instance, const TrackerConfig& config) noexcept {
   if (instance.matched_frames < config.confirm_frames && instance.track.state == TrackState::kTentative) {
@@ -105,7 +109,7 @@ Result<TrackFrame> StereoTracker::process(const DetectionFrame& detections, std:
   begin_frame();
   predict(features);
   draw_predictions();
-  associate(detections);
+  associate(detections, features);
   bear(detections, features);
   draw_left(detections);
   attach_right(detections, features);
@@ -209,14 +213,36 @@ void StereoTracker::add_affinities(const TrackInstance& instance, std::span<cons
   for (std::size_t v = 0; v < detections.size(); ++v) {
     const double overlap = intersection_over_union(instance.overlap.on_label[detections[v].label],
                                                    instance.overlap.area_px, detections[v].area_px);
-    if (overlap >= config_.min_overlap) {
-      affinity_(instance.track.slot, static_cast<int>(v)) = overlap;
+    const FeatureVotes& features = instance.votes_of_features;
+    const double votes = features.on_label[detections[v].label] / (features.total + kVotesPrior);
+    if (overlap >= config_.min_overlap || votes >= kMinVotes) {
+      affinity_(instance.track.slot, static_cast<int>(v)) = overlap + votes;
     }
   }
 }
 
-void StereoTracker::associate(const DetectionFrame& detections) noexcept {
+void StereoTracker::count_votes(LabelView detections, std::span<const Feature> features) noexcept {
+  for (TrackInstance& instance : slots_) {
+    instance.votes_of_features = {};
+  }
+  if (detections.empty()) {
+    return;
+  }
+  for (const Feature& feature : features) {
+    const auto x = static_cast<int>(std::lround(feature.left_px.x()));
+    const auto y = static_cast<int>(std::lround(feature.left_px.y()));
+    const bool carried = feature.age_frames > 0 && feature.body != kBackgroundLabel && feature.body <= slots_.size();
+    if (carried && x >= 0 && y >= 0 && x < detections.width && y < detections.height) {
+      FeatureVotes& votes = slots_[feature.body - 1U].votes_of_features;
+      ++votes.total;
+      ++votes.on_label[detections.at(x, y)];
+    }
+  }
+}
+
+void StereoTracker::associate(const DetectionFrame& detections, std::span<const Feature> features) noexcept {
   const LabelView labels = detections.available ? detections.left_labels : LabelView{};
+  count_votes(labels, features);
   const std::size_t columns = detections.available ? detections.left.size() : 0;
   affinity_.resize(static_cast<int>(slots_.size()), static_cast<int>(columns));
   for (TrackInstance& instance : slots_) {

@@ -35,6 +35,12 @@ Status TrajectoryConfig::validate() const {
   if (!inside(surface_sigma_m, 0.0, 10.0)) {
     return out_of_range("surface_sigma_m", "[0, 10]", std::to_string(surface_sigma_m));
   }
+  if (!inside(smoothing_acceleration_mps2, 0.001, 1e6)) {
+    return out_of_range("smoothing_acceleration_mps2", "[0.001, 1e6]", std::to_string(smoothing_acceleration_mps2));
+  }
+  if (!inside(smoothing_turn_radps2, 0.001, 1e6)) {
+    return out_of_range("smoothing_turn_radps2", "[0.001, 1e6]", std::to_string(smoothing_turn_radps2));
+  }
   if (!(box_percentile > 0.0 && box_percentile < 0.4)) {
     return out_of_range("box_percentile", "(0, 0.4)", std::to_string(box_percentile));
   }

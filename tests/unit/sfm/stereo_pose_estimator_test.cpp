@@ -51,9 +51,7 @@ class Scene {
     xi[5] = metres;
     return left_update(T_cam_body_, xi);
   }
-  [[nodiscard]] StereoPoseEstimator estimator() const {
-    return StereoPoseEstimator({.measurement_sigma_px = kSigma_px}, rig_);
-  }
+  [[nodiscard]] StereoPoseEstimator estimator() const { return StereoPoseEstimator({}, rig_); }
   [[nodiscard]] double position_error_m(const PoseEstimate& e) const {
     return (e.T_cam_body.inverse().translation - T_cam_body_.inverse().translation).norm();
   }
@@ -71,7 +69,7 @@ TEST(StereoPoseEstimator, IsExactWithoutNoise) {
     Scene scene(n, 1);
     const auto observations = scene.observe(0.0);
     std::vector<std::uint8_t> inlier(n);
-    const PoseEstimate e = scene.estimator().estimate(observations, scene.off_by(0.05, 0.8), inlier);
+    const PoseEstimate e = scene.estimator().estimate(observations, scene.off_by(0.05, 0.8), kSigma_px, inlier);
     ASSERT_TRUE(e.valid) << n;
     EXPECT_EQ(e.inliers, static_cast<int>(n));
     EXPECT_LT(scene.position_error_m(e), n == 3 ? 1e-3 : 1e-4) << n;  // Pixels are floats.
@@ -83,7 +81,7 @@ TEST(StereoPoseEstimator, FewerThanThreePointsAreNoPose) {
   for (const std::size_t n : {0, 1, 2}) {
     Scene scene(n, 1);
     std::vector<std::uint8_t> inlier(n, 1);
-    const PoseEstimate e = scene.estimator().estimate(scene.observe(0.0), scene.truth(), inlier);
+    const PoseEstimate e = scene.estimator().estimate(scene.observe(0.0), scene.truth(), kSigma_px, inlier);
     EXPECT_FALSE(e.valid);
     EXPECT_EQ(std::count(inlier.begin(), inlier.end(), 1), 0);
   }
@@ -92,7 +90,8 @@ TEST(StereoPoseEstimator, FewerThanThreePointsAreNoPose) {
 TEST(StereoPoseEstimator, NoiseLeavesMillimetres) {
   Scene scene(500, 2);
   std::vector<std::uint8_t> inlier(500);
-  const PoseEstimate e = scene.estimator().estimate(scene.observe(kSigma_px), scene.off_by(0.02, 0.5), inlier);
+  const PoseEstimate e =
+      scene.estimator().estimate(scene.observe(kSigma_px), scene.off_by(0.02, 0.5), kSigma_px, inlier);
   ASSERT_TRUE(e.valid);
   EXPECT_GT(e.inliers, 495);
   EXPECT_LT(scene.position_error_m(e), 0.01);
@@ -105,7 +104,7 @@ TEST(StereoPoseEstimator, FindsThePoseAmongFortyPercentOutliers) {
     auto observations = scene.observe(kSigma_px);
     scene.spoil(observations, 40);
     std::vector<std::uint8_t> inlier(100);
-    const PoseEstimate e = scene.estimator().estimate(observations, scene.off_by(0.08, 1.0), inlier);
+    const PoseEstimate e = scene.estimator().estimate(observations, scene.off_by(0.08, 1.0), kSigma_px, inlier);
     ASSERT_TRUE(e.valid);
     EXPECT_LE(std::count(inlier.begin(), inlier.begin() + 40, 1), 1);
     EXPECT_GE(std::count(inlier.begin() + 40, inlier.end(), 1), 58);
@@ -119,7 +118,7 @@ TEST(StereoPoseEstimator, NothingButOutliersIsHardlyEverAPose) {
   auto observations = scene.observe(kSigma_px);
   scene.spoil(observations, 100);
   std::vector<std::uint8_t> inlier(100);
-  const PoseEstimate e = scene.estimator().estimate(observations, scene.truth(), inlier);
+  const PoseEstimate e = scene.estimator().estimate(observations, scene.truth(), kSigma_px, inlier);
   EXPECT_LT(e.inliers, 8);
 }
 
@@ -131,7 +130,7 @@ TEST(StereoPoseEstimator, PointsBehindTheCameraNeverAgree) {
     observations[i].p_body = scene.truth().inverse() * Eigen::Vector3d(-p_cam);
   }
   std::vector<std::uint8_t> inlier(60);
-  const PoseEstimate e = scene.estimator().estimate(observations, scene.truth(), inlier);
+  const PoseEstimate e = scene.estimator().estimate(observations, scene.truth(), kSigma_px, inlier);
   ASSERT_TRUE(e.valid);
   EXPECT_EQ(std::count(inlier.begin(), inlier.begin() + 10, 1), 0);
   EXPECT_LT(scene.position_error_m(e), 0.05);
@@ -145,7 +144,7 @@ TEST(StereoPoseEstimator, EveryPointBehindTheCameraIsNoPose) {
     o.p_body = facing_away.inverse() * Eigen::Vector3d(0.0, 0.0, -10.0);
   }
   std::vector<std::uint8_t> inlier(20);
-  EXPECT_FALSE(scene.estimator().estimate(observations, facing_away, inlier).valid);
+  EXPECT_FALSE(scene.estimator().estimate(observations, facing_away, kSigma_px, inlier).valid);
 }
 
 TEST(StereoPoseEstimator, OneEyeIsEnoughOncePointsAreKnown) {
@@ -155,7 +154,7 @@ TEST(StereoPoseEstimator, OneEyeIsEnoughOncePointsAreKnown) {
     o.u_right_px = kNoRight;
   }
   std::vector<std::uint8_t> inlier(200);
-  const PoseEstimate e = scene.estimator().estimate(observations, scene.off_by(0.02, 0.5), inlier);
+  const PoseEstimate e = scene.estimator().estimate(observations, scene.off_by(0.02, 0.5), kSigma_px, inlier);
   ASSERT_TRUE(e.valid);
   EXPECT_GT(e.inliers, 197);
   EXPECT_LT(scene.position_error_m(e), 0.03);
@@ -168,7 +167,7 @@ TEST(StereoPoseEstimator, CovarianceMatchesMonteCarlo) {
   Matrix6d claimed = Matrix6d::Zero();
   std::vector<std::uint8_t> inlier(60);
   for (int trial = 0; trial < kTrials; ++trial) {
-    const PoseEstimate e = scene.estimator().estimate(scene.observe(kSigma_px), scene.truth(), inlier);
+    const PoseEstimate e = scene.estimator().estimate(scene.observe(kSigma_px), scene.truth(), kSigma_px, inlier);
     ASSERT_TRUE(e.valid);
     const Vector6d error = left_difference(scene.truth(), e.T_cam_body);
     sampled += error * error.transpose() / kTrials;
@@ -187,8 +186,9 @@ TEST(StereoPoseEstimator, SameInputSameOutputBitForBit) {
   scene.spoil(observations, 120);
   std::vector<std::uint8_t> first_inlier(300);
   std::vector<std::uint8_t> second_inlier(300);
-  const PoseEstimate first = scene.estimator().estimate(observations, scene.off_by(0.05, 0.5), first_inlier);
-  const PoseEstimate second = scene.estimator().estimate(observations, scene.off_by(0.05, 0.5), second_inlier);
+  const PoseEstimate first = scene.estimator().estimate(observations, scene.off_by(0.05, 0.5), kSigma_px, first_inlier);
+  const PoseEstimate second =
+      scene.estimator().estimate(observations, scene.off_by(0.05, 0.5), kSigma_px, second_inlier);
   EXPECT_EQ(first.T_cam_body.rotation, second.T_cam_body.rotation);
   EXPECT_EQ(first.T_cam_body.translation, second.T_cam_body.translation);
   EXPECT_EQ(first_inlier, second_inlier);

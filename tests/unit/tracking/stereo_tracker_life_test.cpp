@@ -158,7 +158,9 @@ TEST(StereoTracker, HoldsAsManyTracksAsConfigured) {
 }
 
 TEST(StereoTracker, DropsTheSmallestDetectionBeyondItsCapacity) {
-  TrackerScene scene;
+  TrackerConfig config;
+  config.max_objects = 8;
+  TrackerScene scene(config);
   const std::vector<Shape> shapes = row_of_shapes(9);
   const TrackFrame& frame = scene.step(shapes);
   EXPECT_EQ(frame.tracks.size(), 8U);
@@ -186,6 +188,37 @@ TEST(StereoTracker, MakesRoomByEndingALongPropagatedTrack) {
   const TrackFrame& frame = scene.step(std::array{kCar, other});
   ASSERT_EQ(frame.tracks.size(), 1U);
   EXPECT_EQ(frame.tracks[0].id, 2U);
+}
+
+TEST(StereoTracker, GivesTheSlotOfTheSmallestTrackToADetectionTwiceItsSize) {
+  TrackerConfig config;
+  config.max_objects = 2;
+  TrackerScene scene(config);
+  const Shape small{.x = 60.0, .y = 60.0, .half_width = 10.0, .half_height = 10.0};
+  const Shape large{.x = 400.0, .y = 120.0, .half_width = 60.0, .half_height = 40.0};
+  for (int i = 0; i < 3; ++i) {
+    scene.step(std::array{small, kCar});
+  }
+  const TrackFrame& full = scene.step(std::array{small, kCar, large});
+  ASSERT_EQ(full.ended.size(), 1U);
+  EXPECT_EQ(full.ended[0].id, 2U) << "births go by size";
+  EXPECT_EQ(full.tracks.size(), 1U);
+  EXPECT_EQ(area_of(full.left_labels, full.ended[0].label()), 0) << "nothing is left of the track that has ended";
+  const TrackFrame& after = scene.step(std::array{small, kCar, large});
+  EXPECT_TRUE(after.ended.empty());
+  EXPECT_NE(scene.track_of(2), nullptr);
+  EXPECT_EQ(scene.track_of(0), nullptr);
+}
+
+TEST(StereoTracker, KeepsTheSmallestTrackAgainstADetectionOfItsSize) {
+  TrackerConfig config;
+  config.max_objects = 1;
+  TrackerScene scene(config);
+  for (int i = 0; i < 6; ++i) {
+    const TrackFrame& frame = scene.step(std::array{kCar, shifted(kCar, 300.0)});
+    EXPECT_EQ(frame.tracks[0].id, 1U);
+    EXPECT_TRUE(frame.ended.empty());
+  }
 }
 
 TEST(StereoTracker, DropsDetectionsBelowTheSmallestArea) {

@@ -34,8 +34,11 @@ struct ObjectResult {
   std::uint16_t class_id = 0;
   BodyStatus status = BodyStatus::kInitializing;
   bool moving = false;  ///< Its speed differs significantly from zero.
-  Se3 T_world_obj;      ///< Object frame: fixed at birth, never moves with later points.
-  Se3 T_obj_cam;        ///< The camera in the object frame (METHOD eq. 2: T_world_obj = T_world_cam * T_obj_cam^-1).
+  /// Of the smoothed path. Object frame: fixed at birth, never moves with later points.
+  Se3 T_world_obj;
+  /// The camera in the object frame, as this frame alone tells. METHOD eq. 2, T_world_obj = T_world_cam * T_obj_cam^-1,
+  /// holds before smoothing.
+  Se3 T_obj_cam;
   /// Of (rotation about the world's axes, position of the object's origin) in rad and m.
   Matrix6d covariance = Matrix6d::Zero();
   /// World frame, of the box centre. Zero where a frame without own reconstruction shows no significant motion.

@@ -8,7 +8,7 @@ namespace kinetrace::features {
 /// Everything the feature front end can be told. The patch is 16 x 11 pixels and fixed: the kernels are built for it.
 struct FeatureConfig {
   // Capacities. Objects are served before the background; what does not fit is dropped weakest first and counted.
-  int max_features = 1200;            ///< Over all bodies; [50, 4000]. Number of slots.
+  int max_features = 1600;            ///< Over all bodies; [50, 4000]. Number of slots.
   int max_background_features = 800;  ///< [0, 4000]: the rest is kept free for objects.
   int max_features_per_object = 120;  ///< [0, 4000].
   int pyramid_levels = 4;             ///< [1, 6], fewer on images too small for them.

@@ -56,20 +56,22 @@ struct PipelineConfig {
 namespace detail {
 
 template <typename Body, typename Visitor>
-void visit_body(Body& body, Visitor& visit, const std::array<std::string_view, 11>& keys) {
+void visit_body(Body& body, Visitor& visit, const std::array<std::string_view, 12>& keys) {
   visit(keys[0], body.max_points,
         "points of the map; beyond, those unseen for longest make room, then new points are dropped");
   visit(keys[1], body.window_frames, "frames that bundle adjustment refines, and the lag after which a pose is final");
   visit(keys[2], body.min_inliers, "fewer agreeing points are no pose");
   visit(keys[3], body.min_inlier_ratio, "a smaller part of agreeing points is no pose");
-  visit(keys[4], body.measurement_sigma_px, "standard deviation of u_left, v and u_right, px");
-  visit(keys[5], body.gate_sigma, "observations further off than this many sigmas are outliers");
-  visit(keys[6], body.ransac_max_hypotheses, "bound of the adaptive number of 3-point hypotheses");
-  visit(keys[7], body.min_disparity_px, "points are made from stereo above this disparity, px");
-  visit(keys[8], body.min_parallax_deg, "points are made from temporal views above this angle between rays, degrees");
-  visit(keys[9], body.keyframe_motion_px,
+  visit(keys[4], body.measurement_sigma_px,
+        "standard deviation of u_left, v and u_right at most, px; what it is, is learnt");
+  visit(keys[5], body.min_measurement_sigma_px, "... but never taken to be less");
+  visit(keys[6], body.gate_sigma, "observations further off than this many sigmas are outliers");
+  visit(keys[7], body.ransac_max_hypotheses, "bound of the adaptive number of 3-point hypotheses");
+  visit(keys[8], body.min_disparity_px, "points are made from stereo above this disparity, px");
+  visit(keys[9], body.min_parallax_deg, "points are made from temporal views above this angle between rays, degrees");
+  visit(keys[10], body.keyframe_motion_px,
         "a frame whose points moved less than this since the last keyframe is not kept, px");
-  visit(keys[10], body.keyframe_overlap, "... unless the keyframe saw less than this part of the frame's points");
+  visit(keys[11], body.keyframe_overlap, "... unless the keyframe saw less than this part of the frame's points");
 }
 
 }  // namespace detail
@@ -134,16 +136,17 @@ void visit_fields(Config& config, Visitor&& visit) {
   visit("tracking.ransac_threshold_px", t.ransac_threshold_px, "support of an object's similarity, px");
   visit("tracking.ransac_iterations", t.ransac_iterations, "samples of an object's similarity");
 
-  detail::visit_body(config.background, visit,
-                     {"background.max_points", "background.window_frames", "background.min_inliers",
-                      "background.min_inlier_ratio", "background.measurement_sigma_px", "background.gate_sigma",
-                      "background.ransac_max_hypotheses", "background.min_disparity_px", "background.min_parallax_deg",
-                      "background.keyframe_motion_px", "background.keyframe_overlap"});
   detail::visit_body(
-      config.object, visit,
-      {"object.max_points", "object.window_frames", "object.min_inliers", "object.min_inlier_ratio",
-       "object.measurement_sigma_px", "object.gate_sigma", "object.ransac_max_hypotheses", "object.min_disparity_px",
-       "object.min_parallax_deg", "object.keyframe_motion_px", "object.keyframe_overlap"});
+      config.background, visit,
+      {"background.max_points", "background.window_frames", "background.min_inliers", "background.min_inlier_ratio",
+       "background.measurement_sigma_px", "background.min_measurement_sigma_px", "background.gate_sigma",
+       "background.ransac_max_hypotheses", "background.min_disparity_px", "background.min_parallax_deg",
+       "background.keyframe_motion_px", "background.keyframe_overlap"});
+  detail::visit_body(config.object, visit,
+                     {"object.max_points", "object.window_frames", "object.min_inliers", "object.min_inlier_ratio",
+                      "object.measurement_sigma_px", "object.min_measurement_sigma_px", "object.gate_sigma",
+                      "object.ransac_max_hypotheses", "object.min_disparity_px", "object.min_parallax_deg",
+                      "object.keyframe_motion_px", "object.keyframe_overlap"});
   visit("object.stereo_only_min_features", config.objects.stereo_only_min_features,
         "stereo features that give a small object its position");
   visit("object.lost_after_frames", config.objects.lost_after_frames,
@@ -159,6 +162,9 @@ void visit_fields(Config& config, Visitor&& visit) {
   visit("trajectory.stereo_sigma_px", j.stereo_sigma_px, "standard deviation of a stereo position, px");
   visit("trajectory.surface_sigma_m", j.surface_sigma_m,
         "how far the middle of what is seen wanders over a stereo-only object, m");
+  visit("trajectory.smoothing_acceleration_mps2", j.smoothing_acceleration_mps2,
+        "standard deviation of an object's acceleration, for smoothing its path, m/s^2");
+  visit("trajectory.smoothing_turn_radps2", j.smoothing_turn_radps2, "... and of its angular acceleration, rad/s^2");
   visit("trajectory.box_percentile", j.box_percentile, "points cut off at either end of a box's axes");
   visit("trajectory.min_box_size_m", j.min_box_size_m, "smallest edge of a box, m");
 

@@ -60,7 +60,7 @@ struct SegmentationConfig {
   SegmentationMode mode = SegmentationMode::kNone;
   std::string left_dir;   ///< Mode kMasks: folder of left masks, `<stem of the left image>.png`.
   std::string right_dir;  ///< Mode kMasks: folder of right masks; empty when there are none.
-  int max_objects = 16;   ///< Instances per frame and image, [1, kMaxObjects]; the largest stay, the rest is counted.
+  int max_objects = 32;   ///< Instances per frame and image, [1, kMaxObjects]; the largest stay, the rest is counted.
   int min_area_px = 64;   ///< Smaller instances are dropped and counted.
   MotionConfig motion;
 

@@ -14,6 +14,7 @@
 #include "kinetrace/core/fixed_vector.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/sfm/config.hpp"
+#include "kinetrace/sfm/noise_scale.hpp"
 #include "kinetrace/sfm/point_map.hpp"
 #include "kinetrace/sfm/pose_history.hpp"
 #include "kinetrace/sfm/stereo_pose_estimator.hpp"
@@ -82,6 +83,10 @@ class BodyReconstruction {
 
   BodyReconstruction(const BodyConfig& config, const StereoGeometry& geometry, Arena& arena);
 
+  /// Pose that most of `observations` agree with; invalid where too few do.
+  [[nodiscard]] PoseEstimate find_pose(std::span<const PoseObservation> observations, double sigma_px);
+  /// Takes the scatter of a located frame into account, for gates and weights from now on.
+  void learn_noise(std::span<const PoseObservation> observations, const Se3& T_cam_body);
   /// A prediction may be wrong by as much as the motion it assumes.
   void distrust_prediction();
 
@@ -111,7 +116,7 @@ class BodyReconstruction {
   [[nodiscard]] ColumnPoses invert_poses() const;
   [[nodiscard]] double sighting_chi2(const Se3& T_cam_body, const Eigen::Vector3d& p_body,
                                      const BundleObservation& sighting) const;
-  [[nodiscard]] float inverse_sigma() const { return static_cast<float>(1.0 / config_.measurement_sigma_px); }
+  [[nodiscard]] float inverse_sigma() const { return static_cast<float>(1.0 / noise_.sigma_px()); }
   void retire(std::size_t row);
   void publish();
   [[nodiscard]] std::uint32_t fixed_columns() const;
@@ -120,6 +125,7 @@ class BodyReconstruction {
   BodyConfig config_;
   StereoGeometry geometry_;
   StereoPoseEstimator pose_estimator_;
+  NoiseScale noise_;
   bool active_ = false;
 
   // The window: the newest frame is always the last column; unused columns, at the front, hold a copy of the oldest
@@ -144,7 +150,7 @@ class BodyReconstruction {
   std::span<PoseObservation> pose_observations_;
   std::span<std::uint16_t> pose_slots_;
   std::span<std::uint8_t> pose_inlier_;
-  std::span<float> motion_px_;
+  std::span<float> scratch_;
   FixedVector<BodyPoint> live_;
   FixedVector<BodyPoint> retired_;
   FixedVector<PointObservation> sightings_;

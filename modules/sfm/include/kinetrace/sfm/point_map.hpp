@@ -53,6 +53,8 @@ class PointMap {
     states_[row].seen &= ~(1U << column);
     states_[row].sighted &= ~(1U << column);
   }
+  /// Multiplies the inverse sigmas of all observations: measurements turned out to scatter differently.
+  void scale_weights(float factor) noexcept;
   /// Drops window column `column`; later columns move down by one and the last one becomes empty.
   void remove_column(std::size_t column) noexcept;
 

@@ -32,7 +32,6 @@ struct PoseEstimate {
 };
 
 struct PoseEstimatorConfig {
-  double measurement_sigma_px = 0.4;
   double gate_sigma = 4.0;
   int max_hypotheses = 96;
 };
@@ -48,8 +47,9 @@ class StereoPoseEstimator {
       : config_(config), geometry_(geometry) {}
 
   /// `inlier` (as long as `observations`) receives 1 for observations that agree with the result, else 0.
+  /// `sigma_px`: standard deviation of a measured coordinate.
   [[nodiscard]] PoseEstimate estimate(std::span<const PoseObservation> observations, const Se3& T_cam_body_predicted,
-                                      std::span<std::uint8_t> inlier) const;
+                                      double sigma_px, std::span<std::uint8_t> inlier) const;
 
  private:
   PoseEstimatorConfig config_;

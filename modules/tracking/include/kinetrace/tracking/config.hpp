@@ -7,7 +7,7 @@
 namespace kinetrace::tracking {
 
 struct TrackerConfig {
-  int max_objects = 8;                  ///< Tracks alive at once, [1, kMaxObjects].
+  int max_objects = 16;                 ///< Tracks alive at once, [1, kMaxObjects].
   int confirm_frames = 3;               ///< Matched frames, birth included, until a track is confirmed.
   int max_missed_frames = 10;           ///< A confirmed track without a detection for longer than this ends.
   int max_tentative_missed_frames = 1;  ///< The same for a tentative track; counts only frames with detections.

@@ -35,15 +35,18 @@ struct TrackerCounters {
 /// Where predictions overlap, the one with the larger disparity hides the other; without disparity a track counts as
 /// behind all others, and among those the lower edge of the box decides.
 ///
-/// Affinity A[u][v] = intersection over union of the visible part of prediction u and detection v, 0 below
-/// `min_overlap`. Normalised, so that a small object is worth as much as a large one and a fragment less than a whole.
+/// Affinity A[u][v] = intersection over union of the visible part of prediction u and detection v, plus the share of
+/// u's features that lie on v (damped where they are few); 0 where both are small. Normalised, so that a small object
+/// is worth as much as a large one and a fragment less than a whole. Masks say where something is, features say which
+/// of two things it is: when one object passes close to another, theirs is the better memory.
 ///
 /// Life: a detection that no track claims is born tentative, confirmed when matched in `confirm_frames` frames,
 /// propagated by its prediction for `max_missed_frames`, and ended then, or when its mask leaves the image or shrinks
 /// below `min_area_px` (parts hidden by other tracks not counted). Frames without detections (`available == false`)
 /// propagate every track and count as missed for confirmed ones only towards `max_missed_frames`. Births at capacity:
 /// the largest detections first; a track that is tentative and unmatched, or else has been propagated for more than
-/// half of `max_missed_frames`, ends to make room for the next frame; the rest is dropped and counted.
+/// half of `max_missed_frames`, ends to make room for the next frame; else the smallest
+/// track, if the detection is more than twice its size; the rest is dropped and counted.
 ///
 /// Pixels: matched tracks show their detection, others what of their prediction nobody else claims. Detected pixels
 /// that belong to no track are kIgnoreLabel.
@@ -74,7 +77,8 @@ class StereoTracker {
   void predict(std::span<const Feature> features);
   [[nodiscard]] Similarity predict_motion(TrackInstance& instance, std::span<const Feature> features);
   void draw_predictions() noexcept;
-  void associate(const DetectionFrame& detections) noexcept;
+  void count_votes(LabelView detections, std::span<const Feature> features) noexcept;
+  void associate(const DetectionFrame& detections, std::span<const Feature> features) noexcept;
   void add_affinities(const TrackInstance& instance, std::span<const Detection> detections) noexcept;
   void accept_match(TrackInstance& instance, const Detection& detection) noexcept;
   void learn_motion(TrackInstance& instance, const Detection& detection) const noexcept;
@@ -84,7 +88,7 @@ class StereoTracker {
   [[nodiscard]] bool is_duplicate(const DetectionFrame& detections, std::size_t index,
                                   std::span<const Feature> features);
   [[nodiscard]] bool start_track(const DetectionFrame& detections, std::size_t index) noexcept;
-  void make_room() noexcept;
+  void make_room(int for_area_px) noexcept;
   void draw_left(const DetectionFrame& detections) noexcept;
   void remember_mask(TrackInstance& instance) noexcept;
   void attach_right(const DetectionFrame& detections, std::span<const Feature> features);

@@ -27,6 +27,12 @@ class ClassVotes {
   std::array<Vote, 4> votes_{};
 };
 
+/// Where the features that an object's motion carried into this frame have landed.
+struct FeatureVotes {
+  int total = 0;
+  std::array<std::uint16_t, 256> on_label{};  ///< By the label of the detection under them.
+};
+
 /// One slot of the tracker.
 struct TrackInstance {
   enum class Slot : std::uint8_t { kFree, kAlive, kEnded };
@@ -43,8 +49,9 @@ struct TrackInstance {
   DisparityPlane disparity;       ///< Last known.
   int predicted_px = 0;           ///< Pixels of the predicted mask in the image, hidden ones included.
   PredictionOverlap overlap;      ///< Visible part of the predicted mask against the detections.
-  int detection = -1;             ///< Index of the matched left detection.
-  PixelBox right_region_px;       ///< Holds the left mask carried to the right image.
+  FeatureVotes votes_of_features;
+  int detection = -1;        ///< Index of the matched left detection.
+  PixelBox right_region_px;  ///< Holds the left mask carried to the right image.
 
   [[nodiscard]] bool alive() const noexcept { return slot_state == Slot::kAlive; }
 };

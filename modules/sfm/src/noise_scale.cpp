@@ -1,0 +1,33 @@
+#include "kinetrace/sfm/noise_scale.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace kinetrace::sfm {
+namespace {
+
+constexpr double kChiSquare3Median = 2.366;  // Of three squared unit Gaussians.
+constexpr double kPoseFreedom = 6.0;         // What the fitted pose has taken out of the residuals.
+constexpr std::size_t kLeastResiduals = 4;
+// A frame of many residuals changes the running variance by this part, one of kHalfTrusted by half of it.
+constexpr double kRate = 0.3;
+constexpr double kHalfTrusted = 20.0;
+
+}  // namespace
+
+void NoiseScale::learn(std::span<float> squared_px2) {
+  if (squared_px2.size() < kLeastResiduals) {
+    return;
+  }
+  const auto middle = squared_px2.begin() + static_cast<std::ptrdiff_t>(squared_px2.size() / 2);
+  std::nth_element(squared_px2.begin(), middle, squared_px2.end());
+  const auto count = static_cast<double>(squared_px2.size());
+  const double freedom = 3.0 * count;
+  const double variance_px2 = double{*middle} / kChiSquare3Median * freedom / (freedom - kPoseFreedom);
+  const double rate = kRate * count / (count + kHalfTrusted);
+  const double running_px2 = sigma_px_ * sigma_px_ + rate * (variance_px2 - sigma_px_ * sigma_px_);
+  sigma_px_ = std::clamp(std::sqrt(running_px2), least_px_, most_px_);
+}
+
+}  // namespace kinetrace::sfm

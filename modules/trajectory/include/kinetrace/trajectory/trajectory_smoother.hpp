@@ -1,0 +1,58 @@
+// The path of one object over the frames of the window, made as smooth as things move.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/se3.hpp"
+#include "kinetrace/trajectory/trajectory_config.hpp"
+
+namespace kinetrace::trajectory {
+
+/// One frame of the path.
+struct PathNode {
+  std::int64_t timestamp_ns = 0;
+  Se3 measured;                                ///< T_world_obj of this frame alone.
+  Matrix6d covariance = Matrix6d::Identity();  ///< Of (rotation about the world's axes in rad, position in m).
+  Se3 smoothed;                                ///< Result; given for nodes that are fixed.
+};
+
+/// Fixed-lag smoother of SE(3) poses under a white-noise-on-acceleration prior (Bar-Shalom, Li, Kirubarajan 2001; on
+/// SE(3) as Anderson and Barfoot, IROS 2015): between frames the velocity of the body in its own axes changes no more
+/// than a vehicle can brake or steer. Poses that are measured well stay where they are; where a frame tells little
+/// (far away, cut off, predicted), its neighbours decide. Measurements are weighed by a Cauchy loss, so that one
+/// wild position does not bend the path.
+///
+/// Gauss-Newton on the pentadiagonal normal equations of 6 x 6 blocks: linear in the number of nodes.
+class TrajectorySmoother {
+ public:
+  /// Memory: 1.1 kB a node. The arena may turn out exhausted.
+  TrajectorySmoother(const TrajectoryConfig& config, std::size_t max_nodes, Arena& arena);
+
+  /// `path`: oldest first, times ascending, at most `max_nodes`. The first `fixed` nodes are final and only say how the
+  /// object has moved so far. Fewer than three nodes tell nothing about acceleration: measurements are taken as they
+  /// are.
+  void smooth(std::span<PathNode> path, std::size_t fixed) noexcept;
+
+ private:
+  /// Row k of the upper triangle: blocks (k, k), (k, k + 1), (k, k + 2), and the gradient.
+  struct BlockRow {
+    Matrix6d diagonal;
+    Matrix6d next;
+    Matrix6d after_next;
+    Vector6d right;
+  };
+
+  void assemble(std::span<const PathNode> path, std::size_t fixed) noexcept;
+  void add_measurement(const PathNode& node, BlockRow& row) const noexcept;
+  void add_smoothness(std::span<const PathNode> path, std::size_t middle, std::size_t fixed) noexcept;
+  /// Solves in place; the perturbation of node k is in rows_[k].right.
+  void solve(std::size_t count) noexcept;
+
+  TrajectoryConfig config_;
+  std::span<BlockRow> rows_;
+};
+
+}  // namespace kinetrace::trajectory

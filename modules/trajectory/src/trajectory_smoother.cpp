@@ -1,0 +1,178 @@
+#include "kinetrace/trajectory/trajectory_smoother.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+
+namespace kinetrace::trajectory {
+namespace {
+
+constexpr int kIterations = 4;
+constexpr double kConverged = 1e-6;  // rad or m
+// A measurement this far off (chi-square of six numbers, 99 % quantile) weighs half.
+constexpr double kHalfWeight = 16.8;
+// No pose is known better than this, whatever its covariance says: errors of the reconstruction that last over frames.
+constexpr double kRotationFloor_rad = 5e-4;
+constexpr double kPositionFloor_m = 2e-3;
+constexpr double kLeastStep_s = 1e-4;
+
+double seconds(const PathNode& from, const PathNode& to) {
+  return std::max(1e-9 * static_cast<double>(to.timestamp_ns - from.timestamp_ns), kLeastStep_s);
+}
+
+/// Velocity of the body in its own axes from node a to b, and how it changes with their perturbations.
+struct BodyVelocity {
+  Vector6d value;
+  Matrix6d by_from;
+  Matrix6d by_to;
+};
+
+/// Rotation variances of this size mean that the rotation was not measured at all.
+constexpr double kUnknownRotation_rad2 = 0.5;
+
+bool rotation_unknown(const PathNode& node) {
+  return node.covariance.topLeftCorner<3, 3>().trace() > 3.0 * kUnknownRotation_rad2;
+}
+
+BodyVelocity body_velocity(const PathNode& a, const PathNode& b) {
+  const double rate = 1.0 / seconds(a, b);
+  const Se3& from = a.smoothed;
+  const Se3& to = b.smoothed;
+  const Eigen::Vector3d way = to.translation - from.translation;
+  const Eigen::Matrix3d to_body = from.rotation.transpose();
+  BodyVelocity v;
+  v.value << rate * so3_log(to_body * to.rotation), rate * (to_body * way);
+  // The rotation within one frame is small: the logarithm's Jacobian is taken as the identity.
+  v.by_to = Matrix6d::Zero();
+  v.by_to.topLeftCorner<3, 3>() = rate * to.rotation.transpose();
+  v.by_to.bottomRightCorner<3, 3>() = rate * to_body;
+  v.by_from = -v.by_to;
+  v.by_from.bottomLeftCorner<3, 3>() = rate * to_body * skew(way);
+  return v;
+}
+
+}  // namespace
+
+TrajectorySmoother::TrajectorySmoother(const TrajectoryConfig& config, std::size_t max_nodes, Arena& arena)
+    : config_(config), rows_(arena.take<BlockRow>(max_nodes)) {}
+
+void TrajectorySmoother::add_measurement(const PathNode& node, BlockRow& row) const noexcept {
+  Matrix6d covariance = node.covariance;
+  covariance.diagonal().head<3>().array() += kRotationFloor_rad * kRotationFloor_rad;
+  covariance.diagonal().tail<3>().array() += kPositionFloor_m * kPositionFloor_m;
+  Vector6d error;
+  error << so3_log(node.smoothed.rotation * node.measured.rotation.transpose()),
+      node.smoothed.translation - node.measured.translation;
+  const Eigen::LDLT<Matrix6d> ldlt(covariance);
+  const double weight = 1.0 / (1.0 + std::max(error.dot(ldlt.solve(error)), 0.0) / kHalfWeight);
+  const Matrix6d information = weight * ldlt.solve(Matrix6d::Identity());
+  row.diagonal += information;
+  row.right -= information * error;
+}
+
+void TrajectorySmoother::add_smoothness(std::span<const PathNode> path, std::size_t middle,
+                                        std::size_t fixed) noexcept {
+  const BodyVelocity before = body_velocity(path[middle - 1], path[middle]);
+  const BodyVelocity after = body_velocity(path[middle], path[middle + 1]);
+  const double span_s = 0.5 * (seconds(path[middle - 1], path[middle]) + seconds(path[middle], path[middle + 1]));
+  Vector6d weight;
+  weight.head<3>().setConstant(1.0 / (config_.smoothing_turn_radps2 * span_s));
+  weight.tail<3>().setConstant(1.0 / (config_.smoothing_acceleration_mps2 * span_s));
+
+  const Vector6d error = weight.cwiseProduct(after.value - before.value);
+  const std::array<Matrix6d, 3> jacobian = {weight.asDiagonal() * Matrix6d(-before.by_from),
+                                            weight.asDiagonal() * Matrix6d(after.by_from - before.by_to),
+                                            weight.asDiagonal() * after.by_to};
+  for (std::size_t i = 0; i < jacobian.size(); ++i) {
+    const std::size_t node = middle - 1 + i;
+    if (node < fixed) {
+      continue;
+    }
+    BlockRow& row = rows_[node - fixed];
+    row.diagonal += jacobian[i].transpose() * jacobian[i];
+    row.right -= jacobian[i].transpose() * error;
+    if (i + 1 < jacobian.size()) {
+      row.next += jacobian[i].transpose() * jacobian[i + 1];
+    }
+    if (i + 2 < jacobian.size()) {
+      row.after_next += jacobian[i].transpose() * jacobian[i + 2];
+    }
+  }
+}
+
+void TrajectorySmoother::assemble(std::span<const PathNode> path, std::size_t fixed) noexcept {
+  for (std::size_t k = fixed; k < path.size(); ++k) {
+    BlockRow& row = rows_[k - fixed];
+    row = {Matrix6d::Zero(), Matrix6d::Zero(), Matrix6d::Zero(), Vector6d::Zero()};
+    add_measurement(path[k], row);
+  }
+  for (std::size_t middle = 1; middle + 1 < path.size(); ++middle) {
+    if (middle + 1 >= fixed) {
+      add_smoothness(path, middle, fixed);
+    }
+  }
+}
+
+void TrajectorySmoother::solve(std::size_t count) noexcept {
+  // Forward: eliminate node k from its two successors. The inverse of its block takes the block's place.
+  for (std::size_t k = 0; k < count; ++k) {
+    BlockRow& row = rows_[k];
+    row.diagonal = Matrix6d(row.diagonal.ldlt().solve(Matrix6d::Identity()));
+    if (k + 1 < count) {
+      const Matrix6d factor = row.next.transpose() * row.diagonal;
+      rows_[k + 1].diagonal -= factor * row.next;
+      rows_[k + 1].next -= factor * row.after_next;
+      rows_[k + 1].right -= factor * row.right;
+    }
+    if (k + 2 < count) {
+      const Matrix6d factor = row.after_next.transpose() * row.diagonal;
+      rows_[k + 2].diagonal -= factor * row.after_next;
+      rows_[k + 2].right -= factor * row.right;
+    }
+  }
+  for (std::size_t k = count; k-- > 0;) {
+    BlockRow& row = rows_[k];
+    if (k + 1 < count) {
+      row.right -= row.next * rows_[k + 1].right;
+    }
+    if (k + 2 < count) {
+      row.right -= row.after_next * rows_[k + 2].right;
+    }
+    row.right = Vector6d(row.diagonal * row.right);
+  }
+}
+
+void TrajectorySmoother::smooth(std::span<PathNode> path, std::size_t fixed) noexcept {
+  for (PathNode& node : path.subspan(std::min(fixed, path.size()))) {
+    node.smoothed = node.measured;
+  }
+  if (path.size() < 3 || path.size() <= fixed) {
+    return;
+  }
+  if (std::all_of(path.begin(), path.end(), rotation_unknown)) {
+    // Nothing may be concluded from a path about the rotation of what was never seen to turn.
+    for (PathNode& node : path) {
+      node.covariance.topLeftCorner<3, 3>() = kRotationFloor_rad * kRotationFloor_rad * Eigen::Matrix3d::Identity();
+    }
+  }
+  const std::size_t count = path.size() - fixed;
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    assemble(path, fixed);
+    solve(count);
+    double largest = 0.0;
+    for (std::size_t k = 0; k < count; ++k) {
+      const Vector6d& step = rows_[k].right;
+      Se3& pose = path[fixed + k].smoothed;
+      pose.rotation = orthonormalised(so3_exp(step.head<3>()) * pose.rotation);
+      pose.translation += step.tail<3>();
+      largest = std::max(largest, step.cwiseAbs().maxCoeff());
+    }
+    if (largest < kConverged) {
+      break;
+    }
+  }
+}
+
+}  // namespace kinetrace::trajectory

@@ -1,0 +1,172 @@
+#include "kinetrace/trajectory/trajectory_smoother.hpp"
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace kinetrace::trajectory {
+namespace {
+
+constexpr double kStep_s = 0.1;
+constexpr double kSigma_m = 0.05;
+constexpr double kSigma_rad = 0.01;
+
+/// A vehicle that turns at a constant rate: constant velocity in its own axes.
+Se3 turning(double time_s) {
+  const double yaw = 0.4 * time_s;
+  return {so3_exp({0.0, yaw, 0.0}), {10.0 * std::sin(yaw), 0.0, 10.0 * std::cos(yaw)}};
+}
+
+Matrix6d covariance(double sigma_rad, double sigma_m) {
+  Vector6d variance;
+  variance << Eigen::Vector3d::Constant(sigma_rad * sigma_rad), Eigen::Vector3d::Constant(sigma_m * sigma_m);
+  return variance.asDiagonal();
+}
+
+std::vector<PathNode> path(std::size_t count) {
+  std::vector<PathNode> nodes(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    const double time_s = kStep_s * static_cast<double>(k);
+    nodes[k] = {static_cast<std::int64_t>(std::llround(1e9 * time_s)), turning(time_s),
+                covariance(kSigma_rad, kSigma_m), Se3{}};
+  }
+  return nodes;
+}
+
+void disturb(std::vector<PathNode>& nodes, unsigned seed) {
+  std::mt19937 engine(seed);
+  std::normal_distribution<double> unit;
+  for (PathNode& node : nodes) {
+    node.measured.rotation =
+        so3_exp(kSigma_rad * Eigen::Vector3d(unit(engine), unit(engine), unit(engine))) * node.measured.rotation;
+    node.measured.translation += kSigma_m * Eigen::Vector3d(unit(engine), unit(engine), unit(engine));
+  }
+}
+
+struct StepError {
+  double metres = 0.0;
+  double radians = 0.0;
+};
+
+/// Mean error of the motion between neighbours.
+template <typename Pose>
+StepError step_error(const std::vector<PathNode>& nodes, Pose&& pose) {
+  StepError error;
+  for (std::size_t k = 1; k < nodes.size(); ++k) {
+    const Se3 truth =
+        turning(kStep_s * static_cast<double>(k - 1)).inverse() * turning(kStep_s * static_cast<double>(k));
+    const Se3 off = truth.inverse() * (pose(nodes[k - 1]).inverse() * pose(nodes[k]));
+    error.metres += off.translation.norm() / static_cast<double>(nodes.size() - 1);
+    error.radians += so3_log(off.rotation).norm() / static_cast<double>(nodes.size() - 1);
+  }
+  return error;
+}
+
+class TrajectorySmootherTest : public ::testing::Test {
+ protected:
+  static constexpr std::size_t kMaxNodes = 13;
+  Arena arena_{std::size_t{1} << 16};
+  TrajectorySmoother smoother_{TrajectoryConfig{}, kMaxNodes, arena_};
+};
+
+TEST_F(TrajectorySmootherTest, LeavesAPathOfConstantBodyVelocityAsItIs) {
+  std::vector<PathNode> nodes = path(kMaxNodes);
+  smoother_.smooth(nodes, 0);
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    const Se3 truth = turning(kStep_s * static_cast<double>(k));
+    EXPECT_LT((nodes[k].smoothed.translation - truth.translation).norm(), 1e-6) << k;
+    EXPECT_LT((nodes[k].smoothed.rotation - truth.rotation).norm(), 1e-6) << k;
+  }
+}
+
+TEST_F(TrajectorySmootherTest, ReducesTheErrorOfNoisyMotionSeveralTimes) {
+  StepError before;
+  StepError after;
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    std::vector<PathNode> nodes = path(kMaxNodes);
+    disturb(nodes, seed);
+    smoother_.smooth(nodes, 0);
+    const StepError raw = step_error(nodes, [](const PathNode& n) { return n.measured; });
+    const StepError smooth = step_error(nodes, [](const PathNode& n) { return n.smoothed; });
+    before = {before.metres + raw.metres, before.radians + raw.radians};
+    after = {after.metres + smooth.metres, after.radians + smooth.radians};
+  }
+  EXPECT_LT(after.metres, before.metres / 3.0);
+  EXPECT_LT(after.radians, before.radians / 2.0);
+}
+
+TEST_F(TrajectorySmootherTest, BelievesGoodMeasurementsOfABrakingVehicle) {
+  std::vector<PathNode> nodes(kMaxNodes);
+  const auto place = [](double time_s) { return 10.0 * time_s - 0.5 * 6.0 * time_s * time_s; };
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    const double time_s = kStep_s * static_cast<double>(k);
+    nodes[k] = {static_cast<std::int64_t>(std::llround(1e9 * time_s)),
+                Se3{Eigen::Matrix3d::Identity(), {place(time_s), 0.0, 0.0}}, covariance(0.001, 0.005), Se3{}};
+  }
+  smoother_.smooth(nodes, 0);
+  for (const PathNode& node : nodes) {
+    EXPECT_NEAR(node.smoothed.translation.x(), node.measured.translation.x(), 0.005);
+  }
+}
+
+TEST_F(TrajectorySmootherTest, IsNotBentByOneWildPosition) {
+  std::vector<PathNode> nodes = path(kMaxNodes);
+  nodes[6].measured.translation += Eigen::Vector3d(0.0, 0.0, 4.0);
+  smoother_.smooth(nodes, 0);
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    EXPECT_LT((nodes[k].smoothed.translation - turning(kStep_s * static_cast<double>(k)).translation).norm(), 0.06)
+        << k;
+  }
+}
+
+TEST_F(TrajectorySmootherTest, KeepsFinalNodesAndGoesOnFromThem) {
+  std::vector<PathNode> nodes = path(kMaxNodes);
+  disturb(nodes, 7);
+  for (std::size_t k = 0; k < 2; ++k) {
+    nodes[k].smoothed = turning(kStep_s * static_cast<double>(k));
+  }
+  smoother_.smooth(nodes, 2);
+  EXPECT_EQ(nodes[0].smoothed.translation, turning(0.0).translation);
+  EXPECT_EQ(nodes[1].smoothed.translation, turning(kStep_s).translation);
+  EXPECT_LT((nodes[2].smoothed.translation - turning(2 * kStep_s).translation).norm(), 0.03);
+}
+
+TEST_F(TrajectorySmootherTest, TakesMeasurementsAsTheyAreWhereNothingShowsAcceleration) {
+  for (std::size_t count : {std::size_t{0}, std::size_t{1}, std::size_t{2}}) {
+    std::vector<PathNode> nodes = path(count);
+    disturb(nodes, 3);
+    smoother_.smooth(nodes, 0);
+    for (const PathNode& node : nodes) {
+      EXPECT_EQ(node.smoothed.translation, node.measured.translation);
+    }
+  }
+}
+
+TEST_F(TrajectorySmootherTest, DoesNotTurnWhatWasNeverSeenToTurn) {
+  std::vector<PathNode> nodes = path(kMaxNodes);
+  for (PathNode& node : nodes) {
+    node.measured.rotation = Eigen::Matrix3d::Identity();
+    node.covariance = covariance(1.0, 0.2);
+  }
+  smoother_.smooth(nodes, 0);
+  for (const PathNode& node : nodes) {
+    EXPECT_LT(so3_log(node.smoothed.rotation).norm(), 1e-3);
+  }
+}
+
+TEST_F(TrajectorySmootherTest, FillsAGapWhereThePathLeadsThroughIt) {
+  std::vector<PathNode> nodes = path(kMaxNodes);
+  for (std::size_t k = 5; k < 8; ++k) {
+    nodes[k].measured.translation += Eigen::Vector3d(0.6, 0.0, -0.6);
+    nodes[k].covariance = covariance(1.0, 1.0);
+  }
+  smoother_.smooth(nodes, 0);
+  for (std::size_t k = 5; k < 8; ++k) {
+    EXPECT_LT((nodes[k].smoothed.translation - turning(kStep_s * static_cast<double>(k)).translation).norm(), 0.03);
+  }
+}
+
+}  // namespace
+}  // namespace kinetrace::trajectory
