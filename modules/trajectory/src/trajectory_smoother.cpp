@@ -11,8 +11,9 @@ namespace {
 
 constexpr int kIterations = 4;
 constexpr double kConverged = 1e-6;  // rad or m
-// A measurement this far off (chi-square of six numbers, 99 % quantile) weighs half.
-constexpr double kHalfWeight = 16.8;
+// Measurements further off than this (root of the chi-square of six numbers, 99 % quantile) weigh less. A loss that
+// gives them up altogether would leave a path to the prior alone, which leads anywhere.
+constexpr double kHuber = 4.1;
 // No pose is known better than this, whatever its covariance says: errors of the reconstruction that last over frames.
 constexpr double kRotationFloor_rad = 5e-4;
 constexpr double kPositionFloor_m = 2e-3;
@@ -66,7 +67,8 @@ void TrajectorySmoother::add_measurement(const PathNode& node, BlockRow& row) co
   error << so3_log(node.smoothed.rotation * node.measured.rotation.transpose()),
       node.smoothed.translation - node.measured.translation;
   const Eigen::LDLT<Matrix6d> ldlt(covariance);
-  const double weight = 1.0 / (1.0 + std::max(error.dot(ldlt.solve(error)), 0.0) / kHalfWeight);
+  const double distance = std::sqrt(std::max(error.dot(ldlt.solve(error)), 0.0));
+  const double weight = distance <= kHuber ? 1.0 : kHuber / distance;
   const Matrix6d information = weight * ldlt.solve(Matrix6d::Identity());
   row.diagonal += information;
   row.right -= information * error;
