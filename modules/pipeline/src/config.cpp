@@ -3,6 +3,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "kinetrace/core/bundle.hpp"
+
 namespace kinetrace::pipeline {
 namespace {
 
@@ -28,6 +30,7 @@ Status PipelineConfig::validate() const {
            refinement.validate(),
            trajectory.validate(),
            require_range("features.motion_bucket_px", motion_bucket_px, 8, 256),
+           require_range("background.window_frames", background.window_frames, 3, kMaxWindowFrames),
            require_range("object.stereo_only_min_features", objects.stereo_only_min_features, 1, 1000),
            require_range("object.lost_after_frames", objects.lost_after_frames, 1, 10000),
            require_range("memory.budget_mib", memory.budget_mib, 1.0, 1e6),
@@ -37,9 +40,11 @@ Status PipelineConfig::validate() const {
       return status;
     }
   }
-  if (object.window_frames != background.window_frames) {
-    return fail(ErrorCode::kInvalidConfig,
-                "object.window_frames must equal background.window_frames: both poses of a frame settle together");
+  if (object.window_frames > background.window_frames) {
+    return fail(
+        ErrorCode::kInvalidConfig,
+        "object.window_frames must not exceed background.window_frames: a frame is final when the camera's pose "
+        "is");
   }
   return {};
 }

@@ -154,9 +154,10 @@ void BodyReconstruction::position_new_points() {
 }
 
 void BodyReconstruction::reposition_newcomers() {
+  const bool single_frame = poses_.size() == 1;  // Every point is where this frame's stereo alone sees it.
   for (std::size_t row = 0; row < map_.size(); ++row) {
     const PointState& state = map_.state(row);
-    if (!state.positioned || state.observations != 1 || state.seen == 0) {
+    if (!state.positioned || state.seen == 0 || (state.observations != 1 && !single_frame)) {
       continue;
     }
     const auto k = static_cast<std::size_t>(std::countr_zero(state.seen));

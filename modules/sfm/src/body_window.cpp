@@ -102,7 +102,8 @@ std::uint32_t BodyReconstruction::fixed_columns() const {
   }
   const int most = *std::max_element(points_of.begin(), points_of.end());
   const int enough = std::max(config_.min_inliers, static_cast<int>(kAnchorShare * most));
-  std::size_t anchor = std::max({poses_.size() - used_columns_, poses_.size() / kFixedPart, std::size_t{1}}) - 1;
+  const std::size_t fixed = std::max(poses_.size() / kFixedPart, std::size_t{1});
+  std::size_t anchor = std::max(poses_.size() - used_columns_, fixed - 1);
   while (anchor < newest_column() && points_of[anchor] < enough) {
     ++anchor;
   }

@@ -66,7 +66,7 @@ TEST(PipelineConfig, EveryNumberOutOfRangeIsRefusedByName) {
   EXPECT_GT(checked, 60);
 }
 
-TEST(PipelineConfig, BothWindowsMustBeEquallyLong) {
+TEST(PipelineConfig, AnObjectsWindowMayBeShorterThanTheBackgrounds) {
   PipelineConfig config;
   config.object.window_frames = config.background.window_frames + 1;
   const Status status = config.validate();
@@ -74,6 +74,10 @@ TEST(PipelineConfig, BothWindowsMustBeEquallyLong) {
   EXPECT_THAT(status.error().message, HasSubstr("object.window_frames"));
   config.background.window_frames = config.object.window_frames;
   EXPECT_TRUE(config.validate());
+  config.object.window_frames = 1;
+  EXPECT_TRUE(config.validate());
+  config.background.window_frames = 2;
+  EXPECT_THAT(config.validate().error().message, HasSubstr("background.window_frames must be in [3, 32]"));
 }
 
 TEST(PipelineConfig, MasksNeedAFolder) {

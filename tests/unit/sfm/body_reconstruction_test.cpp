@@ -45,7 +45,7 @@ TEST(BodyReconstruction, RefusesAnArenaThatIsTooSmall) {
 TEST(BodyReconstruction, RefusesABadConfigurationOrRig) {
   Arena arena(1 << 20);
   BodyConfig config;
-  config.window_frames = 1;
+  config.window_frames = 0;
   EXPECT_EQ(BodyReconstruction::create(config, street_rig(), arena).error().code, ErrorCode::kInvalidConfig);
   StereoGeometry rig = street_rig();
   rig.baseline_m = 0.0;
@@ -209,6 +209,28 @@ TEST(BodyReconstruction, TheLongestAndTheShortestWindowWork) {
     EXPECT_LT(position_error_m(driver.body().estimate().T_body_cam, driven(kStep_m * 39)), 0.15) << window;
     EXPECT_EQ(driver.body().history_size(), static_cast<std::size_t>(window) + 1);
   }
+}
+
+TEST(BodyReconstruction, AWindowOfOneFrameIsSingleFrameStereo) {
+  SyntheticWorld world({.background_features = 200, .sigma_px = 0.2, .max_track_frames = 40});
+  BodyConfig config;
+  config.window_frames = 1;
+  BodyDriver driver{config, street_rig(), {.max_frames = 2, .max_points = config.max_points}};
+  for (int i = 0; i < 20; ++i) {
+    const BodyEstimate& e = driver.step(world.observe(driven(kStep_m * i)));
+    ASSERT_EQ(e.status, BodyStatus::kTracked);
+    ASSERT_EQ(e.points.size(), e.frame_observations.size());
+    for (std::size_t j = 0; j < e.points.size(); ++j) {
+      const PointObservation& o = e.frame_observations[j];
+      const double disparity_px = double{o.u_left_px} - double{o.u_right_px};
+      if (disparity_px >= config.min_disparity_px) {  // false without a right sighting
+        const Eigen::Vector3d seen =
+            e.T_body_cam * street_rig().triangulate(double{o.u_left_px}, double{o.v_px}, disparity_px);
+        EXPECT_LT((e.points[j].position_m.cast<double>() - seen).norm(), 1e-3) << "frame " << i;
+      }
+    }
+  }
+  EXPECT_LT(position_error_m(driver.body().estimate().T_body_cam, driven(kStep_m * 19)), 1.0);
 }
 
 TEST(BodyReconstruction, WindowHoldsItsContractWithTheAdjuster) {

@@ -16,7 +16,7 @@ TEST(BodyConfig, DefaultsAreValid) {
 
 TEST(BodyConfig, AcceptsItsLimits) {
   BodyConfig config;
-  config.window_frames = 3;
+  config.window_frames = 1;
   EXPECT_TRUE(config.validate("object"));
   config.window_frames = 32;
   EXPECT_TRUE(config.validate("object"));
@@ -30,7 +30,7 @@ TEST(BodyConfig, NamesTheKeyThatIsOutOfRange) {
     return status ? std::string("valid") : status.error().message;
   };
   EXPECT_THAT(message([](BodyConfig& c) { c.window_frames = 33; }), HasSubstr("object.window_frames"));
-  EXPECT_THAT(message([](BodyConfig& c) { c.window_frames = 2; }), HasSubstr("[3, 32], got 2"));
+  EXPECT_THAT(message([](BodyConfig& c) { c.window_frames = 0; }), HasSubstr("[1, 32], got 0"));
   EXPECT_THAT(message([](BodyConfig& c) { c.max_points = 3; }), HasSubstr("object.max_points"));
   EXPECT_THAT(message([](BodyConfig& c) { c.max_features = 0; }), HasSubstr("object.max_features"));
   EXPECT_THAT(message([](BodyConfig& c) { c.measurement_sigma_px = std::nan(""); }),

@@ -109,7 +109,7 @@ class BodyReconstruction {
   /// At capacity, points that are no longer seen make room for new ones, those last seen longest ago first.
   void evict_for(std::size_t newcomers);
   void position_new_points();
-  /// Points of one sighting move with its pose.
+  /// Points of one sighting move with its pose; in a window of one frame, all points.
   void reposition_newcomers();
   void cull_points();
   void judge(std::size_t row, const ColumnPoses& T_cam_body);
