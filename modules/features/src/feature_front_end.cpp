@@ -66,7 +66,7 @@ struct FeatureFrontEnd::State {
   void match(FeatureSlot& slot, float expected_disparity_px) noexcept;
   void reconcile_with(LabelView labels) noexcept;
   void thin_out() noexcept;
-  void populate(std::span<const Corner> corners) noexcept;
+  void populate(std::span<const Corner> corners, LabelView labels) noexcept;
   void create(FeatureSlot& slot, const Corner& corner) noexcept;
   [[nodiscard]] FeatureFrame publish() noexcept;
 };
@@ -160,7 +160,7 @@ Result<FeatureFrame> FeatureFrontEnd::replenish(LabelView left_labels) {
   }
   state_->reconcile_with(left_labels);
   state_->thin_out();
-  state_->populate(state_->corner_finder.find(state_->current().level(0), left_labels, state_->occupancy));
+  state_->populate(state_->corner_finder.find(state_->current().level(0), left_labels, state_->occupancy), left_labels);
   state_->step = Step::kNeedsFrame;
   return state_->publish();
 }
@@ -255,7 +255,8 @@ void FeatureFrontEnd::State::reconcile_with(LabelView labels) noexcept {
   }
   for (FeatureSlot& slot : slots) {
     if (slot.state == SlotState::kAlive &&
-        !still_member(labels, slot.feature.left_px, slot.feature.body, config.mask_border_px)) {
+        (!still_member(labels, slot.feature.left_px, slot.feature.body, config.mask_border_px) ||
+         !clear_of_other_objects(labels, slot.feature.left_px, slot.feature.body))) {
       slot.end(counters.lost_body);
     }
   }
@@ -285,7 +286,7 @@ void FeatureFrontEnd::State::thin_out() noexcept {
   }
 }
 
-void FeatureFrontEnd::State::populate(std::span<const Corner> corners) noexcept {
+void FeatureFrontEnd::State::populate(std::span<const Corner> corners, LabelView labels) noexcept {
   std::array<int, 256> population{};
   for (const FeatureSlot& slot : slots) {
     population[slot.feature.body] += slot.state == SlotState::kAlive ? 1 : 0;
@@ -294,6 +295,9 @@ void FeatureFrontEnd::State::populate(std::span<const Corner> corners) noexcept 
   for (const Corner& corner : corners) {
     if (occupancy.near(corner.x, corner.y)) {
       continue;  // A corner taken before it lies just across the border of the bucket.
+    }
+    if (!labels.empty() && !clear_of_other_objects(labels, {corner.x, corner.y}, corner.body)) {
+      continue;
     }
     free_slot = std::find_if(free_slot, slots.end(), [](const FeatureSlot& s) { return s.state == SlotState::kFree; });
     const int limit = corner.body == kBackgroundLabel ? config.max_background_features : config.max_features_per_object;
