@@ -8,7 +8,7 @@ namespace kinetrace::app {
 namespace {
 
 constexpr const char* kFooter = R"(
-Exit codes: 0 done, 64 wrong command line, 65 damaged or unusable recording or calibration, 66 input not found,
+Exit codes: 0 done, 1 a condition of --fail-if holds, 64 wrong command line, 65 damaged or unusable recording or calibration, 66 input not found,
 70 internal error, 73 run folder cannot be made, 74 reading or writing failed, 78 wrong configuration or memory
 budget too small; 128 + n when signal n ended a run early (what was computed is written).)";
 
@@ -52,6 +52,40 @@ void add_show_config(CLI::App& app, ConfigOptions& options) {
   add_config_options(config, options.config);
 }
 
+void add_evaluate(CLI::App& app, EvaluateOptions& options) {
+  CLI::App& evaluate =
+      *app.add_subcommand("evaluate", "Compares a run with ground truth; writes evaluation.json into the run folder");
+  evaluate.add_option("RUN", options.run, "Run folder")->required();
+  evaluate.add_option("--truth", options.truth, "Folder or file with the truth")->type_name("PATH")->required();
+  evaluate
+      .add_option("--truth-format", options.truth_format,
+                  "What it is, where that cannot be seen: simulator, kitti-tracking, kitti-poses, tum or euroc")
+      ->check(CLI::IsMember({"simulator", "kitti-tracking", "kitti-poses", "tum", "euroc"}));
+  evaluate.add_option("--truth-camera", options.truth_camera, "Camera poses for truth that has only labels")
+      ->type_name("FILE");
+  evaluate.add_option("--truth-masks", options.truth_masks, "True masks of the left images, KITTI MOTS PNG")
+      ->type_name("DIR");
+  evaluate
+      .add_option("--truth-body-camera", options.body_camera,
+                  "For EuRoC: sensor.yaml of the left camera, where it is not beside the truth")
+      ->type_name("FILE");
+  evaluate
+      .add_option("--association", options.association,
+                  "Tracks are matched with objects by masks, boxes in the image, or centres in space; without it, by "
+                  "the first of these that run and truth both have")
+      ->check(CLI::IsMember({"masks", "boxes", "centres"}));
+  evaluate
+      .add_option("--fail-if", options.fail_if,
+                  "Exit code 1 if the condition holds, such as 'camera.t_rel>1.0': names of evaluation.json joined by "
+                  "dots, one of > >= < <= ==, a number. What does not exist is an error (64), and so is what could "
+                  "not be measured (65). May be repeated")
+      ->type_name("CONDITION")
+      ->allow_extra_args(false);
+  evaluate.add_flag("--json", options.json, "Prints evaluation.json on standard output instead of the table");
+  evaluate.add_flag("--quiet", options.quiet, "Prints nothing but errors and conditions that hold");
+  evaluate.footer(kFooter);
+}
+
 Outcome<PlanOptions> with_size(PlanOptions options, const std::string& size) {
   char rest = 0;
   // NOLINTNEXTLINE(cert-err34-c): values beyond int's range are refused by the bounds below.
@@ -75,11 +109,13 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   RunOptions run;
   PlanOptions plan;
   ConfigOptions config;
+  EvaluateOptions evaluate;
   std::string out;
   std::string size = "1242x375";
   add_run(app, run, out);
   add_plan(app, plan, size);
   add_show_config(app, config);
+  add_evaluate(app, evaluate);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -95,6 +131,9 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   }
   if (app.got_subcommand("plan")) {
     return with_size(plan, size);
+  }
+  if (app.got_subcommand("evaluate")) {
+    return evaluate;
   }
   return config;
 }

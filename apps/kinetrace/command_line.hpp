@@ -39,10 +39,23 @@ struct ConfigOptions {
   ConfigSource config;
 };
 
+struct EvaluateOptions {
+  std::filesystem::path run;
+  std::filesystem::path truth;
+  std::string truth_format;            ///< Empty: by what is there.
+  std::filesystem::path truth_camera;  ///< Poses for truth that has none; empty: none.
+  std::filesystem::path truth_masks;   ///< Folder of mask images; empty: the truth's own.
+  std::filesystem::path body_camera;   ///< EuRoC's sensor.yaml; empty: found beside the truth.
+  std::string association;             ///< "masks", "boxes", "centres", or empty for the best there is.
+  std::vector<std::string> fail_if;
+  bool json = false;
+  bool quiet = false;
+};
+
 /// Asked for help or the version, which has been printed.
 struct NothingToDo {};
 
-using Command = std::variant<RunOptions, PlanOptions, ConfigOptions, NothingToDo>;
+using Command = std::variant<RunOptions, PlanOptions, ConfigOptions, EvaluateOptions, NothingToDo>;
 
 /// Reads the command line. Failures: kUsage.
 [[nodiscard]] Outcome<Command> parse_command_line(int argc, const char* const* argv);

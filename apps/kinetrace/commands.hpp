@@ -14,4 +14,7 @@ namespace kinetrace::app {
 /// Prints the configuration as commented YAML.
 [[nodiscard]] int config_command(const ConfigOptions& options);
 
+/// Compares a run with ground truth.
+[[nodiscard]] int evaluate_command(const EvaluateOptions& options);
+
 }  // namespace kinetrace::app

@@ -7,13 +7,14 @@ namespace kinetrace::app {
 
 enum class ExitCode : int {
   kOk = 0,
-  kUsage = 64,         ///< The command line is wrong.
-  kBadData = 65,       ///< A recording or calibration is damaged or not usable.
-  kNoInput = 66,       ///< A file or folder does not exist.
-  kInternal = 70,      ///< A defect of this program.
-  kCannotCreate = 73,  ///< The run folder cannot be made.
-  kIo = 74,            ///< Reading or writing failed on the way.
-  kConfig = 78,        ///< The configuration is wrong or asks for more memory than the budget holds.
+  kConditionHolds = 1,  ///< A condition of --fail-if holds.
+  kUsage = 64,          ///< The command line is wrong.
+  kBadData = 65,        ///< A recording or calibration is damaged or not usable.
+  kNoInput = 66,        ///< A file or folder does not exist.
+  kInternal = 70,       ///< A defect of this program.
+  kCannotCreate = 73,   ///< The run folder cannot be made.
+  kIo = 74,             ///< Reading or writing failed on the way.
+  kConfig = 78,         ///< The configuration is wrong or asks for more memory than the budget holds.
 };
 inline constexpr int kSignalBase = 128;  ///< Plus the signal's number, when a signal ended the run early.
 

@@ -165,11 +165,13 @@ std::int64_t TextRows::time_ns(std::size_t field) {
   return value.value_or(0);
 }
 
-Se3 TextRows::pose(std::size_t field) {
+Se3 TextRows::pose(std::size_t field, QuaternionOrder order) {
   const Eigen::Vector3d translation(number(field), number(field + 1), number(field + 2));
-  const Eigen::Quaterniond rotation(number(field + 6), number(field + 3), number(field + 4), number(field + 5));
+  const std::size_t real = order == QuaternionOrder::kRealFirst ? field + 3 : field + 6;
+  const std::size_t x = order == QuaternionOrder::kRealFirst ? field + 4 : field + 3;
+  const Eigen::Quaterniond rotation(number(real), number(x), number(x + 1), number(x + 2));
   if (std::abs(rotation.norm() - 1.0) > kRotationTolerance) {
-    reject("the quaternion qx qy qz qw does not have length 1");
+    reject("the quaternion does not have length 1");
     return {};
   }
   return {rotation.normalized().toRotationMatrix(), translation};

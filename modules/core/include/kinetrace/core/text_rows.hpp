@@ -28,6 +28,7 @@ namespace kinetrace {
 class TextRows {
  public:
   enum class Separator : std::uint8_t { kBlanks, kComma };
+  enum class QuaternionOrder : std::uint8_t { kRealLast, kRealFirst };
 
   TextRows(TextRows&&) noexcept = default;
   TextRows& operator=(TextRows&&) noexcept = default;
@@ -52,8 +53,9 @@ class TextRows {
   [[nodiscard]] double number(std::size_t field);
   [[nodiscard]] std::int64_t integer(std::size_t field);
   [[nodiscard]] std::int64_t time_ns(std::size_t field);
-  /// `tx ty tz qx qy qz qw` from `field` on. A mistake if the quaternion's length is not 1 to within 0.01.
-  [[nodiscard]] Se3 pose(std::size_t field);
+  /// `tx ty tz qx qy qz qw`, or with qw before qx, from `field` on. A mistake if the quaternion's length is not 1 to
+  /// within 0.01.
+  [[nodiscard]] Se3 pose(std::size_t field, QuaternionOrder order = QuaternionOrder::kRealLast);
   /// The upper 3 x 4 part of a transform, row by row. A mistake if it is no rotation to within 0.01.
   [[nodiscard]] Se3 matrix_pose(std::size_t field);
 

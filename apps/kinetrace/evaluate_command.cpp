@@ -1,0 +1,176 @@
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+
+#include <yaml-cpp/yaml.h>
+
+#include "commands.hpp"
+#include "evaluate_input.hpp"
+#include "kinetrace/evaluation/condition.hpp"
+#include "kinetrace/evaluation/evaluation.hpp"
+#include "messages.hpp"
+
+namespace kinetrace::app {
+namespace {
+
+namespace fs = std::filesystem;
+using evaluation::Evaluation;
+
+constexpr double kGate_m = 3.0;
+
+Result<std::vector<evaluation::Condition>> parse_conditions(const std::vector<std::string>& texts) {
+  std::vector<evaluation::Condition> conditions;
+  for (const std::string& text : texts) {
+    Result<evaluation::Condition> condition = evaluation::parse_condition(text);
+    if (!condition) {
+      return tl::unexpected(condition.error());
+    }
+    conditions.push_back(std::move(*condition));
+  }
+  return conditions;
+}
+
+// EuRoC's sensor.yaml: T_BS, 16 numbers row by row.
+Result<Se3> read_body_camera(const fs::path& path) {
+  try {
+    const auto values = YAML::LoadFile(path.string())["T_BS"]["data"].as<std::vector<double>>();
+    if (values.size() == 16) {
+      const Eigen::Matrix4d matrix = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values.data());
+      return Se3{matrix.topLeftCorner<3, 3>(), matrix.topRightCorner<3, 1>()}.orthonormalised();
+    }
+  } catch (const YAML::BadFile&) {
+    return fail(ErrorCode::kNotFound, path.string() + ": no such file; name the left camera's sensor.yaml");
+  } catch (const YAML::Exception& error) {
+    return fail(ErrorCode::kBadFormat, path.string() + ": has no T_BS with 16 numbers (" + error.what() + ")");
+  }
+  return fail(ErrorCode::kBadFormat, path.string() + ": T_BS does not have 16 numbers");
+}
+
+// Beside EuRoC's truth unless it is named.
+fs::path find_body_camera(const EvaluateOptions& options) {
+  if (!options.body_camera.empty()) {
+    return options.body_camera;
+  }
+  const fs::path sensor = fs::path("cam0") / "sensor.yaml";
+  const fs::path& truth = options.truth;
+  for (const fs::path& path : {truth / "mav0" / sensor, truth / sensor, truth.parent_path() / sensor,
+                               truth.parent_path().parent_path() / sensor}) {
+    if (std::error_code error; fs::is_regular_file(path, error)) {
+      return path;
+    }
+  }
+  return {};
+}
+
+Result<evaluation::TruthSource> truth_source(const EvaluateOptions& options, const recording::Run& run) {
+  evaluation::TruthSource source;
+  source.path = options.truth;
+  source.camera = options.truth_camera;
+  source.masks = options.truth_masks;
+  for (const auto& [name, format] : evaluation::kTruthFormats) {
+    if (name == options.truth_format) {
+      source.format = format;
+    }
+  }
+  if (const fs::path body_camera = find_body_camera(options); !body_camera.empty()) {
+    const Result<Se3> T_body_cam = read_body_camera(body_camera);
+    if (!T_body_cam) {
+      return tl::unexpected(T_body_cam.error());
+    }
+    source.T_body_cam = *T_body_cam;
+  }
+  for (const recording::CameraRow& row : run.camera) {
+    source.frame_times_ns[row.frame] = row.timestamp_ns;
+  }
+  return source;
+}
+
+std::optional<evaluation::Association> wanted_association(const std::string& name) {
+  using evaluation::Association;
+  for (const Association association : {Association::kMasks, Association::kBoxes, Association::kCentres}) {
+    if (name == to_string(association)) {
+      return association;
+    }
+  }
+  return std::nullopt;
+}
+
+Result<Evaluation> evaluate(const EvaluateOptions& options) {
+  const Result<recording::Run> run = recording::read_run(options.run);
+  if (!run) {
+    return tl::unexpected(run.error());
+  }
+  const Result<evaluation::TruthSource> source = truth_source(options, *run);
+  if (!source) {
+    return tl::unexpected(source.error());
+  }
+  const Result<evaluation::Truth> truth = evaluation::read_truth(*source);
+  if (!truth) {
+    return tl::unexpected(truth.error());
+  }
+  Result<EvaluationInput> input =
+      match_up(*run, *truth, source->time_tolerance_ns, wanted_association(options.association), kGate_m);
+  if (!input) {
+    return tl::unexpected(input.error());
+  }
+  Evaluation evaluation;
+  evaluation.run = options.run.string();
+  evaluation.truth = options.truth.string();
+  evaluation.truth_format = to_string(truth->format);
+  evaluation.camera = evaluation::evaluate_camera(input->camera);
+  evaluation.camera_rotation_deg = input->camera_rotation_deg;
+  evaluation.association = input->association;
+  evaluation.object_config.truth_is_complete = truth->is_complete;
+  if (truth->has_objects) {
+    evaluation.objects = evaluation::evaluate_objects(input->objects, evaluation.object_config);
+  }
+  evaluation.masks = std::move(input->masks);
+  return evaluation;
+}
+
+Status write_text(const fs::path& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary);
+  file << text << std::flush;
+  return file ? Status{}
+              : fail(ErrorCode::kIo, path.string() + ": cannot be written; check permissions and free space");
+}
+
+/// The exit code after all conditions; each that holds or cannot be checked is reported.
+int check_conditions(const std::vector<evaluation::Condition>& conditions, const std::string& json) {
+  int code = 0;
+  for (const evaluation::Condition& condition : conditions) {
+    const Result<evaluation::ConditionOutcome> outcome = evaluation::check(condition, json);
+    if (!outcome) {
+      return report(to_failure(outcome.error()));
+    }
+    if (outcome->holds) {
+      char value[32];
+      std::snprintf(value, sizeof value, "%.6g", outcome->value);
+      code = report({ExitCode::kConditionHolds, condition.text + ": " + condition.path + " is " + value});
+    }
+  }
+  return code;
+}
+
+}  // namespace
+
+int evaluate_command(const EvaluateOptions& options) {
+  const Result<std::vector<evaluation::Condition>> conditions = parse_conditions(options.fail_if);
+  if (!conditions) {
+    return report(to_failure(conditions.error()));
+  }
+  const Result<Evaluation> evaluation = evaluate(options);
+  if (!evaluation) {
+    return report(to_failure(evaluation.error()));
+  }
+  const std::string json = evaluation::evaluation_json(*evaluation);
+  if (const Status written = write_text(options.run / "evaluation.json", json); !written) {
+    return report(to_failure(written.error()));
+  }
+  if (!options.quiet) {
+    std::fputs(options.json ? json.c_str() : evaluation::evaluation_table(*evaluation).c_str(), stdout);
+  }
+  return check_conditions(*conditions, json);
+}
+
+}  // namespace kinetrace::app

@@ -1,0 +1,39 @@
+// All that is known about a run against its truth, and how it is told.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "kinetrace/evaluation/camera_metrics.hpp"
+#include "kinetrace/evaluation/mask_metrics.hpp"
+#include "kinetrace/evaluation/object_metrics.hpp"
+
+namespace kinetrace::evaluation {
+
+/// By what tracks are matched with true objects.
+enum class Association : std::uint8_t { kMasks, kBoxes, kCentres };
+[[nodiscard]] std::string_view to_string(Association association) noexcept;
+
+struct Evaluation {
+  std::string run;
+  std::string truth;
+  std::string truth_format;
+  CameraMetrics camera;
+  /// By how many deg the camera's estimated frame was turned, see camera_rotation; none if it was not.
+  std::optional<double> camera_rotation_deg;
+  Association association = Association::kMasks;
+  ObjectConfig object_config;
+  std::optional<ObjectMetrics> objects;
+  std::optional<MaskReport> masks;
+};
+
+/// The whole evaluation as a JSON object; what could not be measured is null. Names and units are in the module's
+/// README.
+[[nodiscard]] std::string evaluation_json(const Evaluation& evaluation);
+
+/// The same for people, as lines of text; what could not be measured is "none".
+[[nodiscard]] std::string evaluation_table(const Evaluation& evaluation);
+
+}  // namespace kinetrace::evaluation

@@ -1,0 +1,129 @@
+// How well objects were found, followed and measured.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "kinetrace/core/body.hpp"
+#include "kinetrace/core/se3.hpp"
+#include "kinetrace/evaluation/error_statistics.hpp"
+
+namespace kinetrace::evaluation {
+
+/// One object in one frame as it truly was. Only objects that can be seen are listed.
+struct TrueObject {
+  std::uint32_t id = 0;
+  std::uint16_t class_id = 0;
+  bool moving = false;
+  bool rigid = true;
+  int height_px = 0;  ///< Of what can be seen.
+  Se3 T_world_obj;
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< World frame, of the object's origin.
+};
+
+/// What a track says about its object in one frame.
+struct TrackEstimate {
+  BodyStatus status = BodyStatus::kLost;
+  Se3 T_world_obj;
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+  bool moving = false;
+  double heading_rad = 0.0;  ///< About the world's y axis: 0 = along +x, pi/2 = along -z.
+};
+
+/// A track in one frame: it has a mask, an estimate, or both.
+struct TrackInFrame {
+  std::uint32_t track_id = 0;
+  std::optional<TrackEstimate> estimate;
+  int covers = -1;  ///< Index of the true object to which most of the track's pixels belong; -1: none or unknown.
+};
+
+/// All about one frame, truth and estimate in the same world.
+struct ObjectFrame {
+  std::int64_t frame = 0;
+  Se3 T_world_cam_true;
+  std::vector<TrueObject> truth;
+  std::vector<TrackInFrame> tracks;
+  Eigen::MatrixXd similarity;  ///< Truth x tracks, 0 to 1; see similarity.hpp.
+};
+
+struct ObjectConfig {
+  double min_similarity = 0.5;      ///< Below this, a track is not the object's (CLEAR MOT, KITTI MOTS).
+  double min_height_px = 40.0;      ///< Only objects taller than this must be followed and are measured.
+  double motion_range_m = 30.0;     ///< Motion, speed and heading: objects this near to the camera.
+  double distance_range_m = 20.0;   ///< Distance to the true trajectory: objects this near to the camera.
+  std::size_t min_track_rows = 5;   ///< Fewer rows say nothing about a trajectory: an offset explains them.
+  int min_false_moving_frames = 3;  ///< So many frames make a false moving track.
+  bool truth_is_complete = true;    ///< What is not in the truth is at rest. Not so for hand-made labels.
+};
+
+struct MotionErrors {
+  ErrorStatistics translation_m;
+  ErrorStatistics rotation_deg;
+  void add(const MotionErrors& other) noexcept {
+    translation_m.add(other.translation_m);
+    rotation_deg.add(other.rotation_deg);
+  }
+};
+
+/// Whence a motion's two poses come: the weaker of the two.
+inline constexpr std::array<BodyStatus, 3> kPoseSources{BodyStatus::kTracked, BodyStatus::kStereoOnly,
+                                                        BodyStatus::kPropagated};
+
+/// Of one object, or of all together.
+struct ObjectErrors {
+  std::size_t visible_frames = 0;
+  std::size_t matched_frames = 0;  ///< Visible, and a track is matched.
+  std::size_t tall_frames = 0;     ///< Visible and taller than min_height_px.
+  std::size_t covered_frames = 0;  ///< Of these: the object's track has a pose that is not lost.
+  std::size_t id_switches = 0;     ///< Matched to another track than at its last match.
+  std::size_t fragmentations = 0;  ///< Matched again after visible frames without a match.
+  /// From frame to frame in the true body frame, of moving rigid objects: H = T_est,k T_est,k-1^-1, B = L_k-1^-1 H
+  /// L_k-1, B_true = L_k-1^-1 L_k, error B_true^-1 B, L the true pose. Independent of where the estimated body frame
+  /// was put (Zhang et al., VDO-SLAM, 2020; Morris et al., DynoSAM, 2025).
+  MotionErrors motion;
+  std::array<MotionErrors, kPoseSources.size()> motion_by_source;  ///< As kPoseSources.
+  std::size_t missing_motions = 0;  ///< Both frames asked for a motion, but a pose is missing or the track changed.
+  ErrorStatistics distance_m;       ///< Of the estimated origin, after the best constant offset in the true body frame.
+  ErrorStatistics speed_mps;        ///< Of moving rigid objects.
+  ErrorStatistics heading_deg;      ///< Of moving rigid objects, where the estimate says that they move.
+  std::size_t moving_rows = 0;      ///< Poses of moving rigid objects in range ...
+  std::size_t found_moving_rows = 0;  ///< ... of which the estimate says that they move.
+};
+
+struct ObjectReport {
+  std::uint32_t id = 0;
+  std::uint16_t class_id = 0;
+  bool moving = false;  ///< In any frame.
+  bool rigid = true;
+  std::vector<std::uint32_t> track_ids;  ///< In the order in which they were matched.
+  ObjectErrors errors;
+};
+
+/// A track that was said to move although what it follows is at rest, or nothing.
+struct FalseMovingTrack {
+  std::uint32_t track_id = 0;
+  std::int64_t first_frame = 0;
+  std::int64_t last_frame = 0;
+  std::size_t frames = 0;
+  double mean_speed_mps = 0.0;
+  std::optional<std::uint32_t> object_id;  ///< None: it belongs to no object.
+};
+
+struct ObjectMetrics {
+  ObjectErrors all;
+  std::vector<ObjectReport> objects;  ///< By id; objects that were seen.
+  std::vector<FalseMovingTrack> false_moving;
+};
+
+/// `frames` by frame number. Tracks are matched with objects frame by frame: a match of the frame before stays if it is
+/// still similar enough, the rest by Kuhn-Munkres (CLEAR MOT; Bernardin and Stiefelhagen 2008). Where an object has no
+/// match, its last track stands for it unless that is matched to another object.
+[[nodiscard]] ObjectMetrics evaluate_objects(std::span<const ObjectFrame> frames, const ObjectConfig& config);
+
+}  // namespace kinetrace::evaluation

@@ -1,0 +1,212 @@
+#include "kinetrace/evaluation/object_metrics.hpp"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "association.hpp"
+#include "false_moving.hpp"
+#include "rotation_angle.hpp"
+
+namespace kinetrace::evaluation {
+namespace {
+
+/// One object in one frame, with what is said about it.
+struct Sighting {
+  std::int64_t frame = 0;
+  const TrueObject* truth = nullptr;
+  double distance_m = 0.0;                        ///< From the camera.
+  std::optional<std::uint32_t> matched_track_id;  ///< Matched in this frame.
+  std::uint32_t track_id = 0;                     ///< Of `estimate`.
+  const TrackEstimate* estimate = nullptr;        ///< Null without a pose, and if it is lost.
+};
+
+using Timelines = std::map<std::uint32_t, std::vector<Sighting>>;  // By object.
+
+Timelines timelines_of(std::span<const ObjectFrame> frames, std::span<const FrameAssociation> associations) {
+  Timelines timelines;
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    const ObjectFrame& frame = frames[f];
+    for (std::size_t object = 0; object < frame.truth.size(); ++object) {
+      const TrueObject& truth = frame.truth[object];
+      Sighting sighting;
+      sighting.frame = frame.frame;
+      sighting.truth = &truth;
+      sighting.distance_m = (truth.T_world_obj.translation - frame.T_world_cam_true.translation).norm();
+      if (const std::optional<std::size_t> matched = associations[f].matched[object]) {
+        sighting.matched_track_id = frame.tracks[*matched].track_id;
+      }
+      if (const std::optional<std::size_t> followed = associations[f].followed[object]) {
+        const TrackInFrame& track = frame.tracks[*followed];
+        sighting.track_id = track.track_id;
+        if (track.estimate && track.estimate->status != BodyStatus::kLost) {
+          sighting.estimate = &*track.estimate;
+        }
+      }
+      timelines[truth.id].push_back(sighting);
+    }
+  }
+  return timelines;
+}
+
+bool is_tall(const Sighting& sighting, const ObjectConfig& config) {
+  return sighting.truth->height_px > config.min_height_px;
+}
+
+bool asks_for_motion(const Sighting& sighting, const ObjectConfig& config) {
+  return is_tall(sighting, config) && sighting.truth->moving && sighting.truth->rigid &&
+         sighting.distance_m <= config.motion_range_m;
+}
+
+void add_identity(const std::vector<Sighting>& timeline, const ObjectConfig& config, ObjectReport& report) {
+  ObjectErrors& errors = report.errors;
+  std::optional<std::uint32_t> last_track;
+  bool interrupted = false;
+  for (const Sighting& sighting : timeline) {
+    ++errors.visible_frames;
+    if (is_tall(sighting, config)) {
+      ++errors.tall_frames;
+      errors.covered_frames += sighting.estimate != nullptr ? 1 : 0;
+    }
+    if (!sighting.matched_track_id) {
+      interrupted = last_track.has_value();
+      continue;
+    }
+    ++errors.matched_frames;
+    errors.fragmentations += interrupted ? 1 : 0;
+    errors.id_switches += last_track && *last_track != *sighting.matched_track_id ? 1 : 0;
+    if (last_track != sighting.matched_track_id) {
+      report.track_ids.push_back(*sighting.matched_track_id);
+    }
+    last_track = sighting.matched_track_id;
+    interrupted = false;
+  }
+}
+
+/// Error of the estimated motion in the true body frame.
+Se3 motion_error(const Sighting& before, const Sighting& now) {
+  const Se3 H = now.estimate->T_world_obj * before.estimate->T_world_obj.inverse();
+  const Se3& L_before = before.truth->T_world_obj;
+  const Se3 B = L_before.inverse() * H * L_before;
+  const Se3 B_true = L_before.inverse() * now.truth->T_world_obj;
+  return B_true.inverse() * B;
+}
+
+std::size_t source_of(const Sighting& before, const Sighting& now) {
+  const auto rank = [](const Sighting& sighting) {
+    return std::find(kPoseSources.begin(), kPoseSources.end(), sighting.estimate->status) - kPoseSources.begin();
+  };
+  const auto weaker = static_cast<std::size_t>(std::max(rank(before), rank(now)));
+  return std::min(weaker, kPoseSources.size() - 1);
+}
+
+void add_motions(const std::vector<Sighting>& timeline, const ObjectConfig& config, ObjectErrors& errors) {
+  for (std::size_t i = 1; i < timeline.size(); ++i) {
+    const Sighting& before = timeline[i - 1];
+    const Sighting& now = timeline[i];
+    if (now.frame != before.frame + 1 || !asks_for_motion(before, config) || !asks_for_motion(now, config)) {
+      continue;
+    }
+    if (before.estimate == nullptr || now.estimate == nullptr || before.track_id != now.track_id) {
+      ++errors.missing_motions;
+      continue;
+    }
+    const Se3 error = motion_error(before, now);
+    MotionErrors motion;
+    motion.translation_m.add(error.translation.norm());
+    motion.rotation_deg.add(rotation_angle_deg(error.rotation));
+    errors.motion.add(motion);
+    errors.motion_by_source[source_of(before, now)].add(motion);
+  }
+}
+
+void add_velocities(const std::vector<Sighting>& timeline, const ObjectConfig& config, ObjectErrors& errors) {
+  for (const Sighting& sighting : timeline) {
+    if (sighting.estimate == nullptr || !asks_for_motion(sighting, config)) {
+      continue;
+    }
+    const TrackEstimate& estimate = *sighting.estimate;
+    const Eigen::Vector3d& velocity_mps = sighting.truth->velocity_mps;
+    errors.speed_mps.add(std::abs(estimate.velocity_mps.norm() - velocity_mps.norm()));
+    ++errors.moving_rows;
+    if (estimate.moving) {
+      ++errors.found_moving_rows;
+      const double heading_rad = std::atan2(-velocity_mps.z(), velocity_mps.x());
+      const double off_rad = std::remainder(estimate.heading_rad - heading_rad, 2.0 * std::numbers::pi);
+      errors.heading_deg.add(std::abs(off_rad) * kDegPerRad);
+    }
+  }
+}
+
+void add_distances(const std::vector<Sighting>& timeline, const ObjectConfig& config, ObjectErrors& errors) {
+  std::map<std::uint32_t, std::vector<Eigen::Vector3d>> offsets_of_track;  // In the true body frame.
+  for (const Sighting& sighting : timeline) {
+    if (sighting.estimate == nullptr || !is_tall(sighting, config) || sighting.distance_m > config.distance_range_m) {
+      continue;
+    }
+    const Se3& L = sighting.truth->T_world_obj;
+    offsets_of_track[sighting.track_id].push_back(L.inverse() * sighting.estimate->T_world_obj.translation);
+  }
+  for (const auto& [track_id, offsets] : offsets_of_track) {
+    if (offsets.size() < config.min_track_rows) {
+      continue;
+    }
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& offset : offsets) {
+      mean += offset / static_cast<double>(offsets.size());
+    }
+    for (const Eigen::Vector3d& offset : offsets) {
+      errors.distance_m.add((offset - mean).norm());
+    }
+  }
+}
+
+ObjectReport report_on(std::uint32_t id, const std::vector<Sighting>& timeline, const ObjectConfig& config) {
+  ObjectReport report;
+  report.id = id;
+  report.class_id = timeline.front().truth->class_id;
+  report.rigid = timeline.front().truth->rigid;
+  report.moving = std::any_of(timeline.begin(), timeline.end(), [](const Sighting& s) { return s.truth->moving; });
+  add_identity(timeline, config, report);
+  add_motions(timeline, config, report.errors);
+  add_velocities(timeline, config, report.errors);
+  add_distances(timeline, config, report.errors);
+  return report;
+}
+
+void add(const ObjectErrors& one, bool rigid, ObjectErrors& all) {
+  all.visible_frames += one.visible_frames;
+  all.matched_frames += one.matched_frames;
+  all.tall_frames += one.tall_frames;
+  all.covered_frames += one.covered_frames;
+  all.id_switches += one.id_switches;
+  all.fragmentations += one.fragmentations;
+  all.motion.add(one.motion);
+  for (std::size_t i = 0; i < kPoseSources.size(); ++i) {
+    all.motion_by_source[i].add(one.motion_by_source[i]);
+  }
+  all.missing_motions += one.missing_motions;
+  // What walks has no body frame that an offset could be constant in.
+  if (rigid) {
+    all.distance_m.add(one.distance_m);
+  }
+  all.speed_mps.add(one.speed_mps);
+  all.heading_deg.add(one.heading_deg);
+  all.moving_rows += one.moving_rows;
+  all.found_moving_rows += one.found_moving_rows;
+}
+
+}  // namespace
+
+ObjectMetrics evaluate_objects(std::span<const ObjectFrame> frames, const ObjectConfig& config) {
+  const std::vector<FrameAssociation> associations = associate(frames, config.min_similarity);
+  ObjectMetrics metrics;
+  for (const auto& [id, timeline] : timelines_of(frames, associations)) {
+    metrics.objects.push_back(report_on(id, timeline, config));
+    add(metrics.objects.back().errors, metrics.objects.back().rigid, metrics.all);
+  }
+  metrics.false_moving = find_false_moving(frames, associations, config);
+  return metrics;
+}
+
+}  // namespace kinetrace::evaluation

@@ -1,0 +1,52 @@
+#include <utility>
+
+#include "kinetrace/core/detections.hpp"
+#include "kinetrace/core/text_rows.hpp"
+#include "truth_files.hpp"
+
+namespace kinetrace::evaluation {
+namespace {
+
+constexpr std::uint16_t kOtherClass = 3;
+
+std::uint16_t class_of(std::string_view name) {
+  return name == "car" ? kVehicleClass : name == "pedestrian" ? kPedestrianClass : kOtherClass;
+}
+
+}  // namespace
+
+Result<ObjectsByFrame> read_simulator_objects(const std::filesystem::path& path) {
+  Result<TextRows> rows = TextRows::open(path, TextRows::Separator::kComma);
+  if (!rows) {
+    return tl::unexpected(rows.error());
+  }
+  const std::vector<std::size_t> column = rows->columns(
+      {"frame", "object_id", "class", "moving", "rigid", "tx", "vx", "vy", "vz", "height", "visible_px", "height_px"});
+  ObjectsByFrame objects;
+  while (rows->next()) {
+    const std::int64_t id = rows->integer(column[1]);
+    if (!std::in_range<std::uint32_t>(id)) {
+      rows->reject("object_id " + std::to_string(id) + " is out of range");
+    }
+    LocatedObject located;
+    TrueObject& object = located.object;
+    object.id = static_cast<std::uint32_t>(id);
+    object.class_id = class_of(rows->text(column[2]));
+    object.moving = rows->integer(column[3]) != 0;
+    object.rigid = rows->integer(column[4]) != 0;
+    object.T_world_obj = rows->pose(column[5]);
+    object.velocity_mps = {rows->number(column[6]), rows->number(column[7]), rows->number(column[8])};
+    // The origin is on the ground below the box's middle, y points down.
+    located.center_m = object.T_world_obj * Eigen::Vector3d(0.0, -rows->number(column[9]) / 2.0, 0.0);
+    object.height_px = static_cast<int>(rows->integer(column[11]));
+    if (rows->integer(column[10]) > 0) {
+      objects[rows->integer(column[0])].push_back(located);
+    }
+  }
+  if (!rows->status()) {
+    return tl::unexpected(rows->status().error());
+  }
+  return objects;
+}
+
+}  // namespace kinetrace::evaluation
