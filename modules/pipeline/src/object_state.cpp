@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include <Eigen/Cholesky>
+
 #include "kinetrace/trajectory/composition.hpp"
 
 namespace kinetrace::pipeline {
@@ -13,6 +15,10 @@ namespace {
 
 constexpr double kCutOffFactor = 4.0;             // Surface wander of an object that is partly outside the image.
 constexpr double kStartSigma_m = 0.5;             // Of the position handed to the stereo-only filter.
+constexpr double kUnseenAcceleration_mps2 = 4.0;  // Standard deviation of what the last velocity does not know yet,
+constexpr double kVelocityLag_s = 0.2;            // and how old that velocity is.
+constexpr double kReachableGate = 25.0;           // Chi-square of three coordinates, five sigmas.
+constexpr std::size_t kLeastMotionSamples = 3;
 constexpr std::size_t kMaxSightedFeatures = 256;  // Medians over more than this are no better.
 
 double median(std::span<double> values) {
@@ -62,6 +68,7 @@ void ObjectState::begin(const Track& track) {
   track_ = track;
   confirmed_ = false;
   ended_ = false;
+  estranged_ = false;
   extended_ = false;
   placed_ = false;
   reconstructed_ = false;
@@ -115,7 +122,35 @@ bool ObjectState::locate(const FeatureFrame& frame, const CameraState& camera) {
   if (!rigid() || !body_.active()) {
     return false;
   }
-  return body_.locate(frame, track_.label()).status == BodyStatus::kTracked && camera.valid;
+  if (body_.locate(frame, track_.label()).status != BodyStatus::kTracked || !camera.valid) {
+    return false;
+  }
+  if (!reachable(camera)) {
+    body_.refuse_pose();
+    return false;
+  }
+  return true;
+}
+
+Eigen::Vector3d ObjectState::reference_m() const {
+  return box_.known() ? box_.box_in_object().center_m : Eigen::Vector3d(Eigen::Vector3d::Zero());
+}
+
+bool ObjectState::reachable(const CameraState& camera) const {
+  const trajectory::MotionEstimate motion = motion_.at(0);
+  if (!reconstructed_ || motion_.size() < kLeastMotionSamples) {
+    return true;
+  }
+  const double dt_s = 1e-9 * static_cast<double>(timestamp_ns_ - previous_timestamp_ns_);
+  const trajectory::PoseWithCovariance now = trajectory::compose(
+      {camera.T_world_cam, camera.covariance}, {body_.estimate().T_body_cam, body_.estimate().covariance});
+  const Eigen::Vector3d off = now.pose * reference_m() - (T_world_obj_ * reference_m() + dt_s * motion.velocity_mps);
+  const double unseen_m = kUnseenAcceleration_mps2 * dt_s * (0.5 * dt_s + kVelocityLag_s);
+  const Eigen::Matrix3d spread =
+      reference_covariance(now.pose, rotation_position_covariance(now.pose, now.covariance)) +
+      reference_covariance(T_world_obj_, covariance_) + dt_s * dt_s * motion.covariance +
+      unseen_m * unseen_m * Eigen::Matrix3d::Identity();
+  return off.dot(spread.ldlt().solve(off)) <= kReachableGate;
 }
 
 void ObjectState::follow_without_body(const StereoSighting& sighting, const CameraState& camera) {
@@ -130,8 +165,14 @@ void ObjectState::follow_without_body(const StereoSighting& sighting, const Came
   // A reconstruction that ends because the object leaves the image is not continued from its remains.
   const bool trusted = !(cut_off() && reconstructed_);
   const double surface_sigma_m = cut_off() ? kCutOffFactor * surface_sigma_m_ : surface_sigma_m_;
-  const bool seen = trusted && sighting.features >= config_.stereo_only_min_features && camera.valid &&
-                    filter_.update(sighting.uvd_px, sighting.features, camera.T_world_cam, surface_sigma_m);
+  const trajectory::StereoPositionFilter before = filter_;
+  bool seen = trusted && sighting.features >= config_.stereo_only_min_features && camera.valid &&
+              filter_.update(sighting.uvd_px, sighting.features, camera.T_world_cam, surface_sigma_m);
+  if (seen && filter_.jumped() && reconstructed_) {
+    filter_ = before;
+    estranged_ = true;
+    seen = false;
+  }
   T_world_obj_.translation = filter_.position_m() + T_world_obj_.rotation * stereo_offset_m_;
   covariance_.setZero();
   covariance_.topLeftCorner<3, 3>().diagonal().setConstant(1.0);  // A rotation that is not measured: about a radian.
@@ -159,7 +200,7 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, const C
     filter_.reset();
   } else {
     follow_without_body(sighting, camera);
-    if (rigid() && camera.valid && sighting.features >= min_points_ && !(cut_off() && reconstructed_)) {
+    if (rigid() && !estranged_ && camera.valid && sighting.features >= min_points_ && !(cut_off() && reconstructed_)) {
       // Enough points to build on, but none known that fit: the reconstruction (re)starts where stereo sees the object.
       body_.begin(T_world_obj_.inverse() * camera.T_world_cam, status_);
     }
@@ -186,9 +227,7 @@ void ObjectState::compose_newest(const CameraState& camera) {
 Eigen::Matrix3d ObjectState::reference_covariance(const Se3& T_world_obj, const Matrix6d& covariance) const {
   Eigen::Matrix<double, 3, 6> to_reference;
   to_reference << Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Identity();
-  if (box_.known()) {
-    to_reference.leftCols<3>() = -skew(T_world_obj.rotation * box_.box_in_object().center_m);
-  }
+  to_reference.leftCols<3>() = -skew(T_world_obj.rotation * reference_m());
   return to_reference * covariance * to_reference.transpose();
 }
 

@@ -43,6 +43,8 @@ class ObjectState {
   [[nodiscard]] bool alive() const noexcept { return in_use() && !ended_; }
   [[nodiscard]] const Track& track() const noexcept { return track_; }
   [[nodiscard]] bool confirmed() const noexcept { return confirmed_; }
+  /// What the track lies on is not where this object can be: it has passed to another object.
+  [[nodiscard]] bool estranged() const noexcept { return estranged_; }
 
   void begin(const Track& track);
   /// The track has ended; points still alive are in `body().estimate().retired`.
@@ -82,6 +84,9 @@ class ObjectState {
   }
   [[nodiscard]] bool place(const StereoSighting& sighting, const CameraState& camera);
   [[nodiscard]] bool locate(const FeatureFrame& frame, const CameraState& camera);
+  /// Whether the object can have come from where it was to where the reconstruction sees it now.
+  [[nodiscard]] bool reachable(const CameraState& camera) const;
+  [[nodiscard]] Eigen::Vector3d reference_m() const;
   void follow_without_body(const StereoSighting& sighting, const CameraState& camera);
   void compose_newest(const CameraState& camera);
   void push_motion();
@@ -97,6 +102,7 @@ class ObjectState {
   bool confirmed_ = false;
   bool ended_ = false;
   bool extended_ = false;
+  bool estranged_ = false;
   bool placed_ = false;         ///< T_world_obj_ has been set since birth.
   bool reconstructed_ = false;  ///< Has been tracked by its reconstruction since birth.
   int predicted_frames_ = 0;    ///< In a row.

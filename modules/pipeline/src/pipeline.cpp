@@ -355,6 +355,9 @@ void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tr
       object.begin(track);
     }
     object.observe(track, frame, camera);
+    if (object.estranged()) {
+      tracker.abandon(track.slot);
+    }
   }
 }
 

@@ -243,6 +243,17 @@ const BodyEstimate& BodyReconstruction::locate(const FeatureFrame& frame, std::u
   return estimate_;
 }
 
+void BodyReconstruction::refuse_pose() {
+  T_body_cam_now_ = predict(timestamp_ns_);
+  distrust_prediction();
+  std::fill(verdict_.begin(), verdict_.end(), Verdict::kUnknown);
+  in_window_ = false;
+  status_now_ = BodyStatus::kPropagated;
+  estimate_.status = status_now_;
+  estimate_.T_body_cam = T_body_cam_now_;
+  estimate_.inliers = 0;
+}
+
 void BodyReconstruction::extend(const FeatureFrame& frame, std::uint8_t label) {
   frame_index_ = frame.frame_index;
   timestamp_ns_ = frame.timestamp_ns;

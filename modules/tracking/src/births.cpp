@@ -76,6 +76,10 @@ bool StereoTracker::start_track(const DetectionFrame& detections, std::size_t in
   instance = {};
   instance.mask = mask;
   instance.slot_state = TrackInstance::Slot::kAlive;
+  const std::uint64_t own_bit = std::uint64_t{1} << static_cast<unsigned>(free_slot - slots_.begin());
+  for (TrackInstance& other : slots_) {
+    other.in_front &= ~own_bit;
+  }
   instance.track.id = next_id_++;
   instance.track.slot = static_cast<std::uint8_t>(free_slot - slots_.begin());
   instance.detection = static_cast<int>(index);

@@ -15,6 +15,10 @@ constexpr int kMaxImageSidePx = 16384;
 constexpr double kVotesPrior = 3.0;
 /// Share of an object's features that makes a match whatever the masks overlap.
 constexpr double kMinVotes = 0.5;
+/// Fewer hidden pixels may be the raggedness of masks.
+constexpr int kMinHiddenPx = 24;
+/// The one in front hides this many times more of the other than the other of it.
+constexpr int kHiddenRatio = 3;
 
 TrackState state_of(const TrackInstance& instance, const TrackerConfig& config) noexcept {
   if (instance.matched_frames < config.confirm_frames && instance.track.state == TrackState::kTentative) {
@@ -108,8 +112,9 @@ Result<TrackFrame> StereoTracker::process(const DetectionFrame& detections, std:
   }
   begin_frame();
   predict(features);
-  draw_predictions();
+  draw_predictions(detections.available ? detections.left_labels : LabelView{});
   associate(detections, features);
+  learn_order(detections);
   bear(detections, features);
   draw_left(detections);
   attach_right(detections, features);
@@ -123,7 +128,15 @@ void StereoTracker::begin_frame() noexcept {
   for (TrackInstance& instance : slots_) {
     if (instance.slot_state == TrackInstance::Slot::kEnded) {
       instance.slot_state = TrackInstance::Slot::kFree;
+    } else if (instance.alive() && instance.abandoned) {
+      end(instance);
     }
+  }
+}
+
+void StereoTracker::abandon(std::uint8_t slot) noexcept {
+  if (slot < slots_.size()) {
+    slots_[slot].abandoned = slots_[slot].alive();
   }
 }
 
@@ -176,6 +189,11 @@ Similarity StereoTracker::predict_motion(TrackInstance& instance, std::span<cons
 }
 
 bool StereoTracker::nearer(const TrackInstance& a, const TrackInstance& b) const noexcept {
+  const bool a_hid_b = (b.in_front >> a.track.slot & 1U) != 0;
+  const bool b_hid_a = (a.in_front >> b.track.slot & 1U) != 0;
+  if (a_hid_b != b_hid_a) {
+    return a_hid_b;
+  }
   const auto key = [](const TrackInstance& i) { return i.disparity.known ? i.disparity.mean_px : 0.F; };
   if (key(a) != key(b)) {
     return key(a) > key(b);
@@ -190,22 +208,51 @@ void StereoTracker::sort_far_to_near() noexcept {
       (void)far_to_near_.push_back(instance.track.slot);  // as many places as slots
     }
   }
-  std::sort(far_to_near_.begin(), far_to_near_.end(),
-            [&](std::uint8_t a, std::uint8_t b) { return nearer(slots_[b], slots_[a]); });
+  // By insertion: three tracks may have been seen to hide each other in a circle, which a library's sort does not
+  // allow.
+  for (std::size_t i = 1; i < far_to_near_.size(); ++i) {
+    for (std::size_t k = i; k > 0 && nearer(slots_[far_to_near_[k - 1]], slots_[far_to_near_[k]]); --k) {
+      std::swap(far_to_near_[k - 1], far_to_near_[k]);
+    }
+  }
 }
 
-void StereoTracker::draw_predictions() noexcept {
+void StereoTracker::draw_predictions(LabelView detections) noexcept {
   clear_labels(prediction_);
   sort_far_to_near();
   for (const std::uint8_t slot : far_to_near_) {
     TrackInstance& instance = slots_[slot];
     const std::uint8_t label = instance.track.label();
     int drawn = 0;
+    instance.whole_on_label.fill(0);
     instance.mask.for_each_pixel(instance.mask.current_box(), [&](int x, int y) {
+      ++instance.whole_on_label[detections.empty() ? kBackgroundLabel : detections.at(x, y)];
       prediction_.data[static_cast<std::ptrdiff_t>(y) * prediction_.stride + x] = label;
       ++drawn;
     });
     instance.predicted_px = drawn;
+  }
+}
+
+void StereoTracker::learn_order(const DetectionFrame& detections) noexcept {
+  const auto hidden_by = [&](const TrackInstance& behind, const TrackInstance& front) {
+    return front.detection < 0
+               ? 0
+               : behind.whole_on_label[detections.left[static_cast<std::size_t>(front.detection)].label];
+  };
+  for (TrackInstance& behind : slots_) {
+    for (const TrackInstance& front : slots_) {
+      if (!behind.alive() || !front.alive() || &behind == &front) {
+        continue;
+      }
+      const int hidden = hidden_by(behind, front);
+      const std::uint64_t bit = std::uint64_t{1} << front.track.slot;
+      if (hidden >= kMinHiddenPx && hidden >= kHiddenRatio * hidden_by(front, behind)) {
+        behind.in_front |= bit;
+      } else if (hidden_by(front, behind) >= kMinHiddenPx) {
+        behind.in_front &= ~bit;
+      }
+    }
   }
 }
 

@@ -83,6 +83,7 @@ void StereoPositionFilter::restart_at(const Eigen::Vector3d& uvd_px, double sigm
 
 bool StereoPositionFilter::update(const Eigen::Vector3d& uvd_px, int features, const Se3& T_world_cam,
                                   double surface_sigma_m) noexcept {
+  jumped_ = false;
   if (features < 1 || !uvd_px.allFinite() || uvd_px.z() <= 0.0) {
     return false;
   }
@@ -123,6 +124,7 @@ bool StereoPositionFilter::update(const Eigen::Vector3d& uvd_px, int features, c
       return false;
     }
     restart_at(uvd_px, sigma_px, T_world_cam, surface_sigma_m);
+    jumped_ = true;
     return true;
   }
   skipped_ = 0;

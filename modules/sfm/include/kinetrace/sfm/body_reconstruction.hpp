@@ -61,6 +61,8 @@ class BodyReconstruction {
 
   /// Pose of this frame from known points; kPropagated (prediction) when too few agree.
   const BodyEstimate& locate(const FeatureFrame& frame, std::uint8_t label);
+  /// After locate(): the caller knows that the pose found cannot be; the prediction takes its place.
+  void refuse_pose();
   void extend(const FeatureFrame& frame, std::uint8_t label);
   [[nodiscard]] BundleWindow window();
   const BodyEstimate& conclude(const BundleSummary& refinement);

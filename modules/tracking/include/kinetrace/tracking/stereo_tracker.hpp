@@ -32,7 +32,8 @@ struct TrackerCounters {
 ///
 /// Prediction P: each track's last seen mask, moved by the similarity that its features follow (RANSAC); with fewer
 /// than three features by their median displacement and the last known scale change; with none by its last motion.
-/// Where predictions overlap, the one with the larger disparity hides the other; without disparity a track counts as
+/// Where predictions overlap, the one that has been seen to hide the other does so again (its detection lay where the
+/// other's mask was expected); before that the one with the larger disparity; without disparity a track counts as
 /// behind all others, and among those the lower edge of the box decides.
 ///
 /// Affinity A[u][v] = intersection over union of the visible part of prediction u and detection v, plus the share of
@@ -63,6 +64,10 @@ class StereoTracker {
   /// The result lives until the next call. Errors: kInvalidArgument (label images of another size).
   [[nodiscard]] Result<TrackFrame> process(const DetectionFrame& detections, std::span<const Feature> features);
 
+  /// The track in this slot turned out to have passed to another object: it ends with the next frame, and what it lies
+  /// on may be born again under its own id. Slots without a live track are ignored.
+  void abandon(std::uint8_t slot) noexcept;
+
   [[nodiscard]] const TrackerCounters& counters() const noexcept { return counters_; }
 
   /// Ends everything without saying so; ids go on, counters stay.
@@ -76,7 +81,9 @@ class StereoTracker {
   void begin_frame() noexcept;
   void predict(std::span<const Feature> features);
   [[nodiscard]] Similarity predict_motion(TrackInstance& instance, std::span<const Feature> features);
-  void draw_predictions() noexcept;
+  void draw_predictions(LabelView detections) noexcept;
+  /// Who hides whom, from what was detected where whole masks were expected.
+  void learn_order(const DetectionFrame& detections) noexcept;
   void count_votes(LabelView detections, std::span<const Feature> features) noexcept;
   void associate(const DetectionFrame& detections, std::span<const Feature> features) noexcept;
   void add_affinities(const TrackInstance& instance, std::span<const Detection> detections) noexcept;

@@ -48,7 +48,11 @@ struct TrackInstance {
   bool motion_from_flow = false;  ///< `motion` comes from features of this frame.
   DisparityPlane disparity;       ///< Last known.
   int predicted_px = 0;           ///< Pixels of the predicted mask in the image, hidden ones included.
-  PredictionOverlap overlap;      ///< Visible part of the predicted mask against the detections.
+  std::array<int, 256>
+      whole_on_label{};        ///< Pixels of the whole predicted mask on each detection, hidden ones included.
+  std::uint64_t in_front = 0;  ///< Bit s: the track in slot s has been seen to hide this one.
+  PredictionOverlap overlap;   ///< Visible part of the predicted mask against the detections.
+  bool abandoned = false;
   FeatureVotes votes_of_features;
   int detection = -1;        ///< Index of the matched left detection.
   PixelBox right_region_px;  ///< Holds the left mask carried to the right image.

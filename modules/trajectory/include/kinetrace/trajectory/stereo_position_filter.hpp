@@ -32,6 +32,9 @@ class StereoPositionFilter {
   bool update(const Eigen::Vector3d& uvd_px, int features, const Se3& T_world_cam,
               double surface_sigma_m = 0.0) noexcept;
 
+  /// True if the last `update` found the object somewhere else and started again there.
+  [[nodiscard]] bool jumped() const noexcept { return jumped_; }
+
   [[nodiscard]] const Eigen::Vector3d& position_m() const noexcept { return position_; }
   [[nodiscard]] const Eigen::Vector3d& velocity_mps() const noexcept { return velocity_; }
   [[nodiscard]] Eigen::Matrix3d position_covariance() const noexcept { return covariance_.topLeftCorner<3, 3>(); }
@@ -44,6 +47,7 @@ class StereoPositionFilter {
   TrajectoryConfig config_;
   StereoGeometry geometry_;
   bool initialised_ = false;
+  bool jumped_ = false;
   int skipped_ = 0;  ///< Implausible measurements in a row.
   std::int64_t timestamp_ns_ = 0;
   Eigen::Vector3d position_ = Eigen::Vector3d::Zero();
