@@ -1,0 +1,226 @@
+#include <algorithm>
+#include <cmath>
+
+#include "drawing/label_placer.hpp"
+#include "figure_panels.hpp"
+#include "figure_views.hpp"
+
+namespace kinetrace::figure {
+namespace {
+
+using drawing::Canvas;
+using drawing::Color;
+using drawing::HorizontalAnchor;
+using drawing::Point;
+using drawing::Rect;
+using drawing::TextStyle;
+using drawing::VerticalAnchor;
+
+constexpr double kLabelSize_px = 8.5;
+constexpr double kRow_px = 21.0;
+
+// The image's shape, as large as the area allows, in its middle.
+ImagePlace place_of(const Rect& area, const Scene& scene) {
+  const double scale = std::min(area.width / scene.geometry.width_px, area.height / scene.geometry.height_px);
+  const double width = scale * scene.geometry.width_px;
+  const double height = scale * scene.geometry.height_px;
+  const Point middle = area.center();
+  return {{std::round(middle.x() - width / 2), std::round(middle.y() - height / 2), width, height},
+          scene.geometry.width_px,
+          scene.geometry.height_px};
+}
+
+void say(Canvas& canvas, const Rect& area, const std::string& what, const std::string& why) {
+  const TextStyle style{.size_px = 11.0, .color = drawing::kMuted, .horizontal = HorizontalAnchor::kCenter};
+  canvas.text(area.center(), what, style);
+  TextStyle small = style;
+  small.size_px = kLabelSize_px;
+  canvas.text(area.center() + Point(0.0, 20.0), drawing::shortened(why, area.width - 24.0, small), small);
+}
+
+void draw_frame(Canvas& canvas, const ImagePlace& place) {
+  canvas.outline(place.rect, {.color = drawing::kFrame, .width_px = 1.0});
+}
+
+/// The image, or a panel of its size; false if there is none.
+bool draw_image(Canvas& canvas, const ImagePlace& place, const Scene& scene, double fade) {
+  if (scene.image.empty()) {
+    canvas.rectangle(place.rect, drawing::kPanel);
+    return false;
+  }
+  canvas.image(scene.image_view(), place.rect, fade);
+  return true;
+}
+
+Rect on_canvas(const ImagePlace& place, const PixelBox& box) {
+  const Point low = place.to_canvas(box.x0 - 0.5, box.y0 - 0.5);
+  const Point high = place.to_canvas(box.x1 - 0.5, box.y1 - 0.5);
+  return {low.x(), low.y(), high.x() - low.x(), high.y() - low.y()};
+}
+
+/// A named area of the image.
+struct Area {
+  std::string name;
+  Color color;
+  PixelBox box_px;
+};
+
+void draw_names(Canvas& canvas, const ImagePlace& place, std::vector<Area> areas) {
+  // Large objects first: theirs are the best places.
+  std::sort(areas.begin(), areas.end(),
+            [](const Area& a, const Area& b) { return a.box_px.height() > b.box_px.height(); });
+  drawing::LabelPlacer placer(place.rect.grown(-2.0));
+  for (const Area& area : areas) {
+    const TextStyle style{.size_px = kLabelSize_px,
+                          .color = drawing::readable_on(area.color),
+                          .horizontal = HorizontalAnchor::kCenter,
+                          .vertical = VerticalAnchor::kMiddle};
+    const double width = text_width(area.name, style) + 8.0;
+    const double height = kLabelSize_px + 7.0;
+    const Rect box = on_canvas(place, area.box_px);
+    const Rect above{box.center().x() - width / 2, box.y - height - 2.0, width, height};
+    const Rect below{above.x, box.bottom() + 2.0, width, height};
+    auto chip = placer.place_at(above);
+    chip = chip ? chip : placer.place_at(below);
+    chip = chip ? chip : placer.place(box.center(), width, height, box.height / 2 + 2.0);
+    if (chip) {
+      canvas.rectangle(*chip, area.color, 0.92);
+      canvas.text(chip->center(), area.name, style);
+    }
+  }
+}
+
+std::string status_words(BodyStatus status) {
+  switch (status) {
+    case BodyStatus::kTracked: return "tracked";
+    case BodyStatus::kStereoOnly: return "stereo only";
+    case BodyStatus::kPropagated: return "predicted";
+    case BodyStatus::kInitializing:
+    case BodyStatus::kLost: break;
+  }
+  return "lost";
+}
+
+}  // namespace
+
+std::string object_label(const recording::ObjectRow& object, const Se3& T_world_cam) {
+  std::string label = track_name(object.class_id, object.track_id);
+  if (object.moving) {
+    label += "  " + with_unit(object.velocity_mps.norm(), 1, "m/s");
+  }
+  return label + "  " + with_unit((object.box.center_m - T_world_cam.translation).norm(), 1, "m");
+}
+
+void draw_input(Canvas& canvas, const Rect& area, const Scene& scene) {
+  const ImagePlace place = place_of(area, scene);
+  if (!draw_image(canvas, place, scene, 0.0)) {
+    say(canvas, place.rect, "no image", scene.image_problem);
+  }
+  draw_frame(canvas, place);
+}
+
+void draw_object_segmentation(Canvas& canvas, const Rect& area, const Scene& scene) {
+  const ImagePlace place = place_of(area, scene);
+  draw_image(canvas, place, scene, 0.45);
+  canvas.clip(place.rect);
+  std::vector<Area> areas;
+  for (const TrackMask& mask : scene.masks) {
+    const Color color = drawing::track_style(mask.track_id).color;
+    canvas.mask(scene.mask_view(mask), place.rect, color, 0.55);
+    canvas.mask_outline(scene.mask_view(mask), place.rect, {.color = color, .width_px = 1.5});
+    areas.push_back({track_name(mask.class_id, mask.track_id), color, mask.box_px});
+  }
+  if (scene.masks.empty()) {
+    for (const recording::ObjectRow& object : scene.run->objects_at(scene.frame)) {
+      if (object.status != BodyStatus::kLost && !object.mask_px.empty()) {
+        const Color color = drawing::track_style(object.track_id).color;
+        canvas.outline(on_canvas(place, object.mask_px), {.color = color, .width_px = 2.0});
+        areas.push_back({track_name(object.class_id, object.track_id), color, object.mask_px});
+      }
+    }
+  }
+  draw_names(canvas, place, areas);
+  canvas.unclip();
+  if (areas.empty()) {
+    const Rect note{place.rect.center().x() - 70.0, place.rect.center().y() - 14.0, 140.0, 28.0};
+    canvas.rectangle(note, drawing::kPaper, 0.8);
+    canvas.text(note.center(), "no objects",
+                {.size_px = 11.0,
+                 .color = drawing::kMuted,
+                 .horizontal = HorizontalAnchor::kCenter,
+                 .vertical = VerticalAnchor::kMiddle});
+  }
+  draw_frame(canvas, place);
+}
+
+void draw_background_segmentation(Canvas& canvas, const Rect& area, const Scene& scene) {
+  const ImagePlace place = place_of(area, scene);
+  const bool has_image = draw_image(canvas, place, scene, 0.0);
+  canvas.clip(place.rect);
+  for (const TrackMask& mask : scene.masks) {
+    canvas.mask(scene.mask_view(mask), place.rect, has_image ? drawing::kPaper : drawing::kGrid, 1.0);
+  }
+  canvas.unclip();
+  if (!has_image) {
+    say(canvas, place.rect, "no image", scene.image_problem);
+  }
+  draw_frame(canvas, place);
+}
+
+void draw_object_table(Canvas& canvas, const Rect& area, const Scene& scene) {
+  std::vector<const recording::ObjectRow*> objects;
+  for (const recording::ObjectRow& object : scene.run->objects_at(scene.frame)) {
+    if (object.status != BodyStatus::kLost) {
+      objects.push_back(&object);
+    }
+  }
+  std::stable_sort(objects.begin(), objects.end(),
+                   [](const auto* a, const auto* b) { return a->pixel_height > b->pixel_height; });
+  canvas.rectangle(area, drawing::kPanel);
+  canvas.outline(area, {.color = drawing::kFrame, .width_px = 1.0});
+  if (objects.empty()) {
+    say(canvas, area, "no objects in this frame", "");
+    return;
+  }
+  const TextStyle left{.size_px = 9.0, .vertical = VerticalAnchor::kMiddle};
+  TextStyle right = left;
+  right.horizontal = HorizontalAnchor::kRight;
+  const auto at = [&](double share) { return area.x + share * area.width; };
+  const auto row = [&](double y, const std::array<std::string, 5>& cells, Color color) {
+    TextStyle style = left;
+    style.color = color;
+    canvas.text({at(0.085), y}, cells[0], style);
+    TextStyle number = right;
+    number.color = color;
+    canvas.text({at(0.43), y}, cells[1], number);
+    canvas.text({at(0.59), y}, cells[2], number);
+    canvas.text({at(0.73), y}, cells[3], number);
+    canvas.text({at(0.78), y}, cells[4], style);
+  };
+  double y = area.y + 16.0;
+  row(y, {"object", "speed", "distance", "height", "pose"}, drawing::kMuted);
+  canvas.line({area.x + 10.0, y + 11.0}, {area.right() - 10.0, y + 11.0}, {.color = drawing::kFrame, .width_px = 1.0});
+  y += 4.0;
+  const auto room = static_cast<std::size_t>(std::max(1.0, std::floor((area.bottom() - y - 14.0) / kRow_px)));
+  const std::size_t shown = objects.size() <= room ? objects.size() : room - 1;
+  const recording::CameraRow& camera = *scene.run->camera_at(scene.frame);
+  for (std::size_t i = 0; i < shown; ++i) {
+    const recording::ObjectRow& object = *objects[i];
+    y += kRow_px;
+    const drawing::LineStyle style = drawing::track_style(object.track_id);
+    canvas.line({at(0.018), y}, {at(0.068), y}, {.color = style.color, .width_px = 3.0, .dash = style.dash});
+    row(y,
+        {track_name(object.class_id, object.track_id),
+         object.moving ? with_unit(object.velocity_mps.norm(), 1, "m/s") : std::string("static"),
+         with_unit((object.box.center_m - camera.T_world_cam.translation).norm(), 1, "m"),
+         object.pixel_height > 0 ? with_unit(object.pixel_height, 0, "px") : std::string("-"),
+         status_words(object.status)},
+        drawing::kInk);
+  }
+  if (shown < objects.size()) {
+    canvas.text({at(0.085), y + kRow_px}, "and " + std::to_string(objects.size() - shown) + " more",
+                {.size_px = 9.0, .color = drawing::kMuted, .vertical = VerticalAnchor::kMiddle});
+  }
+}
+
+}  // namespace kinetrace::figure

@@ -1,0 +1,282 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "drawing/label_placer.hpp"
+#include "figure_panels.hpp"
+#include "figure_plan.hpp"
+#include "figure_views.hpp"
+
+namespace kinetrace::figure {
+namespace {
+
+using drawing::Canvas;
+using drawing::Color;
+using drawing::Point;
+using drawing::Range;
+using drawing::Rect;
+
+constexpr std::size_t kPathPoints = 3000;
+constexpr std::size_t kLabels = 40;
+constexpr std::size_t kBackgroundPoints = 15'000;
+constexpr double kLongFactor = 2.2;
+constexpr double kLabelSize_px = 8.5;
+
+/// One track's way through the world.
+struct Path {
+  const TrackRows* track = nullptr;
+  Line3 points;  ///< Not finite where the track was lost.
+};
+
+struct Paths {
+  Line3 camera;
+  std::vector<Path> objects;  ///< Those with most rows first.
+  std::size_t longest_step = 1;
+};
+
+Line3 path_of(const TrackRows& track, std::size_t& longest_step) {
+  const std::size_t step = every_nth(track.rows.size(), kPathPoints);
+  longest_step = std::max(longest_step, step);
+  Line3 points;
+  std::int64_t last_frame = track.rows.front()->frame;
+  for (std::size_t i = 0; i < track.rows.size(); i += step) {
+    const recording::ObjectRow& row = *track.rows[i];
+    const bool has_gap =
+        row.status == BodyStatus::kLost || row.frame - last_frame > static_cast<std::int64_t>(2 * step);
+    if (has_gap && !points.empty()) {
+      points.emplace_back(Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
+    }
+    if (row.status != BodyStatus::kLost) {
+      points.push_back(row.T_world_obj.translation);
+      last_frame = row.frame;
+    }
+  }
+  return points;
+}
+
+Paths paths_of(const Scene& scene) {
+  Paths paths;
+  const auto& camera = scene.run->run().camera;
+  paths.longest_step = every_nth(camera.size(), kPathPoints);
+  for (std::size_t i = 0; i < camera.size(); i += paths.longest_step) {
+    paths.camera.push_back(camera[i].T_world_cam.translation);
+  }
+  for (const TrackRows& track : scene.run->tracks()) {
+    paths.objects.push_back({&track, path_of(track, paths.longest_step)});
+  }
+  std::stable_sort(paths.objects.begin(), paths.objects.end(),
+                   [](const Path& a, const Path& b) { return a.track->rows.size() > b.track->rows.size(); });
+  return paths;
+}
+
+/// What a view must show along one axis: the camera's way and that of moving objects but for single wild points, and
+/// most of what stands.
+Range range_along(const Paths& paths, Eigen::Index axis) {
+  std::array<std::vector<double>, 3> values;  // Camera, moving, static.
+  for (const Eigen::Vector3d& p : paths.camera) {
+    values[0].push_back(p[axis]);
+  }
+  for (const Path& path : paths.objects) {
+    for (const Eigen::Vector3d& p : path.points) {
+      values[path.track->moving ? 1 : 2].push_back(p[axis]);
+    }
+  }
+  constexpr std::array<double, 3> kWild{0.002, 0.01, 0.08};
+  Range range{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  for (std::size_t kind = 0; kind < values.size(); ++kind) {
+    if (const auto part = drawing::quantile_range(values[kind], kWild[kind])) {
+      range = {std::min(range.low, part->low), std::max(range.high, part->high)};
+    }
+  }
+  return range.low <= range.high ? range : Range{-1.0, 1.0};
+}
+
+using Projection = std::function<Point(const Eigen::Vector3d&)>;
+
+Line2 projected(const Line3& line, const Projection& to_canvas) {
+  Line2 image;
+  for (const Eigen::Vector3d& p : line) {
+    image.push_back(p.allFinite() ? to_canvas(p) : Point::Constant(std::numeric_limits<double>::quiet_NaN()));
+  }
+  return image;
+}
+
+Point last_finite(const Line2& line) {
+  const auto last = std::find_if(line.rbegin(), line.rend(), [](const Point& p) { return p.allFinite(); });
+  return last == line.rend() ? Point::Constant(std::numeric_limits<double>::quiet_NaN()) : *last;
+}
+
+/// An arrow head at the end of a path, in the direction of its last pixels.
+void draw_head(Canvas& canvas, const Line2& line, Color color) {
+  const Point tip = last_finite(line);
+  constexpr double kBack_px = 9.0;
+  const auto behind =
+      std::find_if(line.rbegin(), line.rend(), [&](const Point& p) { return (p - tip).norm() > kBack_px; });
+  if (!tip.allFinite() || behind == line.rend()) {
+    return;
+  }
+  const Point along = (tip - *behind).normalized();
+  const Point across(-along.y(), along.x());
+  const std::array<Point, 3> corners{tip + along * 4.0, tip - along * 6.0 + across * 4.5,
+                                     tip - along * 6.0 - across * 4.5};
+  canvas.polygon(corners, color);
+}
+
+void draw_background(Canvas& canvas, const Scene& scene, const Projection& to_canvas) {
+  const auto& points = scene.background.points;
+  const std::size_t step = every_nth(points.size(), kBackgroundPoints);
+  for (std::size_t i = 0; i < points.size(); i += step) {
+    canvas.disk(to_canvas(points[i].position_m.cast<double>()), 0.8, drawing::kMuted, 0.28);
+  }
+}
+
+void draw_static(Canvas& canvas, const Path& path, const Line2& line) {
+  const drawing::LineStyle style = drawing::track_style(path.track->track_id);
+  canvas.polyline(line, {.color = style.color, .width_px = 1.0, .alpha = 0.35});
+  canvas.disk(last_finite(line), 3.0, style.color, 0.45);
+}
+
+void draw_moving(Canvas& canvas, const Path& path, const Line2& line) {
+  const drawing::LineStyle style = drawing::track_style(path.track->track_id);
+  canvas.polyline(line, {.color = drawing::kPanel, .width_px = 4.5, .alpha = 0.7});
+  canvas.polyline(line, {.color = style.color, .width_px = 2.4, .dash = style.dash});
+  draw_head(canvas, line, style.color);
+}
+
+void draw_label(Canvas& canvas, drawing::LabelPlacer& placer, const Point& anchor, const std::string& text, Color color,
+                double size_px) {
+  const drawing::TextStyle style{.size_px = size_px,
+                                 .color = color,
+                                 .horizontal = drawing::HorizontalAnchor::kCenter,
+                                 .vertical = drawing::VerticalAnchor::kMiddle,
+                                 .halo_px = 2.0,
+                                 .halo = drawing::kPanel};
+  if (const auto place = placer.place(anchor, text_width(text, style) + 4.0, size_px + 6.0, 7.0)) {
+    canvas.text(place->center(), text, style);
+  }
+}
+
+/// Everything inside the axes of one view, with labels that avoid each other and the scale bar.
+void draw_world(Canvas& canvas, const Rect& area, const Scene& scene, const Paths& paths, const Projection& to_canvas,
+                const Rect& kept_free) {
+  canvas.clip(area);
+  draw_background(canvas, scene, to_canvas);
+  const Line2 camera = projected(paths.camera, to_canvas);
+  std::vector<std::pair<const Path*, Line2>> lines;
+  for (const Path& path : paths.objects) {
+    lines.emplace_back(&path, projected(path.points, to_canvas));
+  }
+  for (const bool moving : {false, true}) {
+    for (const auto& [path, line] : lines) {
+      if (path->track->moving == moving) {
+        moving ? draw_moving(canvas, *path, line) : draw_static(canvas, *path, line);
+      }
+    }
+  }
+  canvas.polyline(camera, {.color = drawing::kPanel, .width_px = 5.0, .alpha = 0.7});
+  canvas.polyline(camera, {.color = drawing::kInk, .width_px = 2.6});
+  draw_head(canvas, camera, drawing::kInk);
+  canvas.unclip();
+
+  drawing::LabelPlacer placer(area.grown(-3.0));
+  placer.block(kept_free);
+  draw_label(canvas, placer, last_finite(camera), "camera", drawing::kInk, kLabelSize_px);
+  std::size_t labels = 0;
+  for (const bool moving : {true, false}) {
+    for (const auto& [path, line] : lines) {
+      const Point anchor = last_finite(line);
+      if (path->track->moving == moving && area.contains(anchor) && labels++ < kLabels) {
+        const Color color = drawing::mix(drawing::track_style(path->track->track_id).color, drawing::kInk, 0.35);
+        const std::string name =
+            moving ? track_name(path->track->class_id, path->track->track_id) : std::to_string(path->track->track_id);
+        draw_label(canvas, placer, anchor, name, color, moving ? kLabelSize_px : 7.0);
+      }
+    }
+  }
+}
+
+/// Where camera and objects are in the scene's frame.
+void draw_now(Canvas& canvas, const PlanView& plan, const Scene& scene) {
+  canvas.clip(plan.area());
+  for (const recording::ObjectRow& object : scene.run->objects_at(scene.frame)) {
+    if (object.status != BodyStatus::kLost) {
+      const auto corners = corners_of(object.box);
+      Line2 footprint = plan.to_canvas(Line3(corners.begin(), corners.begin() + 4));
+      const Color color = drawing::track_style(object.track_id).color;
+      canvas.polygon(footprint, color, object.moving ? 0.35 : 0.15);
+      footprint.push_back(footprint.front());
+      canvas.polyline(footprint, {.color = color, .width_px = 1.2, .alpha = object.moving ? 1.0 : 0.5});
+    }
+  }
+  constexpr double kWedge_px = 26.0;
+  const Line2 wedge = plan.to_canvas(camera_wedge(scene.run->camera_at(scene.frame)->T_world_cam, scene.geometry,
+                                                  kWedge_px / plan.pixels_per_metre()));
+  canvas.polygon(wedge, drawing::kInk, 0.2);
+  canvas.polyline(wedge, {.color = drawing::kInk, .width_px = 1.3});
+  canvas.unclip();
+}
+
+Rect bar_place(const Rect& area) {
+  return {area.right() - 0.2 * area.width - 24.0, area.bottom() - 38.0, 0.2 * area.width + 24.0, 38.0};
+}
+
+void draw_bar(Canvas& canvas, const Rect& area, double pixels_per_metre) {
+  draw_scale_bar(canvas, {area.right() - 16.0, area.bottom() - 14.0}, pixels_per_metre, 0.2 * area.width);
+}
+
+PlanView draw_top(Canvas& canvas, const Rect& area, const Scene& scene, const Paths& paths, bool stacked) {
+  constexpr double kLeast_m = 2.0;
+  const Range x = range_along(paths, 0).at_least(kLeast_m).widened(0.12);
+  const Range z = range_along(paths, 2).at_least(kLeast_m).widened(0.04);
+  const PlanView plan = stacked ? PlanView::lying(area, x, z) : PlanView(area, x, z);
+  plan.draw_axes(canvas);
+  draw_now(canvas, plan, scene);
+  draw_world(
+      canvas, area, scene, paths, [&](const Eigen::Vector3d& p) { return plan.to_canvas(p); }, bar_place(area));
+  draw_bar(canvas, area, plan.pixels_per_metre());
+  return plan;
+}
+
+/// Returns by how much heights are stretched.
+double draw_side(Canvas& canvas, const Rect& area, const Scene& scene, const Paths& paths, Range z) {
+  constexpr double kLeast_m = 1.0;
+  const Range y = range_along(paths, 1).at_least(kLeast_m).widened(0.2);
+  const double pixels_per_metre = area.width / z.size();
+  // Heights change little beside distances: they are stretched by a round number.
+  const double stretch = drawing::round_below(area.height / y.size() / pixels_per_metre);
+  const Range shown = y.at_least(area.height / (pixels_per_metre * stretch));
+  const drawing::Axes axes(area, {.label = "z forward [m]", .range = z},
+                           {.label = "y down [m]", .range = shown, .reversed = true});
+  axes.draw(canvas);
+  draw_world(
+      canvas, area, scene, paths, [&](const Eigen::Vector3d& p) { return axes.to_canvas(p.z(), p.y()); },
+      bar_place(area));
+  draw_bar(canvas, area, pixels_per_metre);
+  return stretch;
+}
+
+}  // namespace
+
+bool paths_are_long(const Scene& scene) {
+  const Paths paths = paths_of(scene);
+  return range_along(paths, 2).size() > kLongFactor * range_along(paths, 0).at_least(1.0).size();
+}
+
+std::string draw_trajectories(Canvas& canvas, const TrajectoryAreas& areas, const Scene& scene) {
+  const Paths paths = paths_of(scene);
+  const PlanView plan = draw_top(canvas, areas.top, scene, paths, areas.stacked);
+  const Range z = areas.stacked ? plan.z_range() : range_along(paths, 2).at_least(2.0).widened(0.06);
+  const double stretch = draw_side(canvas, areas.side, scene, paths, z);
+  std::string note;
+  if (stretch != 1.0) {
+    note = "heights x " + drawing::tick_label(stretch, stretch);
+  }
+  if (paths.longest_step > 1) {
+    note += (note.empty() ? "" : "; ") + ("paths: every " + std::to_string(paths.longest_step) + "th pose");
+  }
+  return note;
+}
+
+}  // namespace kinetrace::figure

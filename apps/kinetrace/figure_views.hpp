@@ -1,0 +1,82 @@
+// From the world into pictures: boxes through the camera, point clouds through an onlooker's eyes.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "drawing/axes.hpp"
+#include "drawing/canvas.hpp"
+#include "kinetrace/core/frame_result.hpp"
+#include "kinetrace/core/se3.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
+
+namespace kinetrace::figure {
+
+using Line2 = std::vector<drawing::Point>;
+using Line3 = std::vector<Eigen::Vector3d>;
+
+/// Corners of a box in its frame: bottom (larger y) first, then top, each round from front left, front being where the
+/// length points to.
+[[nodiscard]] std::array<Eigen::Vector3d, 8> corners_of(const Box3& box);
+/// Its twelve edges, the bottom's first.
+[[nodiscard]] std::vector<Line3> edges_of(const Box3& box);
+
+/// How pixels of the rectified image lie on a canvas.
+struct ImagePlace {
+  drawing::Rect rect;  ///< What the image fills.
+  int width_px = 0;    ///< The image's own size.
+  int height_px = 0;
+
+  [[nodiscard]] double scale() const noexcept { return rect.width / width_px; }
+  /// Pixel centres of the image lie at integers, those of the canvas at halves.
+  [[nodiscard]] drawing::Point to_canvas(double u_px, double v_px) const {
+    return {rect.x + (u_px + 0.5) * scale(), rect.y + (v_px + 0.5) * rect.height / height_px};
+  }
+};
+
+/// Points nearer to the camera than this are not projected.
+inline constexpr double kNearest_m = 0.1;
+
+/// Images of lines in the camera frame; what lies nearer than kNearest_m is cut off.
+[[nodiscard]] std::vector<Line2> project_lines(const std::vector<Line3>& lines_cam, const StereoGeometry& geometry,
+                                               const ImagePlace& place);
+
+/// An onlooker far off: perspective, fitted so that most of what it looks at fills a rectangle.
+class Onlooker {
+ public:
+  struct Direction {
+    Eigen::Vector3d forward = Eigen::Vector3d::UnitZ();  ///< Where it looks, before it is turned.
+    Eigen::Vector3d down = Eigen::Vector3d::UnitY();
+    double aside_rad = 0.0;     ///< It then walks round what it sees by this angle, to the left,
+    double elevated_rad = 0.0;  ///< and rises by this one.
+  };
+  /// `seen` is what should be in view, all but the outermost `share` on each side of the picture. Empty: a metre about
+  /// the origin.
+  Onlooker(const Direction& direction, std::span<const Eigen::Vector3d> seen, double share, const drawing::Rect& area);
+
+  /// Not finite for what lies behind the onlooker.
+  [[nodiscard]] drawing::Point to_canvas(const Eigen::Vector3d& p) const;
+  [[nodiscard]] double distance_m(const Eigen::Vector3d& p) const { return (R_eye_ * (p - eye_)).z(); }
+  [[nodiscard]] Line2 to_canvas(const Line3& line) const;
+  /// Pixels that a metre takes at the middle of what is seen.
+  [[nodiscard]] double pixels_per_metre() const { return scale_ / middle_distance_m_; }
+
+ private:
+  Eigen::Matrix3d R_eye_;  ///< Rows: right, down, forward.
+  Eigen::Vector3d eye_;
+  double middle_distance_m_ = 1.0;
+  double scale_ = 1.0;
+  drawing::Point origin_ = drawing::Point::Zero();
+};
+
+/// The pyramid of a camera: its edges, `depth_m` long.
+[[nodiscard]] std::vector<Line3> camera_pyramid(const Se3& T_world_cam, const StereoGeometry& geometry, double depth_m);
+
+/// At most `most` of `count` things, evenly: every n-th, n as small as possible, at least 1.
+[[nodiscard]] std::size_t every_nth(std::size_t count, std::size_t most);
+
+}  // namespace kinetrace::figure
