@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <iterator>
+
 #include <nlohmann/json.hpp>
 
 #include "class_names.hpp"
@@ -83,6 +86,26 @@ Json false_moving_json(const std::vector<FalseMovingTrack>& tracks) {
   return list;
 }
 
+// Where to look first.
+Json worst_motions_json(std::vector<MotionSample> motions) {
+  constexpr std::ptrdiff_t kListed = 10;
+  const auto end = motions.begin() + std::min(kListed, std::ssize(motions));
+  std::partial_sort(motions.begin(), end, motions.end(),
+                    [](const MotionSample& a, const MotionSample& b) { return a.translation_m > b.translation_m; });
+  Json list = Json::array();
+  for (auto motion = motions.begin(); motion != end; ++motion) {
+    list.push_back({{"frame", motion->frame},
+                    {"object", motion->object_id},
+                    {"track", motion->track_id},
+                    {"source", kinetrace::to_string(motion->source)},
+                    {"translation", motion->translation_m},
+                    {"rotation", motion->rotation_deg},
+                    {"distance", motion->distance_m},
+                    {"height_px", motion->height_px}});
+  }
+  return list;
+}
+
 Json objects_json(const Evaluation& evaluation) {
   const ObjectMetrics& objects = *evaluation.objects;
   const ObjectConfig& config = evaluation.object_config;
@@ -94,6 +117,7 @@ Json objects_json(const Evaluation& evaluation) {
   json.update(object_errors_json(objects.all));
   json["false_moving"] = objects.false_moving.size();
   json["false_moving_tracks"] = false_moving_json(objects.false_moving);
+  json["worst_motions"] = worst_motions_json(objects.motions);
   json["each"] = Json::array();
   for (const ObjectReport& object : objects.objects) {
     Json one = {{"id", object.id},

@@ -98,6 +98,13 @@ void add_all_objects(Lines& lines, const ObjectMetrics& metrics, const ObjectCon
   }
   lines.add("  %-24s %10zu  %-5s moving, rigid, over %.0f px tall, within %.0f m", "  missing", all.missing_motions,
             "pairs", config.min_height_px, config.motion_range_m);
+  const auto worst =
+      std::max_element(metrics.motions.begin(), metrics.motions.end(),
+                       [](const MotionSample& a, const MotionSample& b) { return a.translation_m < b.translation_m; });
+  if (worst != metrics.motions.end()) {
+    lines.add("  %-24s %10.4f  %-5s object %u, track %u, frame %lld", "  worst", worst->translation_m, "m",
+              worst->object_id, worst->track_id, static_cast<long long>(worst->frame));
+  }
   add_errors(lines, "distance from trajectory", "m", all.distance_m, 4,
              "rigid, within " + number(config.distance_range_m, 0) + " m");
   add_errors(lines, "speed", "m/s", all.speed_mps, 3);

@@ -100,7 +100,20 @@ std::size_t source_of(const Sighting& before, const Sighting& now) {
   return std::min(weaker, kPoseSources.size() - 1);
 }
 
-void add_motions(const std::vector<Sighting>& timeline, const ObjectConfig& config, ObjectErrors& errors) {
+MotionSample motion_sample(const Sighting& before, const Sighting& now) {
+  const Se3 error = motion_error(before, now);
+  return {.frame = now.frame,
+          .object_id = now.truth->id,
+          .track_id = now.track_id,
+          .source = kPoseSources[source_of(before, now)],
+          .translation_m = error.translation.norm(),
+          .rotation_deg = rotation_angle_deg(error.rotation),
+          .distance_m = now.distance_m,
+          .height_px = now.truth->height_px};
+}
+
+void add_motions(const std::vector<Sighting>& timeline, const ObjectConfig& config, ObjectErrors& errors,
+                 std::vector<MotionSample>& samples) {
   for (std::size_t i = 1; i < timeline.size(); ++i) {
     const Sighting& before = timeline[i - 1];
     const Sighting& now = timeline[i];
@@ -111,10 +124,10 @@ void add_motions(const std::vector<Sighting>& timeline, const ObjectConfig& conf
       ++errors.missing_motions;
       continue;
     }
-    const Se3 error = motion_error(before, now);
+    const MotionSample& sample = samples.emplace_back(motion_sample(before, now));
     MotionErrors motion;
-    motion.translation_m.add(error.translation.norm());
-    motion.rotation_deg.add(rotation_angle_deg(error.rotation));
+    motion.translation_m.add(sample.translation_m);
+    motion.rotation_deg.add(sample.rotation_deg);
     errors.motion.add(motion);
     errors.motion_by_source[source_of(before, now)].add(motion);
   }
@@ -161,14 +174,15 @@ void add_distances(const std::vector<Sighting>& timeline, const ObjectConfig& co
   }
 }
 
-ObjectReport report_on(std::uint32_t id, const std::vector<Sighting>& timeline, const ObjectConfig& config) {
+ObjectReport report_on(std::uint32_t id, const std::vector<Sighting>& timeline, const ObjectConfig& config,
+                       std::vector<MotionSample>& motions) {
   ObjectReport report;
   report.id = id;
   report.class_id = timeline.front().truth->class_id;
   report.rigid = timeline.front().truth->rigid;
   report.moving = std::any_of(timeline.begin(), timeline.end(), [](const Sighting& s) { return s.truth->moving; });
   add_identity(timeline, config, report);
-  add_motions(timeline, config, report.errors);
+  add_motions(timeline, config, report.errors, motions);
   add_velocities(timeline, config, report.errors);
   add_distances(timeline, config, report.errors);
   return report;
@@ -202,7 +216,7 @@ ObjectMetrics evaluate_objects(std::span<const ObjectFrame> frames, const Object
   const std::vector<FrameAssociation> associations = associate(frames, config.min_similarity);
   ObjectMetrics metrics;
   for (const auto& [id, timeline] : timelines_of(frames, associations)) {
-    metrics.objects.push_back(report_on(id, timeline, config));
+    metrics.objects.push_back(report_on(id, timeline, config, metrics.motions));
     add(metrics.objects.back().errors, metrics.objects.back().rigid, metrics.all);
   }
   metrics.false_moving = find_false_moving(frames, associations, config);

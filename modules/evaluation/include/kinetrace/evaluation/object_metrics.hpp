@@ -96,6 +96,18 @@ struct ObjectErrors {
   std::size_t found_moving_rows = 0;  ///< ... of which the estimate says that they move.
 };
 
+/// The error of one motion, from the frame before to this one.
+struct MotionSample {
+  std::int64_t frame = 0;
+  std::uint32_t object_id = 0;
+  std::uint32_t track_id = 0;
+  BodyStatus source = BodyStatus::kTracked;  ///< The weaker of the two poses.
+  double translation_m = 0.0;
+  double rotation_deg = 0.0;
+  double distance_m = 0.0;  ///< Of the object from the camera.
+  int height_px = 0;        ///< Of what can be seen.
+};
+
 struct ObjectReport {
   std::uint32_t id = 0;
   std::uint16_t class_id = 0;
@@ -118,6 +130,7 @@ struct FalseMovingTrack {
 struct ObjectMetrics {
   ObjectErrors all;
   std::vector<ObjectReport> objects;  ///< By id; objects that were seen.
+  std::vector<MotionSample> motions;  ///< Those that `all.motion` is made of, by object and frame.
   std::vector<FalseMovingTrack> false_moving;
 };
 
