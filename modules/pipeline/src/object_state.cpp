@@ -19,6 +19,8 @@ constexpr double kUnseenAcceleration_mps2 = 4.0;  // Standard deviation of what 
 constexpr double kVelocityLag_s = 0.2;            // and how old that velocity is.
 constexpr double kReachableGate = 25.0;           // Chi-square of three coordinates, five sigmas.
 constexpr std::size_t kLeastMotionSamples = 3;
+constexpr std::size_t kLeastRestSamples = 8;
+constexpr float kClearlyVisible = 0.6F;           // What is seen where more is hidden may well be what hides it.
 constexpr std::size_t kMaxSightedFeatures = 256;  // Medians over more than this are no better.
 
 double median(std::span<double> values) {
@@ -78,6 +80,19 @@ void ObjectState::begin(const Track& track) {
   motion_.reset();
   filter_.reset();
   box_.reset();
+}
+
+tracking::Forecast ObjectState::forecast(std::int64_t timestamp_ns, const Se3& T_world_cam) const {
+  if (!placed_) {
+    return {};
+  }
+  const trajectory::MotionEstimate motion = motion_.at(0);
+  const double dt_s = 1e-9 * static_cast<double>(timestamp_ns - timestamp_ns_);
+  const Eigen::Vector3d velocity_mps =
+      filter_.initialised() ? filter_.velocity_mps()
+                            : (motion.moving ? motion.velocity_mps : Eigen::Vector3d(Eigen::Vector3d::Zero()));
+  const Eigen::Vector3d p_cam = T_world_cam.inverse() * (T_world_obj_.translation + dt_s * velocity_mps);
+  return {true, geometry_.project(p_cam).head<2>(), p_cam.z()};
 }
 
 void ObjectState::end() {
@@ -153,13 +168,23 @@ bool ObjectState::reachable(const CameraState& camera) const {
   return off.dot(spread.ldlt().solve(off)) <= kReachableGate;
 }
 
+void ObjectState::start_filter() {
+  // The pose at hand is the last frame's, or this one's at birth.
+  const bool known_before = motion_.size() > 0;
+  const trajectory::MotionEstimate motion = motion_.at(0);
+  const bool at_rest = reconstructed_ && motion_.size() >= kLeastRestSamples && !motion.moving;
+  const bool drifts = known_before && !at_rest;
+  filter_.start(known_before ? previous_timestamp_ns_ : timestamp_ns_, T_world_obj_ * -stereo_offset_m_,
+                drifts ? motion.velocity_mps : Eigen::Vector3d(Eigen::Vector3d::Zero()),
+                kStartSigma_m * kStartSigma_m * Eigen::Matrix3d::Identity(), at_rest);
+}
+
 void ObjectState::follow_without_body(const StereoSighting& sighting, const CameraState& camera) {
   if (!filter_.initialised()) {
-    // The pose at hand is the last frame's, or this one's at birth.
-    const bool known_before = motion_.size() > 0;
-    filter_.start(known_before ? previous_timestamp_ns_ : timestamp_ns_, T_world_obj_ * -stereo_offset_m_,
-                  known_before ? motion_.at(0).velocity_mps : Eigen::Vector3d(Eigen::Vector3d::Zero()),
-                  kStartSigma_m * kStartSigma_m * Eigen::Matrix3d::Identity());
+    start_filter();
+  }
+  if (status_ == BodyStatus::kLost && sighting.features >= config_.stereo_only_min_features) {
+    reconstructed_ = false;  // It is back: what was reconstructed before has left the map long ago.
   }
   filter_.predict(timestamp_ns_);
   // A reconstruction that ends because the object leaves the image is not continued from its remains.
@@ -170,7 +195,7 @@ void ObjectState::follow_without_body(const StereoSighting& sighting, const Came
               filter_.update(sighting.uvd_px, sighting.features, camera.T_world_cam, surface_sigma_m);
   if (seen && filter_.jumped() && reconstructed_) {
     filter_ = before;
-    estranged_ = true;
+    estranged_ = track_.visible_part > kClearlyVisible;
     seen = false;
   }
   T_world_obj_.translation = filter_.position_m() + T_world_obj_.rotation * stereo_offset_m_;

@@ -10,6 +10,7 @@
 #include "kinetrace/core/track_frame.hpp"
 #include "kinetrace/pipeline/config.hpp"
 #include "kinetrace/sfm/body_reconstruction.hpp"
+#include "kinetrace/tracking/forecast.hpp"
 #include "kinetrace/trajectory/box_estimator.hpp"
 #include "kinetrace/trajectory/object_motion.hpp"
 #include "kinetrace/trajectory/stereo_position_filter.hpp"
@@ -47,6 +48,9 @@ class ObjectState {
   [[nodiscard]] bool estranged() const noexcept { return estranged_; }
 
   void begin(const Track& track);
+  /// Where the object's origin is expected at `timestamp_ns`, the camera of that time given. Unknown before it has a
+  /// place.
+  [[nodiscard]] tracking::Forecast forecast(std::int64_t timestamp_ns, const Se3& T_world_cam) const;
   /// The track has ended; points still alive are in `body().estimate().retired`.
   void end();
   /// The slot may be given to another track.
@@ -67,6 +71,8 @@ class ObjectState {
   [[nodiscard]] sfm::BodyReconstruction& body() noexcept { return body_; }
   [[nodiscard]] const sfm::BodyReconstruction& body() const noexcept { return body_; }
   [[nodiscard]] BodyStatus status() const noexcept { return status_; }
+  /// Not seen for so long, or so far outside the image, that there is nothing to report.
+  [[nodiscard]] bool out_of_sight() const noexcept { return status_ == BodyStatus::kLost && track_.area_px == 0; }
   /// True while the body takes part in this frame's refinement.
   [[nodiscard]] bool reconstructing() const noexcept { return extended_; }
 
@@ -87,6 +93,7 @@ class ObjectState {
   /// Whether the object can have come from where it was to where the reconstruction sees it now.
   [[nodiscard]] bool reachable(const CameraState& camera) const;
   [[nodiscard]] Eigen::Vector3d reference_m() const;
+  void start_filter();
   void follow_without_body(const StereoSighting& sighting, const CameraState& camera);
   void compose_newest(const CameraState& camera);
   void push_motion();

@@ -42,6 +42,7 @@ PipelineConfig resolved(const PipelineConfig& config) {
 /// The results that one frame shows to the outside, besides the ring.
 struct OutputStorage {
   std::span<FeaturePrediction> predictions;
+  std::span<tracking::Forecast> forecasts;
   std::span<ObjectResult> newest_objects;
   std::span<ObjectResult> settled_objects;
   std::span<BodyGeometry> bodies;
@@ -57,6 +58,7 @@ OutputStorage carve_output(const PipelineConfig& config, Arena& arena) {
   const std::size_t objects = as_size(config.tracking.max_objects);
   const std::size_t frames = ring_frames(config);
   return {.predictions = arena.take<FeaturePrediction>(as_size(config.features.max_features)),
+          .forecasts = arena.take<tracking::Forecast>(objects),
           .newest_objects = arena.take<ObjectResult>(objects),
           .settled_objects = arena.take<ObjectResult>(objects),
           .bodies = arena.take<BodyGeometry>(objects + 1),
@@ -95,6 +97,7 @@ struct Pipeline::Impl {
   Status check(const RectifiedPair& pair) const;
   std::span<const FeaturePrediction> predict_features(std::int64_t timestamp_ns);
   Se3 locate_camera(const FeatureFrame& frame);
+  std::span<const tracking::Forecast> forecast_objects(std::int64_t timestamp_ns);
   void reconstruct(const FeatureFrame& frame, const TrackFrame& tracks);
   Status refine();
   void count_tracks(const TrackFrame& tracks);
@@ -239,7 +242,7 @@ Result<const FrameResult*> Pipeline::process(const RectifiedPair& pair, StageObs
   Result<TrackFrame> tracks;
   {
     const StageScope track(observer, Stage::kTrackObjects);
-    tracks = self.tracker.process(*detections, frame->features);
+    tracks = self.tracker.process(*detections, frame->features, self.forecast_objects(pair.timestamp_ns));
     if (!tracks) {
       return tl::unexpected(tracks.error());
     }
@@ -336,6 +339,14 @@ Se3 Pipeline::Impl::locate_camera(const FeatureFrame& frame) {
   return T_world_prev.inverse() * background.estimate().T_body_cam;
 }
 
+std::span<const tracking::Forecast> Pipeline::Impl::forecast_objects(std::int64_t timestamp_ns) {
+  for (std::size_t slot = 0; slot < objects.size(); ++slot) {
+    out.forecasts[slot] = objects[slot].alive() ? objects[slot].forecast(timestamp_ns, background.estimate().T_body_cam)
+                                                : tracking::Forecast{};
+  }
+  return out.forecasts;
+}
+
 CameraState Pipeline::Impl::camera_at(std::size_t age) const {
   const SettledPose pose = background.history(age);
   return {pose.T_body_cam, pose.covariance, pose.status == BodyStatus::kTracked};
@@ -415,7 +426,7 @@ void Pipeline::Impl::settle(const RectifiedPair& pair) {
   kept.timestamp_ns = pair.timestamp_ns;
   for (std::size_t slot = 0; slot < objects.size(); ++slot) {
     const ObjectState& object = objects[slot];
-    if (object.alive() && object.status() != BodyStatus::kInitializing) {
+    if (object.alive() && object.status() != BodyStatus::kInitializing && !object.out_of_sight()) {
       KeptObject& entry = kept.objects[kept.object_count++];
       entry = KeptObject{.result = {}, .slot = static_cast<std::uint8_t>(slot), .confirmed = false};
       object.report(entry.result);

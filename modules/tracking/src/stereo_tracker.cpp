@@ -9,6 +9,16 @@ namespace {
 
 /// Features looked at per object; more say nothing new about four parameters.
 constexpr std::size_t kMaxFeaturesPerObject = 256;
+/// Nearer things have no size in the image that a similarity could carry.
+constexpr double kMinForecastDepth_m = 0.2;
+/// Where masks of things behind the camera are put.
+constexpr double kFarOutsidePx = 1e6;
+/// A mask of which less than this is in the image is not replaced by what is left of it, as long as it is still found
+/// where it is expected.
+constexpr double kWholeInImage = 0.85;
+constexpr double kStillFits = 0.5;
+/// Less than this part of a mask in sight is not enough to be detected.
+constexpr double kLeastVisiblePart = 0.3;
 /// An image larger than this is a mistake.
 constexpr int kMaxImageSidePx = 16384;
 /// So many features that speak against a match weigh as much as those that speak for it.
@@ -106,11 +116,13 @@ Status StereoTracker::check(const DetectionFrame& detections) const {
 }
 
 // P_{i+1,ln} <- T_i; A <- overlap of P and D_{i+1,l}; Kuhn-Munkres; T_{i+1,l}; P_{i+1,lr} <- T_{i+1,l}; Kuhn-Munkres.
-Result<TrackFrame> StereoTracker::process(const DetectionFrame& detections, std::span<const Feature> features) {
+Result<TrackFrame> StereoTracker::process(const DetectionFrame& detections, std::span<const Feature> features,
+                                          std::span<const Forecast> forecasts) {
   if (const Status sizes = check(detections); !sizes) {
     return tl::unexpected(sizes.error());
   }
   begin_frame();
+  take_forecasts(forecasts);
   predict(features);
   draw_predictions(detections.available ? detections.left_labels : LabelView{});
   associate(detections, features);
@@ -147,8 +159,30 @@ void StereoTracker::predict(std::span<const Feature> features) {
     }
     ++instance.track.age_frames;
     instance.motion = predict_motion(instance, features);
-    instance.mask.move(instance.motion);
+    if (instance.motion_from_flow || !place_by_forecast(instance)) {
+      instance.mask.move(instance.motion);
+    }
   }
+}
+
+void StereoTracker::take_forecasts(std::span<const Forecast> forecasts) noexcept {
+  for (std::size_t slot = 0; slot < slots_.size(); ++slot) {
+    slots_[slot].forecast = slot < forecasts.size() ? forecasts[slot] : Forecast{};
+  }
+}
+
+bool StereoTracker::place_by_forecast(TrackInstance& instance) noexcept {
+  const Forecast& now = instance.forecast;
+  const Forecast& then = instance.mask_forecast;
+  if (!now.known || !then.known || then.depth_m <= kMinForecastDepth_m) {
+    return false;
+  }
+  if (now.depth_m <= kMinForecastDepth_m) {
+    instance.mask.place(Similarity::about(then.point_px, 1.0, Eigen::Vector2d(kFarOutsidePx, kFarOutsidePx)));
+  } else {
+    instance.mask.place(Similarity::about(then.point_px, then.depth_m / now.depth_m, now.point_px - then.point_px));
+  }
+  return true;
 }
 
 Similarity StereoTracker::predict_motion(TrackInstance& instance, std::span<const Feature> features) {
@@ -225,6 +259,7 @@ void StereoTracker::draw_predictions(LabelView detections) noexcept {
     const std::uint8_t label = instance.track.label();
     int drawn = 0;
     instance.whole_on_label.fill(0);
+    instance.mask_part_in_image = instance.mask.part_in_image();
     instance.mask.for_each_pixel(instance.mask.current_box(), [&](int x, int y) {
       ++instance.whole_on_label[detections.empty() ? kBackgroundLabel : detections.at(x, y)];
       prediction_.data[static_cast<std::ptrdiff_t>(y) * prediction_.stride + x] = label;
@@ -321,6 +356,7 @@ void StereoTracker::associate(const DetectionFrame& detections, std::span<const 
 void StereoTracker::accept_match(TrackInstance& instance, const Detection& detection) noexcept {
   ++instance.matched_frames;
   instance.tentative_missed_frames = 0;
+  instance.missed_in_sight_frames = 0;
   instance.votes.add(detection.class_id);
   instance.track.class_id = instance.votes.winner();
   const bool was_tentative = instance.track.state == TrackState::kTentative;
@@ -359,10 +395,20 @@ void StereoTracker::accept_miss(TrackInstance& instance, bool available) noexcep
   const bool tentative = track.state == TrackState::kTentative;
   instance.tentative_missed_frames += tentative && available ? 1 : 0;
   track.state = state_of(instance, config_);
-  if (track.missed_frames > config_.max_missed_frames || instance.predicted_px < config_.min_area_px ||
+  const bool waits = !tentative && instance.forecast.known && out_of_sight(instance);
+  const bool gone = !waits && instance.predicted_px < config_.min_area_px;
+  instance.missed_in_sight_frames += waits ? 0 : 1;
+  if (track.missed_frames > config_.max_unseen_frames + config_.max_missed_frames ||
+      instance.missed_in_sight_frames > config_.max_missed_frames || gone ||
       (tentative && instance.tentative_missed_frames > config_.max_tentative_missed_frames)) {
     end(instance);
   }
+}
+
+bool StereoTracker::out_of_sight(const TrackInstance& instance) const noexcept {
+  return instance.predicted_px < config_.min_area_px || instance.overlap.area_px < config_.min_area_px ||
+         instance.mask_part_in_image < kLeastVisiblePart ||
+         instance.overlap.area_px < kLeastVisiblePart * instance.predicted_px;
 }
 
 void StereoTracker::end(TrackInstance& instance) noexcept {
@@ -402,14 +448,20 @@ void StereoTracker::draw_left(const DetectionFrame& detections) noexcept {
   // Only now are all pixels given away, so that hidden parts are known to be hidden.
   for (TrackInstance& instance : slots_) {
     if (instance.alive() && instance.detection >= 0) {
-      remember_mask(instance);
+      remember_mask(instance, detections.left[static_cast<std::size_t>(instance.detection)]);
     }
   }
 }
 
 // The mask to predict from: the detected pixels, and those of the old mask that now lie behind a nearer object. So an
 // object that passes behind another keeps its full shape and is recognised when any part of it comes out.
-void StereoTracker::remember_mask(TrackInstance& instance) noexcept {
+void StereoTracker::remember_mask(TrackInstance& instance, const Detection& detection) noexcept {
+  const double fit =
+      intersection_over_union(instance.overlap.on_label[detection.label], instance.overlap.area_px, detection.area_px);
+  if (instance.forecast.known && instance.mask_part_in_image < kWholeInImage && fit > kStillFits) {
+    return;
+  }
+  instance.mask_forecast = instance.forecast;
   const std::uint8_t label = instance.track.label();
   PixelBox box = instance.track.box_px;
   const bool partly_hidden = instance.overlap.area_px < instance.predicted_px;
@@ -441,8 +493,12 @@ void StereoTracker::remember_mask(TrackInstance& instance) noexcept {
 
 void StereoTracker::publish() noexcept {
   published_.clear();
-  for (const TrackInstance& instance : slots_) {
+  for (TrackInstance& instance : slots_) {
     if (instance.alive()) {
+      const double shown =
+          instance.predicted_px > 0 ? static_cast<double>(instance.overlap.area_px) / instance.predicted_px : 0.0;
+      const double part = instance.track.age_frames == 0 ? 1.0 : shown * instance.mask_part_in_image;
+      instance.track.visible_part = static_cast<float>(part);
       (void)published_.push_back(instance.track);  // as many places as slots
     }
   }
