@@ -13,12 +13,12 @@
 namespace kinetrace::pipeline {
 namespace {
 
-constexpr double kCutOffFactor = 4.0;             // Surface wander of an object that is partly outside the image.
-constexpr double kStartSigma_m = 0.5;             // Of the position handed to the stereo-only filter.
-constexpr double kUnseenAcceleration_mps2 = 4.0;  // Standard deviation of what the last velocity does not know yet,
-constexpr double kVelocityLag_s = 0.2;            // and how old that velocity is.
-constexpr double kReachableGate = 25.0;           // Chi-square of three coordinates, five sigmas.
-constexpr std::size_t kLeastMotionSamples = 3;
+constexpr double kCutOffFactor = 4.0;         // Surface wander of an object that is partly outside the image.
+constexpr double kStartSigma_m = 0.5;         // Of the position handed to the stereo-only filter.
+constexpr double kVelocityLag_s = 0.3;        // Age of the velocity that a smoothed path ends with.
+constexpr double kExpectedFloor_rad = 0.002;  // Error of a smoothed pose itself,
+constexpr double kExpectedFloor_m = 0.02;     // and of where it puts the object.
+constexpr double kReachableGate = 36.0;       // Chi-square of six numbers.
 constexpr std::size_t kLeastRestSamples = 8;
 constexpr float kClearlyVisible = 0.6F;           // What is seen where more is hidden may well be what hides it.
 constexpr std::size_t kMaxSightedFeatures = 256;  // Medians over more than this are no better.
@@ -61,6 +61,8 @@ ObjectState::ObjectState(const PipelineConfig& config, const StereoGeometry& geo
       min_disparity_px_(config.object.min_disparity_px),
       geometry_(geometry),
       body_(std::move(body)),
+      turn_radps2_(config.trajectory.smoothing_turn_radps2),
+      acceleration_mps2_(config.trajectory.smoothing_acceleration_mps2),
       motion_(config.trajectory),
       filter_(config.trajectory, geometry),
       box_(config.trajectory, static_cast<std::size_t>(config.object.max_points), arena) {}
@@ -73,6 +75,7 @@ void ObjectState::begin(const Track& track) {
   estranged_ = false;
   extended_ = false;
   placed_ = false;
+  known_motion_.reset();
   reconstructed_ = false;
   predicted_frames_ = 0;
   status_ = BodyStatus::kInitializing;
@@ -137,35 +140,51 @@ bool ObjectState::locate(const FeatureFrame& frame, const CameraState& camera) {
   if (!rigid() || !body_.active()) {
     return false;
   }
-  if (body_.locate(frame, track_.label()).status != BodyStatus::kTracked || !camera.valid) {
+  const std::optional<sfm::BodyReconstruction::Expectation> expected = expected_pose(camera);
+  if (body_.locate(frame, track_.label(), expected ? &*expected : nullptr).status != BodyStatus::kTracked ||
+      !camera.valid) {
     return false;
   }
-  if (!reachable(camera)) {
+  if (expected && !reachable(*expected)) {
     body_.refuse_pose();
     return false;
   }
   return true;
 }
 
-Eigen::Vector3d ObjectState::reference_m() const {
-  return box_.known() ? box_.box_in_object().center_m : Eigen::Vector3d(Eigen::Vector3d::Zero());
+void ObjectState::learn_motion(const Se3& T_world_obj, const Vector6d& velocity) noexcept {
+  known_motion_ = KnownMotion{T_world_obj, velocity};
 }
 
-bool ObjectState::reachable(const CameraState& camera) const {
-  const trajectory::MotionEstimate motion = motion_.at(0);
-  if (!reconstructed_ || motion_.size() < kLeastMotionSamples) {
-    return true;
+std::optional<sfm::BodyReconstruction::Expectation> ObjectState::expected_pose(const CameraState& camera) const {
+  if (!known_motion_ || status_ != BodyStatus::kTracked || !camera.valid) {
+    return std::nullopt;
   }
   const double dt_s = 1e-9 * static_cast<double>(timestamp_ns_ - previous_timestamp_ns_);
-  const trajectory::PoseWithCovariance now = trajectory::compose(
-      {camera.T_world_cam, camera.covariance}, {body_.estimate().T_body_cam, body_.estimate().covariance});
-  const Eigen::Vector3d off = now.pose * reference_m() - (T_world_obj_ * reference_m() + dt_s * motion.velocity_mps);
-  const double unseen_m = kUnseenAcceleration_mps2 * dt_s * (0.5 * dt_s + kVelocityLag_s);
-  const Eigen::Matrix3d spread =
-      reference_covariance(now.pose, rotation_position_covariance(now.pose, now.covariance)) +
-      reference_covariance(T_world_obj_, covariance_) + dt_s * dt_s * motion.covariance +
-      unseen_m * unseen_m * Eigen::Matrix3d::Identity();
+  const Vector6d step = dt_s * known_motion_->velocity;
+  const Se3 T_world_obj = known_motion_->T_world_obj * Se3{so3_exp(step.head<3>()), step.tail<3>()};
+  const double unseen_s2 = dt_s * (0.5 * dt_s + kVelocityLag_s);
+  Vector6d sigma;
+  sigma.head<3>().setConstant(turn_radps2_ * unseen_s2 + kExpectedFloor_rad);
+  sigma.tail<3>().setConstant(acceleration_mps2_ * unseen_s2 + kExpectedFloor_m);
+  // In the object's own axes, where T_obj_cam is perturbed too.
+  Matrix6d to_object = Matrix6d::Zero();
+  to_object.topLeftCorner<3, 3>() = T_world_obj.rotation.transpose();
+  to_object.bottomRightCorner<3, 3>() = T_world_obj.rotation.transpose();
+  Matrix6d covariance = to_object * covariance_ * to_object.transpose();
+  covariance.diagonal() += sigma.cwiseAbs2();
+  return sfm::BodyReconstruction::Expectation{T_world_obj.inverse() * camera.T_world_cam, covariance};
+}
+
+bool ObjectState::reachable(const sfm::BodyReconstruction::Expectation& expected) const {
+  const BodyEstimate& found = body_.estimate();
+  const Vector6d off = left_difference(expected.T_body_cam, found.T_body_cam);
+  const Matrix6d spread = expected.covariance + found.covariance;
   return off.dot(spread.ldlt().solve(off)) <= kReachableGate;
+}
+
+Eigen::Vector3d ObjectState::reference_m() const {
+  return box_.known() ? box_.box_in_object().center_m : Eigen::Vector3d(Eigen::Vector3d::Zero());
 }
 
 void ObjectState::start_filter() {

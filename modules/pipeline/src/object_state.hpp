@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "kinetrace/core/detections.hpp"
@@ -65,6 +66,8 @@ class ObjectState {
   /// Updates a kept result of `age` frames ago to what the window knows by now, the camera's newest estimate for that
   /// frame given.
   void revise(std::size_t age, const CameraState& camera, ObjectResult& result);
+  /// How it moves, from its smoothed path: pose at the newest frame and velocity in the body's own axes (rad/s, m/s).
+  void learn_motion(const Se3& T_world_obj, const Vector6d& velocity) noexcept;
   /// Velocity, heading and box of a kept result, from the trajectory before and after it.
   void describe_motion(std::size_t age, ObjectResult& result) const;
 
@@ -90,8 +93,11 @@ class ObjectState {
   }
   [[nodiscard]] bool place(const StereoSighting& sighting, const CameraState& camera);
   [[nodiscard]] bool locate(const FeatureFrame& frame, const CameraState& camera);
+  /// Where the object is expected now if it goes on as it went, and how far it may be off: a vehicle's acceleration
+  /// since its velocity was measured. Nothing before it has shown how it moves.
+  [[nodiscard]] std::optional<sfm::BodyReconstruction::Expectation> expected_pose(const CameraState& camera) const;
   /// Whether the object can have come from where it was to where the reconstruction sees it now.
-  [[nodiscard]] bool reachable(const CameraState& camera) const;
+  [[nodiscard]] bool reachable(const sfm::BodyReconstruction::Expectation& expected) const;
   [[nodiscard]] Eigen::Vector3d reference_m() const;
   void start_filter();
   void follow_without_body(const StereoSighting& sighting, const CameraState& camera);
@@ -115,6 +121,14 @@ class ObjectState {
   int predicted_frames_ = 0;    ///< In a row.
   BodyStatus status_ = BodyStatus::kInitializing;
   sfm::BodyReconstruction body_;
+  /// From the smoothed path, at previous_timestamp_ns_.
+  struct KnownMotion {
+    Se3 T_world_obj;
+    Vector6d velocity = Vector6d::Zero();
+  };
+  std::optional<KnownMotion> known_motion_;
+  double turn_radps2_;
+  double acceleration_mps2_;
   trajectory::ObjectMotion motion_;
   trajectory::StereoPositionFilter filter_;
   trajectory::BoxEstimator box_;

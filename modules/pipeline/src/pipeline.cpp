@@ -21,6 +21,8 @@ constexpr std::uint8_t kBackground = kBackgroundLabel;
 constexpr int kCameraLostAfterFrames = 3;
 // Frames that are final but still say how an object has moved into the window.
 constexpr std::size_t kSettledFramesKept = 2;
+// A shorter path has not shown how the object moves.
+constexpr std::size_t kLeastPathNodes = 4;
 
 std::size_t as_size(int n) {
   return static_cast<std::size_t>(n);
@@ -490,6 +492,10 @@ void Pipeline::Impl::smooth_path(std::uint32_t track_id, std::size_t newest_age)
   smoother.smooth(path, settled);
   for (std::size_t i = settled; i < path.size(); ++i) {
     out.ring.frame(end_age - 1 - i).find(track_id)->result.T_world_obj = path[i].smoothed;
+  }
+  ObjectState& object = objects[out.ring.frame(newest_age).find(track_id)->slot];
+  if (newest_age == 0 && path.size() >= kLeastPathNodes) {
+    object.learn_motion(path.back().smoothed, trajectory::body_velocity(path[path.size() - 2], path.back()));
   }
 }
 

@@ -37,7 +37,7 @@ bool rotation_unknown(const PathNode& node) {
   return node.covariance.topLeftCorner<3, 3>().trace() > 3.0 * kUnknownRotation_rad2;
 }
 
-BodyVelocity body_velocity(const PathNode& a, const PathNode& b) {
+BodyVelocity differentiated_velocity(const PathNode& a, const PathNode& b) {
   const double rate = 1.0 / seconds(a, b);
   const Se3& from = a.smoothed;
   const Se3& to = b.smoothed;
@@ -55,6 +55,10 @@ BodyVelocity body_velocity(const PathNode& a, const PathNode& b) {
 }
 
 }  // namespace
+
+Vector6d body_velocity(const PathNode& from, const PathNode& to) {
+  return differentiated_velocity(from, to).value;
+}
 
 TrajectorySmoother::TrajectorySmoother(const TrajectoryConfig& config, std::size_t max_nodes, Arena& arena)
     : config_(config), rows_(arena.take<BlockRow>(max_nodes)) {}
@@ -76,8 +80,8 @@ void TrajectorySmoother::add_measurement(const PathNode& node, BlockRow& row) co
 
 void TrajectorySmoother::add_smoothness(std::span<const PathNode> path, std::size_t middle,
                                         std::size_t fixed) noexcept {
-  const BodyVelocity before = body_velocity(path[middle - 1], path[middle]);
-  const BodyVelocity after = body_velocity(path[middle], path[middle + 1]);
+  const BodyVelocity before = differentiated_velocity(path[middle - 1], path[middle]);
+  const BodyVelocity after = differentiated_velocity(path[middle], path[middle + 1]);
   const double span_s = 0.5 * (seconds(path[middle - 1], path[middle]) + seconds(path[middle], path[middle + 1]));
   Vector6d weight;
   weight.head<3>().setConstant(1.0 / (config_.smoothing_turn_radps2 * span_s));

@@ -19,6 +19,9 @@ struct PathNode {
   Se3 smoothed;                                ///< Result; given for nodes that are fixed.
 };
 
+/// Velocity of the body in its own axes on the way from one smoothed node to the next: (rad/s, m/s).
+[[nodiscard]] Vector6d body_velocity(const PathNode& from, const PathNode& to);
+
 /// Fixed-lag smoother of SE(3) poses under a white-noise-on-acceleration prior (Bar-Shalom, Li, Kirubarajan 2001; on
 /// SE(3) as Anderson and Barfoot, IROS 2015): between frames the velocity of the body in its own axes changes no more
 /// than a vehicle can brake or steer. Poses that are measured well stay where they are; where a frame tells little
