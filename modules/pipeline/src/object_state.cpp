@@ -13,12 +13,13 @@
 namespace kinetrace::pipeline {
 namespace {
 
-constexpr double kCutOffFactor = 4.0;         // Surface wander of an object that is partly outside the image.
-constexpr double kStartSigma_m = 0.5;         // Of the position handed to the stereo-only filter.
-constexpr double kVelocityLag_s = 0.3;        // Age of the velocity that a smoothed path ends with.
-constexpr double kExpectedFloor_rad = 0.002;  // Error of a smoothed pose itself,
-constexpr double kExpectedFloor_m = 0.02;     // and of where it puts the object.
-constexpr double kReachableGate = 36.0;       // Chi-square of six numbers.
+constexpr double kCutOffFactor = 4.0;           // Surface wander of an object that is partly outside the image.
+constexpr double kReconstructedSigma_m = 0.05;  // Of the position handed to the stereo-only filter by a reconstruction,
+constexpr double kStartSigma_m = 0.5;           // Of the position handed to the stereo-only filter.
+constexpr double kVelocityLag_s = 0.3;          // Age of the velocity that a smoothed path ends with.
+constexpr double kExpectedFloor_rad = 0.002;    // Error of a smoothed pose itself,
+constexpr double kExpectedFloor_m = 0.02;       // and of where it puts the object.
+constexpr double kReachableGate = 36.0;         // Chi-square of six numbers.
 constexpr std::size_t kLeastRestSamples = 8;
 constexpr float kClearlyVisible = 0.6F;           // What is seen where more is hidden may well be what hides it.
 constexpr std::size_t kMaxSightedFeatures = 256;  // Medians over more than this are no better.
@@ -193,9 +194,10 @@ void ObjectState::start_filter() {
   const trajectory::MotionEstimate motion = motion_.at(0);
   const bool at_rest = reconstructed_ && motion_.size() >= kLeastRestSamples && !motion.moving;
   const bool drifts = known_before && !at_rest;
+  const double sigma_m = reconstructed_ ? kReconstructedSigma_m : kStartSigma_m;
   filter_.start(known_before ? previous_timestamp_ns_ : timestamp_ns_, T_world_obj_ * -stereo_offset_m_,
                 drifts ? motion.velocity_mps : Eigen::Vector3d(Eigen::Vector3d::Zero()),
-                kStartSigma_m * kStartSigma_m * Eigen::Matrix3d::Identity(), at_rest);
+                sigma_m * sigma_m * Eigen::Matrix3d::Identity(), at_rest);
 }
 
 void ObjectState::follow_without_body(const StereoSighting& sighting, const CameraState& camera) {
@@ -246,6 +248,11 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, const C
     follow_without_body(sighting, camera);
     if (rigid() && !estranged_ && camera.valid && sighting.features >= min_points_ && !(cut_off() && reconstructed_)) {
       // Enough points to build on, but none known that fit: the reconstruction (re)starts where stereo sees the object.
+      if (!reconstructed_) {
+        // What stereo has followed so far may have been something next to the object; its frame belongs on its points.
+        T_world_obj_.translation = camera.T_world_cam * camera_position(geometry_, sighting);
+        stereo_offset_m_.setZero();
+      }
       body_.begin(T_world_obj_.inverse() * camera.T_world_cam, status_);
     }
   }
