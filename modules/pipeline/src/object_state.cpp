@@ -13,7 +13,7 @@
 namespace kinetrace::pipeline {
 namespace {
 
-constexpr double kCutOffFactor = 4.0;           // Surface wander of an object that is partly outside the image.
+constexpr double kHiddenFactor = 4.0;           // Surface wander of an object that is partly outside the image.
 constexpr double kReconstructedSigma_m = 0.05;  // Of the position handed to the stereo-only filter by a reconstruction,
 constexpr double kStartSigma_m = 0.5;           // Of the position handed to the stereo-only filter.
 constexpr double kVelocityLag_s = 0.3;          // Age of the velocity that a smoothed path ends with.
@@ -79,6 +79,7 @@ void ObjectState::begin(const Track& track) {
   known_motion_.reset();
   reconstructed_ = false;
   predicted_frames_ = 0;
+  unseen_s_ = 0.0;
   status_ = BodyStatus::kInitializing;
   stereo_offset_m_.setZero();
   motion_.reset();
@@ -207,25 +208,51 @@ void ObjectState::follow_without_body(const StereoSighting& sighting, const Came
   if (status_ == BodyStatus::kLost && sighting.features >= config_.stereo_only_min_features) {
     reconstructed_ = false;  // It is back: what was reconstructed before has left the map long ago.
   }
+  if (half_hidden() && reconstructed_ && known_motion_) {
+    coast();
+    return;
+  }
   filter_.predict(timestamp_ns_);
-  // A reconstruction that ends because the object leaves the image is not continued from its remains.
-  const bool trusted = !(cut_off() && reconstructed_);
-  const double surface_sigma_m = cut_off() ? kCutOffFactor * surface_sigma_m_ : surface_sigma_m_;
+  const double surface_sigma_m = half_hidden() ? kHiddenFactor * surface_sigma_m_ : surface_sigma_m_;
   const trajectory::StereoPositionFilter before = filter_;
-  bool seen = trusted && sighting.features >= config_.stereo_only_min_features && camera.valid &&
+  bool seen = sighting.features >= config_.stereo_only_min_features && camera.valid &&
               filter_.update(sighting.uvd_px, sighting.features, camera.T_world_cam, surface_sigma_m);
   if (seen && filter_.jumped() && reconstructed_) {
     filter_ = before;
-    estranged_ = track_.visible_part > kClearlyVisible;
+    estranged_ = true;
     seen = false;
   }
   T_world_obj_.translation = filter_.position_m() + T_world_obj_.rotation * stereo_offset_m_;
+  // A rotation that is not measured: about a radian. Where on the object the seen surface lies errs in common over
+  // frames: averaging does not make it surer.
+  set_covariance(1.0, filter_.position_covariance() + surface_sigma_m * surface_sigma_m * Eigen::Matrix3d::Identity());
+  count_prediction(seen);
+}
+
+void ObjectState::coast() {
+  const double dt_s = 1e-9 * static_cast<double>(timestamp_ns_ - previous_timestamp_ns_);
+  const Vector6d step = dt_s * known_motion_->velocity;
+  T_world_obj_ = (known_motion_->T_world_obj * Se3{so3_exp(step.head<3>()), step.tail<3>()}).orthonormalised();
+  unseen_s_ += dt_s;
+  const double unseen_s2 = unseen_s_ * (0.5 * unseen_s_ + kVelocityLag_s);
+  const double turn_rad = kExpectedFloor_rad + turn_radps2_ * unseen_s2;
+  const double way_m = kReconstructedSigma_m + acceleration_mps2_ * unseen_s2;
+  const Eigen::Matrix3d spread = way_m * way_m * Eigen::Matrix3d::Identity();
+  filter_.start(timestamp_ns_, T_world_obj_ * -stereo_offset_m_,
+                T_world_obj_.rotation * known_motion_->velocity.tail<3>(), spread, !motion_.at(0).moving);
+  set_covariance(turn_rad * turn_rad, spread);
+  count_prediction(false);
+}
+
+void ObjectState::set_covariance(double rotation_rad2, const Eigen::Matrix3d& position_m2) noexcept {
   covariance_.setZero();
-  covariance_.topLeftCorner<3, 3>().diagonal().setConstant(1.0);  // A rotation that is not measured: about a radian.
-  // Where on the object the seen surface lies errs in common over frames: averaging does not make it surer.
-  covariance_.bottomRightCorner<3, 3>() =
-      filter_.position_covariance() + surface_sigma_m * surface_sigma_m * Eigen::Matrix3d::Identity();
+  covariance_.topLeftCorner<3, 3>().diagonal().setConstant(rotation_rad2);
+  covariance_.bottomRightCorner<3, 3>() = position_m2;
+}
+
+void ObjectState::count_prediction(bool seen) noexcept {
   predicted_frames_ = seen ? 0 : predicted_frames_ + 1;
+  unseen_s_ = seen ? 0.0 : unseen_s_;
   status_ = seen ? BodyStatus::kStereoOnly
                  : (predicted_frames_ > config_.lost_after_frames ? BodyStatus::kLost : BodyStatus::kPropagated);
 }
@@ -243,10 +270,12 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, const C
     status_ = BodyStatus::kTracked;
     reconstructed_ = true;
     predicted_frames_ = 0;
+    unseen_s_ = 0.0;
     filter_.reset();
   } else {
     follow_without_body(sighting, camera);
-    if (rigid() && !estranged_ && camera.valid && sighting.features >= min_points_ && !(cut_off() && reconstructed_)) {
+    if (rigid() && !estranged_ && camera.valid && sighting.features >= min_points_ &&
+        !(half_hidden() && reconstructed_)) {
       // Enough points to build on, but none known that fit: the reconstruction (re)starts where stereo sees the object.
       if (!reconstructed_) {
         // What stereo has followed so far may have been something next to the object; its frame belongs on its points.

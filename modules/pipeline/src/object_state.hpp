@@ -80,6 +80,8 @@ class ObjectState {
   [[nodiscard]] bool reconstructing() const noexcept { return extended_; }
 
  private:
+  static constexpr float kClearlyVisible = 0.6F;
+
   ObjectState(const PipelineConfig& config, const StereoGeometry& geometry, sfm::BodyReconstruction body, Arena& arena);
 
   [[nodiscard]] StereoSighting sight(const FeatureFrame& frame) const;
@@ -87,9 +89,10 @@ class ObjectState {
   [[nodiscard]] bool rigid() const noexcept {
     return config_.rigid_pedestrians || body_.active() || track_.class_id != kPedestrianClass;
   }
-  /// Part of the object is outside the image: the middle of what is left of it says little about the whole.
-  [[nodiscard]] bool cut_off() const noexcept {
-    return track_.box_px.x0 <= 1 || track_.box_px.x1 >= geometry_.width_px - 1;
+  /// Much of the object is outside the image or behind something: the middle of what is left of it says little about
+  /// the whole, and may be what hides it.
+  [[nodiscard]] bool half_hidden() const noexcept {
+    return track_.box_px.x0 <= 1 || track_.box_px.x1 >= geometry_.width_px - 1 || track_.visible_part < kClearlyVisible;
   }
   [[nodiscard]] bool place(const StereoSighting& sighting, const CameraState& camera);
   [[nodiscard]] bool locate(const FeatureFrame& frame, const CameraState& camera);
@@ -100,6 +103,10 @@ class ObjectState {
   [[nodiscard]] bool reachable(const sfm::BodyReconstruction::Expectation& expected) const;
   [[nodiscard]] Eigen::Vector3d reference_m() const;
   void start_filter();
+  /// Goes on as it last went.
+  void coast();
+  void set_covariance(double rotation_rad2, const Eigen::Matrix3d& position_m2) noexcept;
+  void count_prediction(bool seen) noexcept;
   void follow_without_body(const StereoSighting& sighting, const CameraState& camera);
   void compose_newest(const CameraState& camera);
   void push_motion();
@@ -118,7 +125,8 @@ class ObjectState {
   bool estranged_ = false;
   bool placed_ = false;         ///< T_world_obj_ has been set since birth.
   bool reconstructed_ = false;  ///< Has been tracked by its reconstruction since birth.
-  int predicted_frames_ = 0;    ///< In a row.
+  double unseen_s_ = 0.0;
+  int predicted_frames_ = 0;  ///< In a row.
   BodyStatus status_ = BodyStatus::kInitializing;
   sfm::BodyReconstruction body_;
   /// From the smoothed path, at previous_timestamp_ns_.
