@@ -1,6 +1,8 @@
 #include "kinetrace/tracking/stereo_tracker.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <string>
 
@@ -29,6 +31,10 @@ constexpr double kMinVotes = 0.5;
 constexpr int kMinHiddenPx = 24;
 /// The one in front hides this many times more of the other than the other of it.
 constexpr int kHiddenRatio = 3;
+
+std::uint64_t slot_bit(const TrackInstance& instance) noexcept {
+  return std::uint64_t{1} << instance.track.slot;
+}
 
 TrackState state_of(const TrackInstance& instance, const TrackerConfig& config) noexcept {
   if (instance.matched_frames < config.confirm_frames && instance.track.state == TrackState::kTentative) {
@@ -222,12 +228,13 @@ Similarity StereoTracker::predict_motion(TrackInstance& instance, std::span<cons
   return instance.motion;
 }
 
-bool StereoTracker::nearer(const TrackInstance& a, const TrackInstance& b) const noexcept {
-  const bool a_hid_b = (b.in_front >> a.track.slot & 1U) != 0;
-  const bool b_hid_a = (a.in_front >> b.track.slot & 1U) != 0;
-  if (a_hid_b != b_hid_a) {
-    return a_hid_b;
-  }
+bool StereoTracker::nearer(const TrackInstance& a, const TrackInstance& b) noexcept {
+  const bool a_hid_b = (b.in_front & slot_bit(a)) != 0;
+  const bool b_hid_a = (a.in_front & slot_bit(b)) != 0;
+  return a_hid_b != b_hid_a ? a_hid_b : looks_nearer(a, b);
+}
+
+bool StereoTracker::looks_nearer(const TrackInstance& a, const TrackInstance& b) noexcept {
   const auto key = [](const TrackInstance& i) { return i.disparity.known ? i.disparity.mean_px : 0.F; };
   if (key(a) != key(b)) {
     return key(a) > key(b);
@@ -237,17 +244,32 @@ bool StereoTracker::nearer(const TrackInstance& a, const TrackInstance& b) const
 
 void StereoTracker::sort_far_to_near() noexcept {
   far_to_near_.clear();
+  std::uint64_t waiting = 0;
+  std::array<std::uint64_t, kMaxObjects> hides{};  // By slot: the tracks that it has been seen to hide.
   for (const TrackInstance& instance : slots_) {
-    if (instance.alive()) {
-      (void)far_to_near_.push_back(instance.track.slot);  // as many places as slots
+    if (!instance.alive()) {
+      continue;
+    }
+    waiting |= slot_bit(instance);
+    for (std::uint64_t rest = instance.in_front; rest != 0; rest &= rest - 1) {
+      hides[static_cast<std::size_t>(std::countr_zero(rest))] |= slot_bit(instance);
     }
   }
-  // By insertion: three tracks may have been seen to hide each other in a circle, which a library's sort does not
-  // allow.
-  for (std::size_t i = 1; i < far_to_near_.size(); ++i) {
-    for (std::size_t k = i; k > 0 && nearer(slots_[far_to_near_[k - 1]], slots_[far_to_near_[k]]); --k) {
-      std::swap(far_to_near_[k - 1], far_to_near_[k]);
+  // The next one hides none of those that wait, and of several is the farthest. Three that have been seen to hide each
+  // other in a circle leave none: then the farthest of all.
+  while (waiting != 0) {
+    const TrackInstance* next = nullptr;
+    bool next_hides = true;
+    for (std::uint64_t rest = waiting; rest != 0; rest &= rest - 1) {
+      const TrackInstance& candidate = slots_[static_cast<std::size_t>(std::countr_zero(rest))];
+      const bool candidate_hides = (hides[candidate.track.slot] & waiting) != 0;
+      if (next == nullptr || (candidate_hides != next_hides ? next_hides : looks_nearer(*next, candidate))) {
+        next = &candidate;
+        next_hides = candidate_hides;
+      }
     }
+    (void)far_to_near_.push_back(next->track.slot);  // as many places as slots
+    waiting &= ~slot_bit(*next);
   }
 }
 
@@ -281,7 +303,7 @@ void StereoTracker::learn_order(const DetectionFrame& detections) noexcept {
         continue;
       }
       const int hidden = hidden_by(behind, front);
-      const std::uint64_t bit = std::uint64_t{1} << front.track.slot;
+      const std::uint64_t bit = slot_bit(front);
       if (hidden >= kMinHiddenPx && hidden >= kHiddenRatio * hidden_by(front, behind)) {
         behind.in_front |= bit;
       } else if (hidden_by(front, behind) >= kMinHiddenPx) {

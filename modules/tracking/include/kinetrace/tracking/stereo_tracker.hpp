@@ -118,7 +118,9 @@ class StereoTracker {
   [[nodiscard]] std::span<const DisparitySample> gather_samples(LabelView labels, std::uint8_t label,
                                                                 std::span<const Feature> features) noexcept;
   void sort_far_to_near() noexcept;
-  [[nodiscard]] bool nearer(const TrackInstance& a, const TrackInstance& b) const noexcept;
+  /// Seen to hide it, or else, by disparity, likely to.
+  [[nodiscard]] static bool nearer(const TrackInstance& a, const TrackInstance& b) noexcept;
+  [[nodiscard]] static bool looks_nearer(const TrackInstance& a, const TrackInstance& b) noexcept;
 
   TrackerConfig config_;
   TrackerCounters counters_;
