@@ -21,6 +21,12 @@ constexpr double kExpectedFloor_rad = 0.002;    // Error of a smoothed pose itse
 constexpr double kExpectedFloor_m = 0.02;       // and of where it puts the object.
 constexpr double kReachableGate = 36.0;         // Chi-square of six numbers.
 constexpr std::size_t kLeastRestSamples = 8;
+// How far from where it is expected a lost object may be found again: that it stood still or went on is half the truth.
+constexpr int kLeastMissedFrames = 2;
+constexpr double kReachAtRest_m = 0.8;
+constexpr double kReachOfWay = 0.5;
+constexpr double kMostReach_m = 3.0;
+constexpr double kSightedSigma_px = 0.3;
 constexpr float kClearlyVisible = 0.6F;           // What is seen where more is hidden may well be what hides it.
 constexpr std::size_t kMaxSightedFeatures = 256;  // Medians over more than this are no better.
 
@@ -74,6 +80,7 @@ void ObjectState::begin(const Track& track) {
   confirmed_ = false;
   ended_ = false;
   estranged_ = false;
+  handed_over_ = false;
   extended_ = false;
   placed_ = false;
   known_motion_.reset();
@@ -98,6 +105,44 @@ tracking::Forecast ObjectState::forecast(std::int64_t timestamp_ns, const Se3& T
                             : (motion.moving ? motion.velocity_mps : Eigen::Vector3d(Eigen::Vector3d::Zero()));
   const Eigen::Vector3d p_cam = T_world_cam.inverse() * (T_world_obj_.translation + dt_s * velocity_mps);
   return {true, geometry_.project(p_cam).head<2>(), p_cam.z()};
+}
+
+std::optional<Eigen::Vector3d> ObjectState::sighted_position(const FeatureFrame& frame,
+                                                             const CameraState& camera) const {
+  const StereoSighting sighting = sight(frame);
+  if (sighting.features < config_.stereo_only_min_features || !camera.valid) {
+    return std::nullopt;
+  }
+  return camera.T_world_cam * camera_position(geometry_, sighting);
+}
+
+std::optional<double> ObjectState::may_have_gone_to(const Eigen::Vector3d& position_m, std::uint16_t class_id,
+                                                    const CameraState& camera) const {
+  const bool waits = alive() && confirmed_ && placed_ && track_.missed_frames >= kLeastMissedFrames;
+  if (!waits || track_.class_id != class_id) {
+    return std::nullopt;
+  }
+  const Eigen::Vector3d expected_m = filter_.initialised() ? filter_.position_m() : T_world_obj_ * -stereo_offset_m_;
+  const double speed_mps = filter_.initialised() ? filter_.velocity_mps().norm() : motion_.at(0).velocity_mps.norm();
+  const double unseen_s = 1e-9 * static_cast<double>(timestamp_ns_ - matched_timestamp_ns_);
+  const double depth_m = (camera.T_world_cam.inverse() * position_m).z();
+  const double depth_sigma_m = kSightedSigma_px * depth_m * depth_m / (geometry_.fx_px * geometry_.baseline_m);
+  const double reach_m = kReachAtRest_m + kReachOfWay * speed_mps * unseen_s + 2.0 * depth_sigma_m;
+  const double part = (position_m - expected_m).norm() / std::min(reach_m, kMostReach_m);
+  return part <= 1.0 ? std::optional<double>(part) : std::nullopt;
+}
+
+void ObjectState::continue_from(const ObjectState& earlier, const Eigen::Vector3d& position_m) {
+  track_.id = earlier.track_.id;
+  confirmed_ = earlier.confirmed_;
+  placed_ = true;
+  reconstructed_ = earlier.reconstructed_;
+  stereo_offset_m_ = earlier.stereo_offset_m_;
+  T_world_obj_ = earlier.T_world_obj_;
+  const bool rested = earlier.filter_.initialised() && earlier.filter_.at_rest();
+  if (!rested) {
+    T_world_obj_.translation = position_m + T_world_obj_.rotation * stereo_offset_m_;
+  }
 }
 
 void ObjectState::end() {
@@ -262,6 +307,7 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, const C
   confirmed_ = confirmed_ || track.state == TrackState::kConfirmed;
   timestamp_ns_ = frame.timestamp_ns;
   extended_ = false;
+  matched_timestamp_ns_ = track.missed_frames == 0 ? timestamp_ns_ : matched_timestamp_ns_;
   const StereoSighting sighting = sight(frame);
   if (!placed_ && !place(sighting, camera)) {
     return;

@@ -54,8 +54,24 @@ class ObjectState {
   [[nodiscard]] tracking::Forecast forecast(std::int64_t timestamp_ns, const Se3& T_world_cam) const;
   /// The track has ended; points still alive are in `body().estimate().retired`.
   void end();
+  /// As end(); the object goes on in another slot, and this one is free once its points have been told.
+  void hand_over() {
+    end();
+    handed_over_ = true;
+  }
+  [[nodiscard]] bool handed_over() const noexcept { return handed_over_; }
   /// The slot may be given to another track.
   void release() noexcept { track_ = Track{}; }
+
+  /// Where stereo sees the object of a new track, in the world; nothing without enough features or a camera pose.
+  [[nodiscard]] std::optional<Eigen::Vector3d> sighted_position(const FeatureFrame& frame,
+                                                                const CameraState& camera) const;
+  /// Whether this object, out of sight, may be what a new track of class `class_id` sees at `position_m`: the distance
+  /// as a part of what it may have gone meanwhile, at most one. Nothing if it is in sight or of another class.
+  [[nodiscard]] std::optional<double> may_have_gone_to(const Eigen::Vector3d& position_m, std::uint16_t class_id,
+                                                       const CameraState& camera) const;
+  /// This slot's new track is the object that `earlier` has lost: its name and frame go on. Call before observe().
+  void continue_from(const ObjectState& earlier, const Eigen::Vector3d& position_m);
 
   /// Pose of this frame, and sightings added to the window.
   void observe(const Track& track, const FeatureFrame& frame, const CameraState& camera);
@@ -123,6 +139,7 @@ class ObjectState {
   bool ended_ = false;
   bool extended_ = false;
   bool estranged_ = false;
+  bool handed_over_ = false;
   bool placed_ = false;         ///< T_world_obj_ has been set since birth.
   bool reconstructed_ = false;  ///< Has been tracked by its reconstruction since birth.
   double unseen_s_ = 0.0;
@@ -145,6 +162,7 @@ class ObjectState {
   Matrix6d covariance_ = Matrix6d::Zero();                     ///< As ObjectResult::covariance.
   Eigen::Vector3d stereo_offset_m_ = Eigen::Vector3d::Zero();  ///< Object origin minus stereo position, object axes.
   std::int64_t timestamp_ns_ = 0;
+  std::int64_t matched_timestamp_ns_ = 0;   ///< When a detection last confirmed where it is.
   std::int64_t previous_timestamp_ns_ = 0;  ///< Of the last pose in motion_.
 };
 

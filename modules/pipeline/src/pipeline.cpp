@@ -100,6 +100,8 @@ struct Pipeline::Impl {
   std::span<const FeaturePrediction> predict_features(std::int64_t timestamp_ns);
   Se3 locate_camera(const FeatureFrame& frame);
   std::span<const tracking::Forecast> forecast_objects(std::int64_t timestamp_ns);
+  /// Something that was lost from sight, or hidden, keeps its name when it is seen again.
+  void find_again(ObjectState& reborn, const FeatureFrame& frame, const CameraState& camera);
   void reconstruct(const FeatureFrame& frame, const TrackFrame& tracks);
   Status refine();
   void count_tracks(const TrackFrame& tracks);
@@ -359,6 +361,30 @@ CameraResult Pipeline::Impl::camera_result(std::size_t age) const {
   return {pose.status, pose.T_body_cam, rotation_position_covariance(pose.T_body_cam, pose.covariance), pose.inliers};
 }
 
+void Pipeline::Impl::find_again(ObjectState& reborn, const FeatureFrame& frame, const CameraState& camera) {
+  const std::optional<Eigen::Vector3d> position_m = reborn.sighted_position(frame, camera);
+  if (!position_m) {
+    return;
+  }
+  ObjectState* nearest = nullptr;
+  double least = 1.0;
+  for (ObjectState& lost : objects) {
+    const std::optional<double> part =
+        &lost == &reborn ? std::nullopt : lost.may_have_gone_to(*position_m, reborn.track().class_id, camera);
+    if (part && *part <= least) {
+      nearest = &lost;
+      least = *part;
+    }
+  }
+  if (nearest == nullptr) {
+    return;
+  }
+  reborn.continue_from(*nearest, *position_m);
+  tracker.join(nearest->track().slot, reborn.track().slot);
+  out.ring.move_slot(nearest->track().id, reborn.track().slot);
+  nearest->hand_over();
+}
+
 void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tracks) {
   background.extend(frame, kBackground);
   const CameraState camera = camera_at(0);
@@ -366,8 +392,11 @@ void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tr
     ObjectState& object = objects[track.slot];
     if (object.track().id != track.id) {
       object.begin(track);
+      find_again(object, frame, camera);
     }
-    object.observe(track, frame, camera);
+    Track named = track;
+    named.id = object.track().id;
+    object.observe(named, frame, camera);
     if (object.estranged()) {
       tracker.abandon(track.slot);
     }
@@ -523,6 +552,9 @@ void Pipeline::Impl::publish_bodies(const TrackFrame* tracks) {
     const BodyEstimate& e = object.body().estimate();
     out.bodies[count++] = {object.track().id, object.status(),      e.is_keyframe,
                            e.points,          e.frame_observations, e.retired};
+    if (object.handed_over()) {
+      object.release();
+    }
   }
   result.bodies = out.bodies.first(count);
   if (tracks != nullptr) {

@@ -158,6 +158,25 @@ void StereoTracker::abandon(std::uint8_t slot) noexcept {
   }
 }
 
+void StereoTracker::join(std::uint8_t earlier, std::uint8_t reborn) noexcept {
+  TrackInstance& from = slots_[earlier];
+  TrackInstance& to = slots_[reborn];
+  to.track.id = from.track.id;
+  to.track.state = from.track.state == TrackState::kTentative ? to.track.state : TrackState::kConfirmed;
+  to.track.age_frames = from.track.age_frames;
+  to.matched_frames += from.matched_frames;
+  to.votes = from.votes;
+  from.slot_state = TrackInstance::Slot::kFree;
+  for (Track& track : published_) {
+    if (track.slot == earlier) {
+      track.area_px = 0;
+      track.box_px = {};
+    } else if (track.slot == reborn) {
+      track = to.track;
+    }
+  }
+}
+
 void StereoTracker::predict(std::span<const Feature> features) {
   for (TrackInstance& instance : slots_) {
     if (!instance.alive()) {

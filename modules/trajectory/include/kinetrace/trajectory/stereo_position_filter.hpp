@@ -36,6 +36,7 @@ class StereoPositionFilter {
   /// True if the last `update` found the object somewhere else and started again there.
   [[nodiscard]] bool jumped() const noexcept { return jumped_; }
 
+  [[nodiscard]] bool at_rest() const noexcept { return at_rest_; }
   [[nodiscard]] const Eigen::Vector3d& position_m() const noexcept { return position_; }
   [[nodiscard]] const Eigen::Vector3d& velocity_mps() const noexcept { return velocity_; }
   [[nodiscard]] Eigen::Matrix3d position_covariance() const noexcept { return covariance_.topLeftCorner<3, 3>(); }
