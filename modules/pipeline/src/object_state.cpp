@@ -276,15 +276,19 @@ void ObjectState::follow_without_body(const StereoSighting& sighting, const Came
 
 void ObjectState::coast() {
   const double dt_s = 1e-9 * static_cast<double>(timestamp_ns_ - previous_timestamp_ns_);
-  const Vector6d step = dt_s * known_motion_->velocity;
-  T_world_obj_ = (known_motion_->T_world_obj * Se3{so3_exp(step.head<3>()), step.tail<3>()}).orthonormalised();
+  const bool at_rest = filter_.at_rest();
+  const Vector6d velocity = at_rest ? Vector6d(Vector6d::Zero()) : known_motion_->velocity;
+  if (!at_rest) {
+    const Vector6d step = dt_s * velocity;
+    T_world_obj_ = (known_motion_->T_world_obj * Se3{so3_exp(step.head<3>()), step.tail<3>()}).orthonormalised();
+  }
   unseen_s_ += dt_s;
   const double unseen_s2 = unseen_s_ * (0.5 * unseen_s_ + kVelocityLag_s);
   const double turn_rad = kExpectedFloor_rad + turn_radps2_ * unseen_s2;
   const double way_m = kReconstructedSigma_m + acceleration_mps2_ * unseen_s2;
   const Eigen::Matrix3d spread = way_m * way_m * Eigen::Matrix3d::Identity();
-  filter_.start(timestamp_ns_, T_world_obj_ * -stereo_offset_m_,
-                T_world_obj_.rotation * known_motion_->velocity.tail<3>(), spread, !motion_.at(0).moving);
+  filter_.start(timestamp_ns_, T_world_obj_ * -stereo_offset_m_, T_world_obj_.rotation * velocity.tail<3>(), spread,
+                at_rest);
   set_covariance(turn_rad * turn_rad, spread);
   count_prediction(false);
 }

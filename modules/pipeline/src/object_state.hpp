@@ -45,6 +45,8 @@ class ObjectState {
   [[nodiscard]] bool alive() const noexcept { return in_use() && !ended_; }
   [[nodiscard]] const Track& track() const noexcept { return track_; }
   [[nodiscard]] bool confirmed() const noexcept { return confirmed_; }
+  /// Its position has been known at least once.
+  [[nodiscard]] bool placed() const noexcept { return placed_; }
   /// What the track lies on is not where this object can be: it has passed to another object.
   [[nodiscard]] bool estranged() const noexcept { return estranged_; }
 

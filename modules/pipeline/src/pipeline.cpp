@@ -392,6 +392,8 @@ void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tr
     ObjectState& object = objects[track.slot];
     if (object.track().id != track.id) {
       object.begin(track);
+    }
+    if (!object.placed()) {
       find_again(object, frame, camera);
     }
     Track named = track;

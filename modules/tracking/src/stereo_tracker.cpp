@@ -13,12 +13,14 @@ namespace {
 constexpr std::size_t kMaxFeaturesPerObject = 256;
 /// Nearer things have no size in the image that a similarity could carry.
 constexpr double kMinForecastDepth_m = 0.2;
+/// A network may err in the class of a frame, but what comes back after this many has to be of the same.
+constexpr int kForgetsClassFrames = 2;
 /// Where masks of things behind the camera are put.
 constexpr double kFarOutsidePx = 1e6;
 /// A mask of which less than this is in the image is not replaced by what is left of it, as long as it is still found
 /// where it is expected.
-constexpr double kWholeInImage = 0.85;
-constexpr double kStillFits = 0.5;
+constexpr double kWholeInImage = 0.99;
+constexpr double kStillFits = 0.6;
 /// Less than this part of a mask in sight is not enough to be detected.
 constexpr double kLeastVisiblePart = 0.3;
 /// An image larger than this is a mistake.
@@ -338,7 +340,9 @@ void StereoTracker::add_affinities(const TrackInstance& instance, std::span<cons
                                                    instance.overlap.area_px, detections[v].area_px);
     const FeatureVotes& features = instance.votes_of_features;
     const double votes = features.on_label[detections[v].label] / (features.total + kVotesPrior);
-    if (overlap >= config_.min_overlap || votes >= kMinVotes) {
+    const bool could_be = instance.track.missed_frames < kForgetsClassFrames ||
+                          classes_agree(instance.track.class_id, detections[v].class_id);
+    if (could_be && (overlap >= config_.min_overlap || votes >= kMinVotes)) {
       affinity_(instance.track.slot, static_cast<int>(v)) = overlap + votes;
     }
   }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 
+#include "kinetrace/core/detections.hpp"
 #include "kinetrace/core/track_frame.hpp"
 #include "kinetrace/tracking/disparity_plane.hpp"
 #include "kinetrace/tracking/forecast.hpp"
@@ -12,6 +13,11 @@
 #include "kinetrace/tracking/similarity.hpp"
 
 namespace kinetrace::tracking {
+
+/// Unknown agrees with every class.
+[[nodiscard]] inline bool classes_agree(std::uint16_t a, std::uint16_t b) noexcept {
+  return a == b || a == kUnknownClass || b == kUnknownClass;
+}
 
 /// Majority over the classes of all matched detections. A class beyond the fourth is not counted.
 class ClassVotes {
