@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kHiddenFactor = 4.0;           // Surface wander of an object that is partly outside the image.
 constexpr double kReconstructedSigma_m = 0.05;  // Of the position handed to the stereo-only filter by a reconstruction,
+constexpr double kRestDrift_mps = 0.02;         // growing like this while something at rest is not seen,
 constexpr double kStartSigma_m = 0.5;           // Of the position handed to the stereo-only filter.
 constexpr double kVelocityLag_s = 0.3;          // Age of the velocity that a smoothed path ends with.
 constexpr double kExpectedFloor_rad = 0.002;    // Error of a smoothed pose itself,
@@ -85,6 +86,7 @@ void ObjectState::begin(const Track& track) {
   placed_ = false;
   known_motion_.reset();
   reconstructed_ = false;
+  frame_fixed_ = false;
   predicted_frames_ = 0;
   unseen_s_ = 0.0;
   status_ = BodyStatus::kInitializing;
@@ -137,6 +139,7 @@ void ObjectState::continue_from(const ObjectState& earlier, const Eigen::Vector3
   confirmed_ = earlier.confirmed_;
   placed_ = true;
   reconstructed_ = earlier.reconstructed_;
+  frame_fixed_ = earlier.frame_fixed_;
   stereo_offset_m_ = earlier.stereo_offset_m_;
   T_world_obj_ = earlier.T_world_obj_;
   const bool rested = earlier.filter_.initialised() && earlier.filter_.at_rest();
@@ -285,7 +288,7 @@ void ObjectState::coast() {
   unseen_s_ += dt_s;
   const double unseen_s2 = unseen_s_ * (0.5 * unseen_s_ + kVelocityLag_s);
   const double turn_rad = kExpectedFloor_rad + turn_radps2_ * unseen_s2;
-  const double way_m = kReconstructedSigma_m + acceleration_mps2_ * unseen_s2;
+  const double way_m = kReconstructedSigma_m + (at_rest ? kRestDrift_mps * unseen_s_ : acceleration_mps2_ * unseen_s2);
   const Eigen::Matrix3d spread = way_m * way_m * Eigen::Matrix3d::Identity();
   filter_.start(timestamp_ns_, T_world_obj_ * -stereo_offset_m_, T_world_obj_.rotation * velocity.tail<3>(), spread,
                 at_rest);
@@ -319,6 +322,7 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, const C
   if (locate(frame, camera)) {
     status_ = BodyStatus::kTracked;
     reconstructed_ = true;
+    frame_fixed_ = true;
     predicted_frames_ = 0;
     unseen_s_ = 0.0;
     filter_.reset();
@@ -327,7 +331,7 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, const C
     if (rigid() && !estranged_ && camera.valid && sighting.features >= min_points_ &&
         !(half_hidden() && reconstructed_)) {
       // Enough points to build on, but none known that fit: the reconstruction (re)starts where stereo sees the object.
-      if (!reconstructed_) {
+      if (!frame_fixed_) {
         // What stereo has followed so far may have been something next to the object; its frame belongs on its points.
         T_world_obj_.translation = camera.T_world_cam * camera_position(geometry_, sighting);
         stereo_offset_m_.setZero();

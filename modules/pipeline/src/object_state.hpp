@@ -143,6 +143,7 @@ class ObjectState {
   bool estranged_ = false;
   bool handed_over_ = false;
   bool placed_ = false;         ///< T_world_obj_ has been set since birth.
+  bool frame_fixed_ = false;    ///< Its axes and origin have been shown in a reconstruction and never move again.
   bool reconstructed_ = false;  ///< Has been tracked by its reconstruction since birth.
   double unseen_s_ = 0.0;
   int predicted_frames_ = 0;  ///< In a row.
