@@ -21,7 +21,10 @@ constexpr double kVelocityLag_s = 0.3;          // Age of the velocity that a sm
 constexpr double kExpectedFloor_rad = 0.002;    // Error of a smoothed pose itself,
 constexpr double kExpectedFloor_m = 0.02;       // and of where it puts the object.
 constexpr double kReachableGate = 36.0;         // Chi-square of six numbers.
+// At rest is what has been shown not to be faster than this, not what has not been shown to move.
 constexpr std::size_t kLeastRestSamples = 8;
+constexpr double kMostRestSpeed_mps = 0.4;
+constexpr double kRestSigmas = 2.0;
 // How far from where it is expected a lost object may be found again: that it stood still or went on is half the truth.
 constexpr int kLeastMissedFrames = 2;
 constexpr double kReachAtRest_m = 0.8;
@@ -237,16 +240,26 @@ Eigen::Vector3d ObjectState::reference_m() const {
   return box_.known() ? box_.box_in_object().center_m : Eigen::Vector3d(Eigen::Vector3d::Zero());
 }
 
+bool ObjectState::at_rest() const noexcept {
+  if (!reconstructed_ || motion_.size() < kLeastRestSamples) {
+    return false;
+  }
+  const trajectory::MotionEstimate motion = motion_.at(0);
+  return !motion.moving &&
+         motion.velocity_mps.norm() + kRestSigmas * std::sqrt(motion.covariance.trace()) < kMostRestSpeed_mps;
+}
+
 void ObjectState::start_filter() {
   // The pose at hand is the last frame's, or this one's at birth.
   const bool known_before = motion_.size() > 0;
   const trajectory::MotionEstimate motion = motion_.at(0);
-  const bool at_rest = reconstructed_ && motion_.size() >= kLeastRestSamples && !motion.moving;
-  const bool drifts = known_before && !at_rest;
+  // Out of sight, what showed no motion is best looked for where it was.
+  const bool stays = reconstructed_ && motion_.size() >= kLeastRestSamples && !motion.moving;
+  const bool drifts = known_before && !stays;
   const double sigma_m = reconstructed_ ? kReconstructedSigma_m : kStartSigma_m;
   filter_.start(known_before ? previous_timestamp_ns_ : timestamp_ns_, T_world_obj_ * -stereo_offset_m_,
                 drifts ? motion.velocity_mps : Eigen::Vector3d(Eigen::Vector3d::Zero()),
-                sigma_m * sigma_m * Eigen::Matrix3d::Identity(), at_rest);
+                sigma_m * sigma_m * Eigen::Matrix3d::Identity(), stays);
 }
 
 void ObjectState::follow_without_body(const StereoSighting& sighting, const CameraState& camera) {

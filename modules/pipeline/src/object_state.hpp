@@ -84,6 +84,8 @@ class ObjectState {
   /// Updates a kept result of `age` frames ago to what the window knows by now, the camera's newest estimate for that
   /// frame given.
   void revise(std::size_t age, const CameraState& camera, ObjectResult& result);
+  /// Has been reconstructed for a while without showing motion.
+  [[nodiscard]] bool at_rest() const noexcept;
   /// How it moves, from its smoothed path: pose at the newest frame and velocity in the body's own axes (rad/s, m/s).
   void learn_motion(const Se3& T_world_obj, const Vector6d& velocity) noexcept;
   /// Velocity, heading and box of a kept result, from the trajectory before and after it.

@@ -520,11 +520,11 @@ void Pipeline::Impl::smooth_path(std::uint32_t track_id, std::size_t newest_age)
     path[i] = {kept.timestamp_ns, object.T_world_obj, object.covariance, object.T_world_obj};
   }
   const std::size_t settled = end_age > unsettled ? end_age - unsettled : 0;
-  smoother.smooth(path, settled);
+  ObjectState& object = objects[out.ring.frame(newest_age).find(track_id)->slot];
+  smoother.smooth(path, settled, object.track().id == track_id && object.at_rest());
   for (std::size_t i = settled; i < path.size(); ++i) {
     out.ring.frame(end_age - 1 - i).find(track_id)->result.T_world_obj = path[i].smoothed;
   }
-  ObjectState& object = objects[out.ring.frame(newest_age).find(track_id)->slot];
   if (newest_age == 0 && path.size() >= kLeastPathNodes) {
     object.learn_motion(path.back().smoothed, trajectory::body_velocity(path[path.size() - 2], path.back()));
   }
