@@ -86,6 +86,26 @@ void add_evaluate(CLI::App& app, EvaluateOptions& options) {
   evaluate.footer(kFooter);
 }
 
+void add_figure(CLI::App& app, FigureOptions& options) {
+  CLI::App& figure = *app.add_subcommand("figure", "Draws the result figure of a run as a PNG, 1600 pixels wide");
+  figure.add_option("RUN", options.run, "Run folder")->required();
+  figure.add_option("--frame", options.frame, "Which frame; without it, the one that shows most of the moving objects")
+      ->type_name("N");
+  figure
+      .add_option("--object", options.object,
+                  "Whose reconstruction; without it, of the object that shows best in the frame")
+      ->type_name("ID");
+  figure.add_option("--out", options.out, "PNG file; without it, figure.png in the run folder")->type_name("FILE");
+  figure
+      .add_option("--overlay", options.overlay,
+                  "Also writes every frame into this folder, with masks, boxes, speeds and trails drawn in")
+      ->type_name("DIR");
+  figure.add_option("--dataset", options.dataset, "Where the recording lies now, if not where the run was made")
+      ->type_name("LAYOUT:PATH");
+  figure.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
+  figure.footer(kFooter);
+}
+
 Outcome<PlanOptions> with_size(PlanOptions options, const std::string& size) {
   char rest = 0;
   // NOLINTNEXTLINE(cert-err34-c): values beyond int's range are refused by the bounds below.
@@ -110,12 +130,14 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   PlanOptions plan;
   ConfigOptions config;
   EvaluateOptions evaluate;
+  FigureOptions figure;
   std::string out;
   std::string size = "1242x375";
   add_run(app, run, out);
   add_plan(app, plan, size);
   add_show_config(app, config);
   add_evaluate(app, evaluate);
+  add_figure(app, figure);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -134,6 +156,9 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   }
   if (app.got_subcommand("evaluate")) {
     return evaluate;
+  }
+  if (app.got_subcommand("figure")) {
+    return figure;
   }
   return config;
 }

@@ -17,4 +17,7 @@ namespace kinetrace::app {
 /// Compares a run with ground truth.
 [[nodiscard]] int evaluate_command(const EvaluateOptions& options);
 
+/// Draws the result figure of a run and, if asked for, every frame with what was found in it.
+[[nodiscard]] int figure_command(const FigureOptions& options);
+
 }  // namespace kinetrace::app
