@@ -47,6 +47,31 @@ void add_plan(CLI::App& app, PlanOptions& options, std::string& size) {
   plan.add_option("--size", size, "Size of one eye's images")->type_name("WxH")->capture_default_str();
 }
 
+void add_study(CLI::App& app, StudyOptions& options, std::string& out) {
+  CLI::App& study = *app.add_subcommand("study", "Measures how well the method does as conditions change");
+  study.require_subcommand(1);
+  CLI::App& object_size = *study.add_subcommand(
+      "object-size", "Errors of objects by their size in the image and by the frames they are reconstructed from");
+  object_size
+      .add_option("RECORDING", options.recordings,
+                  "Folders made by kinetrace-simulate, best of the scene `receding` with several seeds")
+      ->required()
+      ->check(CLI::ExistingDirectory);
+  object_size.add_option("--out", out, "Folder for frames.csv, bins.csv and object_size.png")
+      ->type_name("DIR")
+      ->required();
+  object_size.add_option("--windows", options.windows, "Frames of an object's window; 1 is single-frame stereo")
+      ->delimiter(',')
+      ->check(CLI::Range(1, 32))
+      ->capture_default_str();
+  object_size.add_option("--masks", options.masks, "detections: as a network gives them; instances: exact")
+      ->check(CLI::IsMember({"detections", "instances"}))
+      ->capture_default_str();
+  add_config_options(object_size, options.config);
+  object_size.add_flag("--quiet", options.quiet, "Does not say what is being run");
+  study.footer(kFooter);
+}
+
 void add_show_config(CLI::App& app, ConfigOptions& options) {
   CLI::App& config = *app.add_subcommand("config", "Prints the whole configuration as commented YAML");
   add_config_options(config, options.config);
@@ -130,6 +155,7 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   PlanOptions plan;
   ConfigOptions config;
   EvaluateOptions evaluate;
+  StudyOptions study;
   FigureOptions figure;
   std::string out;
   std::string size = "1242x375";
@@ -137,6 +163,7 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   add_plan(app, plan, size);
   add_show_config(app, config);
   add_evaluate(app, evaluate);
+  add_study(app, study, out);
   add_figure(app, figure);
   try {
     app.parse(argc, argv);
@@ -156,6 +183,10 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   }
   if (app.got_subcommand("evaluate")) {
     return evaluate;
+  }
+  if (app.got_subcommand("study")) {
+    study.out = out;
+    return study;
   }
   if (app.got_subcommand("figure")) {
     return figure;

@@ -54,6 +54,16 @@ struct EvaluateOptions {
   bool quiet = false;
 };
 
+/// `study object-size`.
+struct StudyOptions {
+  std::vector<std::filesystem::path> recordings;  ///< Folders made by kinetrace-simulate.
+  std::vector<int> windows{1, 5, 10, 20};         ///< Frames of an object's window.
+  std::string masks = "detections";               ///< Or "instances": the exact ones.
+  ConfigSource config;
+  std::filesystem::path out;
+  bool quiet = false;
+};
+
 struct FigureOptions {
   std::filesystem::path run;
   std::optional<std::int64_t> frame;    ///< None: the frame that shows most.
@@ -67,7 +77,8 @@ struct FigureOptions {
 /// Asked for help or the version, which has been printed.
 struct NothingToDo {};
 
-using Command = std::variant<RunOptions, PlanOptions, ConfigOptions, EvaluateOptions, FigureOptions, NothingToDo>;
+using Command = std::variant<RunOptions, PlanOptions, ConfigOptions, EvaluateOptions, StudyOptions, FigureOptions,
+                             NothingToDo>;
 
 /// Reads the command line. Failures: kUsage.
 [[nodiscard]] Outcome<Command> parse_command_line(int argc, const char* const* argv);
