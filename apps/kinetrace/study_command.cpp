@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstdio>
+#include <set>
 #include <system_error>
 
 #include "app_config.hpp"
@@ -61,8 +62,7 @@ Outcome<Recording> open_recording(const fs::path& path, const std::string& masks
     return failure(truth.error());
   }
   const fs::path folder = path / "truth" / "masks";
-  const fs::path named = path.filename().empty() ? path.parent_path() : path;
-  return Recording{named.filename().string(), std::move(*dataset),
+  return Recording{path.string(), std::move(*dataset),
                    "masks:" + (folder / (masks + "_left")).string() + "," + (folder / (masks + "_right")).string(),
                    std::move(*truth)};
 }
@@ -75,7 +75,7 @@ struct Variant {
 
 std::vector<Variant> variants(const StudyOptions& options) {
   std::vector<Variant> all;
-  for (const int window : options.windows) {
+  for (const int window : std::set<int>(options.windows.begin(), options.windows.end())) {
     all.push_back({std::to_string(window), window});
   }
   all.push_back({"default", 0});
@@ -135,19 +135,22 @@ Outcome<std::vector<StudyRun>> run_all(const StudyOptions& options) {
   return runs;
 }
 
-Status write_results(const std::vector<StudyRun>& runs, const fs::path& directory) {
+Status make_folder(const fs::path& directory) {
   std::error_code error;
   fs::create_directories(directory, error);
-  if (error) {
-    return fail(ErrorCode::kIo, directory.string() + ": cannot be made (" + error.message() + ")");
-  }
-  const Status written = write_study_csv(runs, directory);
-  return written ? write_study_plot(runs, directory) : written;
+  return error ? fail(ErrorCode::kIo, directory.string() + ": cannot be made (" + error.message() + ")") : Status{};
+}
+
+bool nothing_studied(const std::vector<StudyRun>& runs) {
+  return std::all_of(runs.begin(), runs.end(), [](const StudyRun& run) { return run.rows.empty(); });
 }
 
 }  // namespace
 
 int study_command(const StudyOptions& options) {
+  if (const Status made = make_folder(options.out); !made) {
+    return report({ExitCode::kCannotCreate, made.error().message});
+  }
   catch_interrupts();
   const Outcome<std::vector<StudyRun>> runs = run_all(options);
   if (!runs) {
@@ -156,8 +159,13 @@ int study_command(const StudyOptions& options) {
   if (interrupted_by() != 0) {
     return kSignalBase + interrupted_by();
   }
-  if (const Status written = write_results(*runs, options.out); !written) {
-    return report(to_failure(written.error()));
+  if (nothing_studied(*runs)) {
+    return report({ExitCode::kBadData, "no rigid object moves in these recordings; simulate the scene receding"});
+  }
+  for (const auto& write : {write_study_csv, write_study_plot}) {
+    if (const Status written = write(*runs, options.out); !written) {
+      return report(to_failure(written.error()));
+    }
   }
   std::fputs(study_tables(*runs).c_str(), stdout);
   return static_cast<int>(ExitCode::kOk);

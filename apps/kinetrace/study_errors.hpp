@@ -27,14 +27,14 @@ struct StudyRow {
   int points = 0;  ///< Whose true depth is known.
   /// Distance of the box centre from the truth, after the constant offset in the object's frame that fits the whole
   /// track best (least squares, weighted by distance^-4 as stereo's variance grows).
-  std::optional<double> position_m;
-  std::optional<double> center_m;      ///< Distance of the estimated box's centre from the true one; no offset.
-  std::optional<double> motion_m;      ///< From the frame before, in the true body frame; see ObjectErrors::motion.
-  std::optional<double> motion_deg;    ///< ... its rotation.
-  std::optional<double> depth_bias_m;  ///< Median over the points of depth minus true depth: no offset.
-  std::optional<double> depth_m;       ///< Median over the points of the magnitude of the same difference.
-  std::optional<double> shape_m;       ///< ... of what remains without the bias.
-  std::optional<double> wrong_points;  ///< Part of the points that are off by more than a fifth of their depth.
+  std::optional<double> position_m = {};
+  std::optional<double> center_m = {};    ///< Distance of the estimated box's centre from the true one; no offset.
+  std::optional<double> motion_m = {};    ///< From the frame before, in the true body frame; see ObjectErrors::motion.
+  std::optional<double> motion_deg = {};  ///< ... its rotation.
+  std::optional<double> depth_bias_m = {};  ///< Median over the points of depth minus true depth: no offset.
+  std::optional<double> depth_m = {};       ///< Median over the points of the magnitude of the same difference.
+  std::optional<double> shape_m = {};       ///< ... of what remains without the bias.
+  std::optional<double> wrong_points = {};  ///< Part of the points that are off by more than a fifth of their depth.
 };
 
 /// Takes the results of one run in order and compares them with the truth.
