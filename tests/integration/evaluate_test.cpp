@@ -48,7 +48,7 @@ class Evaluate : public ::testing::Test {
   }
   /// A copy of the truth that a test may damage.
   [[nodiscard]] fs::path copied_truth() const {
-    const fs::path copy = scratch_.path() / "truth";
+    fs::path copy = scratch_.path() / "truth";
     fs::copy(world_->truth(), copy, fs::copy_options::recursive);
     return copy;
   }
