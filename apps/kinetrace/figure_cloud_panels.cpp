@@ -264,6 +264,11 @@ void draw_object_reconstruction(Canvas& canvas, const Rect& area, const Scene& s
 
 void draw_background_reconstruction(Canvas& canvas, const Rect& area, const Scene& scene) {
   draw_panel(canvas, area);
+  if (scene.background.points.empty()) {
+    draw_note(canvas, area, "no points");
+    draw_border(canvas, area);
+    return;
+  }
   const auto& rows = scene.run->run().camera;
   std::vector<Se3> cameras;
   Line3 path;
@@ -291,9 +296,6 @@ void draw_background_reconstruction(Canvas& canvas, const Rect& area, const Scen
   }
   canvas.polylines(pyramids, {.color = drawing::kRed, .width_px = 1.1});
   canvas.unclip();
-  if (scene.background.points.empty()) {
-    draw_note(canvas, area, "no points");
-  }
   draw_border(canvas, area);
 }
 

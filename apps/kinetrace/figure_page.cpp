@@ -52,7 +52,7 @@ Layout layout_of(const Scene& scene) {
   if (layout.paths.stacked) {
     // As high as the paths are wide, so that their length fills the page.
     const double wide_px = kWide_px - drawing::kMarginLeft_px;
-    const double top_px = std::clamp(std::round(wide_px / elongation), 180.0, 420.0) + drawing::kMarginBelow_px;
+    const double top_px = std::clamp(std::round(wide_px / elongation), 240.0, 420.0) + drawing::kMarginBelow_px;
     constexpr double kSide_px = 230.0;
     layout.paths.top = drawing::inside_margins({kMargin_px, y, kWide_px, top_px});
     y += top_px + kCaption_px + 6.0;

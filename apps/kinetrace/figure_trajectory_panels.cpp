@@ -19,7 +19,8 @@ using drawing::Range;
 using drawing::Rect;
 
 constexpr std::size_t kPathPoints = 3000;
-constexpr std::size_t kLabels = 40;
+constexpr std::size_t kLabels = 24;
+constexpr double kMaxStretch = 50.0;
 constexpr std::size_t kBackgroundPoints = 15'000;
 constexpr double kLeast_m = 2.0;  ///< The smallest extent that is shown.
 constexpr double kLabelSize_px = 8.5;
@@ -33,7 +34,7 @@ struct Path {
 
 struct Paths {
   Line3 camera;
-  std::vector<Path> objects;  ///< Those with most rows first.
+  std::vector<Path> objects;  ///< Those of the scene's frame first, then those with most rows.
   std::size_t longest_step = 1;
 };
 
@@ -69,6 +70,10 @@ Path path_of(const TrackRows& track, std::size_t& longest_step) {
   return path;
 }
 
+bool is_in(const TrackRows& track, std::int64_t frame) {
+  return track.rows.front()->frame <= frame && frame <= track.rows.back()->frame;
+}
+
 Paths paths_of(const Scene& scene) {
   Paths paths;
   const auto& camera = scene.run->run().camera;
@@ -79,8 +84,11 @@ Paths paths_of(const Scene& scene) {
   for (const TrackRows& track : scene.run->tracks()) {
     paths.objects.push_back(path_of(track, paths.longest_step));
   }
-  std::stable_sort(paths.objects.begin(), paths.objects.end(),
-                   [](const Path& a, const Path& b) { return a.track->rows.size() > b.track->rows.size(); });
+  std::stable_sort(paths.objects.begin(), paths.objects.end(), [&](const Path& a, const Path& b) {
+    const bool a_is_here = is_in(*a.track, scene.frame);
+    const bool b_is_here = is_in(*b.track, scene.frame);
+    return a_is_here != b_is_here ? a_is_here : a.track->rows.size() > b.track->rows.size();
+  });
   return paths;
 }
 
@@ -200,6 +208,7 @@ void draw_world(Canvas& canvas, const Rect& area, const Scene& scene, const Path
   canvas.polyline(camera, {.color = drawing::kPanel, .width_px = 5.0, .alpha = 0.7});
   canvas.polyline(camera, {.color = drawing::kInk, .width_px = 2.6});
   draw_head(canvas, camera, drawing::kInk);
+  canvas.disk(last_finite(camera), 2.5, drawing::kInk);
   canvas.unclip();
 
   drawing::LabelPlacer placer(area.grown(-3.0));
@@ -256,16 +265,33 @@ void draw_bar(Canvas& canvas, const Rect& area, double pixels_per_metre) {
   draw_scale_bar(canvas, {area.right() - 16.0, area.bottom() - 14.0}, pixels_per_metre, 0.2 * area.width);
 }
 
-Range shown_x(const Paths& paths) {
-  return range_along(paths, 0).at_least(kLeast_m).widened(0.12);
+/// `range`, and what of the frame's boxes lies near it.
+Range with_boxes(const Range& range, const Scene& scene, Eigen::Index axis) {
+  constexpr double kNear = 0.35;
+  const Range limit = range.widened(kNear);
+  Range result = range;
+  for (const recording::ObjectRow& object : scene.run->objects_at(scene.frame)) {
+    if (object.status != BodyStatus::kTracked) {
+      continue;
+    }
+    for (const Eigen::Vector3d& corner : corners_of(object.box)) {
+      result.low = std::min(result.low, std::max(corner[axis], limit.low));
+      result.high = std::max(result.high, std::min(corner[axis], limit.high));
+    }
+  }
+  return result;
 }
-Range shown_z(const Paths& paths) {
-  return range_along(paths, 2).at_least(kLeast_m).widened(0.04);
+
+Range shown_x(const Scene& scene, const Paths& paths) {
+  return with_boxes(range_along(paths, 0).at_least(kLeast_m), scene, 0).widened(0.1);
+}
+Range shown_z(const Scene& scene, const Paths& paths) {
+  return with_boxes(range_along(paths, 2).at_least(kLeast_m), scene, 2).widened(0.04);
 }
 
 PlanView draw_top(Canvas& canvas, const Rect& area, const Scene& scene, const Paths& paths, bool stacked) {
-  const Range x = shown_x(paths);
-  const Range z = shown_z(paths);
+  const Range x = shown_x(scene, paths);
+  const Range z = shown_z(scene, paths);
   const PlanView plan = stacked ? PlanView::lying(area, x, z) : PlanView(area, x, z);
   plan.draw_axes(canvas);
   draw_now(canvas, plan, scene);
@@ -283,7 +309,7 @@ double draw_side(Canvas& canvas, const Rect& area, const Scene& scene, const Pat
   }
   const double pixels_per_metre = area.width / z.size();
   // Heights change little beside distances: they are stretched by a round number.
-  const double stretch = drawing::round_below(area.height / y.size() / pixels_per_metre);
+  const double stretch = std::min(kMaxStretch, drawing::round_below(area.height / y.size() / pixels_per_metre));
   const Range shown = y.at_least(area.height / (pixels_per_metre * stretch));
   const drawing::Axes axes(area, {.label = "z forward [m]", .range = z},
                            {.label = "y down [m]", .range = shown, .reversed = true});
@@ -299,13 +325,13 @@ double draw_side(Canvas& canvas, const Rect& area, const Scene& scene, const Pat
 
 double path_elongation(const Scene& scene) {
   const Paths paths = paths_of(scene);
-  return shown_z(paths).size() / shown_x(paths).size();
+  return shown_z(scene, paths).size() / shown_x(scene, paths).size();
 }
 
 std::string draw_trajectories(Canvas& canvas, const TrajectoryAreas& areas, const Scene& scene) {
   const Paths paths = paths_of(scene);
   const PlanView plan = draw_top(canvas, areas.top, scene, paths, areas.stacked);
-  const Range z = areas.stacked ? plan.z_range() : shown_z(paths);
+  const Range z = areas.stacked ? plan.z_range() : shown_z(scene, paths);
   const double stretch = draw_side(canvas, areas.side, scene, paths, z, areas.stacked);
   std::string note;
   if (stretch != 1.0) {

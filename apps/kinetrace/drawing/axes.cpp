@@ -190,9 +190,4 @@ Rect inside_margins(const Rect& rect) {
   return {rect.x + kMarginLeft_px, rect.y, rect.width - kMarginLeft_px, rect.height - kMarginBelow_px};
 }
 
-EqualRanges equal_ranges(const Rect& area, const Range& x, const Range& y) {
-  const double metres_per_pixel = std::max(x.size() / area.width, y.size() / area.height);
-  return {x.at_least(metres_per_pixel * area.width), y.at_least(metres_per_pixel * area.height)};
-}
-
 }  // namespace kinetrace::drawing
