@@ -97,7 +97,7 @@ Status StudyErrors::add(const FrameResult& result) {
 Status StudyErrors::begin_frame(const FrameResult& result) {
   const std::int64_t frame = result.newest.frame_index;
   const std::vector<evaluation::LocatedObject> objects = truth_.objects(frame);
-  const std::optional<Se3> T_world_cam = truth_.T_world_cam(frame);
+  const std::optional<Se3> T_world_cam = truth_.camera_pose(frame);
   if (objects.empty() || !T_world_cam) {
     return {};
   }

@@ -34,7 +34,7 @@ struct StudyRow {
   std::optional<double> depth_bias_m = {};  ///< Median over the points of depth minus true depth: no offset.
   std::optional<double> depth_m = {};       ///< Median over the points of the magnitude of the same difference.
   std::optional<double> shape_m = {};       ///< ... of what remains without the bias.
-  std::optional<double> wrong_points = {};  ///< Part of the points that are off by more than a fifth of their depth.
+  std::optional<double> wrong_points = {};  ///< Part of the points that are off by more than a fifth of the distance.
 };
 
 /// Takes the results of one run in order and compares them with the truth.

@@ -28,7 +28,7 @@ Status play(hal::FileStereoCamera& camera, hal::Rectifier& rectifier, pipeline::
     }
     const Result<RectifiedPair> pair = frame ? rectifier.process(*frame) : tl::unexpected(frame.error());
     const Result<const FrameResult*> result = pair ? pipeline.process(*pair) : tl::unexpected(pair.error());
-    const Status visited = result ? visit(**result) : tl::unexpected(result.error());
+    Status visited = result ? visit(**result) : tl::unexpected(result.error());
     if (!visited) {
       return visited;
     }

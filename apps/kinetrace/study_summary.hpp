@@ -38,7 +38,7 @@ inline constexpr std::array<StudyMetric, 8> kStudyMetrics{{
     {"depth_bias_m", "distance of the seen surface", "m", true, false, &StudyRow::depth_bias_m},
     {"depth_m", "depth of a point", "m", false, false, &StudyRow::depth_m},
     {"shape_m", "shape: depth of a point", "m", true, true, &StudyRow::shape_m},
-    {"wrong_points", "points off by a fifth of their depth", "1", false, false, &StudyRow::wrong_points},
+    {"wrong_points", "points off by a fifth of the distance", "1", false, false, &StudyRow::wrong_points},
 }};
 
 /// What the frames are sorted by.

@@ -54,7 +54,7 @@ Result<StudyTruth> StudyTruth::open(const std::filesystem::path& recording) {
   return study;
 }
 
-std::optional<Se3> StudyTruth::T_world_cam(std::int64_t frame) const {
+std::optional<Se3> StudyTruth::camera_pose(std::int64_t frame) const {
   return truth_.camera.at(frame, 0, 0);
 }
 

@@ -32,7 +32,8 @@ class StudyTruth {
   /// `recording` is the folder that was simulated into. Errors: those of evaluation::read_truth.
   [[nodiscard]] static Result<StudyTruth> open(const std::filesystem::path& recording);
 
-  [[nodiscard]] std::optional<Se3> T_world_cam(std::int64_t frame) const;
+  /// T_world_cam.
+  [[nodiscard]] std::optional<Se3> camera_pose(std::int64_t frame) const;
   /// Rigid objects that move and can be seen; these are studied.
   [[nodiscard]] std::vector<evaluation::LocatedObject> objects(std::int64_t frame) const;
   [[nodiscard]] std::optional<evaluation::LocatedObject> object(std::int64_t frame, std::uint32_t id) const;
