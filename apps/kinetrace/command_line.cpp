@@ -47,6 +47,31 @@ void add_plan(CLI::App& app, PlanOptions& options, std::string& size) {
   plan.add_option("--size", size, "Size of one eye's images")->type_name("WxH")->capture_default_str();
 }
 
+void add_study(CLI::App& app, StudyOptions& options, std::string& out) {
+  CLI::App& study = *app.add_subcommand("study", "Measures how well the method does as conditions change");
+  study.require_subcommand(1);
+  CLI::App& object_size = *study.add_subcommand(
+      "object-size", "Errors of objects by their size in the image and by the frames they are reconstructed from");
+  object_size
+      .add_option("RECORDING", options.recordings,
+                  "Folders made by kinetrace-simulate, best of the scene `receding` with several seeds")
+      ->required()
+      ->check(CLI::ExistingDirectory);
+  object_size.add_option("--out", out, "Folder for frames.csv, bins.csv and object_size.png")
+      ->type_name("DIR")
+      ->required();
+  object_size.add_option("--windows", options.windows, "Frames of an object's window; 1 is single-frame stereo")
+      ->delimiter(',')
+      ->check(CLI::Range(1, 32))
+      ->capture_default_str();
+  object_size.add_option("--masks", options.masks, "detections: as a network gives them; instances: exact")
+      ->check(CLI::IsMember({"detections", "instances"}))
+      ->capture_default_str();
+  add_config_options(object_size, options.config);
+  object_size.add_flag("--quiet", options.quiet, "Does not say what is being run");
+  study.footer(kFooter);
+}
+
 void add_show_config(CLI::App& app, ConfigOptions& options) {
   CLI::App& config = *app.add_subcommand("config", "Prints the whole configuration as commented YAML");
   add_config_options(config, options.config);
@@ -86,6 +111,26 @@ void add_evaluate(CLI::App& app, EvaluateOptions& options) {
   evaluate.footer(kFooter);
 }
 
+void add_figure(CLI::App& app, FigureOptions& options) {
+  CLI::App& figure = *app.add_subcommand("figure", "Draws the result figure of a run as a PNG, 1600 pixels wide");
+  figure.add_option("RUN", options.run, "Run folder")->required();
+  figure.add_option("--frame", options.frame, "Which frame; without it, the one that shows most of the moving objects")
+      ->type_name("N");
+  figure
+      .add_option("--object", options.object,
+                  "Whose reconstruction; without it, of the object that shows best in the frame")
+      ->type_name("ID");
+  figure.add_option("--out", options.out, "PNG file; without it, figure.png in the run folder")->type_name("FILE");
+  figure
+      .add_option("--overlay", options.overlay,
+                  "Also writes every frame into this folder, with masks, boxes, speeds and trails drawn in")
+      ->type_name("DIR");
+  figure.add_option("--dataset", options.dataset, "Where the recording lies now, if not where the run was made")
+      ->type_name("LAYOUT:PATH");
+  figure.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
+  figure.footer(kFooter);
+}
+
 Outcome<PlanOptions> with_size(PlanOptions options, const std::string& size) {
   char rest = 0;
   // NOLINTNEXTLINE(cert-err34-c): values beyond int's range are refused by the bounds below.
@@ -110,12 +155,16 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   PlanOptions plan;
   ConfigOptions config;
   EvaluateOptions evaluate;
+  StudyOptions study;
+  FigureOptions figure;
   std::string out;
   std::string size = "1242x375";
   add_run(app, run, out);
   add_plan(app, plan, size);
   add_show_config(app, config);
   add_evaluate(app, evaluate);
+  add_study(app, study, out);
+  add_figure(app, figure);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -134,6 +183,13 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   }
   if (app.got_subcommand("evaluate")) {
     return evaluate;
+  }
+  if (app.got_subcommand("study")) {
+    study.out = out;
+    return study;
+  }
+  if (app.got_subcommand("figure")) {
+    return figure;
   }
   return config;
 }

@@ -1,7 +1,9 @@
 // What the user asked for.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -52,10 +54,31 @@ struct EvaluateOptions {
   bool quiet = false;
 };
 
+/// `study object-size`.
+struct StudyOptions {
+  std::vector<std::filesystem::path> recordings;  ///< Folders made by kinetrace-simulate.
+  std::vector<int> windows{1, 5, 10, 20};         ///< Frames of an object's window.
+  std::string masks = "detections";               ///< Or "instances": the exact ones.
+  ConfigSource config;
+  std::filesystem::path out;
+  bool quiet = false;
+};
+
+struct FigureOptions {
+  std::filesystem::path run;
+  std::optional<std::int64_t> frame;    ///< None: the frame that shows most.
+  std::optional<std::uint32_t> object;  ///< None: the one that shows best in that frame.
+  std::filesystem::path out;            ///< PNG file; empty: figure.png in the run folder.
+  std::filesystem::path overlay;        ///< Folder for a picture of each frame; empty: none.
+  std::string dataset;                  ///< "LAYOUT:PATH" where the recording lies now; empty: where it was.
+  bool quiet = false;
+};
+
 /// Asked for help or the version, which has been printed.
 struct NothingToDo {};
 
-using Command = std::variant<RunOptions, PlanOptions, ConfigOptions, EvaluateOptions, NothingToDo>;
+using Command = std::variant<RunOptions, PlanOptions, ConfigOptions, EvaluateOptions, StudyOptions, FigureOptions,
+                             NothingToDo>;
 
 /// Reads the command line. Failures: kUsage.
 [[nodiscard]] Outcome<Command> parse_command_line(int argc, const char* const* argv);

@@ -17,4 +17,10 @@ namespace kinetrace::app {
 /// Compares a run with ground truth.
 [[nodiscard]] int evaluate_command(const EvaluateOptions& options);
 
+/// Measures how an object's reconstruction depends on its size in the image and on the frames it is made from.
+[[nodiscard]] int study_command(const StudyOptions& options);
+
+/// Draws the result figure of a run and, if asked for, every frame with what was found in it.
+[[nodiscard]] int figure_command(const FigureOptions& options);
+
 }  // namespace kinetrace::app

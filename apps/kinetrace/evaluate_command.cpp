@@ -164,11 +164,11 @@ int evaluate_command(const EvaluateOptions& options) {
     return report(to_failure(evaluation.error()));
   }
   const std::string json = evaluation::evaluation_json(*evaluation);
-  if (const Status written = write_text(options.run / "evaluation.json", json); !written) {
-    return report(to_failure(written.error()));
-  }
   if (!options.quiet) {
     std::fputs(options.json ? json.c_str() : evaluation::evaluation_table(*evaluation).c_str(), stdout);
+  }
+  if (const Status written = write_text(options.run / "evaluation.json", json); !written) {
+    return report(to_failure(written.error()));
   }
   return check_conditions(*conditions, json);
 }

@@ -15,7 +15,6 @@ using evaluation::ImageBox;
 using evaluation::LocatedObject;
 using evaluation::MaskInstance;
 using evaluation::ObjectFrame;
-using evaluation::TrackInFrame;
 using recording::ObjectRow;
 
 constexpr double kDegPerRad = 57.29577951308232;

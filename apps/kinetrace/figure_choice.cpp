@@ -56,13 +56,12 @@ std::int64_t choose_frame_of(const TrackRows& track) {
   return best->frame;
 }
 
-std::optional<std::uint32_t> choose_object(const FigureRun& run, std::int64_t frame) {
+std::optional<std::uint32_t> choose_object(const FigureRun& run, std::int64_t frame, int width_px, int height_px) {
   std::optional<std::uint32_t> choice;
   double best = 0.0;
   for (const recording::ObjectRow& row : run.objects_at(frame)) {
-    const double score = row.status != BodyStatus::kTracked
-                             ? 0.0
-                             : row.pixel_height * std::sqrt(row.point_count) * (row.moving ? 1.0 : 1.0 / 3.0);
+    const auto frames = static_cast<double>(tracked_frames(*run.track(row.track_id)));
+    const double score = weight_of(row, width_px, height_px) * row.pixel_height * std::sqrt(row.point_count * frames);
     if (score > best) {
       best = score;
       choice = row.track_id;

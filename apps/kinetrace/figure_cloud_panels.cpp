@@ -18,13 +18,30 @@ using drawing::Rect;
 
 constexpr double kDegree = 0.017453292519943295;
 
-// White would vanish on the panel: the brightest points are drawn in a light gray, the darkest nearly black.
-Color tone(std::uint8_t gray) {
-  constexpr double kDarkest = 20.0;
-  constexpr double kBrightest = 196.0;
-  const auto level = static_cast<std::uint8_t>(kDarkest + (kBrightest - kDarkest) * gray / 255.0);
-  return {level, level, level};
-}
+/// Gray values of a cloud for the panel: stretched to the contrast that the cloud has, and never white, which would
+/// vanish.
+class Toner {
+ public:
+  explicit Toner(const Cloud& cloud) {
+    std::vector<double> grays;
+    for (const CloudPoint& point : cloud.points) {
+      grays.push_back(point.gray);
+    }
+    constexpr double kIgnored = 0.03;
+    constexpr double kLeastContrast = 32.0;
+    range_ = drawing::quantile_range(grays, kIgnored).value_or(Range{0.0, 255.0}).at_least(kLeastContrast);
+  }
+  [[nodiscard]] Color operator()(std::uint8_t gray) const {
+    constexpr double kDarkest = 12.0;
+    constexpr double kBrightest = 188.0;
+    const double share = std::clamp((gray - range_.low) / range_.size(), 0.0, 1.0);
+    const auto level = static_cast<std::uint8_t>(kDarkest + (kBrightest - kDarkest) * share);
+    return {level, level, level};
+  }
+
+ private:
+  Range range_;
+};
 
 void draw_panel(Canvas& canvas, const Rect& area) {
   canvas.rectangle(area, drawing::kPanel);
@@ -39,6 +56,7 @@ void draw_note(Canvas& canvas, const Rect& area, const std::string& note) {
 }
 
 void draw_points(Canvas& canvas, const Onlooker& onlooker, const Cloud& cloud, double radius_px, double alpha) {
+  const Toner tone(cloud);
   std::vector<std::pair<double, const CloudPoint*>> by_distance;
   for (const CloudPoint& point : cloud.points) {
     by_distance.emplace_back(onlooker.distance_m(point.position_m.cast<double>()), &point);
@@ -72,6 +90,21 @@ Onlooker::Direction mean_view(const std::vector<Se3>& cameras) {
   direction.forward = forward.norm() > enough ? forward : cameras.front().rotation.col(2);
   direction.down = down.norm() > enough ? down : cameras.front().rotation.col(1);
   return direction;
+}
+
+/// From behind and above, and as far aside as shows everything largest.
+Onlooker widest_view(Onlooker::Direction direction, const Onlooker::Subject& subject, const Rect& area) {
+  direction.elevated_rad = 28.0 * kDegree;
+  direction.aside_rad = 20.0 * kDegree;
+  Onlooker best(direction, subject, area);
+  for (const double aside_deg : {35.0, 50.0}) {
+    direction.aside_rad = aside_deg * kDegree;
+    const Onlooker other(direction, subject, area);
+    if (other.pixels_per_metre() > 1.05 * best.pixels_per_metre()) {
+      best = other;
+    }
+  }
+  return best;
 }
 
 /// The chosen object as its own reconstruction has it.
@@ -124,11 +157,16 @@ void draw_object_points(Canvas& canvas, const Rect& area, const Scene& scene, co
     }
     direction.forward = towards.norm() > 1e-3 ? towards : direction.forward;
   }
-  direction.aside_rad = 28.0 * kDegree;
-  direction.elevated_rad = 16.0 * kDegree;
-  std::vector<Eigen::Vector3d> seen = positions(scene.object_model);
-  constexpr double kOutliers = 0.02;
-  const Onlooker onlooker(direction, seen, kOutliers, area.grown(-22.0));
+  direction.aside_rad = 22.0 * kDegree;
+  direction.elevated_rad = 14.0 * kDegree;
+  const std::vector<Eigen::Vector3d> seen = positions(scene.object_model);
+  std::vector<Eigen::Vector3d> box;
+  for (const Line3& edge : view.box) {
+    box.insert(box.end(), edge.begin(), edge.end());
+  }
+  constexpr double kOutliers = 0.06;
+  constexpr double kMargin_px = 14.0;
+  const Onlooker onlooker(direction, {seen, kOutliers, box}, area.grown(-kMargin_px));
   canvas.clip(area);
   canvas.polylines(seen_by(onlooker, view.box), {.color = color, .width_px = 1.2, .alpha = 0.8});
   draw_points(canvas, onlooker, scene.object_model, 2.3, 0.95);
@@ -180,6 +218,7 @@ void draw_object_cameras(Canvas& canvas, const Rect& area, const Scene& scene, c
     box.push_back(plan.to_canvas(edge));
   }
   canvas.polylines(box, {.color = color, .width_px = 1.2, .alpha = 0.8});
+  const Toner tone(scene.object_model);
   for (const CloudPoint& point : scene.object_model.points) {
     canvas.disk(plan.to_canvas(Eigen::Vector3d(point.position_m.cast<double>())), 1.3, tone(point.gray), 0.9);
   }
@@ -225,6 +264,11 @@ void draw_object_reconstruction(Canvas& canvas, const Rect& area, const Scene& s
 
 void draw_background_reconstruction(Canvas& canvas, const Rect& area, const Scene& scene) {
   draw_panel(canvas, area);
+  if (scene.background.points.empty()) {
+    draw_note(canvas, area, "no points");
+    draw_border(canvas, area);
+    return;
+  }
   const auto& rows = scene.run->run().camera;
   std::vector<Se3> cameras;
   Line3 path;
@@ -234,17 +278,9 @@ void draw_background_reconstruction(Canvas& canvas, const Rect& area, const Scen
     cameras.push_back(rows[i].T_world_cam);
     path.push_back(rows[i].T_world_cam.translation);
   }
-  Onlooker::Direction direction = mean_view(cameras);
-  direction.aside_rad = 24.0 * kDegree;
-  direction.elevated_rad = 30.0 * kDegree;
-  std::vector<Eigen::Vector3d> seen = positions(scene.background);
-  // The path counts as much as a tenth of the points: it must be in view.
-  const std::size_t repeat = 1 + seen.size() / (10 * path.size());
-  for (std::size_t i = 0; i < repeat; ++i) {
-    seen.insert(seen.end(), path.begin(), path.end());
-  }
-  constexpr double kOutliers = 0.03;
-  const Onlooker onlooker(direction, seen, kOutliers, area);
+  const std::vector<Eigen::Vector3d> points = positions(scene.background);
+  constexpr double kOutliers = 0.04;
+  const Onlooker onlooker = widest_view(mean_view(cameras), {points, kOutliers, path}, area);
   canvas.clip(area);
   draw_points(canvas, onlooker, scene.background, 1.25, 0.9);
   canvas.polyline(onlooker.to_canvas(path), {.color = drawing::kPaper, .width_px = 5.0, .alpha = 0.6});
@@ -260,9 +296,6 @@ void draw_background_reconstruction(Canvas& canvas, const Rect& area, const Scen
   }
   canvas.polylines(pyramids, {.color = drawing::kRed, .width_px = 1.1});
   canvas.unclip();
-  if (scene.background.points.empty()) {
-    draw_note(canvas, area, "no points");
-  }
   draw_border(canvas, area);
 }
 

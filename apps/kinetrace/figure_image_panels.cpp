@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "drawing/label_placer.hpp"
@@ -186,19 +187,17 @@ void draw_object_table(Canvas& canvas, const Rect& area, const Scene& scene) {
   TextStyle right = left;
   right.horizontal = HorizontalAnchor::kRight;
   const auto at = [&](double share) { return area.x + share * area.width; };
-  const auto row = [&](double y, const std::array<std::string, 5>& cells, Color color) {
-    TextStyle style = left;
-    style.color = color;
-    canvas.text({at(0.085), y}, cells[0], style);
-    TextStyle number = right;
-    number.color = color;
-    canvas.text({at(0.43), y}, cells[1], number);
-    canvas.text({at(0.59), y}, cells[2], number);
-    canvas.text({at(0.73), y}, cells[3], number);
-    canvas.text({at(0.78), y}, cells[4], style);
+  const auto row = [&](double y, const std::array<std::string, 6>& cells, Color color) {
+    constexpr std::array<double, 6> kPlaces{0.085, 0.42, 0.56, 0.68, 0.79, 0.83};
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const bool is_text = i == 0 || i + 1 == cells.size();
+      TextStyle style = is_text ? left : right;
+      style.color = color;
+      canvas.text({at(kPlaces[i]), y}, cells[i], style);
+    }
   };
   double y = area.y + 16.0;
-  row(y, {"object", "speed", "distance", "height", "pose"}, drawing::kMuted);
+  row(y, {"object", "speed", "distance", "height", "points", "pose"}, drawing::kMuted);
   canvas.line({area.x + 10.0, y + 11.0}, {area.right() - 10.0, y + 11.0}, {.color = drawing::kFrame, .width_px = 1.0});
   y += 4.0;
   const auto room = static_cast<std::size_t>(std::max(1.0, std::floor((area.bottom() - y - 14.0) / kRow_px)));
@@ -214,7 +213,7 @@ void draw_object_table(Canvas& canvas, const Rect& area, const Scene& scene) {
          object.moving ? with_unit(object.velocity_mps.norm(), 1, "m/s") : std::string("static"),
          with_unit((object.box.center_m - camera.T_world_cam.translation).norm(), 1, "m"),
          object.pixel_height > 0 ? with_unit(object.pixel_height, 0, "px") : std::string("-"),
-         status_words(object.status)},
+         std::to_string(object.point_count), status_words(object.status)},
         drawing::kInk);
   }
   if (shown < objects.size()) {

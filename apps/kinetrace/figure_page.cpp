@@ -35,7 +35,7 @@ Rect column(int index, double y, double height) {
 Layout layout_of(const Scene& scene) {
   Layout layout;
   const double aspect = static_cast<double>(scene.geometry.width_px) / scene.geometry.height_px;
-  const double image_px = std::round(std::clamp(kColumn_px / aspect, 170.0, 420.0));
+  const double image_px = std::round(std::clamp(kColumn_px / aspect, 170.0, 380.0));
   double y = kMargin_px + kTitle_px + kCaption_px;
   layout.input = column(0, y, image_px);
   layout.objects = column(1, y, image_px);
@@ -46,12 +46,16 @@ Layout layout_of(const Scene& scene) {
   layout.object_cloud = column(0, y, kCloud_px);
   layout.background_cloud = column(1, y, kCloud_px);
   y += kCloud_px + kCaption_px + 6.0;
-  layout.paths.stacked = paths_are_long(scene);
+  const double elongation = path_elongation(scene);
+  constexpr double kLong = 3.0;
+  layout.paths.stacked = elongation > kLong;
   if (layout.paths.stacked) {
-    constexpr double kTop_px = 400.0;
+    // As high as the paths are wide, so that their length fills the page.
+    const double wide_px = kWide_px - drawing::kMarginLeft_px;
+    const double top_px = std::clamp(std::round(wide_px / elongation), 240.0, 420.0) + drawing::kMarginBelow_px;
     constexpr double kSide_px = 230.0;
-    layout.paths.top = drawing::inside_margins({kMargin_px, y, kWide_px, kTop_px});
-    y += kTop_px + kCaption_px + 6.0;
+    layout.paths.top = drawing::inside_margins({kMargin_px, y, kWide_px, top_px});
+    y += top_px + kCaption_px + 6.0;
     layout.paths.side = drawing::inside_margins({kMargin_px, y, kWide_px, kSide_px});
     y += kSide_px;
   } else {
@@ -152,7 +156,7 @@ Canvas draw_page(const Scene& scene) {
   // Aligned with the panels above, not with the axes.
   const double side_left = layout.paths.stacked ? kMargin_px : kMargin_px + kColumn_px + kGutter_px;
   draw_caption(canvas, layout.paths.top, kMargin_px, "(g) Trajectories from above",
-               "moving objects: lines, static ones: faint; boxes and field of view at this frame");
+               "lines: moving; faint: static; boxes: this frame");
   draw_caption(canvas, layout.paths.side, side_left, "(h) Trajectories from the side", note);
   return canvas;
 }

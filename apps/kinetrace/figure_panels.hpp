@@ -31,9 +31,8 @@ struct TrajectoryAreas {
   drawing::Rect side;
   bool stacked = true;
 };
-/// True if the paths are so much longer than wide that the two views should stand one above the other, over the whole
-/// width.
-[[nodiscard]] bool paths_are_long(const Scene& scene);
+/// How much longer the paths are along z than along x, as the view from above would show them.
+[[nodiscard]] double path_elongation(const Scene& scene);
 /// Returns what the views had to leave out or change, to be said beside them; empty if nothing.
 std::string draw_trajectories(drawing::Canvas& canvas, const TrajectoryAreas& areas, const Scene& scene);
 

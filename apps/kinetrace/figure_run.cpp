@@ -75,15 +75,14 @@ double FigureRun::seconds(std::int64_t timestamp_ns) const noexcept {
 
 std::string class_name(std::uint16_t class_id) {
   switch (class_id) {
-    case kUnknownClass: return "object";
     case kVehicleClass: return "car";
     case kPedestrianClass: return "pedestrian";
-    default: return "class " + std::to_string(class_id);
+    default: return "object";
   }
 }
 
 std::string track_name(std::uint16_t class_id, std::uint32_t track_id) {
-  return class_name(class_id) + (class_id > kPedestrianClass ? " / " : " ") + std::to_string(track_id);
+  return class_name(class_id) + " " + std::to_string(track_id);
 }
 
 std::string with_unit(double value, int decimals, const char* unit) {

@@ -48,7 +48,7 @@ class FigureRun {
   std::vector<TrackRows> tracks_;
 };
 
-/// "car", "pedestrian", "object" (a moving region), or "class 7".
+/// "car", "pedestrian", or "object" for moving regions and every other class.
 [[nodiscard]] std::string class_name(std::uint16_t class_id);
 /// "car 12".
 [[nodiscard]] std::string track_name(std::uint16_t class_id, std::uint32_t track_id);

@@ -123,7 +123,9 @@ Result<Scene> make_scene(const FigureRun& run, const SceneChoice& choice, Record
   scene.image_problem = image_problem;
   scene.geometry = images != nullptr ? images->geometry() : recorded_geometry(directory, any_frame->labels);
   scene.frame = frame_of(run, choice, scene.geometry);
-  scene.object = choice.object ? choice.object : choose_object(run, scene.frame);
+  scene.object = choice.object ? choice.object
+                               : choose_object(run, scene.frame, scene.geometry.width_px, scene.geometry.height_px);
+
   if (images != nullptr) {
     take_image(*images, scene);
   }

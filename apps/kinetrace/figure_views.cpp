@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 namespace kinetrace::figure {
@@ -59,8 +60,29 @@ std::vector<Line2> project_lines(const std::vector<Line3>& lines_cam, const Ster
   return images;
 }
 
-Onlooker::Onlooker(const Direction& direction, std::span<const Eigen::Vector3d> seen, double share,
-                   const drawing::Rect& area) {
+namespace {
+
+using drawing::Range;
+
+/// `value(p)` over the subject: what is not wild of the points, and the whole of the rest. Values that are not finite
+/// do not count.
+template <typename Value>
+Range range_of(const Onlooker::Subject& subject, const Range& fallback, Value&& value) {
+  constexpr double kWildOfWhole = 0.004;
+  std::vector<double> of_points;
+  std::vector<double> of_whole;
+  std::transform(subject.points.begin(), subject.points.end(), std::back_inserter(of_points), value);
+  std::transform(subject.whole.begin(), subject.whole.end(), std::back_inserter(of_whole), value);
+  const auto points = drawing::quantile_range(of_points, subject.wild_share);
+  const auto whole = drawing::quantile_range(of_whole, kWildOfWhole);
+  if (!points || !whole) {
+    return points.value_or(whole.value_or(fallback));
+  }
+  return {std::min(points->low, whole->low), std::max(points->high, whole->high)};
+}
+
+/// Rows: right, down and forward of the onlooker.
+Eigen::Matrix3d axes_of(const Onlooker::Direction& direction) {
   const Eigen::Vector3d down = direction.down.normalized();
   Eigen::Vector3d level = direction.forward - down * down.dot(direction.forward);
   if (level.norm() < 1e-6) {
@@ -70,40 +92,41 @@ Onlooker::Onlooker(const Direction& direction, std::span<const Eigen::Vector3d> 
   const Eigen::Vector3d turned = Eigen::AngleAxisd(direction.aside_rad, down) * level.normalized();
   const Eigen::Vector3d forward = std::cos(direction.elevated_rad) * turned + std::sin(direction.elevated_rad) * down;
   const Eigen::Vector3d right = down.cross(forward).normalized();
-  R_eye_.row(0) = right;
-  R_eye_.row(1) = forward.cross(right);
-  R_eye_.row(2) = forward;
+  Eigen::Matrix3d rows;
+  rows.row(0) = right;
+  rows.row(1) = forward.cross(right);
+  rows.row(2) = forward;
+  return rows;
+}
 
-  std::array<std::vector<double>, 3> values;
-  for (const Eigen::Vector3d& p : seen) {
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      values[static_cast<std::size_t>(axis)].push_back(R_eye_.row(axis).dot(p));
-    }
-  }
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  Eigen::Vector3d size = Eigen::Vector3d::Ones();
+}  // namespace
+
+Onlooker::Onlooker(const Direction& direction, const Subject& subject, const drawing::Rect& area)
+    : R_eye_(axes_of(direction)) {
+  const Range nothing{-0.5, 0.5};
+  Eigen::Vector3d middle;
+  Eigen::Vector3d size;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    if (const auto range = drawing::quantile_range(values[static_cast<std::size_t>(axis)], share)) {
-      middle[axis] = range->center();
-      size[axis] = std::max(range->size(), 0.05);
-    }
+    const Range range = range_of(subject, nothing, [&](const Eigen::Vector3d& p) { return R_eye_.row(axis).dot(p); });
+    constexpr double kLeast_m = 0.05;
+    middle[axis] = range.center();
+    size[axis] = std::max(range.size(), kLeast_m);
   }
-  // Far enough that the nearest things are about twice as large as the farthest.
-  middle_distance_m_ = 0.5 * size.norm() + 1.0 * size.z();
+  // From so far, the nearest things look about 1.6 times as large as the farthest.
+  middle_distance_m_ = 0.5 * size.norm() + 1.6 * size.z();
   eye_ = R_eye_.transpose() * (middle - Eigen::Vector3d(0.0, 0.0, middle_distance_m_));
 
-  std::vector<double> u;
-  std::vector<double> v;
-  for (const Eigen::Vector3d& p : seen) {
-    const Eigen::Vector3d q = R_eye_ * (p - eye_);
-    if (q.z() > 0.05 * middle_distance_m_) {
-      u.push_back(q.x() / q.z());
-      v.push_back(q.y() / q.z());
-    }
-  }
-  const drawing::Range fallback{-0.5, 0.5};
-  const drawing::Range x = drawing::quantile_range(u, share).value_or(fallback).at_least(1e-3).widened(0.05);
-  const drawing::Range y = drawing::quantile_range(v, share).value_or(fallback).at_least(1e-3).widened(0.05);
+  // In the image plane one unit before the eye; what is beside or behind the eye does not count.
+  const auto seen_range = [&](Eigen::Index axis) {
+    constexpr double kMargin = 0.05;
+    const auto seen = [&](const Eigen::Vector3d& p) {
+      const Eigen::Vector3d q = R_eye_ * (p - eye_);
+      return q.z() > 0.1 * middle_distance_m_ ? q[axis] / q.z() : std::numeric_limits<double>::quiet_NaN();
+    };
+    return range_of(subject, nothing, seen).at_least(1e-3).widened(kMargin);
+  };
+  const Range x = seen_range(0);
+  const Range y = seen_range(1);
   scale_ = std::min(area.width / x.size(), area.height / y.size());
   origin_ = area.center() - scale_ * drawing::Point(x.center(), y.center());
 }

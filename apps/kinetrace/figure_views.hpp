@@ -54,9 +54,14 @@ class Onlooker {
     double aside_rad = 0.0;     ///< It then walks round what it sees by this angle, to the left,
     double elevated_rad = 0.0;  ///< and rises by this one.
   };
-  /// `seen` is what should be in view, all but the outermost `share` on each side of the picture. Empty: a metre about
-  /// the origin.
-  Onlooker(const Direction& direction, std::span<const Eigen::Vector3d> seen, double share, const drawing::Rect& area);
+  /// What should be in view.
+  struct Subject {
+    std::span<const Eigen::Vector3d> points;  ///< All but the outermost `wild_share` on each side of the picture.
+    double wild_share = 0.03;
+    std::span<const Eigen::Vector3d> whole;  ///< These too, but for a few in a thousand.
+  };
+  /// Fits the subject into the area; an empty subject is a metre about the origin.
+  Onlooker(const Direction& direction, const Subject& subject, const drawing::Rect& area);
 
   /// Not finite for what lies behind the onlooker.
   [[nodiscard]] drawing::Point to_canvas(const Eigen::Vector3d& p) const;

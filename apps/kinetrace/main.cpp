@@ -15,6 +15,8 @@ struct Dispatch {
   int operator()(const PlanOptions& options) const { return plan_command(options); }
   int operator()(const ConfigOptions& options) const { return config_command(options); }
   int operator()(const EvaluateOptions& options) const { return evaluate_command(options); }
+  int operator()(const StudyOptions& options) const { return study_command(options); }
+  int operator()(const FigureOptions& options) const { return figure_command(options); }
   int operator()(const NothingToDo& /*options*/) const { return 0; }
 };
 

@@ -2,26 +2,20 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
-#include <optional>
-#include <vector>
 
-#include "kinetrace/core/arena.hpp"
+#include "gray16_images.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/evaluation/mask_overlap.hpp"
-#include "kinetrace/imaging/image_reader.hpp"
 
 namespace kinetrace::app {
 
 class MotsImages {
  public:
-  /// Errors, naming the file: those of imaging::read_image_info and ImageReader::read_gray16, and of label_mots_image.
+  /// Errors, naming the file: those of Gray16Images and of label_mots_image.
   [[nodiscard]] Result<evaluation::MotsImage> read(const std::filesystem::path& path);
 
  private:
-  std::optional<Arena> arena_;  ///< Taken with the first image.
-  std::optional<imaging::ImageReader> reader_;
-  std::vector<std::uint16_t> pixels_;
+  Gray16Images images_;
 };
 
 }  // namespace kinetrace::app

@@ -13,8 +13,8 @@ namespace {
 constexpr double kTickSize_px = 8.5;
 constexpr double kLabelSize_px = 9.5;
 constexpr double kGap_px = 7.0;
-constexpr double kPixelsPerTickX = 90.0;
-constexpr double kPixelsPerTickY = 48.0;
+constexpr double kPixelsPerTickX = 72.0;
+constexpr double kPixelsPerTickY = 36.0;
 
 double share_of(const Axis& axis, double value) {
   double share = 0.0;
@@ -167,7 +167,9 @@ void Axes::draw_ticks_y(Canvas& canvas) const {
     const double y = area_.bottom() - share_of(y_, tick.value) * area_.height;
     canvas.line({area_.x, y}, {area_.right(), y}, {.color = kGrid, .width_px = tick.label.empty() ? 0.6 : 1.0});
     if (!tick.label.empty() && y + kTickSize_px <= free_up_to) {
-      canvas.text({area_.x - kGap_px, y}, tick.label, style);
+      // Those at the ends stay beside the area, clear of what is above and below.
+      const double inside = std::clamp(y, area_.y + kTickSize_px / 2, area_.bottom() - kTickSize_px / 2);
+      canvas.text({area_.x - kGap_px, inside}, tick.label, style);
       free_up_to = y - kTickSize_px;
     }
   }
@@ -186,11 +188,6 @@ void Axes::draw(Canvas& canvas) const {
 
 Rect inside_margins(const Rect& rect) {
   return {rect.x + kMarginLeft_px, rect.y, rect.width - kMarginLeft_px, rect.height - kMarginBelow_px};
-}
-
-EqualRanges equal_ranges(const Rect& area, const Range& x, const Range& y) {
-  const double metres_per_pixel = std::max(x.size() / area.width, y.size() / area.height);
-  return {x.at_least(metres_per_pixel * area.width), y.at_least(metres_per_pixel * area.height)};
 }
 
 }  // namespace kinetrace::drawing

@@ -83,11 +83,4 @@ inline constexpr double kMarginBelow_px = 44.0;
 /// The part of `rect` that remains inside these margins.
 [[nodiscard]] Rect inside_margins(const Rect& rect);
 
-/// Ranges of the same scale in both directions that fill `area` and contain `x` and `y`.
-struct EqualRanges {
-  Range x;
-  Range y;
-};
-[[nodiscard]] EqualRanges equal_ranges(const Rect& area, const Range& x, const Range& y);
-
 }  // namespace kinetrace::drawing

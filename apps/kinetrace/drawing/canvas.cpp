@@ -89,10 +89,6 @@ Canvas::Canvas(int width_px, int height_px, Color background)
       pixels_(static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px), background),
       clip_{0, 0, width_px, height_px} {}
 
-void Canvas::fill(Color color) {
-  std::fill(pixels_.begin(), pixels_.end(), color);
-}
-
 PixelBox Canvas::visible(const Rect& rect) const {
   const auto whole = [](double value) {
     constexpr double kFar = 1e6;

@@ -76,7 +76,6 @@ class Canvas {
   [[nodiscard]] int height() const noexcept { return height_; }
   [[nodiscard]] ImageView<const Color> view() const noexcept { return {pixels_.data(), width_, height_, width_}; }
   [[nodiscard]] Color at(int x, int y) const { return view().at(x, y); }
-  void fill(Color color);
 
   /// From now on only pixels within `rect` change; whole pixels.
   void clip(const Rect& rect);

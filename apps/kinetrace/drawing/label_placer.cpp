@@ -28,18 +28,45 @@ std::optional<Rect> LabelPlacer::place(const Point& anchor, double width_px, dou
   // Directions from the anchor to the label's centre: right, above, left, below, then the corners; then farther out.
   constexpr std::array<std::array<double, 2>, 8> kDirections{
       {{1, 0}, {0, -1}, {-1, 0}, {0, 1}, {1, -1}, {1, 1}, {-1, -1}, {-1, 1}}};
+  std::optional<Rect> best;
+  std::ptrdiff_t least = 0;
   for (const double distance : {1.0, 2.2, 4.0}) {
     for (const auto& [dx, dy] : kDirections) {
       const Point center =
           anchor + Point(dx * (width_px / 2 + gap_px * distance), dy * (height_px / 2 + gap_px * distance));
       const Rect rect{center.x() - width_px / 2, center.y() - height_px / 2, width_px, height_px};
-      if (is_free(rect)) {
-        taken_.push_back(rect);
-        return rect;
+      if (!is_free(rect)) {
+        continue;
+      }
+      const std::ptrdiff_t covered =
+          std::count_if(avoided_.begin(), avoided_.end(), [&](const Point& p) { return rect.contains(p); });
+      if (!best || covered < least) {
+        best = rect;
+        least = covered;
       }
     }
   }
-  return std::nullopt;
+  if (best) {
+    taken_.push_back(*best);
+  }
+  return best;
+}
+
+void LabelPlacer::avoid(std::span<const Point> line) {
+  constexpr double kStep_px = 4.0;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (!area_.contains(line[i])) {
+      continue;
+    }
+    avoided_.push_back(line[i]);
+    if (i == 0 || !area_.contains(line[i - 1])) {
+      continue;
+    }
+    const double length = (line[i] - line[i - 1]).norm();
+    for (double at = kStep_px; at < length; at += kStep_px) {
+      avoided_.push_back(line[i - 1] + (line[i] - line[i - 1]) * (at / length));
+    }
+  }
 }
 
 }  // namespace kinetrace::drawing

@@ -19,9 +19,9 @@ struct PlotAxis {
 
 /// One curve. Points that are not finite, or not positive on a logarithmic axis, interrupt it.
 struct Series {
-  std::string name;
-  std::vector<Point> points;
-  LineStyle style;
+  std::string name = {};
+  std::vector<Point> points = {};
+  LineStyle style = {};
   bool line = true;
   bool markers = true;
   /// Lower and upper end of a shaded band at each point, for example quartiles; empty, or as long as `points`.
@@ -29,10 +29,10 @@ struct Series {
 };
 
 struct Plot {
-  std::string title;
-  PlotAxis x;
-  PlotAxis y;
-  std::vector<Series> series;
+  std::string title = {};
+  PlotAxis x = {};
+  PlotAxis y = {};
+  std::vector<Series> series = {};
 };
 
 /// Draws into `rect`, title and labels included; at least 240 x 180 pixels. The legend goes to the corner with the

@@ -18,7 +18,7 @@ Eigen::Matrix3d camera_rotation(std::span<const PosePair> pairs) {
   }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
   constexpr double kLeastRatio = 1e-6;
-  const Eigen::Vector3d strengths = svd.singularValues();
+  const Eigen::Vector3d& strengths = svd.singularValues();
   if (!(strengths[1] > kLeastRatio * strengths[0])) {
     return Eigen::Matrix3d::Identity();
   }

@@ -40,10 +40,10 @@ bool compare(double value, Comparison comparison, double bound) {
   return false;
 }
 
-// None if a name on the way does not exist.
+// None if a name on the way does not exist; null if it ends in something that was not measured as a whole.
 const nlohmann::json* find(const nlohmann::json& root, std::string_view path) {
   const nlohmann::json* place = &root;
-  while (!path.empty()) {
+  while (!path.empty() && !place->is_null()) {
     const std::size_t length = std::min(path.find('.'), path.size());
     const std::string name(path.substr(0, length));
     path.remove_prefix(std::min(length + 1, path.size()));

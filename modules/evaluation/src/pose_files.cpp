@@ -32,6 +32,13 @@ Result<TrueCamera> read_rows(const std::filesystem::path& path, TextRows::Separa
   return camera;
 }
 
+// Rows of one format may pass for those of another, so their length must be right.
+void expect_numbers(std::size_t count, TextRows& rows) {
+  if (rows.size() != count) {
+    rows.reject("expected " + std::to_string(count) + " numbers, found " + std::to_string(rows.size()));
+  }
+}
+
 }  // namespace
 
 std::optional<Se3> TrueCamera::at(std::int64_t frame, std::int64_t timestamp_ns, std::int64_t tolerance_ns) const {
@@ -60,15 +67,16 @@ std::optional<Se3> TrueCamera::at(std::int64_t frame, std::int64_t timestamp_ns,
 
 Result<TrueCamera> read_kitti_poses(const std::filesystem::path& path) {
   return read_rows(path, TextRows::Separator::kBlanks, false, [](TextRows& rows) {
-    if (rows.size() != 12) {
-      rows.reject("expected 12 numbers, found " + std::to_string(rows.size()));
-    }
+    expect_numbers(12, rows);
     return rows.matrix_pose(0);
   });
 }
 
 Result<TrueCamera> read_tum(const std::filesystem::path& path) {
-  return read_rows(path, TextRows::Separator::kBlanks, true, [](TextRows& rows) { return rows.pose(1); });
+  return read_rows(path, TextRows::Separator::kBlanks, true, [](TextRows& rows) {
+    expect_numbers(8, rows);
+    return rows.pose(1);
+  });
 }
 
 Result<TrueCamera> read_euroc(const std::filesystem::path& path, const Se3& T_body_cam) {

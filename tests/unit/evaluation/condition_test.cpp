@@ -8,7 +8,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr const char* kJson = R"({"camera": {"t_rel": 0.5, "r_rel": null, "name": "x"}, "list": [1, {"n": 2}]})";
+constexpr const char* kJson = R"({"camera": {"t_rel": 0.5, "r_rel": null, "name": "x"}, "list": [1, {"n": 2}],
+                             "objects": null})";
 
 bool holds(const char* text) {
   return check(parse_condition(text).value(), kJson).value().holds;
@@ -53,10 +54,12 @@ TEST(Condition, RefusesAPathThatDoesNotExist) {
 }
 
 TEST(Condition, RefusesWhatCouldNotBeMeasured) {
-  const Result<ConditionOutcome> outcome = check(parse_condition("camera.r_rel>1").value(), kJson);
-  ASSERT_FALSE(outcome);
-  EXPECT_EQ(outcome.error().code, ErrorCode::kBadFormat);
-  EXPECT_THAT(outcome.error().message, HasSubstr("camera.r_rel could not be measured"));
+  for (const char* path : {"camera.r_rel", "objects.coverage"}) {
+    const Result<ConditionOutcome> outcome = check(parse_condition(std::string(path) + ">1").value(), kJson);
+    ASSERT_FALSE(outcome);
+    EXPECT_EQ(outcome.error().code, ErrorCode::kBadFormat);
+    EXPECT_THAT(outcome.error().message, HasSubstr(std::string(path) + " could not be measured"));
+  }
 }
 
 }  // namespace

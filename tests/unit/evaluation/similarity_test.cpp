@@ -24,10 +24,10 @@ ObjectFrame frame_of(const std::vector<std::uint32_t>& objects, const std::vecto
 }
 
 std::vector<std::uint8_t> columns(int x0, int x1, std::uint8_t label) {
-  std::vector<std::uint8_t> labels(static_cast<std::size_t>(kWidth) * kHeight, 0);
+  std::vector<std::uint8_t> labels(std::size_t{kWidth} * kHeight, 0);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = x0; x < x1; ++x) {
-      labels[static_cast<std::size_t>(y * kWidth + x)] = label;
+      labels[static_cast<std::size_t>(y) * kWidth + static_cast<std::size_t>(x)] = label;
     }
   }
   return labels;

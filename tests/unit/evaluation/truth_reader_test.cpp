@@ -113,7 +113,7 @@ TEST_F(TruthReader, TurnsKittiLabelsIntoTheWorld) {
     // The camera drives at 1 m a frame; the car stays 10 m ahead of it.
     labels += std::to_string(frame) + " 2 Car 0 0 -1.5 100 50 140.5 90.5 1.5 1.6 4 1 2 10 0.5\n";
     poses += "1 0 0 0 0 1 0 0 0 0 1 " + std::to_string(frame) + "\n";
-    wanted.frame_times_ns[frame] = frame * 100'000'000;
+    wanted.frame_times_ns[frame] = std::int64_t{frame} * 100'000'000;
   }
   wanted.path = write("labels.txt", labels);
   EXPECT_THAT(error_of(wanted).message, HasSubstr("camera poses"));

@@ -1,0 +1,68 @@
+#include "study_play.hpp"
+
+#include <chrono>
+#include <utility>
+
+#include "interrupt.hpp"
+#include "kinetrace/hal/file_stereo_camera.hpp"
+#include "kinetrace/hal/rectifier.hpp"
+#include "kinetrace/pipeline/pipeline.hpp"
+#include "memory.hpp"
+
+namespace kinetrace::app {
+namespace {
+
+constexpr std::chrono::milliseconds kFrameTimeout(2000);
+
+Status play(hal::FileStereoCamera& camera, hal::Rectifier& rectifier, pipeline::Pipeline& pipeline,
+            const std::function<Status(const FrameResult&)>& visit) {
+  for (const Status& status : {camera.open(), camera.start()}) {
+    if (!status) {
+      return status;
+    }
+  }
+  while (interrupted_by() == 0) {
+    const Result<StereoFrame> frame = camera.next(kFrameTimeout);
+    if (!frame && frame.error().code == ErrorCode::kEndOfStream) {
+      break;
+    }
+    const Result<RectifiedPair> pair = frame ? rectifier.process(*frame) : tl::unexpected(frame.error());
+    const Result<const FrameResult*> result = pair ? pipeline.process(*pair) : tl::unexpected(pair.error());
+    Status visited = result ? visit(**result) : tl::unexpected(result.error());
+    if (!visited) {
+      return visited;
+    }
+  }
+  while (const FrameResult* result = pipeline.drain()) {
+    if (Status visited = visit(*result); !visited) {
+      return visited;
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+Status play_recording(const hal::Dataset& dataset, const AppConfig& config,
+                      const std::function<Status(const FrameResult&)>& visit) {
+  const Result<MemoryPlan> plan = plan_memory(config, dataset);
+  if (!plan) {
+    return tl::unexpected(plan.error());
+  }
+  Arena arena(plan->total_bytes());
+  auto camera = hal::FileStereoCamera::create(dataset, {}, arena);
+  if (!camera) {
+    return tl::unexpected(camera.error());
+  }
+  auto rectifier = hal::Rectifier::create(dataset.calibration, config.rectification, arena);
+  if (!rectifier) {
+    return tl::unexpected(rectifier.error());
+  }
+  auto pipeline = pipeline::Pipeline::create(config.pipeline, rectifier->geometry(), arena);
+  if (!pipeline) {
+    return tl::unexpected(pipeline.error());
+  }
+  return play(*camera, *rectifier, *pipeline, visit);
+}
+
+}  // namespace kinetrace::app
