@@ -14,9 +14,9 @@ namespace kinetrace::features {
 [[nodiscard]] bool still_member(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body,
                                 float border_px) noexcept;
 
-/// False where a patch around an object's feature would hold too much of something else: along a contour a patch follows
-/// whichever side is more textured. Of another object nothing may lie on any of its four sides; of the background, which
-/// small objects are surrounded by, no more than on two.
+/// False where a patch around an object's feature would hold too much of something else: along a contour a patch
+/// follows whichever side is more textured. Of another object nothing may lie on any of its four sides; of the
+/// background, which small objects are surrounded by, no more than on two.
 [[nodiscard]] bool well_inside(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body) noexcept;
 
 }  // namespace kinetrace::features

@@ -30,7 +30,7 @@ struct MemoryConfig {
 /// How objects are made from tracks.
 struct ObjectConfig {
   int stereo_only_min_features = 2;  ///< Stereo features that give an object too small for SfM its position.
-  int lost_after_frames = 10;         ///< Predicted frames in a row after which an object counts as lost.
+  int lost_after_frames = 10;        ///< Predicted frames in a row after which an object counts as lost.
   bool rigid_pedestrians = false;    ///< Reconstruct people too; off, they get a trajectory from stereo.
 };
 

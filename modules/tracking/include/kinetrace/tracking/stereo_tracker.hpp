@@ -73,8 +73,8 @@ class StereoTracker {
   /// on may be born again under its own id. Slots without a live track are ignored.
   void abandon(std::uint8_t slot) noexcept;
 
-  /// The track in slot `reborn`, new in this frame, is the thing that the one in slot `earlier` has lost: it goes on under
-  /// that track's id, class votes and state, and the earlier slot becomes free without an end being told.
+  /// The track in slot `reborn`, new in this frame, is the thing that the one in slot `earlier` has lost: it goes on
+  /// under that track's id, class votes and state, and the earlier slot becomes free without an end being told.
   void join(std::uint8_t earlier, std::uint8_t reborn) noexcept;
 
   [[nodiscard]] const TrackerCounters& counters() const noexcept { return counters_; }
