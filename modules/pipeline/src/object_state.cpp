@@ -31,6 +31,12 @@ constexpr double kReachAtRest_m = 0.8;
 constexpr double kReachOfWay = 0.5;
 constexpr double kMostReach_m = 3.0;
 constexpr double kSightedSigma_px = 0.3;
+// A reconstruction scatters no more than the background's, up to reflections and what moves on it. More means that it
+// holds on to a wrong relief: seen from afar, a thing with a wrong relief and a wrong rotation looks nearly right.
+constexpr std::size_t kSettledBodyFrames = 6;
+constexpr double kIllScatter_px = 0.3;
+constexpr double kIllScatterRatio = 2.0;
+constexpr int kIllFrames = 4;
 constexpr float kClearlyVisible = 0.6F;           // What is seen where more is hidden may well be what hides it.
 constexpr std::size_t kMaxSightedFeatures = 256;  // Medians over more than this are no better.
 
@@ -190,6 +196,10 @@ bool ObjectState::place(const StereoSighting& sighting, const CameraState& camer
 }
 
 bool ObjectState::locate(const FeatureFrame& frame, const CameraState& camera) {
+  if (rigid() && body_.active() && ill_fitting(camera)) {
+    body_.end();
+    known_motion_.reset();
+  }
   if (!rigid() || !body_.active()) {
     return false;
   }
@@ -202,6 +212,17 @@ bool ObjectState::locate(const FeatureFrame& frame, const CameraState& camera) {
     body_.refuse_pose();
     return false;
   }
+  return true;
+}
+
+bool ObjectState::ill_fitting(const CameraState& camera) {
+  const bool now = status_ == BodyStatus::kTracked && body_.history_size() >= kSettledBodyFrames &&
+                   body_.scatter_px() > std::max(kIllScatter_px, kIllScatterRatio * camera.scatter_px);
+  ill_fitting_frames_ = now ? ill_fitting_frames_ + 1 : 0;
+  if (ill_fitting_frames_ < kIllFrames) {
+    return false;
+  }
+  ill_fitting_frames_ = 0;
   return true;
 }
 

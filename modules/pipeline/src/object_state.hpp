@@ -28,7 +28,8 @@ struct StereoSighting {
 struct CameraState {
   Se3 T_world_cam;
   Matrix6d covariance = Matrix6d::Zero();
-  bool valid = false;  ///< A pair of object and background counts only where both have a pose (paper).
+  double scatter_px = 0.0;  ///< Of the background's measurements.
+  bool valid = false;       ///< A pair of object and background counts only where both have a pose (paper).
 };
 
 /// A track's object from birth to end. Its frame is fixed at birth: origin at the median of its stereo points, axes
@@ -114,6 +115,8 @@ class ObjectState {
   [[nodiscard]] bool half_hidden() const noexcept {
     return track_.box_px.x0 <= 1 || track_.box_px.x1 >= geometry_.width_px - 1 || track_.visible_part < kClearlyVisible;
   }
+  /// The reconstruction has not fitted for so long that its points must be wrong.
+  [[nodiscard]] bool ill_fitting(const CameraState& camera);
   [[nodiscard]] bool place(const StereoSighting& sighting, const CameraState& camera);
   [[nodiscard]] bool locate(const FeatureFrame& frame, const CameraState& camera);
   /// Where the object is expected now if it goes on as it went, and how far it may be off: a vehicle's acceleration
@@ -148,7 +151,8 @@ class ObjectState {
   bool frame_fixed_ = false;    ///< Its axes and origin have been shown in a reconstruction and never move again.
   bool reconstructed_ = false;  ///< Has been tracked by its reconstruction since birth.
   double unseen_s_ = 0.0;
-  int predicted_frames_ = 0;  ///< In a row.
+  int ill_fitting_frames_ = 0;  ///< In a row.
+  int predicted_frames_ = 0;    ///< In a row.
   BodyStatus status_ = BodyStatus::kInitializing;
   sfm::BodyReconstruction body_;
   /// From the smoothed path, at previous_timestamp_ns_.

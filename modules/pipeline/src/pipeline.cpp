@@ -353,7 +353,7 @@ std::span<const tracking::Forecast> Pipeline::Impl::forecast_objects(std::int64_
 
 CameraState Pipeline::Impl::camera_at(std::size_t age) const {
   const SettledPose pose = background.history(age);
-  return {pose.T_body_cam, pose.covariance, pose.status == BodyStatus::kTracked};
+  return {pose.T_body_cam, pose.covariance, background.scatter_px(), pose.status == BodyStatus::kTracked};
 }
 
 CameraResult Pipeline::Impl::camera_result(std::size_t age) const {

@@ -74,6 +74,9 @@ class BodyReconstruction {
   [[nodiscard]] BundleWindow window();
   const BodyEstimate& conclude(const BundleSummary& refinement);
 
+  /// How far this body's measurements scatter around its reconstruction, px.
+  [[nodiscard]] double scatter_px() const noexcept { return noise_.sigma_px(); }
+
   [[nodiscard]] const BodyEstimate& estimate() const noexcept { return estimate_; }
   /// Frames since begin() that the history still holds, at most `window_frames` + 1.
   [[nodiscard]] std::size_t history_size() const noexcept { return history_.size(); }
