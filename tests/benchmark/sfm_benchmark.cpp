@@ -59,7 +59,7 @@ void BM_StereoPose(benchmark::State& state) {
   std::vector<std::uint8_t> inlier(problem.observations.size());
   PoseEstimate pose;
   for (auto _ : state) {
-    pose = estimator.estimate(problem.observations, Se3{}, 0.4, inlier);
+    pose = estimator.estimate(problem.observations, {}, 0.4, inlier);
     benchmark::DoNotOptimize(pose);
   }
   state.counters["error_mm"] = 1e3 * position_error_m(problem, pose.T_cam_body);

@@ -256,7 +256,7 @@ void FeatureFrontEnd::State::reconcile_with(LabelView labels) noexcept {
   for (FeatureSlot& slot : slots) {
     if (slot.state == SlotState::kAlive &&
         (!still_member(labels, slot.feature.left_px, slot.feature.body, config.mask_border_px) ||
-         !clear_of_other_objects(labels, slot.feature.left_px, slot.feature.body))) {
+         !well_inside(labels, slot.feature.left_px, slot.feature.body))) {
       slot.end(counters.lost_body);
     }
   }
@@ -296,7 +296,7 @@ void FeatureFrontEnd::State::populate(std::span<const Corner> corners, LabelView
     if (occupancy.near(corner.x, corner.y)) {
       continue;  // A corner taken before it lies just across the border of the bucket.
     }
-    if (!labels.empty() && !clear_of_other_objects(labels, {corner.x, corner.y}, corner.body)) {
+    if (!labels.empty() && !well_inside(labels, {corner.x, corner.y}, corner.body)) {
       continue;
     }
     free_slot = std::find_if(free_slot, slots.end(), [](const FeatureSlot& s) { return s.state == SlotState::kFree; });

@@ -10,6 +10,8 @@ namespace {
 
 // Part of the patch on either side of the feature that must not be another object's.
 constexpr float kClearPart = 0.7F;
+// Of the four sides of a feature, so many must be the object's own.
+constexpr int kLeastOwnSides = 2;
 
 std::uint8_t nearest_label(LabelView labels, float x, float y) noexcept {
   return labels.at(std::clamp(static_cast<int>(std::lround(x)), 0, labels.width - 1),
@@ -34,14 +36,18 @@ bool still_member(LabelView labels, const Eigen::Vector2f& position_px, std::uin
   return false;
 }
 
-bool clear_of_other_objects(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body) noexcept {
+bool well_inside(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body) noexcept {
   const auto other = [&](float dx, float dy) {
     const std::uint8_t label = nearest_label(labels, position_px.x() + dx, position_px.y() + dy);
     return label != body && label != kBackgroundLabel && label != kIgnoreLabel;
   };
   constexpr float kX = kClearPart * kPatchHalfWidth;
   constexpr float kY = kClearPart * kPatchHalfHeight;
-  return body == kBackgroundLabel || !(other(-kX, 0.F) || other(kX, 0.F) || other(0.F, -kY) || other(0.F, kY));
+  const auto own = [&](float dx, float dy) {
+    return nearest_label(labels, position_px.x() + dx, position_px.y() + dy) == body ? 1 : 0;
+  };
+  return body == kBackgroundLabel || (own(-kX, 0.F) + own(kX, 0.F) + own(0.F, -kY) + own(0.F, kY) >= kLeastOwnSides &&
+                                      !(other(-kX, 0.F) || other(kX, 0.F) || other(0.F, -kY) || other(0.F, kY)));
 }
 
 }  // namespace kinetrace::features

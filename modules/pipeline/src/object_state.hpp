@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "kinetrace/core/detections.hpp"
@@ -10,6 +11,7 @@
 #include "kinetrace/core/track_frame.hpp"
 #include "kinetrace/pipeline/config.hpp"
 #include "kinetrace/sfm/body_reconstruction.hpp"
+#include "kinetrace/tracking/forecast.hpp"
 #include "kinetrace/trajectory/box_estimator.hpp"
 #include "kinetrace/trajectory/object_motion.hpp"
 #include "kinetrace/trajectory/stereo_position_filter.hpp"
@@ -43,14 +45,35 @@ class ObjectState {
   [[nodiscard]] bool alive() const noexcept { return in_use() && !ended_; }
   [[nodiscard]] const Track& track() const noexcept { return track_; }
   [[nodiscard]] bool confirmed() const noexcept { return confirmed_; }
+  /// Its position has been known at least once.
+  [[nodiscard]] bool placed() const noexcept { return placed_; }
   /// What the track lies on is not where this object can be: it has passed to another object.
   [[nodiscard]] bool estranged() const noexcept { return estranged_; }
 
   void begin(const Track& track);
+  /// Where the object's origin is expected at `timestamp_ns`, the camera of that time given. Unknown before it has a
+  /// place.
+  [[nodiscard]] tracking::Forecast forecast(std::int64_t timestamp_ns, const Se3& T_world_cam) const;
   /// The track has ended; points still alive are in `body().estimate().retired`.
   void end();
+  /// As end(); the object goes on in another slot, and this one is free once its points have been told.
+  void hand_over() {
+    end();
+    handed_over_ = true;
+  }
+  [[nodiscard]] bool handed_over() const noexcept { return handed_over_; }
   /// The slot may be given to another track.
   void release() noexcept { track_ = Track{}; }
+
+  /// Where stereo sees the object of a new track, in the world; nothing without enough features or a camera pose.
+  [[nodiscard]] std::optional<Eigen::Vector3d> sighted_position(const FeatureFrame& frame,
+                                                                const CameraState& camera) const;
+  /// Whether this object, out of sight, may be what a new track of class `class_id` sees at `position_m`: the distance
+  /// as a part of what it may have gone meanwhile, at most one. Nothing if it is in sight or of another class.
+  [[nodiscard]] std::optional<double> may_have_gone_to(const Eigen::Vector3d& position_m, std::uint16_t class_id,
+                                                       const CameraState& camera) const;
+  /// This slot's new track is the object that `earlier` has lost: its name and frame go on. Call before observe().
+  void continue_from(const ObjectState& earlier, const Eigen::Vector3d& position_m);
 
   /// Pose of this frame, and sightings added to the window.
   void observe(const Track& track, const FeatureFrame& frame, const CameraState& camera);
@@ -61,16 +84,24 @@ class ObjectState {
   /// Updates a kept result of `age` frames ago to what the window knows by now, the camera's newest estimate for that
   /// frame given.
   void revise(std::size_t age, const CameraState& camera, ObjectResult& result);
+  /// Has been reconstructed for a while without showing motion.
+  [[nodiscard]] bool at_rest() const noexcept;
+  /// How it moves, from its smoothed path: pose at the newest frame and velocity in the body's own axes (rad/s, m/s).
+  void learn_motion(const Se3& T_world_obj, const Vector6d& velocity) noexcept;
   /// Velocity, heading and box of a kept result, from the trajectory before and after it.
   void describe_motion(std::size_t age, ObjectResult& result) const;
 
   [[nodiscard]] sfm::BodyReconstruction& body() noexcept { return body_; }
   [[nodiscard]] const sfm::BodyReconstruction& body() const noexcept { return body_; }
   [[nodiscard]] BodyStatus status() const noexcept { return status_; }
+  /// Not seen for so long, or so far outside the image, that there is nothing to report.
+  [[nodiscard]] bool out_of_sight() const noexcept { return status_ == BodyStatus::kLost && track_.area_px == 0; }
   /// True while the body takes part in this frame's refinement.
   [[nodiscard]] bool reconstructing() const noexcept { return extended_; }
 
  private:
+  static constexpr float kClearlyVisible = 0.6F;
+
   ObjectState(const PipelineConfig& config, const StereoGeometry& geometry, sfm::BodyReconstruction body, Arena& arena);
 
   [[nodiscard]] StereoSighting sight(const FeatureFrame& frame) const;
@@ -78,15 +109,24 @@ class ObjectState {
   [[nodiscard]] bool rigid() const noexcept {
     return config_.rigid_pedestrians || body_.active() || track_.class_id != kPedestrianClass;
   }
-  /// Part of the object is outside the image: the middle of what is left of it says little about the whole.
-  [[nodiscard]] bool cut_off() const noexcept {
-    return track_.box_px.x0 <= 1 || track_.box_px.x1 >= geometry_.width_px - 1;
+  /// Much of the object is outside the image or behind something: the middle of what is left of it says little about
+  /// the whole, and may be what hides it.
+  [[nodiscard]] bool half_hidden() const noexcept {
+    return track_.box_px.x0 <= 1 || track_.box_px.x1 >= geometry_.width_px - 1 || track_.visible_part < kClearlyVisible;
   }
   [[nodiscard]] bool place(const StereoSighting& sighting, const CameraState& camera);
   [[nodiscard]] bool locate(const FeatureFrame& frame, const CameraState& camera);
+  /// Where the object is expected now if it goes on as it went, and how far it may be off: a vehicle's acceleration
+  /// since its velocity was measured. Nothing before it has shown how it moves.
+  [[nodiscard]] std::optional<sfm::BodyReconstruction::Expectation> expected_pose(const CameraState& camera) const;
   /// Whether the object can have come from where it was to where the reconstruction sees it now.
-  [[nodiscard]] bool reachable(const CameraState& camera) const;
+  [[nodiscard]] bool reachable(const sfm::BodyReconstruction::Expectation& expected) const;
   [[nodiscard]] Eigen::Vector3d reference_m() const;
+  void start_filter();
+  /// Goes on as it last went.
+  void coast();
+  void set_covariance(double rotation_rad2, const Eigen::Matrix3d& position_m2) noexcept;
+  void count_prediction(bool seen) noexcept;
   void follow_without_body(const StereoSighting& sighting, const CameraState& camera);
   void compose_newest(const CameraState& camera);
   void push_motion();
@@ -103,11 +143,22 @@ class ObjectState {
   bool ended_ = false;
   bool extended_ = false;
   bool estranged_ = false;
+  bool handed_over_ = false;
   bool placed_ = false;         ///< T_world_obj_ has been set since birth.
+  bool frame_fixed_ = false;    ///< Its axes and origin have been shown in a reconstruction and never move again.
   bool reconstructed_ = false;  ///< Has been tracked by its reconstruction since birth.
-  int predicted_frames_ = 0;    ///< In a row.
+  double unseen_s_ = 0.0;
+  int predicted_frames_ = 0;  ///< In a row.
   BodyStatus status_ = BodyStatus::kInitializing;
   sfm::BodyReconstruction body_;
+  /// From the smoothed path, at previous_timestamp_ns_.
+  struct KnownMotion {
+    Se3 T_world_obj;
+    Vector6d velocity = Vector6d::Zero();
+  };
+  std::optional<KnownMotion> known_motion_;
+  double turn_radps2_;
+  double acceleration_mps2_;
   trajectory::ObjectMotion motion_;
   trajectory::StereoPositionFilter filter_;
   trajectory::BoxEstimator box_;
@@ -116,6 +167,7 @@ class ObjectState {
   Matrix6d covariance_ = Matrix6d::Zero();                     ///< As ObjectResult::covariance.
   Eigen::Vector3d stereo_offset_m_ = Eigen::Vector3d::Zero();  ///< Object origin minus stereo position, object axes.
   std::int64_t timestamp_ns_ = 0;
+  std::int64_t matched_timestamp_ns_ = 0;   ///< When a detection last confirmed where it is.
   std::int64_t previous_timestamp_ns_ = 0;  ///< Of the last pose in motion_.
 };
 

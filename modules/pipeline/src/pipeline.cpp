@@ -21,6 +21,8 @@ constexpr std::uint8_t kBackground = kBackgroundLabel;
 constexpr int kCameraLostAfterFrames = 3;
 // Frames that are final but still say how an object has moved into the window.
 constexpr std::size_t kSettledFramesKept = 2;
+// A shorter path has not shown how the object moves.
+constexpr std::size_t kLeastPathNodes = 4;
 
 std::size_t as_size(int n) {
   return static_cast<std::size_t>(n);
@@ -42,6 +44,7 @@ PipelineConfig resolved(const PipelineConfig& config) {
 /// The results that one frame shows to the outside, besides the ring.
 struct OutputStorage {
   std::span<FeaturePrediction> predictions;
+  std::span<tracking::Forecast> forecasts;
   std::span<ObjectResult> newest_objects;
   std::span<ObjectResult> settled_objects;
   std::span<BodyGeometry> bodies;
@@ -57,6 +60,7 @@ OutputStorage carve_output(const PipelineConfig& config, Arena& arena) {
   const std::size_t objects = as_size(config.tracking.max_objects);
   const std::size_t frames = ring_frames(config);
   return {.predictions = arena.take<FeaturePrediction>(as_size(config.features.max_features)),
+          .forecasts = arena.take<tracking::Forecast>(objects),
           .newest_objects = arena.take<ObjectResult>(objects),
           .settled_objects = arena.take<ObjectResult>(objects),
           .bodies = arena.take<BodyGeometry>(objects + 1),
@@ -95,6 +99,9 @@ struct Pipeline::Impl {
   Status check(const RectifiedPair& pair) const;
   std::span<const FeaturePrediction> predict_features(std::int64_t timestamp_ns);
   Se3 locate_camera(const FeatureFrame& frame);
+  std::span<const tracking::Forecast> forecast_objects(std::int64_t timestamp_ns);
+  /// Something that was lost from sight, or hidden, keeps its name when it is seen again.
+  void find_again(ObjectState& reborn, const FeatureFrame& frame, const CameraState& camera);
   void reconstruct(const FeatureFrame& frame, const TrackFrame& tracks);
   Status refine();
   void count_tracks(const TrackFrame& tracks);
@@ -239,7 +246,7 @@ Result<const FrameResult*> Pipeline::process(const RectifiedPair& pair, StageObs
   Result<TrackFrame> tracks;
   {
     const StageScope track(observer, Stage::kTrackObjects);
-    tracks = self.tracker.process(*detections, frame->features);
+    tracks = self.tracker.process(*detections, frame->features, self.forecast_objects(pair.timestamp_ns));
     if (!tracks) {
       return tl::unexpected(tracks.error());
     }
@@ -336,6 +343,14 @@ Se3 Pipeline::Impl::locate_camera(const FeatureFrame& frame) {
   return T_world_prev.inverse() * background.estimate().T_body_cam;
 }
 
+std::span<const tracking::Forecast> Pipeline::Impl::forecast_objects(std::int64_t timestamp_ns) {
+  for (std::size_t slot = 0; slot < objects.size(); ++slot) {
+    out.forecasts[slot] = objects[slot].alive() ? objects[slot].forecast(timestamp_ns, background.estimate().T_body_cam)
+                                                : tracking::Forecast{};
+  }
+  return out.forecasts;
+}
+
 CameraState Pipeline::Impl::camera_at(std::size_t age) const {
   const SettledPose pose = background.history(age);
   return {pose.T_body_cam, pose.covariance, pose.status == BodyStatus::kTracked};
@@ -346,6 +361,30 @@ CameraResult Pipeline::Impl::camera_result(std::size_t age) const {
   return {pose.status, pose.T_body_cam, rotation_position_covariance(pose.T_body_cam, pose.covariance), pose.inliers};
 }
 
+void Pipeline::Impl::find_again(ObjectState& reborn, const FeatureFrame& frame, const CameraState& camera) {
+  const std::optional<Eigen::Vector3d> position_m = reborn.sighted_position(frame, camera);
+  if (!position_m) {
+    return;
+  }
+  ObjectState* nearest = nullptr;
+  double least = 1.0;
+  for (ObjectState& lost : objects) {
+    const std::optional<double> part =
+        &lost == &reborn ? std::nullopt : lost.may_have_gone_to(*position_m, reborn.track().class_id, camera);
+    if (part && *part <= least) {
+      nearest = &lost;
+      least = *part;
+    }
+  }
+  if (nearest == nullptr) {
+    return;
+  }
+  reborn.continue_from(*nearest, *position_m);
+  tracker.join(nearest->track().slot, reborn.track().slot);
+  out.ring.move_slot(nearest->track().id, reborn.track().slot);
+  nearest->hand_over();
+}
+
 void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tracks) {
   background.extend(frame, kBackground);
   const CameraState camera = camera_at(0);
@@ -354,7 +393,12 @@ void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tr
     if (object.track().id != track.id) {
       object.begin(track);
     }
-    object.observe(track, frame, camera);
+    if (!object.placed()) {
+      find_again(object, frame, camera);
+    }
+    Track named = track;
+    named.id = object.track().id;
+    object.observe(named, frame, camera);
     if (object.estranged()) {
       tracker.abandon(track.slot);
     }
@@ -415,7 +459,7 @@ void Pipeline::Impl::settle(const RectifiedPair& pair) {
   kept.timestamp_ns = pair.timestamp_ns;
   for (std::size_t slot = 0; slot < objects.size(); ++slot) {
     const ObjectState& object = objects[slot];
-    if (object.alive() && object.status() != BodyStatus::kInitializing) {
+    if (object.alive() && object.status() != BodyStatus::kInitializing && !object.out_of_sight()) {
       KeptObject& entry = kept.objects[kept.object_count++];
       entry = KeptObject{.result = {}, .slot = static_cast<std::uint8_t>(slot), .confirmed = false};
       object.report(entry.result);
@@ -476,9 +520,13 @@ void Pipeline::Impl::smooth_path(std::uint32_t track_id, std::size_t newest_age)
     path[i] = {kept.timestamp_ns, object.T_world_obj, object.covariance, object.T_world_obj};
   }
   const std::size_t settled = end_age > unsettled ? end_age - unsettled : 0;
-  smoother.smooth(path, settled);
+  ObjectState& object = objects[out.ring.frame(newest_age).find(track_id)->slot];
+  smoother.smooth(path, settled, object.track().id == track_id && object.at_rest());
   for (std::size_t i = settled; i < path.size(); ++i) {
     out.ring.frame(end_age - 1 - i).find(track_id)->result.T_world_obj = path[i].smoothed;
+  }
+  if (newest_age == 0 && path.size() >= kLeastPathNodes) {
+    object.learn_motion(path.back().smoothed, trajectory::body_velocity(path[path.size() - 2], path.back()));
   }
 }
 
@@ -506,6 +554,9 @@ void Pipeline::Impl::publish_bodies(const TrackFrame* tracks) {
     const BodyEstimate& e = object.body().estimate();
     out.bodies[count++] = {object.track().id, object.status(),      e.is_keyframe,
                            e.points,          e.frame_observations, e.retired};
+    if (object.handed_over()) {
+      object.release();
+    }
   }
   result.bodies = out.bodies.first(count);
   if (tracks != nullptr) {

@@ -60,6 +60,14 @@ class ResultRing {
     return frames_[head_];
   }
   void pop_oldest() noexcept { --size_; }
+  /// The object with this track id goes on in another slot.
+  void move_slot(std::uint32_t track_id, std::uint8_t slot) noexcept {
+    for (std::size_t age = 0; age < size_; ++age) {
+      if (KeptObject* entry = frame(age).find(track_id)) {
+        entry->slot = slot;
+      }
+    }
+  }
 
  private:
   std::span<KeptFrame> frames_;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include <Eigen/Cholesky>
+
 #include "columns.hpp"
 
 namespace kinetrace::sfm {
@@ -159,9 +161,19 @@ void BodyReconstruction::predict_features(std::span<const Feature> previous, std
   }
 }
 
-PoseEstimate BodyReconstruction::find_pose(std::span<const PoseObservation> observations, double sigma_px) {
-  PoseEstimate pose = pose_estimator_.estimate(observations, T_body_cam_now_.inverse(), sigma_px,
-                                               pose_inlier_.first(observations.size()));
+PosePrior BodyReconstruction::prior_from(const Expectation* expected) const {
+  PosePrior prior{T_body_cam_now_.inverse()};
+  if (expected != nullptr) {
+    // A perturbation of a pose is that of its inverse, carried over and with the other sign.
+    const Matrix6d ad = adjoint(prior.T_cam_body);
+    prior.information = (ad * expected->covariance * ad.transpose()).ldlt().solve(Matrix6d::Identity());
+  }
+  return prior;
+}
+
+PoseEstimate BodyReconstruction::find_pose(std::span<const PoseObservation> observations, const PosePrior& prior,
+                                           double sigma_px) {
+  PoseEstimate pose = pose_estimator_.estimate(observations, prior, sigma_px, pose_inlier_.first(observations.size()));
   const auto enough = static_cast<int>(config_.min_inlier_ratio * static_cast<double>(observations.size()));
   pose.valid = pose.valid && pose.inliers >= std::max(config_.min_inliers, enough);
   return pose;
@@ -189,12 +201,14 @@ void BodyReconstruction::distrust_prediction() {
   estimate_.covariance += ad * variance.asDiagonal() * ad.transpose();
 }
 
-const BodyEstimate& BodyReconstruction::locate(const FeatureFrame& frame, std::uint8_t label) {
+const BodyEstimate& BodyReconstruction::locate(const FeatureFrame& frame, std::uint8_t label,
+                                               const Expectation* expected) {
   retired_.clear();
   frame_index_ = frame.frame_index;
   timestamp_ns_ = frame.timestamp_ns;
   std::fill(verdict_.begin(), verdict_.end(), Verdict::kUnknown);
-  T_body_cam_now_ = predict(frame.timestamp_ns);
+  T_body_cam_now_ = expected != nullptr ? expected->T_body_cam : predict(frame.timestamp_ns);
+  const PosePrior prior = prior_from(expected);
 
   std::size_t count = 0;
   for (const Feature& feature : frame.features) {
@@ -214,11 +228,11 @@ const BodyEstimate& BodyReconstruction::locate(const FeatureFrame& frame, std::u
   }
   const std::span<const PoseObservation> observations = pose_observations_.first(count);
   const double weighted_for_px = noise_.sigma_px();
-  PoseEstimate pose = find_pose(observations, noise_.sigma_px());
+  PoseEstimate pose = find_pose(observations, prior, noise_.sigma_px());
   if (!pose.valid && noise_.sigma_px() < noise_.most_px()) {
     // The images have become worse all at once, by blur or darkness: what was learnt holds no more.
     noise_.restart();
-    pose = find_pose(observations, noise_.sigma_px());
+    pose = find_pose(observations, prior, noise_.sigma_px());
   }
   const bool found = pose.valid;
   estimate_.observations = static_cast<int>(count);

@@ -82,6 +82,20 @@ void accumulate(const ReprojectionModel<double>& model, const Se3& pose, const P
   normal.gradient_r += p.cross(gradient);
 }
 
+void add_prior(const PosePrior& prior, const Se3& pose, NormalEquations& normal) {
+  const Vector6d gradient = prior.information * left_difference(prior.T_cam_body, pose);
+  normal.rr += prior.information.topLeftCorner<3, 3>();
+  normal.tr += prior.information.bottomLeftCorner<3, 3>();
+  normal.tt += prior.information.bottomRightCorner<3, 3>();
+  normal.gradient_r += gradient.head<3>();
+  normal.gradient_t += gradient.tail<3>();
+}
+
+double prior_cost(const PosePrior& prior, const Se3& pose) {
+  const Vector6d off = left_difference(prior.T_cam_body, pose);
+  return off.dot(prior.information * off);
+}
+
 /// One damped Gauss-Newton step: the perturbation it made, none when the system is singular.
 std::optional<Vector6d> step(const NormalEquations& normal, double damping, Se3& pose) {
   Matrix6d h = normal.hessian();
@@ -178,11 +192,10 @@ double reprojection_chi2(const StereoGeometry& geometry, const Se3& T_cam_body, 
   return (du * du + dv * dv + dr * dr) / (sigma_px * sigma_px * double{o.variance_ratio});
 }
 
-PoseEstimate StereoPoseEstimator::estimate(std::span<const PoseObservation> observations,
-                                           const Se3& T_cam_body_predicted, double sigma_px,
-                                           std::span<std::uint8_t> inlier) const {
+PoseEstimate StereoPoseEstimator::estimate(std::span<const PoseObservation> observations, const PosePrior& prior,
+                                           double sigma_px, std::span<std::uint8_t> inlier) const {
   PoseEstimate out;
-  out.T_cam_body = T_cam_body_predicted;
+  out.T_cam_body = prior.T_cam_body;
   std::fill(inlier.begin(), inlier.end(), std::uint8_t{0});
   if (observations.size() < 3) {
     return out;
@@ -192,7 +205,7 @@ PoseEstimate StereoPoseEstimator::estimate(std::span<const PoseObservation> obse
   // Points carry errors of their own while hypotheses are ranked; the final gate is the configured one.
   const double search_gate2 = 4.0 * gate2;
 
-  Se3 best_pose = T_cam_body_predicted;
+  Se3 best_pose = prior.T_cam_body;
   Score best = score_pose(geometry_, best_pose, observations, sigma_px, search_gate2);
   Sampler sampler(static_cast<std::uint32_t>(observations.size()));
   int needed = hypotheses_needed(best, config_.max_hypotheses);
@@ -210,7 +223,9 @@ PoseEstimate StereoPoseEstimator::estimate(std::span<const PoseObservation> obse
     if (!solved) {
       continue;
     }
-    const Score score = score_pose(geometry_, pose, observations, sigma_px, search_gate2);
+    Score score = score_pose(geometry_, pose, observations, sigma_px, search_gate2);
+    score.cost +=
+        prior_cost(prior, pose) * static_cast<double>(score.scored) / static_cast<double>(observations.size());
     if (score.cost < best.cost) {
       best = score;
       best_pose = pose;
@@ -231,6 +246,7 @@ PoseEstimate StereoPoseEstimator::estimate(std::span<const PoseObservation> obse
           accumulate(model, best_pose, observations[i], sigma_px, kHuberSigmas, last);
         }
       }
+      add_prior(prior, best_pose, last);
       const std::optional<Vector6d> moved = step(last, 1e-6, best_pose);
       if (!moved) {
         return out;

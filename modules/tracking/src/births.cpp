@@ -12,10 +12,6 @@ bool clearly_nearer(float disparity_px, float than_px) noexcept {
   return disparity_px > than_px + std::max(2.F, 0.15F * than_px);
 }
 
-bool classes_agree(std::uint16_t a, std::uint16_t b) noexcept {
-  return a == b || a == kUnknownClass || b == kUnknownClass;
-}
-
 }  // namespace
 
 void StereoTracker::bear(const DetectionFrame& detections, std::span<const Feature> features) {

@@ -1,6 +1,8 @@
 #include "kinetrace/tracking/stereo_tracker.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <string>
 
@@ -9,6 +11,18 @@ namespace {
 
 /// Features looked at per object; more say nothing new about four parameters.
 constexpr std::size_t kMaxFeaturesPerObject = 256;
+/// Nearer things have no size in the image that a similarity could carry.
+constexpr double kMinForecastDepth_m = 0.2;
+/// A network may err in the class of a frame, but what comes back after this many has to be of the same.
+constexpr int kForgetsClassFrames = 2;
+/// Where masks of things behind the camera are put.
+constexpr double kFarOutsidePx = 1e6;
+/// A mask of which less than this is in the image is not replaced by what is left of it, as long as it is still found
+/// where it is expected.
+constexpr double kWholeInImage = 0.99;
+constexpr double kStillFits = 0.6;
+/// Less than this part of a mask in sight is not enough to be detected.
+constexpr double kLeastVisiblePart = 0.3;
 /// An image larger than this is a mistake.
 constexpr int kMaxImageSidePx = 16384;
 /// So many features that speak against a match weigh as much as those that speak for it.
@@ -19,6 +33,10 @@ constexpr double kMinVotes = 0.5;
 constexpr int kMinHiddenPx = 24;
 /// The one in front hides this many times more of the other than the other of it.
 constexpr int kHiddenRatio = 3;
+
+std::uint64_t slot_bit(const TrackInstance& instance) noexcept {
+  return std::uint64_t{1} << instance.track.slot;
+}
 
 TrackState state_of(const TrackInstance& instance, const TrackerConfig& config) noexcept {
   if (instance.matched_frames < config.confirm_frames && instance.track.state == TrackState::kTentative) {
@@ -106,11 +124,13 @@ Status StereoTracker::check(const DetectionFrame& detections) const {
 }
 
 // P_{i+1,ln} <- T_i; A <- overlap of P and D_{i+1,l}; Kuhn-Munkres; T_{i+1,l}; P_{i+1,lr} <- T_{i+1,l}; Kuhn-Munkres.
-Result<TrackFrame> StereoTracker::process(const DetectionFrame& detections, std::span<const Feature> features) {
+Result<TrackFrame> StereoTracker::process(const DetectionFrame& detections, std::span<const Feature> features,
+                                          std::span<const Forecast> forecasts) {
   if (const Status sizes = check(detections); !sizes) {
     return tl::unexpected(sizes.error());
   }
   begin_frame();
+  take_forecasts(forecasts);
   predict(features);
   draw_predictions(detections.available ? detections.left_labels : LabelView{});
   associate(detections, features);
@@ -140,6 +160,25 @@ void StereoTracker::abandon(std::uint8_t slot) noexcept {
   }
 }
 
+void StereoTracker::join(std::uint8_t earlier, std::uint8_t reborn) noexcept {
+  TrackInstance& from = slots_[earlier];
+  TrackInstance& to = slots_[reborn];
+  to.track.id = from.track.id;
+  to.track.state = from.track.state == TrackState::kTentative ? to.track.state : TrackState::kConfirmed;
+  to.track.age_frames = from.track.age_frames;
+  to.matched_frames += from.matched_frames;
+  to.votes = from.votes;
+  from.slot_state = TrackInstance::Slot::kFree;
+  for (Track& track : published_) {
+    if (track.slot == earlier) {
+      track.area_px = 0;
+      track.box_px = {};
+    } else if (track.slot == reborn) {
+      track = to.track;
+    }
+  }
+}
+
 void StereoTracker::predict(std::span<const Feature> features) {
   for (TrackInstance& instance : slots_) {
     if (!instance.alive()) {
@@ -147,8 +186,30 @@ void StereoTracker::predict(std::span<const Feature> features) {
     }
     ++instance.track.age_frames;
     instance.motion = predict_motion(instance, features);
-    instance.mask.move(instance.motion);
+    if (instance.motion_from_flow || !place_by_forecast(instance)) {
+      instance.mask.move(instance.motion);
+    }
   }
+}
+
+void StereoTracker::take_forecasts(std::span<const Forecast> forecasts) noexcept {
+  for (std::size_t slot = 0; slot < slots_.size(); ++slot) {
+    slots_[slot].forecast = slot < forecasts.size() ? forecasts[slot] : Forecast{};
+  }
+}
+
+bool StereoTracker::place_by_forecast(TrackInstance& instance) noexcept {
+  const Forecast& now = instance.forecast;
+  const Forecast& then = instance.mask_forecast;
+  if (!now.known || !then.known || then.depth_m <= kMinForecastDepth_m) {
+    return false;
+  }
+  if (now.depth_m <= kMinForecastDepth_m) {
+    instance.mask.place(Similarity::about(then.point_px, 1.0, Eigen::Vector2d(kFarOutsidePx, kFarOutsidePx)));
+  } else {
+    instance.mask.place(Similarity::about(then.point_px, then.depth_m / now.depth_m, now.point_px - then.point_px));
+  }
+  return true;
 }
 
 Similarity StereoTracker::predict_motion(TrackInstance& instance, std::span<const Feature> features) {
@@ -188,12 +249,13 @@ Similarity StereoTracker::predict_motion(TrackInstance& instance, std::span<cons
   return instance.motion;
 }
 
-bool StereoTracker::nearer(const TrackInstance& a, const TrackInstance& b) const noexcept {
-  const bool a_hid_b = (b.in_front >> a.track.slot & 1U) != 0;
-  const bool b_hid_a = (a.in_front >> b.track.slot & 1U) != 0;
-  if (a_hid_b != b_hid_a) {
-    return a_hid_b;
-  }
+bool StereoTracker::nearer(const TrackInstance& a, const TrackInstance& b) noexcept {
+  const bool a_hid_b = (b.in_front & slot_bit(a)) != 0;
+  const bool b_hid_a = (a.in_front & slot_bit(b)) != 0;
+  return a_hid_b != b_hid_a ? a_hid_b : looks_nearer(a, b);
+}
+
+bool StereoTracker::looks_nearer(const TrackInstance& a, const TrackInstance& b) noexcept {
   const auto key = [](const TrackInstance& i) { return i.disparity.known ? i.disparity.mean_px : 0.F; };
   if (key(a) != key(b)) {
     return key(a) > key(b);
@@ -203,17 +265,32 @@ bool StereoTracker::nearer(const TrackInstance& a, const TrackInstance& b) const
 
 void StereoTracker::sort_far_to_near() noexcept {
   far_to_near_.clear();
+  std::uint64_t waiting = 0;
+  std::array<std::uint64_t, kMaxObjects> hides{};  // By slot: the tracks that it has been seen to hide.
   for (const TrackInstance& instance : slots_) {
-    if (instance.alive()) {
-      (void)far_to_near_.push_back(instance.track.slot);  // as many places as slots
+    if (!instance.alive()) {
+      continue;
+    }
+    waiting |= slot_bit(instance);
+    for (std::uint64_t rest = instance.in_front; rest != 0; rest &= rest - 1) {
+      hides[static_cast<std::size_t>(std::countr_zero(rest))] |= slot_bit(instance);
     }
   }
-  // By insertion: three tracks may have been seen to hide each other in a circle, which a library's sort does not
-  // allow.
-  for (std::size_t i = 1; i < far_to_near_.size(); ++i) {
-    for (std::size_t k = i; k > 0 && nearer(slots_[far_to_near_[k - 1]], slots_[far_to_near_[k]]); --k) {
-      std::swap(far_to_near_[k - 1], far_to_near_[k]);
+  // The next one hides none of those that wait, and of several is the farthest. Three that have been seen to hide each
+  // other in a circle leave none: then the farthest of all.
+  while (waiting != 0) {
+    const TrackInstance* next = nullptr;
+    bool next_hides = true;
+    for (std::uint64_t rest = waiting; rest != 0; rest &= rest - 1) {
+      const TrackInstance& candidate = slots_[static_cast<std::size_t>(std::countr_zero(rest))];
+      const bool candidate_hides = (hides[candidate.track.slot] & waiting) != 0;
+      if (next == nullptr || (candidate_hides != next_hides ? next_hides : looks_nearer(*next, candidate))) {
+        next = &candidate;
+        next_hides = candidate_hides;
+      }
     }
+    (void)far_to_near_.push_back(next->track.slot);  // as many places as slots
+    waiting &= ~slot_bit(*next);
   }
 }
 
@@ -225,6 +302,7 @@ void StereoTracker::draw_predictions(LabelView detections) noexcept {
     const std::uint8_t label = instance.track.label();
     int drawn = 0;
     instance.whole_on_label.fill(0);
+    instance.mask_part_in_image = instance.mask.part_in_image();
     instance.mask.for_each_pixel(instance.mask.current_box(), [&](int x, int y) {
       ++instance.whole_on_label[detections.empty() ? kBackgroundLabel : detections.at(x, y)];
       prediction_.data[static_cast<std::ptrdiff_t>(y) * prediction_.stride + x] = label;
@@ -246,7 +324,7 @@ void StereoTracker::learn_order(const DetectionFrame& detections) noexcept {
         continue;
       }
       const int hidden = hidden_by(behind, front);
-      const std::uint64_t bit = std::uint64_t{1} << front.track.slot;
+      const std::uint64_t bit = slot_bit(front);
       if (hidden >= kMinHiddenPx && hidden >= kHiddenRatio * hidden_by(front, behind)) {
         behind.in_front |= bit;
       } else if (hidden_by(front, behind) >= kMinHiddenPx) {
@@ -262,7 +340,9 @@ void StereoTracker::add_affinities(const TrackInstance& instance, std::span<cons
                                                    instance.overlap.area_px, detections[v].area_px);
     const FeatureVotes& features = instance.votes_of_features;
     const double votes = features.on_label[detections[v].label] / (features.total + kVotesPrior);
-    if (overlap >= config_.min_overlap || votes >= kMinVotes) {
+    const bool could_be = instance.track.missed_frames < kForgetsClassFrames ||
+                          classes_agree(instance.track.class_id, detections[v].class_id);
+    if (could_be && (overlap >= config_.min_overlap || votes >= kMinVotes)) {
       affinity_(instance.track.slot, static_cast<int>(v)) = overlap + votes;
     }
   }
@@ -321,6 +401,7 @@ void StereoTracker::associate(const DetectionFrame& detections, std::span<const 
 void StereoTracker::accept_match(TrackInstance& instance, const Detection& detection) noexcept {
   ++instance.matched_frames;
   instance.tentative_missed_frames = 0;
+  instance.missed_in_sight_frames = 0;
   instance.votes.add(detection.class_id);
   instance.track.class_id = instance.votes.winner();
   const bool was_tentative = instance.track.state == TrackState::kTentative;
@@ -359,10 +440,20 @@ void StereoTracker::accept_miss(TrackInstance& instance, bool available) noexcep
   const bool tentative = track.state == TrackState::kTentative;
   instance.tentative_missed_frames += tentative && available ? 1 : 0;
   track.state = state_of(instance, config_);
-  if (track.missed_frames > config_.max_missed_frames || instance.predicted_px < config_.min_area_px ||
+  const bool waits = !tentative && instance.forecast.known && out_of_sight(instance);
+  const bool gone = !waits && instance.predicted_px < config_.min_area_px;
+  instance.missed_in_sight_frames += waits ? 0 : 1;
+  if (track.missed_frames > config_.max_unseen_frames + config_.max_missed_frames ||
+      instance.missed_in_sight_frames > config_.max_missed_frames || gone ||
       (tentative && instance.tentative_missed_frames > config_.max_tentative_missed_frames)) {
     end(instance);
   }
+}
+
+bool StereoTracker::out_of_sight(const TrackInstance& instance) const noexcept {
+  return instance.predicted_px < config_.min_area_px || instance.overlap.area_px < config_.min_area_px ||
+         instance.mask_part_in_image < kLeastVisiblePart ||
+         instance.overlap.area_px < kLeastVisiblePart * instance.predicted_px;
 }
 
 void StereoTracker::end(TrackInstance& instance) noexcept {
@@ -402,14 +493,20 @@ void StereoTracker::draw_left(const DetectionFrame& detections) noexcept {
   // Only now are all pixels given away, so that hidden parts are known to be hidden.
   for (TrackInstance& instance : slots_) {
     if (instance.alive() && instance.detection >= 0) {
-      remember_mask(instance);
+      remember_mask(instance, detections.left[static_cast<std::size_t>(instance.detection)]);
     }
   }
 }
 
 // The mask to predict from: the detected pixels, and those of the old mask that now lie behind a nearer object. So an
 // object that passes behind another keeps its full shape and is recognised when any part of it comes out.
-void StereoTracker::remember_mask(TrackInstance& instance) noexcept {
+void StereoTracker::remember_mask(TrackInstance& instance, const Detection& detection) noexcept {
+  const double fit =
+      intersection_over_union(instance.overlap.on_label[detection.label], instance.overlap.area_px, detection.area_px);
+  if (instance.forecast.known && instance.mask_part_in_image < kWholeInImage && fit > kStillFits) {
+    return;
+  }
+  instance.mask_forecast = instance.forecast;
   const std::uint8_t label = instance.track.label();
   PixelBox box = instance.track.box_px;
   const bool partly_hidden = instance.overlap.area_px < instance.predicted_px;
@@ -441,8 +538,12 @@ void StereoTracker::remember_mask(TrackInstance& instance) noexcept {
 
 void StereoTracker::publish() noexcept {
   published_.clear();
-  for (const TrackInstance& instance : slots_) {
+  for (TrackInstance& instance : slots_) {
     if (instance.alive()) {
+      const double shown =
+          instance.predicted_px > 0 ? static_cast<double>(instance.overlap.area_px) / instance.predicted_px : 0.0;
+      const double part = instance.track.age_frames == 0 ? 1.0 : shown * instance.mask_part_in_image;
+      instance.track.visible_part = static_cast<float>(part);
       (void)published_.push_back(instance.track);  // as many places as slots
     }
   }

@@ -10,6 +10,8 @@ namespace kinetrace::trajectory {
 namespace {
 
 constexpr double kStartSpeedSigma_mps = 5.0;
+constexpr double kRestSpeedSigma_mps = 0.05;
+constexpr double kRestAcceleration_mps2 = 0.1;
 constexpr double kGate = 16.3;  // 99.9 % of chi-square with three degrees of freedom.
 constexpr int kMaxSkipped = 3;
 constexpr int kIterations = 3;
@@ -37,20 +39,23 @@ Prediction predict_stereo(const StereoGeometry& g, const Eigen::Vector3d& p) {
 }  // namespace
 
 void StereoPositionFilter::start(std::int64_t timestamp_ns, const Eigen::Vector3d& position_m,
-                                 const Eigen::Vector3d& velocity_mps,
-                                 const Eigen::Matrix3d& position_covariance) noexcept {
+                                 const Eigen::Vector3d& velocity_mps, const Eigen::Matrix3d& position_covariance,
+                                 bool at_rest) noexcept {
   initialised_ = true;
+  at_rest_ = at_rest;
   skipped_ = 0;
   timestamp_ns_ = timestamp_ns;
   position_ = position_m;
   velocity_ = velocity_mps;
   covariance_.setZero();
   covariance_.topLeftCorner<3, 3>() = position_covariance;
-  covariance_.bottomRightCorner<3, 3>().diagonal().setConstant(kStartSpeedSigma_mps * kStartSpeedSigma_mps);
+  const double speed_sigma_mps = at_rest ? kRestSpeedSigma_mps : kStartSpeedSigma_mps;
+  covariance_.bottomRightCorner<3, 3>().diagonal().setConstant(speed_sigma_mps * speed_sigma_mps);
 }
 
 Matrix6d StereoPositionFilter::process_noise(double dt_s) const noexcept {
-  const double variance = config_.max_acceleration_mps2 * config_.max_acceleration_mps2;
+  const double acceleration_mps2 = at_rest_ ? kRestAcceleration_mps2 : config_.max_acceleration_mps2;
+  const double variance = acceleration_mps2 * acceleration_mps2;
   const Eigen::Matrix3d eye = Eigen::Matrix3d::Identity();
   Matrix6d noise;
   noise << 0.25 * dt_s * dt_s * eye, 0.5 * dt_s * eye, 0.5 * dt_s * eye, eye;

@@ -17,6 +17,9 @@ constexpr double kHuber = 4.1;
 // No pose is known better than this, whatever its covariance says: errors of the reconstruction that last over frames.
 constexpr double kRotationFloor_rad = 5e-4;
 constexpr double kPositionFloor_m = 2e-3;
+// How far from zero the velocity of something at rest may appear to be.
+constexpr double kRestSpeed_mps = 0.05;
+constexpr double kRestTurn_rad_s = 0.01;
 constexpr double kLeastStep_s = 1e-4;
 
 double seconds(const PathNode& from, const PathNode& to) {
@@ -37,7 +40,7 @@ bool rotation_unknown(const PathNode& node) {
   return node.covariance.topLeftCorner<3, 3>().trace() > 3.0 * kUnknownRotation_rad2;
 }
 
-BodyVelocity body_velocity(const PathNode& a, const PathNode& b) {
+BodyVelocity differentiated_velocity(const PathNode& a, const PathNode& b) {
   const double rate = 1.0 / seconds(a, b);
   const Se3& from = a.smoothed;
   const Se3& to = b.smoothed;
@@ -55,6 +58,10 @@ BodyVelocity body_velocity(const PathNode& a, const PathNode& b) {
 }
 
 }  // namespace
+
+Vector6d body_velocity(const PathNode& from, const PathNode& to) {
+  return differentiated_velocity(from, to).value;
+}
 
 TrajectorySmoother::TrajectorySmoother(const TrajectoryConfig& config, std::size_t max_nodes, Arena& arena)
     : config_(config), rows_(arena.take<BlockRow>(max_nodes)) {}
@@ -76,8 +83,8 @@ void TrajectorySmoother::add_measurement(const PathNode& node, BlockRow& row) co
 
 void TrajectorySmoother::add_smoothness(std::span<const PathNode> path, std::size_t middle,
                                         std::size_t fixed) noexcept {
-  const BodyVelocity before = body_velocity(path[middle - 1], path[middle]);
-  const BodyVelocity after = body_velocity(path[middle], path[middle + 1]);
+  const BodyVelocity before = differentiated_velocity(path[middle - 1], path[middle]);
+  const BodyVelocity after = differentiated_velocity(path[middle], path[middle + 1]);
   const double span_s = 0.5 * (seconds(path[middle - 1], path[middle]) + seconds(path[middle], path[middle + 1]));
   Vector6d weight;
   weight.head<3>().setConstant(1.0 / (config_.smoothing_turn_radps2 * span_s));
@@ -104,11 +111,33 @@ void TrajectorySmoother::add_smoothness(std::span<const PathNode> path, std::siz
   }
 }
 
-void TrajectorySmoother::assemble(std::span<const PathNode> path, std::size_t fixed) noexcept {
+void TrajectorySmoother::add_rest(std::span<const PathNode> path, std::size_t to, std::size_t fixed) noexcept {
+  const BodyVelocity velocity = differentiated_velocity(path[to - 1], path[to]);
+  Vector6d weight;
+  weight << Eigen::Vector3d::Constant(1.0 / kRestTurn_rad_s), Eigen::Vector3d::Constant(1.0 / kRestSpeed_mps);
+  const Vector6d error = weight.cwiseProduct(velocity.value);
+  const Matrix6d by_to = weight.asDiagonal() * velocity.by_to;
+  BlockRow& row = rows_[to - fixed];
+  row.diagonal += by_to.transpose() * by_to;
+  row.right -= by_to.transpose() * error;
+  if (to - 1 < fixed) {
+    return;
+  }
+  const Matrix6d by_from = weight.asDiagonal() * velocity.by_from;
+  BlockRow& before = rows_[to - 1 - fixed];
+  before.diagonal += by_from.transpose() * by_from;
+  before.right -= by_from.transpose() * error;
+  before.next += by_from.transpose() * by_to;
+}
+
+void TrajectorySmoother::assemble(std::span<const PathNode> path, std::size_t fixed, bool at_rest) noexcept {
   for (std::size_t k = fixed; k < path.size(); ++k) {
     BlockRow& row = rows_[k - fixed];
     row = {Matrix6d::Zero(), Matrix6d::Zero(), Matrix6d::Zero(), Vector6d::Zero()};
     add_measurement(path[k], row);
+  }
+  for (std::size_t k = std::max<std::size_t>(fixed, 1); at_rest && k < path.size(); ++k) {
+    add_rest(path, k, fixed);
   }
   for (std::size_t middle = 1; middle + 1 < path.size(); ++middle) {
     if (middle + 1 >= fixed) {
@@ -146,7 +175,7 @@ void TrajectorySmoother::solve(std::size_t count) noexcept {
   }
 }
 
-void TrajectorySmoother::smooth(std::span<PathNode> path, std::size_t fixed) noexcept {
+void TrajectorySmoother::smooth(std::span<PathNode> path, std::size_t fixed, bool at_rest) noexcept {
   for (PathNode& node : path.subspan(std::min(fixed, path.size()))) {
     node.smoothed = node.measured;
   }
@@ -161,7 +190,7 @@ void TrajectorySmoother::smooth(std::span<PathNode> path, std::size_t fixed) noe
   }
   const std::size_t count = path.size() - fixed;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
-    assemble(path, fixed);
+    assemble(path, fixed, at_rest);
     solve(count);
     double largest = 0.0;
     for (std::size_t k = 0; k < count; ++k) {

@@ -64,12 +64,28 @@ class Scene {
   std::mt19937 engine_;
 };
 
+/// A pose to start from that weighs nothing.
+PosePrior guess(const Se3& T_cam_body) {
+  return {T_cam_body, Matrix6d::Zero()};
+}
+
+TEST(StereoPoseEstimator, FollowsAStrongPriorWhereObservationsSayLittle) {
+  Scene scene(4, 3);
+  const auto observations = scene.observe(0.0);
+  std::vector<std::uint8_t> inlier(4);
+  PosePrior prior = guess(scene.off_by(0.0, 0.001));
+  prior.information = 1e12 * Matrix6d::Identity();
+  const PoseEstimate e = scene.estimator().estimate(observations, prior, kSigma_px, inlier);
+  ASSERT_TRUE(e.valid);
+  EXPECT_LT(left_difference(prior.T_cam_body, e.T_cam_body).norm(), 1e-4);
+}
+
 TEST(StereoPoseEstimator, IsExactWithoutNoise) {
   for (const std::size_t n : {3, 4, 50, 500}) {
     Scene scene(n, 1);
     const auto observations = scene.observe(0.0);
     std::vector<std::uint8_t> inlier(n);
-    const PoseEstimate e = scene.estimator().estimate(observations, scene.off_by(0.05, 0.8), kSigma_px, inlier);
+    const PoseEstimate e = scene.estimator().estimate(observations, guess(scene.off_by(0.05, 0.8)), kSigma_px, inlier);
     ASSERT_TRUE(e.valid) << n;
     EXPECT_EQ(e.inliers, static_cast<int>(n));
     EXPECT_LT(scene.position_error_m(e), n == 3 ? 1e-3 : 1e-4) << n;  // Pixels are floats.
@@ -81,7 +97,7 @@ TEST(StereoPoseEstimator, FewerThanThreePointsAreNoPose) {
   for (const std::size_t n : {0, 1, 2}) {
     Scene scene(n, 1);
     std::vector<std::uint8_t> inlier(n, 1);
-    const PoseEstimate e = scene.estimator().estimate(scene.observe(0.0), scene.truth(), kSigma_px, inlier);
+    const PoseEstimate e = scene.estimator().estimate(scene.observe(0.0), guess(scene.truth()), kSigma_px, inlier);
     EXPECT_FALSE(e.valid);
     EXPECT_EQ(std::count(inlier.begin(), inlier.end(), 1), 0);
   }
@@ -91,7 +107,7 @@ TEST(StereoPoseEstimator, NoiseLeavesMillimetres) {
   Scene scene(500, 2);
   std::vector<std::uint8_t> inlier(500);
   const PoseEstimate e =
-      scene.estimator().estimate(scene.observe(kSigma_px), scene.off_by(0.02, 0.5), kSigma_px, inlier);
+      scene.estimator().estimate(scene.observe(kSigma_px), guess(scene.off_by(0.02, 0.5)), kSigma_px, inlier);
   ASSERT_TRUE(e.valid);
   EXPECT_GT(e.inliers, 495);
   EXPECT_LT(scene.position_error_m(e), 0.01);
@@ -104,7 +120,7 @@ TEST(StereoPoseEstimator, FindsThePoseAmongFortyPercentOutliers) {
     auto observations = scene.observe(kSigma_px);
     scene.spoil(observations, 40);
     std::vector<std::uint8_t> inlier(100);
-    const PoseEstimate e = scene.estimator().estimate(observations, scene.off_by(0.08, 1.0), kSigma_px, inlier);
+    const PoseEstimate e = scene.estimator().estimate(observations, guess(scene.off_by(0.08, 1.0)), kSigma_px, inlier);
     ASSERT_TRUE(e.valid);
     EXPECT_LE(std::count(inlier.begin(), inlier.begin() + 40, 1), 1);
     EXPECT_GE(std::count(inlier.begin() + 40, inlier.end(), 1), 58);
@@ -118,7 +134,7 @@ TEST(StereoPoseEstimator, NothingButOutliersIsHardlyEverAPose) {
   auto observations = scene.observe(kSigma_px);
   scene.spoil(observations, 100);
   std::vector<std::uint8_t> inlier(100);
-  const PoseEstimate e = scene.estimator().estimate(observations, scene.truth(), kSigma_px, inlier);
+  const PoseEstimate e = scene.estimator().estimate(observations, guess(scene.truth()), kSigma_px, inlier);
   EXPECT_LT(e.inliers, 8);
 }
 
@@ -130,7 +146,7 @@ TEST(StereoPoseEstimator, PointsBehindTheCameraNeverAgree) {
     observations[i].p_body = scene.truth().inverse() * Eigen::Vector3d(-p_cam);
   }
   std::vector<std::uint8_t> inlier(60);
-  const PoseEstimate e = scene.estimator().estimate(observations, scene.truth(), kSigma_px, inlier);
+  const PoseEstimate e = scene.estimator().estimate(observations, guess(scene.truth()), kSigma_px, inlier);
   ASSERT_TRUE(e.valid);
   EXPECT_EQ(std::count(inlier.begin(), inlier.begin() + 10, 1), 0);
   EXPECT_LT(scene.position_error_m(e), 0.05);
@@ -144,7 +160,7 @@ TEST(StereoPoseEstimator, EveryPointBehindTheCameraIsNoPose) {
     o.p_body = facing_away.inverse() * Eigen::Vector3d(0.0, 0.0, -10.0);
   }
   std::vector<std::uint8_t> inlier(20);
-  EXPECT_FALSE(scene.estimator().estimate(observations, facing_away, kSigma_px, inlier).valid);
+  EXPECT_FALSE(scene.estimator().estimate(observations, guess(facing_away), kSigma_px, inlier).valid);
 }
 
 TEST(StereoPoseEstimator, OneEyeIsEnoughOncePointsAreKnown) {
@@ -154,7 +170,7 @@ TEST(StereoPoseEstimator, OneEyeIsEnoughOncePointsAreKnown) {
     o.u_right_px = kNoRight;
   }
   std::vector<std::uint8_t> inlier(200);
-  const PoseEstimate e = scene.estimator().estimate(observations, scene.off_by(0.02, 0.5), kSigma_px, inlier);
+  const PoseEstimate e = scene.estimator().estimate(observations, guess(scene.off_by(0.02, 0.5)), kSigma_px, inlier);
   ASSERT_TRUE(e.valid);
   EXPECT_GT(e.inliers, 197);
   EXPECT_LT(scene.position_error_m(e), 0.03);
@@ -167,7 +183,8 @@ TEST(StereoPoseEstimator, CovarianceMatchesMonteCarlo) {
   Matrix6d claimed = Matrix6d::Zero();
   std::vector<std::uint8_t> inlier(60);
   for (int trial = 0; trial < kTrials; ++trial) {
-    const PoseEstimate e = scene.estimator().estimate(scene.observe(kSigma_px), scene.truth(), kSigma_px, inlier);
+    const PoseEstimate e =
+        scene.estimator().estimate(scene.observe(kSigma_px), guess(scene.truth()), kSigma_px, inlier);
     ASSERT_TRUE(e.valid);
     const Vector6d error = left_difference(scene.truth(), e.T_cam_body);
     sampled += error * error.transpose() / kTrials;
@@ -186,9 +203,10 @@ TEST(StereoPoseEstimator, SameInputSameOutputBitForBit) {
   scene.spoil(observations, 120);
   std::vector<std::uint8_t> first_inlier(300);
   std::vector<std::uint8_t> second_inlier(300);
-  const PoseEstimate first = scene.estimator().estimate(observations, scene.off_by(0.05, 0.5), kSigma_px, first_inlier);
+  const PoseEstimate first =
+      scene.estimator().estimate(observations, guess(scene.off_by(0.05, 0.5)), kSigma_px, first_inlier);
   const PoseEstimate second =
-      scene.estimator().estimate(observations, scene.off_by(0.05, 0.5), kSigma_px, second_inlier);
+      scene.estimator().estimate(observations, guess(scene.off_by(0.05, 0.5)), kSigma_px, second_inlier);
   EXPECT_EQ(first.T_cam_body.rotation, second.T_cam_body.rotation);
   EXPECT_EQ(first.T_cam_body.translation, second.T_cam_body.translation);
   EXPECT_EQ(first_inlier, second_inlier);

@@ -113,12 +113,13 @@ class TrackerScene {
   std::vector<bool> detected;             ///< Per shape, default all.
   std::vector<std::uint8_t> label_order;  ///< Label of each shape, default 1, 2, ...
   double feature_noise_px = 0.0;
+  std::vector<Forecast> forecasts;  ///< By slot.
 
   /// Truth label of shape k is k + 1.
   const TrackFrame& step(std::span<const Shape> shapes) {
     draw(shapes);
     std::vector<Feature> features = place_features(shapes);
-    frame_ = tracker_.process(detections_, features).value();
+    frame_ = tracker_.process(detections_, features, forecasts).value();
     previous_.assign(shapes.begin(), shapes.end());
     has_previous_ = true;
     return frame_;

@@ -157,6 +157,83 @@ TEST(StereoTracker, HoldsAsManyTracksAsConfigured) {
   EXPECT_EQ(scene.tracker().counters().detections_dropped, 0U);
 }
 
+/// Of a shape's centre; a depth that goes with its disparity.
+Forecast forecast_of(const Shape& shape) {
+  return {true, {shape.x, shape.y}, 100.0 / shape.disparity_px};
+}
+
+/// Three frames in view, then `away` frames outside the image on the right, then back in view.
+void look_away(TrackerScene& scene, int away, bool with_forecast) {
+  const auto step = [&](const Shape& shape, bool visible) {
+    scene.forecasts.assign(1, with_forecast ? forecast_of(shape) : Forecast{});
+    scene.detected = {visible};
+    scene.step(std::array{shape});
+  };
+  for (int i = 0; i < 4; ++i) {
+    step(shifted(kCar, 400.0), true);
+  }
+  for (int i = 0; i < away; ++i) {
+    step(shifted(kCar, 900.0), false);
+  }
+  step(shifted(kCar, 380.0), true);
+}
+
+TEST(StereoTracker, KeepsTheIdOfWhatComesBackIntoTheImage) {
+  TrackerScene scene;
+  look_away(scene, 40, true);
+  ASSERT_EQ(scene.frame().tracks.size(), 1U);
+  EXPECT_EQ(scene.frame().tracks[0].id, 1U);
+  EXPECT_EQ(scene.frame().tracks[0].missed_frames, 0);
+}
+
+TEST(StereoTracker, ForgetsWhatStaysOutsideTheImageTooLong) {
+  TrackerConfig config;
+  TrackerScene scene(config);
+  look_away(scene, config.max_unseen_frames + config.max_missed_frames + 2, true);
+  ASSERT_EQ(scene.frame().tracks.size(), 1U);
+  EXPECT_EQ(scene.frame().tracks[0].id, 2U);
+}
+
+TEST(StereoTracker, EndsWhatLeavesTheImageWithoutAForecast) {
+  TrackerScene scene;
+  look_away(scene, 12, false);
+  ASSERT_EQ(scene.frame().tracks.size(), 1U);
+  EXPECT_EQ(scene.frame().tracks[0].id, 2U);
+}
+
+TEST(StereoTracker, EndsAnAbandonedTrackWithTheNextFrame) {
+  TrackerScene scene;
+  for (int i = 0; i < 3; ++i) {
+    scene.step(std::array{kCar});
+  }
+  scene.tracker().abandon(scene.frame().tracks[0].slot);
+  scene.tracker().abandon(200);
+  const TrackFrame& frame = scene.step(std::array{kCar});
+  ASSERT_EQ(frame.ended.size(), 1U);
+  EXPECT_EQ(frame.ended[0].id, 1U);
+  ASSERT_EQ(frame.tracks.size(), 1U);
+  EXPECT_EQ(frame.tracks[0].id, 2U);
+}
+
+TEST(StereoTracker, GoesOnUnderTheEarlierIdAfterJoining) {
+  TrackerScene scene;
+  const Shape other = shifted(kCar, 300.0);
+  for (int i = 0; i < 3; ++i) {
+    scene.step(std::array{kCar});
+  }
+  scene.detected = {false, true};
+  scene.step(std::array{kCar, other});
+  ASSERT_EQ(scene.frame().tracks.size(), 2U);
+  scene.tracker().join(scene.frame().tracks[0].slot, scene.frame().tracks[1].slot);
+  EXPECT_EQ(scene.frame().tracks[1].id, 1U) << "in the frame that was given out, too";
+  EXPECT_EQ(scene.frame().tracks[0].area_px, 0);
+  const TrackFrame& frame = scene.step(std::array{kCar, other});
+  ASSERT_EQ(frame.tracks.size(), 1U);
+  EXPECT_EQ(frame.tracks[0].id, 1U);
+  EXPECT_EQ(frame.tracks[0].state, TrackState::kConfirmed);
+  EXPECT_TRUE(frame.ended.empty());
+}
+
 TEST(StereoTracker, DropsTheSmallestDetectionBeyondItsCapacity) {
   TrackerConfig config;
   config.max_objects = 8;

@@ -116,8 +116,7 @@ TEST_F(TrajectorySmootherTest, IsNotBentByOneWildPosition) {
   nodes[6].measured.translation += Eigen::Vector3d(0.0, 0.0, 4.0);
   smoother_.smooth(nodes, 0);
   for (std::size_t k = 0; k < nodes.size(); ++k) {
-    EXPECT_LT((nodes[k].smoothed.translation - turning(kStep_s * static_cast<double>(k)).translation).norm(), 0.1)
-        << k;
+    EXPECT_LT((nodes[k].smoothed.translation - turning(kStep_s * static_cast<double>(k)).translation).norm(), 0.1) << k;
   }
 }
 
@@ -154,6 +153,24 @@ TEST_F(TrajectorySmootherTest, DoesNotTurnWhatWasNeverSeenToTurn) {
   for (const PathNode& node : nodes) {
     EXPECT_LT(so3_log(node.smoothed.rotation).norm(), 1e-3);
   }
+}
+
+TEST_F(TrajectorySmootherTest, HoldsWhatIsAtRest) {
+  std::mt19937 engine(5);
+  std::normal_distribution<double> unit;
+  std::vector<PathNode> nodes = path(kMaxNodes);
+  for (PathNode& node : nodes) {
+    node.measured = {Eigen::Matrix3d::Identity(), kSigma_m * Eigen::Vector3d(unit(engine), unit(engine), unit(engine))};
+  }
+  const auto wander = [&](bool at_rest) {
+    smoother_.smooth(nodes, 0, at_rest);
+    double way = 0.0;
+    for (std::size_t k = 1; k < nodes.size(); ++k) {
+      way += (nodes[k].smoothed.translation - nodes[k - 1].smoothed.translation).norm();
+    }
+    return way;
+  };
+  EXPECT_LT(wander(true), 0.3 * wander(false));
 }
 
 TEST_F(TrajectorySmootherTest, FillsAGapWhereThePathLeadsThroughIt) {

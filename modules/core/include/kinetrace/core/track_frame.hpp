@@ -21,11 +21,12 @@ struct Track {
   std::uint8_t slot = 0;  ///< In [0, max_objects), reused after the track has ended. Its mask label is slot + 1.
   std::uint16_t class_id = 0;
   TrackState state = TrackState::kTentative;
-  bool has_right = false;  ///< A right mask is attached in this frame.
-  int age_frames = 0;      ///< Frames since birth.
-  int missed_frames = 0;   ///< Frames since the last matched detection.
-  PixelBox box_px;         ///< Of the left mask; empty when nothing of it is in the image.
-  int area_px = 0;         ///< Of the left mask.
+  bool has_right = false;    ///< A right mask is attached in this frame.
+  int age_frames = 0;        ///< Frames since birth.
+  int missed_frames = 0;     ///< Frames since the last matched detection.
+  float visible_part = 1.F;  ///< Of the mask expected in this frame: in the image and not behind other tracks.
+  PixelBox box_px;           ///< Of the left mask; empty when nothing of it is in the image.
+  int area_px = 0;           ///< Of the left mask.
 
   [[nodiscard]] std::uint8_t label() const noexcept { return static_cast<std::uint8_t>(slot + 1); }
 };

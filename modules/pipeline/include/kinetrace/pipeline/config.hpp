@@ -30,7 +30,7 @@ struct MemoryConfig {
 /// How objects are made from tracks.
 struct ObjectConfig {
   int stereo_only_min_features = 2;  ///< Stereo features that give an object too small for SfM its position.
-  int lost_after_frames = 5;         ///< Predicted frames in a row after which an object counts as lost.
+  int lost_after_frames = 10;        ///< Predicted frames in a row after which an object counts as lost.
   bool rigid_pedestrians = false;    ///< Reconstruct people too; off, they get a trajectory from stereo.
 };
 
@@ -128,6 +128,8 @@ void visit_fields(Config& config, Visitor&& visit) {
   visit("tracking.max_objects", t.max_objects, "tracks alive at once");
   visit("tracking.confirm_frames", t.confirm_frames, "matched frames until a track is confirmed");
   visit("tracking.max_missed_frames", t.max_missed_frames, "frames without a detection after which a track ends");
+  visit("tracking.max_unseen_frames", t.max_unseen_frames,
+        "the same while it is outside the image or hidden by other objects");
   visit("tracking.max_tentative_missed_frames", t.max_tentative_missed_frames, "the same for a tentative track");
   visit("tracking.min_area_px", t.min_area_px, "smaller detections are not born, smaller tracks end, px");
   visit("tracking.min_overlap", t.min_overlap, "intersection over union of prediction and detection");

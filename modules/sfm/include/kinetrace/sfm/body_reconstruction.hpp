@@ -59,8 +59,15 @@ class BodyReconstruction {
   void predict_features(std::span<const Feature> previous, std::uint8_t label, std::int64_t timestamp_ns,
                         std::span<FeaturePrediction> by_slot) const;
 
-  /// Pose of this frame from known points; kPropagated (prediction) when too few agree.
-  const BodyEstimate& locate(const FeatureFrame& frame, std::uint8_t label);
+  /// What the caller knows about the pose of a frame before it is measured.
+  struct Expectation {
+    Se3 T_body_cam;
+    Matrix6d covariance = Matrix6d::Identity();  ///< Of T_body_cam, left perturbation.
+  };
+
+  /// Pose of this frame from known points; kPropagated (prediction) when too few agree. Without an expectation the
+  /// prediction is that of constant velocity, and weighs nothing.
+  const BodyEstimate& locate(const FeatureFrame& frame, std::uint8_t label, const Expectation* expected = nullptr);
   /// After locate(): the caller knows that the pose found cannot be; the prediction takes its place.
   void refuse_pose();
   void extend(const FeatureFrame& frame, std::uint8_t label);
@@ -86,7 +93,9 @@ class BodyReconstruction {
   BodyReconstruction(const BodyConfig& config, const StereoGeometry& geometry, Arena& arena);
 
   /// Pose that most of `observations` agree with; invalid where too few do.
-  [[nodiscard]] PoseEstimate find_pose(std::span<const PoseObservation> observations, double sigma_px);
+  [[nodiscard]] PoseEstimate find_pose(std::span<const PoseObservation> observations, const PosePrior& prior,
+                                       double sigma_px);
+  [[nodiscard]] PosePrior prior_from(const Expectation* expected) const;
   /// Takes the scatter of a located frame into account, for gates and weights from now on.
   void learn_noise(std::span<const PoseObservation> observations, const Se3& T_cam_body);
   /// A prediction may be wrong by as much as the motion it assumes.

@@ -12,7 +12,7 @@ struct BodyConfig {
   /// Frames that bundle adjustment refines; also the lag after which a pose is settled. One: single-frame stereo, each
   /// point where the newest frame alone sees it, nothing to refine.
   int window_frames = 10;
-  int min_inliers = 8;      ///< Fewer agreeing points than this are no pose.
+  int min_inliers = 8;            ///< Fewer agreeing points than this are no pose.
   double min_inlier_ratio = 0.4;  ///< A smaller part of agreeing points means: not rigid, or not this body.
   /// Standard deviation of u_left, v and u_right: at most, and before anything is known. What it is, is learnt from the
   /// residuals, but never taken to be less than the second.

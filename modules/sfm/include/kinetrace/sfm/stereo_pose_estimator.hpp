@@ -31,6 +31,12 @@ struct PoseEstimate {
   int inliers = 0;
 };
 
+/// What is known about the pose before any observation.
+struct PosePrior {
+  Se3 T_cam_body;
+  Matrix6d information = Matrix6d::Zero();  ///< Of T_cam_body, left perturbation. Zero: a guess that weighs nothing.
+};
+
 struct PoseEstimatorConfig {
   double gate_sigma = 4.0;
   int max_hypotheses = 96;
@@ -39,8 +45,9 @@ struct PoseEstimatorConfig {
 /// Minimises the robust stereo reprojection error over one pose.
 ///
 /// Hypotheses come from three random points each, solved by Gauss-Newton on their stereo reprojection error: unlike
-/// aligning triangulated points, this weighs far points by what they really tell. The predicted pose is the first
-/// hypothesis. Sampling is seeded by the number of observations: the same input gives the same output.
+/// aligning triangulated points, this weighs far points by what they really tell. The prior is the first
+/// hypothesis, and weighs in when hypotheses are ranked and refined. Sampling is seeded by the number of observations:
+/// the same input gives the same output.
 class StereoPoseEstimator {
  public:
   StereoPoseEstimator(const PoseEstimatorConfig& config, const StereoGeometry& geometry)
@@ -48,7 +55,7 @@ class StereoPoseEstimator {
 
   /// `inlier` (as long as `observations`) receives 1 for observations that agree with the result, else 0.
   /// `sigma_px`: standard deviation of a measured coordinate.
-  [[nodiscard]] PoseEstimate estimate(std::span<const PoseObservation> observations, const Se3& T_cam_body_predicted,
+  [[nodiscard]] PoseEstimate estimate(std::span<const PoseObservation> observations, const PosePrior& prior,
                                       double sigma_px, std::span<std::uint8_t> inlier) const;
 
  private:

@@ -45,6 +45,11 @@ class ReferenceMask {
     }
   }
 
+  /// The object is where `now_from_reference` takes the mask as it was captured.
+  void place(const Similarity& now_from_reference) noexcept { now_from_ref_ = now_from_reference; }
+  /// Part of the mask's box that lies in the image now.
+  [[nodiscard]] double part_in_image() const noexcept;
+
   /// The object has moved by `motion` (image of the previous frame to image of the current one).
   void move(const Similarity& motion) noexcept { now_from_ref_ = motion * now_from_ref_; }
 
@@ -83,6 +88,8 @@ class ReferenceMask {
   [[nodiscard]] std::uint8_t* row(int y) const noexcept {
     return bits_.data() + static_cast<std::ptrdiff_t>(y) * row_bytes_;
   }
+  /// Corners of the mask's box now, not clipped.
+  void current_corners(Eigen::Vector2d& low, Eigen::Vector2d& high) const noexcept;
   [[nodiscard]] bool covers(int x, int y) const noexcept {
     // Unsigned differences test both ends of an interval at once.
     return static_cast<unsigned>(x - box_.x0) < static_cast<unsigned>(box_.width()) &&

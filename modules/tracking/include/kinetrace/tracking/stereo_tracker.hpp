@@ -31,7 +31,8 @@ struct TrackerCounters {
 /// Gives instance masks an identity over time and carries it to the right image.
 ///
 /// Prediction P: each track's last seen mask, moved by the similarity that its features follow (RANSAC); with fewer
-/// than three features by their median displacement and the last known scale change; with none by its last motion.
+/// than three features by their median displacement and the last known scale change; with none to where its forecast
+/// says, or without one by its last motion. A mask that leaves the image is kept whole and comes back whole.
 /// Where predictions overlap, the one that has been seen to hide the other does so again (its detection lay where the
 /// other's mask was expected); before that the one with the larger disparity; without disparity a track counts as
 /// behind all others, and among those the lower edge of the box decides.
@@ -42,8 +43,10 @@ struct TrackerCounters {
 /// of two things it is: when one object passes close to another, theirs is the better memory.
 ///
 /// Life: a detection that no track claims is born tentative, confirmed when matched in `confirm_frames` frames,
-/// propagated by its prediction for `max_missed_frames`, and ended then, or when its mask leaves the image or shrinks
-/// below `min_area_px` (parts hidden by other tracks not counted). Frames without detections (`available == false`)
+/// propagated by its prediction for `max_missed_frames`, and ended then. A track with a forecast that is outside the
+/// image or hidden by others waits for `max_unseen_frames`, so that a thing keeps its name when the camera looks away
+/// or something passes in front of it; without a forecast it ends when its mask leaves the image or shrinks below
+/// `min_area_px`. Frames without detections (`available == false`)
 /// propagate every track and count as missed for confirmed ones only towards `max_missed_frames`. Births at capacity:
 /// the largest detections first; a track that is tentative and unmatched, or else has been propagated for more than
 /// half of `max_missed_frames`, ends to make room for the next frame; else the smallest
@@ -61,12 +64,18 @@ class StereoTracker {
                                                     Arena& arena);
 
   /// One frame. `features` are tracked into this frame, their `body` is the label in the previous frame's result.
-  /// The result lives until the next call. Errors: kInvalidArgument (label images of another size).
-  [[nodiscard]] Result<TrackFrame> process(const DetectionFrame& detections, std::span<const Feature> features);
+  /// `forecasts`: by slot, of this frame; may be shorter. The result lives until the next call. Errors:
+  /// kInvalidArgument (label images of another size).
+  [[nodiscard]] Result<TrackFrame> process(const DetectionFrame& detections, std::span<const Feature> features,
+                                           std::span<const Forecast> forecasts = {});
 
   /// The track in this slot turned out to have passed to another object: it ends with the next frame, and what it lies
   /// on may be born again under its own id. Slots without a live track are ignored.
   void abandon(std::uint8_t slot) noexcept;
+
+  /// The track in slot `reborn`, new in this frame, is the thing that the one in slot `earlier` has lost: it goes on
+  /// under that track's id, class votes and state, and the earlier slot becomes free without an end being told.
+  void join(std::uint8_t earlier, std::uint8_t reborn) noexcept;
 
   [[nodiscard]] const TrackerCounters& counters() const noexcept { return counters_; }
 
@@ -79,7 +88,12 @@ class StereoTracker {
   [[nodiscard]] Status check(const DetectionFrame& detections) const;
 
   void begin_frame() noexcept;
+  void take_forecasts(std::span<const Forecast> forecasts) noexcept;
   void predict(std::span<const Feature> features);
+  /// Puts the mask to where the forecast expects it; false without one.
+  [[nodiscard]] static bool place_by_forecast(TrackInstance& instance) noexcept;
+  /// Outside the image or behind other tracks: no detection can be expected.
+  [[nodiscard]] bool out_of_sight(const TrackInstance& instance) const noexcept;
   [[nodiscard]] Similarity predict_motion(TrackInstance& instance, std::span<const Feature> features);
   void draw_predictions(LabelView detections) noexcept;
   /// Who hides whom, from what was detected where whole masks were expected.
@@ -97,7 +111,7 @@ class StereoTracker {
   [[nodiscard]] bool start_track(const DetectionFrame& detections, std::size_t index) noexcept;
   void make_room(int for_area_px) noexcept;
   void draw_left(const DetectionFrame& detections) noexcept;
-  void remember_mask(TrackInstance& instance) noexcept;
+  void remember_mask(TrackInstance& instance, const Detection& detection) noexcept;
   void attach_right(const DetectionFrame& detections, std::span<const Feature> features);
   void update_disparity(TrackInstance& instance, std::span<const Feature> features);
   void draw_right_prediction(TrackInstance& instance) noexcept;
@@ -108,7 +122,9 @@ class StereoTracker {
   [[nodiscard]] std::span<const DisparitySample> gather_samples(LabelView labels, std::uint8_t label,
                                                                 std::span<const Feature> features) noexcept;
   void sort_far_to_near() noexcept;
-  [[nodiscard]] bool nearer(const TrackInstance& a, const TrackInstance& b) const noexcept;
+  /// Seen to hide it, or else, by disparity, likely to.
+  [[nodiscard]] static bool nearer(const TrackInstance& a, const TrackInstance& b) noexcept;
+  [[nodiscard]] static bool looks_nearer(const TrackInstance& a, const TrackInstance& b) noexcept;
 
   TrackerConfig config_;
   TrackerCounters counters_;

@@ -4,13 +4,20 @@
 #include <array>
 #include <cstdint>
 
+#include "kinetrace/core/detections.hpp"
 #include "kinetrace/core/track_frame.hpp"
 #include "kinetrace/tracking/disparity_plane.hpp"
+#include "kinetrace/tracking/forecast.hpp"
 #include "kinetrace/tracking/label_overlap.hpp"
 #include "kinetrace/tracking/reference_mask.hpp"
 #include "kinetrace/tracking/similarity.hpp"
 
 namespace kinetrace::tracking {
+
+/// Unknown agrees with every class.
+[[nodiscard]] inline bool classes_agree(std::uint16_t a, std::uint16_t b) noexcept {
+  return a == b || a == kUnknownClass || b == kUnknownClass;
+}
 
 /// Majority over the classes of all matched detections. A class beyond the fourth is not counted.
 class ClassVotes {
@@ -41,13 +48,17 @@ struct TrackInstance {
   Track track;
   int matched_frames = 0;
   int tentative_missed_frames = 0;
+  int missed_in_sight_frames = 0;  ///< Of track.missed_frames, those in which a detection could be expected.
   ClassVotes votes;
 
   ReferenceMask mask;
-  Similarity motion;              ///< Image motion into the current frame.
-  bool motion_from_flow = false;  ///< `motion` comes from features of this frame.
-  DisparityPlane disparity;       ///< Last known.
-  int predicted_px = 0;           ///< Pixels of the predicted mask in the image, hidden ones included.
+  Forecast forecast;                ///< Of the current frame.
+  Forecast mask_forecast;           ///< Of the frame that `mask` was taken from.
+  Similarity motion;                ///< Image motion into the current frame.
+  bool motion_from_flow = false;    ///< `motion` comes from features of this frame.
+  DisparityPlane disparity;         ///< Last known.
+  double mask_part_in_image = 1.0;  ///< Of the predicted mask.
+  int predicted_px = 0;             ///< Pixels of the predicted mask in the image, hidden ones included.
   std::array<int, 256>
       whole_on_label{};        ///< Pixels of the whole predicted mask on each detection, hidden ones included.
   std::uint64_t in_front = 0;  ///< Bit s: the track in slot s has been seen to hide this one.

@@ -18,9 +18,10 @@ class StereoPositionFilter {
       : config_(config), geometry_(geometry) {}
   void reset() noexcept { initialised_ = false; }
   [[nodiscard]] bool initialised() const noexcept { return initialised_; }
-  /// Starts at a known position and velocity (the velocity good to some metres per second).
+  /// Starts at a known position and velocity. Something at rest (`at_rest`) is taken to stay there; of anything else
+  /// the velocity is known to some metres per second and changes.
   void start(std::int64_t timestamp_ns, const Eigen::Vector3d& position_m, const Eigen::Vector3d& velocity_mps,
-             const Eigen::Matrix3d& position_covariance) noexcept;
+             const Eigen::Matrix3d& position_covariance, bool at_rest = false) noexcept;
   /// Moves the state to `timestamp_ns` without a measurement. Time that stands still or runs back changes nothing.
   void predict(std::int64_t timestamp_ns) noexcept;
   /// Takes in a stereo position at the time of the last `predict` or `start`: u_left, v and disparity of `features`
@@ -35,6 +36,7 @@ class StereoPositionFilter {
   /// True if the last `update` found the object somewhere else and started again there.
   [[nodiscard]] bool jumped() const noexcept { return jumped_; }
 
+  [[nodiscard]] bool at_rest() const noexcept { return at_rest_; }
   [[nodiscard]] const Eigen::Vector3d& position_m() const noexcept { return position_; }
   [[nodiscard]] const Eigen::Vector3d& velocity_mps() const noexcept { return velocity_; }
   [[nodiscard]] Eigen::Matrix3d position_covariance() const noexcept { return covariance_.topLeftCorner<3, 3>(); }
@@ -47,6 +49,7 @@ class StereoPositionFilter {
   TrajectoryConfig config_;
   StereoGeometry geometry_;
   bool initialised_ = false;
+  bool at_rest_ = false;
   bool jumped_ = false;
   int skipped_ = 0;  ///< Implausible measurements in a row.
   std::int64_t timestamp_ns_ = 0;

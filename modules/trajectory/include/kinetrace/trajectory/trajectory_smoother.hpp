@@ -19,6 +19,9 @@ struct PathNode {
   Se3 smoothed;                                ///< Result; given for nodes that are fixed.
 };
 
+/// Velocity of the body in its own axes on the way from one smoothed node to the next: (rad/s, m/s).
+[[nodiscard]] Vector6d body_velocity(const PathNode& from, const PathNode& to);
+
 /// Fixed-lag smoother of SE(3) poses under a white-noise-on-acceleration prior (Bar-Shalom, Li, Kirubarajan 2001; on
 /// SE(3) as Anderson and Barfoot, IROS 2015): between frames the velocity of the body in its own axes changes no more
 /// than a vehicle can brake or steer. Poses that are measured well stay where they are; where a frame tells little
@@ -34,7 +37,9 @@ class TrajectorySmoother {
   /// `path`: oldest first, times ascending, at most `max_nodes`. The first `fixed` nodes are final and only say how the
   /// object has moved so far. Fewer than three nodes tell nothing about acceleration: measurements are taken as they
   /// are.
-  void smooth(std::span<PathNode> path, std::size_t fixed) noexcept;
+  /// `at_rest`: the object shows no motion; then its velocity is not only steady but nearly zero, so that it does not
+  /// wander with the errors of its reconstruction.
+  void smooth(std::span<PathNode> path, std::size_t fixed, bool at_rest = false) noexcept;
 
  private:
   /// Row k of the upper triangle: blocks (k, k), (k, k + 1), (k, k + 2), and the gradient.
@@ -45,8 +50,9 @@ class TrajectorySmoother {
     Vector6d right;
   };
 
-  void assemble(std::span<const PathNode> path, std::size_t fixed) noexcept;
+  void assemble(std::span<const PathNode> path, std::size_t fixed, bool at_rest) noexcept;
   void add_measurement(const PathNode& node, BlockRow& row) const noexcept;
+  void add_rest(std::span<const PathNode> path, std::size_t to, std::size_t fixed) noexcept;
   void add_smoothness(std::span<const PathNode> path, std::size_t middle, std::size_t fixed) noexcept;
   /// Solves in place; the perturbation of node k is in rows_[k].right.
   void solve(std::size_t count) noexcept;

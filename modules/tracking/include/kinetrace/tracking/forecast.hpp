@@ -1,0 +1,16 @@
+// What the trajectory of an object says about where it will be seen.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace kinetrace::tracking {
+
+/// One point of an object, always the same, in the left image of the current frame, from where the object and the
+/// camera are expected to be.
+struct Forecast {
+  bool known = false;
+  Eigen::Vector2d point_px = Eigen::Vector2d::Zero();  ///< May lie outside the image.
+  double depth_m = 0.0;                                ///< Not positive: behind the camera.
+};
+
+}  // namespace kinetrace::tracking
