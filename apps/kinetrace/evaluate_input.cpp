@@ -26,7 +26,7 @@ struct RunFrame {
 };
 
 evaluation::TrackEstimate estimate_of(const ObjectRow& row) {
-  return {row.status, row.T_world_obj, row.velocity_mps, row.moving, row.heading_rad};
+  return {row.status, row.T_world_obj, row.box.center_m, row.velocity_mps, row.moving, row.heading_rad};
 }
 
 std::vector<ImageBox> track_boxes(const RunFrame& run_frame) {
@@ -94,6 +94,7 @@ class Matcher {
     for (const LocatedObject& located : objects_of(frame.frame)) {
       frame.truth.push_back(located.object);
       frame.truth.back().T_world_obj = T_run_truth_ * located.object.T_world_obj;
+      frame.truth.back().center_m = T_run_truth_ * located.center_m;
       frame.truth.back().velocity_mps = T_run_truth_.rotation * located.object.velocity_mps;
     }
     for (const auto& [track_id, row] : run_frame.tracks) {

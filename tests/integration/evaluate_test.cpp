@@ -69,7 +69,7 @@ double number(const json& found, const char* path) {
 void expect_no_error(const json& found) {
   for (const char* path :
        {"/camera/ate/first/max", "/camera/ate/se3/max", "/camera/rpe/rotation/max", "/objects/motion/translation/max",
-        "/objects/motion/rotation/max", "/objects/distance/max", "/objects/speed/max"}) {
+        "/objects/motion/rotation/max", "/objects/distance/max", "/objects/center/max", "/objects/speed/max"}) {
     EXPECT_LT(number(found, path), 1e-5) << path;
   }
   for (const char* path :

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <numbers>
+#include <cmath>
 
 #include "rotation_angle.hpp"
 
@@ -11,7 +11,8 @@ namespace {
 
 constexpr std::array<double, 8> kKittiLengths_m{100, 200, 300, 400, 500, 600, 700, 800};
 constexpr std::array<double, 5> kShortLengths_m{5, 10, 20, 50, 100};
-constexpr double kLongPath_m = 200.0;  // Two of KITTI's lengths at least.
+constexpr double kLeastSpread_m = 0.1;  // A camera that stands has no scale: noise would be fitted to noise.
+constexpr double kLongPath_m = 200.0;   // Two of KITTI's lengths at least.
 
 /// What is wrong with the estimated motion from `a` to `b`.
 Se3 relative_error(const PosePair& a, const PosePair& b) {
@@ -26,6 +27,12 @@ ErrorStatistics distances(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) 
     errors.add((a.col(i) - b.col(i)).norm());
   }
   return errors;
+}
+
+/// Root mean square distance of the points from their middle.
+double spread_m(const Eigen::Matrix3Xd& points) {
+  const Eigen::Vector3d middle = points.rowwise().mean();
+  return std::sqrt((points.colwise() - middle).squaredNorm() / static_cast<double>(points.cols()));
 }
 
 AbsoluteErrors absolute_errors(std::span<const PosePair> pairs) {
@@ -54,8 +61,7 @@ AbsoluteErrors absolute_errors(std::span<const PosePair> pairs) {
     return distances((alignment.topLeftCorner<3, 3>() * estimate).colwise() + alignment.topRightCorner<3, 1>(), truth);
   };
   errors.se3 = aligned(false);
-  // Without any movement a trajectory has no scale.
-  if ((estimate.colwise() - estimate.col(0)).squaredNorm() > 0.0) {
+  if (spread_m(truth) > kLeastSpread_m && spread_m(estimate) > 0.0) {
     errors.sim3 = aligned(true);
   }
   return errors;

@@ -68,6 +68,8 @@ Json object_errors_json(const ObjectErrors& errors) {
           {"fragmentations", errors.fragmentations},
           {"motion", std::move(motion)},
           {"distance", errors_json(errors.distance_m)},
+          {"offset", errors_json(errors.offset_m)},
+          {"center", errors_json(errors.center_m)},
           {"speed", errors_json(errors.speed_mps)},
           {"heading", errors_json(errors.heading_deg)},
           {"moving_found", value_of(percent(errors.found_moving_rows, errors.moving_rows))}};

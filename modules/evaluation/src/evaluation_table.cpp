@@ -107,6 +107,8 @@ void add_all_objects(Lines& lines, const ObjectMetrics& metrics, const ObjectCon
   }
   add_errors(lines, "distance from trajectory", "m", all.distance_m, 4,
              "rigid, within " + number(config.distance_range_m, 0) + " m");
+  add_errors(lines, "  offset taken out", "m", all.offset_m, 3, std::to_string(all.offset_m.count()) + " tracks");
+  add_errors(lines, "centre of the box", "m", all.center_m, 3);
   add_errors(lines, "speed", "m/s", all.speed_mps, 3);
   add_errors(lines, "heading", "deg", all.heading_deg, 2);
   lines.add("  %-24s %10zu", "false moving tracks", metrics.false_moving.size());

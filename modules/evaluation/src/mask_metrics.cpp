@@ -41,6 +41,7 @@ std::vector<Eigen::Index> counted(const std::vector<Eigen::Index>& truths, const
 
 std::vector<std::int64_t> ids(std::span<const MaskInstance> instances, const std::vector<Eigen::Index>& indices) {
   std::vector<std::int64_t> values;
+  values.reserve(indices.size());
   for (const Eigen::Index i : indices) {
     values.push_back(instances[static_cast<std::size_t>(i)].id);
   }

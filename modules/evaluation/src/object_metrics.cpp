@@ -157,6 +157,7 @@ void add_distances(const std::vector<Sighting>& timeline, const ObjectConfig& co
     if (sighting.estimate == nullptr || !is_tall(sighting, config) || sighting.distance_m > config.distance_range_m) {
       continue;
     }
+    errors.center_m.add((sighting.estimate->center_m - sighting.truth->center_m).norm());
     const Se3& L = sighting.truth->T_world_obj;
     offsets_of_track[sighting.track_id].push_back(L.inverse() * sighting.estimate->T_world_obj.translation);
   }
@@ -168,6 +169,7 @@ void add_distances(const std::vector<Sighting>& timeline, const ObjectConfig& co
     for (const Eigen::Vector3d& offset : offsets) {
       mean += offset / static_cast<double>(offsets.size());
     }
+    errors.offset_m.add(mean.norm());
     for (const Eigen::Vector3d& offset : offsets) {
       errors.distance_m.add((offset - mean).norm());
     }
@@ -203,6 +205,8 @@ void add(const ObjectErrors& one, bool rigid, ObjectErrors& all) {
   // What walks has no body frame that an offset could be constant in.
   if (rigid) {
     all.distance_m.add(one.distance_m);
+    all.offset_m.add(one.offset_m);
+    all.center_m.add(one.center_m);
   }
   all.speed_mps.add(one.speed_mps);
   all.heading_deg.add(one.heading_deg);

@@ -77,8 +77,8 @@ bool matches(std::string_view path, std::string_view pattern) {
 bool is_known(std::string_view path) {
   const auto of_file = [&](const KnownFile& file) { return matches(path, file.path); };
   const auto of_folder = [&](std::string_view folder) { return matches(path, folder); };
-  // An evaluation of the earlier run would be taken for one of the new run.
-  return path == "run.json.tmp" || path == "evaluation.json" ||
+  // An evaluation or a picture of the earlier run would be taken for one of the new run.
+  return path == "run.json.tmp" || path == "evaluation.json" || path == "figure.png" ||
          std::any_of(kKnownFiles.begin(), kKnownFiles.end(), of_file) ||
          std::any_of(kKnownFolders.begin(), kKnownFolders.end(), of_folder);
 }

@@ -125,7 +125,11 @@ TEST(CameraMetrics, HaveNoneOfNothing) {
 }
 
 TEST(CameraMetrics, HaveNoScaleWithoutMovement) {
-  std::vector<PosePair> pairs(5);
+  std::vector<PosePair> pairs = perfect_drive(5);
+  for (PosePair& pair : pairs) {
+    pair.T_world_cam_true.translation *= 0.01;
+    pair.T_world_cam.translation *= 0.01;
+  }
   const CameraMetrics metrics = evaluate_camera(pairs);
   EXPECT_FALSE(metrics.ate_m.scale);
   EXPECT_FALSE(metrics.ate_m.sim3.mean());

@@ -55,6 +55,8 @@ TEST(EvaluationJson, HasTheNamesThatConditionsUse) {
                            "/objects/motion/missing",
                            "/objects/motion/tracked/translation/mean",
                            "/objects/distance/mean",
+                           "/objects/offset/max",
+                           "/objects/center/mean",
                            "/objects/speed/mean",
                            "/objects/heading/mean",
                            "/objects/moving_found",

@@ -28,6 +28,7 @@ TEST(ObjectMetrics, AreZeroForTruthItself) {
   EXPECT_NEAR(metrics.all.motion.rotation_deg.max().value(), 0.0, 1e-6);
   EXPECT_EQ(metrics.all.missing_motions, 0U);
   EXPECT_NEAR(metrics.all.distance_m.max().value(), 0.0, 1e-12);
+  EXPECT_NEAR(metrics.all.center_m.max().value(), 0.0, 1e-12);
   EXPECT_NEAR(metrics.all.speed_mps.max().value(), 0.0, 1e-12);
   EXPECT_NEAR(metrics.all.heading_deg.max().value(), 0.0, 1e-9);
   EXPECT_EQ(metrics.all.found_moving_rows, metrics.all.moving_rows);
@@ -43,6 +44,8 @@ TEST(ObjectMetrics, DoNotDependOnWhereTheBodyFrameIs) {
   EXPECT_NEAR(metrics.all.motion.translation_m.max().value(), 0.0, 1e-9);
   EXPECT_NEAR(metrics.all.motion.rotation_deg.max().value(), 0.0, 1e-6);
   EXPECT_NEAR(metrics.all.distance_m.max().value(), 0.0, 1e-9);
+  EXPECT_EQ(metrics.all.offset_m.count(), 2U);
+  EXPECT_NEAR(metrics.all.offset_m.max().value(), T_true_est.translation.norm(), 1e-9);
 }
 
 TEST(ObjectMetrics, ShowAMotionErrorInTheTrueBodyFrame) {
@@ -128,6 +131,14 @@ TEST(ObjectMetrics, MeasureNoMotionOfWhatWalks) {
 TEST(ObjectMetrics, HaveNoDistanceFromAFewRows) {
   EXPECT_FALSE(evaluated(perfect_scene(4)).all.distance_m.mean());
   EXPECT_TRUE(evaluated(perfect_scene(5)).all.distance_m.mean());
+}
+
+TEST(ObjectMetrics, ShowAWrongCentreWhateverItsOrigin) {
+  const ObjectMetrics metrics = evaluated(
+      spoiled_scene([](TrackEstimate& estimate, int) { estimate.center_m += Eigen::Vector3d(0.3, 0.0, 0.4); }));
+  EXPECT_NEAR(metrics.objects[0].errors.center_m.mean().value(), 0.5, 1e-9);
+  EXPECT_NEAR(metrics.all.center_m.mean().value(), 0.25, 1e-9);
+  EXPECT_NEAR(metrics.all.distance_m.max().value(), 0.0, 1e-12);
 }
 
 TEST(ObjectMetrics, ShowSpeedAndHeadingErrors) {

@@ -32,6 +32,7 @@ inline TrueObject true_object(std::uint32_t id, int frame) {
   object.moving = id == 1;
   object.height_px = 80;
   object.T_world_obj = true_pose(id, frame);
+  object.center_m = object.T_world_obj * Eigen::Vector3d(0.0, -0.75, 0.0);
   if (object.moving) {
     object.velocity_mps = kCarSpeed_mps * object.T_world_obj.rotation.col(0);
   }
@@ -42,6 +43,7 @@ inline TrackInFrame perfect_track(const TrueObject& object, std::uint32_t track_
   TrackEstimate estimate;
   estimate.status = BodyStatus::kTracked;
   estimate.T_world_obj = object.T_world_obj;
+  estimate.center_m = object.center_m;
   estimate.velocity_mps = object.velocity_mps;
   estimate.moving = object.moving;
   estimate.heading_rad = std::atan2(-object.velocity_mps.z(), object.velocity_mps.x());

@@ -32,7 +32,7 @@ struct SegmentErrors {
 struct AbsoluteErrors {
   ErrorStatistics first;  ///< By the first pose: drift shows in full.
   ErrorStatistics se3;    ///< By the rigid motion with the least squares (Umeyama, PAMI 1991); from three frames on.
-  ErrorStatistics sim3;   ///< By the similarity with the least squares.
+  ErrorStatistics sim3;   ///< By the similarity with the least squares; none if the camera stands (within 0.1 m).
   std::optional<double> scale;  ///< Of that similarity: true length over estimated length.
 };
 

@@ -24,6 +24,7 @@ struct TrueObject {
   bool rigid = true;
   int height_px = 0;  ///< Of what can be seen.
   Se3 T_world_obj;
+  Eigen::Vector3d center_m = Eigen::Vector3d::Zero();      ///< World frame, of its box.
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< World frame, of the object's origin.
 };
 
@@ -31,6 +32,7 @@ struct TrueObject {
 struct TrackEstimate {
   BodyStatus status = BodyStatus::kLost;
   Se3 T_world_obj;
+  Eigen::Vector3d center_m = Eigen::Vector3d::Zero();  ///< World frame, of its box.
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   bool moving = false;
   double heading_rad = 0.0;  ///< About the world's y axis: 0 = along +x, pi/2 = along -z.
@@ -90,9 +92,11 @@ struct ObjectErrors {
   std::array<MotionErrors, kPoseSources.size()> motion_by_source;  ///< As kPoseSources.
   std::size_t missing_motions = 0;  ///< Both frames asked for a motion, but a pose is missing or the track changed.
   ErrorStatistics distance_m;       ///< Of the estimated origin, after the best constant offset in the true body frame.
-  ErrorStatistics speed_mps;        ///< Of moving rigid objects.
-  ErrorStatistics heading_deg;      ///< Of moving rigid objects, where the estimate says that they move.
-  std::size_t moving_rows = 0;      ///< Poses of moving rigid objects in range ...
+  ErrorStatistics offset_m;     ///< That offset's length, one for each track: an object's size at most if all is well.
+  ErrorStatistics center_m;     ///< Of the box's centre, nothing fitted; includes that only one side may be seen.
+  ErrorStatistics speed_mps;    ///< Of moving rigid objects.
+  ErrorStatistics heading_deg;  ///< Of moving rigid objects, where the estimate says that they move.
+  std::size_t moving_rows = 0;  ///< Poses of moving rigid objects in range ...
   std::size_t found_moving_rows = 0;  ///< ... of which the estimate says that they move.
 };
 
