@@ -15,7 +15,8 @@ constexpr std::size_t kMaxFeaturesPerObject = 256;
 constexpr double kMinForecastDepth_m = 0.2;
 /// A network may err in the class of a frame, but what comes back after this many has to be of the same.
 constexpr int kForgetsClassFrames = 2;
-/// Where masks of things behind the camera are put.
+constexpr double kMostForecastScale = 3.0;
+/// Where masks of things behind the camera, or too near, are put.
 constexpr double kFarOutsidePx = 1e6;
 /// A mask of which less than this is in the image is not replaced by what is left of it, as long as it is still found
 /// where it is expected.
@@ -204,7 +205,8 @@ bool StereoTracker::place_by_forecast(TrackInstance& instance) noexcept {
   if (!now.known || !then.known || then.depth_m <= kMinForecastDepth_m) {
     return false;
   }
-  if (now.depth_m <= kMinForecastDepth_m) {
+  // A mask says nothing about what is seen from much nearer; one that is blown up would claim the whole image.
+  if (now.depth_m <= std::max(kMinForecastDepth_m, then.depth_m / kMostForecastScale)) {
     instance.mask.place(Similarity::about(then.point_px, 1.0, Eigen::Vector2d(kFarOutsidePx, kFarOutsidePx)));
   } else {
     instance.mask.place(Similarity::about(then.point_px, then.depth_m / now.depth_m, now.point_px - then.point_px));
@@ -484,6 +486,12 @@ void StereoTracker::draw_left(const DetectionFrame& detections) noexcept {
       const Detection& detection = detections.left[static_cast<std::size_t>(instance.detection)];
       instance.track.box_px = detection.box_px;
       instance.track.area_px = detection.area_px;
+      continue;
+    }
+    if (instance.track.missed_frames > config_.max_missed_frames) {
+      // It waits to be seen again; what it would cover is a guess that may not take pixels from anything.
+      instance.track.box_px = {};
+      instance.track.area_px = 0;
       continue;
     }
     const LabelRegion shown = claim_free_pixels(prediction_, instance.track.label(), instance.overlap.box_px, left_);

@@ -19,6 +19,7 @@ namespace kinetrace::pipeline {
   sfm::BodyConfig config;
   config.max_points = 160;
   config.keyframe_motion_px = 2.0;  // A turning object shows new sides long before it has moved far in the image.
+  config.gate_sigma = 3.0;
   return config;
 }
 

@@ -14,7 +14,7 @@ namespace kinetrace::refinement {
 struct CeresBundleConfig {
   int max_iterations = 50;
   int threads = 1;
-  double robust_threshold_sigmas = 3.5;  ///< As in FixedBundleConfig.
+  double robust_threshold_sigmas = 2.0;  ///< As in FixedBundleConfig.
   double relative_cost_tolerance = 1e-6;
 
   [[nodiscard]] Status validate() const;

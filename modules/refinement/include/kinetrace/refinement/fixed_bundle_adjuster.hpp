@@ -14,7 +14,7 @@ struct FixedBundleConfig {
   int max_points = 600;    ///< Points of a window that are seen by at least one frame.
   int max_iterations = 6;  ///< Damped steps tried, accepted or not.
   /// Threshold of the Cauchy loss on the norm of an observation's two or three rows: there, it weighs half.
-  double robust_threshold_sigmas = 3.5;
+  double robust_threshold_sigmas = 2.0;
   double initial_damping = 1e-4;          ///< Levenberg-Marquardt damping relative to the Hessian's diagonal.
   double relative_cost_tolerance = 1e-3;  ///< Converged when a step changes the cost by less than this fraction.
 

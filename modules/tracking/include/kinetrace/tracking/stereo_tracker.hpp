@@ -52,7 +52,8 @@ struct TrackerCounters {
 /// half of `max_missed_frames`, ends to make room for the next frame; else the smallest
 /// track, if the detection is more than twice its size; the rest is dropped and counted.
 ///
-/// Pixels: matched tracks show their detection, others what of their prediction nobody else claims. Detected pixels
+/// Pixels: matched tracks show their detection, others, for `max_missed_frames`, what of their prediction nobody else
+/// claims. Detected pixels
 /// that belong to no track are kIgnoreLabel.
 ///
 /// Memory: 3 label images and max_objects + 1 bit images. Nothing is allocated after creation.
