@@ -69,11 +69,21 @@ void draw_points(Canvas& canvas, const Onlooker& onlooker, const Cloud& cloud, d
 }
 
 std::vector<Line2> seen_by(const Onlooker& onlooker, const std::vector<Line3>& lines) {
-  std::vector<Line2> images;
-  for (const Line3& line : lines) {
-    images.push_back(onlooker.to_canvas(line));
-  }
+  std::vector<Line2> images(lines.size());
+  std::transform(lines.begin(), lines.end(), images.begin(),
+                 [&](const Line3& line) { return onlooker.to_canvas(line); });
   return images;
+}
+
+/// Indices of points along a line that are at least so far from the one before; the first finite one is among them.
+std::vector<std::size_t> spaced(const Line2& line, double least_px) {
+  std::vector<std::size_t> kept;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i].allFinite() && (kept.empty() || (line[i] - line[kept.back()]).norm() >= least_px)) {
+      kept.push_back(i);
+    }
+  }
+  return kept;
 }
 
 /// Where cameras look on average, and what is down for them.
@@ -205,10 +215,10 @@ void draw_object_cameras(Canvas& canvas, const Rect& area, const Scene& scene, c
   plan.draw_axes(canvas);
   canvas.clip(area);
   canvas.polyline(plan.to_canvas(centers), {.color = drawing::kRed, .width_px = 1.2, .alpha = 0.7});
-  constexpr std::size_t kWedges = 24;
   constexpr double kWedge_px = 16.0;
+  constexpr double kWedgeGap_px = 7.0;
   std::vector<Line2> wedges;
-  for (std::size_t i = 0; i < view.T_obj_cam.size(); i += every_nth(view.T_obj_cam.size(), kWedges)) {
+  for (const std::size_t i : spaced(plan.to_canvas(centers), kWedgeGap_px)) {
     wedges.push_back(
         plan.to_canvas(camera_wedge(view.T_obj_cam[i], scene.geometry, kWedge_px / plan.pixels_per_metre())));
   }
@@ -285,10 +295,10 @@ void draw_background_reconstruction(Canvas& canvas, const Rect& area, const Scen
   draw_points(canvas, onlooker, scene.background, 1.25, 0.9);
   canvas.polyline(onlooker.to_canvas(path), {.color = drawing::kPaper, .width_px = 5.0, .alpha = 0.6});
   canvas.polyline(onlooker.to_canvas(path), {.color = drawing::kRed, .width_px = 2.2});
-  constexpr std::size_t kPyramids = 12;
   constexpr double kPyramid_px = 16.0;
+  constexpr double kPyramidGap_px = 44.0;
   std::vector<Line2> pyramids;
-  for (std::size_t i = 0; i < cameras.size(); i += every_nth(cameras.size(), kPyramids)) {
+  for (const std::size_t i : spaced(onlooker.to_canvas(path), kPyramidGap_px)) {
     for (const Line2& line :
          seen_by(onlooker, camera_pyramid(cameras[i], scene.geometry, kPyramid_px / onlooker.pixels_per_metre()))) {
       pyramids.push_back(line);

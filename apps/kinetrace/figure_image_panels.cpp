@@ -2,7 +2,7 @@
 #include <array>
 #include <cmath>
 
-#include "drawing/label_placer.hpp"
+#include "drawing/chips.hpp"
 #include "figure_panels.hpp"
 #include "figure_views.hpp"
 
@@ -59,36 +59,8 @@ Rect on_canvas(const ImagePlace& place, const PixelBox& box) {
   return {low.x(), low.y(), high.x() - low.x(), high.y() - low.y()};
 }
 
-/// A named area of the image.
-struct Area {
-  std::string name;
-  Color color;
-  PixelBox box_px;
-};
-
-void draw_names(Canvas& canvas, const ImagePlace& place, std::vector<Area> areas) {
-  // Large objects first: theirs are the best places.
-  std::sort(areas.begin(), areas.end(),
-            [](const Area& a, const Area& b) { return a.box_px.height() > b.box_px.height(); });
-  drawing::LabelPlacer placer(place.rect.grown(-2.0));
-  for (const Area& area : areas) {
-    const TextStyle style{.size_px = kLabelSize_px,
-                          .color = drawing::readable_on(area.color),
-                          .horizontal = HorizontalAnchor::kCenter,
-                          .vertical = VerticalAnchor::kMiddle};
-    const double width = text_width(area.name, style) + 8.0;
-    const double height = kLabelSize_px + 7.0;
-    const Rect box = on_canvas(place, area.box_px);
-    const Rect above{box.center().x() - width / 2, box.y - height - 2.0, width, height};
-    const Rect below{above.x, box.bottom() + 2.0, width, height};
-    auto chip = placer.place_at(above);
-    chip = chip ? chip : placer.place_at(below);
-    chip = chip ? chip : placer.place(box.center(), width, height, box.height / 2 + 2.0);
-    if (chip) {
-      canvas.rectangle(*chip, area.color, 0.92);
-      canvas.text(chip->center(), area.name, style);
-    }
-  }
+drawing::Chip chip_of(std::uint16_t class_id, std::uint32_t track_id, const Rect& target) {
+  return {{track_name(class_id, track_id), std::to_string(track_id)}, drawing::track_style(track_id).color, target};
 }
 
 std::string status_words(BodyStatus status) {
@@ -124,25 +96,25 @@ void draw_object_segmentation(Canvas& canvas, const Rect& area, const Scene& sce
   const ImagePlace place = place_of(area, scene);
   draw_image(canvas, place, scene, 0.45);
   canvas.clip(place.rect);
-  std::vector<Area> areas;
+  std::vector<drawing::Chip> names;
   for (const TrackMask& mask : scene.masks) {
     const Color color = drawing::track_style(mask.track_id).color;
     canvas.mask(scene.mask_view(mask), place.rect, color, 0.55);
     canvas.mask_outline(scene.mask_view(mask), place.rect, {.color = color, .width_px = 1.5});
-    areas.push_back({track_name(mask.class_id, mask.track_id), color, mask.box_px});
+    names.push_back(chip_of(mask.class_id, mask.track_id, on_canvas(place, mask.box_px)));
   }
   if (scene.masks.empty()) {
     for (const recording::ObjectRow& object : scene.run->objects_at(scene.frame)) {
       if (object.status != BodyStatus::kLost && !object.mask_px.empty()) {
         const Color color = drawing::track_style(object.track_id).color;
         canvas.outline(on_canvas(place, object.mask_px), {.color = color, .width_px = 2.0});
-        areas.push_back({track_name(object.class_id, object.track_id), color, object.mask_px});
+        names.push_back(chip_of(object.class_id, object.track_id, on_canvas(place, object.mask_px)));
       }
     }
   }
-  draw_names(canvas, place, areas);
+  draw_chips(canvas, place.rect, names, kLabelSize_px);
   canvas.unclip();
-  if (areas.empty()) {
+  if (names.empty()) {
     const Rect note{place.rect.center().x() - 70.0, place.rect.center().y() - 14.0, 140.0, 28.0};
     canvas.rectangle(note, drawing::kPaper, 0.8);
     canvas.text(note.center(), "no objects",

@@ -6,8 +6,9 @@
 #include <map>
 #include <optional>
 #include <system_error>
+#include <utility>
 
-#include "drawing/label_placer.hpp"
+#include "drawing/chips.hpp"
 #include "figure_panels.hpp"
 #include "figure_views.hpp"
 
@@ -18,6 +19,8 @@ using drawing::Canvas;
 using drawing::Color;
 using drawing::Point;
 using drawing::Rect;
+
+constexpr double kTextSize_px = 6.5;  ///< At line_px 1.
 
 /// One frame being drawn.
 struct OverlayFrame {
@@ -100,35 +103,21 @@ struct Seen {
   const TrackMask* mask = nullptr;
 };
 
-void draw_labels(Canvas& canvas, const OverlayFrame& frame, const std::map<std::uint32_t, Seen>& seen) {
-  drawing::TextStyle style{.size_px = 6.5 * frame.line_px,
-                           .horizontal = drawing::HorizontalAnchor::kCenter,
-                           .vertical = drawing::VerticalAnchor::kMiddle};
-  drawing::LabelPlacer placer(frame.place.rect.grown(-2.0));
-  std::vector<std::pair<std::uint32_t, Seen>> by_size(seen.begin(), seen.end());
-  const auto height = [](const Seen& s) { return s.mask != nullptr ? s.mask->box_px.height() : 0; };
-  std::stable_sort(by_size.begin(), by_size.end(),
-                   [&](const auto& a, const auto& b) { return height(a.second) > height(b.second); });
-  for (const auto& [id, track] : by_size) {
-    const std::optional<Rect> target = label_target(frame, track.object, track.mask);
-    if (!target) {
-      continue;
-    }
-    const std::string text = track.object != nullptr ? object_label(*track.object, frame.camera.T_world_cam)
-                                                     : track_name(track.mask->class_id, id);
-    const double width = text_width(text, style) + style.size_px;
-    const double tall = style.size_px * 1.9;
-    const double gap = 2.0 * frame.line_px;
-    auto chip = placer.place_at({target->center().x() - width / 2, target->y - tall - gap, width, tall});
-    chip = chip ? chip : placer.place_at({target->center().x() - width / 2, target->bottom() + gap, width, tall});
-    chip = chip ? chip : placer.place(target->center(), width, tall, 3.0 * gap);
-    if (chip) {
-      const Color color = drawing::track_style(id).color;
-      style.color = drawing::readable_on(color);
-      canvas.rectangle(*chip, color, 0.88);
-      canvas.text(chip->center(), text, style);
+void draw_names(Canvas& canvas, const OverlayFrame& frame, const std::map<std::uint32_t, Seen>& seen) {
+  std::vector<drawing::Chip> chips;
+  for (const auto& [id, track] : seen) {
+    if (const std::optional<Rect> target = label_target(frame, track.object, track.mask)) {
+      drawing::Chip& chip = chips.emplace_back();
+      if (track.object != nullptr) {
+        chip.texts.push_back(object_label(*track.object, frame.camera.T_world_cam));
+      }
+      chip.texts.push_back(track_name(track.object != nullptr ? track.object->class_id : track.mask->class_id, id));
+      chip.texts.push_back(std::to_string(id));
+      chip.color = drawing::track_style(id).color;
+      chip.target = *target;
     }
   }
+  draw_chips(canvas, frame.place.rect, std::move(chips), kTextSize_px * frame.line_px);
 }
 
 void draw_status(Canvas& canvas, const OverlayFrame& frame) {
@@ -144,7 +133,7 @@ void draw_status(Canvas& canvas, const OverlayFrame& frame) {
     text += "   camera " + with_unit(way_m / elapsed_s, 1, "m/s");
   }
   const drawing::TextStyle style{
-      .size_px = 6.5 * frame.line_px, .color = drawing::kPaper, .vertical = drawing::VerticalAnchor::kMiddle};
+      .size_px = kTextSize_px * frame.line_px, .color = drawing::kPaper, .vertical = drawing::VerticalAnchor::kMiddle};
   const double height = 2.0 * style.size_px;
   const Rect strip{0.0, frame.place.rect.bottom() - height, text_width(text, style) + 2.0 * style.size_px, height};
   canvas.rectangle(strip, drawing::kInk, 0.65);
@@ -185,7 +174,7 @@ Canvas draw_overlay(const FigureRun& run, std::int64_t frame_number, GrayView im
       draw_box(canvas, frame, object);
     }
   }
-  draw_labels(canvas, frame, seen);
+  draw_names(canvas, frame, seen);
   draw_status(canvas, frame);
   return canvas;
 }

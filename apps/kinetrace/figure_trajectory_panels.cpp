@@ -292,7 +292,7 @@ Range shown_z(const Scene& scene, const Paths& paths) {
 PlanView draw_top(Canvas& canvas, const Rect& area, const Scene& scene, const Paths& paths, bool stacked) {
   const Range x = shown_x(scene, paths);
   const Range z = shown_z(scene, paths);
-  const PlanView plan = stacked ? PlanView::lying(area, x, z) : PlanView(area, x, z);
+  PlanView plan = stacked ? PlanView::lying(area, x, z) : PlanView(area, x, z);
   plan.draw_axes(canvas);
   draw_now(canvas, plan, scene);
   draw_world(

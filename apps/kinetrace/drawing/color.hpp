@@ -19,9 +19,9 @@ inline constexpr Color kRed{213, 94, 0};       ///< Vermillion: cameras around a
 
 /// `share` of b, the rest a.
 [[nodiscard]] constexpr Color mix(Color a, Color b, double share) noexcept {
-  const auto channel = [share](std::uint8_t x, std::uint8_t y) {
-    return static_cast<std::uint8_t>(static_cast<double>(x) +
-                                     (static_cast<double>(y) - static_cast<double>(x)) * share + 0.5);
+  const int part = static_cast<int>(share * 256.0);
+  const auto channel = [part](int x, int y) {
+    return static_cast<std::uint8_t>((x * (256 - part) + y * part + 128) / 256);
   };
   return {channel(a.r, b.r), channel(a.g, b.g), channel(a.b, b.b)};
 }
