@@ -17,6 +17,8 @@
 namespace kinetrace::features {
 namespace {
 
+// A body with fewer features than this is not choosy about them.
+constexpr int kFewFeatures = 10;
 constexpr int kSmallestWidth = 64;
 constexpr int kSmallestHeight = 48;
 
@@ -65,6 +67,10 @@ struct FeatureFrontEnd::State {
   void match_all(std::span<const FeaturePrediction> by_slot) noexcept;
   void match(FeatureSlot& slot, float expected_disparity_px) noexcept;
   void reconcile_with(LabelView labels) noexcept;
+  [[nodiscard]] std::array<int, 256> count_features() const noexcept;
+  /// Whether a feature's patch tells about its body. A body with few others takes what there is.
+  [[nodiscard]] static bool fit_for_body(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body,
+                                         int others) noexcept;
   void thin_out() noexcept;
   void populate(std::span<const Corner> corners, LabelView labels) noexcept;
   void create(FeatureSlot& slot, const Corner& corner) noexcept;
@@ -253,13 +259,30 @@ void FeatureFrontEnd::State::reconcile_with(LabelView labels) noexcept {
     }
     return;
   }
+  std::array<int, 256> population = count_features();
   for (FeatureSlot& slot : slots) {
+    const Feature& feature = slot.feature;
     if (slot.state == SlotState::kAlive &&
-        (!still_member(labels, slot.feature.left_px, slot.feature.body, config.mask_border_px) ||
-         !well_inside(labels, slot.feature.left_px, slot.feature.body))) {
+        (!still_member(labels, feature.left_px, feature.body, config.mask_border_px) ||
+         !fit_for_body(labels, feature.left_px, feature.body, population[feature.body] - 1))) {
+      --population[feature.body];
       slot.end(counters.lost_body);
     }
   }
+}
+
+std::array<int, 256> FeatureFrontEnd::State::count_features() const noexcept {
+  std::array<int, 256> population{};
+  for (const FeatureSlot& slot : slots) {
+    population[slot.feature.body] += slot.state == SlotState::kAlive ? 1 : 0;
+  }
+  return population;
+}
+
+bool FeatureFrontEnd::State::fit_for_body(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body,
+                                          int others) noexcept {
+  return labels.empty() || (clear_of_other_objects(labels, position_px, body) &&
+                            (others < kFewFeatures || well_inside(labels, position_px, body)));
 }
 
 void FeatureFrontEnd::State::thin_out() noexcept {
@@ -287,16 +310,13 @@ void FeatureFrontEnd::State::thin_out() noexcept {
 }
 
 void FeatureFrontEnd::State::populate(std::span<const Corner> corners, LabelView labels) noexcept {
-  std::array<int, 256> population{};
-  for (const FeatureSlot& slot : slots) {
-    population[slot.feature.body] += slot.state == SlotState::kAlive ? 1 : 0;
-  }
+  std::array<int, 256> population = count_features();
   auto free_slot = slots.begin();
   for (const Corner& corner : corners) {
     if (occupancy.near(corner.x, corner.y)) {
       continue;  // A corner taken before it lies just across the border of the bucket.
     }
-    if (!labels.empty() && !well_inside(labels, {corner.x, corner.y}, corner.body)) {
+    if (!fit_for_body(labels, {corner.x, corner.y}, corner.body, population[corner.body])) {
       continue;
     }
     free_slot = std::find_if(free_slot, slots.end(), [](const FeatureSlot& s) { return s.state == SlotState::kFree; });

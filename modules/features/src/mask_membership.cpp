@@ -1,6 +1,7 @@
 #include "mask_membership.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "kernel_types.hpp"
@@ -11,11 +12,21 @@ namespace {
 // Part of the patch on either side of the feature that must not be another object's.
 constexpr float kClearPart = 0.7F;
 // Of the four sides of a feature, so many must be the object's own.
-constexpr int kLeastOwnSides = 2;
+constexpr std::ptrdiff_t kLeastOwnSides = 2;
 
 std::uint8_t nearest_label(LabelView labels, float x, float y) noexcept {
   return labels.at(std::clamp(static_cast<int>(std::lround(x)), 0, labels.width - 1),
                    std::clamp(static_cast<int>(std::lround(y)), 0, labels.height - 1));
+}
+
+/// Left, right, above and below, within the patch.
+std::array<std::uint8_t, 4> labels_beside(LabelView labels, const Eigen::Vector2f& position_px) noexcept {
+  constexpr float kX = kClearPart * kPatchHalfWidth;
+  constexpr float kY = kClearPart * kPatchHalfHeight;
+  return {nearest_label(labels, position_px.x() - kX, position_px.y()),
+          nearest_label(labels, position_px.x() + kX, position_px.y()),
+          nearest_label(labels, position_px.x(), position_px.y() - kY),
+          nearest_label(labels, position_px.x(), position_px.y() + kY)};
 }
 
 }  // namespace
@@ -36,18 +47,16 @@ bool still_member(LabelView labels, const Eigen::Vector2f& position_px, std::uin
   return false;
 }
 
+bool clear_of_other_objects(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body) noexcept {
+  const std::array<std::uint8_t, 4> sides = labels_beside(labels, position_px);
+  return body == kBackgroundLabel || std::all_of(sides.begin(), sides.end(), [body](std::uint8_t label) {
+           return label == body || label == kBackgroundLabel || label == kIgnoreLabel;
+         });
+}
+
 bool well_inside(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body) noexcept {
-  const auto other = [&](float dx, float dy) {
-    const std::uint8_t label = nearest_label(labels, position_px.x() + dx, position_px.y() + dy);
-    return label != body && label != kBackgroundLabel && label != kIgnoreLabel;
-  };
-  constexpr float kX = kClearPart * kPatchHalfWidth;
-  constexpr float kY = kClearPart * kPatchHalfHeight;
-  const auto own = [&](float dx, float dy) {
-    return nearest_label(labels, position_px.x() + dx, position_px.y() + dy) == body ? 1 : 0;
-  };
-  return body == kBackgroundLabel || (own(-kX, 0.F) + own(kX, 0.F) + own(0.F, -kY) + own(0.F, kY) >= kLeastOwnSides &&
-                                      !(other(-kX, 0.F) || other(kX, 0.F) || other(0.F, -kY) || other(0.F, kY)));
+  const std::array<std::uint8_t, 4> sides = labels_beside(labels, position_px);
+  return body == kBackgroundLabel || std::count(sides.begin(), sides.end(), body) >= kLeastOwnSides;
 }
 
 }  // namespace kinetrace::features

@@ -14,9 +14,13 @@ namespace kinetrace::features {
 [[nodiscard]] bool still_member(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body,
                                 float border_px) noexcept;
 
-/// False where a patch around an object's feature would hold too much of something else: along a contour a patch
-/// follows whichever side is more textured. Of another object nothing may lie on any of its four sides; of the
-/// background, which small objects are surrounded by, no more than on two.
+/// False where a patch around an object's feature would hold much of another object: along their common contour a patch
+/// follows whichever of the two is more textured.
+[[nodiscard]] bool clear_of_other_objects(LabelView labels, const Eigen::Vector2f& position_px,
+                                          std::uint8_t body) noexcept;
+
+/// Whether at least two of the four sides of an object's feature are the object's own: else its patch holds mostly
+/// background, which moves differently. Small and thin objects have little else.
 [[nodiscard]] bool well_inside(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body) noexcept;
 
 }  // namespace kinetrace::features

@@ -425,6 +425,9 @@ void ObjectState::conclude(const BundleSummary& refinement, const CameraState& c
   } else {
     T_obj_cam_ = T_world_obj_.inverse() * camera.T_world_cam;
   }
+  const Eigen::Vector3d p_cam = camera.T_world_cam.inverse() * (T_world_obj_ * -stereo_offset_m_);
+  const double u_px = geometry_.project(p_cam).x();
+  in_view_ = p_cam.z() > 0.0 && u_px >= 0.0 && u_px < geometry_.width_px;
   push_motion();
 }
 

@@ -96,7 +96,9 @@ class ObjectState {
   [[nodiscard]] const sfm::BodyReconstruction& body() const noexcept { return body_; }
   [[nodiscard]] BodyStatus status() const noexcept { return status_; }
   /// Not seen for so long, or so far outside the image, that there is nothing to report.
-  [[nodiscard]] bool out_of_sight() const noexcept { return status_ == BodyStatus::kLost && track_.area_px == 0; }
+  [[nodiscard]] bool out_of_sight() const noexcept {
+    return track_.area_px == 0 && (status_ == BodyStatus::kLost || !in_view_);
+  }
   /// True while the body takes part in this frame's refinement.
   [[nodiscard]] bool reconstructing() const noexcept { return extended_; }
 
@@ -145,6 +147,7 @@ class ObjectState {
   bool confirmed_ = false;
   bool ended_ = false;
   bool extended_ = false;
+  bool in_view_ = true;  ///< Where it is expected lies in the image.
   bool estranged_ = false;
   bool handed_over_ = false;
   bool placed_ = false;         ///< T_world_obj_ has been set since birth.

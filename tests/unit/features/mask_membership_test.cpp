@@ -34,8 +34,9 @@ TEST(MaskMembership, HoldsWellInsideABody) {
 }
 
 TEST(MaskMembership, RefusesPatchesThatReachIntoAnotherObject) {
-  EXPECT_FALSE(well_inside(Masks(kOther).view(), {46.F, 20.F}, kOwn));
-  EXPECT_TRUE(well_inside(Masks(kOther).view(), {43.F, 20.F}, kOwn));
+  EXPECT_FALSE(clear_of_other_objects(Masks(kOther).view(), {46.F, 20.F}, kOwn));
+  EXPECT_TRUE(clear_of_other_objects(Masks(kOther).view(), {43.F, 20.F}, kOwn));
+  EXPECT_TRUE(clear_of_other_objects(Masks(kBackgroundLabel).view(), {46.F, 20.F}, kOwn));
 }
 
 TEST(MaskMembership, AllowsPatchesOnTheOutlineAgainstTheBackground) {
@@ -50,6 +51,7 @@ TEST(MaskMembership, RefusesAThinPieceOfABody) {
 
 TEST(MaskMembership, AsksNothingOfTheBackground) {
   EXPECT_TRUE(well_inside(Masks(kOther).view(), {51.F, 20.F}, kBackgroundLabel));
+  EXPECT_TRUE(clear_of_other_objects(Masks(kOther).view(), {51.F, 20.F}, kBackgroundLabel));
 }
 
 TEST(MaskMembership, KeepsABodyNearItsBorderAndEndsOnIgnored) {
