@@ -89,6 +89,11 @@ std::string points_of(const Cloud& cloud) {
   return std::to_string(cloud.points.size()) + " points" + sampling(cloud);
 }
 
+/// Objects without masks would look like background.
+std::string mask_note(const Scene& scene) {
+  return scene.masks.empty() && !scene.run->objects_at(scene.frame).empty() ? "objects not removed: no masks" : "";
+}
+
 std::string object_title(const Scene& scene) {
   const TrackRows* track = scene.object ? scene.run->track(*scene.object) : nullptr;
   return track == nullptr ? std::string() : ", " + track_name(track->class_id, track->track_id);
@@ -144,7 +149,7 @@ Canvas draw_page(const Scene& scene) {
   draw_input(canvas, layout.input, scene);
   caption(layout.objects, "(b) Object segmentation", "colour: track, the same in all panels");
   draw_object_segmentation(canvas, layout.objects, scene);
-  caption(layout.background, "(c) Background segmentation", "");
+  caption(layout.background, "(c) Background segmentation", mask_note(scene));
   draw_background_segmentation(canvas, layout.background, scene);
   caption(layout.table, "(d) Objects in this frame", "");
   draw_object_table(canvas, layout.table, scene);
