@@ -8,9 +8,10 @@ namespace kinetrace::app {
 namespace {
 
 constexpr const char* kFooter = R"(
-Exit codes: 0 done, 1 a condition of --fail-if holds, 64 wrong command line, 65 damaged or unusable recording or calibration, 66 input not found,
-70 internal error, 73 run folder cannot be made, 74 reading or writing failed, 78 wrong configuration or memory
-budget too small; 128 + n when signal n ended a run early (what was computed is written).)";
+Exit codes: 0 done, 1 a condition of --fail-if holds, 64 wrong command line, 65 damaged or unusable recording,
+calibration or truth, 66 input not found, 70 internal error, 73 run folder cannot be made, 74 reading or writing failed,
+78 wrong configuration or memory budget too small; 128 + n when signal n ended a run early (what was computed is
+written).)";
 
 void add_config_options(CLI::App& command, ConfigSource& source) {
   command.add_option("--config", source.file, "YAML file; `kinetrace config` prints one with all keys")

@@ -77,8 +77,8 @@ struct FigureOptions {
 /// Asked for help or the version, which has been printed.
 struct NothingToDo {};
 
-using Command = std::variant<RunOptions, PlanOptions, ConfigOptions, EvaluateOptions, StudyOptions, FigureOptions,
-                             NothingToDo>;
+using Command =
+    std::variant<RunOptions, PlanOptions, ConfigOptions, EvaluateOptions, StudyOptions, FigureOptions, NothingToDo>;
 
 /// Reads the command line. Failures: kUsage.
 [[nodiscard]] Outcome<Command> parse_command_line(int argc, const char* const* argv);

@@ -93,7 +93,7 @@ TEST(FixedBundleAdjuster, DefaultSettingsImproveANoisyWindow) {
   // counts a little less.
   const double chance = 0.5 * (7500 - 1500 - 54);
   EXPECT_LT(summary->final_cost, chance);
-  EXPECT_GT(summary->final_cost, 0.8 * chance);
+  EXPECT_GT(summary->final_cost, 0.65 * chance);
 }
 
 TEST(FixedBundleAdjuster, TransformingTheWorldChangesNothing) {
@@ -337,7 +337,7 @@ TEST(FixedBundleAdjuster, RunsTheLargestWindow) {
   BundleWindow window = scene.window();
   const auto summary = solver.adjuster.refine(window);
   ASSERT_TRUE(summary);
-  EXPECT_LT(summary->final_cost, 0.1 * summary->initial_cost);
+  EXPECT_LT(summary->final_cost, 0.15 * summary->initial_cost);
 }
 
 TEST(FixedBundleAdjuster, RejectsBadWindowsAndLeavesThemUnchanged) {
