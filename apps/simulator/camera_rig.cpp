@@ -102,10 +102,12 @@ SampleRays::SampleRays(const RawCamera& camera, int samples_per_side)
       samples_(samples_per_side * samples_per_side),
       pixel_rad_(static_cast<float>(1.0 / camera.K(0, 0))) {
   const double n = samples_per_side;
-  rays_.reserve(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_) *
-                static_cast<std::size_t>(samples_));
+  const std::size_t pixels = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
+  centres_.reserve(pixels);
+  rays_.reserve(pixels * static_cast<std::size_t>(samples_));
   for (int y = 0; y < height_; ++y) {
     for (int x = 0; x < width_; ++x) {
+      centres_.push_back(camera.rectified_ray(Eigen::Vector2d(x, y)).cast<float>());
       for (int j = 0; j < samples_per_side; ++j) {
         for (int i = 0; i < samples_per_side; ++i) {
           const Eigen::Vector2d offset((i + (n - j - 0.5) / n) / n - 0.5, (j + (i + 0.5) / n) / n - 0.5);

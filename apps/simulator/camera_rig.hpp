@@ -57,18 +57,22 @@ class SampleRays {
   [[nodiscard]] int height() const noexcept { return height_; }
   [[nodiscard]] int samples() const noexcept { return samples_; }
   [[nodiscard]] const Eigen::Vector2f& at(int x, int y, int sample) const noexcept {
-    return rays_[(static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)) *
-                     static_cast<std::size_t>(samples_) +
-                 static_cast<std::size_t>(sample)];
+    return rays_[index(x, y) * static_cast<std::size_t>(samples_) + static_cast<std::size_t>(sample)];
   }
+  /// The ray through the pixel's centre.
+  [[nodiscard]] const Eigen::Vector2f& centre(int x, int y) const noexcept { return centres_[index(x, y)]; }
   /// Angle that a pixel subtends at the image centre.
   [[nodiscard]] float pixel_rad() const noexcept { return pixel_rad_; }
 
  private:
+  [[nodiscard]] std::size_t index(int x, int y) const noexcept {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+  }
   int width_;
   int height_;
   int samples_;
   float pixel_rad_;
+  std::vector<Eigen::Vector2f> centres_;
   std::vector<Eigen::Vector2f> rays_;
 };
 

@@ -13,6 +13,9 @@ namespace {
 // interpolation (362 / 462) for each of three directions.
 constexpr float kOctaveVariance = (1.F / 3.F) * 0.78355F * 0.78355F * 0.78355F;
 
+// Where the kernel lets even the largest cells fade out.
+constexpr float kSwallowed = 0.95F;
+
 using Kernel = decltype(&kernel_baseline::fractal_noise);
 
 Kernel best_kernel() {
@@ -39,6 +42,9 @@ Octaves::Octaves(float largest_cell_m, float gain, int count, std::uint32_t octa
 
 float fractal_noise(const Octaves& octaves, const Eigen::Vector3f& point, float footprint_m) {
   static const Kernel kernel = best_kernel();
+  if (octaves.frequency[0] * footprint_m > kSwallowed) {
+    return 0.F;
+  }
   return kernel(octaves.frequency.data(), octaves.amplitude.data(), octaves.seed, point.x(), point.y(), point.z(),
                 footprint_m);
 }

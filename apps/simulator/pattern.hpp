@@ -9,6 +9,12 @@
 
 namespace kinetrace::simulator {
 
+/// std::floor of values that fit 32 bits, several times as quick where the instruction set has no rounding.
+[[nodiscard]] inline float floor_of(float x) noexcept {
+  const auto truncated = static_cast<float>(static_cast<std::int32_t>(x));
+  return truncated > x ? truncated - 1.F : truncated;
+}
+
 /// Part of [x - width / 2, x + width / 2] that lies in [from, to].
 [[nodiscard]] inline float band(float x, float from, float to, float width) noexcept {
   const float overlap = std::min(to, x + 0.5F * width) - std::max(from, x - 0.5F * width);
@@ -18,7 +24,7 @@ namespace kinetrace::simulator {
 /// The same for stripes [k period, k period + thickness] for all integers k.
 [[nodiscard]] inline float stripes(float x, float period, float thickness, float width) noexcept {
   const auto covered_up_to = [&](float at) {
-    const float cycles = std::floor(at / period);
+    const float cycles = floor_of(at / period);
     return cycles * thickness + std::min(at - cycles * period, thickness);
   };
   return std::clamp((covered_up_to(x + 0.5F * width) - covered_up_to(x - 0.5F * width)) / width, 0.F, 1.F);

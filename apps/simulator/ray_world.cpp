@@ -46,8 +46,6 @@ SceneHandle mesh_scene(RTCDevice device, const Mesh& mesh) {
   }
   rtcCommitGeometry(geometry.get());
   SceneHandle scene(rtcNewScene(device));
-  rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
-  rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_HIGH);
   rtcAttachGeometry(scene.get(), geometry.get());
   rtcCommitScene(scene.get());
   check(device, "building the tree of a mesh");
@@ -72,6 +70,20 @@ void fill_rays(const RayPacket& packet, float nearest, Rays& rays) {
   }
 }
 
+// Zero for a triangle without area.
+RayWorld::UvSlope uv_slope(const Mesh::Vertex& a, const Mesh::Vertex& b, const Mesh::Vertex& c) {
+  Eigen::Matrix<double, 3, 2> edges;
+  edges << (b.position - a.position).cast<double>(), (c.position - a.position).cast<double>();
+  Eigen::Matrix2d steps;
+  steps << (b.uv - a.uv).cast<double>(), (c.uv - a.uv).cast<double>();
+  const Eigen::Matrix2d squared = edges.transpose() * edges;
+  const double area_squared = squared.determinant();
+  if (!(area_squared > 0.0)) {
+    return RayWorld::UvSlope::Zero();
+  }
+  return (steps * squared.inverse() * edges.transpose()).cast<float>();
+}
+
 std::vector<RayWorld::Face> faces_of(const Mesh& mesh) {
   std::vector<RayWorld::Face> faces;
   faces.reserve(mesh.triangles.size());
@@ -87,6 +99,16 @@ std::vector<RayWorld::Face> faces_of(const Mesh& mesh) {
   return faces;
 }
 
+std::vector<RayWorld::UvSlope> uv_slopes_of(const Mesh& mesh) {
+  std::vector<RayWorld::UvSlope> slopes;
+  slopes.reserve(mesh.triangles.size());
+  for (const Mesh::Triangle& triangle : mesh.triangles) {
+    const auto& [a, b, c] = triangle.corners;
+    slopes.push_back(uv_slope(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]));
+  }
+  return slopes;
+}
+
 RTCIntersectContext coherent_context() {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
@@ -96,11 +118,13 @@ RTCIntersectContext coherent_context() {
 
 }  // namespace
 
+// The static world is traced on its own: as one more instance among the actors it would be entered by every ray, most
+// often before what stands in front of it.
 struct RayWorld::Handles {
   Device device;
-  std::vector<SceneHandle> meshes;
-  std::vector<Geometry> instances;
-  SceneHandle top;
+  std::vector<SceneHandle> meshes;  // One for each part.
+  SceneHandle actors;
+  std::vector<Geometry> instances;  // In `actors`, one for each part but the world.
 };
 
 RayWorld::RayWorld(const Scene& scene) : scene_(scene), handles_(std::make_unique<Handles>()) {
@@ -108,6 +132,7 @@ RayWorld::RayWorld(const Scene& scene) : scene_(scene), handles_(std::make_uniqu
     Part& part = parts_.emplace_back();
     part.mesh = &mesh;
     part.faces = faces_of(mesh);
+    part.uv_slopes = uv_slopes_of(mesh);
     part.actor = actor;
   };
   add_part(scene.world, -1);
@@ -123,14 +148,16 @@ RayWorld::RayWorld(const Scene& scene) : scene_(scene), handles_(std::make_uniqu
     throw std::runtime_error("the ray tracer cannot be started; check the installation of Embree");
   }
   RTCDevice device = handles_->device.get();
-  handles_->top.reset(rtcNewScene(device));
-  rtcSetSceneFlags(handles_->top.get(), RTC_SCENE_FLAG_ROBUST);
+  handles_->actors.reset(rtcNewScene(device));
   for (std::uint32_t i = 0; i < parts_.size(); ++i) {
     handles_->meshes.push_back(mesh_scene(device, *parts_[i].mesh));
+    if (i == 0) {
+      continue;
+    }
     Geometry instance(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE));
     rtcSetGeometryInstancedScene(instance.get(), handles_->meshes.back().get());
     rtcCommitGeometry(instance.get());
-    rtcAttachGeometryByID(handles_->top.get(), instance.get(), i);
+    rtcAttachGeometryByID(handles_->actors.get(), instance.get(), i);
     handles_->instances.push_back(std::move(instance));
   }
   set_time(0.0);
@@ -146,14 +173,14 @@ void RayWorld::set_time(double time_s) {
       const Se3 pose = actor.T_obj_part ? T_scene_obj * actor.T_obj_part(time_s, part) : T_scene_obj;
       parts_[i].R_scene_part = pose.rotation.cast<float>();
       parts_[i].t_scene_part = pose.translation.cast<float>();
-      RTCGeometry instance = handles_->instances[i].get();
+      RTCGeometry instance = handles_->instances[i - 1].get();
       Eigen::Matrix<float, 3, 4> matrix;
       matrix << parts_[i].R_scene_part, parts_[i].t_scene_part;
       rtcSetGeometryTransform(instance, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, matrix.data());
       rtcCommitGeometry(instance);
     }
   }
-  rtcCommitScene(handles_->top.get());
+  rtcCommitScene(handles_->actors.get());
   check(handles_->device.get(), "moving the scene");
 }
 
@@ -164,21 +191,28 @@ void RayWorld::trace(RayPacket& packet) const {
     rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
     rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
   }
-  RTCIntersectContext context = coherent_context();
-  rtcIntersect16(packet.active.data(), handles_->top.get(), &context, &rays);
+  for (RTCScene scene : {handles_->actors.get(), handles_->meshes[0].get()}) {
+    RTCIntersectContext context = coherent_context();
+    rtcIntersect16(packet.active.data(), scene, &context, &rays);
+  }
   static_assert(RTC_INVALID_GEOMETRY_ID == RayPacket::kMiss);
   std::memcpy(packet.distance.data(), rays.ray.tfar, sizeof rays.ray.tfar);
   std::memcpy(packet.u.data(), rays.hit.u, sizeof rays.hit.u);
   std::memcpy(packet.v.data(), rays.hit.v, sizeof rays.hit.v);
   std::memcpy(packet.triangle.data(), rays.hit.primID, sizeof rays.hit.primID);
-  std::memcpy(packet.part.data(), rays.hit.instID[0], sizeof rays.hit.instID[0]);
+  for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
+    const bool on_world = rays.hit.geomID[i] != RayPacket::kMiss && rays.hit.instID[0][i] == RayPacket::kMiss;
+    packet.part[i] = on_world ? 0 : rays.hit.instID[0][i];
+  }
 }
 
 void RayWorld::trace_shadow(RayPacket& packet) const {
   RTCRay16 rays;
   fill_rays(packet, 0.F, rays);
-  RTCIntersectContext context = coherent_context();
-  rtcOccluded16(packet.active.data(), handles_->top.get(), &context, &rays);
+  for (RTCScene scene : {handles_->actors.get(), handles_->meshes[0].get()}) {
+    RTCIntersectContext context = coherent_context();
+    rtcOccluded16(packet.active.data(), scene, &context, &rays);
+  }
   for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
     packet.blocked[i] = rays.tfar[i] < 0.F;
   }

@@ -49,11 +49,14 @@ class RayWorld {
     Eigen::Vector3f normal;  ///< Unit length, part's frame.
     bool flat = false;       ///< The corners' normals are the face's own.
   };
+  /// Takes a step in a triangle's plane to the step of uv.
+  using UvSlope = Eigen::Matrix<float, 2, 3>;
   /// One rigid mesh in the scene.
   struct Part {
     const Mesh* mesh = nullptr;
-    std::vector<Face> faces;  ///< Of the mesh's triangles.
-    int actor = -1;           ///< Index into Scene::actors; -1 for the static world.
+    std::vector<Face> faces;         ///< Of the mesh's triangles.
+    std::vector<UvSlope> uv_slopes;  ///< Of the mesh's triangles.
+    int actor = -1;                  ///< Index into Scene::actors; -1 for the static world.
     Eigen::Matrix3f R_scene_part = Eigen::Matrix3f::Identity();
     Eigen::Vector3f t_scene_part = Eigen::Vector3f::Zero();
   };
@@ -68,6 +71,10 @@ class RayWorld {
                                 const Eigen::Vector3f& direction) const;
 
   [[nodiscard]] std::span<const Part> parts() const noexcept { return parts_; }
+  /// Index into Scene::actors plus one of the actor that a part belongs to; 0 for the static world.
+  [[nodiscard]] std::uint16_t actor_label(std::uint32_t part) const noexcept {
+    return static_cast<std::uint16_t>(parts_[part].actor + 1);
+  }
   [[nodiscard]] const Scene& scene() const noexcept { return scene_; }
 
  private:

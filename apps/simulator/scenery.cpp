@@ -117,7 +117,7 @@ void add_tree(Mesh& mesh, float x, float z, float height_m, std::uint16_t seed) 
                           uniform(random, -1, 1) * spread);
     const float radius = uniform(random, 0.1, 0.17) * height_m;
     mesh.add_cylinder(fork, fork + 0.8F * offset, 0.012F * height_m, 0.005F * height_m, 6, {Material::kBark, seed});
-    mesh.add_ellipsoid(fork + offset, {radius, 0.8F * radius, radius}, 14,
+    mesh.add_ellipsoid(fork + offset, {radius, 0.8F * radius, radius}, 10,
                        {Material::kFoliage, static_cast<std::uint16_t>(seed * 16 + i)}, 0.22F);
   }
 }
@@ -128,7 +128,7 @@ void add_hedge(Mesh& mesh, const GroundArea& area, float height_m, std::uint16_t
   const float half = 0.5F * (area.x1 - area.x0);
   for (float z = area.z0; z < area.z1; z += 1.1F) {
     mesh.add_ellipsoid({x + uniform(random, -0.1, 0.1), -0.48F * height_m, z},
-                       {half, 0.58F * height_m * uniform(random, 0.9, 1.1), 0.95F}, 12,
+                       {half, 0.58F * height_m * uniform(random, 0.9, 1.1), 0.95F}, 9,
                        {Material::kFoliage, static_cast<std::uint16_t>(random.bits())}, 0.14F);
   }
 }

@@ -85,7 +85,7 @@ struct StereoSimulator::State {
   }
 
   // With an open shutter, the mean of several instants about `time_s`.
-  [[nodiscard]] std::array<Image<float>, 2> collect_light(double time_s) {
+  [[nodiscard]] std::array<Image<float>, 2> collect_light(double time_s, std::array<TruthImages, 2>* truth) {
     const int instants = settings.shutter_ms > 0.0 ? 4 : 1;
     std::array<Image<float>, 2> light{Image<float>(rays[0].width(), rays[0].height()),
                                       Image<float>(rays[1].width(), rays[1].height())};
@@ -95,10 +95,23 @@ struct StereoSimulator::State {
       for (const Eye eye : kEyes) {
         const auto side = static_cast<std::size_t>(eye);
         add_radiance(world, rays[side], T_scene_lens(eye, instant_s), settings.threads,
-                     1.F / static_cast<float>(instants), light[side]);
+                     1.F / static_cast<float>(instants), light[side], truth != nullptr ? &(*truth)[side] : nullptr);
       }
     }
     return light;
+  }
+
+  // Whether the rays of the picture, taken at once through lenses as the calibration knows them, are those of the
+  // truth.
+  [[nodiscard]] bool picture_shows_truth() const {
+    return !rig.distorted && settings.shutter_ms == 0.0 && settings.drift_mrad == 0.0;
+  }
+
+  void find_truth(double time_s, std::array<TruthImages, 2>& truth) {
+    world.set_time(time_s);
+    for (const Eye eye : kEyes) {
+      truth[static_cast<std::size_t>(eye)] = render_truth(world, scene.rig, T_scene_eye(eye, time_s), settings.threads);
+    }
   }
 
   Scene scene;
@@ -134,22 +147,21 @@ SimulatedFrame StereoSimulator::frame(int index) {
   frame.index = index;
   frame.timestamp_ns = kStart_ns + std::llround(1e9 * time_s);
   frame.T_world_cam = s.T_world_scene * s.T_scene_eye(Eye::kLeft, time_s);
-  std::array<Image<float>, 2> light = s.collect_light(time_s);
+  const TruthImages empty(s.scene.rig.width_px, s.scene.rig.height_px);
+  std::array<TruthImages, 2> truth{empty, empty};
+  std::array<Image<float>, 2> light = s.collect_light(time_s, s.picture_shows_truth() ? &truth : nullptr);
+  if (!s.picture_shows_truth()) {
+    s.find_truth(time_s, truth);
+  }
+  frame.objects =
+      observe_objects(s.world, s.scene.rig, truth[0], time_s, s.T_scene_eye(Eye::kLeft, time_s), s.T_world_scene);
   for (const Eye eye : kEyes) {
     const auto side = static_cast<std::size_t>(eye);
     const double gain = eye == Eye::kRight ? s.settings.sensor.right_gain : 1.0;
     frame.pictures[side] = expose(std::move(light[side]), s.settings.sensor, gain * s.scene.light.exposure,
                                   hash_of(s.settings.seed, index, side), s.settings.threads);
-  }
-  s.world.set_time(time_s);
-  for (const Eye eye : kEyes) {
-    const auto side = static_cast<std::size_t>(eye);
-    TruthImages truth = render_truth(s.world, s.scene.rig, s.T_scene_eye(eye, time_s), s.settings.threads);
-    if (eye == Eye::kLeft) {
-      frame.objects = observe_objects(s.world, s.scene.rig, truth, time_s, s.T_scene_eye(eye, time_s), s.T_world_scene);
-    }
-    frame.instances[side] = mots_labels(truth.actors, s.scene.actors);
-    frame.depth_m[side] = std::move(truth.depth_m);
+    frame.instances[side] = mots_labels(truth[side].actors, s.scene.actors);
+    frame.depth_m[side] = std::move(truth[side].depth_m);
   }
   return frame;
 }

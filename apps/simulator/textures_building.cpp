@@ -13,11 +13,11 @@ float brick_wall(const SurfacePoint& point) {
   constexpr float kLength_m = 0.25F;
   constexpr float kCourse_m = 0.083F;
   const float width_m = std::max(point.footprint_m, 0.001F);
-  const float row = std::floor(point.uv.y() / kCourse_m);
+  const float row = floor_of(point.uv.y() / kCourse_m);
   const float u = point.uv.x() + (static_cast<int>(row) % 2 == 0 ? 0.F : 0.5F * kLength_m);
   const float mortar =
       1.F - (1.F - stripes(u, kLength_m, 0.012F, width_m)) * (1.F - stripes(point.uv.y(), kCourse_m, 0.012F, width_m));
-  const float brick = cell_value(std::floor(u / kLength_m), row, 202) - 0.5F;
+  const float brick = cell_value(floor_of(u / kLength_m), row, 202) - 0.5F;
   const float stone = 0.21F + 0.16F * brick * resolved(kCourse_m, point.footprint_m) +
                       0.035F * fractal_noise(grain, point.position, point.footprint_m);
   return mix(stone, 0.45F, mortar);
@@ -38,47 +38,59 @@ float concrete(const Paint& paint, const SurfacePoint& point) {
          0.06F * fractal_noise(grain, point.position, point.footprint_m);
 }
 
-struct Window {
-  float opening = 0.F;  ///< Coverage of the whole opening,
-  float glass = 0.F;    ///< and of its panes alone.
-  float pane = 0.F;     ///< Albedo behind the glass.
+// A regular grid of windows; in the frame of the wall's uv.
+struct WindowGrid {
+  float pitch_m;
+  float storey_m;
+  float wide_m;
+  float tall_m;
 };
 
-// A regular grid of windows with frames, a cross bar, and curtains that differ from window to window.
-Window window_at(const Paint& paint, const SurfacePoint& point) {
+WindowGrid window_grid(const Paint& paint) {
   const float pitch_m = 2.3F + 1.1F * unit_float(hash_of(paint.seed, 11));
-  const float storey_m = 3.0F;
-  const float wide_m = 0.42F * pitch_m;
-  const float tall_m = 1.5F + 0.3F * unit_float(hash_of(paint.seed, 12));
-  const float sill_m = 0.85F;
-  const float width_m = std::max(point.footprint_m, 0.002F);
-  const float u = point.uv.x() - 0.29F * pitch_m;
-  const float v = point.uv.y() - sill_m;
-  const float column = std::floor(u / pitch_m);
-  const float row = std::floor(v / storey_m);
-  const float x = u - column * pitch_m;
-  const float y = v - row * storey_m;
-  Window window;
-  window.opening = stripes(u, pitch_m, wide_m, width_m) * stripes(v, storey_m, tall_m, width_m);
-  constexpr float kFrame_m = 0.06F;
-  const float clear = band(x, kFrame_m, wide_m - kFrame_m, width_m) * band(y, kFrame_m, tall_m - kFrame_m, width_m);
-  const float bars = std::max(band(x, 0.5F * wide_m - 0.025F, 0.5F * wide_m + 0.025F, width_m),
-                              band(y, 0.62F * tall_m, 0.62F * tall_m + 0.05F, width_m));
-  window.glass = window.opening * clear * (1.F - bars) * resolved(0.8F, point.footprint_m);
-  const float curtain = cell_value(column, row, paint.seed + 13U);
-  const float drawn = curtain > 0.45F ? band(y, curtain * tall_m, tall_m, width_m) : 0.F;
-  const float folds = 0.07F * std::sin(x * 43.F) * resolved(0.14F, point.footprint_m);
-  window.pane = mix(0.035F + 0.05F * curtain, 0.42F + folds, drawn);
-  return window;
+  return {pitch_m, 3.F, 0.42F * pitch_m, 1.5F + 0.3F * unit_float(hash_of(paint.seed, 12))};
 }
 
-Look with_windows(float wall, const Paint& paint, const SurfacePoint& point) {
-  const Window window = window_at(paint, point);
+// A pane behind its frame and cross bar, with curtains that differ from window to window: `look` where a window is.
+Look window_look(const Paint& paint, const WindowGrid& grid, float u, float v, float footprint_m) {
+  constexpr float kFrame_m = 0.06F;
+  const float width_m = std::max(footprint_m, 0.002F);
+  const float column = floor_of(u / grid.pitch_m);
+  const float row = floor_of(v / grid.storey_m);
+  const float x = u - column * grid.pitch_m;
+  const float y = v - row * grid.storey_m;
+  const float clear =
+      band(x, kFrame_m, grid.wide_m - kFrame_m, width_m) * band(y, kFrame_m, grid.tall_m - kFrame_m, width_m);
+  const float bars = std::max(band(x, 0.5F * grid.wide_m - 0.025F, 0.5F * grid.wide_m + 0.025F, width_m),
+                              band(y, 0.62F * grid.tall_m, 0.62F * grid.tall_m + 0.05F, width_m));
+  const float glass = clear * (1.F - bars);
+  const float curtain = cell_value(column, row, paint.seed + 13U);
+  const float drawn = curtain > 0.45F ? band(y, curtain * grid.tall_m, grid.tall_m, width_m) : 0.F;
+  const float folds = drawn > 0.F ? 0.07F * std::sin(x * 43.F) * resolved(0.14F, footprint_m) : 0.F;
+  const float pane = mix(0.035F + 0.05F * curtain, 0.42F + folds, drawn);
   const float frame = unit_float(hash_of(paint.seed, 14)) > 0.4F ? 0.72F : 0.12F;
-  const float framed = mix(wall, frame, window.opening);
-  const float far = mix(wall, 0.22F, window.opening);  // A window too small to show its parts.
-  const float detail = resolved(0.8F, point.footprint_m);
-  return {mix(mix(far, framed, detail), window.pane, window.glass), 0.08F * window.glass};
+  return {mix(frame, pane, glass), 0.08F * glass};
+}
+
+// A wall, whose albedo `wall` is asked for where it shows, with windows in it.
+template <typename Wall>
+Look with_windows(const Wall& wall, const Paint& paint, const SurfacePoint& point) {
+  constexpr float kSill_m = 0.85F;
+  const WindowGrid grid = window_grid(paint);
+  const float width_m = std::max(point.footprint_m, 0.002F);
+  const float u = point.uv.x() - 0.29F * grid.pitch_m;
+  const float v = point.uv.y() - kSill_m;
+  const float opening =
+      stripes(u, grid.pitch_m, grid.wide_m, width_m) * stripes(v, grid.storey_m, grid.tall_m, width_m);
+  Look look{opening < 1.F ? wall() : 0.F};
+  if (opening > 0.F) {
+    constexpr float kFromAfar = 0.22F;  // Albedo of a window too small to show its parts.
+    const float detail = resolved(0.8F, point.footprint_m);
+    const Look window = detail > 0.F ? window_look(paint, grid, u, v, point.footprint_m) : Look{};
+    look.albedo = mix(look.albedo, mix(kFromAfar, window.albedo, detail), opening);
+    look.gloss = window.gloss * detail * opening;
+  }
+  return look;
 }
 
 float roof_tiles(const SurfacePoint& point) {
@@ -86,8 +98,8 @@ float roof_tiles(const SurfacePoint& point) {
   constexpr float kRow_m = 0.33F;
   constexpr float kTile_m = 0.22F;
   const float width_m = std::max(point.footprint_m, 0.002F);
-  const float row = std::floor(point.uv.y() / kRow_m);
-  const float tile = cell_value(std::floor(point.uv.x() / kTile_m), row, 206) - 0.5F;
+  const float row = floor_of(point.uv.y() / kRow_m);
+  const float tile = cell_value(floor_of(point.uv.x() / kTile_m), row, 206) - 0.5F;
   const float shade = stripes(point.uv.y(), kRow_m, 0.05F, width_m);
   const float gap = stripes(point.uv.x(), kTile_m, 0.03F, width_m);
   return (0.17F + 0.09F * tile * resolved(kTile_m, point.footprint_m) +
@@ -114,8 +126,8 @@ float wood(const Paint& paint, const SurfacePoint& point) {
 float sign(const Paint& paint, const SurfacePoint& point) {
   const float width_m = std::max(point.footprint_m, 0.002F);
   constexpr float kGlyph_m = 0.07F;
-  const float column = std::floor(point.uv.x() / kGlyph_m);
-  const float row = std::floor(point.uv.y() / kGlyph_m);
+  const float column = floor_of(point.uv.x() / kGlyph_m);
+  const float row = floor_of(point.uv.y() / kGlyph_m);
   const float inked = cell_value(column, row, paint.seed) > 0.5F ? 1.F : 0.F;
   const float gap = stripes(point.uv.y(), 3.F * kGlyph_m, kGlyph_m, width_m);
   const float ink =
@@ -127,8 +139,8 @@ float sign(const Paint& paint, const SurfacePoint& point) {
 
 Look building_look(const Paint& paint, const SurfacePoint& point) {
   switch (paint.material) {
-    case Material::kBrickFacade: return with_windows(brick_wall(point), paint, point);
-    case Material::kPlasterFacade: return with_windows(plaster(paint, point), paint, point);
+    case Material::kBrickFacade: return with_windows([&] { return brick_wall(point); }, paint, point);
+    case Material::kPlasterFacade: return with_windows([&] { return plaster(paint, point); }, paint, point);
     case Material::kRoofTiles: return {roof_tiles(point)};
     case Material::kMetal: return {metal(paint, point), 0.03F};
     case Material::kWood: return {wood(paint, point)};

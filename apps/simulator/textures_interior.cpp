@@ -13,7 +13,7 @@ float cardboard(const Paint& paint, const SurfacePoint& point) {
   const float width_m = std::max(point.footprint_m, 0.001F);
   const float tape = band(point.uv.x(), 0.2F, 0.25F, width_m);
   const float label = band(point.uv.x(), 0.05F, 0.17F, width_m) * band(point.uv.y(), 0.08F, 0.2F, width_m);
-  const float writing = cell_value(std::floor(point.uv.x() / 0.012F), std::floor(point.uv.y() / 0.016F), paint.seed);
+  const float writing = cell_value(floor_of(point.uv.x() / 0.012F), floor_of(point.uv.y() / 0.016F), paint.seed);
   const float ink = mix(0.5F, writing > 0.55F ? 1.F : 0.F, resolved(0.012F, point.footprint_m));
   const float paper = 0.3F + 0.12F * unit_float(hash_of(paint.seed, 1)) +
                       0.035F * fractal_noise(fibre, point.position, point.footprint_m);
@@ -28,7 +28,7 @@ float floor_tiles(const SurfacePoint& point) {
   const float z = point.position.z();
   const float joints =
       1.F - (1.F - stripes(x, kTile_m, 0.006F, width_m)) * (1.F - stripes(z, kTile_m, 0.006F, width_m));
-  const float tile = cell_value(std::floor(x / kTile_m), std::floor(z / kTile_m), 603) - 0.5F;
+  const float tile = cell_value(floor_of(x / kTile_m), floor_of(z / kTile_m), 603) - 0.5F;
   return (0.36F + 0.1F * tile * resolved(kTile_m, point.footprint_m) +
           0.07F * fractal_noise(marble, point.position, point.footprint_m)) *
          (1.F - 0.5F * joints);
@@ -50,7 +50,7 @@ float poster(const Paint& paint, const SurfacePoint& point) {
   float value = 0.4F + 0.07F * fractal_noise(ink, point.position, point.footprint_m);
   for (int level = 0; level < 3; ++level) {
     const float cell_m = std::ldexp(0.24F, -level);
-    const float patch = cell_value(std::floor(point.uv.x() / cell_m), std::floor(point.uv.y() / cell_m),
+    const float patch = cell_value(floor_of(point.uv.x() / cell_m), floor_of(point.uv.y() / cell_m),
                                    paint.seed * 7U + static_cast<std::uint32_t>(level));
     value += (patch - 0.5F) * (0.45F - 0.1F * static_cast<float>(level)) * resolved(cell_m, point.footprint_m);
   }

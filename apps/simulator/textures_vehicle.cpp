@@ -75,7 +75,7 @@ void draw_side(const BodyPoint& at, Look& look) {
 void draw_plate(const BodyPoint& at, std::uint32_t seed, Look& look) {
   constexpr float kLow_m = 0.42F;
   const float plate = band(at.z, -0.26F, 0.26F, at.width_m) * band(at.h, kLow_m, kLow_m + 0.11F, at.width_m);
-  const float glyph = cell_value(std::floor((at.z + 0.26F) / 0.032F), std::floor((at.h - kLow_m) / 0.027F), seed);
+  const float glyph = cell_value(floor_of((at.z + 0.26F) / 0.032F), floor_of((at.h - kLow_m) / 0.027F), seed);
   const float ink = mix(0.4F, glyph > 0.5F ? 1.F : 0.F, resolved(0.03F, at.width_m)) *
                     band(at.z, -0.23F, 0.23F, at.width_m) * band(at.h, kLow_m + 0.02F, kLow_m + 0.09F, at.width_m);
   cover(look, 0.8F, 0.F, plate);

@@ -1,16 +1,20 @@
 #include "truth_renderer.hpp"
 
 #include <algorithm>
+#include <array>
+#include <span>
 
 #include "parallel.hpp"
+#include "tile.hpp"
 
 namespace kinetrace::simulator {
 namespace {
 
 using Eigen::Vector3f;
 
-Vector3f pixel_ray(const StereoGeometry& g, int x, int y) {
-  return Eigen::Vector3d((x - g.cx_px) / g.fx_px, (y - g.cy_px) / g.fy_px, 1.0).cast<float>();
+// As SampleRays does it, to the last bit.
+Eigen::Vector2f pixel_ray(const StereoGeometry& g, int x, int y) {
+  return Eigen::Vector2d((x - g.cx_px) / g.fx_px, (y - g.cy_px) / g.fy_px).cast<float>();
 }
 
 class CentreTracer {
@@ -21,39 +25,50 @@ class CentreTracer {
         origin_(T_scene_eye.translation.cast<float>()),
         R_scene_eye_(T_scene_eye.rotation.cast<float>()) {}
 
-  // The square of four by four pixels whose upper left one is (x0, y0).
+  // The tile whose upper left pixel is (x0, y0).
   void trace(int x0, int y0, TruthImages& truth) const {
-    constexpr int kSide = 4;
-    RayPacket packet;
-    for (int i = 0; i < RayPacket::kSize; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      const Vector3f direction = R_scene_eye_ * pixel_ray(geometry_, x0 + i % kSide, y0 + i / kSide);
-      packet.active[k] = -1;
-      packet.origin_x[k] = origin_.x();
-      packet.origin_y[k] = origin_.y();
-      packet.origin_z[k] = origin_.z();
-      packet.direction_x[k] = direction.x();
-      packet.direction_y[k] = direction.y();
-      packet.direction_z[k] = direction.z();
-    }
-    world_.trace(packet);
-    for (int i = 0; i < RayPacket::kSize; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      const int x = x0 + i % kSide;
-      const int y = y0 + i / kSide;
-      if (packet.part[k] != RayPacket::kMiss && truth.depth_m.contains(x, y)) {
-        // Rays have length one along the optical axis, so that distances are depths.
-        truth.depth_m.at(x, y) = packet.distance[k];
-        truth.actors.at(x, y) = static_cast<std::uint16_t>(world_.parts()[packet.part[k]].actor + 1);
+    std::array<std::array<int, 2>, kTilePixels> pixels{};
+    std::size_t count = 0;
+    for (std::size_t slot = 0; slot < kTilePixels; ++slot) {
+      const auto [x, y] = tile_pixel(slot);
+      if (truth.depth_m.contains(x0 + x, y0 + y)) {
+        pixels[count++] = {x0 + x, y0 + y};
       }
+    }
+    for (std::size_t first = 0; first < count; first += RayPacket::kSize) {
+      trace(std::span(pixels).subspan(first, std::min<std::size_t>(RayPacket::kSize, count - first)), truth);
     }
   }
 
   [[nodiscard]] bool meets(std::size_t part, int x, int y) const {
-    return world_.meets_part(part, origin_, R_scene_eye_ * pixel_ray(geometry_, x, y));
+    return world_.meets_part(part, origin_, R_scene_eye_ * pixel_ray(geometry_, x, y).homogeneous());
   }
 
  private:
+  void trace(std::span<const std::array<int, 2>> pixels, TruthImages& truth) const {
+    RayPacket packet;
+    for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
+      const auto& [x, y] = pixels[std::min(i, pixels.size() - 1)];
+      const Vector3f direction = R_scene_eye_ * pixel_ray(geometry_, x, y).homogeneous();
+      packet.active[i] = i < pixels.size() ? -1 : 0;
+      packet.origin_x[i] = origin_.x();
+      packet.origin_y[i] = origin_.y();
+      packet.origin_z[i] = origin_.z();
+      packet.direction_x[i] = direction.x();
+      packet.direction_y[i] = direction.y();
+      packet.direction_z[i] = direction.z();
+    }
+    world_.trace(packet);
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      const auto& [x, y] = pixels[i];
+      if (packet.part[i] != RayPacket::kMiss) {
+        // Rays have length one along the optical axis, so that distances are depths.
+        truth.depth_m.at(x, y) = packet.distance[i];
+        truth.actors.at(x, y) = world_.actor_label(packet.part[i]);
+      }
+    }
+  }
+
   const RayWorld& world_;
   StereoGeometry geometry_;
   Vector3f origin_;
@@ -63,12 +78,11 @@ class CentreTracer {
 }  // namespace
 
 TruthImages render_truth(const RayWorld& world, const StereoGeometry& geometry, const Se3& T_scene_eye, int threads) {
-  TruthImages truth{Image<std::uint16_t>(geometry.width_px, geometry.height_px),
-                    Image<float>(geometry.width_px, geometry.height_px)};
+  TruthImages truth(geometry.width_px, geometry.height_px);
   const CentreTracer tracer(world, geometry, T_scene_eye);
-  for_each_index((geometry.height_px + 3) / 4, threads, [&](int row) {
-    for (int x = 0; x < geometry.width_px; x += 4) {
-      tracer.trace(x, 4 * row, truth);
+  for_each_index((geometry.height_px + kTileSide_px - 1) / kTileSide_px, threads, [&](int row) {
+    for (int x = 0; x < geometry.width_px; x += kTileSide_px) {
+      tracer.trace(x, kTileSide_px * row, truth);
     }
   });
   return truth;

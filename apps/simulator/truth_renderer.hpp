@@ -11,6 +11,9 @@
 namespace kinetrace::simulator {
 
 struct TruthImages {
+  /// Nothing but sky.
+  TruthImages(int width_px, int height_px) : actors(width_px, height_px), depth_m(width_px, height_px) {}
+
   Image<std::uint16_t> actors;  ///< Index into Scene::actors plus one; 0 where there is none.
   Image<float> depth_m;         ///< Along the optical axis; 0 for the sky.
 };

@@ -1,0 +1,361 @@
+#include "pixel_samples.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kinetrace::simulator {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr float kShadowOffset_m = 2e-3F;
+
+constexpr std::size_t kProbedCount = 4;
+
+void set_ray(RayPacket& packet, std::size_t lane, const Vector3f& origin, const Vector3f& direction) {
+  packet.origin_x[lane] = origin.x();
+  packet.origin_y[lane] = origin.y();
+  packet.origin_z[lane] = origin.z();
+  packet.direction_x[lane] = direction.x();
+  packet.direction_y[lane] = direction.y();
+  packet.direction_z[lane] = direction.z();
+}
+
+}  // namespace
+
+bool alike(const Sample& a, const Sample& b) {
+  if (a.paint == nullptr || b.paint == nullptr) {
+    return a.paint == b.paint;
+  }
+  return a.part == b.part && a.paint->material == b.paint->material && a.paint->seed == b.paint->seed &&
+         a.normal.dot(b.normal) > 0.95F;
+}
+
+float stretch_of(const Sample& sample) {
+  const float facing = std::abs(sample.face_normal.dot(sample.direction)) / sample.direction.norm();
+  return 1.F / std::max(facing, 0.02F);
+}
+
+bool is_elongated(const Sample& sample) {
+  return sample.paint != nullptr && stretch_of(sample) > 1.8F;
+}
+
+TileSampler::TileSampler(const RayWorld& world, const SampleRays& rays, const Se3& T_scene_eye)
+    : world_(world),
+      rays_(rays),
+      count_(static_cast<std::size_t>(rays.samples())),
+      origin_(T_scene_eye.translation.cast<float>()),
+      R_scene_eye_(T_scene_eye.rotation.cast<float>()),
+      to_sun_(world.scene().light.to_sun.normalized()),
+      samples_(kTilePixels * (count_ + 1)),
+      continued_(count_) {}
+
+// One sample tells, besides the centre, what the pixel shows. Taken in turns over squares of two by two pixels, so that
+// neither rows nor columns leave a gap of more than half a pixel in which a line could hide.
+std::size_t TileSampler::probe_of(const Pixel& pixel) noexcept {
+  constexpr std::array<std::array<std::size_t, 2>, 2> kTurns{{{1, 3}, {2, 0}}};
+  return kTurns[static_cast<std::size_t>(pixel.y % 2)][static_cast<std::size_t>(pixel.x % 2)];
+}
+
+void TileSampler::trace(int x0, int y0) {
+  trace_centres(x0, y0);
+  if (count_ == kProbedCount) {
+    trace_probes();
+  }
+  trace_contents();
+  cast_shadows();
+}
+
+void TileSampler::trace_centres(int x0, int y0) {
+  filled_.clear();
+  queue_.clear();
+  for (std::size_t slot = 0; slot < kTilePixels; ++slot) {
+    const auto [x, y] = tile_pixel(slot);
+    Pixel& pixel = pixels_[slot];
+    pixel.x = x0 + x;
+    pixel.y = y0 + y;
+    if (pixel.x < rays_.width() && pixel.y < rays_.height()) {
+      filled_.push_back(slot);
+      Sample& centre = own_centre(slot);
+      aim_along(rays_.centre(pixel.x, pixel.y), centre);
+      queue_.push_back(&centre);
+    }
+  }
+  trace_queue();
+  for (const std::size_t slot : filled_) {
+    locate(own_centre(slot));
+  }
+}
+
+void TileSampler::trace_probes() {
+  queue_.clear();
+  for (const std::size_t slot : filled_) {
+    const Pixel& pixel = pixels_[slot];
+    Sample& probe = own_probe(slot);
+    aim_along(rays_.at(pixel.x, pixel.y, static_cast<int>(probe_of(pixel))), probe);
+    queue_.push_back(&probe);
+  }
+  trace_queue();
+}
+
+void TileSampler::aim_along(const Eigen::Vector2f& ray, Sample& sample) const {
+  sample.direction = R_scene_eye_ * ray.homogeneous();
+  sample.part = RayPacket::kMiss;
+  sample.triangle = RayPacket::kMiss;
+  sample.paint = nullptr;
+  sample.in_sun = 0.F;
+  sample.located = false;
+}
+
+// Finds out what the pixels show, and traces the samples of those that show many things.
+void TileSampler::trace_contents() {
+  queue_.clear();
+  for (const std::size_t slot : filled_) {
+    Pixel& pixel = pixels_[slot];
+    pixel.content = content_of(slot);
+    if (pixel.content == Content::kMixed) {
+      queue_samples(slot);
+    }
+  }
+  trace_queue();
+  for (const std::size_t slot : filled_) {
+    if (pixels_[slot].content == Content::kMixed) {
+      locate_samples(slot);
+    }
+  }
+}
+
+void TileSampler::locate_samples(std::size_t slot) {
+  for (Sample& sample : samples(slot)) {
+    locate(sample);
+  }
+}
+
+void TileSampler::queue_samples(std::size_t slot) {
+  const Pixel& pixel = pixels_[slot];
+  const std::span<Sample> all = samples(slot);
+  for (std::size_t s = 0; s < count_; ++s) {
+    if (count_ != kProbedCount || s != probe_of(pixel)) {
+      aim_along(rays_.at(pixel.x, pixel.y, static_cast<int>(s)), all[s]);
+      queue_.push_back(&all[s]);
+    }
+  }
+}
+
+TileSampler::Content TileSampler::content_of(std::size_t slot) {
+  if (count_ != kProbedCount) {
+    return Content::kMixed;
+  }
+  return shows_one_triangle(slot) ? Content::kTriangle : shows_one_surface(slot) ? Content::kSurface : Content::kMixed;
+}
+
+// Whether `agrees` holds for this pixel and all pixels of the tile that share a side with it; it takes their slot.
+template <typename Agrees>
+bool TileSampler::agree_around(std::size_t slot, const Agrees& agrees) const {
+  const Pixel& pixel = pixels_[slot];
+  const int x = pixel.x % kTileSide_px;
+  const int y = pixel.y % kTileSide_px;
+  constexpr std::array<std::array<int, 2>, 5> kSteps{{{0, 0}, {-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
+  return std::all_of(kSteps.begin(), kSteps.end(), [&](const std::array<int, 2>& step) {
+    const auto& [dx, dy] = step;
+    const bool in_tile = x + dx >= 0 && y + dy >= 0 && x + dx < kTileSide_px && y + dy < kTileSide_px;
+    const bool in_picture = pixel.x + dx < rays_.width() && pixel.y + dy < rays_.height();
+    return !in_tile || !in_picture || agrees(tile_slot(x + dx, y + dy));
+  });
+}
+
+// A flat triangle of the static world, or nothing. Triangles are convex: what lies between rays that meet one meets it
+// too, unless something thinner than the gaps between them stands before it.
+bool TileSampler::shows_one_triangle(std::size_t slot) const {
+  const Sample& first = centre(slot);
+  if (first.paint != nullptr && (first.part != 0 || !world_.parts()[0].faces[first.triangle].flat)) {
+    return false;
+  }
+  const auto same = [&](const Sample& other) { return other.triangle == first.triangle && other.part == first.part; };
+  if (!agree_around(slot, [&](std::size_t at) { return same(centre(at)) && same(probe(at)); })) {
+    return false;
+  }
+  // At the tile's edge the triangle is continued: not so near the horizon that a ray may miss its plane.
+  return first.paint == nullptr || std::abs(first.face_normal.dot(first.direction)) > 0.01F * first.direction.norm();
+}
+
+bool TileSampler::shows_one_surface(std::size_t slot) {
+  const Sample& first = centre(slot);
+  return first.paint != nullptr && !is_elongated(first) && agree_around(slot, [&](std::size_t at) {
+           locate(own_probe(at));
+           return alike(centre(at), first) && alike(probe(at), first);
+         });
+}
+
+std::span<const TileSampler::Continued> TileSampler::continued(std::size_t slot) {
+  const Pixel& pixel = pixels_[slot];
+  const Sample& known = centre(slot);
+  const RayWorld::UvSlope& uv_slope = world_.parts()[0].uv_slopes[known.triangle];
+  const Vector3f from_eye = known.distance * known.direction;
+  const float height = known.face_normal.dot(from_eye);
+  for (std::size_t s = 0; s < count_; ++s) {
+    Continued& at = continued_[s];
+    at.direction = R_scene_eye_ * rays_.at(pixel.x, pixel.y, static_cast<int>(s)).homogeneous();
+    const Vector3f step = height / known.face_normal.dot(at.direction) * at.direction - from_eye;
+    at.local.position = known.local.position + step;
+    at.local.normal = known.local.normal;
+    at.local.uv = known.local.uv + uv_slope * step;
+  }
+  return continued_;
+}
+
+// The same, to be shadowed one by one.
+void TileSampler::continue_samples(std::size_t slot) {
+  const Sample& known = centre(slot);
+  const std::span<const Continued> positions = continued(slot);
+  for (std::size_t s = 0; s < count_; ++s) {
+    Sample& sample = samples(slot)[s];
+    sample = known;
+    sample.direction = positions[s].direction;
+    sample.local = positions[s].local;
+    sample.scene_position = sample.local.position;
+  }
+}
+
+void TileSampler::trace_queue() {
+  for (std::size_t first = 0; first < queue_.size(); first += RayPacket::kSize) {
+    const std::size_t count = std::min<std::size_t>(RayPacket::kSize, queue_.size() - first);
+    for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
+      packet_.active[i] = i < count ? -1 : 0;
+      set_ray(packet_, i, origin_, queue_[first + std::min(i, count - 1)]->direction);
+    }
+    world_.trace(packet_);
+    for (std::size_t i = 0; i < count; ++i) {
+      Sample& sample = *queue_[first + i];
+      sample.part = packet_.part[i];
+      sample.triangle = packet_.triangle[i];
+      sample.distance = packet_.distance[i];
+      sample.u = packet_.u[i];
+      sample.v = packet_.v[i];
+    }
+  }
+}
+
+// Once for each sample.
+void TileSampler::locate(Sample& sample) const {
+  if (sample.located || sample.part == RayPacket::kMiss) {
+    return;
+  }
+  sample.located = true;
+  const RayWorld::Part& part = world_.parts()[sample.part];
+  const Mesh::Triangle& triangle = part.mesh->triangles[sample.triangle];
+  const RayWorld::Face& face = part.faces[sample.triangle];
+  const Mesh::Vertex& a = part.mesh->vertices[triangle.corners[0]];
+  const Mesh::Vertex& b = part.mesh->vertices[triangle.corners[1]];
+  const Mesh::Vertex& c = part.mesh->vertices[triangle.corners[2]];
+  const float u = sample.u;
+  const float v = sample.v;
+  const float w = 1.F - u - v;
+  sample.paint = &triangle.paint;
+  sample.local.position = w * a.position + u * b.position + v * c.position;
+  sample.local.uv = w * a.uv + u * b.uv + v * c.uv;
+  sample.local.normal = face.flat ? face.normal : (w * a.normal + u * b.normal + v * c.normal).normalized();
+  sample.scene_position = origin_ + sample.distance * sample.direction;
+  // The static world's frame is the scene's.
+  const bool turned = sample.part != 0;
+  sample.face_normal = turned ? Vector3f(part.R_scene_part * face.normal) : face.normal;
+  if (sample.face_normal.dot(sample.direction) > 0.F) {
+    sample.face_normal = -sample.face_normal;
+  }
+  if (face.flat) {
+    sample.normal = sample.face_normal;
+    return;
+  }
+  sample.normal = turned ? Vector3f(part.R_scene_part * sample.local.normal) : sample.local.normal;
+  if (sample.normal.dot(sample.face_normal) < 0.F) {
+    sample.normal = -sample.normal;
+  }
+}
+
+// One ray to the sun for a pixel of one surface. Of a mixed pixel whose samples are alike nevertheless, the others
+// follow where the first and the last agree.
+void TileSampler::cast_shadows() {
+  queue_.clear();
+  open_.clear();
+  for (const std::size_t slot : filled_) {
+    const std::span<Sample> all = samples(slot);
+    if (pixels_[slot].content != Content::kMixed) {
+      queue_shadow(own_centre(slot));
+    } else if (std::all_of(all.begin() + 1, all.end(),
+                           [&](const Sample& other) { return alike(other, all.front()); })) {
+      queue_shadow(all.front());
+      queue_shadow(all.back());
+      open_.push_back(slot);
+    } else {
+      std::for_each(all.begin(), all.end(), [&](Sample& sample) { queue_shadow(sample); });
+    }
+  }
+  trace_shadow_queue();
+  queue_.clear();
+  for (const std::size_t slot : open_) {
+    const std::span<Sample> all = samples(slot);
+    for (Sample& sample : all.subspan(1, std::max<std::size_t>(count_, 2) - 2)) {
+      if (all.front().in_sun == all.back().in_sun) {
+        sample.in_sun = all.front().in_sun;
+      } else {
+        queue_shadow(sample);
+      }
+    }
+  }
+  trace_shadow_queue();
+  sample_shadow_edges();
+}
+
+// Where the light changes from one pixel of a surface to the next, all samples are asked after all.
+void TileSampler::sample_shadow_edges() {
+  queue_.clear();
+  open_.clear();
+  for (const std::size_t slot : filled_) {
+    const auto lit = [&](std::size_t at) {
+      return pixels_[at].content == Content::kMixed ? samples(at).front().in_sun : centre(at).in_sun;
+    };
+    if (pixels_[slot].content != Content::kMixed && centre(slot).paint != nullptr &&
+        !agree_around(slot, [&](std::size_t at) { return lit(at) == centre(slot).in_sun; })) {
+      open_.push_back(slot);
+    }
+  }
+  for (const std::size_t slot : open_) {
+    if (pixels_[slot].content == Content::kSurface) {
+      queue_samples(slot);
+    } else {
+      continue_samples(slot);
+    }
+  }
+  trace_queue();
+  queue_.clear();
+  for (const std::size_t slot : open_) {
+    locate_samples(slot);
+    const std::span<Sample> all = samples(slot);
+    std::for_each(all.begin(), all.end(), [&](Sample& sample) { queue_shadow(sample); });
+    pixels_[slot].content = Content::kMixed;
+  }
+  trace_shadow_queue();
+}
+
+void TileSampler::queue_shadow(Sample& sample) {
+  if (sample.paint != nullptr && sample.face_normal.dot(to_sun_) > 0.F && sample.normal.dot(to_sun_) > 0.F) {
+    queue_.push_back(&sample);
+  }
+}
+
+void TileSampler::trace_shadow_queue() {
+  for (std::size_t first = 0; first < queue_.size(); first += RayPacket::kSize) {
+    const std::size_t count = std::min<std::size_t>(RayPacket::kSize, queue_.size() - first);
+    for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
+      packet_.active[i] = i < count ? -1 : 0;
+      const Sample& sample = *queue_[first + std::min(i, count - 1)];
+      set_ray(packet_, i, sample.scene_position + kShadowOffset_m * sample.face_normal, to_sun_);
+    }
+    world_.trace_shadow(packet_);
+    for (std::size_t i = 0; i < count; ++i) {
+      queue_[first + i]->in_sun = packet_.blocked[i] ? 0.F : 1.F;
+    }
+  }
+}
+
+}  // namespace kinetrace::simulator

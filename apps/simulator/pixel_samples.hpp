@@ -1,0 +1,123 @@
+// What the rays of a small square of pixels meet.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "camera_rig.hpp"
+#include "kinetrace/core/se3.hpp"
+#include "ray_world.hpp"
+#include "surface.hpp"
+#include "tile.hpp"
+
+namespace kinetrace::simulator {
+
+/// One ray of one pixel and what it met.
+struct Sample {
+  Eigen::Vector3f direction;              ///< Scene frame; not of unit length.
+  std::uint32_t part = RayPacket::kMiss;  ///< Index into RayWorld::parts().
+  std::uint32_t triangle = RayPacket::kMiss;
+  const Paint* paint = nullptr;  ///< None for the sky.
+  float distance = 0.F;          ///< In units of the direction's length.
+  float u = 0.F;                 ///< Barycentric coordinates of the triangle's second and third corner.
+  float v = 0.F;
+  float in_sun = 0.F;    ///< 1 where nothing stands between the surface and the sun.
+  bool located = false;  ///< What follows is known.
+  Eigen::Vector3f scene_position;
+  Eigen::Vector3f face_normal;  ///< Of the triangle, scene frame, towards the viewer.
+  Eigen::Vector3f normal;       ///< Interpolated, scene frame.
+  SurfacePoint local;           ///< In the part's frame; without a footprint.
+};
+
+/// On the same smooth piece of the same surface.
+[[nodiscard]] bool alike(const Sample& a, const Sample& b);
+/// How many times as long as wide a pixel is on the sample's surface.
+[[nodiscard]] float stretch_of(const Sample& sample);
+/// A pixel covers a strip of the surface that one texture sample cannot stand for.
+[[nodiscard]] bool is_elongated(const Sample& sample);
+
+/// Traces tile by tile. A pixel is the mean of its samples; where the rays through its centre and through one sample,
+/// and those of its neighbours, tell that the samples would all meet the same, they are not traced one by one.
+/// Holds working memory: one for each thread.
+class TileSampler {
+ public:
+  /// All must outlive the sampler.
+  TileSampler(const RayWorld& world, const SampleRays& rays, const Se3& T_scene_eye);
+
+  /// Traces and shadows the tile whose upper left pixel is (x0, y0).
+  void trace(int x0, int y0);
+
+  enum class Content {
+    kTriangle,  ///< One flat triangle of the static world, or the sky: the samples follow from the centre.
+    kSurface,   ///< One smooth surface seen from the front: the centre stands for the samples.
+    kMixed,     ///< Anything: the samples have been traced.
+  };
+  struct Pixel {
+    int x = 0;
+    int y = 0;
+    Content content = Content::kMixed;
+  };
+  /// The tile's pixels that lie in the picture.
+  [[nodiscard]] std::span<const std::size_t> filled() const noexcept { return filled_; }
+  [[nodiscard]] const Pixel& pixel(std::size_t slot) const noexcept { return pixels_[slot]; }
+  /// The ray through the pixel's centre. What light falls there is known unless the content is mixed.
+  [[nodiscard]] const Sample& centre(std::size_t slot) const noexcept { return samples_[slot * (count_ + 1)]; }
+  /// All samples of a mixed pixel.
+  [[nodiscard]] std::span<Sample> samples(std::size_t slot) noexcept {
+    return std::span(samples_).subspan(slot * (count_ + 1) + 1, count_);
+  }
+  /// Where a ray meets the triangle that a pixel shows.
+  struct Continued {
+    Eigen::Vector3f direction;
+    SurfacePoint local;
+  };
+  /// All samples of a pixel that shows a triangle; valid until the next call.
+  [[nodiscard]] std::span<const Continued> continued(std::size_t slot);
+
+ private:
+  void trace_centres(int x0, int y0);
+  void trace_probes();
+  void aim_along(const Eigen::Vector2f& ray, Sample& sample) const;
+  void trace_contents();
+  void queue_samples(std::size_t slot);
+  void trace_queue();
+  void locate(Sample& sample) const;
+  void locate_samples(std::size_t slot);
+  template <typename Agrees>
+  [[nodiscard]] bool agree_around(std::size_t slot, const Agrees& agrees) const;
+  [[nodiscard]] Content content_of(std::size_t slot);
+  [[nodiscard]] bool shows_one_triangle(std::size_t slot) const;
+  [[nodiscard]] bool shows_one_surface(std::size_t slot);
+  void continue_samples(std::size_t slot);
+  void cast_shadows();
+  void sample_shadow_edges();
+  void queue_shadow(Sample& sample);
+  void trace_shadow_queue();
+
+  [[nodiscard]] Sample& own_centre(std::size_t slot) noexcept { return samples_[slot * (count_ + 1)]; }
+  [[nodiscard]] Sample& own_probe(std::size_t slot) noexcept { return samples(slot)[probe_of(pixels_[slot])]; }
+  [[nodiscard]] const Sample& probe(std::size_t slot) const noexcept {
+    return samples_[slot * (count_ + 1) + 1 + probe_of(pixels_[slot])];
+  }
+  static std::size_t probe_of(const Pixel& pixel) noexcept;
+
+  const RayWorld& world_;
+  const SampleRays& rays_;
+  std::size_t count_;  // Samples of a pixel.
+  Eigen::Vector3f origin_;
+  Eigen::Matrix3f R_scene_eye_;
+  Eigen::Vector3f to_sun_;
+  RayPacket packet_;
+  std::array<Pixel, kTilePixels> pixels_{};
+  std::vector<std::size_t> filled_;
+  std::vector<Sample> samples_;  // Of each pixel the centre, then its samples.
+  std::vector<Continued> continued_;
+  std::vector<std::size_t> open_;  // Slots of pixels whose light is not known yet.
+  std::vector<Sample*> queue_;     // Samples whose ray is to be traced.
+};
+
+}  // namespace kinetrace::simulator
