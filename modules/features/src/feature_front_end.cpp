@@ -19,6 +19,8 @@ namespace {
 
 // A body with fewer features than this is not choosy about them.
 constexpr int kFewFeatures = 10;
+// One with fewer than this takes any, so that it has a position at all.
+constexpr int kHardlyAnyFeatures = 3;
 constexpr int kSmallestWidth = 64;
 constexpr int kSmallestHeight = 48;
 
@@ -281,8 +283,9 @@ std::array<int, 256> FeatureFrontEnd::State::count_features() const noexcept {
 
 bool FeatureFrontEnd::State::fit_for_body(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body,
                                           int others) noexcept {
-  return labels.empty() || (clear_of_other_objects(labels, position_px, body) &&
-                            (others < kFewFeatures || well_inside(labels, position_px, body)));
+  return labels.empty() || others < kHardlyAnyFeatures ||
+         (clear_of_other_objects(labels, position_px, body) &&
+          (others < kFewFeatures || well_inside(labels, position_px, body)));
 }
 
 void FeatureFrontEnd::State::thin_out() noexcept {
