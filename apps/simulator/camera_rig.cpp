@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "kinetrace/core/se3.hpp"
-
 namespace kinetrace::simulator {
 namespace {
 

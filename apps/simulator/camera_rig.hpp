@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include "kinetrace/core/se3.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
 
 namespace kinetrace::simulator {
@@ -46,6 +47,12 @@ struct CameraRig {
 /// Cameras as they come from a workshop: barrel distortion, eyes a degree askew, principal points off centre. Their
 /// pictures cover the whole rectified image.
 [[nodiscard]] CameraRig distorted_rig(const StereoGeometry& rectified);
+
+/// Where an eye really is and looks: rays (x, y, 1) of the calibrated eye leave along (x + shift.x, y + shift.y, 1).
+struct EyePose {
+  Se3 T_scene_eye;
+  Eigen::Vector2f principal_shift = Eigen::Vector2f::Zero();  ///< In normalised image coordinates.
+};
 
 /// Which way each sample of each pixel looks: normalised image coordinates in the rectified frame of the eye. Samples
 /// of a pixel lie on a turned grid, so that no two share a row or a column.

@@ -16,12 +16,12 @@ using Eigen::Vector3f;
 
 class TileRenderer {
  public:
-  TileRenderer(const RayWorld& world, const SampleRays& rays, const Se3& T_scene_eye)
+  TileRenderer(const RayWorld& world, const SampleRays& rays, const EyePose& eye)
       : world_(world),
         light_(world.scene().light),
         to_sun_(light_.to_sun.normalized()),
         rays_(rays),
-        sampler_(world, rays, T_scene_eye) {}
+        sampler_(world, rays, eye) {}
 
   // Radiance of the tile whose upper left pixel is (x0, y0), added to `radiance`.
   void render(int x0, int y0, float weight, Image<float>& radiance) {
@@ -147,12 +147,12 @@ class TileRenderer {
 
 }  // namespace
 
-void add_radiance(const RayWorld& world, const SampleRays& rays, const Se3& T_scene_eye, int threads, float weight,
+void add_radiance(const RayWorld& world, const SampleRays& rays, const EyePose& eye, int threads, float weight,
                   Image<float>& radiance, TruthImages* truth) {
   const int columns = (rays.width() + kTileSide_px - 1) / kTileSide_px;
   const int rows = (rays.height() + kTileSide_px - 1) / kTileSide_px;
   for_each_index(rows, threads, [&](int row) {
-    TileRenderer tile(world, rays, T_scene_eye);
+    TileRenderer tile(world, rays, eye);
     for (int column = 0; column < columns; ++column) {
       tile.render(column * kTileSide_px, row * kTileSide_px, weight, radiance);
       if (truth != nullptr) {

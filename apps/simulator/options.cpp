@@ -28,7 +28,9 @@ void add_recording(CLI::App& app, Options& options, std::string& out, std::strin
       ->required();
   app.add_option("--frames", options.frames, "Number of frames; default: what the scene is laid out for")
       ->check(CLI::PositiveNumber);
-  app.add_option("--seed", options.simulator.seed, "Of noise, drift and mask degradation")->capture_default_str();
+  app.add_option("--seed", options.simulator.seed, "Another seed is another world, with other noise")
+      ->type_name("N")
+      ->capture_default_str();
   app.add_option("--width", options.width_px, "Of the rectified pictures; the field of view stays")
       ->check(CLI::Range(64, 4096));
   app.add_option("--height", options.height_px, "Of the rectified pictures; crops or adds rows")
@@ -53,7 +55,9 @@ void add_camera(CLI::App& app, Options& options, int& samples) {
       ->type_name("MS")
       ->capture_default_str();
   app.add_option("--drift", options.simulator.drift_mrad,
-                 "Slow wandering of the right eye's direction that the calibration does not know, milliradians")
+                 "Slow wandering of the right eye that the calibration does not know: of its direction, and half as "
+                 "much of its principal point, milliradians")
+      ->type_name("MRAD")
       ->capture_default_str();
   app.add_flag("--distortion", options.simulator.distortion,
                "Raw pictures through crooked lenses, with the calibration to rectify them");

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <utility>
 
+#include "gait.hpp"
+
 namespace kinetrace::simulator {
 namespace {
 
@@ -18,6 +20,8 @@ enum Part : std::size_t {
   kThighR,
   kShinL,
   kShinR,
+  kFootL,
+  kFootR,
   kUpperArmL,
   kUpperArmR,
   kForearmL,
@@ -25,13 +29,10 @@ enum Part : std::size_t {
   kPartCount
 };
 
-constexpr double kHip_m = 0.9;
-constexpr double kThigh_m = 0.43;
-constexpr double kShoulder_m = 1.4;
+constexpr double kShoulderAboveHip_m = 0.5;
 constexpr double kUpperArm_m = 0.29;
-constexpr double kHipHalf_m = 0.1;
-constexpr double kShoulderHalf_m = 0.22;
-constexpr double kStride_m = 1.4;  ///< Two steps.
+constexpr double kHipHalf_m = 0.09;
+constexpr double kShoulderHalf_m = 0.205;
 
 // Limbs hang from their joint at the origin, y down.
 Mesh limb(float length, float radius, float end_radius, const Paint& paint) {
@@ -42,29 +43,85 @@ Mesh limb(float length, float radius, float end_radius, const Paint& paint) {
   return mesh;
 }
 
+// An upright ellipse of the trunk's skin, `above_m` above the hip.
+struct Girth {
+  float above_m;
+  float deep_m;  ///< Half axes.
+  float wide_m;
+};
+
+template <std::size_t N>
+void add_trunk(Mesh& mesh, const std::array<Girth, N>& girths, const Paint& paint) {
+  constexpr int kPoints = 16;
+  std::vector<std::vector<Vector3f>> rings;
+  for (const Girth& girth : girths) {
+    std::vector<Vector3f>& ring = rings.emplace_back();
+    for (int i = 0; i < kPoints; ++i) {
+      const float angle = 2.F * std::numbers::pi_v<float> * static_cast<float>(i) / kPoints;
+      ring.emplace_back(girth.deep_m * std::cos(angle), -girth.above_m, girth.wide_m * std::sin(angle));
+    }
+  }
+  mesh.add_loft(rings, paint);
+}
+
+// Relative to the middle of the hip.
+Mesh torso(const Paint& shirt, const Paint& trousers) {
+  Mesh mesh;
+  add_trunk(mesh,
+            std::array<Girth, 8>{{{0.06F, 0.115F, 0.165F},
+                                  {0.16F, 0.105F, 0.145F},
+                                  {0.28F, 0.11F, 0.16F},
+                                  {0.4F, 0.12F, 0.185F},
+                                  {0.48F, 0.11F, 0.195F},
+                                  {0.54F, 0.09F, 0.16F},
+                                  {0.575F, 0.065F, 0.08F},
+                                  {0.585F, 0.03F, 0.03F}}},
+            shirt);
+  add_trunk(mesh,
+            std::array<Girth, 4>{
+                {{-0.09F, 0.07F, 0.09F}, {-0.03F, 0.11F, 0.165F}, {0.05F, 0.118F, 0.17F}, {0.1F, 0.108F, 0.15F}}},
+            trousers);
+  for (const float side : {1.F, -1.F}) {
+    mesh.add_ellipsoid({0.F, -0.49F, side * 0.185F}, {0.07F, 0.065F, 0.065F}, 8, shirt);
+  }
+  return mesh;
+}
+
+Mesh head(const Paint& skin, const Paint& hair) {
+  Mesh mesh;
+  mesh.add_ellipsoid({0.02F, -0.72F, 0.F}, {0.095F, 0.125F, 0.08F}, 10, skin);
+  mesh.add_ellipsoid({-0.012F, -0.75F, 0.F}, {0.098F, 0.11F, 0.088F}, 10, hair);
+  mesh.add_ellipsoid({0.112F, -0.71F, 0.F}, {0.018F, 0.024F, 0.014F}, 6, skin);
+  mesh.add_cylinder({-0.005F, -0.62F, 0.F}, {-0.01F, -0.53F, 0.F}, 0.05F, 0.06F, 12, skin);
+  return mesh;
+}
+
 std::vector<Mesh> body_parts(std::uint16_t seed) {
+  const auto variant = [seed](int offset) { return static_cast<std::uint16_t>(seed + offset); };
   const Paint shirt{Material::kCloth, seed};
-  const Paint trousers{Material::kCloth, static_cast<std::uint16_t>(seed + 100)};
+  const Paint trousers{Material::kTrousers, variant(100)};
   const Paint skin{Material::kSkin, seed};
   std::vector<Mesh> parts(kPartCount);
-  parts[kTorso].add_ellipsoid({0.F, -1.2F, 0.F}, {0.14F, 0.34F, 0.21F}, 12, shirt);
-  parts[kTorso].add_ellipsoid({0.F, -0.93F, 0.F}, {0.13F, 0.14F, 0.17F}, 10, trousers);
-  parts[kHead].add_ellipsoid({0.02F, -1.6F, 0.F}, {0.1F, 0.12F, 0.085F}, 10, skin);
-  parts[kHead].add_ellipsoid({-0.015F, -1.63F, 0.F}, {0.1F, 0.11F, 0.093F}, 10,
-                             {Material::kCloth, static_cast<std::uint16_t>(seed + 200)});
-  parts[kHead].add_cylinder({0.F, -1.53F, 0.F}, {0.F, -1.4F, 0.F}, 0.055F, 0.06F, 10, skin);
+  parts[kTorso] = torso(shirt, trousers);
+  parts[kHead] = head(skin, {Material::kHair, variant(200)});
   for (const Part thigh : {kThighL, kThighR}) {
-    parts[thigh] = limb(0.43F, 0.085F, 0.065F, trousers);
+    parts[thigh] = limb(static_cast<float>(kThigh_m), 0.082F, 0.06F, trousers);
   }
   for (const Part shin : {kShinL, kShinR}) {
-    parts[shin] = limb(0.38F, 0.062F, 0.045F, trousers);
-    parts[shin].add_ellipsoid({0.07F, 0.43F, 0.F}, {0.13F, 0.045F, 0.05F}, 8, {Material::kShoe});
+    parts[shin] = limb(static_cast<float>(kShin_m), 0.06F, 0.047F, trousers);
+  }
+  for (const Part foot : {kFootL, kFootR}) {
+    // The sole is as far below the ankle as the gait has it.
+    parts[foot].add_ellipsoid({0.055F, 0.04F, 0.F}, {0.135F, static_cast<float>(kAnkle_m) - 0.04F, 0.046F}, 8,
+                              {Material::kShoe, seed});
+    parts[foot].add_ellipsoid({-0.01F, 0.015F, 0.F}, {0.06F, 0.055F, 0.042F}, 6, {Material::kShoe, seed});
   }
   for (const Part arm : {kUpperArmL, kUpperArmR}) {
-    parts[arm] = limb(0.29F, 0.055F, 0.045F, shirt);
+    parts[arm] = limb(static_cast<float>(kUpperArm_m), 0.052F, 0.043F, shirt);
   }
   for (const Part forearm : {kForearmL, kForearmR}) {
-    parts[forearm] = limb(0.25F, 0.043F, 0.035F, skin);
+    parts[forearm] = limb(0.24F, 0.041F, 0.032F, skin);
+    parts[forearm].add_ellipsoid({0.01F, 0.3F, 0.F}, {0.04F, 0.075F, 0.02F}, 6, skin);
   }
   return parts;
 }
@@ -74,57 +131,45 @@ Se3 joint(const Vector3d& at, double swing_rad) {
   return {Eigen::AngleAxisd(-swing_rad, Vector3d::UnitZ()).toRotationMatrix(), at};
 }
 
-// Hip, knee, shoulder and elbow follow sines of the gait's phase (after the mean curves of D. Winter, "Biomechanics and
-// motor control of human movement", 1987, much simplified).
-Se3 part_pose(std::size_t part, double phase, double swing) {
-  const bool left = part == kThighL || part == kShinL || part == kUpperArmL || part == kForearmL;
+Se3 part_pose(std::size_t part, double cycle, Arms arms) {
+  const bool left = part == kThighL || part == kShinL || part == kFootL || part == kUpperArmL || part == kForearmL;
   const double side = left ? 1.0 : -1.0;
-  const double leg_phase = left ? phase : phase + std::numbers::pi;
-  const double bob_m = 0.02 * swing * std::cos(2.0 * phase);
-  const Vector3d hip(0.0, -kHip_m + bob_m, side * kHipHalf_m);
-  const Vector3d shoulder(0.0, -kShoulder_m + bob_m, side * kShoulderHalf_m);
-  const Se3 thigh = joint(hip, swing * 0.42 * std::sin(leg_phase));
-  const Se3 upper_arm = joint(shoulder, -swing * 0.38 * std::sin(leg_phase));
+  const Leg leg = leg_at(left ? cycle : cycle + 0.5);
+  const double hip_m = hip_height_m(cycle);
+  const Se3 hip = joint({0.0, -hip_m, side * kHipHalf_m}, leg.hip_rad);
+  const Se3 knee = hip * joint({0.0, kThigh_m, 0.0}, -leg.knee_rad);
+  const bool pushing = arms == Arms::kPushing;
+  // Arms swing against the legs.
+  const double swing = std::cos(2.0 * std::numbers::pi * (left ? cycle : cycle + 0.5));
+  const Se3 shoulder =
+      joint({0.0, -hip_m - kShoulderAboveHip_m, side * kShoulderHalf_m}, pushing ? 0.45 : 0.05 - 0.38 * swing);
   switch (part) {
     case kThighL:
-    case kThighR: return thigh;
+    case kThighR: return hip;
     case kShinL:
-    case kShinR: return thigh * joint({0.0, kThigh_m, 0.0}, -swing * 0.45 * (1.0 + std::cos(leg_phase)) - 0.05);
+    case kShinR: return knee;
+    case kFootL:
+    case kFootR: return knee * joint({0.0, kShin_m, 0.0}, leg.ankle_rad);
     case kUpperArmL:
-    case kUpperArmR: return upper_arm;
+    case kUpperArmR: return shoulder;
     case kForearmL:
-    case kForearmR: return upper_arm * joint({0.0, kUpperArm_m, 0.0}, 0.25 + swing * 0.2 * (1.0 - std::sin(leg_phase)));
-    default: return {Eigen::Matrix3d::Identity(), {0.0, bob_m, 0.0}};
+    case kForearmR: return shoulder * joint({0.0, kUpperArm_m, 0.0}, pushing ? 0.75 : 0.35 - 0.2 * swing);
+    default: return {Eigen::Matrix3d::Identity(), {0.0, -hip_m, 0.0}};
   }
-}
-
-Actor person(std::uint16_t seed) {
-  Actor actor;
-  actor.class_id = kPedestrianClass;
-  actor.rigid = false;
-  actor.size_lhw_m = {0.6, 1.75, 0.6};
-  actor.parts = body_parts(seed);
-  return actor;
 }
 
 }  // namespace
 
-Actor walking_person(GroundPath path, SpeedProfile speed, double start_m, std::uint16_t seed) {
-  Actor actor = person(seed);
-  actor.T_obj_part = [speed, seed](double time_s, std::size_t part) {
-    const double phase = 2.0 * std::numbers::pi * speed.distance_m(time_s) / kStride_m + seed;
-    return part_pose(part, phase, 1.0);
+Actor walking_person(GroundPath path, SpeedProfile speed, double start_m, std::uint16_t seed, Arms arms) {
+  Actor actor;
+  actor.class_id = kPedestrianClass;
+  actor.rigid = false;
+  actor.size_lhw_m = {0.8, 1.75, 0.6};
+  actor.parts = body_parts(seed);
+  actor.T_obj_part = [speed, seed, arms](double time_s, std::size_t part) {
+    return part_pose(part, speed.distance_m(time_s) / kStride_m + 0.37 * seed, arms);
   };
   actor.T_scene_obj = drive(std::move(path), std::move(speed), start_m);
-  return actor;
-}
-
-Actor standing_person(double x_m, double z_m, double heading_rad, std::uint16_t seed) {
-  Actor actor = person(seed);
-  actor.T_obj_part = [seed](double time_s, std::size_t part) {
-    return part_pose(part, 0.4 * std::sin(0.9 * time_s + seed), 0.25);
-  };
-  actor.T_scene_obj = parked(x_m, z_m, heading_rad);
   return actor;
 }
 

@@ -8,10 +8,10 @@
 
 namespace kinetrace::simulator {
 
-/// A person of 1.7 m who walks along `path`; the gait follows the speed.
-[[nodiscard]] Actor walking_person(GroundPath path, SpeedProfile speed, double start_m, std::uint16_t seed);
+enum class Arms : std::uint8_t { kSwinging, kPushing };
 
-/// A person who stands, shifting weight a little. Truth calls it non-rigid too.
-[[nodiscard]] Actor standing_person(double x_m, double z_m, double heading_rad, std::uint16_t seed);
+/// A person of 1.75 m who walks along `path`. The gait follows the distance covered: feet stay where they tread.
+[[nodiscard]] Actor walking_person(GroundPath path, SpeedProfile speed, double start_m, std::uint16_t seed,
+                                   Arms arms = Arms::kSwinging);
 
 }  // namespace kinetrace::simulator

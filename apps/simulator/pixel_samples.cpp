@@ -40,12 +40,13 @@ bool is_elongated(const Sample& sample) {
   return sample.paint != nullptr && stretch_of(sample) > 1.8F;
 }
 
-TileSampler::TileSampler(const RayWorld& world, const SampleRays& rays, const Se3& T_scene_eye)
+TileSampler::TileSampler(const RayWorld& world, const SampleRays& rays, const EyePose& eye)
     : world_(world),
       rays_(rays),
       count_(static_cast<std::size_t>(rays.samples())),
-      origin_(T_scene_eye.translation.cast<float>()),
-      R_scene_eye_(T_scene_eye.rotation.cast<float>()),
+      origin_(eye.T_scene_eye.translation.cast<float>()),
+      R_scene_eye_(eye.T_scene_eye.rotation.cast<float>()),
+      principal_shift_(eye.principal_shift),
       to_sun_(world.scene().light.to_sun.normalized()),
       samples_(kTilePixels * (count_ + 1)),
       continued_(count_) {}
@@ -99,7 +100,7 @@ void TileSampler::trace_probes() {
 }
 
 void TileSampler::aim_along(const Eigen::Vector2f& ray, Sample& sample) const {
-  sample.direction = R_scene_eye_ * ray.homogeneous();
+  sample.direction = direction_of(ray);
   sample.part = RayPacket::kMiss;
   sample.triangle = RayPacket::kMiss;
   sample.paint = nullptr;
@@ -195,7 +196,7 @@ std::span<const TileSampler::Continued> TileSampler::continued(std::size_t slot)
   const float height = known.face_normal.dot(from_eye);
   for (std::size_t s = 0; s < count_; ++s) {
     Continued& at = continued_[s];
-    at.direction = R_scene_eye_ * rays_.at(pixel.x, pixel.y, static_cast<int>(s)).homogeneous();
+    at.direction = direction_of(rays_.at(pixel.x, pixel.y, static_cast<int>(s)));
     const Vector3f step = height / known.face_normal.dot(at.direction) * at.direction - from_eye;
     at.local.position = known.local.position + step;
     at.local.normal = known.local.normal;

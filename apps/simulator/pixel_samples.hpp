@@ -9,7 +9,6 @@
 #include <Eigen/Core>
 
 #include "camera_rig.hpp"
-#include "kinetrace/core/se3.hpp"
 #include "ray_world.hpp"
 #include "surface.hpp"
 #include "tile.hpp"
@@ -46,7 +45,7 @@ struct Sample {
 class TileSampler {
  public:
   /// All must outlive the sampler.
-  TileSampler(const RayWorld& world, const SampleRays& rays, const Se3& T_scene_eye);
+  TileSampler(const RayWorld& world, const SampleRays& rays, const EyePose& eye);
 
   /// Traces and shadows the tile whose upper left pixel is (x0, y0).
   void trace(int x0, int y0);
@@ -81,6 +80,9 @@ class TileSampler {
  private:
   void trace_centres(int x0, int y0);
   void trace_probes();
+  [[nodiscard]] Eigen::Vector3f direction_of(const Eigen::Vector2f& ray) const {
+    return R_scene_eye_ * (ray + principal_shift_).homogeneous();
+  }
   void aim_along(const Eigen::Vector2f& ray, Sample& sample) const;
   void trace_contents();
   void queue_samples(std::size_t slot);
@@ -110,6 +112,7 @@ class TileSampler {
   std::size_t count_;  // Samples of a pixel.
   Eigen::Vector3f origin_;
   Eigen::Matrix3f R_scene_eye_;
+  Eigen::Vector2f principal_shift_;
   Eigen::Vector3f to_sun_;
   RayPacket packet_;
   std::array<Pixel, kTilePixels> pixels_{};

@@ -188,6 +188,7 @@ void RayWorld::trace(RayPacket& packet) const {
   RTCRayHit16 rays;
   fill_rays(packet, 0.F, rays.ray);
   for (int i = 0; i < RayPacket::kSize; ++i) {
+    rays.hit.primID[i] = RTC_INVALID_GEOMETRY_ID;
     rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
     rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
   }

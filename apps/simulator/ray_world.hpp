@@ -21,19 +21,11 @@ struct alignas(64) RayPacket {
   alignas(64) std::array<std::int32_t, kSize> active{};  ///< -1 for rays to trace, 0 for others.
   alignas(64) std::array<float, kSize> origin_x{}, origin_y{}, origin_z{};
   alignas(64) std::array<float, kSize> direction_x{}, direction_y{}, direction_z{};
-  // Results of trace(): distance in units of the direction's length; body part hit, or kMiss.
+  // Results of trace(): distance in units of the direction's length; body part and triangle hit, or kMiss.
   alignas(64) std::array<float, kSize> distance{}, u{}, v{};
   alignas(64) std::array<std::uint32_t, kSize> part{}, triangle{};
   // Result of trace_shadow().
   alignas(64) std::array<bool, kSize> blocked{};
-};
-
-/// A point where a ray met a surface.
-struct Hit {
-  std::uint32_t part = RayPacket::kMiss;  ///< Index into parts(); the world is part 0.
-  std::uint32_t triangle = 0;
-  float u = 0.F;  ///< Barycentric coordinates of the second and the third corner.
-  float v = 0.F;
 };
 
 class RayWorld {

@@ -1,5 +1,6 @@
 #include "stereo_simulator.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <exception>
 #include <string>
@@ -68,25 +69,51 @@ struct StereoSimulator::State {
     return pose;
   }
 
-  // Where the eye really looks: the right one wanders from its calibration.
-  [[nodiscard]] Se3 T_scene_lens(Eye eye, double time_s) const {
-    Se3 pose = T_scene_eye(eye, time_s);
+  // Where the eye really looks: the right one's direction and principal point wander from their calibration.
+  [[nodiscard]] EyePose true_eye(Eye eye, double time_s) const {
+    EyePose pose{T_scene_eye(eye, time_s)};
     if (eye == Eye::kRight && settings.drift_mrad > 0.0) {
       constexpr double kPeriod_s = 9.0;
       Random random(settings.seed, 31);
-      Eigen::Vector3d angle_rad;
-      for (int axis = 0; axis < 3; ++axis) {
-        angle_rad[axis] = 1e-3 * settings.drift_mrad *
-                          std::sin(6.283185307179586 * (time_s / kPeriod_s * random.uniform(0.7, 1.3) + random.unit()));
+      Eigen::Matrix<double, 5, 1> wander;
+      for (int i = 0; i < wander.size(); ++i) {
+        wander[i] = 1e-3 * settings.drift_mrad *
+                    std::sin(6.283185307179586 * (time_s / kPeriod_s * random.uniform(0.7, 1.3) + random.unit()));
       }
-      pose.rotation = pose.rotation * so3_exp(angle_rad);
+      pose.T_scene_eye.rotation = pose.T_scene_eye.rotation * so3_exp(wander.head<3>());
+      pose.principal_shift = (0.5 * wander.tail<2>()).cast<float>();
     }
     return pose;
   }
 
+  // About how far the picture, or what moves in it, runs over the sensor while the shutter is open.
+  [[nodiscard]] double streak_px(double time_s) const {
+    constexpr double kSurroundings_m = 4.0;
+    constexpr double kNearest_m = 2.0;
+    const double half_s = 0.5e-3 * settings.shutter_ms;
+    const Se3 opened = scene.T_scene_cam(time_s - half_s);
+    const Se3 closed = scene.T_scene_cam(time_s + half_s);
+    const double turned_rad = so3_log(opened.rotation.transpose() * closed.rotation).norm();
+    double streak_rad = turned_rad + (closed.translation - opened.translation).norm() / kSurroundings_m;
+    for (const Actor& actor : scene.actors) {
+      const Eigen::Vector3d before = actor.T_scene_obj(time_s - half_s).translation;
+      const Eigen::Vector3d after = actor.T_scene_obj(time_s + half_s).translation;
+      const double distance_m = std::max((after - closed.translation).norm(), kNearest_m);
+      streak_rad = std::max(streak_rad, turned_rad + (after - before).norm() / distance_m);
+    }
+    return scene.rig.fx_px * streak_rad;
+  }
+
+  // As many as it takes for streaks instead of copies side by side.
+  [[nodiscard]] int instants_at(double time_s) const {
+    constexpr double kFewest = 4.0;
+    constexpr double kMost = 24.0;
+    return settings.shutter_ms > 0.0 ? static_cast<int>(std::clamp(std::ceil(streak_px(time_s)), kFewest, kMost)) : 1;
+  }
+
   // With an open shutter, the mean of several instants about `time_s`.
   [[nodiscard]] std::array<Image<float>, 2> collect_light(double time_s, std::array<TruthImages, 2>* truth) {
-    const int instants = settings.shutter_ms > 0.0 ? 4 : 1;
+    const int instants = instants_at(time_s);
     std::array<Image<float>, 2> light{Image<float>(rays[0].width(), rays[0].height()),
                                       Image<float>(rays[1].width(), rays[1].height())};
     for (int i = 0; i < instants; ++i) {
@@ -94,8 +121,8 @@ struct StereoSimulator::State {
       world.set_time(instant_s);
       for (const Eye eye : kEyes) {
         const auto side = static_cast<std::size_t>(eye);
-        add_radiance(world, rays[side], T_scene_lens(eye, instant_s), settings.threads,
-                     1.F / static_cast<float>(instants), light[side], truth != nullptr ? &(*truth)[side] : nullptr);
+        add_radiance(world, rays[side], true_eye(eye, instant_s), settings.threads, 1.F / static_cast<float>(instants),
+                     light[side], truth != nullptr ? &(*truth)[side] : nullptr);
       }
     }
     return light;

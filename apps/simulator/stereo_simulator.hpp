@@ -21,7 +21,9 @@ struct SimulatorSettings {
   int threads = 2;
   bool distortion = false;  ///< Raw pictures of crooked lenses, to be rectified.
   double shutter_ms = 0.0;  ///< > 0: what moves in that time is blurred.
-  double drift_mrad = 0.0;  ///< Amplitude of a slow error of the right eye's direction that no calibration knows.
+  /// Amplitude of a slow wandering of the right eye that no calibration knows: of its direction, and half as much of
+  /// its principal point.
+  double drift_mrad = 0.0;
   SensorSettings sensor;
 
   [[nodiscard]] Status validate() const;

@@ -32,6 +32,8 @@ Look raw_look(const Paint& paint, const SurfacePoint& point) {
     case Material::kRim:
     case Material::kMirror: return vehicle_look(paint, point);
     case Material::kCloth:
+    case Material::kTrousers:
+    case Material::kHair:
     case Material::kSkin:
     case Material::kShoe: return person_look(paint, point);
     case Material::kCardboard:

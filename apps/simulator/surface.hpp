@@ -31,6 +31,8 @@ enum class Material : std::uint8_t {
   kRim,
   kMirror,
   kCloth,
+  kTrousers,
+  kHair,
   kSkin,
   kShoe,
   kCardboard,

@@ -1,4 +1,4 @@
-// People: cloth with folds and prints, skin, shoes.
+// People: clothes with folds and prints, hair, skin, shoes.
 #include <algorithm>
 
 #include "noise.hpp"
@@ -8,14 +8,35 @@
 namespace kinetrace::simulator {
 namespace {
 
-float cloth(const Paint& paint, const SurfacePoint& point) {
+float folded(float albedo, const Octaves& folds, const SurfacePoint& point) {
+  return albedo * std::max(0.3F, 1.F + 0.3F * fractal_noise(folds, point.position, point.footprint_m));
+}
+
+// Shirts: plain, striped, chequered, or with a print on the chest.
+float shirt(const Paint& paint, const SurfacePoint& point) {
   static const Octaves folds(0.16F, 0.72F, 6, 501);
   const float base = 0.06F + 0.5F * unit_float(hash_of(paint.seed, 1));
-  const bool striped = unit_float(hash_of(paint.seed, 2)) > 0.55F;
+  const float other = base < 0.3F ? 0.6F : 0.08F;
   const float width_m = std::max(point.footprint_m, 0.001F);
-  const float stripe = striped ? stripes(point.position.y(), 0.08F, 0.035F, width_m) : 0.F;
-  const float fold = fractal_noise(folds, point.position, point.footprint_m);
-  return mix(base, base < 0.3F ? 0.6F : 0.08F, stripe) * std::max(0.3F, 1.F + 0.3F * fold);
+  const Eigen::Vector3f& p = point.position;
+  float pattern = 0.F;
+  switch (hash_of(paint.seed, 2) % 4) {
+    case 0: pattern = stripes(p.y(), 0.07F, 0.03F, width_m); break;
+    case 1: pattern = 0.5F * (stripes(p.y(), 0.09F, 0.035F, width_m) + stripes(p.z(), 0.09F, 0.035F, width_m)); break;
+    case 2: pattern = band(p.z(), -0.1F, 0.1F, width_m) * band(p.y(), -0.42F, -0.28F, width_m); break;
+    default: break;
+  }
+  return folded(mix(base, other, pattern), folds, point);
+}
+
+float trousers(const Paint& paint, const SurfacePoint& point) {
+  static const Octaves folds(0.2F, 0.78F, 7, 503);
+  return folded(0.05F + 0.22F * unit_float(hash_of(paint.seed, 1)), folds, point);
+}
+
+float hair(const Paint& paint, const SurfacePoint& point) {
+  static const Octaves strands(0.05F, 0.8F, 5, 504);
+  return folded(0.03F + 0.2F * unit_float(hash_of(paint.seed, 1)), strands, point);
 }
 
 float skin(const SurfacePoint& point) {
@@ -29,7 +50,9 @@ Look person_look(const Paint& paint, const SurfacePoint& point) {
   switch (paint.material) {
     case Material::kSkin: return {skin(point)};
     case Material::kShoe: return {0.07F, 0.02F};
-    default: return {cloth(paint, point)};
+    case Material::kTrousers: return {trousers(paint, point)};
+    case Material::kHair: return {hair(paint, point)};
+    default: return {shirt(paint, point)};
   }
 }
 

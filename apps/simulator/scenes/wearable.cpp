@@ -95,7 +95,12 @@ Actor trolley(Trajectory trajectory) {
   actor.size_lhw_m = {1.1, 1.15, 0.65};
   Mesh& mesh = actor.parts.emplace_back();
   mesh.add_box({0.F, -0.2F, 0.F}, {1.F, 0.05F, 0.6F}, {Material::kMetal, 71});
-  mesh.add_box({-0.49F, -0.65F, 0.F}, {0.04F, 0.9F, 0.6F}, {Material::kMetal, 72});
+  for (const float z : {-0.27F, 0.27F}) {
+    mesh.add_cylinder({-0.48F, -0.18F, z}, {-0.52F, -1.08F, z}, 0.02F, 0.02F, 10, {Material::kMetal, 72});
+  }
+  for (const float height : {0.45F, 0.75F, 1.08F}) {
+    mesh.add_cylinder({-0.51F, -height, -0.27F}, {-0.51F, -height, 0.27F}, 0.018F, 0.018F, 10, {Material::kMetal, 72});
+  }
   mesh.add_box({0.12F, -0.42F, 0.1F}, {0.6F, 0.4F, 0.4F}, {Material::kCardboard, 73});
   mesh.add_box({-0.27F, -0.38F, -0.08F}, {0.34F, 0.32F, 0.36F}, {Material::kPoster, 74});
   mesh.add_box({0.15F, -0.77F, 0.06F}, {0.45F, 0.3F, 0.35F}, {Material::kCardboard, 75}, turned(0.2F));
@@ -103,6 +108,7 @@ Actor trolley(Trajectory trajectory) {
   for (const float x : {-0.4F, 0.4F}) {
     for (const float z : {-0.24F, 0.24F}) {
       mesh.add_cylinder({x, -0.08F, z - 0.02F}, {x, -0.08F, z + 0.02F}, 0.08F, 0.08F, 12, {Material::kTyre});
+      mesh.add_box({x, -0.14F, z}, {0.04F, 0.08F, 0.06F}, {Material::kMetal, 71});
     }
   }
   actor.T_scene_obj = std::move(trajectory);
@@ -134,7 +140,7 @@ Scene wearable_scene() {
   const GroundPath path(Points{{0.3, 11.5}, {0.9, 8}, {1.9, 5}, {2.2, 2}, {2.2, -1.5}});
   const SpeedProfile speed({{0.0, 0.9}, {3.0, 1.1}, {6.0, 0.8}});
   scene.actors.push_back(trolley(drive(path, speed, 2.0)));
-  scene.actors.push_back(walking_person(path, speed, 1.0, 11));
+  scene.actors.push_back(walking_person(path, speed, 1.15, 11, Arms::kPushing));
   scene.actors.push_back(trolley(parked(2.6, 9.5, 0.6)));
   scene.actors.push_back(
       walking_person(GroundPath(Points{{-3.2, 14}, {-3.0, 3}}), SpeedProfile({{0.0, 0.7}}), 3.0, 12));
