@@ -19,6 +19,7 @@ class TileRenderer {
   TileRenderer(const RayWorld& world, const SampleRays& rays, const EyePose& eye)
       : world_(world),
         light_(world.scene().light),
+        texture_origin_(world.scene().texture_origin_m),
         to_sun_(light_.to_sun.normalized()),
         rays_(rays),
         sampler_(world, rays, eye) {}
@@ -134,12 +135,16 @@ class TileRenderer {
   [[nodiscard]] float shade(const Sample& sample, const Vector3f& direction, SurfacePoint point,
                             float footprint_m) const {
     point.footprint_m = footprint_m;
+    if (sample.part == 0) {
+      point.position += texture_origin_;
+    }
     const Look look = look_of(*sample.paint, point);
     return shaded(light_, to_sun_, look, sample.normal, direction, sample.in_sun);
   }
 
   const RayWorld& world_;
   const Light& light_;
+  Vector3f texture_origin_;
   Vector3f to_sun_;
   const SampleRays& rays_;
   TileSampler sampler_;

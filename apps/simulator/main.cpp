@@ -14,7 +14,7 @@ namespace kinetrace::simulator {
 namespace {
 
 Result<StereoSimulator> make_simulator(Options& options) {
-  Result<Scene> scene = make_scene(options.scene);
+  Result<Scene> scene = make_scene(options.scene, options.simulator.seed);
   if (!scene) {
     return tl::unexpected(scene.error());
   }

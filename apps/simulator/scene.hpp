@@ -47,6 +47,8 @@ struct Scene {
   std::vector<Actor> actors;
   Trajectory T_scene_cam;  ///< Left eye of the rectified rig.
   Light light;
+  /// Where the world's textures have their origin; whole metres.
+  Eigen::Vector3f texture_origin_m = Eigen::Vector3f::Zero();
   StereoGeometry rig;
   double rate_hz = 10.0;
   int frames = 100;  ///< As many as the scene has been laid out for.

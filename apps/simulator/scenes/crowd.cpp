@@ -61,10 +61,10 @@ void add_walkers(Scene& scene, Random& random) {
 
 }  // namespace
 
-Scene crowd_scene() {
+Scene crowd_scene(const Variation& variation) {
   Scene scene;
   StreetPlan plan;
-  plan.seed = 23;
+  plan.seed = variation.seed(23);
   plan.half_road_m = 10.F;
   plan.parking_m = 6.5F;
   plan.crossing_z_m = 130.F;
@@ -74,7 +74,7 @@ Scene crowd_scene() {
   add_parking(scene, random);
   add_traffic(scene, random);
   add_walkers(scene, random);
-  const Sway sway{{0.003, 0.004, 0.003}, {0.01, 0.01, 0.01}, 0.4, 2.5, 25};
+  const Sway sway{{0.003, 0.004, 0.003}, {0.01, 0.01, 0.01}, 0.4, 2.5, variation.seed(25)};
   scene.T_scene_cam =
       mounted(drive(GroundPath(Points{{0, -10}, {0, 0}, {0.2, 10}, {0, 40}}), SpeedProfile({{0.0, 0.8}}), 10.0), 2.6,
               0.05, sway);

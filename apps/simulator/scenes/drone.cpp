@@ -10,9 +10,10 @@ using Points = std::vector<Eigen::Vector2d>;
 
 constexpr double kCrossing_m = 34.0;
 
-void add_vehicles(Scene& scene) {
+void add_vehicles(Scene& scene, const Variation& variation) {
   const auto add = [&](VehicleKind kind, std::uint16_t seed, Points points, SpeedProfile speed, double start_m) {
-    scene.actors.push_back(vehicle(kind, seed, drive(GroundPath(std::move(points)), std::move(speed), start_m)));
+    scene.actors.push_back(
+        vehicle(kind, variation.look(seed), drive(GroundPath(std::move(points)), std::move(speed), start_m)));
   };
   // Along with us, slower and faster.
   add(VehicleKind::kSedan, 41, {{1.8, -40}, {1.8, 160}}, SpeedProfile({{0, 5.0}, {4, 6.5}, {8, 4.5}}), 47.0);
@@ -34,7 +35,7 @@ void add_vehicles(Scene& scene) {
       SpeedProfile({{0, 5.0}, {5, 4.0}, {9, 6.5}}), 22.0);
 }
 
-void add_parked(Scene& scene) {
+void add_parked(Scene& scene, const Variation& variation) {
   struct Spot {
     VehicleKind kind;
     double x_m;
@@ -49,29 +50,31 @@ void add_parked(Scene& scene) {
                                         {VehicleKind::kSedan, -7.95, 63}}};
   std::uint16_t seed = 60;
   for (const Spot& spot : kSpots) {
-    scene.actors.push_back(
-        vehicle(spot.kind, seed++, parked(spot.x_m, spot.z_m, spot.x_m > 0.0 ? kAlongZ_rad : kAgainstZ_rad)));
+    scene.actors.push_back(vehicle(variation.kind(spot.kind, seed), variation.look(seed),
+                                   parked(spot.x_m, spot.z_m, spot.x_m > 0.0 ? kAlongZ_rad : kAgainstZ_rad)));
+    ++seed;
   }
 }
 
 }  // namespace
 
-Scene drone_scene() {
+Scene drone_scene(const Variation& variation) {
   Scene scene;
   StreetPlan plan;
   plan.crossing_z_m = static_cast<float>(kCrossing_m);
-  plan.seed = 7;
+  plan.seed = variation.seed(7);
   scene.world = street_world(plan);
   scene.light.exposure = 1.15F;
   scene.rig = {458.0, 458.0, 375.5, 239.5, 0.20, 752, 480};
   scene.rate_hz = 20.0;
   scene.frames = 200;
-  add_vehicles(scene);
-  add_parked(scene);
-  scene.actors.push_back(walking_person(GroundPath(Points{{9.9, 70}, {9.9, 0}}), SpeedProfile({{0, 1.4}}), 44.0, 5));
+  add_vehicles(scene, variation);
+  add_parked(scene, variation);
   scene.actors.push_back(
-      walking_person(GroundPath(Points{{-10.2, 0}, {-10.2, 90}}), SpeedProfile({{0, 1.5}}), 14.0, 6));
-  const Sway sway{{0.03, 0.025, 0.035}, {0.12, 0.1, 0.12}, 0.25, 3.0, 9};
+      walking_person(GroundPath(Points{{9.9, 70}, {9.9, 0}}), SpeedProfile({{0, 1.4}}), 44.0, variation.look(5)));
+  scene.actors.push_back(
+      walking_person(GroundPath(Points{{-10.2, 0}, {-10.2, 90}}), SpeedProfile({{0, 1.5}}), 14.0, variation.look(6)));
+  const Sway sway{{0.03, 0.025, 0.035}, {0.12, 0.1, 0.12}, 0.25, 3.0, variation.seed(9)};
   scene.T_scene_cam =
       mounted(drive(GroundPath(Points{{3, -20}, {2.5, 0}, {0.5, 15}, {1.5, 30}, {-1, 45}, {0, 60}, {0, 100}}),
                     SpeedProfile({{0, 3.0}, {3, 5.0}, {7, 3.5}, {10, 4.5}}), 13.0),

@@ -22,11 +22,12 @@ Scene quiet_street(std::uint32_t seed) {
   return scene;
 }
 
-void add_parked(Scene& scene) {
+void add_parked(Scene& scene, const Variation& variation) {
   std::uint16_t seed = 90;
   for (const double z : {12.0, 19.0, 33.0, 47.0}) {
     for (const double side : {-1.0, 1.0}) {
-      scene.actors.push_back(vehicle(seed % 3 == 0 ? VehicleKind::kVan : VehicleKind::kHatchback, seed,
+      scene.actors.push_back(vehicle(variation.kind(seed % 3 == 0 ? VehicleKind::kVan : VehicleKind::kHatchback, seed),
+                                     variation.look(seed),
                                      parked(side * 7.95, z + side, side > 0 ? kAlongZ_rad : kAgainstZ_rad)));
       ++seed;
     }
@@ -47,41 +48,41 @@ Trajectory stand_at(double x_m, double z_m) {
 }  // namespace
 
 // At night: a hundredth of the light, an exposure that cannot make up for it, and so mostly noise. Nothing moves.
-Scene dark_scene() {
-  Scene scene = quiet_street(31);
-  add_parked(scene);
+Scene dark_scene(const Variation& variation) {
+  Scene scene = quiet_street(variation.seed(31));
+  add_parked(scene, variation);
   scene.light.sun = 0.F;
   scene.light.ambient = 0.02F;
   scene.light.sky = 0.004F;
   scene.light.exposure = 1.4F;
-  scene.T_scene_cam = drive_along(6.0, 32);
+  scene.T_scene_cam = drive_along(6.0, variation.seed(32));
   return scene;
 }
 
 // Bare walls and ground; a car of bare paint drives ahead.
-Scene textureless_scene() {
+Scene textureless_scene(const Variation& variation) {
   Scene scene;
   add_ground(scene.world, {-80.F, 80.F, -40.F, 200.F}, 0.F, {Material::kPlain, 3});
   for (const float side : {-1.F, 1.F}) {
     for (int i = 0; i < 5; ++i) {
       scene.world.add_box({side * 15.F, -4.F, 14.F + 24.F * static_cast<float>(i)}, {10.F, 8.F, 18.F},
-                          {Material::kPlain, static_cast<std::uint16_t>(4 + i)});
+                          {Material::kPlain, variation.look(static_cast<std::uint16_t>(4 + i))});
     }
   }
   scene.world.add_box({0.F, -5.F, 150.F}, {60.F, 10.F, 4.F}, {Material::kPlain, 12});
   scene.rig = car_rig();
   scene.actors.push_back(
-      vehicle(VehicleKind::kHatchback, 83,
+      vehicle(VehicleKind::kHatchback, variation.look(83),
               drive(GroundPath(Points{{kLane_m, 0}, {kLane_m, 200}}), SpeedProfile({{0.0, 7.0}}), 14.0)));
-  scene.T_scene_cam = drive_along(6.0, 34);
+  scene.T_scene_cam = drive_along(6.0, variation.seed(34));
   return scene;
 }
 
 // The rig turns and tilts but never moves; one car crosses.
-Scene pure_rotation_scene() {
-  Scene scene = quiet_street(35);
-  add_parked(scene);
-  scene.actors.push_back(vehicle(VehicleKind::kSedan, 84,
+Scene pure_rotation_scene(const Variation& variation) {
+  Scene scene = quiet_street(variation.seed(35));
+  add_parked(scene, variation);
+  scene.actors.push_back(vehicle(VehicleKind::kSedan, variation.look(84),
                                  drive(GroundPath(Points{{-1.8, 60}, {-1.8, -60}}), SpeedProfile({{0.0, 6.0}}), 0.0)));
   const Se3 stand = stand_at(kLane_m, 0.0)(0.0);
   scene.T_scene_cam = [stand](double time_s) {
@@ -93,13 +94,13 @@ Scene pure_rotation_scene() {
 }
 
 // A truck drives past so close that for some time hardly anything else is in view.
-Scene object_fills_image_scene() {
-  Scene scene = quiet_street(37);
-  add_parked(scene);
-  scene.actors.push_back(vehicle(VehicleKind::kTruck, 85,
+Scene object_fills_image_scene(const Variation& variation) {
+  Scene scene = quiet_street(variation.seed(37));
+  add_parked(scene, variation);
+  scene.actors.push_back(vehicle(VehicleKind::kTruck, variation.look(85),
                                  drive(GroundPath(Points{{-40, 59.2}, {-10, 59.2}, {40, 59.2}, {80, 59.2}}),
                                        SpeedProfile({{0.0, 5.5}, {3.0, 3.0}, {8.0, 4.5}}), 32.0)));
-  const Sway sway{{0.002, 0.002, 0.002}, {0.004, 0.004, 0.004}, 0.4, 2.5, 39};
+  const Sway sway{{0.002, 0.002, 0.002}, {0.004, 0.004, 0.004}, 0.4, 2.5, variation.seed(39)};
   scene.T_scene_cam = mounted(drive(GroundPath(Points{{1.8, 40}, {1.8, 55.2}, {1.8, 70}}),
                                     SpeedProfile({{0.0, 1.2}, {2.5, 0.3}, {6.5, 0.3}, {9.0, 2.0}}), 12.0),
                               1.65, 0.0, sway);
@@ -107,9 +108,9 @@ Scene object_fills_image_scene() {
 }
 
 // Nothing moves, not even the rig: all that changes is noise.
-Scene static_scene() {
-  Scene scene = quiet_street(41);
-  add_parked(scene);
+Scene static_scene(const Variation& variation) {
+  Scene scene = quiet_street(variation.seed(41));
+  add_parked(scene, variation);
   scene.T_scene_cam = stand_at(kLane_m, 2.0);
   return scene;
 }

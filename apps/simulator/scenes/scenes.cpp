@@ -25,11 +25,13 @@ std::span<const SceneEntry> scenes() {
   return kScenes;
 }
 
-Result<Scene> make_scene(std::string_view name) {
+Result<Scene> make_scene(std::string_view name, std::uint32_t world) {
   std::string known;
   for (const SceneEntry& entry : kScenes) {
     if (name == entry.name) {
-      Scene scene = entry.make();
+      const Variation variation(world);
+      Scene scene = entry.make(variation);
+      variation.apply(scene);
       scene.name = entry.name;
       return scene;
     }

@@ -7,28 +7,29 @@
 
 #include "kinetrace/core/result.hpp"
 #include "scene.hpp"
+#include "scenes/variation.hpp"
 
 namespace kinetrace::simulator {
 
 struct SceneEntry {
   const char* name;
   const char* summary;  ///< What it shows, in a few words.
-  Scene (*make)();
+  Scene (*make)(const Variation&);
 };
 
 [[nodiscard]] std::span<const SceneEntry> scenes();
-/// Errors: kInvalidArgument (no such scene; lists those there are).
-[[nodiscard]] Result<Scene> make_scene(std::string_view name);
+/// A scene in the given world; see Variation. Errors: kInvalidArgument (no such scene; lists those there are).
+[[nodiscard]] Result<Scene> make_scene(std::string_view name, std::uint32_t world = 1);
 
-[[nodiscard]] Scene street_scene();
-[[nodiscard]] Scene drone_scene();
-[[nodiscard]] Scene wearable_scene();
-[[nodiscard]] Scene receding_scene();
-[[nodiscard]] Scene crowd_scene();
-[[nodiscard]] Scene dark_scene();
-[[nodiscard]] Scene textureless_scene();
-[[nodiscard]] Scene pure_rotation_scene();
-[[nodiscard]] Scene object_fills_image_scene();
-[[nodiscard]] Scene static_scene();
+[[nodiscard]] Scene street_scene(const Variation& variation);
+[[nodiscard]] Scene drone_scene(const Variation& variation);
+[[nodiscard]] Scene wearable_scene(const Variation& variation);
+[[nodiscard]] Scene receding_scene(const Variation& variation);
+[[nodiscard]] Scene crowd_scene(const Variation& variation);
+[[nodiscard]] Scene dark_scene(const Variation& variation);
+[[nodiscard]] Scene textureless_scene(const Variation& variation);
+[[nodiscard]] Scene pure_rotation_scene(const Variation& variation);
+[[nodiscard]] Scene object_fills_image_scene(const Variation& variation);
+[[nodiscard]] Scene static_scene(const Variation& variation);
 
 }  // namespace kinetrace::simulator

@@ -17,14 +17,14 @@ GroundPath along_z(double x, double z0, double z1) {
   return GroundPath(Points{{x, z0}, {x, z1}});
 }
 
-void add_moving_vehicles(Scene& scene) {
+void add_moving_vehicles(Scene& scene, const Variation& variation) {
   // The car ahead: in view all the time.
   scene.actors.push_back(
-      vehicle(VehicleKind::kHatchback, 3,
+      vehicle(VehicleKind::kHatchback, variation.look(3),
               drive(GroundPath(Points{{kOuter_m, 0}, {kOuter_m, 40}, {kOuter_m - 0.2, 80}, {kOuter_m, 160}}),
                     SpeedProfile({{0.0, 7.5}, {3.0, 9.0}, {6.0, 6.5}, {9.0, 8.5}}), 13.0)));
-  // Overtakes on the inner lane and pulls in ahead.
-  scene.actors.push_back(vehicle(VehicleKind::kSedan, 4,
+  // Overtakes on the inner lane.
+  scene.actors.push_back(vehicle(VehicleKind::kSedan, variation.look(4),
                                  drive(GroundPath(Points{{kInner_m, -20},
                                                          {kInner_m, 0},
                                                          {kInner_m, 25},
@@ -34,20 +34,20 @@ void add_moving_vehicles(Scene& scene) {
                                                          {kInner_m, 160}}),
                                        SpeedProfile({{0.0, 11.0}, {5.0, 11.5}, {9.0, 9.0}}), 13.0)));
   // Oncoming, one after the other.
-  scene.actors.push_back(vehicle(VehicleKind::kTruck, 5,
+  scene.actors.push_back(vehicle(VehicleKind::kTruck, variation.look(5),
                                  drive(along_z(-kInner_m, 150, -60), SpeedProfile({{0.0, 8.0}, {8.0, 7.0}}), 112.0)));
-  scene.actors.push_back(vehicle(VehicleKind::kHatchback, 6,
+  scene.actors.push_back(vehicle(VehicleKind::kHatchback, variation.look(6),
                                  drive(along_z(-kInner_m, 150, -60), SpeedProfile({{0.0, 9.0}, {5.0, 8.0}}), 86.0)));
-  scene.actors.push_back(
-      vehicle(VehicleKind::kVan, 7, drive(along_z(-kOuter_m, 150, -60), SpeedProfile({{0.0, 7.5}}), 86.0)));
-  // Out of the side street on the right, then ahead of us on the inner lane.
+  scene.actors.push_back(vehicle(VehicleKind::kVan, variation.look(7),
+                                 drive(along_z(-kOuter_m, 150, -60), SpeedProfile({{0.0, 7.5}}), 86.0)));
+  // Out of the side street on the right, then far ahead of us.
   scene.actors.push_back(vehicle(
       VehicleKind::kSedan, 8,
       drive(GroundPath(Points{
                 {60, 64}, {30, 64}, {17, 64}, {11, 64.5}, {7, 67}, {5.4, 72}, {5.2, 80}, {5.2, 100}, {5.2, 160}}),
             SpeedProfile({{0.0, 6.0}, {2.0, 4.5}, {4.5, 4.5}, {7.5, 8.5}}), 36.0)));
   // Comes towards us and turns across our lanes into the side street.
-  scene.actors.push_back(vehicle(VehicleKind::kHatchback, 9,
+  scene.actors.push_back(vehicle(VehicleKind::kHatchback, variation.look(9),
                                  drive(GroundPath(Points{{-1.8, 150},
                                                          {-1.8, 100},
                                                          {-1.8, 78},
@@ -60,14 +60,14 @@ void add_moving_vehicles(Scene& scene) {
                                        SpeedProfile({{0.0, 8.0}, {3.0, 5.5}, {6.0, 7.0}}), 64.0)));
 }
 
-void add_people(Scene& scene) {
-  scene.actors.push_back(walking_person(along_z(10.6, 60, 0), SpeedProfile({{0.0, 1.35}}), 26.0, 1));
-  scene.actors.push_back(walking_person(along_z(-10.4, 0, 90), SpeedProfile({{0.0, 1.5}}), 22.0, 2));
+void add_people(Scene& scene, const Variation& variation) {
+  scene.actors.push_back(walking_person(along_z(10.6, 60, 0), SpeedProfile({{0.0, 1.35}}), 26.0, variation.look(1)));
+  scene.actors.push_back(walking_person(along_z(-10.4, 0, 90), SpeedProfile({{0.0, 1.5}}), 22.0, variation.look(2)));
   scene.actors.push_back(walking_person(GroundPath(Points{{9.6, 69.0}, {0, 69.0}, {-9.6, 69.0}, {-20, 69.0}}),
-                                        SpeedProfile({{0.0, 1.4}}), 0.0, 3));
+                                        SpeedProfile({{0.0, 1.4}}), 0.0, variation.look(3)));
 }
 
-void add_parked_vehicles(Scene& scene) {
+void add_parked_vehicles(Scene& scene, const Variation& variation) {
   struct Spot {
     VehicleKind kind;
     double side;
@@ -88,20 +88,24 @@ void add_parked_vehicles(Scene& scene) {
   std::uint16_t seed = 20;
   for (const Spot& spot : kSpots) {
     const double heading_rad = (spot.side > 0 ? kAlongZ_rad : kAgainstZ_rad) + 0.02 * (seed % 3 - 1);
-    scene.actors.push_back(vehicle(spot.kind, seed++, parked(spot.side * kParked_m, spot.z_m, heading_rad)));
+    scene.actors.push_back(vehicle(variation.kind(spot.kind, seed), variation.look(seed),
+                                   parked(spot.side * kParked_m, spot.z_m, heading_rad)));
+    ++seed;
   }
 }
 
 }  // namespace
 
-Scene street_scene() {
+Scene street_scene(const Variation& variation) {
   Scene scene;
-  scene.world = street_world({});
+  StreetPlan plan;
+  plan.seed = variation.seed(plan.seed);
+  scene.world = street_world(plan);
   scene.rig = car_rig();
-  add_moving_vehicles(scene);
-  add_people(scene);
-  add_parked_vehicles(scene);
-  const Sway sway{{0.004, 0.004, 0.003}, {0.01, 0.012, 0.0}, 0.4, 2.5, 5};
+  add_moving_vehicles(scene, variation);
+  add_people(scene, variation);
+  add_parked_vehicles(scene, variation);
+  const Sway sway{{0.004, 0.004, 0.003}, {0.01, 0.012, 0.0}, 0.4, 2.5, variation.seed(5)};
   scene.T_scene_cam = mounted(drive(GroundPath(Points{{kOuter_m, -30},
                                                       {kOuter_m, 0},
                                                       {kOuter_m - 0.3, 25},

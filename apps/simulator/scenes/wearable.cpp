@@ -60,21 +60,21 @@ void add_shelf(Mesh& mesh, float x, float z, std::uint16_t seed) {
   }
 }
 
-Mesh hall() {
+Mesh hall(const Variation& variation) {
   Mesh mesh;
   const float half = 0.5F * kWide_m;
   add_ground(mesh, {-half, half, -3.F, kLong_m}, 0.F, {Material::kFloorTiles});
-  add_wall(mesh, {-half, 0.F, -3.F}, {-half, 0.F, kLong_m}, 11);
-  add_wall(mesh, {-half, 0.F, kLong_m}, {half, 0.F, kLong_m}, 12);
-  add_wall(mesh, {half, 0.F, kLong_m}, {half, 0.F, -3.F}, 13);
-  add_wall(mesh, {half, 0.F, -3.F}, {-half, 0.F, -3.F}, 14);
+  add_wall(mesh, {-half, 0.F, -3.F}, {-half, 0.F, kLong_m}, variation.look(11));
+  add_wall(mesh, {-half, 0.F, kLong_m}, {half, 0.F, kLong_m}, variation.look(12));
+  add_wall(mesh, {half, 0.F, kLong_m}, {half, 0.F, -3.F}, variation.look(13));
+  add_wall(mesh, {half, 0.F, -3.F}, {-half, 0.F, -3.F}, variation.look(14));
   // An open roof: light falls in stripes.
   for (float z = -2.5F; z < kLong_m; z += 1.9F) {
     mesh.add_box({0.F, -kTall_m - 0.15F, z}, {kWide_m, 0.3F, 0.7F}, {Material::kWood, 5});
   }
   for (int i = 0; i < 4; ++i) {
-    add_shelf(mesh, 4.1F, 1.F + 3.2F * static_cast<float>(i), static_cast<std::uint16_t>(20 + i));
-    add_shelf(mesh, -4.1F, 3.5F + 3.2F * static_cast<float>(i), static_cast<std::uint16_t>(30 + i));
+    add_shelf(mesh, 4.1F, 1.F + 3.2F * static_cast<float>(i), variation.look(static_cast<std::uint16_t>(20 + i)));
+    add_shelf(mesh, -4.1F, 3.5F + 3.2F * static_cast<float>(i), variation.look(static_cast<std::uint16_t>(30 + i)));
   }
   for (const float z : {6.5F, 12.F}) {
     mesh.add_box({-1.9F, -0.74F, z}, {0.8F, 0.05F, 1.5F}, {Material::kWood, 9});
@@ -127,9 +127,9 @@ double head_yaw_rad(double time_s) {
 
 }  // namespace
 
-Scene wearable_scene() {
+Scene wearable_scene(const Variation& variation) {
   Scene scene;
-  scene.world = hall();
+  scene.world = hall(variation);
   scene.light.to_sun = {0.35F, -0.8F, 0.3F};
   scene.light.ambient = 0.5F;
   scene.light.sky = 0.8F;
@@ -137,16 +137,16 @@ Scene wearable_scene() {
   scene.rate_hz = 25.0;
   scene.frames = 200;
   // The trolley comes towards us and passes on our right; who pushes it walks behind.
-  const GroundPath path(Points{{0.3, 11.5}, {0.9, 8}, {1.9, 5}, {2.2, 2}, {2.2, -1.5}});
+  const GroundPath path(Points{{0.3, 11.5}, {0.6, 8}, {1.1, 5}, {1.3, 2}, {1.3, -1.5}});
   const SpeedProfile speed({{0.0, 0.9}, {3.0, 1.1}, {6.0, 0.8}});
   scene.actors.push_back(trolley(drive(path, speed, 2.0)));
-  scene.actors.push_back(walking_person(path, speed, 1.15, 11, Arms::kPushing));
+  scene.actors.push_back(walking_person(path, speed, 1.0, variation.look(11), Arms::kPushing));
   scene.actors.push_back(trolley(parked(2.6, 9.5, 0.6)));
   scene.actors.push_back(
-      walking_person(GroundPath(Points{{-3.2, 14}, {-3.0, 3}}), SpeedProfile({{0.0, 0.7}}), 3.0, 12));
+      walking_person(GroundPath(Points{{-3.2, 14}, {-3.0, 3}}), SpeedProfile({{0.0, 0.7}}), 3.0, variation.look(12)));
   const Trajectory walk = drive(GroundPath(Points{{-0.4, -1.8}, {-0.4, 1}, {-0.6, 3}, {-0.5, 5}, {-0.4, 8}}),
                                 SpeedProfile({{0.0, 0.8}, {3.0, 0.5}, {6.0, 0.8}}), 1.2);
-  const Sway bob{{0.02, 0.015, 0.015}, {0.015, 0.02, 0.01}, 0.8, 4.0, 13};
+  const Sway bob{{0.02, 0.015, 0.015}, {0.015, 0.02, 0.01}, 0.8, 4.0, variation.seed(13)};
   const Trajectory eyes = mounted(walk, 1.6, 0.14, bob);
   scene.T_scene_cam = [eyes](double time_s) {
     // The neck turns about the vertical, 8 cm behind the eyes.

@@ -3,6 +3,9 @@
 
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <tuple>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -70,10 +73,10 @@ TEST(Sway, StaysNearItsAmplitudesAndDependsOnItsSeed) {
   EXPECT_GT((sway_at(sway, 1.0).translation - sway_at(other, 1.0).translation).norm(), 1e-4);
 }
 
-// Every scene, at every frame.
-class SceneMotion : public ::testing::TestWithParam<SceneEntry> {
+// Every scene in several worlds, at every frame.
+class SceneMotion : public ::testing::TestWithParam<std::tuple<const char*, std::uint32_t>> {
  protected:
-  Scene scene_ = GetParam().make();
+  Scene scene_ = make_scene(std::get<0>(GetParam()), std::get<1>(GetParam())).value();
   double duration_s() const { return (scene_.frames - 1) / scene_.rate_hz; }
 };
 
@@ -143,13 +146,23 @@ TEST_P(SceneMotion, NothingRunsIntoAnythingElse) {
   }
 }
 
-std::string test_name(const ::testing::TestParamInfo<SceneEntry>& entry) {
-  std::string name = entry.param.name;
-  std::erase(name, '-');
-  return name;
+std::vector<const char*> scene_names() {
+  std::vector<const char*> names;
+  for (const SceneEntry& entry : scenes()) {
+    names.push_back(entry.name);
+  }
+  return names;
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, SceneMotion, ::testing::ValuesIn(scenes().begin(), scenes().end()), test_name);
+std::string test_name(const ::testing::TestParamInfo<SceneMotion::ParamType>& parameters) {
+  std::string name = std::get<0>(parameters.param);
+  std::erase(name, '-');
+  return name + "World" + std::to_string(std::get<1>(parameters.param));
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, SceneMotion,
+                         ::testing::Combine(::testing::ValuesIn(scene_names()), ::testing::Values(1U, 2U, 3U, 7U)),
+                         test_name);
 
 TEST(Scenes, NamesThoseThereAreWhenAskedForAnother) {
   const Result<Scene> scene = make_scene("moon");

@@ -1,0 +1,62 @@
+#include "scenes/variation.hpp"
+
+#include <array>
+#include <utility>
+
+#include <Eigen/Geometry>
+
+#include "random.hpp"
+
+namespace kinetrace::simulator {
+namespace {
+
+// Everything is quicker by the same factor, so that nobody meets who did not meet before.
+void set_pace(Scene& scene, double pace) {
+  const auto paced = [pace](Trajectory trajectory) -> Trajectory {
+    return [pace, trajectory = std::move(trajectory)](double time_s) { return trajectory(pace * time_s); };
+  };
+  scene.T_scene_cam = paced(std::move(scene.T_scene_cam));
+  for (Actor& actor : scene.actors) {
+    actor.T_scene_obj = paced(std::move(actor.T_scene_obj));
+    if (actor.T_obj_part) {
+      actor.T_obj_part = [pace, pose = std::move(actor.T_obj_part)](double time_s, std::size_t part) {
+        return pose(pace * time_s, part);
+      };
+    }
+  }
+}
+
+}  // namespace
+
+std::uint32_t Variation::seed(std::uint32_t first) const noexcept {
+  return world_ == 1 ? first : hash_of(world_, first, 1);
+}
+
+std::uint16_t Variation::look(std::uint16_t first) const noexcept {
+  return world_ == 1 ? first : static_cast<std::uint16_t>(hash_of(world_, first, 2));
+}
+
+VehicleKind Variation::kind(VehicleKind first, std::uint32_t key) const noexcept {
+  if (world_ == 1 || first == VehicleKind::kTruck) {
+    return first;
+  }
+  constexpr std::array<VehicleKind, 3> kSmall{VehicleKind::kHatchback, VehicleKind::kSedan, VehicleKind::kVan};
+  return kSmall[hash_of(world_, key, 3) % kSmall.size()];
+}
+
+void Variation::apply(Scene& scene) const {
+  if (world_ == 1) {
+    return;
+  }
+  Random random(world_, 4);
+  const auto turn = static_cast<float>(random.uniform(-0.7, 0.7));
+  scene.light.to_sun = Eigen::AngleAxisf(turn, Eigen::Vector3f::UnitY()) * scene.light.to_sun;
+  scene.light.to_sun.y() *= static_cast<float>(random.uniform(0.8, 1.3));
+  // Whole metres: what is laid in slabs stays in step with its edges.
+  const auto metres = [&] { return static_cast<float>(random.index(200) - 100); };
+  const float x = metres();
+  scene.texture_origin_m = {x, 0.F, metres()};
+  set_pace(scene, random.uniform(0.93, 1.07));
+}
+
+}  // namespace kinetrace::simulator
