@@ -92,6 +92,14 @@ Trajectory parked(double x_m, double z_m, double heading_rad) {
   return [pose = ground_pose({x_m, z_m}, heading_rad)](double /*time_s*/) { return pose; };
 }
 
+Trajectory raised(Trajectory trajectory, double height_m) {
+  return [trajectory = std::move(trajectory), height_m](double time_s) {
+    Se3 pose = trajectory(time_s);
+    pose.translation.y() -= height_m;
+    return pose;
+  };
+}
+
 Se3 sway_at(const Sway& sway, double time_s) {
   constexpr int kSines = 4;
   Vector6d amplitude;

@@ -49,6 +49,9 @@ class SpeedProfile {
 /// At rest on the ground at (x, z), turned by `heading_rad` from +x towards -z.
 [[nodiscard]] Trajectory parked(double x_m, double z_m, double heading_rad);
 
+/// The same, `height_m` above the scene's ground.
+[[nodiscard]] Trajectory raised(Trajectory trajectory, double height_m);
+
 /// A sum of slow sines in all six degrees of freedom: rotation amplitudes in radians, translation in metres.
 struct Sway {
   Eigen::Vector3d rotation_rad = Eigen::Vector3d::Zero();

@@ -26,9 +26,8 @@ void add_parked(Scene& scene, const Variation& variation) {
   std::uint16_t seed = 90;
   for (const double z : {12.0, 19.0, 33.0, 47.0}) {
     for (const double side : {-1.0, 1.0}) {
-      scene.actors.push_back(vehicle(variation.kind(seed % 3 == 0 ? VehicleKind::kVan : VehicleKind::kHatchback, seed),
-                                     variation.look(seed),
-                                     parked(side * 7.95, z + side, side > 0 ? kAlongZ_rad : kAgainstZ_rad)));
+      const VehicleKind kind = seed % 3 == 0 ? VehicleKind::kVan : VehicleKind::kHatchback;
+      scene.actors.push_back(parked_vehicle(variation.kind(kind, seed), variation.look(seed), side, z + side));
       ++seed;
     }
   }

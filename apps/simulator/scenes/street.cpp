@@ -11,7 +11,6 @@ using Points = std::vector<Eigen::Vector2d>;
 // Lane centres: we drive on the right.
 constexpr double kOuter_m = 5.2;
 constexpr double kInner_m = 1.8;
-constexpr double kParked_m = 7.95;
 
 GroundPath along_z(double x, double z0, double z1) {
   return GroundPath(Points{{x, z0}, {x, z1}});
@@ -41,11 +40,17 @@ void add_moving_vehicles(Scene& scene, const Variation& variation) {
   scene.actors.push_back(vehicle(VehicleKind::kVan, variation.look(7),
                                  drive(along_z(-kOuter_m, 150, -60), SpeedProfile({{0.0, 7.5}}), 86.0)));
   // Out of the side street on the right, then far ahead of us.
-  scene.actors.push_back(vehicle(
-      VehicleKind::kSedan, 8,
-      drive(GroundPath(Points{
-                {60, 64}, {30, 64}, {17, 64}, {11, 64.5}, {7, 67}, {5.4, 72}, {5.2, 80}, {5.2, 100}, {5.2, 160}}),
-            SpeedProfile({{0.0, 6.0}, {2.0, 4.5}, {4.5, 4.5}, {7.5, 8.5}}), 36.0)));
+  scene.actors.push_back(vehicle(VehicleKind::kSedan, variation.look(8),
+                                 drive(GroundPath(Points{{60, 63.5},
+                                                         {30, 63.5},
+                                                         {17, 63.5},
+                                                         {11, 63.8},
+                                                         {6.8, 66.5},
+                                                         {5.4, 72},
+                                                         {5.2, 80},
+                                                         {5.2, 100},
+                                                         {5.2, 160}}),
+                                       SpeedProfile({{0.0, 6.0}, {2.0, 4.5}, {4.5, 4.5}, {7.5, 8.5}}), 36.0)));
   // Comes towards us and turns across our lanes into the side street.
   scene.actors.push_back(vehicle(VehicleKind::kHatchback, variation.look(9),
                                  drive(GroundPath(Points{{-1.8, 150},
@@ -61,9 +66,10 @@ void add_moving_vehicles(Scene& scene, const Variation& variation) {
 }
 
 void add_people(Scene& scene, const Variation& variation) {
-  scene.actors.push_back(walking_person(along_z(10.6, 60, 0), SpeedProfile({{0.0, 1.35}}), 26.0, variation.look(1)));
-  scene.actors.push_back(walking_person(along_z(-10.4, 0, 90), SpeedProfile({{0.0, 1.5}}), 22.0, variation.look(2)));
-  scene.actors.push_back(walking_person(GroundPath(Points{{9.6, 69.0}, {0, 69.0}, {-9.6, 69.0}, {-20, 69.0}}),
+  scene.actors.push_back(passer_by(along_z(10.6, 60, 0), SpeedProfile({{0.0, 1.35}}), 26.0, variation.look(1)));
+  scene.actors.push_back(passer_by(along_z(-10.6, 0, 90), SpeedProfile({{0.0, 1.5}}), 22.0, variation.look(2)));
+  // Has just stepped off the curb.
+  scene.actors.push_back(walking_person(GroundPath(Points{{8.6, 69.0}, {0, 69.0}, {-9.6, 69.0}, {-20, 69.0}}),
                                         SpeedProfile({{0.0, 1.4}}), 0.0, variation.look(3)));
 }
 
@@ -87,9 +93,8 @@ void add_parked_vehicles(Scene& scene, const Variation& variation) {
                                          {VehicleKind::kTruck, -1, 93}}};
   std::uint16_t seed = 20;
   for (const Spot& spot : kSpots) {
-    const double heading_rad = (spot.side > 0 ? kAlongZ_rad : kAgainstZ_rad) + 0.02 * (seed % 3 - 1);
-    scene.actors.push_back(vehicle(variation.kind(spot.kind, seed), variation.look(seed),
-                                   parked(spot.side * kParked_m, spot.z_m, heading_rad)));
+    scene.actors.push_back(parked_vehicle(variation.kind(spot.kind, seed), variation.look(seed), spot.side, spot.z_m,
+                                          0.02 * (seed % 3 - 1)));
     ++seed;
   }
 }

@@ -1,14 +1,15 @@
 #include "street_kit.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "people.hpp"
 #include "random.hpp"
 #include "scenery.hpp"
 
 namespace kinetrace::simulator {
 namespace {
-
-constexpr float kCurb_m = 0.12F;
 
 float uniform(Random& random, double low, double high) {
   return static_cast<float>(random.uniform(low, high));
@@ -75,8 +76,13 @@ void add_roadside(Mesh& mesh, const StreetPlan& plan, const Stretch& stretch, fl
   for (float at = stretch.z0 + 6.F; at < stretch.z1; at += 24.F) {
     const auto variant = static_cast<std::uint16_t>(random.bits());
     add_lamp(mesh, side * (road + 0.5F), at, -side * 1.8F, variant);
-    add_tree(mesh, side * (road + 0.8F), at + 9.F, uniform(random, 4.5, 6.5), variant);
-    add_sign(mesh, side * (road + 0.5F), at + 15.F, variant);
+    // The last one's crown does not hang over the cross street.
+    constexpr float kCrown_m = 3.F;
+    const float tree_z = std::min(at + 9.F, stretch.z1 - kCrown_m);
+    add_tree(mesh, side * (road + 0.8F), tree_z, uniform(random, 4.5, 6.5), variant);
+    if (const float sign_z = at + 15.F; sign_z < stretch.z1) {
+      add_sign(mesh, side * (road + 0.5F), sign_z, variant);
+    }
   }
 }
 
@@ -119,6 +125,22 @@ Actor vehicle(VehicleKind kind, std::uint16_t seed, Trajectory trajectory) {
   actor.size_lhw_m = vehicle_size_m(kind).cast<double>();
   actor.parts.push_back(vehicle_mesh(kind, seed));
   actor.T_scene_obj = std::move(trajectory);
+  return actor;
+}
+
+Actor parked_vehicle(VehicleKind kind, std::uint16_t seed, double side, double z_m, double askew_rad) {
+  constexpr double kUsual_m = 7.95;
+  constexpr double kCurbstone_m = 8.93;
+  const Eigen::Vector3d half_m = 0.5 * vehicle_size_m(kind).cast<double>();
+  const double reach_m = half_m.z() * std::cos(askew_rad) + half_m.x() * std::abs(std::sin(askew_rad));
+  // Broad ones keep off the curb.
+  const double x_m = side * std::min(kUsual_m, kCurbstone_m - reach_m);
+  return vehicle(kind, seed, parked(x_m, z_m, (side > 0.0 ? kAlongZ_rad : kAgainstZ_rad) + askew_rad));
+}
+
+Actor passer_by(GroundPath path, SpeedProfile speed, double start_m, std::uint16_t seed) {
+  Actor actor = walking_person(std::move(path), std::move(speed), start_m, seed);
+  actor.T_scene_obj = raised(std::move(actor.T_scene_obj), static_cast<double>(kCurb_m));
   return actor;
 }
 

@@ -13,6 +13,9 @@ namespace kinetrace::simulator {
 inline constexpr double kAlongZ_rad = -1.5707963267948966;   ///< Towards +z.
 inline constexpr double kAgainstZ_rad = 1.5707963267948966;  ///< Towards -z.
 
+/// Height of the sidewalks.
+inline constexpr float kCurb_m = 0.12F;
+
 /// A street along z with lanes, parking strips, sidewalks, houses, trees, hedges, lamps; a cross street at
 /// `crossing_z_m`.
 struct StreetPlan {
@@ -31,5 +34,11 @@ struct StreetPlan {
 [[nodiscard]] StereoGeometry car_rig();
 
 [[nodiscard]] Actor vehicle(VehicleKind kind, std::uint16_t seed, Trajectory trajectory);
+/// At the curb of the right (`side` 1) or the left (-1) parking strip, heading as the traffic does there, but for
+/// `askew_rad`.
+[[nodiscard]] Actor parked_vehicle(VehicleKind kind, std::uint16_t seed, double side, double z_m,
+                                   double askew_rad = 0.0);
+/// Somebody who walks along a sidewalk.
+[[nodiscard]] Actor passer_by(GroundPath path, SpeedProfile speed, double start_m, std::uint16_t seed);
 
 }  // namespace kinetrace::simulator

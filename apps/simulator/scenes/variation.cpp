@@ -56,7 +56,7 @@ void Variation::apply(Scene& scene) const {
   const auto metres = [&] { return static_cast<float>(random.index(200) - 100); };
   const float x = metres();
   scene.texture_origin_m = {x, 0.F, metres()};
-  set_pace(scene, random.uniform(0.93, 1.07));
+  set_pace(scene, random.uniform(0.93, 1.03));
 }
 
 }  // namespace kinetrace::simulator
