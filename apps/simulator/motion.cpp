@@ -81,6 +81,14 @@ double SpeedProfile::distance_m(double time_s) const {
   return from_start(time_s) - from_start(0.0);
 }
 
+SpeedProfile SpeedProfile::scaled(double factor) const {
+  SpeedProfile result = *this;
+  for (Knot& knot : result.knots_) {
+    knot.speed_mps *= factor;
+  }
+  return result;
+}
+
 Trajectory drive(GroundPath path, SpeedProfile speed, double start_m) {
   auto shared_path = std::make_shared<const GroundPath>(std::move(path));
   return [shared_path, speed = std::move(speed), start_m](double time_s) {

@@ -38,6 +38,8 @@ class SpeedProfile {
   };
   explicit SpeedProfile(std::vector<Knot> knots);
   [[nodiscard]] double distance_m(double time_s) const;
+  /// `factor` times as quick at every moment.
+  [[nodiscard]] SpeedProfile scaled(double factor) const;
 
  private:
   [[nodiscard]] double distance_since(const Knot& from, const Knot& to, double time_s) const;

@@ -128,19 +128,35 @@ Actor vehicle(VehicleKind kind, std::uint16_t seed, Trajectory trajectory) {
   return actor;
 }
 
-Actor parked_vehicle(VehicleKind kind, std::uint16_t seed, double side, double z_m, double askew_rad) {
-  constexpr double kUsual_m = 7.95;
-  constexpr double kCurbstone_m = 8.93;
-  const Eigen::Vector3d half_m = 0.5 * vehicle_size_m(kind).cast<double>();
-  const double reach_m = half_m.z() * std::cos(askew_rad) + half_m.x() * std::abs(std::sin(askew_rad));
-  // Broad ones keep off the curb.
-  const double x_m = side * std::min(kUsual_m, kCurbstone_m - reach_m);
-  return vehicle(kind, seed, parked(x_m, z_m, (side > 0.0 ? kAlongZ_rad : kAgainstZ_rad) + askew_rad));
+Actor driven_vehicle(const Variation& variation, VehicleKind kind, std::uint16_t seed, GroundPath path,
+                     SpeedProfile speed, double start_m) {
+  constexpr double kMostAside_m = 0.25;
+  Trajectory way = drive(std::move(path), variation.paced(std::move(speed), seed), start_m);
+  return vehicle(kind, variation.look(seed), variation.aside(std::move(way), kMostAside_m, seed));
 }
 
-Actor passer_by(GroundPath path, SpeedProfile speed, double start_m, std::uint16_t seed) {
-  Actor actor = walking_person(std::move(path), std::move(speed), start_m, seed);
-  actor.T_scene_obj = raised(std::move(actor.T_scene_obj), static_cast<double>(kCurb_m));
+void add_parked(Scene& scene, const Variation& variation, const ParkingSpot& spot, std::uint16_t seed) {
+  if (variation.is_empty(seed)) {
+    return;
+  }
+  constexpr double kUsual_m = 7.95;
+  constexpr double kCurbstone_m = 8.93;
+  const VehicleKind kind = variation.kind(spot.kind, seed);
+  const Eigen::Vector3d half_m = 0.5 * vehicle_size_m(kind).cast<double>();
+  const double reach_m = half_m.z() * std::cos(spot.askew_rad) + half_m.x() * std::abs(std::sin(spot.askew_rad));
+  // Broad ones keep off the curb.
+  const double x_m = spot.side * std::min(kUsual_m, kCurbstone_m - reach_m);
+  const double heading_rad = (spot.side > 0.0 ? kAlongZ_rad : kAgainstZ_rad) + spot.askew_rad;
+  scene.actors.push_back(
+      vehicle(kind, variation.look(seed), parked(x_m, variation.place_m(spot.z_m, seed), heading_rad)));
+}
+
+Actor passer_by(const Variation& variation, GroundPath path, SpeedProfile speed, double start_m, std::uint16_t seed) {
+  constexpr double kMostAside_m = 0.12;
+  Actor actor = walking_person(std::move(path), variation.paced(std::move(speed), seed), start_m, variation.look(seed),
+                               variation.height_m(seed));
+  actor.T_scene_obj =
+      variation.aside(raised(std::move(actor.T_scene_obj), static_cast<double>(kCurb_m)), kMostAside_m, seed);
   return actor;
 }
 

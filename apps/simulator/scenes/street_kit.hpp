@@ -5,6 +5,7 @@
 
 #include "motion.hpp"
 #include "scene.hpp"
+#include "scenes/variation.hpp"
 #include "vehicles.hpp"
 
 namespace kinetrace::simulator {
@@ -34,11 +35,21 @@ struct StreetPlan {
 [[nodiscard]] StereoGeometry car_rig();
 
 [[nodiscard]] Actor vehicle(VehicleKind kind, std::uint16_t seed, Trajectory trajectory);
-/// At the curb of the right (`side` 1) or the left (-1) parking strip, heading as the traffic does there, but for
-/// `askew_rad`.
-[[nodiscard]] Actor parked_vehicle(VehicleKind kind, std::uint16_t seed, double side, double z_m,
-                                   double askew_rad = 0.0);
+/// A vehicle in traffic; `seed` also is the key of its variation.
+[[nodiscard]] Actor driven_vehicle(const Variation& variation, VehicleKind kind, std::uint16_t seed, GroundPath path,
+                                   SpeedProfile speed, double start_m);
+/// A place to park at the curb of the right (`side` 1) or the left (-1) parking strip, for vehicles that head as the
+/// traffic does there, but for `askew_rad`.
+struct ParkingSpot {
+  VehicleKind kind = VehicleKind::kHatchback;
+  double side = 1.0;
+  double z_m = 0.0;
+  double askew_rad = 0.0;
+};
+/// Adds what is parked there, if anything; `seed` also is the key of its variation.
+void add_parked(Scene& scene, const Variation& variation, const ParkingSpot& spot, std::uint16_t seed);
 /// Somebody who walks along a sidewalk.
-[[nodiscard]] Actor passer_by(GroundPath path, SpeedProfile speed, double start_m, std::uint16_t seed);
+[[nodiscard]] Actor passer_by(const Variation& variation, GroundPath path, SpeedProfile speed, double start_m,
+                              std::uint16_t seed);
 
 }  // namespace kinetrace::simulator
