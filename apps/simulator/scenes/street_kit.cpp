@@ -130,7 +130,7 @@ Actor vehicle(VehicleKind kind, std::uint16_t seed, Trajectory trajectory) {
 
 Actor driven_vehicle(const Variation& variation, VehicleKind kind, std::uint16_t seed, GroundPath path,
                      SpeedProfile speed, double start_m) {
-  constexpr double kMostAside_m = 0.25;
+  constexpr double kMostAside_m = 0.2;
   Trajectory way = drive(std::move(path), variation.paced(std::move(speed), seed), start_m);
   return vehicle(kind, variation.look(seed), variation.aside(std::move(way), kMostAside_m, seed));
 }

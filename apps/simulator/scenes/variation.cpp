@@ -11,7 +11,7 @@
 namespace kinetrace::simulator {
 namespace {
 
-// Everything is quicker by the same factor, so that nobody meets who did not meet before.
+// Everything is slower by the same factor, so that nobody meets who did not meet before.
 void set_pace(Scene& scene, double pace) {
   const auto paced = [pace](Trajectory trajectory) -> Trajectory {
     return [pace, trajectory = std::move(trajectory)](double time_s) { return trajectory(pace * time_s); };
@@ -90,7 +90,7 @@ void Variation::apply(Scene& scene) const {
   const auto metres = [&] { return static_cast<float>(random.index(200) - 100); };
   const float x = metres();
   scene.texture_origin_m = {x, 0.F, metres()};
-  set_pace(scene, random.uniform(0.93, 1.01));
+  set_pace(scene, random.uniform(0.92, 0.99));
 }
 
 }  // namespace kinetrace::simulator

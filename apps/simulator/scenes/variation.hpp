@@ -10,7 +10,7 @@
 namespace kinetrace::simulator {
 
 /// World 1 is the one that a scene has been laid out for. In every other world the same things happen among other
-/// houses, trees and vehicles, on other ground, under another sun, quicker or slower; and everybody has a pace, a place
+/// houses, trees and vehicles, on other ground, under another sun, a little slower; and everybody has a pace, a place
 /// in the lane, a place to park and a height of their own. Keys tell one from the other.
 class Variation {
  public:
