@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <future>
 #include <utility>
 
 #include "options.hpp"
@@ -31,16 +32,24 @@ Status record(StereoSimulator& simulator, const Options& options) {
   }
   const int frames = simulator.scene().frames;
   app::Progress progress(!options.quiet, frames);
+  // A frame is written while the next one is made: both have parts that keep no more than one core busy.
+  const std::launch when = options.simulator.threads > 1 ? std::launch::async : std::launch::deferred;
+  std::future<Status> writing;
+  const auto finish_writing = [&]() -> Status { return writing.valid() ? writing.get() : Status{}; };
   for (int i = 0; i < frames; ++i) {
-    const SimulatedFrame frame = simulator.frame(i);
-    if (Status written = writer->write(frame); !written) {
+    SimulatedFrame frame = simulator.frame(i);
+    if (Status written = finish_writing(); !written) {
       progress.clear();
       return written;
     }
     const auto visible = [](const ObjectTruth& object) { return object.visible_px > 0; };
     progress.show(i + 1, static_cast<int>(std::count_if(frame.objects.begin(), frame.objects.end(), visible)));
+    writing = std::async(when, [&writer, frame = std::move(frame)] { return writer->write(frame); });
   }
   progress.clear();
+  if (Status written = finish_writing(); !written) {
+    return written;
+  }
   if (Status finished = writer->finish(); !finished) {
     return finished;
   }

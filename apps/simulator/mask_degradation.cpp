@@ -1,7 +1,9 @@
 #include "mask_degradation.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <vector>
 
@@ -52,42 +54,76 @@ void relabel(Image<std::uint16_t>& labels, const std::map<std::uint16_t, std::ui
   }
 }
 
+constexpr int kBorderReach_px = 4;
+
+// Of a picture's row, the columns from the first to after the last that can be near a label.
+struct Columns {
+  int begin = 0;
+  int end = 0;
+};
+
+std::vector<Columns> columns_near_labels(const Image<std::uint16_t>& labels) {
+  std::vector<Columns> own(static_cast<std::size_t>(labels.height()), {labels.width(), 0});
+  for (int y = 0; y < labels.height(); ++y) {
+    const std::uint16_t* row = &labels.at(0, y);
+    const std::uint16_t* end = row + labels.width();
+    const std::uint16_t* first = std::find_if(row, end, [](std::uint16_t label) { return label != 0; });
+    if (first != end) {
+      const auto last = std::find_if(std::reverse_iterator(end), std::reverse_iterator(row),
+                                     [](std::uint16_t label) { return label != 0; });
+      own[static_cast<std::size_t>(y)] = {static_cast<int>(first - row), static_cast<int>(last.base() - row)};
+    }
+  }
+  std::vector<Columns> near(own.size());
+  for (int y = 0; y < labels.height(); ++y) {
+    Columns columns{labels.width(), 0};
+    for (int at = std::max(y - kBorderReach_px, 0); at <= std::min(y + kBorderReach_px, labels.height() - 1); ++at) {
+      columns.begin = std::min(columns.begin, own[static_cast<std::size_t>(at)].begin);
+      columns.end = std::max(columns.end, own[static_cast<std::size_t>(at)].end);
+    }
+    near[static_cast<std::size_t>(y)] = {std::max(columns.begin - kBorderReach_px, 0),
+                                         std::min(columns.end + kBorderReach_px, labels.width())};
+  }
+  return near;
+}
+
+bool is_near_border(const Image<std::uint16_t>& labels, int x, int y) {
+  constexpr int kReach = kBorderReach_px;
+  constexpr std::array<std::array<int, 2>, 12> kSteps{{{kReach, 0},
+                                                       {-kReach, 0},
+                                                       {0, kReach},
+                                                       {0, -kReach},
+                                                       {3, 3},
+                                                       {-3, 3},
+                                                       {3, -3},
+                                                       {-3, -3},
+                                                       {2, 0},
+                                                       {-2, 0},
+                                                       {0, 2},
+                                                       {0, -2}}};
+  const std::uint16_t here = labels.at(x, y);
+  return std::any_of(kSteps.begin(), kSteps.end(), [&](const std::array<int, 2>& step) {
+    const auto& [dx, dy] = step;
+    return labels.contains(x + dx, y + dy) && labels.at(x + dx, y + dy) != here;
+  });
+}
+
 // Looks up each pixel a little beside itself; how far changes smoothly over the picture.
 Image<std::uint16_t> wandering_borders(const Image<std::uint16_t>& labels, double border_px, std::uint32_t stream) {
   // In units of pixels: bumps of some ten pixels, with smaller ones on them.
   const Octaves bumps(12.F, 0.6F, 3, stream);
-  Image<std::uint16_t> result(labels.width(), labels.height());
+  const auto reach_px = static_cast<float>(border_px) * 0.7F;
+  const std::vector<Columns> near = columns_near_labels(labels);
+  Image<std::uint16_t> result = labels;
   for (int y = 0; y < labels.height(); ++y) {
-    for (int x = 0; x < labels.width(); ++x) {
-      const bool near_border = [&] {
-        constexpr int kReach = 4;
-        const std::uint16_t here = labels.at(x, y);
-        for (const auto& [dx, dy] : {std::pair{kReach, 0},
-                                     {-kReach, 0},
-                                     {0, kReach},
-                                     {0, -kReach},
-                                     {3, 3},
-                                     {-3, 3},
-                                     {3, -3},
-                                     {-3, -3},
-                                     {2, 0},
-                                     {-2, 0},
-                                     {0, 2},
-                                     {0, -2}}) {
-          if (labels.contains(x + dx, y + dy) && labels.at(x + dx, y + dy) != here) {
-            return true;
-          }
-        }
-        return false;
-      }();
-      if (!near_border) {
-        result.at(x, y) = labels.at(x, y);
+    const auto& [begin, end] = near[static_cast<std::size_t>(y)];
+    for (int x = begin; x < end; ++x) {
+      if (!is_near_border(labels, x, y)) {
         continue;
       }
       const Eigen::Vector3f at(static_cast<float>(x), static_cast<float>(y), 0.F);
-      const float dx = fractal_noise(bumps, at, 0.F) * static_cast<float>(border_px) * 0.7F;
-      const float dy =
-          fractal_noise(bumps, at + Eigen::Vector3f(0.F, 0.F, 500.F), 0.F) * static_cast<float>(border_px) * 0.7F;
+      const float dx = fractal_noise(bumps, at, 0.F) * reach_px;
+      const float dy = fractal_noise(bumps, at + Eigen::Vector3f(0.F, 0.F, 500.F), 0.F) * reach_px;
       const int from_x = std::clamp(x + static_cast<int>(std::lround(dx)), 0, labels.width() - 1);
       const int from_y = std::clamp(y + static_cast<int>(std::lround(dy)), 0, labels.height() - 1);
       result.at(x, y) = labels.at(from_x, from_y);

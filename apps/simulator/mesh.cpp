@@ -170,6 +170,13 @@ void Mesh::smooth_normals(std::size_t first_vertex, std::size_t first_triangle) 
   }
 }
 
+void Mesh::scale(float factor) {
+  for (Vertex& vertex : vertices) {
+    vertex.position *= factor;
+    vertex.uv *= factor;
+  }
+}
+
 void Mesh::append(const Mesh& other, const Eigen::Matrix3f& rotation, const Vector3f& translation) {
   const std::uint32_t first = count_of(vertices);
   for (const Vertex& vertex : other.vertices) {

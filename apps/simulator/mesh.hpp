@@ -43,6 +43,8 @@ struct Mesh {
                      float roughness = 0.F);
   /// A closed skin over rings of equally many points, with smooth normals. uv is zero.
   void add_loft(std::span<const std::vector<Eigen::Vector3f>> rings, const Paint& paint);
+  /// About the origin; `factor` > 0.
+  void scale(float factor);
   /// All of `other`, moved.
   void append(const Mesh& other, const Eigen::Matrix3f& rotation, const Eigen::Vector3f& translation);
 

@@ -81,6 +81,14 @@ double SpeedProfile::distance_m(double time_s) const {
   return from_start(time_s) - from_start(0.0);
 }
 
+SpeedProfile SpeedProfile::scaled(double factor) const {
+  SpeedProfile result = *this;
+  for (Knot& knot : result.knots_) {
+    knot.speed_mps *= factor;
+  }
+  return result;
+}
+
 Trajectory drive(GroundPath path, SpeedProfile speed, double start_m) {
   auto shared_path = std::make_shared<const GroundPath>(std::move(path));
   return [shared_path, speed = std::move(speed), start_m](double time_s) {
@@ -90,6 +98,14 @@ Trajectory drive(GroundPath path, SpeedProfile speed, double start_m) {
 
 Trajectory parked(double x_m, double z_m, double heading_rad) {
   return [pose = ground_pose({x_m, z_m}, heading_rad)](double /*time_s*/) { return pose; };
+}
+
+Trajectory raised(Trajectory trajectory, double height_m) {
+  return [trajectory = std::move(trajectory), height_m](double time_s) {
+    Se3 pose = trajectory(time_s);
+    pose.translation.y() -= height_m;
+    return pose;
+  };
 }
 
 Se3 sway_at(const Sway& sway, double time_s) {

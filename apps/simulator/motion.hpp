@@ -38,6 +38,8 @@ class SpeedProfile {
   };
   explicit SpeedProfile(std::vector<Knot> knots);
   [[nodiscard]] double distance_m(double time_s) const;
+  /// `factor` times as quick at every moment.
+  [[nodiscard]] SpeedProfile scaled(double factor) const;
 
  private:
   [[nodiscard]] double distance_since(const Knot& from, const Knot& to, double time_s) const;
@@ -48,6 +50,9 @@ class SpeedProfile {
 [[nodiscard]] Trajectory drive(GroundPath path, SpeedProfile speed, double start_m = 0.0);
 /// At rest on the ground at (x, z), turned by `heading_rad` from +x towards -z.
 [[nodiscard]] Trajectory parked(double x_m, double z_m, double heading_rad);
+
+/// The same, `height_m` above the scene's ground.
+[[nodiscard]] Trajectory raised(Trajectory trajectory, double height_m);
 
 /// A sum of slow sines in all six degrees of freedom: rotation amplitudes in radians, translation in metres.
 struct Sway {

@@ -28,7 +28,10 @@ void add_recording(CLI::App& app, Options& options, std::string& out, std::strin
       ->required();
   app.add_option("--frames", options.frames, "Number of frames; default: what the scene is laid out for")
       ->check(CLI::PositiveNumber);
-  app.add_option("--seed", options.simulator.seed, "Another seed is another world, with other noise")
+  app.add_option(
+         "--seed", options.simulator.seed,
+         "Another seed is another world: houses, trees, ground, sun, looks and kinds of vehicles, pace and place of "
+         "everybody, heights of people, empty parking spots; with other noise")
       ->type_name("N")
       ->capture_default_str();
   app.add_option("--width", options.width_px, "Of the rectified pictures; the field of view stays")

@@ -160,14 +160,22 @@ Se3 part_pose(std::size_t part, double cycle, Arms arms) {
 
 }  // namespace
 
-Actor walking_person(GroundPath path, SpeedProfile speed, double start_m, std::uint16_t seed, Arms arms) {
+Actor walking_person(GroundPath path, SpeedProfile speed, double start_m, std::uint16_t seed, double height_m,
+                     Arms arms) {
   Actor actor;
   actor.class_id = kPedestrianClass;
   actor.rigid = false;
-  actor.size_lhw_m = {0.8, 1.75, 0.6};
+  // The taller, the longer the stride.
+  const double scale = height_m / kPersonHeight_m;
+  actor.size_lhw_m = scale * Vector3d(0.8, kPersonHeight_m, 0.6);
   actor.parts = body_parts(seed);
-  actor.T_obj_part = [speed, seed, arms](double time_s, std::size_t part) {
-    return part_pose(part, speed.distance_m(time_s) / kStride_m + 0.37 * seed, arms);
+  for (Mesh& part : actor.parts) {
+    part.scale(static_cast<float>(scale));
+  }
+  actor.T_obj_part = [speed, seed, arms, scale](double time_s, std::size_t part) {
+    Se3 pose = part_pose(part, speed.distance_m(time_s) / (scale * kStride_m) + 0.37 * seed, arms);
+    pose.translation *= scale;
+    return pose;
   };
   actor.T_scene_obj = drive(std::move(path), std::move(speed), start_m);
   return actor;

@@ -10,8 +10,10 @@ namespace kinetrace::simulator {
 
 enum class Arms : std::uint8_t { kSwinging, kPushing };
 
-/// A person of 1.75 m who walks along `path`. The gait follows the distance covered: feet stay where they tread.
+inline constexpr double kPersonHeight_m = 1.75;
+
+/// A person who walks along `path`. The gait follows the distance covered: feet stay where they tread.
 [[nodiscard]] Actor walking_person(GroundPath path, SpeedProfile speed, double start_m, std::uint16_t seed,
-                                   Arms arms = Arms::kSwinging);
+                                   double height_m = kPersonHeight_m, Arms arms = Arms::kSwinging);
 
 }  // namespace kinetrace::simulator

@@ -23,23 +23,6 @@ void set_ray(RayPacket& packet, std::size_t lane, const Vector3f& origin, const 
 
 }  // namespace
 
-bool alike(const Sample& a, const Sample& b) {
-  if (a.paint == nullptr || b.paint == nullptr) {
-    return a.paint == b.paint;
-  }
-  return a.part == b.part && a.paint->material == b.paint->material && a.paint->seed == b.paint->seed &&
-         a.normal.dot(b.normal) > 0.95F;
-}
-
-float stretch_of(const Sample& sample) {
-  const float facing = std::abs(sample.face_normal.dot(sample.direction)) / sample.direction.norm();
-  return 1.F / std::max(facing, 0.02F);
-}
-
-bool is_elongated(const Sample& sample) {
-  return sample.paint != nullptr && stretch_of(sample) > 1.8F;
-}
-
 TileSampler::TileSampler(const RayWorld& world, const SampleRays& rays, const EyePose& eye)
     : world_(world),
       rays_(rays),
@@ -75,6 +58,7 @@ void TileSampler::trace_centres(int x0, int y0) {
     Pixel& pixel = pixels_[slot];
     pixel.x = x0 + x;
     pixel.y = y0 + y;
+    pixel.probe = probe_of(pixel);
     if (pixel.x < rays_.width() && pixel.y < rays_.height()) {
       filled_.push_back(slot);
       Sample& centre = own_centre(slot);
@@ -93,7 +77,7 @@ void TileSampler::trace_probes() {
   for (const std::size_t slot : filled_) {
     const Pixel& pixel = pixels_[slot];
     Sample& probe = own_probe(slot);
-    aim_along(rays_.at(pixel.x, pixel.y, static_cast<int>(probe_of(pixel))), probe);
+    aim_along(rays_.at(pixel.x, pixel.y, static_cast<int>(pixel.probe)), probe);
     queue_.push_back(&probe);
   }
   trace_queue();
@@ -110,6 +94,9 @@ void TileSampler::aim_along(const Eigen::Vector2f& ray, Sample& sample) const {
 
 // Finds out what the pixels show, and traces the samples of those that show many things.
 void TileSampler::trace_contents() {
+  if (count_ == kProbedCount) {
+    find_triangles();
+  }
   queue_.clear();
   for (const std::size_t slot : filled_) {
     Pixel& pixel = pixels_[slot];
@@ -136,7 +123,7 @@ void TileSampler::queue_samples(std::size_t slot) {
   const Pixel& pixel = pixels_[slot];
   const std::span<Sample> all = samples(slot);
   for (std::size_t s = 0; s < count_; ++s) {
-    if (count_ != kProbedCount || s != probe_of(pixel)) {
+    if (count_ != kProbedCount || s != pixel.probe) {
       aim_along(rays_.at(pixel.x, pixel.y, static_cast<int>(s)), all[s]);
       queue_.push_back(&all[s]);
     }
@@ -165,6 +152,33 @@ bool TileSampler::agree_around(std::size_t slot, const Agrees& agrees) const {
   });
 }
 
+template <typename ValueOf>
+void TileSampler::fill_grid(const ValueOf& value_of) {
+  grid_.fill(kOutside);
+  for (const std::size_t slot : filled_) {
+    grid_[grid_index(pixels_[slot])] = value_of(slot);
+  }
+}
+
+// Whether the pixels that share a side with this one have the same value.
+bool TileSampler::equal_around(std::size_t slot) const {
+  const std::size_t here = grid_index(pixels_[slot]);
+  const auto same = [&](std::size_t at) { return grid_[at] == grid_[here] || grid_[at] == kOutside; };
+  return same(here - 1) && same(here + 1) && same(here - kGridSide) && same(here + kGridSide);
+}
+
+// The triangle that both the centre and the probe of a pixel meet.
+void TileSampler::find_triangles() {
+  constexpr std::uint64_t kSeveral = kOutside - 1;
+  fill_grid([&](std::size_t slot) {
+    const Sample& a = centre(slot);
+    const Sample& b = probe(slot);
+    const bool same = a.triangle == b.triangle && a.part == b.part;
+    // Without any hit, too, below the values that mean something else.
+    return same ? std::uint64_t{a.part} << 31U | a.triangle : kSeveral;
+  });
+}
+
 // A flat triangle of the static world, or nothing. Triangles are convex: what lies between rays that meet one meets it
 // too, unless something thinner than the gaps between them stands before it.
 bool TileSampler::shows_one_triangle(std::size_t slot) const {
@@ -172,8 +186,8 @@ bool TileSampler::shows_one_triangle(std::size_t slot) const {
   if (first.paint != nullptr && (first.part != 0 || !world_.parts()[0].faces[first.triangle].flat)) {
     return false;
   }
-  const auto same = [&](const Sample& other) { return other.triangle == first.triangle && other.part == first.part; };
-  if (!agree_around(slot, [&](std::size_t at) { return same(centre(at)) && same(probe(at)); })) {
+  const Sample& second = probe(slot);
+  if (second.triangle != first.triangle || second.part != first.part || !equal_around(slot)) {
     return false;
   }
   // At the tile's edge the triangle is continued: not so near the horizon that a ray may miss its plane.
@@ -311,12 +325,12 @@ void TileSampler::cast_shadows() {
 void TileSampler::sample_shadow_edges() {
   queue_.clear();
   open_.clear();
+  fill_grid([&](std::size_t slot) {
+    const Sample& shown = pixels_[slot].content == Content::kMixed ? samples(slot).front() : centre(slot);
+    return shown.in_sun > 0.F ? std::uint64_t{1} : std::uint64_t{0};
+  });
   for (const std::size_t slot : filled_) {
-    const auto lit = [&](std::size_t at) {
-      return pixels_[at].content == Content::kMixed ? samples(at).front().in_sun : centre(at).in_sun;
-    };
-    if (pixels_[slot].content != Content::kMixed && centre(slot).paint != nullptr &&
-        !agree_around(slot, [&](std::size_t at) { return lit(at) == centre(slot).in_sun; })) {
+    if (pixels_[slot].content != Content::kMixed && centre(slot).paint != nullptr && !equal_around(slot)) {
       open_.push_back(slot);
     }
   }

@@ -1,8 +1,11 @@
 // What the rays of a small square of pixels meet.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -33,11 +36,24 @@ struct Sample {
 };
 
 /// On the same smooth piece of the same surface.
-[[nodiscard]] bool alike(const Sample& a, const Sample& b);
+[[nodiscard]] inline bool alike(const Sample& a, const Sample& b) {
+  if (a.paint == nullptr || b.paint == nullptr) {
+    return a.paint == b.paint;
+  }
+  return a.part == b.part && a.paint->material == b.paint->material && a.paint->seed == b.paint->seed &&
+         a.normal.dot(b.normal) > 0.95F;
+}
+
 /// How many times as long as wide a pixel is on the sample's surface.
-[[nodiscard]] float stretch_of(const Sample& sample);
+[[nodiscard]] inline float stretch_of(const Sample& sample) {
+  const float facing = std::abs(sample.face_normal.dot(sample.direction)) / sample.direction.norm();
+  return 1.F / std::max(facing, 0.02F);
+}
+
 /// A pixel covers a strip of the surface that one texture sample cannot stand for.
-[[nodiscard]] bool is_elongated(const Sample& sample);
+[[nodiscard]] inline bool is_elongated(const Sample& sample) {
+  return sample.paint != nullptr && stretch_of(sample) > 1.8F;
+}
 
 /// Traces tile by tile. A pixel is the mean of its samples; where the rays through its centre and through one sample,
 /// and those of its neighbours, tell that the samples would all meet the same, they are not traced one by one.
@@ -59,6 +75,7 @@ class TileSampler {
     int x = 0;
     int y = 0;
     Content content = Content::kMixed;
+    std::size_t probe = 0;  ///< The sample that is traced besides the centre to tell the content.
   };
   /// The tile's pixels that lie in the picture.
   [[nodiscard]] std::span<const std::size_t> filled() const noexcept { return filled_; }
@@ -78,6 +95,11 @@ class TileSampler {
   [[nodiscard]] std::span<const Continued> continued(std::size_t slot);
 
  private:
+  // A value for each pixel of the tile, row by row, within a margin for what lies outside the tile or the picture.
+  static constexpr std::size_t kGridSide = kTileSide_px + 2;
+  using Grid = std::array<std::uint64_t, kGridSide * kGridSide>;
+  static constexpr std::uint64_t kOutside = ~std::uint64_t{0};
+
   void trace_centres(int x0, int y0);
   void trace_probes();
   [[nodiscard]] Eigen::Vector3f direction_of(const Eigen::Vector2f& ray) const {
@@ -91,6 +113,14 @@ class TileSampler {
   void locate_samples(std::size_t slot);
   template <typename Agrees>
   [[nodiscard]] bool agree_around(std::size_t slot, const Agrees& agrees) const;
+  template <typename ValueOf>
+  void fill_grid(const ValueOf& value_of);
+  [[nodiscard]] bool equal_around(std::size_t slot) const;
+  [[nodiscard]] static std::size_t grid_index(const Pixel& pixel) noexcept {
+    return static_cast<std::size_t>(pixel.y % kTileSide_px + 1) * kGridSide +
+           static_cast<std::size_t>(pixel.x % kTileSide_px + 1);
+  }
+  void find_triangles();
   [[nodiscard]] Content content_of(std::size_t slot);
   [[nodiscard]] bool shows_one_triangle(std::size_t slot) const;
   [[nodiscard]] bool shows_one_surface(std::size_t slot);
@@ -101,9 +131,9 @@ class TileSampler {
   void trace_shadow_queue();
 
   [[nodiscard]] Sample& own_centre(std::size_t slot) noexcept { return samples_[slot * (count_ + 1)]; }
-  [[nodiscard]] Sample& own_probe(std::size_t slot) noexcept { return samples(slot)[probe_of(pixels_[slot])]; }
+  [[nodiscard]] Sample& own_probe(std::size_t slot) noexcept { return samples(slot)[pixels_[slot].probe]; }
   [[nodiscard]] const Sample& probe(std::size_t slot) const noexcept {
-    return samples_[slot * (count_ + 1) + 1 + probe_of(pixels_[slot])];
+    return samples_[slot * (count_ + 1) + 1 + pixels_[slot].probe];
   }
   static std::size_t probe_of(const Pixel& pixel) noexcept;
 
@@ -116,6 +146,7 @@ class TileSampler {
   Eigen::Vector3f to_sun_;
   RayPacket packet_;
   std::array<Pixel, kTilePixels> pixels_{};
+  Grid grid_{};
   std::vector<std::size_t> filled_;
   std::vector<Sample> samples_;  // Of each pixel the centre, then its samples.
   std::vector<Continued> continued_;

@@ -128,7 +128,7 @@ Status RecordingWriter::write_images(const SimulatedFrame& frame) const {
     });
     files.emplace_back([&, side] {
       return imaging::write_png_gray16((truth_ / "masks" / (std::string("instances_") + kSides[side]) / name).c_str(),
-                                       frame.instances[side].view(), imaging::PngEffort::kFast);
+                                       frame.instances[side].view(), imaging::PngEffort::kFlat);
     });
     files.emplace_back([&, side] {
       const std::uint32_t stream = hash_of(simulator_settings_.seed, frame.index, side, 7);
@@ -136,7 +136,7 @@ Status RecordingWriter::write_images(const SimulatedFrame& frame) const {
                                              ? degraded_masks(frame.instances[side], settings_.degradation, stream)
                                              : shuffled_masks(frame.instances[side], stream);
       return imaging::write_png_gray16((truth_ / "masks" / (std::string("detections_") + kSides[side]) / name).c_str(),
-                                       masks.view(), imaging::PngEffort::kFast);
+                                       masks.view(), imaging::PngEffort::kFlat);
     });
   }
   std::vector<Status> outcomes(files.size());

@@ -107,15 +107,18 @@ void add_building(Mesh& mesh, const GroundArea& area, float height_m, bool gable
 }
 
 void add_tree(Mesh& mesh, float x, float z, float height_m, std::uint16_t seed) {
+  constexpr float kHeadroom_m = 2.2F;
   Random random(seed, 31);
   const Vector3f foot(x, 0.F, z);
   const Vector3f fork(x + uniform(random, -0.2, 0.2), -0.45F * height_m, z + uniform(random, -0.2, 0.2));
   mesh.add_cylinder(foot, fork, 0.035F * height_m, 0.02F * height_m, 10, {Material::kBark, seed});
   for (int i = 0; i < 9; ++i) {
     const float spread = 0.2F * height_m;
-    const Vector3f offset(uniform(random, -1, 1) * spread, -uniform(random, 0.05, 0.45) * height_m,
-                          uniform(random, -1, 1) * spread);
+    Vector3f offset(uniform(random, -1, 1) * spread, -uniform(random, 0.05, 0.45) * height_m,
+                    uniform(random, -1, 1) * spread);
     const float radius = uniform(random, 0.1, 0.17) * height_m;
+    // One can walk below.
+    offset.y() = std::min(offset.y(), -fork.y() - kHeadroom_m - radius);
     mesh.add_cylinder(fork, fork + 0.8F * offset, 0.012F * height_m, 0.005F * height_m, 6, {Material::kBark, seed});
     mesh.add_ellipsoid(fork + offset, {radius, 0.8F * radius, radius}, 10,
                        {Material::kFoliage, static_cast<std::uint16_t>(seed * 16 + i)}, 0.22F);

@@ -27,20 +27,45 @@ BlurWeights gaussian(double sigma_px) {
   return weights;
 }
 
-// One direction of the separable blur; edges repeat.
-Image<float> blurred(const Image<float>& source, const BlurWeights& weights, int dx, int dy, int threads) {
+float weighted(const BlurWeights& weights, float middle, float near_sum, float far_sum) {
+  float sum = weights[0] * middle;
+  sum += weights[1] * near_sum;
+  sum += weights[2] * far_sum;
+  return sum;
+}
+
+// The two directions of the separable blur; edges repeat.
+Image<float> blurred_along_rows(const Image<float>& source, const BlurWeights& weights, int threads) {
+  Image<float> target(source.width(), source.height());
+  const int last = source.width() - 1;
+  for_each_index(source.height(), threads, [&](int y) {
+    const float* from = &source.at(0, y);
+    float* to = &target.at(0, y);
+    const auto blur_at = [&](int x) {
+      return weighted(weights, from[x], from[std::max(x - 1, 0)] + from[std::min(x + 1, last)],
+                      from[std::max(x - 2, 0)] + from[std::min(x + 2, last)]);
+    };
+    for (int x = 0; x < std::min(kBlurRadius_px, last + 1); ++x) {
+      to[x] = blur_at(x);
+    }
+    for (int x = kBlurRadius_px; x <= last - kBlurRadius_px; ++x) {
+      to[x] = weighted(weights, from[x], from[x - 1] + from[x + 1], from[x - 2] + from[x + 2]);
+    }
+    for (int x = std::max(last - kBlurRadius_px + 1, kBlurRadius_px); x <= last; ++x) {
+      to[x] = blur_at(x);
+    }
+  });
+  return target;
+}
+
+Image<float> blurred_along_columns(const Image<float>& source, const BlurWeights& weights, int threads) {
   Image<float> target(source.width(), source.height());
   for_each_index(source.height(), threads, [&](int y) {
+    const auto row = [&](int dy) { return &source.at(0, std::clamp(y + dy, 0, source.height() - 1)); };
+    const std::array<const float*, 5> rows{row(-2), row(-1), row(0), row(1), row(2)};
+    float* to = &target.at(0, y);
     for (int x = 0; x < source.width(); ++x) {
-      float sum = weights[0] * source.at(x, y);
-      for (int i = 1; i <= kBlurRadius_px; ++i) {
-        const int x0 = std::max(x - i * dx, 0);
-        const int y0 = std::max(y - i * dy, 0);
-        const int x1 = std::min(x + i * dx, source.width() - 1);
-        const int y1 = std::min(y + i * dy, source.height() - 1);
-        sum += weights[static_cast<std::size_t>(i)] * (source.at(x0, y0) + source.at(x1, y1));
-      }
-      target.at(x, y) = sum;
+      to[x] = weighted(weights, rows[2][x], rows[1][x] + rows[3][x], rows[0][x] + rows[4][x]);
     }
   });
   return target;
@@ -60,7 +85,7 @@ Image<std::uint8_t> expose(Image<float> radiance, const SensorSettings& settings
                            int threads) {
   if (settings.blur_px > 0.0) {
     const BlurWeights weights = gaussian(settings.blur_px);
-    radiance = blurred(blurred(radiance, weights, 1, 0, threads), weights, 0, 1, threads);
+    radiance = blurred_along_columns(blurred_along_rows(radiance, weights, threads), weights, threads);
   }
   const int width = radiance.width();
   const int height = radiance.height();

@@ -13,7 +13,7 @@ constexpr double kCrossing_m = 34.0;
 void add_vehicles(Scene& scene, const Variation& variation) {
   const auto add = [&](VehicleKind kind, std::uint16_t seed, Points points, SpeedProfile speed, double start_m) {
     scene.actors.push_back(
-        vehicle(kind, variation.look(seed), drive(GroundPath(std::move(points)), std::move(speed), start_m)));
+        driven_vehicle(variation, kind, seed, GroundPath(std::move(points)), std::move(speed), start_m));
   };
   // Along with us, slower and faster.
   add(VehicleKind::kSedan, 41, {{1.8, -40}, {1.8, 160}}, SpeedProfile({{0, 5.0}, {4, 6.5}, {8, 4.5}}), 47.0);
@@ -35,23 +35,17 @@ void add_vehicles(Scene& scene, const Variation& variation) {
       SpeedProfile({{0, 5.0}, {5, 4.0}, {9, 6.5}}), 22.0);
 }
 
-void add_parked(Scene& scene, const Variation& variation) {
-  struct Spot {
-    VehicleKind kind;
-    double x_m;
-    double z_m;
-  };
-  constexpr std::array<Spot, 7> kSpots{{{VehicleKind::kHatchback, 7.95, 8},
-                                        {VehicleKind::kSedan, 7.95, 14.5},
-                                        {VehicleKind::kVan, -7.95, 12},
-                                        {VehicleKind::kHatchback, -7.95, 22},
-                                        {VehicleKind::kSedan, 7.95, 52},
-                                        {VehicleKind::kHatchback, -7.95, 55},
-                                        {VehicleKind::kSedan, -7.95, 63}}};
+void add_parked_vehicles(Scene& scene, const Variation& variation) {
+  constexpr std::array<ParkingSpot, 7> kSpots{{{VehicleKind::kHatchback, 1, 8},
+                                               {VehicleKind::kSedan, 1, 14.5},
+                                               {VehicleKind::kVan, -1, 12},
+                                               {VehicleKind::kHatchback, -1, 22},
+                                               {VehicleKind::kSedan, 1, 52},
+                                               {VehicleKind::kHatchback, -1, 55},
+                                               {VehicleKind::kSedan, -1, 63}}};
   std::uint16_t seed = 60;
-  for (const Spot& spot : kSpots) {
-    scene.actors.push_back(vehicle(variation.kind(spot.kind, seed), variation.look(seed),
-                                   parked(spot.x_m, spot.z_m, spot.x_m > 0.0 ? kAlongZ_rad : kAgainstZ_rad)));
+  for (const ParkingSpot& spot : kSpots) {
+    add_parked(scene, variation, spot, seed);
     ++seed;
   }
 }
@@ -69,11 +63,11 @@ Scene drone_scene(const Variation& variation) {
   scene.rate_hz = 20.0;
   scene.frames = 200;
   add_vehicles(scene, variation);
-  add_parked(scene, variation);
+  add_parked_vehicles(scene, variation);
   scene.actors.push_back(
-      walking_person(GroundPath(Points{{9.9, 70}, {9.9, 0}}), SpeedProfile({{0, 1.4}}), 44.0, variation.look(5)));
+      passer_by(variation, GroundPath(Points{{10.6, 70}, {10.6, 0}}), SpeedProfile({{0, 1.4}}), 44.0, 5));
   scene.actors.push_back(
-      walking_person(GroundPath(Points{{-10.2, 0}, {-10.2, 90}}), SpeedProfile({{0, 1.5}}), 14.0, variation.look(6)));
+      passer_by(variation, GroundPath(Points{{-10.6, 0}, {-10.6, 90}}), SpeedProfile({{0, 1.5}}), 12.5, 6));
   const Sway sway{{0.03, 0.025, 0.035}, {0.12, 0.1, 0.12}, 0.25, 3.0, variation.seed(9)};
   scene.T_scene_cam =
       mounted(drive(GroundPath(Points{{3, -20}, {2.5, 0}, {0.5, 15}, {1.5, 30}, {-1, 45}, {0, 60}, {0, 100}}),

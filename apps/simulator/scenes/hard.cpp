@@ -22,13 +22,12 @@ Scene quiet_street(std::uint32_t seed) {
   return scene;
 }
 
-void add_parked(Scene& scene, const Variation& variation) {
+void add_parked_vehicles(Scene& scene, const Variation& variation) {
   std::uint16_t seed = 90;
   for (const double z : {12.0, 19.0, 33.0, 47.0}) {
     for (const double side : {-1.0, 1.0}) {
-      scene.actors.push_back(vehicle(variation.kind(seed % 3 == 0 ? VehicleKind::kVan : VehicleKind::kHatchback, seed),
-                                     variation.look(seed),
-                                     parked(side * 7.95, z + side, side > 0 ? kAlongZ_rad : kAgainstZ_rad)));
+      const VehicleKind kind = seed % 3 == 0 ? VehicleKind::kVan : VehicleKind::kHatchback;
+      add_parked(scene, variation, {kind, side, z + side}, seed);
       ++seed;
     }
   }
@@ -50,7 +49,7 @@ Trajectory stand_at(double x_m, double z_m) {
 // At night: a hundredth of the light, an exposure that cannot make up for it, and so mostly noise. Nothing moves.
 Scene dark_scene(const Variation& variation) {
   Scene scene = quiet_street(variation.seed(31));
-  add_parked(scene, variation);
+  add_parked_vehicles(scene, variation);
   scene.light.sun = 0.F;
   scene.light.ambient = 0.02F;
   scene.light.sky = 0.004F;
@@ -71,9 +70,9 @@ Scene textureless_scene(const Variation& variation) {
   }
   scene.world.add_box({0.F, -5.F, 150.F}, {60.F, 10.F, 4.F}, {Material::kPlain, 12});
   scene.rig = car_rig();
-  scene.actors.push_back(
-      vehicle(VehicleKind::kHatchback, variation.look(83),
-              drive(GroundPath(Points{{kLane_m, 0}, {kLane_m, 200}}), SpeedProfile({{0.0, 7.0}}), 14.0)));
+  scene.actors.push_back(driven_vehicle(variation, VehicleKind::kHatchback, 83,
+                                        GroundPath(Points{{kLane_m, 0}, {kLane_m, 200}}), SpeedProfile({{0.0, 7.0}}),
+                                        14.0));
   scene.T_scene_cam = drive_along(6.0, variation.seed(34));
   return scene;
 }
@@ -81,9 +80,9 @@ Scene textureless_scene(const Variation& variation) {
 // The rig turns and tilts but never moves; one car crosses.
 Scene pure_rotation_scene(const Variation& variation) {
   Scene scene = quiet_street(variation.seed(35));
-  add_parked(scene, variation);
-  scene.actors.push_back(vehicle(VehicleKind::kSedan, variation.look(84),
-                                 drive(GroundPath(Points{{-1.8, 60}, {-1.8, -60}}), SpeedProfile({{0.0, 6.0}}), 0.0)));
+  add_parked_vehicles(scene, variation);
+  scene.actors.push_back(driven_vehicle(variation, VehicleKind::kSedan, 84, GroundPath(Points{{-1.8, 60}, {-1.8, -60}}),
+                                        SpeedProfile({{0.0, 6.0}}), 0.0));
   const Se3 stand = stand_at(kLane_m, 0.0)(0.0);
   scene.T_scene_cam = [stand](double time_s) {
     const Eigen::Vector3d turn(0.06 * std::sin(1.7 * time_s), 0.45 * std::sin(0.9 * time_s),
@@ -96,10 +95,10 @@ Scene pure_rotation_scene(const Variation& variation) {
 // A truck drives past so close that for some time hardly anything else is in view.
 Scene object_fills_image_scene(const Variation& variation) {
   Scene scene = quiet_street(variation.seed(37));
-  add_parked(scene, variation);
-  scene.actors.push_back(vehicle(VehicleKind::kTruck, variation.look(85),
-                                 drive(GroundPath(Points{{-40, 59.2}, {-10, 59.2}, {40, 59.2}, {80, 59.2}}),
-                                       SpeedProfile({{0.0, 5.5}, {3.0, 3.0}, {8.0, 4.5}}), 32.0)));
+  add_parked_vehicles(scene, variation);
+  scene.actors.push_back(driven_vehicle(variation, VehicleKind::kTruck, 85,
+                                        GroundPath(Points{{-40, 59.2}, {-10, 59.2}, {40, 59.2}, {80, 59.2}}),
+                                        SpeedProfile({{0.0, 5.5}, {3.0, 3.0}, {8.0, 4.5}}), 32.0));
   const Sway sway{{0.002, 0.002, 0.002}, {0.004, 0.004, 0.004}, 0.4, 2.5, variation.seed(39)};
   scene.T_scene_cam = mounted(drive(GroundPath(Points{{1.8, 40}, {1.8, 55.2}, {1.8, 70}}),
                                     SpeedProfile({{0.0, 1.2}, {2.5, 0.3}, {6.5, 0.3}, {9.0, 2.0}}), 12.0),
@@ -110,7 +109,7 @@ Scene object_fills_image_scene(const Variation& variation) {
 // Nothing moves, not even the rig: all that changes is noise.
 Scene static_scene(const Variation& variation) {
   Scene scene = quiet_street(variation.seed(41));
-  add_parked(scene, variation);
+  add_parked_vehicles(scene, variation);
   scene.T_scene_cam = stand_at(kLane_m, 2.0);
   return scene;
 }

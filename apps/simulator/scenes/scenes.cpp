@@ -3,6 +3,8 @@
 #include <array>
 #include <string>
 
+#include "scenes/clearance.hpp"
+
 namespace kinetrace::simulator {
 namespace {
 
@@ -19,6 +21,20 @@ constexpr std::array<SceneEntry, 10> kScenes{{
     {"static", "nothing moves, not even the rig", &static_scene},
 }};
 
+// The freest world in which nobody runs into anybody; as laid out, nobody does.
+Scene make_world(const SceneEntry& entry, std::uint32_t world) {
+  for (const double liberty : {1.0, 0.6, 0.3, 0.0}) {
+    const Variation variation(world, liberty);
+    Scene scene = entry.make(variation);
+    variation.apply(scene);
+    scene.name = entry.name;
+    if (liberty == 0.0 || world == 1 || !somebody_meets(scene)) {
+      return scene;
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 std::span<const SceneEntry> scenes() {
@@ -29,11 +45,7 @@ Result<Scene> make_scene(std::string_view name, std::uint32_t world) {
   std::string known;
   for (const SceneEntry& entry : kScenes) {
     if (name == entry.name) {
-      const Variation variation(world);
-      Scene scene = entry.make(variation);
-      variation.apply(scene);
-      scene.name = entry.name;
-      return scene;
+      return make_world(entry, world);
     }
     known += (known.empty() ? "" : ", ") + std::string(entry.name);
   }

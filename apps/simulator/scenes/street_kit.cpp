@@ -1,14 +1,15 @@
 #include "street_kit.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "people.hpp"
 #include "random.hpp"
 #include "scenery.hpp"
 
 namespace kinetrace::simulator {
 namespace {
-
-constexpr float kCurb_m = 0.12F;
 
 float uniform(Random& random, double low, double high) {
   return static_cast<float>(random.uniform(low, high));
@@ -75,8 +76,13 @@ void add_roadside(Mesh& mesh, const StreetPlan& plan, const Stretch& stretch, fl
   for (float at = stretch.z0 + 6.F; at < stretch.z1; at += 24.F) {
     const auto variant = static_cast<std::uint16_t>(random.bits());
     add_lamp(mesh, side * (road + 0.5F), at, -side * 1.8F, variant);
-    add_tree(mesh, side * (road + 0.8F), at + 9.F, uniform(random, 4.5, 6.5), variant);
-    add_sign(mesh, side * (road + 0.5F), at + 15.F, variant);
+    // The last one's crown does not hang over the cross street.
+    constexpr float kCrown_m = 3.F;
+    const float tree_z = std::min(at + 9.F, stretch.z1 - kCrown_m);
+    add_tree(mesh, side * (road + 0.8F), tree_z, uniform(random, 4.5, 6.5), variant);
+    if (const float sign_z = at + 15.F; sign_z < stretch.z1) {
+      add_sign(mesh, side * (road + 0.5F), sign_z, variant);
+    }
   }
 }
 
@@ -119,6 +125,38 @@ Actor vehicle(VehicleKind kind, std::uint16_t seed, Trajectory trajectory) {
   actor.size_lhw_m = vehicle_size_m(kind).cast<double>();
   actor.parts.push_back(vehicle_mesh(kind, seed));
   actor.T_scene_obj = std::move(trajectory);
+  return actor;
+}
+
+Actor driven_vehicle(const Variation& variation, VehicleKind kind, std::uint16_t seed, GroundPath path,
+                     SpeedProfile speed, double start_m) {
+  constexpr double kMostAside_m = 0.2;
+  Trajectory way = drive(std::move(path), variation.paced(std::move(speed), seed), start_m);
+  return vehicle(kind, variation.look(seed), variation.aside(std::move(way), kMostAside_m, seed));
+}
+
+void add_parked(Scene& scene, const Variation& variation, const ParkingSpot& spot, std::uint16_t seed) {
+  if (variation.is_empty(seed)) {
+    return;
+  }
+  constexpr double kUsual_m = 7.95;
+  constexpr double kCurbstone_m = 8.93;
+  const VehicleKind kind = variation.kind(spot.kind, seed);
+  const Eigen::Vector3d half_m = 0.5 * vehicle_size_m(kind).cast<double>();
+  const double reach_m = half_m.z() * std::cos(spot.askew_rad) + half_m.x() * std::abs(std::sin(spot.askew_rad));
+  // Broad ones keep off the curb.
+  const double x_m = spot.side * std::min(kUsual_m, kCurbstone_m - reach_m);
+  const double heading_rad = (spot.side > 0.0 ? kAlongZ_rad : kAgainstZ_rad) + spot.askew_rad;
+  scene.actors.push_back(
+      vehicle(kind, variation.look(seed), parked(x_m, variation.place_m(spot.z_m, seed), heading_rad)));
+}
+
+Actor passer_by(const Variation& variation, GroundPath path, SpeedProfile speed, double start_m, std::uint16_t seed) {
+  constexpr double kMostAside_m = 0.12;
+  Actor actor = walking_person(std::move(path), variation.paced(std::move(speed), seed), start_m, variation.look(seed),
+                               variation.height_m(seed));
+  actor.T_scene_obj =
+      variation.aside(raised(std::move(actor.T_scene_obj), static_cast<double>(kCurb_m)), kMostAside_m, seed);
   return actor;
 }
 

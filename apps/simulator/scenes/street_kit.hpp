@@ -5,6 +5,7 @@
 
 #include "motion.hpp"
 #include "scene.hpp"
+#include "scenes/variation.hpp"
 #include "vehicles.hpp"
 
 namespace kinetrace::simulator {
@@ -12,6 +13,9 @@ namespace kinetrace::simulator {
 /// Headings on a street along z.
 inline constexpr double kAlongZ_rad = -1.5707963267948966;   ///< Towards +z.
 inline constexpr double kAgainstZ_rad = 1.5707963267948966;  ///< Towards -z.
+
+/// Height of the sidewalks.
+inline constexpr float kCurb_m = 0.12F;
 
 /// A street along z with lanes, parking strips, sidewalks, houses, trees, hedges, lamps; a cross street at
 /// `crossing_z_m`.
@@ -31,5 +35,21 @@ struct StreetPlan {
 [[nodiscard]] StereoGeometry car_rig();
 
 [[nodiscard]] Actor vehicle(VehicleKind kind, std::uint16_t seed, Trajectory trajectory);
+/// A vehicle in traffic; `seed` also is the key of its variation.
+[[nodiscard]] Actor driven_vehicle(const Variation& variation, VehicleKind kind, std::uint16_t seed, GroundPath path,
+                                   SpeedProfile speed, double start_m);
+/// A place to park at the curb of the right (`side` 1) or the left (-1) parking strip, for vehicles that head as the
+/// traffic does there, but for `askew_rad`.
+struct ParkingSpot {
+  VehicleKind kind = VehicleKind::kHatchback;
+  double side = 1.0;
+  double z_m = 0.0;
+  double askew_rad = 0.0;
+};
+/// Adds what is parked there, if anything; `seed` also is the key of its variation.
+void add_parked(Scene& scene, const Variation& variation, const ParkingSpot& spot, std::uint16_t seed);
+/// Somebody who walks along a sidewalk.
+[[nodiscard]] Actor passer_by(const Variation& variation, GroundPath path, SpeedProfile speed, double start_m,
+                              std::uint16_t seed);
 
 }  // namespace kinetrace::simulator

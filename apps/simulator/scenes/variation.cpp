@@ -5,12 +5,13 @@
 
 #include <Eigen/Geometry>
 
+#include "people.hpp"
 #include "random.hpp"
 
 namespace kinetrace::simulator {
 namespace {
 
-// Everything is quicker by the same factor, so that nobody meets who did not meet before.
+// Everything is slower by the same factor, so that nobody meets who did not meet before.
 void set_pace(Scene& scene, double pace) {
   const auto paced = [pace](Trajectory trajectory) -> Trajectory {
     return [pace, trajectory = std::move(trajectory)](double time_s) { return trajectory(pace * time_s); };
@@ -44,6 +45,39 @@ VehicleKind Variation::kind(VehicleKind first, std::uint32_t key) const noexcept
   return kSmall[hash_of(world_, key, 3) % kSmall.size()];
 }
 
+double Variation::draw(std::uint32_t purpose, std::uint32_t key) const noexcept {
+  return 2.0 * static_cast<double>(unit_float(hash_of(world_, key, purpose))) - 1.0;
+}
+
+bool Variation::is_empty(std::uint32_t key) const noexcept {
+  constexpr double kEmpty = 0.15;
+  return liberty_ > 0.0 && draw(5, key) < 2.0 * kEmpty - 1.0;
+}
+
+double Variation::place_m(double first_m, std::uint32_t key) const noexcept {
+  constexpr double kMost_m = 0.8;
+  return first_m + liberty_ * kMost_m * draw(6, key);
+}
+
+double Variation::height_m(std::uint32_t key) const noexcept {
+  constexpr double kMost_m = 0.16;
+  return kPersonHeight_m + liberty_ * kMost_m * draw(7, key);
+}
+
+SpeedProfile Variation::paced(SpeedProfile speed, std::uint32_t key) const {
+  constexpr double kMost = 0.07;
+  return speed.scaled(1.0 - 0.5 * kMost * liberty_ * (1.0 + draw(8, key)));
+}
+
+Trajectory Variation::aside(Trajectory trajectory, double most_m, std::uint32_t key) const {
+  const double left_m = liberty_ * most_m * draw(9, key);
+  return [trajectory = std::move(trajectory), left_m](double time_s) {
+    Se3 pose = trajectory(time_s);
+    pose.translation += left_m * pose.rotation.col(2);
+    return pose;
+  };
+}
+
 void Variation::apply(Scene& scene) const {
   if (world_ == 1) {
     return;
@@ -56,7 +90,7 @@ void Variation::apply(Scene& scene) const {
   const auto metres = [&] { return static_cast<float>(random.index(200) - 100); };
   const float x = metres();
   scene.texture_origin_m = {x, 0.F, metres()};
-  set_pace(scene, random.uniform(0.93, 1.07));
+  set_pace(scene, random.uniform(0.92, 0.99));
 }
 
 }  // namespace kinetrace::simulator

@@ -138,12 +138,13 @@ Scene wearable_scene(const Variation& variation) {
   scene.frames = 200;
   // The trolley comes towards us and passes on our right; who pushes it walks behind.
   const GroundPath path(Points{{0.3, 11.5}, {0.6, 8}, {1.1, 5}, {1.3, 2}, {1.3, -1.5}});
-  const SpeedProfile speed({{0.0, 0.9}, {3.0, 1.1}, {6.0, 0.8}});
+  const SpeedProfile speed = variation.paced(SpeedProfile({{0.0, 0.9}, {3.0, 1.1}, {6.0, 0.8}}), 11);
   scene.actors.push_back(trolley(drive(path, speed, 2.0)));
-  scene.actors.push_back(walking_person(path, speed, 1.0, variation.look(11), Arms::kPushing));
-  scene.actors.push_back(trolley(parked(2.6, 9.5, 0.6)));
-  scene.actors.push_back(
-      walking_person(GroundPath(Points{{-3.2, 14}, {-3.0, 3}}), SpeedProfile({{0.0, 0.7}}), 3.0, variation.look(12)));
+  scene.actors.push_back(walking_person(path, speed, 1.0, variation.look(11), kPersonHeight_m, Arms::kPushing));
+  scene.actors.push_back(trolley(parked(2.6, variation.place_m(9.5, 13), 0.6)));
+  scene.actors.push_back(walking_person(GroundPath(Points{{-3.2, 14}, {-3.0, 3}}),
+                                        variation.paced(SpeedProfile({{0.0, 0.7}}), 12), 3.0, variation.look(12),
+                                        variation.height_m(12)));
   const Trajectory walk = drive(GroundPath(Points{{-0.4, -1.8}, {-0.4, 1}, {-0.6, 3}, {-0.5, 5}, {-0.4, 8}}),
                                 SpeedProfile({{0.0, 0.8}, {3.0, 0.5}, {6.0, 0.8}}), 1.2);
   const Sway bob{{0.02, 0.015, 0.015}, {0.015, 0.02, 0.01}, 0.8, 4.0, variation.seed(13)};

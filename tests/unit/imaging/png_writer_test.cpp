@@ -32,7 +32,7 @@ TEST_F(PngWriter, GrayRoundTrip) {
   }
   const GrayView image{pixels.data(), kWidth, kHeight, kStride};
   const MutableGrayView back = take_image<std::uint8_t>(arena_, kWidth, kHeight);
-  for (const PngEffort effort : {PngEffort::kSmall, PngEffort::kFast}) {
+  for (const PngEffort effort : {PngEffort::kSmall, PngEffort::kFast, PngEffort::kFlat}) {
     ASSERT_TRUE(write_png_gray8(path_.c_str(), image, effort));
     ASSERT_TRUE(reader_.read_gray(path_.c_str(), back));
     for (int y = 0; y < kHeight; ++y) {
@@ -50,7 +50,7 @@ TEST_F(PngWriter, SixteenBitRoundTrip) {
   }
   const ImageView<const std::uint16_t> image{pixels.data(), kWidth, kHeight, kStride};
   const ImageView<std::uint16_t> back = take_image<std::uint16_t>(arena_, kWidth, kHeight);
-  for (const PngEffort effort : {PngEffort::kSmall, PngEffort::kFast}) {
+  for (const PngEffort effort : {PngEffort::kSmall, PngEffort::kFast, PngEffort::kFlat}) {
     ASSERT_TRUE(write_png_gray16(path_.c_str(), image, effort));
     ASSERT_TRUE(reader_.read_gray16(path_.c_str(), back));
     for (int y = 0; y < kHeight; ++y) {

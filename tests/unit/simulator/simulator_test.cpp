@@ -34,6 +34,18 @@ TEST(StereoSimulator, IsBitIdenticalWhateverTheThreadsAndTheOrder) {
   EXPECT_TRUE(same_frame(together.frame(3), third));
 }
 
+TEST(StereoSimulator, IsBitIdenticalInAnotherWorldToo) {
+  const auto third_frame = [](int threads) {
+    SimulatorSettings settings;
+    settings.threads = threads;
+    settings.seed = 2;
+    Scene scene = make_scene("street", settings.seed).value();
+    scene.rig = resized(scene.rig, kTiny_px, std::nullopt);
+    return StereoSimulator::create(std::move(scene), settings).value().frame(3);
+  };
+  EXPECT_TRUE(same_frame(third_frame(1), third_frame(3)));
+}
+
 TEST(StereoSimulator, TheSeedChangesTheNoiseAndNothingElse) {
   SimulatorSettings settings;
   StereoSimulator first = small_simulator("street", settings, kTiny_px);
