@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "appearance_entry.hpp"
 #include "corner_finder.hpp"
 #include "feature_follower.hpp"
 #include "feature_slot.hpp"
@@ -21,6 +22,12 @@ namespace {
 constexpr int kFewFeatures = 10;
 // One with fewer than this takes any, so that it has a position at all.
 constexpr int kHardlyAnyFeatures = 3;
+// A remembered point looks like itself down to this correlation, and from this much nearer or farther.
+constexpr float kLeastLikeness = 0.75F;
+constexpr float kLeastSizeRatio = 0.5F;
+constexpr float kMostSizeRatio = 2.F;
+constexpr AlignOptions kRecognise{
+    .max_iterations = 8, .converged_px = 0.03F, .max_shift_px = 4.F, .preferred_row = 0.F, .row_weight = 0.F};
 constexpr int kSmallestWidth = 64;
 constexpr int kSmallestHeight = 48;
 
@@ -69,13 +76,18 @@ struct FeatureFrontEnd::State {
   void match_all(std::span<const FeaturePrediction> by_slot) noexcept;
   void match(FeatureSlot& slot, float expected_disparity_px) noexcept;
   void reconcile_with(LabelView labels) noexcept;
+  /// Remembers which pixels around each feature are its body's own, for aligning it from now on.
+  void mask_patches(LabelView labels) noexcept;
   [[nodiscard]] std::array<int, 256> count_features() const noexcept;
   /// Whether a feature's patch tells about its body. A body with few others takes what there is.
   [[nodiscard]] static bool fit_for_body(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body,
                                          int others) noexcept;
   void thin_out() noexcept;
-  void populate(std::span<const Corner> corners, LabelView labels) noexcept;
-  void create(FeatureSlot& slot, const Corner& corner) noexcept;
+  void populate(std::span<const Corner> corners, LabelView labels, const GuessedMasks& guessed) noexcept;
+  void create(FeatureSlot& slot, const Corner& corner, LabelView labels) noexcept;
+  /// Correlation of what is seen at a feature with a remembered patch; `at` moves to where they fit best. 0: not alike.
+  [[nodiscard]] float likeness(const FeatureSlot& slot, const AppearanceMemory::Entry& entry,
+                               Eigen::Vector2f& at) const noexcept;
   [[nodiscard]] FeatureFrame publish() noexcept;
 };
 
@@ -157,7 +169,7 @@ Result<FeatureFrame> FeatureFrontEnd::track(std::span<const FeaturePrediction> b
   return state_->publish();
 }
 
-Result<FeatureFrame> FeatureFrontEnd::replenish(LabelView left_labels) {
+Result<FeatureFrame> FeatureFrontEnd::replenish(LabelView left_labels, const GuessedMasks& guessed) {
   if (state_->step != Step::kNeedsReplenish) {
     return fail(ErrorCode::kIllegalState, "features: replenish needs track before it");
   }
@@ -168,7 +180,9 @@ Result<FeatureFrame> FeatureFrontEnd::replenish(LabelView left_labels) {
   }
   state_->reconcile_with(left_labels);
   state_->thin_out();
-  state_->populate(state_->corner_finder.find(state_->current().level(0), left_labels, state_->occupancy), left_labels);
+  state_->mask_patches(left_labels);
+  state_->populate(state_->corner_finder.find(state_->current().level(0), left_labels, state_->occupancy), left_labels,
+                   guessed);
   state_->step = Step::kNeedsFrame;
   return state_->publish();
 }
@@ -179,6 +193,47 @@ void FeatureFrontEnd::reject(std::span<const std::uint16_t> slots) noexcept {
       state_->slots[slot].rejected = true;
     }
   }
+}
+
+void FeatureFrontEnd::remember(std::span<const KnownPoint> points, AppearanceMemory& memory) const noexcept {
+  memory.size_ = 0;
+  for (const KnownPoint& point : points) {
+    const FeatureSlot& slot = state_->slots[point.slot];
+    if (slot.state != SlotState::kAlive || !slot.feature.has_right() || memory.size_ == memory.capacity_) {
+      continue;
+    }
+    AppearanceMemory::Entry& entry = memory.entries_[memory.size_++];
+    entry.p_body = point.p_body;
+    entry.disparity_px = slot.feature.disparity_px();
+    entry.own = slot.own;
+    entry.patch.take(state_->current().level(0), slot.feature.left_px.x(), slot.feature.left_px.y());
+  }
+}
+
+std::size_t FeatureFrontEnd::recognise(const AppearanceMemory& memory, std::span<const ExpectedSighting> expected,
+                                       const Eigen::Vector2f& reach_px, std::uint8_t body,
+                                       std::span<RecognisedPoint> found) const noexcept {
+  const auto may_be = [&](const Feature& feature, std::size_t i) {
+    const float zoom = feature.disparity_px() / memory.entries_[i].disparity_px;
+    return zoom > kLeastSizeRatio && zoom < kMostSizeRatio &&
+           std::abs(feature.left_px.x() - expected[i].x()) <= reach_px.x() &&
+           std::abs(feature.left_px.y() - expected[i].y()) <= reach_px.y();
+  };
+  std::size_t count = 0;
+  for (const FeatureSlot& slot : state_->slots) {
+    const Feature& feature = slot.feature;
+    if (slot.state != SlotState::kAlive || feature.body != body || !feature.has_right() || count == found.size()) {
+      continue;
+    }
+    for (std::size_t i = 0; i < memory.size() && count < found.size(); ++i) {
+      Eigen::Vector2f at = feature.left_px;
+      if (may_be(feature, i) && state_->likeness(slot, memory.entries_[i], at) >= kLeastLikeness) {
+        found[count++] = {memory.entries_[i].p_body, at, feature.v_px + at.y() - feature.left_px.y(),
+                          at.x() - feature.disparity_px()};
+      }
+    }
+  }
+  return count;
 }
 
 const FeatureCounters& FeatureFrontEnd::counters() const noexcept {
@@ -273,6 +328,14 @@ void FeatureFrontEnd::State::reconcile_with(LabelView labels) noexcept {
   }
 }
 
+void FeatureFrontEnd::State::mask_patches(LabelView labels) noexcept {
+  for (FeatureSlot& slot : slots) {
+    if (slot.state == SlotState::kAlive) {
+      slot.own = labels.empty() ? kWholePatch : own_pixels(labels, slot.feature.left_px, slot.feature.body);
+    }
+  }
+}
+
 std::array<int, 256> FeatureFrontEnd::State::count_features() const noexcept {
   std::array<int, 256> population{};
   for (const FeatureSlot& slot : slots) {
@@ -312,14 +375,15 @@ void FeatureFrontEnd::State::thin_out() noexcept {
   }
 }
 
-void FeatureFrontEnd::State::populate(std::span<const Corner> corners, LabelView labels) noexcept {
+void FeatureFrontEnd::State::populate(std::span<const Corner> corners, LabelView labels,
+                                      const GuessedMasks& guessed) noexcept {
   std::array<int, 256> population = count_features();
   auto free_slot = slots.begin();
   for (const Corner& corner : corners) {
     if (occupancy.near(corner.x, corner.y)) {
       continue;  // A corner taken before it lies just across the border of the bucket.
     }
-    if (!fit_for_body(labels, {corner.x, corner.y}, corner.body, population[corner.body])) {
+    if (guessed[corner.body] || !fit_for_body(labels, {corner.x, corner.y}, corner.body, population[corner.body])) {
       continue;
     }
     free_slot = std::find_if(free_slot, slots.end(), [](const FeatureSlot& s) { return s.state == SlotState::kFree; });
@@ -329,12 +393,12 @@ void FeatureFrontEnd::State::populate(std::span<const Corner> corners, LabelView
       continue;
     }
     ++population[corner.body];
-    create(*free_slot, corner);
+    create(*free_slot, corner, labels);
     occupancy.add(free_slot->feature.left_px);
   }
 }
 
-void FeatureFrontEnd::State::create(FeatureSlot& slot, const Corner& corner) noexcept {
+void FeatureFrontEnd::State::create(FeatureSlot& slot, const Corner& corner, LabelView labels) noexcept {
   const auto index = static_cast<std::uint16_t>(&slot - slots.data());
   // The patch spans an even number of columns: half a pixel to the right its samples are whole pixels.
   const Eigen::Vector2f position(static_cast<float>(corner.x) + 0.5F, static_cast<float>(corner.y));
@@ -343,6 +407,7 @@ void FeatureFrontEnd::State::create(FeatureSlot& slot, const Corner& corner) noe
   slot.from_reference = kNoWarp;
   slot.zoom = 1.F;
   slot.to_right = kNoWarp;
+  slot.own = labels.empty() ? kWholePatch : own_pixels(labels, position, corner.body);
   slot.reference.take(current().level(0), position.x(), position.y());
   Feature& feature = slot.feature;
   feature = {};
@@ -354,6 +419,20 @@ void FeatureFrontEnd::State::create(FeatureSlot& slot, const Corner& corner) noe
   match(slot, -1.F);
   feature.previous_v_px = feature.v_px;
   ++counters.created;
+}
+
+float FeatureFrontEnd::State::likeness(const FeatureSlot& slot, const AppearanceMemory::Entry& entry,
+                                       Eigen::Vector2f& at) const noexcept {
+  const float shrink = entry.disparity_px / slot.feature.disparity_px();
+  const PatchWarp warp{shrink, 0.F, 0.F, shrink};
+  const Plane image = current().level(0);
+  at = slot.feature.left_px;
+  PatchTemplate patch;
+  if (!kernels().patch.sample_warped(entry.patch.plane(), entry.patch.x(), entry.patch.y(), warp, entry.own, &patch) ||
+      !kernels().patch.align(image, patch, kRecognise, &at.x(), &at.y())) {
+    return 0.F;
+  }
+  return kernels().patch.fit(image, patch, at.x(), at.y()).correlation;
 }
 
 FeatureFrame FeatureFrontEnd::State::publish() noexcept {

@@ -39,6 +39,8 @@ inline constexpr PatchWarp kNoWarp{1.F, 0.F, 0.F, 1.F};
   return std::max({std::abs(a.xx - b.xx), std::abs(a.xy - b.xy), std::abs(a.yx - b.yx), std::abs(a.yy - b.yy)});
 }
 
+inline constexpr PatchMask kWholePatch{{}, true};
+
 enum class SlotState : std::uint8_t {
   kFree,
   kAlive,
@@ -51,6 +53,7 @@ struct FeatureSlot {
   PatchWarp from_reference;  ///< Offset in the reference patch = from_reference * offset in the current image.
   float zoom;                ///< Size in this frame over the size in the previous one.
   PatchWarp to_right;        ///< Offset in the left image = to_right * offset in the right image (surface slant).
+  PatchMask own;             ///< Which of the pixels around it are its body's own, by the newest labels.
   Feature feature;
   ReferencePatch reference;
 

@@ -30,16 +30,25 @@ struct PatchWarp {
   float xx, xy, yx, yy;
 };
 
+/// Which samples of a patch count. Bit k of a row is column k.
+struct PatchMask {
+  std::uint16_t rows[kPatchHeight];
+  bool whole;  ///< All of them do.
+};
+
 /// A patch ready to be aligned with another image. `gradient_x`, `gradient_y` are orthogonal to the patch itself and to
-/// a constant: alignment is blind to gain and offset.
+/// a constant: alignment is blind to gain and offset. All three are zero where the patch's mask is.
 struct alignas(64) PatchTemplate {
   float value[kPatchPixels];  ///< Zero mean.
   float gradient_x[kPatchPixels];
   float gradient_y[kPatchPixels];
-  float raw_x[2], raw_y[2];  ///< Gradient before orthogonalisation = gradient + raw[0] * value + raw[1].
-  float energy;              ///< Sum of value^2.
-  float hxx, hxy, hyy;       ///< Sums of products of the gradients.
-  float strength;            ///< Root of the smaller eigenvalue of the matrix above, per pixel.
+  float weight[kPatchPixels];  ///< 1 where the mask is set, else 0. Only filled if not `whole`.
+  float raw_x[2], raw_y[2];    ///< Gradient before orthogonalisation = gradient + raw[0] * value + raw[1] * weight.
+  float energy;                ///< Sum of value^2.
+  float hxx, hxy, hyy;         ///< Sums of products of the gradients.
+  float strength;              ///< Root of the smaller eigenvalue of the matrix above, per pixel.
+  float pixels;                ///< How many samples count.
+  bool whole;                  ///< All do.
 };
 
 /// How to align.

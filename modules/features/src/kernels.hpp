@@ -19,10 +19,11 @@ struct PyramidKernels {
 
 /// Sub-pixel alignment of 16 x 11 patches.
 struct PatchKernels {
-  /// Samples `source` around (x, y), which must lie within the image.
-  void (*sample)(const Plane& source, float x, float y, PatchTemplate* out);
+  /// Samples `source` around (x, y), which must lie within the image. At least one sample of `mask` is set.
+  void (*sample)(const Plane& source, float x, float y, const PatchMask& mask, PatchTemplate* out);
   /// The same through a warp. False when a sample would fall outside the image and its margin.
-  bool (*sample_warped)(const Plane& source, float x, float y, const PatchWarp& warp, PatchTemplate* out);
+  bool (*sample_warped)(const Plane& source, float x, float y, const PatchWarp& warp, const PatchMask& mask,
+                        PatchTemplate* out);
   /// Inverse-compositional Gauss-Newton over the translation (Baker and Matthews 2004). False when it leaves the
   /// neighbourhood of the start, or the template constrains nothing.
   bool (*align)(const Plane& image, const PatchTemplate& patch, const AlignOptions& options, float* x, float* y);

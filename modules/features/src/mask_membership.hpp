@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include "kernel_types.hpp"
 #include "kinetrace/core/image_view.hpp"
 
 namespace kinetrace::features {
@@ -22,5 +23,9 @@ namespace kinetrace::features {
 /// Whether at least two of the four sides of an object's feature are the object's own: else its patch holds mostly
 /// background, which moves differently. Small and thin objects have little else.
 [[nodiscard]] bool well_inside(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body) noexcept;
+
+/// The pixels of the patch around a position that are the body's own, off its contour: what lies on the other side of a
+/// contour moves differently. The whole patch where too few are left to align it by.
+[[nodiscard]] PatchMask own_pixels(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body) noexcept;
 
 }  // namespace kinetrace::features

@@ -90,7 +90,30 @@ inline float minimum_strength(float a, float b, float c) {
   return smaller > 0.F ? __builtin_sqrtf(smaller) : 0.F;
 }
 
-/// Fills a template from samples with a border of one (stride kBorderedStride).
+/// Samples that do not count are zero.
+template <bool kMasked>
+inline Floats masked(Floats value, const PatchTemplate& patch, int index) {
+  return kMasked ? value * load(patch.weight + index) : value;
+}
+
+void expand(const PatchMask& mask, PatchTemplate* out) {
+  out->whole = mask.whole;
+  out->pixels = static_cast<float>(kPatchPixels);
+  if (mask.whole) {
+    return;
+  }
+  int count = 0;
+  for (int row = 0; row < kPatchHeight; ++row) {
+    count += __builtin_popcount(mask.rows[row]);
+    for (int column = 0; column < kPatchWidth; ++column) {
+      out->weight[row * kPatchWidth + column] = (mask.rows[row] >> column & 1) != 0 ? 1.F : 0.F;
+    }
+  }
+  out->pixels = static_cast<float>(count);
+}
+
+/// Fills a template, its weights given, from samples with a border of one (stride kBorderedStride).
+template <bool kMasked>
 void make_template(const float* bordered, PatchTemplate* out) {
   Floats total = splat(0.F);
   Floats total_x = splat(0.F);
@@ -98,10 +121,11 @@ void make_template(const float* bordered, PatchTemplate* out) {
   for (int row = 0; row < kPatchHeight; ++row) {
     for (int half = 0; half < kPatchWidth; half += kLanes) {
       const float* centre = bordered + (row + 1) * kBorderedStride + half + 1;
-      const Floats value = load(centre);
-      const Floats gradient_x = 0.5F * (load(centre + 1) - load(centre - 1));
-      const Floats gradient_y = 0.5F * (load(centre + kBorderedStride) - load(centre - kBorderedStride));
       const int index = row * kPatchWidth + half;
+      const Floats value = masked<kMasked>(load(centre), *out, index);
+      const Floats gradient_x = masked<kMasked>(0.5F * (load(centre + 1) - load(centre - 1)), *out, index);
+      const Floats gradient_y =
+          masked<kMasked>(0.5F * (load(centre + kBorderedStride) - load(centre - kBorderedStride)), *out, index);
       store(out->value + index, value);
       store(out->gradient_x + index, gradient_x);
       store(out->gradient_y + index, gradient_y);
@@ -110,16 +134,16 @@ void make_template(const float* bordered, PatchTemplate* out) {
       total_y += gradient_y;
     }
   }
-  constexpr float kPerPixel = 1.F / static_cast<float>(kPatchPixels);
-  const Floats mean = splat(sum(total) * kPerPixel);
-  const float mean_x = sum(total_x) * kPerPixel;
-  const float mean_y = sum(total_y) * kPerPixel;
+  const float per_pixel = 1.F / out->pixels;
+  const Floats mean = splat(sum(total) * per_pixel);
+  const float mean_x = sum(total_x) * per_pixel;
+  const float mean_y = sum(total_y) * per_pixel;
 
   Floats energy = splat(0.F);
   Floats along_x = splat(0.F);
   Floats along_y = splat(0.F);
   for (int i = 0; i < kPatchPixels; i += kLanes) {
-    const Floats value = load(out->value + i) - mean;
+    const Floats value = load(out->value + i) - masked<kMasked>(mean, *out, i);
     store(out->value + i, value);
     energy += value * value;
     along_x += value * load(out->gradient_x + i);
@@ -134,13 +158,13 @@ void make_template(const float* bordered, PatchTemplate* out) {
 
   const Floats value_x = splat(out->raw_x[0]);
   const Floats value_y = splat(out->raw_y[0]);
-  const Floats constant_x = splat(mean_x);
-  const Floats constant_y = splat(mean_y);
   Floats hxx = splat(0.F);
   Floats hxy = splat(0.F);
   Floats hyy = splat(0.F);
   for (int i = 0; i < kPatchPixels; i += kLanes) {
     const Floats value = load(out->value + i);
+    const Floats constant_x = masked<kMasked>(splat(mean_x), *out, i);
+    const Floats constant_y = masked<kMasked>(splat(mean_y), *out, i);
     const Floats gradient_x = load(out->gradient_x + i) - constant_x - value_x * value;
     const Floats gradient_y = load(out->gradient_y + i) - constant_y - value_y * value;
     store(out->gradient_x + i, gradient_x);
@@ -152,10 +176,19 @@ void make_template(const float* bordered, PatchTemplate* out) {
   out->hxx = sum(hxx);
   out->hxy = sum(hxy);
   out->hyy = sum(hyy);
-  out->strength = minimum_strength(out->hxx * kPerPixel, out->hxy * kPerPixel, out->hyy * kPerPixel);
+  out->strength = minimum_strength(out->hxx * per_pixel, out->hxy * per_pixel, out->hyy * per_pixel);
 }
 
-void sample(const Plane& source, float x, float y, PatchTemplate* out) {
+void make_template(const float* bordered, const PatchMask& mask, PatchTemplate* out) {
+  expand(mask, out);
+  if (mask.whole) {
+    make_template<false>(bordered, out);
+  } else {
+    make_template<true>(bordered, out);
+  }
+}
+
+void sample(const Plane& source, float x, float y, const PatchMask& mask, PatchTemplate* out) {
   alignas(64) float bordered[kBorderedHeight * kBorderedStride];
   sample_rows<kBorderedStride / kLanes, kBorderedHeight>(
       source, x - kPatchHalfWidth - 1.F, y - kPatchHalfHeight - 1.F, [&](int row, const Floats* values) {
@@ -163,7 +196,7 @@ void sample(const Plane& source, float x, float y, PatchTemplate* out) {
           store(bordered + row * kBorderedStride + k * kLanes, values[k]);
         }
       });
-  make_template(bordered, out);
+  make_template(bordered, mask, out);
 }
 
 /// True if all samples of a warped patch, with border, can be read: its corners bound them.
@@ -184,7 +217,8 @@ inline Floats interpolate_pairs(Ints pairs, Floats fraction) {
   return left + fraction * (right - left);
 }
 
-bool sample_warped(const Plane& source, float x, float y, const PatchWarp& warp, PatchTemplate* out) {
+bool sample_warped(const Plane& source, float x, float y, const PatchWarp& warp, const PatchMask& mask,
+                   PatchTemplate* out) {
   if (!warp_readable(source, x, y, warp)) {
     return false;
   }
@@ -211,7 +245,7 @@ bool sample_warped(const Plane& source, float x, float y, const PatchWarp& warp,
       store(bordered + row * kBorderedStride + column, upper + fraction_y * (lower - upper));
     }
   }
-  make_template(bordered, out);
+  make_template(bordered, mask, out);
   return true;
 }
 
@@ -263,20 +297,21 @@ struct Comparison {
 };
 
 /// Samples into `values` and compares.
+template <bool kMasked>
 Comparison compare(const Plane& image, const PatchTemplate& patch, float x, float y, float* values) {
   RowSums total;
   RowSums product;
   sample_patch(image, x, y, [&](int index, int k, Floats value) {
     store(values + index, value);
-    total.part[k] += value;
+    total.part[k] += masked<kMasked>(value, patch, index);
     product.part[k] += value * load(patch.value + index);
   });
   Comparison result;
-  result.mean = total.total() / static_cast<float>(kPatchPixels);
+  result.mean = total.total() / patch.pixels;
   const Floats mean = splat(result.mean);
   Floats square = splat(0.F);
   for (int i = 0; i < kPatchPixels; i += kLanes) {
-    const Floats value = load(values + i) - mean;
+    const Floats value = masked<kMasked>(load(values + i) - mean, patch, i);
     square += value * value;
   }
   const float energy = sum(square);
@@ -285,8 +320,12 @@ Comparison compare(const Plane& image, const PatchTemplate& patch, float x, floa
   result.gain = flat ? 0.F : covariance / patch.energy;
   const float unexplained = flat ? energy : energy - covariance * result.gain;
   result.fit.correlation = flat ? 0.F : covariance / __builtin_sqrtf(energy * patch.energy);
-  result.fit.residual_rms = unexplained > 0.F ? __builtin_sqrtf(unexplained / static_cast<float>(kPatchPixels)) : 0.F;
+  result.fit.residual_rms = unexplained > 0.F ? __builtin_sqrtf(unexplained / patch.pixels) : 0.F;
   return result;
+}
+
+Comparison compare(const Plane& image, const PatchTemplate& patch, float x, float y, float* values) {
+  return patch.whole ? compare<false>(image, patch, x, y, values) : compare<true>(image, patch, x, y, values);
 }
 
 PatchFit fit(const Plane& image, const PatchTemplate& patch, float x, float y) {
@@ -301,7 +340,7 @@ inline float limited(float v) {
 }
 
 /// Gauss-Newton step of the first kSize entries of (xx, xy, yx, yy).
-template <int kSize>
+template <int kSize, bool kMasked>
 void warp_step(const PatchTemplate& patch, const float* values, const Comparison& comparison, float prior_weight,
                float (&step)[kSize]) {
   const Floats mean = splat(comparison.mean);
@@ -319,9 +358,11 @@ void warp_step(const PatchTemplate& patch, const float* values, const Comparison
     const int row = index / kPatchWidth;
     const Floats offset_y = splat(static_cast<float>(row) - kPatchHalfHeight);
     const Floats value = load(patch.value + index);
-    const Floats error = (load(values + index) - mean) * inverse_gain - value;
-    const Floats gradient_x = load(patch.gradient_x + index) + patch.raw_x[0] * value + patch.raw_x[1];
-    const Floats gradient_y = load(patch.gradient_y + index) + patch.raw_y[0] * value + patch.raw_y[1];
+    const Floats error = masked<kMasked>((load(values + index) - mean) * inverse_gain, patch, index) - value;
+    const Floats gradient_x =
+        load(patch.gradient_x + index) + patch.raw_x[0] * value + masked<kMasked>(splat(patch.raw_x[1]), patch, index);
+    const Floats gradient_y =
+        load(patch.gradient_y + index) + patch.raw_y[0] * value + masked<kMasked>(splat(patch.raw_y[1]), patch, index);
     const Floats jacobian[4] = {gradient_x * offset_x, gradient_x * offset_y, gradient_y * offset_x,
                                 gradient_y * offset_y};
     for (int i = 0; i < kSize; ++i) {
@@ -339,6 +380,16 @@ void warp_step(const PatchTemplate& patch, const float* values, const Comparison
     }
   }
   solve<kSize>(matrix, step);
+}
+
+template <int kSize>
+void warp_step(const PatchTemplate& patch, const float* values, const Comparison& comparison, float prior_weight,
+               float (&step)[kSize]) {
+  if (patch.whole) {
+    warp_step<kSize, false>(patch, values, comparison, prior_weight, step);
+  } else {
+    warp_step<kSize, true>(patch, values, comparison, prior_weight, step);
+  }
 }
 
 PatchFit refine_warp(const Plane& image, const PatchTemplate& patch, float x, float y, const WarpOptions& options,

@@ -59,22 +59,24 @@ Vector2f level_position(const Vector2f& full, int level) noexcept {
 }
 
 /// The patch around `position` as it looks `zoom` times larger.
-bool sample_zoomed(const Plane& image, const Vector2f& position, float zoom, PatchTemplate& patch) noexcept {
+bool sample_zoomed(const Plane& image, const Vector2f& position, float zoom, const PatchMask& own,
+                   PatchTemplate& patch) noexcept {
   // Less moves no sample by a quarter of a pixel.
   constexpr float kNoticeable = 0.03F;
   if (std::abs(zoom - 1.F) < kNoticeable) {
-    kernels().patch.sample(image, position.x(), position.y(), &patch);
+    kernels().patch.sample(image, position.x(), position.y(), own, &patch);
     return true;
   }
-  return kernels().patch.sample_warped(image, position.x(), position.y(), {1.F / zoom, 0.F, 0.F, 1.F / zoom}, &patch);
+  return kernels().patch.sample_warped(image, position.x(), position.y(), {1.F / zoom, 0.F, 0.F, 1.F / zoom}, own,
+                                       &patch);
 }
 
 /// The patch of `source` around `from` aligned with `target` near `guess`. The guess stays where alignment fails.
 Vector2f aligned(const Plane& source, const Plane& target, const Vector2f& from, const Vector2f& guess, float zoom,
-                 const AlignOptions& options) noexcept {
+                 const PatchMask& own, const AlignOptions& options) noexcept {
   PatchTemplate patch;
   Vector2f position = guess;
-  return sample_zoomed(source, from, zoom, patch) &&
+  return sample_zoomed(source, from, zoom, own, patch) &&
                  kernels().patch.align(target, patch, options, &position.x(), &position.y())
              ? position
              : guess;
@@ -87,7 +89,7 @@ Vector2f search(const ImagePyramid& previous, const ImagePyramid& current, const
   const Plane image = current.level(level);
   const Vector2f at = level_position(from, level);
   PatchTemplate patch;
-  kernels().patch.sample(previous.level(level), at.x(), at.y(), &patch);
+  kernels().patch.sample(previous.level(level), at.x(), at.y(), kWholePatch, &patch);
   const Vector2f centre = level_position(around, level);
   const int x = std::clamp(static_cast<int>(std::floor(centre.x())), 0, image.width - 1);
   const int y = std::clamp(static_cast<int>(std::lround(centre.y())), 0, image.height - 1);
@@ -134,12 +136,12 @@ TrackOutcome TemporalTracker::follow(const ImagePyramid& previous, const ImagePy
   }
   const bool referenced = refined.outcome == TrackOutcome::kTracked;
   if (!referenced) {
-    refined = refine_against_previous(previous.level(0), image, from, near, start.zoom, gate);
+    refined = refine_against_previous(previous.level(0), image, from, near, start.zoom, gate, slot.own);
     if (!succeeded(refined.outcome)) {
       return refined.outcome;
     }
   }
-  if (!returns(previous.level(0), image, from, start.position_px, refined)) {
+  if (!returns(previous.level(0), image, from, start.position_px, refined, slot.own)) {
     return TrackOutcome::kForwardBackward;
   }
 
@@ -165,7 +167,7 @@ Vector2f TemporalTracker::approach(const ImagePyramid& previous, const ImagePyra
   }
   for (; level > 0; --level) {
     const Vector2f position = aligned(previous.level(level), current.level(level), level_position(from, level),
-                                      level_position(guess, level), start.zoom, kCoarse);
+                                      level_position(guess, level), start.zoom, kWholePatch, kCoarse);
     guess = {from_level(position.x(), level), from_level(position.y(), level)};
   }
   return guess;
@@ -181,7 +183,7 @@ TemporalTracker::Refined TemporalTracker::refine_against_reference(const Plane& 
   for (int pass = 0; pass < kReferencePasses; ++pass) {
     PatchTemplate patch;
     if (!kernels().patch.sample_warped(slot.reference.plane(), slot.reference.x(), slot.reference.y(), result.warp,
-                                       &patch) ||
+                                       slot.own, &patch) ||
         patch.strength < config_.min_patch_strength ||
         !kernels().patch.align(current, patch, kFine, &result.position_px.x(), &result.position_px.y()) ||
         !patch_inside(current, result.position_px)) {
@@ -203,11 +205,12 @@ TemporalTracker::Refined TemporalTracker::refine_against_reference(const Plane& 
 
 TemporalTracker::Refined TemporalTracker::refine_against_previous(const Plane& previous, const Plane& current,
                                                                   const Vector2f& from, const Vector2f& near,
-                                                                  float zoom, const PatchGate& gate) const noexcept {
+                                                                  float zoom, const PatchGate& gate,
+                                                                  const PatchMask& own) const noexcept {
   Refined result;
   result.zoom = zoom;
   PatchTemplate patch;
-  if (!sample_zoomed(previous, from, zoom, patch) || patch.strength < config_.min_patch_strength) {
+  if (!sample_zoomed(previous, from, zoom, own, patch) || patch.strength < config_.min_patch_strength) {
     result.outcome = TrackOutcome::kTexture;
     return result;
   }
@@ -226,13 +229,13 @@ TemporalTracker::Refined TemporalTracker::refine_against_previous(const Plane& p
 }
 
 bool TemporalTracker::returns(const Plane& previous, const Plane& current, const Vector2f& from, const Vector2f& start,
-                              const Refined& found) const noexcept {
+                              const Refined& found, const PatchMask& own) const noexcept {
   // Off in the direction in which the way here began, so that a match that only held the start is found out.
   const Vector2f error = found.position_px - start;
   const float length = error.norm();
   const Vector2f direction = length > 1e-3F ? Vector2f(error / length) : Vector2f(1.F, 0.F);
-  const Vector2f back =
-      aligned(current, previous, found.position_px, from + kBackwardOffset_px * direction, 1.F / found.zoom, kBackward);
+  const Vector2f back = aligned(current, previous, found.position_px, from + kBackwardOffset_px * direction,
+                                1.F / found.zoom, own, kBackward);
   return (back - from).squaredNorm() <= config_.forward_backward_px * config_.forward_backward_px;
 }
 

@@ -47,9 +47,9 @@ class TemporalTracker {
                                                  const PatchGate& gate, const FeatureSlot& slot) const noexcept;
   [[nodiscard]] Refined refine_against_previous(const Plane& previous, const Plane& current,
                                                 const Eigen::Vector2f& from, const Eigen::Vector2f& near, float zoom,
-                                                const PatchGate& gate) const noexcept;
+                                                const PatchGate& gate, const PatchMask& own) const noexcept;
   [[nodiscard]] bool returns(const Plane& previous, const Plane& current, const Eigen::Vector2f& from,
-                             const Eigen::Vector2f& start, const Refined& found) const noexcept;
+                             const Eigen::Vector2f& start, const Refined& found, const PatchMask& own) const noexcept;
 
   FeatureConfig config_;
 };

@@ -1,8 +1,11 @@
 // The same kernels compiled for different instruction sets must agree: a run on another board gives the same answer.
+#include <algorithm>
+#include <iterator>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "feature_slot.hpp"
 #include "image_pyramid.hpp"
 #include "kernels.hpp"
 #include "kinetrace/core/cpu.hpp"
@@ -56,15 +59,18 @@ TEST_F(KernelVariants, AlignToTheSamePosition) {
   const Plane image = pyramid_.level(0);
   const PatchWarp warp{0.95F, 0.03F, -0.02F, 1.04F};
   const AlignOptions options{10, 0.01F, 5.F, 0.F, 0.F};
+  PatchMask left_part{{}, false};
+  std::fill(std::begin(left_part.rows), std::end(left_part.rows), std::uint16_t{0x0FFF});
   PatchTemplate patch{};
   for (int i = 0; i < 12; ++i) {
     const float x = 20.F + 13.3F * static_cast<float>(i);
+    const PatchMask& mask = i % 2 == 0 ? kWholePatch : left_part;
     PatchWarp warps[2] = {warp, warp};
     float positions[2][2] = {};
     PatchFit fits[2] = {};
     int k = 0;
     for (const Kernels* set : {&fast_, &plain_}) {
-      ASSERT_TRUE(set->patch.sample_warped(image, x, 60.4F, warp, &patch));
+      ASSERT_TRUE(set->patch.sample_warped(image, x, 60.4F, warp, mask, &patch));
       positions[k][0] = x + 1.2F;
       positions[k][1] = 59.7F;
       ASSERT_TRUE(set->patch.align(image, patch, options, &positions[k][0], &positions[k][1]));
@@ -82,7 +88,7 @@ TEST_F(KernelVariants, AlignToTheSamePosition) {
 TEST_F(KernelVariants, SearchToTheSameOffset) {
   PatchTemplate patch{};
   for (const Kernels* set : {&fast_, &plain_}) {
-    set->patch.sample(pyramid_.level(1), 50.F, 30.F, &patch);
+    set->patch.sample(pyramid_.level(1), 50.F, 30.F, kWholePatch, &patch);
     const OffsetMatch match = set->search.correlate(pyramid_.level(1), patch, 45, 33, 8, 6);
     // Whole pixels on the one side, halves on the other: the centre of a patch lies between columns.
     EXPECT_NEAR(static_cast<float>(match.dx), 4.5F, 0.6F);

@@ -1,6 +1,7 @@
 // Correspondences of a stereo video: corners per body, tracked left -> next left, matched left -> right.
 #pragma once
 
+#include <bitset>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -10,6 +11,7 @@
 #include "kinetrace/core/frame.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
+#include "kinetrace/features/appearance_memory.hpp"
 #include "kinetrace/features/feature_config.hpp"
 
 namespace kinetrace::features {
@@ -64,13 +66,26 @@ class FeatureFrontEnd {
   /// die here. The span of the result lives until the next call. Errors: kIllegalState without `begin_frame`.
   [[nodiscard]] Result<FeatureFrame> track(std::span<const FeaturePrediction> by_slot);
 
+  /// Which bodies' masks are guesses, by label: features may stay in them, but no new ones are looked for.
+  using GuessedMasks = std::bitset<256>;
+
   /// Reconciles features with the masks and detects new ones in free buckets. `left_labels` may be empty: then all is
   /// background. The result holds all live features, in ascending slot. Errors: kIllegalState without `track`,
   /// kInvalidArgument when the size of the labels differs.
-  [[nodiscard]] Result<FeatureFrame> replenish(LabelView left_labels);
+  [[nodiscard]] Result<FeatureFrame> replenish(LabelView left_labels, const GuessedMasks& guessed = {});
 
   /// These slots turned out to be outliers; their features die at the next `track`. Slots not alive are ignored.
   void reject(std::span<const std::uint16_t> slots) noexcept;
+
+  /// Between `replenish` and the next `begin_frame`: `memory` now holds these features as they look in this frame, the
+  /// first ones if there are more than its capacity. Features that are dead or without a right match are left out.
+  void remember(std::span<const KnownPoint> points, AppearanceMemory& memory) const noexcept;
+  /// Compares each live feature of a body with the remembered points expected within `reach_px` (columns, rows) of it,
+  /// aligned and at the size that its disparity tells. `expected[i]` belongs to point i. Writes every likeness to
+  /// `found`, at most as many as it holds, and returns how many. Many will be wrong.
+  [[nodiscard]] std::size_t recognise(const AppearanceMemory& memory, std::span<const ExpectedSighting> expected,
+                                      const Eigen::Vector2f& reach_px, std::uint8_t body,
+                                      std::span<RecognisedPoint> found) const noexcept;
 
   [[nodiscard]] const FeatureCounters& counters() const noexcept;
 

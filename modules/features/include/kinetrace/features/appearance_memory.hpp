@@ -1,0 +1,56 @@
+// What the points of a body looked like, for recognising them when the body has been out of sight.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+
+#include <Eigen/Core>
+
+#include "kinetrace/core/arena.hpp"
+
+namespace kinetrace::features {
+
+/// A live feature whose place on its body is known.
+struct KnownPoint {
+  std::uint16_t slot = 0;  ///< Of the feature.
+  Eigen::Vector3f p_body = Eigen::Vector3f::Zero();
+};
+
+/// Where a remembered point is expected: column and row in the left image, px.
+using ExpectedSighting = Eigen::Vector2f;
+
+/// A remembered point found again.
+struct RecognisedPoint {
+  Eigen::Vector3f p_body = Eigen::Vector3f::Zero();
+  Eigen::Vector2f left_px{0.F, 0.F};
+  float v_px = 0.F;        ///< As Feature::v_px.
+  float u_right_px = 0.F;  ///< As Feature::u_right_px.
+};
+
+/// Up to a capacity of points with the image around each. Filled and asked by FeatureFrontEnd.
+class AppearanceMemory {
+ public:
+  AppearanceMemory() = default;
+  /// Memory: 0.9 kB a point. The arena may turn out exhausted.
+  AppearanceMemory(std::size_t capacity, Arena& arena);
+
+  [[nodiscard]] std::size_t size() const noexcept { return size_; }
+  [[nodiscard]] const Eigen::Vector3f& p_body(std::size_t i) const noexcept;
+  void clear() noexcept { size_ = 0; }
+  void swap(AppearanceMemory& other) noexcept {
+    std::swap(entries_, other.entries_);
+    std::swap(capacity_, other.capacity_);
+    std::swap(size_, other.size_);
+  }
+
+ private:
+  friend class FeatureFrontEnd;
+  struct Entry;
+  Entry* entries_ = nullptr;  ///< In the arena.
+  std::size_t capacity_ = 0;
+  std::size_t size_ = 0;
+};
+
+}  // namespace kinetrace::features
