@@ -11,6 +11,9 @@
 namespace kinetrace::sfm {
 namespace {
 
+// Of a point seen from elsewhere before: where it was then known to be, and how it looks now, are both inexact.
+constexpr double kRecognisedSigma_px = 1.0;
+
 std::size_t as_size(int n) {
   return static_cast<std::size_t>(n);
 }
@@ -161,13 +164,11 @@ void BodyReconstruction::predict_features(std::span<const Feature> previous, std
   }
 }
 
-PosePrior BodyReconstruction::prior_from(const Expectation* expected) const {
-  PosePrior prior{T_body_cam_now_.inverse()};
-  if (expected != nullptr) {
-    // A perturbation of a pose is that of its inverse, carried over and with the other sign.
-    const Matrix6d ad = adjoint(prior.T_cam_body);
-    prior.information = (ad * expected->covariance * ad.transpose()).ldlt().solve(Matrix6d::Identity());
-  }
+PosePrior BodyReconstruction::prior_from(const Expectation& expected) {
+  PosePrior prior{expected.T_body_cam.inverse()};
+  // A perturbation of a pose is that of its inverse, carried over and with the other sign.
+  const Matrix6d ad = adjoint(prior.T_cam_body);
+  prior.information = (ad * expected.covariance * ad.transpose()).ldlt().solve(Matrix6d::Identity());
   return prior;
 }
 
@@ -177,6 +178,20 @@ PoseEstimate BodyReconstruction::find_pose(std::span<const PoseObservation> obse
   const auto enough = static_cast<int>(config_.min_inlier_ratio * static_cast<double>(observations.size()));
   pose.valid = pose.valid && pose.inliers >= std::max(config_.min_inliers, enough);
   return pose;
+}
+
+std::optional<Se3> BodyReconstruction::pose_from(std::span<const PoseObservation> observations,
+                                                 const Expectation& guess, int least) {
+  const std::size_t count = std::min(observations.size(), pose_inlier_.size());
+  const PoseEstimate pose = pose_estimator_.estimate(observations.first(count), prior_from(guess), kRecognisedSigma_px,
+                                                     pose_inlier_.first(count));
+  return pose.valid && pose.inliers >= least ? std::optional<Se3>(pose.T_cam_body.inverse()) : std::nullopt;
+}
+
+const Eigen::Vector3d* BodyReconstruction::place_of(const Feature& feature) const noexcept {
+  const std::size_t row = map_.find(feature);
+  return agreed(feature) && row != PointMap::kNone && map_.state(row).positioned ? &map_.point(row).position_m
+                                                                                 : nullptr;
 }
 
 void BodyReconstruction::learn_noise(std::span<const PoseObservation> observations, const Se3& T_cam_body) {
@@ -208,7 +223,7 @@ const BodyEstimate& BodyReconstruction::locate(const FeatureFrame& frame, std::u
   timestamp_ns_ = frame.timestamp_ns;
   std::fill(verdict_.begin(), verdict_.end(), Verdict::kUnknown);
   T_body_cam_now_ = expected != nullptr ? expected->T_body_cam : predict(frame.timestamp_ns);
-  const PosePrior prior = prior_from(expected);
+  const PosePrior prior = expected != nullptr ? prior_from(*expected) : PosePrior{T_body_cam_now_.inverse()};
 
   std::size_t count = 0;
   for (const Feature& feature : frame.features) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "kinetrace/core/arena.hpp"
@@ -74,6 +75,13 @@ class BodyReconstruction {
   [[nodiscard]] BundleWindow window();
   const BodyEstimate& conclude(const BundleSummary& refinement);
 
+  /// Pose of this frame from points of this body that were recognised in it, near `guess`; nothing if fewer than
+  /// `least` agree. Independent of the map, and changes nothing.
+  [[nodiscard]] std::optional<Se3> pose_from(std::span<const PoseObservation> observations, const Expectation& guess,
+                                             int least);
+  /// Place of a feature that agrees with the reconstruction; null for any other.
+  [[nodiscard]] const Eigen::Vector3d* place_of(const Feature& feature) const noexcept;
+
   /// How far this body's measurements scatter around its reconstruction, px.
   [[nodiscard]] double scatter_px() const noexcept { return noise_.sigma_px(); }
 
@@ -98,7 +106,7 @@ class BodyReconstruction {
   /// Pose that most of `observations` agree with; invalid where too few do.
   [[nodiscard]] PoseEstimate find_pose(std::span<const PoseObservation> observations, const PosePrior& prior,
                                        double sigma_px);
-  [[nodiscard]] PosePrior prior_from(const Expectation* expected) const;
+  [[nodiscard]] static PosePrior prior_from(const Expectation& expected);
   /// Takes the scatter of a located frame into account, for gates and weights from now on.
   void learn_noise(std::span<const PoseObservation> observations, const Se3& T_cam_body);
   /// A prediction may be wrong by as much as the motion it assumes.
