@@ -16,6 +16,9 @@ struct MotionSample {
   std::int64_t timestamp_ns = 0;
   Se3 T_world_obj;
   Eigen::Matrix3d position_covariance = Eigen::Matrix3d::Identity();  ///< Of the reference point in the world, m^2.
+  /// By how much the position may wander over the window while the object stands still, world, m^2: errors that frames
+  /// have in common and that change slowly.
+  Eigen::Matrix3d wander = Eigen::Matrix3d::Zero();
 };
 
 struct MotionEstimate {
