@@ -21,34 +21,35 @@ constexpr double kVelocityLag_s = 0.3;          // Age of the velocity that a sm
 constexpr double kExpectedFloor_rad = 0.002;    // Error of a smoothed pose itself,
 constexpr double kExpectedFloor_m = 0.02;       // and of where it puts the object.
 constexpr double kReachableGate = 36.0;         // Chi-square of six numbers.
+constexpr double kUnanimousPart = 0.9;          // So many of its points cannot all have passed to something else.
 // At rest is what has been shown not to be faster than this, not what has not been shown to move.
 constexpr std::size_t kLeastRestSamples = 8;
 constexpr double kMostRestSpeed_mps = 0.4;
 constexpr double kRestSigmas = 2.0;
 // How far from where it is expected a lost object may be found again: that it stood still or went on is half the truth.
-constexpr int kLeastMissedFrames = 2;
+// Where it should be in plain sight, a detection has only been missed, and what appears beside it is something else.
+constexpr int kLeastMissedInSight = 4;
+constexpr int kLeastMissedHidden = 1;
 constexpr double kReachAtRest_m = 0.8;
 constexpr double kReachOfWay = 0.5;
 constexpr double kMostReach_m = 3.0;
 constexpr double kSightedSigma_px = 0.3;
+constexpr int kMostUnsureFrames = 15;
+constexpr std::size_t kLately = 5;  // Frames ago.
+// Disparities of one surface err in common, and differently as it comes nearer. Without a reconstruction, what is
+// followed is the middle of what is seen, which wanders as the object turns and as others hide it.
+constexpr double kDisparityWander_px = 0.03;
+constexpr double kOutlineSigma_m = 0.03;
+constexpr int kTellingFeatures = 4;  // Fewer may all lie on something else, and that changes.
+constexpr double kAnywhere_m = 100.0;
+constexpr double kLeastVisible = 0.2;
 // A reconstruction scatters no more than the background's, up to reflections and what moves on it. More means that it
 // holds on to a wrong relief: seen from afar, a thing with a wrong relief and a wrong rotation looks nearly right.
 constexpr std::size_t kSettledBodyFrames = 6;
 constexpr double kIllScatter_px = 0.3;
 constexpr double kIllScatterRatio = 2.0;
 constexpr int kIllFrames = 4;
-constexpr float kClearlyVisible = 0.6F;           // What is seen where more is hidden may well be what hides it.
-constexpr std::size_t kMaxSightedFeatures = 256;  // Medians over more than this are no better.
-
-double median(std::span<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-Eigen::Vector3d camera_position(const StereoGeometry& geometry, const StereoSighting& sighting) {
-  return geometry.triangulate(sighting.uvd_px.x(), sighting.uvd_px.y(), sighting.uvd_px.z());
-}
+constexpr float kClearlyVisible = 0.6F;  // What is seen where more is hidden may well be what hides it.
 
 double yaw_of(const Eigen::Vector3d& direction) {
   return std::atan2(-direction.z(), direction.x());
@@ -67,6 +68,7 @@ Result<ObjectState> ObjectState::create(const PipelineConfig& config, const Ster
 std::size_t ObjectState::required_bytes(const PipelineConfig& config) {
   return sfm::BodyReconstruction::required_bytes(config.object) + measure_bytes([&](Arena& arena) {
            trajectory::BoxEstimator(config.trajectory, static_cast<std::size_t>(config.object.max_points), arena);
+           ObjectRecogniser(StereoGeometry{}, arena);
          });
 }
 
@@ -82,7 +84,8 @@ ObjectState::ObjectState(const PipelineConfig& config, const StereoGeometry& geo
       acceleration_mps2_(config.trajectory.smoothing_acceleration_mps2),
       motion_(config.trajectory),
       filter_(config.trajectory, geometry),
-      box_(config.trajectory, static_cast<std::size_t>(config.object.max_points), arena) {}
+      box_(config.trajectory, static_cast<std::size_t>(config.object.max_points), arena),
+      recogniser_(geometry, arena) {}
 
 void ObjectState::begin(const Track& track) {
   body_.reset();
@@ -96,6 +99,10 @@ void ObjectState::begin(const Track& track) {
   known_motion_.reset();
   reconstructed_ = false;
   frame_fixed_ = false;
+  tracked_frames_ = 0;
+  width_m_ = 0.0;
+  recogniser_.clear();
+  unsure_ = false;
   predicted_frames_ = 0;
   unseen_s_ = 0.0;
   status_ = BodyStatus::kInitializing;
@@ -124,35 +131,53 @@ std::optional<Eigen::Vector3d> ObjectState::sighted_position(const FeatureFrame&
   if (sighting.features < config_.stereo_only_min_features || !camera.valid) {
     return std::nullopt;
   }
-  return camera.T_world_cam * camera_position(geometry_, sighting);
+  return camera.T_world_cam * position_in_camera(geometry_, sighting);
 }
 
 std::optional<double> ObjectState::may_have_gone_to(const Eigen::Vector3d& position_m, std::uint16_t class_id,
                                                     const CameraState& camera) const {
-  const bool waits = alive() && confirmed_ && placed_ && track_.missed_frames >= kLeastMissedFrames;
+  const bool hidden = !in_view_ || mostly_covered();
+  const bool waits = alive() && confirmed_ && placed_ &&
+                     track_.missed_frames >= (hidden ? kLeastMissedHidden : kLeastMissedInSight);
   if (!waits || track_.class_id != class_id) {
     return std::nullopt;
   }
   const Eigen::Vector3d expected_m = filter_.initialised() ? filter_.position_m() : T_world_obj_ * -stereo_offset_m_;
+  // It may have stopped as well as gone on.
+  const Eigen::Vector3d way_m = expected_m - last_seen_m_;
+  const double gone = way_m.squaredNorm() > 0.0
+                          ? std::clamp((position_m - last_seen_m_).dot(way_m) / way_m.squaredNorm(), 0.0, 1.0)
+                          : 0.0;
+  const Eigen::Vector3d nearest_m = last_seen_m_ + gone * way_m;
   const double speed_mps = filter_.initialised() ? filter_.velocity_mps().norm() : motion_.at(0).velocity_mps.norm();
   const double unseen_s = 1e-9 * static_cast<double>(timestamp_ns_ - matched_timestamp_ns_);
   const double depth_m = (camera.T_world_cam.inverse() * position_m).z();
   const double depth_sigma_m = kSightedSigma_px * depth_m * depth_m / (geometry_.fx_px * geometry_.baseline_m);
-  const double reach_m = kReachAtRest_m + kReachOfWay * speed_mps * unseen_s + 2.0 * depth_sigma_m;
-  const double part = (position_m - expected_m).norm() / std::min(reach_m, kMostReach_m);
+  // Of what is half hidden when it goes and when it comes, the middle may lie anywhere on it.
+  const double reach_m =
+      std::min(std::max(kReachAtRest_m, width_m_) + kReachOfWay * speed_mps * unseen_s, kMostReach_m);
+  // Depth is as unsure as its square.
+  const Eigen::Vector3d off_m = camera.T_world_cam.rotation.transpose() * (position_m - nearest_m);
+  const double part = std::hypot(off_m.head<2>().norm() / reach_m, off_m.z() / (reach_m + 2.0 * depth_sigma_m));
   return part <= 1.0 ? std::optional<double>(part) : std::nullopt;
 }
 
-void ObjectState::continue_from(const ObjectState& earlier, const Eigen::Vector3d& position_m) {
+void ObjectState::continue_from(ObjectState& earlier, const Eigen::Vector3d& position_m) {
   track_.id = earlier.track_.id;
   confirmed_ = earlier.confirmed_;
   placed_ = true;
   reconstructed_ = earlier.reconstructed_;
   frame_fixed_ = earlier.frame_fixed_;
+  tracked_frames_ = earlier.tracked_frames_;
+  width_m_ = earlier.width_m_;
+  recogniser_.swap(earlier.recogniser_);
   stereo_offset_m_ = earlier.stereo_offset_m_;
   T_world_obj_ = earlier.T_world_obj_;
-  const bool rested = earlier.filter_.initialised() && earlier.filter_.at_rest();
-  if (!rested) {
+  if (earlier.filter_.initialised() && earlier.filter_.at_rest()) {
+    // Where it stood says more than the middle of what is seen of it now.
+    filter_ = earlier.filter_;
+    known_motion_ = KnownMotion{T_world_obj_, Vector6d::Zero(), false};
+  } else {
     T_world_obj_.translation = position_m + T_world_obj_.rotation * stereo_offset_m_;
   }
 }
@@ -164,33 +189,27 @@ void ObjectState::end() {
   }
 }
 
-StereoSighting ObjectState::sight(const FeatureFrame& frame) const {
-  std::array<double, kMaxSightedFeatures> u;
-  std::array<double, kMaxSightedFeatures> v;
-  std::array<double, kMaxSightedFeatures> d;
-  std::size_t count = 0;
-  for (const Feature& feature : frame.features) {
-    if (feature.body == track_.label() && feature.has_right() && double{feature.disparity_px()} >= min_disparity_px_ &&
-        count < kMaxSightedFeatures) {
-      u[count] = double{feature.left_px.x()};
-      v[count] = double{feature.v_px};
-      d[count++] = double{feature.disparity_px()};
-    }
+void ObjectState::sight_by_outline(LabelView labels, const CameraState& camera, StereoSighting& sighting) const {
+  const PixelBox& box = track_.box_px;
+  sighting.uvd_px.x() = mean_column(labels, box, track_.label());
+  if (box.y0 > 0) {
+    sighting.uvd_px.y() = box.y0;
+  } else if (filter_.initialised()) {
+    sighting.uvd_px.y() = geometry_.project(camera.T_world_cam.inverse() * filter_.position_m()).y();
   }
-  StereoSighting sighting;
-  sighting.features = static_cast<int>(count);
-  if (count > 0) {
-    sighting.uvd_px = {median(std::span(u).first(count)), median(std::span(v).first(count)),
-                       median(std::span(d).first(count))};
-  }
-  return sighting;
 }
 
 bool ObjectState::place(const StereoSighting& sighting, const CameraState& camera) {
   if (sighting.features < config_.stereo_only_min_features || !camera.valid) {
     return false;
   }
-  T_world_obj_ = {Eigen::Matrix3d::Identity(), camera.T_world_cam * camera_position(geometry_, sighting)};
+  const Eigen::Vector3d sighted_m = camera.T_world_cam * position_in_camera(geometry_, sighting);
+  StereoSighting middle = sighting;
+  if (!rigid()) {
+    middle.uvd_px.y() = 0.5 * (track_.box_px.y0 + track_.box_px.y1);
+  }
+  T_world_obj_ = {Eigen::Matrix3d::Identity(), camera.T_world_cam * position_in_camera(geometry_, middle)};
+  stereo_offset_m_ = T_world_obj_.translation - sighted_m;
   placed_ = true;
   return true;
 }
@@ -199,6 +218,7 @@ bool ObjectState::locate(const FeatureFrame& frame, const CameraState& camera) {
   if (rigid() && body_.active() && ill_fitting(camera)) {
     body_.end();
     known_motion_.reset();
+    recogniser_.clear();  // What was remembered has the same wrong relief.
   }
   if (!rigid() || !body_.active()) {
     return false;
@@ -208,7 +228,7 @@ bool ObjectState::locate(const FeatureFrame& frame, const CameraState& camera) {
       !camera.valid) {
     return false;
   }
-  if (expected && !reachable(*expected)) {
+  if (expected && !unanimous() && !reachable(*expected)) {
     body_.refuse_pose();
     return false;
   }
@@ -227,7 +247,11 @@ bool ObjectState::ill_fitting(const CameraState& camera) {
 }
 
 void ObjectState::learn_motion(const Se3& T_world_obj, const Vector6d& velocity) noexcept {
-  known_motion_ = KnownMotion{T_world_obj, velocity};
+  if (status_ == BodyStatus::kTracked) {
+    known_motion_ = KnownMotion{T_world_obj, velocity, motion_.at(0).moving || motion_.at(kLately).moving};
+  } else if (known_motion_) {
+    known_motion_->T_world_obj = T_world_obj;
+  }
 }
 
 std::optional<sfm::BodyReconstruction::Expectation> ObjectState::expected_pose(const CameraState& camera) const {
@@ -248,6 +272,11 @@ std::optional<sfm::BodyReconstruction::Expectation> ObjectState::expected_pose(c
   Matrix6d covariance = to_object * covariance_ * to_object.transpose();
   covariance.diagonal() += sigma.cwiseAbs2();
   return sfm::BodyReconstruction::Expectation{T_world_obj.inverse() * camera.T_world_cam, covariance};
+}
+
+bool ObjectState::unanimous() const {
+  const BodyEstimate& found = body_.estimate();
+  return found.inliers >= 2 * min_points_ && found.inliers >= kUnanimousPart * found.observations;
 }
 
 bool ObjectState::reachable(const sfm::BodyReconstruction::Expectation& expected) const {
@@ -276,10 +305,9 @@ void ObjectState::start_filter() {
   const trajectory::MotionEstimate motion = motion_.at(0);
   // Out of sight, what showed no motion is best looked for where it was.
   const bool stays = reconstructed_ && motion_.size() >= kLeastRestSamples && !motion.moving;
-  const bool drifts = known_before && !stays;
   const double sigma_m = reconstructed_ ? kReconstructedSigma_m : kStartSigma_m;
   filter_.start(known_before ? previous_timestamp_ns_ : timestamp_ns_, T_world_obj_ * -stereo_offset_m_,
-                drifts ? motion.velocity_mps : Eigen::Vector3d(Eigen::Vector3d::Zero()),
+                motion.moving ? motion.velocity_mps : Eigen::Vector3d(Eigen::Vector3d::Zero()),
                 sigma_m * sigma_m * Eigen::Matrix3d::Identity(), stays);
 }
 
@@ -287,22 +315,32 @@ void ObjectState::follow_without_body(const StereoSighting& sighting, const Came
   if (!filter_.initialised()) {
     start_filter();
   }
-  if (status_ == BodyStatus::kLost && sighting.features >= config_.stereo_only_min_features) {
+  if (status_ == BodyStatus::kLost && !filter_.at_rest() && sighting.features >= config_.stereo_only_min_features) {
     reconstructed_ = false;  // It is back: what was reconstructed before has left the map long ago.
   }
-  if (half_hidden() && reconstructed_ && known_motion_) {
+  if (reconstructed_ && known_motion_ && (mostly_covered() || (cut_off() && well_known()))) {
     coast();
     return;
   }
   filter_.predict(timestamp_ns_);
-  const double surface_sigma_m = half_hidden() ? kHiddenFactor * surface_sigma_m_ : surface_sigma_m_;
+  const double depth_m = sighting.features > 0 ? position_in_camera(geometry_, sighting).z() : 0.0;
+  const double surface_sigma_m =
+      std::max(surface_wander_m(depth_m), half_hidden() ? kHiddenFactor * surface_sigma_m_ : 0.0);
   const trajectory::StereoPositionFilter before = filter_;
   bool seen = sighting.features >= config_.stereo_only_min_features && camera.valid &&
               filter_.update(sighting.uvd_px, sighting.features, camera.T_world_cam, surface_sigma_m);
+  if (seen && !filter_.jumped() && filter_.at_rest() && reconstructed_) {
+    // The middle of what is seen of it says that it is still there, but not better than its reconstruction where.
+    filter_ = before;
+  }
   if (seen && filter_.jumped() && reconstructed_) {
     filter_ = before;
     estranged_ = true;
     seen = false;
+  } else if (seen && filter_.jumped()) {
+    // What was followed so far was something else: where that was says nothing about the motion of this.
+    motion_.reset();
+    frame_moved_ = true;
   }
   T_world_obj_.translation = filter_.position_m() + T_world_obj_.rotation * stereo_offset_m_;
   // A rotation that is not measured: about a radian. Where on the object the seen surface lies errs in common over
@@ -314,8 +352,9 @@ void ObjectState::follow_without_body(const StereoSighting& sighting, const Came
 void ObjectState::coast() {
   const double dt_s = 1e-9 * static_cast<double>(timestamp_ns_ - previous_timestamp_ns_);
   const bool at_rest = filter_.at_rest();
-  const Vector6d velocity = at_rest ? Vector6d(Vector6d::Zero()) : known_motion_->velocity;
-  if (!at_rest) {
+  const bool goes_on = !at_rest && known_motion_->moving;
+  const Vector6d velocity = goes_on ? known_motion_->velocity : Vector6d(Vector6d::Zero());
+  if (goes_on) {
     const Vector6d step = dt_s * velocity;
     T_world_obj_ = (known_motion_->T_world_obj * Se3{so3_exp(step.head<3>()), step.tail<3>()}).orthonormalised();
   }
@@ -343,13 +382,58 @@ void ObjectState::count_prediction(bool seen) noexcept {
                  : (predicted_frames_ > config_.lost_after_frames ? BodyStatus::kLost : BodyStatus::kPropagated);
 }
 
-void ObjectState::observe(const Track& track, const FeatureFrame& frame, const CameraState& camera) {
+bool ObjectState::recognise(const CameraState& camera, const features::FeatureFrontEnd& front_end) {
+  const Se3 T_obj_cam = T_world_obj_.inverse() * camera.T_world_cam;
+  const std::optional<Se3> found = recogniser_.recognise(T_obj_cam, body_, track_.label(), front_end);
+  if (!found) {
+    return false;
+  }
+  T_world_obj_ = (camera.T_world_cam * found->inverse()).orthonormalised();
+  if (known_motion_) {
+    known_motion_->T_world_obj = T_world_obj_;
+  }
+  return true;
+}
+
+void ObjectState::begin_body(const StereoSighting& sighting, const CameraState& camera,
+                             const features::FeatureFrontEnd& front_end) {
+  if (!frame_fixed_) {
+    // What stereo has followed so far may have been something next to the object; its frame belongs on its points.
+    T_world_obj_.translation = camera.T_world_cam * position_in_camera(geometry_, sighting);
+    stereo_offset_m_.setZero();
+    frame_moved_ = true;
+  } else if (recogniser_.knows_it() && !filter_.at_rest()) {
+    frame_moved_ = recognise(camera, front_end);
+    unsure_ = !frame_moved_;
+    unsure_frames_ = 0;
+  }
+  body_.begin(T_world_obj_.inverse() * camera.T_world_cam, status_);
+}
+
+void ObjectState::make_sure(const CameraState& camera, const features::FeatureFrontEnd& front_end) {
+  T_world_obj_ = camera.T_world_cam * body_.estimate().T_body_cam.inverse();
+  if (recognise(camera, front_end)) {
+    unsure_ = false;
+    frame_moved_ = true;
+    body_.begin(T_world_obj_.inverse() * camera.T_world_cam, status_);
+  } else if (++unsure_frames_ > kMostUnsureFrames) {
+    unsure_ = false;  // It looks too different by now: the guess stands.
+  }
+}
+
+void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera,
+                          const features::FeatureFrontEnd& front_end) {
   track_ = track;
   confirmed_ = confirmed_ || track.state == TrackState::kConfirmed;
   timestamp_ns_ = frame.timestamp_ns;
   extended_ = false;
+  frame_moved_ = false;
   matched_timestamp_ns_ = track.missed_frames == 0 ? timestamp_ns_ : matched_timestamp_ns_;
-  const StereoSighting sighting = sight(frame);
+  StereoSighting sighting = sight(frame);
+  if (!rigid() && track_.area_px > 0) {
+    sight_by_outline(labels, camera, sighting);
+  }
+  sighted_features_ = sighting.features;
   if (!placed_ && !place(sighting, camera)) {
     return;
   }
@@ -357,20 +441,19 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, const C
     status_ = BodyStatus::kTracked;
     reconstructed_ = true;
     frame_fixed_ = true;
+    ++tracked_frames_;
     predicted_frames_ = 0;
     unseen_s_ = 0.0;
     filter_.reset();
+    if (unsure_) {
+      make_sure(camera, front_end);
+    }
   } else {
     follow_without_body(sighting, camera);
     if (rigid() && !estranged_ && camera.valid && sighting.features >= min_points_ &&
-        !(half_hidden() && reconstructed_)) {
-      // Enough points to build on, but none known that fit: the reconstruction (re)starts where stereo sees the object.
-      if (!frame_fixed_) {
-        // What stereo has followed so far may have been something next to the object; its frame belongs on its points.
-        T_world_obj_.translation = camera.T_world_cam * camera_position(geometry_, sighting);
-        stereo_offset_m_.setZero();
-      }
-      body_.begin(T_world_obj_.inverse() * camera.T_world_cam, status_);
+        !(mostly_covered() && reconstructed_)) {
+      // Enough points to build on, but none known that fit.
+      begin_body(sighting, camera, front_end);
     }
   }
   if (body_.active()) {
@@ -379,7 +462,7 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, const C
   }
   if (status_ == BodyStatus::kTracked && sighting.features > 0) {
     const Se3 T_world_obj = camera.T_world_cam * body_.estimate().T_body_cam.inverse();
-    stereo_offset_m_ = -(T_world_obj.inverse() * (camera.T_world_cam * camera_position(geometry_, sighting)));
+    stereo_offset_m_ = -(T_world_obj.inverse() * (camera.T_world_cam * position_in_camera(geometry_, sighting)));
   }
 }
 
@@ -399,8 +482,28 @@ Eigen::Matrix3d ObjectState::reference_covariance(const Se3& T_world_obj, const 
   return to_reference * covariance * to_reference.transpose();
 }
 
+double ObjectState::surface_wander_m(double depth_m) const {
+  const double visible = std::clamp(static_cast<double>(track_.visible_part), kLeastVisible, 1.0);
+  const double whole_width_m = track_.box_px.width() * depth_m / (geometry_.fx_px * visible);
+  return (rigid() ? surface_sigma_m_ : kOutlineSigma_m) + 0.5 * (1.0 - visible) * whole_width_m;
+}
+
+Eigen::Matrix3d ObjectState::position_wander() const {
+  const Eigen::Vector3d from_camera_m = T_world_obj_.rotation * -T_obj_cam_.translation;
+  const double depth_m = std::max(T_obj_cam_.inverse().translation.z(), 0.0);
+  const Eigen::Vector3d along_ray_m =
+      kDisparityWander_px * depth_m / (geometry_.fx_px * geometry_.baseline_m) * from_camera_m;
+  Eigen::Matrix3d wander = along_ray_m * along_ray_m.transpose();
+  if (status_ == BodyStatus::kStereoOnly) {
+    const double surface_m =
+        sighted_features_ < kTellingFeatures ? kAnywhere_m : 0.5 * surface_wander_m(depth_m);
+    wander.diagonal().array() += surface_m * surface_m;
+  }
+  return wander;
+}
+
 void ObjectState::push_motion() {
-  motion_.push({timestamp_ns_, T_world_obj_, reference_covariance(T_world_obj_, covariance_)});
+  motion_.push({timestamp_ns_, T_world_obj_, reference_covariance(T_world_obj_, covariance_), position_wander()});
   previous_timestamp_ns_ = timestamp_ns_;
   const trajectory::MotionEstimate motion = motion_.at(0);
   const double yaw_rad = motion.moving ? yaw_of(T_world_obj_.rotation.transpose() * motion.velocity_mps)
@@ -427,6 +530,12 @@ void ObjectState::conclude(const BundleSummary& refinement, const CameraState& c
   }
   const Eigen::Vector3d p_cam = camera.T_world_cam.inverse() * (T_world_obj_ * -stereo_offset_m_);
   const double u_px = geometry_.project(p_cam).x();
+  if (track_.missed_frames == 0 && !half_hidden()) {
+    width_m_ = track_.box_px.width() * p_cam.z() / geometry_.fx_px;
+  }
+  if ((track_.missed_frames == 0 && !mostly_covered()) || motion_.size() == 0) {
+    last_seen_m_ = T_world_obj_ * -stereo_offset_m_;
+  }
   in_view_ = p_cam.z() > 0.0 && u_px >= 0.0 && u_px < geometry_.width_px;
   push_motion();
 }

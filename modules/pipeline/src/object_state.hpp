@@ -15,14 +15,10 @@
 #include "kinetrace/trajectory/box_estimator.hpp"
 #include "kinetrace/trajectory/object_motion.hpp"
 #include "kinetrace/trajectory/stereo_position_filter.hpp"
+#include "object_recogniser.hpp"
+#include "stereo_sighting.hpp"
 
 namespace kinetrace::pipeline {
-
-/// Where a frame's stereo alone sees an object: the point with its features' median coordinates.
-struct StereoSighting {
-  int features = 0;                                  ///< With a right match; 0: not seen.
-  Eigen::Vector3d uvd_px = Eigen::Vector3d::Zero();  ///< Medians of u_left, v and disparity.
-};
 
 /// What the camera does in this frame, for composing (METHOD eq. 2).
 struct CameraState {
@@ -74,10 +70,18 @@ class ObjectState {
   [[nodiscard]] std::optional<double> may_have_gone_to(const Eigen::Vector3d& position_m, std::uint16_t class_id,
                                                        const CameraState& camera) const;
   /// This slot's new track is the object that `earlier` has lost: its name and frame go on. Call before observe().
-  void continue_from(const ObjectState& earlier, const Eigen::Vector3d& position_m);
+  void continue_from(ObjectState& earlier, const Eigen::Vector3d& position_m);
 
   /// Pose of this frame, and sightings added to the window.
-  void observe(const Track& track, const FeatureFrame& frame, const CameraState& camera);
+  /// `labels`: the masks of the left image, by track label.
+  void observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera,
+               const features::FeatureFrontEnd& front_end);
+  /// After conclude(): takes note of what its points look like, now and then.
+  void remember(const FeatureFrame& frame, const features::FeatureFrontEnd& front_end) {
+    if (status_ == BodyStatus::kTracked && !unsure_ && !half_hidden()) {
+      recogniser_.remember(body_, frame, track_.label(), front_end);
+    }
+  }
   /// After refinement: final newest estimate of this frame.
   void conclude(const BundleSummary& refinement, const CameraState& camera);
   /// Writes what is known into `result`.
@@ -99,24 +103,38 @@ class ObjectState {
   [[nodiscard]] bool out_of_sight() const noexcept {
     return track_.area_px == 0 && (status_ == BodyStatus::kLost || !in_view_);
   }
+  /// The object's frame has been put onto its points in this frame: what was told of it before means another point.
+  [[nodiscard]] bool frame_moved() const noexcept { return frame_moved_; }
   /// True while the body takes part in this frame's refinement.
   [[nodiscard]] bool reconstructing() const noexcept { return extended_; }
 
  private:
   static constexpr float kClearlyVisible = 0.6F;
+  static constexpr int kWellKnownFrames = 6;
 
   ObjectState(const PipelineConfig& config, const StereoGeometry& geometry, sfm::BodyReconstruction body, Arena& arena);
 
-  [[nodiscard]] StereoSighting sight(const FeatureFrame& frame) const;
+  [[nodiscard]] StereoSighting sight(const FeatureFrame& frame) const {
+    return pipeline::sight(frame, track_.label(), min_disparity_px_);
+  }
+  /// Where features happen to lie on something that bends and swings says little about where it is: its head and the
+  /// middle of its outline stay where they are. Depth remains that of the features. What the image's border cuts off is
+  /// taken from where the object was.
+  void sight_by_outline(LabelView labels, const CameraState& camera, StereoSighting& sighting) const;
   /// A class vote that changes later does not undo a reconstruction that works.
   [[nodiscard]] bool rigid() const noexcept {
     return config_.rigid_pedestrians || body_.active() || track_.class_id != kPedestrianClass;
   }
   /// Much of the object is outside the image or behind something: the middle of what is left of it says little about
   /// the whole, and may be what hides it.
-  [[nodiscard]] bool half_hidden() const noexcept {
-    return track_.box_px.x0 <= 1 || track_.box_px.x1 >= geometry_.width_px - 1 || track_.visible_part < kClearlyVisible;
+  [[nodiscard]] bool half_hidden() const noexcept { return cut_off() || mostly_covered(); }
+  /// By the image's border.
+  [[nodiscard]] bool cut_off() const noexcept {
+    return track_.box_px.x0 <= 1 || track_.box_px.x1 >= geometry_.width_px - 1;
   }
+  [[nodiscard]] bool mostly_covered() const noexcept { return track_.visible_part < kClearlyVisible; }
+  /// Its reconstruction has lasted: how it moves is known well enough to go on without seeing it.
+  [[nodiscard]] bool well_known() const noexcept { return tracked_frames_ >= kWellKnownFrames && known_motion_; }
   /// The reconstruction has not fitted for so long that its points must be wrong.
   [[nodiscard]] bool ill_fitting(const CameraState& camera);
   [[nodiscard]] bool place(const StereoSighting& sighting, const CameraState& camera);
@@ -124,8 +142,17 @@ class ObjectState {
   /// Where the object is expected now if it goes on as it went, and how far it may be off: a vehicle's acceleration
   /// since its velocity was measured. Nothing before it has shown how it moves.
   [[nodiscard]] std::optional<sfm::BodyReconstruction::Expectation> expected_pose(const CameraState& camera) const;
+  /// Nearly all known points agree with the pose found, and they are many.
+  [[nodiscard]] bool unanimous() const;
   /// Whether the object can have come from where it was to where the reconstruction sees it now.
   [[nodiscard]] bool reachable(const sfm::BodyReconstruction::Expectation& expected) const;
+  /// Puts it where its remembered points are; false if too few are recognised.
+  bool recognise(const CameraState& camera, const features::FeatureFrontEnd& front_end);
+  /// The reconstruction (re)starts where the object is taken to be.
+  void begin_body(const StereoSighting& sighting, const CameraState& camera,
+                  const features::FeatureFrontEnd& front_end);
+  /// Its frame has been guessed on its return; true once it is known for sure.
+  void make_sure(const CameraState& camera, const features::FeatureFrontEnd& front_end);
   [[nodiscard]] Eigen::Vector3d reference_m() const;
   void start_filter();
   /// Goes on as it last went.
@@ -134,6 +161,10 @@ class ObjectState {
   void count_prediction(bool seen) noexcept;
   void follow_without_body(const StereoSighting& sighting, const CameraState& camera);
   void compose_newest(const CameraState& camera);
+  /// How far the middle of what is seen may lie from where it was: over the surface, and by what is hidden.
+  [[nodiscard]] double surface_wander_m(double depth_m) const;
+  /// See trajectory::MotionSample::wander.
+  [[nodiscard]] Eigen::Matrix3d position_wander() const;
   void push_motion();
   /// Of the point whose path is followed, in the world.
   [[nodiscard]] Eigen::Matrix3d reference_covariance(const Se3& T_world_obj, const Matrix6d& covariance) const;
@@ -150,11 +181,14 @@ class ObjectState {
   bool in_view_ = true;  ///< Where it is expected lies in the image.
   bool estranged_ = false;
   bool handed_over_ = false;
-  bool placed_ = false;         ///< T_world_obj_ has been set since birth.
-  bool frame_fixed_ = false;    ///< Its axes and origin have been shown in a reconstruction and never move again.
+  bool placed_ = false;       ///< T_world_obj_ has been set since birth.
+  bool frame_fixed_ = false;  ///< Its axes and origin have been shown in a reconstruction and never move again.
+  bool frame_moved_ = false;
   bool reconstructed_ = false;  ///< Has been tracked by its reconstruction since birth.
   double unseen_s_ = 0.0;
   int ill_fitting_frames_ = 0;  ///< In a row.
+  int sighted_features_ = 0;    ///< By stereo, in this frame.
+  int tracked_frames_ = 0;      ///< By its reconstruction, since birth.
   int predicted_frames_ = 0;    ///< In a row.
   BodyStatus status_ = BodyStatus::kInitializing;
   sfm::BodyReconstruction body_;
@@ -162,6 +196,7 @@ class ObjectState {
   struct KnownMotion {
     Se3 T_world_obj;
     Vector6d velocity = Vector6d::Zero();
+    bool moving = false;
   };
   std::optional<KnownMotion> known_motion_;
   double turn_radps2_;
@@ -173,6 +208,11 @@ class ObjectState {
   Se3 T_obj_cam_;
   Matrix6d covariance_ = Matrix6d::Zero();                     ///< As ObjectResult::covariance.
   Eigen::Vector3d stereo_offset_m_ = Eigen::Vector3d::Zero();  ///< Object origin minus stereo position, object axes.
+  Eigen::Vector3d last_seen_m_ = Eigen::Vector3d::Zero();      ///< Its stereo position when a detection last showed it.
+  ObjectRecogniser recogniser_;
+  bool unsure_ = false;    ///< Its frame has been guessed on its return.
+  int unsure_frames_ = 0;  ///< Tracked since then.
+  double width_m_ = 0.0;   ///< Across the line of sight, when last seen whole.
   std::int64_t timestamp_ns_ = 0;
   std::int64_t matched_timestamp_ns_ = 0;   ///< When a detection last confirmed where it is.
   std::int64_t previous_timestamp_ns_ = 0;  ///< Of the last pose in motion_.

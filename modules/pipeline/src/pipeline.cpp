@@ -23,6 +23,7 @@ constexpr int kCameraLostAfterFrames = 3;
 constexpr std::size_t kSettledFramesKept = 2;
 // A shorter path has not shown how the object moves.
 constexpr std::size_t kLeastPathNodes = 4;
+constexpr int kTrustedPredictions = 2;  // Masks predicted for more frames than this are guesses.
 
 std::size_t as_size(int n) {
   return static_cast<std::size_t>(n);
@@ -54,6 +55,15 @@ struct OutputStorage {
 
 std::size_t ring_frames(const PipelineConfig& config) {
   return as_size(config.background.window_frames) + 1 + kSettledFramesKept;
+}
+
+/// Predicted masks: what lies in them may be something else.
+features::FeatureFrontEnd::GuessedMasks guessed_masks(const TrackFrame& tracks) {
+  features::FeatureFrontEnd::GuessedMasks guessed;
+  for (const Track& track : tracks.tracks) {
+    guessed[track.label()] = track.missed_frames > kTrustedPredictions;
+  }
+  return guessed;
 }
 
 OutputStorage carve_output(const PipelineConfig& config, Arena& arena) {
@@ -254,7 +264,7 @@ Result<const FrameResult*> Pipeline::process(const RectifiedPair& pair, StageObs
   }
   {
     const StageScope replenish(observer, Stage::kReplenish);
-    frame = self.front_end.replenish(tracks->left_labels);
+    frame = self.front_end.replenish(tracks->left_labels, guessed_masks(*tracks));
     if (!frame) {
       return tl::unexpected(frame.error());
     }
@@ -268,6 +278,11 @@ Result<const FrameResult*> Pipeline::process(const RectifiedPair& pair, StageObs
     const StageScope refine(observer, Stage::kRefine);
     if (const Status refined = self.refine(); !refined) {
       return tl::unexpected(refined.error());
+    }
+    for (ObjectState& object : self.objects) {
+      if (object.alive()) {
+        object.remember(*frame, self.front_end);
+      }
     }
   }
   const StageScope trajectory(observer, Stage::kTrajectory);
@@ -398,7 +413,7 @@ void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tr
     }
     Track named = track;
     named.id = object.track().id;
-    object.observe(named, frame, camera);
+    object.observe(named, frame, tracks.left_labels, camera, front_end);
     if (object.estranged()) {
       tracker.abandon(track.slot);
     }
@@ -463,6 +478,7 @@ void Pipeline::Impl::settle(const RectifiedPair& pair) {
       KeptObject& entry = kept.objects[kept.object_count++];
       entry = KeptObject{.result = {}, .slot = static_cast<std::uint8_t>(slot), .confirmed = false};
       object.report(entry.result);
+      entry.path_begins = object.frame_moved();
     }
   }
   revise_ring();
@@ -500,7 +516,8 @@ void Pipeline::Impl::smooth_paths() {
   for (std::size_t age = 0; age < unsettled; ++age) {
     KeptFrame& kept = out.ring.frame(age);
     for (const KeptObject& entry : kept.objects.first(kept.object_count)) {
-      const bool path_starts_here = age == 0 || out.ring.frame(age - 1).find(entry.result.track_id) == nullptr;
+      const bool path_starts_here = age == 0 || out.ring.frame(age - 1).find(entry.result.track_id) == nullptr ||
+                                    out.ring.frame(age - 1).find(entry.result.track_id)->path_begins;
       if (path_starts_here) {
         smooth_path(entry.result.track_id, age);
       }
@@ -510,7 +527,8 @@ void Pipeline::Impl::smooth_paths() {
 
 void Pipeline::Impl::smooth_path(std::uint32_t track_id, std::size_t newest_age) {
   std::size_t end_age = newest_age + 1;
-  while (end_age < out.ring.size() && out.ring.frame(end_age).find(track_id) != nullptr) {
+  while (end_age < out.ring.size() && out.ring.frame(end_age).find(track_id) != nullptr &&
+         !out.ring.frame(end_age - 1).find(track_id)->path_begins) {
     ++end_age;
   }
   const std::span<trajectory::PathNode> path = out.path.first(end_age - newest_age);

@@ -15,6 +15,7 @@ struct KeptObject {
   ObjectResult result;
   std::uint8_t slot = 0;
   bool confirmed = false;
+  bool path_begins = false;  ///< What came before is no part of the same path: the object's frame has moved.
 };
 
 struct KeptFrame {

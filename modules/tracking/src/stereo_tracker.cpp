@@ -24,6 +24,7 @@ constexpr double kWholeInImage = 0.99;
 constexpr double kStillFits = 0.6;
 /// Less than this part of a mask in sight is not enough to be detected.
 constexpr double kLeastVisiblePart = 0.3;
+constexpr double kLeastPartToClaim = 0.2;
 /// An image larger than this is a mistake.
 constexpr int kMaxImageSidePx = 16384;
 /// So many features that speak against a match weigh as much as those that speak for it.
@@ -379,7 +380,11 @@ void StereoTracker::associate(const DetectionFrame& detections, std::span<const 
       continue;
     }
     measure_overlap(prediction_, instance.track.label(), instance.mask.current_box(), labels, instance.overlap);
-    add_affinities(instance, detections.left.first(columns));
+    // Of what has nearly left the image or should have been seen long ago, the mask is no argument.
+    const bool elsewhere = instance.track.missed_frames > 0 && instance.mask_part_in_image < kLeastPartToClaim;
+    if (!elsewhere && instance.missed_in_sight_frames <= config_.max_missed_frames) {
+      add_affinities(instance, detections.left.first(columns));
+    }
   }
 
   const Assignment match = maximum_weight_assignment(affinity_);
@@ -442,11 +447,11 @@ void StereoTracker::accept_miss(TrackInstance& instance, bool available) noexcep
   const bool tentative = track.state == TrackState::kTentative;
   instance.tentative_missed_frames += tentative && available ? 1 : 0;
   track.state = state_of(instance, config_);
-  const bool waits = !tentative && instance.forecast.known && out_of_sight(instance);
-  const bool gone = !waits && instance.predicted_px < config_.min_area_px;
-  instance.missed_in_sight_frames += waits ? 0 : 1;
-  if (track.missed_frames > config_.max_unseen_frames + config_.max_missed_frames ||
-      instance.missed_in_sight_frames > config_.max_missed_frames || gone ||
+  const bool placed = !tentative && instance.forecast.known;
+  instance.missed_in_sight_frames += placed && out_of_sight(instance) ? 0 : 1;
+  const bool gone =
+      !placed && (instance.predicted_px < config_.min_area_px || track.missed_frames > config_.max_missed_frames);
+  if (track.missed_frames > config_.max_unseen_frames + config_.max_missed_frames || gone ||
       (tentative && instance.tentative_missed_frames > config_.max_tentative_missed_frames)) {
     end(instance);
   }

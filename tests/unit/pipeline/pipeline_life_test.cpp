@@ -144,6 +144,7 @@ class EndingTrack : public ::testing::Test {
     }
     PipelineConfig config = short_window(small_config(masks_));
     config.tracking.max_missed_frames = 2;
+    config.tracking.max_unseen_frames = 2;
     run_ = std::make_unique<PipelineRun>(config);
     run_->drive(street_, 0, kFrames);
     run_->drain();

@@ -128,9 +128,10 @@ void visit_fields(Config& config, Visitor&& visit) {
   auto& t = config.tracking;
   visit("tracking.max_objects", t.max_objects, "tracks alive at once");
   visit("tracking.confirm_frames", t.confirm_frames, "matched frames until a track is confirmed");
-  visit("tracking.max_missed_frames", t.max_missed_frames, "frames without a detection after which a track ends");
+  visit("tracking.max_missed_frames", t.max_missed_frames,
+        "frames without a detection during which a track shows its prediction");
   visit("tracking.max_unseen_frames", t.max_unseen_frames,
-        "the same while it is outside the image or hidden by other objects");
+        "frames for which one whose place is known then waits to be found again");
   visit("tracking.max_tentative_missed_frames", t.max_tentative_missed_frames, "the same for a tentative track");
   visit("tracking.min_area_px", t.min_area_px, "smaller detections are not born, smaller tracks end, px");
   visit("tracking.min_overlap", t.min_overlap, "intersection over union of prediction and detection");

@@ -7,10 +7,11 @@
 namespace kinetrace::tracking {
 
 struct TrackerConfig {
-  int max_objects = 16;                 ///< Tracks alive at once, [1, kMaxObjects].
-  int confirm_frames = 3;               ///< Matched frames, birth included, until a track is confirmed.
-  int max_missed_frames = 10;           ///< A confirmed track without a detection for longer than this ends.
-  int max_unseen_frames = 75;           ///< The same while it is outside the image or hidden by others.
+  int max_objects = 24;        ///< Tracks alive at once, [1, kMaxObjects].
+  int confirm_frames = 3;      ///< Matched frames, birth included, until a track is confirmed.
+  int max_missed_frames = 10;  ///< A track without a detection shows its prediction for so long; one whose place is
+                               ///< not known ends then.
+  int max_unseen_frames = 75;  ///< One whose place is known waits so much longer to be found again.
   int max_tentative_missed_frames = 1;  ///< The same for a tentative track; counts only frames with detections.
   int min_area_px = 64;                 ///< Smaller detections are not born; smaller tracks end.
   double min_overlap = 0.15;            ///< Intersection over union of prediction and detection below this is no match.

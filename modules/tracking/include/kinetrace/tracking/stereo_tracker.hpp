@@ -43,14 +43,15 @@ struct TrackerCounters {
 /// of two things it is: when one object passes close to another, theirs is the better memory.
 ///
 /// Life: a detection that no track claims is born tentative, confirmed when matched in `confirm_frames` frames,
-/// propagated by its prediction for `max_missed_frames`, and ended then. A track with a forecast that is outside the
-/// image or hidden by others waits for `max_unseen_frames`, so that a thing keeps its name when the camera looks away
-/// or something passes in front of it; without a forecast it ends when its mask leaves the image or shrinks below
-/// `min_area_px`. Frames without detections (`available == false`)
-/// propagate every track and count as missed for confirmed ones only towards `max_missed_frames`. Births at capacity:
-/// the largest detections first; a track that is tentative and unmatched, or else has been propagated for more than
-/// half of `max_missed_frames`, ends to make room for the next frame; else the smallest
-/// track, if the detection is more than twice its size; the rest is dropped and counted.
+/// propagated by its prediction for `max_missed_frames`, and ended then. A confirmed track with a forecast waits for
+/// another `max_unseen_frames`, so that a thing keeps its name when the camera looks away or something passes in front
+/// of it: while it is outside the image or hidden by others it may claim a detection by its forecast mask; where it
+/// should have been in sight, only join() brings it back. Without a forecast a track ends as soon as its mask leaves
+/// the image or shrinks below `min_area_px`. Frames without detections (`available == false`) propagate every track and
+/// count as missed for confirmed ones only towards `max_missed_frames`. Births at capacity: the largest detections
+/// first; a track that is tentative and unmatched, or else has been propagated for more than half of
+/// `max_missed_frames`, ends to make room for the next frame; else the smallest track, if the detection is more than
+/// twice its size; the rest is dropped and counted.
 ///
 /// Pixels: matched tracks show their detection, others, for `max_missed_frames`, what of their prediction nobody else
 /// claims. Detected pixels

@@ -1,0 +1,43 @@
+// Recognises an object that has been out of sight by what its points looked like.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/feature_frame.hpp"
+#include "kinetrace/core/se3.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
+#include "kinetrace/features/feature_front_end.hpp"
+#include "kinetrace/sfm/body_reconstruction.hpp"
+
+namespace kinetrace::pipeline {
+
+/// Every few frames it takes note of how points of the reconstruction look. After the object's return, points that look
+/// alike and have all moved alike tell its pose in its old frame: what is half outside the image or half hidden has its
+/// middle elsewhere, its points have not.
+class ObjectRecogniser {
+ public:
+  /// Memory: 34 kB.
+  ObjectRecogniser(const StereoGeometry& geometry, Arena& arena);
+
+  void clear() noexcept;
+  void swap(ObjectRecogniser& other) noexcept;
+  /// Enough has been noted to recognise it by.
+  [[nodiscard]] bool knows_it() const noexcept;
+
+  /// Call in every frame in which the object is well seen; takes note when it is time.
+  void remember(const sfm::BodyReconstruction& body, const FeatureFrame& frame, std::uint8_t label,
+                const features::FeatureFrontEnd& front_end);
+  /// T_obj_cam of this frame, given where it is about: within 0.8 m (half of it vertically) and some degrees. Nothing
+  /// if fewer than six points agree.
+  [[nodiscard]] std::optional<Se3> recognise(const Se3& T_obj_cam_guess, sfm::BodyReconstruction& body,
+                                             std::uint8_t label, const features::FeatureFrontEnd& front_end) const;
+
+ private:
+  StereoGeometry geometry_;
+  features::AppearanceMemory memory_;
+  int frames_since_note_ = 0;
+};
+
+}  // namespace kinetrace::pipeline

@@ -1,0 +1,28 @@
+// What the stereo pair of one frame alone says about where an object is.
+#pragma once
+
+#include <cstdint>
+
+#include <Eigen/Core>
+
+#include "kinetrace/core/feature_frame.hpp"
+#include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
+
+namespace kinetrace::pipeline {
+
+struct StereoSighting {
+  int features = 0;                                  ///< With a right match; 0: not seen.
+  Eigen::Vector3d uvd_px = Eigen::Vector3d::Zero();  ///< Column, row and disparity of the point that stands for it.
+};
+
+/// The medians of the features with this label and at least `min_disparity_px`.
+[[nodiscard]] StereoSighting sight(const FeatureFrame& frame, std::uint8_t label, double min_disparity_px);
+
+/// Camera frame, m.
+[[nodiscard]] Eigen::Vector3d position_in_camera(const StereoGeometry& geometry, const StereoSighting& sighting);
+
+/// Mean column of the pixels with `label` in `box`; the middle of the box if there are none.
+[[nodiscard]] double mean_column(LabelView labels, const PixelBox& box, std::uint8_t label);
+
+}  // namespace kinetrace::pipeline
