@@ -40,7 +40,7 @@ constexpr std::size_t kLately = 5;  // Frames ago.
 // followed is the middle of what is seen, which wanders as the object turns and as others hide it.
 constexpr double kDisparityWander_px = 0.03;
 constexpr double kOutlineSigma_m = 0.03;
-constexpr int kTellingFeatures = 4;  // Fewer may all lie on something else, and that changes.
+constexpr int kTellingFeatures = 4;  // Fewer may all lie on something else; they show no new mover.
 constexpr double kAnywhere_m = 100.0;
 constexpr double kLeastVisible = 0.2;
 // A reconstruction scatters no more than the background's, up to reflections and what moves on it. More means that it
@@ -100,6 +100,7 @@ void ObjectState::begin(const Track& track) {
   reconstructed_ = false;
   frame_fixed_ = false;
   tracked_frames_ = 0;
+  has_moved_ = false;
   width_m_ = 0.0;
   recogniser_.clear();
   unsure_ = false;
@@ -137,8 +138,8 @@ std::optional<Eigen::Vector3d> ObjectState::sighted_position(const FeatureFrame&
 std::optional<double> ObjectState::may_have_gone_to(const Eigen::Vector3d& position_m, std::uint16_t class_id,
                                                     const CameraState& camera) const {
   const bool hidden = !in_view_ || mostly_covered();
-  const bool waits = alive() && confirmed_ && placed_ &&
-                     track_.missed_frames >= (hidden ? kLeastMissedHidden : kLeastMissedInSight);
+  const bool waits =
+      alive() && confirmed_ && placed_ && track_.missed_frames >= (hidden ? kLeastMissedHidden : kLeastMissedInSight);
   if (!waits || track_.class_id != class_id) {
     return std::nullopt;
   }
@@ -169,6 +170,7 @@ void ObjectState::continue_from(ObjectState& earlier, const Eigen::Vector3d& pos
   reconstructed_ = earlier.reconstructed_;
   frame_fixed_ = earlier.frame_fixed_;
   tracked_frames_ = earlier.tracked_frames_;
+  has_moved_ = earlier.has_moved_;
   width_m_ = earlier.width_m_;
   recogniser_.swap(earlier.recogniser_);
   stereo_offset_m_ = earlier.stereo_offset_m_;
@@ -495,8 +497,8 @@ Eigen::Matrix3d ObjectState::position_wander() const {
       kDisparityWander_px * depth_m / (geometry_.fx_px * geometry_.baseline_m) * from_camera_m;
   Eigen::Matrix3d wander = along_ray_m * along_ray_m.transpose();
   if (status_ == BodyStatus::kStereoOnly) {
-    const double surface_m =
-        sighted_features_ < kTellingFeatures ? kAnywhere_m : 0.5 * surface_wander_m(depth_m);
+    const bool tells_little = sighted_features_ < kTellingFeatures && !has_moved_;
+    const double surface_m = tells_little ? kAnywhere_m : 0.5 * surface_wander_m(depth_m);
     wander.diagonal().array() += surface_m * surface_m;
   }
   return wander;
@@ -506,6 +508,7 @@ void ObjectState::push_motion() {
   motion_.push({timestamp_ns_, T_world_obj_, reference_covariance(T_world_obj_, covariance_), position_wander()});
   previous_timestamp_ns_ = timestamp_ns_;
   const trajectory::MotionEstimate motion = motion_.at(0);
+  has_moved_ = has_moved_ || motion.moving;
   const double yaw_rad = motion.moving ? yaw_of(T_world_obj_.rotation.transpose() * motion.velocity_mps)
                                        : std::numeric_limits<double>::quiet_NaN();
   if (body_.active()) {

@@ -187,6 +187,7 @@ class ObjectState {
   bool reconstructed_ = false;  ///< Has been tracked by its reconstruction since birth.
   double unseen_s_ = 0.0;
   int ill_fitting_frames_ = 0;  ///< In a row.
+  bool has_moved_ = false;      ///< Has been found moving since birth.
   int sighted_features_ = 0;    ///< By stereo, in this frame.
   int tracked_frames_ = 0;      ///< By its reconstruction, since birth.
   int predicted_frames_ = 0;    ///< In a row.
