@@ -101,8 +101,7 @@ MotionEstimate ObjectMotion::at(std::size_t age) const noexcept {
   const VelocityFit fit = fit_velocity(std::span<const PathPoint>(path).first(count));
   estimate.covariance = fit.covariance + kVelocityFloor_mps * kVelocityFloor_mps * Eigen::Matrix3d::Identity();
   estimate.yaw_rate_rad_s = turn.rad_s();
-  const double span_s = seconds_between(entry(oldest).sample.timestamp_ns, entry(newest).sample.timestamp_ns);
-  const double wander_s = std::max(span_s, kWanderTime_s);
+  const double wander_s = std::max(path[0].time_s - path[count - 1].time_s, kWanderTime_s);
   estimate.covariance += wander / (wander_s * wander_s);
   const bool was_moving = entry(age).was_moving || (age + 1 < size_ && entry(age + 1).was_moving);
   const double needed = config_.moving_significance * (was_moving ? kStopRatio : 1.0);

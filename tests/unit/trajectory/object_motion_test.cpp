@@ -209,6 +209,57 @@ TEST(ObjectMotion, WhatMovedStaysMovingAtSignificanceThatWouldNotStartIt) {
   EXPECT_TRUE(slowed_down.at(0).moving);
 }
 
+/// `count` exact samples of a steady motion, each of which may have wandered by `wander_m` along every axis.
+void push_wandering(ObjectMotion& motion, const Eigen::Vector3d& velocity_mps, const Eigen::Vector3d& wander_m,
+                    int count, double step_s, double start_s = 0.0) {
+  for (int i = 0; i < count; ++i) {
+    MotionSample sample;
+    sample.timestamp_ns = static_cast<std::int64_t>(1e9 * (start_s + i * step_s));
+    sample.T_world_obj.translation = velocity_mps * (i * step_s);
+    sample.position_covariance = 1e-6 * Eigen::Matrix3d::Identity();
+    sample.wander = wander_m.cwiseAbs2().asDiagonal();
+    motion.push(sample);
+  }
+}
+
+/// Whether such a motion counts as one; what moves faster than .1 m/s may.
+bool moves(const Eigen::Vector3d& velocity_mps, const Eigen::Vector3d& wander_m, int count, double step_s) {
+  TrajectoryConfig config;
+  config.min_moving_speed_mps = 0.1;
+  ObjectMotion motion(config);
+  push_wandering(motion, velocity_mps, wander_m, count, step_s);
+  return motion.at(0).moving;
+}
+
+TEST(ObjectMotion, DriftWithinTheWanderIsNoMotionAndFasterIs) {
+  // A tenth of a metre over the half second of the window: .2 m/s, and four times that shows a motion.
+  const Eigen::Vector3d wander_m(0.0, 0.0, 0.1);
+  EXPECT_TRUE(moves({0.0, 0.0, 0.6}, Eigen::Vector3d::Zero(), 6, kFrame_s));
+  EXPECT_FALSE(moves({0.0, 0.0, 0.6}, wander_m, 6, kFrame_s));
+  EXPECT_TRUE(moves({0.0, 0.0, 1.2}, wander_m, 6, kFrame_s));
+  EXPECT_TRUE(moves({0.6, 0.0, 0.0}, wander_m, 6, kFrame_s)) << "across what wanders";
+}
+
+TEST(ObjectMotion, WhatWandersTakesHalfASecond) {
+  const Eigen::Vector3d wander_m(0.0, 0.0, 0.1);
+  for (const double step_s : {0.05, 0.1}) {
+    EXPECT_TRUE(moves({0.0, 0.0, 1.2}, wander_m, 3, step_s)) << step_s;
+    EXPECT_FALSE(moves({0.0, 0.0, 0.6}, wander_m, 3, step_s)) << step_s;
+  }
+  // Over a whole second it would have to go twice as far.
+  EXPECT_TRUE(moves({0.0, 0.0, 0.6}, wander_m, 6, 2.0 * kFrame_s));
+}
+
+TEST(ObjectMotion, WhatWasSeenLongBeforeAGapGivesTheWanderNoTime) {
+  TrajectoryConfig config;
+  config.min_moving_speed_mps = 0.1;
+  ObjectMotion motion(config);
+  const Eigen::Vector3d wander_m(0.0, 0.0, 0.1);
+  push_wandering(motion, Eigen::Vector3d::Zero(), wander_m, 3, kFrame_s);
+  push_wandering(motion, {0.0, 0.0, 0.6}, wander_m, 3, kFrame_s, 60.0);
+  EXPECT_FALSE(motion.at(0).moving);
+}
+
 TEST(ObjectMotion, FollowsTheReferencePointAndTheTurn) {
   ObjectMotion motion({});
   Path path(0.001);
