@@ -380,9 +380,7 @@ void StereoTracker::associate(const DetectionFrame& detections, std::span<const 
       continue;
     }
     measure_overlap(prediction_, instance.track.label(), instance.mask.current_box(), labels, instance.overlap);
-    // Of what has nearly left the image or should have been seen long ago, the mask is no argument.
-    const bool elsewhere = instance.track.missed_frames > 0 && instance.mask_part_in_image < kLeastPartToClaim;
-    if (!elsewhere && instance.missed_in_sight_frames <= config_.max_missed_frames) {
+    if (may_claim(instance)) {
       add_affinities(instance, detections.left.first(columns));
     }
   }
@@ -455,6 +453,11 @@ void StereoTracker::accept_miss(TrackInstance& instance, bool available) noexcep
       (tentative && instance.tentative_missed_frames > config_.max_tentative_missed_frames)) {
     end(instance);
   }
+}
+
+bool StereoTracker::may_claim(const TrackInstance& instance) const noexcept {
+  const bool nearly_outside = instance.track.missed_frames > 0 && instance.mask_part_in_image < kLeastPartToClaim;
+  return !nearly_outside && instance.missed_in_sight_frames <= config_.max_missed_frames;
 }
 
 bool StereoTracker::out_of_sight(const TrackInstance& instance) const noexcept {

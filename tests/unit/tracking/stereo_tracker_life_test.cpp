@@ -201,6 +201,96 @@ TEST(StereoTracker, EndsWhatLeavesTheImageWithoutAForecast) {
   EXPECT_EQ(scene.frame().tracks[0].id, 2U);
 }
 
+/// A confirmed track of a car that is foretold to stand where it is, and of which nothing has been detected for
+/// `missed` frames.
+void miss_in_sight(TrackerScene& scene, int missed, bool with_forecast = true) {
+  for (int i = 0; i < 4; ++i) {
+    scene.step(std::array{kCar});
+  }
+  scene.forecasts.assign(1, with_forecast ? forecast_of(kCar) : Forecast{});
+  scene.detected = {false};
+  for (int i = 0; i < missed; ++i) {
+    scene.step(std::array{kCar});
+  }
+}
+
+TEST(StereoTracker, WaitsWhereItShouldBeInSightButClaimsNoPixels) {
+  const TrackerConfig config;
+  TrackerScene scene(config);
+  miss_in_sight(scene, config.max_missed_frames);
+  ASSERT_EQ(scene.frame().tracks.size(), 1U);
+  EXPECT_GT(scene.frame().tracks[0].area_px, 0) << "still shows its prediction";
+  for (int missed = config.max_missed_frames + 1; missed <= config.max_missed_frames + config.max_unseen_frames;
+       ++missed) {
+    const TrackFrame& frame = scene.step(std::array{kCar});
+    ASSERT_EQ(frame.tracks.size(), 1U) << missed;
+    EXPECT_EQ(frame.tracks[0].id, 1U);
+    EXPECT_EQ(frame.tracks[0].missed_frames, missed);
+    EXPECT_EQ(frame.tracks[0].area_px, 0) << missed;
+    ASSERT_EQ(area_of(frame.left_labels, kBackgroundLabel), kWidth * kHeight) << missed;
+  }
+  const TrackFrame& last = scene.step(std::array{kCar});
+  EXPECT_TRUE(last.tracks.empty());
+  ASSERT_EQ(last.ended.size(), 1U);
+  EXPECT_EQ(last.ended[0].id, 1U);
+}
+
+TEST(StereoTracker, EndsWhatIsMissedInSightWithoutAForecast) {
+  const TrackerConfig config;
+  TrackerScene scene(config);
+  miss_in_sight(scene, config.max_missed_frames, false);
+  ASSERT_EQ(scene.frame().tracks.size(), 1U);
+  EXPECT_EQ(scene.step(std::array{kCar}).ended.size(), 1U);
+}
+
+TEST(StereoTracker, ClaimsADetectionWhereItIsPredictedAndNoneOnceItWaits) {
+  const TrackerConfig config;
+  for (const int missed : {config.max_missed_frames, config.max_missed_frames + 1}) {
+    TrackerScene scene(config, 0);  // Features that were its own would vote for it.
+    miss_in_sight(scene, missed);
+    scene.detected = {true};
+    const TrackFrame& frame = scene.step(std::array{kCar});
+    const Track* shown = scene.track_of(0);
+    ASSERT_NE(shown, nullptr) << missed;
+    const bool waits = missed > config.max_missed_frames;
+    EXPECT_EQ(frame.tracks.size(), waits ? 2U : 1U) << missed;
+    EXPECT_EQ(shown->id, waits ? 2U : 1U) << missed;
+    EXPECT_GT(scene.left_iou(*shown, 0), 0.99) << missed;
+  }
+}
+
+TEST(StereoTracker, HidesNothingWhereItWaitsInSight) {
+  const TrackerConfig config;
+  TrackerScene scene(config);
+  miss_in_sight(scene, config.max_missed_frames + 1);
+  scene.detected = {true};
+  scene.forecasts.assign(2, forecast_of(kCar));
+  for (int i = 0; i < 5; ++i) {
+    const TrackFrame& frame = scene.step(std::array{kCar});
+    ASSERT_EQ(frame.tracks.size(), 2U) << i;
+    EXPECT_EQ(frame.tracks[1].missed_frames, 0) << i;
+    EXPECT_GT(frame.tracks[1].visible_part, 0.9F) << i;
+    EXPECT_GT(scene.left_iou(frame.tracks[1], 0), 0.99) << i;
+  }
+}
+
+TEST(StereoTracker, GoesOnAfterWaitingInSightWhenJoined) {
+  const TrackerConfig config;
+  TrackerScene scene(config);
+  miss_in_sight(scene, config.max_missed_frames + 5);
+  scene.detected = {true};
+  scene.step(std::array{kCar});
+  ASSERT_EQ(scene.frame().tracks.size(), 2U);
+  scene.tracker().join(scene.frame().tracks[0].slot, scene.frame().tracks[1].slot);
+  scene.forecasts.clear();
+  const TrackFrame& frame = scene.step(std::array{kCar});
+  ASSERT_EQ(frame.tracks.size(), 1U);
+  EXPECT_EQ(frame.tracks[0].id, 1U);
+  EXPECT_EQ(frame.tracks[0].state, TrackState::kConfirmed);
+  EXPECT_EQ(frame.tracks[0].missed_frames, 0);
+  EXPECT_TRUE(frame.ended.empty());
+}
+
 TEST(StereoTracker, EndsAnAbandonedTrackWithTheNextFrame) {
   TrackerScene scene;
   for (int i = 0; i < 3; ++i) {

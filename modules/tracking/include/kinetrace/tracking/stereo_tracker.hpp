@@ -96,6 +96,9 @@ class StereoTracker {
   [[nodiscard]] static bool place_by_forecast(TrackInstance& instance) noexcept;
   /// Outside the image or behind other tracks: no detection can be expected.
   [[nodiscard]] bool out_of_sight(const TrackInstance& instance) const noexcept;
+  /// Not after it has been missing where it should have been in sight, or while it is nearly outside the image: what is
+  /// detected there is born anew.
+  [[nodiscard]] bool may_claim(const TrackInstance& instance) const noexcept;
   [[nodiscard]] Similarity predict_motion(TrackInstance& instance, std::span<const Feature> features);
   void draw_predictions(LabelView detections) noexcept;
   /// Who hides whom, from what was detected where whole masks were expected.
