@@ -1,0 +1,117 @@
+// Where one frame's stereo sees an object.
+#include "stereo_sighting.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "rendered_world.hpp"
+
+namespace kinetrace::pipeline {
+namespace {
+
+constexpr std::uint8_t kLabel = 2;
+constexpr double kLeastDisparity_px = 1.0;
+
+Feature feature_at(float u, float v, float disparity_px, std::uint8_t label = kLabel) {
+  Feature feature;
+  feature.body = label;
+  feature.left_px = {u, v + 100.F};  // Another row than that of the pair.
+  feature.v_px = v;
+  feature.u_right_px = u - disparity_px;
+  return feature;
+}
+
+StereoSighting sight_of(std::vector<Feature> features) {
+  return sight({.frame_index = 0, .timestamp_ns = 0, .features = features}, kLabel, kLeastDisparity_px);
+}
+
+TEST(StereoSighting, SeesNothingInNothing) {
+  const StereoSighting sighting = sight_of({});
+  EXPECT_EQ(sighting.features, 0);
+  EXPECT_TRUE(sighting.uvd_px.isZero());
+}
+
+TEST(StereoSighting, OfOneFeatureIsThatFeature) {
+  const StereoSighting sighting = sight_of({feature_at(30.F, 40.F, 5.F)});
+  EXPECT_EQ(sighting.features, 1);
+  EXPECT_EQ(sighting.uvd_px, Eigen::Vector3d(30.0, 40.0, 5.0));
+}
+
+TEST(StereoSighting, TakesTheMedianOfEachCoordinate) {
+  // The middle ones belong to three different features.
+  std::vector<Feature> features{feature_at(30.F, 90.F, 5.F), feature_at(10.F, 40.F, 6.F), feature_at(20.F, 10.F, 99.F)};
+  EXPECT_EQ(sight_of(features).uvd_px, Eigen::Vector3d(20.0, 40.0, 6.0));
+  // Of an even number, the upper one of the two in the middle.
+  features.push_back(feature_at(25.F, 50.F, 7.F));
+  const StereoSighting even = sight_of(features);
+  EXPECT_EQ(even.features, 4);
+  EXPECT_EQ(even.uvd_px, Eigen::Vector3d(25.0, 50.0, 7.0));
+}
+
+TEST(StereoSighting, LeavesOutOtherBodiesAndWhatHasNoDisparityToSpeakOf) {
+  Feature unmatched = feature_at(1.F, 1.F, 1.F);
+  unmatched.u_right_px = kNoRight;
+  const StereoSighting sighting =
+      sight_of({feature_at(1.F, 1.F, 50.F, kBackgroundLabel), feature_at(1.F, 1.F, 50.F, kLabel + 1), unmatched,
+                feature_at(1.F, 1.F, 0.875F), feature_at(30.F, 40.F, 1.F)});
+  EXPECT_EQ(sighting.features, 1);
+  EXPECT_EQ(sighting.uvd_px, Eigen::Vector3d(30.0, 40.0, 1.0));
+}
+
+TEST(StereoSighting, LooksAtNoMoreThan256Features) {
+  std::vector<Feature> features(256, feature_at(30.F, 40.F, 5.F));
+  EXPECT_EQ(sight_of(features).features, 256);
+  features.resize(600, feature_at(90.F, 90.F, 90.F));
+  const StereoSighting sighting = sight_of(features);
+  EXPECT_EQ(sighting.features, 256);
+  EXPECT_EQ(sighting.uvd_px, Eigen::Vector3d(30.0, 40.0, 5.0));
+}
+
+TEST(StereoSighting, LiesWhereTheRigProjectsItFrom) {
+  const StereoGeometry rig = test::small_rig();
+  const Eigen::Vector3d p_cam(1.5, -0.4, 8.0);
+  const Eigen::Vector3d uvr = rig.project(p_cam);
+  EXPECT_TRUE(position_in_camera(rig, {3, {uvr.x(), uvr.y(), uvr.x() - uvr.z()}}).isApprox(p_cam, 1e-12));
+}
+
+/// 20 x 10 pixels with a triangle of `kLabel`: row y has the columns 4 to 4 + y.
+class Triangle {
+ public:
+  static constexpr int kWidth = 20;
+  static constexpr int kHeight = 10;
+  Triangle() : pixels_(std::size_t{kWidth} * kHeight, kBackgroundLabel) {
+    for (int y = 0; y < kHeight; ++y) {
+      std::fill_n(pixels_.begin() + y * kWidth + 4, y + 1, kLabel);
+    }
+  }
+  [[nodiscard]] LabelView view() const { return {pixels_.data(), kWidth, kHeight, kWidth}; }
+
+ private:
+  std::vector<std::uint8_t> pixels_;
+};
+
+TEST(MeanColumn, WeighsEveryPixelAlike) {
+  const Triangle triangle;
+  EXPECT_DOUBLE_EQ(mean_column(triangle.view(), {0, 0, 20, 1}, kLabel), 4.0) << "one pixel";
+  EXPECT_DOUBLE_EQ(mean_column(triangle.view(), {0, 0, 20, 2}, kLabel), (4.0 + 4.0 + 5.0) / 3.0);
+  EXPECT_DOUBLE_EQ(mean_column(triangle.view(), {0, 0, 20, 10}, kLabel), 7.0);
+}
+
+TEST(MeanColumn, IsTheMiddleOfTheBoxWithoutPixels) {
+  const Triangle triangle;
+  EXPECT_DOUBLE_EQ(mean_column(triangle.view(), {6, 0, 11, 10}, kLabel + 1), 8.0);
+  EXPECT_DOUBLE_EQ(mean_column(triangle.view(), {14, 2, 16, 5}, kLabel), 14.5);
+  EXPECT_DOUBLE_EQ(mean_column({}, {6, 0, 11, 10}, kLabel), 8.0) << "no masks";
+}
+
+TEST(MeanColumn, CountsOnlyWhatIsInTheBoxAndInTheImage) {
+  const Triangle triangle;
+  EXPECT_DOUBLE_EQ(mean_column(triangle.view(), {6, 9, 9, 10}, kLabel), 7.0);
+  EXPECT_DOUBLE_EQ(mean_column(triangle.view(), {-5, -7, 90, 30}, kLabel), 7.0);
+  EXPECT_DOUBLE_EQ(mean_column(triangle.view(), {-9, 0, -1, 10}, kLabel), -5.5) << "beside the image";
+}
+
+}  // namespace
+}  // namespace kinetrace::pipeline
