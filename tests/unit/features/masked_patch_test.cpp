@@ -133,20 +133,5 @@ TEST(MaskedPatch, LooksLikeItselfWhateverIsBesideItAndHoweverBright) {
   EXPECT_LT(kernels().patch.fit(darker.plane(), patch, at.x(), at.y()).correlation, 0.9F);
 }
 
-TEST(MaskedPatch, TellsNothingOfTheWarpFromWhatIsBesideIt) {
-  const Texture own(31);
-  const Texture before(33, 50.0);
-  const Texture after(34, 50.0);
-  const Vector2f at(100.5F, 40.F);
-  const double contour = double{at.x()} - double{kPatchHalfWidth} + kContour - 0.5;
-  const Picture first(surface(own, contour, Vector2d::Zero(), std::cref(before)));
-  const Picture second(surface(own, contour, Vector2d::Zero(), std::cref(after)));
-  PatchTemplate patch;
-  kernels().patch.sample(first.plane(), at.x(), at.y(), own_columns(), &patch);
-  PatchWarp warp = kNoWarp;
-  kernels().patch.refine_warp(second.plane(), patch, at.x(), at.y(), {1.F, false}, &warp);
-  EXPECT_LT(largest_change(warp, kNoWarp), 0.01F);
-}
-
 }  // namespace
 }  // namespace kinetrace::features
