@@ -61,10 +61,10 @@ Status validate_pair(const CaptureConfig& left, const CaptureConfig& right) {
     return fail(ErrorCode::kInvalidConfig, "right.device is the left one; name another, or set side_by_side");
   }
   if (left.width_px != right.width_px || left.height_px != right.height_px || left.rate_hz != right.rate_hz) {
-    return fail(ErrorCode::kInvalidConfig,
-                concat("left is ", size_text(left.width_px, left.height_px), " at ", number(left.rate_hz),
-                       " Hz, right is ", size_text(right.width_px, right.height_px), " at ", number(right.rate_hz),
-                       " Hz; give both the same"));
+    return fail(
+        ErrorCode::kInvalidConfig,
+        concat("left is ", size_text(left.width_px, left.height_px), " at ", number(left.rate_hz), " Hz, right is ",
+               size_text(right.width_px, right.height_px), " at ", number(right.rate_hz), " Hz; give both the same"));
   }
   return {};
 }
@@ -104,12 +104,11 @@ Status LiveCameraConfig::validate() const {
   if (!status) {
     return status;
   }
-  return first_failure(
-      {check_range("pairing.tolerance_ms", pair_tolerance_ms, 0.001, half_period_ms),
-       check_range("patience.stall_ms", stall_timeout_ms, 10.0, kLongest_ms),
-       check_range("patience.lost_ms", lost_timeout_ms, 10.0, kLongest_ms),
-       check_range("patience.reopen_first_ms", reopen_first_ms, 1.0, reopen_longest_ms),
-       check_range("patience.reopen_longest_ms", reopen_longest_ms, 1.0, kLongest_ms)});
+  return first_failure({check_range("pairing.tolerance_ms", pair_tolerance_ms, 0.001, half_period_ms),
+                        check_range("patience.stall_ms", stall_timeout_ms, 10.0, kLongest_ms),
+                        check_range("patience.lost_ms", lost_timeout_ms, 10.0, kLongest_ms),
+                        check_range("patience.reopen_first_ms", reopen_first_ms, 1.0, reopen_longest_ms),
+                        check_range("patience.reopen_longest_ms", reopen_longest_ms, 1.0, kLongest_ms)});
 }
 
 }  // namespace kinetrace::hal
