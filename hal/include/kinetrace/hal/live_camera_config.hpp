@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "kinetrace/core/result.hpp"
 
@@ -26,6 +27,15 @@ enum class TriggerMode : std::uint8_t {
   kExternal,     ///< Frames follow a trigger line: a missing trigger is not a fault of the device.
 };
 
+// Names as in configuration files: "grey8", "grey10", "grey16", "yuyv", "nv12", "mjpeg"; "v4l2", "libcamera";
+// "free_running", "external". from_string is false, and nothing changed, for any other text.
+[[nodiscard]] std::string_view to_string(PixelFormat format) noexcept;
+[[nodiscard]] std::string_view to_string(CaptureBackend backend) noexcept;
+[[nodiscard]] std::string_view to_string(TriggerMode mode) noexcept;
+bool from_string(std::string_view text, PixelFormat& format) noexcept;
+bool from_string(std::string_view text, CaptureBackend& backend) noexcept;
+bool from_string(std::string_view text, TriggerMode& mode) noexcept;
+
 /// One device as one stream of images.
 struct CaptureConfig {
   CaptureBackend backend = CaptureBackend::kV4l2;
@@ -39,7 +49,7 @@ struct CaptureConfig {
   std::optional<double> exposure_us;  ///< None: automatic.
   std::optional<double> gain;         ///< In the device's own unit. None: automatic.
   TriggerMode trigger = TriggerMode::kFreeRunning;
-  int buffers = 4;  ///< Requested from the driver; at least 2 more than the synchronizer may hold.
+  int buffers = 6;  ///< Requested from the driver: up to three are held here while the driver fills the others.
 };
 
 /// A stereo camera made of one or two devices.
