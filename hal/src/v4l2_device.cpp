@@ -4,10 +4,10 @@
 #include <cerrno>
 #include <linux/videodev2.h>
 #include <optional>
-#include <poll.h>
 #include <string>
 #include <utility>
 
+#include "frame_wait.hpp"
 #include "image_layout.hpp"
 #include "messages.hpp"
 #include "sequence_unwrapper.hpp"
@@ -18,21 +18,6 @@
 
 namespace kinetrace::hal {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-// True once there is something to dequeue, be it an error.
-bool wait_for_frame(int fd, std::chrono::milliseconds timeout) {
-  const Clock::time_point deadline = Clock::now() + timeout;
-  for (;;) {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
-    pollfd file{fd, POLLIN, 0};
-    const int ready = poll(&file, 1, static_cast<int>(std::max<std::chrono::milliseconds::rep>(left.count(), 0)));
-    if (ready >= 0 || errno != EINTR) {
-      return ready > 0;
-    }
-  }
-}
 
 // A bus id that several nodes share names none of them.
 std::string stable_id(const V4l2Node& node, const std::vector<V4l2Node>& nodes) {
@@ -146,7 +131,7 @@ Result<CapturedImage> V4l2Device::next(std::chrono::milliseconds timeout) {
   }
   stream_->queue.retry_returns(stream_->file);
   V4l2Frame frame;
-  const bool ready = wait_for_frame(stream_->file.fd(), timeout);
+  const bool ready = wait_readable(stream_->file.fd(), timeout);
   const int code = ready ? stream_->queue.dequeue(stream_->file, frame) : EAGAIN;
   if (code == EAGAIN) {
     return fail(ErrorCode::kTimeout, "no image");  // So short that it needs no memory: this happens all the time.

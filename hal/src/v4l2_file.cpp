@@ -5,7 +5,6 @@
 #include <linux/videodev2.h>
 #include <sys/ioctl.h>
 #include <system_error>
-#include <unistd.h>
 
 #include "messages.hpp"
 
@@ -17,12 +16,6 @@ std::string reason(int code) {
 }
 
 }  // namespace
-
-OwnedFd::~OwnedFd() {
-  if (fd_ >= 0) {
-    ::close(fd_);
-  }
-}
 
 Result<V4l2File> V4l2File::open(const std::string& path) {
   int fd = -1;

@@ -5,7 +5,6 @@
 #include <fcntl.h>
 #include <linux/videodev2.h>
 #include <string>
-#include <sys/mman.h>
 #include <utility>
 
 #include "messages.hpp"
@@ -59,21 +58,6 @@ OwnedFd export_buffer(const V4l2File& file, std::uint32_t type, std::uint32_t in
 
 }  // namespace
 
-V4l2Queue::Mapping::Mapping(const V4l2File& file, std::size_t length, std::int64_t offset) noexcept {
-  void* address = mmap(nullptr, length, PROT_READ, MAP_SHARED, file.fd(), offset);
-  if (address != MAP_FAILED) {
-    bytes_ = {static_cast<const std::byte*>(address), length};
-  }
-}
-
-V4l2Queue::Mapping::Mapping(Mapping&& other) noexcept : bytes_(std::exchange(other.bytes_, {})) {}
-
-V4l2Queue::Mapping::~Mapping() {
-  if (!bytes_.empty()) {
-    munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
-  }
-}
-
 Result<V4l2Queue> V4l2Queue::create(const V4l2File& file, std::uint32_t type, int count) {
   v4l2_requestbuffers request{};
   request.count = static_cast<__u32>(count);
@@ -103,7 +87,7 @@ Status V4l2Queue::take(const V4l2File& file, std::uint32_t index) {
   if (Status known = file.require(VIDIOC_QUERYBUF, request.get(), "querying a buffer"); !known) {
     return known;
   }
-  Mapping mapping(file, request.length(), request.offset());
+  MappedBytes mapping(file.fd(), request.length(), request.offset());
   if (!mapping.valid()) {
     return tl::unexpected(file.error(errno, "mapping a buffer"));
   }

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "kinetrace/core/result.hpp"
+#include "mapped_bytes.hpp"
+#include "owned_fd.hpp"
 #include "v4l2_file.hpp"
 
 namespace kinetrace::hal {
@@ -49,21 +51,9 @@ class V4l2Queue {
   [[nodiscard]] std::uint32_t flags() const noexcept { return flags_; }
 
  private:
-  class Mapping {
-   public:
-    Mapping(const V4l2File& file, std::size_t length, std::int64_t offset) noexcept;
-    Mapping(Mapping&& other) noexcept;
-    Mapping& operator=(Mapping&&) = delete;
-    ~Mapping();
-    [[nodiscard]] bool valid() const noexcept { return !bytes_.empty(); }
-    [[nodiscard]] std::span<const std::byte> bytes() const noexcept { return bytes_; }
-
-   private:
-    std::span<const std::byte> bytes_;
-  };
   enum class Place : std::uint8_t { kDriver, kUser, kReturning };
   struct Buffer {
-    Mapping mapping;
+    MappedBytes mapping;
     OwnedFd dmabuf;
     Place place = Place::kUser;
   };
