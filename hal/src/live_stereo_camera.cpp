@@ -74,6 +74,7 @@ struct LiveStereoCamera::Impl {
   [[nodiscard]] Status require(bool allowed, const char* call) const;
   [[nodiscard]] Status open_streams();
   [[nodiscard]] Status start_streams();
+  Status stop_streams();
   void close_streams();
 
   void release(const SyncPair& pair);
@@ -123,6 +124,17 @@ Status LiveStereoCamera::Impl::start_streams() {
   look_at_restarts();
   pair_heard_ns = environment->now_ns();
   return {};
+}
+
+// All of them, whatever happens to one; the first error.
+Status LiveStereoCamera::Impl::stop_streams() {
+  Status stopped;
+  for (CaptureStream& stream : streams) {
+    if (Status status = stream.stop(); stopped && !status) {
+      stopped = status;
+    }
+  }
+  return stopped;
 }
 
 void LiveStereoCamera::Impl::close_streams() {
@@ -383,8 +395,7 @@ Status LiveStereoCamera::start() {
   self.synchronizer = FrameSynchronizer(sync_config(self.config));
   self.last_index = -1;
   if (Status started = self.start_streams(); !started) {
-    self.close_streams();
-    self.state = CameraState::kClosed;
+    self.stop_streams();
     return started;
   }
   self.state = CameraState::kStreaming;
@@ -429,14 +440,8 @@ Status LiveStereoCamera::stop() {
     return legal;
   }
   self.release_all();
-  Status stopped;
-  for (CaptureStream& stream : self.streams) {
-    if (Status status = stream.stop(); stopped && !status) {
-      stopped = status;
-    }
-  }
   self.state = CameraState::kConfigured;
-  return stopped;
+  return self.stop_streams();
 }
 
 Status LiveStereoCamera::recover() {
