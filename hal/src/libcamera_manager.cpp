@@ -1,6 +1,5 @@
 #include "libcamera_manager.hpp"
 
-#include <cstdlib>
 #include <system_error>
 
 #include "messages.hpp"
@@ -10,11 +9,7 @@ namespace {
 
 class RunningManager {
  public:
-  RunningManager() {
-    // Its remarks at every start are for developers of cameras; what the user has set stands.
-    setenv("LIBCAMERA_LOG_LEVELS", "*:WARN", 0);
-    code_ = manager_.start();
-  }
+  RunningManager() : code_(manager_.start()) {}
   RunningManager(const RunningManager&) = delete;
   RunningManager& operator=(const RunningManager&) = delete;
   ~RunningManager() {
@@ -27,7 +22,7 @@ class RunningManager {
 
  private:
   libcamera::CameraManager manager_;
-  int code_ = 0;
+  int code_;
 };
 
 }  // namespace

@@ -16,6 +16,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::nanoseconds;
 
+constexpr std::uint8_t kHeaderBytes = 2;
 const std::string kController = "/sys/devices/platform/vhci_hcd.0/";
 
 // The moment from which all cameras count their frames.
@@ -113,6 +114,8 @@ void SimulatedUvcCamera::unplug() {
   streaming_.join();
   connection_.reset();
   transfers_.clear();
+  early_unlinks_.clear();
+  last_submitted_ = 0;
 }
 
 void SimulatedUvcCamera::answer_requests() {
@@ -120,26 +123,49 @@ void SimulatedUvcCamera::answer_requests() {
   while (const auto request = connection_->receive()) {
     if (request->kind == UsbipRequest::Kind::kUnlink) {
       unlink(*request);
-    } else if (request->endpoint == 0) {
+      continue;
+    }
+    note_submission(*request);
+    if (request->endpoint == 0) {
       const auto answer = function_.answer(UsbSetup(request->setup), request->sent);
       connection_->reply(request->sequence, answer ? 0 : kStall, answer.value_or(Bytes{}),
                          static_cast<std::uint32_t>(request->sent.size()));
     } else {
-      const std::lock_guard lock(mutex_);
-      transfers_.push_back({request->sequence, request->length});
-      changed_.notify_all();
+      queue(*request);
     }
   }
 }
 
+void SimulatedUvcCamera::note_submission(const UsbipRequest& request) {
+  const std::lock_guard lock(mutex_);
+  last_submitted_ = request.sequence;
+}
+
+void SimulatedUvcCamera::queue(const UsbipRequest& request) {
+  const std::lock_guard lock(mutex_);
+  const auto early = std::find_if(early_unlinks_.begin(), early_unlinks_.end(),
+                                  [&](const UsbipRequest& unlink) { return unlink.victim == request.sequence; });
+  if (early != early_unlinks_.end()) {
+    connection_->reply_unlink(early->sequence, true);
+    early_unlinks_.erase(early);
+    return;
+  }
+  transfers_.push_back({request.sequence, request.length});
+  changed_.notify_all();
+}
+
+// The kernel may send this before the transfer that it is about: to deny it then would leave that transfer waiting for
+// ever, and to answer the transfer later would end the connection.
 void SimulatedUvcCamera::unlink(const UsbipRequest& request) {
   const std::lock_guard replying(replying_);
-  bool found = false;
-  {
-    const std::lock_guard lock(mutex_);
-    found = std::erase_if(transfers_, [&](const Transfer& waiting) { return waiting.sequence == request.victim; }) > 0;
+  const std::lock_guard lock(mutex_);
+  if (request.victim > last_submitted_) {
+    early_unlinks_.push_back(request);
+    return;
   }
-  connection_->reply_unlink(request.sequence, found);
+  const auto found =
+      std::erase_if(transfers_, [&](const Transfer& waiting) { return waiting.sequence == request.victim; });
+  connection_->reply_unlink(request.sequence, found > 0);
 }
 
 bool SimulatedUvcCamera::wait_for_transfer() {
@@ -148,8 +174,9 @@ bool SimulatedUvcCamera::wait_for_transfer() {
   return plugged_;
 }
 
-// One frame a period, at the same moments for every camera; a period in which nobody asks for data has no frame.
+// One frame a period, at the same moments for every camera. Pictures are drawn ahead.
 void SimulatedUvcCamera::stream_frames() {
+  constexpr int kLatestPart = 4;
   while (wait_for_transfer()) {
     const auto streaming = function_.streaming();
     if (!streaming) {
@@ -158,16 +185,19 @@ void SimulatedUvcCamera::stream_frames() {
     }
     const nanoseconds period(streaming->period_ns);
     const auto index = (Clock::now() - beginning()) / period + 1;
-    std::this_thread::sleep_until(beginning() + index * period);
-    if (stalled_) {
+    const Clock::time_point due = beginning() + index * period;
+    const Bytes payload = make_payload(*streaming, static_cast<std::uint32_t>(index));
+    std::this_thread::sleep_until(due);
+    if (stalled_ || !wait_for_transfer()) {
       continue;
     }
     if (drop_ > 0) {
       --drop_;
       continue;
     }
-    const Bytes payload = make_payload(*streaming, static_cast<std::uint32_t>(index));
-    send_payload(payload, streaming->mode.frame_bytes());
+    if (Clock::now() - due < period / kLatestPart) {
+      send_payload(payload, *streaming);
+    }
   }
 }
 
@@ -195,19 +225,25 @@ Bytes SimulatedUvcCamera::make_payload(const UvcFunction::Streaming& streaming, 
     --cut_;
     content.resize(content.size() / 2);
   }
-  Bytes payload{2, static_cast<std::uint8_t>(kEndOfHeader | kEndOfFrame | (frame_id_ ? 1U : 0U))};
+  Bytes payload(kHeaderBytes + content.size());
+  payload[0] = kHeaderBytes;
+  payload[1] = static_cast<std::uint8_t>(kEndOfHeader | kEndOfFrame | (frame_id_ ? 1U : 0U));
+  std::copy(content.begin(), content.end(), payload.begin() + kHeaderBytes);
   frame_id_ = !frame_id_;
-  payload.insert(payload.end(), content.begin(), content.end());
   return payload;
 }
 
-// A transfer that is not filled ends the payload; one that is filled exactly is followed by an empty one.
-void SimulatedUvcCamera::send_payload(const Bytes& payload, std::size_t longest) {
-  constexpr std::size_t kHeaderBytes = 2;
+// A transfer that is not filled ends the payload; one that is filled exactly is followed by an empty one. Of a frame of
+// the stream before, nothing more is sent.
+void SimulatedUvcCamera::send_payload(const Bytes& payload, const UvcFunction::Streaming& streaming) {
+  const std::size_t longest = streaming.mode.frame_bytes() + kHeaderBytes;
   std::size_t sent = 0;
   bool is_ended = false;
   while (!is_ended && wait_for_transfer()) {
     const std::lock_guard replying(replying_);
+    if (const auto now = function_.streaming(); !now || now->generation != streaming.generation) {
+      return;
+    }
     Transfer transfer;
     {
       const std::lock_guard lock(mutex_);
@@ -220,7 +256,7 @@ void SimulatedUvcCamera::send_payload(const Bytes& payload, std::size_t longest)
     const std::size_t count = std::min<std::size_t>(transfer.room, payload.size() - sent);
     connection_->reply(transfer.sequence, 0, std::span(payload).subspan(sent, count));
     sent += count;
-    is_ended = count < transfer.room || sent == longest + kHeaderBytes;
+    is_ended = count < transfer.room || sent == longest;
   }
 }
 

@@ -11,6 +11,7 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "frame_mark.hpp"
 #include "usbip.hpp"
@@ -20,7 +21,8 @@ namespace kinetrace::hal::test {
 
 /// Its frames carry a FrameMark with the index of the period they fall into, counted from one moment for all cameras of
 /// the process: frames taken at the same time have the same index, whatever happens on their way. Modes wider than two
-/// marks show both eyes side by side.
+/// marks show both eyes side by side. A frame that the host has no room for at its time is lost, so that a frame is
+/// never late by more than part of a period.
 class SimulatedUvcCamera {
  public:
   /// `eye`: 0 or 1; also the port it is plugged into.
@@ -48,10 +50,12 @@ class SimulatedUvcCamera {
   };
 
   void answer_requests();
+  void note_submission(const UsbipRequest& request);
+  void queue(const UsbipRequest& request);
   void unlink(const UsbipRequest& request);
   void stream_frames();
   [[nodiscard]] Bytes make_payload(const UvcFunction::Streaming& streaming, std::uint32_t index);
-  void send_payload(const Bytes& payload, std::size_t longest);
+  void send_payload(const Bytes& payload, const UvcFunction::Streaming& streaming);
   /// Waits for the host to ask for data; false when unplugged.
   [[nodiscard]] bool wait_for_transfer();
 
@@ -60,10 +64,12 @@ class SimulatedUvcCamera {
   std::unique_ptr<UsbipConnection> connection_;
   std::thread answering_;
   std::thread streaming_;
-  std::mutex mutex_;     ///< Of `transfers_` and `plugged_`.
+  std::mutex mutex_;     ///< Of what follows.
   std::mutex replying_;  ///< Held from taking a transfer to replying to it, and while unlinking one.
   std::condition_variable changed_;
   std::deque<Transfer> transfers_;
+  std::uint32_t last_submitted_ = 0;         ///< Sequence of the newest request but unlinks.
+  std::vector<UsbipRequest> early_unlinks_;  ///< Overtook the transfer that they name.
   bool plugged_ = false;
   bool frame_id_ = false;  ///< Alternates from frame to frame.
   std::atomic<bool> stalled_{false};

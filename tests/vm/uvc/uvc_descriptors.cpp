@@ -53,8 +53,8 @@ void put_frames(Bytes& bytes, UvcFormat format, std::uint8_t subtype) {
                 static_cast<std::uint8_t>(mode.frame), 0});
     put16(bytes, static_cast<std::size_t>(mode.width));
     put16(bytes, static_cast<std::size_t>(mode.height));
-    put32(bytes, mode.frame_bytes() * 8 * 15);  // Least and most bits a second.
-    put32(bytes, mode.frame_bytes() * 8 * 60);
+    put32(bytes, mode.frame_bytes() * 8 * 10);  // Least and most bits a second.
+    put32(bytes, mode.frame_bytes() * 8 * 30);
     put32(bytes, mode.frame_bytes());
     put32(bytes, kUvcDefaultInterval);
     put(bytes, {static_cast<std::uint8_t>(kUvcIntervals.size())});
@@ -106,9 +106,12 @@ Bytes device_descriptor() {
 }
 
 Bytes configuration_descriptor() {
-  Bytes bytes{9, 2, 0, 0, 2, 1, 0, 0x80, 50};
-  put(bytes, {8, 0x0b, 0, 2, 0x0e, 3, 0, 2});  // Interfaces 0 and 1 are one video function.
-  put(bytes, {9, 4, 0, 0, 0, 0x0e, 1, 0, 2});  // Video control.
+  constexpr std::size_t kAmple = 1024;
+  Bytes bytes;
+  bytes.reserve(kAmple);
+  put(bytes, {9, 2, 0, 0, 2, 1, 0, 0x80, 50});  // Two interfaces; total length at 2.
+  put(bytes, {8, 0x0b, 0, 2, 0x0e, 3, 0, 2});   // Interfaces 0 and 1 are one video function.
+  put(bytes, {9, 4, 0, 0, 0, 0x0e, 1, 0, 2});   // Video control.
   append(bytes, control_interface());
   put(bytes, {9, 4, 1, 0, 1, 0x0e, 2, 0, 0});  // Video streaming, one endpoint.
   append(bytes, streaming_interface());

@@ -22,8 +22,8 @@ struct UvcMode {
 
 /// 640 pixels wide and 240 high: both eyes of 320x240 side by side.
 inline constexpr std::array<std::array<int, 2>, 3> kUvcSizes{{{320, 240}, {640, 240}, {640, 480}}};
-/// In units of 100 ns: 60, 30, 15 Hz.
-inline constexpr std::array<std::uint32_t, 3> kUvcIntervals{166'666, 333'333, 666'666};
+/// In units of 100 ns: 30, 15, 10 Hz.
+inline constexpr std::array<std::uint32_t, 3> kUvcIntervals{333'333, 666'666, 1'000'000};
 inline constexpr std::uint32_t kUvcDefaultInterval = 333'333;
 inline constexpr std::uint32_t kUvcClock_hz = 1'000'000;
 

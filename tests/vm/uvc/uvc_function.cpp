@@ -110,7 +110,7 @@ std::optional<UvcFunction::Streaming> UvcFunction::streaming() const {
     return std::nullopt;
   }
   return Streaming{find_mode((*committed_)[kFormatIndex], (*committed_)[kFrameIndex]),
-                   read32(*committed_, kInterval) * kNanosecondsPerUnit};
+                   read32(*committed_, kInterval) * kNanosecondsPerUnit, generation_};
 }
 
 int UvcFunction::brightness() const {
@@ -177,6 +177,7 @@ std::optional<Bytes> UvcFunction::streaming_answer(const UsbSetup& setup, std::s
       complete(probe_);
       if (is_commit) {
         committed_ = probe_;
+        ++generation_;
       }
       return Bytes{};
     case kGetCur:

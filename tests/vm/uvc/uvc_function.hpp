@@ -34,6 +34,7 @@ class UvcFunction {
   struct Streaming {
     UvcMode mode;
     std::int64_t period_ns = 0;
+    int generation = 0;  ///< Another one each time that a stream begins.
   };
   /// What the host has committed to; none before it has.
   [[nodiscard]] std::optional<Streaming> streaming() const;
@@ -68,6 +69,7 @@ class UvcFunction {
   mutable std::mutex mutex_;
   Probe probe_{};
   std::optional<Probe> committed_;
+  int generation_ = 0;
   std::array<Control, kControlCount> controls_{};
 };
 
