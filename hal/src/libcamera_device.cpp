@@ -27,6 +27,11 @@
 namespace kinetrace::hal {
 namespace {
 
+// How many there are is up to the camera's pipeline handler, whatever it is asked for. Up to three are held by whoever
+// pairs images; one has to be filled meanwhile.
+constexpr std::size_t kLeastBuffers = 4;
+constexpr std::size_t kMostBuffers = 32;
+
 std::string reason(int code) {
   return std::generic_category().message(-code);
 }
@@ -84,8 +89,7 @@ void announce_reading(int dmabuf, std::uint64_t moment) {
 /// An open camera. Destroyed in the order that libcamera needs: requests, buffers, then the camera.
 class Session {
  public:
-  Session(std::shared_ptr<libcamera::Camera> camera, std::size_t buffers)
-      : completed_(buffers), camera_(std::move(camera)) {}
+  explicit Session(std::shared_ptr<libcamera::Camera> camera) : completed_(kMostBuffers), camera_(std::move(camera)) {}
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
   ~Session();
@@ -182,13 +186,12 @@ Status Session::open(const CaptureConfig& config, CaptureInfo& info) {
     return fail(ErrorCode::kIo, concat(info.name, ": requesting buffers: ", reason(code)));
   }
   const auto& buffers = allocator_->buffers(stream.stream());
-  const auto wanted = static_cast<std::size_t>(config.buffers);
-  if (buffers.size() < wanted) {
+  if (buffers.size() < kLeastBuffers) {
     return fail(ErrorCode::kUnsupported,
-                concat(info.name, ": asked for ", std::to_string(wanted), " buffers, libcamera gave ",
-                       std::to_string(buffers.size()), "; choose smaller images or fewer buffers"));
+                concat(info.name, ": libcamera gave ", std::to_string(buffers.size()), " buffers, at least ",
+                       std::to_string(kLeastBuffers), " are needed; choose smaller images"));
   }
-  for (std::size_t i = 0; i < wanted; ++i) {
+  for (std::size_t i = 0; i < std::min(buffers.size(), kMostBuffers); ++i) {
     if (Status made = make_slot(*buffers[i], info); !made) {
       return made;
     }
@@ -338,7 +341,7 @@ Status LibcameraDevice::open() {
   if (!camera) {
     return tl::unexpected(camera.error());
   }
-  auto session = std::make_unique<Session>(std::move(*camera), static_cast<std::size_t>(config_.buffers));
+  auto session = std::make_unique<Session>(std::move(*camera));
   if (Status opened = session->open(config_, info_); !opened) {
     return opened;
   }
