@@ -24,6 +24,7 @@ struct CapturedImage {
   std::int64_t timestamp_ns = 0;    ///< CLOCK_MONOTONIC; see CaptureInfo::timestamp_kind.
   bool damaged = false;             ///< The driver flagged an error, or fewer bytes came than the format needs.
   std::span<const std::byte> data;  ///< Compressed: the bytes used.
+  std::optional<int> dmabuf_fd;     ///< The same buffer for other devices, where the driver exports it.
 };
 
 /// What the device really delivers, read back after configuring. Constant from open() to close().
@@ -33,8 +34,8 @@ struct CaptureInfo {
   PixelFormat format = PixelFormat::kGrey8;
   int width_px = 0;
   int height_px = 0;
-  int stride_bytes = 0;  ///< From row to row; 0 where compressed.
-  double rate_hz = 0.0;
+  int stride_bytes = 0;               ///< From row to row; 0 where compressed.
+  double rate_hz = 0.0;               ///< Zero: the device does not tell.
   std::optional<double> exposure_us;  ///< None: automatic or not told.
   std::optional<double> gain;
   TimestampKind timestamp_kind = TimestampKind::kEndOfExposure;
