@@ -32,8 +32,8 @@ struct CameraSetup {
   std::optional<hal::LiveCameraConfig> live;  ///< ... or devices.
   int passes = 1;
   hal::FaultPlan faults;
-  /// Named by --camera, or a recording that faults make one: waited for when lost, and its pairs are watched. A recording
-  /// that has gone ends the run.
+  /// Named by --camera, or a recording that faults make one: waited for when lost, and its pairs are watched. A
+  /// recording that has gone ends the run.
   bool is_camera = false;
   std::vector<std::pair<std::string, std::string>> description;  ///< For run.json.
   std::vector<std::string> notes;

@@ -150,10 +150,10 @@ void judge_images(const Watched& watched, Findings& findings) {
     return;
   }
   const double residual_px = watched.residual_sum_px / pairing.measurements;
-  findings.check(residual_px <= kLargest_px, "calibration",
-                 text("matches lie %.2f px off their row", residual_px) + ", " + std::to_string(pairing.matches) +
-                     " matches",
-                 "calibrate again in this mode; check that left and right are not exchanged");
+  findings.check(
+      residual_px <= kLargest_px, "calibration",
+      text("matches lie %.2f px off their row", residual_px) + ", " + std::to_string(pairing.matches) + " matches",
+      "calibrate again in this mode; check that left and right are not exchanged");
   const bool is_off =
       pairing.verdict == hal::SyncVerdict::kRightLate || pairing.verdict == hal::SyncVerdict::kRightEarly;
   const bool is_unknown = pairing.verdict == hal::SyncVerdict::kUnknown;

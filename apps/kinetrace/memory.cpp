@@ -52,13 +52,13 @@ Result<MemoryPlan> plan_memory(const AppConfig& config, const CameraSetup& camer
   plan.entries.push_back(
       {"recorder", recording::RunRecorder::required_bytes(recording_config(config, *geometry, "")), "output.*"});
   if (camera.is_camera) {
-    plan.entries.push_back({"sync monitor",
-                            hal::SyncMonitor::required_bytes({}, geometry->width_px, geometry->height_px), "image size"});
+    plan.entries.push_back(
+        {"sync monitor", hal::SyncMonitor::required_bytes({}, geometry->width_px, geometry->height_px), "image size"});
   }
   if (!raw.out.empty()) {
-    plan.entries.push_back(
-        {"raw recording", RecordingThread::required_bytes(raw_recorder_config(raw, camera.calibration, 1.0)),
-         "image size"});
+    plan.entries.push_back({"raw recording",
+                            RecordingThread::required_bytes(raw_recorder_config(raw, camera.calibration, 1.0)),
+                            "image size"});
   }
   // Each part begins at a multiple of the arena's alignment.
   for (MemoryPlanEntry& entry : plan.entries) {

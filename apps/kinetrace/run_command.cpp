@@ -31,8 +31,8 @@ struct Chain {
   hal::Rectifier rectifier;
   pipeline::Pipeline pipeline;
   recording::RunRecorder recorder;
-  std::optional<hal::SyncMonitor> monitor;   // Of cameras; a recording is as it is.
-  std::unique_ptr<RecordingThread> raw;      // Null unless asked for.
+  std::optional<hal::SyncMonitor> monitor;       // Of cameras; a recording is as it is.
+  std::unique_ptr<RecordingThread> raw;          // Null unless asked for.
   std::unique_ptr<RecordingThread> raw_ended{};  // What became of it where it stopped early.
 };
 

@@ -80,12 +80,6 @@ bool read_rows(int fd, MutableGrayView image, std::int64_t& offset) noexcept {
 
 }  // namespace
 
-FileDescriptor::~FileDescriptor() {
-  if (fd_ >= 0) {
-    ::close(fd_);
-  }
-}
-
 std::size_t record_pixel_bytes(int width_px, int height_px) noexcept {
   return 2 * static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
 }
@@ -123,8 +117,8 @@ void encode_record_header(const RecordHeader& record, std::span<std::byte, kReco
 }
 
 Result<ContainerFile> ContainerFile::open(const std::filesystem::path& path) {
-  ContainerFile file(path, FileDescriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC)));
-  if (!file.file_.is_open()) {
+  ContainerFile file(path, OwnedFd(::open(path.c_str(), O_RDONLY | O_CLOEXEC)));
+  if (!file.file_.valid()) {
     return fail(errno == ENOENT ? ErrorCode::kNotFound : ErrorCode::kIo,
                 concat(path.string(), ": cannot be opened: ", std::strerror(errno)));
   }

@@ -19,6 +19,7 @@
 
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
+#include "owned_fd.hpp"
 
 namespace kinetrace::hal {
 
@@ -47,26 +48,6 @@ struct RecordHeader {
 [[nodiscard]] Result<std::string> encode_header(const ContainerHeader& header);
 void encode_record_header(const RecordHeader& record, std::span<std::byte, kRecordHeaderBytes> bytes) noexcept;
 
-/// A descriptor that closes itself.
-class FileDescriptor {
- public:
-  FileDescriptor() = default;
-  explicit FileDescriptor(int fd) : fd_(fd) {}
-  FileDescriptor(FileDescriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  FileDescriptor& operator=(FileDescriptor&& other) noexcept {
-    std::swap(fd_, other.fd_);
-    return *this;
-  }
-  FileDescriptor(const FileDescriptor&) = delete;
-  FileDescriptor& operator=(const FileDescriptor&) = delete;
-  ~FileDescriptor();
-  [[nodiscard]] int get() const noexcept { return fd_; }
-  [[nodiscard]] bool is_open() const noexcept { return fd_ >= 0; }
-
- private:
-  int fd_ = -1;
-};
-
 /// Reads one file.
 class ContainerFile {
  public:
@@ -82,11 +63,11 @@ class ContainerFile {
   [[nodiscard]] Status read(std::int64_t number, MutableGrayView left, MutableGrayView right) const;
 
  private:
-  ContainerFile(std::filesystem::path path, FileDescriptor file) : path_(std::move(path)), file_(std::move(file)) {}
+  ContainerFile(std::filesystem::path path, OwnedFd file) : path_(std::move(path)), file_(std::move(file)) {}
   [[nodiscard]] std::int64_t offset_of(std::int64_t number) const noexcept;
 
   std::filesystem::path path_;
-  FileDescriptor file_;
+  OwnedFd file_;
   ContainerHeader header_;
   std::int64_t record_count_ = 0;
 };

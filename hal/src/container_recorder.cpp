@@ -39,7 +39,7 @@ class ContainerRecorder final : public RawRecorder {
   }
 
   Status begin_segment() {
-    if (file_.is_open()) {
+    if (file_.valid()) {
       if (Status synced = sync(); !synced) {
         return synced;
       }
@@ -47,8 +47,8 @@ class ContainerRecorder final : public RawRecorder {
     std::array<char, kLongestName> name{};
     std::snprintf(name.data(), name.size(), "/%06d%s", segments_, kContainerSuffix);
     path_.assign(folder_).append(name.data());
-    file_ = FileDescriptor(::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
-    if (!file_.is_open()) {
+    file_ = OwnedFd(::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
+    if (!file_.valid()) {
       return fail(ErrorCode::kIo, concat(path_, ": cannot be made: ", std::strerror(errno)));
     }
     ++segments_;
@@ -127,7 +127,7 @@ class ContainerRecorder final : public RawRecorder {
   std::span<std::byte> record_;
   std::string folder_;
   std::string path_;
-  FileDescriptor file_;
+  OwnedFd file_;
   std::uint64_t bytes_ = 0;  ///< Of the current file.
   std::int64_t frames_ = 0;
   int segments_ = 0;

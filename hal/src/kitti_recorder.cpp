@@ -58,8 +58,8 @@ class KittiRecorder final : public RawRecorder {
     for (std::size_t eye = 0; eye < kEyes.size(); ++eye) {
       fs::create_directories(drive_ / kEyes[eye] / "data", error);
       const fs::path times = drive_ / kEyes[eye] / "timestamps.txt";
-      times_[eye] = FileDescriptor(::open(times.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
-      if (error || !times_[eye].is_open()) {
+      times_[eye] = OwnedFd(::open(times.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
+      if (error || !times_[eye].valid()) {
         return fail(ErrorCode::kIo, concat(times.string(), ": cannot be made: ", std::strerror(errno)));
       }
     }
@@ -93,7 +93,7 @@ class KittiRecorder final : public RawRecorder {
   }
 
   Status sync() override {
-    for (const FileDescriptor& times : times_) {
+    for (const OwnedFd& times : times_) {
       if (syncfs(times.get()) != 0) {
         return fail(ErrorCode::kIo, concat(drive_.string(), ": cannot be written: ", std::strerror(errno)));
       }
@@ -124,7 +124,7 @@ class KittiRecorder final : public RawRecorder {
     }
     TimeText text{};
     const int length = format_time(timestamp_ns + *epoch_ns_, text);
-    for (const FileDescriptor& times : times_) {
+    for (const OwnedFd& times : times_) {
       if (::write(times.get(), text.data(), static_cast<std::size_t>(length)) != length) {
         return fail(ErrorCode::kIo, concat(drive_.string(), ": ", std::strerror(errno != 0 ? errno : ENOSPC)));
       }
@@ -137,7 +137,7 @@ class KittiRecorder final : public RawRecorder {
   int width_px_;
   int height_px_;
   std::vector<char> path_;
-  std::array<FileDescriptor, 2> times_;
+  std::array<OwnedFd, 2> times_;
   std::optional<std::int64_t> epoch_ns_;  ///< Added to all times.
   std::int64_t frames_ = 0;
   std::optional<Error> stopped_;

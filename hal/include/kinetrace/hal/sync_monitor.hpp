@@ -14,14 +14,14 @@
 namespace kinetrace::hal {
 
 struct SyncMonitorConfig {
-  int interval_frames = 10;     ///< Looks at every so many-th pair and the one before it.
-  int max_disparity_px = 128;   ///< Nearer things are not matched.
+  int interval_frames = 10;    ///< Looks at every so many-th pair and the one before it.
+  int max_disparity_px = 128;  ///< Nearer things are not matched.
 
   [[nodiscard]] Status validate() const;
 };
 
 enum class SyncVerdict : std::uint8_t {
-  kUnknown,     ///< Not enough vertical image motion so far to tell.
+  kUnknown,  ///< Not enough vertical image motion so far to tell.
   kInStep,
   kRightLate,   ///< The right image is that of the frame before.
   kRightEarly,  ///< The left image is that of the frame before.
@@ -30,8 +30,8 @@ enum class SyncVerdict : std::uint8_t {
 struct SyncReport {
   SyncVerdict verdict = SyncVerdict::kUnknown;
   int measurements = 0;
-  int matches = 0;             ///< Of the last measurement.
-  double residual_px = 0.0;    ///< Median distance of matches from their epipolar line, of the last measurement.
+  int matches = 0;                  ///< Of the last measurement.
+  double residual_px = 0.0;         ///< Median distance of matches from their epipolar line, of the last measurement.
   double signed_residual_px = 0.0;  ///< Median of right row less left row.
 };
 
