@@ -1,6 +1,7 @@
 #include "health_monitor.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 namespace kinetrace::app {
 namespace {
@@ -41,7 +42,7 @@ void HealthMonitor::note(HealthReason reason, std::uint64_t count) noexcept {
 
 void HealthMonitor::update() noexcept {
   const bool is_lost = camera_ == hal::CameraState::kLost;
-  const bool is_recent = frame_ - last_trouble_ <= kRecentFrames;
+  const bool is_recent = last_trouble_ && frame_ - *last_trouble_ <= kRecentFrames;
   const bool is_halting = camera_ == hal::CameraState::kStalled || camera_ == hal::CameraState::kRecovering;
   state_ = is_lost ? HealthState::kLost : is_recent || is_halting ? HealthState::kDegraded : HealthState::kOk;
   worst_ = std::max(worst_, state_);

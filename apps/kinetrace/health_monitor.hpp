@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "kinetrace/core/frame_result.hpp"
@@ -36,7 +37,7 @@ class HealthMonitor {
   hal::CameraCounters seen_;
   hal::CameraState camera_ = hal::CameraState::kClosed;
   std::int64_t frame_ = -1;
-  std::int64_t last_trouble_ = -kRecentFrames - 1;
+  std::optional<std::int64_t> last_trouble_;  ///< Frame.
   HealthState state_ = HealthState::kOk;
   HealthState worst_ = HealthState::kOk;
 };

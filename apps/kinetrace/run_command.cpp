@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -173,14 +174,15 @@ Outcome<RunReport> run(const RunOptions& options) {
     expected = std::min<std::int64_t>(options.until.max_frames, expected.value_or(options.until.max_frames));
   }
   Progress progress(!options.quiet, expected);
-  catch_interrupts();
-  report.start();
   const CameraLoop loop{camera, options.until, setup->is_camera, report.health, progress, clock.get()};
-  Status played = play_camera(loop, [&](const StereoFrame& frame) {
+  const std::function<Status(const StereoFrame&)> visit = [&](const StereoFrame& frame) {
     Status done = play_frame(*chain, frame, *clock, report);
     progress.show(report.frames, report.objects_now);
     return done;
-  });
+  };
+  catch_interrupts();
+  report.start();
+  Status played = play_camera(loop, visit);
   progress.clear();
   // What was computed is written, whatever ended the run.
   if (const Status settled = settle(*chain); played && !settled) {
