@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "kinetrace/core/result.hpp"
+#include "kinetrace/hal/capture_devices.hpp"
 #include "kinetrace/hal/live_camera_config.hpp"
 
 namespace kinetrace::hal {
@@ -65,18 +66,7 @@ class CaptureDevice {
   [[nodiscard]] virtual const CaptureInfo& info() const noexcept = 0;
 };
 
-/// What `kinetrace doctor` shows of a device.
-struct CaptureListing {
-  CaptureBackend backend = CaptureBackend::kV4l2;
-  std::string path;  ///< Empty where the backend has none.
-  std::string stable_id;
-  std::string name;
-  std::vector<std::string> modes;  ///< "GREY 640x480 at 5..60 Hz"
-};
-
 /// Errors: kUnsupported (the backend is not part of this build; names the package).
 [[nodiscard]] Result<std::unique_ptr<CaptureDevice>> make_capture_device(const CaptureConfig& config);
-/// Every capture device of this machine, of all backends built in. None is no error.
-[[nodiscard]] std::vector<CaptureListing> list_capture_devices();
 
 }  // namespace kinetrace::hal

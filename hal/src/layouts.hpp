@@ -12,5 +12,6 @@ namespace kinetrace::hal {
 [[nodiscard]] Result<Dataset> open_euroc(const DatasetSpec& spec);
 [[nodiscard]] Result<Dataset> open_cityscapes(const DatasetSpec& spec);
 [[nodiscard]] Result<Dataset> open_folder(const DatasetSpec& spec);
+[[nodiscard]] Result<Dataset> open_container(const DatasetSpec& spec);
 
 }  // namespace kinetrace::hal

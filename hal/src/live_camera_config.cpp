@@ -45,26 +45,27 @@ Status validate_eye(const std::string& eye, const CaptureConfig& config) {
   constexpr double kMaxGain = 1e6;
   if (config.device.empty()) {
     return fail(ErrorCode::kInvalidConfig,
-                eye + ".device is missing; `kinetrace doctor` lists the devices of this machine");
+                "devices." + eye + " is missing; `kinetrace doctor` lists the devices of this machine");
   }
-  return first_failure({check_range(eye + ".width_px", config.width_px, 16, kMaxSide_px),
-                        check_range(eye + ".height_px", config.height_px, 16, kMaxSide_px),
-                        check_range(eye + ".rate_hz", config.rate_hz, 0.01, 1000.0),
-                        check_range(eye + ".exposure_us", config.exposure_us.value_or(1.0), 1e-3, kMaxExposure_us),
-                        check_range(eye + ".gain", config.gain.value_or(0.0), 0.0, kMaxGain),
-                        check_range(eye + ".buffers", config.buffers, 5, 32)});
+  return first_failure({check_range("image.width_px", config.width_px, 16, kMaxSide_px),
+                        check_range("image.height_px", config.height_px, 16, kMaxSide_px),
+                        check_range("image.rate_hz", config.rate_hz, 0.01, 1000.0),
+                        check_range("image.exposure_us", config.exposure_us.value_or(1.0), 1e-3, kMaxExposure_us),
+                        check_range("image.gain", config.gain.value_or(0.0), 0.0, kMaxGain),
+                        check_range("image.buffers", config.buffers, 5, 32)});
 }
 
 // Both eyes see the same: what differs between them is a mistake.
 Status validate_pair(const CaptureConfig& left, const CaptureConfig& right) {
   if (left.device == right.device) {
-    return fail(ErrorCode::kInvalidConfig, "right.device is the left one; name another, or set side_by_side");
+    return fail(ErrorCode::kInvalidConfig,
+                "devices.right is the left one; name another, or none if one device has both eyes");
   }
   if (left.width_px != right.width_px || left.height_px != right.height_px || left.rate_hz != right.rate_hz) {
-    return fail(
-        ErrorCode::kInvalidConfig,
-        concat("left is ", size_text(left.width_px, left.height_px), " at ", number(left.rate_hz), " Hz, right is ",
-               size_text(right.width_px, right.height_px), " at ", number(right.rate_hz), " Hz; give both the same"));
+    return fail(ErrorCode::kInvalidConfig,
+                concat("image: left is ", size_text(left.width_px, left.height_px), " at ", number(left.rate_hz),
+                       " Hz, right is ", size_text(right.width_px, right.height_px), " at ", number(right.rate_hz),
+                       " Hz; give both the same"));
   }
   return {};
 }
@@ -98,8 +99,9 @@ Status LiveCameraConfig::validate() const {
     status = first_failure({validate_eye("right", *right), validate_pair(left, *right)});
   }
   if (status && !right && left.width_px % 2 != 0) {
-    status = fail(ErrorCode::kInvalidConfig, concat("left.width_px must be even where both eyes are side by side, got ",
-                                                    std::to_string(left.width_px)));
+    status = fail(
+        ErrorCode::kInvalidConfig,
+        concat("image.width_px must be even where both eyes are side by side, got ", std::to_string(left.width_px)));
   }
   if (!status) {
     return status;

@@ -72,8 +72,12 @@ class FakeDevice final : public CaptureDevice {
     sensor_.most_in_use = std::max(sensor_.most_in_use, ++sensor_.in_use);
     paint(*shot, slot);
     const std::span<const std::byte> bytes(pixels_[slot]);
-    return CapturedImage{static_cast<int>(slot), shot->sequence, shot->stamp_ns, shot->damaged,
-                         shot->cut ? bytes.first(bytes.size() / 2) : bytes};
+    return CapturedImage{static_cast<int>(slot),
+                         shot->sequence,
+                         shot->stamp_ns,
+                         shot->damaged,
+                         shot->cut ? bytes.first(bytes.size() / 2) : bytes,
+                         std::nullopt};
   }
 
   void release(int slot) noexcept override {

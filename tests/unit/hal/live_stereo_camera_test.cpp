@@ -402,12 +402,12 @@ TEST(LiveCameraConfig, NamesTheKeyThatIsWrong) {
     return status ? std::string() : status.error().message;
   };
   EXPECT_EQ(refused([](LiveCameraConfig& /*unchanged*/) {}), "");
-  EXPECT_THAT(refused([](auto& c) { c.left.device = ""; }), HasSubstr("left.device"));
-  EXPECT_THAT(refused([](auto& c) { c.right->device = c.left.device; }), HasSubstr("right.device"));
+  EXPECT_THAT(refused([](auto& c) { c.left.device = ""; }), HasSubstr("devices.left"));
+  EXPECT_THAT(refused([](auto& c) { c.right->device = c.left.device; }), HasSubstr("devices.right"));
   EXPECT_THAT(refused([](auto& c) { c.right->width_px = 64; }), HasSubstr("64x32"));
-  EXPECT_THAT(refused([](auto& c) { c.left.rate_hz = 0.0; }), HasSubstr("left.rate_hz"));
-  EXPECT_THAT(refused([](auto& c) { c.right->exposure_us = -1.0; }), HasSubstr("right.exposure_us"));
-  EXPECT_THAT(refused([](auto& c) { c.left.buffers = 4; }), HasSubstr("left.buffers"));
+  EXPECT_THAT(refused([](auto& c) { c.left.rate_hz = 0.0; }), HasSubstr("image.rate_hz"));
+  EXPECT_THAT(refused([](auto& c) { c.right->exposure_us = -1.0; }), HasSubstr("image.exposure_us"));
+  EXPECT_THAT(refused([](auto& c) { c.left.buffers = 4; }), HasSubstr("image.buffers"));
   EXPECT_THAT(refused([](auto& c) { c.pair_tolerance_ms = 17.0; }), HasSubstr("pairing.tolerance_ms"));
   EXPECT_THAT(refused([](auto& c) { c.stall_timeout_ms = 0.0; }), HasSubstr("patience.stall_ms"));
   EXPECT_THAT(refused([](auto& c) { c.reopen_first_ms = 1e4; }), HasSubstr("patience.reopen_first_ms"));
@@ -415,7 +415,7 @@ TEST(LiveCameraConfig, NamesTheKeyThatIsWrong) {
                 c.right.reset();
                 c.left.width_px = 47;
               }),
-              HasSubstr("left.width_px must be even"));
+              HasSubstr("image.width_px must be even"));
 }
 
 }  // namespace

@@ -9,9 +9,17 @@
 
 #include "kinetrace/core/allocation_counter.hpp"
 #include "kinetrace/core/frame_result.hpp"
+#include "kinetrace/core/health.hpp"
 #include "kinetrace/recording/latency_histogram.hpp"
 
 namespace kinetrace::recording {
+
+struct HealthSummary {
+  HealthState state = HealthState::kOk;  ///< At the end.
+  HealthState worst = HealthState::kOk;
+  std::string camera;  ///< State of the camera at the end; empty: unknown.
+  std::vector<HealthEntry> entries;
+};
 
 /// Filled in by the application after the last frame, when allocation is allowed again.
 struct RunSummary {
@@ -25,6 +33,7 @@ struct RunSummary {
   std::optional<AllocationCounts> allocations_after_start;  ///< Absent when the program does not count.
   FrameCounters counters;
   std::vector<std::pair<std::string, std::uint64_t>> camera_counters;  ///< Added to the counters under their names.
+  HealthSummary health;
   std::vector<std::string> warnings;
   int exit_status = 0;  ///< Of the program, as the shell will see it.
 };
