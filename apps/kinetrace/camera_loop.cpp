@@ -24,7 +24,7 @@ class Player {
       const Result<StereoFrame> frame = next();
       loop_.health.observe(loop_.camera.state(), loop_.camera.counters());
       if (!frame && frame.error().code == ErrorCode::kEndOfStream) {
-        return {};
+        break;
       }
       if (Status went_on = frame ? visit_(*frame) : bear(frame.error()); !went_on) {
         return went_on;

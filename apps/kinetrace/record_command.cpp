@@ -31,7 +31,7 @@ Status record_frame(RecordingThread& raw, const StereoFrame& frame, bool waits_f
     raw.wait_for_room();
   }
   raw.offer(frame);
-  const std::optional<Error> failure = raw.failure();
+  const std::optional<Error> failure = raw.stopped_by();
   return failure ? tl::unexpected(*failure) : Status{};
 }
 
@@ -53,7 +53,7 @@ Outcome<Recorded> record(const RecordOptions& options) {
   // Last, so that no folder is made unless there is something to record.
   auto raw = RecordingThread::create(config, arena);
   if (!raw) {
-    return failure(raw.error());
+    return tl::unexpected(raw.error());
   }
   HealthMonitor health;
   Progress progress(!options.quiet, frames.info().frame_count);
@@ -66,7 +66,7 @@ Outcome<Recorded> record(const RecordOptions& options) {
   });
   progress.clear();
   (*raw)->finish();
-  if (const std::optional<Error> failed = (*raw)->failure(); played && failed) {
+  if (const std::optional<Error> failed = (*raw)->stopped_by(); played && failed) {
     played = tl::unexpected(*failed);
   }
   const Recorded recorded{(*raw)->written(), (*raw)->dropped(), frames.counters()};

@@ -32,15 +32,19 @@ std::size_t RecordingThread::required_bytes(const hal::RawRecorderConfig& config
   return queue + hal::RawRecorder::required_bytes(config) + Arena::kAlignment;
 }
 
-Result<std::unique_ptr<RecordingThread>> RecordingThread::create(const hal::RawRecorderConfig& config, Arena& arena) {
+Outcome<std::unique_ptr<RecordingThread>> RecordingThread::create(const hal::RawRecorderConfig& config, Arena& arena) {
   Slots slots;
   carve(config, arena, slots);
   if (arena.exhausted()) {
-    return fail(ErrorCode::kCapacity, "the arena does not hold the queue of raw images; enlarge the memory budget");
+    return failure(
+        {ErrorCode::kCapacity, "the arena does not hold the queue of raw images; enlarge the memory budget"});
   }
   auto recorder = hal::RawRecorder::create(config, arena);
   if (!recorder) {
-    return tl::unexpected(recorder.error());
+    const ErrorCode code = recorder.error().code;
+    const bool is_folder = code == ErrorCode::kIo || code == ErrorCode::kInvalidArgument;
+    return is_folder ? tl::unexpected(Failure{ExitCode::kCannotCreate, recorder.error().message})
+                     : failure(recorder.error());
   }
   return std::unique_ptr<RecordingThread>(new RecordingThread(std::move(*recorder), config.rate_hz, slots));
 }
@@ -133,7 +137,7 @@ void RecordingThread::finish() noexcept {
   thread_.join();
 }
 
-std::optional<Error> RecordingThread::failure() const {
+std::optional<Error> RecordingThread::stopped_by() const {
   const std::lock_guard lock(mutex_);
   return failure_;
 }

@@ -27,9 +27,9 @@ class RecordingThread {
   static constexpr std::size_t kSlots = 8;
 
   [[nodiscard]] static std::size_t required_bytes(const hal::RawRecorderConfig& config);
-  /// Errors: those of RawRecorder::create.
-  [[nodiscard]] static Result<std::unique_ptr<RecordingThread>> create(const hal::RawRecorderConfig& config,
-                                                                       Arena& arena);
+  /// Failures: kCannotCreate for the folder; else as errors of RawRecorder::create.
+  [[nodiscard]] static Outcome<std::unique_ptr<RecordingThread>> create(const hal::RawRecorderConfig& config,
+                                                                        Arena& arena);
   RecordingThread(const RecordingThread&) = delete;
   RecordingThread& operator=(const RecordingThread&) = delete;
   ~RecordingThread() { finish(); }
@@ -44,7 +44,7 @@ class RecordingThread {
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
   [[nodiscard]] std::int64_t written() const noexcept { return written_; }
   /// Why recording ended before finish(); none if it did not.
-  [[nodiscard]] std::optional<Error> failure() const;
+  [[nodiscard]] std::optional<Error> stopped_by() const;
 
  private:
   struct Slot {

@@ -38,12 +38,12 @@ struct Chain {
 };
 
 // What is there only where it is asked for.
-Status add_extras(Chain& chain, const CameraSetup& setup, const RunOptions& options, Arena& arena) {
+Outcome<void> add_extras(Chain& chain, const CameraSetup& setup, const RunOptions& options, Arena& arena) {
   if (setup.is_camera) {
     const StereoGeometry& geometry = chain.rectifier.geometry();
     auto monitor = hal::SyncMonitor::create({}, geometry.width_px, geometry.height_px, arena);
     if (!monitor) {
-      return tl::unexpected(monitor.error());
+      return failure(monitor.error());
     }
     chain.monitor = *monitor;
   }
@@ -80,8 +80,8 @@ Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, con
                    : tl::unexpected(Failure{ExitCode::kCannotCreate, recorder.error().message});
   }
   Chain chain{std::move(*camera), *rectifier, std::move(*pipeline), std::move(*recorder), {}, {}, {}};
-  if (const Status added = add_extras(chain, setup, options, arena); !added) {
-    return failure(added.error());
+  if (const Outcome<void> added = add_extras(chain, setup, options, arena); !added) {
+    return tl::unexpected(added.error());
   }
   return chain;
 }
@@ -92,7 +92,7 @@ void record_raw(Chain& chain, const StereoFrame& frame, HealthMonitor& health) {
     return;
   }
   chain.raw->offer(frame);
-  if (const std::optional<Error> stopped = chain.raw->failure()) {
+  if (const std::optional<Error> stopped = chain.raw->stopped_by()) {
     print_warning("raw recording stopped: " + stopped->message);
     health.note(HealthReason::kRecordingStopped);
     chain.raw_ended = std::move(chain.raw);

@@ -54,7 +54,7 @@ void RunReport::add_health() {
 void RunReport::add_raw(const RecordingThread& raw) {
   summary_.camera_counters.emplace_back("raw_frames_recorded", static_cast<std::uint64_t>(raw.written()));
   summary_.camera_counters.emplace_back("raw_frames_dropped", raw.dropped());
-  if (const std::optional<Error> failure = raw.failure()) {
+  if (const std::optional<Error> failure = raw.stopped_by()) {
     summary_.warnings.push_back("raw recording stopped: " + failure->message);
   }
 }

@@ -119,7 +119,11 @@ Result<StereoFrame> FaultInjector::produce(std::chrono::milliseconds timeout) {
       return frame;
     }
     const std::int64_t number = number_++;
-    if (number <= gone_until_ || active(FaultKind::kDrop, number) != nullptr) {
+    if (number <= gone_until_) {
+      continue;
+    }
+    if (active(FaultKind::kDrop, number) != nullptr) {
+      ++own_.gaps;
       continue;
     }
     if (const Fault* fault = active(FaultKind::kUnplug, number)) {
@@ -235,6 +239,7 @@ StereoFrame FaultInjector::keep(const StereoFrame& frame) {
 const CameraCounters& FaultInjector::counters() const noexcept {
   sum_ = camera_->counters();
   sum_.frames_delivered = own_.frames_delivered;
+  sum_.gaps += own_.gaps;
   sum_.stalls += own_.stalls;
   sum_.losses += own_.losses;
   sum_.recoveries += own_.recoveries;

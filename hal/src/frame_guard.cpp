@@ -10,8 +10,8 @@ namespace kinetrace::hal {
 namespace {
 
 constexpr int kMaxUnusable = 32;
-// Jitter and a sensor that runs slower than announced are no jump.
-constexpr std::int64_t kJump_ns = 1'000'000'000;
+// Jitter is no jump. Live cameras number by time, rounded: theirs is at most half a period.
+constexpr double kJumpPeriods = 0.6;
 constexpr int kRowsLookedAt = 24;
 constexpr int kPixelsLookedAt = 16;
 
@@ -41,12 +41,12 @@ bool looks_cut_off(const StereoFrame& frame) noexcept {
 }
 
 FrameGuard::FrameGuard(std::unique_ptr<StereoCamera> camera, const FrameGuardConfig& config)
-    : camera_(std::move(camera)), config_(config), timeline_(kJump_ns, true) {}
+    : camera_(std::move(camera)), config_(config), timeline_(0, true) {}
 
 Status FrameGuard::start() {
   own_ = {};
   begun_ = false;
-  timeline_.reset();
+  timeline_ = TimelineGuard(std::llround(kJumpPeriods * period_ns()), true);
   return camera_->start();
 }
 
@@ -72,8 +72,12 @@ bool FrameGuard::passes(const StereoFrame& frame) noexcept {
 }
 
 std::int64_t FrameGuard::expected_step_ns(const StereoFrame& frame) const noexcept {
-  const double periods = static_cast<double>(frame.frame_index - last_index_);
-  return std::llround(periods * 1e9 / std::max(info().nominal_rate_hz, 1e-3));
+  return std::llround(static_cast<double>(frame.frame_index - last_index_) * period_ns());
+}
+
+double FrameGuard::period_ns() const noexcept {
+  constexpr double kLowest_hz = 1e-3;
+  return 1e9 / std::max(info().nominal_rate_hz, kLowest_hz);
 }
 
 Result<StereoFrame> FrameGuard::next(std::chrono::milliseconds timeout) {

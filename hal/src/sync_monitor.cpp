@@ -20,9 +20,9 @@ constexpr int kRowsOfCells = SyncMonitor::kPoints / kColumnsOfCells;
 constexpr int kMaxDisparity = 256;
 constexpr double kFullSize = 2.0;
 
-constexpr int kFewestMatches = 12;
-// In pixels of the full images: matching is good to about .3 px.
-constexpr double kSurelyOff_px = 0.8;
+constexpr int kFewestMatches = 8;
+// In pixels of the full images: the median of good matches is .1 px, .3 px at the most.
+constexpr double kSurelyOff_px = 0.25;
 constexpr double kMuchBetter = 0.5;
 
 void halve(GrayView source, MutableGrayView target) noexcept {
@@ -32,6 +32,31 @@ void halve(GrayView source, MutableGrayView target) noexcept {
     std::uint8_t* out = target.row(y);
     for (int x = 0; x < target.width; ++x) {
       out[x] = static_cast<std::uint8_t>((upper[2 * x] + upper[2 * x + 1] + lower[2 * x] + lower[2 * x + 1] + 2) / 4);
+    }
+  }
+}
+
+// Leaves each row's detail and takes its brightness away, so that eyes with different gain compare.
+void flatten(MutableGrayView image) noexcept {
+  constexpr int kRadius = 8;
+  constexpr int kGrey = 128;
+  std::array<std::uint8_t, 2 * kRadius + 1> ring{};  // Pixels of the window as they were.
+  for (int y = 0; y < image.height; ++y) {
+    std::uint8_t* row = image.row(y);
+    const int last = image.width - 1;
+    int sum = 0;
+    for (int x = -kRadius; x <= kRadius; ++x) {
+      ring[static_cast<std::size_t>(x + kRadius)] = row[std::clamp(x, 0, last)];
+      sum += row[std::clamp(x, 0, last)];
+    }
+    std::size_t oldest = 0;
+    for (int x = 0; x < image.width; ++x) {
+      const int detail = row[x] - sum / (2 * kRadius + 1);
+      const std::uint8_t entering = row[std::min(x + kRadius + 1, last)];
+      sum += entering - ring[oldest];
+      ring[oldest] = entering;
+      oldest = (oldest + 1) % ring.size();
+      row[x] = static_cast<std::uint8_t>(std::clamp(kGrey + detail, 0, 255));
     }
   }
 }
@@ -184,6 +209,8 @@ bool SyncMonitor::process(const RectifiedPair& pair) noexcept {
   const auto& target = is_before ? storage_.before : storage_.now;
   halve(pair.left, target[0]);
   halve(pair.right, target[1]);
+  flatten(target[0]);
+  flatten(target[1]);
   if (is_before) {
     before_index_ = pair.frame_index;
     return false;
@@ -226,14 +253,20 @@ SyncMonitor::Residual SyncMonitor::measure(GrayView left, GrayView right) const 
 }
 
 void SyncMonitor::vote(const Residual& same, const Residual& right_late, const Residual& right_early) noexcept {
-  if (std::min({same.matches, right_late.matches, right_early.matches}) < kFewestMatches) {
+  if (std::max({same.matches, right_late.matches, right_early.matches}) < kFewestMatches) {
     return;
   }
-  const bool is_late = right_late.median_px < right_early.median_px;
-  const double other_px = std::min(right_late.median_px, right_early.median_px);
-  if (same.median_px > kSurelyOff_px && other_px < kMuchBetter * same.median_px) {
-    votes_[vote_count_++ % kVotes] = is_late ? SyncVerdict::kRightLate : SyncVerdict::kRightEarly;
-  } else if (other_px > kSurelyOff_px && same.median_px < kMuchBetter * other_px) {
+  // Images that do not match at all are as far off as can be seen.
+  const auto effective_px = [](const Residual& residual) {
+    return residual.matches >= kFewestMatches ? residual.median_px : kFullSize * kMaxRows;
+  };
+  const double same_px = effective_px(same);
+  const double late_px = effective_px(right_late);
+  const double early_px = effective_px(right_early);
+  const double other_px = std::min(late_px, early_px);
+  if (same_px > kSurelyOff_px && other_px < kMuchBetter * same_px) {
+    votes_[vote_count_++ % kVotes] = late_px < early_px ? SyncVerdict::kRightLate : SyncVerdict::kRightEarly;
+  } else if (other_px > kSurelyOff_px && same_px < kMuchBetter * other_px) {
     votes_[vote_count_++ % kVotes] = SyncVerdict::kInStep;
   } else {
     return;

@@ -86,7 +86,7 @@ TEST_F(CameraCommand, FaultsMayStandInTheCameraFile) {
 
 TEST_F(CameraCommand, ACameraThatNeverDeliversIsAnError) {
   const ProgramResult result = run(camera(), {"--fault", "stuck@0-5"});
-  EXPECT_EQ(result.exit_code, 65) << result.err;
+  EXPECT_EQ(result.exit_code, 74) << result.err;
   const ProgramResult silent = run(camera("", 1000), {"--fault", "stuck@0-9999999", "--seconds", "0.3"});
   EXPECT_EQ(silent.exit_code, 74) << silent.err;
   EXPECT_THAT(silent.err, HasSubstr("kinetrace doctor"));

@@ -58,7 +58,7 @@ class Fault : public ::testing::Test {
   }
 
   /// Runs with these faults and checks what must hold under all of them.
-  static FaultyRun run(const std::string& faults) {
+  static FaultyRun run(const std::string& faults, bool path_can_be_right = true) {
     const std::filesystem::path out = folder_->path() / "out";
     std::vector<std::string> arguments{"run",   "--dataset",  clip_->dataset, "--segmentation", clip_->segmentation,
                                        "--out", out.string(), "--quiet"};
@@ -71,7 +71,10 @@ class Fault : public ::testing::Test {
     run.report = nlohmann::json::parse(report, nullptr, false);
     read_camera(out / "camera.tum", run);
     read_tracks(out / "objects.csv", run);
-    expect_times_and_path(run);
+    EXPECT_EQ(run.report["frames"], run.camera.size());
+    if (path_can_be_right) {
+      expect_path(run);
+    }
     expect_tracks_kept_or_ended(run);
     if (!run.report["allocations_after_start"].is_null()) {
       EXPECT_GE(run.report["allocations_after_start"], 0);
@@ -105,8 +108,7 @@ class Fault : public ::testing::Test {
     }
   }
   // The pose is right only if every dt was: motion is predicted over it.
-  static void expect_times_and_path(const FaultyRun& run) {
-    EXPECT_EQ(run.report["frames"], run.camera.size());
+  static void expect_path(const FaultyRun& run) {
     const Se3 T_first_world = StreetDrive::T_world_cam(run.camera.begin()->first).inverse();
     for (const auto& [frame, position] : run.camera) {
       const Eigen::Vector3d truth = (T_first_world * StreetDrive::T_world_cam(frame)).translation;
@@ -197,20 +199,18 @@ TEST_F(Fault, CutOffImagesAreLeftOut) {
 }
 
 TEST_F(Fault, EyesOutOfStepAreNoticed) {
-  // So long that it must be seen; the path meanwhile is as good as such images allow.
-  const FaultyRun late = run("desync@8-35");
+  // So long that it must be seen. Depths from eyes that look at different moments are wrong, and so is the path.
+  const FaultyRun late = run("desync@8-35", false);
   EXPECT_EQ(late.frames(), all_but({}));
   EXPECT_GE(late.count("eyes_out_of_step"), 1);
   EXPECT_EQ(late.report["health"]["worst"], "degraded");
 }
 
 TEST_F(Fault, ClockJumpsDoNotReachThePath) {
-  for (const char* jump : {"clock@14:3600", "clock@14:-3600", "clock@14:-0.05"}) {
+  for (const char* jump : {"clock@14:3600", "clock@14:-3600", "clock@14:-0.5", "clock@14:0.07"}) {
     const FaultyRun jumped = run(jump);
-    if (std::string(jump) != "clock@14:-0.05") {
-      EXPECT_EQ(jumped.frames(), all_but({})) << jump;
-      EXPECT_EQ(jumped.count("clock_jumped"), 1) << jump;
-    }
+    EXPECT_EQ(jumped.frames(), all_but({})) << jump;
+    EXPECT_EQ(jumped.count("clock_jumped"), 1) << jump;
   }
 }
 

@@ -57,6 +57,8 @@ TEST_F(Faulty, WithoutAPlanNothingHappens) {
 
 TEST_F(Faulty, Drops) {
   EXPECT_THAT(play("drop@0,drop@3-5"), ElementsAre(1, 2, 6, 7, 8, 9));
+  EXPECT_EQ(camera_->counters().gaps, 4U);
+  EXPECT_EQ(camera_->counters().frames_delivered, 6U);
 }
 
 TEST_F(Faulty, Duplicates) {

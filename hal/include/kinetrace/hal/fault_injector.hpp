@@ -69,7 +69,7 @@ class FaultInjector final : public StereoCamera {
 
   [[nodiscard]] CameraState state() const noexcept override { return state_.value_or(camera_->state()); }
   [[nodiscard]] const CameraInfo& info() const noexcept override { return camera_->info(); }
-  /// Those of the camera, and the stalls, losses and recoveries made here.
+  /// Those of the camera, and the drops (as gaps), stalls, losses and recoveries made here.
   [[nodiscard]] const CameraCounters& counters() const noexcept override;
 
  private:

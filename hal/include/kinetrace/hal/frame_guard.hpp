@@ -43,6 +43,7 @@ class FrameGuard final : public StereoCamera {
  private:
   /// Counts why, if the frame is not to pass.
   [[nodiscard]] bool passes(const StereoFrame& frame) noexcept;
+  [[nodiscard]] double period_ns() const noexcept;
   [[nodiscard]] std::int64_t expected_step_ns(const StereoFrame& frame) const noexcept;
 
   std::unique_ptr<StereoCamera> camera_;

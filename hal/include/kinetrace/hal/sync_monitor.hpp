@@ -14,7 +14,7 @@
 namespace kinetrace::hal {
 
 struct SyncMonitorConfig {
-  int interval_frames = 10;    ///< Looks at every so many-th pair and the one before it.
+  int interval_frames = 5;     ///< Looks at every so many-th pair and the one before it.
   int max_disparity_px = 128;  ///< Nearer things are not matched.
 
   [[nodiscard]] Status validate() const;
