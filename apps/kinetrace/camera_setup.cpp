@@ -1,5 +1,7 @@
 #include "camera_setup.hpp"
 
+#include "libcamera_loader.hpp"
+
 namespace kinetrace::app {
 namespace {
 
@@ -70,6 +72,9 @@ Outcome<CameraSetup> from_files(const CameraConfig& config) {
 }
 
 Outcome<CameraSetup> from_devices(const CameraConfig& config) {
+  if (config.source == CameraKind::kLibcamera) {
+    load_libcamera();
+  }
   CameraSetup setup;
   setup.live = config.live();
   auto calibration =

@@ -15,6 +15,7 @@
 #include "kinetrace/hal/capture_devices.hpp"
 #include "kinetrace/hal/rectifier.hpp"
 #include "kinetrace/hal/sync_monitor.hpp"
+#include "libcamera_loader.hpp"
 #include "memory.hpp"
 #include "messages.hpp"
 
@@ -49,6 +50,7 @@ class Findings {
 };
 
 void list_devices(Findings& findings) {
+  load_libcamera();
   const auto devices = hal::list_capture_devices();
   if (devices.empty()) {
     findings.ok("devices", "none on this machine; a live camera needs one (plug it in, or join the group video)");

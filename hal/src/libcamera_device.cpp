@@ -11,12 +11,10 @@
 #include <utility>
 #include <vector>
 
-#include "capture_backend.hpp"
 #include "completed_queue.hpp"
 #include "frame_wait.hpp"
 #include "image_layout.hpp"
 #include "kinetrace/core/allocation_counter.hpp"
-#include "kinetrace/hal/libcamera_backend.hpp"
 #include "libcamera_controls.hpp"
 #include "libcamera_manager.hpp"
 #include "mapped_bytes.hpp"
@@ -257,6 +255,8 @@ void Session::enqueue(Slot& slot) noexcept {
 }
 
 void Session::on_completed(libcamera::Request* request) {
+  // This is libcamera's thread: from here on what it allocates, here and elsewhere, is not ours.
+  static thread_local const ForeignCall foreign;
   if (request->status() == libcamera::Request::RequestCancelled) {
     return;
   }
@@ -349,10 +349,6 @@ Status LibcameraDevice::open() {
   return {};
 }
 
-std::unique_ptr<CaptureDevice> make_libcamera_device(const CaptureConfig& config) {
-  return std::make_unique<LibcameraDevice>(config);
-}
-
 std::vector<std::string> list_modes(libcamera::Camera& camera) {
   std::vector<std::string> modes;
   const auto configuration = camera.generateConfiguration({libcamera::StreamRole::VideoRecording});
@@ -370,6 +366,12 @@ std::vector<std::string> list_modes(libcamera::Camera& camera) {
   return modes;
 }
 
+}  // namespace
+
+std::unique_ptr<CaptureDevice> make_libcamera_device(const CaptureConfig& config) {
+  return std::make_unique<LibcameraDevice>(config);
+}
+
 std::vector<CaptureListing> list_libcamera_devices() {
   std::vector<CaptureListing> listings;
   const auto manager = libcamera_manager();
@@ -384,12 +386,6 @@ std::vector<CaptureListing> list_libcamera_devices() {
                         .modes = list_modes(*camera)});
   }
   return listings;
-}
-
-}  // namespace
-
-void use_libcamera() {
-  register_capture_backend(CaptureBackend::kLibcamera, {&make_libcamera_device, &list_libcamera_devices});
 }
 
 }  // namespace kinetrace::hal

@@ -317,7 +317,7 @@ TEST_F(Vivid, SequenceGoesOnWhereTheDriversWraps) {
   constexpr std::int64_t kWrap = std::int64_t{1} << 32;
   std::int64_t previous = -1;
   EXPECT_TRUE(comes(*device, [&previous](const CapturedImage& image) {
-    EXPECT_GT(image.sequence, previous);
+    EXPECT_GE(image.sequence, previous) << "on a late tick vivid numbers two frames alike, but never goes back";
     previous = image.sequence;
     return image.sequence > kWrap;
   }));

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "capture.hpp"
+#include "kinetrace/core/allocation_counter.hpp"
 #include "live_bench.hpp"
 #include "vivid.hpp"
 
@@ -133,6 +134,18 @@ TEST_F(VividStereo, ADisconnectedEyeIsALossThatNamesIt) {
   EXPECT_THAT(error.message, ::testing::HasSubstr("left eye"));
   EXPECT_EQ(camera_.state(), CameraState::kLost);
   EXPECT_FALSE(camera_.recover()) << "the driver keeps it away while somebody has it open";
+}
+
+TEST_F(VividStereo, FramesTakeNoMemoryOfOurOwn) {
+  ASSERT_TRUE(allocation_counting_available());
+  int frames = 0;
+  const AllocationCounts before = allocation_counts();
+  for (int i = 0; i < 30; ++i) {
+    frames += camera_.next(kPatience) ? 1 : 0;
+  }
+  const AllocationCounts after = allocation_counts();
+  EXPECT_EQ(frames, 30);
+  EXPECT_EQ(after.own, before.own);
 }
 
 TEST_F(VividStereo, StampsThatWrapDoNotReachTheFrames) {

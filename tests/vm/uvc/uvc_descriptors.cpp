@@ -53,7 +53,7 @@ void put_frames(Bytes& bytes, UvcFormat format, std::uint8_t subtype) {
                 static_cast<std::uint8_t>(mode.frame), 0});
     put16(bytes, static_cast<std::size_t>(mode.width));
     put16(bytes, static_cast<std::size_t>(mode.height));
-    put32(bytes, mode.frame_bytes() * 8 * 10);  // Least and most bits a second.
+    put32(bytes, mode.frame_bytes() * 8 * 5);  // Least and most bits a second.
     put32(bytes, mode.frame_bytes() * 8 * 30);
     put32(bytes, mode.frame_bytes());
     put32(bytes, kUvcDefaultInterval);

@@ -22,9 +22,9 @@ struct UvcMode {
 
 /// 640 pixels wide and 240 high: both eyes of 320x240 side by side.
 inline constexpr std::array<std::array<int, 2>, 3> kUvcSizes{{{320, 240}, {640, 240}, {640, 480}}};
-/// In units of 100 ns: 30, 15, 10 Hz.
-inline constexpr std::array<std::uint32_t, 3> kUvcIntervals{333'333, 666'666, 1'000'000};
-inline constexpr std::uint32_t kUvcDefaultInterval = 1'000'000;  ///< libcamera takes what there is.
+/// In units of 100 ns: 30, 15, 5 Hz.
+inline constexpr std::array<std::uint32_t, 3> kUvcIntervals{333'333, 666'666, 2'000'000};
+inline constexpr std::uint32_t kUvcDefaultInterval = 2'000'000;  ///< libcamera takes what there is.
 inline constexpr std::uint32_t kUvcClock_hz = 1'000'000;
 
 inline constexpr std::uint8_t kCameraTerminal = 1;

@@ -53,7 +53,7 @@ CaptureConfig UvcPair::config(CaptureBackend backend, int eye, PixelFormat forma
   config.format = format;
   config.width_px = 320;
   config.height_px = 240;
-  config.rate_hz = 10.0;
+  config.rate_hz = 5.0;
   return config;
 }
 
