@@ -17,6 +17,26 @@ std::string relative_to(const std::filesystem::path& file, const std::string& pa
   return path.empty() ? path : (file.parent_path() / path).string();
 }
 
+// A number that nobody would look at is believed to be set.
+Status check_settings(const CameraConfig& config) {
+  struct Setting {
+    const char* name;
+    const char* automatic;
+    bool is_automatic;
+    double value;
+  };
+  for (const Setting& setting :
+       {Setting{"image.exposure_us", "image.auto_exposure", config.auto_exposure, config.exposure_us},
+        Setting{"image.gain", "image.auto_gain", config.auto_gain, config.gain}}) {
+    const bool is_given = setting.value != CameraConfig::kNotGiven;
+    if (setting.is_automatic == is_given) {
+      return fail(ErrorCode::kInvalidConfig, std::string(setting.name) + (is_given ? " needs " : " is missing with ") +
+                                                 setting.automatic + ": false");
+    }
+  }
+  return {};
+}
+
 Status check(const CameraConfig& config) {
   constexpr int kMaxLoop = 1'000'000;
   if (!config.faults.empty()) {
@@ -31,7 +51,7 @@ Status check(const CameraConfig& config) {
   if (config.calibration.empty()) {
     return fail(ErrorCode::kInvalidConfig, "calibration is missing; name the file with the rig's calibration");
   }
-  return config.live().validate();
+  return first_failure({check_settings(config), config.live().validate()});
 }
 
 }  // namespace

@@ -18,6 +18,8 @@ bool from_string(std::string_view text, CameraKind& kind) noexcept;
 
 /// As written in the file; see config/cameras for commented examples.
 struct CameraConfig {
+  static constexpr double kNotGiven = -1.0;
+
   CameraKind source = CameraKind::kV4l2;
   std::string calibration;
   std::string faults;
@@ -26,9 +28,9 @@ struct CameraConfig {
   std::string right_device;  ///< Empty: the left one has both eyes.
   hal::CaptureConfig image;  ///< Of either device, but for its name.
   bool auto_exposure = true;
-  double exposure_us = 0.0;
+  double exposure_us = kNotGiven;
   bool auto_gain = true;
-  double gain = 0.0;
+  double gain = kNotGiven;
   hal::LiveCameraConfig patience;  ///< Pairing and time-outs.
 
   std::string layout = "folder";
