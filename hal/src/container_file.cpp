@@ -116,14 +116,23 @@ void encode_record_header(const RecordHeader& record, std::span<std::byte, kReco
   put(crc, crc_of({first + 8, kRecordHeaderBytes - 8}));
 }
 
-Result<ContainerFile> ContainerFile::open(const std::filesystem::path& path) {
-  ContainerFile file(path, OwnedFd(::open(path.c_str(), O_RDONLY | O_CLOEXEC)));
-  if (!file.file_.valid()) {
+Result<OwnedFd> ContainerFile::opened() const {
+  OwnedFd file(::open(path_.c_str(), O_RDONLY | O_CLOEXEC));
+  if (!file.valid()) {
     return fail(errno == ENOENT ? ErrorCode::kNotFound : ErrorCode::kIo,
-                concat(path.string(), ": cannot be opened: ", std::strerror(errno)));
+                concat(path_.string(), ": cannot be opened: ", std::strerror(errno)));
+  }
+  return file;
+}
+
+Result<ContainerFile> ContainerFile::open(const std::filesystem::path& path) {
+  ContainerFile file(path);
+  const Result<OwnedFd> opened = file.opened();
+  if (!opened) {
+    return tl::unexpected(opened.error());
   }
   std::string bytes(kContainerHeaderBytes, '\0');
-  if (!read_at(file.file_.get(), bytes, 0) || !bytes.starts_with(kMagic)) {
+  if (!read_at(opened->get(), bytes, 0) || !bytes.starts_with(kMagic)) {
     return fail(ErrorCode::kBadFormat, path.string() + ": not a container recording, or cut within its header");
   }
   const char* crc = bytes.data() + kContainerHeaderBytes - sizeof(std::uint32_t);
@@ -141,7 +150,7 @@ Result<ContainerFile> ContainerFile::open(const std::filesystem::path& path) {
     return fail(ErrorCode::kBadFormat, path.string() + ": the header is damaged; its frames cannot be read");
   }
   header.calibration.assign(at, length);
-  const off_t bytes_in_file = lseek(file.file_.get(), 0, SEEK_END);
+  const off_t bytes_in_file = lseek(opened->get(), 0, SEEK_END);
   const auto record = static_cast<std::int64_t>(record_bytes(header.width_px, header.height_px));
   file.record_count_ =
       (static_cast<std::int64_t>(bytes_in_file) - static_cast<std::int64_t>(kContainerHeaderBytes)) / record;
@@ -153,9 +162,22 @@ std::int64_t ContainerFile::offset_of(std::int64_t number) const noexcept {
          number * static_cast<std::int64_t>(record_bytes(header_.width_px, header_.height_px));
 }
 
-std::optional<RecordHeader> ContainerFile::record(std::int64_t number) const noexcept {
+Result<std::vector<std::optional<RecordHeader>>> ContainerFile::records() const {
+  const Result<OwnedFd> file = opened();
+  if (!file) {
+    return tl::unexpected(file.error());
+  }
+  std::vector<std::optional<RecordHeader>> all;
+  all.reserve(static_cast<std::size_t>(record_count_));
+  for (std::int64_t i = 0; i < record_count_; ++i) {
+    all.push_back(record(*file, i));
+  }
+  return all;
+}
+
+std::optional<RecordHeader> ContainerFile::record(const OwnedFd& file, std::int64_t number) const noexcept {
   std::array<char, kRecordHeaderBytes> bytes{};
-  if (!read_at(file_.get(), bytes, offset_of(number)) ||
+  if (!read_at(file.get(), bytes, offset_of(number)) ||
       std::string_view(bytes.data(), kRecordMagic.size()) != kRecordMagic) {
     return std::nullopt;
   }
@@ -171,12 +193,16 @@ std::optional<RecordHeader> ContainerFile::record(std::int64_t number) const noe
 }
 
 Status ContainerFile::read(std::int64_t number, MutableGrayView left, MutableGrayView right) const {
-  const std::optional<RecordHeader> expected = record(number);
+  const Result<OwnedFd> file = opened();
+  if (!file) {
+    return tl::unexpected(file.error());
+  }
+  const std::optional<RecordHeader> expected = record(*file, number);
   std::int64_t offset = offset_of(number) + static_cast<std::int64_t>(kRecordHeaderBytes);
   Crc32 crc;
   bool is_whole = expected.has_value();
   for (const MutableGrayView& image : {left, right}) {
-    is_whole = is_whole && read_rows(file_.get(), image, offset);
+    is_whole = is_whole && read_rows(file->get(), image, offset);
     for (int y = 0; is_whole && y < image.height; ++y) {
       crc.update(std::as_bytes(std::span(image.row(y), static_cast<std::size_t>(image.width))));
     }

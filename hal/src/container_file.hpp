@@ -16,6 +16,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
@@ -48,7 +49,8 @@ struct RecordHeader {
 [[nodiscard]] Result<std::string> encode_header(const ContainerHeader& header);
 void encode_record_header(const RecordHeader& record, std::span<std::byte, kRecordHeaderBytes> bytes) noexcept;
 
-/// Reads one file.
+/// Reads one file, which is open only while it is being read: a long recording has more files than a program may have
+/// open.
 class ContainerFile {
  public:
   /// Errors: kNotFound, kIo, kBadFormat (not a container, damaged header).
@@ -57,17 +59,18 @@ class ContainerFile {
   [[nodiscard]] const ContainerHeader& header() const noexcept { return header_; }
   /// Whole records by the file's length.
   [[nodiscard]] std::int64_t record_count() const noexcept { return record_count_; }
-  /// None where the record's header is damaged.
-  [[nodiscard]] std::optional<RecordHeader> record(std::int64_t number) const noexcept;
+  /// All of them, in order; none where the record's header is damaged. Errors: kIo.
+  [[nodiscard]] Result<std::vector<std::optional<RecordHeader>>> records() const;
   /// Both images of a record. Allocates only to write an error message. Errors: kBadFormat (checksum), kIo.
   [[nodiscard]] Status read(std::int64_t number, MutableGrayView left, MutableGrayView right) const;
 
  private:
-  ContainerFile(std::filesystem::path path, OwnedFd file) : path_(std::move(path)), file_(std::move(file)) {}
+  explicit ContainerFile(std::filesystem::path path) : path_(std::move(path)) {}
+  [[nodiscard]] Result<OwnedFd> opened() const;
+  [[nodiscard]] std::optional<RecordHeader> record(const OwnedFd& file, std::int64_t number) const noexcept;
   [[nodiscard]] std::int64_t offset_of(std::int64_t number) const noexcept;
 
   std::filesystem::path path_;
-  OwnedFd file_;
   ContainerHeader header_;
   std::int64_t record_count_ = 0;
 };

@@ -43,9 +43,14 @@ struct Damage {
   std::int64_t out_of_order = 0;
 };
 
-void add_records(const ContainerFile& file, FrameList& frames, ContainerRecording& recording, Damage& damage) {
-  for (std::int64_t i = 0; i < file.record_count(); ++i) {
-    const std::optional<RecordHeader> record = file.record(i);
+Status add_records(const ContainerFile& file, FrameList& frames, ContainerRecording& recording, Damage& damage) {
+  const auto records = file.records();
+  if (!records) {
+    return tl::unexpected(records.error());
+  }
+  std::int64_t i = -1;
+  for (const std::optional<RecordHeader>& record : *records) {
+    ++i;
     if (!record) {
       ++damage.records;
       continue;
@@ -57,6 +62,7 @@ void add_records(const ContainerFile& file, FrameList& frames, ContainerRecordin
       ++damage.out_of_order;
     }
   }
+  return {};
 }
 
 Status check_same(const fs::path& path, const ContainerHeader& first, const ContainerHeader& header) {
@@ -118,7 +124,9 @@ Result<Dataset> open_container(const DatasetSpec& spec) {
       return tl::unexpected(same.error());
     }
     recording->add_file(std::move(*file));
-    add_records(recording->newest_file(), dataset.frames, *recording, damage);
+    if (const Status added = add_records(recording->newest_file(), dataset.frames, *recording, damage); !added) {
+      return tl::unexpected(added.error());
+    }
   }
   if (const Status completed = complete(dataset, *header, paths->front(), damage); !completed) {
     return tl::unexpected(completed.error());
