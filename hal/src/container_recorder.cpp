@@ -1,13 +1,11 @@
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <fcntl.h>
 #include <optional>
-#include <unistd.h>
 #include <utility>
 
+#include "append_file.hpp"
 #include "calibration_text.hpp"
 #include "container_file.hpp"
 #include "crc32.hpp"
@@ -17,24 +15,15 @@
 namespace kinetrace::hal {
 namespace {
 
-Status write_all(int fd, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(fd, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) {
-      continue;
-    }
-    if (written <= 0) {
-      return fail(ErrorCode::kIo, std::strerror(written < 0 ? errno : ENOSPC));
-    }
-    bytes = bytes.subspan(static_cast<std::size_t>(written));
-  }
-  return {};
-}
-
 class ContainerRecorder final : public RawRecorder {
  public:
   ContainerRecorder(const RawRecorderConfig& config, std::string header, std::span<std::byte> record)
-      : config_(config), header_(std::move(header)), record_(record), folder_(config.directory.string()) {
+      : config_(config),
+        width_px_(config.calibration.raw_width_px()),
+        height_px_(config.calibration.raw_height_px()),
+        header_(std::move(header)),
+        record_(record),
+        folder_(config.directory.string()) {
     path_.reserve(folder_.size() + kLongestName);
   }
 
@@ -47,13 +36,15 @@ class ContainerRecorder final : public RawRecorder {
     std::array<char, kLongestName> name{};
     std::snprintf(name.data(), name.size(), "/%06d%s", segments_, kContainerSuffix);
     path_.assign(folder_).append(name.data());
-    file_ = OwnedFd(::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
-    if (!file_.valid()) {
-      return fail(ErrorCode::kIo, concat(path_, ": cannot be made: ", std::strerror(errno)));
+    auto file = AppendFile::create(path_.c_str());
+    if (!file) {
+      return tl::unexpected(file.error());
     }
+    file_ = std::move(*file);
     ++segments_;
-    bytes_ = 0;
-    return append(std::as_bytes(std::span(header_)));
+    const Status begun = append(std::as_bytes(std::span(header_)));
+    // A file whose name a loss of power takes would be lost with all that is synced into it.
+    return begun ? sync_folder(folder_.c_str()) : begun;
   }
 
   Status write(const StereoFrame& frame) override {
@@ -61,8 +52,8 @@ class ContainerRecorder final : public RawRecorder {
       return tl::unexpected(*stopped_);
     }
     Status written = fill_record(frame);
-    if (written &&
-        bytes_ + record_.size() > std::max<std::uint64_t>(config_.segment_bytes, header_.size() + record_.size())) {
+    if (written && file_.bytes() + record_.size() >
+                       std::max<std::uint64_t>(config_.segment_bytes, header_.size() + record_.size())) {
       written = begin_segment();
     }
     if (written && frames_ % kFramesBetweenChecks == 0) {
@@ -80,10 +71,8 @@ class ContainerRecorder final : public RawRecorder {
   }
 
   Status sync() override {
-    if (fdatasync(file_.get()) != 0) {
-      return fail(ErrorCode::kIo, concat(path_, ": cannot be written: ", std::strerror(errno)));
-    }
-    return {};
+    const Status synced = file_.sync();
+    return synced ? synced : fail(ErrorCode::kIo, concat(path_, ": cannot be written: ", synced.error().message));
   }
 
   std::int64_t frames() const noexcept override { return frames_; }
@@ -96,7 +85,7 @@ class ContainerRecorder final : public RawRecorder {
     std::byte* at = record_.data() + kRecordHeaderBytes;
     for (const GrayView& image : {frame.left, frame.right}) {
       const auto row_bytes = static_cast<std::size_t>(image.width);
-      if (record_pixel_bytes(image.width, image.height) != record_.size() - kRecordHeaderBytes) {
+      if (image.width != width_px_ || image.height != height_px_) {
         return fail(ErrorCode::kInvalidArgument, concat(path_, ": an image is ", size_text(image.width, image.height),
                                                         "; all of a recording have one size"));
       }
@@ -110,25 +99,21 @@ class ContainerRecorder final : public RawRecorder {
     return {};
   }
 
-  // All or nothing: what a full disk took of it is taken back.
   Status append(std::span<const std::byte> bytes) {
-    if (const Status written = write_all(file_.get(), bytes); !written) {
-      const bool is_cut = ftruncate(file_.get(), static_cast<off_t>(bytes_)) == 0;
-      return fail(ErrorCode::kIo,
-                  concat(path_, ": ", written.error().message,
-                         is_cut ? "; what was recorded before is whole" : "; its last record is not whole"));
-    }
-    bytes_ += bytes.size();
-    return {};
+    const Status appended = file_.append(bytes);
+    return appended ? appended
+                    : fail(ErrorCode::kIo,
+                           concat(path_, ": ", appended.error().message, "; what was recorded before is whole"));
   }
 
   RawRecorderConfig config_;
+  int width_px_;
+  int height_px_;
   std::string header_;
   std::span<std::byte> record_;
   std::string folder_;
   std::string path_;
-  OwnedFd file_;
-  std::uint64_t bytes_ = 0;  ///< Of the current file.
+  AppendFile file_;
   std::int64_t frames_ = 0;
   int segments_ = 0;
   std::optional<Error> stopped_;

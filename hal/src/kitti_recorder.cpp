@@ -4,14 +4,18 @@
 #include <cstdio>
 #include <cstring>
 #include <ctime>
-#include <fcntl.h>
-#include <fstream>
 #include <optional>
+#include <span>
+#include <string_view>
 #include <unistd.h>
+#include <utility>
+#include <vector>
 
+#include "append_file.hpp"
 #include "calibration_text.hpp"
-#include "container_file.hpp"
+#include "kinetrace/core/config_check.hpp"
 #include "kinetrace/imaging/png_writer.hpp"
+#include "layouts.hpp"
 #include "messages.hpp"
 #include "raw_recorders.hpp"
 
@@ -24,8 +28,8 @@ constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr std::array<const char*, 2> kEyes{"image_00", "image_01"};
 
 // "2011-09-26 14:06:03.368359168\n".
-using TimeText = std::array<char, 48>;
-int format_time(std::int64_t time_ns, TimeText& text) {
+using LineText = std::array<char, 48>;
+int format_date(std::int64_t time_ns, LineText& text) {
   const std::time_t seconds = time_ns / kSecond_ns;
   std::tm parts{};
   gmtime_r(&seconds, &parts);
@@ -44,6 +48,13 @@ std::int64_t epoch_of(std::int64_t first_ns) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(now).count() - first_ns;
 }
 
+std::span<const std::byte> bytes_of(std::string_view text) {
+  return std::as_bytes(std::span(text));
+}
+
+// Beside KITTI's own files there is one that says which frame has which time: its lines are written last, and a frame
+// without one is none. Images and the lines of KITTI's times are found to belong together only by their count, which a
+// loss of power makes wrong.
 class KittiRecorder final : public RawRecorder {
  public:
   KittiRecorder(const RawRecorderConfig& config, fs::path drive)
@@ -51,23 +62,22 @@ class KittiRecorder final : public RawRecorder {
         drive_(std::move(drive)),
         width_px_(config.calibration.raw_width_px()),
         height_px_(config.calibration.raw_height_px()),
-        path_(drive_.string().size() + kLongestName) {}
+        path_(drive_.string().size() + kLongestName),
+        unfinished_path_(path_.size()) {}
 
   Status begin(const std::string& calibration) {
-    std::error_code error;
     for (std::size_t eye = 0; eye < kEyes.size(); ++eye) {
-      fs::create_directories(drive_ / kEyes[eye] / "data", error);
-      const fs::path times = drive_ / kEyes[eye] / "timestamps.txt";
-      times_[eye] = OwnedFd(::open(times.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
-      if (error || !times_[eye].valid()) {
-        return fail(ErrorCode::kIo, concat(times.string(), ": cannot be made: ", std::strerror(errno)));
+      std::error_code error;
+      if (fs::create_directories(drive_ / kEyes[eye] / "data", error); error) {
+        return fail(ErrorCode::kIo, concat(drive_.string(), ": cannot be made: ", error.message()));
+      }
+      if (Status made = make(drive_ / kEyes[eye] / "timestamps.txt", "", lines_[eye]); !made) {
+        return made;
       }
     }
-    const fs::path file = config_.directory / "calib_cam_to_cam.txt";
-    std::ofstream stream(file);
-    stream << calibration;
-    stream.close();
-    return stream ? Status{} : fail(ErrorCode::kIo, file.string() + ": cannot be written; check space and permissions");
+    AppendFile calibration_file;
+    return first_failure({make(drive_ / kFrameTimesFile, "# frame, time in ns\n", lines_[kFrameTimes]),
+                          make(config_.directory / "calib_cam_to_cam.txt", calibration, calibration_file)});
   }
 
   Status write(const StereoFrame& frame) override {
@@ -75,14 +85,8 @@ class KittiRecorder final : public RawRecorder {
       return tl::unexpected(*stopped_);
     }
     Status written = check_frame(frame);
-    const std::array<GrayView, 2> images{frame.left, frame.right};
-    for (std::size_t eye = 0; written && eye < kEyes.size(); ++eye) {
-      std::snprintf(path_.data(), path_.size(), "%s/%s/data/%010lld.png", drive_.c_str(), kEyes[eye],
-                    static_cast<long long>(frame.frame_index));
-      written = imaging::write_png_gray8(path_.data(), images[eye], imaging::PngEffort::kFast);
-    }
     if (written) {
-      written = write_times(frame.timestamp_ns);
+      written = write_whole(frame);
     }
     if (!written) {
       stopped_ = written.error();
@@ -92,20 +96,25 @@ class KittiRecorder final : public RawRecorder {
     return {};
   }
 
-  Status sync() override {
-    for (const OwnedFd& times : times_) {
-      if (syncfs(times.get()) != 0) {
-        return fail(ErrorCode::kIo, concat(drive_.string(), ": cannot be written: ", std::strerror(errno)));
-      }
-    }
-    return {};
-  }
+  // Syncing each of a second's images by itself would take longer than the second.
+  Status sync() override { return sync_disk_of(drive_.c_str()); }
 
   std::int64_t frames() const noexcept override { return frames_; }
 
  private:
   static constexpr std::size_t kLongestName = 64;
   static constexpr std::int64_t kFramesBetweenChecks = 16;
+  static constexpr std::size_t kFrameTimes = kEyes.size();
+
+  static Status make(const fs::path& path, std::string_view content, AppendFile& file) {
+    auto made = AppendFile::create(path.c_str());
+    if (!made) {
+      return tl::unexpected(made.error());
+    }
+    file = std::move(*made);
+    const Status written = file.append(bytes_of(content));
+    return written ? written : fail(ErrorCode::kIo, concat(path.string(), ": ", written.error().message));
+  }
 
   Status check_frame(const StereoFrame& frame) {
     for (const GrayView& image : {frame.left, frame.right}) {
@@ -118,18 +127,64 @@ class KittiRecorder final : public RawRecorder {
     return frames_ % kFramesBetweenChecks == 0 ? check_space(drive_, config_.keep_free_bytes) : Status{};
   }
 
-  Status write_times(std::int64_t timestamp_ns) {
-    if (!epoch_ns_) {
-      epoch_ns_ = epoch_of(timestamp_ns);
+  // All or nothing.
+  Status write_whole(const StereoFrame& frame) {
+    std::array<std::uint64_t, kEyes.size() + 1> bytes_before{};
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+      bytes_before[i] = lines_[i].bytes();
     }
-    TimeText text{};
-    const int length = format_time(timestamp_ns + *epoch_ns_, text);
-    for (const OwnedFd& times : times_) {
-      if (::write(times.get(), text.data(), static_cast<std::size_t>(length)) != length) {
-        return fail(ErrorCode::kIo, concat(drive_.string(), ": ", std::strerror(errno != 0 ? errno : ENOSPC)));
+    Status written = write_image(0, frame.frame_index, frame.left);
+    if (written) {
+      written = write_image(1, frame.frame_index, frame.right);
+    }
+    if (written) {
+      written = write_times(frame);
+    }
+    if (!written) {
+      for (std::size_t i = 0; i < lines_.size(); ++i) {
+        lines_[i].cut(bytes_before[i]);
       }
+      for (std::size_t eye = 0; eye < kEyes.size(); ++eye) {
+        compose_paths(eye, frame.frame_index);
+        static_cast<void>(::unlink(path_.data()));
+      }
+      written.error().message += "; what was recorded before is whole";
     }
-    return {};
+    return written;
+  }
+
+  void compose_paths(std::size_t eye, std::int64_t number) {
+    for (const auto& [path, suffix] : {std::pair{&path_, "png"}, std::pair{&unfinished_path_, "part"}}) {
+      std::snprintf(path->data(), path->size(), "%s/%s/data/%010lld.%s", drive_.c_str(), kEyes[eye],
+                    static_cast<long long>(number), suffix);
+    }
+  }
+
+  // An image has its name once it is whole.
+  Status write_image(std::size_t eye, std::int64_t number, const GrayView& image) {
+    compose_paths(eye, number);
+    Status written = imaging::write_png_gray8(unfinished_path_.data(), image, imaging::PngEffort::kFast);
+    if (written && std::rename(unfinished_path_.data(), path_.data()) != 0) {
+      return fail(ErrorCode::kIo, concat(path_.data(), ": ", std::strerror(errno)));
+    }
+    return written;
+  }
+
+  Status write_times(const StereoFrame& frame) {
+    if (!epoch_ns_) {
+      epoch_ns_ = epoch_of(frame.timestamp_ns);
+    }
+    const std::int64_t time_ns = frame.timestamp_ns + *epoch_ns_;
+    LineText text{};
+    Status written;
+    for (std::size_t i = 0; written && i < lines_.size(); ++i) {
+      const int length = i == kFrameTimes
+                             ? std::snprintf(text.data(), text.size(), "%lld %lld\n",
+                                             static_cast<long long>(frame.frame_index), static_cast<long long>(time_ns))
+                             : format_date(time_ns, text);
+      written = lines_[i].append(bytes_of({text.data(), static_cast<std::size_t>(length)}));
+    }
+    return written ? written : fail(ErrorCode::kIo, concat(drive_.string(), ": ", written.error().message));
   }
 
   RawRecorderConfig config_;
@@ -137,8 +192,9 @@ class KittiRecorder final : public RawRecorder {
   int width_px_;
   int height_px_;
   std::vector<char> path_;
-  std::array<OwnedFd, 2> times_;
-  std::optional<std::int64_t> epoch_ns_;  ///< Added to all times.
+  std::vector<char> unfinished_path_;
+  std::array<AppendFile, kEyes.size() + 1> lines_;  ///< Times of both eyes, and times by frame number.
+  std::optional<std::int64_t> epoch_ns_;            ///< Added to all times.
   std::int64_t frames_ = 0;
   std::optional<Error> stopped_;
 };

@@ -4,6 +4,7 @@
 #include <sys/statvfs.h>
 #include <system_error>
 
+#include "append_file.hpp"
 #include "kinetrace/core/config_check.hpp"
 #include "messages.hpp"
 #include "raw_recorders.hpp"
@@ -61,7 +62,13 @@ Result<std::unique_ptr<RawRecorder>> RawRecorder::create(const RawRecorderConfig
       return tl::unexpected(status.error());
     }
   }
-  return config.format == RawFormat::kContainer ? make_container_recorder(config, arena) : make_kitti_recorder(config);
+  auto recorder =
+      config.format == RawFormat::kContainer ? make_container_recorder(config, arena) : make_kitti_recorder(config);
+  // The folders made, the calibration and the first headers: without them the frames would be of no use.
+  if (const Status lasts = sync_disk_of(config.directory.c_str()); recorder && !lasts) {
+    return tl::unexpected(lasts.error());
+  }
+  return recorder;
 }
 
 }  // namespace kinetrace::hal

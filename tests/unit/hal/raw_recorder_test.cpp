@@ -3,6 +3,7 @@
 
 #include <csignal>
 #include <fstream>
+#include <functional>
 #include <numeric>
 #include <sys/resource.h>
 
@@ -16,6 +17,7 @@
 #include "kinetrace/hal/file_stereo_camera.hpp"
 #include "kinetrace/hal/rectifier.hpp"
 #include "rig_for_test.hpp"
+#include "sync_log.hpp"
 #include "temp_folder.hpp"
 
 namespace kinetrace::hal::test {
@@ -296,6 +298,182 @@ TEST_F(Raw, WhatADiskTookBeforeItWasFullIsWhole) {
   EXPECT_EQ(recorder->frames(), 2);
   EXPECT_EQ(std::filesystem::file_size(segments().front()), kContainerHeaderBytes + 2 * record_bytes(48, 32));
   expect_frames(open(DatasetLayout::kContainer).value(), {0, 1});
+}
+
+// The images of frame `index` are harder and harder to compress, the right one harder than the left.
+TEST_F(Raw, WhatADiskTookBeforeItWasFullIsWholeInKittisLayoutToo) {
+  // So that the left image, the right one, or one of the lists of times is what does not fit.
+  for (const rlim_t limit : {100U, 130U, 160U, 200U, 240U, 300U, 400U, 700U}) {
+    const auto recorder = make(config(RawFormat::kKittiRaw)).value();
+    Status full;
+    {
+      const FileSizeLimit limited(limit);
+      for (std::int64_t index = 0; full && index < 1000; ++index) {
+        StereoFrame grown = frame(index);
+        for (std::size_t eye = 0; eye < 2; ++eye) {
+          std::fill(pixels_[eye].begin() + std::min<std::ptrdiff_t>((index / 2) * 8 * static_cast<int>(eye + 1), 1000),
+                    pixels_[eye].end(), std::uint8_t{0});
+        }
+        full = recorder->write(grown);
+      }
+    }
+    ASSERT_FALSE(full) << limit;
+    EXPECT_EQ(full.error().code, ErrorCode::kIo);
+    const std::int64_t whole = recorder->frames();
+    const std::filesystem::path drive = folder_.path() / "raw/drive_0001_sync";
+    for (const char* eye : {"image_00", "image_01"}) {
+      EXPECT_EQ(std::distance(std::filesystem::directory_iterator(drive / eye / "data"), {}), whole) << limit;
+      EXPECT_EQ(std::filesystem::file_size(drive / eye / "timestamps.txt"), 30U * static_cast<std::size_t>(whole));
+    }
+    if (whole > 0) {
+      const Result<Dataset> dataset = open(DatasetLayout::kKittiRaw);
+      ASSERT_TRUE(dataset) << limit << dataset.error().message;
+      EXPECT_EQ(dataset->frames.complete_count(), static_cast<std::size_t>(whole));
+      EXPECT_TRUE(dataset->notes.empty());
+    }
+    std::filesystem::remove_all(folder_.path() / "raw");
+  }
+}
+
+TEST_F(Raw, KittisLayoutIsReadableWhateverALossOfPowerTookOfItsEnd) {
+  using Path = std::filesystem::path;
+  const auto shorten = [](const Path& file, std::uintmax_t bytes) {
+    std::filesystem::resize_file(file, std::filesystem::file_size(file) - bytes);
+  };
+  struct Loss {
+    const char* what;
+    std::function<void(const Path& drive)> happens;
+    std::vector<std::int64_t> left;
+  };
+  const std::vector<Loss> losses{
+      {"a right image that never came",
+       [](const Path& drive) { std::filesystem::remove(drive / "image_01/data/0000000010.png"); },
+       {3, 4, 5, 9}},
+      {"both images",
+       [](const Path& drive) {
+         std::filesystem::remove(drive / "image_00/data/0000000010.png");
+         std::filesystem::remove(drive / "image_01/data/0000000010.png");
+       },
+       {3, 4, 5, 9}},
+      {"the content of an image",
+       [](const Path& drive) { std::filesystem::resize_file(drive / "image_00/data/0000000010.png", 0); },
+       {3, 4, 5, 9}},
+      {"half an image", [&](const Path& drive) { shorten(drive / "image_01/data/0000000010.png", 40); }, {3, 4, 5, 9}},
+      {"a line of time", [&](const Path& drive) { shorten(drive / "image_00/timestamps.txt", 30); }, kWithGap},
+      {"half a line of time", [&](const Path& drive) { shorten(drive / "image_00/timestamps.txt", 13); }, kWithGap},
+      {"the end of a line", [&](const Path& drive) { shorten(drive / "frames.txt", 1); }, {3, 4, 5, 9}},
+      {"half a line", [&](const Path& drive) { shorten(drive / "frames.txt", 7); }, {3, 4, 5, 9}},
+      {"several lines", [&](const Path& drive) { shorten(drive / "frames.txt", 50); }, {3, 4}},
+      {"the content behind a length",
+       [](const Path& drive) {
+         const auto bytes = std::filesystem::file_size(drive / "frames.txt");
+         std::filesystem::resize_file(drive / "frames.txt", bytes - 30);
+         std::filesystem::resize_file(drive / "frames.txt", bytes);
+       },
+       {3, 4, 5}},
+      {"an unfinished next image",
+       [](const Path& drive) { std::ofstream(drive / "image_00/data/0000000011.part") << "PNG"; }, kWithGap},
+      {"a next left image without anything else",
+       [](const Path& drive) {
+         std::filesystem::copy(drive / "image_00/data/0000000010.png", drive / "image_00/data/0000000011.png");
+       },
+       kWithGap},
+      {"many images and no more gaps than would make up for the lines",
+       [](const Path& drive) {
+         for (const char* eye : {"image_00", "image_01"}) {
+           std::filesystem::remove(drive / eye / "data/0000000010.png");
+           std::filesystem::remove(drive / eye / "data/0000000009.png");
+           std::filesystem::remove(drive / eye / "data/0000000005.png");
+         }
+       },
+       {3, 4}},
+  };
+  for (const Loss& loss : losses) {
+    SCOPED_TRACE(loss.what);
+    record(config(RawFormat::kKittiRaw), kWithGap);
+    loss.happens(folder_.path() / "raw/drive_0001_sync");
+    const Result<Dataset> dataset = open(DatasetLayout::kKittiRaw);
+    ASSERT_TRUE(dataset) << dataset.error().message;
+    expect_frames(*dataset, loss.left);
+    std::filesystem::remove_all(folder_.path() / "raw");
+  }
+}
+
+TEST_F(Raw, WithoutAWholeFrameThereIsNoRecording) {
+  record(config(RawFormat::kKittiRaw), {0});
+  const std::filesystem::path times = folder_.path() / "raw/drive_0001_sync/frames.txt";
+  std::filesystem::resize_file(times, std::filesystem::file_size(times) - 1);
+  const Result<Dataset> dataset = open(DatasetLayout::kKittiRaw);
+  ASSERT_FALSE(dataset);
+  EXPECT_EQ(dataset.error().code, ErrorCode::kBadFormat);
+  EXPECT_THAT(dataset.error().message, HasSubstr("frames.txt"));
+}
+
+TEST_F(Raw, FilesAndTheirNamesLast) {
+  using ::testing::Contains;
+  using ::testing::ElementsAre;
+  using ::testing::Pair;
+  const std::string folder = (folder_.path() / "raw").string();
+  for (const RawFormat format : {RawFormat::kContainer, RawFormat::kKittiRaw}) {
+    static_cast<void>(take_syncs());
+    const auto recorder = make(config(format)).value();
+    EXPECT_THAT(take_syncs(), Contains(Pair("disk", folder))) << "the folder, the calibration and the first header";
+    const bool is_container = format == RawFormat::kContainer;
+    // 335 records of 48 x 32 pixels fill the first file.
+    for (std::int64_t index = 0; is_container && index < 336; ++index) {
+      ASSERT_TRUE(recorder->write(frame(index)));
+    }
+    if (is_container) {
+      EXPECT_THAT(take_syncs(), ElementsAre(Pair("data", folder + "/000000.ktraw"), Pair("file", folder)));
+    }
+    ASSERT_TRUE(recorder->write(frame(336)));
+    ASSERT_TRUE(recorder->sync());
+    EXPECT_THAT(take_syncs(), ElementsAre(is_container ? Pair("data", folder + "/000001.ktraw")
+                                                       : Pair("disk", folder + "/drive_0001_sync")))
+        << "once";
+    std::filesystem::remove_all(folder_.path() / "raw");
+  }
+}
+
+TEST_F(Raw, OpensMoreFilesThanAProgramMayHaveOpen) {
+  std::vector<std::int64_t> indices(64);
+  std::iota(indices.begin(), indices.end(), 0);
+  record(config(RawFormat::kContainer), indices);
+  // A file for each frame, as long recordings in small segments have.
+  const std::filesystem::path first = segments().front();
+  std::ifstream stream(first, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  for (const std::int64_t index : indices) {
+    char name[32];
+    std::snprintf(name, sizeof(name), "1%05d.ktraw", static_cast<int>(index));
+    const std::size_t size = record_bytes(48, 32);
+    std::ofstream(folder_.path() / "raw" / name, std::ios::binary)
+        << bytes.substr(0, kContainerHeaderBytes)
+        << bytes.substr(kContainerHeaderBytes + static_cast<std::size_t>(index) * size, size);
+  }
+  std::filesystem::remove(first);
+  rlimit before{};
+  getrlimit(RLIMIT_NOFILE, &before);
+  const rlimit few{32, before.rlim_max};
+  setrlimit(RLIMIT_NOFILE, &few);
+  const Result<Dataset> dataset = open(DatasetLayout::kContainer);
+  EXPECT_TRUE(dataset) << dataset.error().message;
+  if (dataset) {
+    expect_frames(*dataset, indices);
+  }
+  setrlimit(RLIMIT_NOFILE, &before);
+}
+
+TEST_F(Raw, RefusesImagesWithWidthAndHeightExchanged) {
+  for (const RawFormat format : {RawFormat::kContainer, RawFormat::kKittiRaw}) {
+    const auto recorder = make(config(format)).value();
+    StereoFrame turned = frame(0);
+    for (GrayView* image : {&turned.left, &turned.right}) {
+      *image = {image->data, image->height, image->width, image->height};
+    }
+    EXPECT_EQ(recorder->write(turned).error().code, ErrorCode::kInvalidArgument);
+    std::filesystem::remove_all(folder_.path() / "raw");
+  }
 }
 
 TEST_F(Raw, RefusesAnImageOfAnotherSize) {
