@@ -164,6 +164,11 @@ std::vector<CaptureListing> list_v4l2_devices() {
                         .name = node.card,
                         .modes = file ? list_v4l2_modes(*file, node) : std::vector<std::string>{}});
   }
+  for (Error& problem : unreadable_v4l2_nodes()) {
+    CaptureListing unreadable;
+    unreadable.problem = std::move(problem.message);
+    listings.push_back(std::move(unreadable));
+  }
   return listings;
 }
 

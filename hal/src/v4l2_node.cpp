@@ -44,10 +44,10 @@ std::optional<int> node_number(const std::string& file_name) {
   return number;
 }
 
-std::vector<std::string> node_paths() {
+std::vector<std::string> node_paths(const std::string& folder) {
   std::vector<std::pair<int, std::string>> numbered;
   std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator("/dev", error)) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
     if (const auto number = node_number(entry.path().filename())) {
       numbered.emplace_back(*number, entry.path());
     }
@@ -105,12 +105,22 @@ Result<V4l2Node> describe_v4l2_node(const V4l2File& file) {
 
 std::vector<V4l2Node> list_v4l2_nodes() {
   std::vector<V4l2Node> nodes;
-  for (const std::string& path : node_paths()) {
+  for (const std::string& path : node_paths("/dev")) {
     if (auto node = node_at(path)) {
       nodes.push_back(std::move(*node));
     }
   }
   return nodes;
+}
+
+std::vector<Error> unreadable_v4l2_nodes(const std::string& folder) {
+  std::vector<Error> problems;
+  for (const std::string& path : node_paths(folder)) {
+    if (auto file = V4l2File::open(path); !file && file.error().code == ErrorCode::kIo) {
+      problems.push_back(std::move(file.error()));
+    }
+  }
+  return problems;
 }
 
 Result<V4l2Node> find_v4l2_node(const std::string& name) {

@@ -25,6 +25,9 @@ struct V4l2Node {
 /// Every node that captures and streams video, by number. Nodes for metadata or output are left out.
 [[nodiscard]] std::vector<V4l2Node> list_v4l2_nodes();
 
+/// Why device files in `folder` cannot be opened, where that can be helped: permission, in use.
+[[nodiscard]] std::vector<Error> unreadable_v4l2_nodes(const std::string& folder = "/dev");
+
 /// What this file is. Errors: kUnsupported (does not capture video), kIo.
 [[nodiscard]] Result<V4l2Node> describe_v4l2_node(const V4l2File& file);
 

@@ -1,4 +1,6 @@
 // The small parts that capture backends share.
+#include <filesystem>
+#include <fstream>
 #include <limits>
 #include <poll.h>
 #include <thread>
@@ -11,6 +13,8 @@
 #include "frame_wait.hpp"
 #include "monotonic_time.hpp"
 #include "sequence_unwrapper.hpp"
+#include "temp_folder.hpp"
+#include "v4l2_node.hpp"
 
 namespace kinetrace::hal {
 namespace {
@@ -49,6 +53,18 @@ TEST(SequenceUnwrapper, ForgetsOnReset) {
   EXPECT_EQ(unwrapper.unwrap(kLast), kWrap - 1);
   unwrapper.reset();
   EXPECT_EQ(unwrapper.unwrap(3), 3);
+}
+
+TEST(V4l2Nodes, ThatCannotBeOpenedAreNamedWithTheReason) {
+  const kinetrace::test::TempFolder folder;
+  std::filesystem::create_directory(folder.path() / "video3");  // Cannot be opened for writing, by nobody.
+  std::ofstream(folder.path() / "video4") << "not a device";    // Can be, and is none.
+  std::filesystem::create_symlink("gone", folder.path() / "video5");
+  std::filesystem::create_directory(folder.path() / "videos");
+  const std::vector<Error> problems = unreadable_v4l2_nodes(folder.path().string());
+  ASSERT_EQ(problems.size(), 1U);
+  EXPECT_THAT(problems[0].message, ::testing::HasSubstr((folder.path() / "video3").string() + ": open: "));
+  EXPECT_TRUE(unreadable_v4l2_nodes((folder.path() / "nowhere").string()).empty());
 }
 
 TEST(MonotonicTime, TakesOffTheTimeAsleep) {

@@ -14,6 +14,7 @@ struct CaptureListing {
   std::string path;  ///< Empty where the backend has none.
   std::string stable_id;
   std::string name;
+  std::string problem{};           ///< Why nothing more is known of it, and what to do; empty: all is known.
   std::vector<std::string> modes;  ///< "GREY 640x480 at 5..60 Hz"
 };
 
