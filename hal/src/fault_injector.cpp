@@ -198,7 +198,10 @@ void FaultInjector::cut_off(StereoFrame& frame, std::int64_t number, double perc
   const bool is_left = lot(plan_.seed, FaultKind::kCorrupt, ~number) < 0.5;
   GrayView& image = is_left ? frame.left : frame.right;
   const MutableGrayView spoilt = storage_.spoilt[is_left ? 0 : 1];
-  copy_image(image, spoilt);
+  // Of an eye that also lags behind, the image is there already.
+  if (image.data != spoilt.data) {
+    copy_image(image, spoilt);
+  }
   const int arrived = static_cast<int>(image.height * (1.0 - percent / 100.0));
   for (int y = arrived; y < image.height; ++y) {
     std::fill_n(spoilt.row(y), spoilt.width, kUnfilled);
