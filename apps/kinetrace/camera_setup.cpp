@@ -88,6 +88,13 @@ Outcome<CameraSetup> from_devices(const CameraConfig& config) {
   return setup;
 }
 
+// Wherever they are asked for, the run says so: it must not pass for one without.
+void inject(const hal::FaultPlan& plan, const std::string& text, CameraSetup& setup) {
+  setup.faults = plan;
+  setup.is_camera = true;
+  setup.description.emplace_back("faults", text);
+}
+
 Outcome<CameraSetup> from_camera_file(const SourceOptions& options) {
   const Result<CameraConfig> config = load_camera_config(options.camera);
   if (!config) {
@@ -98,8 +105,9 @@ Outcome<CameraSetup> from_camera_file(const SourceOptions& options) {
     setup->is_camera = true;
     setup->description.emplace_back("camera", options.camera);
     setup->description.emplace_back("calibration", setup->calibration.source);
-    if (!config->faults.empty()) {
-      setup->faults = hal::parse_faults(config->faults).value();
+    // Those of the command line take the place of the file's.
+    if (!config->faults.empty() && options.faults.empty()) {
+      inject(hal::parse_faults(config->faults).value(), config->faults, *setup);
     }
   }
   return setup;
@@ -122,9 +130,7 @@ Outcome<CameraSetup> camera_setup(const SourceOptions& options) {
     if (!faults) {
       return failure(faults.error());
     }
-    setup->faults = *faults;
-    setup->is_camera = true;
-    setup->description.emplace_back("faults", options.faults);
+    inject(*faults, options.faults, *setup);
   }
   return setup;
 }
@@ -167,7 +173,7 @@ Result<GuardedCamera> CameraSetup::make(Arena& arena) const {
     camera = std::move(*faulty);
   }
   // The times of a recording are what they are, unless faults were put into them.
-  const bool mend_times = live.has_value() || !faults.empty();
+  const bool mend_times = mends_times && (live.has_value() || !faults.empty());
   made.camera = std::make_unique<hal::FrameGuard>(std::move(camera), hal::FrameGuardConfig{.mend_times = mend_times});
   return made;
 }

@@ -35,6 +35,7 @@ struct CameraSetup {
   /// Named by --camera, or a recording that faults make one: waited for when lost, and its pairs are watched. A
   /// recording that has gone ends the run.
   bool is_camera = false;
+  bool mends_times = true;  ///< Of a camera, see FrameGuardConfig; not where its times are what is looked at.
   std::vector<std::pair<std::string, std::string>> description;  ///< For run.json.
   std::vector<std::string> notes;
 

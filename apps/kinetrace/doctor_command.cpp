@@ -56,6 +56,10 @@ void list_devices(Findings& findings) {
     findings.ok("devices", "none on this machine; a live camera needs one (plug it in, or join the group video)");
   }
   for (const auto& device : devices) {
+    if (!device.problem.empty()) {
+      findings.failed("device", device.problem);
+      continue;
+    }
     findings.ok("device", device.name + ", " + device.path + ", " + device.stable_id);
     for (const std::string& mode : device.modes) {
       std::printf("                     %s\n", mode.c_str());
@@ -89,6 +93,9 @@ struct Watched {
   }
 };
 
+// Often enough for a look of a few seconds.
+constexpr hal::SyncMonitorConfig kMonitor{.interval_frames = 2};
+
 Status watch(const CameraSetup& setup, const GuardedCamera& camera, const DoctorOptions& options,
              const AppConfig& config, Arena& arena, Watched& watched) {
   auto rectifier = hal::Rectifier::create(setup.calibration, config.rectification, arena);
@@ -96,8 +103,7 @@ Status watch(const CameraSetup& setup, const GuardedCamera& camera, const Doctor
     return tl::unexpected(rectifier.error());
   }
   const StereoGeometry& geometry = rectifier->geometry();
-  constexpr hal::SyncMonitorConfig kOften{.interval_frames = 2};
-  auto monitor = hal::SyncMonitor::create(kOften, geometry.width_px, geometry.height_px, arena);
+  auto monitor = hal::SyncMonitor::create(kMonitor, geometry.width_px, geometry.height_px, arena);
   if (!monitor) {
     return tl::unexpected(monitor.error());
   }
@@ -127,11 +133,13 @@ void judge_timing(const Watched& watched, const GuardedCamera& camera, Findings&
                      text(" to %.1f ms", static_cast<double>(watched.longest_ns) / kNanosecondsPerMs),
                  "shorten the exposure, add light, or use a USB port of its own for each camera");
   const hal::CameraCounters& counted = camera.camera->counters();
-  const std::uint64_t lost = counted.gaps + counted.skipped_missing_side + counted.skipped_unreadable;
+  const std::uint64_t lost =
+      counted.gaps + counted.skipped_missing_side + counted.skipped_unreadable + counted.skipped_repeated;
   findings.check(lost * 100 <= static_cast<std::uint64_t>(watched.frames), "losses",
                  std::to_string(watched.frames) + " frames; " + std::to_string(counted.gaps) + " lost, " +
                      std::to_string(counted.skipped_missing_side) + " without partner, " +
-                     std::to_string(counted.skipped_unreadable) + " damaged",
+                     std::to_string(counted.skipped_unreadable) + " damaged, " +
+                     std::to_string(counted.skipped_repeated) + " with times that do not advance",
                  "lower rate or size, use a compressed format, better cables, or triggered cameras");
   if (camera.live != nullptr) {
     const hal::PairingStatus pairing = camera.live->pairing();
@@ -184,7 +192,9 @@ void examine(const CameraSetup& setup, const AppConfig& config, const DoctorOpti
                                    text(" of %.1f MiB", config.pipeline.memory.budget_mib))
        : findings.failed("memory", fits.error().message);
 
-  Arena arena(plan->total_bytes());
+  Arena arena(setup.required_bytes() + hal::Rectifier::required_bytes(setup.calibration, config.rectification) +
+              hal::SyncMonitor::required_bytes(kMonitor, geometry->width_px, geometry->height_px) +
+              2 * Arena::kAlignment);
   auto camera = setup.make(arena);
   if (!camera) {
     findings.failed("camera", camera.error().message);
@@ -218,10 +228,12 @@ int doctor_command(const DoctorOptions& options) {
     }
     SourceOptions source;
     source.camera = options.camera;
-    const Outcome<CameraSetup> setup = camera_setup(source);
+    Outcome<CameraSetup> setup = camera_setup(source);
     if (!setup) {
       findings.failed("config", setup.error().message);
     } else {
+      // A rate is measured on times as they come, not on such as were brought back to that rate.
+      setup->mends_times = false;
       catch_interrupts();
       examine(*setup, *config, options, findings);
     }
