@@ -23,18 +23,24 @@ void add_config_options(CLI::App& command, ConfigSource& source) {
 
 void add_source_options(CLI::App& command, SourceOptions& source) {
   CLI::Option_group& from = *command.add_option_group("Source", "Where frames come from: one of");
-  from.add_option("--dataset", source.dataset,
-                  "A recording; LAYOUT is kitti-raw, kitti-odometry, kitti-tracking, euroc, cityscapes, folder or "
-                  "container")
-      ->type_name("LAYOUT:PATH");
+  CLI::Option* dataset =
+      from.add_option("--dataset", source.dataset,
+                      "A recording; LAYOUT is kitti-raw, kitti-odometry, kitti-tracking, euroc, cityscapes, folder or "
+                      "container")
+          ->type_name("LAYOUT:PATH");
   from.add_option("--camera", source.camera, "A camera file; config/cameras holds commented examples")
       ->type_name("FILE");
   from.require_option(1);
-  command.add_option("--sequence", source.sequence, "Which sequence, where the path holds several")->type_name("NAME");
+  // A camera file says these itself.
+  command.add_option("--sequence", source.sequence, "Which sequence, where the path holds several")
+      ->type_name("NAME")
+      ->needs(dataset);
   command.add_option("--cameras", source.cameras, "Which pair of cameras, where the rig has both (gray or color)")
-      ->check(CLI::IsMember({"gray", "color"}));
+      ->check(CLI::IsMember({"gray", "color"}))
+      ->needs(dataset);
   command.add_option("--loop", source.passes, "Plays the recording N times")
       ->type_name("N")
+      ->needs(dataset)
       ->check(CLI::PositiveNumber);
   command
       .add_option("--fault", source.faults,
@@ -50,14 +56,19 @@ void add_until_options(CLI::App& command, UntilOptions& until) {
       ->check(CLI::Range(0.001, 1e9));
 }
 
-void add_raw_options(CLI::App& command, RawOutputOptions& raw) {
-  command.add_flag("--container", raw.container, "Raw images go into one file after another instead of KITTI's layout");
+void add_raw_options(CLI::App& command, RawOutputOptions& raw, CLI::Option* out) {
+  CLI::Option* container =
+      command
+          .add_flag("--container", raw.container, "Raw images go into one file after another instead of KITTI's layout")
+          ->needs(out);
   command.add_option("--segment-mib", raw.segment_mib, "A container goes on in a new file at this size")
       ->type_name("MIB")
+      ->needs(container)
       ->check(CLI::Range(1, 1 << 20))
       ->capture_default_str();
   command.add_option("--keep-free-mib", raw.keep_free_mib, "Raw recording stops before the disk has less space left")
       ->type_name("MIB")
+      ->needs(out)
       ->check(CLI::Range(0, 1 << 30))
       ->capture_default_str();
 }
@@ -72,8 +83,9 @@ void add_run(CLI::App& app, RunOptions& options, std::string& out, std::string& 
   add_config_options(run, options.config);
   run.add_option("--out", out, "Run folder; made, or replaced if it is an earlier run's")->type_name("DIR")->required();
   add_until_options(run, options.until);
-  run.add_option("--record", raw_out, "Also records the raw images, into a new folder")->type_name("DIR");
-  add_raw_options(run, options.raw);
+  CLI::Option* raw =
+      run.add_option("--record", raw_out, "Also records the raw images, into a new folder")->type_name("DIR");
+  add_raw_options(run, options.raw, raw);
   run.add_flag("--json", options.json, "Prints run.json on standard output instead of the summary");
   run.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
   run.footer(kFooter);
@@ -82,9 +94,9 @@ void add_run(CLI::App& app, RunOptions& options, std::string& out, std::string& 
 void add_record(CLI::App& app, RecordOptions& options, std::string& raw_out) {
   CLI::App& record = *app.add_subcommand("record", "Records a camera's synchronised raw images, without processing");
   add_source_options(record, options.source);
-  record.add_option("--out", raw_out, "New folder")->type_name("DIR")->required();
+  CLI::Option* out = record.add_option("--out", raw_out, "New folder")->type_name("DIR")->required();
   add_until_options(record, options.until);
-  add_raw_options(record, options.raw);
+  add_raw_options(record, options.raw, out);
   record.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
   record.footer(kFooter);
 }
