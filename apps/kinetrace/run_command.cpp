@@ -35,6 +35,7 @@ struct Chain {
   std::optional<hal::SyncMonitor> monitor;       // Of cameras; a recording is as it is.
   std::unique_ptr<RecordingThread> raw;          // Null unless asked for.
   std::unique_ptr<RecordingThread> raw_ended{};  // What became of it where it stopped early.
+  bool waits_for_disk = false;                   // Recordings do; a camera would lose frames meanwhile.
 };
 
 // What is there only where it is asked for.
@@ -54,6 +55,7 @@ Outcome<void> add_extras(Chain& chain, const CameraSetup& setup, const RunOption
       return tl::unexpected(raw.error());
     }
     chain.raw = std::move(*raw);
+    chain.waits_for_disk = !setup.live;
   }
   return {};
 }
@@ -90,6 +92,9 @@ Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, con
 void record_raw(Chain& chain, const StereoFrame& frame, HealthMonitor& health) {
   if (!chain.raw) {
     return;
+  }
+  if (chain.waits_for_disk) {
+    chain.raw->wait_for_room();
   }
   chain.raw->offer(frame);
   if (const std::optional<Error> stopped = chain.raw->stopped_by()) {
