@@ -83,6 +83,10 @@ void RunReport::finish(const GuardedCamera& camera, const StageClock& clock, con
         AllocationCounts{allocations_at_last_frame.own - allocations_at_start_.own,
                          allocations_at_last_frame.foreign - allocations_at_start_.foreign};
   }
+  if (camera.live != nullptr) {
+    const hal::PairingStatus pairing = camera.live->pairing();
+    summary_.pairing = {pairing.offset_ms, pairing.drift_ppm, pairing.relearned};
+  }
   add_warnings(camera);
   add_health();
   if (!played) {

@@ -98,6 +98,11 @@ Result<std::string> run_json_text(const RunSummary& summary, std::span<const Fil
   }
   run["counters"] = counters_json(summary);
   run["health"] = health_json(summary.health);
+  if (summary.pairing) {
+    run["pairing"] = {{"offset_ms", summary.pairing->offset_ms},
+                      {"drift_ppm", summary.pairing->drift_ppm},
+                      {"relearned", summary.pairing->relearned}};
+  }
   run["warnings"] = summary.warnings;
   run["files"] = files_json(files);
   return run.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -29,6 +29,7 @@ TEST(RunJson, HasTheDocumentedNames) {
   summary.counters.tracks_born = 6;
   summary.counters.background_lost_frames = 1;
   summary.camera_counters = {{"camera_frames_skipped", 2}};
+  summary.pairing = {.offset_ms = 1.5, .drift_ppm = -20.0, .relearned = 3};
   summary.health = {.state = HealthState::kDegraded,
                     .worst = HealthState::kLost,
                     .camera = "streaming",
@@ -48,6 +49,7 @@ TEST(RunJson, HasTheDocumentedNames) {
   EXPECT_EQ(run["counters"]["tracks_born"], 6);
   EXPECT_EQ(run["counters"]["background_lost_frames"], 1);
   EXPECT_EQ(run["counters"]["camera_frames_skipped"], 2);
+  EXPECT_EQ(run["pairing"], nlohmann::json({{"offset_ms", 1.5}, {"drift_ppm", -20.0}, {"relearned", 3}}));
   EXPECT_EQ(run["health"]["state"], "degraded");
   EXPECT_EQ(run["health"]["worst"], "lost");
   EXPECT_EQ(run["health"]["camera"], "streaming");

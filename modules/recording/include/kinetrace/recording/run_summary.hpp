@@ -21,6 +21,13 @@ struct HealthSummary {
   std::vector<HealthEntry> entries;
 };
 
+/// How two cameras' images were paired.
+struct PairingSummary {
+  double offset_ms = 0.0;       ///< What right images are later than left ones.
+  double drift_ppm = 0.0;       ///< How fast that grows.
+  std::uint64_t relearned = 0;  ///< Times that the offset had to be learnt anew.
+};
+
 /// Filled in by the application after the last frame, when allocation is allowed again.
 struct RunSummary {
   std::string version;
@@ -34,6 +41,7 @@ struct RunSummary {
   FrameCounters counters;
   std::vector<std::pair<std::string, std::uint64_t>> camera_counters;  ///< Added to the counters under their names.
   HealthSummary health;
+  std::optional<PairingSummary> pairing;  ///< Of live cameras.
   std::vector<std::string> warnings;
   int exit_status = 0;  ///< Of the program, as the shell will see it.
 };
