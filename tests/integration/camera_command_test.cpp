@@ -80,6 +80,7 @@ TEST_F(CameraCommand, FaultsMayStandInTheCameraFile) {
   const ProgramResult result = run(faulty);
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(report()["frames"], recording_.frames - 2);
+  EXPECT_EQ(report()["dataset"]["faults"], "unplug@2,drop@4");
   EXPECT_EQ(report()["health"]["worst"], "lost");
   EXPECT_EQ(report()["health"]["camera"], "streaming");
 }
@@ -94,11 +95,10 @@ TEST_F(CameraCommand, ACameraThatNeverDeliversIsAnError) {
 }
 
 TEST_F(CameraCommand, RecordsWhatItProcesses) {
-  const std::string source = camera();
-  ASSERT_EQ(run(source, {"--record", raw(), "--container"}).exit_code, 0);
-  EXPECT_EQ(
-      report()["counters"]["raw_frames_recorded"].get<int>() + report()["counters"]["raw_frames_dropped"].get<int>(),
-      recording_.frames);
+  const std::string source = camera("", 20);
+  ASSERT_EQ(run(source, {"--record", raw()}).exit_code, 0);
+  EXPECT_EQ(report()["counters"]["raw_frames_recorded"], 20 * recording_.frames) << "a recording waits for the disk";
+  EXPECT_EQ(report()["counters"]["raw_frames_dropped"], 0);
   EXPECT_EQ(report()["allocations_after_start"].is_null() ? 0 : report()["allocations_after_start"].get<int>(), 0);
 }
 
@@ -157,6 +157,12 @@ TEST_F(CameraCommand, DoctorNamesEachFailureWithItsRemedy) {
   const ProgramResult lossy = doctor(camera("faults: \"drop@0-9999%30\"\n", 20));
   EXPECT_EQ(lossy.exit_code, 1);
   EXPECT_THAT(lossy.out, HasSubstr("FAIL  rate"));
+  const ProgramResult jumps = doctor(camera("faults: \"clock@5:3600\"\n", 20));
+  EXPECT_EQ(jumps.exit_code, 1);
+  EXPECT_THAT(jumps.out, HasSubstr("FAIL  rate")) << "times are seen as they come";
+  const ProgramResult back = doctor(camera("faults: \"clock@5:-3600\"\n", 20));
+  EXPECT_EQ(back.exit_code, 1);
+  EXPECT_THAT(back.out, HasSubstr("FAIL  losses"));
   const ProgramResult gone = doctor(camera("faults: \"unplug@3\"\n"));
   EXPECT_EQ(gone.exit_code, 1);
   EXPECT_THAT(gone.out, HasSubstr("FAIL  stream"));
@@ -188,6 +194,10 @@ TEST_F(CameraCommand, CameraFilesAreBelievedOnlyAsAWhole) {
   const std::string left = "calibration: rig.yaml\ndevices:\n  left: /dev/video0\n  right: /dev/video2\n";
   expect_refused(left + "image:\n  rate_hz: .inf\n", kConfig, "camera.yaml:6");
   expect_refused(left + "image:\n  rate_hz: 0\n", kConfig, "image.rate_hz");
+  expect_refused(left + "image:\n  exposure_us: 5000\n", kConfig, "image.exposure_us needs image.auto_exposure: false");
+  expect_refused(left + "image:\n  gain: 0\n", kConfig, "image.gain needs image.auto_gain: false");
+  expect_refused(left + "image:\n  auto_gain: false\n", kConfig, "image.gain is missing");
+  expect_refused(left + "image:\n  auto_exposure: false\n", kConfig, "image.exposure_us is missing");
   expect_refused(left + "image:\n  format: sepia\n", kConfig, "camera.yaml:6");
   expect_refused(left + "pairing:\n  tolerance_ms: 17\n", kConfig, "pairing.tolerance_ms");
   expect_refused(left + "faults: \"drop\"\n", kConfig, "KIND@FIRST");
@@ -202,6 +212,21 @@ TEST_F(CameraCommand, OneSourceIsNeededAndOnlyOne) {
   EXPECT_EQ(run_kinetrace({"record", "--out", "x"}).exit_code, 64);
   EXPECT_EQ(run_kinetrace({"record", "--camera", "x"}).exit_code, 64);
   EXPECT_EQ(run(camera(), {"--seconds", "-1"}).exit_code, 64);
+}
+
+TEST_F(CameraCommand, WhatWouldHaveNoEffectIsRefused) {
+  const std::string source = camera();
+  for (const auto& [option, value] : {std::pair{"--sequence", "00"},
+                                      {"--cameras", "gray"},
+                                      {"--loop", "2"},
+                                      {"--segment-mib", "1"},
+                                      {"--keep-free-mib", "1"}}) {
+    const ProgramResult result = run(source, {option, value});
+    EXPECT_EQ(result.exit_code, 64) << option;
+    EXPECT_THAT(result.err, HasSubstr(option));
+  }
+  EXPECT_EQ(run(source, {"--container"}).exit_code, 64);
+  EXPECT_EQ(run_kinetrace({"record", "--camera", source, "--out", raw(), "--segment-mib", "1"}).exit_code, 64);
 }
 
 TEST_F(CameraCommand, ExamplesOfCameraFilesAreValid) {
