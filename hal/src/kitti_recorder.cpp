@@ -3,7 +3,6 @@
 #include <chrono>
 #include <cstdio>
 #include <cstring>
-#include <ctime>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -29,13 +28,16 @@ constexpr std::array<const char*, 2> kEyes{"image_00", "image_01"};
 
 // "2011-09-26 14:06:03.368359168\n".
 using LineText = std::array<char, 48>;
+// The C library's gmtime would allocate.
 int format_date(std::int64_t time_ns, LineText& text) {
-  const std::time_t seconds = time_ns / kSecond_ns;
-  std::tm parts{};
-  gmtime_r(&seconds, &parts);
-  return std::snprintf(text.data(), text.size(), "%04d-%02d-%02d %02d:%02d:%02d.%09d\n", parts.tm_year + 1900,
-                       parts.tm_mon + 1, parts.tm_mday, parts.tm_hour, parts.tm_min, parts.tm_sec,
-                       static_cast<int>(time_ns % kSecond_ns));
+  const std::chrono::sys_time<std::chrono::nanoseconds> moment{std::chrono::nanoseconds(time_ns)};
+  const auto day = std::chrono::floor<std::chrono::days>(moment);
+  const std::chrono::year_month_day date(day);
+  const std::chrono::hh_mm_ss time(moment - day);
+  return std::snprintf(text.data(), text.size(), "%04d-%02u-%02u %02d:%02d:%02d.%09d\n", static_cast<int>(date.year()),
+                       static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()),
+                       static_cast<int>(time.hours().count()), static_cast<int>(time.minutes().count()),
+                       static_cast<int>(time.seconds().count()), static_cast<int>(time.subseconds().count()));
 }
 
 // Cameras count from when the machine was switched on; KITTI's times are dates.
