@@ -8,7 +8,7 @@ namespace kinetrace::app {
 namespace {
 
 constexpr const char* kFooter = R"(
-Exit codes: 0 done, 1 a condition of --fail-if holds, 64 wrong command line, 65 damaged or unusable recording,
+Exit codes: 0 done, 1 a condition of --fail-if holds or a check of doctor failed, 64 wrong command line, 65 damaged or unusable recording,
 calibration or truth, 66 input not found, 70 internal error, 73 run folder cannot be made, 74 reading or writing failed,
 78 wrong configuration or memory budget too small; 128 + n when signal n ended a run early (what was computed is
 written).)";
@@ -21,25 +21,96 @@ void add_config_options(CLI::App& command, ConfigSource& source) {
       ->allow_extra_args(false);
 }
 
-void add_run(CLI::App& app, RunOptions& options, std::string& out) {
-  CLI::App& run = *app.add_subcommand("run", "Reconstructs trajectories from a recording into a run folder");
-  run.add_option("--dataset", options.dataset,
-                 "The recording; LAYOUT is kitti-raw, kitti-odometry, kitti-tracking, euroc, cityscapes or folder")
-      ->type_name("LAYOUT:PATH")
-      ->required();
-  run.add_option("--sequence", options.sequence, "Which sequence, where the path holds several")->type_name("NAME");
-  run.add_option("--cameras", options.cameras, "Which pair of cameras, where the rig has both (gray or color)")
-      ->check(CLI::IsMember({"gray", "color"}));
+void add_source_options(CLI::App& command, SourceOptions& source) {
+  CLI::Option_group& from = *command.add_option_group("Source", "Where frames come from: one of");
+  CLI::Option* dataset =
+      from.add_option("--dataset", source.dataset,
+                      "A recording; LAYOUT is kitti-raw, kitti-odometry, kitti-tracking, euroc, cityscapes, folder or "
+                      "container")
+          ->type_name("LAYOUT:PATH");
+  from.add_option("--camera", source.camera, "A camera file; config/cameras holds commented examples")
+      ->type_name("FILE");
+  from.require_option(1);
+  // A camera file says these itself.
+  command.add_option("--sequence", source.sequence, "Which sequence, where the path holds several")
+      ->type_name("NAME")
+      ->needs(dataset);
+  command.add_option("--cameras", source.cameras, "Which pair of cameras, where the rig has both (gray or color)")
+      ->check(CLI::IsMember({"gray", "color"}))
+      ->needs(dataset);
+  command.add_option("--loop", source.passes, "Plays the recording N times")
+      ->type_name("N")
+      ->needs(dataset)
+      ->check(CLI::PositiveNumber);
+  command
+      .add_option("--fault", source.faults,
+                  "For tests: KIND@FIRST[-LAST][%PERCENT][:VALUE],... with unplug, stuck, slow, drop, duplicate, "
+                  "reorder, corrupt, desync, clock or size, by frame from 0; seed=N")
+      ->type_name("SPEC");
+}
+
+void add_until_options(CLI::App& command, UntilOptions& until) {
+  command.add_option("--frames", until.max_frames, "Stops after N frames")->type_name("N")->check(CLI::PositiveNumber);
+  command.add_option("--seconds", until.max_seconds, "Stops after so much time")
+      ->type_name("S")
+      ->check(CLI::Range(0.001, 1e9));
+}
+
+void add_raw_options(CLI::App& command, RawOutputOptions& raw, CLI::Option* out) {
+  CLI::Option* container =
+      command
+          .add_flag("--container", raw.container, "Raw images go into one file after another instead of KITTI's layout")
+          ->needs(out);
+  command.add_option("--segment-mib", raw.segment_mib, "A container goes on in a new file at this size")
+      ->type_name("MIB")
+      ->needs(container)
+      ->check(CLI::Range(1, 1 << 20))
+      ->capture_default_str();
+  command.add_option("--keep-free-mib", raw.keep_free_mib, "Raw recording stops before the disk has less space left")
+      ->type_name("MIB")
+      ->needs(out)
+      ->check(CLI::Range(0, 1 << 30))
+      ->capture_default_str();
+}
+
+void add_run(CLI::App& app, RunOptions& options, std::string& out, std::string& raw_out) {
+  CLI::App& run =
+      *app.add_subcommand("run", "Reconstructs trajectories from a recording or a camera into a run folder");
+  add_source_options(run, options.source);
   run.add_option("--segmentation", options.segmentation,
                  "Where objects come from: motion, none, or mask files (KITTI MOTS PNG) as masks:LEFT_DIR[,RIGHT_DIR]")
       ->type_name("HOW");
   add_config_options(run, options.config);
   run.add_option("--out", out, "Run folder; made, or replaced if it is an earlier run's")->type_name("DIR")->required();
-  run.add_option("--frames", options.max_frames, "Stops after N frames")->type_name("N")->check(CLI::PositiveNumber);
-  run.add_option("--loop", options.passes, "Plays the recording N times")->type_name("N")->check(CLI::PositiveNumber);
+  add_until_options(run, options.until);
+  CLI::Option* raw =
+      run.add_option("--record", raw_out, "Also records the raw images, into a new folder")->type_name("DIR");
+  add_raw_options(run, options.raw, raw);
   run.add_flag("--json", options.json, "Prints run.json on standard output instead of the summary");
   run.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
   run.footer(kFooter);
+}
+
+void add_record(CLI::App& app, RecordOptions& options, std::string& raw_out) {
+  CLI::App& record = *app.add_subcommand("record", "Records a camera's synchronised raw images, without processing");
+  add_source_options(record, options.source);
+  CLI::Option* out = record.add_option("--out", raw_out, "New folder")->type_name("DIR")->required();
+  add_until_options(record, options.until);
+  add_raw_options(record, options.raw, out);
+  record.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
+  record.footer(kFooter);
+}
+
+void add_doctor(CLI::App& app, DoctorOptions& options) {
+  CLI::App& doctor = *app.add_subcommand(
+      "doctor", "Checks cameras, timing, calibration and memory; says what to do about each failure");
+  doctor.add_option("CAMERA", options.camera, "Camera file; without it, the devices of this machine are listed");
+  doctor.add_option("--seconds", options.seconds, "Watches the images for so long")
+      ->type_name("S")
+      ->check(CLI::Range(0.1, 3600.0))
+      ->capture_default_str();
+  add_config_options(doctor, options.config);
+  doctor.footer(kFooter);
 }
 
 void add_plan(CLI::App& app, PlanOptions& options, std::string& size) {
@@ -147,20 +218,26 @@ Outcome<PlanOptions> with_size(PlanOptions options, const std::string& size) {
 }  // namespace
 
 Outcome<Command> parse_command_line(int argc, const char* const* argv) {
-  CLI::App app("Kinetrace: a stereo recording in, metric 3-D trajectories of the camera and of every object out.");
+  CLI::App app(
+      "Kinetrace: a stereo camera or recording in, metric 3-D trajectories of the camera and of every object out.");
   app.set_version_flag("--version", std::string("kinetrace ") + KINETRACE_VERSION);
   app.require_subcommand(1);
   app.footer(kFooter);
 
   RunOptions run;
+  RecordOptions record;
+  DoctorOptions doctor;
   PlanOptions plan;
   ConfigOptions config;
   EvaluateOptions evaluate;
   StudyOptions study;
   FigureOptions figure;
   std::string out;
+  std::string raw_out;
   std::string size = "1242x375";
-  add_run(app, run, out);
+  add_run(app, run, out, raw_out);
+  add_record(app, record, raw_out);
+  add_doctor(app, doctor);
   add_plan(app, plan, size);
   add_show_config(app, config);
   add_evaluate(app, evaluate);
@@ -177,7 +254,15 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   }
   if (app.got_subcommand("run")) {
     run.out = out;
+    run.raw.out = raw_out;
     return run;
+  }
+  if (app.got_subcommand("record")) {
+    record.raw.out = raw_out;
+    return record;
+  }
+  if (app.got_subcommand("doctor")) {
+    return doctor;
   }
   if (app.got_subcommand("plan")) {
     return with_size(plan, size);

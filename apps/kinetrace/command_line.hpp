@@ -18,17 +18,52 @@ struct ConfigSource {
   std::vector<std::string> settings;  ///< "key=value" each.
 };
 
+/// Where frames come from: a recording or a camera.
+struct SourceOptions {
+  std::string dataset;   ///< "LAYOUT:PATH"; empty: a camera.
+  std::string sequence;  ///< Empty where the path holds only one.
+  std::string cameras;   ///< "gray", "color", or empty for whichever there is.
+  std::string camera;    ///< Camera file; empty: a recording.
+  std::string faults;    ///< To be injected; empty: none.
+  int passes = 1;        ///< Play the recording this often.
+};
+
+/// When to stop; 0: at the end, or at a signal.
+struct UntilOptions {
+  int max_frames = 0;
+  double max_seconds = 0.0;
+};
+
+/// Raw images onto the disk.
+struct RawOutputOptions {
+  std::filesystem::path out;  ///< Empty: none.
+  bool container = false;     ///< Instead of KITTI's raw layout.
+  int segment_mib = 512;      ///< A container goes on in a new file at this size.
+  int keep_free_mib = 256;    ///< Recording stops before the disk has less.
+};
+
 struct RunOptions {
-  std::string dataset;       ///< "LAYOUT:PATH".
-  std::string sequence;      ///< Empty where the path holds only one.
-  std::string cameras;       ///< "gray", "color", or empty for whichever there is.
+  SourceOptions source;
+  UntilOptions until;
   std::string segmentation;  ///< "motion", "none", "masks:LEFT[,RIGHT]", or empty for the configured one.
   ConfigSource config;
   std::filesystem::path out;
-  int max_frames = 0;  ///< Stop after so many; 0: all.
-  int passes = 1;      ///< Play the recording this often.
+  RawOutputOptions raw;
   bool json = false;
   bool quiet = false;
+};
+
+struct RecordOptions {
+  SourceOptions source;
+  UntilOptions until;
+  RawOutputOptions raw;
+  bool quiet = false;
+};
+
+struct DoctorOptions {
+  std::string camera;    ///< Camera file; empty: only list the devices.
+  double seconds = 2.0;  ///< Watch the images for so long.
+  ConfigSource config;
 };
 
 struct PlanOptions {
@@ -77,8 +112,8 @@ struct FigureOptions {
 /// Asked for help or the version, which has been printed.
 struct NothingToDo {};
 
-using Command =
-    std::variant<RunOptions, PlanOptions, ConfigOptions, EvaluateOptions, StudyOptions, FigureOptions, NothingToDo>;
+using Command = std::variant<RunOptions, RecordOptions, DoctorOptions, PlanOptions, ConfigOptions, EvaluateOptions,
+                             StudyOptions, FigureOptions, NothingToDo>;
 
 /// Reads the command line. Failures: kUsage.
 [[nodiscard]] Outcome<Command> parse_command_line(int argc, const char* const* argv);

@@ -5,8 +5,14 @@
 
 namespace kinetrace::app {
 
-/// Plays a recording through the whole chain into a run folder.
+/// Plays a recording or a camera through the whole chain into a run folder.
 [[nodiscard]] int run_command(const RunOptions& options);
+
+/// Records raw images.
+[[nodiscard]] int record_command(const RecordOptions& options);
+
+/// Looks for what is wrong with cameras, calibration and memory.
+[[nodiscard]] int doctor_command(const DoctorOptions& options);
 
 /// Prints the memory plan.
 [[nodiscard]] int plan_command(const PlanOptions& options);

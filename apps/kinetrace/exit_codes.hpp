@@ -7,7 +7,7 @@ namespace kinetrace::app {
 
 enum class ExitCode : int {
   kOk = 0,
-  kConditionHolds = 1,  ///< A condition of --fail-if holds.
+  kConditionHolds = 1,  ///< A condition of --fail-if holds, or a check of doctor failed.
   kUsage = 64,          ///< The command line is wrong.
   kBadData = 65,        ///< A recording or calibration is damaged or not usable.
   kNoInput = 66,        ///< A file or folder does not exist.

@@ -7,8 +7,9 @@
 #include <sstream>
 #include <string_view>
 
-#include "kinetrace/hal/file_stereo_camera.hpp"
+#include "kinetrace/hal/sync_monitor.hpp"
 #include "kinetrace/pipeline/pipeline.hpp"
+#include "recording_thread.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -34,8 +35,8 @@ recording::RecordingConfig recording_config(const AppConfig& config, const Stere
   return recording;
 }
 
-Result<MemoryPlan> plan_memory(const AppConfig& config, const hal::Dataset& dataset) {
-  const auto geometry = hal::Rectifier::rectified_geometry(dataset.calibration, config.rectification);
+Result<MemoryPlan> plan_memory(const AppConfig& config, const CameraSetup& camera, const RawOutputOptions& raw) {
+  const auto geometry = hal::Rectifier::rectified_geometry(camera.calibration, config.rectification);
   if (!geometry) {
     return tl::unexpected(geometry.error());
   }
@@ -44,13 +45,21 @@ Result<MemoryPlan> plan_memory(const AppConfig& config, const hal::Dataset& data
     return tl::unexpected(processing.error());
   }
   MemoryPlan plan;
-  plan.entries.push_back({"camera", hal::FileStereoCamera::required_bytes(dataset, hal::FileCameraConfig{}),
-                          "image size, largest image file"});
-  plan.entries.push_back({"rectifier", hal::Rectifier::required_bytes(dataset.calibration, config.rectification),
+  plan.entries.push_back({"camera", camera.required_bytes(), "image size, pixel format, largest image file"});
+  plan.entries.push_back({"rectifier", hal::Rectifier::required_bytes(camera.calibration, config.rectification),
                           "image size; nothing for rectified recordings"});
   plan.entries.insert(plan.entries.end(), processing->entries.begin(), processing->entries.end());
   plan.entries.push_back(
       {"recorder", recording::RunRecorder::required_bytes(recording_config(config, *geometry, "")), "output.*"});
+  if (camera.is_camera) {
+    plan.entries.push_back(
+        {"sync monitor", hal::SyncMonitor::required_bytes({}, geometry->width_px, geometry->height_px), "image size"});
+  }
+  if (!raw.out.empty()) {
+    plan.entries.push_back({"raw recording",
+                            RecordingThread::required_bytes(raw_recorder_config(raw, camera.calibration, 1.0)),
+                            "image size"});
+  }
   // Each part begins at a multiple of the arena's alignment.
   for (MemoryPlanEntry& entry : plan.entries) {
     entry.bytes = (entry.bytes + Arena::kAlignment - 1) / Arena::kAlignment * Arena::kAlignment;

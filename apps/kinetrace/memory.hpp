@@ -6,9 +6,9 @@
 #include <string>
 
 #include "app_config.hpp"
+#include "camera_setup.hpp"
 #include "kinetrace/core/memory_plan.hpp"
 #include "kinetrace/core/result.hpp"
-#include "kinetrace/hal/dataset.hpp"
 #include "kinetrace/recording/run_recorder.hpp"
 
 namespace kinetrace::app {
@@ -17,9 +17,10 @@ namespace kinetrace::app {
 [[nodiscard]] recording::RecordingConfig recording_config(const AppConfig& config, const StereoGeometry& geometry,
                                                           const std::filesystem::path& directory);
 
-/// Everything that a run of `dataset` takes from its arena, in the order of creation.
+/// Everything that a run with this camera, recording raw images or not, takes from its arena, in the order of creation.
 /// Errors: those of the parts (kInvalidConfig, kBadCalibration).
-[[nodiscard]] Result<MemoryPlan> plan_memory(const AppConfig& config, const hal::Dataset& dataset);
+[[nodiscard]] Result<MemoryPlan> plan_memory(const AppConfig& config, const CameraSetup& camera,
+                                             const RawOutputOptions& raw = {});
 
 /// kBudget, with what is missing and which part is largest, if the plan and the libraries do not fit.
 [[nodiscard]] Status check_budget(const MemoryPlan& plan, const pipeline::MemoryConfig& config);

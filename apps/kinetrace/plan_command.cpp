@@ -51,7 +51,8 @@ int plan_command(const PlanOptions& options) {
   if (!config) {
     return report(to_failure(config.error()));
   }
-  const Result<MemoryPlan> plan = plan_memory(*config, raw_recording(options.width_px, options.height_px));
+  const Result<MemoryPlan> plan =
+      plan_memory(*config, recording_setup(raw_recording(options.width_px, options.height_px)));
   if (!plan) {
     return report(to_failure(plan.error()));
   }

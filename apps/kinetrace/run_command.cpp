@@ -1,65 +1,71 @@
 #include <algorithm>
-#include <chrono>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <utility>
 
 #include "app_config.hpp"
+#include "camera_loop.hpp"
+#include "camera_setup.hpp"
 #include "commands.hpp"
 #include "config_file.hpp"
 #include "interrupt.hpp"
 #include "kinetrace/core/allocation_counter.hpp"
-#include "kinetrace/hal/file_stereo_camera.hpp"
+#include "kinetrace/core/config_check.hpp"
 #include "kinetrace/hal/rectifier.hpp"
+#include "kinetrace/hal/sync_monitor.hpp"
 #include "kinetrace/pipeline/pipeline.hpp"
 #include "kinetrace/recording/run_recorder.hpp"
 #include "memory.hpp"
 #include "messages.hpp"
 #include "progress.hpp"
+#include "recording_thread.hpp"
 #include "run_report.hpp"
 #include "stage_clock.hpp"
 
 namespace kinetrace::app {
 namespace {
 
-// A recording never waits; this bounds a live camera's silence.
-constexpr std::chrono::milliseconds kFrameTimeout(2000);
-
-Outcome<hal::DatasetSpec> dataset_spec(const RunOptions& options) {
-  const std::size_t colon = options.dataset.find(':');
-  if (colon == std::string::npos || colon + 1 == options.dataset.size()) {
-    return tl::unexpected(Failure{
-        ExitCode::kUsage, "--dataset " + options.dataset + ": expected LAYOUT:PATH, for example kitti-raw:data/drive"});
-  }
-  const auto layout = hal::parse_layout(options.dataset.substr(0, colon));
-  if (!layout) {
-    return failure(layout.error());
-  }
-  hal::DatasetSpec spec;
-  spec.layout = *layout;
-  spec.path = options.dataset.substr(colon + 1);
-  spec.sequence = options.sequence;
-  if (!options.cameras.empty()) {
-    spec.cameras = options.cameras == "gray" ? hal::CameraChoice::kGray : hal::CameraChoice::kColor;
-  }
-  return spec;
-}
-
 // The parts of a run, in the order that a frame passes them. All memory is taken when they are made.
 struct Chain {
-  hal::FileStereoCamera camera;
+  GuardedCamera camera;
   hal::Rectifier rectifier;
   pipeline::Pipeline pipeline;
   recording::RunRecorder recorder;
+  std::optional<hal::SyncMonitor> monitor;       // Of cameras; a recording is as it is.
+  std::unique_ptr<RecordingThread> raw;          // Null unless asked for.
+  std::unique_ptr<RecordingThread> raw_ended{};  // What became of it where it stopped early.
+  bool waits_for_disk = false;                   // Recordings do; a camera would lose frames meanwhile.
 };
 
-Outcome<Chain> make_chain(const AppConfig& config, const hal::Dataset& dataset, const RunOptions& options,
-                          Arena& arena) {
-  auto camera = hal::FileStereoCamera::create(dataset, {.passes = options.passes}, arena);
+// What is there only where it is asked for.
+Outcome<void> add_extras(Chain& chain, const CameraSetup& setup, const RunOptions& options, Arena& arena) {
+  if (setup.is_camera) {
+    const StereoGeometry& geometry = chain.rectifier.geometry();
+    auto monitor = hal::SyncMonitor::create({}, geometry.width_px, geometry.height_px, arena);
+    if (!monitor) {
+      return failure(monitor.error());
+    }
+    chain.monitor = *monitor;
+  }
+  if (!options.raw.out.empty()) {
+    const double rate_hz = setup.live ? setup.live->left.rate_hz : setup.dataset->nominal_rate_hz;
+    auto raw = RecordingThread::create(raw_recorder_config(options.raw, setup.calibration, rate_hz), arena);
+    if (!raw) {
+      return tl::unexpected(raw.error());
+    }
+    chain.raw = std::move(*raw);
+    chain.waits_for_disk = !setup.live;
+  }
+  return {};
+}
+
+Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, const RunOptions& options, Arena& arena) {
+  auto camera = setup.make(arena);
   if (!camera) {
     return failure(camera.error());
   }
-  auto rectifier = hal::Rectifier::create(dataset.calibration, config.rectification, arena);
+  auto rectifier = hal::Rectifier::create(setup.calibration, config.rectification, arena);
   if (!rectifier) {
     return failure(rectifier.error());
   }
@@ -75,11 +81,40 @@ Outcome<Chain> make_chain(const AppConfig& config, const hal::Dataset& dataset, 
     return is_ours ? failure(recorder.error())
                    : tl::unexpected(Failure{ExitCode::kCannotCreate, recorder.error().message});
   }
-  return Chain{std::move(*camera), *rectifier, std::move(*pipeline), std::move(*recorder)};
+  Chain chain{std::move(*camera), *rectifier, std::move(*pipeline), std::move(*recorder), {}, {}, {}};
+  if (const Outcome<void> added = add_extras(chain, setup, options, arena); !added) {
+    return tl::unexpected(added.error());
+  }
+  return chain;
+}
+
+// Recording must not stop anything else.
+void record_raw(Chain& chain, const StereoFrame& frame, HealthMonitor& health) {
+  if (!chain.raw) {
+    return;
+  }
+  if (chain.waits_for_disk) {
+    chain.raw->wait_for_room();
+  }
+  chain.raw->offer(frame);
+  if (const std::optional<Error> stopped = chain.raw->stopped_by()) {
+    print_warning("raw recording stopped: " + stopped->message);
+    health.note(HealthReason::kRecordingStopped);
+    chain.raw_ended = std::move(chain.raw);
+  }
+}
+
+void watch_pairing(Chain& chain, const RectifiedPair& pair, HealthMonitor& health) {
+  if (chain.monitor && chain.monitor->process(pair)) {
+    const hal::SyncVerdict verdict = chain.monitor->report().verdict;
+    const bool is_off = verdict == hal::SyncVerdict::kRightLate || verdict == hal::SyncVerdict::kRightEarly;
+    health.note(HealthReason::kEyesOutOfStep, is_off ? 1 : 0);
+  }
 }
 
 Status play_frame(Chain& chain, const StereoFrame& frame, StageClock& clock, RunReport& report) {
   clock.begin_frame();
+  record_raw(chain, frame, report.health);
   const Result<RectifiedPair> pair = [&] {
     const StageScope scope(&clock, Stage::kRectify);
     return chain.rectifier.process(frame);
@@ -87,37 +122,19 @@ Status play_frame(Chain& chain, const StereoFrame& frame, StageClock& clock, Run
   if (!pair) {
     return tl::unexpected(pair.error());
   }
+  watch_pairing(chain, *pair, report.health);
   const Result<const FrameResult*> result = chain.pipeline.process(*pair, &clock);
   clock.end_frame();
   if (!result) {
     return tl::unexpected(result.error());
   }
   ++report.frames;
+  report.health.observe((*result)->newest);
   report.objects_now = static_cast<int>((*result)->newest.objects.size());
   report.counters = (*result)->counters;
   Status recorded = chain.recorder.record(**result);
   report.allocations_at_last_frame = allocation_counts();
   return recorded;
-}
-
-Status play(Chain& chain, const RunOptions& options, StageClock& clock, Progress& progress, RunReport& report) {
-  while (interrupted_by() == 0 && (options.max_frames == 0 || report.frames < options.max_frames)) {
-    const Result<StereoFrame> frame = [&] {
-      const StageScope scope(&clock, Stage::kCapture);
-      return chain.camera.next(kFrameTimeout);
-    }();
-    if (!frame && frame.error().code == ErrorCode::kEndOfStream) {
-      break;
-    }
-    if (!frame) {
-      return tl::unexpected(frame.error());
-    }
-    if (Status status = play_frame(chain, *frame, clock, report); !status) {
-      return status;
-    }
-    progress.show(report.frames, report.objects_now);
-  }
-  return {};
 }
 
 Status settle(Chain& chain) {
@@ -130,19 +147,15 @@ Status settle(Chain& chain) {
 }
 
 Outcome<RunReport> run(const RunOptions& options) {
-  const Outcome<hal::DatasetSpec> spec = dataset_spec(options);
-  if (!spec) {
-    return tl::unexpected(spec.error());
-  }
   Result<AppConfig> config = load_config(options.config, options.segmentation);
   if (!config) {
     return failure(config.error());
   }
-  const Result<hal::Dataset> dataset = hal::open_dataset(*spec);
-  if (!dataset) {
-    return failure(dataset.error());
+  const Outcome<CameraSetup> setup = camera_setup(options.source);
+  if (!setup) {
+    return tl::unexpected(setup.error());
   }
-  const Result<MemoryPlan> plan = plan_memory(*config, *dataset);
+  const Result<MemoryPlan> plan = plan_memory(*config, *setup, options.raw);
   if (!plan) {
     return failure(plan.error());
   }
@@ -150,32 +163,43 @@ Outcome<RunReport> run(const RunOptions& options) {
     return failure(fits.error());
   }
   Arena arena(plan->total_bytes());
-  Outcome<Chain> chain = make_chain(*config, *dataset, options, arena);
+  Outcome<Chain> chain = make_chain(*config, *setup, options, arena);
   if (!chain) {
     return tl::unexpected(chain.error());
   }
-  for (const Status& status : {chain->camera.open(), chain->camera.start()}) {
-    if (!status) {
-      return failure(status.error());
-    }
+  hal::StereoCamera& camera = *chain->camera.camera;
+  if (const Status begun = first_failure({camera.open(), camera.start()}); !begun) {
+    return failure(begun.error());
   }
 
-  RunReport report(options, *dataset, to_json(fields_of(*config)));
+  RunReport report(options, *setup, to_json(fields_of(*config)));
   const auto clock = std::make_unique<StageClock>();
-  std::optional<std::int64_t> expected = chain->camera.info().frame_count;
-  if (options.max_frames > 0) {
-    expected = std::min<std::int64_t>(options.max_frames, expected.value_or(options.max_frames));
+  std::optional<std::int64_t> expected = camera.info().frame_count;
+  if (options.until.max_frames > 0) {
+    expected = std::min<std::int64_t>(options.until.max_frames, expected.value_or(options.until.max_frames));
   }
   Progress progress(!options.quiet, expected);
+  const CameraLoop loop{camera, options.until, setup->is_camera, report.health, progress, clock.get()};
+  const std::function<Status(const StereoFrame&)> visit = [&](const StereoFrame& frame) {
+    Status done = play_frame(*chain, frame, *clock, report);
+    progress.show(report.frames, report.objects_now);
+    return done;
+  };
   catch_interrupts();
   report.start();
-  Status played = play(*chain, options, *clock, progress, report);
+  Status played = play_camera(loop, visit);
   progress.clear();
   // What was computed is written, whatever ended the run.
   if (const Status settled = settle(*chain); played && !settled) {
     played = settled;
   }
   report.finish(chain->camera, *clock, played);
+  for (const auto* raw : {&chain->raw, &chain->raw_ended}) {
+    if (*raw) {
+      (*raw)->finish();
+      report.add_raw(**raw);
+    }
+  }
   if (const Status written = chain->recorder.finish(report.summary()); played && !written) {
     played = written;
   }

@@ -11,15 +11,11 @@
 
 namespace kinetrace::app {
 
-RunReport::RunReport(const RunOptions& options, const hal::Dataset& dataset, std::string config_json)
-    : options_(options) {
+RunReport::RunReport(const RunOptions& options, const CameraSetup& setup, std::string config_json) : options_(options) {
   summary_.version = KINETRACE_VERSION;
   summary_.config_json = std::move(config_json);
-  summary_.dataset = {{"dataset", options.dataset},
-                      {"sequence", dataset.name},
-                      {"calibration", dataset.calibration.source},
-                      {"cameras", options.cameras.empty() ? "auto" : options.cameras}};
-  summary_.warnings = dataset.notes;
+  summary_.dataset = setup.description;
+  summary_.warnings = setup.notes;
 }
 
 void RunReport::start() {
@@ -28,9 +24,11 @@ void RunReport::start() {
   allocations_at_last_frame = allocations_at_start_;
 }
 
-void RunReport::add_warnings(const hal::FileStereoCamera& camera) {
-  summary_.warnings.insert(summary_.warnings.end(), camera.warnings().begin(), camera.warnings().end());
-  const hal::CameraCounters& skipped = camera.counters();
+void RunReport::add_warnings(const GuardedCamera& camera) {
+  if (camera.file != nullptr) {
+    summary_.warnings.insert(summary_.warnings.end(), camera.file->warnings().begin(), camera.file->warnings().end());
+  }
+  const hal::CameraCounters& skipped = camera.camera->counters();
   if (skipped.skipped_missing_side + skipped.skipped_unreadable > 0) {
     summary_.warnings.push_back("skipped " + std::to_string(skipped.skipped_missing_side) +
                                 " frames with a missing side and " + std::to_string(skipped.skipped_unreadable) +
@@ -38,13 +36,45 @@ void RunReport::add_warnings(const hal::FileStereoCamera& camera) {
   }
 }
 
-void RunReport::finish(const hal::FileStereoCamera& camera, const StageClock& clock, const Status& played) {
+void RunReport::add_health() {
+  summary_.health = {.state = health.state(),
+                     .worst = health.worst(),
+                     .camera = std::string(to_string(health.camera())),
+                     .entries = health.entries()};
+  if (health.worst() != HealthState::kOk) {
+    std::string reasons;
+    for (const HealthEntry& entry : summary_.health.entries) {
+      reasons += (reasons.empty() ? "" : ", ") + std::string(to_string(entry.reason)) + " " +
+                 std::to_string(entry.count) + "x since frame " + std::to_string(entry.first_frame);
+    }
+    summary_.warnings.push_back("was " + std::string(to_string(health.worst())) + ": " + reasons);
+  }
+}
+
+void RunReport::add_raw(const RecordingThread& raw) {
+  summary_.camera_counters.emplace_back("raw_frames_recorded", static_cast<std::uint64_t>(raw.written()));
+  summary_.camera_counters.emplace_back("raw_frames_dropped", raw.dropped());
+  if (const std::optional<Error> failure = raw.stopped_by()) {
+    summary_.warnings.push_back("raw recording stopped: " + failure->message);
+  }
+}
+
+void RunReport::finish(const GuardedCamera& camera, const StageClock& clock, const Status& played) {
   seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   summary_.frames = frames;
   summary_.counters = counters;
-  summary_.camera_counters = {{"frames_skipped_missing_side", camera.counters().skipped_missing_side},
-                              {"frames_skipped_unreadable", camera.counters().skipped_unreadable},
-                              {"frames_missing_in_numbering", camera.counters().gaps}};
+  const hal::CameraCounters& counted = camera.camera->counters();
+  summary_.camera_counters = {{"frames_skipped_missing_side", counted.skipped_missing_side},
+                              {"frames_skipped_unreadable", counted.skipped_unreadable},
+                              {"frames_skipped_outdated", counted.skipped_outdated},
+                              {"frames_skipped_repeated", counted.skipped_repeated},
+                              {"frames_skipped_wrong_size", counted.skipped_wrong_size},
+                              {"frames_missing_in_numbering", counted.gaps},
+                              {"camera_clock_jumps", counted.clock_jumps},
+                              {"camera_pairing_slips", counted.pairing_slips},
+                              {"camera_stalls", counted.stalls},
+                              {"camera_losses", counted.losses},
+                              {"camera_recoveries", counted.recoveries}};
   summary_.frame_time = clock.frame_time();
   summary_.stage_times = clock.stage_times();
   summary_.rss_peak_bytes = peak_rss_bytes();
@@ -53,7 +83,12 @@ void RunReport::finish(const hal::FileStereoCamera& camera, const StageClock& cl
         AllocationCounts{allocations_at_last_frame.own - allocations_at_start_.own,
                          allocations_at_last_frame.foreign - allocations_at_start_.foreign};
   }
+  if (camera.live != nullptr) {
+    const hal::PairingStatus pairing = camera.live->pairing();
+    summary_.pairing = {pairing.offset_ms, pairing.drift_ppm, pairing.relearned};
+  }
   add_warnings(camera);
+  add_health();
   if (!played) {
     summary_.warnings.push_back("ended early: " + played.error().message);
     summary_.exit_status = static_cast<int>(exit_code(played.error().code));

@@ -5,37 +5,42 @@
 #include <cstdint>
 #include <string>
 
+#include "camera_setup.hpp"
 #include "command_line.hpp"
+#include "health_monitor.hpp"
 #include "kinetrace/core/allocation_counter.hpp"
 #include "kinetrace/core/frame_result.hpp"
-#include "kinetrace/hal/dataset.hpp"
-#include "kinetrace/hal/file_stereo_camera.hpp"
 #include "kinetrace/recording/run_summary.hpp"
+#include "recording_thread.hpp"
 #include "stage_clock.hpp"
 
 namespace kinetrace::app {
 
 class RunReport {
  public:
-  RunReport(const RunOptions& options, const hal::Dataset& dataset, std::string config_json);
+  RunReport(const RunOptions& options, const CameraSetup& setup, std::string config_json);
 
   // Updated with every frame.
   std::int64_t frames = 0;
   int objects_now = 0;
   FrameCounters counters;
+  HealthMonitor health;
   AllocationCounts allocations_at_last_frame;  ///< What comes after belongs to ending the run.
 
   /// Before the first frame, when everything has been made.
   void start();
   /// After the last frame. `played` says how it ended.
-  void finish(const hal::FileStereoCamera& camera, const StageClock& clock, const Status& played);
+  void finish(const GuardedCamera& camera, const StageClock& clock, const Status& played);
+  /// After finish(), where raw images were recorded.
+  void add_raw(const RecordingThread& raw);
 
   [[nodiscard]] const recording::RunSummary& summary() const noexcept { return summary_; }
   /// For the user: a few lines, or run.json with --json. Warnings go to standard error.
   void print() const;
 
  private:
-  void add_warnings(const hal::FileStereoCamera& camera);
+  void add_warnings(const GuardedCamera& camera);
+  void add_health();
 
   RunOptions options_;
   AllocationCounts allocations_at_start_;

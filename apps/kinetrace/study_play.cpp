@@ -45,7 +45,7 @@ Status play(hal::FileStereoCamera& camera, hal::Rectifier& rectifier, pipeline::
 
 Status play_recording(const hal::Dataset& dataset, const AppConfig& config,
                       const std::function<Status(const FrameResult&)>& visit) {
-  const Result<MemoryPlan> plan = plan_memory(config, dataset);
+  const Result<MemoryPlan> plan = plan_memory(config, recording_setup(dataset));
   if (!plan) {
     return tl::unexpected(plan.error());
   }

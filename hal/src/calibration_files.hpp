@@ -1,6 +1,7 @@
 // Calibration files that come with a plain folder pair. `size` is that of the images, for files that do not say.
 #pragma once
 
+#include <filesystem>
 #include <vector>
 
 #include "dataset_builder.hpp"
@@ -9,6 +10,13 @@
 #include "yaml_document.hpp"
 
 namespace kinetrace::hal {
+
+/// All YAML files of a folder, sorted by name. The first that is damaged fails the whole: better than to miss it.
+[[nodiscard]] Result<std::vector<YamlDocument>> load_yaml_files(const std::filesystem::path& folder);
+/// The one calibration among the files; `root` is where they were looked for. Errors: kNotFound, kBadCalibration.
+[[nodiscard]] Result<RigCalibration> read_yaml_calibration(const std::filesystem::path& root,
+                                                           const std::vector<YamlDocument>& files,
+                                                           const ImageSize& size);
 
 /// OpenCV's stereo calibration, in one file or in two (intrinsics, extrinsics): K1 D1 K2 D2 R T, also spelled M1 or
 /// cameraMatrix1 and so on; image_width and image_height, or imageSize. Rectification in the file is computed anew.

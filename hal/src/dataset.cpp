@@ -11,13 +11,14 @@
 namespace kinetrace::hal {
 namespace {
 
-constexpr std::array<std::pair<DatasetLayout, std::string_view>, 6> kLayouts{{
+constexpr std::array<std::pair<DatasetLayout, std::string_view>, 7> kLayouts{{
     {DatasetLayout::kKittiRaw, "kitti-raw"},
     {DatasetLayout::kKittiOdometry, "kitti-odometry"},
     {DatasetLayout::kKittiTracking, "kitti-tracking"},
     {DatasetLayout::kEuroc, "euroc"},
     {DatasetLayout::kCityscapes, "cityscapes"},
     {DatasetLayout::kFolder, "folder"},
+    {DatasetLayout::kContainer, "container"},
 }};
 
 Result<Dataset> open_layout(const DatasetSpec& spec) {
@@ -28,6 +29,7 @@ Result<Dataset> open_layout(const DatasetSpec& spec) {
     case DatasetLayout::kEuroc: return open_euroc(spec);
     case DatasetLayout::kCityscapes: return open_cityscapes(spec);
     case DatasetLayout::kFolder: return open_folder(spec);
+    case DatasetLayout::kContainer: return open_container(spec);
   }
   return fail(ErrorCode::kInvalidArgument, "unknown dataset layout");
 }
@@ -46,8 +48,8 @@ Result<DatasetLayout> parse_layout(std::string_view name) {
   }
   return fail(ErrorCode::kInvalidArgument,
               concat("unknown dataset layout '", name,
-                     "'; use kitti-raw, kitti-odometry, kitti-tracking, euroc, cityscapes or "
-                     "folder"));
+                     "'; use kitti-raw, kitti-odometry, kitti-tracking, euroc, cityscapes, "
+                     "folder or container"));
 }
 
 Result<Dataset> open_dataset(const DatasetSpec& spec) {

@@ -115,31 +115,75 @@ void note_missing_sides(Dataset& dataset) {
   }
 }
 
-// Fills the frames, the file size and a note where times had to be assumed.
-Status add_frames(const SequenceFiles& files, Dataset& dataset) {
-  const std::vector<Member> members = merged(files.left, files.right);
-  const Numbering numbering = numbering_of(members);
-  std::vector<std::int64_t> numbers = numbers_of(members, numbering);
+// Number and time of each frame.
+struct Timeline {
+  std::vector<std::int64_t> numbers;
   std::vector<std::int64_t> times_ns;
+};
+
+// As the recorder wrote it. Frames that it did not come to the end of are left out.
+Result<Timeline> recorded_timeline(const std::filesystem::path& path, std::vector<Member>& members,
+                                   std::vector<std::string>& notes) {
+  const auto times = read_frame_times_ns(path);
+  if (!times) {
+    return tl::unexpected(times.error());
+  }
+  const std::size_t unfinished = std::erase_if(members, [&times](const Member& member) {
+    const auto number = trailing_number(member.stem);
+    return !number || times->count(*number) == 0;
+  });
+  if (members.empty()) {
+    return fail(ErrorCode::kBadFormat, path.string() + ": has no time of any image; not one frame was recorded whole");
+  }
+  if (unfinished > 0) {
+    notes.push_back(concat(std::to_string(unfinished), " frames were not recorded whole; they are left out"));
+  }
+  Timeline timeline;
+  timeline.numbers = numbers_of(members, Numbering::kNumbers);
+  for (const std::int64_t number : timeline.numbers) {
+    timeline.times_ns.push_back(times->at(number));
+  }
+  return timeline;
+}
+
+// From the names of the files and the list of times. Adds a note where times had to be assumed.
+Result<Timeline> deduced_timeline(const SequenceFiles& files, const std::vector<Member>& members,
+                                  std::vector<std::string>& notes) {
+  const Numbering numbering = numbering_of(members);
+  Timeline timeline;
+  timeline.numbers = numbers_of(members, numbering);
   if (numbering == Numbering::kTimes) {
-    times_ns = numbers;
-    numbers = numbers_from_times(times_ns, median_step_ns(times_ns, period_ns(files.rate_hz)));
+    timeline.times_ns = timeline.numbers;
+    timeline.numbers =
+        numbers_from_times(timeline.times_ns, median_step_ns(timeline.times_ns, period_ns(files.rate_hz)));
   } else if (is_file(files.times_path)) {
-    Result<std::vector<std::int64_t>> read = times_from_file(files.times_path, numbers);
+    Result<std::vector<std::int64_t>> read = times_from_file(files.times_path, timeline.numbers);
     if (!read) {
       return tl::unexpected(read.error());
     }
-    times_ns = std::move(*read);
+    timeline.times_ns = std::move(*read);
   } else {
-    times_ns = times_at_rate(numbers, files.rate_hz);
-    dataset.notes.push_back(
-        concat("no time stamps for ", files.left.files.folder, ": ", number(files.rate_hz), " Hz assumed"));
+    timeline.times_ns = times_at_rate(timeline.numbers, files.rate_hz);
+    notes.push_back(concat("no time stamps for ", files.left.files.folder, ": ", number(files.rate_hz), " Hz assumed"));
+  }
+  return timeline;
+}
+
+// Fills the frames and the file size.
+Status add_frames(const SequenceFiles& files, Dataset& dataset) {
+  std::vector<Member> members = merged(files.left, files.right);
+  const Result<Timeline> timeline = is_file(files.frame_times_path)
+                                        ? recorded_timeline(files.frame_times_path, members, dataset.notes)
+                                        : deduced_timeline(files, members, dataset.notes);
+  if (!timeline) {
+    return tl::unexpected(timeline.error());
   }
   dataset.frames = FrameList(files.left.files, files.right.files);
   for (std::size_t i = 0; i < members.size(); ++i) {
     const Member& member = members[i];
-    Status added = dataset.frames.add({numbers[i], times_ns[i], member.left ? member.stem : std::string_view(),
-                                       member.right ? member.stem : std::string_view()});
+    Status added =
+        dataset.frames.add({timeline->numbers[i], timeline->times_ns[i], member.left ? member.stem : std::string_view(),
+                            member.right ? member.stem : std::string_view()});
     if (!added) {
       return added;
     }

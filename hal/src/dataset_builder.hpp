@@ -19,6 +19,9 @@ struct SequenceFiles {
   ImageFolder right;
   std::filesystem::path times_path;  ///< One time per line; empty or not there: `rate_hz` is assumed.
   double rate_hz = 10.0;
+  /// "NUMBER NANOSECONDS" per line, as our recorder writes it; wins over `times_path` where it is there. Its end and
+  /// the newest images may be missing: only frames with a whole line count.
+  std::filesystem::path frame_times_path{};
 };
 
 struct ImageSize {
@@ -31,7 +34,7 @@ using CalibrationReader = std::function<Result<RigCalibration>(const ImageSize&)
 
 /// Pairs images by stem and gives every stem its number and time. Stems of 16 digits or more are times in nanoseconds;
 /// otherwise the number is what the stem ends with (or, if those are no use, its place in the list) and the time is the
-/// line of that number in `times_path`. Then as finish_dataset.
+/// line of that number in `times_path`, or what `frame_times_path` says. Then as finish_dataset.
 [[nodiscard]] Result<Dataset> build_dataset(std::string name, const SequenceFiles& files, const DatasetSpec& spec,
                                             const CalibrationReader& read_calibration);
 

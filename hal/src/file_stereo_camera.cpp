@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "container_recording.hpp"
 #include "image_folder.hpp"
 #include "messages.hpp"
 
@@ -200,6 +201,9 @@ Error FileStereoCamera::end_of_recording() const {
 }
 
 Status FileStereoCamera::decode(const FrameList::Frame& frame) {
+  if (dataset_.container) {
+    return dataset_.container->read(position_, storage_.images[0], storage_.images[1]);
+  }
   const Status left = reader_.read_gray(compose_path(dataset_.frames.left(), frame.left_stem), storage_.images[0]);
   return left ? reader_.read_gray(compose_path(dataset_.frames.right(), frame.right_stem), storage_.images[1]) : left;
 }

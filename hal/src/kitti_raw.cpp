@@ -94,7 +94,11 @@ Result<Dataset> open_kitti_raw(const DatasetSpec& spec) {
     return tl::unexpected(*error);
   }
   const std::string name = fs::weakly_canonical(*drive).filename().string();
-  const SequenceFiles files{std::move(*left), std::move(*right), *drive / eyes->left / "timestamps.txt", kRate_hz};
+  const SequenceFiles files{.left = std::move(*left),
+                            .right = std::move(*right),
+                            .times_path = *drive / eyes->left / "timestamps.txt",
+                            .rate_hz = kRate_hz,
+                            .frame_times_path = *drive / kFrameTimesFile};
   return build_dataset(name, files, spec, [&](const ImageSize& size) {
     constexpr std::size_t kIdBegin = 6;  // "image_00" is camera "00".
     return kitti_raw_rig(*calibration, eyes->left.substr(kIdBegin), eyes->right.substr(kIdBegin), size,

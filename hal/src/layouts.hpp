@@ -6,11 +6,15 @@
 
 namespace kinetrace::hal {
 
+/// Beside KITTI's own files in what `kinetrace record` writes: which frame has which time.
+inline constexpr const char* kFrameTimesFile = "frames.txt";
+
 [[nodiscard]] Result<Dataset> open_kitti_raw(const DatasetSpec& spec);
 [[nodiscard]] Result<Dataset> open_kitti_odometry(const DatasetSpec& spec);
 [[nodiscard]] Result<Dataset> open_kitti_tracking(const DatasetSpec& spec);
 [[nodiscard]] Result<Dataset> open_euroc(const DatasetSpec& spec);
 [[nodiscard]] Result<Dataset> open_cityscapes(const DatasetSpec& spec);
 [[nodiscard]] Result<Dataset> open_folder(const DatasetSpec& spec);
+[[nodiscard]] Result<Dataset> open_container(const DatasetSpec& spec);
 
 }  // namespace kinetrace::hal

@@ -163,4 +163,22 @@ Result<std::vector<std::int64_t>> read_times_ns(const std::filesystem::path& pat
   return times;
 }
 
+Result<std::map<std::int64_t, std::int64_t>> read_frame_times_ns(const std::filesystem::path& path) {
+  const Result<std::string> text = read_text(path);
+  if (!text) {
+    return tl::unexpected(text.error());
+  }
+  const std::string_view whole_lines = std::string_view(*text).substr(0, text->rfind('\n') + 1);
+  std::map<std::int64_t, std::int64_t> times;
+  for (const std::string_view line : content_lines(whole_lines)) {
+    const std::size_t blank = line.find(' ');
+    const auto number = parse_integer(line.substr(0, blank));
+    const auto time_ns = blank == std::string_view::npos ? std::nullopt : parse_integer(line.substr(blank));
+    if (number && time_ns) {
+      times.emplace(*number, *time_ns);
+    }
+  }
+  return times;
+}
+
 }  // namespace kinetrace::hal

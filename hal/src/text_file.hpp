@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -32,5 +33,9 @@ namespace kinetrace::hal {
 
 /// One time per line. Errors: as read_text; kBadFormat with the line.
 [[nodiscard]] Result<std::vector<std::int64_t>> read_times_ns(const std::filesystem::path& path);
+
+/// Times in nanoseconds by frame number, one of each per line. Lines that are not whole, the last one without its end
+/// included, are left out: a loss of power may have made them so. Errors: as read_text.
+[[nodiscard]] Result<std::map<std::int64_t, std::int64_t>> read_frame_times_ns(const std::filesystem::path& path);
 
 }  // namespace kinetrace::hal

@@ -1,13 +1,22 @@
-// Frames in: decoding and rectification at KITTI's size.
+// Frames in: decoding and rectification at KITTI's size, and the whole way in from every kind of camera at 640x480.
 #include <cmath>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include <benchmark/benchmark.h>
 #include <opencv2/imgproc.hpp>
 
+#include "fake_capture.hpp"
+#include "kinetrace/core/allocation_counter.hpp"
+#include "kinetrace/hal/dataset.hpp"
+#include "kinetrace/hal/file_stereo_camera.hpp"
+#include "kinetrace/hal/frame_guard.hpp"
+#include "kinetrace/hal/live_stereo_camera.hpp"
+#include "kinetrace/hal/raw_recorder.hpp"
 #include "kinetrace/hal/rectifier.hpp"
+#include "kinetrace/hal/sync_monitor.hpp"
 #include "kinetrace/imaging/image_reader.hpp"
 #include "kinetrace/imaging/png_writer.hpp"
 #include "temp_folder.hpp"
@@ -149,6 +158,99 @@ void BM_DecodeColourPng(benchmark::State& state) {
   decode(state, 1242, 375, true);
 }
 BENCHMARK(BM_DecodeColourPng)->Unit(benchmark::kMillisecond);
+
+// From the camera to a rectified pair of 640x480, with and without the guard's and the sync monitor's look at it.
+hal::RigCalibration vga_rig() {
+  hal::RigCalibration rig;
+  rig.source = "benchmark";
+  rig.left = {.width_px = 640,
+              .height_px = 480,
+              .fx_px = 460,
+              .fy_px = 460,
+              .cx_px = 320,
+              .cy_px = 240,
+              .distortion = {-0.28, 0.07, 0.0002, 0.0001}};
+  rig.right = rig.left;
+  rig.T_right_left.translation = {-0.1, 0, 0};
+  return rig;
+}
+
+void capture(benchmark::State& state, std::unique_ptr<hal::StereoCamera> camera, Arena& arena) {
+  hal::FrameGuard guard(std::move(camera), {});
+  hal::Rectifier rectifier = hal::Rectifier::create(vga_rig(), {}, arena).value();
+  const StereoGeometry& geometry = rectifier.geometry();
+  hal::SyncMonitor monitor = hal::SyncMonitor::create({}, geometry.width_px, geometry.height_px, arena).value();
+  if (!guard.open() || !guard.start()) {
+    state.SkipWithError("cannot start");
+  }
+  const AllocationCounts before = allocation_counts();
+  for (auto _ : state) {
+    const auto frame = guard.next(std::chrono::milliseconds(100));
+    const auto pair = frame ? rectifier.process(*frame) : tl::unexpected(frame.error());
+    if (!pair) {
+      state.SkipWithError(pair.error().message.c_str());
+      break;
+    }
+    benchmark::DoNotOptimize(monitor.process(*pair));
+  }
+  state.counters["own_allocations"] = static_cast<double>(allocation_counts().own - before.own);
+  state.counters["lost"] = static_cast<double>(guard.counters().gaps + guard.counters().skipped_missing_side);
+}
+
+void capture_live(benchmark::State& state, bool side_by_side) {
+  hal::test::FakeMachine machine;
+  machine.add({.path = "left", .stable_id = "left", .side_by_side = side_by_side});
+  machine.add({.path = "right", .stable_id = "right"});
+  hal::LiveCameraConfig config;
+  config.left.device = "left";
+  config.left.width_px = side_by_side ? 1280 : 640;
+  if (!side_by_side) {
+    config.right = config.left;
+    config.right->device = "right";
+  }
+  Arena arena(std::size_t{32} << 20U);
+  capture(state, std::make_unique<hal::LiveStereoCamera>(hal::LiveStereoCamera::create(config, arena, machine).value()),
+          arena);
+}
+void BM_CaptureTwoDevices(benchmark::State& state) {
+  capture_live(state, false);
+}
+BENCHMARK(BM_CaptureTwoDevices)->Unit(benchmark::kMillisecond);
+void BM_CaptureSideBySide(benchmark::State& state) {
+  capture_live(state, true);
+}
+BENCHMARK(BM_CaptureSideBySide)->Unit(benchmark::kMillisecond);
+
+void capture_recording(benchmark::State& state, hal::RawFormat format) {
+  const test::TempFolder folder;
+  const hal::RigCalibration rig = vga_rig();
+  const hal::RawRecorderConfig config{
+      .directory = folder.path() / "raw", .format = format, .calibration = rig, .rate_hz = 30.0, .keep_free_bytes = 0};
+  const std::vector<std::uint8_t> pixels = textured(640, 480);
+  const GrayView image{pixels.data(), 640, 480, 640};
+  Arena arena(std::size_t{64} << 20U);
+  const auto recorder = hal::RawRecorder::create(config, arena).value();
+  for (int i = 0; i < 20; ++i) {
+    if (!recorder->write({i, i * 33'333'333, {}, image, image})) {
+      state.SkipWithError("cannot record");
+      return;
+    }
+  }
+  const hal::DatasetLayout layout =
+      format == hal::RawFormat::kContainer ? hal::DatasetLayout::kContainer : hal::DatasetLayout::kKittiRaw;
+  hal::Dataset dataset = hal::open_dataset({.layout = layout, .path = folder.path() / "raw"}).value();
+  auto camera = hal::FileStereoCamera::create(std::move(dataset), {.passes = 1'000'000}, arena).value();
+  capture(state, std::make_unique<hal::FileStereoCamera>(std::move(camera)), arena);
+}
+void BM_CaptureContainer(benchmark::State& state) {
+  capture_recording(state, hal::RawFormat::kContainer);
+}
+BENCHMARK(BM_CaptureContainer)->Unit(benchmark::kMillisecond);
+// Dominated by inflating.
+void BM_CapturePngFiles(benchmark::State& state) {
+  capture_recording(state, hal::RawFormat::kKittiRaw);
+}
+BENCHMARK(BM_CapturePngFiles)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace kinetrace

@@ -3,16 +3,12 @@
 
 #include <filesystem>
 #include <optional>
-#include <string>
+
+#include "rendered_clip.hpp"
 
 namespace kinetrace::test {
 
-/// In the words of the command line.
-struct BudgetRecording {
-  std::string dataset;       ///< LAYOUT:PATH
-  std::string segmentation;  ///< masks:LEFT,RIGHT
-  int frames = 0;
-};
+using BudgetRecording = RenderedClip;
 
 /// The raw street clip with its masks, below KINETRACE_DATA (default ../shared/data beside the source tree).
 [[nodiscard]] std::optional<BudgetRecording> street_clip();

@@ -3,7 +3,6 @@
 #include <string>
 
 #include "file_bytes.hpp"
-#include "jpeg_decoder.hpp"
 #include "pgm_decoder.hpp"
 #include "png_decoder.hpp"
 
@@ -35,15 +34,15 @@ Status ImageReaderConfig::validate() const {
   return {};
 }
 
-void ImageReader::carve(const ImageReaderConfig& config, Arena& arena, ImageReader& reader) {
-  reader.file_ = arena.take<std::uint8_t>(config.max_file_bytes);
-  reader.row_ = arena.take<std::uint8_t>(static_cast<std::size_t>(config.max_width_px) * kPngRowBytesPerPixel);
+void ImageReader::carve(const ImageReaderConfig& config, Arena& arena, Storage& storage) {
+  storage.file = arena.take<std::uint8_t>(config.max_file_bytes);
+  storage.row = arena.take<std::uint8_t>(static_cast<std::size_t>(config.max_width_px) * kPngRowBytesPerPixel);
 }
 
 std::size_t ImageReader::required_bytes(const ImageReaderConfig& config) {
   return measure_bytes([&config](Arena& arena) {
-    ImageReader reader;
-    carve(config, arena, reader);
+    Storage storage;
+    carve(config, arena, storage);
   });
 }
 
@@ -51,16 +50,16 @@ Result<ImageReader> ImageReader::create(const ImageReaderConfig& config, Arena& 
   if (const Status valid = config.validate(); !valid) {
     return tl::unexpected(valid.error());
   }
-  ImageReader reader;
+  auto jpeg = JpegDecoder::create();
+  if (!jpeg) {
+    return tl::unexpected(jpeg.error());
+  }
+  ImageReader reader(std::move(*jpeg));
   reader.config_ = config;
-  carve(config, arena, reader);
+  carve(config, arena, reader.storage_);
   if (arena.exhausted()) {
     return fail(ErrorCode::kCapacity, "the arena does not hold the image reader's " +
                                           std::to_string(required_bytes(config)) + " bytes; enlarge the memory budget");
-  }
-  reader.jpeg_ = JpegDecoder::create();
-  if (!reader.jpeg_) {
-    return fail(ErrorCode::kInternal, "libturbojpeg gives no decompressor: out of memory");
   }
   return reader;
 }
@@ -85,16 +84,16 @@ Result<std::span<const std::uint8_t>> ImageReader::load(const char* path, int wi
   if (!file) {
     return tl::unexpected(file.error());
   }
-  if (file->size_bytes() > file_.size()) {
+  if (file->size_bytes() > storage_.file.size()) {
     return file_error(ErrorCode::kCapacity, path,
                       "has " + std::to_string(file->size_bytes()) + " bytes, the reader was made for at most " +
-                          std::to_string(file_.size()) + "; raise image_reader.max_file_bytes");
+                          std::to_string(storage_.file.size()) + "; raise image_reader.max_file_bytes");
   }
-  const std::size_t got = file->read(0, file_.first(file->size_bytes()));
+  const std::size_t got = file->read(0, storage_.file.first(file->size_bytes()));
   if (got < file->size_bytes()) {
     return file_error(ErrorCode::kIo, path, "could not be read to its end; check the storage device");
   }
-  return file_.first(got);
+  return storage_.file.first(got);
 }
 
 Status ImageReader::read_gray(const char* path, MutableGrayView target) {
@@ -104,9 +103,9 @@ Status ImageReader::read_gray(const char* path, MutableGrayView target) {
     return tl::unexpected(bytes.error());
   }
   switch (info.format) {
-    case ImageFormat::kPng: return decode_png_gray(path, *bytes, info, row_, target);
+    case ImageFormat::kPng: return decode_png_gray(path, *bytes, info, storage_.row, target);
     case ImageFormat::kPgm: return decode_pgm_gray(path, *bytes, target);
-    case ImageFormat::kJpeg: return jpeg_->decode_gray(path, *bytes, target);
+    case ImageFormat::kJpeg: return jpeg_.decode_gray(path, *bytes, target);
   }
   return {};
 }
@@ -118,7 +117,7 @@ Status ImageReader::read_gray16(const char* path, ImageView<std::uint16_t> targe
     return tl::unexpected(bytes.error());
   }
   switch (info.format) {
-    case ImageFormat::kPng: return decode_png_gray16(path, *bytes, info, row_, target);
+    case ImageFormat::kPng: return decode_png_gray16(path, *bytes, info, storage_.row, target);
     case ImageFormat::kPgm: return decode_pgm_gray16(path, *bytes, target);
     case ImageFormat::kJpeg: break;
   }

@@ -1,5 +1,6 @@
-#include "jpeg_decoder.hpp"
+#include "kinetrace/imaging/jpeg_decoder.hpp"
 
+#include <cstdio>
 #include <string>
 
 #include <turbojpeg.h>
@@ -8,34 +9,63 @@
 #include "kinetrace/core/allocation_counter.hpp"
 
 namespace kinetrace::imaging {
+namespace {
 
-void ImageReader::JpegDecoderDelete::operator()(JpegDecoder* decoder) const noexcept {
-  tjDestroy(decoder->handle);
-  delete decoder;
+// Decoding stops at the first warning. Where that is about a few bytes before the end mark, all pixels are there: the
+// decoder looks for the mark after the last row. More bytes than alignment explains are rows that were not decoded.
+bool is_padding(const char* warning) {
+  constexpr unsigned kMostBytes = 16;
+  constexpr unsigned kEndOfImage = 0xd9;
+  unsigned bytes = 0;
+  unsigned marker = 0;
+  return std::sscanf(warning, "Corrupt JPEG data: %u extraneous bytes before marker 0x%x", &bytes, &marker) == 2 &&
+         bytes <= kMostBytes && marker == kEndOfImage;
 }
 
-std::unique_ptr<ImageReader::JpegDecoder, ImageReader::JpegDecoderDelete> ImageReader::JpegDecoder::create() {
-  const tjhandle handle = tjInitDecompress();
-  if (handle == nullptr) {
-    return nullptr;
+tl::unexpected<Error> damaged(const char* name, const char* reason) {
+  return file_error(ErrorCode::kBadFormat, name,
+                    std::string("is damaged or truncated (JPEG decoder: ") + reason + "); copy it again or remove it");
+}
+
+std::string size_text(int width, int height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
+
+}  // namespace
+
+void JpegDecoder::Destroy::operator()(void* handle) const noexcept {
+  tjDestroy(handle);
+}
+
+Result<JpegDecoder> JpegDecoder::create() {
+  JpegDecoder decoder;
+  decoder.handle_.reset(tjInitDecompress());
+  if (!decoder.handle_) {
+    return fail(ErrorCode::kInternal, "libturbojpeg gives no decompressor: out of memory");
   }
-  return std::unique_ptr<JpegDecoder, JpegDecoderDelete>(new JpegDecoder{handle});
+  return decoder;
 }
 
-Status ImageReader::JpegDecoder::decode_gray(const char* path, std::span<const std::uint8_t> bytes,
-                                             MutableGrayView target) const {
+Status JpegDecoder::decode_gray(const char* name, std::span<const std::uint8_t> bytes, MutableGrayView target) {
   // Stop on warning: libjpeg fills the rest of a truncated image with gray and merely warns.
   constexpr int kFlags = TJFLAG_STOPONWARNING | TJFLAG_LIMITSCANS;
-  int code = 0;
-  {
-    const ForeignCall foreign;
-    code = tjDecompress2(handle, bytes.data(), static_cast<unsigned long>(bytes.size()), target.data, target.width,
-                         target.stride, target.height, TJPF_GRAY, kFlags);
+  const ForeignCall foreign;
+  const auto length = static_cast<unsigned long>(bytes.size());
+  int width = 0;
+  int height = 0;
+  int subsampling = 0;
+  int colours = 0;
+  if (tjDecompressHeader3(handle_.get(), bytes.data(), length, &width, &height, &subsampling, &colours) != 0) {
+    return damaged(name, tjGetErrorStr2(handle_.get()));
   }
-  if (code != 0) {
-    return file_error(ErrorCode::kBadFormat, path,
-                      std::string("is damaged or truncated (JPEG decoder: ") + tjGetErrorStr2(handle) +
-                          "); copy it again or remove it");
+  if (width != target.width || height != target.height) {
+    return file_error(ErrorCode::kInvalidArgument, name,
+                      "is " + size_text(width, height) + " pixels, expected " + size_text(target.width, target.height));
+  }
+  const int code = tjDecompress2(handle_.get(), bytes.data(), length, target.data, target.width, target.stride,
+                                 target.height, TJPF_GRAY, kFlags);
+  if (code != 0 && !is_padding(tjGetErrorStr2(handle_.get()))) {
+    return damaged(name, tjGetErrorStr2(handle_.get()));
   }
   return {};
 }

@@ -46,6 +46,20 @@ Json counters_json(const RunSummary& summary) {
   return counters;
 }
 
+Json health_json(const HealthSummary& health) {
+  Json reasons = Json::array();
+  for (const HealthEntry& entry : health.entries) {
+    reasons.push_back({{"reason", to_string(entry.reason)},
+                       {"count", entry.count},
+                       {"first_frame", entry.first_frame},
+                       {"last_frame", entry.last_frame}});
+  }
+  return {{"state", to_string(health.state)},
+          {"worst", to_string(health.worst)},
+          {"camera", health.camera},
+          {"reasons", std::move(reasons)}};
+}
+
 Json files_json(std::span<const FileEntry> files) {
   Json list = Json::array();
   for (const FileEntry& file : files) {
@@ -83,6 +97,12 @@ Result<std::string> run_json_text(const RunSummary& summary, std::span<const Fil
     run["foreign_allocations_after_start"] = summary.allocations_after_start->foreign;
   }
   run["counters"] = counters_json(summary);
+  run["health"] = health_json(summary.health);
+  if (summary.pairing) {
+    run["pairing"] = {{"offset_ms", summary.pairing->offset_ms},
+                      {"drift_ppm", summary.pairing->drift_ppm},
+                      {"relearned", summary.pairing->relearned}};
+  }
   run["warnings"] = summary.warnings;
   run["files"] = files_json(files);
   return run.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

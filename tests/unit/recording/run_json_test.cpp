@@ -29,6 +29,11 @@ TEST(RunJson, HasTheDocumentedNames) {
   summary.counters.tracks_born = 6;
   summary.counters.background_lost_frames = 1;
   summary.camera_counters = {{"camera_frames_skipped", 2}};
+  summary.pairing = {.offset_ms = 1.5, .drift_ppm = -20.0, .relearned = 3};
+  summary.health = {.state = HealthState::kDegraded,
+                    .worst = HealthState::kLost,
+                    .camera = "streaming",
+                    .entries = {{HealthReason::kCameraLost, 2, 10, 30}}};
   summary.warnings = {"first", "second"};
   summary.exit_status = 3;
   const Json run = parse(summary);
@@ -44,6 +49,12 @@ TEST(RunJson, HasTheDocumentedNames) {
   EXPECT_EQ(run["counters"]["tracks_born"], 6);
   EXPECT_EQ(run["counters"]["background_lost_frames"], 1);
   EXPECT_EQ(run["counters"]["camera_frames_skipped"], 2);
+  EXPECT_EQ(run["pairing"], nlohmann::json({{"offset_ms", 1.5}, {"drift_ppm", -20.0}, {"relearned", 3}}));
+  EXPECT_EQ(run["health"]["state"], "degraded");
+  EXPECT_EQ(run["health"]["worst"], "lost");
+  EXPECT_EQ(run["health"]["camera"], "streaming");
+  EXPECT_EQ(run["health"]["reasons"],
+            (Json{{{"reason", "camera_lost"}, {"count", 2}, {"first_frame", 10}, {"last_frame", 30}}}));
   EXPECT_EQ(run["warnings"], (Json{"first", "second"}));
   EXPECT_EQ(run["exit_status"], 3);
 }

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,14 +16,25 @@
 namespace kinetrace::hal {
 
 /// See hal/README.md for what each layout looks like.
-enum class DatasetLayout : std::uint8_t { kKittiRaw, kKittiOdometry, kKittiTracking, kEuroc, kCityscapes, kFolder };
+enum class DatasetLayout : std::uint8_t {
+  kKittiRaw,
+  kKittiOdometry,
+  kKittiTracking,
+  kEuroc,
+  kCityscapes,
+  kFolder,
+  kContainer
+};
 
 [[nodiscard]] std::string_view to_string(DatasetLayout layout) noexcept;
-/// From "kitti-raw", "kitti-odometry", "kitti-tracking", "euroc", "cityscapes" or "folder". Errors: kInvalidArgument.
+/// From "kitti-raw", "kitti-odometry", "kitti-tracking", "euroc", "cityscapes", "folder" or "container". Errors:
+/// kInvalidArgument.
 [[nodiscard]] Result<DatasetLayout> parse_layout(std::string_view name);
 
 /// Which of a rig's camera pairs to use; kAuto takes gray where there is a choice.
 enum class CameraChoice : std::uint8_t { kAuto, kGray, kColor };
+
+class ContainerRecording;
 
 struct DatasetSpec {
   DatasetLayout layout = DatasetLayout::kFolder;
@@ -38,8 +50,9 @@ struct Dataset {
   DatasetLayout layout = DatasetLayout::kFolder;
   RigCalibration calibration;
   FrameList frames;
-  double nominal_rate_hz = 0.0;    ///< One over the median time between frames.
-  std::size_t max_file_bytes = 0;  ///< Of the largest image file.
+  double nominal_rate_hz = 0.0;                         ///< One over the median time between frames.
+  std::size_t max_file_bytes = 0;                       ///< Of the largest image file.
+  std::shared_ptr<const ContainerRecording> container;  ///< Holds the images, in the order of `frames`; else null.
   std::vector<std::string> notes;  ///< What had to be assumed, one line each: "no time stamps in X: 10 Hz assumed".
 };
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 
@@ -66,6 +67,12 @@ struct RigCalibration {
   /// that deviate by rounding are replaced by the nearest rotation.
   [[nodiscard]] Status validate();
 };
+
+/// The calibration of a rig whose eyes deliver images of this size: an OpenCV stereo calibration or Kalibr camchain in
+/// a YAML file, a folder with one of these or a pair of ROS CameraInfo files, or KITTI's calib_cam_to_cam.txt (cameras
+/// 00 and 01). Errors: kNotFound, kBadCalibration (also: for another size).
+[[nodiscard]] Result<RigCalibration> read_rig_calibration(const std::filesystem::path& path, int width_px,
+                                                          int height_px);
 
 /// Geometry of rectified images from their projection matrices P = K [I | t] in a common frame. The baseline is the
 /// distance of the centres along x, t = K^-1 P[:, 3]; for cameras with P[2][3] = 0 that is the difference of P[0][3] /

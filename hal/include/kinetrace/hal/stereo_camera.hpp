@@ -19,10 +19,10 @@ namespace kinetrace::hal {
 ///     kConfigured  start() -> kStreaming,  close() -> kClosed
 ///     kStreaming   next(): frame           -> kStreaming
 ///                          kEndOfStream    -> kStreaming (and again on every further call, until stop)
-///                          kTimeout        -> kStalled
+///                          kTimeout        -> kStreaming, or kStalled once the camera has been silent for too long
 ///                          kDisconnected   -> kLost
 ///                  stop()  -> kConfigured, close() -> kClosed
-///     kStalled     next(): as in kStreaming; a frame leads back to kStreaming
+///     kStalled     next(): as in kStreaming, kTimeout -> kStalled; a frame leads back to kStreaming
 ///                  stop()  -> kConfigured, close() -> kClosed
 ///     kLost        recover(): device back  -> kRecovering
 ///                             kDisconnected -> kLost
@@ -43,12 +43,20 @@ enum class CameraState : std::uint8_t { kClosed, kConfigured, kStreaming, kStall
   return "closed";
 }
 
-/// Running totals since start().
+/// Running totals since start(), losses of the device included.
 struct CameraCounters {
   std::uint64_t frames_delivered = 0;
   std::uint64_t skipped_missing_side = 0;  ///< Only one eye had an image.
   std::uint64_t skipped_unreadable = 0;    ///< An image of the pair was damaged.
+  std::uint64_t skipped_outdated = 0;      ///< A complete pair, but a newer one was there already.
+  std::uint64_t skipped_repeated = 0;      ///< Came again, or later than a newer one.
+  std::uint64_t skipped_wrong_size = 0;    ///< Of another size than announced.
   std::uint64_t gaps = 0;                  ///< Frames absent from the source's numbering: lost before they reached us.
+  std::uint64_t clock_jumps = 0;           ///< Times that could not be; what was delivered goes on evenly.
+  std::uint64_t pairing_slips = 0;         ///< The eyes drifted apart by half a period: each now has another partner.
+  std::uint64_t stalls = 0;                ///< Times that the camera fell silent.
+  std::uint64_t losses = 0;                ///< Times that a device was lost.
+  std::uint64_t recoveries = 0;            ///< Times that it was taken back.
 };
 
 /// What the camera is. Constant from open() on.

@@ -3,13 +3,14 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <span>
+#include <utility>
 
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/imaging/image_info.hpp"
+#include "kinetrace/imaging/jpeg_decoder.hpp"
 
 namespace kinetrace::imaging {
 
@@ -43,19 +44,18 @@ class ImageReader {
   [[nodiscard]] Status read_gray16(const char* path, ImageView<std::uint16_t> target);
 
  private:
-  struct JpegDecoder;
-  struct JpegDecoderDelete {
-    void operator()(JpegDecoder* decoder) const noexcept;
+  explicit ImageReader(JpegDecoder jpeg) : jpeg_(std::move(jpeg)) {}
+  struct Storage {
+    std::span<std::uint8_t> file;
+    std::span<std::uint8_t> row;
   };
-  ImageReader() = default;
-  static void carve(const ImageReaderConfig& config, Arena& arena, ImageReader& reader);
-  /// Reads the whole file into `file_` and checks its header against the reader's and the target's size.
+  static void carve(const ImageReaderConfig& config, Arena& arena, Storage& storage);
+  /// Reads the whole file into the storage and checks its header against the reader's and the target's size.
   [[nodiscard]] Result<std::span<const std::uint8_t>> load(const char* path, int width, int height, ImageInfo& info);
 
   ImageReaderConfig config_;
-  std::span<std::uint8_t> file_;
-  std::span<std::uint8_t> row_;
-  std::unique_ptr<JpegDecoder, JpegDecoderDelete> jpeg_;
+  Storage storage_;
+  JpegDecoder jpeg_;
 };
 
 }  // namespace kinetrace::imaging

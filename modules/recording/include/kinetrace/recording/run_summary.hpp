@@ -9,9 +9,24 @@
 
 #include "kinetrace/core/allocation_counter.hpp"
 #include "kinetrace/core/frame_result.hpp"
+#include "kinetrace/core/health.hpp"
 #include "kinetrace/recording/latency_histogram.hpp"
 
 namespace kinetrace::recording {
+
+struct HealthSummary {
+  HealthState state = HealthState::kOk;  ///< At the end.
+  HealthState worst = HealthState::kOk;
+  std::string camera;  ///< State of the camera at the end; empty: unknown.
+  std::vector<HealthEntry> entries;
+};
+
+/// How two cameras' images were paired.
+struct PairingSummary {
+  double offset_ms = 0.0;       ///< What right images are later than left ones.
+  double drift_ppm = 0.0;       ///< How fast that grows.
+  std::uint64_t relearned = 0;  ///< Times that the offset had to be learnt anew.
+};
 
 /// Filled in by the application after the last frame, when allocation is allowed again.
 struct RunSummary {
@@ -25,6 +40,8 @@ struct RunSummary {
   std::optional<AllocationCounts> allocations_after_start;  ///< Absent when the program does not count.
   FrameCounters counters;
   std::vector<std::pair<std::string, std::uint64_t>> camera_counters;  ///< Added to the counters under their names.
+  HealthSummary health;
+  std::optional<PairingSummary> pairing;  ///< Of live cameras.
   std::vector<std::string> warnings;
   int exit_status = 0;  ///< Of the program, as the shell will see it.
 };

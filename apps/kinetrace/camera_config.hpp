@@ -1,0 +1,82 @@
+// What a camera file says: which devices, or which files, and how patient to be with them.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/hal/dataset.hpp"
+#include "kinetrace/hal/live_camera_config.hpp"
+
+namespace kinetrace::app {
+
+enum class CameraKind : std::uint8_t { kV4l2, kLibcamera, kFiles };
+
+[[nodiscard]] std::string_view to_string(CameraKind kind) noexcept;
+bool from_string(std::string_view text, CameraKind& kind) noexcept;
+
+/// As written in the file; see config/cameras for commented examples.
+struct CameraConfig {
+  static constexpr double kNotGiven = -1.0;
+
+  CameraKind source = CameraKind::kV4l2;
+  std::string calibration;
+  std::string faults;
+
+  std::string left_device;
+  std::string right_device;  ///< Empty: the left one has both eyes.
+  hal::CaptureConfig image;  ///< Of either device, but for its name.
+  bool auto_exposure = true;
+  double exposure_us = kNotGiven;
+  bool auto_gain = true;
+  double gain = kNotGiven;
+  hal::LiveCameraConfig patience;  ///< Pairing and time-outs.
+
+  std::string layout = "folder";
+  std::string path;
+  std::string sequence;
+  int loop = 1;
+
+  /// The devices; `source` is not kFiles.
+  [[nodiscard]] hal::LiveCameraConfig live() const;
+  /// The recording; `source` is kFiles. Errors: kInvalidConfig.
+  [[nodiscard]] Result<hal::DatasetSpec> dataset() const;
+};
+
+template <typename Visitor>
+void visit_fields(CameraConfig& config, Visitor&& visit) {
+  visit("source", config.source, "v4l2, libcamera or files");
+  visit("calibration", config.calibration,
+        "of the rig, relative to this file: OpenCV, Kalibr, ROS or KITTI; files bring their own");
+  visit("faults", config.faults, "faults to inject, for tests; as run --fault");
+  visit("devices.left", config.left_device, "path, bus id, serial number or libcamera's id");
+  visit("devices.right", config.right_device, "the same; empty where the left device delivers both eyes side by side");
+  visit("image.format", config.image.format, "grey8, grey10, grey16, yuyv, nv12 or mjpeg");
+  visit("image.width_px", config.image.width_px, "as a device delivers: both eyes together where it has both");
+  visit("image.height_px", config.image.height_px, "rows");
+  visit("image.rate_hz", config.image.rate_hz, "frames a second");
+  visit("image.auto_exposure", config.auto_exposure, "the device decides");
+  visit("image.exposure_us", config.exposure_us, "exposure time without auto_exposure, microseconds");
+  visit("image.auto_gain", config.auto_gain, "the device decides");
+  visit("image.gain", config.gain, "gain without auto_gain, in the device's own unit");
+  visit("image.trigger", config.image.trigger, "free_running or external");
+  visit("image.buffers", config.image.buffers, "image buffers asked of the driver, at least 5");
+  visit("pairing.tolerance_ms", config.patience.pair_tolerance_ms,
+        "the eyes' mid-exposure times differ by at most this, after the learnt offset; at most half a period");
+  visit("patience.stall_ms", config.patience.stall_timeout_ms, "no pair for so long, exposure on top: stalled");
+  visit("patience.lost_ms", config.patience.lost_timeout_ms, "stalled for so long: lost, closed and looked for again");
+  visit("patience.reopen_first_ms", config.patience.reopen_first_ms, "first pause between attempts; it doubles up to");
+  visit("patience.reopen_longest_ms", config.patience.reopen_longest_ms, "... this");
+  visit("files.layout", config.layout,
+        "kitti-raw, kitti-odometry, kitti-tracking, euroc, cityscapes, folder or container");
+  visit("files.path", config.path, "relative to this file");
+  visit("files.sequence", config.sequence, "where the path holds several");
+  visit("files.loop", config.loop, "plays the recording so often");
+}
+
+/// Reads and checks a camera file; paths in it become relative to the working directory.
+/// Errors, with file and line or key: kNotFound, kIo, kInvalidConfig.
+[[nodiscard]] Result<CameraConfig> load_camera_config(const std::filesystem::path& path);
+
+}  // namespace kinetrace::app

@@ -1,0 +1,37 @@
+#include "libcamera_loader.hpp"
+
+#include <filesystem>
+#include <system_error>
+
+#include "kinetrace/hal/libcamera_backend.hpp"
+#include "messages.hpp"
+
+namespace kinetrace::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool load_once() {
+  std::error_code error;
+  const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
+  // Of a build, and of an installation (bin/kinetrace).
+  for (const char* place : {"kinetrace-libcamera.so", "../lib/kinetrace/kinetrace-libcamera.so"}) {
+    const fs::path plugin = folder / place;
+    if (!fs::exists(plugin, error)) {
+      continue;
+    }
+    if (const Status loaded = hal::load_libcamera_plugin(plugin); !loaded) {
+      print_warning(loaded.error().message);
+    }
+    return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+void load_libcamera() {
+  [[maybe_unused]] static const bool found = load_once();
+}
+
+}  // namespace kinetrace::app

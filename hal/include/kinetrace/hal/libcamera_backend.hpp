@@ -1,0 +1,19 @@
+// Cameras through libcamera, whose ABI changes with every release: a component of its own, kinetrace::hal_libcamera,
+// that a program links or loads, so that nobody else needs libcamera.
+#pragma once
+
+#include <string>
+
+#include "kinetrace/core/result.hpp"
+
+namespace kinetrace::hal {
+
+/// From then on cameras with the backend kLibcamera can be opened and are listed. Called once, before the first of
+/// those, which starts libcamera's camera manager and its thread. Part of kinetrace::hal_libcamera: link that.
+void use_libcamera();
+
+/// The same with the component as a plugin (`kinetrace-libcamera.so`), for programs that shall run without libcamera,
+/// too. Never unloaded: libcamera's thread may be in it. Errors: kUnsupported (not there, or libcamera is not).
+[[nodiscard]] Status load_libcamera_plugin(const std::string& path);
+
+}  // namespace kinetrace::hal

@@ -1,0 +1,54 @@
+// Raw pairs onto the disk, as they come from the camera.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/frame.hpp"
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/hal/rig_calibration.hpp"
+
+namespace kinetrace::hal {
+
+enum class RawFormat : std::uint8_t {
+  kKittiRaw,   ///< One PNG per image, in the layout "kitti-raw". For lenses that its calibration file can hold.
+  kContainer,  ///< Uncompressed pairs with checksums in a few large files, the layout "container".
+};
+
+struct RawRecorderConfig {
+  std::filesystem::path directory;  ///< Made; must not exist or be empty.
+  RawFormat format = RawFormat::kContainer;
+  RigCalibration calibration;                                 ///< Goes with the images.
+  double rate_hz = 0.0;                                       ///< Nominal.
+  std::uint64_t segment_bytes = std::uint64_t{512} << 20U;    ///< A container's file; then the next begins.
+  std::uint64_t keep_free_bytes = std::uint64_t{256} << 20U;  ///< Left on the disk for others.
+
+  [[nodiscard]] Status validate() const;
+};
+
+/// Appends pairs. After an error (disk full, folder gone) it takes nothing more; what was written until then stays
+/// readable: an incomplete last record is removed. Write calls may block for as long as the disk does: for a thread of
+/// its own. Never allocates in `write`, except for messages.
+class RawRecorder {
+ public:
+  [[nodiscard]] static std::size_t required_bytes(const RawRecorderConfig& config);
+  /// Errors: kInvalidConfig, kInvalidArgument (folder not empty), kUnsupported (calibration that the format cannot
+  /// hold), kIo, kCapacity.
+  [[nodiscard]] static Result<std::unique_ptr<RawRecorder>> create(const RawRecorderConfig& config, Arena& arena);
+
+  RawRecorder() = default;
+  RawRecorder(const RawRecorder&) = delete;
+  RawRecorder& operator=(const RawRecorder&) = delete;
+  virtual ~RawRecorder() = default;
+
+  /// Frame numbers increase. Errors: kIo (names the file and the reason), kInvalidArgument (size).
+  [[nodiscard]] virtual Status write(const StereoFrame& frame) = 0;
+  /// What was written is safe on the disk afterwards. Errors: kIo.
+  [[nodiscard]] virtual Status sync() = 0;
+  [[nodiscard]] virtual std::int64_t frames() const noexcept = 0;  ///< Written so far.
+};
+
+}  // namespace kinetrace::hal

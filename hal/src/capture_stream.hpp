@@ -1,0 +1,74 @@
+// One device of a live camera, from opening to the image in luminance.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "capture_environment.hpp"
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/hal/frame_synchronizer.hpp"
+#include "kinetrace/hal/stereo_camera.hpp"
+#include "kinetrace/hal/timeline_guard.hpp"
+#include "luminance_reader.hpp"
+
+namespace kinetrace::hal {
+
+/// Opens its device by name the first time and by stable id from then on; keeps captured images by slot; turns
+/// stamps into believable mid-exposure times.
+class CaptureStream {
+ public:
+  [[nodiscard]] static std::size_t required_bytes(const CaptureConfig& config);
+  /// `eye` is for messages: "left eye".
+  [[nodiscard]] static Result<CaptureStream> create(std::string eye, const CaptureConfig& config, Arena& arena,
+                                                    CaptureEnvironment& environment);
+
+  /// Errors: as CaptureDevice::open; kDisconnected where another device than before answers.
+  [[nodiscard]] Status open();
+  [[nodiscard]] Status start();
+  [[nodiscard]] Status stop();
+  void close() noexcept;
+
+  /// Takes one image if it is worth pairing; none otherwise, with the reason counted. Errors: kDisconnected.
+  [[nodiscard]] Result<std::optional<SyncFrame>> take(CameraCounters& counters);
+  [[nodiscard]] Result<GrayView> luminance(int slot);
+  void release(int slot) noexcept;
+
+  /// Grows whenever start() made all slots handed out before invalid.
+  [[nodiscard]] int generation() const noexcept { return generation_; }
+  [[nodiscard]] int wait_fd() const noexcept { return device_->wait_fd(); }
+  [[nodiscard]] std::int64_t heard_ns() const noexcept { return heard_ns_; }
+  [[nodiscard]] std::int64_t exposure_ns() const noexcept;
+  /// "left eye (name of the device)".
+  [[nodiscard]] std::string described() const;
+  [[nodiscard]] const std::string& name() const noexcept { return name_; }
+
+ private:
+  static constexpr std::size_t kMaxSlots = 64;
+
+  CaptureStream(std::string eye, CaptureConfig config, LuminanceReader reader, CaptureEnvironment& environment);
+  [[nodiscard]] Status restart(const Error& cause);
+  [[nodiscard]] bool is_sound(const CapturedImage& image) const noexcept;
+  [[nodiscard]] std::int64_t mid_exposure_ns(const CapturedImage& image) const noexcept;
+
+  std::string eye_;
+  CaptureConfig config_;
+  LuminanceReader reader_;
+  CaptureEnvironment* environment_;
+  std::unique_ptr<CaptureDevice> device_;
+  std::string name_;
+  std::string stable_id_;  ///< Empty until the device was open once.
+  std::array<CapturedImage, kMaxSlots> images_{};
+  TimelineGuard timeline_;
+  std::int64_t heard_ns_ = 0;  ///< When the last image arrived, damaged ones included.
+  std::int64_t taken_ns_ = 0;  ///< When the last sound one did.
+  std::int64_t stamp_ns_ = 0;  ///< Its stamp.
+  std::int64_t sequence_ = -1;
+  int generation_ = 0;
+  int restarts_in_a_row_ = 0;
+};
+
+}  // namespace kinetrace::hal

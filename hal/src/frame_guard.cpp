@@ -1,0 +1,117 @@
+#include "kinetrace/hal/frame_guard.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "messages.hpp"
+
+namespace kinetrace::hal {
+namespace {
+
+constexpr int kMaxUnusable = 32;
+// Jitter is no jump. Live cameras number by time, rounded: theirs is at most half a period.
+constexpr double kJumpPeriods = 0.6;
+constexpr int kRowsLookedAt = 24;
+constexpr int kPixelsLookedAt = 16;
+
+// Pixels of an image with noise differ; those that never arrived do not.
+bool is_flat(const std::uint8_t* row, int width) noexcept {
+  const int step = std::max(1, width / kPixelsLookedAt);
+  for (int x = step; x < width; x += step) {
+    if (row[x] != row[0]) {
+      return false;
+    }
+  }
+  return true;
+}
+
+int flat_rows(GrayView image) noexcept {
+  int flat = 0;
+  for (int i = 0; i < kRowsLookedAt; ++i) {
+    flat += is_flat(image.row((2 * i + 1) * image.height / (2 * kRowsLookedAt)), image.width) ? 1 : 0;
+  }
+  return flat;
+}
+
+}  // namespace
+
+bool looks_cut_off(const StereoFrame& frame) noexcept {
+  return std::abs(flat_rows(frame.left) - flat_rows(frame.right)) >= kRowsLookedAt / 3;
+}
+
+FrameGuard::FrameGuard(std::unique_ptr<StereoCamera> camera, const FrameGuardConfig& config)
+    : camera_(std::move(camera)), config_(config), timeline_(0, true) {}
+
+Status FrameGuard::start() {
+  own_ = {};
+  begun_ = false;
+  timeline_ = TimelineGuard(std::llround(kJumpPeriods * period_ns()), true);
+  return camera_->start();
+}
+
+bool FrameGuard::passes(const StereoFrame& frame) noexcept {
+  const CameraInfo& announced = info();
+  for (const GrayView& image : {frame.left, frame.right}) {
+    if (image.width != announced.width_px || image.height != announced.height_px) {
+      ++own_.skipped_wrong_size;
+      return false;
+    }
+  }
+  const bool is_new = !begun_ || frame.frame_index > last_index_;
+  const bool advances = !begun_ || config_.mend_times || frame.timestamp_ns > last_time_ns_;
+  if (!is_new || !advances) {
+    ++own_.skipped_repeated;
+    return false;
+  }
+  if (looks_cut_off(frame)) {
+    ++own_.skipped_unreadable;
+    return false;
+  }
+  return true;
+}
+
+std::int64_t FrameGuard::expected_step_ns(const StereoFrame& frame) const noexcept {
+  return std::llround(static_cast<double>(frame.frame_index - last_index_) * period_ns());
+}
+
+double FrameGuard::period_ns() const noexcept {
+  constexpr double kLowest_hz = 1e-3;
+  return 1e9 / std::max(info().nominal_rate_hz, kLowest_hz);
+}
+
+Result<StereoFrame> FrameGuard::next(std::chrono::milliseconds timeout) {
+  for (int unusable = 0; unusable < kMaxUnusable; ++unusable) {
+    Result<StereoFrame> frame = camera_->next(timeout);
+    if (!frame) {
+      return frame;
+    }
+    if (!passes(*frame)) {
+      continue;
+    }
+    if (config_.mend_times) {
+      const TimelineGuard::Step step = timeline_.correct(frame->timestamp_ns, expected_step_ns(*frame));
+      own_.clock_jumps += step.jumped ? 1 : 0;
+      frame->timestamp_ns = step.time_ns;
+    }
+    begun_ = true;
+    last_index_ = frame->frame_index;
+    last_time_ns_ = frame->timestamp_ns;
+    return frame;
+  }
+  return fail(ErrorCode::kTimeout, concat(info().name, ": ", std::to_string(kMaxUnusable),
+                                          " frames in a row were repeated, cut off or of another size than ",
+                                          size_text(info().width_px, info().height_px), "; check cable and settings"));
+}
+
+const CameraCounters& FrameGuard::counters() const noexcept {
+  sum_ = camera_->counters();
+  sum_.skipped_wrong_size += own_.skipped_wrong_size;
+  sum_.skipped_repeated += own_.skipped_repeated;
+  sum_.skipped_unreadable += own_.skipped_unreadable;
+  sum_.clock_jumps += own_.clock_jumps;
+  sum_.frames_delivered -= own_.skipped_wrong_size + own_.skipped_repeated + own_.skipped_unreadable;
+  return sum_;
+}
+
+}  // namespace kinetrace::hal

@@ -1,0 +1,203 @@
+#include "kinetrace/hal/frame_synchronizer.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstdlib>
+
+#include "kinetrace/core/config_check.hpp"
+
+namespace kinetrace::hal {
+namespace {
+
+// Of the alpha-beta filter: a twentieth of each misfit, and critically damped drift (beta = alpha^2 / 2, rounded).
+constexpr double kOffsetGain = 0.05;
+constexpr double kDriftGain = 0.001;
+// Crystals are within 100 ppm of each other; free-running sensors within the steps of their dividers.
+constexpr double kMaxDrift = 1e-3;
+// Partners change beyond half a period, with a margin so that jitter does not change them back at once.
+constexpr double kSlipPeriods = 0.6;
+constexpr int kStaleUntilRestart = 3;
+
+Eye other(Eye eye) {
+  return eye == Eye::kLeft ? Eye::kRight : Eye::kLeft;
+}
+
+std::size_t index(Eye eye) {
+  return static_cast<std::size_t>(eye);
+}
+
+}  // namespace
+
+Status SyncConfig::validate() const {
+  constexpr std::int64_t kLongestPeriod_ns = 1'000'000'000'000;
+  return first_failure(
+      {check_range<std::int64_t>("period_ns", period_ns, 2, kLongestPeriod_ns),
+       check_range<std::int64_t>("tolerance_ns", tolerance_ns, 1, std::max<std::int64_t>(period_ns / 2, 1))});
+}
+
+SyncFrame FrameSynchronizer::Stream::pop() noexcept {
+  assert(count > 0);
+  const SyncFrame first = waiting[0];
+  std::copy(waiting.begin() + 1, waiting.begin() + static_cast<std::ptrdiff_t>(count), waiting.begin());
+  --count;
+  return first;
+}
+
+void FrameSynchronizer::Stream::remember(std::int64_t time_ns) noexcept {
+  if (remembered == kRemembered) {
+    std::copy(times_ns.begin() + 1, times_ns.end(), times_ns.begin());
+    --remembered;
+  }
+  times_ns[remembered++] = time_ns;
+}
+
+std::int64_t FrameSynchronizer::offset_ns() const noexcept {
+  return jump_ns_ + std::llround(offset_ns_);
+}
+
+double FrameSynchronizer::predicted_offset_ns(std::int64_t left_time_ns) const noexcept {
+  const std::int64_t since_ns = offset_time_ns_ ? left_time_ns - *offset_time_ns_ : 0;
+  return offset_ns_ + drift_ * static_cast<double>(since_ns);
+}
+
+double FrameSynchronizer::misfit_ns(const SyncFrame& left, const SyncFrame& right) const noexcept {
+  return static_cast<double>(right.time_ns - left.time_ns - jump_ns_) - predicted_offset_ns(left.time_ns);
+}
+
+void FrameSynchronizer::drop(Eye eye, const SyncFrame& frame, SyncDrop::Reason reason) noexcept {
+  assert(drop_count_ < kMaxDrops);
+  drops_[drop_count_++] = {eye, frame, reason};
+  counters_.unpaired[index(eye)] += reason == SyncDrop::Reason::kStale ? 0 : 1;
+  counters_.stale[index(eye)] += reason == SyncDrop::Reason::kStale ? 1 : 0;
+}
+
+std::optional<SyncDrop> FrameSynchronizer::next_drop() noexcept {
+  if (drop_count_ == 0) {
+    return std::nullopt;
+  }
+  const SyncDrop first = drops_[0];
+  std::copy(drops_.begin() + 1, drops_.begin() + static_cast<std::ptrdiff_t>(drop_count_), drops_.begin());
+  --drop_count_;
+  return first;
+}
+
+// A frame that is not later than the last one is stale, unless its number shows that it is new and its time is more
+// than jitter earlier, or so many come that it must be the clock.
+bool FrameSynchronizer::is_stale(Stream& stream, const SyncFrame& frame) noexcept {
+  if (!stream.last || frame.time_ns > stream.last->time_ns) {
+    stream.stale_in_a_row = 0;
+    return false;
+  }
+  const bool is_new = frame.sequence > stream.last->sequence;
+  const bool went_back = frame.time_ns < stream.last->time_ns - config_.period_ns;
+  return !(is_new && went_back) && ++stream.stale_in_a_row < kStaleUntilRestart;
+}
+
+void FrameSynchronizer::restart(Eye eye) noexcept {
+  Stream& restarted = stream(eye);
+  while (restarted.count > 0) {
+    drop(eye, restarted.pop(), SyncDrop::Reason::kReset);
+  }
+  restarted.remembered = 0;
+  restarted.stale_in_a_row = 0;
+  ++counters_.clock_jumps;
+}
+
+void FrameSynchronizer::forget(Eye eye) noexcept {
+  stream(eye) = Stream{};
+}
+
+void FrameSynchronizer::add(Eye eye, const SyncFrame& frame) noexcept {
+  Stream& own = stream(eye);
+  if (is_stale(own, frame)) {
+    drop(eye, frame, SyncDrop::Reason::kStale);
+    return;
+  }
+  if (own.last && frame.time_ns <= own.last->time_ns) {
+    restart(eye);
+  }
+  if (own.count == kWaiting) {
+    drop_front(eye);
+  }
+  own.waiting[own.count++] = frame;
+  own.last = frame;
+  own.remember(frame.time_ns);
+  ++own.since_pair;
+  if (own.since_pair >= kRelockAfter && stream(other(eye)).since_pair >= kRelockAfter) {
+    relock();
+  }
+}
+
+std::optional<SyncPair> FrameSynchronizer::next_pair() noexcept {
+  Stream& left = stream(Eye::kLeft);
+  Stream& right = stream(Eye::kRight);
+  const auto tolerance_ns = static_cast<double>(config_.tolerance_ns);
+  while (left.count > 0 && right.count > 0) {
+    const double misfit = misfit_ns(left.front(), right.front());
+    const bool next_right_is_nearer =
+        right.count > 1 && std::abs(misfit_ns(left.front(), right.waiting[1])) < std::abs(misfit);
+    const bool next_left_is_nearer =
+        left.count > 1 && std::abs(misfit_ns(left.waiting[1], right.front())) < std::abs(misfit);
+    if (misfit < -tolerance_ns || next_right_is_nearer) {
+      drop_front(Eye::kRight);
+    } else if (misfit > tolerance_ns || next_left_is_nearer) {
+      drop_front(Eye::kLeft);
+    } else {
+      const SyncPair pair{left.pop(), right.pop()};
+      ++counters_.pairs;
+      left.since_pair = 0;
+      right.since_pair = 0;
+      learn(pair);
+      return pair;
+    }
+  }
+  return std::nullopt;
+}
+
+void FrameSynchronizer::learn(const SyncPair& pair) noexcept {
+  const double misfit = misfit_ns(pair.left, pair.right);
+  const std::int64_t step_ns = offset_time_ns_ ? pair.left.time_ns - *offset_time_ns_ : 0;
+  offset_ns_ = predicted_offset_ns(pair.left.time_ns) + kOffsetGain * misfit;
+  if (step_ns > 0) {
+    drift_ = std::clamp(drift_ + kDriftGain * misfit / static_cast<double>(step_ns), -kMaxDrift, kMaxDrift);
+  }
+  offset_time_ns_ = pair.left.time_ns;
+  const auto period_ns = static_cast<double>(config_.period_ns);
+  if (std::abs(offset_ns_) > kSlipPeriods * period_ns) {
+    offset_ns_ -= std::copysign(period_ns, offset_ns_);
+    ++counters_.slips;
+  }
+}
+
+// How far each remembered left time is from right ones, modulo the period: if all agree, that is the offset.
+void FrameSynchronizer::relock() noexcept {
+  Stream& left = stream(Eye::kLeft);
+  Stream& right = stream(Eye::kRight);
+  left.since_pair = 0;
+  right.since_pair = 0;
+  const std::int64_t newest_ns = right.times_ns[right.remembered - 1] - left.times_ns[left.remembered - 1];
+  const std::int64_t apart_ns = newest_ns - jump_ns_;
+  const std::int64_t jump_ns = std::llabs(apart_ns) > kJumpPeriods * config_.period_ns ? newest_ns : jump_ns_;
+  const auto period_ns = static_cast<double>(config_.period_ns);
+  std::array<double, kRemembered> differences_ns{};
+  for (std::size_t i = 0; i < left.remembered; ++i) {
+    const auto reference = static_cast<double>(newest_ns - jump_ns);
+    const auto difference = static_cast<double>(right.times_ns[right.remembered - 1] - left.times_ns[i] - jump_ns);
+    differences_ns[i] = reference + std::remainder(difference - reference, period_ns);
+  }
+  const auto end = differences_ns.begin() + static_cast<std::ptrdiff_t>(left.remembered);
+  std::sort(differences_ns.begin(), end);
+  const double middle = differences_ns[left.remembered / 2];
+  const auto tolerance_ns = static_cast<double>(config_.tolerance_ns);
+  if (*(end - 1) - middle > tolerance_ns || middle - differences_ns[0] > tolerance_ns) {
+    return;
+  }
+  jump_ns_ = jump_ns;
+  offset_ns_ = std::remainder(middle, period_ns);
+  drift_ = 0.0;
+  offset_time_ns_.reset();
+  ++counters_.relocks;
+}
+
+}  // namespace kinetrace::hal

@@ -1,0 +1,12 @@
+#include "kinetrace/hal/libcamera_backend.hpp"
+
+#include "capture_backend.hpp"
+#include "libcamera_device.hpp"
+
+namespace kinetrace::hal {
+
+void use_libcamera() {
+  register_capture_backend(CaptureBackend::kLibcamera, {&make_libcamera_device, &list_libcamera_devices});
+}
+
+}  // namespace kinetrace::hal

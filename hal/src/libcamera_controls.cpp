@@ -1,0 +1,122 @@
+#include "libcamera_controls.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "messages.hpp"
+
+namespace kinetrace::hal {
+namespace {
+
+namespace controls = libcamera::controls;
+
+template <typename T>
+const libcamera::ControlInfo* find(const libcamera::Camera& camera, const libcamera::Control<T>& control) {
+  const auto found = camera.controls().find(&control);
+  return found == camera.controls().end() ? nullptr : &found->second;
+}
+
+// `unit` turns the control's unit into that of the configuration. Half a unit outside is what rounding explains.
+template <typename T>
+Status check_limits(const libcamera::ControlInfo& limits, double asked, double unit, const CaptureInfo& info,
+                    const char* what) {
+  const double least = static_cast<double>(limits.min().get<T>()) * unit;
+  const double most = static_cast<double>(limits.max().get<T>()) * unit;
+  if (asked < least - unit / 2 || asked > most + unit / 2) {
+    return fail(ErrorCode::kUnsupported, concat(info.name, ": asked for ", what, " ", number(asked),
+                                                ", the camera sets only ", number(least), " to ", number(most)));
+  }
+  return {};
+}
+
+void set_automatic_exposure(const libcamera::Camera& camera, bool automatic, libcamera::ControlList& chosen) {
+  if (find(camera, controls::AeEnable) != nullptr) {
+    chosen.set(controls::AeEnable, automatic);
+  }
+}
+
+Status set_exposure(const libcamera::Camera& camera, const CaptureConfig& config, CaptureInfo& info,
+                    libcamera::ControlList& chosen) {
+  if (!config.exposure_us) {
+    set_automatic_exposure(camera, true, chosen);
+    return {};
+  }
+  const libcamera::ControlInfo* limits = find(camera, controls::ExposureTime);
+  if (limits == nullptr) {
+    return fail(ErrorCode::kUnsupported, info.name + ": libcamera cannot set its exposure; leave exposure_us out");
+  }
+  if (Status inside = check_limits<std::int32_t>(*limits, *config.exposure_us, 1.0, info, "exposure_us"); !inside) {
+    return inside;
+  }
+  set_automatic_exposure(camera, false, chosen);
+  const auto exposure_us = static_cast<std::int32_t>(std::lround(*config.exposure_us));
+  chosen.set(controls::ExposureTime, exposure_us);
+  info.exposure_us = exposure_us;
+  return {};
+}
+
+Status set_gain(const libcamera::Camera& camera, const CaptureConfig& config, CaptureInfo& info,
+                libcamera::ControlList& chosen) {
+  if (!config.gain) {
+    return {};
+  }
+  const libcamera::ControlInfo* limits = find(camera, controls::AnalogueGain);
+  if (limits == nullptr) {
+    return fail(ErrorCode::kUnsupported, info.name + ": libcamera cannot set its gain; leave gain out");
+  }
+  // Gains are real numbers: no unit to round to.
+  if (Status inside = check_limits<float>(*limits, *config.gain, 1.0, info, "gain"); !inside) {
+    return inside;
+  }
+  chosen.set(controls::AnalogueGain, static_cast<float>(*config.gain));
+  info.gain = config.gain;
+  return {};
+}
+
+Status set_rate(const libcamera::Camera& camera, const CaptureConfig& config, CaptureInfo& info,
+                libcamera::ControlList& chosen) {
+  constexpr double kUsPerSecond = 1e6;
+  const libcamera::ControlInfo* limits = find(camera, controls::FrameDurationLimits);
+  if (limits == nullptr) {
+    return {};  // The camera's own rate, which nothing tells.
+  }
+  const double period_us = kUsPerSecond / config.rate_hz;
+  if (Status inside = check_limits<std::int64_t>(*limits, period_us, 1.0, info, "a period of us"); !inside) {
+    return inside;
+  }
+  const auto duration = static_cast<std::int64_t>(std::llround(period_us));
+  const std::array<std::int64_t, 2> both{duration, duration};
+  chosen.set(controls::FrameDurationLimits, libcamera::Span<const std::int64_t, 2>(both));
+  info.rate_hz = kUsPerSecond / static_cast<double>(duration);
+  return {};
+}
+
+}  // namespace
+
+Result<libcamera::ControlList> choose_libcamera_controls(const libcamera::Camera& camera, const CaptureConfig& config,
+                                                         CaptureInfo& info) {
+  libcamera::ControlList chosen(camera.controls());
+  Status status;
+  if (config.trigger == TriggerMode::kExternal) {
+    status = fail(ErrorCode::kUnsupported,
+                  info.name +
+                      ": libcamera has no control for an external trigger; set trigger to free_running, or set "
+                      "the sensor up by its driver");
+  }
+  if (status) {
+    status = set_exposure(camera, config, info, chosen);
+  }
+  if (status) {
+    status = set_gain(camera, config, info, chosen);
+  }
+  if (status) {
+    status = set_rate(camera, config, info, chosen);
+  }
+  if (!status) {
+    return tl::unexpected(status.error());
+  }
+  return chosen;
+}
+
+}  // namespace kinetrace::hal

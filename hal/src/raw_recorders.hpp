@@ -1,0 +1,18 @@
+// The two kinds of RawRecorder.
+#pragma once
+
+#include <memory>
+
+#include "kinetrace/hal/raw_recorder.hpp"
+
+namespace kinetrace::hal {
+
+[[nodiscard]] std::size_t container_recorder_bytes(const RawRecorderConfig& config);
+[[nodiscard]] Result<std::unique_ptr<RawRecorder>> make_container_recorder(const RawRecorderConfig& config,
+                                                                           Arena& arena);
+[[nodiscard]] Result<std::unique_ptr<RawRecorder>> make_kitti_recorder(const RawRecorderConfig& config);
+
+/// kIo once the disk of `folder` has less than `keep_free_bytes`.
+[[nodiscard]] Status check_space(const std::filesystem::path& folder, std::uint64_t keep_free_bytes);
+
+}  // namespace kinetrace::hal

@@ -1,0 +1,57 @@
+// How well a running system is, in words that a machine can compare.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+namespace kinetrace {
+
+enum class HealthState : std::uint8_t {
+  kOk,
+  kDegraded,  ///< Results come, but something is missing or was mended lately.
+  kLost,      ///< No results: the camera is gone.
+};
+
+[[nodiscard]] constexpr std::string_view to_string(HealthState state) noexcept {
+  switch (state) {
+    case HealthState::kOk: return "ok";
+    case HealthState::kDegraded: return "degraded";
+    case HealthState::kLost: return "lost";
+  }
+  return "lost";
+}
+
+enum class HealthReason : std::uint8_t {
+  kCameraStalled,   ///< No image for longer than there should be.
+  kCameraLost,      ///< A device has gone.
+  kFramesLost,      ///< Frames that never came, or with one eye only.
+  kFramesRepeated,  ///< Frames that came again or too late.
+  kFramesDamaged,   ///< Unreadable or cut off.
+  kFramesOfWrongSize,
+  kFramesOutdated,    ///< Left out because processing could not follow.
+  kClockJumped,       ///< Times that could not be, mended.
+  kEyesOutOfStep,     ///< Left and right are not from the same moment.
+  kPoseLost,          ///< Frames in which the camera's own motion was not found.
+  kRecordingStopped,  ///< Raw images are not recorded any more.
+};
+inline constexpr std::size_t kHealthReasonCount = 11;
+
+[[nodiscard]] constexpr std::string_view to_string(HealthReason reason) noexcept {
+  constexpr std::array<std::string_view, kHealthReasonCount> kNames{
+      "camera_stalled",       "camera_lost",     "frames_lost",  "frames_repeated",  "frames_damaged",
+      "frames_of_wrong_size", "frames_outdated", "clock_jumped", "eyes_out_of_step", "pose_lost",
+      "recording_stopped"};
+  return kNames[static_cast<std::size_t>(reason)];
+}
+
+/// How often something was wrong, and when.
+struct HealthEntry {
+  HealthReason reason = HealthReason::kCameraStalled;
+  std::uint64_t count = 0;
+  std::int64_t first_frame = 0;  ///< The newest frame when it was first noticed.
+  std::int64_t last_frame = 0;   ///< ... and last.
+};
+
+}  // namespace kinetrace

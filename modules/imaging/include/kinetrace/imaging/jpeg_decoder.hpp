@@ -1,0 +1,32 @@
+// JPEG in memory into the caller's pixels, through libturbojpeg.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/result.hpp"
+
+namespace kinetrace::imaging {
+
+/// Owns a decompressor, so that none is made per image. The library allocates inside each call (counted as foreign).
+/// One decoder serves one thread.
+class JpegDecoder {
+ public:
+  /// Errors: kInternal (out of memory).
+  [[nodiscard]] static Result<JpegDecoder> create();
+
+  /// Decodes to 8-bit luminance. `name` begins the messages. A few stray bytes before the end mark, which many cameras
+  /// leave there, are no damage. Errors: kBadFormat (no JPEG, truncated, damaged), kInvalidArgument (the image has
+  /// another size than `target`). On an error the pixels of `target` are unspecified.
+  [[nodiscard]] Status decode_gray(const char* name, std::span<const std::uint8_t> bytes, MutableGrayView target);
+
+ private:
+  struct Destroy {
+    void operator()(void* handle) const noexcept;
+  };
+  std::unique_ptr<void, Destroy> handle_;
+};
+
+}  // namespace kinetrace::imaging

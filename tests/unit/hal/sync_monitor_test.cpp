@@ -1,0 +1,154 @@
+// A textured wall before a rig that nods: which moment each eye shows is known.
+#include "kinetrace/hal/sync_monitor.hpp"
+
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace kinetrace::hal {
+namespace {
+
+constexpr int kWidth = 320;
+constexpr int kHeight = 240;
+
+// A number in [0, 1) for each grid point.
+double noise(int x, int y) {
+  auto h = static_cast<std::uint32_t>(x) * 0x9E3779B1U ^ static_cast<std::uint32_t>(y) * 0x85EBCA77U;
+  h = (h ^ (h >> 15U)) * 0x2C1B3C6DU;
+  h = (h ^ (h >> 12U)) * 0x297A2D39U;
+  return static_cast<double>(h ^ (h >> 15U)) / 4294967296.0;
+}
+
+double texture(double x, double y) {
+  constexpr double kCell = 9.0;
+  const int x0 = static_cast<int>(std::floor(x / kCell));
+  const int y0 = static_cast<int>(std::floor(y / kCell));
+  const double ax = x / kCell - x0;
+  const double ay = y / kCell - y0;
+  return (noise(x0, y0) * (1 - ax) + noise(x0 + 1, y0) * ax) * (1 - ay) +
+         (noise(x0, y0 + 1) * (1 - ax) + noise(x0 + 1, y0 + 1) * ax) * ay;
+}
+
+std::vector<std::uint8_t> wall(double right_px, double down_px, bool blank) {
+  std::vector<std::uint8_t> pixels;
+  pixels.reserve(kWidth * kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      pixels.push_back(blank ? 128 : static_cast<std::uint8_t>(20 + 210 * texture(x + right_px, y + down_px)));
+    }
+  }
+  return pixels;
+}
+
+struct Rig {
+  std::function<double(int)> nod = [](int frame) { return 6.0 * std::sin(frame * 0.9); };  ///< Rows, by frame.
+  std::function<double(int)> slide = [](int /*frame*/) { return 0.0; };                    ///< Columns.
+  int right_lag = 0;         ///< Frames that the right image is late by; negative: the left one is.
+  double misaligned_px = 0;  ///< What the right eye sees lower.
+  bool blank = false;
+  int skipped_every = 0;  ///< Frames that do not arrive.
+};
+
+SyncReport watch(const Rig& rig, int frames = 80) {
+  Arena arena(SyncMonitor::required_bytes({}, kWidth, kHeight));
+  SyncMonitor monitor = SyncMonitor::create({.interval_frames = 4}, kWidth, kHeight, arena).value();
+  constexpr double kDisparity = 24.0;
+  for (int frame = 0; frame < frames; ++frame) {
+    if (rig.skipped_every > 0 && frame % rig.skipped_every == 0) {
+      continue;
+    }
+    const int left_shot = frame + std::min(rig.right_lag, 0);
+    const int right_shot = frame - std::max(rig.right_lag, 0);
+    const auto left = wall(rig.slide(left_shot), rig.nod(left_shot), rig.blank);
+    const auto right = wall(rig.slide(right_shot) + kDisparity, rig.nod(right_shot) - rig.misaligned_px, rig.blank);
+    monitor.process({.frame_index = frame,
+                     .timestamp_ns = frame,
+                     .name = {},
+                     .left = {left.data(), kWidth, kHeight, kWidth},
+                     .right = {right.data(), kWidth, kHeight, kWidth},
+                     .geometry = {}});
+  }
+  return monitor.report();
+}
+
+TEST(SyncMonitor, SeesThatBothEyesShowTheSameMoment) {
+  const SyncReport report = watch({});
+  EXPECT_EQ(report.verdict, SyncVerdict::kInStep);
+  EXPECT_EQ(report.measurements, 20);
+  EXPECT_GE(report.matches, 20);
+  EXPECT_LT(report.residual_px, 0.3);
+}
+
+TEST(SyncMonitor, SeesWhichEyeIsLate) {
+  EXPECT_EQ(watch({.right_lag = 1}).verdict, SyncVerdict::kRightLate);
+  EXPECT_EQ(watch({.right_lag = -1}).verdict, SyncVerdict::kRightEarly);
+}
+
+TEST(SyncMonitor, DoesNotTakeMiscalibrationForDelay) {
+  const SyncReport report = watch({.misaligned_px = 2.0});
+  EXPECT_NE(report.verdict, SyncVerdict::kRightLate);
+  EXPECT_NE(report.verdict, SyncVerdict::kRightEarly);
+  EXPECT_NEAR(report.residual_px, 2.0, 0.4);
+  EXPECT_NEAR(report.signed_residual_px, 2.0, 0.4);
+}
+
+TEST(SyncMonitor, CannotTellWithoutVerticalMotion) {
+  const auto still = [](int /*frame*/) { return 0.0; };
+  EXPECT_EQ(watch({.nod = still}).verdict, SyncVerdict::kUnknown);
+  EXPECT_EQ(watch({.nod = still, .right_lag = 1}).verdict, SyncVerdict::kUnknown);
+  EXPECT_EQ(watch({.nod = still, .slide = [](int frame) { return 3.0 * frame; }, .right_lag = 1}).verdict,
+            SyncVerdict::kUnknown);
+}
+
+TEST(SyncMonitor, CannotTellFromBlankImages) {
+  const SyncReport report = watch({.right_lag = 1, .blank = true});
+  EXPECT_EQ(report.verdict, SyncVerdict::kUnknown);
+  EXPECT_EQ(report.matches, 0);
+}
+
+TEST(SyncMonitor, ComparesOnlyFramesThatFollowEachOther) {
+  // Every second frame is missing: the pair before is two frames old and says nothing about one.
+  EXPECT_EQ(watch({.right_lag = 1, .skipped_every = 2}, 160).verdict, SyncVerdict::kUnknown);
+}
+
+TEST(SyncMonitor, ChangesItsMindWhenTheEyesDo) {
+  Arena arena(SyncMonitor::required_bytes({}, kWidth, kHeight));
+  SyncMonitor monitor = SyncMonitor::create({.interval_frames = 4}, kWidth, kHeight, arena).value();
+  for (int frame = 0; frame < 160; ++frame) {
+    const auto nod = [](int shot) { return 6.0 * std::sin(shot * 0.9); };
+    const auto left = wall(0, nod(frame), false);
+    const auto right = wall(24, nod(frame < 80 ? frame : frame - 1), false);
+    monitor.process({.frame_index = frame,
+                     .timestamp_ns = frame,
+                     .name = {},
+                     .left = {left.data(), kWidth, kHeight, kWidth},
+                     .right = {right.data(), kWidth, kHeight, kWidth},
+                     .geometry = {}});
+    if (frame == 79) {
+      EXPECT_EQ(monitor.report().verdict, SyncVerdict::kInStep);
+    }
+  }
+  EXPECT_EQ(monitor.report().verdict, SyncVerdict::kRightLate);
+}
+
+TEST(SyncMonitor, SaysWhatItNeeds) {
+  Arena small(SyncMonitor::required_bytes({}, kWidth, kHeight) - 1);
+  EXPECT_EQ(SyncMonitor::create({}, kWidth, kHeight, small).error().code, ErrorCode::kCapacity);
+  Arena arena(1 << 20);
+  EXPECT_EQ(SyncMonitor::create({.interval_frames = 1}, kWidth, kHeight, arena).error().code,
+            ErrorCode::kInvalidConfig);
+  EXPECT_EQ(SyncMonitor::create({.max_disparity_px = 8}, kWidth, kHeight, arena).error().code,
+            ErrorCode::kInvalidConfig);
+  SyncMonitor tiny = SyncMonitor::create({}, 16, 16, arena).value();
+  const std::vector<std::uint8_t> pixels(256, 0);
+  const GrayView image{pixels.data(), 16, 16, 16};
+  for (int frame = 0; frame < 20; ++frame) {
+    tiny.process({frame, frame, {}, image, image, {}});
+  }
+  EXPECT_EQ(tiny.report().matches, 0) << "an image smaller than a patch";
+}
+
+}  // namespace
+}  // namespace kinetrace::hal

@@ -1,0 +1,80 @@
+// A USB camera made of software: the kernel's own USB and UVC drivers talk to it over the USB/IP protocol, through a
+// socket given to the virtual host controller (vhci-hcd). For the guest of tests/vm.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "frame_mark.hpp"
+#include "usbip.hpp"
+#include "uvc_function.hpp"
+
+namespace kinetrace::hal::test {
+
+/// Its frames carry a FrameMark with the index of the period they fall into, counted from one moment for all cameras of
+/// the process: frames taken at the same time have the same index, whatever happens on their way. Modes wider than two
+/// marks show both eyes side by side. A frame that the host has no room for at its time is lost, so that a frame is
+/// never late by more than part of a period.
+class SimulatedUvcCamera {
+ public:
+  /// `eye`: 0 or 1; also the port it is plugged into.
+  explicit SimulatedUvcCamera(int eye);
+  SimulatedUvcCamera(const SimulatedUvcCamera&) = delete;
+  SimulatedUvcCamera& operator=(const SimulatedUvcCamera&) = delete;
+  ~SimulatedUvcCamera();
+
+  /// Returns when the kernel has taken notice; its drivers take a moment more. Throws std::runtime_error.
+  void plug();
+  /// By surprise, as a pulled cable.
+  void unplug();
+
+  void set_stalled(bool stalled) { stalled_ = stalled; }  ///< No frames, but requests are answered.
+  void drop_frames(int count) { drop_ = count; }          ///< The sensor loses them.
+  void cut_frames(int count) { cut_ = count; }            ///< They arrive by half.
+
+  [[nodiscard]] std::string serial() const;
+  [[nodiscard]] std::string bus_id() const;
+
+ private:
+  struct Transfer {
+    std::uint32_t sequence = 0;
+    std::uint32_t room = 0;
+  };
+
+  void answer_requests();
+  void note_submission(const UsbipRequest& request);
+  void queue(const UsbipRequest& request);
+  void unlink(const UsbipRequest& request);
+  void stream_frames();
+  [[nodiscard]] Bytes make_payload(const UvcFunction::Streaming& streaming, std::uint32_t index);
+  void send_payload(const Bytes& payload, const UvcFunction::Streaming& streaming);
+  /// Waits for the host to ask for data; false when unplugged.
+  [[nodiscard]] bool wait_for_transfer();
+
+  int eye_;
+  UvcFunction function_;
+  std::unique_ptr<UsbipConnection> connection_;
+  std::thread answering_;
+  std::thread streaming_;
+  std::mutex mutex_;     ///< Of what follows.
+  std::mutex replying_;  ///< Held from taking a transfer to replying to it, and while unlinking one.
+  std::condition_variable changed_;
+  std::deque<Transfer> transfers_;
+  std::uint32_t last_submitted_ = 0;         ///< Sequence of the newest request but unlinks.
+  std::vector<UsbipRequest> early_unlinks_;  ///< Overtook the transfer that they name.
+  bool plugged_ = false;
+  bool frame_id_ = false;  ///< Alternates from frame to frame.
+  std::atomic<bool> stalled_{false};
+  std::atomic<int> drop_{0};
+  std::atomic<int> cut_{0};
+};
+
+}  // namespace kinetrace::hal::test

@@ -1,0 +1,26 @@
+// Live cameras made of USB cameras, through V4L2 and through libcamera, do what every camera must.
+#include "kinetrace/hal/libcamera_backend.hpp"
+#include "live_bench.hpp"
+#include "uvc/uvc_pair.hpp"
+
+namespace kinetrace::hal::test {
+namespace {
+
+std::unique_ptr<CameraBench> make_bench(CaptureBackend backend, PixelFormat format) {
+  UvcPair& pair = UvcPair::instance();
+  UvcPair::wait_until_listed(backend, 2);
+  return std::make_unique<LiveBench>(live_config(pair.config(backend, 0, format), pair.config(backend, 1, format)));
+}
+std::unique_ptr<CameraBench> make_v4l2() {
+  return make_bench(CaptureBackend::kV4l2, PixelFormat::kMjpeg);
+}
+std::unique_ptr<CameraBench> make_libcamera() {
+  use_libcamera();
+  return make_bench(CaptureBackend::kLibcamera, PixelFormat::kYuyv);
+}
+
+INSTANTIATE_TEST_SUITE_P(V4l2, CameraConformance, ::testing::Values(&make_v4l2));
+INSTANTIATE_TEST_SUITE_P(Libcamera, CameraConformance, ::testing::Values(&make_libcamera));
+
+}  // namespace
+}  // namespace kinetrace::hal::test

@@ -1,0 +1,292 @@
+// USB cameras through V4L2 and through libcamera: what the pixels prove about pairs, faults, unplugging.
+#include <algorithm>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "capture.hpp"
+#include "kinetrace/hal/libcamera_backend.hpp"
+#include "live_bench.hpp"
+#include "uvc/uvc_pair.hpp"
+
+namespace kinetrace::hal::test {
+namespace {
+
+constexpr int kVeryMany = 300;
+
+class Uvc : public ::testing::TestWithParam<CaptureBackend> {
+ protected:
+  void SetUp() override {
+    if (GetParam() == CaptureBackend::kLibcamera) {
+      use_libcamera();
+    }
+    UvcPair::wait_until_listed(GetParam(), 2);
+  }
+  [[nodiscard]] CaptureConfig config(int eye, PixelFormat format = PixelFormat::kGrey8) const {
+    return pair_.config(GetParam(), eye, format);
+  }
+  [[nodiscard]] LiveCameraConfig stereo(PixelFormat format = PixelFormat::kGrey8) const {
+    return live_config(config(0, format), config(1, format));
+  }
+  UvcPair& pair_ = UvcPair::instance();
+};
+
+FrameMark mark_of(const Picture& picture) {
+  return read_mark({picture.pixels.data(), picture.width, picture.height, picture.width}).value_or(FrameMark{0, -1});
+}
+
+/// Checks frames of a camera: each later than the one before, each with two eyes of one moment.
+class PairChecker {
+ public:
+  explicit PairChecker(StereoCamera& camera) : camera_(camera) {}
+
+  Result<StereoFrame> next() {
+    Result<StereoFrame> frame = camera_.next(kPatience);
+    if (frame) {
+      const auto left = read_mark(frame->left);
+      const auto right = read_mark(frame->right);
+      EXPECT_TRUE(left && right) << "the picture is not what the camera sent";
+      if (left && right) {
+        EXPECT_EQ(left->eye, 0);
+        EXPECT_EQ(right->eye, 1);
+        EXPECT_EQ(left->index, right->index) << "left and right are of different moments";
+        EXPECT_GT(left->index, index_);
+        index_ = left->index;
+      }
+      EXPECT_GT(frame->frame_index, frame_index_);
+      EXPECT_GT(frame->timestamp_ns, time_ns_);
+      frame_index_ = frame->frame_index;
+      time_ns_ = frame->timestamp_ns;
+    }
+    return frame;
+  }
+  void expect_pairs(int count) {
+    for (int i = 0; i < count; ++i) {
+      const auto frame = next();
+      ASSERT_TRUE(frame) << frame.error().message;
+    }
+  }
+  Error last_error() {
+    for (int i = 0; i < kVeryMany; ++i) {
+      if (const auto frame = next(); !frame) {
+        return frame.error();
+      }
+    }
+    return {ErrorCode::kInternal, "the stream goes on"};
+  }
+  /// Recovers, however often it takes.
+  [[nodiscard]] bool recovers() {
+    for (int i = 0; i < kVeryMany; ++i) {
+      if (camera_.recover()) {
+        return true;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    return false;
+  }
+  [[nodiscard]] std::uint32_t index() const { return index_; }
+
+ private:
+  StereoCamera& camera_;
+  std::uint32_t index_ = 0;
+  std::int64_t frame_index_ = -1;
+  std::int64_t time_ns_ = -1;
+};
+
+TEST_P(Uvc, EveryFormatCarriesThePicture) {
+  for (const PixelFormat format : {PixelFormat::kGrey8, PixelFormat::kYuyv, PixelFormat::kMjpeg}) {
+    for (const int eye : {0, 1}) {
+      SCOPED_TRACE(std::string(to_string(format)) + " eye " + std::to_string(eye));
+      const CaptureConfig wanted = config(eye, format);
+      const Picture picture = take_picture(*make_streaming(wanted), wanted);
+      EXPECT_EQ(picture.width, 320);
+      EXPECT_EQ(picture.height, 240);
+      EXPECT_EQ(mark_of(picture).eye, eye);
+    }
+  }
+}
+
+TEST_P(Uvc, SequencesOfUsbCamerasDoNotCountLosses) {
+  const auto device = make_streaming(config(0));
+  EXPECT_FALSE(device->info().sequence_counts_losses);
+  EXPECT_EQ(device->info().timestamp_kind, TimestampKind::kStartOfExposure);
+}
+
+TEST_P(Uvc, PairsAreOfOneMoment) {
+  LiveBench bench(stereo());
+  ASSERT_TRUE(bench.camera().open());
+  ASSERT_TRUE(bench.camera().start());
+  PairChecker(bench.camera()).expect_pairs(12);
+}
+
+TEST_P(Uvc, CompressedPairsAreOfOneMomentAndACutImageIsSkipped) {
+  LiveBench bench(stereo(PixelFormat::kMjpeg));
+  ASSERT_TRUE(bench.camera().open());
+  ASSERT_TRUE(bench.camera().start());
+  PairChecker checker(bench.camera());
+  checker.expect_pairs(3);
+  pair_.right.cut_frames(2);
+  for (int i = 0; i < kVeryMany && bench.camera().counters().skipped_unreadable == 0; ++i) {
+    checker.expect_pairs(1);
+  }
+  EXPECT_GT(bench.camera().counters().skipped_unreadable, 0U);
+  checker.expect_pairs(3);
+}
+
+TEST_P(Uvc, FramesThatTheSensorLosesCostTheirPartnersOnly) {
+  LiveBench bench(stereo());
+  ASSERT_TRUE(bench.camera().open());
+  ASSERT_TRUE(bench.camera().start());
+  PairChecker checker(bench.camera());
+  checker.expect_pairs(3);
+  pair_.left.drop_frames(1);
+  for (int i = 0; i < kVeryMany && bench.camera().counters().skipped_missing_side == 0; ++i) {
+    checker.expect_pairs(1);
+  }
+  EXPECT_GT(bench.camera().counters().skipped_missing_side, 0U);
+  checker.expect_pairs(3);
+}
+
+TEST_P(Uvc, OneDeviceWithBothEyesIsSplitWithoutACopy) {
+  CaptureConfig both = config(0);
+  both.width_px = 640;
+  LiveBench bench(live_config(both, std::nullopt));
+  ASSERT_TRUE(bench.camera().open());
+  EXPECT_EQ(bench.camera().info().width_px, 320);
+  ASSERT_TRUE(bench.camera().start());
+  PairChecker checker(bench.camera());
+  checker.expect_pairs(3);
+  const auto frame = checker.next();
+  ASSERT_TRUE(frame) << frame.error().message;
+  EXPECT_EQ(frame->right.data - frame->left.data, 320) << "both views lie in the device's own buffer";
+  EXPECT_GE(frame->left.stride, 640);
+}
+
+TEST_P(Uvc, ExposureAndGainReachTheSensor) {
+  CaptureConfig dark = config(0);
+  dark.exposure_us = 3000.0;
+  if (GetParam() == CaptureBackend::kV4l2) {
+    dark.gain = 32.0;
+  }
+  CaptureConfig bright = dark;
+  bright.exposure_us = 12'000.0;
+  int previous = 0;
+  for (const CaptureConfig& wanted : {dark, bright}) {
+    const auto device = make_streaming(wanted);
+    EXPECT_EQ(device->info().exposure_us, wanted.exposure_us);
+    EXPECT_EQ(device->info().gain, wanted.gain);
+    // A control reaches the sensor some frames later.
+    Picture picture;
+    for (int i = 0; i < 8; ++i) {
+      picture = take_picture(*device, wanted);
+    }
+    const int brightest =
+        *std::max_element(picture.pixels.begin() + std::ptrdiff_t{20} * picture.width, picture.pixels.end());
+    EXPECT_GT(brightest, 2 * previous);
+    EXPECT_LT(brightest, 250);
+    previous = brightest;
+  }
+}
+
+TEST_P(Uvc, AnExposureItCannotSetIsAnErrorThatPrintsBoth) {
+  CaptureConfig endless = config(0);
+  endless.exposure_us = 9e6;
+  const Status opened = make_device(endless)->open();
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().code, ErrorCode::kUnsupported);
+  EXPECT_THAT(opened.error().message,
+              ::testing::AllOf(::testing::HasSubstr("asked for exposure_us 9e+06"), ::testing::HasSubstr("1e+06")));
+}
+
+TEST_P(Uvc, AModeItLacksIsAnErrorThatPrintsBoth) {
+  CaptureConfig wrong = config(0);
+  wrong.width_px = 700;
+  const Status opened = make_device(wrong)->open();
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().code, ErrorCode::kUnsupported);
+  EXPECT_THAT(opened.error().message,
+              ::testing::AllOf(::testing::HasSubstr("700x240"), ::testing::ContainsRegex(" set [^;]*640x240")));
+}
+
+TEST_P(Uvc, ASecondUserIsToldThatItIsBusy) {
+  const auto first = make_streaming(config(0));
+  const auto second = make_device(config(0));
+  const Status opened = second->open();
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().code, ErrorCode::kIo);
+  EXPECT_THAT(opened.error().message, ::testing::HasSubstr("in use by another program"));
+}
+
+TEST_P(Uvc, AStallIsATimeoutAndEnds) {
+  const auto device = make_streaming(config(0));
+  ASSERT_TRUE(device->next(kPatience));
+  pair_.left.set_stalled(true);
+  Error error{ErrorCode::kInternal, {}};
+  for (int i = 0; i < kVeryMany && error.code == ErrorCode::kInternal; ++i) {
+    const auto image = device->next(std::chrono::milliseconds(500));
+    if (image) {
+      device->release(image->slot);
+    } else {
+      error = image.error();
+    }
+  }
+  EXPECT_EQ(error.code, ErrorCode::kTimeout);
+  pair_.left.set_stalled(false);
+  EXPECT_TRUE(device->next(kPatience));
+}
+
+TEST_P(Uvc, AStalledEyeEndsPairsUntilItComesBack) {
+  LiveBench bench(stereo());
+  ASSERT_TRUE(bench.camera().open());
+  ASSERT_TRUE(bench.camera().start());
+  PairChecker checker(bench.camera());
+  checker.expect_pairs(3);
+  pair_.right.set_stalled(true);
+  const Error error = checker.last_error();
+  EXPECT_EQ(error.code, ErrorCode::kDisconnected);
+  EXPECT_THAT(error.message, ::testing::HasSubstr("right eye"));
+  EXPECT_EQ(bench.camera().state(), CameraState::kLost);
+  pair_.right.set_stalled(false);
+  ASSERT_TRUE(checker.recovers());
+  checker.expect_pairs(3);
+}
+
+TEST_P(Uvc, AnUnpluggedEyeIsLostAtOnceAndTakenBackWhenItReturns) {
+  LiveBench bench(stereo());
+  ASSERT_TRUE(bench.camera().open());
+  ASSERT_TRUE(bench.camera().start());
+  PairChecker checker(bench.camera());
+  checker.expect_pairs(3);
+  pair_.right.unplug();
+  const Error error = checker.last_error();
+  EXPECT_EQ(error.code, ErrorCode::kDisconnected);
+  EXPECT_THAT(error.message, ::testing::HasSubstr("right eye"));
+  EXPECT_EQ(bench.camera().state(), CameraState::kLost);
+  EXPECT_FALSE(bench.camera().recover()) << "it is still away";
+  UvcPair::wait_until_listed(GetParam(), 1);
+  pair_.right.plug();
+  ASSERT_TRUE(checker.recovers());
+  checker.expect_pairs(3);
+  EXPECT_EQ(bench.camera().counters().losses, 1U);
+  EXPECT_EQ(bench.camera().counters().recoveries, 1U);
+}
+
+INSTANTIATE_TEST_SUITE_P(V4l2, Uvc, ::testing::Values(CaptureBackend::kV4l2));
+INSTANTIATE_TEST_SUITE_P(Libcamera, Uvc, ::testing::Values(CaptureBackend::kLibcamera));
+
+TEST(UvcNames, ASerialNumberFindsItsCamera) {
+  UvcPair& pair = UvcPair::instance();
+  UvcPair::wait_until_listed(CaptureBackend::kV4l2, 2);
+  for (SimulatedUvcCamera* camera : {&pair.left, &pair.right}) {
+    CaptureConfig config = pair.config(CaptureBackend::kV4l2, 0);
+    config.device = camera->serial();
+    auto device = make_device(config);
+    const Status opened = device->open();
+    ASSERT_TRUE(opened) << opened.error().message;
+    EXPECT_EQ(device->info().stable_id, camera->bus_id());
+  }
+}
+
+}  // namespace
+}  // namespace kinetrace::hal::test
