@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "deadline.hpp"
 #include "messages.hpp"
 
 namespace kinetrace::hal {
@@ -81,12 +82,15 @@ double FrameGuard::period_ns() const noexcept {
 }
 
 Result<StereoFrame> FrameGuard::next(std::chrono::milliseconds timeout) {
-  for (int unusable = 0; unusable < kMaxUnusable; ++unusable) {
-    Result<StereoFrame> frame = camera_->next(timeout);
+  const Deadline deadline(timeout);
+  int unusable = 0;
+  do {
+    Result<StereoFrame> frame = camera_->next(deadline.left());
     if (!frame) {
       return frame;
     }
     if (!passes(*frame)) {
+      ++unusable;
       continue;
     }
     if (config_.mend_times) {
@@ -98,8 +102,8 @@ Result<StereoFrame> FrameGuard::next(std::chrono::milliseconds timeout) {
     last_index_ = frame->frame_index;
     last_time_ns_ = frame->timestamp_ns;
     return frame;
-  }
-  return fail(ErrorCode::kTimeout, concat(info().name, ": ", std::to_string(kMaxUnusable),
+  } while (unusable < kMaxUnusable && !deadline.is_over());
+  return fail(ErrorCode::kTimeout, concat(info().name, ": ", std::to_string(unusable),
                                           " frames in a row were repeated, cut off or of another size than ",
                                           size_text(info().width_px, info().height_px), "; check cable and settings"));
 }

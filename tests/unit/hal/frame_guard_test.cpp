@@ -12,6 +12,9 @@ namespace {
 
 using ::testing::ElementsAre;
 
+// The scripted camera never waits, so that this is never reached.
+constexpr std::chrono::milliseconds kTimeout{10'000};
+
 class Guarded : public ::testing::Test {
  protected:
   void begin(bool mend_times = true) {
@@ -22,7 +25,7 @@ class Guarded : public ::testing::Test {
   void play(bool mend_times = true) {
     begin(mend_times);
     for (;;) {
-      const Result<StereoFrame> frame = guard_->next(std::chrono::milliseconds(1));
+      const Result<StereoFrame> frame = guard_->next(kTimeout);
       if (!frame) {
         EXPECT_EQ(frame.error().code, ErrorCode::kEndOfStream);
         break;
@@ -125,10 +128,22 @@ TEST_F(Guarded, PassesErrorsOnAndGivesUpOnNothingButRubbish) {
     camera_.give(camera_.frame(0));
   }
   begin();
-  EXPECT_EQ(guard_->next(std::chrono::milliseconds(1)).error().code, ErrorCode::kDisconnected);
-  EXPECT_TRUE(guard_->next(std::chrono::milliseconds(1)));
-  const Result<StereoFrame> rubbish = guard_->next(std::chrono::milliseconds(1));
+  EXPECT_EQ(guard_->next(kTimeout).error().code, ErrorCode::kDisconnected);
+  EXPECT_TRUE(guard_->next(kTimeout));
+  const Result<StereoFrame> rubbish = guard_->next(kTimeout);
   EXPECT_EQ(rubbish.error().code, ErrorCode::kTimeout) << "or a camera that only repeats itself would hold us for ever";
+}
+
+TEST_F(Guarded, NeverTakesLongerThanItMay) {
+  camera_.frame_takes = std::chrono::milliseconds(5);
+  for (int i = 0; i < 30; ++i) {
+    camera_.give(camera_.frame(0));
+  }
+  camera_.give_frames(1, 1);
+  begin();
+  ASSERT_TRUE(guard_->next(kTimeout));
+  EXPECT_EQ(guard_->next(std::chrono::milliseconds(30)).error().code, ErrorCode::kTimeout)
+      << "the next good frame is 150 ms away";
 }
 
 TEST_F(Guarded, CountersBeginAnewWithEachStart) {
@@ -139,7 +154,7 @@ TEST_F(Guarded, CountersBeginAnewWithEachStart) {
   ASSERT_TRUE(guard_->stop() && guard_->start());
   EXPECT_EQ(guard_->counters().skipped_repeated, 0U);
   camera_.give_frames(0, 0);
-  EXPECT_TRUE(guard_->next(std::chrono::milliseconds(1)));
+  EXPECT_TRUE(guard_->next(kTimeout));
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ class FrameGuard final : public StereoCamera {
 
   [[nodiscard]] Status open() override { return camera_->open(); }
   [[nodiscard]] Status start() override;
-  /// Also kTimeout after many unusable frames in a row, though the camera has more.
+  /// Also kTimeout after many unusable frames in a row, though the camera has more and the time is not yet over.
   [[nodiscard]] Result<StereoFrame> next(std::chrono::milliseconds timeout) override;
   [[nodiscard]] Status stop() override { return camera_->stop(); }
   [[nodiscard]] Status recover() override { return camera_->recover(); }
