@@ -92,6 +92,33 @@ TEST_F(Guarded, SkipsAnImageThatWasCutOff) {
   EXPECT_EQ(guard_->counters().skipped_unreadable, 1U);
 }
 
+TEST_F(Guarded, TakesNeitherSkyNorNightForDamage) {
+  const StereoFrame whole = camera_.frame(0);
+  // A third and more of one eye of one value, the other eye with a little noise.
+  for (const int value : {0, 252}) {
+    for (const bool is_lower : {false, true}) {
+      std::vector<std::uint8_t> flat(whole.left.data,
+                                     whole.left.data + ScriptedCamera::kWidth * ScriptedCamera::kHeight);
+      std::vector<std::uint8_t> noisy = flat;
+      const std::size_t first = is_lower ? flat.size() / 2 : 0;
+      for (std::size_t i = first; i < first + flat.size() / 2; ++i) {
+        flat[i] = static_cast<std::uint8_t>(value);
+        noisy[i] = static_cast<std::uint8_t>(value + static_cast<int>(i % 4));
+      }
+      StereoFrame frame = whole;
+      frame.left.data = flat.data();
+      frame.right.data = noisy.data();
+      EXPECT_FALSE(looks_cut_off(frame)) << value << is_lower;
+    }
+  }
+  // Nor a sky that one eye alone sees: what breaks off is the end.
+  std::vector<std::uint8_t> sky(whole.left.data, whole.left.data + ScriptedCamera::kWidth * ScriptedCamera::kHeight);
+  std::fill_n(sky.begin(), sky.size() / 2, std::uint8_t{255});
+  StereoFrame frame = whole;
+  frame.right.data = sky.data();
+  EXPECT_FALSE(looks_cut_off(frame));
+}
+
 TEST_F(Guarded, MendsTimesByTheFrameNumbers) {
   camera_.give_frames(0, 2);
   for (const int index : {3, 5, 6}) {

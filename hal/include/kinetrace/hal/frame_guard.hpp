@@ -17,8 +17,8 @@ struct FrameGuardConfig {
   bool mend_times = true;
 };
 
-/// True if a third more rows are of one value in one eye than in the other: what is left of an image whose transfer
-/// broke off. Looks at a few hundred pixels.
+/// True if the lower third or more of one eye's image is of one single value where the other eye sees something: what
+/// is left of an image whose transfer broke off. Looks at a few hundred pixels.
 [[nodiscard]] bool looks_cut_off(const StereoFrame& frame) noexcept;
 
 /// Passes on the frames of another camera in order, each once, with times that advance. Skipped and counted are frames
