@@ -133,6 +133,17 @@ TEST_F(Guarded, MendsTimesByTheFrameNumbers) {
   EXPECT_EQ(guard_->counters().clock_jumps, 2U);
 }
 
+TEST_F(Guarded, ACameraFasterThanAnnouncedKeepsItsTimes) {
+  for (int i = 0; i < 12; ++i) {
+    StereoFrame frame = camera_.frame(i);
+    frame.timestamp_ns = i * ScriptedCamera::kPeriod_ns / 4;
+    camera_.give(frame);
+  }
+  play();
+  EXPECT_THAT(times_, ElementsAre(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2));
+  EXPECT_EQ(guard_->counters().clock_jumps, 0U);
+}
+
 TEST_F(Guarded, BelievesTheTimesOfARecordingAslongAsTheyAdvance) {
   camera_.give_frames(0, 1);
   for (const std::int64_t late_s : {60, 60, -5}) {

@@ -12,7 +12,8 @@
 namespace kinetrace::hal {
 
 struct FrameGuardConfig {
-  /// Times that contradict the frame numbers are a jump of the clock and are mended. Not for recordings: their times
+  /// Times that contradict the frame numbers are a jump of the clock and are mended; that one frame follows the other
+  /// sooner than announced is no contradiction. Not for recordings: their times
   /// are what they are, and only those that do not advance are refused.
   bool mend_times = true;
 };
