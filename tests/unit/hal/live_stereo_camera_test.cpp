@@ -249,6 +249,7 @@ TEST_F(LiveCamera, OneDeviceIsNotToldThatItsEyesDoNotFit) {
   ASSERT_TRUE(camera_->next(kTimeout));
   left_.script = [stamp_ns = machine_.now_ns()](Shot& shot) { shot.stamp_ns = stamp_ns; };
   ASSERT_TRUE(camera_->next(kTimeout)) << "what was on its way is still good";
+  ASSERT_TRUE(camera_->next(kTimeout)) << "the first of that stamp is new";
   const Result<StereoFrame> frame = frame_within(std::chrono::milliseconds(900));
   ASSERT_FALSE(frame);
   EXPECT_THAT(frame.error().message, HasSubstr("none is new"));
@@ -399,6 +400,24 @@ TEST_F(LiveCamera, ADeviceClockThatJumpsDoesNotReachTheFrames) {
     previous_shot = frame->left.at(0, 0);
   }
   EXPECT_EQ(camera_->counters().clock_jumps, 3U);
+}
+
+TEST_F(LiveCamera, AClockThatStepsBackALittleCostsNoFrames) {
+  for (FakeSensor* sensor : {&left_, &right_}) {
+    sensor->script = [](Shot& shot) { shot.stamp_ns -= shot.number >= 10 ? 500 * kMs : 0; };
+  }
+  begin();
+  std::int64_t previous_ns = 0;
+  for (int i = 0; i < 30; ++i) {
+    const Result<StereoFrame> frame = camera_->next(kTimeout);
+    ASSERT_TRUE(frame) << frame.error().message;
+    if (i > 0) {
+      EXPECT_NEAR(static_cast<double>(frame->timestamp_ns - previous_ns), static_cast<double>(left_.period_ns), kMs);
+    }
+    previous_ns = frame->timestamp_ns;
+  }
+  EXPECT_EQ(camera_->counters().clock_jumps, 2U) << "one in each eye";
+  EXPECT_EQ(camera_->counters().skipped_repeated, 0U);
 }
 
 TEST_F(LiveCamera, RefusesADeviceThatSetAnotherSizeAndPrintsBoth) {
