@@ -56,6 +56,12 @@ RecordingThread::RecordingThread(std::unique_ptr<hal::RawRecorder> recorder, dou
       slots_(slots),
       thread_([this] { run(); }) {}
 
+bool RecordingThread::has_room_for(const StereoFrame& frame) const noexcept {
+  const MutableGrayView& room = slots_[0].images[0];
+  return frame.left.width == room.width && frame.left.height == room.height && frame.right.width == room.width &&
+         frame.right.height == room.height;
+}
+
 void RecordingThread::offer(const StereoFrame& frame) noexcept {
   std::size_t free = 0;
   {
@@ -63,7 +69,7 @@ void RecordingThread::offer(const StereoFrame& frame) noexcept {
     if (failure_ || ends_) {
       return;
     }
-    if (count_ == kSlots) {
+    if (count_ == kSlots || !has_room_for(frame)) {
       ++dropped_;
       return;
     }

@@ -34,7 +34,7 @@ class RecordingThread {
   RecordingThread& operator=(const RecordingThread&) = delete;
   ~RecordingThread() { finish(); }
 
-  /// Copies the pair; never waits for the disk.
+  /// Copies the pair; never waits for the disk. Pairs of another size than the rig's are dropped.
   void offer(const StereoFrame& frame) noexcept;
   /// Waits until the queue has room, or recording has ended: for sources that can wait.
   void wait_for_room();
@@ -54,6 +54,7 @@ class RecordingThread {
   using Slots = std::array<Slot, kSlots>;
   RecordingThread(std::unique_ptr<hal::RawRecorder> recorder, double rate_hz, const Slots& slots);
   static void carve(const hal::RawRecorderConfig& config, Arena& arena, Slots& slots);
+  [[nodiscard]] bool has_room_for(const StereoFrame& frame) const noexcept;
   void run();
   void fail_with(const Error& error);
 

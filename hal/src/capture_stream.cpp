@@ -34,7 +34,7 @@ CaptureStream::CaptureStream(std::string eye, CaptureConfig config, LuminanceRea
       reader_(std::move(reader)),
       environment_(&environment),
       name_(config_.device),
-      timeline_(kArrivalTolerance_ns) {}
+      timeline_(kArrivalTolerance_ns, true) {}
 
 std::string CaptureStream::described() const {
   return concat(eye_, " (", name_, ")");
@@ -133,7 +133,8 @@ Result<std::optional<SyncFrame>> CaptureStream::take(CameraCounters& counters) {
   if (device_->info().sequence_counts_losses && sequence_ >= 0 && image->sequence > sequence_ + 1) {
     counters.gaps += static_cast<std::uint64_t>(image->sequence - sequence_ - 1);
   }
-  const bool is_repeated = sequence_ >= 0 && image->sequence <= sequence_ && image->timestamp_ns == stamp_ns_;
+  // Whatever number it comes under.
+  const bool is_repeated = sequence_ >= 0 && image->timestamp_ns == stamp_ns_;
   sequence_ = image->sequence;
   stamp_ns_ = image->timestamp_ns;
   if (!is_sound(*image) || is_repeated) {

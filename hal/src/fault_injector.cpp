@@ -7,6 +7,7 @@
 #include <thread>
 #include <utility>
 
+#include "deadline.hpp"
 #include "messages.hpp"
 
 namespace kinetrace::hal {
@@ -64,27 +65,32 @@ FaultInjector::FaultInjector(std::unique_ptr<StereoCamera> camera, FaultPlan pla
 Status FaultInjector::start() {
   Status started = camera_->start();
   if (started) {
-    state_.reset();
+    forget();
     number_ = 0;
-    gone_until_ = -1;
-    has_last_right_ = false;
-    waiting_.reset();
-    held_back_.reset();
     own_ = {};
   }
   return started;
+}
+
+// What is left of one stream must not come in the next, nor be looked at: it may lie in buffers of the device.
+void FaultInjector::forget() noexcept {
+  state_.reset();
+  gone_until_ = -1;
+  has_last_right_ = false;
+  waiting_.reset();
+  held_back_.reset();
 }
 
 Status FaultInjector::stop() {
   if (state() == CameraState::kLost) {
     return fail(ErrorCode::kIllegalState, info().name + ": stop() is not allowed while the camera is lost");
   }
-  state_.reset();
+  forget();
   return camera_->stop();
 }
 
 void FaultInjector::close() noexcept {
-  state_.reset();
+  forget();
   camera_->close();
 }
 
@@ -112,8 +118,9 @@ Result<StereoFrame> FaultInjector::produce(std::chrono::milliseconds timeout) {
   if (waiting_) {
     return *std::exchange(waiting_, std::nullopt);
   }
-  for (;;) {
-    Result<StereoFrame> frame = camera_->next(timeout);
+  const Deadline deadline(timeout);
+  do {
+    Result<StereoFrame> frame = camera_->next(deadline.left());
     if (!frame) {
       state_.reset();
       return frame;
@@ -136,6 +143,9 @@ Result<StereoFrame> FaultInjector::produce(std::chrono::milliseconds timeout) {
       std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(fault->value));
     }
     state_.reset();
+    if (!has_room_for(*frame)) {
+      return frame;
+    }
     spoil(*frame, number);
     if (active(FaultKind::kReorder, number) != nullptr && !held_back_) {
       held_back_ = keep(*frame);
@@ -146,7 +156,8 @@ Result<StereoFrame> FaultInjector::produce(std::chrono::milliseconds timeout) {
       waiting_ = *frame;  // The camera's buffers stay as they are until it is asked again.
     }
     return frame;
-  }
+  } while (!deadline.is_over());
+  return fail(ErrorCode::kTimeout, info().name + ": no image in time (injected fault)");
 }
 
 Result<StereoFrame> FaultInjector::unplug(const Fault& fault) {
@@ -225,6 +236,12 @@ void FaultInjector::lag_right(StereoFrame& frame, bool lags) {
     frame.right = before;
   }
   has_last_right_ = true;
+}
+
+bool FaultInjector::has_room_for(const StereoFrame& frame) const noexcept {
+  const MutableGrayView& room = storage_.last_right;
+  return frame.left.width == room.width && frame.left.height == room.height && frame.right.width == room.width &&
+         frame.right.height == room.height;
 }
 
 StereoFrame FaultInjector::keep(const StereoFrame& frame) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "deadline.hpp"
 #include "messages.hpp"
 
 namespace kinetrace::hal {
@@ -14,30 +15,45 @@ constexpr int kMaxUnusable = 32;
 constexpr double kJumpPeriods = 0.6;
 constexpr int kRowsLookedAt = 24;
 constexpr int kPixelsLookedAt = 16;
+constexpr int kLeastContrast = 12;  // Several times the noise of a saturated or black row.
 
-// Pixels of an image with noise differ; those that never arrived do not.
-bool is_flat(const std::uint8_t* row, int width) noexcept {
-  const int step = std::max(1, width / kPixelsLookedAt);
-  for (int x = step; x < width; x += step) {
-    if (row[x] != row[0]) {
-      return false;
-    }
+// Darkest and brightest of the pixels looked at.
+struct Range {
+  int lowest = 255;
+  int highest = 0;
+};
+
+Range range_of(GrayView image, int place) noexcept {
+  const std::uint8_t* row = image.row((2 * place + 1) * image.height / (2 * kRowsLookedAt));
+  const int step = std::max(1, image.width / kPixelsLookedAt);
+  Range range;
+  for (int x = 0; x < image.width; x += step) {
+    range.lowest = std::min<int>(range.lowest, row[x]);
+    range.highest = std::max<int>(range.highest, row[x]);
   }
-  return true;
+  return range;
 }
 
-int flat_rows(GrayView image) noexcept {
-  int flat = 0;
-  for (int i = 0; i < kRowsLookedAt; ++i) {
-    flat += is_flat(image.row((2 * i + 1) * image.height / (2 * kRowsLookedAt)), image.width) ? 1 : 0;
+// What did not arrive is the end of the image, and of one value throughout. A sky or a night may be so as well, but
+// then the other eye sees next to nothing there either.
+int missing_rows(GrayView image, GrayView other) noexcept {
+  const int filling = range_of(image, kRowsLookedAt - 1).lowest;
+  int missing = 0;
+  for (int place = kRowsLookedAt - 1; place >= 0; --place) {
+    const Range here = range_of(image, place);
+    if (here.lowest != filling || here.highest != filling) {
+      break;
+    }
+    const Range there = range_of(other, place);
+    missing += there.highest - there.lowest >= kLeastContrast ? 1 : 0;
   }
-  return flat;
+  return missing;
 }
 
 }  // namespace
 
 bool looks_cut_off(const StereoFrame& frame) noexcept {
-  return std::abs(flat_rows(frame.left) - flat_rows(frame.right)) >= kRowsLookedAt / 3;
+  return std::max(missing_rows(frame.left, frame.right), missing_rows(frame.right, frame.left)) >= kRowsLookedAt / 3;
 }
 
 FrameGuard::FrameGuard(std::unique_ptr<StereoCamera> camera, const FrameGuardConfig& config)
@@ -81,16 +97,22 @@ double FrameGuard::period_ns() const noexcept {
 }
 
 Result<StereoFrame> FrameGuard::next(std::chrono::milliseconds timeout) {
-  for (int unusable = 0; unusable < kMaxUnusable; ++unusable) {
-    Result<StereoFrame> frame = camera_->next(timeout);
+  const Deadline deadline(timeout);
+  int unusable = 0;
+  do {
+    Result<StereoFrame> frame = camera_->next(deadline.left());
     if (!frame) {
       return frame;
     }
     if (!passes(*frame)) {
+      ++unusable;
       continue;
     }
     if (config_.mend_times) {
-      const TimelineGuard::Step step = timeline_.correct(frame->timestamp_ns, expected_step_ns(*frame));
+      const std::int64_t expected_ns = expected_step_ns(*frame);
+      // A camera may be faster than announced, and one numbered by time then counts each frame as a period.
+      const std::int64_t shortest_ns = frame->frame_index == last_index_ + 1 ? 0 : expected_ns;
+      const TimelineGuard::Step step = timeline_.correct(frame->timestamp_ns, expected_ns, shortest_ns);
       own_.clock_jumps += step.jumped ? 1 : 0;
       frame->timestamp_ns = step.time_ns;
     }
@@ -98,8 +120,8 @@ Result<StereoFrame> FrameGuard::next(std::chrono::milliseconds timeout) {
     last_index_ = frame->frame_index;
     last_time_ns_ = frame->timestamp_ns;
     return frame;
-  }
-  return fail(ErrorCode::kTimeout, concat(info().name, ": ", std::to_string(kMaxUnusable),
+  } while (unusable < kMaxUnusable && !deadline.is_over());
+  return fail(ErrorCode::kTimeout, concat(info().name, ": ", std::to_string(unusable),
                                           " frames in a row were repeated, cut off or of another size than ",
                                           size_text(info().width_px, info().height_px), "; check cable and settings"));
 }

@@ -15,6 +15,8 @@ namespace kinetrace::hal {
 namespace {
 
 constexpr double kNanosecondsPerMs = 1e6;
+// How long a device is left alone that reports itself ready and has nothing.
+constexpr std::int64_t kBreath_ns = 1'000'000;
 
 std::int64_t from_ms(double milliseconds) {
   return std::llround(milliseconds * kNanosecondsPerMs);
@@ -56,7 +58,8 @@ struct LiveStereoCamera::Impl {
   std::array<int, 2> generations{};
   std::optional<SyncPair> held{};       ///< Its views are with the caller.
   std::optional<SyncPair> candidate{};  ///< The newest pair so far.
-  std::int64_t pair_heard_ns = 0;
+  std::int64_t delivered_ns = 0;        ///< When the last frame was handed out, or the streams started.
+  std::uint64_t unreadable_until_then = 0;
   std::int64_t last_time_ns = 0;
   std::int64_t last_index = -1;
   std::int64_t pause_ns = 0;  ///< Between attempts to reopen.
@@ -79,10 +82,11 @@ struct LiveStereoCamera::Impl {
 
   void release(const SyncPair& pair);
   void release_all();
-  [[nodiscard]] Status gather();
-  [[nodiscard]] Status take_image(std::size_t eye);
+  [[nodiscard]] Result<bool> gather();
+  [[nodiscard]] Result<bool> take_image(std::size_t eye);
   void look_at_restarts();
   void offer(const SyncPair& pair);
+  void note_delivery();
   void collect_drops();
   [[nodiscard]] std::optional<StereoFrame> deliver();
   [[nodiscard]] bool advance_to(std::int64_t time_ns);
@@ -122,7 +126,7 @@ Status LiveStereoCamera::Impl::start_streams() {
     }
   }
   look_at_restarts();
-  pair_heard_ns = environment->now_ns();
+  note_delivery();
   return {};
 }
 
@@ -182,7 +186,12 @@ void LiveStereoCamera::Impl::offer(const SyncPair& pair) {
     ++counters.skipped_outdated;
   }
   candidate = pair;
-  pair_heard_ns = environment->now_ns();
+}
+
+// Only what reaches the caller ends a silence: images that cannot be read or used are as good as none.
+void LiveStereoCamera::Impl::note_delivery() {
+  delivered_ns = environment->now_ns();
+  unreadable_until_then = counters.skipped_unreadable;
 }
 
 void LiveStereoCamera::Impl::collect_drops() {
@@ -194,25 +203,26 @@ void LiveStereoCamera::Impl::collect_drops() {
   counters.pairing_slips = synchronizer.counters().slips;
 }
 
-Status LiveStereoCamera::Impl::take_image(std::size_t eye) {
+// Whether the device had a usable image.
+Result<bool> LiveStereoCamera::Impl::take_image(std::size_t eye) {
   const Result<std::optional<SyncFrame>> frame = streams[eye].take(counters);
   look_at_restarts();
   if (!frame) {
     return tl::unexpected(frame.error());
   }
   if (!*frame) {
-    return {};
+    return false;
   }
   if (side_by_side()) {
     offer({**frame, **frame});
-    return {};
+    return true;
   }
   synchronizer.add(eye == 0 ? Eye::kLeft : Eye::kRight, **frame);
   while (const std::optional<SyncPair> pair = synchronizer.next_pair()) {
     offer(*pair);
   }
   collect_drops();
-  return {};
+  return true;
 }
 
 std::array<WaitHandle, 2> LiveStereoCamera::Impl::wait_until(std::int64_t time_ns) {
@@ -224,25 +234,27 @@ std::array<WaitHandle, 2> LiveStereoCamera::Impl::wait_until(std::int64_t time_n
   return handles;
 }
 
-// Everything the devices have, alternating between them; at most so much as they can have queued.
-Status LiveStereoCamera::Impl::gather() {
-  for (int round = 0; round < config.left.buffers; ++round) {
+// Everything the devices have, alternating between them; at most so much as they can have queued. True if one of them
+// reported itself ready and had nothing: to wait for it then would be no waiting.
+Result<bool> LiveStereoCamera::Impl::gather() {
+  bool any_ready = true;
+  bool any_empty = false;
+  for (int round = 0; any_ready && round < config.left.buffers; ++round) {
     const std::array<WaitHandle, 2> handles = wait_until(0);
-    bool any = false;
+    any_ready = false;
     for (std::size_t eye = 0; eye < streams.size(); ++eye) {
       if (!handles[eye].ready) {
         continue;
       }
-      any = true;
-      if (Status taken = take_image(eye); !taken) {
+      any_ready = true;
+      const Result<bool> taken = take_image(eye);
+      if (!taken) {
         return taken;
       }
-    }
-    if (!any) {
-      break;
+      any_empty = any_empty || !*taken;
     }
   }
-  return {};
+  return any_empty;
 }
 
 // Later than everything before, in whole periods; false if it is not later.
@@ -276,6 +288,7 @@ std::optional<StereoFrame> LiveStereoCamera::Impl::deliver() {
     right->data += left->width;
   }
   ++counters.frames_delivered;
+  note_delivery();
   state = CameraState::kStreaming;
   return StereoFrame{last_index, last_time_ns, {}, *left, *right};
 }
@@ -299,20 +312,30 @@ bool LiveStereoCamera::Impl::never_lost_by_silence() const {
          (config.right && config.right->trigger == TriggerMode::kExternal);
 }
 
-// Names the eye that has been silent for longest, if one has been.
+// Names the eye that has been silent for longest, if one has been; else why images did not become frames.
 Error LiveStereoCamera::Impl::silence(std::int64_t now_ns) const {
   const auto quietest = std::min_element(streams.begin(), streams.end(),
                                          [](const auto& a, const auto& b) { return a.heard_ns() < b.heard_ns(); });
   const std::int64_t silent_ns = now_ns - quietest->heard_ns();
-  const std::int64_t without_pair_ns = now_ns - pair_heard_ns;
-  if (2 * silent_ns < without_pair_ns) {
-    return {ErrorCode::kTimeout,
-            concat(info.name, ": both eyes deliver, but nothing fitted together for ", seconds_text(without_pair_ns),
-                   " s; check that both run at ", number(config.left.rate_hz),
-                   " Hz, are triggered together, and pairing.tolerance_ms")};
+  const std::int64_t without_frame_ns = now_ns - delivered_ns;
+  const std::string for_so_long = concat(" for ", seconds_text(without_frame_ns), " s; ");
+  const std::uint64_t unreadable = counters.skipped_unreadable - unreadable_until_then;
+  if (2 * silent_ns >= without_frame_ns) {
+    return {ErrorCode::kTimeout, concat(quietest->described(), ": no image for ", seconds_text(silent_ns),
+                                        " s; check cable, power and trigger")};
   }
-  return {ErrorCode::kTimeout, concat(quietest->described(), ": no image for ", seconds_text(silent_ns),
-                                      " s; check cable, power and trigger")};
+  if (unreadable > 0) {
+    return {ErrorCode::kTimeout,
+            concat(info.name, ": ", std::to_string(unreadable), " images came damaged and no good pair", for_so_long,
+                   "check the cables, lower rate or size, or use a port of its own for each camera")};
+  }
+  if (side_by_side()) {
+    return {ErrorCode::kTimeout,
+            concat(info.name, ": images come, but none is new", for_so_long, "unplug the camera and plug it in again")};
+  }
+  return {ErrorCode::kTimeout,
+          concat(info.name, ": both eyes deliver, but nothing fitted together", for_so_long, "check that both run at ",
+                 number(config.left.rate_hz), " Hz, are triggered together, and pairing.tolerance_ms")};
 }
 
 Error LiveStereoCamera::Impl::lose(Error cause) {
@@ -325,7 +348,7 @@ Error LiveStereoCamera::Impl::lose(Error cause) {
 }
 
 Error LiveStereoCamera::Impl::timeout(std::int64_t now_ns) {
-  const std::int64_t silent_ns = now_ns - pair_heard_ns;
+  const std::int64_t silent_ns = now_ns - delivered_ns;
   if (silent_ns > limit_ns()) {
     return lose(silence(now_ns));
   }
@@ -415,20 +438,24 @@ Result<StereoFrame> LiveStereoCamera::next(std::chrono::milliseconds timeout) {
   }
   const std::int64_t until_ns = self.environment->now_ns() + std::chrono::nanoseconds(timeout).count();
   for (;;) {
-    if (Status gathered = self.gather(); !gathered) {
-      return tl::unexpected(self.lose(gathered.error()));
+    const Result<bool> was_empty = self.gather();
+    if (!was_empty) {
+      return tl::unexpected(self.lose(was_empty.error()));
     }
     if (self.candidate) {
       if (const std::optional<StereoFrame> frame = self.deliver()) {
         return *frame;
       }
-      continue;
     }
     const std::int64_t now_ns = self.environment->now_ns();
-    if (now_ns >= until_ns || now_ns - self.pair_heard_ns > self.limit_ns()) {
+    if (now_ns >= until_ns || now_ns - self.delivered_ns > self.limit_ns()) {
       return tl::unexpected(self.timeout(now_ns));
     }
-    self.wait_until(std::min(until_ns, self.pair_heard_ns + self.limit_ns() + 1));
+    if (*was_empty) {
+      self.environment->wait({}, now_ns + kBreath_ns);
+    } else {
+      self.wait_until(std::min(until_ns, self.delivered_ns + self.limit_ns() + 1));
+    }
   }
 }
 

@@ -24,6 +24,10 @@ constexpr int kFewestMatches = 8;
 // In pixels of the full images: the median of good matches is .1 px, .3 px at the most.
 constexpr double kSurelyOff_px = 0.25;
 constexpr double kMuchBetter = 0.5;
+// Over skipped frames: rows by which the image must move from frame to frame, and how many frames off is off.
+constexpr int kMaxApart = 3;
+constexpr double kMuchMotion_px = 0.75;
+constexpr double kMostlyOff = 0.6;
 
 void halve(GrayView source, MutableGrayView target) noexcept {
   for (int y = 0; y < target.height; ++y) {
@@ -220,8 +224,15 @@ bool SyncMonitor::process(const RectifiedPair& pair) noexcept {
   report_.matches = same.matches;
   report_.residual_px = same.median_px;
   report_.signed_residual_px = same.signed_px;
-  if (pair.frame_index == before_index_ + 1) {
-    vote(same, measure(storage_.before[0], storage_.now[1]), measure(storage_.now[0], storage_.before[1]));
+  report_.frames_apart = static_cast<int>(std::min<std::int64_t>(pair.frame_index - before_index_, kMaxApart + 1));
+  if (report_.frames_apart >= 1 && report_.frames_apart <= kMaxApart) {
+    const Residual right_late = measure(storage_.before[0], storage_.now[1]);
+    const Residual right_early = measure(storage_.now[0], storage_.before[1]);
+    if (report_.frames_apart == 1) {
+      vote(same, right_late, right_early);
+    } else {
+      vote_by_motion(same, right_late, right_early, report_.frames_apart);
+    }
   }
   return true;
 }
@@ -265,18 +276,42 @@ void SyncMonitor::vote(const Residual& same, const Residual& right_late, const R
   const double early_px = effective_px(right_early);
   const double other_px = std::min(late_px, early_px);
   if (same_px > kSurelyOff_px && other_px < kMuchBetter * same_px) {
-    votes_[vote_count_++ % kVotes] = late_px < early_px ? SyncVerdict::kRightLate : SyncVerdict::kRightEarly;
+    cast(late_px < early_px ? SyncVerdict::kRightLate : SyncVerdict::kRightEarly);
   } else if (other_px > kSurelyOff_px && same_px < kMuchBetter * other_px) {
-    votes_[vote_count_++ % kVotes] = SyncVerdict::kInStep;
-  } else {
+    cast(SyncVerdict::kInStep);
+  }
+}
+
+// The true partner of a late image is not there: frames in between were skipped. But if rows move by v from frame to
+// frame, eyes in step differ by 0, and by n v over n frames either way; with the right eye one frame late it is v, and
+// (n - 1) v and (n + 1) v over n frames.
+void SyncMonitor::vote_by_motion(const Residual& same, const Residual& right_late, const Residual& right_early,
+                                 int frames_apart) noexcept {
+  if (std::min({same.matches, right_late.matches, right_early.matches}) < kFewestMatches) {
     return;
   }
+  const double motion_px = (right_late.median_px + right_early.median_px) / (2.0 * frames_apart);
+  if (motion_px < kMuchMotion_px) {
+    return;
+  }
+  // In frames; both are 0 in step and 1 out of step, as far as motion is even.
+  const double late = (right_early.median_px - right_late.median_px) / (2.0 * motion_px);
+  const double off = same.median_px / motion_px;
+  if (std::abs(late) > kMostlyOff && off > kMostlyOff) {
+    cast(late > 0.0 ? SyncVerdict::kRightLate : SyncVerdict::kRightEarly);
+  } else if (std::abs(late) < 1.0 - kMostlyOff && off < 1.0 - kMostlyOff) {
+    cast(SyncVerdict::kInStep);
+  }
+}
+
+void SyncMonitor::cast(SyncVerdict verdict_now) noexcept {
+  votes_[vote_count_++ % kVotes] = verdict_now;
   constexpr auto kFewestVotes = static_cast<std::ptrdiff_t>(3);
-  const std::size_t cast = std::min(vote_count_, kVotes);
+  const std::size_t count = std::min(vote_count_, kVotes);
   report_.verdict = SyncVerdict::kUnknown;
   for (const SyncVerdict verdict : {SyncVerdict::kInStep, SyncVerdict::kRightLate, SyncVerdict::kRightEarly}) {
-    const auto votes = std::count(votes_.begin(), votes_.begin() + static_cast<std::ptrdiff_t>(cast), verdict);
-    if (votes >= kFewestVotes && 4 * votes >= 3 * static_cast<std::ptrdiff_t>(cast)) {
+    const auto votes = std::count(votes_.begin(), votes_.begin() + static_cast<std::ptrdiff_t>(count), verdict);
+    if (votes >= kFewestVotes && 4 * votes >= 3 * static_cast<std::ptrdiff_t>(count)) {
       report_.verdict = verdict;
     }
   }

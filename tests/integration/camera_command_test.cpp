@@ -1,4 +1,5 @@
 // run --camera, record and doctor from outside, on a file camera.
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <filesystem>
@@ -26,6 +27,20 @@ std::string text_of(const std::filesystem::path& path) {
   std::ostringstream text;
   text << std::ifstream(path).rdbuf();
   return text.str();
+}
+
+/// Waits until the file has content; false after far too long.
+bool grows(const std::filesystem::path& path) {
+  constexpr auto kFarTooLong = std::chrono::minutes(2);
+  const auto end = std::chrono::steady_clock::now() + kFarTooLong;
+  while (std::chrono::steady_clock::now() < end) {
+    std::error_code absent;
+    if (std::filesystem::file_size(path, absent) > 0 && !absent) {
+      return true;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return false;
 }
 
 class CameraCommand : public ::testing::Test {
@@ -69,8 +84,10 @@ TEST_F(CameraCommand, StopsAfterFramesOrSecondsOrASignal) {
   EXPECT_EQ(report()["frames"], 7);
   ASSERT_EQ(run(endless, {"--seconds", "0.3"}).exit_code, 0);
   EXPECT_GT(report()["frames"], 0);
-  Program program({"run", "--camera", endless, "--out", out_.string(), "--quiet"});
-  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  const std::filesystem::path endless_out = scratch_.path() / "endless";
+  Program program({"run", "--camera", endless, "--out", endless_out.string(), "--quiet"});
+  // Its first poses show that it runs; before, nobody listens to signals yet.
+  EXPECT_TRUE(grows(endless_out / "camera.tum"));
   program.send(SIGINT);
   EXPECT_EQ(program.wait().exit_code, 128 + SIGINT);
 }

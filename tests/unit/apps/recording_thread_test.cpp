@@ -73,6 +73,21 @@ TEST_F(Recording, EveryFrameIsWrittenOrCounted) {
   EXPECT_GT(thread->written(), 0);
 }
 
+TEST_F(Recording, PairsOfAnotherSizeAreDropped) {
+  const auto thread = make(config()).value();
+  StereoFrame small = frame(0);
+  small.right.width /= 2;
+  thread->offer(small);
+  StereoFrame turned = frame(1);
+  turned.left = turned.right = {pixels_.data(), kHeight, kWidth, kHeight};
+  thread->offer(turned);
+  thread->offer(frame(2));
+  thread->finish();
+  EXPECT_EQ(thread->dropped(), 2U);
+  EXPECT_EQ(thread->written(), 1);
+  EXPECT_FALSE(thread->stopped_by());
+}
+
 TEST_F(Recording, AFullDiskEndsItAndNothingElse) {
   hal::RawRecorderConfig greedy = config();
   greedy.keep_free_bytes = std::uint64_t{1} << 60U;

@@ -94,7 +94,7 @@ class FakeDevice final : public CaptureDevice {
 
   // When next() has something to say; none: never.
   std::optional<std::int64_t> ready_ns() {
-    if (!sensor_.plugged || sensor_.stream_broken) {
+    if (!sensor_.plugged || sensor_.stream_broken || sensor_.falsely_ready) {
       return machine_.now_ns_;
     }
     const Shot* shot = upcoming();

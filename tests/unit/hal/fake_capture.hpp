@@ -38,6 +38,7 @@ struct FakeSensor {
   bool stream_broken = false;  ///< next() fails with kIo until it is started again.
   bool never_mends = false;    ///< ... and even then.
   bool mute = false;
+  bool falsely_ready = false;  ///< Reports itself ready (poll: POLLERR) though next() has nothing.
   std::optional<double> exposure_us = {};
   TimestampKind timestamp_kind = TimestampKind::kEndOfExposure;
   bool sequence_counts_losses = true;

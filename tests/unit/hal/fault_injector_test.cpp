@@ -13,12 +13,14 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-constexpr std::chrono::milliseconds kTimeout{1};
+// The scripted camera never waits, so that this is never reached.
+constexpr std::chrono::milliseconds kTimeout{10'000};
 
 class Faulty : public ::testing::Test {
  protected:
-  void begin(const std::string& faults, int frames = 10) {
+  void begin(const std::string& faults, int frames = 10, std::chrono::milliseconds frame_takes = {}) {
     auto camera = std::make_unique<ScriptedCamera>();
+    camera->frame_takes = frame_takes;
     camera->give_frames(0, frames - 1);
     camera_ = FaultInjector::create(std::move(camera), parse_faults(faults).value(), ScriptedCamera::kWidth,
                                     ScriptedCamera::kHeight, arena_)
@@ -153,6 +155,45 @@ TEST_F(Faulty, StartsAnew) {
   EXPECT_EQ(camera_->next(kTimeout).value().frame_index, 1);
   ASSERT_TRUE(camera_->stop() && camera_->start());
   EXPECT_EQ(camera_->next(kTimeout).value().frame_index, 3) << "the first frame after start() is dropped again";
+}
+
+TEST_F(Faulty, NothingOfAStreamOutlivesIt) {
+  for (const char* plan : {"duplicate@0", "reorder@0,duplicate@1"}) {
+    begin(plan);
+    ASSERT_TRUE(camera_->next(kTimeout));
+    camera_->close();
+    EXPECT_EQ(camera_->next(kTimeout).error().code, ErrorCode::kIllegalState) << plan;
+    begin(plan);
+    ASSERT_TRUE(camera_->next(kTimeout));
+    ASSERT_TRUE(camera_->stop());
+    EXPECT_EQ(camera_->next(kTimeout).error().code, ErrorCode::kIllegalState) << plan;
+  }
+}
+
+TEST_F(Faulty, NeverTakesLongerThanItMay) {
+  constexpr std::chrono::milliseconds kFrameTakes(5);
+  constexpr std::chrono::milliseconds kPatience(30);
+  for (const char* plan : {"drop@0-199", "unplug@0-199:0"}) {
+    begin(plan, 200, kFrameTakes);
+    if (camera_->next(kPatience).error().code == ErrorCode::kDisconnected) {
+      ASSERT_TRUE(camera_->recover());
+    }
+    EXPECT_EQ(camera_->next(kPatience).error().code, ErrorCode::kTimeout) << plan << " is over after a second";
+  }
+}
+
+TEST_F(Faulty, LeavesFramesAloneForWhichItHasNoRoom) {
+  auto camera = std::make_unique<ScriptedCamera>();
+  camera->give_frames(0, 3);
+  camera_ = FaultInjector::create(std::move(camera), parse_faults("desync@0-3,corrupt@0-3,reorder@0-3").value(),
+                                  ScriptedCamera::kWidth / 2, ScriptedCamera::kHeight, arena_)
+                .value();
+  ASSERT_TRUE(camera_->open() && camera_->start());
+  for (int i = 0; i < 4; ++i) {
+    const StereoFrame frame = camera_->next(kTimeout).value();
+    EXPECT_EQ(frame.frame_index, i);
+    EXPECT_EQ(frame.left.width, ScriptedCamera::kWidth);
+  }
 }
 
 TEST_F(Faulty, SaysWhatIsWrongWithAPlan) {

@@ -12,6 +12,9 @@ namespace {
 
 using ::testing::ElementsAre;
 
+// The scripted camera never waits, so that this is never reached.
+constexpr std::chrono::milliseconds kTimeout{10'000};
+
 class Guarded : public ::testing::Test {
  protected:
   void begin(bool mend_times = true) {
@@ -22,7 +25,7 @@ class Guarded : public ::testing::Test {
   void play(bool mend_times = true) {
     begin(mend_times);
     for (;;) {
-      const Result<StereoFrame> frame = guard_->next(std::chrono::milliseconds(1));
+      const Result<StereoFrame> frame = guard_->next(kTimeout);
       if (!frame) {
         EXPECT_EQ(frame.error().code, ErrorCode::kEndOfStream);
         break;
@@ -89,6 +92,33 @@ TEST_F(Guarded, SkipsAnImageThatWasCutOff) {
   EXPECT_EQ(guard_->counters().skipped_unreadable, 1U);
 }
 
+TEST_F(Guarded, TakesNeitherSkyNorNightForDamage) {
+  const StereoFrame whole = camera_.frame(0);
+  // A third and more of one eye of one value, the other eye with a little noise.
+  for (const int value : {0, 252}) {
+    for (const bool is_lower : {false, true}) {
+      std::vector<std::uint8_t> flat(whole.left.data,
+                                     whole.left.data + ScriptedCamera::kWidth * ScriptedCamera::kHeight);
+      std::vector<std::uint8_t> noisy = flat;
+      const std::size_t first = is_lower ? flat.size() / 2 : 0;
+      for (std::size_t i = first; i < first + flat.size() / 2; ++i) {
+        flat[i] = static_cast<std::uint8_t>(value);
+        noisy[i] = static_cast<std::uint8_t>(value + static_cast<int>(i % 4));
+      }
+      StereoFrame frame = whole;
+      frame.left.data = flat.data();
+      frame.right.data = noisy.data();
+      EXPECT_FALSE(looks_cut_off(frame)) << value << is_lower;
+    }
+  }
+  // Nor a sky that one eye alone sees: what breaks off is the end.
+  std::vector<std::uint8_t> sky(whole.left.data, whole.left.data + ScriptedCamera::kWidth * ScriptedCamera::kHeight);
+  std::fill_n(sky.begin(), sky.size() / 2, std::uint8_t{255});
+  StereoFrame frame = whole;
+  frame.right.data = sky.data();
+  EXPECT_FALSE(looks_cut_off(frame));
+}
+
 TEST_F(Guarded, MendsTimesByTheFrameNumbers) {
   camera_.give_frames(0, 2);
   for (const int index : {3, 5, 6}) {
@@ -101,6 +131,17 @@ TEST_F(Guarded, MendsTimesByTheFrameNumbers) {
   EXPECT_THAT(indices_, ElementsAre(0, 1, 2, 3, 5, 6, 7, 8));
   EXPECT_THAT(times_, ElementsAre(0, 1, 2, 3, 5, 6, 7, 8));
   EXPECT_EQ(guard_->counters().clock_jumps, 2U);
+}
+
+TEST_F(Guarded, ACameraFasterThanAnnouncedKeepsItsTimes) {
+  for (int i = 0; i < 12; ++i) {
+    StereoFrame frame = camera_.frame(i);
+    frame.timestamp_ns = i * ScriptedCamera::kPeriod_ns / 4;
+    camera_.give(frame);
+  }
+  play();
+  EXPECT_THAT(times_, ElementsAre(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2));
+  EXPECT_EQ(guard_->counters().clock_jumps, 0U);
 }
 
 TEST_F(Guarded, BelievesTheTimesOfARecordingAslongAsTheyAdvance) {
@@ -125,10 +166,22 @@ TEST_F(Guarded, PassesErrorsOnAndGivesUpOnNothingButRubbish) {
     camera_.give(camera_.frame(0));
   }
   begin();
-  EXPECT_EQ(guard_->next(std::chrono::milliseconds(1)).error().code, ErrorCode::kDisconnected);
-  EXPECT_TRUE(guard_->next(std::chrono::milliseconds(1)));
-  const Result<StereoFrame> rubbish = guard_->next(std::chrono::milliseconds(1));
+  EXPECT_EQ(guard_->next(kTimeout).error().code, ErrorCode::kDisconnected);
+  EXPECT_TRUE(guard_->next(kTimeout));
+  const Result<StereoFrame> rubbish = guard_->next(kTimeout);
   EXPECT_EQ(rubbish.error().code, ErrorCode::kTimeout) << "or a camera that only repeats itself would hold us for ever";
+}
+
+TEST_F(Guarded, NeverTakesLongerThanItMay) {
+  camera_.frame_takes = std::chrono::milliseconds(5);
+  for (int i = 0; i < 30; ++i) {
+    camera_.give(camera_.frame(0));
+  }
+  camera_.give_frames(1, 1);
+  begin();
+  ASSERT_TRUE(guard_->next(kTimeout));
+  EXPECT_EQ(guard_->next(std::chrono::milliseconds(30)).error().code, ErrorCode::kTimeout)
+      << "the next good frame is 150 ms away";
 }
 
 TEST_F(Guarded, CountersBeginAnewWithEachStart) {
@@ -139,7 +192,7 @@ TEST_F(Guarded, CountersBeginAnewWithEachStart) {
   ASSERT_TRUE(guard_->stop() && guard_->start());
   EXPECT_EQ(guard_->counters().skipped_repeated, 0U);
   camera_.give_frames(0, 0);
-  EXPECT_TRUE(guard_->next(std::chrono::milliseconds(1)));
+  EXPECT_TRUE(guard_->next(kTimeout));
 }
 
 }  // namespace

@@ -218,6 +218,68 @@ TEST_F(LiveCamera, AStallThatEndsIsNoLoss) {
   EXPECT_EQ(camera_->counters().losses, 0U);
 }
 
+TEST_F(LiveCamera, ImagesThatCannotBeReadAreSilence) {
+  for (const bool is_flagged : {false, true}) {
+    const auto spoil = [is_flagged](Shot& shot) {
+      shot.damaged = is_flagged;
+      shot.cut = !is_flagged;
+    };
+    begin();
+    expect_frames(5);
+    left_.script = spoil;
+    expect_frames(1);  // What was on its way is still good.
+    Result<StereoFrame> frame = frame_within(std::chrono::milliseconds(900));
+    ASSERT_EQ(frame.error().code, ErrorCode::kTimeout);
+    EXPECT_EQ(camera_->state(), CameraState::kStalled);
+    EXPECT_THAT(frame.error().message, HasSubstr("images came damaged"));
+    frame = frame_within(std::chrono::seconds(10));
+    ASSERT_EQ(frame.error().code, ErrorCode::kDisconnected);
+    EXPECT_THAT(frame.error().message, HasSubstr("images came damaged"));
+    EXPECT_EQ(camera_->state(), CameraState::kLost);
+    EXPECT_EQ(left_.in_use + right_.in_use, 0);
+    left_.script = {};
+  }
+}
+
+TEST_F(LiveCamera, OneDeviceIsNotToldThatItsEyesDoNotFit) {
+  left_.side_by_side = true;
+  LiveCameraConfig config = two_eyes();
+  config.right.reset();
+  begin(config);
+  ASSERT_TRUE(camera_->next(kTimeout));
+  left_.script = [stamp_ns = machine_.now_ns()](Shot& shot) { shot.stamp_ns = stamp_ns; };
+  ASSERT_TRUE(camera_->next(kTimeout)) << "what was on its way is still good";
+  ASSERT_TRUE(camera_->next(kTimeout)) << "the first of that stamp is new";
+  const Result<StereoFrame> frame = frame_within(std::chrono::milliseconds(900));
+  ASSERT_FALSE(frame);
+  EXPECT_THAT(frame.error().message, HasSubstr("none is new"));
+}
+
+TEST_F(LiveCamera, ADeviceThatIsReadyForNothingIsNotAskedWithoutPause) {
+  begin();
+  expect_frames(5);
+  left_.mute = left_.falsely_ready = true;
+  // The machine's time goes on only while somebody waits.
+  EXPECT_EQ(camera_->next(kTimeout).error().code, ErrorCode::kTimeout);
+  left_.mute = false;
+  ASSERT_TRUE(frame_within(std::chrono::milliseconds(300)));
+}
+
+TEST_F(LiveCamera, DamagedImagesDoNotMakeACallLonger) {
+  begin();
+  expect_frames(5);
+  // Each image takes longer than a period, so that there is always one more.
+  constexpr std::int64_t kTaken_ns = 40 * kMs;
+  left_.script = [this](Shot& shot) {
+    shot.cut = true;
+    machine_.pass(kTaken_ns);
+  };
+  const std::int64_t begun_ns = machine_.now_ns();
+  EXPECT_EQ(camera_->next(kTimeout).error().code, ErrorCode::kTimeout);
+  const std::int64_t queued_ns = 2 * two_eyes().left.buffers * kTaken_ns;
+  EXPECT_LE(machine_.now_ns() - begun_ns, std::chrono::nanoseconds(kTimeout).count() + queued_ns);
+}
+
 TEST_F(LiveCamera, BearsAnExposureLongerThanTheStallTime) {
   for (FakeSensor* sensor : {&left_, &right_}) {
     sensor->period_ns = 1000 * kMs;
@@ -338,6 +400,24 @@ TEST_F(LiveCamera, ADeviceClockThatJumpsDoesNotReachTheFrames) {
     previous_shot = frame->left.at(0, 0);
   }
   EXPECT_EQ(camera_->counters().clock_jumps, 3U);
+}
+
+TEST_F(LiveCamera, AClockThatStepsBackALittleCostsNoFrames) {
+  for (FakeSensor* sensor : {&left_, &right_}) {
+    sensor->script = [](Shot& shot) { shot.stamp_ns -= shot.number >= 10 ? 500 * kMs : 0; };
+  }
+  begin();
+  std::int64_t previous_ns = 0;
+  for (int i = 0; i < 30; ++i) {
+    const Result<StereoFrame> frame = camera_->next(kTimeout);
+    ASSERT_TRUE(frame) << frame.error().message;
+    if (i > 0) {
+      EXPECT_NEAR(static_cast<double>(frame->timestamp_ns - previous_ns), static_cast<double>(left_.period_ns), kMs);
+    }
+    previous_ns = frame->timestamp_ns;
+  }
+  EXPECT_EQ(camera_->counters().clock_jumps, 2U) << "one in each eye";
+  EXPECT_EQ(camera_->counters().skipped_repeated, 0U);
 }
 
 TEST_F(LiveCamera, RefusesADeviceThatSetAnotherSizeAndPrintsBoth) {

@@ -2,13 +2,15 @@
 #pragma once
 
 #include <deque>
+#include <thread>
 #include <vector>
 
 #include "kinetrace/hal/stereo_camera.hpp"
 
 namespace kinetrace::hal::test {
 
-/// Textured images, so that a flat part stands out. Ends with kEndOfStream.
+/// Textured images, so that a flat part stands out. Ends with kEndOfStream. Like every camera it has nothing to say
+/// while it is closed.
 class ScriptedCamera final : public StereoCamera {
  public:
   static constexpr int kWidth = 64;
@@ -38,7 +40,14 @@ class ScriptedCamera final : public StereoCamera {
   Status stop() override { return move_to(CameraState::kConfigured); }
   Status recover() override { return move_to(CameraState::kRecovering); }
   void close() noexcept override { state_ = CameraState::kClosed; }
-  Result<StereoFrame> next(std::chrono::milliseconds /*timeout*/) override {
+  Result<StereoFrame> next(std::chrono::milliseconds timeout) override {
+    if (state_ == CameraState::kClosed || state_ == CameraState::kConfigured) {
+      return fail(ErrorCode::kIllegalState, "not streaming");
+    }
+    std::this_thread::sleep_for(std::min(timeout, frame_takes));
+    if (timeout < frame_takes) {
+      return fail(ErrorCode::kTimeout, "not yet");
+    }
     if (script_.empty()) {
       return fail(ErrorCode::kEndOfStream, "end");
     }
@@ -50,6 +59,8 @@ class ScriptedCamera final : public StereoCamera {
   CameraState state() const noexcept override { return state_; }
   const CameraInfo& info() const noexcept override { return info_; }
   const CameraCounters& counters() const noexcept override { return counters_; }
+
+  std::chrono::milliseconds frame_takes{0};
 
  private:
   Status move_to(CameraState state) {

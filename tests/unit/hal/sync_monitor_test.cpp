@@ -48,7 +48,7 @@ struct Rig {
   int right_lag = 0;         ///< Frames that the right image is late by; negative: the left one is.
   double misaligned_px = 0;  ///< What the right eye sees lower.
   bool blank = false;
-  int skipped_every = 0;  ///< Frames that do not arrive.
+  int kept_every = 1;  ///< The other frames do not arrive.
 };
 
 SyncReport watch(const Rig& rig, int frames = 80) {
@@ -56,7 +56,7 @@ SyncReport watch(const Rig& rig, int frames = 80) {
   SyncMonitor monitor = SyncMonitor::create({.interval_frames = 4}, kWidth, kHeight, arena).value();
   constexpr double kDisparity = 24.0;
   for (int frame = 0; frame < frames; ++frame) {
-    if (rig.skipped_every > 0 && frame % rig.skipped_every == 0) {
+    if (frame % rig.kept_every != 0) {
       continue;
     }
     const int left_shot = frame + std::min(rig.right_lag, 0);
@@ -108,9 +108,22 @@ TEST(SyncMonitor, CannotTellFromBlankImages) {
   EXPECT_EQ(report.matches, 0);
 }
 
-TEST(SyncMonitor, ComparesOnlyFramesThatFollowEachOther) {
-  // Every second frame is missing: the pair before is two frames old and says nothing about one.
-  EXPECT_EQ(watch({.right_lag = 1, .skipped_every = 2}, 160).verdict, SyncVerdict::kUnknown);
+TEST(SyncMonitor, TellsByEvenMotionWhereFramesAreSkipped) {
+  const auto slow_nod = [](int frame) { return 12.0 * std::sin(frame * 0.2); };
+  for (const int kept_every : {2, 3}) {
+    const auto verdict = [&](int right_lag) {
+      return watch({.nod = slow_nod, .right_lag = right_lag, .kept_every = kept_every}, 80 * kept_every).verdict;
+    };
+    EXPECT_EQ(verdict(0), SyncVerdict::kInStep) << kept_every;
+    EXPECT_EQ(verdict(1), SyncVerdict::kRightLate) << kept_every;
+    EXPECT_EQ(verdict(-1), SyncVerdict::kRightEarly) << kept_every;
+  }
+}
+
+TEST(SyncMonitor, CannotTellOverManyFrames) {
+  const SyncReport report = watch({.right_lag = 1, .kept_every = 5}, 400);
+  EXPECT_EQ(report.verdict, SyncVerdict::kUnknown);
+  EXPECT_EQ(report.frames_apart, 4);
 }
 
 TEST(SyncMonitor, ChangesItsMindWhenTheEyesDo) {

@@ -49,8 +49,10 @@ struct FaultPlan {
 /// "drop@10-12,clock@40:-5,duplicate@0-999%10,seed=7". Errors: kInvalidArgument, with the part that is wrong.
 [[nodiscard]] Result<FaultPlan> parse_faults(std::string_view text);
 
-/// Decorates a camera with faults. The same plan on the same frames gives the same stream. Memory from the arena: five
-/// images.
+/// Decorates a camera with faults. The same plan on the same frames gives the same stream. The camera behind knows
+/// nothing of them: a stall, a loss and the way back are played here, and what a LiveStereoCamera does about real ones
+/// (its patience, reopening at growing intervals) is neither used nor shown. Frames of another size than announced pass
+/// as they are. Memory from the arena: five images.
 class FaultInjector final : public StereoCamera {
  public:
   /// `width_px` x `height_px`: of the camera's images.
@@ -81,6 +83,8 @@ class FaultInjector final : public StereoCamera {
   FaultInjector(std::unique_ptr<StereoCamera> camera, FaultPlan plan, const Storage& storage);
   static void carve(int width_px, int height_px, Arena& arena, Storage& storage);
 
+  void forget() noexcept;
+  [[nodiscard]] bool has_room_for(const StereoFrame& frame) const noexcept;
   [[nodiscard]] const Fault* active(FaultKind kind, std::int64_t number) const noexcept;
   [[nodiscard]] Result<StereoFrame> produce(std::chrono::milliseconds timeout);
   [[nodiscard]] Result<StereoFrame> unplug(const Fault& fault);

@@ -12,13 +12,14 @@
 namespace kinetrace::hal {
 
 struct FrameGuardConfig {
-  /// Times that contradict the frame numbers are a jump of the clock and are mended. Not for recordings: their times
+  /// Times that contradict the frame numbers are a jump of the clock and are mended; that one frame follows the other
+  /// sooner than announced is no contradiction. Not for recordings: their times
   /// are what they are, and only those that do not advance are refused.
   bool mend_times = true;
 };
 
-/// True if a third more rows are of one value in one eye than in the other: what is left of an image whose transfer
-/// broke off. Looks at a few hundred pixels.
+/// True if the lower third or more of one eye's image is of one single value where the other eye sees something: what
+/// is left of an image whose transfer broke off. Looks at a few hundred pixels.
 [[nodiscard]] bool looks_cut_off(const StereoFrame& frame) noexcept;
 
 /// Passes on the frames of another camera in order, each once, with times that advance. Skipped and counted are frames
@@ -29,7 +30,7 @@ class FrameGuard final : public StereoCamera {
 
   [[nodiscard]] Status open() override { return camera_->open(); }
   [[nodiscard]] Status start() override;
-  /// Also kTimeout after many unusable frames in a row, though the camera has more.
+  /// Also kTimeout after many unusable frames in a row, though the camera has more and the time is not yet over.
   [[nodiscard]] Result<StereoFrame> next(std::chrono::milliseconds timeout) override;
   [[nodiscard]] Status stop() override { return camera_->stop(); }
   [[nodiscard]] Status recover() override { return camera_->recover(); }

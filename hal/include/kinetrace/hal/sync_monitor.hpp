@@ -31,6 +31,7 @@ struct SyncReport {
   SyncVerdict verdict = SyncVerdict::kUnknown;
   int measurements = 0;
   int matches = 0;                  ///< Of the last measurement.
+  int frames_apart = 0;             ///< Of its two pairs: 1; 2 or 3 tell less, and more nothing, though it says 4.
   double residual_px = 0.0;         ///< Median distance of matches from their epipolar line, of the last measurement.
   double signed_residual_px = 0.0;  ///< Median of right row less left row.
 };
@@ -38,8 +39,9 @@ struct SyncReport {
 /// In a rectified pair matches lie in one row. If one image is older than the other and the rig has moved meanwhile,
 /// they do not; but they do between that image and the other eye's image of the frame before. So three pairings are
 /// measured: of one frame, and either image with the other's predecessor; the verdict is that of most of the recent
-/// measurements which could tell. A miscalibrated rig has a residual in all three and is not mistaken for late. Rigs
-/// that only slide sideways show nothing.
+/// measurements which could tell. Where the pair before is two or three frames old, since processing does not keep up
+/// with the camera, the three are compared with what even motion between them would give. A miscalibrated rig has a
+/// residual in all three and is not mistaken for late. Rigs that only slide sideways show nothing.
 ///
 /// Works on images of half the size: at most `kPoints` patches of 16x8 pixels, +-12 px of rows, sums of absolute
 /// differences. About a millisecond for 640x480 in every `interval_frames`-th frame, less than .2 ms in the one before,
@@ -74,6 +76,9 @@ class SyncMonitor {
   static void carve(int width_px, int height_px, Arena& arena, Storage& storage);
   [[nodiscard]] Residual measure(GrayView left, GrayView right) const noexcept;
   void vote(const Residual& same, const Residual& right_late, const Residual& right_early) noexcept;
+  void vote_by_motion(const Residual& same, const Residual& right_late, const Residual& right_early,
+                      int frames_apart) noexcept;
+  void cast(SyncVerdict verdict_now) noexcept;
 
   SyncMonitorConfig config_;
   Storage storage_;

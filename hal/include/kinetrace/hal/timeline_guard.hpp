@@ -21,11 +21,17 @@ class TimelineGuard {
     bool jumped = false;
   };
   /// The next frame's time; `expected_step_ns` is what the evidence says since the frame before.
-  [[nodiscard]] Step correct(std::int64_t stamp_ns, std::int64_t expected_step_ns) noexcept;
+  [[nodiscard]] Step correct(std::int64_t stamp_ns, std::int64_t expected_step_ns) noexcept {
+    return correct(stamp_ns, expected_step_ns, expected_step_ns);
+  }
+  /// The same where the evidence knows the step no better than from `shortest_step_ns` to `expected_step_ns`.
+  [[nodiscard]] Step correct(std::int64_t stamp_ns, std::int64_t expected_step_ns,
+                             std::int64_t shortest_step_ns) noexcept;
   void reset() noexcept;
 
  private:
-  [[nodiscard]] bool fits(std::int64_t step_ns, std::int64_t expected_step_ns) const noexcept;
+  [[nodiscard]] bool fits(std::int64_t step_ns, std::int64_t expected_step_ns,
+                          std::int64_t shortest_step_ns) const noexcept;
 
   std::int64_t tolerance_ns_;
   bool must_advance_;
