@@ -25,19 +25,21 @@ struct CapturedImage {
   std::int64_t timestamp_ns = 0;    ///< CLOCK_MONOTONIC; see CaptureInfo::timestamp_kind.
   bool damaged = false;             ///< The driver flagged an error, or fewer bytes came than the format needs.
   std::span<const std::byte> data;  ///< Compressed: the bytes used.
-  std::optional<int> dmabuf_fd{};   ///< The same buffer for other devices, where the driver exports it.
+  std::optional<std::int64_t> exposure_ns{};  ///< It was exposed for so long, where the device tells.
+  std::optional<int> dmabuf_fd{};             ///< The same buffer for other devices, where the driver exports it.
 };
 
 /// What the device really delivers, read back after configuring. Constant from open() to close().
 struct CaptureInfo {
   std::string name;       ///< For messages: card and bus id.
   std::string stable_id;  ///< Finds the same device again after it was unplugged: bus id or serial.
+  std::string serial;     ///< Empty where it has none.
   PixelFormat format = PixelFormat::kGrey8;
   int width_px = 0;
   int height_px = 0;
   int stride_bytes = 0;                 ///< From row to row; 0 where compressed.
   double rate_hz = 0.0;                 ///< Zero: the device does not tell.
-  std::optional<double> exposure_us{};  ///< None: automatic or not told.
+  std::optional<double> exposure_us{};  ///< As set. None: automatic, which CapturedImage may tell.
   std::optional<double> gain{};
   TimestampKind timestamp_kind = TimestampKind::kEndOfExposure;
   bool sequence_counts_losses = false;  ///< Gaps in `sequence` show every lost frame (uvcvideo's do not).
@@ -55,7 +57,7 @@ class CaptureDevice {
   [[nodiscard]] virtual Status open() = 0;
   [[nodiscard]] virtual Status start() = 0;
   /// The next image. Errors: kTimeout, kDisconnected (gone), kIo (fatal error of the stream; stop and start may mend
-  /// it).
+  /// it), kUnsupported (the images show that the device did not set what it was asked for: both are printed).
   [[nodiscard]] virtual Result<CapturedImage> next(std::chrono::milliseconds timeout) = 0;
   /// Gives an image's buffer back to the device; harmless after stop().
   virtual void release(int slot) noexcept = 0;

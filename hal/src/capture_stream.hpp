@@ -14,11 +14,12 @@
 #include "kinetrace/hal/stereo_camera.hpp"
 #include "kinetrace/hal/timeline_guard.hpp"
 #include "luminance_reader.hpp"
+#include "rate_meter.hpp"
 
 namespace kinetrace::hal {
 
-/// Opens its device by name the first time and by stable id from then on; keeps captured images by slot; turns
-/// stamps into believable mid-exposure times.
+/// Opens its device by name, from the second time on by stable id if the name is a path; keeps captured images by slot;
+/// turns stamps into believable mid-exposure times.
 class CaptureStream {
  public:
   [[nodiscard]] static std::size_t required_bytes(const CaptureConfig& config);
@@ -41,7 +42,8 @@ class CaptureStream {
   [[nodiscard]] int generation() const noexcept { return generation_; }
   [[nodiscard]] int wait_fd() const noexcept { return device_->wait_fd(); }
   [[nodiscard]] std::int64_t heard_ns() const noexcept { return heard_ns_; }
-  [[nodiscard]] std::int64_t exposure_ns() const noexcept;
+  /// Of the newest image, as far as the device tells it.
+  [[nodiscard]] std::int64_t exposure_ns() const noexcept { return exposure_ns_; }
   /// "left eye (name of the device)".
   [[nodiscard]] std::string described() const;
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
@@ -51,7 +53,10 @@ class CaptureStream {
 
   CaptureStream(std::string eye, CaptureConfig config, LuminanceReader reader, CaptureEnvironment& environment);
   [[nodiscard]] Status restart(const Error& cause);
+  [[nodiscard]] bool is_the_same(const CaptureInfo& info) const;
+  void note_exposure(const CapturedImage& image) noexcept;
   [[nodiscard]] bool is_sound(const CapturedImage& image) const noexcept;
+  [[nodiscard]] Status check_rate(const CapturedImage& image);
   [[nodiscard]] std::int64_t mid_exposure_ns(const CapturedImage& image) const noexcept;
 
   std::string eye_;
@@ -60,13 +65,20 @@ class CaptureStream {
   CaptureEnvironment* environment_;
   std::unique_ptr<CaptureDevice> device_;
   std::string name_;
-  std::string stable_id_;  ///< Empty until the device was open once.
+  struct Identity {
+    std::string name;
+    std::string stable_id;
+    std::string serial;
+  };
+  Identity identity_;  ///< Empty until the device was open once.
   std::array<CapturedImage, kMaxSlots> images_{};
   TimelineGuard timeline_;
+  RateMeter rate_;
   std::int64_t heard_ns_ = 0;  ///< When the last image arrived, damaged ones included.
   std::int64_t taken_ns_ = 0;  ///< When the last sound one did.
   std::int64_t stamp_ns_ = 0;  ///< Its stamp.
   std::int64_t sequence_ = -1;
+  std::int64_t exposure_ns_ = 0;
   int generation_ = 0;
   int restarts_in_a_row_ = 0;
 };

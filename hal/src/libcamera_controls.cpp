@@ -17,15 +17,17 @@ const libcamera::ControlInfo* find(const libcamera::Camera& camera, const libcam
   return found == camera.controls().end() ? nullptr : &found->second;
 }
 
-// `unit` turns the control's unit into that of the configuration. Half a unit outside is what rounding explains.
+// Half a unit of the control outside is what rounding explains.
+constexpr double kHalfUnit = 0.5;
+
 template <typename T>
-Status check_limits(const libcamera::ControlInfo& limits, double asked, double unit, const CaptureInfo& info,
-                    const char* what) {
-  const double least = static_cast<double>(limits.min().get<T>()) * unit;
-  const double most = static_cast<double>(limits.max().get<T>()) * unit;
-  if (asked < least - unit / 2 || asked > most + unit / 2) {
-    return fail(ErrorCode::kUnsupported, concat(info.name, ": asked for ", what, " ", number(asked),
-                                                ", the camera sets only ", number(least), " to ", number(most)));
+Status check_limits(const libcamera::ControlInfo& limits, double asked, const CaptureInfo& info, const char* what) {
+  const auto least = static_cast<double>(limits.min().get<T>());
+  const auto most = static_cast<double>(limits.max().get<T>());
+  if (asked < least - kHalfUnit || asked > most + kHalfUnit) {
+    return fail(ErrorCode::kUnsupported,
+                concat(info.name, ": asked for ", what, " ", number(asked), ", the camera sets only ", number(least),
+                       " to ", number(most), "; choose a value between"));
   }
   return {};
 }
@@ -46,7 +48,7 @@ Status set_exposure(const libcamera::Camera& camera, const CaptureConfig& config
   if (limits == nullptr) {
     return fail(ErrorCode::kUnsupported, info.name + ": libcamera cannot set its exposure; leave exposure_us out");
   }
-  if (Status inside = check_limits<std::int32_t>(*limits, *config.exposure_us, 1.0, info, "exposure_us"); !inside) {
+  if (Status inside = check_limits<std::int32_t>(*limits, *config.exposure_us, info, "exposure_us"); !inside) {
     return inside;
   }
   set_automatic_exposure(camera, false, chosen);
@@ -65,8 +67,7 @@ Status set_gain(const libcamera::Camera& camera, const CaptureConfig& config, Ca
   if (limits == nullptr) {
     return fail(ErrorCode::kUnsupported, info.name + ": libcamera cannot set its gain; leave gain out");
   }
-  // Gains are real numbers: no unit to round to.
-  if (Status inside = check_limits<float>(*limits, *config.gain, 1.0, info, "gain"); !inside) {
+  if (Status inside = check_limits<float>(*limits, *config.gain, info, "gain"); !inside) {
     return inside;
   }
   chosen.set(controls::AnalogueGain, static_cast<float>(*config.gain));
@@ -82,8 +83,13 @@ Status set_rate(const libcamera::Camera& camera, const CaptureConfig& config, Ca
     return {};  // The camera's own rate, which nothing tells.
   }
   const double period_us = kUsPerSecond / config.rate_hz;
-  if (Status inside = check_limits<std::int64_t>(*limits, period_us, 1.0, info, "a period of us"); !inside) {
-    return inside;
+  const auto shortest_us = static_cast<double>(limits->min().get<std::int64_t>());
+  const auto longest_us = static_cast<double>(limits->max().get<std::int64_t>());
+  if (period_us < shortest_us - kHalfUnit || period_us > longest_us + kHalfUnit) {
+    return fail(ErrorCode::kUnsupported,
+                concat(info.name, ": asked for ", number(config.rate_hz), " Hz, the camera sets only ",
+                       number(kUsPerSecond / longest_us), " to ", number(kUsPerSecond / shortest_us),
+                       " Hz in this mode; set image.rate_hz to one of these, or choose a smaller mode"));
   }
   const auto duration = static_cast<std::int64_t>(std::llround(period_us));
   const std::array<std::int64_t, 2> both{duration, duration};

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <ctime>
 #include <libcamera/libcamera.h>
 #include <linux/dma-buf.h>
@@ -21,6 +22,7 @@
 #include "messages.hpp"
 #include "monotonic_time.hpp"
 #include "sequence_unwrapper.hpp"
+#include "settings_check.hpp"
 
 namespace kinetrace::hal {
 namespace {
@@ -29,6 +31,7 @@ namespace {
 // pairs images; one has to be filled meanwhile.
 constexpr std::size_t kLeastBuffers = 4;
 constexpr std::size_t kMostBuffers = 32;
+constexpr double kUsPerSecond = 1e6;
 
 std::string reason(int code) {
   return std::generic_category().message(-code);
@@ -105,12 +108,14 @@ class Session {
     MappedBytes mapping;
     int dmabuf = -1;
     bool with_user = false;
+    bool is_returning = false;  ///< libcamera refused it the last time.
   };
 
   [[nodiscard]] Status acquire(const CaptureConfig& config, CaptureInfo& info);
   [[nodiscard]] Status make_slot(libcamera::FrameBuffer& buffer, const CaptureInfo& info);
-  void enqueue(Slot& slot) noexcept;
-  [[nodiscard]] CapturedImage image_of(const CompletedQueue::Item& item, const CaptureInfo& info);
+  int enqueue(Slot& slot, const libcamera::ControlList* controls = nullptr) noexcept;
+  void retry_returns() noexcept;
+  [[nodiscard]] Result<CapturedImage> image_of(const CompletedQueue::Item& item, const CaptureInfo& info);
   // Called in libcamera's thread.
   void on_completed(libcamera::Request* request);
   void on_disconnected() { completed_.end(); }
@@ -121,6 +126,7 @@ class Session {
   std::unique_ptr<libcamera::CameraConfiguration> configuration_;
   std::unique_ptr<libcamera::FrameBufferAllocator> allocator_;
   std::optional<libcamera::ControlList> controls_;
+  SettingsCheck settings_;
   std::vector<Slot> slots_;
   bool streaming_ = false;
   std::int64_t last_sequence_ = -1;
@@ -179,6 +185,8 @@ Status Session::open(const CaptureConfig& config, CaptureInfo& info) {
     return tl::unexpected(controls.error());
   }
   controls_ = std::move(*controls);
+  settings_ = SettingsCheck(
+      {info.exposure_us, info.gain, info.rate_hz > 0.0 ? std::optional(kUsPerSecond / info.rate_hz) : std::nullopt});
   allocator_ = std::make_unique<libcamera::FrameBufferAllocator>(camera_);
   if (const int code = allocator_->allocate(stream.stream()); code < 0) {
     return fail(ErrorCode::kIo, concat(info.name, ": requesting buffers: ", reason(code)));
@@ -210,7 +218,7 @@ Status Session::make_slot(libcamera::FrameBuffer& buffer, const CaptureInfo& inf
   if (!request || request->addBuffer(configuration_->at(0).stream(), &buffer) != 0) {
     return fail(ErrorCode::kIo, info.name + ": libcamera gives no request for a buffer");
   }
-  slots_.push_back({std::move(request), std::move(mapping), plane.fd.get(), false});
+  slots_.push_back({std::move(request), std::move(mapping), plane.fd.get()});
   return {};
 }
 
@@ -218,17 +226,19 @@ Status Session::start(const CaptureInfo& info) {
   completed_.clear();
   last_sequence_ = -1;
   unwrapper_.reset();
+  settings_.reset();
   if (const int code = camera_->start(&*controls_); code != 0) {
     return completed_.ended() ? fail(ErrorCode::kDisconnected, info.name + ": the device has gone")
                               : fail(ErrorCode::kIo, concat(info.name, ": starting the stream: ", reason(code)));
   }
   streaming_ = true;
   // Some pipelines heed the controls of start() and some those of requests only.
-  slots_.front().request->reuse(libcamera::Request::ReuseBuffers);
-  slots_.front().request->controls().merge(*controls_);
-  camera_->queueRequest(slots_.front().request.get());
-  for (Slot& slot : std::span(slots_).subspan(1)) {
-    enqueue(slot);
+  const libcamera::ControlList* controls = &*controls_;
+  for (Slot& slot : slots_) {
+    if (const int code = enqueue(slot, std::exchange(controls, nullptr)); code != 0) {
+      const Status stopped = stop(info);
+      return stopped ? fail(ErrorCode::kIo, concat(info.name, ": queueing a buffer: ", reason(code))) : stopped;
+    }
   }
   return {};
 }
@@ -239,6 +249,7 @@ Status Session::stop(const CaptureInfo& info) {
   completed_.clear();
   for (Slot& slot : slots_) {
     slot.with_user = false;
+    slot.is_returning = false;
   }
   if (code != 0 && !completed_.ended()) {
     return fail(ErrorCode::kIo, concat(info.name, ": stopping the stream: ", reason(code)));
@@ -246,12 +257,25 @@ Status Session::stop(const CaptureInfo& info) {
   return {};
 }
 
-// A camera that refuses a request has gone, which it reports itself.
-void Session::enqueue(Slot& slot) noexcept {
+// Where libcamera refuses, the buffer waits for retry_returns().
+int Session::enqueue(Slot& slot, const libcamera::ControlList* controls) noexcept {
   const ForeignCall foreign;
   slot.with_user = false;
   slot.request->reuse(libcamera::Request::ReuseBuffers);
-  camera_->queueRequest(slot.request.get());
+  if (controls != nullptr) {
+    slot.request->controls().merge(*controls);
+  }
+  const int code = camera_->queueRequest(slot.request.get());
+  slot.is_returning = code != 0;
+  return code;
+}
+
+void Session::retry_returns() noexcept {
+  for (Slot& slot : slots_) {
+    if (slot.is_returning && streaming_) {
+      enqueue(slot);
+    }
+  }
 }
 
 void Session::on_completed(libcamera::Request* request) {
@@ -265,6 +289,7 @@ void Session::on_completed(libcamera::Request* request) {
 }
 
 Result<CapturedImage> Session::next(const CaptureInfo& info, std::chrono::milliseconds timeout) {
+  retry_returns();
   while (wait_readable(completed_.wait_fd(), timeout)) {
     const auto item = completed_.pop();
     if (!item) {
@@ -282,8 +307,24 @@ Result<CapturedImage> Session::next(const CaptureInfo& info, std::chrono::millis
   return fail(ErrorCode::kTimeout, "no image");  // So short that it needs no memory: this happens all the time.
 }
 
-CapturedImage Session::image_of(const CompletedQueue::Item& item, const CaptureInfo& info) {
+// What the sensor was really set to for this image, as far as the pipeline handler tells.
+CaptureSettings settings_of(const libcamera::ControlList& metadata) {
+  const auto as_real = [&metadata](const auto& control) {
+    const auto value = metadata.get(control);
+    return value ? std::optional(static_cast<double>(*value)) : std::nullopt;
+  };
+  return {as_real(libcamera::controls::ExposureTime), as_real(libcamera::controls::AnalogueGain),
+          as_real(libcamera::controls::FrameDuration)};
+}
+
+Result<CapturedImage> Session::image_of(const CompletedQueue::Item& item, const CaptureInfo& info) {
+  constexpr double kNanosecondsPerUs = 1e3;
   Slot& slot = slots_[static_cast<std::size_t>(item.slot)];
+  const CaptureSettings got = settings_of(slot.request->metadata());
+  if (const Status as_asked = settings_.check(info.name, got); !as_asked) {
+    enqueue(slot);
+    return tl::unexpected(as_asked.error());
+  }
   slot.with_user = true;
   last_sequence_ = item.sequence;
   announce_reading(slot.dmabuf, DMA_BUF_SYNC_START);
@@ -293,12 +334,15 @@ CapturedImage Session::image_of(const CompletedQueue::Item& item, const CaptureI
   const auto stamp_ns = stamp ? *stamp : static_cast<std::int64_t>(metadata.timestamp);
   const std::span<const std::byte> bytes = slot.mapping.bytes().subspan(buffer.planes()[0].offset);
   const std::size_t used = std::min<std::size_t>(metadata.planes()[0].bytesused, bytes.size());
-  return {.slot = item.slot,
-          .sequence = item.sequence,
-          .timestamp_ns = to_monotonic_ns(stamp_ns, {now_ns(CLOCK_MONOTONIC), now_ns(CLOCK_BOOTTIME)}),
-          .damaged = metadata.status != libcamera::FrameMetadata::FrameSuccess || used < bytes_needed(info),
-          .data = bytes.first(used),
-          .dmabuf_fd = slot.dmabuf};
+  return CapturedImage{
+      .slot = item.slot,
+      .sequence = item.sequence,
+      .timestamp_ns = to_monotonic_ns(stamp_ns, {now_ns(CLOCK_MONOTONIC), now_ns(CLOCK_BOOTTIME)}),
+      .damaged = metadata.status != libcamera::FrameMetadata::FrameSuccess || used < bytes_needed(info),
+      .data = bytes.first(used),
+      .exposure_ns = got.exposure_us ? std::optional(std::int64_t{std::llround(*got.exposure_us * kNanosecondsPerUs)})
+                                     : std::nullopt,
+      .dmabuf_fd = slot.dmabuf};
 }
 
 void Session::release(int slot) noexcept {

@@ -47,6 +47,11 @@ Status validate_eye(const std::string& eye, const CaptureConfig& config) {
     return fail(ErrorCode::kInvalidConfig,
                 "devices." + eye + " is missing; `kinetrace doctor` lists the devices of this machine");
   }
+  if (config.backend == CaptureBackend::kLibcamera && config.trigger == TriggerMode::kExternal) {
+    return fail(ErrorCode::kInvalidConfig,
+                "image.trigger: libcamera cannot set an external trigger; set it to free_running, and the sensor up by "
+                "its driver");
+  }
   return first_failure({check_range("image.width_px", config.width_px, 16, kMaxSide_px),
                         check_range("image.height_px", config.height_px, 16, kMaxSide_px),
                         check_range("image.rate_hz", config.rate_hz, 0.01, 1000.0),

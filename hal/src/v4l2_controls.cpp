@@ -107,32 +107,51 @@ Result<double> set_exactly(const V4l2File& file, const v4l2_queryctrl& control, 
   return value;
 }
 
-// The first of these modes that the device has.
-Status choose_exposure_mode(const V4l2File& file, const std::array<__s32, 2>& modes) {
-  const auto control = find_control(file, V4L2_CID_EXPOSURE_AUTO);
-  if (!control) {
-    return {};  // One mode only.
+// A mode is set or it is not: nothing lies between.
+Status set_mode(const V4l2File& file, __u32 id, __s32 mode, const CaptureInfo& info, const char* what) {
+  const Result<__s32> got = set_control(file, id, mode, what);
+  if (!got) {
+    return tl::unexpected(got.error());
   }
-  for (const __s32 mode : modes) {
-    if (has_entry(file, control->id, mode)) {
-      const Result<__s32> got = set_control(file, control->id, mode, "exposure mode");
-      return got ? Status{} : tl::unexpected(got.error());
-    }
+  if (*got != mode) {
+    return fail(ErrorCode::kUnsupported, concat(info.name, ": asked for ", what, " ", std::to_string(mode),
+                                                ", the driver set ", std::to_string(*got)));
   }
   return {};
 }
 
+// The first of these modes that the device has; false where it has none of them.
+Result<bool> choose_exposure_mode(const V4l2File& file, const std::array<__s32, 2>& modes, const CaptureInfo& info) {
+  const auto control = find_control(file, V4L2_CID_EXPOSURE_AUTO);
+  if (!control) {
+    return true;  // One mode only.
+  }
+  for (const __s32 mode : modes) {
+    if (has_entry(file, control->id, mode)) {
+      const Status set = set_mode(file, control->id, mode, info, "exposure mode");
+      return set ? Result<bool>(true) : tl::unexpected(set.error());
+    }
+  }
+  return false;
+}
+
 Status set_exposure(const V4l2File& file, const CaptureConfig& config, CaptureInfo& info) {
   if (!config.exposure_us) {
-    return choose_exposure_mode(file, {V4L2_EXPOSURE_APERTURE_PRIORITY, V4L2_EXPOSURE_AUTO});
+    // A device without automatics keeps the exposure that it has.
+    const auto automatic = choose_exposure_mode(file, {V4L2_EXPOSURE_APERTURE_PRIORITY, V4L2_EXPOSURE_AUTO}, info);
+    return automatic ? Status{} : tl::unexpected(automatic.error());
   }
   const auto control = find_control(file, V4L2_CID_EXPOSURE_ABSOLUTE);
   if (!control) {
     return fail(ErrorCode::kUnsupported,
                 info.name + ": its exposure cannot be set in microseconds; leave exposure_us out");
   }
-  if (Status manual = choose_exposure_mode(file, {V4L2_EXPOSURE_MANUAL, V4L2_EXPOSURE_SHUTTER_PRIORITY}); !manual) {
-    return manual;
+  const auto manual = choose_exposure_mode(file, {V4L2_EXPOSURE_MANUAL, V4L2_EXPOSURE_SHUTTER_PRIORITY}, info);
+  if (!manual) {
+    return tl::unexpected(manual.error());
+  }
+  if (!*manual) {
+    return fail(ErrorCode::kUnsupported, info.name + ": its exposure is always automatic; leave exposure_us out");
   }
   const auto got = set_exactly(file, *control, *config.exposure_us, kUsPerExposureUnit, info, "exposure_us");
   if (!got) {
@@ -142,16 +161,15 @@ Status set_exposure(const V4l2File& file, const CaptureConfig& config, CaptureIn
   return {};
 }
 
-Status choose_gain_mode(const V4l2File& file, bool automatic) {
+Status choose_gain_mode(const V4l2File& file, bool automatic, const CaptureInfo& info) {
   if (!find_control(file, V4L2_CID_AUTOGAIN)) {
     return {};
   }
-  const Result<__s32> got = set_control(file, V4L2_CID_AUTOGAIN, automatic ? 1 : 0, "gain mode");
-  return got ? Status{} : tl::unexpected(got.error());
+  return set_mode(file, V4L2_CID_AUTOGAIN, automatic ? 1 : 0, info, "gain mode");
 }
 
 Status set_gain(const V4l2File& file, const CaptureConfig& config, CaptureInfo& info) {
-  if (Status mode = choose_gain_mode(file, !config.gain); !mode || !config.gain) {
+  if (Status mode = choose_gain_mode(file, !config.gain, info); !mode || !config.gain) {
     return mode;
   }
   auto control = find_control(file, V4L2_CID_GAIN);
@@ -189,18 +207,18 @@ Status set_trigger(const V4l2File& file, const CaptureConfig& config, const Capt
     return fail(ErrorCode::kUnsupported,
                 concat(info.name, ": its control 'Trigger Mode' knows no ", to_string(config.trigger), " mode"));
   }
-  const Result<__s32> got = set_control(file, control->id, *value, "trigger mode");
-  if (!got) {
-    return tl::unexpected(got.error());
-  }
-  if (*got != *value) {
-    return fail(ErrorCode::kUnsupported, concat(info.name, ": asked for trigger mode ", std::to_string(*value),
-                                                ", the driver set ", std::to_string(*got)));
-  }
-  return {};
+  return set_mode(file, control->id, *value, info, "trigger mode");
 }
 
 }  // namespace
+
+std::optional<double> read_v4l2_exposure_us(const V4l2File& file) noexcept {
+  v4l2_control control{V4L2_CID_EXPOSURE_ABSOLUTE, 0};
+  if (file.call(VIDIOC_G_CTRL, &control) != 0 || control.value <= 0) {
+    return std::nullopt;
+  }
+  return control.value * kUsPerExposureUnit;
+}
 
 Status set_v4l2_controls(const V4l2File& file, const CaptureConfig& config, CaptureInfo& info) {
   Status status = set_trigger(file, config, info);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <limits>
 #include <linux/videodev2.h>
 #include <optional>
 #include <string>
@@ -53,11 +54,14 @@ class V4l2Device final : public CaptureDevice {
 
   [[nodiscard]] Status read_timestamp_kind(const V4l2Queue& queue);
   [[nodiscard]] Status require_open() const;
+  [[nodiscard]] std::optional<std::int64_t> exposure_ns() noexcept;
 
   CaptureConfig config_;
   CaptureInfo info_;
   std::optional<Stream> stream_;
   SequenceUnwrapper sequence_;
+  std::optional<double> exposure_us_;  ///< As last read.
+  int until_exposure_is_read_ = 0;     ///< Images.
 };
 
 Status V4l2Device::open() {
@@ -72,6 +76,7 @@ Status V4l2Device::open() {
   info_ = {};
   info_.name = node->described();
   info_.stable_id = stable_id(*node, list_v4l2_nodes());
+  info_.serial = node->serial;
   // The driver of USB cameras counts what it delivers, not what the sensor took.
   info_.sequence_counts_losses = node->driver != "uvcvideo";
   if (Status set = set_v4l2_mode(*file, *node, config_, info_); !set) {
@@ -115,6 +120,7 @@ Status V4l2Device::start() {
     return opened;
   }
   sequence_.reset();
+  until_exposure_is_read_ = 0;
   return stream_->queue.start(stream_->file);
 }
 
@@ -123,6 +129,17 @@ Status V4l2Device::stop() {
     return opened;
   }
   return stream_->queue.stop(stream_->file);
+}
+
+// Automatic exposure changes slowly, and asking a USB camera takes a transfer of its own.
+std::optional<std::int64_t> V4l2Device::exposure_ns() noexcept {
+  constexpr int kImagesPerReading = 16;
+  constexpr double kNanosecondsPerUs = 1e3;
+  if (until_exposure_is_read_-- <= 0) {
+    exposure_us_ = info_.exposure_us ? info_.exposure_us : read_v4l2_exposure_us(stream_->file);
+    until_exposure_is_read_ = exposure_us_ ? kImagesPerReading - 1 : std::numeric_limits<int>::max();
+  }
+  return exposure_us_ ? std::optional(static_cast<std::int64_t>(*exposure_us_ * kNanosecondsPerUs)) : std::nullopt;
 }
 
 Result<CapturedImage> V4l2Device::next(std::chrono::milliseconds timeout) {
@@ -144,6 +161,7 @@ Result<CapturedImage> V4l2Device::next(std::chrono::milliseconds timeout) {
                        .timestamp_ns = frame.timestamp_ns,
                        .damaged = frame.flagged_damaged || frame.data.size() < bytes_needed(info_),
                        .data = frame.data,
+                       .exposure_ns = exposure_ns(),
                        .dmabuf_fd = frame.dmabuf_fd};
 }
 

@@ -141,6 +141,9 @@ int V4l2Queue::dequeue(const V4l2File& file, V4l2Frame& frame) noexcept {
     return code;
   }
   const v4l2_buffer& filled = *request.get();
+  if (filled.index >= buffers_.size()) {
+    return EIO;  // The driver's word is not enough.
+  }
   Buffer& buffer = buffers_[filled.index];
   buffer.place = Place::kUser;
   const std::span<const std::byte> bytes = buffer.mapping.bytes();

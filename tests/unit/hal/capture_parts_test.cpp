@@ -12,7 +12,9 @@
 #include "completed_queue.hpp"
 #include "frame_wait.hpp"
 #include "monotonic_time.hpp"
+#include "rate_meter.hpp"
 #include "sequence_unwrapper.hpp"
+#include "settings_check.hpp"
 #include "temp_folder.hpp"
 #include "v4l2_node.hpp"
 
@@ -21,6 +23,43 @@ namespace {
 
 constexpr std::uint32_t kLast = std::numeric_limits<std::uint32_t>::max();
 constexpr std::int64_t kWrap = std::int64_t{1} << 32;
+
+/// The error of the last of so many images that report `got`; empty where none had one.
+std::string error_after(int images, const CaptureSettings& asked, const CaptureSettings& got) {
+  SettingsCheck check(asked);
+  Status status;
+  for (int i = 0; i < images && status; ++i) {
+    status = check.check("camera", got);
+  }
+  return status ? std::string() : status.error().message;
+}
+
+TEST(SettingsCheck, BelievesWhatIsCloseOrNotTold) {
+  const CaptureSettings asked{.exposure_us = 5000.0, .gain = 4.0, .period_us = 33'333.0};
+  EXPECT_EQ(error_after(100, asked, {}), "");
+  EXPECT_EQ(error_after(100, asked, {.exposure_us = 4980.0, .gain = 4.1, .period_us = 33'366.0}), "");
+  EXPECT_EQ(error_after(100, {}, {.exposure_us = 1.0, .gain = 9.0, .period_us = 1.0}), "") << "automatic";
+}
+
+TEST(SettingsCheck, FindsWhatTheCameraDidNotSetAndPrintsBoth) {
+  const CaptureSettings asked{.exposure_us = 5000.0, .gain = 4.0, .period_us = 33'333.0};
+  EXPECT_THAT(error_after(100, asked, {.exposure_us = 3300.0}),
+              ::testing::AllOf(::testing::HasSubstr("exposure_us 5000"), ::testing::HasSubstr("set 3300")));
+  EXPECT_THAT(error_after(100, asked, {.gain = 1.0}), ::testing::HasSubstr("gain 4, the camera set 1"));
+  EXPECT_THAT(error_after(100, asked, {.period_us = 50'000.0}), ::testing::HasSubstr("set 50000"));
+}
+
+TEST(SettingsCheck, WaitsForSettingsToReachTheSensorAndAnewAfterEachStart) {
+  const CaptureSettings asked{.exposure_us = 5000.0};
+  const CaptureSettings old{.exposure_us = 100.0};
+  EXPECT_EQ(error_after(8, asked, old), "");
+  EXPECT_NE(error_after(9, asked, old), "");
+  SettingsCheck check(asked);
+  for (int i = 0; i < 20; ++i) {
+    check.reset();
+    EXPECT_TRUE(check.check("camera", old));
+  }
+}
 
 TEST(SequenceUnwrapper, BeginsWhereTheDriverDoes) {
   EXPECT_EQ(SequenceUnwrapper().unwrap(0), 0);

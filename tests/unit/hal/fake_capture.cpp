@@ -27,11 +27,12 @@ class FakeDevice final : public CaptureDevice {
     ++sensor_.opened;
     info_ = {.name = "fake at " + sensor_.path,
              .stable_id = sensor_.stable_id,
+             .serial = sensor_.serial,
              .format = config_.format,
              .width_px = sensor_.width_px > 0 ? sensor_.width_px : config_.width_px,
              .height_px = config_.height_px,
              .stride_bytes = config_.width_px + 16,
-             .rate_hz = 1e9 / static_cast<double>(sensor_.period_ns),
+             .rate_hz = sensor_.tells_rate ? 1e9 / static_cast<double>(sensor_.period_ns) : 0.0,
              .exposure_us = sensor_.exposure_us,
              .gain = {},
              .timestamp_kind = sensor_.timestamp_kind,
@@ -77,6 +78,7 @@ class FakeDevice final : public CaptureDevice {
                          shot->stamp_ns,
                          shot->damaged,
                          shot->cut ? bytes.first(bytes.size() / 2) : bytes,
+                         sensor_.told_exposure_ns,
                          std::nullopt};
   }
 
@@ -155,7 +157,8 @@ FakeSensor& FakeMachine::add(FakeSensor sensor) {
 Result<std::unique_ptr<CaptureDevice>> FakeMachine::make_device(const CaptureConfig& config) {
   ++attempts;
   for (const auto& sensor : sensors_) {
-    if (config.device == sensor->path || config.device == sensor->stable_id) {
+    const bool is_serial = !sensor->serial.empty() && config.device == sensor->serial;
+    if (is_serial || config.device == sensor->path || config.device == sensor->stable_id) {
       return std::make_unique<FakeDevice>(*this, *sensor, config);
     }
   }

@@ -30,6 +30,7 @@ struct Shot {
 struct FakeSensor {
   std::string path;
   std::string stable_id;
+  std::string serial = {};
   std::int64_t period_ns = 33 * kMs;
   std::int64_t phase_ns = 0;  ///< When shot 0 is stamped.
   std::int64_t latency_ns = 5 * kMs;
@@ -40,6 +41,8 @@ struct FakeSensor {
   bool mute = false;
   bool falsely_ready = false;  ///< Reports itself ready (poll: POLLERR) though next() has nothing.
   std::optional<double> exposure_us = {};
+  std::optional<std::int64_t> told_exposure_ns = {};  ///< With every image, as automatic exposure has it.
+  bool tells_rate = true;
   TimestampKind timestamp_kind = TimestampKind::kEndOfExposure;
   bool sequence_counts_losses = true;
   int width_px = 0;  ///< What it really sets; 0: as asked.

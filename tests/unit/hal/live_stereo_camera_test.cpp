@@ -110,6 +110,19 @@ TEST_F(LiveCamera, TakesTheMiddleOfTheExposure) {
   EXPECT_EQ(camera_->next(kTimeout).value().timestamp_ns, left_.phase_ns + 5 * kMs);
 }
 
+TEST_F(LiveCamera, TakesTheMiddleOfAnExposureThatEachImageTells) {
+  left_.told_exposure_ns = right_.told_exposure_ns = 10 * kMs;
+  left_.phase_ns = right_.phase_ns = machine_.now_ns() + 7 * kMs;
+  begin();
+  EXPECT_EQ(camera_->next(kTimeout).value().timestamp_ns, left_.phase_ns - 5 * kMs);
+  // What cannot be true is not believed: no exposure is longer than a period.
+  left_.told_exposure_ns = right_.told_exposure_ns = 900 * kMs;
+  camera_->close();
+  ASSERT_TRUE(camera_->open() && camera_->start());
+  const StereoFrame frame = camera_->next(kTimeout).value();
+  EXPECT_LE(machine_.now_ns() - frame.timestamp_ns, left_.period_ns);
+}
+
 TEST_F(LiveCamera, GivesTheNewestPairToWhoeverIsSlow) {
   begin();
   ASSERT_TRUE(camera_->next(kTimeout));
@@ -344,6 +357,74 @@ TEST_F(LiveCamera, AnUnpluggedDeviceIsLostAtOnceAndComesBackUnderAnotherName) {
   EXPECT_EQ(camera_->counters().recoveries, 1U);
 }
 
+TEST_F(LiveCamera, ADeviceNamedByItsSerialNumberIsFoundInAnotherSocket) {
+  left_.serial = "SN1";
+  LiveCameraConfig config = two_eyes();
+  config.left.device = "SN1";
+  begin(config);
+  expect_frames(3);
+  left_.plugged = false;
+  EXPECT_FALSE(camera_->next(kTimeout));
+  left_.plugged = true;
+  left_.path = "/dev/video7";
+  left_.stable_id = "usb-9";
+  machine_.pass(200 * kMs);
+  const Status recovered = camera_->recover();
+  ASSERT_TRUE(recovered) << recovered.error().message;
+  expect_frames(3);
+}
+
+TEST_F(LiveCamera, AnotherDeviceInItsPlaceIsNotTaken) {
+  left_.serial = "SN1";
+  begin();
+  expect_frames(3);
+  left_.plugged = false;
+  EXPECT_FALSE(camera_->next(kTimeout));
+  left_.plugged = true;
+  left_.serial = "SN2";
+  machine_.pass(200 * kMs);
+  const Status other = camera_->recover();
+  ASSERT_FALSE(other);
+  EXPECT_EQ(other.error().code, ErrorCode::kDisconnected);
+  EXPECT_THAT(other.error().message, HasSubstr("another device"));
+  left_.serial = "SN1";
+  machine_.pass(500 * kMs);
+  EXPECT_TRUE(camera_->recover());
+}
+
+TEST_F(LiveCamera, WhereOnlyThePathIsKnownTheNameMustBeAsBefore) {
+  left_.stable_id = left_.path;
+  begin();
+  left_.plugged = false;
+  EXPECT_FALSE(camera_->next(kTimeout));
+  left_.path = left_.stable_id = "/dev/video9";
+  machine_.add({.path = "/dev/video8", .stable_id = "/dev/video0"});
+  machine_.pass(200 * kMs);
+  EXPECT_THAT(camera_->recover().error().message, HasSubstr("another device"));
+}
+
+TEST_F(LiveCamera, ARateThatNobodyToldIsMeasuredAndMustBeTheOneAskedFor) {
+  for (FakeSensor* sensor : {&left_, &right_}) {
+    sensor->tells_rate = false;
+    sensor->script = [](Shot& shot) { shot.lost = shot.number % 5 == 0; };
+  }
+  begin();
+  expect_frames(100);
+  camera_->close();
+  right_.period_ns = 66 * kMs;
+  ASSERT_TRUE(camera_->open() && camera_->start());
+  const Result<StereoFrame> frame = [&] {
+    Result<StereoFrame> next = camera_->next(kTimeout);
+    for (int i = 0; i < 100 && (next || next.error().code == ErrorCode::kTimeout); ++i) {
+      next = camera_->next(kTimeout);
+    }
+    return next;
+  }();
+  ASSERT_FALSE(frame);
+  EXPECT_THAT(frame.error().message, HasSubstr("right eye"));
+  EXPECT_THAT(frame.error().message, HasSubstr("asked for 30.303 Hz, the device delivers 15.1515 Hz"));
+}
+
 TEST_F(LiveCamera, DtAcrossALossIsTheTimeThatPassed) {
   begin();
   expect_frames(9);
@@ -379,6 +460,12 @@ TEST_F(LiveCamera, AStreamErrorThatKeepsComingBackIsALoss) {
   ASSERT_FALSE(lost);
   EXPECT_EQ(lost.error().code, ErrorCode::kDisconnected);
   EXPECT_THAT(lost.error().message, HasSubstr("stream error"));
+  left_.never_mends = false;
+  machine_.pass(200 * kMs);
+  ASSERT_TRUE(camera_->recover());
+  left_.stream_broken = true;
+  expect_frames(3);
+  EXPECT_EQ(camera_->counters().losses, 1U) << "after a recovery an error is the first one again";
 }
 
 TEST_F(LiveCamera, ADeviceClockThatJumpsDoesNotReachTheFrames) {
@@ -487,6 +574,11 @@ TEST(LiveCameraConfig, NamesTheKeyThatIsWrong) {
   EXPECT_THAT(refused([](auto& c) { c.right->width_px = 64; }), HasSubstr("64x32"));
   EXPECT_THAT(refused([](auto& c) { c.left.rate_hz = 0.0; }), HasSubstr("image.rate_hz"));
   EXPECT_THAT(refused([](auto& c) { c.right->exposure_us = -1.0; }), HasSubstr("image.exposure_us"));
+  EXPECT_THAT(refused([](auto& c) {
+                c.left.backend = c.right->backend = CaptureBackend::kLibcamera;
+                c.left.trigger = c.right->trigger = TriggerMode::kExternal;
+              }),
+              HasSubstr("image.trigger"));
   EXPECT_THAT(refused([](auto& c) { c.left.buffers = 4; }), HasSubstr("image.buffers"));
   EXPECT_THAT(refused([](auto& c) { c.pair_tolerance_ms = 17.0; }), HasSubstr("pairing.tolerance_ms"));
   EXPECT_THAT(refused([](auto& c) { c.stall_timeout_ms = 0.0; }), HasSubstr("patience.stall_ms"));
