@@ -3,6 +3,7 @@
 #include <csignal>
 #include <cstdio>
 #include <fcntl.h>
+#include <filesystem>
 #include <fstream>
 #include <spawn.h>
 #include <sstream>
@@ -22,7 +23,8 @@ std::string take_file(const std::string& path) {
 
 std::string unique_path(const char* stem) {
   static int count = 0;
-  return std::string("/tmp/kinetrace-test-") + std::to_string(getpid()) + "-" + std::to_string(++count) + stem;
+  const std::string name = "kinetrace-test-" + std::to_string(getpid()) + "-" + std::to_string(++count) + stem;
+  return (std::filesystem::temp_directory_path() / name).string();
 }
 
 }  // namespace

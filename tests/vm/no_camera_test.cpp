@@ -2,19 +2,19 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "backends.hpp"
 #include "capture.hpp"
-#include "kinetrace/hal/libcamera_backend.hpp"
 
 namespace kinetrace::hal::test {
 namespace {
 
 TEST(NoCamera, NothingIsListedAndThatIsNoError) {
-  use_libcamera();
+  use_all_backends();
   EXPECT_TRUE(list_capture_devices().empty());
 }
 
 TEST(NoCamera, OpeningOneSaysThatThereIsNone) {
-  use_libcamera();
+  use_all_backends();
   for (const auto& [backend, name] :
        {std::pair{CaptureBackend::kV4l2, "/dev/video0"}, std::pair{CaptureBackend::kV4l2, "usb-0000:00:14.0-1"},
         std::pair{CaptureBackend::kLibcamera, "camera"}}) {

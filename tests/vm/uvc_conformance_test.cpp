@@ -1,5 +1,5 @@
 // Live cameras made of USB cameras, through V4L2 and through libcamera, do what every camera must.
-#include "kinetrace/hal/libcamera_backend.hpp"
+#include "backends.hpp"
 #include "live_bench.hpp"
 #include "uvc/uvc_pair.hpp"
 
@@ -15,7 +15,7 @@ std::unique_ptr<CameraBench> make_v4l2() {
   return make_bench(CaptureBackend::kV4l2, PixelFormat::kMjpeg);
 }
 std::unique_ptr<CameraBench> make_libcamera() {
-  use_libcamera();
+  use_all_backends();
   return make_bench(CaptureBackend::kLibcamera, PixelFormat::kYuyv);
 }
 
