@@ -84,7 +84,8 @@ struct LiveStereoCamera::Impl {
   void release_all();
   [[nodiscard]] Result<bool> gather();
   [[nodiscard]] Result<bool> take_image(std::size_t eye);
-  void look_at_restarts();
+  /// Returns how many streams have been started again since the last call.
+  std::uint64_t look_at_restarts();
   void offer(const SyncPair& pair);
   void note_delivery();
   void collect_drops();
@@ -125,7 +126,7 @@ Status LiveStereoCamera::Impl::start_streams() {
       return started;
     }
   }
-  look_at_restarts();
+  static_cast<void>(look_at_restarts());  // These are the first starts.
   note_delivery();
   return {};
 }
@@ -165,19 +166,23 @@ void LiveStereoCamera::Impl::release_all() {
 }
 
 // A stream that was started again has taken all its buffers back: nothing of it may be used or released any more.
-void LiveStereoCamera::Impl::look_at_restarts() {
+std::uint64_t LiveStereoCamera::Impl::look_at_restarts() {
+  std::uint64_t restarts = 0;
   for (std::size_t eye = 0; eye < streams.size(); ++eye) {
     if (generations[eye] == streams[eye].generation()) {
       continue;
     }
     generations[eye] = streams[eye].generation();
+    ++restarts;
     synchronizer.forget(eye == 0 ? Eye::kLeft : Eye::kRight);
+    counters.skipped_missing_side += candidate ? 1 : 0;
     if (candidate && !side_by_side()) {
       const bool left_is_gone = eye == 0;
       streams[left_is_gone ? 1 : 0].release(left_is_gone ? candidate->right.slot : candidate->left.slot);
     }
     candidate.reset();
   }
+  return restarts;
 }
 
 void LiveStereoCamera::Impl::offer(const SyncPair& pair) {
@@ -206,7 +211,7 @@ void LiveStereoCamera::Impl::collect_drops() {
 // Whether the device had a usable image.
 Result<bool> LiveStereoCamera::Impl::take_image(std::size_t eye) {
   const Result<std::optional<SyncFrame>> frame = streams[eye].take(counters);
-  look_at_restarts();
+  counters.stream_restarts += look_at_restarts();
   if (!frame) {
     return tl::unexpected(frame.error());
   }

@@ -450,6 +450,7 @@ TEST_F(LiveCamera, AStreamErrorIsMendedByStartingAgain) {
   EXPECT_EQ(left_.started, 2);
   EXPECT_EQ(camera_->counters().losses, 0U);
   EXPECT_LE(left_.in_use, 3);
+  EXPECT_EQ(camera_->counters().stream_restarts, 1U);
 }
 
 TEST_F(LiveCamera, AStreamErrorThatKeepsComingBackIsALoss) {

@@ -54,6 +54,7 @@ struct CameraCounters {
   std::uint64_t gaps = 0;                  ///< Frames absent from the source's numbering: lost before they reached us.
   std::uint64_t clock_jumps = 0;           ///< Times that could not be; what was delivered goes on evenly.
   std::uint64_t pairing_slips = 0;         ///< The eyes drifted apart by half a period: each now has another partner.
+  std::uint64_t stream_restarts = 0;       ///< Times that a device's stream failed and was started again by itself.
   std::uint64_t stalls = 0;                ///< Times that the camera fell silent.
   std::uint64_t losses = 0;                ///< Times that a device was lost.
   std::uint64_t recoveries = 0;            ///< Times that it was taken back.
