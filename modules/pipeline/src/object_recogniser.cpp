@@ -13,7 +13,6 @@ constexpr std::size_t kRememberedPoints = 40;
 constexpr std::size_t kMaxRecognised = 400;
 constexpr int kLeastRecognised = 6;
 constexpr int kFramesBetweenNotes = 4;
-constexpr std::size_t kSettledBodyFrames = 6;
 // How far off a guess may be.
 constexpr double kGuessReach_m = 0.8;
 constexpr double kGuessTurn_rad = 0.1;

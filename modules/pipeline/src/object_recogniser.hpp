@@ -1,6 +1,7 @@
 // Recognises an object that has been out of sight by what its points looked like.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -12,6 +13,9 @@
 #include "kinetrace/sfm/body_reconstruction.hpp"
 
 namespace kinetrace::pipeline {
+
+/// A reconstruction that has lasted for so many frames has found its shape.
+inline constexpr std::size_t kSettledBodyFrames = 6;
 
 /// Every few frames it takes note of how points of the reconstruction look. After the object's return, points that look
 /// alike and have all moved alike tell its pose in its old frame: what is half outside the image or half hidden has its

@@ -45,11 +45,9 @@ constexpr double kAnywhere_m = 100.0;
 constexpr double kLeastVisible = 0.2;
 // A reconstruction scatters no more than the background's, up to reflections and what moves on it. More means that it
 // holds on to a wrong relief: seen from afar, a thing with a wrong relief and a wrong rotation looks nearly right.
-constexpr std::size_t kSettledBodyFrames = 6;
 constexpr double kIllScatter_px = 0.3;
 constexpr double kIllScatterRatio = 2.0;
 constexpr int kIllFrames = 4;
-constexpr float kClearlyVisible = 0.6F;  // What is seen where more is hidden may well be what hides it.
 
 double yaw_of(const Eigen::Vector3d& direction) {
   return std::atan2(-direction.z(), direction.x());

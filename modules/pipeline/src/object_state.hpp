@@ -109,7 +109,7 @@ class ObjectState {
   [[nodiscard]] bool reconstructing() const noexcept { return extended_; }
 
  private:
-  static constexpr float kClearlyVisible = 0.6F;
+  static constexpr float kClearlyVisible = 0.6F;  ///< Where more is hidden, what is seen may well be what hides it.
   static constexpr int kWellKnownFrames = 6;
 
   ObjectState(const PipelineConfig& config, const StereoGeometry& geometry, sfm::BodyReconstruction body, Arena& arena);
