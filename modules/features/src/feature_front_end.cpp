@@ -196,17 +196,22 @@ void FeatureFrontEnd::reject(std::span<const std::uint16_t> slots) noexcept {
 }
 
 void FeatureFrontEnd::remember(std::span<const KnownPoint> points, AppearanceMemory& memory) const noexcept {
-  memory.size_ = 0;
+  ++memory.notes_;
   for (const KnownPoint& point : points) {
     const FeatureSlot& slot = state_->slots[point.slot];
-    if (slot.state != SlotState::kAlive || !slot.feature.has_right() || memory.size_ == memory.capacity_) {
+    if (slot.state != SlotState::kAlive || !slot.feature.has_right()) {
       continue;
     }
-    AppearanceMemory::Entry& entry = memory.entries_[memory.size_++];
-    entry.p_body = point.p_body;
-    entry.disparity_px = slot.feature.disparity_px();
-    entry.own = slot.own;
-    entry.patch.take(state_->current().level(0), slot.feature.left_px.x(), slot.feature.left_px.y());
+    AppearanceMemory::Entry* const entry = memory.place_for(slot.feature.id);
+    if (entry == nullptr) {
+      return;
+    }
+    entry->feature_id = slot.feature.id;
+    entry->note = memory.notes_;
+    entry->p_body = point.p_body;
+    entry->disparity_px = slot.feature.disparity_px();
+    entry->own = slot.own;
+    entry->patch.take(state_->current().level(0), slot.feature.left_px.x(), slot.feature.left_px.y());
   }
 }
 

@@ -184,8 +184,37 @@ TEST_F(AppearanceMemoryTest, LeavesOutWhatIsDeadOrWithoutARightMatch) {
   }
   EXPECT_EQ(remembered, matched);
   harness_.process({testing::Image(kWidth, kHeight, 128), testing::Image(kWidth, kHeight, 128)});
+  memory.clear();
   harness_->remember(points, memory);
   EXPECT_EQ(memory.size(), 0U) << "all have died";
+}
+
+TEST_F(AppearanceMemoryTest, KeepsWhatItHeldAndForgetsWhatWasNotedLongestAgo) {
+  const std::vector<KnownPoint> points = known(harness_.process(view_of(texture_, false, 1)));
+  ASSERT_GE(points.size(), 7U);
+  AppearanceMemory memory(5, arena_);
+  const auto note = [&](std::size_t first, std::size_t count) {
+    harness_->remember(std::span(points).subspan(first, count), memory);
+  };
+  const auto held = [&] {
+    std::set<std::size_t> indices;
+    for (std::size_t i = 0; i < memory.size(); ++i) {
+      for (std::size_t k = 0; k < points.size(); ++k) {
+        if (points[k].p_body == memory.p_body(i)) {
+          indices.insert(k);
+        }
+      }
+    }
+    return indices;
+  };
+  note(0, 3);
+  note(1, 4);
+  EXPECT_EQ(held(), (std::set<std::size_t>{0, 1, 2, 3, 4})) << "a point noted twice is held once";
+  note(5, 1);
+  EXPECT_EQ(held(), (std::set<std::size_t>{1, 2, 3, 4, 5}));
+  note(4, 3);
+  EXPECT_TRUE(held().contains(4) && held().contains(5) && held().contains(6));
+  EXPECT_EQ(memory.size(), 5U);
 }
 
 TEST_F(AppearanceMemoryTest, EmptyRecognisesNothing) {

@@ -39,18 +39,17 @@ class AppearanceMemory {
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
   [[nodiscard]] const Eigen::Vector3f& p_body(std::size_t i) const noexcept;
   void clear() noexcept { size_ = 0; }
-  void swap(AppearanceMemory& other) noexcept {
-    std::swap(entries_, other.entries_);
-    std::swap(capacity_, other.capacity_);
-    std::swap(size_, other.size_);
-  }
+  void swap(AppearanceMemory& other) noexcept { std::swap(*this, other); }
 
  private:
   friend class FeatureFrontEnd;
   struct Entry;
+  /// That of this feature, or else a free one, or the one noted longest ago; none if all are of the present note.
+  [[nodiscard]] Entry* place_for(std::uint32_t feature_id) noexcept;
   Entry* entries_ = nullptr;  ///< In the arena.
   std::size_t capacity_ = 0;
   std::size_t size_ = 0;
+  std::uint32_t notes_ = 0;  ///< Taken so far.
 };
 
 }  // namespace kinetrace::features

@@ -77,8 +77,9 @@ class FeatureFrontEnd {
   /// These slots turned out to be outliers; their features die at the next `track`. Slots not alive are ignored.
   void reject(std::span<const std::uint16_t> slots) noexcept;
 
-  /// Between `replenish` and the next `begin_frame`: `memory` now holds these features as they look in this frame, the
-  /// first ones if there are more than its capacity. Features that are dead or without a right match are left out.
+  /// Between `replenish` and the next `begin_frame`: `memory` now holds these features as they look in this frame, with
+  /// those that it held before; beyond its capacity, those noted longest ago make room, then the last of `points` are
+  /// left out. Features that are dead or without a right match are left out.
   void remember(std::span<const KnownPoint> points, AppearanceMemory& memory) const noexcept;
   /// Compares each live feature of a body with the remembered points expected within `reach_px` (columns, rows) of it,
   /// aligned and at the size that its disparity tells. `expected[i]` belongs to point i. Writes every likeness to
