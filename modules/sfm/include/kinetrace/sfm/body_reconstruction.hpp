@@ -84,6 +84,8 @@ class BodyReconstruction {
 
   /// How far this body's measurements scatter around its reconstruction, px.
   [[nodiscard]] double scatter_px() const noexcept { return noise_.sigma_px(); }
+  /// Frames that this is learnt from; it starts high.
+  [[nodiscard]] int scatter_frames() const noexcept { return noise_.frames(); }
 
   [[nodiscard]] const BodyEstimate& estimate() const noexcept { return estimate_; }
   /// Frames since begin() that the history still holds, at most `window_frames` + 1.

@@ -20,12 +20,18 @@ class NoiseScale {
   /// u_right) after a pose was fitted to all of them; reordered. Fewer than four say nothing.
   void learn(std::span<float> squared_px2);
   /// Nothing is known any more.
-  void restart() noexcept { sigma_px_ = most_px_; }
+  void restart() noexcept {
+    sigma_px_ = most_px_;
+    frames_ = 0;
+  }
+  /// Frames taken in since the start: after few of them, `sigma_px` still tells of where it started.
+  [[nodiscard]] int frames() const noexcept { return frames_; }
 
  private:
   double least_px_;
   double most_px_;
   double sigma_px_;
+  int frames_ = 0;
 };
 
 }  // namespace kinetrace::sfm
