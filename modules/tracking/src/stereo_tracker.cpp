@@ -11,6 +11,8 @@ namespace {
 
 /// Features looked at per object; more say nothing new about four parameters.
 constexpr std::size_t kMaxFeaturesPerObject = 256;
+/// Features of a track that has not been detected for so long lie on what hides it, or on nothing.
+constexpr int kForeignAfterFrames = 2;
 /// Nearer things have no size in the image that a similarity could carry.
 constexpr double kMinForecastDepth_m = 0.2;
 /// A network may err in the class of a frame, but what comes back after this many has to be of the same.
@@ -22,6 +24,7 @@ constexpr double kFarOutsidePx = 1e6;
 /// where it is expected.
 constexpr double kWholeInImage = 0.99;
 constexpr double kStillFits = 0.6;
+constexpr double kWholeInSight = 0.9;
 /// Less than this part of a mask in sight is not enough to be detected.
 constexpr double kLeastVisiblePart = 0.3;
 constexpr double kLeastPartToClaim = 0.2;
@@ -35,6 +38,23 @@ constexpr double kMinVotes = 0.5;
 constexpr int kMinHiddenPx = 24;
 /// The one in front hides this many times more of the other than the other of it.
 constexpr int kHiddenRatio = 3;
+
+/// A detection may lie beside where its object was expected, by this part of the object's size,
+constexpr double kReachOfSize = 0.5;
+constexpr double kMostReach_px = 20.0;
+/// ... and be larger or smaller than expected by this factor.
+constexpr double kMostSizeRatio = 2.0;
+/// Of an object of which less than this can be seen, a detection must lie so far on the whole.
+constexpr double kMostlyHidden = 0.5;
+constexpr double kLeastOnWhole = 0.5;
+constexpr double kMostOnAnother = 0.3;
+
+/// Between the nearest points of two boxes; 0 if they overlap.
+double distance_between(const PixelBox& a, const PixelBox& b) noexcept {
+  const int dx = std::max({a.x0 - b.x1, b.x0 - a.x1, 0});
+  const int dy = std::max({a.y0 - b.y1, b.y0 - a.y1, 0});
+  return std::hypot(dx, dy);
+}
 
 std::uint64_t slot_bit(const TrackInstance& instance) noexcept {
   return std::uint64_t{1} << instance.track.slot;
@@ -187,11 +207,22 @@ void StereoTracker::predict(std::span<const Feature> features) {
       continue;
     }
     ++instance.track.age_frames;
-    instance.motion = predict_motion(instance, features);
+    instance.motion = flow_may_be_foreign(instance) ? shift_of(instance) : predict_motion(instance, features);
     if (instance.motion_from_flow || !place_by_forecast(instance)) {
       instance.mask.move(instance.motion);
     }
   }
+}
+
+bool StereoTracker::flow_may_be_foreign(const TrackInstance& instance) const noexcept {
+  const int missed = instance.track.missed_frames;
+  return instance.forecast.known && (missed >= kForeignAfterFrames || (missed > 0 && out_of_sight(instance)));
+}
+
+Similarity StereoTracker::shift_of(TrackInstance& instance) noexcept {
+  instance.motion_from_flow = false;
+  const Eigen::Vector2d center = instance.mask.current_center();
+  return Similarity::about(center, 1.0, instance.motion * center - center);
 }
 
 void StereoTracker::take_forecasts(std::span<const Forecast> forecasts) noexcept {
@@ -203,7 +234,7 @@ void StereoTracker::take_forecasts(std::span<const Forecast> forecasts) noexcept
 bool StereoTracker::place_by_forecast(TrackInstance& instance) noexcept {
   const Forecast& now = instance.forecast;
   const Forecast& then = instance.mask_forecast;
-  if (!now.known || !then.known || then.depth_m <= kMinForecastDepth_m) {
+  if (!now.known || !then.known || now.direction_only != then.direction_only || then.depth_m <= kMinForecastDepth_m) {
     return false;
   }
   // A mask says nothing about what is seen from much nearer; one that is blown up would claim the whole image.
@@ -385,22 +416,65 @@ void StereoTracker::associate(const DetectionFrame& detections, std::span<const 
     }
   }
 
-  const Assignment match = maximum_weight_assignment(affinity_);
   owner_.clear();
   owner_.resize(columns);
   std::fill(owner_.begin(), owner_.end(), std::int16_t{-1});
   for (TrackInstance& instance : slots_) {
+    instance.detection = -1;
+  }
+  claim(maximum_weight_assignment(affinity_));
+  affinity_.resize(static_cast<int>(slots_.size()), static_cast<int>(columns));
+  for (const TrackInstance& instance : slots_) {
+    if (instance.alive() && instance.detection < 0 && may_claim(instance)) {
+      add_near_misses(instance, detections.left.first(columns));
+    }
+  }
+  claim(maximum_weight_assignment(affinity_));
+  for (TrackInstance& instance : slots_) {
     if (!instance.alive()) {
       continue;
     }
-    instance.detection = match[instance.track.slot];
     if (instance.detection >= 0) {
-      owner_[static_cast<std::size_t>(instance.detection)] = instance.track.slot;
       accept_match(instance, detections.left[static_cast<std::size_t>(instance.detection)]);
     } else {
       accept_miss(instance, detections.available);
     }
   }
+}
+
+void StereoTracker::claim(const Assignment& match) noexcept {
+  for (TrackInstance& instance : slots_) {
+    if (instance.alive() && instance.detection < 0 && match[instance.track.slot] >= 0) {
+      instance.detection = match[instance.track.slot];
+      owner_[static_cast<std::size_t>(instance.detection)] = instance.track.slot;
+    }
+  }
+}
+
+void StereoTracker::add_near_misses(const TrackInstance& instance, std::span<const Detection> detections) noexcept {
+  const double whole_px = instance.predicted_px;
+  const double reach_px = std::min(kReachOfSize * std::sqrt(whole_px), kMostReach_px);
+  const bool hidden = instance.overlap.area_px < kMostlyHidden * whole_px;
+  for (std::size_t v = 0; v < detections.size(); ++v) {
+    const Detection& detection = detections[v];
+    const double on_it = static_cast<double>(instance.whole_on_label[detection.label]) / detection.area_px;
+    const double gap_px = distance_between(instance.mask.current_box(), detection.box_px);
+    const double size_ratio = detection.area_px / std::max(whole_px, 1.0);
+    const bool comes_out = hidden && on_it >= kLeastOnWhole && size_ratio <= kMostSizeRatio;
+    const bool slipped = !hidden && gap_px <= reach_px && size_ratio >= 1.0 / kMostSizeRatio &&
+                         size_ratio <= kMostSizeRatio && instance.track.missed_frames < kForeignAfterFrames;
+    if (owner_[v] < 0 && classes_agree(instance.track.class_id, detection.class_id) && (comes_out || slipped) &&
+        !lies_on_another(detection, instance)) {
+      affinity_(instance.track.slot, static_cast<int>(v)) = on_it + 1.0 / (1.0 + gap_px);
+    }
+  }
+}
+
+bool StereoTracker::lies_on_another(const Detection& detection, const TrackInstance& instance) const noexcept {
+  return std::any_of(slots_.begin(), slots_.end(), [&](const TrackInstance& other) {
+    return other.alive() && &other != &instance &&
+           other.overlap.on_label[detection.label] > kMostOnAnother * detection.area_px;
+  });
 }
 
 void StereoTracker::accept_match(TrackInstance& instance, const Detection& detection) noexcept {
@@ -519,7 +593,9 @@ void StereoTracker::draw_left(const DetectionFrame& detections) noexcept {
 void StereoTracker::remember_mask(TrackInstance& instance, const Detection& detection) noexcept {
   const double fit =
       intersection_over_union(instance.overlap.on_label[detection.label], instance.overlap.area_px, detection.area_px);
-  if (instance.forecast.known && instance.mask_part_in_image < kWholeInImage && fit > kStillFits) {
+  const bool cut_off = instance.forecast.known && instance.mask_part_in_image < kWholeInImage;
+  const bool hidden = instance.overlap.area_px < kWholeInSight * instance.predicted_px;
+  if ((cut_off || hidden) && fit > kStillFits) {
     return;
   }
   instance.mask_forecast = instance.forecast;
@@ -559,7 +635,7 @@ void StereoTracker::publish() noexcept {
       const double shown =
           instance.predicted_px > 0 ? static_cast<double>(instance.overlap.area_px) / instance.predicted_px : 0.0;
       const double part = instance.track.age_frames == 0 ? 1.0 : shown * instance.mask_part_in_image;
-      instance.track.visible_part = static_cast<float>(part);
+      instance.track.visible_part = static_cast<float>(std::min(part, 1.0));
       (void)published_.push_back(instance.track);  // as many places as slots
     }
   }

@@ -11,6 +11,8 @@ struct Forecast {
   bool known = false;
   Eigen::Vector2d point_px = Eigen::Vector2d::Zero();  ///< May lie outside the image.
   double depth_m = 0.0;                                ///< Not positive: behind the camera.
+  /// The object is so far away that only its direction is known; `depth_m` stands for very far.
+  bool direction_only = false;
 };
 
 }  // namespace kinetrace::tracking

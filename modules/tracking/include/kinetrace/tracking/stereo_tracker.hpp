@@ -99,6 +99,10 @@ class StereoTracker {
   /// Not after it has been missing where it should have been in sight, or while it is nearly outside the image: what is
   /// detected there is born anew.
   [[nodiscard]] bool may_claim(const TrackInstance& instance) const noexcept;
+  /// What hides an object moves otherwise, and its features are taken for the object's.
+  [[nodiscard]] bool flow_may_be_foreign(const TrackInstance& instance) const noexcept;
+  /// How far the mask last moved, size and turn unchanged: what does not come from this frame must not add up.
+  [[nodiscard]] static Similarity shift_of(TrackInstance& instance) noexcept;
   [[nodiscard]] Similarity predict_motion(TrackInstance& instance, std::span<const Feature> features);
   void draw_predictions(LabelView detections) noexcept;
   /// Who hides whom, from what was detected where whole masks were expected.
@@ -106,6 +110,13 @@ class StereoTracker {
   void count_votes(LabelView detections, std::span<const Feature> features) noexcept;
   void associate(const DetectionFrame& detections, std::span<const Feature> features) noexcept;
   void add_affinities(const TrackInstance& instance, std::span<const Detection> detections) noexcept;
+  /// Detections that no prediction meets, of unclaimed tracks: something thin that has moved by more than its width, or
+  /// the first bit of something that comes out from behind another.
+  void add_near_misses(const TrackInstance& instance, std::span<const Detection> detections) noexcept;
+  /// Where another track is expected to be seen.
+  [[nodiscard]] bool lies_on_another(const Detection& detection, const TrackInstance& instance) const noexcept;
+  /// Gives tracks without a detection the one that they are matched with.
+  void claim(const Assignment& match) noexcept;
   void accept_match(TrackInstance& instance, const Detection& detection) noexcept;
   void learn_motion(TrackInstance& instance, const Detection& detection) const noexcept;
   void accept_miss(TrackInstance& instance, bool available) noexcept;

@@ -1,0 +1,139 @@
+// Detections that no prediction meets: things that slip by more than their width, and first bits of what comes out
+// from behind something.
+#include <array>
+
+#include <gtest/gtest.h>
+
+#include "mask_scene.hpp"
+
+namespace kinetrace::tracking {
+namespace {
+
+constexpr Shape kPerson{
+    .x = 100.0, .y = 100.0, .half_width = 5.0, .half_height = 20.0, .disparity_px = 8.0, .class_id = kPedestrianClass};
+
+Forecast forecast_of(const Shape& shape) {
+  return {.known = true, .point_px = {shape.x, shape.y}, .depth_m = 100.0 / shape.disparity_px};
+}
+
+/// Four frames at one place without features, then one somewhere else.
+const Track* slip(TrackerScene& scene, const Shape& there, const Shape& shape = kPerson) {
+  for (int i = 0; i < 4; ++i) {
+    scene.step(std::array{shape});
+  }
+  scene.step(std::array{there});
+  return scene.track_of(0);
+}
+
+Shape moved(Shape shape, double dx) {
+  shape.x += dx;
+  return shape;
+}
+
+TEST(NearMiss, SomethingThinMayMoveByMoreThanItsWidth) {
+  for (const double dx : {12.0, -12.0, 18.0}) {
+    TrackerScene scene({}, 0);
+    const Track* track = slip(scene, moved(kPerson, dx));
+    ASSERT_NE(track, nullptr) << dx;
+    EXPECT_EQ(track->id, 1U) << dx;
+    EXPECT_GT(scene.left_iou(*track, 0), 0.99) << dx;
+  }
+}
+
+TEST(NearMiss, NotByMoreThanPartOfItsSize) {
+  TrackerScene scene({}, 0);
+  const Track* track = slip(scene, moved(kPerson, 30.0));
+  ASSERT_NE(track, nullptr);
+  EXPECT_EQ(track->id, 2U);
+}
+
+TEST(NearMiss, NothingOfAnotherClassOrAnotherSize) {
+  Shape vehicle = moved(kPerson, 14.0);
+  vehicle.class_id = kVehicleClass;
+  Shape large = moved(kPerson, 24.0);
+  large.half_width = 12.0;
+  for (const Shape& other : {vehicle, large}) {
+    TrackerScene scene({}, 0);
+    const Track* track = slip(scene, other);
+    ASSERT_NE(track, nullptr);
+    EXPECT_EQ(track->id, 2U);
+  }
+}
+
+TEST(NearMiss, EachOfTwoNeighboursKeepsItsName) {
+  TrackerScene scene({}, 0);
+  const Shape right = moved(kPerson, 40.0);
+  for (int i = 0; i < 4; ++i) {
+    scene.step(std::array{kPerson, right});
+  }
+  scene.step(std::array{moved(kPerson, 13.0), moved(right, 13.0)});
+  ASSERT_NE(scene.track_of(0), nullptr);
+  ASSERT_NE(scene.track_of(1), nullptr);
+  EXPECT_EQ(scene.track_of(0)->id, 1U);
+  EXPECT_EQ(scene.track_of(1)->id, 2U);
+}
+
+/// A parked car, passed by a nearer van that hides all of it for some frames; then a first bit of it comes out.
+class BehindAVan : public ::testing::Test {
+ protected:
+  static constexpr Shape kParked{.x = 300.0, .y = 100.0, .disparity_px = 6.0};
+  static constexpr Shape kVan{.x = 0.0, .y = 100.0, .half_width = 60.0, .half_height = 45.0, .disparity_px = 20.0};
+
+  void step(double van_x) {
+    Shape van = kVan;
+    van.x = van_x;
+    scene_.forecasts = {forecast_of(van), forecast_of(kParked)};  // The larger is born first.
+    scene_.step(std::array{kParked, van});
+  }
+  TrackerScene scene_;
+};
+
+TEST_F(BehindAVan, TheFirstBitThatComesOutHasTheOldName) {
+  for (double x = 60.0; x <= 345.0; x += 15.0) {
+    step(x);
+    if (x == 285.0) {
+      EXPECT_EQ(scene_.track_of(0), nullptr) << "all of it is hidden";
+    }
+  }
+  const Track* track = scene_.track_of(0);
+  ASSERT_NE(track, nullptr);
+  EXPECT_EQ(track->id, 2U);
+  EXPECT_LT(track->area_px, 61 * 41 / 2) << "most of it is still hidden";
+}
+
+TEST(NearMiss, WithoutAPlaceItsDirectionWaits) {
+  // Far away: only a direction is foretold.
+  TrackerScene scene({}, 0);
+  const auto step = [&](const Shape& shape, bool visible) {
+    scene.forecasts = {{.known = true, .point_px = {shape.x, shape.y}, .depth_m = 1000.0, .direction_only = true}};
+    scene.detected = {visible};
+    scene.step(std::array{shape});
+  };
+  for (int i = 0; i < 4; ++i) {
+    step(kPerson, true);
+  }
+  for (int i = 1; i <= 6; ++i) {
+    step(moved(kPerson, 20.0 * i), false);
+  }
+  step(moved(kPerson, 140.0), true);
+  ASSERT_NE(scene.track_of(0), nullptr);
+  EXPECT_EQ(scene.track_of(0)->id, 1U);
+}
+
+TEST(NearMiss, ADirectionAndAPlaceAreNotCompared) {
+  TrackerScene scene({}, 0);
+  const auto step = [&](const Forecast& forecast, bool visible) {
+    scene.forecasts = {forecast};
+    scene.detected = {visible};
+    scene.step(std::array{kPerson});
+  };
+  for (int i = 0; i < 4; ++i) {
+    step({.known = true, .point_px = {kPerson.x, kPerson.y}, .depth_m = 1000.0, .direction_only = true}, true);
+  }
+  step(forecast_of(kPerson), false);
+  ASSERT_EQ(scene.frame().tracks.size(), 1U);
+  EXPECT_GT(scene.left_iou(scene.frame().tracks[0], 0), 0.99) << "as if it had come a hundred times nearer";
+}
+
+}  // namespace
+}  // namespace kinetrace::tracking
