@@ -9,7 +9,7 @@
 namespace kinetrace::pipeline {
 namespace {
 
-constexpr std::size_t kRememberedPoints = 40;
+constexpr std::size_t kRememberedPoints = 64;
 constexpr std::size_t kMaxRecognised = 400;
 constexpr int kLeastRecognised = 6;
 constexpr int kFramesBetweenNotes = 4;

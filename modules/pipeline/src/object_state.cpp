@@ -34,11 +34,16 @@ constexpr double kReachAtRest_m = 0.8;
 constexpr double kReachOfWay = 0.5;
 constexpr double kMostReach_m = 3.0;
 constexpr double kSightedSigma_px = 0.3;
+constexpr int kSureOfItsMask = 5;      // Frames matched in a row: where it is may be wrong, what it is is not.
+constexpr double kAreaKept = 0.97;     // From frame to frame.
+constexpr double kFarOffIt_m = 2.0;    // An origin farther from the middle of what is seen is on something else.
+constexpr double kVeryFar_m = 1000.0;  // Nothing shows how far.
 constexpr int kMostUnsureFrames = 15;
 constexpr std::size_t kLately = 5;  // Frames ago.
 // Disparities of one surface err in common, and differently as it comes nearer. Without a reconstruction, what is
 // followed is the middle of what is seen, which wanders as the object turns and as others hide it.
 constexpr double kDisparityWander_px = 0.03;
+constexpr double kSidewaysWander = 0.3;
 constexpr double kOutlineSigma_m = 0.03;
 constexpr int kTellingFeatures = 4;  // Fewer may all lie on something else; they show no new mover.
 constexpr double kAnywhere_m = 100.0;
@@ -48,6 +53,7 @@ constexpr double kLeastVisible = 0.2;
 constexpr double kIllScatter_px = 0.3;
 constexpr double kIllScatterRatio = 2.0;
 constexpr int kIllFrames = 4;
+constexpr int kSettledScatterFrames = 6;
 
 double yaw_of(const Eigen::Vector3d& direction) {
   return std::atan2(-direction.z(), direction.x());
@@ -94,12 +100,15 @@ void ObjectState::begin(const Track& track) {
   handed_over_ = false;
   extended_ = false;
   placed_ = false;
+  direction_world_.reset();
+  matched_run_ = 0;
   known_motion_.reset();
   reconstructed_ = false;
   frame_fixed_ = false;
   tracked_frames_ = 0;
   has_moved_ = false;
   width_m_ = 0.0;
+  area_m2_ = 0.0;
   recogniser_.clear();
   unsure_ = false;
   predicted_frames_ = 0;
@@ -113,7 +122,7 @@ void ObjectState::begin(const Track& track) {
 
 tracking::Forecast ObjectState::forecast(std::int64_t timestamp_ns, const Se3& T_world_cam) const {
   if (!placed_) {
-    return {};
+    return forecast_direction(T_world_cam);
   }
   const trajectory::MotionEstimate motion = motion_.at(0);
   const double dt_s = 1e-9 * static_cast<double>(timestamp_ns - timestamp_ns_);
@@ -122,6 +131,25 @@ tracking::Forecast ObjectState::forecast(std::int64_t timestamp_ns, const Se3& T
                             : (motion.moving ? motion.velocity_mps : Eigen::Vector3d(Eigen::Vector3d::Zero()));
   const Eigen::Vector3d p_cam = T_world_cam.inverse() * (T_world_obj_.translation + dt_s * velocity_mps);
   return {true, geometry_.project(p_cam).head<2>(), p_cam.z()};
+}
+
+tracking::Forecast ObjectState::forecast_direction(const Se3& T_world_cam) const {
+  if (!direction_world_) {
+    return {};
+  }
+  const Eigen::Vector3d p_cam = kVeryFar_m * (T_world_cam.rotation.transpose() * *direction_world_);
+  return {.known = true, .point_px = geometry_.project(p_cam).head<2>(), .depth_m = p_cam.z(), .direction_only = true};
+}
+
+void ObjectState::note_direction(const CameraState& camera) {
+  if (track_.missed_frames > 0 || track_.area_px == 0 || !camera.valid) {
+    return;
+  }
+  const PixelBox& box = track_.box_px;
+  const Eigen::Vector3d ray(0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1), 1.0);
+  direction_world_ = camera.T_world_cam.rotation * Eigen::Vector3d((ray.x() - geometry_.cx_px) / geometry_.fx_px,
+                                                                   (ray.y() - geometry_.cy_px) / geometry_.fy_px, 1.0)
+                                                       .normalized();
 }
 
 std::optional<Eigen::Vector3d> ObjectState::sighted_position(const FeatureFrame& frame,
@@ -173,10 +201,15 @@ void ObjectState::continue_from(ObjectState& earlier, const Eigen::Vector3d& pos
   recogniser_.swap(earlier.recogniser_);
   stereo_offset_m_ = earlier.stereo_offset_m_;
   T_world_obj_ = earlier.T_world_obj_;
-  if (earlier.filter_.initialised() && earlier.filter_.at_rest()) {
-    // Where it stood says more than the middle of what is seen of it now.
+  if (earlier.filter_.initialised()) {
+    // Where it was expected, and how surely, is weighed against the middle of what is seen of it now.
     filter_ = earlier.filter_;
-    known_motion_ = KnownMotion{T_world_obj_, Vector6d::Zero(), false};
+    known_motion_ = earlier.known_motion_;
+    unseen_s_ = earlier.unseen_s_;
+    previous_timestamp_ns_ = earlier.previous_timestamp_ns_;
+    if (filter_.at_rest()) {
+      known_motion_ = KnownMotion{T_world_obj_, Vector6d::Zero(), false};
+    }
   } else {
     T_world_obj_.translation = position_m + T_world_obj_.rotation * stereo_offset_m_;
   }
@@ -197,6 +230,18 @@ void ObjectState::sight_by_outline(LabelView labels, const CameraState& camera, 
   } else if (filter_.initialised()) {
     sighting.uvd_px.y() = geometry_.project(camera.T_world_cam.inverse() * filter_.position_m()).y();
   }
+}
+
+void ObjectState::measure_uncovered_part(const CameraState& camera) {
+  uncovered_part_ = 1.F;
+  const double depth_m = (camera.T_world_cam.inverse() * (T_world_obj_ * -stereo_offset_m_)).z();
+  if (!placed_ || track_.missed_frames > 0 || cut_off() || depth_m <= 0.0) {
+    return;
+  }
+  const double metre_px = depth_m / std::sqrt(geometry_.fx_px * geometry_.fy_px);
+  const double area_m2 = track_.area_px * metre_px * metre_px;
+  area_m2_ = std::max(area_m2, kAreaKept * area_m2_);
+  uncovered_part_ = static_cast<float>(area_m2 / area_m2_);
 }
 
 bool ObjectState::place(const StereoSighting& sighting, const CameraState& camera) {
@@ -236,7 +281,7 @@ bool ObjectState::locate(const FeatureFrame& frame, const CameraState& camera) {
 }
 
 bool ObjectState::ill_fitting(const CameraState& camera) {
-  const bool now = status_ == BodyStatus::kTracked && body_.history_size() >= kSettledBodyFrames &&
+  const bool now = status_ == BodyStatus::kTracked && body_.scatter_frames() >= kSettledScatterFrames &&
                    body_.scatter_px() > std::max(kIllScatter_px, kIllScatterRatio * camera.scatter_px);
   ill_fitting_frames_ = now ? ill_fitting_frames_ + 1 : 0;
   if (ill_fitting_frames_ < kIllFrames) {
@@ -290,12 +335,13 @@ Eigen::Vector3d ObjectState::reference_m() const {
   return box_.known() ? box_.box_in_object().center_m : Eigen::Vector3d(Eigen::Vector3d::Zero());
 }
 
+bool ObjectState::shows_no_motion() const noexcept {
+  return reconstructed_ && motion_.size() >= kLeastRestSamples && !motion_.at(0).moving;
+}
+
 bool ObjectState::at_rest() const noexcept {
-  if (!reconstructed_ || motion_.size() < kLeastRestSamples) {
-    return false;
-  }
   const trajectory::MotionEstimate motion = motion_.at(0);
-  return !motion.moving &&
+  return shows_no_motion() &&
          motion.velocity_mps.norm() + kRestSigmas * std::sqrt(motion.covariance.trace()) < kMostRestSpeed_mps;
 }
 
@@ -304,7 +350,7 @@ void ObjectState::start_filter() {
   const bool known_before = motion_.size() > 0;
   const trajectory::MotionEstimate motion = motion_.at(0);
   // Out of sight, what showed no motion is best looked for where it was.
-  const bool stays = reconstructed_ && motion_.size() >= kLeastRestSamples && !motion.moving;
+  const bool stays = shows_no_motion();
   const double sigma_m = reconstructed_ ? kReconstructedSigma_m : kStartSigma_m;
   filter_.start(known_before ? previous_timestamp_ns_ : timestamp_ns_, T_world_obj_ * -stereo_offset_m_,
                 motion.moving ? motion.velocity_mps : Eigen::Vector3d(Eigen::Vector3d::Zero()),
@@ -318,12 +364,14 @@ void ObjectState::follow_without_body(const StereoSighting& sighting, const Came
   if (status_ == BodyStatus::kLost && !filter_.at_rest() && sighting.features >= config_.stereo_only_min_features) {
     reconstructed_ = false;  // It is back: what was reconstructed before has left the map long ago.
   }
-  if (reconstructed_ && known_motion_ && (mostly_covered() || (cut_off() && well_known()))) {
+  const double depth_m = sighting.features > 0 ? position_in_camera(geometry_, sighting).z() : 0.0;
+  if (reconstructed_ && known_motion_ &&
+      (mostly_covered() ||
+       (cut_off() && well_known() && (sighting.features == 0 || coasting_sigma_m() < surface_wander_m(depth_m))))) {
     coast();
     return;
   }
   filter_.predict(timestamp_ns_);
-  const double depth_m = sighting.features > 0 ? position_in_camera(geometry_, sighting).z() : 0.0;
   const double surface_sigma_m =
       std::max(surface_wander_m(depth_m), half_hidden() ? kHiddenFactor * surface_sigma_m_ : 0.0);
   const trajectory::StereoPositionFilter before = filter_;
@@ -333,13 +381,14 @@ void ObjectState::follow_without_body(const StereoSighting& sighting, const Came
     // The middle of what is seen of it says that it is still there, but not better than its reconstruction where.
     filter_ = before;
   }
-  if (seen && filter_.jumped() && reconstructed_) {
+  if (seen && filter_.jumped() && reconstructed_ && matched_run_ < kSureOfItsMask) {
     filter_ = before;
     estranged_ = true;
     seen = false;
   } else if (seen && filter_.jumped()) {
     // What was followed so far was something else: where that was says nothing about the motion of this.
     motion_.reset();
+    reconstructed_ = false;
     frame_moved_ = true;
   }
   T_world_obj_.translation = filter_.position_m() + T_world_obj_.rotation * stereo_offset_m_;
@@ -347,6 +396,11 @@ void ObjectState::follow_without_body(const StereoSighting& sighting, const Came
   // frames: averaging does not make it surer.
   set_covariance(1.0, filter_.position_covariance() + surface_sigma_m * surface_sigma_m * Eigen::Matrix3d::Identity());
   count_prediction(seen);
+}
+
+double ObjectState::coasting_sigma_m() const {
+  const double unseen_s2 = unseen_s_ * (0.5 * unseen_s_ + kVelocityLag_s);
+  return kReconstructedSigma_m + (filter_.at_rest() ? kRestDrift_mps * unseen_s_ : acceleration_mps2_ * unseen_s2);
 }
 
 void ObjectState::coast() {
@@ -357,11 +411,12 @@ void ObjectState::coast() {
   if (goes_on) {
     const Vector6d step = dt_s * velocity;
     T_world_obj_ = (known_motion_->T_world_obj * Se3{so3_exp(step.head<3>()), step.tail<3>()}).orthonormalised();
+    known_motion_->T_world_obj = T_world_obj_;
   }
   unseen_s_ += dt_s;
   const double unseen_s2 = unseen_s_ * (0.5 * unseen_s_ + kVelocityLag_s);
   const double turn_rad = kExpectedFloor_rad + turn_radps2_ * unseen_s2;
-  const double way_m = kReconstructedSigma_m + (at_rest ? kRestDrift_mps * unseen_s_ : acceleration_mps2_ * unseen_s2);
+  const double way_m = coasting_sigma_m();
   const Eigen::Matrix3d spread = way_m * way_m * Eigen::Matrix3d::Identity();
   filter_.start(timestamp_ns_, T_world_obj_ * -stereo_offset_m_, T_world_obj_.rotation * velocity.tail<3>(), spread,
                 at_rest);
@@ -397,11 +452,12 @@ bool ObjectState::recognise(const CameraState& camera, const features::FeatureFr
 
 void ObjectState::begin_body(const StereoSighting& sighting, const CameraState& camera,
                              const features::FeatureFrontEnd& front_end) {
-  if (!frame_fixed_) {
+  if (!frame_fixed_ || stereo_offset_m_.norm() > width_m_ + kFarOffIt_m) {
     // What stereo has followed so far may have been something next to the object; its frame belongs on its points.
     T_world_obj_.translation = camera.T_world_cam * position_in_camera(geometry_, sighting);
     stereo_offset_m_.setZero();
     frame_moved_ = true;
+    recogniser_.clear();
   } else if (recogniser_.knows_it() && !filter_.at_rest()) {
     frame_moved_ = recognise(camera, front_end);
     unsure_ = !frame_moved_;
@@ -428,6 +484,8 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
   timestamp_ns_ = frame.timestamp_ns;
   extended_ = false;
   frame_moved_ = false;
+  measure_uncovered_part(camera);
+  matched_run_ = track.missed_frames == 0 ? matched_run_ + 1 : 0;
   matched_timestamp_ns_ = track.missed_frames == 0 ? timestamp_ns_ : matched_timestamp_ns_;
   StereoSighting sighting = sight(frame);
   if (!rigid() && track_.area_px > 0) {
@@ -435,6 +493,7 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
   }
   sighted_features_ = sighting.features;
   if (!placed_ && !place(sighting, camera)) {
+    note_direction(camera);
     return;
   }
   if (locate(frame, camera)) {
@@ -484,16 +543,21 @@ Eigen::Matrix3d ObjectState::reference_covariance(const Se3& T_world_obj, const 
 
 double ObjectState::surface_wander_m(double depth_m) const {
   const double visible = std::clamp(static_cast<double>(track_.visible_part), kLeastVisible, 1.0);
-  const double whole_width_m = track_.box_px.width() * depth_m / (geometry_.fx_px * visible);
-  return (rigid() ? surface_sigma_m_ : kOutlineSigma_m) + 0.5 * (1.0 - visible) * whole_width_m;
+  const double seen_width_m = track_.box_px.width() * depth_m / geometry_.fx_px;
+  // Masks tell how much of it is hidden, unless it has just come back; how wide it once was tells then.
+  const double hidden_width_m = std::max(seen_width_m * (1.0 / visible - 1.0), width_m_ - seen_width_m);
+  return (rigid() ? surface_sigma_m_ : kOutlineSigma_m) + 0.5 * std::max(hidden_width_m, 0.0);
 }
 
 Eigen::Matrix3d ObjectState::position_wander() const {
   const Eigen::Vector3d from_camera_m = T_world_obj_.rotation * -T_obj_cam_.translation;
   const double depth_m = std::max(T_obj_cam_.inverse().translation.z(), 0.0);
+  // The less of it is seen, the fewer points share the error, and the farther its middle is from them.
+  const double visible = std::clamp(static_cast<double>(track_.visible_part), kLeastVisible, 1.0);
   const Eigen::Vector3d along_ray_m =
-      kDisparityWander_px * depth_m / (geometry_.fx_px * geometry_.baseline_m) * from_camera_m;
+      kDisparityWander_px / visible * depth_m / (geometry_.fx_px * geometry_.baseline_m) * from_camera_m;
   Eigen::Matrix3d wander = along_ray_m * along_ray_m.transpose();
+  wander.diagonal().array() += kSidewaysWander * kSidewaysWander * along_ray_m.squaredNorm();
   if (status_ == BodyStatus::kStereoOnly) {
     const bool tells_little = sighted_features_ < kTellingFeatures && !has_moved_;
     const double surface_m = tells_little ? kAnywhere_m : 0.5 * surface_wander_m(depth_m);

@@ -1,6 +1,7 @@
 // One object slot: the reconstruction of the object that holds it, and its trajectory.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -78,7 +79,7 @@ class ObjectState {
                const features::FeatureFrontEnd& front_end);
   /// After conclude(): takes note of what its points look like, now and then.
   void remember(const FeatureFrame& frame, const features::FeatureFrontEnd& front_end) {
-    if (status_ == BodyStatus::kTracked && !unsure_ && !half_hidden()) {
+    if (status_ == BodyStatus::kTracked && !unsure_) {
       recogniser_.remember(body_, frame, track_.label(), front_end);
     }
   }
@@ -132,11 +133,19 @@ class ObjectState {
   [[nodiscard]] bool cut_off() const noexcept {
     return track_.box_px.x0 <= 1 || track_.box_px.x1 >= geometry_.width_px - 1;
   }
-  [[nodiscard]] bool mostly_covered() const noexcept { return track_.visible_part < kClearlyVisible; }
+  [[nodiscard]] bool mostly_covered() const noexcept {
+    return std::min(track_.visible_part, uncovered_part_) < kClearlyVisible;
+  }
+  /// What stands in front of it need not be an object: how much of the area that it has lately shown is seen now.
+  void measure_uncovered_part(const CameraState& camera);
+  [[nodiscard]] bool shows_no_motion() const noexcept;
   /// Its reconstruction has lasted: how it moves is known well enough to go on without seeing it.
   [[nodiscard]] bool well_known() const noexcept { return tracked_frames_ >= kWellKnownFrames && known_motion_; }
   /// The reconstruction has not fitted for so long that its points must be wrong.
   [[nodiscard]] bool ill_fitting(const CameraState& camera);
+  /// Of something too far away for stereo: where it was last seen, if only the camera turns.
+  [[nodiscard]] tracking::Forecast forecast_direction(const Se3& T_world_cam) const;
+  void note_direction(const CameraState& camera);
   [[nodiscard]] bool place(const StereoSighting& sighting, const CameraState& camera);
   [[nodiscard]] bool locate(const FeatureFrame& frame, const CameraState& camera);
   /// Where the object is expected now if it goes on as it went, and how far it may be off: a vehicle's acceleration
@@ -157,6 +166,8 @@ class ObjectState {
   void start_filter();
   /// Goes on as it last went.
   void coast();
+  /// How far off that may be by now.
+  [[nodiscard]] double coasting_sigma_m() const;
   void set_covariance(double rotation_rad2, const Eigen::Matrix3d& position_m2) noexcept;
   void count_prediction(bool seen) noexcept;
   void follow_without_body(const StereoSighting& sighting, const CameraState& camera);
@@ -210,10 +221,14 @@ class ObjectState {
   Matrix6d covariance_ = Matrix6d::Zero();                     ///< As ObjectResult::covariance.
   Eigen::Vector3d stereo_offset_m_ = Eigen::Vector3d::Zero();  ///< Object origin minus stereo position, object axes.
   Eigen::Vector3d last_seen_m_ = Eigen::Vector3d::Zero();      ///< Its stereo position when a detection last showed it.
+  std::optional<Eigen::Vector3d> direction_world_;             ///< From the camera, while it has no place.
   ObjectRecogniser recogniser_;
+  int matched_run_ = 0;    ///< Frames in a row in which a detection showed it.
   bool unsure_ = false;    ///< Its frame has been guessed on its return.
   int unsure_frames_ = 0;  ///< Tracked since then.
-  double width_m_ = 0.0;   ///< Across the line of sight, when last seen whole.
+  double area_m2_ = 0.0;   ///< Of its mask, across the line of sight, as large as it has lately been.
+  float uncovered_part_ = 1.F;
+  double width_m_ = 0.0;  ///< Across the line of sight, when last seen whole.
   std::int64_t timestamp_ns_ = 0;
   std::int64_t matched_timestamp_ns_ = 0;   ///< When a detection last confirmed where it is.
   std::int64_t previous_timestamp_ns_ = 0;  ///< Of the last pose in motion_.
