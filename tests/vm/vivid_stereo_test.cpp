@@ -85,8 +85,9 @@ TEST_F(VividStereo, EachEyeShowsItsOwnDevice) {
 
 TEST_F(VividStereo, DroppedFramesAreCountedAndPairsGoOn) {
   right_.set("Percentage of Dropped Buffers", 50);
-  EXPECT_TRUE(
-      comes([](const CameraCounters& counters) { return counters.gaps > 0 && counters.skipped_missing_side > 0; }));
+  EXPECT_TRUE(comes([](const CameraCounters& counters) { return counters.skipped_missing_side > 0; }));
+  left_.set("Percentage of Dropped Buffers", 50);
+  EXPECT_TRUE(comes([](const CameraCounters& counters) { return counters.gaps > 0; })) << "both lost the same frame";
 }
 
 TEST_F(VividStereo, AFlaggedBufferIsSkippedAndCounted) {

@@ -39,6 +39,7 @@ struct FakeSensor {
   bool stream_broken = false;  ///< next() fails with kIo until it is started again.
   bool never_mends = false;    ///< ... and even then.
   bool mute = false;
+  std::int64_t taking_ns = 0;  ///< So long does next() need for an image.
   bool falsely_ready = false;  ///< Reports itself ready (poll: POLLERR) though next() has nothing.
   std::optional<double> exposure_us = {};
   std::optional<std::int64_t> told_exposure_ns = {};  ///< With every image, as automatic exposure has it.
