@@ -118,8 +118,7 @@ bool CaptureStream::is_sound(const CapturedImage& image) const noexcept {
 void CaptureStream::note_exposure(const CapturedImage& image) noexcept {
   constexpr double kNanosecondsPerUs = 1e3;
   const auto set_ns = static_cast<std::int64_t>(device_->info().exposure_us.value_or(0.0) * kNanosecondsPerUs);
-  exposure_ns_ =
-      std::clamp<std::int64_t>(image.exposure_ns.value_or(set_ns), 0, std::max(set_ns, period_ns(config_)));
+  exposure_ns_ = std::clamp<std::int64_t>(image.exposure_ns.value_or(set_ns), 0, std::max(set_ns, period_ns(config_)));
 }
 
 std::int64_t CaptureStream::mid_exposure_ns(const CapturedImage& image) const noexcept {
@@ -189,8 +188,7 @@ std::int64_t CaptureStream::believable_time_ns(const CapturedImage& image, Camer
 std::int64_t CaptureStream::number_of(const CapturedImage& image, std::optional<std::int64_t> time_ns) noexcept {
   const bool is_counted = device_->info().sequence_counts_losses;
   const bool is_timed = config_.trigger == TriggerMode::kFreeRunning;
-  return numbering_.next(is_counted ? std::optional(image.sequence) : std::nullopt,
-                         is_timed ? time_ns : std::nullopt);
+  return numbering_.next(is_counted ? std::optional(image.sequence) : std::nullopt, is_timed ? time_ns : std::nullopt);
 }
 
 Result<std::optional<SyncFrame>> CaptureStream::take(CameraCounters& counters) {

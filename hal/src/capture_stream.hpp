@@ -8,13 +8,13 @@
 #include <string>
 
 #include "capture_environment.hpp"
+#include "image_numbering.hpp"
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/hal/frame_synchronizer.hpp"
 #include "kinetrace/hal/stereo_camera.hpp"
 #include "kinetrace/hal/timeline_guard.hpp"
-#include "image_numbering.hpp"
 #include "luminance_reader.hpp"
 #include "rate_meter.hpp"
 
@@ -92,7 +92,7 @@ class CaptureStream {
     std::int64_t earliest_ns = 0;
     std::int64_t latest_ns = 0;  ///< When it was taken.
   };
-  Arrival arrival_;                        ///< Of the last sound image.
+  Arrival arrival_;                       ///< Of the last sound image.
   std::optional<std::int64_t> stamp_ns_;  ///< Of the last image since start().
   std::int64_t exposure_ns_ = 0;
   int generation_ = 0;

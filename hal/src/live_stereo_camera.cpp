@@ -521,6 +521,15 @@ const CameraCounters& LiveStereoCamera::counters() const noexcept {
   return impl_->counters;
 }
 
+bool LiveStereoCamera::move_pairing(int frames) noexcept {
+  if (impl_->side_by_side()) {
+    return false;
+  }
+  impl_->synchronizer.move(frames);
+  ++impl_->counters.pairing_moves;
+  return true;
+}
+
 PairingStatus LiveStereoCamera::pairing() const noexcept {
   const FrameSynchronizer& pairing = impl_->synchronizer;
   return {.offset_ms = static_cast<double>(pairing.offset_ns()) / kNanosecondsPerMs,

@@ -304,15 +304,24 @@ void SyncMonitor::vote_by_motion(const Residual& same, const Residual& right_lat
   }
 }
 
+void SyncMonitor::restart() noexcept {
+  pairs_ = 0;
+  vote_count_ = 0;
+  report_.verdict = SyncVerdict::kUnknown;
+  report_.agreeing = 0;
+}
+
 void SyncMonitor::cast(SyncVerdict verdict_now) noexcept {
   votes_[vote_count_++ % kVotes] = verdict_now;
   constexpr auto kFewestVotes = static_cast<std::ptrdiff_t>(3);
   const std::size_t count = std::min(vote_count_, kVotes);
   report_.verdict = SyncVerdict::kUnknown;
+  report_.agreeing = 0;
   for (const SyncVerdict verdict : {SyncVerdict::kInStep, SyncVerdict::kRightLate, SyncVerdict::kRightEarly}) {
     const auto votes = std::count(votes_.begin(), votes_.begin() + static_cast<std::ptrdiff_t>(count), verdict);
     if (votes >= kFewestVotes && 4 * votes >= 3 * static_cast<std::ptrdiff_t>(count)) {
       report_.verdict = verdict;
+      report_.agreeing = static_cast<int>(votes);
     }
   }
 }

@@ -135,7 +135,7 @@ class FakeDevice final : public CaptureDevice {
     }
   }
   void paint(const Shot& shot, std::size_t slot) {
-    const auto value = static_cast<int>(shot.number % 256);
+    const auto value = static_cast<int>((shot.number - sensor_.lag_shots) % 256);
     std::memset(pixels_[slot].data(), value, pixels_[slot].size());
     if (!sensor_.side_by_side) {
       return;

@@ -43,8 +43,8 @@ enum class CameraState : std::uint8_t { kClosed, kConfigured, kStreaming, kStall
   return "closed";
 }
 
-/// Running totals since start(), losses of the device included. Devices deliver images one by one: each that is not used
-/// counts once, under the reason why it was not. Frames of which nothing came at all are gaps.
+/// Running totals since start(), losses of the device included. Devices deliver images one by one: each that is not
+/// used counts once, under the reason why it was not. Frames of which nothing came at all are gaps.
 struct CameraCounters {
   std::uint64_t frames_delivered = 0;
   std::uint64_t skipped_missing_side = 0;  ///< The other eye had no usable image.
@@ -55,12 +55,13 @@ struct CameraCounters {
   /// Frames that were due and of which neither eye's image reached us; of a camera that was lost, those until then and
   /// from its first frame afterwards.
   std::uint64_t gaps = 0;
-  std::uint64_t clock_jumps = 0;           ///< Times that could not be; what was delivered goes on evenly.
-  std::uint64_t pairing_slips = 0;         ///< The eyes drifted apart by half a period: each now has another partner.
-  std::uint64_t stream_restarts = 0;       ///< Times that a device's stream failed and was started again by itself.
-  std::uint64_t stalls = 0;                ///< Times that the camera fell silent.
-  std::uint64_t losses = 0;                ///< Times that a device was lost.
-  std::uint64_t recoveries = 0;            ///< Times that it was taken back.
+  std::uint64_t clock_jumps = 0;      ///< Times that could not be; what was delivered goes on evenly.
+  std::uint64_t pairing_slips = 0;    ///< The eyes drifted apart by half a period: each now has another partner.
+  std::uint64_t pairing_moves = 0;    ///< The images showed that the eyes were a frame apart: mended from then on.
+  std::uint64_t stream_restarts = 0;  ///< Times that a device's stream failed and was started again by itself.
+  std::uint64_t stalls = 0;           ///< Times that the camera fell silent.
+  std::uint64_t losses = 0;           ///< Times that a device was lost.
+  std::uint64_t recoveries = 0;       ///< Times that it was taken back.
 };
 
 /// What the camera is. Constant from open() on.
