@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <deque>
 #include <optional>
 
 namespace kinetrace::hal::test {
@@ -54,6 +53,7 @@ class FakeDevice final : public CaptureDevice {
     first_ = next_;
     coming_.reset();
     filled_.clear();
+    filled_.reserve(busy_.size());
     return {};
   }
 
@@ -69,7 +69,7 @@ class FakeDevice final : public CaptureDevice {
       return fail(ErrorCode::kTimeout, "nothing");
     }
     const Shot shot = filled_.front();
-    filled_.pop_front();
+    filled_.erase(filled_.begin());
     machine_.pass(sensor_.taking_ns);
     const auto free = std::find(busy_.begin(), busy_.end(), false);
     const auto slot = static_cast<std::size_t>(free - busy_.begin());
@@ -156,7 +156,7 @@ class FakeDevice final : public CaptureDevice {
   std::int64_t next_ = 0;
   std::int64_t first_ = 0;
   std::optional<Shot> coming_;
-  std::deque<Shot> filled_;
+  std::vector<Shot> filled_;
 };
 
 FakeSensor& FakeMachine::add(FakeSensor sensor) {
