@@ -152,12 +152,12 @@ void judge_timing(const Watched& watched, const GuardedCamera& camera, Findings&
 
 // Images that are far apart in time tell little or nothing, however the camera is nodded.
 std::string pairing_text(const hal::SyncReport& pairing) {
-  std::string seen = pairing.verdict == hal::SyncVerdict::kUnknown
-                         ? "not seen: nod the camera while this runs to check it"
-                         : std::string(to_string(pairing.verdict));
-  seen += ", by " + std::to_string(pairing.agreeing) + " measurements over " + std::to_string(pairing.frames_apart) +
-          " frames";
-  return pairing.frames_apart > 1 ? seen + " (over 1 is best: close other programs, or lower image.rate_hz)" : seen;
+  const std::string seen = pairing.verdict == hal::SyncVerdict::kUnknown
+                               ? "not seen: nod the camera while this runs to check it"
+                               : to_string(pairing.verdict) + (" in " + std::to_string(pairing.agreeing)) + " looks";
+  const std::string apart = "; frames looked at were " + std::to_string(pairing.frames_apart) + " apart";
+  return pairing.frames_apart > 1 ? seen + apart + ", 1 is best: close other programs, or lower image.rate_hz"
+                                  : seen + apart;
 }
 
 void judge_images(const Watched& watched, Findings& findings) {
