@@ -259,7 +259,7 @@ Result<bool> LiveStereoCamera::Impl::gather() {
       any_ready = true;
       const Result<bool> taken = take_image(eye);
       if (!taken) {
-        return taken;
+        return tl::unexpected(taken.error());
       }
       any_empty = any_empty || !*taken;
     }

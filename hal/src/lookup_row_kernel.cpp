@@ -24,8 +24,8 @@ struct Neighbours {
 };
 
 void collect(const Byte* source, std::ptrdiff_t stride, const std::int16_t* positions, int count, Neighbours& found) {
-  for (int i = 0; i < count; ++i) {
-    const Byte* pixel = source + positions[2 * i + 1] * stride + positions[2 * i];
+  for (int i = 0; i < count; ++i, positions += 2) {
+    const Byte* pixel = source + positions[1] * stride + positions[0];
     std::memcpy(&found.upper[static_cast<std::size_t>(i)], pixel, sizeof(Word));
     std::memcpy(&found.lower[static_cast<std::size_t>(i)], pixel + stride, sizeof(Word));
   }

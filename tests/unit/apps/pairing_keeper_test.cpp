@@ -15,7 +15,6 @@ namespace {
 
 using hal::test::FakeMachine;
 using hal::test::FakeSensor;
-using hal::test::kMs;
 
 constexpr int kWidth = 320;
 constexpr int kHeight = 240;
