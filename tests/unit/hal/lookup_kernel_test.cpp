@@ -8,7 +8,7 @@
 namespace kinetrace::hal {
 namespace {
 
-constexpr int kStride = 51;  // Wider than the image.
+constexpr std::ptrdiff_t kStride = 51;  // Wider than the image.
 constexpr int kWidth = 47;
 constexpr int kHeight = 31;
 
@@ -41,7 +41,9 @@ int expected(const std::vector<std::uint8_t>& pixels, const Table& table, std::s
   const int y = table.positions[2 * i + 1];
   const int fx = table.fractions[i] % 256;
   const int fy = table.fractions[i] / 256;
-  const auto at = [&pixels](int column, int row) { return pixels[static_cast<std::size_t>(row * kStride + column)]; };
+  const auto at = [&pixels](int column, int row) {
+    return pixels[static_cast<std::size_t>(row * kStride) + static_cast<std::size_t>(column)];
+  };
   const int sum =
       (32 - fy) * ((32 - fx) * at(x, y) + fx * at(x + 1, y)) + fy * ((32 - fx) * at(x, y + 1) + fx * at(x + 1, y + 1));
   return (sum + 512) / 1024;

@@ -16,7 +16,8 @@ constexpr int kWidth = 320;
 constexpr int kHeight = 240;
 
 std::vector<std::uint8_t> wall(double right_px, double down_px, bool blank) {
-  return blank ? std::vector<std::uint8_t>(kWidth * kHeight, 128) : test::wall(kWidth, kHeight, right_px, down_px);
+  return blank ? std::vector<std::uint8_t>(std::size_t{kWidth} * kHeight, 128)
+               : test::wall(kWidth, kHeight, right_px, down_px);
 }
 
 struct Rig {
