@@ -23,7 +23,7 @@ namespace kinetrace::app {
 struct GuardedCamera {
   std::unique_ptr<hal::FrameGuard> camera;
   const hal::FileStereoCamera* file = nullptr;  ///< Null for live cameras.
-  const hal::LiveStereoCamera* live = nullptr;  ///< Null for recordings.
+  hal::LiveStereoCamera* live = nullptr;        ///< Null for recordings.
 };
 
 struct CameraSetup {

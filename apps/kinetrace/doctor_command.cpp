@@ -150,6 +150,16 @@ void judge_timing(const Watched& watched, const GuardedCamera& camera, Findings&
   }
 }
 
+// Images that are far apart in time tell little or nothing, however the camera is nodded.
+std::string pairing_text(const hal::SyncReport& pairing) {
+  const std::string seen = pairing.verdict == hal::SyncVerdict::kUnknown
+                               ? "not seen: nod the camera while this runs to check it"
+                               : to_string(pairing.verdict) + (" in " + std::to_string(pairing.agreeing)) + " looks";
+  const std::string apart = "; frames looked at were " + std::to_string(pairing.frames_apart) + " apart";
+  return pairing.frames_apart > 1 ? seen + apart + ", 1 is best: close other programs, or lower image.rate_hz"
+                                  : seen + apart;
+}
+
 void judge_images(const Watched& watched, Findings& findings) {
   constexpr int kFewestMatches = 12;
   constexpr double kLargest_px = 1.0;
@@ -166,10 +176,8 @@ void judge_images(const Watched& watched, Findings& findings) {
       "calibrate again in this mode; check that left and right are not exchanged");
   const bool is_off =
       pairing.verdict == hal::SyncVerdict::kRightLate || pairing.verdict == hal::SyncVerdict::kRightEarly;
-  const bool is_unknown = pairing.verdict == hal::SyncVerdict::kUnknown;
-  findings.check(!is_off, "pairing",
-                 is_unknown ? "not seen: nod the camera while this runs to check it" : to_string(pairing.verdict),
-                 "trigger both cameras together, or set pairing.tolerance_ms smaller");
+  findings.check(!is_off, "pairing", pairing_text(pairing),
+                 "trigger both cameras together; `kinetrace run` mends this for two devices");
 }
 
 void judge_geometry(const StereoGeometry& geometry, const hal::RigCalibration& calibration, Findings& findings) {

@@ -11,7 +11,7 @@ struct Symptom {
   std::uint64_t hal::CameraCounters::*counter;
   HealthReason reason;
 };
-constexpr std::array<Symptom, 11> kSymptoms{{
+constexpr std::array<Symptom, 12> kSymptoms{{
     {&hal::CameraCounters::skipped_missing_side, HealthReason::kFramesLost},
     {&hal::CameraCounters::gaps, HealthReason::kFramesLost},
     {&hal::CameraCounters::skipped_unreadable, HealthReason::kFramesDamaged},
@@ -20,6 +20,7 @@ constexpr std::array<Symptom, 11> kSymptoms{{
     {&hal::CameraCounters::skipped_wrong_size, HealthReason::kFramesOfWrongSize},
     {&hal::CameraCounters::clock_jumps, HealthReason::kClockJumped},
     {&hal::CameraCounters::pairing_slips, HealthReason::kEyesOutOfStep},
+    {&hal::CameraCounters::pairing_moves, HealthReason::kEyesOutOfStep},
     {&hal::CameraCounters::stream_restarts, HealthReason::kFramesLost},
     {&hal::CameraCounters::stalls, HealthReason::kCameraStalled},
     {&hal::CameraCounters::losses, HealthReason::kCameraLost},

@@ -1,5 +1,6 @@
 #include "libcamera_loader.hpp"
 
+#include <cstdlib>
 #include <filesystem>
 #include <system_error>
 
@@ -12,6 +13,8 @@ namespace {
 namespace fs = std::filesystem;
 
 bool load_once() {
+  // What is wrong we say ourselves; whoever wants to see more has set it already.
+  setenv("LIBCAMERA_LOG_LEVELS", "*:ERROR", 0);
   std::error_code error;
   const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
   // Of a build, and of an installation (bin/kinetrace).

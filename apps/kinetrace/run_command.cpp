@@ -18,6 +18,7 @@
 #include "kinetrace/recording/run_recorder.hpp"
 #include "memory.hpp"
 #include "messages.hpp"
+#include "pairing_keeper.hpp"
 #include "progress.hpp"
 #include "recording_thread.hpp"
 #include "run_report.hpp"
@@ -32,7 +33,7 @@ struct Chain {
   hal::Rectifier rectifier;
   pipeline::Pipeline pipeline;
   recording::RunRecorder recorder;
-  std::optional<hal::SyncMonitor> monitor;       // Of cameras; a recording is as it is.
+  std::optional<PairingKeeper> pairing;          // Of cameras; a recording is as it is.
   std::unique_ptr<RecordingThread> raw;          // Null unless asked for.
   std::unique_ptr<RecordingThread> raw_ended{};  // What became of it where it stopped early.
   bool waits_for_disk = false;                   // Recordings do; a camera would lose frames meanwhile.
@@ -46,7 +47,7 @@ Outcome<void> add_extras(Chain& chain, const CameraSetup& setup, const RunOption
     if (!monitor) {
       return failure(monitor.error());
     }
-    chain.monitor = *monitor;
+    chain.pairing.emplace(*monitor, chain.camera.live);
   }
   if (!options.raw.out.empty()) {
     const double rate_hz = setup.live ? setup.live->left.rate_hz : setup.dataset->nominal_rate_hz;
@@ -104,14 +105,6 @@ void record_raw(Chain& chain, const StereoFrame& frame, HealthMonitor& health) {
   }
 }
 
-void watch_pairing(Chain& chain, const RectifiedPair& pair, HealthMonitor& health) {
-  if (chain.monitor && chain.monitor->process(pair)) {
-    const hal::SyncVerdict verdict = chain.monitor->report().verdict;
-    const bool is_off = verdict == hal::SyncVerdict::kRightLate || verdict == hal::SyncVerdict::kRightEarly;
-    health.note(HealthReason::kEyesOutOfStep, is_off ? 1 : 0);
-  }
-}
-
 Status play_frame(Chain& chain, const StereoFrame& frame, StageClock& clock, RunReport& report) {
   clock.begin_frame();
   record_raw(chain, frame, report.health);
@@ -122,7 +115,9 @@ Status play_frame(Chain& chain, const StereoFrame& frame, StageClock& clock, Run
   if (!pair) {
     return tl::unexpected(pair.error());
   }
-  watch_pairing(chain, *pair, report.health);
+  if (chain.pairing) {
+    chain.pairing->process(*pair, report.health);
+  }
   const Result<const FrameResult*> result = chain.pipeline.process(*pair, &clock);
   clock.end_frame();
   if (!result) {

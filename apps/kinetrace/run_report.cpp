@@ -72,6 +72,7 @@ void RunReport::finish(const GuardedCamera& camera, const StageClock& clock, con
                               {"frames_missing_in_numbering", counted.gaps},
                               {"camera_clock_jumps", counted.clock_jumps},
                               {"camera_pairing_slips", counted.pairing_slips},
+                              {"camera_pairing_moves", counted.pairing_moves},
                               {"camera_stream_restarts", counted.stream_restarts},
                               {"camera_stalls", counted.stalls},
                               {"camera_losses", counted.losses},

@@ -10,9 +10,13 @@
 namespace kinetrace::hal {
 namespace {
 
-// Arrival says how much time has passed up to what a busy machine may delay it by.
+// From the exposure to a buffer that can be taken, at the most.
 constexpr std::int64_t kArrivalTolerance_ns = 1'000'000'000;
 constexpr int kMaxRestarts = 3;
+
+std::int64_t period_ns(const CaptureConfig& config) {
+  return std::llround(1e9 / config.rate_hz);
+}
 
 }  // namespace
 
@@ -36,7 +40,8 @@ CaptureStream::CaptureStream(std::string eye, CaptureConfig config, LuminanceRea
       reader_(std::move(reader)),
       environment_(&environment),
       name_(config_.device),
-      timeline_(kArrivalTolerance_ns, true) {}
+      timeline_(kArrivalTolerance_ns, true),
+      numbering_(period_ns(config_)) {}
 
 std::string CaptureStream::described() const {
   return concat(eye_, " (", name_, ")");
@@ -84,10 +89,12 @@ bool CaptureStream::is_the_same(const CaptureInfo& info) const {
 }
 
 Status CaptureStream::start() {
-  sequence_ = -1;
+  numbering_.restart();
+  stamp_ns_.reset();
   rate_.reset();
   ++generation_;
   heard_ns_ = environment_->now_ns();
+  note_empty();
   return device_->start();
 }
 
@@ -110,10 +117,8 @@ bool CaptureStream::is_sound(const CapturedImage& image) const noexcept {
 // driver says.
 void CaptureStream::note_exposure(const CapturedImage& image) noexcept {
   constexpr double kNanosecondsPerUs = 1e3;
-  constexpr double kNanosecondsPerSecond = 1e9;
   const auto set_ns = static_cast<std::int64_t>(device_->info().exposure_us.value_or(0.0) * kNanosecondsPerUs);
-  const auto period_ns = static_cast<std::int64_t>(kNanosecondsPerSecond / config_.rate_hz);
-  exposure_ns_ = std::clamp<std::int64_t>(image.exposure_ns.value_or(set_ns), 0, std::max(set_ns, period_ns));
+  exposure_ns_ = std::clamp<std::int64_t>(image.exposure_ns.value_or(set_ns), 0, std::max(set_ns, period_ns(config_)));
 }
 
 std::int64_t CaptureStream::mid_exposure_ns(const CapturedImage& image) const noexcept {
@@ -151,45 +156,65 @@ Status CaptureStream::restart(const Error& cause) {
   return {};
 }
 
+// What next() says where it has no image.
+Result<std::optional<SyncFrame>> CaptureStream::bear(const Error& error) {
+  if (error.code == ErrorCode::kTimeout) {
+    note_empty();
+    return std::nullopt;
+  }
+  if (error.code != ErrorCode::kIo) {
+    return fail(ErrorCode::kDisconnected, concat(described(), ": ", error.message));
+  }
+  if (const Status mended = restart(error); !mended) {
+    return tl::unexpected(mended.error());
+  }
+  return std::nullopt;
+}
+
+// An image came at some time between that when the device had none and that when we took it: while we were held up, it
+// waited.
+std::int64_t CaptureStream::believable_time_ns(const CapturedImage& image, CameraCounters& counters) noexcept {
+  const Arrival arrival{empty_ns_, heard_ns_};
+  const TimelineGuard::Evidence evidence{.expected_ns = arrival.latest_ns - arrival_.latest_ns,
+                                         .shortest_ns = arrival.earliest_ns - arrival_.latest_ns,
+                                         .longest_ns = arrival.latest_ns - arrival_.earliest_ns};
+  const TimelineGuard::Step time = timeline_.correct(mid_exposure_ns(image), evidence);
+  arrival_ = arrival;
+  counters.clock_jumps += time.jumped ? 1 : 0;
+  return time.time_ns;
+}
+
+// By time only where images come by themselves.
+std::int64_t CaptureStream::number_of(const CapturedImage& image, std::optional<std::int64_t> time_ns) noexcept {
+  const bool is_counted = device_->info().sequence_counts_losses;
+  const bool is_timed = config_.trigger == TriggerMode::kFreeRunning;
+  return numbering_.next(is_counted ? std::optional(image.sequence) : std::nullopt, is_timed ? time_ns : std::nullopt);
+}
+
 Result<std::optional<SyncFrame>> CaptureStream::take(CameraCounters& counters) {
   const Result<CapturedImage> image = device_->next(std::chrono::milliseconds(0));
-  if (!image && image.error().code == ErrorCode::kTimeout) {
-    return std::nullopt;
-  }
-  if (!image && image.error().code == ErrorCode::kIo) {
-    if (const Status mended = restart(image.error()); !mended) {
-      return tl::unexpected(mended.error());
-    }
-    return std::nullopt;
-  }
   if (!image) {
-    return fail(ErrorCode::kDisconnected, concat(described(), ": ", image.error().message));
+    return bear(image.error());
   }
-  const std::int64_t now_ns = environment_->now_ns();
-  heard_ns_ = now_ns;
+  heard_ns_ = environment_->now_ns();
   restarts_in_a_row_ = 0;
-  if (device_->info().sequence_counts_losses && sequence_ >= 0 && image->sequence > sequence_ + 1) {
-    counters.gaps += static_cast<std::uint64_t>(image->sequence - sequence_ - 1);
-  }
   if (const Status as_asked = check_rate(*image); !as_asked) {
     device_->release(image->slot);
     return tl::unexpected(as_asked.error());
   }
   // Whatever number it comes under.
-  const bool is_repeated = sequence_ >= 0 && image->timestamp_ns == stamp_ns_;
-  sequence_ = image->sequence;
+  const bool is_repeated = stamp_ns_ == image->timestamp_ns;
   stamp_ns_ = image->timestamp_ns;
   if (!is_sound(*image) || is_repeated) {
+    number_of(*image, std::nullopt);
     ++(is_repeated ? counters.skipped_repeated : counters.skipped_unreadable);
     device_->release(image->slot);
     return std::nullopt;
   }
   note_exposure(*image);
-  const TimelineGuard::Step time = timeline_.correct(mid_exposure_ns(*image), now_ns - taken_ns_);
-  taken_ns_ = now_ns;
-  counters.clock_jumps += time.jumped ? 1 : 0;
+  const std::int64_t time_ns = believable_time_ns(*image, counters);
   images_[static_cast<std::size_t>(image->slot)] = *image;
-  return SyncFrame{image->slot, image->sequence, time.time_ns};
+  return SyncFrame{image->slot, number_of(*image, time_ns), time_ns};
 }
 
 Result<GrayView> CaptureStream::luminance(int slot) {

@@ -4,9 +4,11 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "capture_environment.hpp"
+#include "image_numbering.hpp"
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
@@ -33,11 +35,17 @@ class CaptureStream {
   [[nodiscard]] Status stop();
   void close() noexcept;
 
-  /// Takes one image if it is worth pairing; none otherwise, with the reason counted. Errors: kDisconnected.
+  /// Takes one image if it is worth pairing, `sequence` being its image_number(); none otherwise, with the reason
+  /// counted. Errors: kDisconnected.
   [[nodiscard]] Result<std::optional<SyncFrame>> take(CameraCounters& counters);
+  /// The device has no image at present. Whoever says so helps to tell an image that waited for us from a clock that
+  /// jumped.
+  void note_empty() noexcept { empty_ns_ = environment_->now_ns(); }
   [[nodiscard]] Result<GrayView> luminance(int slot);
   void release(int slot) noexcept;
 
+  /// Of the newest image, damaged ones included: see ImageNumbering.
+  [[nodiscard]] std::int64_t image_number() const noexcept { return numbering_.number(); }
   /// Grows whenever start() made all slots handed out before invalid.
   [[nodiscard]] int generation() const noexcept { return generation_; }
   [[nodiscard]] int wait_fd() const noexcept { return device_->wait_fd(); }
@@ -53,6 +61,9 @@ class CaptureStream {
 
   CaptureStream(std::string eye, CaptureConfig config, LuminanceReader reader, CaptureEnvironment& environment);
   [[nodiscard]] Status restart(const Error& cause);
+  [[nodiscard]] Result<std::optional<SyncFrame>> bear(const Error& error);
+  [[nodiscard]] std::int64_t believable_time_ns(const CapturedImage& image, CameraCounters& counters) noexcept;
+  std::int64_t number_of(const CapturedImage& image, std::optional<std::int64_t> time_ns) noexcept;
   [[nodiscard]] bool is_the_same(const CaptureInfo& info) const;
   void note_exposure(const CapturedImage& image) noexcept;
   [[nodiscard]] bool is_sound(const CapturedImage& image) const noexcept;
@@ -74,10 +85,15 @@ class CaptureStream {
   std::array<CapturedImage, kMaxSlots> images_{};
   TimelineGuard timeline_;
   RateMeter rate_;
-  std::int64_t heard_ns_ = 0;  ///< When the last image arrived, damaged ones included.
-  std::int64_t taken_ns_ = 0;  ///< When the last sound one did.
-  std::int64_t stamp_ns_ = 0;  ///< Its stamp.
-  std::int64_t sequence_ = -1;
+  ImageNumbering numbering_;
+  std::int64_t heard_ns_ = 0;  ///< When the last image was taken, damaged ones included.
+  std::int64_t empty_ns_ = 0;  ///< When the device was last known to have none.
+  struct Arrival {
+    std::int64_t earliest_ns = 0;
+    std::int64_t latest_ns = 0;  ///< When it was taken.
+  };
+  Arrival arrival_;                       ///< Of the last sound image.
+  std::optional<std::int64_t> stamp_ns_;  ///< Of the last image since start().
   std::int64_t exposure_ns_ = 0;
   int generation_ = 0;
   int restarts_in_a_row_ = 0;

@@ -52,12 +52,13 @@ class ContainerRecorder final : public RawRecorder {
       return tl::unexpected(*stopped_);
     }
     Status written = fill_record(frame);
+    if (written) {
+      // The record may be the first of a new file.
+      written = check_space(config_.directory, config_.keep_free_bytes, header_.size() + record_.size());
+    }
     if (written && file_.bytes() + record_.size() >
                        std::max<std::uint64_t>(config_.segment_bytes, header_.size() + record_.size())) {
       written = begin_segment();
-    }
-    if (written && frames_ % kFramesBetweenChecks == 0) {
-      written = check_space(config_.directory, config_.keep_free_bytes);
     }
     if (written) {
       written = append(record_);
@@ -79,7 +80,6 @@ class ContainerRecorder final : public RawRecorder {
 
  private:
   static constexpr std::size_t kLongestName = 32;
-  static constexpr std::int64_t kFramesBetweenChecks = 16;
 
   Status fill_record(const StereoFrame& frame) {
     std::byte* at = record_.data() + kRecordHeaderBytes;

@@ -112,7 +112,7 @@ Result<StereoFrame> FrameGuard::next(std::chrono::milliseconds timeout) {
       const std::int64_t expected_ns = expected_step_ns(*frame);
       // A camera may be faster than announced, and one numbered by time then counts each frame as a period.
       const std::int64_t shortest_ns = frame->frame_index == last_index_ + 1 ? 0 : expected_ns;
-      const TimelineGuard::Step step = timeline_.correct(frame->timestamp_ns, expected_ns, shortest_ns);
+      const TimelineGuard::Step step = timeline_.correct(frame->timestamp_ns, {expected_ns, shortest_ns, expected_ns});
       own_.clock_jumps += step.jumped ? 1 : 0;
       frame->timestamp_ns = step.time_ns;
     }

@@ -105,7 +105,8 @@ class KittiRecorder final : public RawRecorder {
 
  private:
   static constexpr std::size_t kLongestName = 64;
-  static constexpr std::int64_t kFramesBetweenChecks = 16;
+  /// Of a frame: headers, checksums, lines of times, and what incompressible images grow by.
+  static constexpr std::uint64_t kBytesBesidePixels = 16384;
   static constexpr std::size_t kFrameTimes = kEyes.size();
 
   static Status make(const fs::path& path, std::string_view content, AppendFile& file) {
@@ -126,7 +127,9 @@ class KittiRecorder final : public RawRecorder {
                            "; all of a recording have one size"));
       }
     }
-    return frames_ % kFramesBetweenChecks == 0 ? check_space(drive_, config_.keep_free_bytes) : Status{};
+    // What compresses well takes less; noise takes hardly more.
+    const std::uint64_t pixels = static_cast<std::uint64_t>(width_px_) * static_cast<std::uint64_t>(height_px_);
+    return check_space(drive_, config_.keep_free_bytes, 2 * pixels + kBytesBesidePixels);
   }
 
   // All or nothing.

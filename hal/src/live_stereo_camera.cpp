@@ -10,6 +10,7 @@
 
 #include "capture_stream.hpp"
 #include "messages.hpp"
+#include "missed_frames.hpp"
 
 namespace kinetrace::hal {
 namespace {
@@ -52,6 +53,7 @@ struct LiveStereoCamera::Impl {
   CaptureEnvironment* environment;
   std::vector<CaptureStream> streams;  ///< Left and right, or the one with both.
   FrameSynchronizer synchronizer;
+  MissedFrames missed;
   CameraInfo info;
   CameraState state = CameraState::kClosed;
   CameraCounters counters{};
@@ -127,6 +129,7 @@ Status LiveStereoCamera::Impl::start_streams() {
     }
   }
   static_cast<void>(look_at_restarts());  // These are the first starts.
+  missed.restart();
   note_delivery();
   return {};
 }
@@ -212,6 +215,7 @@ void LiveStereoCamera::Impl::collect_drops() {
 Result<bool> LiveStereoCamera::Impl::take_image(std::size_t eye) {
   const Result<std::optional<SyncFrame>> frame = streams[eye].take(counters);
   counters.stream_restarts += look_at_restarts();
+  missed.see(eye == 0 ? Eye::kLeft : Eye::kRight, streams[eye].image_number());
   if (!frame) {
     return tl::unexpected(frame.error());
   }
@@ -249,12 +253,13 @@ Result<bool> LiveStereoCamera::Impl::gather() {
     any_ready = false;
     for (std::size_t eye = 0; eye < streams.size(); ++eye) {
       if (!handles[eye].ready) {
+        streams[eye].note_empty();
         continue;
       }
       any_ready = true;
       const Result<bool> taken = take_image(eye);
       if (!taken) {
-        return taken;
+        return tl::unexpected(taken.error());
       }
       any_empty = any_empty || !*taken;
     }
@@ -293,6 +298,7 @@ std::optional<StereoFrame> LiveStereoCamera::Impl::deliver() {
     right->data += left->width;
   }
   ++counters.frames_delivered;
+  counters.gaps += missed.deliver(held->left.sequence, held->right.sequence);
   note_delivery();
   state = CameraState::kStreaming;
   return StereoFrame{last_index, last_time_ns, {}, *left, *right};
@@ -513,6 +519,15 @@ const CameraInfo& LiveStereoCamera::info() const noexcept {
 }
 const CameraCounters& LiveStereoCamera::counters() const noexcept {
   return impl_->counters;
+}
+
+bool LiveStereoCamera::move_pairing(int frames) noexcept {
+  if (impl_->side_by_side()) {
+    return false;
+  }
+  impl_->synchronizer.move(frames);
+  ++impl_->counters.pairing_moves;
+  return true;
 }
 
 PairingStatus LiveStereoCamera::pairing() const noexcept {

@@ -39,13 +39,13 @@ Status RawRecorderConfig::validate() const {
        check_range<std::uint64_t>("segment_bytes", segment_bytes, 1U << 20U, std::uint64_t{1} << 50U)});
 }
 
-Status check_space(const fs::path& folder, std::uint64_t keep_free_bytes) {
+Status check_space(const fs::path& folder, std::uint64_t keep_free_bytes, std::uint64_t needed_bytes) {
   struct statvfs disk {};
   if (statvfs(folder.c_str(), &disk) != 0) {
     return fail(ErrorCode::kIo, folder.string() + ": has gone; check the drive");
   }
   const std::uint64_t free_bytes = static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize;
-  if (free_bytes < keep_free_bytes) {
+  if (free_bytes < needed_bytes || free_bytes - needed_bytes < keep_free_bytes) {
     return fail(ErrorCode::kIo, concat(folder.string(), ": the disk is full (", std::to_string(keep_free_bytes >> 20U),
                                        " MiB are kept free); make room"));
   }

@@ -12,7 +12,8 @@ namespace kinetrace::hal {
                                                                            Arena& arena);
 [[nodiscard]] Result<std::unique_ptr<RawRecorder>> make_kitti_recorder(const RawRecorderConfig& config);
 
-/// kIo once the disk of `folder` has less than `keep_free_bytes`.
-[[nodiscard]] Status check_space(const std::filesystem::path& folder, std::uint64_t keep_free_bytes);
+/// kIo where the disk of `folder` would have less than `keep_free_bytes` after `needed_bytes` more.
+[[nodiscard]] Status check_space(const std::filesystem::path& folder, std::uint64_t keep_free_bytes,
+                                 std::uint64_t needed_bytes);
 
 }  // namespace kinetrace::hal

@@ -4,9 +4,9 @@
 #include <string>
 
 #include <opencv2/calib3d.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "kinetrace/core/allocation_counter.hpp"
+#include "lookup_kernel.hpp"
 #include "messages.hpp"
 #include "opencv_lens.hpp"
 #include "rectification_plan.hpp"
@@ -21,13 +21,6 @@ cv::Mat position_table(std::span<std::int16_t> memory, int width, int height) {
 cv::Mat fraction_table(std::span<std::uint16_t> memory, int width, int height) {
   return {height, width, CV_16UC1, memory.data()};
 }
-cv::Mat header(MutableGrayView image) {
-  return {image.height, image.width, CV_8UC1, image.data, static_cast<std::size_t>(image.stride)};
-}
-cv::Mat header(GrayView image) {
-  return header(MutableGrayView{const_cast<std::uint8_t*>(image.data), image.width, image.height, image.stride});
-}
-
 // Fills the look-up tables in place: OpenCV keeps matrices that already have the right size and type.
 void fill_tables(const CameraModel& camera, const Eigen::Matrix3d& R, const StereoGeometry& geometry, cv::Mat position,
                  cv::Mat fraction) {
@@ -39,6 +32,32 @@ void fill_tables(const CameraModel& camera, const Eigen::Matrix3d& R, const Ster
   } else {
     cv::initUndistortRectifyMap(camera_matrix(camera), distortion_vector(camera), to_opencv(R), K_new, size, CV_16SC2,
                                 position, fraction);
+  }
+}
+
+// Along one axis: a position beyond the last pixel, and how far, as the kernel takes them. Outside the source it is the
+// nearest pixel.
+struct Place {
+  int position;
+  int fraction;
+};
+Place within(int position, int fraction, int size) {
+  if (position < 0) {
+    return {0, 0};
+  }
+  return position < size - 1 ? Place{position, fraction} : Place{size - 2, kLookupSteps};
+}
+
+// From OpenCV's tables, in place.
+void settle_tables(std::span<std::int16_t> positions, std::span<std::uint16_t> fractions, int width, int height) {
+  constexpr int kBitsPerAxis = 5;
+  constexpr int kBitsPerByte = 8;
+  for (std::size_t i = 0; i < fractions.size(); ++i) {
+    const Place x = within(positions[2 * i], fractions[i] % kLookupSteps, width);
+    const Place y = within(positions[2 * i + 1], fractions[i] >> kBitsPerAxis, height);
+    positions[2 * i] = static_cast<std::int16_t>(x.position);
+    positions[2 * i + 1] = static_cast<std::int16_t>(y.position);
+    fractions[i] = static_cast<std::uint16_t>(x.fraction + (y.fraction << kBitsPerByte));
   }
 }
 
@@ -88,6 +107,11 @@ Result<Rectifier> Rectifier::create(const RigCalibration& calibration, const Rec
   if (plan->passes_through) {
     return rectifier;
   }
+  if (rectifier.raw_width_px_ < 2 || rectifier.raw_height_px_ < 2) {
+    return fail(ErrorCode::kBadCalibration,
+                concat(calibration.source, ": images of ", size_text(rectifier.raw_width_px_, rectifier.raw_height_px_),
+                       " pixels cannot be rectified; give the size of the camera's images"));
+  }
   carve(plan->geometry, arena, rectifier.eyes_);
   if (arena.exhausted()) {
     return fail(ErrorCode::kCapacity,
@@ -105,6 +129,7 @@ Result<Rectifier> Rectifier::create(const RigCalibration& calibration, const Rec
       fill_tables(*cameras[i], rotations[i], plan->geometry,
                   position_table(eye.position, eye.image.width, eye.image.height),
                   fraction_table(eye.fraction, eye.image.width, eye.image.height));
+      settle_tables(eye.position, eye.fraction, rectifier.raw_width_px_, rectifier.raw_height_px_);
     }
   } catch (const cv::Exception& exception) {
     return fail(ErrorCode::kInternal,
@@ -113,16 +138,14 @@ Result<Rectifier> Rectifier::create(const RigCalibration& calibration, const Rec
   return rectifier;
 }
 
-Status Rectifier::remap(GrayView source, const Eye& eye) const {
-  const ForeignCall foreign;
-  try {
-    cv::Mat target = header(eye.image);
-    cv::remap(header(source), target, position_table(eye.position, eye.image.width, eye.image.height),
-              fraction_table(eye.fraction, eye.image.width, eye.image.height), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-  } catch (const cv::Exception& exception) {
-    return fail(ErrorCode::kInternal, "rectification failed (OpenCV: " + exception.err + ")");
+void Rectifier::look_up(GrayView source, const Eye& eye) noexcept {
+  const LookupKernel kernel = lookup_kernel();
+  const auto width = static_cast<std::size_t>(eye.image.width);
+  for (int y = 0; y < eye.image.height; ++y) {
+    const std::size_t first = width * static_cast<std::size_t>(y);
+    const LookupRow row{&eye.position[2 * first], &eye.fraction[first], eye.image.width};
+    kernel(source.data, source.stride, row, eye.image.row(y));
   }
-  return {};
 }
 
 Result<RectifiedPair> Rectifier::process(const StereoFrame& frame) {
@@ -138,11 +161,8 @@ Result<RectifiedPair> Rectifier::process(const StereoFrame& frame) {
   if (passes_through_) {
     return pair;
   }
-  for (const auto& [source, eye] : {std::pair{frame.left, &eyes_[0]}, std::pair{frame.right, &eyes_[1]}}) {
-    if (const Status done = remap(source, *eye); !done) {
-      return tl::unexpected(done.error());
-    }
-  }
+  look_up(frame.left, eyes_[0]);
+  look_up(frame.right, eyes_[1]);
   pair.left = eyes_[0].image;
   pair.right = eyes_[1].image;
   return pair;

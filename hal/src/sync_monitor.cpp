@@ -34,8 +34,8 @@ void halve(GrayView source, MutableGrayView target) noexcept {
     const std::uint8_t* upper = source.row(2 * y);
     const std::uint8_t* lower = source.row(2 * y + 1);
     std::uint8_t* out = target.row(y);
-    for (int x = 0; x < target.width; ++x) {
-      out[x] = static_cast<std::uint8_t>((upper[2 * x] + upper[2 * x + 1] + lower[2 * x] + lower[2 * x + 1] + 2) / 4);
+    for (int x = 0; x < target.width; ++x, upper += 2, lower += 2) {
+      out[x] = static_cast<std::uint8_t>((upper[0] + upper[1] + lower[0] + lower[1] + 2) / 4);
     }
   }
 }
@@ -49,9 +49,10 @@ void flatten(MutableGrayView image) noexcept {
     std::uint8_t* row = image.row(y);
     const int last = image.width - 1;
     int sum = 0;
-    for (int x = -kRadius; x <= kRadius; ++x) {
-      ring[static_cast<std::size_t>(x + kRadius)] = row[std::clamp(x, 0, last)];
-      sum += row[std::clamp(x, 0, last)];
+    int first = -kRadius;
+    for (std::uint8_t& pixel : ring) {
+      pixel = row[std::clamp(first++, 0, last)];
+      sum += pixel;
     }
     std::size_t oldest = 0;
     for (int x = 0; x < image.width; ++x) {
@@ -304,15 +305,24 @@ void SyncMonitor::vote_by_motion(const Residual& same, const Residual& right_lat
   }
 }
 
+void SyncMonitor::restart() noexcept {
+  pairs_ = 0;
+  vote_count_ = 0;
+  report_.verdict = SyncVerdict::kUnknown;
+  report_.agreeing = 0;
+}
+
 void SyncMonitor::cast(SyncVerdict verdict_now) noexcept {
   votes_[vote_count_++ % kVotes] = verdict_now;
   constexpr auto kFewestVotes = static_cast<std::ptrdiff_t>(3);
   const std::size_t count = std::min(vote_count_, kVotes);
   report_.verdict = SyncVerdict::kUnknown;
+  report_.agreeing = 0;
   for (const SyncVerdict verdict : {SyncVerdict::kInStep, SyncVerdict::kRightLate, SyncVerdict::kRightEarly}) {
     const auto votes = std::count(votes_.begin(), votes_.begin() + static_cast<std::ptrdiff_t>(count), verdict);
     if (votes >= kFewestVotes && 4 * votes >= 3 * static_cast<std::ptrdiff_t>(count)) {
       report_.verdict = verdict;
+      report_.agreeing = static_cast<int>(votes);
     }
   }
 }

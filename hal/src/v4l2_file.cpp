@@ -11,6 +11,10 @@
 namespace kinetrace::hal {
 namespace {
 
+int machine_ioctl(int fd, unsigned long request, void* argument) {
+  return ::ioctl(fd, request, argument);
+}
+
 std::string reason(int code) {
   return std::generic_category().message(code);
 }
@@ -23,7 +27,7 @@ Result<V4l2File> V4l2File::open(const std::string& path) {
     fd = ::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
   } while (fd < 0 && errno == EINTR);
   if (fd >= 0) {
-    return V4l2File(path, OwnedFd(fd));
+    return V4l2File(path, OwnedFd(fd), &machine_ioctl);
   }
   switch (errno) {
     case ENOENT:
@@ -31,12 +35,12 @@ Result<V4l2File> V4l2File::open(const std::string& path) {
     case ENXIO: return fail(ErrorCode::kNotFound, path + ": there is no such device");
     case EACCES:
     case EPERM: return fail(ErrorCode::kIo, path + ": permission denied; add your user to the group 'video'");
-    default: return tl::unexpected(V4l2File(path, OwnedFd()).error(errno, "open"));
+    default: return tl::unexpected(V4l2File(path, OwnedFd(), &machine_ioctl).error(errno, "open"));
   }
 }
 
 int V4l2File::call(unsigned long request, void* argument) const noexcept {
-  while (::ioctl(fd_.get(), request, argument) != 0) {
+  while (ioctl_(fd_.get(), request, argument) != 0) {
     if (errno != EINTR) {
       return errno;
     }

@@ -11,7 +11,12 @@ namespace kinetrace::hal {
 
 class V4l2File {
  public:
+  /// ioctl(2): 0, or -1 and errno.
+  using Ioctl = int (*)(int fd, unsigned long request, void* argument);
+
   V4l2File() = default;
+  /// Of an open device; tests put a scripted driver behind it.
+  V4l2File(std::string path, OwnedFd fd, Ioctl ioctl) : path_(std::move(path)), fd_(std::move(fd)), ioctl_(ioctl) {}
   /// Errors: kNotFound, kIo (busy, no permission); the message names the remedy.
   [[nodiscard]] static Result<V4l2File> open(const std::string& path);
 
@@ -27,10 +32,9 @@ class V4l2File {
   [[nodiscard]] const std::string& path() const noexcept { return path_; }
 
  private:
-  V4l2File(std::string path, OwnedFd fd) : path_(std::move(path)), fd_(std::move(fd)) {}
-
   std::string path_;
   OwnedFd fd_;
+  Ioctl ioctl_ = nullptr;  ///< Not called before a device is open.
 };
 
 }  // namespace kinetrace::hal

@@ -14,11 +14,14 @@
 namespace kinetrace::hal {
 namespace {
 
-constexpr std::array<std::pair<PixelFormat, __u32>, 7> kCodes{{{PixelFormat::kGrey8, V4L2_PIX_FMT_GREY},
+// The usual code of a format comes first; the last one that a device has is taken. Of NV12 in two planes the luminance
+// is the first plane, and the only one that has to be mapped.
+constexpr std::array<std::pair<PixelFormat, __u32>, 8> kCodes{{{PixelFormat::kGrey8, V4L2_PIX_FMT_GREY},
                                                                {PixelFormat::kGrey10, V4L2_PIX_FMT_Y10},
                                                                {PixelFormat::kGrey16, V4L2_PIX_FMT_Y16},
                                                                {PixelFormat::kYuyv, V4L2_PIX_FMT_YUYV},
                                                                {PixelFormat::kNv12, V4L2_PIX_FMT_NV12},
+                                                               {PixelFormat::kNv12, V4L2_PIX_FMT_NV12M},
                                                                {PixelFormat::kMjpeg, V4L2_PIX_FMT_MJPEG},
                                                                {PixelFormat::kMjpeg, V4L2_PIX_FMT_JPEG}}};
 
@@ -48,15 +51,15 @@ std::vector<v4l2_fmtdesc> offered_formats(const V4l2File& file, const V4l2Node& 
   return enumerate(file, VIDIOC_ENUM_FMT, request);
 }
 
-// Drivers call compressed images MJPEG or JPEG: the device's own name for a format, or the usual one.
 __u32 code_of(PixelFormat format, const std::vector<v4l2_fmtdesc>& offered) {
-  for (const v4l2_fmtdesc& description : offered) {
-    if (format_of(description.pixelformat) == format) {
-      return description.pixelformat;
+  std::optional<__u32> chosen;
+  for (const auto& known : kCodes) {
+    const auto is_known = [&known](const v4l2_fmtdesc& other) { return other.pixelformat == known.second; };
+    if (known.first == format && (!chosen || std::any_of(offered.begin(), offered.end(), is_known))) {
+      chosen = known.second;
     }
   }
-  return std::find_if(kCodes.begin(), kCodes.end(), [format](const auto& known) { return known.first == format; })
-      ->second;
+  return *chosen;
 }
 
 std::string code_text(__u32 code) {
@@ -226,9 +229,10 @@ Status set_v4l2_mode(const V4l2File& file, const V4l2Node& node, const CaptureCo
 
 std::vector<std::string> list_v4l2_modes(const V4l2File& file, const V4l2Node& node) {
   std::vector<std::string> modes;
-  for (const v4l2_fmtdesc& description : offered_formats(file, node)) {
+  const std::vector<v4l2_fmtdesc> offered = offered_formats(file, node);
+  for (const v4l2_fmtdesc& description : offered) {
     const auto format = format_of(description.pixelformat);
-    if (!format) {
+    if (!format || description.pixelformat != code_of(*format, offered)) {
       continue;
     }
     v4l2_frmsizeenum sizes{};

@@ -1,8 +1,11 @@
 // What every StereoCamera must do, whatever it is made of. A camera joins by instantiating the suite with a bench:
-// INSTANTIATE_TEST_SUITE_P(MyCamera, CameraConformance, ::testing::Values(&make_my_bench)).
+// INSTANTIATE_TEST_SUITE_P(My, CameraConformance, ::testing::Values(CameraKind{"Camera", &make_my_bench}),
+// name_of_kind).
 #pragma once
 
 #include <memory>
+#include <ostream>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -22,10 +25,20 @@ class CameraBench {
   [[nodiscard]] virtual StereoCamera& camera() = 0;
 };
 
-using MakeCameraBench = std::unique_ptr<CameraBench> (*)();
-class CameraConformance : public ::testing::TestWithParam<MakeCameraBench> {
+struct CameraKind {
+  const char* name;
+  std::unique_ptr<CameraBench> (*make)();
+};
+inline std::ostream& operator<<(std::ostream& stream, const CameraKind& kind) {
+  return stream << kind.name;
+}
+inline std::string name_of_kind(const ::testing::TestParamInfo<CameraKind>& info) {
+  return info.param.name;
+}
+
+class CameraConformance : public ::testing::TestWithParam<CameraKind> {
  protected:
-  std::unique_ptr<CameraBench> bench_ = GetParam()();
+  std::unique_ptr<CameraBench> bench_ = GetParam().make();
   StereoCamera& camera_ = bench_->camera();
 };
 

@@ -1,10 +1,13 @@
 // The built program on two live cameras, as a user calls it.
 #include "program.hpp"
 
+#include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -69,6 +72,26 @@ TEST_F(LiveProgram, RunSaysThatTheCameraStreamed) {
   EXPECT_EQ(report["frames"], 5);
   EXPECT_EQ(report["health"]["camera"], "streaming");
   EXPECT_EQ(report["counters"]["camera_losses"], 0);
+}
+
+// Meanwhile the driver fills its buffers, and what is in them is old afterwards.
+TEST_F(LiveProgram, BeingHeldUpIsNoJumpOfTheClock) {
+  constexpr auto kLong = std::chrono::seconds(4);
+  Program program({"run", "--camera", camera_, "--seconds", "8", "--out", file("run"), "--quiet"});
+  for (int i = 0; i < 100 && !std::filesystem::exists(file("run/camera.tum")); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  program.send(SIGSTOP);
+  std::this_thread::sleep_for(kLong);
+  program.send(SIGCONT);
+  const ProgramResult result = program.wait();
+  ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
+  std::ifstream file_of_run(file("run/run.json"));
+  const nlohmann::json report = nlohmann::json::parse(file_of_run, nullptr, false);
+  EXPECT_EQ(report["counters"]["camera_clock_jumps"], 0);
+  EXPECT_EQ(report["counters"]["camera_losses"], 0);
+  EXPECT_GT(report["counters"]["frames_missing_in_numbering"], 0) << "the driver had no room for all";
 }
 
 TEST_F(LiveProgram, WhatIsRecordedCanBePlayed) {

@@ -19,8 +19,9 @@ std::unique_ptr<CameraBench> make_libcamera() {
   return make_bench(CaptureBackend::kLibcamera, PixelFormat::kYuyv);
 }
 
-INSTANTIATE_TEST_SUITE_P(V4l2, CameraConformance, ::testing::Values(&make_v4l2));
-INSTANTIATE_TEST_SUITE_P(Libcamera, CameraConformance, ::testing::Values(&make_libcamera));
+INSTANTIATE_TEST_SUITE_P(Uvc, CameraConformance,
+                         ::testing::Values(CameraKind{"V4l2", &make_v4l2}, CameraKind{"Libcamera", &make_libcamera}),
+                         name_of_kind);
 
 }  // namespace
 }  // namespace kinetrace::hal::test

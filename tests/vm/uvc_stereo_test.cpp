@@ -168,6 +168,23 @@ TEST_P(Uvc, FramesThatTheSensorLosesCostTheirPartnersOnly) {
   checker.expect_pairs(3);
 }
 
+TEST_P(Uvc, FramesThatBothSensorsLoseAreGapsThoughTheDriverCountsNone) {
+  LiveBench bench(stereo());
+  ASSERT_TRUE(bench.camera().open());
+  ASSERT_TRUE(bench.camera().start());
+  PairChecker checker(bench.camera());
+  checker.expect_pairs(3);
+  // So many that some are the same frame in both.
+  constexpr int kSeveral = 3;
+  pair_.left.drop_frames(kSeveral);
+  pair_.right.drop_frames(kSeveral);
+  for (int i = 0; i < kVeryMany && bench.camera().counters().gaps == 0; ++i) {
+    checker.expect_pairs(1);
+  }
+  EXPECT_GT(bench.camera().counters().gaps, 0U);
+  checker.expect_pairs(3);
+}
+
 TEST_P(Uvc, OneDeviceWithBothEyesIsSplitWithoutACopy) {
   CaptureConfig both = config(0);
   both.width_px = 640;

@@ -16,9 +16,11 @@ std::unique_ptr<CameraBench> make_side_by_side() {
   return std::make_unique<LiveBench>(live_config(vivid_config(kVividLeft), std::nullopt));
 }
 
-INSTANTIATE_TEST_SUITE_P(V4l2Pair, CameraConformance, ::testing::Values(&make_pair));
-INSTANTIATE_TEST_SUITE_P(V4l2ConvertedPair, CameraConformance, ::testing::Values(&make_converted_pair));
-INSTANTIATE_TEST_SUITE_P(V4l2SideBySide, CameraConformance, ::testing::Values(&make_side_by_side));
+INSTANTIATE_TEST_SUITE_P(Vivid, CameraConformance,
+                         ::testing::Values(CameraKind{"V4l2Pair", &make_pair},
+                                           CameraKind{"V4l2ConvertedPair", &make_converted_pair},
+                                           CameraKind{"V4l2SideBySide", &make_side_by_side}),
+                         name_of_kind);
 
 }  // namespace
 }  // namespace kinetrace::hal::test

@@ -85,8 +85,9 @@ TEST_F(VividStereo, EachEyeShowsItsOwnDevice) {
 
 TEST_F(VividStereo, DroppedFramesAreCountedAndPairsGoOn) {
   right_.set("Percentage of Dropped Buffers", 50);
-  EXPECT_TRUE(
-      comes([](const CameraCounters& counters) { return counters.gaps > 0 && counters.skipped_missing_side > 0; }));
+  EXPECT_TRUE(comes([](const CameraCounters& counters) { return counters.skipped_missing_side > 0; }));
+  left_.set("Percentage of Dropped Buffers", 50);
+  EXPECT_TRUE(comes([](const CameraCounters& counters) { return counters.gaps > 0; })) << "both lost the same frame";
 }
 
 TEST_F(VividStereo, AFlaggedBufferIsSkippedAndCounted) {
@@ -111,7 +112,7 @@ TEST_F(VividStereo, AFatalErrorOfOneEyeIsMended) {
     ASSERT_TRUE(next) << next.error().message;
   }
   EXPECT_EQ(camera_.counters().losses, 0U);
-  EXPECT_GE(camera_.counters().stream_restarts, 1U);
+  EXPECT_EQ(camera_.counters().stream_restarts, 1U) << "of one eye, once";
 }
 
 TEST_F(VividStereo, AStuckEyeEndsPairsIsNamedAndComesBack) {

@@ -7,6 +7,8 @@
 namespace kinetrace::imaging {
 namespace {
 
+constexpr std::uint32_t kMaxByte = 255;
+
 bool is_space(std::uint8_t c) {
   return c == ' ' || (c >= '\t' && c <= '\r');
 }
@@ -30,18 +32,31 @@ bool next_number(std::span<const std::uint8_t> bytes, std::size_t& at, std::uint
   return at > first && at < bytes.size();
 }
 
-// Calls write(x, y, value) for every sample.
-template <typename Write>
-Status for_each_sample(const char* path, std::span<const std::uint8_t> bytes, int width, int height, Write&& write) {
-  const Result<PgmHeader> header = parse_pgm_header(path, bytes);
+std::size_t bytes_per_sample(const PgmHeader& header) {
+  return header.max_value > kMaxByte ? 2 : 1;
+}
+
+/// The header of a file that has all its pixels.
+Result<PgmHeader> parse_whole(const char* path, std::span<const std::uint8_t> bytes, int width, int height) {
+  Result<PgmHeader> header = parse_pgm_header(path, bytes);
   if (!header) {
-    return tl::unexpected(header.error());
+    return header;
   }
-  const std::size_t sample_bytes = header->max_value > 255 ? 2 : 1;
-  const std::size_t row_bytes = static_cast<std::size_t>(width) * sample_bytes;
+  const std::size_t row_bytes = static_cast<std::size_t>(width) * bytes_per_sample(*header);
   if ((bytes.size() - header->pixels_offset) / row_bytes < static_cast<std::size_t>(height)) {
     return file_error(ErrorCode::kBadFormat, path, "is truncated: fewer pixels than its header says; copy it again");
   }
+  return header;
+}
+
+// Calls write(x, y, value) for every sample.
+template <typename Write>
+Status for_each_sample(const char* path, std::span<const std::uint8_t> bytes, int width, int height, Write&& write) {
+  const Result<PgmHeader> header = parse_whole(path, bytes, width, height);
+  if (!header) {
+    return tl::unexpected(header.error());
+  }
+  const std::size_t sample_bytes = bytes_per_sample(*header);
   const std::uint8_t* sample = bytes.data() + header->pixels_offset;
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x, sample += sample_bytes) {
@@ -68,6 +83,11 @@ Result<PgmHeader> parse_pgm_header(const char* path, std::span<const std::uint8_
 }
 
 Status decode_pgm_gray(const char* path, std::span<const std::uint8_t> bytes, MutableGrayView target) {
+  const Result<PgmHeader> header = parse_whole(path, bytes, target.width, target.height);
+  if (header && header->max_value == kMaxByte) {
+    copy_image(GrayView{bytes.data() + header->pixels_offset, target.width, target.height, target.width}, target);
+    return {};
+  }
   return for_each_sample(
       path, bytes, target.width, target.height, [target](int x, int y, std::uint32_t value, std::uint32_t max_value) {
         const std::uint32_t scaled = max_value == 65535 ? value >> 8 : (value * 255 + max_value / 2) / max_value;

@@ -77,6 +77,7 @@ TEST_F(Health, EveryCounterOfTheCameraHasAReason) {
       {&CameraCounters::skipped_wrong_size, HealthReason::kFramesOfWrongSize},
       {&CameraCounters::clock_jumps, HealthReason::kClockJumped},
       {&CameraCounters::pairing_slips, HealthReason::kEyesOutOfStep},
+      {&CameraCounters::pairing_moves, HealthReason::kEyesOutOfStep},
       {&CameraCounters::stream_restarts, HealthReason::kFramesLost},
       {&CameraCounters::stalls, HealthReason::kCameraStalled},
       {&CameraCounters::losses, HealthReason::kCameraLost}};

@@ -51,7 +51,9 @@ class FakeDevice final : public CaptureDevice {
     const std::int64_t since = machine_.now_ns_ - sensor_.phase_ns;
     next_ = since < 0 ? 0 : since / sensor_.period_ns + 1;
     first_ = next_;
-    pending_.reset();
+    coming_.reset();
+    filled_.clear();
+    filled_.reserve(busy_.size());
     return {};
   }
 
@@ -62,27 +64,30 @@ class FakeDevice final : public CaptureDevice {
     if (sensor_.stream_broken) {
       return fail(ErrorCode::kIo, "stream error");
     }
-    const std::optional<Shot> shot = due();
-    if (!shot) {
+    catch_up();
+    if (filled_.empty()) {
       return fail(ErrorCode::kTimeout, "nothing");
     }
-    pending_.reset();
+    const Shot shot = filled_.front();
+    filled_.erase(filled_.begin());
+    machine_.pass(sensor_.taking_ns);
     const auto free = std::find(busy_.begin(), busy_.end(), false);
     const auto slot = static_cast<std::size_t>(free - busy_.begin());
     *free = true;
     sensor_.most_in_use = std::max(sensor_.most_in_use, ++sensor_.in_use);
-    paint(*shot, slot);
+    paint(shot, slot);
     const std::span<const std::byte> bytes(pixels_[slot]);
     return CapturedImage{static_cast<int>(slot),
-                         shot->sequence,
-                         shot->stamp_ns,
-                         shot->damaged,
-                         shot->cut ? bytes.first(bytes.size() / 2) : bytes,
+                         shot.sequence,
+                         shot.stamp_ns,
+                         shot.damaged,
+                         shot.cut ? bytes.first(bytes.size() / 2) : bytes,
                          sensor_.told_exposure_ns,
                          std::nullopt};
   }
 
   void release(int slot) noexcept override {
+    catch_up();
     if (busy_[static_cast<std::size_t>(slot)]) {
       busy_[static_cast<std::size_t>(slot)] = false;
       --sensor_.in_use;
@@ -99,33 +104,38 @@ class FakeDevice final : public CaptureDevice {
     if (!sensor_.plugged || sensor_.stream_broken || sensor_.falsely_ready) {
       return machine_.now_ns_;
     }
-    const Shot* shot = upcoming();
-    return shot == nullptr ? std::nullopt : std::optional(shot->arrival_ns);
+    catch_up();
+    if (!filled_.empty()) {
+      return filled_.front().arrival_ns;
+    }
+    return sensor_.mute ? std::nullopt : std::optional(coming().arrival_ns);
   }
 
  private:
-  // The oldest shot that has not been taken; a driver without a free buffer loses what arrives.
-  const Shot* upcoming() {
-    constexpr int kMaxSkipped = 10'000;
-    for (int skipped = 0; !pending_ && skipped < kMaxSkipped && !sensor_.mute; ++skipped, ++next_) {
+  // The next shot that is not lost.
+  const Shot& coming() {
+    while (!coming_ || coming_->lost) {
       const std::int64_t stamp_ns = sensor_.phase_ns + next_ * sensor_.period_ns;
-      Shot shot{next_, stamp_ns, stamp_ns + sensor_.latency_ns, next_ - first_};
+      coming_ = Shot{next_, stamp_ns, stamp_ns + sensor_.latency_ns, next_ - first_};
+      ++next_;
       if (sensor_.script) {
-        sensor_.script(shot);
-      }
-      const bool has_room = std::find(busy_.begin(), busy_.end(), false) != busy_.end();
-      if (!shot.lost && (has_room || shot.arrival_ns > machine_.now_ns_)) {
-        pending_ = shot;
+        sensor_.script(*coming_);
       }
     }
-    return pending_ && !sensor_.mute ? &*pending_ : nullptr;
+    return *coming_;
   }
-  std::optional<Shot> due() {
-    const Shot* shot = upcoming();
-    return shot != nullptr && shot->arrival_ns <= machine_.now_ns_ ? std::optional(*shot) : std::nullopt;
+  // What the driver did meanwhile: it filled its buffers with what arrived, and lost what found none.
+  void catch_up() {
+    while (coming().arrival_ns <= machine_.now_ns_) {
+      const auto in_use = static_cast<std::size_t>(std::count(busy_.begin(), busy_.end(), true));
+      if (!sensor_.mute && filled_.size() + in_use < busy_.size()) {
+        filled_.push_back(*coming_);
+      }
+      coming_.reset();
+    }
   }
   void paint(const Shot& shot, std::size_t slot) {
-    const auto value = static_cast<int>(shot.number % 256);
+    const auto value = static_cast<int>((shot.number - sensor_.lag_shots) % 256);
     std::memset(pixels_[slot].data(), value, pixels_[slot].size());
     if (!sensor_.side_by_side) {
       return;
@@ -145,7 +155,8 @@ class FakeDevice final : public CaptureDevice {
   std::vector<std::vector<std::byte>> pixels_;
   std::int64_t next_ = 0;
   std::int64_t first_ = 0;
-  std::optional<Shot> pending_;
+  std::optional<Shot> coming_;
+  std::vector<Shot> filled_;
 };
 
 FakeSensor& FakeMachine::add(FakeSensor sensor) {

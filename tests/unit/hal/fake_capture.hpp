@@ -26,7 +26,8 @@ struct Shot {
   bool cut = false;      ///< Arrives with half its bytes.
 };
 
-/// A sensor and its wire. Pixels of shot `n` are all `n % 256`; side by side, the right half is that plus 100.
+/// A sensor and its wire. Pixels of shot `n` are all `(n - lag_shots) % 256`; side by side, the right half is that plus
+/// 100.
 struct FakeSensor {
   std::string path;
   std::string stable_id;
@@ -34,11 +35,13 @@ struct FakeSensor {
   std::int64_t period_ns = 33 * kMs;
   std::int64_t phase_ns = 0;  ///< When shot 0 is stamped.
   std::int64_t latency_ns = 5 * kMs;
+  int lag_shots = 0;  ///< Shows what it should have shown so many shots before, under the stamp of now.
   bool plugged = true;
   bool side_by_side = false;
   bool stream_broken = false;  ///< next() fails with kIo until it is started again.
   bool never_mends = false;    ///< ... and even then.
   bool mute = false;
+  std::int64_t taking_ns = 0;  ///< So long does next() need for an image.
   bool falsely_ready = false;  ///< Reports itself ready (poll: POLLERR) though next() has nothing.
   std::optional<double> exposure_us = {};
   std::optional<std::int64_t> told_exposure_ns = {};  ///< With every image, as automatic exposure has it.

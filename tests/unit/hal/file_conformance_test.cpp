@@ -31,8 +31,10 @@ std::unique_ptr<CameraBench> make_looping_file() {
   return std::make_unique<FileBench>(2, FileCameraConfig{.passes = 2});
 }
 
-INSTANTIATE_TEST_SUITE_P(File, CameraConformance, ::testing::Values(&make_file));
-INSTANTIATE_TEST_SUITE_P(LoopingFile, CameraConformance, ::testing::Values(&make_looping_file));
+INSTANTIATE_TEST_SUITE_P(Recordings, CameraConformance,
+                         ::testing::Values(CameraKind{"File", &make_file},
+                                           CameraKind{"LoopingFile", &make_looping_file}),
+                         name_of_kind);
 
 }  // namespace
 }  // namespace kinetrace::hal::test

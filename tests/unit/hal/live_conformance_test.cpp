@@ -51,10 +51,11 @@ std::unique_ptr<CameraBench> faulty() {
   return std::make_unique<LiveBench>(false, Wrapped::kFaulty);
 }
 
-INSTANTIATE_TEST_SUITE_P(TwoDevices, CameraConformance, ::testing::Values(&two_devices));
-INSTANTIATE_TEST_SUITE_P(SideBySide, CameraConformance, ::testing::Values(&side_by_side));
-INSTANTIATE_TEST_SUITE_P(Guarded, CameraConformance, ::testing::Values(&guarded));
-INSTANTIATE_TEST_SUITE_P(Faulty, CameraConformance, ::testing::Values(&faulty));
+INSTANTIATE_TEST_SUITE_P(Live, CameraConformance,
+                         ::testing::Values(CameraKind{"TwoDevices", &two_devices},
+                                           CameraKind{"SideBySide", &side_by_side}, CameraKind{"Guarded", &guarded},
+                                           CameraKind{"Faulty", &faulty}),
+                         name_of_kind);
 
 }  // namespace
 }  // namespace kinetrace::hal::test

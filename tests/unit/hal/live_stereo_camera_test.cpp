@@ -1,6 +1,7 @@
 // Two scripted devices in, pairs out; everything that goes wrong with cameras, at exactly known times.
 #include "kinetrace/hal/live_stereo_camera.hpp"
 
+#include <random>
 #include <set>
 
 #include <gmock/gmock.h>
@@ -160,9 +161,112 @@ TEST_F(LiveCamera, CountsLostAndDamagedImagesAndDropsTheirPartners) {
     last_index = frame->frame_index;
   }
   EXPECT_EQ(last_index, 21) << "two frames are missing, and the numbers say so";
-  EXPECT_EQ(camera_->counters().gaps, 1U);
+  EXPECT_EQ(camera_->counters().gaps, 0U) << "of each, an image of one eye came";
   EXPECT_EQ(camera_->counters().skipped_unreadable, 1U);
   EXPECT_EQ(camera_->counters().skipped_missing_side, 2U);
+}
+
+TEST_F(LiveCamera, FramesThatBothEyesLostAreGapsWhetherOrNotTheDriverCounts) {
+  for (const bool counts : {true, false}) {
+    for (FakeSensor* sensor : {&left_, &right_}) {
+      sensor->sequence_counts_losses = counts;
+      sensor->script = [](Shot& shot) { shot.lost = shot.number % 10 == 4 || shot.number % 10 == 5; };
+    }
+    begin();
+    std::int64_t last_index = -1;
+    for (int i = 0; i < 40; ++i) {
+      const Result<StereoFrame> frame = camera_->next(kTimeout);
+      ASSERT_TRUE(frame);
+      last_index = frame->frame_index;
+    }
+    const CameraCounters& counters = camera_->counters();
+    EXPECT_GE(counters.gaps, 8U);
+    EXPECT_EQ(counters.frames_delivered + counters.gaps, static_cast<std::uint64_t>(last_index + 1));
+    EXPECT_EQ(counters.skipped_missing_side, 0U);
+  }
+}
+
+TEST_F(LiveCamera, EveryFrameNumberIsAccountedForOnce) {
+  for (const bool counts : {true, false}) {
+    std::mt19937 random(5);
+    std::bernoulli_distribution loses(0.2);
+    for (FakeSensor* sensor : {&left_, &right_}) {
+      sensor->sequence_counts_losses = counts;
+      sensor->script = [&](Shot& shot) { shot.lost = loses(random); };
+    }
+    begin();
+    std::int64_t first_index = -1;
+    std::int64_t last_index = -1;
+    for (int i = 0; i < 300; ++i) {
+      const Result<StereoFrame> frame = frame_within(std::chrono::seconds(1));
+      ASSERT_TRUE(frame) << frame.error().message;
+      EXPECT_EQ(frame->left.at(0, 0), frame->right.at(0, 0));
+      first_index = i == 0 ? frame->frame_index : first_index;
+      last_index = frame->frame_index;
+      if (i == 0) {
+        // What was lost before the first pair is nobody's.
+        first_index -= static_cast<std::int64_t>(camera_->counters().skipped_missing_side);
+      }
+      machine_.pass(i % 3 == 0 ? 80 * kMs : 0);
+    }
+    const CameraCounters& counters = camera_->counters();
+    EXPECT_GT(counters.gaps, 10U);
+    EXPECT_GT(counters.skipped_missing_side, 50U);
+    EXPECT_GT(counters.skipped_outdated, 20U);
+    const std::uint64_t accounted =
+        counters.frames_delivered + counters.gaps + counters.skipped_missing_side + counters.skipped_outdated;
+    EXPECT_EQ(accounted, static_cast<std::uint64_t>(last_index - first_index + 1)) << "counts: " << counts;
+    left_.script = right_.script = {};
+    camera_->close();
+  }
+}
+
+TEST_F(LiveCamera, WhatTheDriverLostWhileWeWereHeldUpIsAGap) {
+  begin();
+  expect_frames(5);
+  machine_.pass(1000 * kMs);
+  const Result<StereoFrame> stale = camera_->next(kTimeout);
+  ASSERT_TRUE(stale);
+  const Result<StereoFrame> fresh = camera_->next(kTimeout);
+  ASSERT_TRUE(fresh);
+  const CameraCounters& counters = camera_->counters();
+  EXPECT_GE(counters.gaps, 20U);
+  EXPECT_EQ(counters.frames_delivered + counters.gaps + counters.skipped_outdated,
+            static_cast<std::uint64_t>(fresh->frame_index + 1));
+}
+
+// Images that waited in the driver meanwhile are older than their arrival says; so are none of those that follow.
+TEST_F(LiveCamera, TimesAreRightAfterAHoldUpHoweverLong) {
+  for (const std::int64_t held_up_ms : {300, 1000, 1500, 5'000, 60'000}) {
+    for (const bool counts : {true, false}) {
+      left_.sequence_counts_losses = right_.sequence_counts_losses = counts;
+      begin();
+      expect_frames(5);
+      machine_.pass(held_up_ms * kMs);
+      for (int i = 0; i < 20; ++i) {
+        const Result<StereoFrame> frame = camera_->next(kTimeout);
+        ASSERT_TRUE(frame) << frame.error().message;
+        const std::int64_t shot = (frame->timestamp_ns - left_.phase_ns) / left_.period_ns;
+        EXPECT_EQ(frame->timestamp_ns, left_.phase_ns + shot * left_.period_ns) << held_up_ms << " ms, frame " << i;
+        EXPECT_EQ(frame->left.at(0, 0), shot % 256) << held_up_ms << " ms, frame " << i;
+      }
+      EXPECT_EQ(camera_->counters().clock_jumps, 0U) << held_up_ms << " ms";
+      camera_->close();
+    }
+  }
+}
+
+TEST_F(LiveCamera, AClockThatJumpsAfterAHoldUpIsStillMended) {
+  begin();
+  expect_frames(5);
+  machine_.pass(5'000 * kMs);
+  expect_frames(5);
+  const std::int64_t before_ns = camera_->next(kTimeout).value().timestamp_ns;
+  left_.script = right_.script = [](Shot& shot) { shot.stamp_ns += 3'600'000 * kMs; };
+  expect_frames(1);  // On its way.
+  const StereoFrame after = camera_->next(kTimeout).value();
+  EXPECT_NEAR(static_cast<double>(after.timestamp_ns - before_ns), static_cast<double>(2 * left_.period_ns), kMs);
+  EXPECT_EQ(camera_->counters().clock_jumps, 2U) << "one in each eye";
 }
 
 TEST_F(LiveCamera, SkipsACutImage) {
@@ -283,10 +387,8 @@ TEST_F(LiveCamera, DamagedImagesDoNotMakeACallLonger) {
   expect_frames(5);
   // Each image takes longer than a period, so that there is always one more.
   constexpr std::int64_t kTaken_ns = 40 * kMs;
-  left_.script = [this](Shot& shot) {
-    shot.cut = true;
-    machine_.pass(kTaken_ns);
-  };
+  left_.taking_ns = kTaken_ns;
+  left_.script = [](Shot& shot) { shot.cut = true; };
   const std::int64_t begun_ns = machine_.now_ns();
   EXPECT_EQ(camera_->next(kTimeout).error().code, ErrorCode::kTimeout);
   const std::int64_t queued_ns = 2 * two_eyes().left.buffers * kTaken_ns;

@@ -13,6 +13,7 @@
 #include "calibration_text.hpp"
 #include "container_file.hpp"
 #include "crc32.hpp"
+#include "fake_disk.hpp"
 #include "kinetrace/hal/dataset.hpp"
 #include "kinetrace/hal/file_stereo_camera.hpp"
 #include "kinetrace/hal/rectifier.hpp"
@@ -261,6 +262,28 @@ TEST_F(Raw, StopsBeforeTheDiskIsFull) {
     EXPECT_EQ(recorder->write(frame(1)).error().message, written.error().message) << "it takes nothing more";
     EXPECT_EQ(recorder->frames(), 0);
     std::filesystem::remove_all(folder_.path() / "raw");
+  }
+}
+
+TEST_F(Raw, LeavesOthersTheirShareOfTheDisk) {
+  constexpr std::uint64_t kShare = std::uint64_t{2} << 20U;
+  constexpr std::uint64_t kDisk = kShare + (std::uint64_t{128} << 10U);
+  for (const RawFormat format : {RawFormat::kContainer, RawFormat::kKittiRaw}) {
+    RawRecorderConfig sharing = config(format);
+    sharing.keep_free_bytes = kShare;
+    const auto recorder = make(sharing).value();
+    const FakeDisk disk(sharing.directory, kDisk);
+    Status written;
+    std::int64_t index = 0;
+    while (written && index < 10'000) {
+      written = recorder->write(frame(index++));
+    }
+    ASSERT_FALSE(written);
+    EXPECT_THAT(written.error().message, HasSubstr("2 MiB are kept free"));
+    EXPECT_GE(disk.free_bytes(), kShare);
+    EXPECT_LE(disk.free_bytes(), kShare + 32768) << "what there is to be used is used";
+    EXPECT_GT(recorder->frames(), 10);
+    std::filesystem::remove_all(sharing.directory);
   }
 }
 

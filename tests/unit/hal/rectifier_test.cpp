@@ -282,6 +282,18 @@ TEST(Rectifier, TakesExactlyWhatItAnnounces) {
   EXPECT_EQ(refused.error().code, ErrorCode::kCapacity);
 }
 
+TEST(Rectifier, RefusesImagesThatHaveNoNeighbours) {
+  RigCalibration rig = test::radial_rig();
+  for (CameraModel* camera : {&rig.left, &rig.right}) {
+    camera->width_px = 1;
+    camera->cx_px = 0.0;
+  }
+  Arena arena(std::size_t{4} << 20U);
+  const auto created = Rectifier::create(rig, {}, arena);
+  ASSERT_FALSE(created);
+  EXPECT_EQ(created.error().code, ErrorCode::kBadCalibration);
+}
+
 TEST(Rectifier, ReportsInvalidCalibrationAndConfiguration) {
   RigCalibration rig = test::radial_rig();
   rig.left.fx_px = std::nan("");

@@ -40,6 +40,19 @@ TEST(TimelineGuard, ReturnsToTheClockWhenItIsRightAgain) {
   EXPECT_EQ(back.time_ns, 2 * kPeriod);
 }
 
+TEST(TimelineGuard, BelievesWhateverLiesWithinTheEvidence) {
+  constexpr std::int64_t kLong = 40 * kPeriod;
+  TimelineGuard guard(kTolerance);
+  static_cast<void>(guard.correct(0, 0));
+  // The frame waited for us: between nothing and all of the time may have passed.
+  EXPECT_EQ(guard.correct(kPeriod, {.expected_ns = kLong, .shortest_ns = 0, .longest_ns = kLong}).time_ns, kPeriod);
+  EXPECT_EQ(guard.correct(kLong, {.expected_ns = kPeriod, .shortest_ns = 0, .longest_ns = kLong}).time_ns, kLong);
+  const TimelineGuard::Step jumped =
+      guard.correct(3 * kLong, {.expected_ns = kPeriod, .shortest_ns = 0, .longest_ns = kLong});
+  EXPECT_TRUE(jumped.jumped);
+  EXPECT_EQ(jumped.time_ns, kLong + kPeriod);
+}
+
 TEST(TimelineGuard, WhereEveryFrameIsNewTimeMustAdvance) {
   TimelineGuard relaxed(kTolerance + kPeriod);
   TimelineGuard strict(kTolerance + kPeriod, true);

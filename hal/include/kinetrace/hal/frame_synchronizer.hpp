@@ -60,7 +60,7 @@ struct SyncCounters {
 /// an alpha-beta filter and taken off before tolerance is applied. Where nothing has fitted for `kRelockAfter` frames
 /// of both eyes, the offset is learnt anew from their recent times. The learnt offset stays within about half a period,
 /// unless one eye's clock is off by more than `kJumpPeriods`: then the newest frames of both are taken to belong
-/// together, which may be wrong by one frame; SyncMonitor sees that in the images.
+/// together, which may be wrong by one frame; SyncMonitor sees that in the images, and move() mends it.
 ///
 /// Never more than `kWaiting` frames of an eye wait. No memory beyond the object, no clock; deterministic.
 class FrameSynchronizer {
@@ -76,6 +76,10 @@ class FrameSynchronizer {
   void add(Eye eye, const SyncFrame& frame) noexcept;
   [[nodiscard]] std::optional<SyncPair> next_pair() noexcept;
   [[nodiscard]] std::optional<SyncDrop> next_drop() noexcept;
+
+  /// Partners of left frames are from now on the right ones that come `frames` later than those so far. What one eye
+  /// has in excess is dropped as unpaired; no frame is used twice.
+  void move(int frames) noexcept { jump_ns_ += frames * config_.period_ns; }
 
   /// Forgets an eye's frames without dropping them: their buffers are gone. What was learnt stays.
   void forget(Eye eye) noexcept;
@@ -120,7 +124,7 @@ class FrameSynchronizer {
   std::array<SyncDrop, kMaxDrops> drops_{};
   std::size_t drop_count_ = 0;
   SyncCounters counters_;
-  std::int64_t jump_ns_ = 0;  ///< Whole difference of the clocks; zero where both are one.
+  std::int64_t jump_ns_ = 0;  ///< Whole difference of the clocks, and of frames; zero where both are one.
   double offset_ns_ = 0.0;    ///< Beyond that, at `offset_time_ns_`.
   double drift_ = 0.0;
   std::optional<std::int64_t> offset_time_ns_;

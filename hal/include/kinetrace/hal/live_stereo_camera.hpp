@@ -17,7 +17,7 @@ class CaptureEnvironment;
 
 /// How left and right relate in time, as far as measured.
 struct PairingStatus {
-  double offset_ms = 0.0;       ///< What right images are later than left ones.
+  double offset_ms = 0.0;       ///< What right images are later than left ones, by their stamps.
   double drift_ppm = 0.0;       ///< How fast that grows.
   std::uint64_t relearned = 0;  ///< Times that the offset had to be learnt anew.
 };
@@ -59,6 +59,9 @@ class LiveStereoCamera final : public StereoCamera {
   [[nodiscard]] const CameraInfo& info() const noexcept override;
   [[nodiscard]] const CameraCounters& counters() const noexcept override;
   [[nodiscard]] PairingStatus pairing() const noexcept;
+  /// Left images are from now on paired with right ones that are `frames` later: for whoever sees in the images that
+  /// one eye is late by as much. False, and nothing changed, where both eyes come in one image.
+  bool move_pairing(int frames) noexcept;
 
  private:
   struct Impl;

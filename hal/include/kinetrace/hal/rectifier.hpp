@@ -48,13 +48,13 @@ class Rectifier {
   /// Look-up table and output of one eye.
   struct Eye {
     std::span<std::int16_t> position;   ///< x, y of the upper left source pixel, per target pixel.
-    std::span<std::uint16_t> fraction;  ///< Row of the interpolation table: 5 bits of x, 5 bits of y.
+    std::span<std::uint16_t> fraction;  ///< Beyond that, in 1/32 px: of x in the lower byte, of y in the upper one.
     MutableGrayView image;
   };
 
   Rectifier() = default;
   static void carve(const StereoGeometry& geometry, Arena& arena, std::array<Eye, 2>& eyes);
-  [[nodiscard]] Status remap(GrayView source, const Eye& eye) const;
+  static void look_up(GrayView source, const Eye& eye) noexcept;
 
   StereoGeometry geometry_;
   int raw_width_px_ = 0;

@@ -29,6 +29,7 @@ enum class SyncVerdict : std::uint8_t {
 
 struct SyncReport {
   SyncVerdict verdict = SyncVerdict::kUnknown;
+  int agreeing = 0;  ///< Of the last `kVotes` measurements which could tell, those that say so.
   int measurements = 0;
   int matches = 0;                  ///< Of the last measurement.
   int frames_apart = 0;             ///< Of its two pairs: 1; 2 or 3 tell less, and more nothing, though it says 4.
@@ -49,6 +50,7 @@ struct SyncReport {
 class SyncMonitor {
  public:
   static constexpr int kPoints = 64;
+  static constexpr std::size_t kVotes = 8;
 
   [[nodiscard]] static std::size_t required_bytes(const SyncMonitorConfig& config, int width_px, int height_px);
   /// Errors: kInvalidConfig, kCapacity.
@@ -58,6 +60,8 @@ class SyncMonitor {
   /// True if this pair was measured, so that the report is new.
   bool process(const RectifiedPair& pair) noexcept;
   [[nodiscard]] const SyncReport& report() const noexcept { return report_; }
+  /// Judges anew: eyes are paired in another way from now on.
+  void restart() noexcept;
 
  private:
   struct Storage {
@@ -70,8 +74,6 @@ class SyncMonitor {
     double median_px = 0.0;
     double signed_px = 0.0;
   };
-  static constexpr std::size_t kVotes = 8;
-
   SyncMonitor(const SyncMonitorConfig& config, const Storage& storage) : config_(config), storage_(storage) {}
   static void carve(int width_px, int height_px, Arena& arena, Storage& storage);
   [[nodiscard]] Residual measure(GrayView left, GrayView right) const noexcept;

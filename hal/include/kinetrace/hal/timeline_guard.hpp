@@ -16,22 +16,26 @@ class TimelineGuard {
   explicit TimelineGuard(std::int64_t tolerance_ns, bool must_advance = false)
       : tolerance_ns_(tolerance_ns), must_advance_(must_advance) {}
 
+  /// How much time passed since the frame before, as far as something else than its clock can tell.
+  struct Evidence {
+    std::int64_t expected_ns = 0;  ///< Taken in place of a step that cannot be.
+    std::int64_t shortest_ns = 0;
+    std::int64_t longest_ns = 0;
+  };
   struct Step {
     std::int64_t time_ns = 0;
     bool jumped = false;
   };
-  /// The next frame's time; `expected_step_ns` is what the evidence says since the frame before.
+  /// The next frame's time.
+  [[nodiscard]] Step correct(std::int64_t stamp_ns, const Evidence& evidence) noexcept;
+  /// The same where the evidence is one number.
   [[nodiscard]] Step correct(std::int64_t stamp_ns, std::int64_t expected_step_ns) noexcept {
-    return correct(stamp_ns, expected_step_ns, expected_step_ns);
+    return correct(stamp_ns, {expected_step_ns, expected_step_ns, expected_step_ns});
   }
-  /// The same where the evidence knows the step no better than from `shortest_step_ns` to `expected_step_ns`.
-  [[nodiscard]] Step correct(std::int64_t stamp_ns, std::int64_t expected_step_ns,
-                             std::int64_t shortest_step_ns) noexcept;
   void reset() noexcept;
 
  private:
-  [[nodiscard]] bool fits(std::int64_t step_ns, std::int64_t expected_step_ns,
-                          std::int64_t shortest_step_ns) const noexcept;
+  [[nodiscard]] bool fits(std::int64_t step_ns, const Evidence& evidence) const noexcept;
 
   std::int64_t tolerance_ns_;
   bool must_advance_;
