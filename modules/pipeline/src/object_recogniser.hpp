@@ -22,7 +22,7 @@ inline constexpr std::size_t kSettledBodyFrames = 6;
 /// middle elsewhere, its points have not.
 class ObjectRecogniser {
  public:
-  /// Memory: 34 kB.
+  /// Memory: 56 kB.
   ObjectRecogniser(const StereoGeometry& geometry, Arena& arena);
 
   void clear() noexcept;

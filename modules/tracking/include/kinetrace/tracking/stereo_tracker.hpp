@@ -32,7 +32,9 @@ struct TrackerCounters {
 ///
 /// Prediction P: each track's last seen mask, moved by the similarity that its features follow (RANSAC); with fewer
 /// than three features by their median displacement and the last known scale change; with none to where its forecast
-/// says, or without one by its last motion. A mask that leaves the image is kept whole and comes back whole.
+/// says, or without one by its last motion. Features of a track that is hidden, or has not been detected in two frames,
+/// have passed to what hides it: its mask goes where the forecast says. A mask that leaves the image, or of which a
+/// part is hidden, is kept whole and comes back whole.
 /// Where predictions overlap, the one that has been seen to hide the other does so again (its detection lay where the
 /// other's mask was expected); before that the one with the larger disparity; without disparity a track counts as
 /// behind all others, and among those the lower edge of the box decides.
@@ -40,7 +42,9 @@ struct TrackerCounters {
 /// Affinity A[u][v] = intersection over union of the visible part of prediction u and detection v, plus the share of
 /// u's features that lie on v (damped where they are few); 0 where both are small. Normalised, so that a small object
 /// is worth as much as a large one and a fragment less than a whole. Masks say where something is, features say which
-/// of two things it is: when one object passes close to another, theirs is the better memory.
+/// of two things it is: when one object passes close to another, theirs is the better memory. What is left over on both
+/// sides is matched once more by nearness: a thing of the same class and about the same size beside its prediction, as
+/// a thin one moves by more than its width, or the first bit of a hidden one on its whole mask.
 ///
 /// Life: a detection that no track claims is born tentative, confirmed when matched in `confirm_frames` frames,
 /// propagated by its prediction for `max_missed_frames`, and ended then. A confirmed track with a forecast waits for
