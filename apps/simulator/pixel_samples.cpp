@@ -31,6 +31,7 @@ TileSampler::TileSampler(const RayWorld& world, const SampleRays& rays, const Ey
       R_scene_eye_(eye.T_scene_eye.rotation.cast<float>()),
       principal_shift_(eye.principal_shift),
       to_sun_(world.scene().light.to_sun.normalized()),
+      actors_in_view_(world.actors_in_view(eye.T_scene_eye)),
       samples_(kTilePixels * (count_ + 1)),
       continued_(count_) {}
 
@@ -66,10 +67,26 @@ void TileSampler::trace_centres(int x0, int y0) {
       queue_.push_back(&centre);
     }
   }
+  reach_ = reach_of_tile();
   trace_queue();
   for (const std::size_t slot : filled_) {
     locate(own_centre(slot));
   }
+}
+
+// Most tiles show no actor, nor come near one.
+RayWorld::Reach TileSampler::reach_of_tile() const {
+  Eigen::AlignedBox2f tile;
+  for (const std::size_t slot : filled_) {
+    tile.extend(rays_.centre(pixels_[slot].x, pixels_[slot].y) + principal_shift_);
+  }
+  // Samples lie half a pixel from the centre, or a little more at the edge of a lens that bends.
+  const Eigen::Vector2f margin = Eigen::Vector2f::Constant(2.F * rays_.pixel_rad());
+  tile.min() -= margin;
+  tile.max() += margin;
+  const bool near_actor = std::any_of(actors_in_view_.begin(), actors_in_view_.end(),
+                                      [&](const Eigen::AlignedBox2f& view) { return view.intersects(tile); });
+  return near_actor ? RayWorld::Reach::kEverything : RayWorld::Reach::kStaticWorld;
 }
 
 void TileSampler::trace_probes() {
@@ -239,7 +256,7 @@ void TileSampler::trace_queue() {
       packet_.active[i] = i < count ? -1 : 0;
       set_ray(packet_, i, origin_, queue_[first + std::min(i, count - 1)]->direction);
     }
-    world_.trace(packet_);
+    world_.trace(packet_, reach_);
     for (std::size_t i = 0; i < count; ++i) {
       Sample& sample = *queue_[first + i];
       sample.part = packet_.part[i];

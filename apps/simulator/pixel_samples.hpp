@@ -32,7 +32,7 @@ struct Sample {
   Eigen::Vector3f scene_position;
   Eigen::Vector3f face_normal;  ///< Of the triangle, scene frame, towards the viewer.
   Eigen::Vector3f normal;       ///< Interpolated, scene frame.
-  SurfacePoint local;           ///< In the part's frame; without a footprint.
+  SurfacePoint local;           ///< In the part's frame.
 };
 
 /// On the same smooth piece of the same surface.
@@ -101,6 +101,7 @@ class TileSampler {
   static constexpr std::uint64_t kOutside = ~std::uint64_t{0};
 
   void trace_centres(int x0, int y0);
+  [[nodiscard]] RayWorld::Reach reach_of_tile() const;
   void trace_probes();
   [[nodiscard]] Eigen::Vector3f direction_of(const Eigen::Vector2f& ray) const {
     return R_scene_eye_ * (ray + principal_shift_).homogeneous();
@@ -144,6 +145,8 @@ class TileSampler {
   Eigen::Matrix3f R_scene_eye_;
   Eigen::Vector2f principal_shift_;
   Eigen::Vector3f to_sun_;
+  std::vector<Eigen::AlignedBox2f> actors_in_view_;
+  RayWorld::Reach reach_ = RayWorld::Reach::kEverything;  // Of the tile's rays.
   RayPacket packet_;
   std::array<Pixel, kTilePixels> pixels_{};
   Grid grid_{};
