@@ -119,6 +119,9 @@ inline Floats floor_of(Floats x) noexcept {
 inline Mask is_even(Floats x) noexcept {
   return {(truncated(x) & 1) == 0};
 }
+inline IntVector to_ints(WordVector x) noexcept {
+  return reinterpret_cast<const IntVector&>(x);
+}
 inline WordVector to_words(IntVector x) noexcept {
   return reinterpret_cast<const WordVector&>(x);
 }

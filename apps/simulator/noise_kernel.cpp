@@ -23,7 +23,7 @@ Floats corner(WordVector key) noexcept {
   key *= 0x2c1b3c6dU;
   key ^= key >> 12;
   key *= 0x297a2d39U;
-  return to_floats(reinterpret_cast<const IntVector&>(key));
+  return to_floats(to_ints(key));
 }
 
 Floats blend(Floats a, Floats b, Floats t) noexcept {

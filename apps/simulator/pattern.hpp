@@ -47,7 +47,7 @@ namespace kinetrace::simulator::KINETRACE_KERNEL_ISA {
 [[nodiscard]] inline Floats cell_value(Floats column, Floats row, std::uint32_t seed) noexcept {
   const WordVector in_column = hash_step(hash_of(seed) + WordVector{}, to_words(truncated(column)));
   const WordVector in_cell = hash_step(in_column, to_words(truncated(row)));
-  return to_floats(reinterpret_cast<const IntVector&>(static_cast<const WordVector&>(in_cell >> 8U))) * 0x1p-24F;
+  return to_floats(to_ints(in_cell >> 8U)) * 0x1p-24F;
 }
 
 /// In [0, 1), constant over everything of one paint; each `property` of the paint has its own.

@@ -42,22 +42,22 @@ void ShadingQueue::Targets::receive(const Lanes& radiance) {
   count = 0;
 }
 
-// Neighbours mostly show the same.
 ShadingQueue::Group& ShadingQueue::group_of(const Paint& paint) {
-  if (last_ < used_ && (groups_[last_].paint == &paint || same_look(*groups_[last_].paint, paint))) {
-    return groups_[last_];
+  std::size_t& recent = recent_[(static_cast<std::size_t>(paint.material) + 5U * paint.seed) % recent_.size()];
+  if (recent < used_ && same_look(*groups_[recent].paint, paint)) {
+    return groups_[recent];
   }
   const auto end = groups_.begin() + static_cast<std::ptrdiff_t>(used_);
   const auto known =
       std::find_if(groups_.begin(), end, [&](const Group& group) { return same_look(*group.paint, paint); });
-  last_ = static_cast<std::size_t>(known - groups_.begin());
+  recent = static_cast<std::size_t>(known - groups_.begin());
   if (known == end) {
     if (++used_ > groups_.size()) {
       groups_.emplace_back();
     }
-    groups_[last_].paint = &paint;
+    groups_[recent].paint = &paint;
   }
-  return groups_[last_];
+  return groups_[recent];
 }
 
 void ShadingQueue::add(const Paint& paint, const ShadedPoint& point, float weight, float& pixel) {

@@ -59,7 +59,8 @@ class ShadingQueue {
   Daylight light_;
   std::vector<Group> groups_;  // The first `used_` of them.
   std::size_t used_ = 0;
-  std::size_t last_ = 0;
+  // Where a look was found before, by its hash.
+  std::array<std::size_t, 64> recent_{};
   Targets sky_targets_;
   Lanes3 sky_directions_;
 };
