@@ -89,17 +89,6 @@ inline Floats sqrt(Floats x) noexcept {
 inline Floats length(Floats x, Floats y) noexcept {
   return sqrt(x * x + y * y);
 }
-/// Zero where the mask does not hold.
-inline Floats sin(Mask mask, Floats x) noexcept {
-  Floats result(0.F);
-  for (int i = 0; i < kLanes; ++i) {
-    if (mask.v[i] != 0) {
-      result.v[i] = __builtin_sinf(x.v[i]);
-    }
-  }
-  return result;
-}
-
 /// Of values that fit 32 bits, cut off towards zero.
 inline IntVector truncated(Floats x) noexcept {
   return __builtin_convertvector(x.v, IntVector);
@@ -124,6 +113,40 @@ inline IntVector to_ints(WordVector x) noexcept {
 }
 inline WordVector to_words(IntVector x) noexcept {
   return reinterpret_cast<const WordVector&>(x);
+}
+
+/// Of angles up to some thousand radians; off by less than 1e-6 of a radian's length for those below a hundred.
+inline Floats sin(Floats angle) noexcept {
+  constexpr float kPi = 3.14159265F;
+  // Half turns, taken off in two steps: the first is exact.
+  constexpr float kPiHead = 3.140625F;
+  constexpr float kPiTail = 9.67653590e-4F;
+  const Floats half_turns = floor_of(angle * (1.F / kPi) + 0.5F);
+  const Floats x = angle - half_turns * kPiHead - half_turns * kPiTail;
+  const Floats x2 = x * x;
+  // Taylor's series up to the 11th power.
+  const Floats series = 1.F - x2 / 6.F * (1.F - x2 / 20.F * (1.F - x2 / 42.F * (1.F - x2 / 72.F * (1.F - x2 / 110.F))));
+  return select(is_even(half_turns), x, -x) * series;
+}
+
+/// The angle of (x, y) against the x axis, in [-pi, pi], to 1e-6.
+inline Floats atan2(Floats y, Floats x) noexcept {
+  constexpr float kPi = 3.14159265F;
+  const Floats across = abs(y);
+  const Floats along = abs(x);
+  const Floats t = min(across, along) / max(max(across, along), 1e-30F);
+  const Floats t2 = t * t;
+  // M. Abramowitz and I. Stegun, "Handbook of mathematical functions", 1964, 4.4.49.
+  const float kTerms[] = {-0.0161657367F, 0.0429096138F, -0.0752896400F, 0.1065626393F,
+                          -0.1420889944F, 0.1999355085F, -0.3333314528F, 1.F};
+  Floats series = 0.0028662257F;
+  for (const float term : kTerms) {
+    series = series * t2 + term;
+  }
+  Floats angle = series * t;
+  angle = select(across > along, 0.5F * kPi - angle, angle);
+  angle = select(x < 0.F, kPi - angle, angle);
+  return select(y < 0.F, -angle, angle);
 }
 
 struct Vec3 {

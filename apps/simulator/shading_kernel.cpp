@@ -8,17 +8,6 @@
 namespace kinetrace::simulator::KINETRACE_KERNEL_ISA {
 namespace {
 
-// Zero where the mask does not hold.
-Floats azimuth_of(Mask mask, const Vec3& direction) {
-  Floats result(0.F);
-  for (int i = 0; i < kLanes; ++i) {
-    if (mask.v[i] != 0) {
-      result.v[i] = __builtin_atan2f(direction.x.v[i], direction.z.v[i]);
-    }
-  }
-  return result;
-}
-
 // The surroundings as a mirror shows them: sky above a skyline of houses, street below. Only its outline matters.
 Floats surroundings(const Daylight& light, const Vec3& direction) {
   constexpr float kHighestRoof = 0.38F;
@@ -32,10 +21,10 @@ Floats surroundings(const Daylight& light, const Vec3& direction) {
   if (!any(before_houses)) {
     return without_houses;
   }
-  const Floats azimuth = azimuth_of(before_houses, direction);
-  const Floats skyline = 0.2F + 0.07F * sin(before_houses, 3.F * azimuth + 1.F) +
-                         0.05F * sin(before_houses, 11.F * azimuth) + 0.03F * sin(before_houses, 29.F * azimuth + 2.F);
-  const Floats houses = (0.2F + 0.06F * sin(before_houses, 23.F * azimuth)) * (light.sun + light.ambient);
+  const Floats azimuth = atan2(direction.x, direction.z);
+  const Floats skyline =
+      0.2F + 0.07F * sin(3.F * azimuth + 1.F) + 0.05F * sin(11.F * azimuth) + 0.03F * sin(29.F * azimuth + 2.F);
+  const Floats houses = (0.2F + 0.06F * sin(23.F * azimuth)) * (light.sun + light.ambient);
   return select(before_houses,
                 mix(street, mix(houses, sky, soft_step(skyline - 0.03F, skyline + 0.03F, up)),
                     soft_step(-kStreetEdge, kStreetEdge, up)),

@@ -63,7 +63,7 @@ Looks window_look(const Paint& paint, const WindowGrid& grid, Floats u, Floats v
   const Floats glass = clear * (1.F - bars);
   const Floats curtain = cell_value(column, row, paint.seed + 13U);
   const Floats drawn = select(curtain > 0.45F, band(y, curtain * grid.tall_m, grid.tall_m, width_m), 0.F);
-  const Floats folds = 0.07F * sin(drawn > 0.F, x * 43.F) * resolved(0.14F, footprint_m);
+  const Floats folds = 0.07F * sin(x * 43.F) * resolved(0.14F, footprint_m);
   const Floats pane = mix(0.035F + 0.05F * curtain, 0.42F + folds, drawn);
   const float frame = paint_value(paint.seed, 14) > 0.4F ? 0.72F : 0.12F;
   return {mix(frame, pane, glass), 0.08F * glass};
