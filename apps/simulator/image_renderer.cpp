@@ -70,7 +70,7 @@ class TileRenderer {
     while (!samples.empty()) {
       const auto others =
           std::partition(samples.begin() + 1, samples.end(),
-                         [first = samples.front()](const Sample& sample) { return alike(sample, first); });
+                         [&first = samples.front()](const Sample& sample) { return alike(sample, first); });
       const auto count = static_cast<std::size_t>(others - samples.begin());
       const std::span<const Sample> group = samples.first(count);
       if (is_elongated(group.front())) {
@@ -92,11 +92,14 @@ class TileRenderer {
 
   void shade_continued(std::size_t slot, const Share& share) {
     const Sample& centre = sampler_.centre(slot);
-    const float footprint_m = strip_width_m(centre);
-    const Share each = share.times(1.F / static_cast<float>(rays_.samples()));
-    for (const TileSampler::Continued& at : sampler_.continued(slot)) {
-      shade(centre, at.direction, at.local, footprint_m, each);
-    }
+    SurfaceStrip strip = sampler_.continued(slot);
+    strip.position.x += texture_origin_.x();
+    strip.position.y += texture_origin_.y();
+    strip.position.z += texture_origin_.z();
+    const Share each = share.times(1.F / static_cast<float>(kStripLanes));
+    queue_.add_strip(*centre.paint,
+                     {centre.local, strip_width_m(centre), centre.normal, centre.direction, centre.in_sun}, strip,
+                     each.weight, each.pixel);
   }
 
   // Of the part of a long pixel that falls to each of its samples.

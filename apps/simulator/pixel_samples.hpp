@@ -14,6 +14,7 @@
 #include "camera_rig.hpp"
 #include "ray_world.hpp"
 #include "surface.hpp"
+#include "surface_pack.hpp"
 #include "tile.hpp"
 
 namespace kinetrace::simulator {
@@ -86,13 +87,8 @@ class TileSampler {
   [[nodiscard]] std::span<Sample> samples(std::size_t slot) noexcept {
     return std::span(samples_).subspan(slot * (count_ + 1) + 1, count_);
   }
-  /// Where a ray meets the triangle that a pixel shows.
-  struct Continued {
-    Eigen::Vector3f direction;
-    SurfacePoint local;
-  };
-  /// All samples of a pixel that shows a triangle; valid until the next call.
-  [[nodiscard]] std::span<const Continued> continued(std::size_t slot);
+  /// Where the rays of the samples meet the triangle that a pixel shows.
+  [[nodiscard]] SurfaceStrip continued(std::size_t slot) const;
 
  private:
   // A value for each pixel of the tile, row by row, within a margin for what lies outside the tile or the picture.
@@ -151,8 +147,7 @@ class TileSampler {
   std::array<Pixel, kTilePixels> pixels_{};
   Grid grid_{};
   std::vector<std::size_t> filled_;
-  std::vector<Sample> samples_;  // Of each pixel the centre, then its samples.
-  std::vector<Continued> continued_;
+  std::vector<Sample> samples_;    // Of each pixel the centre, then its samples.
   std::vector<std::size_t> open_;  // Slots of pixels whose light is not known yet.
   std::vector<Sample*> queue_;     // Samples whose ray is to be traced.
 };

@@ -29,6 +29,8 @@ class ShadingQueue {
 
   /// `weight` times the point's light will be added to `pixel`, which must live until finish(). So must `paint`.
   void add(const Paint& paint, const ShadedPoint& point, float weight, float& pixel);
+  /// The same for all points of a strip, which are like `point` but for where they are.
+  void add_strip(const Paint& paint, const ShadedPoint& point, const SurfaceStrip& strip, float weight, float& pixel);
   /// The same for the sky in a direction of any length.
   void add_sky(const Eigen::Vector3f& direction, float weight, float& pixel);
   /// Shades what still waits.
@@ -41,17 +43,20 @@ class ShadingQueue {
     std::array<float*, kLanes> pixels{};
     std::array<float, kLanes> weights{};
 
-    std::size_t add(float weight, float& pixel);
+    /// The first of the `lanes` that now belong to the pixel.
+    std::size_t add(std::size_t lanes, float weight, float& pixel);
     [[nodiscard]] bool full() const noexcept { return count == kLanes; }
     void receive(const Lanes& radiance);
   };
+  // Points of one look. Strips have their own groups, so that none begins in the middle of half a pack.
   struct Group {
     const Paint* paint = nullptr;
+    bool strips = false;
     Targets targets;
     SurfacePack pack;
   };
 
-  Group& group_of(const Paint& paint);
+  Group& group_of(const Paint& paint, bool strips);
   void shade(Group& group);
   void shade_sky();
 

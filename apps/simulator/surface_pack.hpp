@@ -35,4 +35,31 @@ struct alignas(32) SurfacePack {
   alignas(32) Lanes in_sun{};       ///< Part of the sun that is not blocked.
 };
 
+/// Points of one flat surface that a pixel shows, one for each of its samples; half a pack.
+inline constexpr int kStripLanes = kLanes / 2;
+using StripLanes = Eigen::Array<float, kStripLanes, 1>;
+
+struct Strip3 {
+  StripLanes x;
+  StripLanes y;
+  StripLanes z;
+
+  [[nodiscard]] Eigen::Vector3f at(std::size_t lane) const noexcept {
+    const auto i = static_cast<Eigen::Index>(lane);
+    return {x[i], y[i], z[i]};
+  }
+};
+
+struct SurfaceStrip {
+  Strip3 ray;       ///< From the eye, of any length, scene frame.
+  Strip3 position;  ///< In the frame of the body.
+  StripLanes u;     ///< Metres along and up the face.
+  StripLanes v;
+
+  [[nodiscard]] Eigen::Vector2f uv_at(std::size_t lane) const noexcept {
+    const auto i = static_cast<Eigen::Index>(lane);
+    return {u[i], v[i]};
+  }
+};
+
 }  // namespace kinetrace::simulator
