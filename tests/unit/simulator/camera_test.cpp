@@ -1,13 +1,17 @@
 // Lenses, sensor and noise.
+#include <algorithm>
 #include <cmath>
 #include <set>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "camera_rig.hpp"
+#include "kinetrace/core/cpu.hpp"
 #include "noise.hpp"
 #include "random.hpp"
 #include "sensor.hpp"
+#include "sensor_kernel.hpp"
 
 namespace kinetrace::simulator {
 namespace {
@@ -109,6 +113,25 @@ TEST(Sensor, BlursWithoutChangingTheMean) {
   EXPECT_EQ(image.at(11, 10), image.at(9, 10));
   EXPECT_GT(image.at(11, 10), 50);
 }
+
+#ifdef KINETRACE_HAVE_V3
+TEST(Sensor, ExposesTheSameOnEveryInstructionSet) {
+  if (!cpu_has_v3()) {
+    GTEST_SKIP() << "needs a processor with AVX2 and FMA";
+  }
+  Random random(1, 3);
+  constexpr int kWidth = 1003;  // Not a multiple of eight.
+  std::vector<float> radiance(kWidth);
+  std::generate(radiance.begin(), radiance.end(), [&] { return static_cast<float>(random.uniform(-0.1, 1.4)); });
+  const RowExposure row{1.1F, 500.F, -70.F, 4e-7F, 1.5F, 99U};
+  std::vector<std::uint8_t> portable(kWidth);
+  std::vector<std::uint8_t> quick(kWidth);
+  kernel_baseline::expose_row(radiance.data(), kWidth, row, portable.data());
+  kernel_v3::expose_row(radiance.data(), kWidth, row, quick.data());
+  EXPECT_EQ(portable, quick);
+  EXPECT_GT(std::set(portable.begin(), portable.end()).size(), 100U);
+}
+#endif
 
 // All lanes at one point.
 float noise_at(const Octaves& octaves, const Eigen::Vector3f& point, float footprint_m) {

@@ -76,6 +76,32 @@ TEST(ShadingQueue, AddsThePartsOfAPixelByTheirWeights) {
   EXPECT_FLOAT_EQ(whole, halves);
 }
 
+TEST(ShadingQueue, ShadesAStripLikeItsPoints) {
+  ShadingQueue queue{Light{}};
+  Random random(6, 1);
+  std::vector<float> by_strips(3);
+  std::vector<float> by_points(3);
+  const Paint paint = paint_of(static_cast<int>(Material::kBrickFacade), 1);
+  for (std::size_t i = 0; i < by_strips.size(); ++i) {
+    ShadedPoint point = random_point(random);
+    SurfaceStrip strip;
+    for (StripLanes* lanes : {&strip.ray.x, &strip.ray.y, &strip.ray.z, &strip.position.x, &strip.position.y,
+                              &strip.position.z, &strip.u, &strip.v}) {
+      *lanes = StripLanes::NullaryExpr([&] { return static_cast<float>(random.uniform(-2.0, 2.0)); });
+    }
+    queue.add_strip(paint, point, strip, 0.25F, by_strips[i]);
+    for (std::size_t lane = 0; lane < kStripLanes; ++lane) {
+      point.ray = strip.ray.at(lane);
+      point.local.position = strip.position.at(lane);
+      point.local.uv = strip.uv_at(lane);
+      queue.add(paint, point, 0.25F, by_points[i]);
+    }
+  }
+  queue.finish();
+  EXPECT_GT(by_strips[0], 0.F);
+  EXPECT_EQ(by_strips, by_points);
+}
+
 #ifdef KINETRACE_HAVE_V3
 SurfacePack random_pack(Random& random) {
   SurfacePack pack;
