@@ -1,13 +1,11 @@
 #include "image_renderer.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <span>
 
-#include "lighting.hpp"
 #include "parallel.hpp"
 #include "pixel_samples.hpp"
-#include "surface.hpp"
+#include "shading_queue.hpp"
 
 namespace kinetrace::simulator {
 namespace {
@@ -18,19 +16,19 @@ class TileRenderer {
  public:
   TileRenderer(const RayWorld& world, const SampleRays& rays, const EyePose& eye)
       : world_(world),
-        light_(world.scene().light),
         texture_origin_(world.scene().texture_origin_m),
-        to_sun_(light_.to_sun.normalized()),
         rays_(rays),
-        sampler_(world, rays, eye) {}
+        sampler_(world, rays, eye),
+        queue_(world.scene().light) {}
 
   // Radiance of the tile whose upper left pixel is (x0, y0), added to `radiance`.
   void render(int x0, int y0, float weight, Image<float>& radiance) {
     sampler_.trace(x0, y0);
     for (const std::size_t slot : sampler_.filled()) {
       const TileSampler::Pixel& pixel = sampler_.pixel(slot);
-      radiance.at(pixel.x, pixel.y) += weight * shade(slot);
+      shade(slot, {weight, radiance.at(pixel.x, pixel.y)});
     }
+    queue_.finish();
   }
 
   // What the rays through the centres met in the tile that was rendered last.
@@ -47,51 +45,61 @@ class TileRenderer {
   }
 
  private:
-  [[nodiscard]] float shade(std::size_t slot) {
+  // A pixel, or a part of it, and the weight of its light.
+  struct Share {
+    float weight;
+    float& pixel;
+
+    [[nodiscard]] Share times(float factor) const noexcept { return {weight * factor, pixel}; }
+  };
+
+  void shade(std::size_t slot, const Share& share) {
     const Sample& centre = sampler_.centre(slot);
     switch (sampler_.pixel(slot).content) {
-      case TileSampler::Content::kMixed: return shade_mixed(sampler_.samples(slot));
+      case TileSampler::Content::kMixed: return shade_mixed(sampler_.samples(slot), share);
       // A pixel that covers a long strip takes one texture sample for each of its rays.
       case TileSampler::Content::kTriangle:
-        return is_elongated(centre) ? shade_continued(slot) : shade_together({&centre, 1});
-      case TileSampler::Content::kSurface: return shade_together({&centre, 1});
+        return is_elongated(centre) ? shade_continued(slot, share) : shade_together({&centre, 1}, share);
+      case TileSampler::Content::kSurface: return shade_together({&centre, 1}, share);
     }
-    return 0.F;
   }
 
   // A pixel of several surfaces: their samples are brought together and weighed by their number.
-  [[nodiscard]] float shade_mixed(std::span<Sample> samples) const {
-    const auto all = static_cast<float>(samples.size());
-    float sum = 0.F;
+  void shade_mixed(std::span<Sample> samples, const Share& share) {
+    const Share each = share.times(1.F / static_cast<float>(samples.size()));
     while (!samples.empty()) {
       const auto others =
           std::partition(samples.begin() + 1, samples.end(),
-                         [first = samples.front()](const Sample& sample) { return alike(sample, first); });
+                         [&first = samples.front()](const Sample& sample) { return alike(sample, first); });
       const auto count = static_cast<std::size_t>(others - samples.begin());
       const std::span<const Sample> group = samples.first(count);
-      sum += static_cast<float>(count) * (is_elongated(group.front()) ? shade_each(group) : shade_together(group));
+      if (is_elongated(group.front())) {
+        shade_each(group, each);
+      } else {
+        shade_together(group, each.times(static_cast<float>(count)));
+      }
       samples = samples.subspan(count);
     }
-    return sum / all;
   }
 
-  [[nodiscard]] float shade_each(std::span<const Sample> group) const {
+  // `share` is that of one sample.
+  void shade_each(std::span<const Sample> group, const Share& share) {
     const float footprint_m = strip_width_m(group.front());
-    float sum = 0.F;
     for (const Sample& sample : group) {
-      sum += shade(sample, sample.direction, sample.local, footprint_m);
+      shade(sample, sample.direction, sample.local, footprint_m, share);
     }
-    return sum / static_cast<float>(group.size());
   }
 
-  [[nodiscard]] float shade_continued(std::size_t slot) {
+  void shade_continued(std::size_t slot, const Share& share) {
     const Sample& centre = sampler_.centre(slot);
-    const float footprint_m = strip_width_m(centre);
-    float sum = 0.F;
-    for (const TileSampler::Continued& at : sampler_.continued(slot)) {
-      sum += shade(centre, at.direction, at.local, footprint_m);
-    }
-    return sum / static_cast<float>(rays_.samples());
+    SurfaceStrip strip = sampler_.continued(slot);
+    strip.position.x += texture_origin_.x();
+    strip.position.y += texture_origin_.y();
+    strip.position.z += texture_origin_.z();
+    const Share each = share.times(1.F / static_cast<float>(kStripLanes));
+    queue_.add_strip(*centre.paint,
+                     {centre.local, strip_width_m(centre), centre.normal, centre.direction, centre.in_sun}, strip,
+                     each.weight, each.pixel);
   }
 
   // Of the part of a long pixel that falls to each of its samples.
@@ -100,18 +108,21 @@ class TileRenderer {
     return sample.distance * rays_.pixel_rad() * std::max(1.F, length);
   }
 
-  [[nodiscard]] float shade_together(std::span<const Sample> group) const {
+  void shade_together(std::span<const Sample> group, const Share& share) {
     Sample mean = group.front();
-    if (mean.paint == nullptr) {
-      return shade_sky(group);
-    }
     for (const Sample& sample : group.subspan(1)) {
       mean.direction += sample.direction;
-      mean.local.position += sample.local.position;
-      mean.local.normal += sample.local.normal;
-      mean.local.uv += sample.local.uv;
-      mean.normal += sample.normal;
-      mean.in_sun += sample.in_sun;
+      if (mean.paint != nullptr) {
+        mean.local.position += sample.local.position;
+        mean.local.normal += sample.local.normal;
+        mean.local.uv += sample.local.uv;
+        mean.normal += sample.normal;
+        mean.in_sun += sample.in_sun;
+      }
+    }
+    if (mean.paint == nullptr) {
+      queue_.add_sky(mean.direction, share.weight, share.pixel);
+      return;
     }
     const auto count = static_cast<float>(group.size());
     mean.local.position /= count;
@@ -120,34 +131,23 @@ class TileRenderer {
     mean.normal.normalize();
     mean.in_sun /= count;
     const float width_m = mean.distance * rays_.pixel_rad();
-    return shade(mean, mean.direction, mean.local, 0.5F * width_m * (1.F + stretch_of(group.front())));
-  }
-
-  [[nodiscard]] float shade_sky(std::span<const Sample> group) const {
-    Vector3f direction = Vector3f::Zero();
-    for (const Sample& sample : group) {
-      direction += sample.direction;
-    }
-    return sky_radiance(light_, direction.normalized());
+    shade(mean, mean.direction, mean.local, 0.5F * width_m * (1.F + stretch_of(group.front())), share);
   }
 
   // A point on the surface that `sample` met.
-  [[nodiscard]] float shade(const Sample& sample, const Vector3f& direction, SurfacePoint point,
-                            float footprint_m) const {
-    point.footprint_m = footprint_m;
+  void shade(const Sample& sample, const Vector3f& direction, SurfacePoint point, float footprint_m,
+             const Share& share) {
     if (sample.part == 0) {
       point.position += texture_origin_;
     }
-    const Look look = look_of(*sample.paint, point);
-    return shaded(light_, to_sun_, look, sample.normal, direction, sample.in_sun);
+    queue_.add(*sample.paint, {point, footprint_m, sample.normal, direction, sample.in_sun}, share.weight, share.pixel);
   }
 
   const RayWorld& world_;
-  const Light& light_;
   Vector3f texture_origin_;
-  Vector3f to_sun_;
   const SampleRays& rays_;
   TileSampler sampler_;
+  ShadingQueue queue_;
 };
 
 }  // namespace

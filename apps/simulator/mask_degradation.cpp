@@ -108,25 +108,44 @@ bool is_near_border(const Image<std::uint16_t>& labels, int x, int y) {
   });
 }
 
+// Smooth bumps of some ten pixels with smaller ones on them, at eight columns of a row; each `field` has its own.
+Lanes bumps_at(const Octaves& bumps, const std::array<int, kLanes>& columns, int y, float field) {
+  Lanes3 points;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    points.set(i, {static_cast<float>(columns[i]), static_cast<float>(y), field});
+  }
+  return fractal_noise(bumps, points, Lanes{});
+}
+
 // Looks up each pixel a little beside itself; how far changes smoothly over the picture.
 Image<std::uint16_t> wandering_borders(const Image<std::uint16_t>& labels, double border_px, std::uint32_t stream) {
-  // In units of pixels: bumps of some ten pixels, with smaller ones on them.
+  // In units of pixels.
   const Octaves bumps(12.F, 0.6F, 3, stream);
   const auto reach_px = static_cast<float>(border_px) * 0.7F;
   const std::vector<Columns> near = columns_near_labels(labels);
   Image<std::uint16_t> result = labels;
+  std::array<int, kLanes> columns{};
+  std::size_t count = 0;
+  const auto move = [&](int y) {
+    const Lanes dx = bumps_at(bumps, columns, y, 0.F);
+    const Lanes dy = bumps_at(bumps, columns, y, 500.F);
+    for (std::size_t i = 0; i < count; ++i) {
+      const int from_x = columns[i] + static_cast<int>(std::lround(dx[i] * reach_px));
+      const int from_y = y + static_cast<int>(std::lround(dy[i] * reach_px));
+      result.at(columns[i], y) =
+          labels.at(std::clamp(from_x, 0, labels.width() - 1), std::clamp(from_y, 0, labels.height() - 1));
+    }
+    count = 0;
+  };
   for (int y = 0; y < labels.height(); ++y) {
     const auto& [begin, end] = near[static_cast<std::size_t>(y)];
     for (int x = begin; x < end; ++x) {
-      if (!is_near_border(labels, x, y)) {
-        continue;
+      if (is_near_border(labels, x, y)) {
+        columns[count++] = x;
       }
-      const Eigen::Vector3f at(static_cast<float>(x), static_cast<float>(y), 0.F);
-      const float dx = fractal_noise(bumps, at, 0.F) * reach_px;
-      const float dy = fractal_noise(bumps, at + Eigen::Vector3f(0.F, 0.F, 500.F), 0.F) * reach_px;
-      const int from_x = std::clamp(x + static_cast<int>(std::lround(dx)), 0, labels.width() - 1);
-      const int from_y = std::clamp(y + static_cast<int>(std::lround(dy)), 0, labels.height() - 1);
-      result.at(x, y) = labels.at(from_x, from_y);
+      if (count == columns.size() || (count > 0 && x + 1 == end)) {
+        move(y);
+      }
     }
   }
   return result;

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
-#include "kinetrace/core/cpu.hpp"
-#include "noise_kernel.hpp"
+#include "shading_kernel.hpp"
 
 namespace kinetrace::simulator {
 namespace {
@@ -13,40 +13,24 @@ namespace {
 // interpolation (362 / 462) for each of three directions.
 constexpr float kOctaveVariance = (1.F / 3.F) * 0.78355F * 0.78355F * 0.78355F;
 
-// Where the kernel lets even the largest cells fade out.
-constexpr float kSwallowed = 0.95F;
-
-using Kernel = decltype(&kernel_baseline::fractal_noise);
-
-Kernel best_kernel() {
-#ifdef KINETRACE_HAVE_V3
-  if (cpu_has_v3()) {
-    return &kernel_v3::fractal_noise;
-  }
-#endif
-  return &kernel_baseline::fractal_noise;
-}
-
 }  // namespace
 
-Octaves::Octaves(float largest_cell_m, float gain, int count, std::uint32_t octaves_seed) : seed(octaves_seed) {
+Octaves::Octaves(float largest_cell_m, float gain, int octaves_count, std::uint32_t octaves_seed)
+    : count(octaves_count), seed(octaves_seed) {
   float power = 0.F;
-  for (std::size_t i = 0; i < kCount; ++i) {
-    frequency[i] = std::ldexp(1.F / largest_cell_m, static_cast<int>(i));
-    amplitude[i] = static_cast<int>(i) < count ? std::pow(gain, static_cast<float>(i)) : 0.F;
+  for (int i = 0; i < count; ++i) {
+    frequency[i] = std::ldexp(1.F / largest_cell_m, i);
+    amplitude[i] = std::pow(gain, static_cast<float>(i));
     power += amplitude[i] * amplitude[i];
   }
   const float scale = 1.F / std::sqrt(power * kOctaveVariance);
-  std::transform(amplitude.begin(), amplitude.end(), amplitude.begin(), [&](float a) { return a * scale; });
+  std::transform(std::begin(amplitude), std::end(amplitude), std::begin(amplitude), [&](float a) { return a * scale; });
 }
 
-float fractal_noise(const Octaves& octaves, const Eigen::Vector3f& point, float footprint_m) {
-  static const Kernel kernel = best_kernel();
-  if (octaves.frequency[0] * footprint_m > kSwallowed) {
-    return 0.F;
-  }
-  return kernel(octaves.frequency.data(), octaves.amplitude.data(), octaves.seed, point.x(), point.y(), point.z(),
-                footprint_m);
+Lanes fractal_noise(const Octaves& octaves, const Lanes3& points, const Lanes& footprint_m) {
+  Lanes result;
+  shading_kernel().noise(octaves, points, footprint_m, result);
+  return result;
 }
 
 }  // namespace kinetrace::simulator

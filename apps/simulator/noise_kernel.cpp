@@ -1,83 +1,76 @@
-// One lane per octave. Compiled for each instruction set; see kinetrace_kernel.
-#include <cstdint>
+// Compiled for each instruction set; see kinetrace_kernel.
+#include "noise_kernel.hpp"
 
 namespace kinetrace::simulator::KINETRACE_KERNEL_ISA {
 namespace {
-
-using Floats = float __attribute__((vector_size(32)));
-using Ints = std::int32_t __attribute__((vector_size(32)));
-using Words = std::uint32_t __attribute__((vector_size(32)));
 
 constexpr std::uint32_t kStepX = 0x8da6b343U;
 constexpr std::uint32_t kStepY = 0xd8163841U;
 constexpr std::uint32_t kStepZ = 0xcb1ab31fU;
 
-inline Floats load(const float* values) noexcept {
-  Floats result;
-  __builtin_memcpy(&result, values, sizeof result);
-  return result;
-}
+// Lattices of neighbouring octaves must not share their planes.
+constexpr float kShift[Octaves::kMost] = {0.37F, 5.71F, 11.13F, 17.59F, 23.83F, 31.07F, 37.41F, 43.93F};
+constexpr std::uint32_t kKey[Octaves::kMost] = {0x1U,        0x9e3779b9U, 0x3c6ef372U, 0xdaa66d2bU,
+                                                0x78dde6e4U, 0x1715609dU, 0xb54cda56U, 0x5384540fU};
 
-inline Ints floored(Floats v) noexcept {
-  const Ints truncated = __builtin_convertvector(v, Ints);
-  return truncated + (__builtin_convertvector(truncated, Floats) > v);
-}
-
-inline Floats smooth(Floats t) noexcept {
+Floats smooth(Floats t) noexcept {
   return t * t * t * (t * (t * 6.F - 15.F) + 10.F);
 }
 
-// The lattice value at a corner, in [-1, 1).
-inline Floats corner(Words key) noexcept {
+// The lattice value at a corner, in [-2^31, 2^31).
+Floats corner(WordVector key) noexcept {
   key ^= key >> 15;
   key *= 0x2c1b3c6dU;
   key ^= key >> 12;
   key *= 0x297a2d39U;
-  return __builtin_convertvector(reinterpret_cast<Ints&>(key), Floats) * 0x1p-31F;
+  return to_floats(to_ints(key));
 }
 
-inline Floats blend(Floats a, Floats b, Floats t) noexcept {
+Floats blend(Floats a, Floats b, Floats t) noexcept {
   return a + (b - a) * t;
 }
 
-// 1 for octaves whose cells are three times the footprint, 0 for those that a pixel swallows.
-inline Floats visible(Floats cells_per_footprint) noexcept {
-  Floats t = (0.95F - cells_per_footprint) * (1.F / 0.6F);
-  t = t > 1.F ? Floats{} + 1.F : t;
-  return t < 0.F ? Floats{} : t;
-}
-
-}  // namespace
-
-float fractal_noise(const float* frequency, const float* amplitude, std::uint32_t seed, float x, float y, float z,
-                    float footprint) noexcept {
-  const Floats f = load(frequency);
-  // Lattices of neighbouring octaves must not share their planes.
-  const Floats shift = {0.37F, 5.71F, 11.13F, 17.59F, 23.83F, 31.07F, 37.41F, 43.93F};
-  const Floats px = f * x + shift;
-  const Floats py = f * y - shift;
-  const Floats pz = f * z + 2.F * shift;
-  const Ints ix = floored(px);
-  const Ints iy = floored(py);
-  const Ints iz = floored(pz);
-  const Floats tx = smooth(px - __builtin_convertvector(ix, Floats));
-  const Floats ty = smooth(py - __builtin_convertvector(iy, Floats));
-  const Floats tz = smooth(pz - __builtin_convertvector(iz, Floats));
-  const Words lane = {0x1U, 0x9e3779b9U, 0x3c6ef372U, 0xdaa66d2bU, 0x78dde6e4U, 0x1715609dU, 0xb54cda56U, 0x5384540fU};
-  const Words kx = reinterpret_cast<const Words&>(ix) * kStepX + (lane ^ seed);
-  const Words ky = reinterpret_cast<const Words&>(iy) * kStepY;
-  const Words kz = reinterpret_cast<const Words&>(iz) * kStepZ;
-  const Words kx1 = kx + kStepX;
-  const Words ky1 = ky + kStepY;
-  const Words kz1 = kz + kStepZ;
+// In [-1, 1); `point` in cells.
+Floats value_noise(const Vec3& point, std::uint32_t seed) noexcept {
+  const IntVector ix = floored(point.x);
+  const IntVector iy = floored(point.y);
+  const IntVector iz = floored(point.z);
+  const Floats tx = smooth(point.x - to_floats(ix));
+  const Floats ty = smooth(point.y - to_floats(iy));
+  const Floats tz = smooth(point.z - to_floats(iz));
+  const WordVector kx = to_words(ix) * kStepX + seed;
+  const WordVector ky = to_words(iy) * kStepY;
+  const WordVector kz = to_words(iz) * kStepZ;
+  const WordVector kx1 = kx + kStepX;
+  const WordVector ky1 = ky + kStepY;
+  const WordVector kz1 = kz + kStepZ;
   const Floats near_low = blend(corner(kx ^ ky ^ kz), corner(kx1 ^ ky ^ kz), tx);
   const Floats near_high = blend(corner(kx ^ ky1 ^ kz), corner(kx1 ^ ky1 ^ kz), tx);
   const Floats far_low = blend(corner(kx ^ ky ^ kz1), corner(kx1 ^ ky ^ kz1), tx);
   const Floats far_high = blend(corner(kx ^ ky1 ^ kz1), corner(kx1 ^ ky1 ^ kz1), tx);
-  const Floats value = blend(blend(near_low, near_high, ty), blend(far_low, far_high, ty), tz);
-  const Floats weighted = value * load(amplitude) * visible(f * footprint);
-  return ((weighted[0] + weighted[1]) + (weighted[2] + weighted[3])) +
-         ((weighted[4] + weighted[5]) + (weighted[6] + weighted[7]));
+  return blend(blend(near_low, near_high, ty), blend(far_low, far_high, ty), tz) * 0x1p-31F;
+}
+
+// 1 for octaves whose cells are three times the footprint, 0 for those that a pixel swallows.
+Floats visible(Floats cells_per_footprint) noexcept {
+  return clamp((0.95F - cells_per_footprint) * (1.F / 0.6F), 0.F, 1.F);
+}
+
+}  // namespace
+
+Floats fractal_noise(const Octaves& octaves, const Vec3& point, Floats footprint_m) noexcept {
+  Floats sum(0.F);
+  for (int i = 0; i < octaves.count; ++i) {
+    const float frequency = octaves.frequency[i];
+    const Floats seen = visible(frequency * footprint_m);
+    if (!any(seen > 0.F)) {
+      break;
+    }
+    const float shift = kShift[i];
+    const Vec3 cell = {frequency * point.x + shift, frequency * point.y - shift, frequency * point.z + 2.F * shift};
+    sum = sum + value_noise(cell, kKey[i] ^ octaves.seed) * octaves.amplitude[i] * seen;
+  }
+  return sum;
 }
 
 }  // namespace kinetrace::simulator::KINETRACE_KERNEL_ISA

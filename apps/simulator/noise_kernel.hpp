@@ -1,20 +1,12 @@
-// The noise kernel, once per instruction set: plain types only.
+// Solid fractal noise, for kernel sources.
 #pragma once
 
-#include <cstdint>
+#include "lanes.hpp"
+#include "noise.hpp"
 
-namespace kinetrace::simulator {
+namespace kinetrace::simulator::KINETRACE_KERNEL_ISA {
 
-#define KINETRACE_DECLARE_NOISE(isa)                                                                                 \
-  namespace isa {                                                                                                    \
-  float fractal_noise(const float* frequency, const float* amplitude, std::uint32_t seed, float x, float y, float z, \
-                      float footprint) noexcept;                                                                     \
-  }
+/// As kinetrace::simulator::fractal_noise.
+[[nodiscard]] Floats fractal_noise(const Octaves& octaves, const Vec3& point, Floats footprint_m) noexcept;
 
-KINETRACE_DECLARE_NOISE(kernel_baseline)
-#ifdef KINETRACE_HAVE_V3
-KINETRACE_DECLARE_NOISE(kernel_v3)
-#endif
-#undef KINETRACE_DECLARE_NOISE
-
-}  // namespace kinetrace::simulator
+}  // namespace kinetrace::simulator::KINETRACE_KERNEL_ISA

@@ -10,7 +10,8 @@ using Eigen::Vector3f;
 
 constexpr float kShadowOffset_m = 2e-3F;
 
-constexpr std::size_t kProbedCount = 4;
+// Where pixels have as many samples, one of them is a probe, and the others are continued from the centre.
+constexpr std::size_t kProbedCount = kStripLanes;
 
 void set_ray(RayPacket& packet, std::size_t lane, const Vector3f& origin, const Vector3f& direction) {
   packet.origin_x[lane] = origin.x();
@@ -31,8 +32,8 @@ TileSampler::TileSampler(const RayWorld& world, const SampleRays& rays, const Ey
       R_scene_eye_(eye.T_scene_eye.rotation.cast<float>()),
       principal_shift_(eye.principal_shift),
       to_sun_(world.scene().light.to_sun.normalized()),
-      samples_(kTilePixels * (count_ + 1)),
-      continued_(count_) {}
+      actors_in_view_(world.actors_in_view(eye.T_scene_eye)),
+      samples_(kTilePixels * (count_ + 1)) {}
 
 // One sample tells, besides the centre, what the pixel shows. Taken in turns over squares of two by two pixels, so that
 // neither rows nor columns leave a gap of more than half a pixel in which a line could hide.
@@ -66,10 +67,26 @@ void TileSampler::trace_centres(int x0, int y0) {
       queue_.push_back(&centre);
     }
   }
+  reach_ = reach_of_tile();
   trace_queue();
   for (const std::size_t slot : filled_) {
     locate(own_centre(slot));
   }
+}
+
+// Most tiles show no actor, nor come near one.
+RayWorld::Reach TileSampler::reach_of_tile() const {
+  Eigen::AlignedBox2f tile;
+  for (const std::size_t slot : filled_) {
+    tile.extend(rays_.centre(pixels_[slot].x, pixels_[slot].y) + principal_shift_);
+  }
+  // Samples lie half a pixel from the centre, or a little more at the edge of a lens that bends.
+  const Eigen::Vector2f margin = Eigen::Vector2f::Constant(2.F * rays_.pixel_rad());
+  tile.min() -= margin;
+  tile.max() += margin;
+  const bool near_actor = std::any_of(actors_in_view_.begin(), actors_in_view_.end(),
+                                      [&](const Eigen::AlignedBox2f& view) { return view.intersects(tile); });
+  return near_actor ? RayWorld::Reach::kEverything : RayWorld::Reach::kStaticWorld;
 }
 
 void TileSampler::trace_probes() {
@@ -202,32 +219,41 @@ bool TileSampler::shows_one_surface(std::size_t slot) {
          });
 }
 
-std::span<const TileSampler::Continued> TileSampler::continued(std::size_t slot) {
+SurfaceStrip TileSampler::continued(std::size_t slot) const {
   const Pixel& pixel = pixels_[slot];
   const Sample& known = centre(slot);
   const RayWorld::UvSlope& uv_slope = world_.parts()[0].uv_slopes[known.triangle];
   const Vector3f from_eye = known.distance * known.direction;
   const float height = known.face_normal.dot(from_eye);
-  for (std::size_t s = 0; s < count_; ++s) {
-    Continued& at = continued_[s];
-    at.direction = direction_of(rays_.at(pixel.x, pixel.y, static_cast<int>(s)));
-    const Vector3f step = height / known.face_normal.dot(at.direction) * at.direction - from_eye;
-    at.local.position = known.local.position + step;
-    at.local.normal = known.local.normal;
-    at.local.uv = known.local.uv + uv_slope * step;
-  }
-  return continued_;
+  const Eigen::Map<const Eigen::Array<float, 2, kStripLanes>> rays(rays_.at(pixel.x, pixel.y, 0).data());
+  const StripLanes x = rays.row(0).transpose() + principal_shift_.x();
+  const StripLanes y = rays.row(1).transpose() + principal_shift_.y();
+  const auto along = [&](int axis) -> StripLanes {
+    return R_scene_eye_(axis, 0) * x + R_scene_eye_(axis, 1) * y + R_scene_eye_(axis, 2);
+  };
+  const auto dot = [](const auto& a, const Strip3& b) -> StripLanes { return a[0] * b.x + a[1] * b.y + a[2] * b.z; };
+  SurfaceStrip strip;
+  strip.ray = {along(0), along(1), along(2)};
+  const StripLanes distance = height / dot(known.face_normal, strip.ray);
+  const Strip3 step{distance * strip.ray.x - from_eye.x(), distance * strip.ray.y - from_eye.y(),
+                    distance * strip.ray.z - from_eye.z()};
+  strip.position = {step.x + known.local.position.x(), step.y + known.local.position.y(),
+                    step.z + known.local.position.z()};
+  strip.u = known.local.uv.x() + dot(uv_slope.row(0), step);
+  strip.v = known.local.uv.y() + dot(uv_slope.row(1), step);
+  return strip;
 }
 
 // The same, to be shadowed one by one.
 void TileSampler::continue_samples(std::size_t slot) {
   const Sample& known = centre(slot);
-  const std::span<const Continued> positions = continued(slot);
+  const SurfaceStrip strip = continued(slot);
   for (std::size_t s = 0; s < count_; ++s) {
     Sample& sample = samples(slot)[s];
     sample = known;
-    sample.direction = positions[s].direction;
-    sample.local = positions[s].local;
+    sample.direction = strip.ray.at(s);
+    sample.local.position = strip.position.at(s);
+    sample.local.uv = strip.uv_at(s);
     sample.scene_position = sample.local.position;
   }
 }
@@ -239,7 +265,7 @@ void TileSampler::trace_queue() {
       packet_.active[i] = i < count ? -1 : 0;
       set_ray(packet_, i, origin_, queue_[first + std::min(i, count - 1)]->direction);
     }
-    world_.trace(packet_);
+    world_.trace(packet_, reach_);
     for (std::size_t i = 0; i < count; ++i) {
       Sample& sample = *queue_[first + i];
       sample.part = packet_.part[i];

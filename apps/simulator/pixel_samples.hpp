@@ -14,6 +14,7 @@
 #include "camera_rig.hpp"
 #include "ray_world.hpp"
 #include "surface.hpp"
+#include "surface_pack.hpp"
 #include "tile.hpp"
 
 namespace kinetrace::simulator {
@@ -32,7 +33,7 @@ struct Sample {
   Eigen::Vector3f scene_position;
   Eigen::Vector3f face_normal;  ///< Of the triangle, scene frame, towards the viewer.
   Eigen::Vector3f normal;       ///< Interpolated, scene frame.
-  SurfacePoint local;           ///< In the part's frame; without a footprint.
+  SurfacePoint local;           ///< In the part's frame.
 };
 
 /// On the same smooth piece of the same surface.
@@ -86,13 +87,8 @@ class TileSampler {
   [[nodiscard]] std::span<Sample> samples(std::size_t slot) noexcept {
     return std::span(samples_).subspan(slot * (count_ + 1) + 1, count_);
   }
-  /// Where a ray meets the triangle that a pixel shows.
-  struct Continued {
-    Eigen::Vector3f direction;
-    SurfacePoint local;
-  };
-  /// All samples of a pixel that shows a triangle; valid until the next call.
-  [[nodiscard]] std::span<const Continued> continued(std::size_t slot);
+  /// Where the rays of the samples meet the triangle that a pixel shows.
+  [[nodiscard]] SurfaceStrip continued(std::size_t slot) const;
 
  private:
   // A value for each pixel of the tile, row by row, within a margin for what lies outside the tile or the picture.
@@ -101,6 +97,7 @@ class TileSampler {
   static constexpr std::uint64_t kOutside = ~std::uint64_t{0};
 
   void trace_centres(int x0, int y0);
+  [[nodiscard]] RayWorld::Reach reach_of_tile() const;
   void trace_probes();
   [[nodiscard]] Eigen::Vector3f direction_of(const Eigen::Vector2f& ray) const {
     return R_scene_eye_ * (ray + principal_shift_).homogeneous();
@@ -144,12 +141,13 @@ class TileSampler {
   Eigen::Matrix3f R_scene_eye_;
   Eigen::Vector2f principal_shift_;
   Eigen::Vector3f to_sun_;
+  std::vector<Eigen::AlignedBox2f> actors_in_view_;
+  RayWorld::Reach reach_ = RayWorld::Reach::kEverything;  // Of the tile's rays.
   RayPacket packet_;
   std::array<Pixel, kTilePixels> pixels_{};
   Grid grid_{};
   std::vector<std::size_t> filled_;
-  std::vector<Sample> samples_;  // Of each pixel the centre, then its samples.
-  std::vector<Continued> continued_;
+  std::vector<Sample> samples_;    // Of each pixel the centre, then its samples.
   std::vector<std::size_t> open_;  // Slots of pixels whose light is not known yet.
   std::vector<Sample*> queue_;     // Samples whose ray is to be traced.
 };

@@ -6,8 +6,11 @@
 
 namespace kinetrace::simulator {
 
-/// Mixes all bits of `x` (C. Wellons, "Prospecting for hash functions", 2018: lowbias32).
-[[nodiscard]] constexpr std::uint32_t mixed(std::uint32_t x) noexcept {
+// Always inlined: kernels use them in registers of several instruction sets, which must not share one compiled copy.
+
+/// Mixes all bits of `x` (C. Wellons, "Prospecting for hash functions", 2018: lowbias32). A word, or a vector of words.
+template <typename Word>
+[[nodiscard, gnu::always_inline]] constexpr Word mixed(Word x) noexcept {
   x ^= x >> 16U;
   x *= 0x7feb352dU;
   x ^= x >> 15U;
@@ -16,15 +19,21 @@ namespace kinetrace::simulator {
   return x;
 }
 
+/// A hash with one more key in it.
+template <typename Word>
+[[nodiscard, gnu::always_inline]] constexpr Word hash_step(Word hash, Word key) noexcept {
+  return mixed(hash ^ (key + 0x9e3779b9U + (hash << 6U)));
+}
+
 template <typename... Keys>
-[[nodiscard]] constexpr std::uint32_t hash_of(std::uint32_t first, Keys... keys) noexcept {
+[[nodiscard, gnu::always_inline]] constexpr std::uint32_t hash_of(std::uint32_t first, Keys... keys) noexcept {
   std::uint32_t hash = mixed(first + 0x9e3779b9U);
-  ((hash = mixed(hash ^ (static_cast<std::uint32_t>(keys) + 0x9e3779b9U + (hash << 6U)))), ...);
+  ((hash = hash_step(hash, static_cast<std::uint32_t>(keys))), ...);
   return hash;
 }
 
 /// In [0, 1).
-[[nodiscard]] constexpr float unit_float(std::uint32_t hash) noexcept {
+[[nodiscard, gnu::always_inline]] constexpr float unit_float(std::uint32_t hash) noexcept {
   return static_cast<float>(hash >> 8U) * 0x1p-24F;
 }
 

@@ -116,6 +116,24 @@ RTCIntersectContext coherent_context() {
   return context;
 }
 
+// The whole view for a box that reaches behind the eye; empty for one that lies there.
+Eigen::AlignedBox2f view_of(const Eigen::AlignedBox3f& box, const Eigen::Isometry3f& T_eye_part) {
+  constexpr float kNearest_m = 0.01F;
+  Eigen::AlignedBox2f view;
+  bool before = false;
+  bool behind = false;
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Vector3f corner = T_eye_part * box.corner(static_cast<Eigen::AlignedBox3f::CornerType>(i));
+    before = before || corner.z() > kNearest_m;
+    behind = behind || corner.z() <= kNearest_m;
+    view.extend(Eigen::Vector2f(corner.hnormalized()));
+  }
+  if (before && behind) {
+    return {Eigen::Vector2f::Constant(-kFar), Eigen::Vector2f::Constant(kFar)};
+  }
+  return before ? view : Eigen::AlignedBox2f();
+}
+
 }  // namespace
 
 // The static world is traced on its own: as one more instance among the actors it would be entered by every ray, most
@@ -133,6 +151,9 @@ RayWorld::RayWorld(const Scene& scene) : scene_(scene), handles_(std::make_uniqu
     part.mesh = &mesh;
     part.faces = faces_of(mesh);
     part.uv_slopes = uv_slopes_of(mesh);
+    for (const Mesh::Vertex& vertex : mesh.vertices) {
+      part.box.extend(vertex.position);
+    }
     part.actor = actor;
   };
   add_part(scene.world, -1);
@@ -184,18 +205,35 @@ void RayWorld::set_time(double time_s) {
   check(handles_->device.get(), "moving the scene");
 }
 
-void RayWorld::trace(RayPacket& packet) const {
-  RTCRayHit16 rays;
+std::vector<Eigen::AlignedBox2f> RayWorld::actors_in_view(const Se3& T_scene_eye) const {
+  std::vector<Eigen::AlignedBox2f> views;
+  const Eigen::Matrix3f R_eye_scene = T_scene_eye.rotation.transpose().cast<float>();
+  const Eigen::Vector3f eye = T_scene_eye.translation.cast<float>();
+  for (std::size_t i = 1; i < parts_.size(); ++i) {
+    Eigen::Isometry3f T_eye_part;
+    T_eye_part.linear() = R_eye_scene * parts_[i].R_scene_part;
+    T_eye_part.translation() = R_eye_scene * (parts_[i].t_scene_part - eye);
+    if (const Eigen::AlignedBox2f view = view_of(parts_[i].box, T_eye_part); !view.isEmpty()) {
+      views.push_back(view);
+    }
+  }
+  return views;
+}
+
+void RayWorld::trace(RayPacket& packet, Reach reach) const {
+  RTCRayHit8 rays;
   fill_rays(packet, 0.F, rays.ray);
   for (int i = 0; i < RayPacket::kSize; ++i) {
     rays.hit.primID[i] = RTC_INVALID_GEOMETRY_ID;
     rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
     rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
   }
-  for (RTCScene scene : {handles_->actors.get(), handles_->meshes[0].get()}) {
+  if (reach == Reach::kEverything) {
     RTCIntersectContext context = coherent_context();
-    rtcIntersect16(packet.active.data(), scene, &context, &rays);
+    rtcIntersect8(packet.active.data(), handles_->actors.get(), &context, &rays);
   }
+  RTCIntersectContext context = coherent_context();
+  rtcIntersect8(packet.active.data(), handles_->meshes[0].get(), &context, &rays);
   static_assert(RTC_INVALID_GEOMETRY_ID == RayPacket::kMiss);
   std::memcpy(packet.distance.data(), rays.ray.tfar, sizeof rays.ray.tfar);
   std::memcpy(packet.u.data(), rays.hit.u, sizeof rays.hit.u);
@@ -208,11 +246,11 @@ void RayWorld::trace(RayPacket& packet) const {
 }
 
 void RayWorld::trace_shadow(RayPacket& packet) const {
-  RTCRay16 rays;
+  RTCRay8 rays;
   fill_rays(packet, 0.F, rays);
   for (RTCScene scene : {handles_->actors.get(), handles_->meshes[0].get()}) {
     RTCIntersectContext context = coherent_context();
-    rtcOccluded16(packet.active.data(), scene, &context, &rays);
+    rtcOccluded8(packet.active.data(), scene, &context, &rays);
   }
   for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
     packet.blocked[i] = rays.tfar[i] < 0.F;

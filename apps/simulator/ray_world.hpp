@@ -9,23 +9,25 @@
 #include <vector>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include "scene.hpp"
 
 namespace kinetrace::simulator {
 
-/// Sixteen rays traced together; they should point about the same way.
-struct alignas(64) RayPacket {
-  static constexpr int kSize = 16;
+/// Eight rays traced together; they should point about the same way. As many as an AVX2 register holds: Embree splits
+/// larger packets, at the cost of copies.
+struct alignas(32) RayPacket {
+  static constexpr int kSize = 8;
   static constexpr std::uint32_t kMiss = ~0U;
-  alignas(64) std::array<std::int32_t, kSize> active{};  ///< -1 for rays to trace, 0 for others.
-  alignas(64) std::array<float, kSize> origin_x{}, origin_y{}, origin_z{};
-  alignas(64) std::array<float, kSize> direction_x{}, direction_y{}, direction_z{};
+  alignas(32) std::array<std::int32_t, kSize> active{};  ///< -1 for rays to trace, 0 for others.
+  alignas(32) std::array<float, kSize> origin_x{}, origin_y{}, origin_z{};
+  alignas(32) std::array<float, kSize> direction_x{}, direction_y{}, direction_z{};
   // Results of trace(): distance in units of the direction's length; body part and triangle hit, or kMiss.
-  alignas(64) std::array<float, kSize> distance{}, u{}, v{};
-  alignas(64) std::array<std::uint32_t, kSize> part{}, triangle{};
+  alignas(32) std::array<float, kSize> distance{}, u{}, v{};
+  alignas(32) std::array<std::uint32_t, kSize> part{}, triangle{};
   // Result of trace_shadow().
-  alignas(64) std::array<bool, kSize> blocked{};
+  alignas(32) std::array<bool, kSize> blocked{};
 };
 
 class RayWorld {
@@ -48,6 +50,7 @@ class RayWorld {
     const Mesh* mesh = nullptr;
     std::vector<Face> faces;         ///< Of the mesh's triangles.
     std::vector<UvSlope> uv_slopes;  ///< Of the mesh's triangles.
+    Eigen::AlignedBox3f box;         ///< About the mesh, part's frame.
     int actor = -1;                  ///< Index into Scene::actors; -1 for the static world.
     Eigen::Matrix3f R_scene_part = Eigen::Matrix3f::Identity();
     Eigen::Vector3f t_scene_part = Eigen::Vector3f::Zero();
@@ -56,11 +59,17 @@ class RayWorld {
   /// Moves everything to where it is at `time_s`. Not while rays are being traced.
   void set_time(double time_s);
 
-  void trace(RayPacket& packet) const;
+  /// What rays can meet: the static world alone where the caller knows that no actor is in their way.
+  enum class Reach { kEverything, kStaticWorld };
+
+  void trace(RayPacket& packet, Reach reach = Reach::kEverything) const;
   void trace_shadow(RayPacket& packet) const;
   /// True if the ray meets this part, whatever stands before it.
   [[nodiscard]] bool meets_part(std::size_t part, const Eigen::Vector3f& origin,
                                 const Eigen::Vector3f& direction) const;
+
+  /// Where actors may be in the view of an eye that looks along z: outside these rectangles of (x / z, y / z) none is.
+  [[nodiscard]] std::vector<Eigen::AlignedBox2f> actors_in_view(const Se3& T_scene_eye) const;
 
   [[nodiscard]] std::span<const Part> parts() const noexcept { return parts_; }
   /// Index into Scene::actors plus one of the actor that a part belongs to; 0 for the static world.

@@ -5,8 +5,10 @@
 #include <cmath>
 #include <utility>
 
+#include "kinetrace/core/cpu.hpp"
 #include "parallel.hpp"
 #include "random.hpp"
+#include "sensor_kernel.hpp"
 
 namespace kinetrace::simulator {
 namespace {
@@ -71,12 +73,15 @@ Image<float> blurred_along_columns(const Image<float>& source, const BlurWeights
   return target;
 }
 
-// Nearly normal, unit variance: the sum of four uniform bytes (central limit theorem); at 0.4 % of a grey level's
-// steps.
-float noise_from(std::uint32_t bits) {
-  const std::uint32_t sum = (bits & 255U) + ((bits >> 8U) & 255U) + ((bits >> 16U) & 255U) + (bits >> 24U);
-  constexpr float kDeviation = 147.8F;  // sqrt(4 * (256^2 - 1) / 12)
-  return (static_cast<float>(sum) - 510.F) / kDeviation;
+using Kernel = decltype(&kernel_baseline::expose_row);
+
+Kernel best_kernel() {
+#ifdef KINETRACE_HAVE_V3
+  if (cpu_has_v3()) {
+    return &kernel_v3::expose_row;
+  }
+#endif
+  return &kernel_baseline::expose_row;
 }
 
 }  // namespace
@@ -93,22 +98,15 @@ Image<std::uint8_t> expose(Image<float> radiance, const SensorSettings& settings
   const auto centre_x = 0.5F * static_cast<float>(width - 1);
   const auto centre_y = 0.5F * static_cast<float>(height - 1);
   const float shading = static_cast<float>(settings.vignetting) / (centre_x * centre_x + centre_y * centre_y);
-  const auto noise = static_cast<float>(settings.noise_levels);
+  const Kernel expose_row = best_kernel();
   for_each_index(height, threads, [&](int y) {
-    const float dy = static_cast<float>(y) - centre_y;
-    const std::uint32_t row_key = hash_of(stream, y);
-    for (int x = 0; x < width; ++x) {
-      const float dx = static_cast<float>(x) - centre_x;
-      const float lens = 1.F - shading * (dx * dx + dy * dy);
-      const float light = std::max(radiance.at(x, y) * lens * static_cast<float>(exposure), 0.F);
-      // The response is a square root, under which shot noise is the same at every level; read noise grows as the
-      // slope of the response, towards the dark.
-      const float level = 255.F * std::sqrt(light);
-      const float read = 128.F / std::max(level, 24.F);
-      const float deviation = noise * std::sqrt(0.5F + 0.5F * std::min(read * read, 2.F));
-      const float value = level + deviation * noise_from(mixed(row_key + static_cast<std::uint32_t>(x) * 0x9e3779b9U));
-      image.at(x, y) = static_cast<std::uint8_t>(std::clamp(value + 0.5F, 0.F, 255.F));
-    }
+    const RowExposure row{static_cast<float>(exposure),
+                          centre_x,
+                          static_cast<float>(y) - centre_y,
+                          shading,
+                          static_cast<float>(settings.noise_levels),
+                          hash_of(stream, y)};
+    expose_row(&radiance.at(0, y), width, row, &image.at(0, y));
   });
   return image;
 }

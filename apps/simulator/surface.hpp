@@ -1,4 +1,4 @@
-// What a surface is made of, and how it looks at a point.
+// What a surface is made of.
 #pragma once
 
 #include <cstdint>
@@ -70,15 +70,6 @@ struct SurfacePoint {
   Eigen::Vector3f position;
   Eigen::Vector3f normal;
   Eigen::Vector2f uv;
-  float footprint_m = 0.F;  ///< Size of a pixel there.
 };
-
-struct Look {
-  float albedo = 0.5F;  ///< Diffuse reflectance.
-  float gloss = 0.F;    ///< Mirror reflectance at normal incidence.
-  float glow = 0.F;     ///< Light of its own, relative to white in the sun.
-};
-
-[[nodiscard]] Look look_of(const Paint& paint, const SurfacePoint& point);
 
 }  // namespace kinetrace::simulator

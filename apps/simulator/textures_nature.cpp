@@ -1,41 +1,38 @@
 // Plants and bare ground.
-#include <algorithm>
-#include <cmath>
-
-#include "noise.hpp"
+#include "noise_kernel.hpp"
 #include "pattern.hpp"
 #include "textures.hpp"
 
-namespace kinetrace::simulator {
+namespace kinetrace::simulator::KINETRACE_KERNEL_ISA {
 namespace {
 
 // Leaves in light over gaps in shade.
-float foliage(const Paint& paint, const SurfacePoint& point) {
+Floats foliage(const Paint& paint, const Points& point) {
   static const Octaves leaves(0.33F, 0.97F, 7, 301);
-  const float bright = 0.16F + 0.1F * unit_float(hash_of(paint.seed, 1));
-  const float relief = fractal_noise(leaves, point.position, point.footprint_m);
-  return bright * std::max(0.15F, 1.F + 0.62F * relief);
+  const float bright = 0.16F + 0.1F * paint_value(paint.seed, 1);
+  const Floats relief = fractal_noise(leaves, point.position, point.footprint_m);
+  return bright * max(0.15F, 1.F + 0.62F * relief);
 }
 
-float grass(const SurfacePoint& point) {
+Floats grass(const Points& point) {
   static const Octaves blades(1.5F, 0.88F, 8, 302);
-  return 0.15F * std::max(0.2F, 1.F + 0.5F * fractal_noise(blades, point.position, point.footprint_m));
+  return 0.15F * max(0.2F, 1.F + 0.5F * fractal_noise(blades, point.position, point.footprint_m));
 }
 
-float gravel(const SurfacePoint& point) {
+Floats gravel(const Points& point) {
   static const Octaves stones(1.1F, 0.9F, 8, 303);
-  return 0.28F * std::max(0.3F, 1.F + 0.4F * fractal_noise(stones, point.position, point.footprint_m));
+  return 0.28F * max(0.3F, 1.F + 0.4F * fractal_noise(stones, point.position, point.footprint_m));
 }
 
-float bark(const SurfacePoint& point) {
+Floats bark(const Points& point) {
   static const Octaves ridges(0.2F, 0.85F, 6, 304);
-  const Eigen::Vector3f stretched(point.position.x() * 2.F, point.position.y() * 0.5F, point.position.z() * 2.F);
-  return 0.14F * std::max(0.25F, 1.F + 0.5F * fractal_noise(ridges, stretched, 2.F * point.footprint_m));
+  const Vec3 stretched{point.position.x * 2.F, point.position.y * 0.5F, point.position.z * 2.F};
+  return 0.14F * max(0.25F, 1.F + 0.5F * fractal_noise(ridges, stretched, 2.F * point.footprint_m));
 }
 
 }  // namespace
 
-Look nature_look(const Paint& paint, const SurfacePoint& point) {
+Looks nature_look(const Paint& paint, const Points& point) {
   switch (paint.material) {
     case Material::kGrass: return {grass(point)};
     case Material::kGravel: return {gravel(point)};
@@ -44,4 +41,4 @@ Look nature_look(const Paint& paint, const SurfacePoint& point) {
   }
 }
 
-}  // namespace kinetrace::simulator
+}  // namespace kinetrace::simulator::KINETRACE_KERNEL_ISA

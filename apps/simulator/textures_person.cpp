@@ -1,52 +1,50 @@
 // People: clothes with folds and prints, hair, skin, shoes.
-#include <algorithm>
-
-#include "noise.hpp"
+#include "noise_kernel.hpp"
 #include "pattern.hpp"
 #include "textures.hpp"
 
-namespace kinetrace::simulator {
+namespace kinetrace::simulator::KINETRACE_KERNEL_ISA {
 namespace {
 
-float folded(float albedo, const Octaves& folds, const SurfacePoint& point) {
-  return albedo * std::max(0.3F, 1.F + 0.3F * fractal_noise(folds, point.position, point.footprint_m));
+Floats folded(Floats albedo, const Octaves& folds, const Points& point) {
+  return albedo * max(0.3F, 1.F + 0.3F * fractal_noise(folds, point.position, point.footprint_m));
 }
 
 // Shirts: plain, striped, chequered, or with a print on the chest.
-float shirt(const Paint& paint, const SurfacePoint& point) {
+Floats shirt(const Paint& paint, const Points& point) {
   static const Octaves folds(0.16F, 0.72F, 6, 501);
-  const float base = 0.06F + 0.5F * unit_float(hash_of(paint.seed, 1));
+  const float base = 0.06F + 0.5F * paint_value(paint.seed, 1);
   const float other = base < 0.3F ? 0.6F : 0.08F;
-  const float width_m = std::max(point.footprint_m, 0.001F);
-  const Eigen::Vector3f& p = point.position;
-  float pattern = 0.F;
+  const Floats width_m = max(point.footprint_m, 0.001F);
+  const Vec3& p = point.position;
+  Floats pattern = 0.F;
   switch (hash_of(paint.seed, 2) % 4) {
-    case 0: pattern = stripes(p.y(), 0.07F, 0.03F, width_m); break;
-    case 1: pattern = 0.5F * (stripes(p.y(), 0.09F, 0.035F, width_m) + stripes(p.z(), 0.09F, 0.035F, width_m)); break;
-    case 2: pattern = band(p.z(), -0.1F, 0.1F, width_m) * band(p.y(), -0.42F, -0.28F, width_m); break;
+    case 0: pattern = stripes(p.y, 0.07F, 0.03F, width_m); break;
+    case 1: pattern = 0.5F * (stripes(p.y, 0.09F, 0.035F, width_m) + stripes(p.z, 0.09F, 0.035F, width_m)); break;
+    case 2: pattern = band(p.z, -0.1F, 0.1F, width_m) * band(p.y, -0.42F, -0.28F, width_m); break;
     default: break;
   }
   return folded(mix(base, other, pattern), folds, point);
 }
 
-float trousers(const Paint& paint, const SurfacePoint& point) {
+Floats trousers(const Paint& paint, const Points& point) {
   static const Octaves folds(0.2F, 0.78F, 7, 503);
-  return folded(0.05F + 0.22F * unit_float(hash_of(paint.seed, 1)), folds, point);
+  return folded(0.05F + 0.22F * paint_value(paint.seed, 1), folds, point);
 }
 
-float hair(const Paint& paint, const SurfacePoint& point) {
+Floats hair(const Paint& paint, const Points& point) {
   static const Octaves strands(0.05F, 0.8F, 5, 504);
-  return folded(0.03F + 0.2F * unit_float(hash_of(paint.seed, 1)), strands, point);
+  return folded(0.03F + 0.2F * paint_value(paint.seed, 1), strands, point);
 }
 
-float skin(const SurfacePoint& point) {
+Floats skin(const Points& point) {
   static const Octaves tone(0.12F, 0.7F, 5, 502);
   return 0.36F + 0.05F * fractal_noise(tone, point.position, point.footprint_m);
 }
 
 }  // namespace
 
-Look person_look(const Paint& paint, const SurfacePoint& point) {
+Looks person_look(const Paint& paint, const Points& point) {
   switch (paint.material) {
     case Material::kSkin: return {skin(point)};
     case Material::kShoe: return {0.07F, 0.02F};
@@ -56,4 +54,4 @@ Look person_look(const Paint& paint, const SurfacePoint& point) {
   }
 }
 
-}  // namespace kinetrace::simulator
+}  // namespace kinetrace::simulator::KINETRACE_KERNEL_ISA

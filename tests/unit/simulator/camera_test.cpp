@@ -1,14 +1,17 @@
 // Lenses, sensor and noise.
+#include <algorithm>
 #include <cmath>
 #include <set>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "camera_rig.hpp"
+#include "kinetrace/core/cpu.hpp"
 #include "noise.hpp"
-#include "noise_kernel.hpp"
 #include "random.hpp"
 #include "sensor.hpp"
+#include "sensor_kernel.hpp"
 
 namespace kinetrace::simulator {
 namespace {
@@ -111,6 +114,36 @@ TEST(Sensor, BlursWithoutChangingTheMean) {
   EXPECT_GT(image.at(11, 10), 50);
 }
 
+#ifdef KINETRACE_HAVE_V3
+TEST(Sensor, ExposesTheSameOnEveryInstructionSet) {
+  if (!cpu_has_v3()) {
+    GTEST_SKIP() << "needs a processor with AVX2 and FMA";
+  }
+  Random random(1, 3);
+  constexpr int kWidth = 1003;  // Not a multiple of eight.
+  std::vector<float> radiance(kWidth);
+  std::generate(radiance.begin(), radiance.end(), [&] { return static_cast<float>(random.uniform(-0.1, 1.4)); });
+  const RowExposure row{1.1F, 500.F, -70.F, 4e-7F, 1.5F, 99U};
+  std::vector<std::uint8_t> portable(kWidth);
+  std::vector<std::uint8_t> quick(kWidth);
+  kernel_baseline::expose_row(radiance.data(), kWidth, row, portable.data());
+  kernel_v3::expose_row(radiance.data(), kWidth, row, quick.data());
+  EXPECT_EQ(portable, quick);
+  EXPECT_GT(std::set(portable.begin(), portable.end()).size(), 100U);
+}
+#endif
+
+// All lanes at one point.
+float noise_at(const Octaves& octaves, const Eigen::Vector3f& point, float footprint_m) {
+  Lanes3 points;
+  Lanes footprints;
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    points.set(i, point);
+    footprints[i] = footprint_m;
+  }
+  return fractal_noise(octaves, points, footprints).back();
+}
+
 TEST(Noise, HasZeroMeanAndUnitVariance) {
   const Octaves octaves(0.7F, 0.8F, 8, 5);
   Random random(1, 2);
@@ -120,7 +153,7 @@ TEST(Noise, HasZeroMeanAndUnitVariance) {
   for (int i = 0; i < kCount; ++i) {
     const Eigen::Vector3f at(static_cast<float>(random.uniform(-90, 90)), static_cast<float>(random.uniform(-90, 90)),
                              static_cast<float>(random.uniform(-90, 90)));
-    const double value = static_cast<double>(fractal_noise(octaves, at, 0.F));
+    const double value = static_cast<double>(noise_at(octaves, at, 0.F));
     sum += value;
     squares += value * value;
   }
@@ -131,34 +164,34 @@ TEST(Noise, HasZeroMeanAndUnitVariance) {
 TEST(Noise, FadesWhatAPixelCannotResolve) {
   const Octaves octaves(0.1F, 0.9F, 6, 5);
   for (float x = 0.F; x < 1.F; x += 0.013F) {
-    EXPECT_EQ(fractal_noise(octaves, {x, 0.4F, 2.F}, 0.1F), 0.F);
+    EXPECT_EQ(noise_at(octaves, {x, 0.4F, 2.F}, 0.1F), 0.F);
   }
 }
 
 TEST(Noise, IsContinuous) {
   const Octaves octaves(0.5F, 0.8F, 5, 5);
-  float previous = fractal_noise(octaves, {-1.F, 0.3F, 0.2F}, 0.F);
+  float previous = noise_at(octaves, {-1.F, 0.3F, 0.2F}, 0.F);
   for (int i = 1; i < 4000; ++i) {
-    const float value = fractal_noise(octaves, {-1.F + 0.0005F * static_cast<float>(i), 0.3F, 0.2F}, 0.F);
+    const float value = noise_at(octaves, {-1.F + 0.0005F * static_cast<float>(i), 0.3F, 0.2F}, 0.F);
     EXPECT_LT(std::abs(value - previous), 0.15F);
     previous = value;
   }
 }
 
-#ifdef KINETRACE_HAVE_V3
-TEST(Noise, KernelsAgree) {
+TEST(Noise, DoesNotDependOnWhatStandsInTheOtherLanes) {
   const Octaves octaves(0.5F, 0.8F, 8, 5);
-  for (int i = 0; i < 1000; ++i) {
-    const float x = 0.37F * static_cast<float>(i) - 150.F;
-    const float a = kernel_baseline::fractal_noise(octaves.frequency.data(), octaves.amplitude.data(), 5, x, 0.7F * x,
-                                                   3.F - x, 0.02F);
-    const float b =
-        kernel_v3::fractal_noise(octaves.frequency.data(), octaves.amplitude.data(), 5, x, 0.7F * x, 3.F - x, 0.02F);
-    // Octaves of 4 mm cells at 100 m: the last bits of the position show.
-    EXPECT_NEAR(a, b, 2e-2F);
+  Lanes3 points;
+  Lanes footprints;
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    const auto step = static_cast<float>(i);
+    points.set(i, {3.1F * step, 7.F - step, 0.3F * step});
+    footprints[i] = 0.03F * step;
+  }
+  const Lanes together = fractal_noise(octaves, points, footprints);
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    EXPECT_EQ(together[i], noise_at(octaves, {points.x[i], points.y[i], points.z[i]}, footprints[i]));
   }
 }
-#endif
 
 }  // namespace
 }  // namespace kinetrace::simulator

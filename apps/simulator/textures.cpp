@@ -1,13 +1,10 @@
-#include "surface.hpp"
-
-#include <algorithm>
-
+// Which texture a material has.
 #include "textures.hpp"
 
-namespace kinetrace::simulator {
+namespace kinetrace::simulator::KINETRACE_KERNEL_ISA {
 namespace {
 
-Look raw_look(const Paint& paint, const SurfacePoint& point) {
+Looks raw_look(const Paint& paint, const Points& point) {
   switch (paint.material) {
     case Material::kAsphalt:
     case Material::kRoadMark:
@@ -47,10 +44,10 @@ Look raw_look(const Paint& paint, const SurfacePoint& point) {
 
 }  // namespace
 
-Look look_of(const Paint& paint, const SurfacePoint& point) {
-  Look look = raw_look(paint, point);
-  look.albedo = std::clamp(look.albedo, 0.01F, 0.95F);
+Looks look_of(const Paint& paint, const Points& points) {
+  Looks look = raw_look(paint, points);
+  look.albedo = clamp(look.albedo, 0.01F, 0.95F);
   return look;
 }
 
-}  // namespace kinetrace::simulator
+}  // namespace kinetrace::simulator::KINETRACE_KERNEL_ISA
