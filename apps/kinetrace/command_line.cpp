@@ -88,6 +88,11 @@ void add_raw_options(CLI::App& command, RawOutputOptions& raw, CLI::Option* out)
       ->capture_default_str();
 }
 
+void add_publish_option(CLI::App& command, std::string& publish) {
+  command.add_option("--publish", publish, "Publishes results over DDS as this file says; config/dds holds examples")
+      ->type_name("FILE");
+}
+
 void add_run(CLI::App& app, RunOptions& options, std::string& out, std::string& raw_out) {
   CLI::App& run =
       *app.add_subcommand("run", "Reconstructs trajectories from a recording or a camera into a run folder");
@@ -101,6 +106,7 @@ void add_run(CLI::App& app, RunOptions& options, std::string& out, std::string& 
   CLI::Option* raw =
       run.add_option("--record", raw_out, "Also records the raw images, into a new folder")->type_name("DIR");
   add_raw_options(run, options.raw, raw);
+  add_publish_option(run, options.publish);
   run.add_flag("--json", options.json, "Prints run.json on standard output instead of the summary");
   run.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
   run.footer(kFooter);
@@ -131,6 +137,7 @@ void add_doctor(CLI::App& app, DoctorOptions& options) {
 void add_plan(CLI::App& app, PlanOptions& options, std::string& size) {
   CLI::App& plan = *app.add_subcommand("plan", "Prints who takes how much memory, and whether the budget holds it");
   add_config_options(plan, options.config);
+  add_publish_option(plan, options.publish);
   plan.add_option("--size", size, "Size of one eye's images")->type_name("WxH")->capture_default_str();
 }
 

@@ -49,6 +49,7 @@ struct RunOptions {
   ConfigSource config;
   std::filesystem::path out;
   RawOutputOptions raw;
+  std::string publish;  ///< File with keys dds.*; empty: nothing is published.
   bool json = false;
   bool quiet = false;
 };
@@ -68,6 +69,7 @@ struct DoctorOptions {
 
 struct PlanOptions {
   ConfigSource config;
+  std::string publish;  ///< As for a run.
   int width_px = 0;
   int height_px = 0;
 };

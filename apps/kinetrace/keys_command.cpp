@@ -26,6 +26,20 @@ constexpr std::int64_t kYear2020_s = 1'577'836'800;
 constexpr mode_t kSecret = 0600;
 constexpr mode_t kPublic = 0644;
 
+// Paths in it are relative to it, so a folder works wherever it is copied to.
+constexpr const char* kSettingsName = "dds.yaml";
+constexpr std::string_view kSettings =
+    "# Security of DDS with the files beside this one; all other keys of dds.* may be added.\n"
+    "dds:\n"
+    "  security:\n"
+    "    mode: required\n"
+    "    identity_ca: identity_ca.cert.pem\n"
+    "    certificate: cert.pem\n"
+    "    private_key: key.pem\n"
+    "    permissions_ca: permissions_ca.cert.pem\n"
+    "    governance: governance.p7s\n"
+    "    permissions: permissions.p7s\n";
+
 struct File {
   std::string name;
   std::string content;
@@ -150,7 +164,8 @@ Result<std::vector<File>> enclave_files(const Authority& authority, const Partic
                            {"cert.pem", identity->certificate, kPublic},
                            {"key.pem", identity->private_key, kSecret},
                            {"governance.p7s", *governance, kPublic},
-                           {"permissions.p7s", *permissions, kPublic}};
+                           {"permissions.p7s", *permissions, kPublic},
+                           {kSettingsName, std::string(kSettings), kPublic}};
 }
 
 std::vector<Participant> participants(const KeysOptions& options) {
@@ -200,16 +215,6 @@ Outcome<Validity> validity_of(const KeysOptions& options, const Authority& autho
   return wanted;
 }
 
-void print_settings(const fs::path& enclave) {
-  const std::string folder = fs::absolute(enclave).lexically_normal().string();
-  std::printf(
-      "\ndds:\n  security:\n    mode: required\n    identity_ca: %s/identity_ca.cert.pem\n    certificate: "
-      "%s/cert.pem\n"
-      "    private_key: %s/key.pem\n    permissions_ca: %s/permissions_ca.cert.pem\n    governance: %s/governance.p7s\n"
-      "    permissions: %s/permissions.p7s\n",
-      folder.c_str(), folder.c_str(), folder.c_str(), folder.c_str(), folder.c_str(), folder.c_str());
-}
-
 Outcome<void> make_keys(const KeysOptions& options, std::int64_t now_s) {
   if (now_s < kYear2020_s) {
     return tl::unexpected(Failure{ExitCode::kConfig, "the system clock says " + utc_text(now_s) +
@@ -242,8 +247,8 @@ Outcome<void> make_keys(const KeysOptions& options, std::int64_t now_s) {
     std::printf("%-9s  valid until %s  %s\n", std::string(to_string(participant.role)).c_str(),
                 utc_text(validity->end_s).c_str(), enclave.c_str());
   }
-  std::printf("\nCopy each folder to its machine, and nothing else. Configuration of %s:\n", all.front().name.c_str());
-  print_settings(keystore.enclave(all.front().name));
+  std::printf("\nCopy each folder to its machine, and nothing else. On a device: kinetrace run --publish %s\n",
+              (keystore.enclave(all.front().name) / kSettingsName).c_str());
   return {};
 }
 

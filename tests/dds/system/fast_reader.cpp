@@ -1,23 +1,14 @@
-// A reader by another vendor, Fast DDS: knows the messages of ROS 2 and nothing of Kinetrace. Reads all topics, and writes what
-// came on standard output, one JSON line after another.
+// A reader by another vendor, Fast DDS: knows the messages of ROS 2 and nothing of Kinetrace. Reads all topics, and
+// writes what came on standard output, one JSON line after another.
 //
 //   fast_reader [--address IPV4] [--peer IPV4]... [--enclave DIR] [--no-check] [--publish]
 //
-// --address: of the interface; default 127.0.0.1. --peer: asked for participants, beside multicast. --enclave: keys as ROS 2 lays
-// them out. --no-check: counts only. --publish: also tries to write odometry.
+// --address: of the interface; default 127.0.0.1. --peer: asked for participants, beside multicast. --enclave: keys as
+// ROS 2 lays them out. --no-check: counts only. --publish: also tries to write odometry.
 #include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <functional>
-#include <iostream>
-#include <map>
-#include <memory>
-#include <mutex>
-#include <string>
-#include <thread>
-#include <vector>
-
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
@@ -28,6 +19,15 @@
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
+#include <functional>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
 #include <nlohmann/json.hpp>
 
 #include "ros_expectations.hpp"
@@ -160,8 +160,7 @@ class TopicReader {
     }
     dds::DataReaderQos qos;
     qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
-    qos.durability().kind =
-        name == "rt/tf_static" ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
+    qos.durability().kind = name == "rt/tf_static" ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
     constexpr int kDepth = 64;
     qos.history().depth = kDepth;
     qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;

@@ -1,5 +1,5 @@
-// Reads Kinetrace's own topics on the loopback, and writes how many samples and instances came on standard output, one JSON line
-// after another.
+// Reads Kinetrace's own topics on the loopback, and writes how many samples and instances came on standard output, one
+// JSON line after another.
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -22,7 +22,8 @@ namespace topics = publishing::topics;
 std::atomic<bool> is_over{false};
 
 constexpr const char* kLoopbackOnly =
-    "<CycloneDDS><Domain Id=\"any\"><General><Interfaces><NetworkInterface name=\"lo\" multicast=\"false\"/></Interfaces>"
+    "<CycloneDDS><Domain Id=\"any\"><General><Interfaces><NetworkInterface name=\"lo\" "
+    "multicast=\"false\"/></Interfaces>"
     "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
     "<MaxAutoParticipantIndex>31</MaxAutoParticipantIndex><Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery>"
     "</Domain></CycloneDDS>";

@@ -103,7 +103,8 @@ bool Process::until(const Condition& condition) const {
   const auto end = std::chrono::steady_clock::now() + kFarTooLong;
   while (std::chrono::steady_clock::now() < end) {
     siginfo_t ended{};
-    const bool has_ended = waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 && ended.si_pid != 0;
+    const bool has_ended =
+        waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 && ended.si_pid != 0;
     if (const nlohmann::json line = report(); !line.is_null() && condition(line)) {
       return true;
     }

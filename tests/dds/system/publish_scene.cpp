@@ -1,5 +1,5 @@
-// Publishes a scene that readers know by heart (scene.hpp), with the threads that the program has: one hands results over,
-// another one publishes. What happens to them is written on standard output, one JSON line after another.
+// Publishes a scene that readers know by heart (scene.hpp), with the threads that the program has: one hands results
+// over, another one publishes. What happens to them is written on standard output, one JSON line after another.
 //
 //   publish_scene [--rate HZ] [--frames N] [--objects N] [--new-ids] [KEY=VALUE...]     keys as dds.interface
 #include <atomic>

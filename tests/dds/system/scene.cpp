@@ -56,10 +56,15 @@ void Scene::place_objects() {
   }
   objects_.push_back(lost_pedestrian(next_id_++));
   bodies_.clear();
-  bodies_.push_back({.track_id = 0, .status = BodyStatus::kTracked, .points = background_points_, .observations = {}, .retired = {}});
+  bodies_.push_back(
+      {.track_id = 0, .status = BodyStatus::kTracked, .points = background_points_, .observations = {}, .retired = {}});
   for (const ObjectResult& object : objects_) {
     if (object.status == BodyStatus::kTracked) {
-      bodies_.push_back({.track_id = object.track_id, .status = object.status, .points = {&object_point_, 1}, .observations = {}, .retired = {}});
+      bodies_.push_back({.track_id = object.track_id,
+                         .status = object.status,
+                         .points = {&object_point_, 1},
+                         .observations = {},
+                         .retired = {}});
     }
   }
 }
@@ -93,7 +98,13 @@ publishing::PublishedHealth Scene::health() const {
 }
 
 StereoGeometry Scene::geometry() {
-  return {.fx_px = 700.0, .fy_px = 700.0, .cx_px = 620.0, .cy_px = 190.0, .baseline_m = 0.5, .width_px = 1240, .height_px = 376};
+  return {.fx_px = 700.0,
+          .fy_px = 700.0,
+          .cx_px = 620.0,
+          .cy_px = 190.0,
+          .baseline_m = 0.5,
+          .width_px = 1240,
+          .height_px = 376};
 }
 
 }  // namespace kinetrace::test

@@ -13,8 +13,8 @@
 
 namespace kinetrace::test {
 
-/// Frame i is of the time kBegin_ns + i * kStep_ns. The camera is at (1, 2, 3 + 0.01 i), turned about the world's y axis
-/// by the angle whose half has sine 0.6 and cosine 0.8; its covariance is diag(1, 2, 3, 4, 5, 6), and 0.5 between
+/// Frame i is of the time kBegin_ns + i * kStep_ns. The camera is at (1, 2, 3 + 0.01 i), turned about the world's y
+/// axis by the angle whose half has sine 0.6 and cosine 0.8; its covariance is diag(1, 2, 3, 4, 5, 6), and 0.5 between
 /// rotation about x and position along y. Objects have ids from kFirstId, the first one moves at 2 m/s along z; behind
 /// them comes one more, which is lost.
 class Scene {
