@@ -35,10 +35,12 @@ class Checklist {
     near(what + ".y", got.y(), y);
     near(what + ".z", got.z(), z);
   }
+  /// q and -q are the same rotation.
   void rotation(const std::string& what, const geometry_msgs::msg::Quaternion& got, double x, double y, double z,
                 double w) {
-    vector(what, got, x, y, z);
-    near(what + ".w", got.w(), w);
+    const double sign = got.x() * x + got.y() * y + got.z() * z + got.w() * w < 0.0 ? -1.0 : 1.0;
+    vector(what, got, sign * x, sign * y, sign * z);
+    near(what + ".w", got.w(), sign * w);
   }
   [[nodiscard]] Mistakes take() { return std::move(mistakes_); }
 
