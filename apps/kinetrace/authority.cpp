@@ -67,10 +67,10 @@ struct Extension {
   const char* value;
 };
 
-bool add_extensions(X509* certificate, std::initializer_list<Extension> extensions) {
+bool add_extensions(X509* certificate, X509* issuer, std::initializer_list<Extension> extensions) {
   for (const Extension& wanted : extensions) {
     X509V3_CTX context;
-    X509V3_set_ctx(&context, certificate, certificate, nullptr, nullptr, 0);
+    X509V3_set_ctx(&context, issuer, certificate, nullptr, nullptr, 0);
     X509_EXTENSION* extension = X509V3_EXT_conf_nid(nullptr, &context, wanted.kind, wanted.value);
     const bool is_added = extension != nullptr && X509_add_ext(certificate, extension, -1) == 1;
     X509_EXTENSION_free(extension);
@@ -82,11 +82,11 @@ bool add_extensions(X509* certificate, std::initializer_list<Extension> extensio
 }
 
 // The signature comes last, over everything else.
-bool fill(X509* certificate, std::string_view name, const Validity& validity, EVP_PKEY* key,
+bool fill(X509* certificate, std::string_view name, const Validity& validity, EVP_PKEY* key, X509* issuer,
           std::initializer_list<Extension> extensions) {
   return certificate != nullptr && key != nullptr && X509_set_version(certificate, X509_VERSION_3) == 1 &&
          set_serial(certificate) && set_subject(certificate, name) && set_validity(certificate, validity) &&
-         X509_set_pubkey(certificate, key) == 1 && add_extensions(certificate, extensions);
+         X509_set_pubkey(certificate, key) == 1 && add_extensions(certificate, issuer, extensions);
 }
 
 Result<Identity> to_pem(X509* certificate, EVP_PKEY* key) {
@@ -105,7 +105,7 @@ Result<Authority> Authority::make(std::string_view name, const Validity& validit
   Key key(EVP_EC_gen("P-256"));
   Certificate certificate(X509_new());
   // digitalSignature: it signs documents too, not only certificates.
-  const bool is_filled = fill(certificate.get(), name, validity, key.get(),
+  const bool is_filled = fill(certificate.get(), name, validity, key.get(), certificate.get(),
                               {{NID_basic_constraints, "critical,CA:TRUE"},
                                {NID_key_usage, "critical,digitalSignature,keyCertSign,cRLSign"},
                                {NID_subject_key_identifier, "hash"}});
@@ -139,10 +139,11 @@ std::int64_t Authority::end_s() const noexcept {
 Result<Identity> Authority::issue(std::string_view name, const Validity& validity) const {
   const Key key(EVP_EC_gen("P-256"));
   const Certificate certificate(X509_new());
-  const bool is_filled = fill(certificate.get(), name, validity, key.get(),
+  const bool is_filled = fill(certificate.get(), name, validity, key.get(), certificate_.get(),
                               {{NID_basic_constraints, "critical,CA:FALSE"},
                                {NID_key_usage, "critical,digitalSignature,keyAgreement"},
-                               {NID_subject_key_identifier, "hash"}});
+                               {NID_subject_key_identifier, "hash"},
+                               {NID_authority_key_identifier, "keyid:always"}});
   if (!is_filled || X509_set_issuer_name(certificate.get(), X509_get_subject_name(certificate_.get())) != 1 ||
       X509_sign(certificate.get(), key_.get(), EVP_sha256()) == 0) {
     return refused("certify " + std::string(name));

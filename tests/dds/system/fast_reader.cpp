@@ -41,6 +41,8 @@ namespace rtps = eprosima::fastrtps::rtps;
 
 std::atomic<bool> is_over{false};
 
+constexpr const char* kDetections = "rt/kinetrace/detections";
+
 struct Options {
   std::string address = "127.0.0.1";
   std::vector<std::string> peers;
@@ -145,6 +147,15 @@ dds::DomainParticipantQos participant_qos(const Options& options) {
   return qos;
 }
 
+/// What a message is a list of, where it is one.
+template <typename Message>
+std::uint64_t items_in(const Message& message) {
+  if constexpr (requires { message.detections(); }) {
+    return message.detections().size();
+  }
+  return 1;
+}
+
 /// One topic: counts what comes, and keeps the first mistakes.
 class TopicReader {
  public:
@@ -166,14 +177,15 @@ class TopicReader {
     qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
     std::unique_ptr<TopicReader> made(new TopicReader(name));
     made->reader_ = subscriber.create_datareader(topic, qos);
-    made->take_ = [reader = made->reader_, mistakes_in, message = std::make_shared<Message>()](Mistakes& mistakes) {
+    made->take_ = [self = made.get(), mistakes_in, message = std::make_shared<Message>()](Mistakes& mistakes) {
       dds::SampleInfo info;
-      if (reader->take_next_sample(message.get(), &info) != ReturnCode_t::RETCODE_OK) {
+      if (self->reader_->take_next_sample(message.get(), &info) != ReturnCode_t::RETCODE_OK) {
         return Taken::kNothing;
       }
       if (!info.valid_data) {
         return Taken::kNews;
       }
+      self->items_ += items_in(*message);
       for (std::string& mistake : mistakes_in ? mistakes_in(*message) : Mistakes{}) {
         mistakes.push_back(std::move(mistake));
       }
@@ -194,6 +206,8 @@ class TopicReader {
   }
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] std::uint64_t samples() const { return samples_; }
+  /// Elements of lists; messages, where they are none.
+  [[nodiscard]] std::uint64_t items() const { return items_; }
   [[nodiscard]] const Mistakes& mistakes() const { return mistakes_; }
   [[nodiscard]] bool is_refused() const { return reader_ == nullptr; }
 
@@ -205,6 +219,7 @@ class TopicReader {
   dds::DataReader* reader_ = nullptr;
   std::function<Taken(Mistakes&)> take_;
   std::uint64_t samples_ = 0;
+  std::uint64_t items_ = 0;
   Mistakes mistakes_;
 };
 
@@ -223,8 +238,8 @@ Readers all_topics(dds::DomainParticipant& participant, bool checks) {
   add.operator()<nav_msgs::msg::OdometryPubSubType, Odometry>("rt/kinetrace/odometry", mistakes_in);
   add.operator()<tf2_msgs::msg::TFMessagePubSubType, TFMessage>("rt/tf", mistakes_in_tf);
   add.operator()<tf2_msgs::msg::TFMessagePubSubType, TFMessage>("rt/tf_static", mistakes_in_static_tf);
-  add.operator()<vision_msgs::msg::Detection3DArrayPubSubType, vision_msgs::msg::Detection3DArray>(
-      "rt/kinetrace/detections", mistakes_in);
+  add.operator()<vision_msgs::msg::Detection3DArrayPubSubType, vision_msgs::msg::Detection3DArray>(kDetections,
+                                                                                                   mistakes_in);
   add.operator()<visualization_msgs::msg::MarkerArrayPubSubType, visualization_msgs::msg::MarkerArray>(
       "rt/kinetrace/markers", mistakes_in);
   add.operator()<geometry_msgs::msg::PoseArrayPubSubType, geometry_msgs::msg::PoseArray>("rt/kinetrace/trajectories",
@@ -251,6 +266,9 @@ void print(const Readers& readers, Discovery& discovery) {
   for (const std::unique_ptr<TopicReader>& reader : readers) {
     line["samples"][reader->name()] = reader->samples();
     total += reader->samples();
+    if (reader->name() == kDetections) {
+      line["detections"] = reader->items();
+    }
     if (reader->is_refused()) {
       line["refused"].push_back(reader->name());
     }

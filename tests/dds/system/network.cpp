@@ -51,6 +51,16 @@ void configure(const std::string& command) {
   }
 }
 
+long dropped_packets(const std::string& interface) {
+  const Ending shown = run_to_end({"tc", "-s", "qdisc", "show", "dev", interface});
+  constexpr std::string_view kKey = "dropped ";
+  long dropped = 0;
+  for (std::size_t at = shown.out.find(kKey); at != std::string::npos; at = shown.out.find(kKey, at + 1)) {
+    dropped += std::stol(shown.out.substr(at + kKey.size()));
+  }
+  return dropped;
+}
+
 Neighbour::Neighbour() : holder_({"unshare", "--net", "sh", "-c", "ip link set lo up && echo {} && exec sleep 600"}) {
   if (!holder_.until([](const nlohmann::json&) { return true; })) {
     throw std::runtime_error("no second network namespace can be made: " + holder_.err());
@@ -61,14 +71,18 @@ Neighbour::Neighbour() : holder_({"unshare", "--net", "sh", "-c", "ip link set l
   configure(std::string("ip link set ") + kThere + " netns " + there);
   configure(std::string("ip addr add ") + kHereAddress + "/24 dev " + kHere);
   configure(std::string("ip link set ") + kHere + " up");
-  configure(prefix_ + " ip addr add " + kThereAddress + "/24 dev " + kThere);
-  configure(prefix_ + " ip link set " + kThere + " up");
+  configure_there(std::string("ip addr add ") + kThereAddress + "/24 dev " + kThere);
+  configure_there(std::string("ip link set ") + kThere + " up");
 }
 
-std::vector<std::string> Neighbour::inside(std::vector<std::string> command) const {
+std::vector<std::string> Neighbour::inside(const std::vector<std::string>& command) const {
   std::vector<std::string> all = words(prefix_);
   all.insert(all.end(), command.begin(), command.end());
   return all;
+}
+
+void Neighbour::configure_there(const std::string& command) const {
+  configure(prefix_ + " " + command);
 }
 
 }  // namespace kinetrace::test

@@ -15,6 +15,9 @@ void enter_own_network();
 /// Runs `ip ...`, or another command of a network; throws std::runtime_error with what it printed.
 void configure(const std::string& command);
 
+/// Packets that queues of the interface have thrown away.
+[[nodiscard]] long dropped_packets(const std::string& interface);
+
 /// A second network, joined to this one by a cable: interface kHere with kHereAddress on this side, kThere with
 /// kThereAddress on the other one.
 class Neighbour {
@@ -27,7 +30,9 @@ class Neighbour {
   Neighbour();
 
   /// The command, to be run over there.
-  [[nodiscard]] std::vector<std::string> inside(std::vector<std::string> command) const;
+  [[nodiscard]] std::vector<std::string> inside(const std::vector<std::string>& command) const;
+  /// As `configure`, over there.
+  void configure_there(const std::string& command) const;
 
  private:
   std::string prefix_;

@@ -97,18 +97,21 @@ nlohmann::json Process::report() const {
   return line.is_discarded() ? nlohmann::json() : line;
 }
 
-bool Process::until(const Condition& condition) const {
+bool Process::has_ended() const {
+  siginfo_t ended{};
+  return waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 && ended.si_pid != 0;
+}
+
+bool Process::wait_for(const std::function<bool()>& is_so) const {
   constexpr auto kFarTooLong = std::chrono::seconds(60);
-  constexpr auto kPause = std::chrono::milliseconds(50);
+  constexpr auto kPause = std::chrono::milliseconds(20);
   const auto end = std::chrono::steady_clock::now() + kFarTooLong;
   while (std::chrono::steady_clock::now() < end) {
-    siginfo_t ended{};
-    const bool has_ended =
-        waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 && ended.si_pid != 0;
-    if (const nlohmann::json line = report(); !line.is_null() && condition(line)) {
+    const bool is_last_look = has_ended();  // Before looking: what it wrote at its end counts.
+    if (is_so()) {
       return true;
     }
-    if (has_ended) {
+    if (is_last_look) {
       return false;
     }
     std::this_thread::sleep_for(kPause);
@@ -116,8 +119,23 @@ bool Process::until(const Condition& condition) const {
   return false;
 }
 
+bool Process::until(const Condition& condition) const {
+  return wait_for([&] {
+    const nlohmann::json line = report();
+    return !line.is_null() && condition(line);
+  });
+}
+
+bool Process::until_err(const std::string& text) const {
+  return wait_for([&] { return err().find(text) != std::string::npos; });
+}
+
 std::string Process::err() const {
   return text_of(err_path_);
+}
+
+std::string Process::out() const {
+  return text_of(out_path_);
 }
 
 std::uint64_t Process::resident_kib() const {
@@ -137,7 +155,7 @@ Process::Condition at_least(const std::string& name, std::int64_t value) {
 Ending run_to_end(std::vector<std::string> command) {
   Process process(std::move(command));
   const int code = process.wait();
-  return {code, process.err()};
+  return {code, process.out(), process.err()};
 }
 
 }  // namespace kinetrace::test

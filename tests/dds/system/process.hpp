@@ -34,11 +34,18 @@ class Process {
   [[nodiscard]] nlohmann::json report() const;
   /// Waits until `condition(report())`; false after far too long, or when the program has ended without.
   [[nodiscard]] bool until(const Condition& condition) const;
+  /// The same for a text in its standard error.
+  [[nodiscard]] bool until_err(const std::string& text) const;
   /// Its standard error so far.
   [[nodiscard]] std::string err() const;
+  /// Its standard output so far.
+  [[nodiscard]] std::string out() const;
   [[nodiscard]] std::uint64_t resident_kib() const;
 
  private:
+  [[nodiscard]] bool has_ended() const;
+  [[nodiscard]] bool wait_for(const std::function<bool()>& is_so) const;
+
   std::string out_path_;
   std::string err_path_;
   pid_t pid_ = -1;
@@ -51,6 +58,7 @@ class Process {
 /// How a program that ends by itself ended.
 struct Ending {
   int exit_code = -1;
+  std::string out;
   std::string err;
 };
 [[nodiscard]] Ending run_to_end(std::vector<std::string> command);
