@@ -156,6 +156,9 @@ Status play_frame(Chain& chain, const StereoFrame& frame, StageClock& clock, Run
   report.counters = (*result)->counters;
   Status recorded = chain.recorder.record(**result);
   report.allocations_at_last_frame = allocation_counts();
+  if (chain.publishing) {
+    chain.publishing->send();
+  }
   return recorded;
 }
 
