@@ -56,11 +56,14 @@ std::string discovery(const PublishConfig& config) {
 }
 
 // We receive acknowledgements and requests, never much at once. A writer that ends waits for readers as long as a slow
-// network needs, and not for each of them as long as the library's default: they end one after the other.
+// network needs, and not for each of them as long as the library's default: they end one after the other. A receive
+// thread per socket is woken for its end by a packet to the participant's own address, and hangs when that has changed;
+// the one thread for all has a pipe.
 constexpr std::string_view kSmallAndSwift =
     "<Sizing><ReceiveBufferSize>256 KiB</ReceiveBufferSize><ReceiveBufferChunkSize>64 KiB</ReceiveBufferChunkSize>"
-    "</Sizing><Internal><WriterLingerDuration>200 ms</WriterLingerDuration><SocketReceiveBufferSize min=\"default\" "
-    "max=\"512 KiB\"/></Internal>";
+    "</Sizing><Internal><MultipleReceiveThreads>false</MultipleReceiveThreads>"
+    "<WriterLingerDuration>200 ms</WriterLingerDuration>"
+    "<SocketReceiveBufferSize min=\"default\" max=\"512 KiB\"/></Internal>";
 
 std::string library(const std::string& folder, std::string_view plugin, std::string_view what) {
   const std::string path = folder + "/lib" + std::string(plugin) + ".so";
