@@ -13,6 +13,21 @@ calibration or truth, 66 input not found, 70 internal error, 73 run folder canno
 78 wrong configuration or memory budget too small; 128 + n when signal n ended a run early (what was computed is
 written).)";
 
+// Names of folders and of certificates at once.
+std::string dds_name_error(const std::string& name) {
+  constexpr std::size_t kLongest = 31;
+  const bool is_clean =
+      !name.empty() && name.size() <= kLongest && name.front() != '.' &&
+      name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-") == std::string::npos;
+  return is_clean ? "" : "\"" + name + "\" is no name: 1 to 31 letters, digits or any of _ . -, the first no dot";
+}
+
+std::string dds_prefix_error(const std::string& prefix) {
+  const bool is_clean =
+      prefix.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_/") == std::string::npos;
+  return is_clean ? "" : "\"" + prefix + "\" is no prefix: letters, digits and _, joined by /";
+}
+
 void add_config_options(CLI::App& command, ConfigSource& source) {
   command.add_option("--config", source.file, "YAML file; `kinetrace config` prints one with all keys")
       ->type_name("FILE");
@@ -73,6 +88,11 @@ void add_raw_options(CLI::App& command, RawOutputOptions& raw, CLI::Option* out)
       ->capture_default_str();
 }
 
+void add_publish_option(CLI::App& command, std::string& publish) {
+  command.add_option("--publish", publish, "Publishes results over DDS as this file says; config/dds holds examples")
+      ->type_name("FILE");
+}
+
 void add_run(CLI::App& app, RunOptions& options, std::string& out, std::string& raw_out) {
   CLI::App& run =
       *app.add_subcommand("run", "Reconstructs trajectories from a recording or a camera into a run folder");
@@ -86,6 +106,7 @@ void add_run(CLI::App& app, RunOptions& options, std::string& out, std::string& 
   CLI::Option* raw =
       run.add_option("--record", raw_out, "Also records the raw images, into a new folder")->type_name("DIR");
   add_raw_options(run, options.raw, raw);
+  add_publish_option(run, options.publish);
   run.add_flag("--json", options.json, "Prints run.json on standard output instead of the summary");
   run.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
   run.footer(kFooter);
@@ -116,6 +137,7 @@ void add_doctor(CLI::App& app, DoctorOptions& options) {
 void add_plan(CLI::App& app, PlanOptions& options, std::string& size) {
   CLI::App& plan = *app.add_subcommand("plan", "Prints who takes how much memory, and whether the budget holds it");
   add_config_options(plan, options.config);
+  add_publish_option(plan, options.publish);
   plan.add_option("--size", size, "Size of one eye's images")->type_name("WxH")->capture_default_str();
 }
 
@@ -203,6 +225,34 @@ void add_figure(CLI::App& app, FigureOptions& options) {
   figure.footer(kFooter);
 }
 
+void add_keys(CLI::App& app, KeysOptions& options) {
+  CLI::App& keys = *app.add_subcommand(
+      "keys", "Makes an authority, identities and permissions for DDS Security; never overwrites any");
+  keys.add_option("--out", options.out,
+                  "New folder, laid out as a keystore of ROS 2; one made earlier gets further identities")
+      ->type_name("DIR")
+      ->required();
+  const auto add_names = [&keys](const char* option, std::vector<std::string>& names, const char* description) {
+    keys.add_option(option, names, description)
+        ->type_name("NAME")
+        ->allow_extra_args(false)
+        ->check(CLI::Validator(dds_name_error, "", "name"));
+  };
+  add_names("--device", options.devices,
+            "May publish results and read masks; may be repeated. Without any name: kinetrace");
+  add_names("--viewer", options.viewers, "May read results; may be repeated. Without any name: viewer");
+  add_names("--segmenter", options.segmenters, "May publish masks and read results; may be repeated");
+  keys.add_option("--days", options.days, "Identities and permissions end after so many days")
+      ->type_name("N")
+      ->check(CLI::Range(1, 3650))
+      ->capture_default_str();
+  keys.add_option("--ros2-prefix", options.ros_prefix, "dds.ros2.prefix of the devices, since permissions name topics")
+      ->type_name("NAME")
+      ->check(CLI::Validator(dds_prefix_error, "", "prefix"))
+      ->capture_default_str();
+  keys.footer(kFooter);
+}
+
 Outcome<PlanOptions> with_size(PlanOptions options, const std::string& size) {
   char rest = 0;
   // NOLINTNEXTLINE(cert-err34-c): values beyond int's range are refused by the bounds below.
@@ -232,6 +282,7 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   EvaluateOptions evaluate;
   StudyOptions study;
   FigureOptions figure;
+  KeysOptions keys;
   std::string out;
   std::string raw_out;
   std::string size = "1242x375";
@@ -243,6 +294,7 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   add_evaluate(app, evaluate);
   add_study(app, study, out);
   add_figure(app, figure);
+  add_keys(app, keys);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -276,6 +328,9 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   }
   if (app.got_subcommand("figure")) {
     return figure;
+  }
+  if (app.got_subcommand("keys")) {
+    return keys;
   }
   return config;
 }

@@ -49,6 +49,7 @@ struct RunOptions {
   ConfigSource config;
   std::filesystem::path out;
   RawOutputOptions raw;
+  std::string publish;  ///< File with keys dds.*; empty: nothing is published.
   bool json = false;
   bool quiet = false;
 };
@@ -68,6 +69,7 @@ struct DoctorOptions {
 
 struct PlanOptions {
   ConfigSource config;
+  std::string publish;  ///< As for a run.
   int width_px = 0;
   int height_px = 0;
 };
@@ -109,11 +111,21 @@ struct FigureOptions {
   bool quiet = false;
 };
 
+/// Names of those who get keys; none at all: one device and one viewer.
+struct KeysOptions {
+  std::filesystem::path out;  ///< New, or one that holds an authority, which then certifies the new ones.
+  std::vector<std::string> devices;
+  std::vector<std::string> viewers;
+  std::vector<std::string> segmenters;
+  int days = 365;                        ///< Valid for so long.
+  std::string ros_prefix = "kinetrace";  ///< As dds.ros2.prefix; it is part of the topics' names.
+};
+
 /// Asked for help or the version, which has been printed.
 struct NothingToDo {};
 
 using Command = std::variant<RunOptions, RecordOptions, DoctorOptions, PlanOptions, ConfigOptions, EvaluateOptions,
-                             StudyOptions, FigureOptions, NothingToDo>;
+                             StudyOptions, FigureOptions, KeysOptions, NothingToDo>;
 
 /// Reads the command line. Failures: kUsage.
 [[nodiscard]] Outcome<Command> parse_command_line(int argc, const char* const* argv);

@@ -29,4 +29,7 @@ namespace kinetrace::app {
 /// Draws the result figure of a run and, if asked for, every frame with what was found in it.
 [[nodiscard]] int figure_command(const FigureOptions& options);
 
+/// Makes keys, certificates and permissions for DDS Security.
+[[nodiscard]] int keys_command(const KeysOptions& options);
+
 }  // namespace kinetrace::app

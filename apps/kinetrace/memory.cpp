@@ -35,7 +35,8 @@ recording::RecordingConfig recording_config(const AppConfig& config, const Stere
   return recording;
 }
 
-Result<MemoryPlan> plan_memory(const AppConfig& config, const CameraSetup& camera, const RawOutputOptions& raw) {
+Result<MemoryPlan> plan_memory(const AppConfig& config, const CameraSetup& camera, const RawOutputOptions& raw,
+                               const PublishingSetup* publishing) {
   const auto geometry = hal::Rectifier::rectified_geometry(camera.calibration, config.rectification);
   if (!geometry) {
     return tl::unexpected(geometry.error());
@@ -60,6 +61,9 @@ Result<MemoryPlan> plan_memory(const AppConfig& config, const CameraSetup& camer
                             RecordingThread::required_bytes(raw_recorder_config(raw, camera.calibration, 1.0)),
                             "image size"});
   }
+  if (publishing != nullptr) {
+    plan.entries.push_back(publishing->plan());
+  }
   // Each part begins at a multiple of the arena's alignment.
   for (MemoryPlanEntry& entry : plan.entries) {
     entry.bytes = (entry.bytes + Arena::kAlignment - 1) / Arena::kAlignment * Arena::kAlignment;
@@ -67,9 +71,14 @@ Result<MemoryPlan> plan_memory(const AppConfig& config, const CameraSetup& camer
   return plan;
 }
 
-Status check_budget(const MemoryPlan& plan, const pipeline::MemoryConfig& config) {
+std::size_t library_bytes(const pipeline::MemoryConfig& config, const PublishingSetup* publishing) {
+  return static_cast<std::size_t>(config.libraries_mib * kMib) +
+         (publishing == nullptr ? 0 : publishing->library_bytes());
+}
+
+Status check_budget(const MemoryPlan& plan, const pipeline::MemoryConfig& config, const PublishingSetup* publishing) {
   const double budget = config.budget_mib * kMib;
-  const double libraries = config.libraries_mib * kMib;
+  const auto libraries = static_cast<double>(library_bytes(config, publishing));
   const double needed = static_cast<double>(plan.total_bytes()) + libraries;
   if (needed <= budget || plan.entries.empty()) {
     return {};

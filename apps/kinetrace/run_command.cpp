@@ -21,6 +21,7 @@
 #include "pairing_keeper.hpp"
 #include "progress.hpp"
 #include "recording_thread.hpp"
+#include "run_publishing.hpp"
 #include "run_report.hpp"
 #include "stage_clock.hpp"
 
@@ -37,6 +38,7 @@ struct Chain {
   std::unique_ptr<RecordingThread> raw;          // Null unless asked for.
   std::unique_ptr<RecordingThread> raw_ended{};  // What became of it where it stopped early.
   bool waits_for_disk = false;                   // Recordings do; a camera would lose frames meanwhile.
+  std::unique_ptr<RunPublishing> publishing{};   // Null unless asked for.
 };
 
 // What is there only where it is asked for.
@@ -61,7 +63,8 @@ Outcome<void> add_extras(Chain& chain, const CameraSetup& setup, const RunOption
   return {};
 }
 
-Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, const RunOptions& options, Arena& arena) {
+Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, const PublishingSetup* publishing,
+                          const RunOptions& options, Arena& arena) {
   auto camera = setup.make(arena);
   if (!camera) {
     return failure(camera.error());
@@ -74,6 +77,14 @@ Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, con
   if (!pipeline) {
     return failure(pipeline.error());
   }
+  std::unique_ptr<RunPublishing> published;
+  if (publishing != nullptr) {
+    auto started = publishing->start(rectifier->geometry(), arena);
+    if (!started) {
+      return tl::unexpected(started.error());
+    }
+    published = std::move(*started);
+  }
   // Last, so that nothing is made or replaced in the run folder unless everything else is ready.
   auto recorder = recording::RunRecorder::create(recording_config(config, rectifier->geometry(), options.out), arena);
   if (!recorder) {
@@ -83,6 +94,7 @@ Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, con
                    : tl::unexpected(Failure{ExitCode::kCannotCreate, recorder.error().message});
   }
   Chain chain{std::move(*camera), *rectifier, std::move(*pipeline), std::move(*recorder), {}, {}, {}};
+  chain.publishing = std::move(published);
   if (const Outcome<void> added = add_extras(chain, setup, options, arena); !added) {
     return tl::unexpected(added.error());
   }
@@ -105,6 +117,16 @@ void record_raw(Chain& chain, const StereoFrame& frame, HealthMonitor& health) {
   }
 }
 
+void hand_over(Chain& chain, const FrameResult& result, StageClock& clock, RunReport& report) {
+  if (!chain.publishing) {
+    return;
+  }
+  const StageScope scope(&clock, Stage::kPublish);
+  report.health.note(HealthReason::kNotPublished, chain.publishing->is_connected() ? 0 : 1);
+  chain.publishing->offer_health(report.health, result.counters);
+  chain.publishing->offer(result);
+}
+
 Status play_frame(Chain& chain, const StereoFrame& frame, StageClock& clock, RunReport& report) {
   clock.begin_frame();
   record_raw(chain, frame, report.health);
@@ -119,16 +141,20 @@ Status play_frame(Chain& chain, const StereoFrame& frame, StageClock& clock, Run
     chain.pairing->process(*pair, report.health);
   }
   const Result<const FrameResult*> result = chain.pipeline.process(*pair, &clock);
-  clock.end_frame();
   if (!result) {
     return tl::unexpected(result.error());
   }
-  ++report.frames;
   report.health.observe((*result)->newest);
+  hand_over(chain, **result, clock, report);
+  clock.end_frame();
+  ++report.frames;
   report.objects_now = static_cast<int>((*result)->newest.objects.size());
   report.counters = (*result)->counters;
   Status recorded = chain.recorder.record(**result);
   report.allocations_at_last_frame = allocation_counts();
+  if (chain.publishing) {
+    chain.publishing->send();
+  }
   return recorded;
 }
 
@@ -136,6 +162,9 @@ Status settle(Chain& chain) {
   while (const FrameResult* result = chain.pipeline.drain()) {
     if (Status status = chain.recorder.record(*result); !status) {
       return status;
+    }
+    if (chain.publishing) {
+      chain.publishing->offer_settled(*result);
     }
   }
   return {};
@@ -150,15 +179,23 @@ Outcome<RunReport> run(const RunOptions& options) {
   if (!setup) {
     return tl::unexpected(setup.error());
   }
-  const Result<MemoryPlan> plan = plan_memory(*config, *setup, options.raw);
+  std::unique_ptr<PublishingSetup> publishing;
+  if (!options.publish.empty()) {
+    auto checked = publishing_setup(options.publish, config->pipeline.tracking.max_objects);
+    if (!checked) {
+      return tl::unexpected(checked.error());
+    }
+    publishing = std::move(*checked);
+  }
+  const Result<MemoryPlan> plan = plan_memory(*config, *setup, options.raw, publishing.get());
   if (!plan) {
     return failure(plan.error());
   }
-  if (const Status fits = check_budget(*plan, config->pipeline.memory); !fits) {
+  if (const Status fits = check_budget(*plan, config->pipeline.memory, publishing.get()); !fits) {
     return failure(fits.error());
   }
   Arena arena(plan->total_bytes());
-  Outcome<Chain> chain = make_chain(*config, *setup, options, arena);
+  Outcome<Chain> chain = make_chain(*config, *setup, publishing.get(), options, arena);
   if (!chain) {
     return tl::unexpected(chain.error());
   }
@@ -167,14 +204,24 @@ Outcome<RunReport> run(const RunOptions& options) {
     return failure(begun.error());
   }
 
-  RunReport report(options, *setup, to_json(fields_of(*config)));
+  ConfigFields settings = fields_of(*config);
+  if (publishing) {
+    const ConfigFields more = publishing->fields();
+    settings.insert(settings.end(), more.begin(), more.end());
+  }
+  RunReport report(options, *setup, to_json(settings));
   const auto clock = std::make_unique<StageClock>();
   std::optional<std::int64_t> expected = camera.info().frame_count;
   if (options.until.max_frames > 0) {
     expected = std::min<std::int64_t>(options.until.max_frames, expected.value_or(options.until.max_frames));
   }
   Progress progress(!options.quiet, expected);
-  const CameraLoop loop{camera, options.until, setup->is_camera, report.health, progress, clock.get()};
+  const auto tell_health = [&] {
+    if (chain->publishing) {
+      chain->publishing->offer_health(report.health, report.counters);
+    }
+  };
+  const CameraLoop loop{camera, options.until, setup->is_camera, report.health, progress, clock.get(), tell_health};
   const std::function<Status(const StereoFrame&)> visit = [&](const StereoFrame& frame) {
     Status done = play_frame(*chain, frame, *clock, report);
     progress.show(report.frames, report.objects_now);
@@ -189,6 +236,10 @@ Outcome<RunReport> run(const RunOptions& options) {
     played = settled;
   }
   report.finish(chain->camera, *clock, played);
+  if (chain->publishing) {
+    chain->publishing->finish();
+    report.add_published(*chain->publishing);
+  }
   for (const auto* raw : {&chain->raw, &chain->raw_ended}) {
     if (*raw) {
       (*raw)->finish();

@@ -59,6 +59,12 @@ void RunReport::add_raw(const RecordingThread& raw) {
   }
 }
 
+void RunReport::add_published(const RunPublishing& published) {
+  for (auto& counter : published.counters()) {
+    summary_.camera_counters.push_back(std::move(counter));
+  }
+}
+
 void RunReport::finish(const GuardedCamera& camera, const StageClock& clock, const Status& played) {
   seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   summary_.frames = frames;

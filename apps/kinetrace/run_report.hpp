@@ -12,6 +12,7 @@
 #include "kinetrace/core/frame_result.hpp"
 #include "kinetrace/recording/run_summary.hpp"
 #include "recording_thread.hpp"
+#include "run_publishing.hpp"
 #include "stage_clock.hpp"
 
 namespace kinetrace::app {
@@ -33,6 +34,8 @@ class RunReport {
   void finish(const GuardedCamera& camera, const StageClock& clock, const Status& played);
   /// After finish(), where raw images were recorded.
   void add_raw(const RecordingThread& raw);
+  /// After finish(), where results were published.
+  void add_published(const RunPublishing& published);
 
   [[nodiscard]] const recording::RunSummary& summary() const noexcept { return summary_; }
   /// For the user: a few lines, or run.json with --json. Warnings go to standard error.

@@ -8,17 +8,10 @@
 #include <sstream>
 #include <string_view>
 
-#include "kinetrace/core/detections.hpp"
+#include "kinetrace/core/class_name.hpp"
 
 namespace kinetrace::simulator {
 namespace {
-
-// As in the objects.csv of a run.
-std::string class_name(std::uint16_t class_id) {
-  return class_id == kVehicleClass      ? "car"
-         : class_id == kPedestrianClass ? "pedestrian"
-                                        : "class_" + std::to_string(class_id);
-}
 
 std::string_view kitti_type(std::uint16_t class_id) {
   return class_id == kVehicleClass ? "Car" : class_id == kPedestrianClass ? "Pedestrian" : "Misc";
@@ -114,7 +107,7 @@ void write_object_row(const SimulatedFrame& frame, const ObjectTruth& object, st
   const Eigen::Vector3d& t = object.T_world_obj.translation;
   const Eigen::Vector3d& v = object.velocity_mps;
   const Eigen::Vector3d& s = object.size_lhw_m;
-  out << frame.index << ',' << frame.timestamp_ns << ',' << object.id << ',' << class_name(object.class_id) << ','
+  out << frame.index << ',' << frame.timestamp_ns << ',' << object.id << ',' << ClassName(object.class_id).view() << ','
       << object.moving << ',' << object.rigid;
   for (const double value :
        {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w(), v.x(), v.y(), v.z(), s.x(), s.y(), s.z()}) {

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "class_names.hpp"
+#include "kinetrace/core/class_name.hpp"
 #include "kinetrace/evaluation/evaluation.hpp"
 #include "shares.hpp"
 
@@ -123,7 +123,7 @@ Json objects_json(const Evaluation& evaluation) {
   json["each"] = Json::array();
   for (const ObjectReport& object : objects.objects) {
     Json one = {{"id", object.id},
-                {"class", class_name(object.class_id)},
+                {"class", ClassName(object.class_id).view()},
                 {"moving", object.moving},
                 {"rigid", object.rigid},
                 {"tracks", object.track_ids}};
@@ -157,7 +157,7 @@ Json masks_json(const MaskReport& masks) {
   json["any_class"] = scores_json(masks.any_class);
   json["classes"] = Json::object();
   for (const auto& [class_id, scores] : masks.classes) {
-    json["classes"][class_name(class_id)] = scores_json(scores);
+    json["classes"][ClassName(class_id).c_str()] = scores_json(scores);
   }
   return json;
 }

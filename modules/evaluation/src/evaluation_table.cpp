@@ -3,7 +3,7 @@
 #include <cstdarg>
 #include <cstdio>
 
-#include "class_names.hpp"
+#include "kinetrace/core/class_name.hpp"
 #include "kinetrace/evaluation/evaluation.hpp"
 #include "shares.hpp"
 
@@ -137,7 +137,7 @@ void add_each_object(Lines& lines, const ObjectMetrics& metrics) {
   for (const ObjectReport& object : metrics.objects) {
     const ObjectErrors& errors = object.errors;
     lines.add("  %6u %-11s %-6s %6zu %6zu %8s %8zu %8s %8s %8s %8s %8s  %s", object.id,
-              class_name(object.class_id).c_str(), object.moving ? "moving" : "rest", errors.visible_frames,
+              ClassName(object.class_id).c_str(), object.moving ? "moving" : "rest", errors.visible_frames,
               errors.tall_frames, number(percent(errors.covered_frames, errors.tall_frames), 1).c_str(),
               errors.id_switches, number(errors.motion.translation_m.mean(), 4).c_str(),
               number(errors.motion.rotation_deg.mean(), 3).c_str(), number(errors.distance_m.mean(), 4).c_str(),
@@ -156,7 +156,7 @@ void add_masks(Lines& lines, const MaskReport& masks) {
   lines.add("Masks, in %%");
   lines.add("  %-24s %8s %8s %8s %8s %8s %8s", "", "HOTA", "DetA", "AssA", "sMOTSA", "MOTSA", "switches");
   for (const auto& [class_id, scores] : masks.classes) {
-    add_scores(lines, class_name(class_id), scores);
+    add_scores(lines, std::string(ClassName(class_id).view()), scores);
   }
   add_scores(lines, "all classes", masks.combined);
   add_scores(lines, "whatever class", masks.any_class);

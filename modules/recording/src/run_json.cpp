@@ -1,7 +1,5 @@
 #include "run_json.hpp"
 
-#include <array>
-#include <string_view>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -11,33 +9,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::array<std::pair<std::string_view, std::uint64_t FrameCounters::*>, 16> kCounters{{
-    {"frames", &FrameCounters::frames},
-    {"features_tracked", &FrameCounters::features_tracked},
-    {"features_lost", &FrameCounters::features_lost},
-    {"features_created", &FrameCounters::features_created},
-    {"features_dropped", &FrameCounters::features_dropped},
-    {"stereo_matched", &FrameCounters::stereo_matched},
-    {"detections", &FrameCounters::detections},
-    {"detections_dropped", &FrameCounters::detections_dropped},
-    {"detection_frames_missing", &FrameCounters::detection_frames_missing},
-    {"tracks_born", &FrameCounters::tracks_born},
-    {"tracks_confirmed", &FrameCounters::tracks_confirmed},
-    {"tracks_ended", &FrameCounters::tracks_ended},
-    {"points_created", &FrameCounters::points_created},
-    {"points_culled", &FrameCounters::points_culled},
-    {"points_dropped", &FrameCounters::points_dropped},
-    {"background_lost_frames", &FrameCounters::background_lost_frames},
-}};
-static_assert(sizeof(FrameCounters) == kCounters.size() * sizeof(std::uint64_t), "a counter is missing from run.json");
-
 Json timing_json(const TimingSummary& timing) {
   return {{"median", timing.median_ms}, {"p95", timing.p95_ms}, {"max", timing.max_ms}};
 }
 
 Json counters_json(const RunSummary& summary) {
   Json counters = Json::object();
-  for (const auto& [name, member] : kCounters) {
+  for (const auto& [name, member] : kFrameCounterNames) {
     counters[std::string(name)] = summary.counters.*member;
   }
   for (const auto& [name, value] : summary.camera_counters) {

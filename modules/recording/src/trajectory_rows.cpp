@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "kinetrace/core/detections.hpp"
+#include "kinetrace/core/class_name.hpp"
 #include "kinetrace/imaging/mask_rle.hpp"
 
 namespace kinetrace::recording {
@@ -12,15 +12,6 @@ namespace {
 constexpr int kMetreDecimals = 6;
 constexpr int kUnitDecimals = 9;
 constexpr int kSignificantDigits = 9;
-
-void write_class(std::uint16_t class_id, BufferedWriter& out) noexcept {
-  switch (class_id) {
-    case kUnknownClass: out.text("unknown"); break;
-    case kVehicleClass: out.text("car"); break;
-    case kPedestrianClass: out.text("pedestrian"); break;
-    default: out.text("class_").integer(class_id);
-  }
-}
 
 std::string_view kitti_type(std::uint16_t class_id) noexcept {
   return class_id == kVehicleClass ? "Car" : class_id == kPedestrianClass ? "Pedestrian" : "Misc";
@@ -88,7 +79,7 @@ void write_kitti_row(const Se3& T_world_cam, BufferedWriter& out) noexcept {
 void write_object_row(const FrameEstimate& frame, const ObjectResult& object, BufferedWriter& out) noexcept {
   const StoredPose pose = StoredPose::from(object.T_world_obj);
   out.integer(frame.frame_index).text(",").integer(frame.timestamp_ns).text(",").integer(object.track_id).text(",");
-  write_class(object.class_id, out);
+  out.text(ClassName(object.class_id).view());
   out.text(",").text(to_string(object.status));
   write_position(object.T_world_obj.translation, ",", out);
   write_quaternion(pose.quaternion_xyzw, ",", out);

@@ -1,8 +1,10 @@
 // The one public result. Everything a user sees is made from it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
+#include <string_view>
 
 #include <Eigen/Core>
 
@@ -87,6 +89,31 @@ struct FrameCounters {
   std::uint64_t points_dropped = 0;  ///< Points not made: map capacity reached.
   std::uint64_t background_lost_frames = 0;
 };
+
+struct FrameCounterName {
+  std::string_view name;
+  std::uint64_t FrameCounters::*member;
+};
+/// All of FrameCounters, by the names under which users see them.
+inline constexpr std::array<FrameCounterName, 16> kFrameCounterNames{{
+    {"frames", &FrameCounters::frames},
+    {"features_tracked", &FrameCounters::features_tracked},
+    {"features_lost", &FrameCounters::features_lost},
+    {"features_created", &FrameCounters::features_created},
+    {"features_dropped", &FrameCounters::features_dropped},
+    {"stereo_matched", &FrameCounters::stereo_matched},
+    {"detections", &FrameCounters::detections},
+    {"detections_dropped", &FrameCounters::detections_dropped},
+    {"detection_frames_missing", &FrameCounters::detection_frames_missing},
+    {"tracks_born", &FrameCounters::tracks_born},
+    {"tracks_confirmed", &FrameCounters::tracks_confirmed},
+    {"tracks_ended", &FrameCounters::tracks_ended},
+    {"points_created", &FrameCounters::points_created},
+    {"points_culled", &FrameCounters::points_culled},
+    {"points_dropped", &FrameCounters::points_dropped},
+    {"background_lost_frames", &FrameCounters::background_lost_frames},
+}};
+static_assert(sizeof(FrameCounters) == kFrameCounterNames.size() * sizeof(std::uint64_t), "a counter has no name");
 
 /// Everything about one processed frame. Spans and views live in the pipeline until its next call.
 struct FrameResult {

@@ -1,0 +1,40 @@
+// How fast the camera moves, from one published frame to the next.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include <Eigen/Core>
+
+#include "kinetrace/core/se3.hpp"
+#include "kinetrace/publishing/published_frame.hpp"
+
+namespace kinetrace::publishing {
+
+struct CameraMotion {
+  bool is_known = false;                                             ///< Else everything is zero.
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();            ///< Camera frame.
+  Eigen::Vector3d angular_velocity_radps = Eigen::Vector3d::Zero();  ///< Camera frame.
+  /// Of (angular velocity, velocity), camera frame. An upper bound: the errors of consecutive poses are taken to be
+  /// independent, while in truth they have much in common.
+  Matrix6d covariance = Matrix6d::Zero();
+};
+
+/// Differences of consecutive camera poses.
+class CameraMotionMeter {
+ public:
+  /// Longer pauses, and poses that are only predicted or lost, say nothing.
+  static constexpr std::int64_t kLongestPause_ns = 1'000'000'000;
+
+  CameraMotion update(const PublishedFrame& frame) noexcept;
+
+ private:
+  struct Previous {
+    std::int64_t timestamp_ns;
+    Se3 T_world_cam;
+    Matrix6d covariance;
+  };
+  std::optional<Previous> previous_;
+};
+
+}  // namespace kinetrace::publishing

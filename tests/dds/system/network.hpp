@@ -1,0 +1,42 @@
+// Networks that a test makes and that are gone with it, whatever happens: nothing is seen from outside.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "process.hpp"
+
+namespace kinetrace::test {
+
+/// Puts this process, and what it starts from now on, into a network of its own that has a loopback and nothing else.
+/// Throws std::runtime_error that says what is missing.
+void enter_own_network();
+
+/// Runs `ip ...`, or another command of a network; throws std::runtime_error with what it printed.
+void configure(const std::string& command);
+
+/// Packets that queues of the interface have thrown away.
+[[nodiscard]] long dropped_packets(const std::string& interface);
+
+/// A second network, joined to this one by a cable: interface kHere with kHereAddress on this side, kThere with
+/// kThereAddress on the other one.
+class Neighbour {
+ public:
+  static constexpr const char* kHere = "kt-here";
+  static constexpr const char* kThere = "kt-there";
+  static constexpr const char* kHereAddress = "10.77.0.1";
+  static constexpr const char* kThereAddress = "10.77.0.2";
+
+  Neighbour();
+
+  /// The command, to be run over there.
+  [[nodiscard]] std::vector<std::string> inside(const std::vector<std::string>& command) const;
+  /// As `configure`, over there.
+  void configure_there(const std::string& command) const;
+
+ private:
+  std::string prefix_;
+  Process holder_;  ///< Keeps the other network alive.
+};
+
+}  // namespace kinetrace::test

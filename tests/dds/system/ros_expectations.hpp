@@ -1,0 +1,23 @@
+// What a reader must see of the scene, topic by topic.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "ros_messages.h"
+
+namespace kinetrace::test {
+
+/// One line for each field that is not as it should be; none if all are.
+using Mistakes = std::vector<std::string>;
+
+[[nodiscard]] Mistakes mistakes_in(const nav_msgs::msg::Odometry& message);
+[[nodiscard]] Mistakes mistakes_in(const vision_msgs::msg::Detection3DArray& message);
+[[nodiscard]] Mistakes mistakes_in(const visualization_msgs::msg::MarkerArray& message);
+[[nodiscard]] Mistakes mistakes_in(const geometry_msgs::msg::PoseArray& message);
+[[nodiscard]] Mistakes mistakes_in(const sensor_msgs::msg::PointCloud2& message);
+[[nodiscard]] Mistakes mistakes_in(const diagnostic_msgs::msg::DiagnosticArray& message);
+[[nodiscard]] Mistakes mistakes_in_tf(const tf2_msgs::msg::TFMessage& message);
+[[nodiscard]] Mistakes mistakes_in_static_tf(const tf2_msgs::msg::TFMessage& message);
+
+}  // namespace kinetrace::test
