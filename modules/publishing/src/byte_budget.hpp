@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 namespace kinetrace::publishing {
 
@@ -21,17 +22,17 @@ enum class Priority : std::uint8_t {
 /// of points fits into its half.
 class ByteBudget {
  public:
+  /// Full at first.
   ByteBudget(int bytes_per_second, int piece_bytes) noexcept
-      : bytes_per_second_(bytes_per_second), capacity_(std::max(bytes_per_second / 4.0, kPiecesHeld * piece_bytes)) {}
+      : bytes_per_second_(bytes_per_second),
+        capacity_(std::max(bytes_per_second / 4.0, kPiecesHeld * piece_bytes)),
+        allowance_(capacity_) {}
 
-  /// Lets the allowance grow. `now_ns` is a steady clock; the first call fills it.
+  /// Lets the allowance grow. `now_ns` is a steady clock.
   void refill(std::int64_t now_ns) noexcept {
     constexpr double kSecond_ns = 1e9;
-    allowance_ =
-        !started_
-            ? capacity_
-            : std::min(capacity_, allowance_ + static_cast<double>(now_ns - last_ns_) / kSecond_ns * bytes_per_second_);
-    started_ = true;
+    const std::int64_t elapsed_ns = now_ns - last_ns_.value_or(now_ns);
+    allowance_ = std::min(capacity_, allowance_ + static_cast<double>(elapsed_ns) / kSecond_ns * bytes_per_second_);
     last_ns_ = now_ns;
   }
 
@@ -46,13 +47,15 @@ class ByteBudget {
     return true;
   }
 
+  /// What is sent whether it may or not.
+  void charge(std::size_t bytes) noexcept { allowance_ -= static_cast<double>(bytes); }
+
  private:
   static constexpr double kPiecesHeld = 4.0;
   double bytes_per_second_;
   double capacity_;
-  double allowance_ = 0.0;
-  bool started_ = false;
-  std::int64_t last_ns_ = 0;
+  double allowance_;
+  std::optional<std::int64_t> last_ns_{};
 };
 
 }  // namespace kinetrace::publishing

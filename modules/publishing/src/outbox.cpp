@@ -1,6 +1,7 @@
 #include "outbox.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace kinetrace::publishing {
 namespace {
@@ -27,6 +28,17 @@ Result<Writer> Writer::create(dds_entity_t participant, const dds_topic_descript
   return made;
 }
 
+Status make_writers(dds_entity_t participant, std::span<const TopicSpec> specs) {
+  for (const TopicSpec& spec : specs) {
+    Result<Writer> writer = Writer::create(participant, spec.type, spec.name, spec.qos, spec.priority);
+    if (!writer) {
+      return tl::unexpected(writer.error());
+    }
+    spec.writer = std::move(*writer);
+  }
+  return {};
+}
+
 std::uint32_t Writer::readers() const noexcept {
   const ForeignCall foreign;
   dds_publication_matched_status_t status{};
@@ -35,7 +47,9 @@ std::uint32_t Writer::readers() const noexcept {
 
 void Outbox::write(const Writer& writer, const void* message, std::size_t bytes) noexcept {
   const std::size_t sent_bytes = bytes * std::max<std::size_t>(1, writer.readers());
-  if (!budget_.take(sent_bytes, writer.priority())) {
+  if (writer.is_kept()) {
+    budget_.charge(sent_bytes);  // Small and seldom, and some come only once.
+  } else if (!budget_.take(sent_bytes, writer.priority())) {
     skipped_.fetch_add(1, kRelaxed);
     return;
   }

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 
 #include "byte_budget.hpp"
@@ -35,6 +36,17 @@ class Writer {
   Priority priority_ = Priority::kEssential;
   bool is_kept_ = false;
 };
+
+/// A writer to be made.
+struct TopicSpec {
+  Writer& writer;
+  const dds_topic_descriptor_t& type;
+  std::string name;
+  TopicQos qos;
+  Priority priority;
+};
+/// Errors: as Writer::create, of the first that fails.
+[[nodiscard]] Status make_writers(dds_entity_t participant, std::span<const TopicSpec> specs);
 
 /// Writes what somebody reads and the budget allows.
 class Outbox {

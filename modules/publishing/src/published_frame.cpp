@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "thinning.hpp"
+
 namespace kinetrace::publishing {
 namespace {
 
@@ -14,25 +16,6 @@ const Se3* placement(const BodyGeometry& body, const FrameEstimate& newest, cons
                                    [&](const ObjectResult& o) { return o.track_id == body.track_id; });
   return object == newest.objects.end() ? nullptr : &object->T_world_obj;
 }
-
-/// Lets through `kept` of `total` items, evenly spread.
-class Thinning {
- public:
-  Thinning(std::size_t kept, std::size_t total) noexcept : kept_(kept), total_(total) {}
-  [[nodiscard]] bool lets_through() noexcept {
-    sum_ += kept_;
-    if (sum_ < total_) {
-      return false;
-    }
-    sum_ -= total_;
-    return true;
-  }
-
- private:
-  std::size_t kept_;
-  std::size_t total_;
-  std::size_t sum_ = 0;
-};
 
 }  // namespace
 
@@ -56,7 +39,7 @@ void PublishedFrame::assign(const FrameResult& result, std::int64_t now_ns) noex
   for (const BodyGeometry& body : result.bodies) {
     points_available += placement(body, newest, world) == nullptr ? 0 : body.points.size();
   }
-  Thinning thinning(std::min(points.capacity(), points_available), points_available);
+  Thinning thinning(points.capacity(), points_available);
   for (const BodyGeometry& body : result.bodies) {
     const Se3* T_world_body = placement(body, newest, world);
     if (T_world_body == nullptr) {

@@ -11,7 +11,9 @@
 #include "network_interface.hpp"
 #include "outbox.hpp"
 #include "participant.hpp"
+#include "ros_topics.hpp"
 #include "security_files.hpp"
+#include "trajectory_pieces.hpp"
 
 namespace kinetrace::publishing {
 namespace {
@@ -22,27 +24,58 @@ std::int64_t system_time_s() {
   return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
-/// Everything that lives as long as the interface keeps its address.
+/// Where messages are filled in, and what is gathered for them; as long as the publisher lives.
+struct Buffers {
+  Buffers(const PublishConfig& config, Arena& arena)
+      : native(config, arena), ros(config, arena), trajectories(config, arena) {}
+  NativeBuffers native;
+  RosBuffers ros;
+  TrajectoryPieces trajectories;
+};
+
+/// As long as the interface keeps its address.
 struct Session {
   Participant participant;
-  std::optional<NativeTopics> native;  // After the participant, so that it goes first.
+  std::optional<NativeTopics> native;  // After the participant, so that topics go first.
+  std::optional<RosTopics> ros;
 
-  [[nodiscard]] static Result<Session> create(const PublishConfig& config, const std::string& xml, LogSink& log) {
-    Result<Participant> participant = Participant::create(config.domain, xml, log);
-    if (!participant) {
-      return tl::unexpected(participant.error());
+  /// Errors: those of Participant and of the topics.
+  [[nodiscard]] static Result<Session> create(const PublishConfig& config, const std::string& xml, Buffers& buffers,
+                                              LogSink& log);
+  /// Calls `publish(topics)` for each kind that is wanted.
+  template <typename Publish>
+  void for_each(Publish&& publish) {
+    if (native) {
+      publish(*native);
     }
-    Session session{std::move(*participant), std::nullopt};
-    if (config.native) {
-      Result<NativeTopics> native = NativeTopics::create(config, session.participant.get());
-      if (!native) {
-        return tl::unexpected(native.error());
-      }
-      session.native = std::move(*native);
+    if (ros) {
+      publish(*ros);
     }
-    return session;
   }
 };
+
+Result<Session> Session::create(const PublishConfig& config, const std::string& xml, Buffers& buffers, LogSink& log) {
+  Result<Participant> participant = Participant::create(config.domain, xml, log);
+  if (!participant) {
+    return tl::unexpected(participant.error());
+  }
+  Session session{std::move(*participant), std::nullopt, std::nullopt};
+  if (config.native) {
+    Result<NativeTopics> native = NativeTopics::create(config, buffers.native, session.participant.get());
+    if (!native) {
+      return tl::unexpected(native.error());
+    }
+    session.native = std::move(*native);
+  }
+  if (config.ros2.enabled) {
+    Result<RosTopics> ros = RosTopics::create(config, buffers.ros, session.participant.get());
+    if (!ros) {
+      return tl::unexpected(ros.error());
+    }
+    session.ros = std::move(*ros);
+  }
+  return session;
+}
 
 }  // namespace
 
@@ -50,7 +83,7 @@ struct Publisher::Impl {
   PublishConfig config;
   StereoGeometry geometry;
   std::string own_xml;  ///< Empty: the configuration is made from the keys.
-  NativeBuffers native_buffers;
+  Buffers buffers;
   Outbox outbox;
   std::unique_ptr<LogSink> log;
   CameraMotionMeter motion_meter{};
@@ -60,6 +93,8 @@ struct Publisher::Impl {
   std::optional<std::int64_t> next_try_ns{};
   std::optional<std::string> notice{};
   bool was_connected = false;
+  std::optional<std::int64_t> next_health_ns{};
+  HealthState told_state = HealthState::kOk;
   std::atomic<LinkState> state = LinkState::kWaiting;
   std::atomic<std::uint64_t> frames = 0;
   std::atomic<std::uint64_t> frames_without_link = 0;
@@ -78,7 +113,8 @@ Status Publisher::Impl::connect() {
     }
   }
   const bool has_multicast = address && address->multicast;
-  Result<Session> made = Session::create(config, own_xml.empty() ? domain_xml(config, has_multicast) : own_xml, *log);
+  const std::string xml = own_xml.empty() ? domain_xml(config, has_multicast) : own_xml;
+  Result<Session> made = Session::create(config, xml, buffers, *log);
   if (!made) {
     return tl::unexpected(made.error());
   }
@@ -88,9 +124,8 @@ Status Publisher::Impl::connect() {
   }
   was_connected = true;
   state = LinkState::kConnected;
-  if (session->native) {
-    session->native->publish(geometry, outbox);
-  }
+  next_health_ns.reset();  // New readers hear of it at once.
+  session->for_each([&](const auto& topics) { topics.publish(geometry, outbox); });
   return {};
 }
 
@@ -121,7 +156,7 @@ Publisher::Publisher(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Publisher::~Publisher() = default;
 
 std::size_t Publisher::required_bytes(const PublishConfig& config) {
-  return measure_bytes([&](Arena& arena) { static_cast<void>(NativeBuffers(config, arena)); });
+  return measure_bytes([&](Arena& arena) { static_cast<void>(Buffers(config, arena)); });
 }
 
 std::size_t Publisher::participant_bytes() noexcept {
@@ -146,14 +181,14 @@ Result<std::unique_ptr<Publisher>> Publisher::create(const PublishConfig& config
   if (!log) {
     return tl::unexpected(log.error());
   }
-  const NativeBuffers buffers(config, arena);
+  const Buffers buffers(config, arena);
   if (arena.exhausted()) {
     return fail(ErrorCode::kCapacity, "the arena does not hold the publisher; size it from Publisher::required_bytes");
   }
   std::unique_ptr<Impl> impl(new Impl{.config = config,
                                       .geometry = geometry,
                                       .own_xml = std::move(own_xml),
-                                      .native_buffers = buffers,
+                                      .buffers = buffers,
                                       .outbox = Outbox(config.bytes_per_second, config.piece_bytes),
                                       .log = std::move(*log)});
   impl->address = impl->own_xml.empty() ? find_interface(config.interface) : std::nullopt;
@@ -210,17 +245,36 @@ void Publisher::publish(const PublishedFrame& frame, std::int64_t now_ns) {
     self.frames_without_link.fetch_add(1, kRelaxed);
     return;
   }
+  self.session->for_each([&](auto& topics) { topics.publish(frame, motion, self.outbox); });
   if (self.session->native) {
-    self.session->native->publish(frame, motion, self.native_buffers, self.outbox);
+    self.session->native->publish_points(frame, self.outbox);
+  }
+  if (self.session->ros) {
+    self.session->ros->publish_drawings(frame, self.outbox);
   }
 }
 
-void Publisher::publish(const PublishedHealth& /*health*/, std::int64_t now_ns) {
-  impl_->outbox.refill(now_ns);
+void Publisher::publish(const PublishedHealth& health, std::int64_t now_ns) {
+  Impl& self = *impl_;
+  self.outbox.refill(now_ns);
+  const bool is_due = !self.next_health_ns || now_ns >= *self.next_health_ns || health.state != self.told_state;
+  if (!self.session || !is_due) {
+    return;
+  }
+  self.next_health_ns = now_ns + kHealthEvery_ns;
+  self.told_state = health.state;
+  const PublishCounters sent = counters();
+  self.session->for_each([&](const auto& topics) { topics.publish(health, sent, self.outbox); });
 }
 
-void Publisher::publish(const TrajectoryEvent& /*event*/, std::int64_t now_ns) {
-  impl_->outbox.refill(now_ns);
+void Publisher::publish(const TrajectoryEvent& event, std::int64_t now_ns) {
+  Impl& self = *impl_;
+  self.outbox.refill(now_ns);
+  self.buffers.trajectories.add(event, [&self](const TrajectoryPart& part) {
+    if (self.session) {
+      self.session->for_each([&](const auto& topics) { topics.publish(part, self.outbox); });
+    }
+  });
 }
 
 std::optional<std::string> Publisher::take_notice() {

@@ -85,13 +85,13 @@ enum class SecurityMode : std::uint8_t {
 /// believes to be protected.
 struct SecurityConfig {
   SecurityMode mode = SecurityMode::kOff;
-  std::string identity_ca;     ///< Certificate of the authority that signed the identities.
-  std::string certificate;     ///< This device's identity ...
-  std::string private_key;     ///< ... and its key.
-  std::string permissions_ca;  ///< Certificate that signed governance and permissions; empty: identity_ca.
-  std::string governance;      ///< Signed: how a domain is protected.
-  std::string permissions;     ///< Signed: what this device may publish.
-  std::string plugins;         ///< Folder of Cyclone's security libraries; empty: where they are installed.
+  std::string identity_ca{};     ///< Certificate of the authority that signed the identities.
+  std::string certificate{};     ///< This device's identity ...
+  std::string private_key{};     ///< ... and its key.
+  std::string permissions_ca{};  ///< Certificate that signed governance and permissions; empty: identity_ca.
+  std::string governance{};      ///< Signed: how a domain is protected.
+  std::string permissions{};     ///< Signed: what this device may publish.
+  std::string plugins{};         ///< Folder of Cyclone's security libraries; empty: where they are installed.
 };
 
 struct PublishConfig {
@@ -104,11 +104,11 @@ struct PublishConfig {
   int domain = 0;
   /// The one network interface that is used. "lo" stays on this machine. An interface that is not there is waited for.
   std::string interface = "lo";
-  std::string peers;  ///< Addresses asked for participants, separated by commas; beside multicast.
+  std::string peers{};  ///< Addresses asked for participants, separated by commas; beside multicast.
   Multicast multicast = Multicast::kDiscovery;
   std::string device = "kinetrace";  ///< Who sends: the key of all native topics.
   bool native = true;
-  RosConfig ros2;
+  RosConfig ros2{};
   int bytes_per_second = 4'000'000;  ///< Of user data, counted once per reader; see ByteBudget for what goes first.
   int piece_bytes = 16'000;          ///< Larger messages come in pieces.
   int max_points = 2000;             ///< Points of a frame, over all bodies; more are thinned evenly. 0: none.
@@ -116,8 +116,8 @@ struct PublishConfig {
   int log_lines_per_minute = 12;     ///< Of the DDS library; the rest is counted.
   /// Cyclone DDS configuration file for what the other keys do not offer; empty: the configuration is made from them.
   /// It replaces interface, peers and multicast, and cannot be combined with security.
-  std::string xml;
-  SecurityConfig security;
+  std::string xml{};
+  SecurityConfig security{};
 
   /// Objects in a frame. Set by the program from the pipeline's configuration, no key of its own.
   int max_objects = kMaxObjects;

@@ -1,6 +1,7 @@
 // Results out into the network, as DDS topics.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -44,6 +45,24 @@ struct PublishCounters {
   std::uint64_t log_lines = 0;             ///< Warnings and errors of the DDS library ...
   std::uint64_t log_lines_suppressed = 0;  ///< ... and those beyond log_lines_per_minute.
 };
+
+struct PublishCounterName {
+  std::string_view name;
+  std::uint64_t PublishCounters::*member;
+};
+/// All of PublishCounters, by the names under which users see them.
+inline constexpr std::array<PublishCounterName, 9> kPublishCounterNames{{
+    {"dds_frames", &PublishCounters::frames},
+    {"dds_frames_without_link", &PublishCounters::frames_without_link},
+    {"dds_messages", &PublishCounters::messages},
+    {"dds_bytes", &PublishCounters::bytes},
+    {"dds_messages_over_budget", &PublishCounters::skipped_for_budget},
+    {"dds_write_errors", &PublishCounters::write_errors},
+    {"dds_participant_restarts", &PublishCounters::participant_restarts},
+    {"dds_log_lines", &PublishCounters::log_lines},
+    {"dds_log_lines_suppressed", &PublishCounters::log_lines_suppressed},
+}};
+static_assert(sizeof(PublishCounters) == kPublishCounterNames.size() * sizeof(std::uint64_t), "a counter has no name");
 
 /// Owns the participant and everything that writes. All calls but `state` and `counters` come from one thread, which
 /// the application owns. Writing may take as long as the network likes (a saturated link has been seen to hold a write

@@ -1,0 +1,80 @@
+// Final poses, gathered into pieces of trajectories.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "kinetrace.h"
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/publishing/published_frame.hpp"
+
+namespace kinetrace::publishing {
+
+/// Poses of one object, without a gap on our side. Points into the collector until its next call.
+struct TrajectoryPart {
+  std::uint32_t track_id = 0;
+  std::uint16_t class_id = 0;
+  bool finished = false;
+  std::uint32_t first_pose = 0;  ///< Counted from the object's first.
+  std::span<kinetrace_TrajectoryPose> poses;
+};
+
+/// Bounded: while more trajectories are open than there is room for, the one without news for longest is given out as
+/// it is and its count forgotten.
+class TrajectoryPieces {
+ public:
+  static constexpr std::size_t kMaxPoses = 64;  ///< Bound of TrajectoryPiece in the IDL.
+
+  TrajectoryPieces(const PublishConfig& config, Arena& arena);
+
+  /// Takes the event in, and calls `send(part)` for every part that is ready with it.
+  template <typename Send>
+  void add(const TrajectoryEvent& event, Send&& send) noexcept {
+    Open* open = find(event.track_id);
+    if (event.ends) {
+      if (open != nullptr) {  // Else it was given out before, for lack of room.
+        TrajectoryPart last = give_out(*open);
+        last.finished = true;
+        send(last);
+        *open = {};
+      }
+      return;
+    }
+    if (open == nullptr) {
+      open = &longest_without_news();  // Free ones before all others.
+      if (open->count > 0) {
+        send(give_out(*open));
+      }
+      begin(*open, event);
+    }
+    append(*open, event);
+    if (open->count == poses_per_piece_) {
+      send(give_out(*open));
+    }
+  }
+
+ private:
+  struct Open {
+    std::uint32_t track_id = 0;  ///< 0: free.
+    std::uint16_t class_id = 0;
+    std::uint32_t first_pose = 0;
+    std::size_t count = 0;
+    std::uint64_t last_news = 0;  ///< Counts events.
+    std::array<kinetrace_TrajectoryPose, kMaxPoses> poses{};
+  };
+
+  [[nodiscard]] Open* find(std::uint32_t track_id) noexcept;
+  [[nodiscard]] Open& longest_without_news() noexcept;
+  static void begin(Open& open, const TrajectoryEvent& event) noexcept;
+  void append(Open& open, const TrajectoryEvent& event) noexcept;
+  /// What is gathered; `open` goes on behind it.
+  static TrajectoryPart give_out(Open& open) noexcept;
+
+  std::span<Open> open_;
+  std::size_t poses_per_piece_;
+  std::uint64_t events_ = 0;
+};
+
+}  // namespace kinetrace::publishing
