@@ -56,7 +56,7 @@ class MaskSender {
     Eye eye = Eye::kLeft;
     int width_px = 0;
     int height_px = 0;
-    std::vector<Mask> masks;
+    std::vector<Mask> masks{};
   };
 
   /// `link` outlives it.
