@@ -26,6 +26,9 @@ class Player {
       if (!frame && frame.error().code == ErrorCode::kEndOfStream) {
         break;
       }
+      if (!frame) {
+        pass_silence();
+      }
       if (Status went_on = frame ? visit_(*frame) : bear(frame.error()); !went_on) {
         return went_on;
       }
@@ -46,6 +49,12 @@ class Player {
     return loop_.camera.next(kFrameTimeout);
   }
 
+  void pass_silence() const {
+    if (loop_.silence) {
+      loop_.silence();
+    }
+  }
+
   // Whatever passes is no error.
   Status bear(const Error& error) {
     if (error.code == ErrorCode::kTimeout) {
@@ -64,6 +73,7 @@ class Player {
     while (!is_over()) {
       const bool is_back = loop_.camera.recover().has_value();
       loop_.health.observe(loop_.camera.state(), loop_.camera.counters());
+      pass_silence();
       if (is_back) {
         print_warning(loop_.camera.info().name + ": is back");
         return;

@@ -20,6 +20,7 @@ struct CameraLoop {
   HealthMonitor& health;
   Progress& progress;
   StageObserver* observer = nullptr;  ///< Of Stage::kCapture.
+  std::function<void()> silence{};    ///< Called now and then while no frame comes; may be empty.
 };
 
 /// Calls `visit` with every frame until the recording ends, a limit is reached or a signal came. A camera that says

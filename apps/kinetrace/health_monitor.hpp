@@ -27,6 +27,10 @@ class HealthMonitor {
   [[nodiscard]] HealthState state() const noexcept { return state_; }
   [[nodiscard]] HealthState worst() const noexcept { return worst_; }
   [[nodiscard]] hal::CameraState camera() const noexcept { return camera_; }
+  /// The newest processed frame; -1 before the first.
+  [[nodiscard]] std::int64_t frame() const noexcept { return frame_; }
+  /// By HealthReason; a count of 0 never happened.
+  [[nodiscard]] const std::array<HealthEntry, kHealthReasonCount>& all() const noexcept { return entries_; }
   /// Whatever happened at least once, in the order of HealthReason.
   [[nodiscard]] std::vector<HealthEntry> entries() const;
 

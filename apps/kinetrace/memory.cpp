@@ -35,7 +35,17 @@ recording::RecordingConfig recording_config(const AppConfig& config, const Stere
   return recording;
 }
 
-Result<MemoryPlan> plan_memory(const AppConfig& config, const CameraSetup& camera, const RawOutputOptions& raw) {
+std::optional<MaskMailboxConfig> mask_mailbox_config(const AppConfig& config, const StereoGeometry& geometry) {
+  const segmentation::SegmentationConfig& segmentation = config.pipeline.segmentation;
+  if (segmentation.mode != segmentation::SegmentationMode::kDds) {
+    return std::nullopt;
+  }
+  return MaskMailboxConfig{geometry.width_px, geometry.height_px, segmentation.dds.right,
+                           std::chrono::milliseconds(segmentation.dds.timeout_ms)};
+}
+
+Result<MemoryPlan> plan_memory(const AppConfig& config, const CameraSetup& camera, const RawOutputOptions& raw,
+                               const PublishingSetup* publishing) {
   const auto geometry = hal::Rectifier::rectified_geometry(camera.calibration, config.rectification);
   if (!geometry) {
     return tl::unexpected(geometry.error());
@@ -48,6 +58,9 @@ Result<MemoryPlan> plan_memory(const AppConfig& config, const CameraSetup& camer
   plan.entries.push_back({"camera", camera.required_bytes(), "image size, pixel format, largest image file"});
   plan.entries.push_back({"rectifier", hal::Rectifier::required_bytes(camera.calibration, config.rectification),
                           "image size; nothing for rectified recordings"});
+  if (const std::optional<MaskMailboxConfig> masks = mask_mailbox_config(config, *geometry)) {
+    plan.entries.push_back({"masks", MaskMailbox::required_bytes(*masks), "segmentation.dds.right"});
+  }
   plan.entries.insert(plan.entries.end(), processing->entries.begin(), processing->entries.end());
   plan.entries.push_back(
       {"recorder", recording::RunRecorder::required_bytes(recording_config(config, *geometry, "")), "output.*"});
@@ -60,6 +73,9 @@ Result<MemoryPlan> plan_memory(const AppConfig& config, const CameraSetup& camer
                             RecordingThread::required_bytes(raw_recorder_config(raw, camera.calibration, 1.0)),
                             "image size"});
   }
+  if (publishing != nullptr) {
+    plan.entries.push_back(publishing->plan());
+  }
   // Each part begins at a multiple of the arena's alignment.
   for (MemoryPlanEntry& entry : plan.entries) {
     entry.bytes = (entry.bytes + Arena::kAlignment - 1) / Arena::kAlignment * Arena::kAlignment;
@@ -67,9 +83,14 @@ Result<MemoryPlan> plan_memory(const AppConfig& config, const CameraSetup& camer
   return plan;
 }
 
-Status check_budget(const MemoryPlan& plan, const pipeline::MemoryConfig& config) {
+std::size_t library_bytes(const pipeline::MemoryConfig& config, const PublishingSetup* publishing) {
+  return static_cast<std::size_t>(config.libraries_mib * kMib) +
+         (publishing == nullptr ? 0 : publishing->library_bytes());
+}
+
+Status check_budget(const MemoryPlan& plan, const pipeline::MemoryConfig& config, const PublishingSetup* publishing) {
   const double budget = config.budget_mib * kMib;
-  const double libraries = config.libraries_mib * kMib;
+  const auto libraries = static_cast<double>(library_bytes(config, publishing));
   const double needed = static_cast<double>(plan.total_bytes()) + libraries;
   if (needed <= budget || plan.entries.empty()) {
     return {};

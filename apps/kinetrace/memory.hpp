@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "app_config.hpp"
@@ -10,6 +11,8 @@
 #include "kinetrace/core/memory_plan.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/recording/run_recorder.hpp"
+#include "mask_mailbox.hpp"
+#include "run_publishing.hpp"
 
 namespace kinetrace::app {
 
@@ -17,13 +20,22 @@ namespace kinetrace::app {
 [[nodiscard]] recording::RecordingConfig recording_config(const AppConfig& config, const StereoGeometry& geometry,
                                                           const std::filesystem::path& directory);
 
-/// Everything that a run with this camera, recording raw images or not, takes from its arena, in the order of creation.
-/// Errors: those of the parts (kInvalidConfig, kBadCalibration).
+/// Settings of the mailbox for masks from other processes; none unless segmentation.mode is dds.
+[[nodiscard]] std::optional<MaskMailboxConfig> mask_mailbox_config(const AppConfig& config,
+                                                                   const StereoGeometry& geometry);
+
+/// Everything that a run with this camera, recording raw images and publishing or not, takes from its arena, in the
+/// order of creation. Errors: those of the parts (kInvalidConfig, kBadCalibration).
 [[nodiscard]] Result<MemoryPlan> plan_memory(const AppConfig& config, const CameraSetup& camera,
-                                             const RawOutputOptions& raw = {});
+                                             const RawOutputOptions& raw = {},
+                                             const PublishingSetup* publishing = nullptr);
+
+/// What libraries take by themselves: memory.libraries_mib, and those that only publishing needs.
+[[nodiscard]] std::size_t library_bytes(const pipeline::MemoryConfig& config, const PublishingSetup* publishing);
 
 /// kBudget, with what is missing and which part is largest, if the plan and the libraries do not fit.
-[[nodiscard]] Status check_budget(const MemoryPlan& plan, const pipeline::MemoryConfig& config);
+[[nodiscard]] Status check_budget(const MemoryPlan& plan, const pipeline::MemoryConfig& config,
+                                  const PublishingSetup* publishing = nullptr);
 
 /// The largest resident set that the process had so far; 0 if the system does not tell.
 [[nodiscard]] std::uint64_t peak_rss_bytes();

@@ -1,4 +1,6 @@
 #include <cstdio>
+#include <memory>
+#include <utility>
 
 #include "app_config.hpp"
 #include "commands.hpp"
@@ -32,7 +34,8 @@ void print_line(const char* name, double bytes, const char* depends_on) {
   std::printf("%-20s %10.3f  %s\n", name, bytes / (1024.0 * 1024.0), depends_on);
 }
 
-void print_plan(const MemoryPlan& plan, const pipeline::MemoryConfig& memory, const PlanOptions& options) {
+void print_plan(const MemoryPlan& plan, const pipeline::MemoryConfig& memory, const PublishingSetup* publishing,
+                const PlanOptions& options) {
   constexpr double kMib = 1024.0 * 1024.0;
   std::printf("Memory for raw images of %dx%d pixels\n\n%-20s %10s  %s\n", options.width_px, options.height_px, "part",
               "MiB", "size depends on");
@@ -40,7 +43,10 @@ void print_plan(const MemoryPlan& plan, const pipeline::MemoryConfig& memory, co
     print_line(entry.name.c_str(), static_cast<double>(entry.bytes), entry.depends_on.c_str());
   }
   print_line("libraries", memory.libraries_mib * kMib, "memory.libraries_mib");
-  print_line("total", static_cast<double>(plan.total_bytes()) + memory.libraries_mib * kMib, "");
+  if (publishing != nullptr) {
+    print_line("DDS participant", static_cast<double>(publishing->library_bytes()), "as measured with 64 objects");
+  }
+  print_line("total", static_cast<double>(plan.total_bytes() + library_bytes(memory, publishing)), "");
   print_line("budget", memory.budget_mib * kMib, "memory.budget_mib");
 }
 
@@ -51,13 +57,21 @@ int plan_command(const PlanOptions& options) {
   if (!config) {
     return report(to_failure(config.error()));
   }
+  std::unique_ptr<PublishingSetup> publishing;
+  if (!options.publish.empty()) {
+    auto setup = publishing_setup(options.publish, config->pipeline.tracking.max_objects);
+    if (!setup) {
+      return report(setup.error());
+    }
+    publishing = std::move(*setup);
+  }
   const Result<MemoryPlan> plan =
-      plan_memory(*config, recording_setup(raw_recording(options.width_px, options.height_px)));
+      plan_memory(*config, recording_setup(raw_recording(options.width_px, options.height_px)), {}, publishing.get());
   if (!plan) {
     return report(to_failure(plan.error()));
   }
-  print_plan(*plan, config->pipeline.memory, options);
-  const Status fits = check_budget(*plan, config->pipeline.memory);
+  print_plan(*plan, config->pipeline.memory, publishing.get(), options);
+  const Status fits = check_budget(*plan, config->pipeline.memory, publishing.get());
   return fits ? 0 : report(to_failure(fits.error()));
 }
 

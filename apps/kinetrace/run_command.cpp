@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -16,10 +17,12 @@
 #include "kinetrace/hal/sync_monitor.hpp"
 #include "kinetrace/pipeline/pipeline.hpp"
 #include "kinetrace/recording/run_recorder.hpp"
+#include "mask_mailbox.hpp"
 #include "memory.hpp"
 #include "messages.hpp"
 #include "progress.hpp"
 #include "recording_thread.hpp"
+#include "run_publishing.hpp"
 #include "run_report.hpp"
 #include "stage_clock.hpp"
 
@@ -30,16 +33,19 @@ namespace {
 struct Chain {
   GuardedCamera camera;
   hal::Rectifier rectifier;
+  std::unique_ptr<MaskMailbox> masks;  // Null unless masks come from another process.
   pipeline::Pipeline pipeline;
   recording::RunRecorder recorder;
   std::optional<hal::SyncMonitor> monitor;       // Of cameras; a recording is as it is.
   std::unique_ptr<RecordingThread> raw;          // Null unless asked for.
   std::unique_ptr<RecordingThread> raw_ended{};  // What became of it where it stopped early.
   bool waits_for_disk = false;                   // Recordings do; a camera would lose frames meanwhile.
+  std::unique_ptr<RunPublishing> publishing{};   // Null unless asked for.
 };
 
 // What is there only where it is asked for.
-Outcome<void> add_extras(Chain& chain, const CameraSetup& setup, const RunOptions& options, Arena& arena) {
+Outcome<void> add_extras(Chain& chain, const CameraSetup& setup, const PublishingSetup* publishing,
+                         const RunOptions& options, Arena& arena) {
   if (setup.is_camera) {
     const StereoGeometry& geometry = chain.rectifier.geometry();
     auto monitor = hal::SyncMonitor::create({}, geometry.width_px, geometry.height_px, arena);
@@ -57,10 +63,21 @@ Outcome<void> add_extras(Chain& chain, const CameraSetup& setup, const RunOption
     chain.raw = std::move(*raw);
     chain.waits_for_disk = !setup.live;
   }
+  if (publishing != nullptr) {
+    auto started = publishing->start(chain.rectifier.geometry(), arena);
+    if (!started) {
+      return tl::unexpected(started.error());
+    }
+    chain.publishing = std::move(*started);
+    if (chain.masks) {
+      chain.publishing->receive_masks(*chain.masks);
+    }
+  }
   return {};
 }
 
-Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, const RunOptions& options, Arena& arena) {
+Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, const PublishingSetup* publishing,
+                          const RunOptions& options, Arena& arena) {
   auto camera = setup.make(arena);
   if (!camera) {
     return failure(camera.error());
@@ -69,7 +86,11 @@ Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, con
   if (!rectifier) {
     return failure(rectifier.error());
   }
-  auto pipeline = pipeline::Pipeline::create(config.pipeline, rectifier->geometry(), arena);
+  std::unique_ptr<MaskMailbox> masks;
+  if (const std::optional<MaskMailboxConfig> wanted = mask_mailbox_config(config, rectifier->geometry())) {
+    masks = std::make_unique<MaskMailbox>(*wanted, arena);
+  }
+  auto pipeline = pipeline::Pipeline::create(config.pipeline, rectifier->geometry(), arena, masks.get());
   if (!pipeline) {
     return failure(pipeline.error());
   }
@@ -81,11 +102,25 @@ Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, con
     return is_ours ? failure(recorder.error())
                    : tl::unexpected(Failure{ExitCode::kCannotCreate, recorder.error().message});
   }
-  Chain chain{std::move(*camera), *rectifier, std::move(*pipeline), std::move(*recorder), {}, {}, {}};
-  if (const Outcome<void> added = add_extras(chain, setup, options, arena); !added) {
+  Chain chain{std::move(*camera), *rectifier, std::move(masks), std::move(*pipeline), std::move(*recorder), {}, {}, {}};
+  if (const Outcome<void> added = add_extras(chain, setup, publishing, options, arena); !added) {
     return tl::unexpected(added.error());
   }
   return chain;
+}
+
+// A recording waits for nobody, and would be over before whoever makes masks has been found.
+void wait_for_masks(const Chain& chain) {
+  constexpr int kPatience_s = 10;
+  const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(kPatience_s);
+  while (interrupted_by() == 0 && !chain.masks->wait_for_sender(std::chrono::milliseconds(100))) {
+    if (std::chrono::steady_clock::now() > give_up) {
+      print_warning(
+          "nobody sends masks; start the process that does in the same DDS domain and for the same "
+          "dds.device, such as `kinetrace masks`. Going on without");
+      return;
+    }
+  }
 }
 
 // Recording must not stop anything else.
@@ -112,6 +147,16 @@ void watch_pairing(Chain& chain, const RectifiedPair& pair, HealthMonitor& healt
   }
 }
 
+void hand_over(Chain& chain, const FrameResult& result, StageClock& clock, RunReport& report) {
+  if (!chain.publishing) {
+    return;
+  }
+  const StageScope scope(&clock, Stage::kPublish);
+  report.health.note(HealthReason::kNotPublished, chain.publishing->is_connected() ? 0 : 1);
+  chain.publishing->offer_health(report.health, result.counters);
+  chain.publishing->offer(result);
+}
+
 Status play_frame(Chain& chain, const StereoFrame& frame, StageClock& clock, RunReport& report) {
   clock.begin_frame();
   record_raw(chain, frame, report.health);
@@ -124,12 +169,13 @@ Status play_frame(Chain& chain, const StereoFrame& frame, StageClock& clock, Run
   }
   watch_pairing(chain, *pair, report.health);
   const Result<const FrameResult*> result = chain.pipeline.process(*pair, &clock);
-  clock.end_frame();
   if (!result) {
     return tl::unexpected(result.error());
   }
-  ++report.frames;
   report.health.observe((*result)->newest);
+  hand_over(chain, **result, clock, report);
+  clock.end_frame();
+  ++report.frames;
   report.objects_now = static_cast<int>((*result)->newest.objects.size());
   report.counters = (*result)->counters;
   Status recorded = chain.recorder.record(**result);
@@ -141,6 +187,9 @@ Status settle(Chain& chain) {
   while (const FrameResult* result = chain.pipeline.drain()) {
     if (Status status = chain.recorder.record(*result); !status) {
       return status;
+    }
+    if (chain.publishing) {
+      chain.publishing->offer_settled(*result);
     }
   }
   return {};
@@ -155,15 +204,27 @@ Outcome<RunReport> run(const RunOptions& options) {
   if (!setup) {
     return tl::unexpected(setup.error());
   }
-  const Result<MemoryPlan> plan = plan_memory(*config, *setup, options.raw);
+  std::unique_ptr<PublishingSetup> publishing;
+  if (!options.publish.empty()) {
+    auto checked = publishing_setup(options.publish, config->pipeline.tracking.max_objects);
+    if (!checked) {
+      return tl::unexpected(checked.error());
+    }
+    publishing = std::move(*checked);
+  } else if (config->pipeline.segmentation.mode == segmentation::SegmentationMode::kDds) {
+    return tl::unexpected(Failure{ExitCode::kUsage,
+                                  "segmentation dds needs --publish FILE: it says in which DDS domain "
+                                  "and for which device masks come"});
+  }
+  const Result<MemoryPlan> plan = plan_memory(*config, *setup, options.raw, publishing.get());
   if (!plan) {
     return failure(plan.error());
   }
-  if (const Status fits = check_budget(*plan, config->pipeline.memory); !fits) {
+  if (const Status fits = check_budget(*plan, config->pipeline.memory, publishing.get()); !fits) {
     return failure(fits.error());
   }
   Arena arena(plan->total_bytes());
-  Outcome<Chain> chain = make_chain(*config, *setup, options, arena);
+  Outcome<Chain> chain = make_chain(*config, *setup, publishing.get(), options, arena);
   if (!chain) {
     return tl::unexpected(chain.error());
   }
@@ -172,20 +233,33 @@ Outcome<RunReport> run(const RunOptions& options) {
     return failure(begun.error());
   }
 
-  RunReport report(options, *setup, to_json(fields_of(*config)));
+  ConfigFields settings = fields_of(*config);
+  if (publishing) {
+    const ConfigFields more = publishing->fields();
+    settings.insert(settings.end(), more.begin(), more.end());
+  }
+  RunReport report(options, *setup, to_json(settings));
   const auto clock = std::make_unique<StageClock>();
   std::optional<std::int64_t> expected = camera.info().frame_count;
   if (options.until.max_frames > 0) {
     expected = std::min<std::int64_t>(options.until.max_frames, expected.value_or(options.until.max_frames));
   }
   Progress progress(!options.quiet, expected);
-  const CameraLoop loop{camera, options.until, setup->is_camera, report.health, progress, clock.get()};
+  const auto tell_health = [&] {
+    if (chain->publishing) {
+      chain->publishing->offer_health(report.health, report.counters);
+    }
+  };
+  const CameraLoop loop{camera, options.until, setup->is_camera, report.health, progress, clock.get(), tell_health};
   const std::function<Status(const StereoFrame&)> visit = [&](const StereoFrame& frame) {
     Status done = play_frame(*chain, frame, *clock, report);
     progress.show(report.frames, report.objects_now);
     return done;
   };
   catch_interrupts();
+  if (chain->masks && !setup->is_camera) {
+    wait_for_masks(*chain);
+  }
   report.start();
   Status played = play_camera(loop, visit);
   progress.clear();
@@ -194,6 +268,13 @@ Outcome<RunReport> run(const RunOptions& options) {
     played = settled;
   }
   report.finish(chain->camera, *clock, played);
+  if (chain->publishing) {
+    chain->publishing->finish();
+    report.add_published(*chain->publishing);
+  }
+  if (chain->masks) {
+    report.add_masks(chain->masks->counters());
+  }
   for (const auto* raw : {&chain->raw, &chain->raw_ended}) {
     if (*raw) {
       (*raw)->finish();

@@ -11,7 +11,9 @@
 #include "kinetrace/core/allocation_counter.hpp"
 #include "kinetrace/core/frame_result.hpp"
 #include "kinetrace/recording/run_summary.hpp"
+#include "mask_mailbox.hpp"
 #include "recording_thread.hpp"
+#include "run_publishing.hpp"
 #include "stage_clock.hpp"
 
 namespace kinetrace::app {
@@ -31,8 +33,12 @@ class RunReport {
   void start();
   /// After the last frame. `played` says how it ended.
   void finish(const GuardedCamera& camera, const StageClock& clock, const Status& played);
+  /// After finish(), where masks came from other processes.
+  void add_masks(const MaskCounters& masks);
   /// After finish(), where raw images were recorded.
   void add_raw(const RecordingThread& raw);
+  /// After finish(), where results were published.
+  void add_published(const RunPublishing& published);
 
   [[nodiscard]] const recording::RunSummary& summary() const noexcept { return summary_; }
   /// For the user: a few lines, or run.json with --json. Warnings go to standard error.

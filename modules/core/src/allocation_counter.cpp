@@ -29,8 +29,12 @@ bool allocation_counting_available() noexcept {
   return interposed.load(std::memory_order_relaxed);
 }
 
+bool detail::in_foreign_call() noexcept {
+  return foreign_depth > 0;
+}
+
 void detail::count_allocation() noexcept {
-  (foreign_depth > 0 ? foreign_count : own_count).fetch_add(1, std::memory_order_relaxed);
+  (in_foreign_call() ? foreign_count : own_count).fetch_add(1, std::memory_order_relaxed);
 }
 
 void detail::announce_interposer() noexcept {

@@ -1,9 +1,28 @@
 // Replaces the C allocation functions in programs that link it; glibc's own do the work. operator new ends in malloc,
-// so this sees everything: malloc, calloc, realloc, the aligned family, and C++.
+// so this sees everything: malloc, calloc, realloc, the aligned family, and C++. Replaces pthread_create too, so that
+// threads which a library starts are the library's.
 #include <cerrno>
 #include <cstddef>
+#include <dlfcn.h>
+#include <memory>
+#include <pthread.h>
 
 #include "kinetrace/core/allocation_counter.hpp"
+
+namespace {
+
+struct ThreadStart {
+  void* (*routine)(void*);
+  void* argument;
+};
+
+void* run_as_foreign(void* given) {
+  const kinetrace::ForeignCall foreign;
+  const ThreadStart start = *std::unique_ptr<ThreadStart>(static_cast<ThreadStart*>(given));
+  return start.routine(start.argument);
+}
+
+}  // namespace
 
 extern "C" {
 // NOLINTBEGIN(bugprone-reserved-identifier,readability-identifier-naming): glibc's names.
@@ -39,6 +58,21 @@ int posix_memalign(void** block, std::size_t alignment, std::size_t bytes) {
   }
   *block = memory;
   return 0;
+}
+
+// NOLINTNEXTLINE(readability-inconsistent-declaration-parameter-name): glibc's own are reserved.
+int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*routine)(void*), void* argument) {
+  using Create = int (*)(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*);
+  static const auto create = reinterpret_cast<Create>(dlsym(RTLD_NEXT, "pthread_create"));
+  if (!kinetrace::detail::in_foreign_call()) {
+    return create(thread, attributes, routine, argument);
+  }
+  auto start = std::make_unique<ThreadStart>(ThreadStart{routine, argument});
+  const int error = create(thread, attributes, run_as_foreign, start.get());
+  if (error == 0) {
+    static_cast<void>(start.release());  // The thread's.
+  }
+  return error;
 }
 }
 

@@ -1,10 +1,10 @@
 // The records of an MCAP file, as bytes: little endian, each an opcode, a length and its content.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -39,7 +39,9 @@ class McapBytes {
     return *this;
   }
   McapBytes& raw(std::span<const std::byte> bytes) {
-    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+    const std::size_t at = bytes_.size();
+    bytes_.resize(at + bytes.size());
+    std::copy(bytes.begin(), bytes.end(), bytes_.begin() + static_cast<std::ptrdiff_t>(at));
     return *this;
   }
   /// A string, with its length.

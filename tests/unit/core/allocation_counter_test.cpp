@@ -52,6 +52,23 @@ TEST(AllocationCounter, SeesEveryWayToAskForMemory) {
   EXPECT_EQ(counted([] {}), 0U);
 }
 
+TEST(AllocationCounter, AThreadThatALibraryStartsIsTheLibrarys) {
+  const auto work = [] { use(std::make_unique<int>(1).get()); };
+  const AllocationCounts before = allocation_counts();
+  std::unique_ptr<std::thread> thread;
+  {
+    const ForeignCall foreign;
+    thread = std::make_unique<std::thread>(work);
+  }
+  thread->join();
+  EXPECT_EQ(allocation_counts().own, before.own);
+  EXPECT_GE(allocation_counts().foreign, before.foreign + 3U) << "the thread's own, and what starting it takes";
+
+  std::thread ours(work);
+  ours.join();
+  EXPECT_GE(allocation_counts().own, before.own + 1U);
+}
+
 TEST(AllocationCounter, CountsAForeignCallsAllocationsApart) {
   const AllocationCounts before = allocation_counts();
   {

@@ -7,7 +7,7 @@
 namespace kinetrace {
 
 /// Marks the calling thread as being inside a foreign library (OpenCV, libspng, Ceres...) until destroyed: allocations
-/// made meanwhile count as foreign. Cheap: one thread-local increment.
+/// made meanwhile count as foreign, and so do all of a thread started meanwhile. Cheap: one thread-local increment.
 class ForeignCall {
  public:
   ForeignCall() noexcept;
@@ -27,6 +27,7 @@ struct AllocationCounts {
 [[nodiscard]] bool allocation_counting_available() noexcept;
 
 namespace detail {
+[[nodiscard]] bool in_foreign_call() noexcept;
 void count_allocation() noexcept;
 void announce_interposer() noexcept;
 }  // namespace detail

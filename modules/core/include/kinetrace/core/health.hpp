@@ -35,14 +35,15 @@ enum class HealthReason : std::uint8_t {
   kEyesOutOfStep,     ///< Left and right are not from the same moment.
   kPoseLost,          ///< Frames in which the camera's own motion was not found.
   kRecordingStopped,  ///< Raw images are not recorded any more.
+  kNotPublished,      ///< Results that reached nobody, since network or DDS were not there.
 };
-inline constexpr std::size_t kHealthReasonCount = 11;
+inline constexpr std::size_t kHealthReasonCount = 12;
 
 [[nodiscard]] constexpr std::string_view to_string(HealthReason reason) noexcept {
   constexpr std::array<std::string_view, kHealthReasonCount> kNames{
       "camera_stalled",       "camera_lost",     "frames_lost",  "frames_repeated",  "frames_damaged",
       "frames_of_wrong_size", "frames_outdated", "clock_jumped", "eyes_out_of_step", "pose_lost",
-      "recording_stopped"};
+      "recording_stopped",    "not_published"};
   return kNames[static_cast<std::size_t>(reason)];
 }
 

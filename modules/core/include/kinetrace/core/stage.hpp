@@ -21,13 +21,14 @@ enum class Stage : std::uint8_t {
   kSfm,
   kRefine,
   kTrajectory,
+  kPublish,  ///< Handing results over; sending them is another thread's.
 };
-inline constexpr std::size_t kStageCount = 11;
+inline constexpr std::size_t kStageCount = 12;
 
 [[nodiscard]] constexpr std::string_view to_string(Stage stage) noexcept {
   constexpr std::array<std::string_view, kStageCount> kNames{"capture",    "rectify", "pyramid",       "track_features",
                                                              "ego_motion", "segment", "track_objects", "replenish",
-                                                             "sfm",        "refine",  "trajectory"};
+                                                             "sfm",        "refine",  "trajectory",    "publish"};
   return kNames[static_cast<std::size_t>(stage)];
 }
 

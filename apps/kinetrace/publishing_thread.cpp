@@ -1,0 +1,148 @@
+#include "publishing_thread.hpp"
+
+#include <chrono>
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include "kinetrace/core/allocation_counter.hpp"
+
+namespace kinetrace::app {
+namespace {
+
+// How long the network may change unnoticed while no result comes.
+constexpr int kIdle_ms = 200;
+
+std::int64_t system_time_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+std::int64_t steady_time_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+}  // namespace
+
+PublishingThread::EventFd::EventFd() : fd_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+
+PublishingThread::EventFd::~EventFd() {
+  if (is_open()) {
+    ::close(fd_);
+  }
+}
+
+void PublishingThread::EventFd::signal() const noexcept {
+  // Fails only where 2^64 signals have not been waited for; then one is pending anyway.
+  constexpr std::uint64_t kOne = 1;
+  [[maybe_unused]] const ssize_t written = ::write(fd_, &kOne, sizeof(kOne));
+}
+
+void PublishingThread::EventFd::wait(int timeout_ms) const noexcept {
+  pollfd waited{fd_, POLLIN, 0};
+  ::poll(&waited, 1, timeout_ms);
+  std::uint64_t signals = 0;
+  [[maybe_unused]] const ssize_t count = ::read(fd_, &signals, sizeof(signals));
+}
+
+std::size_t PublishingThread::required_bytes(const publishing::PublishConfig& config) {
+  return publishing::ResultMailbox::required_bytes(config) + publishing::Publisher::required_bytes(config) +
+         Arena::kAlignment;
+}
+
+Result<std::unique_ptr<PublishingThread>> PublishingThread::create(const publishing::PublishConfig& config,
+                                                                   const StereoGeometry& geometry, Tell tell,
+                                                                   Arena& arena) {
+  auto mailbox = publishing::ResultMailbox::create(config, arena);
+  if (!mailbox) {
+    return tl::unexpected(mailbox.error());
+  }
+  auto publisher = publishing::Publisher::create(config, geometry, arena);
+  if (!publisher) {
+    return tl::unexpected(publisher.error());
+  }
+  std::unique_ptr<PublishingThread> made(
+      new PublishingThread(std::move(*mailbox), std::move(*publisher), config.device, std::move(tell)));
+  if (!made->news_.is_open()) {
+    return fail(ErrorCode::kIo, "publishing needs one more open file than the process may have; raise its limit");
+  }
+  made->thread_ = std::thread([thread = made.get()] { thread->run(); });
+  return made;
+}
+
+PublishingThread::PublishingThread(std::unique_ptr<publishing::ResultMailbox> mailbox,
+                                   std::unique_ptr<publishing::Publisher> publisher, std::string device, Tell tell)
+    : mailbox_(std::move(mailbox)),
+      publisher_(std::move(publisher)),
+      tell_(std::move(tell)),
+      device_(std::move(device)) {}
+
+void PublishingThread::offer(const FrameResult& result) noexcept {
+  mailbox_->offer(result, system_time_ns());
+  news_.signal();
+}
+
+void PublishingThread::offer_settled(const FrameResult& result) noexcept {
+  mailbox_->offer_settled(result);
+  news_.signal();
+}
+
+void PublishingThread::offer_health(const HealthMonitor& health, const FrameCounters& counters) noexcept {
+  // Goes out with the next frame, or when the thread looks after the network.
+  mailbox_->offer_health({.frame_index = health.frame(),
+                          .handed_over_ns = system_time_ns(),
+                          .state = health.state(),
+                          .camera = to_string(health.camera()),
+                          .entries = health.all(),
+                          .counters = counters});
+}
+
+bool PublishingThread::is_connected() const noexcept {
+  return publisher_->state() == publishing::LinkState::kConnected;
+}
+
+void PublishingThread::receive_masks(MaskMailbox& mailbox) {
+  masks_ = std::make_unique<MaskThread>(publisher_->link(), device_, mailbox, tell_);
+}
+
+void PublishingThread::serve() {
+  publisher_->serve(*mailbox_, steady_time_ns());
+  while (const std::optional<std::string> notice = publisher_->take_notice()) {
+    tell_(*notice);
+  }
+}
+
+void PublishingThread::run() {
+  while (!ends_) {
+    news_.wait(kIdle_ms);
+    serve();
+  }
+  serve();
+}
+
+void PublishingThread::finish() noexcept {
+  if (!thread_.joinable()) {
+    return;
+  }
+  masks_.reset();
+  mailbox_->end_trajectories();
+  ends_ = true;
+  news_.signal();
+  thread_.join();
+}
+
+std::vector<std::pair<std::string, std::uint64_t>> PublishingThread::counters() const {
+  const publishing::MailboxCounters handed_over = mailbox_->counters();
+  std::vector<std::pair<std::string, std::uint64_t>> all{
+      {"dds_frames_offered", handed_over.offered},
+      {"dds_frames_superseded", handed_over.superseded},
+      {"dds_trajectory_poses_dropped", handed_over.trajectory_poses_dropped}};
+  const publishing::PublishCounters sent = publisher_->counters();
+  for (const auto& [name, member] : publishing::kPublishCounterNames) {
+    all.emplace_back(name, sent.*member);
+  }
+  return all;
+}
+
+}  // namespace kinetrace::app

@@ -1,0 +1,79 @@
+// Results out into the network without the pipeline waiting for it.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "kinetrace/publishing/publisher.hpp"
+#include "kinetrace/publishing/result_mailbox.hpp"
+#include "mask_thread.hpp"
+#include "run_publishing.hpp"
+
+namespace kinetrace::app {
+
+/// A Publisher in a thread of its own, behind a ResultMailbox. What offering costs is a copy and one write to an
+/// eventfd, whatever network and readers do. Memory from the arena: mailbox and messages.
+class PublishingThread final : public RunPublishing {
+ public:
+  /// Called from the thread with what the user should hear.
+  using Tell = std::function<void(const std::string& line)>;
+
+  [[nodiscard]] static std::size_t required_bytes(const publishing::PublishConfig& config);
+  /// Errors: as Publisher::create; kIo if the system has no eventfd left.
+  [[nodiscard]] static Result<std::unique_ptr<PublishingThread>> create(const publishing::PublishConfig& config,
+                                                                        const StereoGeometry& geometry, Tell tell,
+                                                                        Arena& arena);
+  ~PublishingThread() override { finish(); }
+  PublishingThread(const PublishingThread&) = delete;
+  PublishingThread& operator=(const PublishingThread&) = delete;
+  PublishingThread(PublishingThread&&) = delete;
+  PublishingThread& operator=(PublishingThread&&) = delete;
+
+  void offer(const FrameResult& result) noexcept override;
+  void offer_settled(const FrameResult& result) noexcept override;
+  void offer_health(const HealthMonitor& health, const FrameCounters& counters) noexcept override;
+  [[nodiscard]] bool is_connected() const noexcept override;
+  void receive_masks(MaskMailbox& mailbox) override;
+  void finish() noexcept override;
+  [[nodiscard]] std::vector<std::pair<std::string, std::uint64_t>> counters() const override;
+
+ private:
+  /// A file descriptor that is closed with it.
+  class EventFd {
+   public:
+    EventFd();
+    EventFd(const EventFd&) = delete;
+    EventFd& operator=(const EventFd&) = delete;
+    ~EventFd();
+    [[nodiscard]] bool is_open() const noexcept { return fd_ >= 0; }
+    void signal() const noexcept;
+    /// Returns after a signal since the last call, or when the time is over.
+    void wait(int timeout_ms) const noexcept;
+
+   private:
+    int fd_;
+  };
+
+  PublishingThread(std::unique_ptr<publishing::ResultMailbox> mailbox, std::unique_ptr<publishing::Publisher> publisher,
+                   std::string device, Tell tell);
+  void run();
+  void serve();
+
+  std::unique_ptr<publishing::ResultMailbox> mailbox_;
+  std::unique_ptr<publishing::Publisher> publisher_;  ///< Used by the thread, but for its state and counters.
+  Tell tell_;
+  std::string device_;
+  std::unique_ptr<MaskThread> masks_;  ///< Null unless masks are received. After the publisher, whose link it uses.
+  EventFd news_;
+  std::atomic<bool> ends_ = false;
+  std::thread thread_;
+};
+
+}  // namespace kinetrace::app
