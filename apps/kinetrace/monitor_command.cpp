@@ -63,8 +63,9 @@ class Display {
  public:
   Display(bool json, bool quiet) : json_(json), quiet_(quiet), redraws_(!json && is_terminal()) {}
 
-  void show(const MonitorState& state, std::int64_t now_ns) {
-    if (quiet_ || now_ns < next_ns_ || state.devices().empty()) {
+  /// Now and then; `is_last` at once.
+  void show(const MonitorState& state, std::int64_t now_ns, bool is_last = false) {
+    if (quiet_ || (now_ns < next_ns_ && !is_last) || state.devices().empty()) {
       return;
     }
     next_ns_ = now_ns + (redraws_ ? kSecond_ns / 5 : kSecond_ns);
@@ -128,6 +129,7 @@ class Monitor {
       warn_of_silence();
       serve(link_);
     }
+    display_.show(state_, steady_time_ns(), true);
     // Whatever ended it, the file gets its index.
     if (recording_) {
       const Status finished = recording_->finish();

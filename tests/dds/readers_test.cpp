@@ -124,11 +124,16 @@ TEST_F(Readers, PosesAndObjectsComeBackAsTheyWere) {
   EXPECT_EQ(heard.point_count, object.point_count);
 }
 
-TEST_F(Readers, ObjectsInManyPiecesAllArrive) {
-  ASSERT_TRUE(hear_until([&] { return !notes_.calibrations.empty(); }));
-  fixture_.publish(SampleResult({.objects = kMaxObjects}, 0));
-  ASSERT_TRUE(hear_until([&] { return notes_.objects.size() == kMaxObjects; }));
-  EXPECT_GT(notes_.object_messages, 1);
+TEST(ResultReader, HearsAllPiecesOfManyObjects) {
+  PublisherFixture fixture({.piece_bytes = PublishConfig::kMinPieceBytes});
+  Link& link = fixture.publisher().link();
+  ResultReader reader(link);
+  Notebook notes;
+  const auto take = [&] { return reader.take(notes); };
+  ASSERT_TRUE(take_until(link, take, [&] { return !notes.calibrations.empty(); }));
+  fixture.publish(SampleResult({.objects = kMaxObjects}, 0));
+  ASSERT_TRUE(take_until(link, take, [&] { return notes.objects.size() == kMaxObjects; }));
+  EXPECT_GT(notes.object_messages, 3);
 }
 
 TEST_F(Readers, HealthComesWithReasonsAndCounts) {

@@ -57,9 +57,10 @@ function codec(schema) {
   return codecs.get(schema.id);
 }
 
-// DDS may fill up to a multiple of four bytes.
+// DDS fills up to a multiple of four bytes, and says in the fourth byte with how many.
 function isSame(again, data) {
-  return data.length - again.length < 4 && again.equals(data.subarray(0, again.length)) &&
+  again[3] = data.length - again.length;
+  return again[3] < 4 && again.equals(data.subarray(0, again.length)) &&
     data.subarray(again.length).every((byte) => byte === 0);
 }
 
