@@ -44,7 +44,7 @@ void print_plan(const MemoryPlan& plan, const pipeline::MemoryConfig& memory, co
   }
   print_line("libraries", memory.libraries_mib * kMib, "memory.libraries_mib");
   if (publishing != nullptr) {
-    print_line("DDS participant", static_cast<double>(publishing->library_bytes()), "as measured with 64 objects");
+    print_line("DDS participant", static_cast<double>(publishing->library_bytes()), "dds.security.mode");
   }
   print_line("total", static_cast<double>(plan.total_bytes() + library_bytes(memory, publishing)), "");
   print_line("budget", memory.budget_mib * kMib, "memory.budget_mib");

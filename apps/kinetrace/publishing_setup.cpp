@@ -15,7 +15,7 @@ class DdsSetup final : public PublishingSetup {
     return {"publishing", PublishingThread::required_bytes(config_),
             "dds.max_points, dds.trajectory_queue, dds.piece_bytes, tracking.max_objects"};
   }
-  [[nodiscard]] std::size_t library_bytes() const override { return publishing::Publisher::participant_bytes(); }
+  [[nodiscard]] std::size_t library_bytes() const override { return publishing::Publisher::participant_bytes(config_); }
   [[nodiscard]] ConfigFields fields() override { return fields_of(config_); }
   [[nodiscard]] Outcome<std::unique_ptr<RunPublishing>> start(const StereoGeometry& geometry,
                                                               Arena& arena) const override {

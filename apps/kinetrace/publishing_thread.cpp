@@ -2,6 +2,8 @@
 
 #include <chrono>
 #include <poll.h>
+#include <pthread.h>
+#include <sched.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
@@ -21,6 +23,13 @@ std::int64_t system_time_ns() {
 std::int64_t steady_time_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
       .count();
+}
+
+// A thread of this kind never takes the processor from the one that wakes it: on a busy machine the pipeline would
+// otherwise pay for sending. Where the system refuses, it does.
+void let_others_go_first() {
+  const sched_param none{};
+  ::pthread_setschedparam(::pthread_self(), SCHED_BATCH, &none);
 }
 
 }  // namespace
@@ -80,22 +89,23 @@ PublishingThread::PublishingThread(std::unique_ptr<publishing::ResultMailbox> ma
 
 void PublishingThread::offer(const FrameResult& result) noexcept {
   mailbox_->offer(result, system_time_ns());
-  news_.signal();
 }
 
 void PublishingThread::offer_settled(const FrameResult& result) noexcept {
   mailbox_->offer_settled(result);
-  news_.signal();
 }
 
 void PublishingThread::offer_health(const HealthMonitor& health, const FrameCounters& counters) noexcept {
-  // Goes out with the next frame, or when the thread looks after the network.
   mailbox_->offer_health({.frame_index = health.frame(),
                           .handed_over_ns = system_time_ns(),
                           .state = health.state(),
                           .camera = to_string(health.camera()),
                           .entries = health.all(),
                           .counters = counters});
+}
+
+void PublishingThread::send() noexcept {
+  news_.signal();
 }
 
 bool PublishingThread::is_connected() const noexcept {
@@ -114,6 +124,7 @@ void PublishingThread::serve() {
 }
 
 void PublishingThread::run() {
+  let_others_go_first();
   while (!ends_) {
     news_.wait(kIdle_ms);
     serve();

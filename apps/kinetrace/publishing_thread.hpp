@@ -18,7 +18,7 @@
 
 namespace kinetrace::app {
 
-/// A Publisher in a thread of its own, behind a ResultMailbox. What offering costs is a copy and one write to an
+/// A Publisher in a thread of its own, behind a ResultMailbox. Offering is a copy, and send() one write to an
 /// eventfd, whatever network and readers do. Memory from the arena: mailbox and messages.
 class PublishingThread final : public RunPublishing {
  public:
@@ -39,6 +39,7 @@ class PublishingThread final : public RunPublishing {
   void offer(const FrameResult& result) noexcept override;
   void offer_settled(const FrameResult& result) noexcept override;
   void offer_health(const HealthMonitor& health, const FrameCounters& counters) noexcept override;
+  void send() noexcept override;
   [[nodiscard]] bool is_connected() const noexcept override;
   void receive_masks(MaskMailbox& mailbox) override;
   void finish() noexcept override;

@@ -44,8 +44,7 @@ struct Chain {
 };
 
 // What is there only where it is asked for.
-Outcome<void> add_extras(Chain& chain, const CameraSetup& setup, const PublishingSetup* publishing,
-                         const RunOptions& options, Arena& arena) {
+Outcome<void> add_extras(Chain& chain, const CameraSetup& setup, const RunOptions& options, Arena& arena) {
   if (setup.is_camera) {
     const StereoGeometry& geometry = chain.rectifier.geometry();
     auto monitor = hal::SyncMonitor::create({}, geometry.width_px, geometry.height_px, arena);
@@ -63,15 +62,8 @@ Outcome<void> add_extras(Chain& chain, const CameraSetup& setup, const Publishin
     chain.raw = std::move(*raw);
     chain.waits_for_disk = !setup.live;
   }
-  if (publishing != nullptr) {
-    auto started = publishing->start(chain.rectifier.geometry(), arena);
-    if (!started) {
-      return tl::unexpected(started.error());
-    }
-    chain.publishing = std::move(*started);
-    if (chain.masks) {
-      chain.publishing->receive_masks(*chain.masks);
-    }
+  if (chain.masks) {
+    chain.publishing->receive_masks(*chain.masks);
   }
   return {};
 }
@@ -94,6 +86,14 @@ Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, con
   if (!pipeline) {
     return failure(pipeline.error());
   }
+  std::unique_ptr<RunPublishing> published;
+  if (publishing != nullptr) {
+    auto started = publishing->start(rectifier->geometry(), arena);
+    if (!started) {
+      return tl::unexpected(started.error());
+    }
+    published = std::move(*started);
+  }
   // Last, so that nothing is made or replaced in the run folder unless everything else is ready.
   auto recorder = recording::RunRecorder::create(recording_config(config, rectifier->geometry(), options.out), arena);
   if (!recorder) {
@@ -103,7 +103,8 @@ Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, con
                    : tl::unexpected(Failure{ExitCode::kCannotCreate, recorder.error().message});
   }
   Chain chain{std::move(*camera), *rectifier, std::move(masks), std::move(*pipeline), std::move(*recorder), {}, {}, {}};
-  if (const Outcome<void> added = add_extras(chain, setup, publishing, options, arena); !added) {
+  chain.publishing = std::move(published);
+  if (const Outcome<void> added = add_extras(chain, setup, options, arena); !added) {
     return tl::unexpected(added.error());
   }
   return chain;
@@ -180,6 +181,9 @@ Status play_frame(Chain& chain, const StereoFrame& frame, StageClock& clock, Run
   report.counters = (*result)->counters;
   Status recorded = chain.recorder.record(**result);
   report.allocations_at_last_frame = allocation_counts();
+  if (chain.publishing) {
+    chain.publishing->send();
+  }
   return recorded;
 }
 

@@ -33,6 +33,9 @@ class RunPublishing {
   /// Of a result that comes only with a settled frame.
   virtual void offer_settled(const FrameResult& result) noexcept = 0;
   virtual void offer_health(const HealthMonitor& health, const FrameCounters& counters) noexcept = 0;
+  /// Lets what has been offered go out. Wakes another thread, to which a busy system may give this one's processor: so
+  /// this is called when a frame is done. What is offered without it goes out a little later.
+  virtual void send() noexcept = 0;
   /// False while what is offered reaches nobody, because network or DDS are not there.
   [[nodiscard]] virtual bool is_connected() const noexcept = 0;
   /// Masks that other processes send go into the mailbox, which outlives this; once, before the first frame.

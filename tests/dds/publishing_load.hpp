@@ -40,11 +40,14 @@ inline double thread_cpu_us() {
 /// An app::PublishingThread on the loopback, and somebody who offers.
 class PublishingLoad {
  public:
+  using Samples = std::vector<std::unique_ptr<SampleResult>>;
+
   PublishingLoad() {
     config_.domain = test_domain();
     config_.bytes_per_second = 100'000'000;  // Everything is sent, several readers or not.
     arena_ = Arena(app::PublishingThread::required_bytes(config_));
-    rss_before_kib_ = rss_kib();
+    warm_up_ = make_samples(60);
+    rss_before_kib_ = rss_kib();  // Behind everything of our own.
     auto thread = app::PublishingThread::create(
         config_, SampleResult::geometry(), [](const std::string&) {}, arena_);
     EXPECT_TRUE(thread) << thread.error().message;
@@ -66,7 +69,8 @@ class PublishingLoad {
   /// As at the end of a run.
   void end() { thread_.reset(); }
 
-  using Samples = std::vector<std::unique_ptr<SampleResult>>;
+  /// Two seconds, until everything is as it will be.
+  void warm_up() { static_cast<void>(offer(warm_up_)); }
   /// Made before, so that only offering them is measured.
   [[nodiscard]] Samples make_samples(int count) {
     Samples samples;
@@ -78,6 +82,7 @@ class PublishingLoad {
   void offer(const SampleResult& sample) {
     thread_->offer_health(health_, sample.result.counters);
     thread_->offer(sample.result);
+    thread_->send();
   }
   /// At 30 Hz; returns what each offer took of this thread's processor time.
   std::vector<double> offer(const Samples& samples) {
@@ -96,6 +101,7 @@ class PublishingLoad {
  private:
   publishing::PublishConfig config_;
   Arena arena_;
+  Samples warm_up_;
   std::int64_t rss_before_kib_ = 0;
   app::HealthMonitor health_;
   std::unique_ptr<app::PublishingThread> thread_;

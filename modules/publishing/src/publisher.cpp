@@ -112,9 +112,10 @@ std::size_t Publisher::required_bytes(const PublishConfig& config) {
   return measure_bytes([&](Arena& arena) { static_cast<void>(Buffers(config, arena)); });
 }
 
-std::size_t Publisher::participant_bytes() noexcept {
+std::size_t Publisher::participant_bytes(const PublishConfig& config) noexcept {
   constexpr std::size_t kMib = 1024U * 1024U;
-  return 12 * kMib;
+  // Plugins and libcrypto's tables come with security.
+  return (config.security.mode == SecurityMode::kRequired ? 10 : 4) * kMib;
 }
 
 Result<std::unique_ptr<Publisher>> Publisher::create(const PublishConfig& config, const StereoGeometry& geometry,

@@ -45,8 +45,8 @@ TEST(DomainXml, DoesWithoutMulticastWhereThereIsNone) {
 
 TEST(DomainXml, EscapesWhatAPathMayHold) {
   PublishConfig config;
-  config.security.mode = SecurityMode::kRequired;
-  config.security.identity_ca = "/keys/a&b<c>\"d\".pem";
+  const std::string odd = "/keys/a&b<c>\"d\".pem";
+  config.security = {SecurityMode::kRequired, odd, "certificate", "key", "", "governance", "permissions", ""};
   EXPECT_THAT(domain_xml(config, false), HasSubstr("file:/keys/a&amp;b&lt;c&gt;&quot;d&quot;.pem"));
 }
 

@@ -61,8 +61,8 @@ class Publisher {
 
   /// From the arena: buffers of messages. The DDS library allocates by itself: see participant_bytes.
   [[nodiscard]] static std::size_t required_bytes(const PublishConfig& config);
-  /// What a participant adds to the resident memory, as measured with 64 objects and 2000 points at 30 Hz.
-  [[nodiscard]] static std::size_t participant_bytes() noexcept;
+  /// What a participant adds to the resident memory: twice what was measured with 64 objects and 2000 points at 30 Hz.
+  [[nodiscard]] static std::size_t participant_bytes(const PublishConfig& config) noexcept;
 
   /// Errors: as Link::create; kCapacity.
   [[nodiscard]] static Result<std::unique_ptr<Publisher>> create(const PublishConfig& config,
