@@ -98,7 +98,9 @@ void add_run(CLI::App& app, RunOptions& options, std::string& out, std::string& 
       *app.add_subcommand("run", "Reconstructs trajectories from a recording or a camera into a run folder");
   add_source_options(run, options.source);
   run.add_option("--segmentation", options.segmentation,
-                 "Where objects come from: motion, none, or mask files (KITTI MOTS PNG) as masks:LEFT_DIR[,RIGHT_DIR]")
+                 "Where objects come from: motion, none, mask files (KITTI MOTS PNG) as masks:LEFT_DIR[,RIGHT_DIR], or "
+                 "dds: masks that another "
+                 "process sends, see kinetrace masks")
       ->type_name("HOW");
   add_config_options(run, options.config);
   run.add_option("--out", out, "Run folder; made, or replaced if it is an earlier run's")->type_name("DIR")->required();
@@ -253,6 +255,59 @@ void add_keys(CLI::App& app, KeysOptions& options) {
   keys.footer(kFooter);
 }
 
+void add_network_options(CLI::App& command, NetworkOptions& network) {
+  command.add_option("--publish", network.file, "The file that the run publishes by; config/dds holds examples")
+      ->type_name("FILE");
+  command.add_option("--domain", network.domain, "DDS domain instead of the file's (0 without a file)")
+      ->type_name("N")
+      ->check(CLI::Range(0, 230));
+  command.add_option("--interface", network.interface, "Network interface instead of the file's (lo without a file)")
+      ->type_name("NAME");
+}
+
+void add_listening_time(CLI::App& command, double& seconds) {
+  command.add_option("--seconds", seconds, "Ends after so much time; without it, at Ctrl-C")
+      ->type_name("S")
+      ->check(CLI::Range(0.001, 1e9));
+}
+
+void add_monitor(CLI::App& app, MonitorOptions& options, std::string& record) {
+  CLI::App& monitor = *app.add_subcommand(
+      "monitor", "Shows what a running Kinetrace publishes: objects, health and rates; records it for ROS 2");
+  add_network_options(monitor, options.network);
+  monitor.add_option("--device", options.network.device, "Only this device; without it, all that are heard")
+      ->type_name("NAME");
+  monitor.add_option("--record", record, "Records the ROS 2 topics into a new MCAP file, readable however it ends")
+      ->type_name("FILE.mcap");
+  add_listening_time(monitor, options.seconds);
+  monitor.add_option("--messages", options.messages, "Ends after N messages of Kinetrace's own topics")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber);
+  monitor.add_flag("--json", options.json, "Prints each message as one line of JSON, and rates once a second");
+  monitor.add_flag("--quiet", options.quiet, "Prints nothing but warnings, errors and what --json prints of messages");
+  monitor.footer(
+      "\nExit codes: 0 something was heard; 74 nothing was, or writing failed; 73 the file cannot be made; "
+      "others as of run. Ctrl-C is no failure.");
+}
+
+void add_masks(CLI::App& app, MaskOptions& options, std::string& folders) {
+  CLI::App& masks = *app.add_subcommand(
+      "masks", "Sends masks from files to a run with --segmentation dds; shows how a network elsewhere does it");
+  masks.add_option("MASKS", folders, "Folders of KITTI MOTS PNG files")->type_name("LEFT_DIR[,RIGHT_DIR]")->required();
+  masks.add_flag("--by-order", options.by_order, "The first file by name is frame 0; without it, names are numbers");
+  add_network_options(masks, options.network);
+  masks.add_option("--device", options.network.device, "The run's dds.device instead of the file's")->type_name("NAME");
+  add_listening_time(masks, options.seconds);
+  masks.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
+}
+
+MaskOptions with_folders(MaskOptions options, const std::string& folders) {
+  const std::size_t comma = folders.find(',');
+  options.left_dir = folders.substr(0, comma);
+  options.right_dir = comma == std::string::npos ? "" : folders.substr(comma + 1);
+  return options;
+}
+
 Outcome<PlanOptions> with_size(PlanOptions options, const std::string& size) {
   char rest = 0;
   // NOLINTNEXTLINE(cert-err34-c): values beyond int's range are refused by the bounds below.
@@ -283,7 +338,11 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   StudyOptions study;
   FigureOptions figure;
   KeysOptions keys;
+  MonitorOptions monitor;
+  MaskOptions masks;
   std::string out;
+  std::string recording;
+  std::string folders;
   std::string raw_out;
   std::string size = "1242x375";
   add_run(app, run, out, raw_out);
@@ -295,6 +354,8 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   add_study(app, study, out);
   add_figure(app, figure);
   add_keys(app, keys);
+  add_monitor(app, monitor, recording);
+  add_masks(app, masks, folders);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -325,6 +386,13 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   if (app.got_subcommand("study")) {
     study.out = out;
     return study;
+  }
+  if (app.got_subcommand("monitor")) {
+    monitor.record = recording;
+    return monitor;
+  }
+  if (app.got_subcommand("masks")) {
+    return with_folders(masks, folders);
   }
   if (app.got_subcommand("figure")) {
     return figure;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "failure.hpp"
+#include "network_options.hpp"
 
 namespace kinetrace::app {
 
@@ -45,7 +46,7 @@ struct RawOutputOptions {
 struct RunOptions {
   SourceOptions source;
   UntilOptions until;
-  std::string segmentation;  ///< "motion", "none", "masks:LEFT[,RIGHT]", or empty for the configured one.
+  std::string segmentation;  ///< "motion", "none", "dds", "masks:LEFT[,RIGHT]", or empty for the configured one.
   ConfigSource config;
   std::filesystem::path out;
   RawOutputOptions raw;
@@ -121,11 +122,29 @@ struct KeysOptions {
   std::string ros_prefix = "kinetrace";  ///< As dds.ros2.prefix; it is part of the topics' names.
 };
 
+struct MonitorOptions {
+  NetworkOptions network;
+  bool json = false;
+  bool quiet = false;
+  std::filesystem::path record;  ///< MCAP file; empty: none.
+  double seconds = 0.0;          ///< 0: until a signal comes.
+  int messages = 0;              ///< Ends after so many of Kinetrace's own topics; 0: never.
+};
+
+struct MaskOptions {
+  NetworkOptions network;
+  std::filesystem::path left_dir;
+  std::filesystem::path right_dir;  ///< Empty: none.
+  bool by_order = false;            ///< Files are frames in the order of their names, not by number.
+  double seconds = 0.0;             ///< 0: until a signal comes.
+  bool quiet = false;
+};
+
 /// Asked for help or the version, which has been printed.
 struct NothingToDo {};
 
 using Command = std::variant<RunOptions, RecordOptions, DoctorOptions, PlanOptions, ConfigOptions, EvaluateOptions,
-                             StudyOptions, FigureOptions, KeysOptions, NothingToDo>;
+                             StudyOptions, FigureOptions, KeysOptions, MonitorOptions, MaskOptions, NothingToDo>;
 
 /// Reads the command line. Failures: kUsage.
 [[nodiscard]] Outcome<Command> parse_command_line(int argc, const char* const* argv);

@@ -26,6 +26,12 @@ namespace kinetrace::app {
 /// Measures how an object's reconstruction depends on its size in the image and on the frames it is made from.
 [[nodiscard]] int study_command(const StudyOptions& options);
 
+/// Shows what a running Kinetrace publishes, and records it.
+[[nodiscard]] int monitor_command(const MonitorOptions& options);
+
+/// Sends masks from files to a run that asks for them.
+[[nodiscard]] int mask_command(const MaskOptions& options);
+
 /// Draws the result figure of a run and, if asked for, every frame with what was found in it.
 [[nodiscard]] int figure_command(const FigureOptions& options);
 

@@ -20,6 +20,8 @@ struct Dispatch {
   int operator()(const StudyOptions& options) const { return study_command(options); }
   int operator()(const FigureOptions& options) const { return figure_command(options); }
   int operator()(const KeysOptions& options) const { return keys_command(options); }
+  int operator()(const MonitorOptions& options) const { return monitor_command(options); }
+  int operator()(const MaskOptions& options) const { return mask_command(options); }
   int operator()(const NothingToDo& /*options*/) const { return 0; }
 };
 

@@ -35,6 +35,15 @@ recording::RecordingConfig recording_config(const AppConfig& config, const Stere
   return recording;
 }
 
+std::optional<MaskMailboxConfig> mask_mailbox_config(const AppConfig& config, const StereoGeometry& geometry) {
+  const segmentation::SegmentationConfig& segmentation = config.pipeline.segmentation;
+  if (segmentation.mode != segmentation::SegmentationMode::kDds) {
+    return std::nullopt;
+  }
+  return MaskMailboxConfig{geometry.width_px, geometry.height_px, segmentation.dds.right,
+                           std::chrono::milliseconds(segmentation.dds.timeout_ms)};
+}
+
 Result<MemoryPlan> plan_memory(const AppConfig& config, const CameraSetup& camera, const RawOutputOptions& raw,
                                const PublishingSetup* publishing) {
   const auto geometry = hal::Rectifier::rectified_geometry(camera.calibration, config.rectification);
@@ -49,6 +58,9 @@ Result<MemoryPlan> plan_memory(const AppConfig& config, const CameraSetup& camer
   plan.entries.push_back({"camera", camera.required_bytes(), "image size, pixel format, largest image file"});
   plan.entries.push_back({"rectifier", hal::Rectifier::required_bytes(camera.calibration, config.rectification),
                           "image size; nothing for rectified recordings"});
+  if (const std::optional<MaskMailboxConfig> masks = mask_mailbox_config(config, *geometry)) {
+    plan.entries.push_back({"masks", MaskMailbox::required_bytes(*masks), "segmentation.dds.right"});
+  }
   plan.entries.insert(plan.entries.end(), processing->entries.begin(), processing->entries.end());
   plan.entries.push_back(
       {"recorder", recording::RunRecorder::required_bytes(recording_config(config, *geometry, "")), "output.*"});

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "app_config.hpp"
@@ -10,6 +11,7 @@
 #include "kinetrace/core/memory_plan.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/recording/run_recorder.hpp"
+#include "mask_mailbox.hpp"
 #include "run_publishing.hpp"
 
 namespace kinetrace::app {
@@ -17,6 +19,10 @@ namespace kinetrace::app {
 /// Settings of the recorder for a run of `config` on images with `geometry`.
 [[nodiscard]] recording::RecordingConfig recording_config(const AppConfig& config, const StereoGeometry& geometry,
                                                           const std::filesystem::path& directory);
+
+/// Settings of the mailbox for masks from other processes; none unless segmentation.mode is dds.
+[[nodiscard]] std::optional<MaskMailboxConfig> mask_mailbox_config(const AppConfig& config,
+                                                                   const StereoGeometry& geometry);
 
 /// Everything that a run with this camera, recording raw images and publishing or not, takes from its arena, in the
 /// order of creation. Errors: those of the parts (kInvalidConfig, kBadCalibration).

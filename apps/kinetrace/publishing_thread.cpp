@@ -72,7 +72,7 @@ Result<std::unique_ptr<PublishingThread>> PublishingThread::create(const publish
     return tl::unexpected(publisher.error());
   }
   std::unique_ptr<PublishingThread> made(
-      new PublishingThread(std::move(*mailbox), std::move(*publisher), std::move(tell)));
+      new PublishingThread(std::move(*mailbox), std::move(*publisher), config.device, std::move(tell)));
   if (!made->news_.is_open()) {
     return fail(ErrorCode::kIo, "publishing needs one more open file than the process may have; raise its limit");
   }
@@ -81,8 +81,11 @@ Result<std::unique_ptr<PublishingThread>> PublishingThread::create(const publish
 }
 
 PublishingThread::PublishingThread(std::unique_ptr<publishing::ResultMailbox> mailbox,
-                                   std::unique_ptr<publishing::Publisher> publisher, Tell tell)
-    : mailbox_(std::move(mailbox)), publisher_(std::move(publisher)), tell_(std::move(tell)) {}
+                                   std::unique_ptr<publishing::Publisher> publisher, std::string device, Tell tell)
+    : mailbox_(std::move(mailbox)),
+      publisher_(std::move(publisher)),
+      tell_(std::move(tell)),
+      device_(std::move(device)) {}
 
 void PublishingThread::offer(const FrameResult& result) noexcept {
   mailbox_->offer(result, system_time_ns());
@@ -109,6 +112,10 @@ bool PublishingThread::is_connected() const noexcept {
   return publisher_->state() == publishing::LinkState::kConnected;
 }
 
+void PublishingThread::receive_masks(MaskMailbox& mailbox) {
+  masks_ = std::make_unique<MaskThread>(publisher_->link(), device_, mailbox, tell_);
+}
+
 void PublishingThread::serve() {
   publisher_->serve(*mailbox_, steady_time_ns());
   while (const std::optional<std::string> notice = publisher_->take_notice()) {
@@ -129,6 +136,7 @@ void PublishingThread::finish() noexcept {
   if (!thread_.joinable()) {
     return;
   }
+  masks_.reset();
   mailbox_->end_trajectories();
   ends_ = true;
   news_.signal();

@@ -13,6 +13,7 @@
 
 #include "kinetrace/publishing/publisher.hpp"
 #include "kinetrace/publishing/result_mailbox.hpp"
+#include "mask_thread.hpp"
 #include "run_publishing.hpp"
 
 namespace kinetrace::app {
@@ -40,6 +41,7 @@ class PublishingThread final : public RunPublishing {
   void offer_health(const HealthMonitor& health, const FrameCounters& counters) noexcept override;
   void send() noexcept override;
   [[nodiscard]] bool is_connected() const noexcept override;
+  void receive_masks(MaskMailbox& mailbox) override;
   void finish() noexcept override;
   [[nodiscard]] std::vector<std::pair<std::string, std::uint64_t>> counters() const override;
 
@@ -61,13 +63,15 @@ class PublishingThread final : public RunPublishing {
   };
 
   PublishingThread(std::unique_ptr<publishing::ResultMailbox> mailbox, std::unique_ptr<publishing::Publisher> publisher,
-                   Tell tell);
+                   std::string device, Tell tell);
   void run();
   void serve();
 
   std::unique_ptr<publishing::ResultMailbox> mailbox_;
   std::unique_ptr<publishing::Publisher> publisher_;  ///< Used by the thread, but for its state and counters.
   Tell tell_;
+  std::string device_;
+  std::unique_ptr<MaskThread> masks_;  ///< Null unless masks are received. After the publisher, whose link it uses.
   EventFd news_;
   std::atomic<bool> ends_ = false;
   std::thread thread_;

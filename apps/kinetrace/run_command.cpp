@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -16,6 +17,7 @@
 #include "kinetrace/hal/sync_monitor.hpp"
 #include "kinetrace/pipeline/pipeline.hpp"
 #include "kinetrace/recording/run_recorder.hpp"
+#include "mask_mailbox.hpp"
 #include "memory.hpp"
 #include "messages.hpp"
 #include "pairing_keeper.hpp"
@@ -32,6 +34,7 @@ namespace {
 struct Chain {
   GuardedCamera camera;
   hal::Rectifier rectifier;
+  std::unique_ptr<MaskMailbox> masks;  // Null unless masks come from another process.
   pipeline::Pipeline pipeline;
   recording::RunRecorder recorder;
   std::optional<PairingKeeper> pairing;          // Of cameras; a recording is as it is.
@@ -60,6 +63,9 @@ Outcome<void> add_extras(Chain& chain, const CameraSetup& setup, const RunOption
     chain.raw = std::move(*raw);
     chain.waits_for_disk = !setup.live;
   }
+  if (chain.masks) {
+    chain.publishing->receive_masks(*chain.masks);
+  }
   return {};
 }
 
@@ -73,7 +79,11 @@ Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, con
   if (!rectifier) {
     return failure(rectifier.error());
   }
-  auto pipeline = pipeline::Pipeline::create(config.pipeline, rectifier->geometry(), arena);
+  std::unique_ptr<MaskMailbox> masks;
+  if (const std::optional<MaskMailboxConfig> wanted = mask_mailbox_config(config, rectifier->geometry())) {
+    masks = std::make_unique<MaskMailbox>(*wanted, arena);
+  }
+  auto pipeline = pipeline::Pipeline::create(config.pipeline, rectifier->geometry(), arena, masks.get());
   if (!pipeline) {
     return failure(pipeline.error());
   }
@@ -93,12 +103,26 @@ Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, con
     return is_ours ? failure(recorder.error())
                    : tl::unexpected(Failure{ExitCode::kCannotCreate, recorder.error().message});
   }
-  Chain chain{std::move(*camera), *rectifier, std::move(*pipeline), std::move(*recorder), {}, {}, {}};
+  Chain chain{std::move(*camera), *rectifier, std::move(masks), std::move(*pipeline), std::move(*recorder), {}, {}, {}};
   chain.publishing = std::move(published);
   if (const Outcome<void> added = add_extras(chain, setup, options, arena); !added) {
     return tl::unexpected(added.error());
   }
   return chain;
+}
+
+// A recording waits for nobody, and would be over before whoever makes masks has been found.
+void wait_for_masks(const Chain& chain) {
+  constexpr int kPatience_s = 10;
+  const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(kPatience_s);
+  while (interrupted_by() == 0 && !chain.masks->wait_for_sender(std::chrono::milliseconds(100))) {
+    if (std::chrono::steady_clock::now() > give_up) {
+      print_warning(
+          "nobody sends masks; start the process that does in the same DDS domain and for the same "
+          "dds.device, such as `kinetrace masks`. Going on without");
+      return;
+    }
+  }
 }
 
 // Recording must not stop anything else.
@@ -186,6 +210,10 @@ Outcome<RunReport> run(const RunOptions& options) {
       return tl::unexpected(checked.error());
     }
     publishing = std::move(*checked);
+  } else if (config->pipeline.segmentation.mode == segmentation::SegmentationMode::kDds) {
+    return tl::unexpected(Failure{ExitCode::kUsage,
+                                  "segmentation dds needs --publish FILE: it says in which DDS domain "
+                                  "and for which device masks come"});
   }
   const Result<MemoryPlan> plan = plan_memory(*config, *setup, options.raw, publishing.get());
   if (!plan) {
@@ -228,6 +256,9 @@ Outcome<RunReport> run(const RunOptions& options) {
     return done;
   };
   catch_interrupts();
+  if (chain->masks && !setup->is_camera) {
+    wait_for_masks(*chain);
+  }
   report.start();
   Status played = play_camera(loop, visit);
   progress.clear();
@@ -239,6 +270,9 @@ Outcome<RunReport> run(const RunOptions& options) {
   if (chain->publishing) {
     chain->publishing->finish();
     report.add_published(*chain->publishing);
+  }
+  if (chain->masks) {
+    report.add_masks(chain->masks->counters());
   }
   for (const auto* raw : {&chain->raw, &chain->raw_ended}) {
     if (*raw) {

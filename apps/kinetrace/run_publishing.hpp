@@ -15,6 +15,7 @@
 #include "kinetrace/core/frame_result.hpp"
 #include "kinetrace/core/memory_plan.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
+#include "mask_mailbox.hpp"
 
 namespace kinetrace::app {
 
@@ -37,6 +38,8 @@ class RunPublishing {
   virtual void send() noexcept = 0;
   /// False while what is offered reaches nobody, because network or DDS are not there.
   [[nodiscard]] virtual bool is_connected() const noexcept = 0;
+  /// Masks that other processes send go into the mailbox, which outlives this; once, before the first frame.
+  virtual void receive_masks(MaskMailbox& mailbox) = 0;
   /// Sends what is left and ends.
   virtual void finish() noexcept = 0;
   /// For run.json.

@@ -51,6 +51,29 @@ void RunReport::add_health() {
   }
 }
 
+void RunReport::add_masks(const MaskCounters& masks) {
+  for (const auto& [name, count] : {std::pair<const char*, std::uint64_t>{"mask_frames_taken", masks.frames_taken},
+                                    {"mask_frames_timed_out", masks.frames_timed_out},
+                                    {"mask_frames_without_sender", masks.frames_unsent},
+                                    {"mask_messages", masks.messages},
+                                    {"mask_messages_late", masks.messages_late},
+                                    {"mask_messages_early", masks.messages_early},
+                                    {"mask_messages_invalid", masks.messages_invalid}}) {
+    summary_.camera_counters.emplace_back(name, count);
+  }
+  if (masks.frames_timed_out + masks.frames_unsent > 0) {
+    summary_.warnings.push_back(
+        "tracks were propagated without masks in " + std::to_string(masks.frames_timed_out + masks.frames_unsent) +
+        " frames: " + std::to_string(masks.frames_timed_out) + " waited in vain (segmentation.dds.timeout_ms), in " +
+        std::to_string(masks.frames_unsent) + " nobody was there to send any");
+  }
+  if (masks.messages_invalid > 0) {
+    summary_.warnings.push_back(std::to_string(masks.messages_invalid) +
+                                " messages with masks were refused: another image size, runs that do not add up to "
+                                "their box, or too many of them");
+  }
+}
+
 void RunReport::add_raw(const RecordingThread& raw) {
   summary_.camera_counters.emplace_back("raw_frames_recorded", static_cast<std::uint64_t>(raw.written()));
   summary_.camera_counters.emplace_back("raw_frames_dropped", raw.dropped());

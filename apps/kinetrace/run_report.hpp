@@ -11,6 +11,7 @@
 #include "kinetrace/core/allocation_counter.hpp"
 #include "kinetrace/core/frame_result.hpp"
 #include "kinetrace/recording/run_summary.hpp"
+#include "mask_mailbox.hpp"
 #include "recording_thread.hpp"
 #include "run_publishing.hpp"
 #include "stage_clock.hpp"
@@ -32,6 +33,8 @@ class RunReport {
   void start();
   /// After the last frame. `played` says how it ended.
   void finish(const GuardedCamera& camera, const StageClock& clock, const Status& played);
+  /// After finish(), where masks came from other processes.
+  void add_masks(const MaskCounters& masks);
   /// After finish(), where raw images were recorded.
   void add_raw(const RecordingThread& raw);
   /// After finish(), where results were published.

@@ -12,7 +12,7 @@
 #include <unistd.h>
 #include <utility>
 
-#include "crc32.hpp"
+#include "kinetrace/core/crc32.hpp"
 #include "messages.hpp"
 
 namespace kinetrace::hal {

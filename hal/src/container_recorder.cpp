@@ -8,7 +8,7 @@
 #include "append_file.hpp"
 #include "calibration_text.hpp"
 #include "container_file.hpp"
-#include "crc32.hpp"
+#include "kinetrace/core/crc32.hpp"
 #include "messages.hpp"
 #include "raw_recorders.hpp"
 

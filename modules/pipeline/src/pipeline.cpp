@@ -157,7 +157,8 @@ Result<MemoryPlan> Pipeline::plan(const PipelineConfig& config, const StereoGeom
   return plan;
 }
 
-Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeometry& geometry, Arena& arena) {
+Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeometry& geometry, Arena& arena,
+                                  MaskSource* masks) {
   if (const Status valid = config.validate(); !valid) {
     return tl::unexpected(valid.error());
   }
@@ -166,7 +167,7 @@ Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeom
   if (!front_end) {
     return tl::unexpected(front_end.error());
   }
-  auto segmenter = segmentation::make_segmenter(c.segmentation, geometry, c.features.max_features, arena);
+  auto segmenter = segmentation::make_segmenter(c.segmentation, geometry, c.features.max_features, arena, masks);
   if (!segmenter) {
     return tl::unexpected(segmenter.error());
   }

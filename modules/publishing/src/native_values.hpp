@@ -23,6 +23,15 @@ namespace kinetrace::publishing {
   return {to_wire(pose.translation), {q.x(), q.y(), q.z(), q.w()}};
 }
 
+[[nodiscard]] inline Eigen::Vector3d from_wire(const kinetrace_Vector3& v) noexcept {
+  return {v.x, v.y, v.z};
+}
+
+[[nodiscard]] inline Se3 from_wire(const kinetrace_Pose& pose) noexcept {
+  const kinetrace_Quaternion& q = pose.orientation;
+  return {Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized().toRotationMatrix(), from_wire(pose.position)};
+}
+
 // The numbers in the IDL are what other programs rely on; ours may be renumbered.
 [[nodiscard]] constexpr std::uint8_t to_wire(BodyStatus status) noexcept {
   switch (status) {
@@ -44,6 +53,25 @@ namespace kinetrace::publishing {
   return kinetrace_HEALTH_LOST;
 }
 
+/// What a later version may add is unknown, and counts as the worst.
+[[nodiscard]] constexpr BodyStatus body_status(std::uint8_t status) noexcept {
+  for (const BodyStatus known :
+       {BodyStatus::kInitializing, BodyStatus::kTracked, BodyStatus::kStereoOnly, BodyStatus::kPropagated}) {
+    if (to_wire(known) == status) {
+      return known;
+    }
+  }
+  return BodyStatus::kLost;
+}
+[[nodiscard]] constexpr HealthState health_state(std::uint8_t state) noexcept {
+  for (const HealthState known : {HealthState::kOk, HealthState::kDegraded}) {
+    if (to_wire(known) == state) {
+      return known;
+    }
+  }
+  return HealthState::kLost;
+}
+
 template <typename Vector, int N>
 void copy_floats(const Vector& from, float (&to)[N]) noexcept {
   Eigen::Map<Eigen::Matrix<float, N, 1>>(static_cast<float*>(to)) = from.template cast<float>();
@@ -57,6 +85,16 @@ inline void copy_upper_triangle(const Matrix6d& from, float (&to)[21]) noexcept 
       to[i++] = static_cast<float>(from(row, column));
     }
   }
+}
+[[nodiscard]] inline Matrix6d symmetric_from_upper_triangle(const float (&from)[21]) noexcept {
+  Matrix6d to;
+  std::size_t i = 0;
+  for (Eigen::Index row = 0; row < 6; ++row) {
+    for (Eigen::Index column = row; column < 6; ++column) {
+      to(row, column) = to(column, row) = from[i++];
+    }
+  }
+  return to;
 }
 
 }  // namespace kinetrace::publishing

@@ -17,7 +17,7 @@ Result<Writer> Writer::create(dds_entity_t participant, const dds_topic_descript
   Writer made;
   made.priority_ = priority;
   made.is_kept_ = qos.keeps_last;
-  made.topic_ = Entity(dds_create_topic(participant, &type, topic.c_str(), settings.get(), nullptr));
+  made.topic_ = Entity(dds_create_topic(participant, &type, topic.c_str(), nullptr, nullptr));
   if (!made.topic_.exists()) {
     return fail(ErrorCode::kIo, "DDS topic " + topic + " cannot be made: " + made.topic_.error());
   }

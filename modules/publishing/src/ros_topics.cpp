@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "ros_axes.hpp"
+#include "ros_topic_table.hpp"
 #include "ros_values.hpp"
 #include "sequences.hpp"
 #include "thinning.hpp"
@@ -93,23 +94,28 @@ std_msgs_msg_dds__Header_ RosStamper::header(std::int64_t timestamp_ns, const st
 
 Result<RosTopics> RosTopics::create(const PublishConfig& config, RosBuffers& buffers, dds_entity_t participant) {
   RosTopics made(config, buffers);
-  const std::string own = "rt/" + (config.ros2.prefix.empty() ? "" : config.ros2.prefix + "/");
-  const TopicQos newest{.encoding = Encoding::kRos, .depth = 1};
-  const TopicQos some{.encoding = Encoding::kRos, .depth = 8};
-  const TopicQos all{.encoding = Encoding::kRos, .depth = 64};
-  const TopicQos kept{.encoding = Encoding::kRos, .depth = 1, .keeps_last = true};
-  const std::array<TopicSpec, 8> specs{
-      {{made.odometry_, nav_msgs_msg_dds__Odometry__desc, own + "odometry", newest, Priority::kEssential},
-       {made.transforms_, tf2_msgs_msg_dds__TFMessage__desc, "rt/tf", some, Priority::kEssential},
-       {made.static_transforms_, tf2_msgs_msg_dds__TFMessage__desc, "rt/tf_static", kept, Priority::kEssential},
-       {made.detections_, vision_msgs_msg_dds__Detection3DArray__desc, own + "detections", some, Priority::kEssential},
-       {made.markers_, visualization_msgs_msg_dds__MarkerArray__desc, own + "markers", some, Priority::kDrawings},
-       {made.trajectories_, geometry_msgs_msg_dds__PoseArray__desc, own + "trajectories", all, Priority::kTrajectories},
-       {made.points_, sensor_msgs_msg_dds__PointCloud2__desc, own + "points", newest, Priority::kPoints},
-       {made.diagnostics_, diagnostic_msgs_msg_dds__DiagnosticArray__desc, "rt/diagnostics", some,
-        Priority::kEssential}}};
-  if (const Status writers = make_writers(participant, specs); !writers) {
-    return tl::unexpected(writers.error());
+  struct Topic {
+    Writer& writer;
+    RosTopic topic;
+    Priority priority;
+  };
+  const std::array<Topic, kRosTopicCount> topics{
+      {{made.odometry_, RosTopic::kOdometry, Priority::kEssential},
+       {made.transforms_, RosTopic::kTransforms, Priority::kEssential},
+       {made.static_transforms_, RosTopic::kStaticTransforms, Priority::kEssential},
+       {made.detections_, RosTopic::kDetections, Priority::kEssential},
+       {made.markers_, RosTopic::kMarkers, Priority::kDrawings},
+       {made.trajectories_, RosTopic::kTrajectories, Priority::kTrajectories},
+       {made.points_, RosTopic::kPoints, Priority::kPoints},
+       {made.diagnostics_, RosTopic::kDiagnostics, Priority::kEssential}}};
+  for (const Topic& topic : topics) {
+    const RosTopicKind& kind = kind_of(topic.topic);
+    Result<Writer> writer =
+        Writer::create(participant, *kind.type, kind.dds_name(config.ros2.prefix), kind.qos, topic.priority);
+    if (!writer) {
+      return tl::unexpected(writer.error());
+    }
+    topic.writer = std::move(*writer);
   }
   return made;
 }

@@ -21,6 +21,10 @@ Status MotionConfig::validate() const {
   });
 }
 
+Status ExternalConfig::validate() const {
+  return check_range("segmentation.dds.timeout_ms", timeout_ms, 0, 60'000);
+}
+
 Status SegmentationConfig::validate() const {
   if (mode == SegmentationMode::kMasks && left_dir.empty()) {
     return fail(ErrorCode::kInvalidConfig,
@@ -30,17 +34,17 @@ Status SegmentationConfig::validate() const {
       check_range("segmentation.max_objects", max_objects, 1, kMaxObjects),
       check_range("segmentation.min_area_px", min_area_px, 1, 1000000),
       motion.validate(),
+      dds.validate(),
   });
 }
 
 Result<SegmentationConfig> parse_segmentation(std::string_view text) {
   SegmentationConfig config;
-  if (text == to_string(SegmentationMode::kNone)) {
-    return config;
-  }
-  if (text == to_string(SegmentationMode::kMotion)) {
-    config.mode = SegmentationMode::kMotion;
-    return config;
+  for (const SegmentationMode mode : {SegmentationMode::kNone, SegmentationMode::kMotion, SegmentationMode::kDds}) {
+    if (text == to_string(mode)) {
+      config.mode = mode;
+      return config;
+    }
   }
   constexpr std::string_view kMasksPrefix = "masks:";
   if (text.starts_with(kMasksPrefix)) {
@@ -57,7 +61,7 @@ Result<SegmentationConfig> parse_segmentation(std::string_view text) {
     }
   }
   return fail(ErrorCode::kInvalidArgument,
-              "segmentation \"" + std::string(text) + "\" is none of: none, motion, masks:LEFT_DIR[,RIGHT_DIR]");
+              "segmentation \"" + std::string(text) + "\" is none of: none, motion, dds, masks:LEFT_DIR[,RIGHT_DIR]");
 }
 
 }  // namespace kinetrace::segmentation

@@ -36,15 +36,30 @@ void for_each_run(const std::uint16_t* row, int width, Visit&& visit) {
   }
 }
 
+struct Meaning {
+  ListedInstance instance;
+  bool is_ignored = false;
+};
+
+Meaning meaning(std::uint16_t value, MaskEncoding encoding, std::span<const ListedInstance> listed) noexcept {
+  switch (encoding) {
+    case MaskEncoding::kMots: return {{static_cast<std::uint16_t>(value / kMotsClassStep)}, value == kMotsIgnore};
+    case MaskEncoding::kInstance: return {{}, value == kInstanceIgnore};
+    case MaskEncoding::kListed: return {listed[value - 1U], listed[value - 1U].class_id == kIgnoreClass};
+  }
+  return {};
+}
+
 }  // namespace
 
 InstanceRelabeler::InstanceRelabeler(Arena& arena)
     : index_of_value_(arena.take<std::uint16_t>(kValueCount)), instances_(arena, kMaxValues) {}
 
 int InstanceRelabeler::relabel(ImageView<const std::uint16_t> source, MaskEncoding encoding, int max_objects,
-                               int min_area_px, MutableLabelView labels, FixedVector<Detection>& detections) noexcept {
+                               int min_area_px, MutableLabelView labels, FixedVector<Detection>& detections,
+                               std::span<const ListedInstance> listed) noexcept {
   collect(source);
-  const int dropped = number(encoding, max_objects, min_area_px, detections);
+  const int dropped = number(encoding, listed, max_objects, min_area_px, detections);
   for (int y = 0; y < source.height; ++y) {
     std::uint8_t* target = labels.row(y);
     std::fill_n(target, labels.width, kBackgroundLabel);
@@ -82,10 +97,8 @@ void InstanceRelabeler::collect(ImageView<const std::uint16_t> source) noexcept 
 }
 
 // Afterwards `index_of_value_` holds the label of each value.
-int InstanceRelabeler::number(MaskEncoding encoding, int max_objects, int min_area_px,
-                              FixedVector<Detection>& detections) noexcept {
-  const bool mots = encoding == MaskEncoding::kMots;
-  const std::uint16_t ignore = mots ? kMotsIgnore : kInstanceIgnore;
+int InstanceRelabeler::number(MaskEncoding encoding, std::span<const ListedInstance> listed, int max_objects,
+                              int min_area_px, FixedVector<Detection>& detections) noexcept {
   std::sort(instances_.begin(), instances_.end(), [](const Instance& a, const Instance& b) {
     return a.area_px != b.area_px ? a.area_px > b.area_px : a.value < b.value;
   });
@@ -96,7 +109,8 @@ int InstanceRelabeler::number(MaskEncoding encoding, int max_objects, int min_ar
   int dropped = values_beyond_capacity_;
   for (const Instance& instance : instances_) {
     std::uint16_t& label = index_of_value_[instance.value];
-    if (instance.value == ignore) {
+    const Meaning what = meaning(instance.value, encoding, listed);
+    if (what.is_ignored) {
       label = kIgnoreLabel;
     } else if (instance.area_px < min_area_px) {
       label = kBackgroundLabel;
@@ -106,9 +120,8 @@ int InstanceRelabeler::number(MaskEncoding encoding, int max_objects, int min_ar
       ++dropped;
     } else {
       label = static_cast<std::uint16_t>(detections.size() + 1);
-      const auto class_id = mots ? static_cast<std::uint16_t>(instance.value / kMotsClassStep) : kUnknownClass;
-      (void)detections.push_back(
-          {static_cast<std::uint8_t>(label), class_id, 1.F, instance.box_px, instance.area_px});  // checked above
+      (void)detections.push_back({static_cast<std::uint8_t>(label), what.instance.class_id, what.instance.score,
+                                  instance.box_px, instance.area_px});  // checked above
     }
   }
   return dropped;

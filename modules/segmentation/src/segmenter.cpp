@@ -1,5 +1,6 @@
 #include "kinetrace/segmentation/segmenter.hpp"
 
+#include "kinetrace/segmentation/external_segmenter.hpp"
 #include "kinetrace/segmentation/mask_file_segmenter.hpp"
 #include "kinetrace/segmentation/motion_segmenter.hpp"
 
@@ -25,12 +26,13 @@ std::size_t required_bytes(const SegmentationConfig& config, const StereoGeometr
     case SegmentationMode::kNone: return 0;
     case SegmentationMode::kMasks: return MaskFileSegmenter::required_bytes(config, geometry);
     case SegmentationMode::kMotion: return MotionSegmenter::required_bytes(config, geometry, max_features);
+    case SegmentationMode::kDds: return ExternalSegmenter::required_bytes(config, geometry);
   }
   return 0;
 }
 
 Result<std::unique_ptr<Segmenter>> make_segmenter(const SegmentationConfig& config, const StereoGeometry& geometry,
-                                                  int max_features, Arena& arena) {
+                                                  int max_features, Arena& arena, MaskSource* masks) {
   if (const Status valid = config.validate(); !valid) {
     return tl::unexpected(valid.error());
   }
@@ -38,6 +40,7 @@ Result<std::unique_ptr<Segmenter>> make_segmenter(const SegmentationConfig& conf
     case SegmentationMode::kNone: return std::make_unique<NoSegmenter>();
     case SegmentationMode::kMasks: return MaskFileSegmenter::create(config, geometry, arena);
     case SegmentationMode::kMotion: return MotionSegmenter::create(config, geometry, max_features, arena);
+    case SegmentationMode::kDds: return ExternalSegmenter::create(config, geometry, arena, masks);
   }
   return fail(ErrorCode::kInternal, "segmentation: unknown mode");
 }

@@ -12,8 +12,8 @@
 
 #include "calibration_text.hpp"
 #include "container_file.hpp"
-#include "crc32.hpp"
 #include "fake_disk.hpp"
+#include "kinetrace/core/crc32.hpp"
 #include "kinetrace/hal/dataset.hpp"
 #include "kinetrace/hal/file_stereo_camera.hpp"
 #include "kinetrace/hal/rectifier.hpp"

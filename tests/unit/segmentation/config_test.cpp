@@ -13,6 +13,7 @@ using ::testing::HasSubstr;
 TEST(ParseSegmentation, UnderstandsEveryForm) {
   EXPECT_EQ(parse_segmentation("none")->mode, SegmentationMode::kNone);
   EXPECT_EQ(parse_segmentation("motion")->mode, SegmentationMode::kMotion);
+  EXPECT_EQ(parse_segmentation("dds")->mode, SegmentationMode::kDds);
   const auto left_only = parse_segmentation("masks:/data/left");
   ASSERT_TRUE(left_only.has_value());
   EXPECT_EQ(left_only->mode, SegmentationMode::kMasks);
@@ -46,6 +47,8 @@ TEST(SegmentationConfig, NamesTheKeyThatIsOutOfRange) {
   };
   EXPECT_EQ(message([](auto& c) { c.max_objects = 65; }), "segmentation.max_objects must be in [1, 64], got 65");
   EXPECT_THAT(message([](auto& c) { c.mode = SegmentationMode::kMasks; }), HasSubstr("segmentation.left_dir"));
+  EXPECT_THAT(message([](auto& c) { c.dds.timeout_ms = -1; }), HasSubstr("segmentation.dds.timeout_ms"));
+  EXPECT_THAT(message([](auto& c) { c.dds.timeout_ms = 60'001; }), HasSubstr("segmentation.dds.timeout_ms"));
   EXPECT_THAT(message([](auto& c) { c.motion.window_frames = 2; }), HasSubstr("segmentation.motion.window_frames"));
   EXPECT_THAT(message([](auto& c) { c.motion.window_frames = 17; }), HasSubstr("segmentation.motion.window_frames"));
   EXPECT_THAT(message([](auto& c) { c.motion.sigma_px = std::nan(""); }), HasSubstr("segmentation.motion.sigma_px"));

@@ -105,11 +105,14 @@ void visit_fields(Config& config, Visitor&& visit) {
   visit("features.mask_border_px", f.mask_border_px, "a feature this near a mask border keeps its body, px");
 
   auto& s = config.segmentation;
-  visit("segmentation.mode", s.mode, "none, masks or motion");
+  visit("segmentation.mode", s.mode, "none, masks, motion or dds");
   visit("segmentation.left_dir", s.left_dir, "masks: folder of left masks, named like the left images");
   visit("segmentation.right_dir", s.right_dir, "masks: folder of right masks, may be empty");
   visit("segmentation.max_objects", s.max_objects, "instances per frame; the largest stay");
   visit("segmentation.min_area_px", s.min_area_px, "smaller instances are dropped, px");
+  visit("segmentation.dds.timeout_ms", s.dds.timeout_ms,
+        "a frame waits so long for masks from another process, ms; then tracks are propagated");
+  visit("segmentation.dds.right", s.dds.right, "ask for masks of the right image too");
   visit("segmentation.motion.sigma_px", s.motion.sigma_px, "standard deviation of a feature's coordinates, px");
   visit("segmentation.motion.ego_sigma_px", s.motion.ego_sigma_px, "error of the ego motion seen as image motion, px");
   visit("segmentation.motion.bias_disparity_px", s.motion.bias_disparity_px, "slowly varying error of disparity, px");

@@ -6,6 +6,7 @@
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/core/frame.hpp"
 #include "kinetrace/core/frame_result.hpp"
+#include "kinetrace/core/instance_masks.hpp"
 #include "kinetrace/core/memory_plan.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/core/stage.hpp"
@@ -19,10 +20,11 @@ class Pipeline {
   /// Bytes that `create` takes from the arena, by module. Errors: kInvalidConfig.
   [[nodiscard]] static Result<MemoryPlan> plan(const PipelineConfig& config, const StereoGeometry& geometry);
 
-  /// Takes all working memory from `arena`; afterwards the pipeline never allocates.
+  /// Takes all working memory from `arena`; afterwards the pipeline never allocates. `masks` outlives it; only
+  /// segmentation.mode dds needs one, and waits for it: then the result depends on what arrives in time.
   /// Errors: kInvalidConfig (which key), kCapacity (arena too small), kNotFound (mask folder).
   [[nodiscard]] static Result<Pipeline> create(const PipelineConfig& config, const StereoGeometry& geometry,
-                                               Arena& arena);
+                                               Arena& arena, MaskSource* masks = nullptr);
 
   Pipeline(Pipeline&&) noexcept;
   Pipeline& operator=(Pipeline&&) noexcept;

@@ -12,26 +12,12 @@
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
+#include "kinetrace/publishing/link.hpp"
 #include "kinetrace/publishing/publish_config.hpp"
 #include "kinetrace/publishing/published_frame.hpp"
 #include "kinetrace/publishing/result_mailbox.hpp"
 
 namespace kinetrace::publishing {
-
-enum class LinkState : std::uint8_t {
-  kWaiting,    ///< The interface is not there, or has no address: nothing is sent.
-  kConnected,  ///< There is a participant; readers come and go as they like.
-  kFailed,     ///< The interface is there, but the DDS library refuses; tried again every few seconds.
-};
-
-[[nodiscard]] constexpr std::string_view to_string(LinkState state) noexcept {
-  switch (state) {
-    case LinkState::kWaiting: return "waiting";
-    case LinkState::kConnected: return "connected";
-    case LinkState::kFailed: return "failed";
-  }
-  return "failed";
-}
 
 /// Running totals. A message for several readers counts once, its bytes once for each.
 struct PublishCounters {
@@ -68,16 +54,9 @@ static_assert(sizeof(PublishCounters) == kPublishCounterNames.size() * sizeof(st
 /// the application owns. Writing may take as long as the network likes (a saturated link has been seen to hold a write
 /// for 0.4 s); that is why the pipeline's thread never calls this.
 ///
-/// The participant is supervised: made when the interface has an address, and made anew when the interface goes and
-/// returns or its address changes, which DDS libraries do not survive by themselves.
-///
-/// The DDS library's log is a global of the process, so there is one Publisher at a time. The environment
-/// (CYCLONEDDS_URI) is not looked at.
+/// It has the process's Link and looks after it; others that read or write in the same domain share it.
 class Publisher {
  public:
-  /// How often the interface is looked at, and how often a participant that failed is tried again.
-  static constexpr std::int64_t kLookEvery_ns = 500'000'000;
-  static constexpr std::int64_t kRetryEvery_ns = 5'000'000'000;
   static constexpr std::int64_t kHealthEvery_ns = 1'000'000'000;
 
   /// From the arena: buffers of messages. The DDS library allocates by itself: see participant_bytes.
@@ -85,9 +64,7 @@ class Publisher {
   /// What a participant adds to the resident memory: twice what was measured with 64 objects and 2000 points at 30 Hz.
   [[nodiscard]] static std::size_t participant_bytes(const PublishConfig& config) noexcept;
 
-  /// Checks everything that can be checked before there is a network, and connects if the interface is there.
-  /// Errors: kInvalidConfig (also: security files that do not fit together, own XML that the library refuses),
-  /// kNotFound, kIo (a file), kCapacity, kIllegalState (a second Publisher).
+  /// Errors: as Link::create; kCapacity.
   [[nodiscard]] static Result<std::unique_ptr<Publisher>> create(const PublishConfig& config,
                                                                  const StereoGeometry& geometry, Arena& arena);
   Publisher(const Publisher&) = delete;
@@ -109,6 +86,8 @@ class Publisher {
   /// From any thread.
   [[nodiscard]] LinkState state() const noexcept;
   [[nodiscard]] PublishCounters counters() const noexcept;
+  /// For readers and other writers, which do not outlive the publisher.
+  [[nodiscard]] Link& link() noexcept;
 
  private:
   struct Impl;

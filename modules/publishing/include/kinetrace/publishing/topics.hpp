@@ -9,6 +9,7 @@ inline constexpr const char* kTrajectories = "kinetrace/trajectories";
 inline constexpr const char* kPoints = "kinetrace/points";
 inline constexpr const char* kHealth = "kinetrace/health";
 inline constexpr const char* kCalibration = "kinetrace/calibration";
+inline constexpr const char* kMaskRequest = "kinetrace/mask_request";
 inline constexpr const char* kInstanceMasks = "kinetrace/instance_masks";
 
 }  // namespace kinetrace::publishing::topics

@@ -14,6 +14,7 @@ enum class SegmentationMode : std::uint8_t {
   kNone,    ///< No objects: everything is background.
   kMasks,   ///< Mask files beside the recording.
   kMotion,  ///< Independently moving regions, from the residual of the ego motion.
+  kDds,     ///< Masks that another process sends, see MaskSource.
 };
 
 [[nodiscard]] constexpr std::string_view to_string(SegmentationMode mode) noexcept {
@@ -21,6 +22,7 @@ enum class SegmentationMode : std::uint8_t {
     case SegmentationMode::kNone: return "none";
     case SegmentationMode::kMasks: return "masks";
     case SegmentationMode::kMotion: return "motion";
+    case SegmentationMode::kDds: return "dds";
   }
   return "none";
 }
@@ -28,7 +30,7 @@ enum class SegmentationMode : std::uint8_t {
 /// For configuration files; false, and nothing changed, if `text` is none of the names.
 [[nodiscard]] constexpr bool from_string(std::string_view text, SegmentationMode& mode) noexcept {
   for (const SegmentationMode candidate :
-       {SegmentationMode::kNone, SegmentationMode::kMasks, SegmentationMode::kMotion}) {
+       {SegmentationMode::kNone, SegmentationMode::kMasks, SegmentationMode::kMotion, SegmentationMode::kDds}) {
     if (text == to_string(candidate)) {
       mode = candidate;
       return true;
@@ -55,6 +57,14 @@ struct MotionConfig {
   [[nodiscard]] Status validate() const;
 };
 
+/// Masks from another process.
+struct ExternalConfig {
+  int timeout_ms = 50;  ///< A frame waits at most so long for its masks, [0, 60000]; then tracks are propagated.
+  bool right = false;   ///< Ask for masks of the right image too; without, the tracker derives them.
+
+  [[nodiscard]] Status validate() const;
+};
+
 /// One aggregate for all modes.
 struct SegmentationConfig {
   SegmentationMode mode = SegmentationMode::kNone;
@@ -63,11 +73,12 @@ struct SegmentationConfig {
   int max_objects = 32;   ///< Instances per frame and image, [1, kMaxObjects]; the largest stay, the rest is counted.
   int min_area_px = 64;   ///< Smaller instances are dropped and counted.
   MotionConfig motion;
+  ExternalConfig dds;
 
   [[nodiscard]] Status validate() const;
 };
 
-/// Understands `none`, `motion` and `masks:LEFT_DIR[,RIGHT_DIR]`; everything else keeps its default.
+/// Understands `none`, `motion`, `dds` and `masks:LEFT_DIR[,RIGHT_DIR]`; everything else keeps its default.
 /// Errors: kInvalidArgument.
 [[nodiscard]] Result<SegmentationConfig> parse_segmentation(std::string_view text);
 

@@ -1,4 +1,4 @@
-// From the values of an instance mask file to labels 1..n with boxes and areas.
+// From the values of an instance image to labels 1..n with boxes and areas.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +8,7 @@
 #include "kinetrace/core/detections.hpp"
 #include "kinetrace/core/fixed_vector.hpp"
 #include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/instance_masks.hpp"
 
 namespace kinetrace::segmentation {
 
@@ -15,6 +16,13 @@ namespace kinetrace::segmentation {
 enum class MaskEncoding : std::uint8_t {
   kMots,      ///< 16 bit, KITTI MOTS: class * 1000 + instance; 10000 = ignore; 0 = background.
   kInstance,  ///< 8 bit: instance of unknown class; 255 = ignore; 0 = background.
+  kListed,    ///< Position in a list of instances, from 1; 0 = background.
+};
+
+/// What a list says about an instance; class kIgnoreClass = ignore.
+struct ListedInstance {
+  std::uint16_t class_id = kUnknownClass;
+  float score = 1.F;
 };
 
 /// Renumbers instances by area, largest first, so that nothing of a file's numbering survives. Instances beyond
@@ -28,9 +36,10 @@ class InstanceRelabeler {
   explicit InstanceRelabeler(Arena& arena);
 
   /// Writes `labels` and the kept instances; returns how many were dropped. `source` and `labels` have the same size;
-  /// `detections` has room for `max_objects`.
+  /// `detections` has room for `max_objects`. `listed` has all values of MaskEncoding::kListed.
   int relabel(ImageView<const std::uint16_t> source, MaskEncoding encoding, int max_objects, int min_area_px,
-              MutableLabelView labels, FixedVector<Detection>& detections) noexcept;
+              MutableLabelView labels, FixedVector<Detection>& detections,
+              std::span<const ListedInstance> listed = {}) noexcept;
 
  private:
   struct Instance {
@@ -39,7 +48,8 @@ class InstanceRelabeler {
     int area_px = 0;
   };
   void collect(ImageView<const std::uint16_t> source) noexcept;
-  int number(MaskEncoding encoding, int max_objects, int min_area_px, FixedVector<Detection>& detections) noexcept;
+  int number(MaskEncoding encoding, std::span<const ListedInstance> listed, int max_objects, int min_area_px,
+             FixedVector<Detection>& detections) noexcept;
 
   std::span<std::uint16_t> index_of_value_;  ///< 0 = not seen, else 1 + index in `instances_`.
   FixedVector<Instance> instances_;

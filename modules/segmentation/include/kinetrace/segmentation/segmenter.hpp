@@ -11,6 +11,7 @@
 #include "kinetrace/core/detections.hpp"
 #include "kinetrace/core/feature_frame.hpp"
 #include "kinetrace/core/frame.hpp"
+#include "kinetrace/core/instance_masks.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/core/se3.hpp"
 #include "kinetrace/segmentation/config.hpp"
@@ -29,7 +30,7 @@ struct SegmentationInput {
 /// Running totals since start (reset() keeps them).
 struct SegmentationCounters {
   std::uint64_t frames = 0;              ///< Frames processed.
-  std::uint64_t frames_missing = 0;      ///< Frames for which there was no mask file, or no ego motion.
+  std::uint64_t frames_missing = 0;      ///< Frames for which there was no mask file, no ego motion, nothing in time.
   std::uint64_t frames_unreadable = 0;   ///< Mask files that could not be used: damaged, wrong size.
   std::uint64_t detections = 0;          ///< Left instances delivered.
   std::uint64_t detections_dropped = 0;  ///< Instances beyond max_objects or below min_area_px, both images.
@@ -69,9 +70,10 @@ class Segmenter {
 [[nodiscard]] std::size_t required_bytes(const SegmentationConfig& config, const StereoGeometry& geometry,
                                          int max_features);
 
-/// The segmenter that `config.mode` names. Errors: kInvalidConfig, kNotFound (mask folder), kCapacity (arena).
+/// The segmenter that `config.mode` names. `masks` outlives it; only mode kDds needs one. Errors: kInvalidConfig,
+/// kNotFound (mask folder), kCapacity (arena).
 [[nodiscard]] Result<std::unique_ptr<Segmenter>> make_segmenter(const SegmentationConfig& config,
                                                                 const StereoGeometry& geometry, int max_features,
-                                                                Arena& arena);
+                                                                Arena& arena, MaskSource* masks = nullptr);
 
 }  // namespace kinetrace::segmentation

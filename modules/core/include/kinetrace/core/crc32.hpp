@@ -7,7 +7,7 @@
 #include <cstring>
 #include <span>
 
-namespace kinetrace::hal {
+namespace kinetrace {
 
 namespace detail {
 
@@ -63,4 +63,4 @@ class Crc32 {
   std::uint32_t crc_ = 0xFFFFFFFFU;
 };
 
-}  // namespace kinetrace::hal
+}  // namespace kinetrace

@@ -1,0 +1,126 @@
+#include <cstdio>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "commands.hpp"
+#include "gray16_images.hpp"
+#include "interrupt.hpp"
+#include "kinetrace/publishing/mask_exchange.hpp"
+#include "mask_files.hpp"
+#include "messages.hpp"
+#include "network.hpp"
+
+namespace kinetrace::app {
+namespace {
+
+using publishing::MaskSender;
+using MaskFiles = std::map<std::int64_t, std::filesystem::path>;
+
+/// Answers requests with masks from files. Whoever computes masks does the same, with a network instead of files.
+class MaskServer {
+ public:
+  MaskServer(const MaskOptions& options, MaskFiles left, MaskFiles right, publishing::Link& link,
+             const std::string& device)
+      : options_(options), left_(std::move(left)), right_(std::move(right)), link_(link), sender_(link, device) {}
+
+  Status run() {
+    const std::int64_t begin_ns = steady_time_ns();
+    const auto is_over = [&] {
+      const double seconds = static_cast<double>(steady_time_ns() - begin_ns) * 1e-9;
+      return interrupted_by() != 0 || (options_.seconds > 0.0 && seconds >= options_.seconds);
+    };
+    while (!is_over()) {
+      const Result<std::optional<MaskRequest>> request = sender_.take_request();
+      if (!request) {
+        return tl::unexpected(request.error());
+      }
+      if (*request) {
+        if (Status answered = answer(**request); !answered) {
+          return answered;
+        }
+      }
+      serve(link_);
+    }
+    return {};
+  }
+  [[nodiscard]] std::int64_t answered() const noexcept { return answered_; }
+
+ private:
+  [[nodiscard]] Status answer(const MaskRequest& request) {
+    if (request.right && right_.empty() && !std::exchange(has_warned_, true)) {
+      print_warning(
+          "masks of the right image are wanted too; name their folder, --masks LEFT_DIR,RIGHT_DIR, or set "
+          "segmentation.dds.right=false in the run");
+    }
+    const auto left = left_.find(request.frame_index);
+    const auto right = right_.find(request.frame_index);
+    if (left == left_.end()) {
+      return {};  // Nothing is known of this frame; the run propagates.
+    }
+    Status sent = send(request, Eye::kLeft, left->second);
+    if (sent && request.right && right != right_.end()) {
+      sent = send(request, Eye::kRight, right->second);
+    }
+    answered_ += sent ? 1 : 0;
+    return sent;
+  }
+
+  [[nodiscard]] Status send(const MaskRequest& request, Eye eye, const std::filesystem::path& file) {
+    const Result<ImageView<const std::uint16_t>> image = images_.read(file);
+    if (!image) {
+      return tl::unexpected(image.error());
+    }
+    return sender_.send(
+        {request.frame_index, request.timestamp_ns, eye, image->width, image->height, masks_of(*image)});
+  }
+
+  MaskOptions options_;
+  MaskFiles left_;
+  MaskFiles right_;
+  publishing::Link& link_;
+  MaskSender sender_;
+  Gray16Images images_;
+  std::int64_t answered_ = 0;
+  bool has_warned_ = false;
+};
+
+Outcome<void> send_masks(const MaskOptions& options) {
+  const MaskNaming naming = options.by_order ? MaskNaming::kOrder : MaskNaming::kNumber;
+  Result<MaskFiles> left = find_mask_files(options.left_dir, naming);
+  if (!left) {
+    return failure(left.error());
+  }
+  MaskFiles right_files;
+  if (!options.right_dir.empty()) {
+    Result<MaskFiles> right = find_mask_files(options.right_dir, naming);
+    if (!right) {
+      return failure(right.error());
+    }
+    right_files = std::move(*right);
+  }
+  const Result<publishing::PublishConfig> config = network_config(options.network);
+  if (!config) {
+    return failure(config.error());
+  }
+  auto link = publishing::Link::create(*config);
+  if (!link) {
+    return failure(link.error());
+  }
+  catch_interrupts();
+  MaskServer server(options, std::move(*left), std::move(right_files), **link, config->device);
+  const Status served = server.run();
+  if (!options.quiet) {
+    std::fprintf(stderr, "masks sent for %lld frames\n", static_cast<long long>(server.answered()));
+  }
+  return served ? Outcome<void>{} : failure(served.error());
+}
+
+}  // namespace
+
+int mask_command(const MaskOptions& options) {
+  const Outcome<void> outcome = send_masks(options);
+  return outcome ? 0 : report(outcome.error());
+}
+
+}  // namespace kinetrace::app

@@ -1,0 +1,37 @@
+// Masks from the network into a mailbox, without the pipeline touching the network.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <string>
+#include <thread>
+
+#include "kinetrace/publishing/mask_exchange.hpp"
+#include "mask_mailbox.hpp"
+
+namespace kinetrace::app {
+
+/// Listens in a thread of its own: requests go out, masks come in.
+class MaskThread {
+ public:
+  /// Made and destroyed by the pipeline's thread. `tell` is called from its own with what the user should hear. `link`
+  /// and `mailbox` outlive it; somebody else looks after the link.
+  MaskThread(publishing::Link& link, const std::string& device, MaskMailbox& mailbox,
+             std::function<void(const std::string& line)> tell);
+  MaskThread(const MaskThread&) = delete;
+  MaskThread& operator=(const MaskThread&) = delete;
+  ~MaskThread();
+
+ private:
+  void run();
+  [[nodiscard]] Status serve();
+
+  publishing::Link& link_;
+  publishing::MaskReceiver receiver_;
+  MaskMailbox& mailbox_;
+  std::function<void(const std::string& line)> tell_;
+  std::atomic<bool> ends_ = false;
+  std::thread thread_;
+};
+
+}  // namespace kinetrace::app

@@ -1,0 +1,109 @@
+// What has been heard of each device: the rows of `kinetrace monitor`.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "kinetrace/core/frame_result.hpp"
+#include "kinetrace/core/health.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
+#include "kinetrace/publishing/result_reader.hpp"
+
+namespace kinetrace::app {
+
+/// Messages a second over the last two seconds.
+class RateWindow {
+ public:
+  void add(std::int64_t now_ns) noexcept;
+  /// 0 while fewer than two came.
+  [[nodiscard]] double rate_hz(std::int64_t now_ns) const noexcept;
+
+ private:
+  static constexpr std::int64_t kWindow_ns = 2'000'000'000;
+  std::array<std::int64_t, 128> times_{};  ///< The newest of them, in a ring.
+  std::size_t count_ = 0;
+};
+
+struct MonitoredObject {
+  ObjectResult result;
+  double age_s = 0.0;  ///< Since it was heard of first, by the source's clock.
+};
+
+struct MonitoredReason {
+  std::string name;
+  std::uint64_t count = 0;
+};
+
+struct MonitoredDevice {
+  std::string name;
+  // Of the newest frame.
+  std::int64_t frame_index = -1;
+  std::int64_t timestamp_ns = 0;
+  CameraResult camera;
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+  double delay_ms = 0.0;  ///< From the sender's pipeline to here; means something where both have the same clock.
+  std::vector<MonitoredObject> objects;
+  std::optional<HealthState> health;
+  std::string camera_state;
+  std::vector<MonitoredReason> reasons;
+  std::optional<StereoGeometry> calibration;
+  RateWindow poses;
+  RateWindow object_frames;
+};
+
+/// Keeps at most kMaxDevices devices and, for the ages, kMaxIds objects of each; the oldest are forgotten.
+class MonitorState final : public publishing::ResultListener {
+ public:
+  static constexpr std::size_t kMaxDevices = 16;
+  static constexpr std::size_t kMaxIds = 1024;
+
+  /// `device` empty: all.
+  explicit MonitorState(std::string device) : wanted_(std::move(device)) {}
+
+  /// The clocks for what is heard from now on.
+  void set_time(std::int64_t steady_ns, std::int64_t system_ns) noexcept;
+
+  void hear(const publishing::HeardCamera& camera) override;
+  void hear(const publishing::HeardObjects& objects) override;
+  void hear(const publishing::HeardHealth& health) override;
+  void hear(const publishing::HeardCalibration& calibration) override;
+
+  [[nodiscard]] bool wants(std::string_view device) const noexcept { return wanted_.empty() || wanted_ == device; }
+  /// In the order they were heard first.
+  [[nodiscard]] const std::vector<MonitoredDevice>& devices() const noexcept { return devices_; }
+  /// Some device that was heard but is not wanted; empty if there is none.
+  [[nodiscard]] const std::string& other_device() const noexcept { return other_; }
+  /// Messages of wanted devices, of any topic.
+  [[nodiscard]] std::uint64_t messages() const noexcept { return messages_; }
+
+ private:
+  struct FirstSeen {
+    std::uint32_t track_id = 0;
+    std::int64_t timestamp_ns = 0;
+  };
+  struct Memory {
+    std::vector<FirstSeen> first_seen;  ///< A ring once full; parallel to `devices_`.
+    std::size_t oldest = 0;
+    std::int64_t pieces_of = -1;  ///< Frame whose pieces are being put together.
+    std::uint32_t pieces_heard = 0;
+    std::vector<MonitoredObject> pieces;
+  };
+  /// Index in `devices_`; none for what is not wanted or beyond the capacity.
+  [[nodiscard]] std::optional<std::size_t> index_of(std::string_view device);
+  [[nodiscard]] static double age_s(Memory& memory, std::uint32_t track_id, std::int64_t timestamp_ns);
+
+  std::string wanted_;
+  std::string other_;
+  std::vector<MonitoredDevice> devices_;
+  std::vector<Memory> memories_;
+  std::int64_t steady_ns_ = 0;
+  std::int64_t system_ns_ = 0;
+  std::uint64_t messages_ = 0;
+};
+
+}  // namespace kinetrace::app

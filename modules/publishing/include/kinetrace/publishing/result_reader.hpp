@@ -1,0 +1,98 @@
+// Kinetrace's own topics, heard: what another Kinetrace publishes.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include <Eigen/Core>
+
+#include "kinetrace/core/frame_result.hpp"
+#include "kinetrace/core/health.hpp"
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
+#include "kinetrace/publishing/link.hpp"
+
+namespace kinetrace::publishing {
+
+// Frames and units as in FrameResult. Views live as long as the call that they are given to. What this version does
+// not know of a status is the worst one.
+
+struct HeardCamera {
+  std::string_view device;
+  std::int64_t frame_index = 0;
+  std::int64_t timestamp_ns = 0;
+  std::int64_t handed_over_ns = 0;  ///< System clock (Unix) of the sender.
+  CameraResult camera;
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< Camera's frame.
+};
+
+/// Objects of one frame, or a piece of them.
+struct HeardObjects {
+  std::string_view device;
+  std::int64_t frame_index = 0;
+  std::int64_t timestamp_ns = 0;
+  std::uint32_t piece = 0;
+  std::uint32_t pieces = 1;
+  std::span<const ObjectResult> objects;  ///< Without label and T_obj_cam.
+};
+
+struct HeardReason {
+  std::string_view name;
+  std::uint64_t count = 0;
+  std::int64_t first_frame = 0;
+  std::int64_t last_frame = 0;
+};
+struct HeardCounter {
+  std::string_view name;
+  std::uint64_t value = 0;
+};
+struct HeardHealth {
+  std::string_view device;
+  std::int64_t frame_index = 0;
+  HealthState state = HealthState::kLost;
+  std::string_view camera;
+  std::span<const HeardReason> reasons;
+  std::span<const HeardCounter> counters;
+};
+
+struct HeardCalibration {
+  std::string_view device;
+  StereoGeometry geometry;
+};
+
+class ResultListener {
+ public:
+  ResultListener() = default;
+  ResultListener(const ResultListener&) = delete;
+  ResultListener& operator=(const ResultListener&) = delete;
+  ResultListener(ResultListener&&) = delete;
+  ResultListener& operator=(ResultListener&&) = delete;
+  virtual ~ResultListener() = default;
+  virtual void hear(const HeardCamera& camera) = 0;
+  virtual void hear(const HeardObjects& objects) = 0;
+  virtual void hear(const HeardHealth& health) = 0;
+  virtual void hear(const HeardCalibration& calibration) = 0;
+};
+
+/// Reads poses, objects, health and calibration of all devices in the domain. Points and trajectories are left alone:
+/// who does not read them does not make the sender send them. Memory is bounded by the depth of the topics.
+class ResultReader {
+ public:
+  /// `link` outlives it.
+  explicit ResultReader(Link& link);
+  ResultReader(const ResultReader&) = delete;
+  ResultReader& operator=(const ResultReader&) = delete;
+  ~ResultReader();
+
+  /// Tells everything that came since the last call; does not wait, see Link::wait. Nothing while there is no network.
+  /// Errors: kIo where the DDS library refuses a topic.
+  [[nodiscard]] Status take(ResultListener& listener);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace kinetrace::publishing

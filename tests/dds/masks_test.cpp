@@ -1,0 +1,154 @@
+// A run that gets its masks from another process.
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "kinetrace/imaging/png_writer.hpp"
+#include "program.hpp"
+#include "temp_folder.hpp"
+#include "test_domain.hpp"
+#include "truth_run.hpp"
+
+namespace kinetrace::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+std::string content_of(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+class MasksOverDds : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    shared_ = new TempFolder;
+    world_ = new TruthRun(shared_->path() / "sim");
+  }
+  static void TearDownTestSuite() {
+    delete world_;
+    delete shared_;
+  }
+
+  MasksOverDds() { std::ofstream(network_) << "dds:\n  domain: " << test_domain() << "\n  device: rig\n"; }
+
+  [[nodiscard]] static fs::path masks(const char* side) {
+    return world_->truth() / "masks" / (std::string("detections_") + side);
+  }
+  [[nodiscard]] static std::string both_sides() { return masks("left").string() + "," + masks("right").string(); }
+  [[nodiscard]] fs::path run_folder(const char* name) const { return scratch_.path() / name; }
+  [[nodiscard]] ProgramResult run(const char* name, std::vector<std::string> more) const {
+    more.insert(more.begin(), {"run", "--dataset", "kitti-raw:" + world_->recording().string(), "--out",
+                               run_folder(name).string(), "--quiet"});
+    return run_kinetrace(more);
+  }
+  /// Over DDS, with masks of both eyes; patient enough for a busy machine.
+  [[nodiscard]] ProgramResult run_over_dds(const char* name, std::vector<std::string> more = {}) const {
+    more.insert(more.begin(), {"--segmentation", "dds", "--publish", network_, "--set", "segmentation.dds.right=true",
+                               "--set", "segmentation.dds.timeout_ms=30000"});
+    return run(name, more);
+  }
+  [[nodiscard]] json counters(const char* name) const {
+    return json::parse(content_of(run_folder(name) / "run.json")).at("counters");
+  }
+
+  static inline TempFolder* shared_ = nullptr;
+  static inline TruthRun* world_ = nullptr;
+  TempFolder scratch_;
+  std::string network_ = scratch_.file("dds.yaml");
+};
+
+TEST_F(MasksOverDds, GiveTheSameResultAsTheFilesTheyAreMadeFrom) {
+  ASSERT_EQ(run("files", {"--segmentation", "masks:" + both_sides()}).exit_code, 0);
+  Program client({"masks", both_sides(), "--publish", network_, "--quiet"});
+  const ProgramResult over_dds = run_over_dds("dds");
+  client.send(SIGTERM);
+  const ProgramResult sent = client.wait();
+  ASSERT_EQ(over_dds.exit_code, 0) << over_dds.err;
+  EXPECT_EQ(sent.exit_code, 0) << sent.err;
+
+  EXPECT_EQ(counters("dds").at("mask_frames_taken"), TruthRun::kFrames);
+  EXPECT_EQ(counters("dds").at("mask_frames_timed_out"), 0);
+  EXPECT_EQ(counters("dds").at("mask_messages_invalid"), 0);
+  for (const char* file : {"objects.csv", "camera.tum", "label_02.txt", "mots.txt"}) {
+    const std::string expected = content_of(run_folder("files") / file);
+    ASSERT_GT(expected.size(), 200U) << file;
+    EXPECT_EQ(content_of(run_folder("dds") / file), expected) << file;
+  }
+}
+
+TEST_F(MasksOverDds, FramesWithoutMasksAreCountedAndTracksGoOn) {
+  // Frames 4 and 5 are not known to the client.
+  const fs::path some = scratch_.path() / "some";
+  fs::copy(masks("left"), some);
+  fs::remove(some / "0000000004.png");
+  fs::remove(some / "0000000005.png");
+  Program client({"masks", some.string(), "--publish", network_, "--quiet"});
+  const ProgramResult result =
+      run("dds", {"--segmentation", "dds", "--publish", network_, "--set", "segmentation.dds.timeout_ms=3000"});
+  client.send(SIGINT);
+  EXPECT_EQ(client.wait().exit_code, 0);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(counters("dds").at("mask_frames_timed_out"), 2);
+  EXPECT_EQ(counters("dds").at("mask_frames_taken"), TruthRun::kFrames - 2);
+  EXPECT_EQ(counters("dds").at("detection_frames_missing"), 2);
+  EXPECT_THAT(result.err, HasSubstr("without masks in 2 frames: 2 waited in vain"));
+  // Masks of frame 5 all the same: propagated.
+  EXPECT_THAT(content_of(run_folder("dds") / "mots.txt"), HasSubstr("\n5 "));
+}
+
+TEST_F(MasksOverDds, OfAnotherSizeAreRefusedAndCounted) {
+  const fs::path small = scratch_.path() / "small";
+  fs::create_directories(small);
+  const std::vector<std::uint16_t> pixels(std::size_t{64} * 48, 1001);
+  for (const char* name : {"0.png", "1.png"}) {
+    ASSERT_TRUE(imaging::write_png_gray16((small / name).c_str(), {pixels.data(), 64, 48, 64}));
+  }
+  Program client({"masks", small.string(), "--publish", network_, "--quiet"});
+  const ProgramResult result = run("dds", {"--segmentation", "dds", "--publish", network_, "--frames", "2", "--set",
+                                           "segmentation.dds.timeout_ms=30000"});
+  client.send(SIGINT);
+  EXPECT_EQ(client.wait().exit_code, 0);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(counters("dds").at("mask_messages_invalid"), 2);
+  EXPECT_THAT(result.err, HasSubstr("messages with masks were refused"));
+}
+
+TEST_F(MasksOverDds, ARunWithoutAnybodyWhoSendsGoesOnAndSaysSo) {
+  const ProgramResult result = run_over_dds("dds");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, AllOf(HasSubstr("nobody sends masks"), HasSubstr("in 10 nobody was there")));
+  EXPECT_EQ(counters("dds").at("mask_frames_without_sender"), TruthRun::kFrames);
+}
+
+TEST_F(MasksOverDds, NeedANetworkToComeOver) {
+  const ProgramResult result = run("dds", {"--segmentation", "dds"});
+  EXPECT_EQ(result.exit_code, 64);
+  EXPECT_THAT(result.err, HasSubstr("segmentation dds needs --publish FILE"));
+}
+
+TEST_F(MasksOverDds, ClientNamesWhatIsWrongWithItsFolder) {
+  const ProgramResult missing = run_kinetrace({"masks", run_folder("nowhere").string(), "--publish", network_});
+  EXPECT_EQ(missing.exit_code, 66);
+  EXPECT_THAT(missing.err, HasSubstr("nowhere is no folder"));
+  const fs::path named = scratch_.path() / "named";
+  fs::create_directories(named);
+  std::ofstream(named / "first.png") << "x";
+  const ProgramResult no_number = run_kinetrace({"masks", named.string(), "--publish", network_});
+  EXPECT_EQ(no_number.exit_code, 65);
+  EXPECT_THAT(no_number.err, AllOf(HasSubstr("first.png"), HasSubstr("--by-order")));
+}
+
+}  // namespace
+}  // namespace kinetrace::test
