@@ -49,7 +49,7 @@ TEST_F(Publish, ARunCountsWhatItPublished) {
 TEST_F(Publish, WithoutTheInterfaceTheRunGoesOnAndHealthSaysSo) {
   const ProgramResult result = run(config("  interface: nothere0\n"));
   EXPECT_EQ(result.exit_code, 0);
-  EXPECT_THAT(result.err, HasSubstr("publishing waits: interface nothere0 is not there"));
+  EXPECT_THAT(result.err, HasSubstr("DDS waits: interface nothere0 is not there"));
   const nlohmann::json run = run_json();
   EXPECT_EQ(run["health"]["worst"], "degraded");
   EXPECT_THAT(run["health"]["reasons"].dump(), HasSubstr("not_published"));

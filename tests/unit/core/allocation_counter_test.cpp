@@ -1,5 +1,6 @@
 #include "kinetrace/core/allocation_counter.hpp"
 
+#include <atomic>
 #include <cstdlib>
 #include <memory>
 #include <thread>
@@ -87,14 +88,22 @@ TEST(AllocationCounter, CountsAForeignCallsAllocationsApart) {
 }
 
 TEST(AllocationCounter, AForeignCallMarksItsOwnThreadOnly) {
-  const ForeignCall here;
+  std::atomic<bool> inside{false};
   AllocationCounts before;
   AllocationCounts after;
-  std::thread([&] {
+  std::thread started_before([&] {
+    while (!inside) {
+      std::this_thread::yield();
+    }
     before = allocation_counts();
     use(std::make_unique<int>(1).get());
     after = allocation_counts();
-  }).join();
+  });
+  {
+    const ForeignCall here;
+    inside = true;
+    started_before.join();
+  }
   EXPECT_EQ(after.own - before.own, 1U);
   EXPECT_EQ(after.foreign, before.foreign);
 }
