@@ -126,8 +126,9 @@ void add_record(CLI::App& app, RecordOptions& options, std::string& raw_out) {
 
 void add_doctor(CLI::App& app, DoctorOptions& options) {
   CLI::App& doctor = *app.add_subcommand(
-      "doctor", "Checks cameras, timing, calibration and memory; says what to do about each failure");
+      "doctor", "Checks cameras, timing, calibration, memory and DDS; says what to do about each failure");
   doctor.add_option("CAMERA", options.camera, "Camera file; without it, the devices of this machine are listed");
+  doctor.add_option("--publish", options.publish, "The file that the run will publish by; without it, DDS by default");
   doctor.add_option("--seconds", options.seconds, "Watches the images for so long")
       ->type_name("S")
       ->check(CLI::Range(0.1, 3600.0))

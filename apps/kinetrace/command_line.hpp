@@ -64,6 +64,7 @@ struct RecordOptions {
 
 struct DoctorOptions {
   std::string camera;    ///< Camera file; empty: only list the devices.
+  std::string publish;   ///< As for a run.
   double seconds = 2.0;  ///< Watch the images for so long.
   ConfigSource config;
 };

@@ -52,9 +52,10 @@ std::string list(std::string_view tag, const Topics& topics) {
 
 std::string rules(DdsRole role, std::string_view ros_prefix) {
   const Topics masks{publishing::topics::kInstanceMasks};
+  const Topics requests{publishing::topics::kMaskRequest};
   switch (role) {
-    case DdsRole::kDevice: return list("publish", results(ros_prefix)) + list("subscribe", masks);
-    case DdsRole::kSegmenter: return list("publish", masks) + list("subscribe", results(ros_prefix));
+    case DdsRole::kDevice: return list("publish", results(ros_prefix) + requests) + list("subscribe", masks);
+    case DdsRole::kSegmenter: return list("publish", masks) + list("subscribe", results(ros_prefix) + requests);
     case DdsRole::kViewer: break;
   }
   return list("publish", kRosHousekeeping) + list("subscribe", results(ros_prefix) + kRosHousekeeping);

@@ -11,6 +11,7 @@
 #include "camera_loop.hpp"
 #include "camera_setup.hpp"
 #include "commands.hpp"
+#include "doctor_network.hpp"
 #include "interrupt.hpp"
 #include "kinetrace/hal/capture_devices.hpp"
 #include "kinetrace/hal/rectifier.hpp"
@@ -18,6 +19,7 @@
 #include "libcamera_loader.hpp"
 #include "memory.hpp"
 #include "messages.hpp"
+#include "run_publishing.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -186,19 +188,27 @@ void judge_geometry(const StereoGeometry& geometry, const hal::RigCalibration& c
                          text(", baseline %.4f m", geometry.baseline_m));
 }
 
-void examine(const CameraSetup& setup, const AppConfig& config, const DoctorOptions& options, Findings& findings) {
+void judge_memory(const MemoryPlan& plan, const pipeline::MemoryConfig& memory, const PublishingSetup* publishing,
+                  Findings& findings) {
+  constexpr double kMib = 1024.0 * 1024.0;
+  const Status fits = check_budget(plan, memory, publishing);
+  fits ? findings.ok("memory", text("%.1f MiB planned", static_cast<double>(plan.total_bytes()) / kMib) +
+                                   text(" and %.1f MiB for libraries",
+                                        static_cast<double>(library_bytes(memory, publishing)) / kMib) +
+                                   text(" of %.1f MiB", memory.budget_mib))
+       : findings.failed("memory", fits.error().message);
+}
+
+void examine(const CameraSetup& setup, const AppConfig& config, const DoctorOptions& options,
+             const PublishingSetup* publishing, Findings& findings) {
   const auto geometry = hal::Rectifier::rectified_geometry(setup.calibration, config.rectification);
-  const Result<MemoryPlan> plan = plan_memory(config, setup);
+  const Result<MemoryPlan> plan = plan_memory(config, setup, {}, publishing);
   if (!geometry || !plan) {
     findings.failed("rig", geometry ? plan.error().message : geometry.error().message);
     return;
   }
   judge_geometry(*geometry, setup.calibration, findings);
-  const Status fits = check_budget(*plan, config.pipeline.memory);
-  fits ? findings.ok("memory", text("%.1f MiB planned", static_cast<double>(plan->total_bytes()) / (1024.0 * 1024.0)) +
-                                   text(" and %.1f MiB for libraries", config.pipeline.memory.libraries_mib) +
-                                   text(" of %.1f MiB", config.pipeline.memory.budget_mib))
-       : findings.failed("memory", fits.error().message);
+  judge_memory(*plan, config.pipeline.memory, publishing, findings);
 
   Arena arena(setup.required_bytes() + hal::Rectifier::required_bytes(setup.calibration, config.rectification) +
               hal::SyncMonitor::required_bytes(kMonitor, geometry->width_px, geometry->height_px) +
@@ -224,27 +234,39 @@ void examine(const CameraSetup& setup, const AppConfig& config, const DoctorOpti
   judge_images(watched, findings);
 }
 
+void examine_camera(const DoctorOptions& options, const AppConfig& config, Findings& findings) {
+  SourceOptions source;
+  source.camera = options.camera;
+  Outcome<CameraSetup> setup = camera_setup(source);
+  if (!setup) {
+    findings.failed("config", setup.error().message);
+    return;
+  }
+  std::unique_ptr<PublishingSetup> publishing;
+  if (!options.publish.empty()) {
+    // What is wrong with it has been said; its memory is not counted then.
+    auto made = publishing_setup(options.publish, config.pipeline.tracking.max_objects);
+    publishing = made ? std::move(*made) : nullptr;
+  }
+  // A rate is measured on times as they come, not on such as were brought back to that rate.
+  setup->mends_times = false;
+  catch_interrupts();
+  examine(*setup, config, options, publishing.get(), findings);
+}
+
 }  // namespace
 
 int doctor_command(const DoctorOptions& options) {
+  const Result<AppConfig> config = load_config(options.config);
+  if (!config) {
+    return report(to_failure(config.error()));
+  }
   Findings findings;
   list_devices(findings);
+  const NetworkFinding network = examine_network(options.publish);
+  network.holds ? findings.ok("dds", network.detail) : findings.failed("dds", network.detail);
   if (!options.camera.empty()) {
-    Result<AppConfig> config = load_config(options.config);
-    if (!config) {
-      return report(to_failure(config.error()));
-    }
-    SourceOptions source;
-    source.camera = options.camera;
-    Outcome<CameraSetup> setup = camera_setup(source);
-    if (!setup) {
-      findings.failed("config", setup.error().message);
-    } else {
-      // A rate is measured on times as they come, not on such as were brought back to that rate.
-      setup->mends_times = false;
-      catch_interrupts();
-      examine(*setup, *config, options, findings);
-    }
+    examine_camera(options, *config, findings);
   }
   return findings.all_held() ? 0 : static_cast<int>(ExitCode::kConditionHolds);
 }

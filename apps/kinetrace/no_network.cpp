@@ -2,18 +2,25 @@
 #include <string>
 
 #include "commands.hpp"
+#include "doctor_network.hpp"
 #include "messages.hpp"
 
 namespace kinetrace::app {
 namespace {
 
+const std::string kNotBuilt =
+    ": this program has been built without DDS; install the packages for it that toolchains/packages-build.txt names "
+    "and build again";
+
 int refuse(const char* command) {
-  return report({ExitCode::kUsage, std::string(command) +
-                                       ": this program has been built without DDS; install the packages for it that "
-                                       "toolchains/packages-build.txt names and build again"});
+  return report({ExitCode::kUsage, command + kNotBuilt});
 }
 
 }  // namespace
+
+NetworkFinding examine_network(const std::string& file) {
+  return file.empty() ? NetworkFinding{true, "not built in"} : NetworkFinding{false, "--publish" + kNotBuilt};
+}
 
 int monitor_command(const MonitorOptions& /*options*/) {
   return refuse("monitor");

@@ -163,10 +163,22 @@ TEST_F(CameraCommand, NeverRecordsOverAnything) {
 TEST_F(CameraCommand, DoctorFindsAGoodCameraGood) {
   const ProgramResult result = run_kinetrace({"doctor", camera("", 20), "--seconds", "1"});
   EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
-  for (const char* check : {"device", "rig", "memory", "camera", "rate", "losses", "calibration", "pairing"}) {
+  for (const char* check : {"device", "rig", "memory", "dds", "camera", "rate", "losses", "calibration", "pairing"}) {
     EXPECT_THAT(result.out, HasSubstr(check));
   }
   EXPECT_THAT(result.out, ::testing::Not(HasSubstr("FAIL")));
+}
+
+TEST_F(CameraCommand, DoctorKnowsWhatIsWrongWithTheNetwork) {
+  const std::string settings = scratch_.file("dds.yaml");
+  std::ofstream(settings) << "dds:\n  interface: kt-none0\n";
+  const ProgramResult missing = run_kinetrace({"doctor", "--publish", settings});
+  EXPECT_EQ(missing.exit_code, 1) << missing.err;
+  EXPECT_THAT(missing.out, HasSubstr("FAIL  dds"));
+  std::ofstream(settings) << "dds:\n  interfaces: lo\n";
+  const ProgramResult typo = run_kinetrace({"doctor", "--publish", settings});
+  EXPECT_EQ(typo.exit_code, 1) << typo.err;
+  EXPECT_THAT(typo.out, HasSubstr("FAIL  dds"));
 }
 
 TEST_F(CameraCommand, DoctorNamesEachFailureWithItsRemedy) {

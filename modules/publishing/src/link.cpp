@@ -1,6 +1,7 @@
 #include "kinetrace/publishing/link.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <mutex>
@@ -10,6 +11,7 @@
 #include "log_sink.hpp"
 #include "network_interface.hpp"
 #include "participant.hpp"
+#include "refusal.hpp"
 #include "security_files.hpp"
 
 namespace kinetrace::publishing {
@@ -66,9 +68,9 @@ Status Link::Impl::connect() {
     return secure;
   }
   const std::string xml = has_own_xml() ? own_xml : domain_xml(config, address && address->multicast);
-  Result<Participant> made = Participant::create(config.domain, xml, *log);
+  Result<Participant> made = Participant::create(config.domain, xml, address, *log);
   if (!made) {
-    return tl::unexpected(made.error());
+    return tl::unexpected(publishing::explained(config, made.error()));
   }
   participant = std::move(*made);
   set({participants + 1, participant->get()});
@@ -163,6 +165,10 @@ std::optional<std::string> Link::take_notice() {
   return line ? "DDS: " + *line : line;
 }
 
+Error Link::explained(const Error& error) const {
+  return publishing::explained(impl_->config, error);
+}
+
 void Link::wait(std::int64_t at_most_ns) noexcept {
   const ForeignCall foreign;
   static_cast<void>(dds_waitset_wait(impl_->waitset.get(), nullptr, 0, at_most_ns));
@@ -186,6 +192,21 @@ std::int32_t Link::waitset() const noexcept {
 
 LinkState Link::state() const noexcept {
   return impl_->state;
+}
+
+std::size_t Link::others() const {
+  const ForeignCall foreign;
+  constexpr std::size_t kMost = 64;
+  std::array<void*, kMost> heard{};
+  std::array<dds_sample_info_t, kMost> infos{};
+  const Entity reader(dds_create_reader(membership().participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, nullptr, nullptr));
+  const dds_return_t count = reader.exists() ? dds_read(reader.get(), heard.data(), infos.data(), kMost, kMost) : 0;
+  const auto alive = std::count_if(infos.begin(), infos.begin() + std::max(count, 0),
+                                   [](const auto& info) { return info.instance_state == DDS_ALIVE_INSTANCE_STATE; });
+  if (count > 0) {
+    static_cast<void>(dds_return_loan(reader.get(), heard.data(), count));
+  }
+  return static_cast<std::size_t>(std::max<std::ptrdiff_t>(alive - 1, 0));  // Without ourselves.
 }
 
 std::uint64_t Link::restarts() const noexcept {

@@ -37,7 +37,9 @@ LogSink::~LogSink() {
 }
 
 void LogSink::add(const char* line, std::size_t size) noexcept {
-  while (size > 0 && (line[size - 1] == '\n' || line[size - 1] == ' ')) {
+  // What may follow the first line only repeats it.
+  size = static_cast<std::size_t>(std::find(line, line + size, '\n') - line);
+  while (size > 0 && line[size - 1] == ' ') {
     --size;
   }
   lines_.fetch_add(1, std::memory_order_relaxed);

@@ -2,9 +2,12 @@
 
 #include <utility>
 
+#include "socket_filter.hpp"
+
 namespace kinetrace::publishing {
 
-Result<Participant> Participant::create(int domain, const std::string& xml, LogSink& log) {
+Result<Participant> Participant::create(int domain, const std::string& xml,
+                                        const std::optional<InterfaceAddress>& interface, LogSink& log) {
   const ForeignCall foreign;
   static_cast<void>(log.take_reason());
   const auto id = static_cast<dds_domainid_t>(domain);
@@ -14,6 +17,10 @@ Result<Participant> Participant::create(int domain, const std::string& xml, LogS
     const std::string reason = log.take_reason();
     return fail(ErrorCode::kInvalidConfig, "DDS domain " + std::to_string(domain) +
                                                " cannot be made: " + (reason.empty() ? made.domain_.error() : reason));
+  }
+  // The domain has opened its sockets.
+  if (const Status confined = interface ? confine_sockets(domain, *interface) : Status{}; !confined) {
+    return tl::unexpected(confined.error());
   }
   made.participant_ = Entity(dds_create_participant(id, nullptr, nullptr));
   if (!made.participant_.exists()) {

@@ -1,11 +1,13 @@
 // The membership in a DDS domain: what both publishing and reading need first.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "dds_entity.hpp"
 #include "kinetrace/core/result.hpp"
 #include "log_sink.hpp"
+#include "network_interface.hpp"
 
 namespace kinetrace::publishing {
 
@@ -15,9 +17,10 @@ class Participant {
  public:
   Participant() = default;
 
-  /// Errors: kInvalidConfig where the library refuses the configuration, kIo where it refuses the participant; with
-  /// what the library has logged about it.
-  [[nodiscard]] static Result<Participant> create(int domain, const std::string& xml, LogSink& log);
+  /// Nothing is received but by `interface`; by any where there is none. Errors: kInvalidConfig where the library
+  /// refuses the configuration, kIo where it refuses the participant; with what the library has logged about it.
+  [[nodiscard]] static Result<Participant> create(int domain, const std::string& xml,
+                                                  const std::optional<InterfaceAddress>& interface, LogSink& log);
 
   [[nodiscard]] dds_entity_t get() const noexcept { return participant_.get(); }
 

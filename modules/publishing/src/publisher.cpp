@@ -96,7 +96,7 @@ Status Publisher::Impl::follow_link() {
   }
   Result<Topics> made = Topics::create(config, membership.participant, buffers);
   if (!made) {
-    return tl::unexpected(made.error());
+    return tl::unexpected(link->explained(made.error()));
   }
   topics = std::move(*made);
   has_topics = true;

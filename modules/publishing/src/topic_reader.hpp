@@ -65,7 +65,7 @@ class InLink {
   explicit InLink(Link& link) noexcept : link_(&link) {}
 
   /// What `make(membership)` returned for the present participant; null while there is none. Errors: those of `make`,
-  /// which is called again at the next call.
+  /// explained; it is called again at the next call.
   template <typename Make>
   [[nodiscard]] Result<Made*> get(Make&& make) {
     const LinkMembership membership = link_->membership();
@@ -79,7 +79,7 @@ class InLink {
     if (made_in_ == 0) {
       Result<Made> made = make(membership);
       if (!made) {
-        return tl::unexpected(made.error());
+        return tl::unexpected(link_->explained(made.error()));
       }
       made_ = std::make_unique<Made>(std::move(*made));
       made_in_ = membership.number;

@@ -31,6 +31,7 @@ constexpr const char* kLoopbackOnly =
 struct Topic {
   const char* name;
   const dds_topic_descriptor_t* type;
+  bool is_kept = false;  ///< By its writer, for those who come late.
   std::uint64_t samples = 0;
   dds_entity_t reader = 0;
 };
@@ -40,6 +41,7 @@ dds_entity_t make_reader(dds_entity_t participant, const Topic& topic) {
   constexpr std::int32_t kDepth = 64;
   dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
   dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, kDepth);
+  dds_qset_durability(qos, topic.is_kept ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
   const dds_entity_t entity = dds_create_topic(participant, topic.type, topic.name, nullptr, nullptr);
   const dds_entity_t reader = dds_create_reader(participant, entity, qos, nullptr);
   dds_delete_qos(qos);
@@ -81,8 +83,8 @@ int run() {
                          {topics::kObjects, &kinetrace_TrackedObjects_desc},
                          {topics::kTrajectories, &kinetrace_TrajectoryPiece_desc},
                          {topics::kPoints, &kinetrace_PointPiece_desc},
-                         {topics::kHealth, &kinetrace_Health_desc},
-                         {topics::kCalibration, &kinetrace_Calibration_desc}};
+                         {topics::kHealth, &kinetrace_Health_desc, true},
+                         {topics::kCalibration, &kinetrace_Calibration_desc, true}};
   for (Topic& topic : all) {
     topic.reader = make_reader(participant, topic);
   }

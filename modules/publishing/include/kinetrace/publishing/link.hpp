@@ -1,6 +1,7 @@
 // The membership in a DDS domain, looked after.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -62,6 +63,9 @@ class Link {
 
   // From any thread.
 
+  /// An error of the DDS library about something in this link; names the file of the configuration that is to blame.
+  [[nodiscard]] Error explained(const Error& error) const;
+
   /// Returns when a reader made in this link has something to be taken, after `wake()`, or when the time is over.
   void wait(std::int64_t at_most_ns) noexcept;
   void wake() noexcept;
@@ -69,6 +73,8 @@ class Link {
   /// A handle of the DDS library that readers attach to, so that `wait` notices them.
   [[nodiscard]] std::int32_t waitset() const noexcept;
   [[nodiscard]] LinkState state() const noexcept;
+  /// Other participants of the domain that have been heard of, whatever they do.
+  [[nodiscard]] std::size_t others() const;
   /// Participants made after the first one.
   [[nodiscard]] std::uint64_t restarts() const noexcept;
   /// Warnings and errors of the DDS library, and those beyond log_lines_per_minute.
