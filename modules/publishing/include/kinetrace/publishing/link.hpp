@@ -73,7 +73,7 @@ class Link {
   /// A handle of the DDS library that readers attach to, so that `wait` notices them.
   [[nodiscard]] std::int32_t waitset() const noexcept;
   [[nodiscard]] LinkState state() const noexcept;
-  /// Other participants of the domain that have been heard of, whatever they do.
+  /// Other participants of the domain that have been heard of; also those that security will refuse.
   [[nodiscard]] std::size_t others() const;
   /// Participants made after the first one.
   [[nodiscard]] std::uint64_t restarts() const noexcept;
