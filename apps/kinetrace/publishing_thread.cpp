@@ -1,6 +1,5 @@
 #include "publishing_thread.hpp"
 
-#include <chrono>
 #include <poll.h>
 #include <pthread.h>
 #include <sched.h>
@@ -8,22 +7,13 @@
 #include <unistd.h>
 
 #include "kinetrace/core/allocation_counter.hpp"
+#include "network.hpp"
 
 namespace kinetrace::app {
 namespace {
 
 // How long the network may change unnoticed while no result comes.
 constexpr int kIdle_ms = 200;
-
-std::int64_t system_time_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
-
-std::int64_t steady_time_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
 
 // A thread of this kind never takes the processor from the one that wakes it: on a busy machine the pipeline would
 // otherwise pay for sending. Where the system refuses, it does.

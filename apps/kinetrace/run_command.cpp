@@ -126,7 +126,7 @@ void wait_for_masks(const Chain& chain) {
 }
 
 // Recording must not stop anything else.
-void record_raw(Chain& chain, const StereoFrame& frame, HealthMonitor& health) {
+void record_raw(Chain& chain, const StereoFrame& frame, RunReport& report) {
   if (!chain.raw) {
     return;
   }
@@ -135,8 +135,8 @@ void record_raw(Chain& chain, const StereoFrame& frame, HealthMonitor& health) {
   }
   chain.raw->offer(frame);
   if (const std::optional<Error> stopped = chain.raw->stopped_by()) {
-    print_warning("raw recording stopped: " + stopped->message);
-    health.note(HealthReason::kRecordingStopped);
+    report.warn_now(raw_stopped(*stopped));
+    report.health.note(HealthReason::kRecordingStopped);
     chain.raw_ended = std::move(chain.raw);
   }
 }
@@ -153,7 +153,7 @@ void hand_over(Chain& chain, const FrameResult& result, StageClock& clock, RunRe
 
 Status play_frame(Chain& chain, const StereoFrame& frame, StageClock& clock, RunReport& report) {
   clock.begin_frame();
-  record_raw(chain, frame, report.health);
+  record_raw(chain, frame, report);
   const Result<RectifiedPair> pair = [&] {
     const StageScope scope(&clock, Stage::kRectify);
     return chain.rectifier.process(frame);

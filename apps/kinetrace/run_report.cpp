@@ -1,5 +1,6 @@
 #include "run_report.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
@@ -10,6 +11,10 @@
 #include "messages.hpp"
 
 namespace kinetrace::app {
+
+std::string raw_stopped(const Error& why) {
+  return "raw recording stopped: " + why.message;
+}
 
 RunReport::RunReport(const RunOptions& options, const CameraSetup& setup, std::string config_json) : options_(options) {
   summary_.version = KINETRACE_VERSION;
@@ -22,6 +27,16 @@ void RunReport::start() {
   start_ = std::chrono::steady_clock::now();
   allocations_at_start_ = allocation_counts();
   allocations_at_last_frame = allocations_at_start_;
+}
+
+void RunReport::warn_now(const std::string& warning) {
+  print_warning(warning);
+  summary_.warnings.push_back(warning);
+  told_.push_back(warning);
+}
+
+bool RunReport::was_told(const std::string& warning) const {
+  return std::find(told_.begin(), told_.end(), warning) != told_.end();
 }
 
 void RunReport::add_warnings(const GuardedCamera& camera) {
@@ -77,8 +92,8 @@ void RunReport::add_masks(const MaskCounters& masks) {
 void RunReport::add_raw(const RecordingThread& raw) {
   summary_.camera_counters.emplace_back("raw_frames_recorded", static_cast<std::uint64_t>(raw.written()));
   summary_.camera_counters.emplace_back("raw_frames_dropped", raw.dropped());
-  if (const std::optional<Error> failure = raw.stopped_by()) {
-    summary_.warnings.push_back("raw recording stopped: " + failure->message);
+  if (const std::optional<Error> failure = raw.stopped_by(); failure && !was_told(raw_stopped(*failure))) {
+    summary_.warnings.push_back(raw_stopped(*failure));
   }
 }
 
@@ -131,7 +146,9 @@ void RunReport::finish(const GuardedCamera& camera, const StageClock& clock, con
 
 void RunReport::print() const {
   for (const std::string& warning : summary_.warnings) {
-    print_warning(warning);
+    if (!was_told(warning)) {
+      print_warning(warning);
+    }
   }
   if (options_.json) {
     std::cout << std::ifstream(options_.out / "run.json").rdbuf();

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "camera_setup.hpp"
 #include "command_line.hpp"
@@ -18,6 +19,9 @@
 
 namespace kinetrace::app {
 
+/// What a user reads when raw images cannot be recorded any longer.
+[[nodiscard]] std::string raw_stopped(const Error& why);
+
 class RunReport {
  public:
   RunReport(const RunOptions& options, const CameraSetup& setup, std::string config_json);
@@ -31,6 +35,8 @@ class RunReport {
 
   /// Before the first frame, when everything has been made.
   void start();
+  /// Says it at once, and keeps it for run.json.
+  void warn_now(const std::string& warning);
   /// After the last frame. `played` says how it ended.
   void finish(const GuardedCamera& camera, const StageClock& clock, const Status& played);
   /// After finish(), where masks came from other processes.
@@ -45,6 +51,7 @@ class RunReport {
   void print() const;
 
  private:
+  [[nodiscard]] bool was_told(const std::string& warning) const;
   void add_warnings(const GuardedCamera& camera);
   void add_health();
 
@@ -53,6 +60,7 @@ class RunReport {
   std::chrono::steady_clock::time_point start_;
   double seconds_ = 0.0;
   recording::RunSummary summary_;
+  std::vector<std::string> told_;  ///< Those of summary_.warnings that the user has read already.
 };
 
 }  // namespace kinetrace::app

@@ -123,6 +123,8 @@ TEST_F(CameraCommand, ARecordingThatCannotGoOnDoesNotStopTheRun) {
   const ProgramResult result = run(camera("", 3), {"--record", raw(), "--keep-free-mib", "1000000000"});
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_THAT(result.err, AllOf(HasSubstr("raw recording stopped"), HasSubstr("full")));
+  EXPECT_EQ(result.err.find("raw recording stopped"), result.err.rfind("raw recording stopped")) << "once is enough";
+  EXPECT_THAT(report()["warnings"].dump(), HasSubstr("raw recording stopped"));
   EXPECT_EQ(report()["frames"], 3 * recording_.frames);
   EXPECT_EQ(report()["health"]["worst"], "degraded");
 }
