@@ -90,6 +90,7 @@ std::vector<Mask> masks_of(ImageView<const std::uint16_t> image) {
     }
   }
   std::vector<Mask> masks;
+  masks.reserve(boxes.size());
   for (const auto& [value, box] : boxes) {
     // 10000 is class 10, "ignore".
     masks.push_back({static_cast<std::uint16_t>(value / kMotsClassStep), 1.F, box, runs_of(image, value, box)});

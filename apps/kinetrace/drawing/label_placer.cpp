@@ -63,8 +63,8 @@ void LabelPlacer::avoid(std::span<const Point> line) {
       continue;
     }
     const double length = (line[i] - line[i - 1]).norm();
-    for (double at = kStep_px; at < length; at += kStep_px) {
-      avoided_.push_back(line[i - 1] + (line[i] - line[i - 1]) * (at / length));
+    for (int step = 1; step * kStep_px < length; ++step) {
+      avoided_.push_back(line[i - 1] + (line[i] - line[i - 1]) * (step * kStep_px / length));
     }
   }
 }
