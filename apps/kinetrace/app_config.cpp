@@ -6,7 +6,7 @@
 namespace kinetrace::app {
 
 Status AppConfig::validate() const {
-  for (const Status& status : {rectification.validate(), pipeline.validate()}) {
+  for (const Status& status : {rectification.validate(), live.validate(), pipeline.validate()}) {
     if (!status) {
       return status;
     }

@@ -7,6 +7,7 @@
 #include "config_fields.hpp"
 #include "kinetrace/hal/rectifier.hpp"
 #include "kinetrace/pipeline/config.hpp"
+#include "live_config.hpp"
 
 namespace kinetrace::app {
 
@@ -20,6 +21,7 @@ struct OutputConfig {
 struct AppConfig {
   hal::RectifierConfig rectification;
   OutputConfig output;
+  LiveConfig live;
   pipeline::PipelineConfig pipeline;
 
   [[nodiscard]] Status validate() const;
@@ -32,6 +34,7 @@ void visit_fields(AppConfig& config, Visitor&& visit) {
   visit("output.mots", config.output.mots, "write mots.txt: the tracked masks");
   visit("output.points", config.output.points, "write points/: coloured point clouds");
   visit("output.colmap", config.output.colmap, "write colmap/: one COLMAP model per body");
+  visit_fields(config.live, visit);
   pipeline::visit_fields(config.pipeline, visit);
 }
 

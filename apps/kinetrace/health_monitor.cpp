@@ -28,49 +28,58 @@ constexpr std::array<Symptom, 12> kSymptoms{{
 
 }  // namespace
 
-void HealthMonitor::note(HealthReason reason, std::uint64_t count) noexcept {
+void HealthMonitor::Account::note(HealthReason reason, std::uint64_t count) noexcept {
   if (count == 0) {
     return;
   }
-  HealthEntry& entry = entries_[static_cast<std::size_t>(reason)];
+  HealthEntry& entry = entries[static_cast<std::size_t>(reason)];
   if (entry.count == 0) {
-    entry = {reason, 0, frame_, frame_};
+    entry = {reason, 0, frame, frame};
   }
   entry.count += count;
-  entry.last_frame = frame_;
-  last_trouble_ = frame_;
-  update();
+  entry.last_frame = frame;
+  last_trouble = frame;
 }
 
-void HealthMonitor::update() noexcept {
-  const bool is_lost = camera_ == hal::CameraState::kLost;
-  const bool is_recent = last_trouble_ && frame_ - *last_trouble_ <= kRecentFrames;
-  const bool is_halting = camera_ == hal::CameraState::kStalled || camera_ == hal::CameraState::kRecovering;
-  state_ = is_lost ? HealthState::kLost : is_recent || is_halting ? HealthState::kDegraded : HealthState::kOk;
-  worst_ = std::max(worst_, state_);
+void HealthMonitor::Account::update() noexcept {
+  const bool is_lost = camera == hal::CameraState::kLost;
+  const bool is_recent = last_trouble && frame - *last_trouble <= kRecentFrames;
+  const bool is_halting = camera == hal::CameraState::kStalled || camera == hal::CameraState::kRecovering;
+  state = is_lost ? HealthState::kLost : is_recent || is_halting ? HealthState::kDegraded : HealthState::kOk;
+  worst = std::max(worst, state);
+}
+
+void HealthMonitor::note(HealthReason reason, std::uint64_t count) noexcept {
+  const std::lock_guard lock(mutex_);
+  now_.note(reason, count);
+  now_.update();
 }
 
 void HealthMonitor::observe(hal::CameraState camera, const hal::CameraCounters& counters) noexcept {
-  camera_ = camera;
+  const std::lock_guard lock(mutex_);
+  now_.camera = camera;
   for (const Symptom& symptom : kSymptoms) {
-    note(symptom.reason, counters.*symptom.counter - seen_.*symptom.counter);
+    now_.note(symptom.reason, counters.*symptom.counter - now_.seen.*symptom.counter);
   }
-  seen_ = counters;
-  update();
+  now_.seen = counters;
+  now_.update();
 }
 
 void HealthMonitor::observe(const FrameEstimate& newest) noexcept {
-  const bool had_frame = frame_ >= 0;
-  frame_ = newest.frame_index;
+  const std::lock_guard lock(mutex_);
+  const bool had_frame = now_.frame >= 0;
+  now_.frame = newest.frame_index;
   const BodyStatus pose = newest.camera.status;
   // The first frame of all has nothing to be tracked against.
-  note(HealthReason::kPoseLost, had_frame && (pose == BodyStatus::kPropagated || pose == BodyStatus::kLost) ? 1 : 0);
-  update();
+  now_.note(HealthReason::kPoseLost,
+            had_frame && (pose == BodyStatus::kPropagated || pose == BodyStatus::kLost) ? 1 : 0);
+  now_.update();
 }
 
 std::vector<HealthEntry> HealthMonitor::entries() const {
+  const Account account = copy();
   std::vector<HealthEntry> happened;
-  std::copy_if(entries_.begin(), entries_.end(), std::back_inserter(happened),
+  std::copy_if(account.entries.begin(), account.entries.end(), std::back_inserter(happened),
                [](const HealthEntry& entry) { return entry.count > 0; });
   return happened;
 }

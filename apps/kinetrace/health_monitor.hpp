@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -13,10 +14,15 @@
 namespace kinetrace::app {
 
 /// Degraded while something was wrong within the last `kRecentFrames` frames, lost while the camera is. Never
-/// allocates, except for entries().
+/// allocates, except for entries(). For any thread.
 class HealthMonitor {
  public:
   static constexpr std::int64_t kRecentFrames = 30;
+
+  HealthMonitor() = default;
+  HealthMonitor(const HealthMonitor& other) : now_(other.copy()) {}
+  HealthMonitor& operator=(const HealthMonitor&) = delete;
+  ~HealthMonitor() = default;
 
   /// After every call of the camera, with what it has counted so far.
   void observe(hal::CameraState camera, const hal::CameraCounters& counters) noexcept;
@@ -24,26 +30,36 @@ class HealthMonitor {
   void observe(const FrameEstimate& newest) noexcept;
   void note(HealthReason reason, std::uint64_t count = 1) noexcept;
 
-  [[nodiscard]] HealthState state() const noexcept { return state_; }
-  [[nodiscard]] HealthState worst() const noexcept { return worst_; }
-  [[nodiscard]] hal::CameraState camera() const noexcept { return camera_; }
+  [[nodiscard]] HealthState state() const noexcept { return copy().state; }
+  [[nodiscard]] HealthState worst() const noexcept { return copy().worst; }
+  [[nodiscard]] hal::CameraState camera() const noexcept { return copy().camera; }
   /// The newest processed frame; -1 before the first.
-  [[nodiscard]] std::int64_t frame() const noexcept { return frame_; }
+  [[nodiscard]] std::int64_t frame() const noexcept { return copy().frame; }
   /// By HealthReason; a count of 0 never happened.
-  [[nodiscard]] const std::array<HealthEntry, kHealthReasonCount>& all() const noexcept { return entries_; }
+  [[nodiscard]] std::array<HealthEntry, kHealthReasonCount> all() const noexcept { return copy().entries; }
   /// Whatever happened at least once, in the order of HealthReason.
   [[nodiscard]] std::vector<HealthEntry> entries() const;
 
  private:
-  void update() noexcept;
+  struct Account {
+    std::array<HealthEntry, kHealthReasonCount> entries{};
+    hal::CameraCounters seen;
+    hal::CameraState camera = hal::CameraState::kClosed;
+    std::int64_t frame = -1;
+    std::optional<std::int64_t> last_trouble;  ///< Frame.
+    HealthState state = HealthState::kOk;
+    HealthState worst = HealthState::kOk;
 
-  std::array<HealthEntry, kHealthReasonCount> entries_{};
-  hal::CameraCounters seen_;
-  hal::CameraState camera_ = hal::CameraState::kClosed;
-  std::int64_t frame_ = -1;
-  std::optional<std::int64_t> last_trouble_;  ///< Frame.
-  HealthState state_ = HealthState::kOk;
-  HealthState worst_ = HealthState::kOk;
+    void note(HealthReason reason, std::uint64_t count) noexcept;
+    void update() noexcept;
+  };
+  [[nodiscard]] Account copy() const noexcept {
+    const std::lock_guard lock(mutex_);
+    return now_;
+  }
+
+  mutable std::mutex mutex_;
+  Account now_;
 };
 
 }  // namespace kinetrace::app

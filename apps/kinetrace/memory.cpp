@@ -9,6 +9,7 @@
 
 #include "kinetrace/hal/sync_monitor.hpp"
 #include "kinetrace/pipeline/pipeline.hpp"
+#include "live_run.hpp"
 #include "recording_thread.hpp"
 
 namespace kinetrace::app {
@@ -44,6 +45,10 @@ std::optional<MaskMailboxConfig> mask_mailbox_config(const AppConfig& config, co
                            std::chrono::milliseconds(segmentation.dds.timeout_ms)};
 }
 
+bool is_live(const LiveConfig& config, const CameraSetup& camera) noexcept {
+  return config.mode == LiveMode::kOn || (config.mode == LiveMode::kAuto && camera.live);
+}
+
 Result<MemoryPlan> plan_memory(const AppConfig& config, const CameraSetup& camera, const RawOutputOptions& raw,
                                const PublishingSetup* publishing) {
   const auto geometry = hal::Rectifier::rectified_geometry(camera.calibration, config.rectification);
@@ -67,6 +72,9 @@ Result<MemoryPlan> plan_memory(const AppConfig& config, const CameraSetup& camer
   if (camera.is_camera) {
     plan.entries.push_back(
         {"sync monitor", hal::SyncMonitor::required_bytes({}, geometry->width_px, geometry->height_px), "image size"});
+  }
+  if (is_live(config.live, camera)) {
+    plan.entries.push_back({"live frames", LiveRun::required_bytes(*geometry), "image size, live.mode"});
   }
   if (!raw.out.empty()) {
     plan.entries.push_back({"raw recording",

@@ -24,6 +24,9 @@ namespace kinetrace::app {
 [[nodiscard]] std::optional<MaskMailboxConfig> mask_mailbox_config(const AppConfig& config,
                                                                    const StereoGeometry& geometry);
 
+/// Whether a run with this camera is live: the newest frame wins, and frames are left out when processing is too slow.
+[[nodiscard]] bool is_live(const LiveConfig& config, const CameraSetup& camera) noexcept;
+
 /// Everything that a run with this camera, recording raw images and publishing or not, takes from its arena, in the
 /// order of creation. Errors: those of the parts (kInvalidConfig, kBadCalibration).
 [[nodiscard]] Result<MemoryPlan> plan_memory(const AppConfig& config, const CameraSetup& camera,

@@ -1,10 +1,7 @@
 #include "publishing_thread.hpp"
 
-#include <poll.h>
 #include <pthread.h>
 #include <sched.h>
-#include <sys/eventfd.h>
-#include <unistd.h>
 
 #include "kinetrace/core/allocation_counter.hpp"
 #include "network.hpp"
@@ -23,27 +20,6 @@ void let_others_go_first() {
 }
 
 }  // namespace
-
-PublishingThread::EventFd::EventFd() : fd_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
-
-PublishingThread::EventFd::~EventFd() {
-  if (is_open()) {
-    ::close(fd_);
-  }
-}
-
-void PublishingThread::EventFd::signal() const noexcept {
-  // Fails only where 2^64 signals have not been waited for; then one is pending anyway.
-  constexpr std::uint64_t kOne = 1;
-  [[maybe_unused]] const ssize_t written = ::write(fd_, &kOne, sizeof(kOne));
-}
-
-void PublishingThread::EventFd::wait(int timeout_ms) const noexcept {
-  pollfd waited{fd_, POLLIN, 0};
-  ::poll(&waited, 1, timeout_ms);
-  std::uint64_t signals = 0;
-  [[maybe_unused]] const ssize_t count = ::read(fd_, &signals, sizeof(signals));
-}
 
 std::size_t PublishingThread::required_bytes(const publishing::PublishConfig& config) {
   return publishing::ResultMailbox::required_bytes(config) + publishing::Publisher::required_bytes(config) +

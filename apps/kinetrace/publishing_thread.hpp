@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "event_fd.hpp"
 #include "kinetrace/publishing/publisher.hpp"
 #include "kinetrace/publishing/result_mailbox.hpp"
 #include "mask_thread.hpp"
@@ -46,22 +47,6 @@ class PublishingThread final : public RunPublishing {
   [[nodiscard]] std::vector<std::pair<std::string, std::uint64_t>> counters() const override;
 
  private:
-  /// A file descriptor that is closed with it.
-  class EventFd {
-   public:
-    EventFd();
-    EventFd(const EventFd&) = delete;
-    EventFd& operator=(const EventFd&) = delete;
-    ~EventFd();
-    [[nodiscard]] bool is_open() const noexcept { return fd_ >= 0; }
-    void signal() const noexcept;
-    /// Returns after a signal since the last call, or when the time is over.
-    void wait(int timeout_ms) const noexcept;
-
-   private:
-    int fd_;
-  };
-
   PublishingThread(std::unique_ptr<publishing::ResultMailbox> mailbox, std::unique_ptr<publishing::Publisher> publisher,
                    std::string device, Tell tell);
   void run();

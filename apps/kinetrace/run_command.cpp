@@ -2,6 +2,7 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <utility>
 
@@ -17,6 +18,7 @@
 #include "kinetrace/hal/sync_monitor.hpp"
 #include "kinetrace/pipeline/pipeline.hpp"
 #include "kinetrace/recording/run_recorder.hpp"
+#include "live_run.hpp"
 #include "mask_mailbox.hpp"
 #include "memory.hpp"
 #include "messages.hpp"
@@ -141,46 +143,146 @@ void record_raw(Chain& chain, const StereoFrame& frame, RunReport& report) {
   }
 }
 
-void hand_over(Chain& chain, const FrameResult& result, StageClock& clock, RunReport& report) {
+void hand_over(Chain& chain, const FrameResult& result, StageClock& clock, HealthMonitor& health) {
   if (!chain.publishing) {
     return;
   }
   const StageScope scope(&clock, Stage::kPublish);
-  report.health.note(HealthReason::kNotPublished, chain.publishing->is_connected() ? 0 : 1);
-  chain.publishing->offer_health(report.health, result.counters);
+  health.note(HealthReason::kNotPublished, chain.publishing->is_connected() ? 0 : 1);
+  chain.publishing->offer_health(health, result.counters);
   chain.publishing->offer(result);
 }
 
-Status play_frame(Chain& chain, const StereoFrame& frame, StageClock& clock, RunReport& report) {
-  clock.begin_frame();
-  record_raw(chain, frame, report);
-  const Result<RectifiedPair> pair = [&] {
-    const StageScope scope(&clock, Stage::kRectify);
-    return chain.rectifier.process(frame);
-  }();
-  if (!pair) {
-    return tl::unexpected(pair.error());
+/// What the thread that processes and the one that captures both look at.
+class Progressed {
+ public:
+  void set(const Processed& value) {
+    const std::lock_guard lock(mutex_);
+    value_ = value;
   }
-  if (chain.pairing) {
-    chain.pairing->process(*pair, report.health);
+  [[nodiscard]] Processed get() const {
+    const std::lock_guard lock(mutex_);
+    return value_;
   }
-  const Result<const FrameResult*> result = chain.pipeline.process(*pair, &clock);
+
+ private:
+  mutable std::mutex mutex_;
+  Processed value_;
+};
+
+/// From a rectified pair to results recorded and on their way.
+Status process_pair(Chain& chain, const RectifiedPair& pair, StageClock& clock, HealthMonitor& health,
+                    Progressed& progressed) {
+  const Result<const FrameResult*> result = chain.pipeline.process(pair, &clock);
   if (!result) {
     return tl::unexpected(result.error());
   }
-  report.health.observe((*result)->newest);
-  hand_over(chain, **result, clock, report);
+  health.observe((*result)->newest);
+  hand_over(chain, **result, clock, health);
   clock.end_frame();
-  ++report.frames;
-  report.objects_now = static_cast<int>((*result)->newest.objects.size());
-  report.counters = (*result)->counters;
   Status recorded = chain.recorder.record(**result);
-  report.allocations_at_last_frame = allocation_counts();
+  progressed.set({.frames = progressed.get().frames + 1,
+                  .objects_now = static_cast<int>((*result)->newest.objects.size()),
+                  .counters = (*result)->counters,
+                  .allocations = allocation_counts()});
   if (chain.publishing) {
     chain.publishing->send();
   }
   return recorded;
 }
+
+/// From a camera's frame to a rectified pair, and the raw images to the disk.
+Result<RectifiedPair> prepare(Chain& chain, const StereoFrame& frame, StageClock& clock, RunReport& report) {
+  record_raw(chain, frame, report);
+  const StageScope scope(&clock, Stage::kRectify);
+  Result<RectifiedPair> pair = chain.rectifier.process(frame);
+  if (pair && chain.pairing) {
+    chain.pairing->process(*pair, report.health);
+  }
+  return pair;
+}
+
+/// A run's frames, one after the other in one thread or with processing beside capture.
+class FramePlayer {
+ public:
+  FramePlayer(Chain& chain, RunReport& report) : chain_(chain), report_(report) {}
+
+  /// Live from now on. Errors: those of LiveRun::create.
+  Status go_live(const AppConfig& config, const CameraSetup& setup, double rate_hz, Arena& arena) {
+    capture_clock_ = std::make_unique<StageClock>();
+    LiveRun::Processing processing{.process =
+                                       [this](const RectifiedPair& pair) {
+                                         clock_->begin_frame();
+                                         return process_pair(chain_, pair, *clock_, report_.health, progressed_);
+                                       },
+                                   .idle = [this] { tell_health(); },
+                                   .limit = [this](const Effort& effort) { chain_.pipeline.limit(effort); },
+                                   .max_objects = config.pipeline.tracking.max_objects};
+    auto live = LiveRun::create(config.live, rate_hz, !setup.live, chain_.rectifier.geometry(), std::move(processing),
+                                report_.health, arena);
+    if (!live) {
+      return tl::unexpected(live.error());
+    }
+    live_ = std::move(*live);
+    return {};
+  }
+
+  Status play(const StereoFrame& frame) {
+    if (live_) {
+      live_->await(frame);
+    }
+    StageClock& clock = capture_clock();
+    clock.begin_frame();
+    const Result<RectifiedPair> pair = prepare(chain_, frame, clock, report_);
+    if (!pair) {
+      return tl::unexpected(pair.error());
+    }
+    if (!live_) {
+      return process_pair(chain_, *pair, clock, report_.health, progressed_);
+    }
+    clock.end_frame();
+    Status offered = live_->offer(*pair);
+    allocations_at_last_offer_ = allocation_counts();
+    return offered;
+  }
+
+  /// While no frame comes. Live, the other thread does it.
+  void pass_silence() {
+    if (!live_) {
+      tell_health();
+    }
+  }
+  /// After the last frame. Errors: those of processing what waited.
+  Status finish() { return live_ ? live_->finish() : Status{}; }
+
+  [[nodiscard]] Processed processed() const {
+    Processed processed = progressed_.get();
+    if (live_) {
+      // The last pair is processed while capture ends already.
+      processed.allocations = allocations_at_last_offer_;
+    }
+    return processed;
+  }
+  [[nodiscard]] StageClock& capture_clock() noexcept { return capture_clock_ ? *capture_clock_ : *clock_; }
+  [[nodiscard]] const StageClock& clock() const noexcept { return *clock_; }
+  /// Null if not live.
+  [[nodiscard]] const LiveRun* live() const noexcept { return live_.get(); }
+
+ private:
+  void tell_health() {
+    if (chain_.publishing) {
+      chain_.publishing->offer_health(report_.health, progressed_.get().counters);
+    }
+  }
+
+  Chain& chain_;
+  RunReport& report_;
+  Progressed progressed_;
+  std::unique_ptr<StageClock> clock_ = std::make_unique<StageClock>();
+  AllocationCounts allocations_at_last_offer_;
+  std::unique_ptr<StageClock> capture_clock_;  ///< Null: the same.
+  std::unique_ptr<LiveRun> live_;              ///< Last, so that its thread ends first.
+};
 
 Status settle(Chain& chain) {
   while (const FrameResult* result = chain.pipeline.drain()) {
@@ -238,21 +340,24 @@ Outcome<RunReport> run(const RunOptions& options) {
     settings.insert(settings.end(), more.begin(), more.end());
   }
   RunReport report(options, *setup, to_json(settings));
-  const auto clock = std::make_unique<StageClock>();
+  FramePlayer player(*chain, report);
+  if (is_live(config->live, *setup)) {
+    if (const Status live = player.go_live(*config, *setup, camera.info().nominal_rate_hz, arena); !live) {
+      return failure(live.error());
+    }
+  }
   std::optional<std::int64_t> expected = camera.info().frame_count;
   if (options.until.max_frames > 0) {
     expected = std::min<std::int64_t>(options.until.max_frames, expected.value_or(options.until.max_frames));
   }
   Progress progress(!options.quiet, expected);
-  const auto tell_health = [&] {
-    if (chain->publishing) {
-      chain->publishing->offer_health(report.health, report.counters);
-    }
-  };
-  const CameraLoop loop{camera, options.until, setup->is_camera, report.health, progress, clock.get(), tell_health};
+  const CameraLoop loop{camera, options.until, setup->is_camera, report.health, progress, &player.capture_clock(), [&] {
+                          player.pass_silence();
+                        }};
   const std::function<Status(const StereoFrame&)> visit = [&](const StereoFrame& frame) {
-    Status done = play_frame(*chain, frame, *clock, report);
-    progress.show(report.frames, report.objects_now);
+    Status done = player.play(frame);
+    const Processed so_far = player.processed();
+    progress.show(so_far.frames, so_far.objects_now);
     return done;
   };
   catch_interrupts();
@@ -262,11 +367,17 @@ Outcome<RunReport> run(const RunOptions& options) {
   report.start();
   Status played = play_camera(loop, visit);
   progress.clear();
+  if (const Status processed = player.finish(); played && !processed) {
+    played = processed;
+  }
   // What was computed is written, whatever ended the run.
   if (const Status settled = settle(*chain); played && !settled) {
     played = settled;
   }
-  report.finish(chain->camera, *clock, played);
+  report.finish(chain->camera, player.processed(), player.capture_clock(), player.clock(), played);
+  if (player.live() != nullptr) {
+    report.add_live(player.live()->summary());
+  }
   if (chain->publishing) {
     chain->publishing->finish();
     report.add_published(*chain->publishing);

@@ -26,7 +26,6 @@ RunReport::RunReport(const RunOptions& options, const CameraSetup& setup, std::s
 void RunReport::start() {
   start_ = std::chrono::steady_clock::now();
   allocations_at_start_ = allocation_counts();
-  allocations_at_last_frame = allocations_at_start_;
 }
 
 void RunReport::warn_now(const std::string& warning) {
@@ -103,10 +102,11 @@ void RunReport::add_published(const RunPublishing& published) {
   }
 }
 
-void RunReport::finish(const GuardedCamera& camera, const StageClock& clock, const Status& played) {
+void RunReport::finish(const GuardedCamera& camera, const Processed& processed, const StageClock& capture_clock,
+                       const StageClock& clock, const Status& played) {
   seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  summary_.frames = frames;
-  summary_.counters = counters;
+  summary_.frames = processed.frames;
+  summary_.counters = processed.counters;
   const hal::CameraCounters& counted = camera.camera->counters();
   summary_.camera_counters = {{"frames_skipped_missing_side", counted.skipped_missing_side},
                               {"frames_skipped_unreadable", counted.skipped_unreadable},
@@ -123,11 +123,12 @@ void RunReport::finish(const GuardedCamera& camera, const StageClock& clock, con
                               {"camera_recoveries", counted.recoveries}};
   summary_.frame_time = clock.frame_time();
   summary_.stage_times = clock.stage_times();
+  const auto captured = capture_clock.stage_times();
+  std::copy_n(captured.begin(), static_cast<std::size_t>(Stage::kPyramid), summary_.stage_times.begin());
   summary_.rss_peak_bytes = peak_rss_bytes();
   if (allocation_counting_available()) {
-    summary_.allocations_after_start =
-        AllocationCounts{allocations_at_last_frame.own - allocations_at_start_.own,
-                         allocations_at_last_frame.foreign - allocations_at_start_.foreign};
+    summary_.allocations_after_start = AllocationCounts{processed.allocations.own - allocations_at_start_.own,
+                                                        processed.allocations.foreign - allocations_at_start_.foreign};
   }
   if (camera.live != nullptr) {
     const hal::PairingStatus pairing = camera.live->pairing();
@@ -154,8 +155,9 @@ void RunReport::print() const {
     std::cout << std::ifstream(options_.out / "run.json").rdbuf();
   } else if (!options_.quiet) {
     std::printf("%lld frames in %.1f s; %.1f ms a frame (p95 %.1f, max %.1f) without decoding; peak memory %.1f MiB\n",
-                static_cast<long long>(frames), seconds_, summary_.frame_time.median_ms, summary_.frame_time.p95_ms,
-                summary_.frame_time.max_ms, static_cast<double>(summary_.rss_peak_bytes) / (1024.0 * 1024.0));
+                static_cast<long long>(summary_.frames), seconds_, summary_.frame_time.median_ms,
+                summary_.frame_time.p95_ms, summary_.frame_time.max_ms,
+                static_cast<double>(summary_.rss_peak_bytes) / (1024.0 * 1024.0));
     std::printf("Results in %s\n", options_.out.c_str());
   }
 }

@@ -22,23 +22,30 @@ namespace kinetrace::app {
 /// What a user reads when raw images cannot be recorded any longer.
 [[nodiscard]] std::string raw_stopped(const Error& why);
 
+/// What processing has come to.
+struct Processed {
+  std::int64_t frames = 0;
+  int objects_now = 0;
+  FrameCounters counters;
+  AllocationCounts allocations;  ///< What comes after the last frame belongs to ending the run.
+};
+
 class RunReport {
  public:
   RunReport(const RunOptions& options, const CameraSetup& setup, std::string config_json);
 
-  // Updated with every frame.
-  std::int64_t frames = 0;
-  int objects_now = 0;
-  FrameCounters counters;
-  HealthMonitor health;
-  AllocationCounts allocations_at_last_frame;  ///< What comes after belongs to ending the run.
+  HealthMonitor health;  ///< Updated with every frame, by all threads.
 
   /// Before the first frame, when everything has been made.
   void start();
   /// Says it at once, and keeps it for run.json.
   void warn_now(const std::string& warning);
-  /// After the last frame. `played` says how it ended.
-  void finish(const GuardedCamera& camera, const StageClock& clock, const Status& played);
+  /// After the last frame. `played` says how it ended. `capture_clock` timed capture and rectification, `clock` the
+  /// rest; they may be the same.
+  void finish(const GuardedCamera& camera, const Processed& processed, const StageClock& capture_clock,
+              const StageClock& clock, const Status& played);
+  /// After finish(), of live mode.
+  void add_live(const recording::LiveSummary& live) { summary_.live = live; }
   /// After finish(), where masks came from other processes.
   void add_masks(const MaskCounters& masks);
   /// After finish(), where raw images were recorded.

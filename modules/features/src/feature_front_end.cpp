@@ -64,6 +64,7 @@ struct FeatureFrontEnd::State {
   std::int64_t timestamp_ns = 0;
   Step step = Step::kNeedsFrame;
   FeatureCounters counters;
+  double limit = 1.0;  ///< Part of the features configured for each body.
 
   [[nodiscard]] static State carve(const FeatureConfig& config, int width_px, int height_px, Arena& arena);
   [[nodiscard]] const ImagePyramid& current() const noexcept { return pyramids[newest]; }
@@ -79,6 +80,7 @@ struct FeatureFrontEnd::State {
   /// Remembers which pixels around each feature are its body's own, for aligning it from now on.
   void mask_patches(LabelView labels) noexcept;
   [[nodiscard]] std::array<int, 256> count_features() const noexcept;
+  [[nodiscard]] int most_features(std::uint8_t body) const noexcept;
   /// Whether a feature's patch tells about its body. A body with few others takes what there is.
   [[nodiscard]] static bool fit_for_body(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body,
                                          int others) noexcept;
@@ -193,6 +195,10 @@ void FeatureFrontEnd::reject(std::span<const std::uint16_t> slots) noexcept {
       state_->slots[slot].rejected = true;
     }
   }
+}
+
+void FeatureFrontEnd::limit(double part) noexcept {
+  state_->limit = part;
 }
 
 void FeatureFrontEnd::remember(std::span<const KnownPoint> points, AppearanceMemory& memory) const noexcept {
@@ -349,6 +355,11 @@ std::array<int, 256> FeatureFrontEnd::State::count_features() const noexcept {
   return population;
 }
 
+int FeatureFrontEnd::State::most_features(std::uint8_t body) const noexcept {
+  const int configured = body == kBackgroundLabel ? config.max_background_features : config.max_features_per_object;
+  return std::min(configured, static_cast<int>(std::ceil(limit * configured)));
+}
+
 bool FeatureFrontEnd::State::fit_for_body(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body,
                                           int others) noexcept {
   return labels.empty() || others < kHardlyAnyFeatures ||
@@ -368,13 +379,19 @@ void FeatureFrontEnd::State::thin_out() noexcept {
             [this](std::uint16_t a, std::uint16_t b) { return slots[a].feature.id < slots[b].feature.id; });
   occupancy.clear();
   corner_finder.clear();
+  std::array<int, 256> population{};
   for (const std::uint16_t index : order.first(live)) {
     FeatureSlot& slot = slots[index];
     const Eigen::Vector2f& position = slot.feature.left_px;
+    if (population[slot.feature.body] >= most_features(slot.feature.body)) {
+      slot.end(counters.lost_limit);
+      continue;
+    }
     if (occupancy.upon(position.x(), position.y())) {
       slot.end(counters.lost_crowded);
       continue;
     }
+    ++population[slot.feature.body];
     occupancy.add(position);
     corner_finder.occupy(position, slot.feature.body);
   }
@@ -392,8 +409,7 @@ void FeatureFrontEnd::State::populate(std::span<const Corner> corners, LabelView
       continue;
     }
     free_slot = std::find_if(free_slot, slots.end(), [](const FeatureSlot& s) { return s.state == SlotState::kFree; });
-    const int limit = corner.body == kBackgroundLabel ? config.max_background_features : config.max_features_per_object;
-    if (free_slot == slots.end() || population[corner.body] >= limit) {
+    if (free_slot == slots.end() || population[corner.body] >= most_features(corner.body)) {
       ++counters.dropped;
       continue;
     }

@@ -296,6 +296,12 @@ Result<const FrameResult*> Pipeline::process(const RectifiedPair& pair, StageObs
   return &self.result;
 }
 
+void Pipeline::limit(const Effort& effort) noexcept {
+  impl_->front_end.limit(effort.points);
+  impl_->tracker.limit(effort.objects);
+  impl_->refiner.limit(effort.refinement_iterations);
+}
+
 Status Pipeline::Impl::check(const RectifiedPair& pair) const {
   for (const GrayView& eye : {pair.left, pair.right}) {
     if (eye.empty() || eye.width != geometry.width_px || eye.height != geometry.height_px) {

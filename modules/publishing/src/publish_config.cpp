@@ -48,7 +48,7 @@ Status check_peers(std::string_view peers) {
   constexpr std::size_t kLongest = 63;
   while (!peers.empty()) {
     const std::size_t comma = std::min(peers.find(','), peers.size());
-    if (const Status valid = check_name("each of dds.peers", peers.substr(0, comma), ".:-", kLongest); !valid) {
+    if (Status valid = check_name("each of dds.peers", peers.substr(0, comma), ".:-", kLongest); !valid) {
       return valid;
     }
     peers.remove_prefix(std::min(comma + 1, peers.size()));
@@ -64,7 +64,7 @@ Status check_frames(const RosConfig& ros) {
        {"dds.ros2.left_frame", ros.left_frame},
        {"dds.ros2.right_frame", ros.right_frame}}};
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    if (const Status valid = check_name(frames[i].first, frames[i].second, "_-/.", kLongest); !valid) {
+    if (Status valid = check_name(frames[i].first, frames[i].second, "_-/.", kLongest); !valid) {
       return valid;
     }
     for (std::size_t j = 0; j < i; ++j) {

@@ -113,7 +113,7 @@ std::size_t Publisher::required_bytes(const PublishConfig& config) {
 }
 
 std::size_t Publisher::participant_bytes(const PublishConfig& config) noexcept {
-  constexpr std::size_t kMib = 1024U * 1024U;
+  constexpr std::size_t kMib = std::size_t{1024} * 1024;
   // Plugins and libcrypto's tables come with security.
   return (config.security.mode == SecurityMode::kRequired ? 10 : 4) * kMib;
 }

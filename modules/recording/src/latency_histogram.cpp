@@ -56,4 +56,16 @@ TimingSummary LatencyHistogram::summary() const noexcept {
           .max_ms = static_cast<double>(max_ns_) * kMsPerNs};
 }
 
+LatencySummary LatencyHistogram::quantiles() const noexcept {
+  const auto quantile_ms = [this](double q) {
+    constexpr double kMsPerNs = 1e-6;
+    return static_cast<double>(q < 1.0 ? quantile_ns(q) : max_ns_) * kMsPerNs;
+  };
+  return {.count = count_,
+          .p50_ms = quantile_ms(0.5),
+          .p95_ms = quantile_ms(0.95),
+          .p99_ms = quantile_ms(0.99),
+          .max_ms = quantile_ms(1.0)};
+}
+
 }  // namespace kinetrace::recording

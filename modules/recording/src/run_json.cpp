@@ -38,6 +38,20 @@ Json health_json(const HealthSummary& health) {
           {"reasons", std::move(reasons)}};
 }
 
+Json live_json(const LiveSummary& live) {
+  return {{"deadline_ms", live.deadline_ms},
+          {"frames_late", live.frames_late},
+          {"frames_left_out", live.frames_left_out},
+          {"shedding_level", live.level},
+          {"worst_shedding_level", live.worst_level},
+          {"latency_ms",
+           {{"count", live.latency.count},
+            {"p50", live.latency.p50_ms},
+            {"p95", live.latency.p95_ms},
+            {"p99", live.latency.p99_ms},
+            {"max", live.latency.max_ms}}}};
+}
+
 Json files_json(std::span<const FileEntry> files) {
   Json list = Json::array();
   for (const FileEntry& file : files) {
@@ -80,6 +94,9 @@ Result<std::string> run_json_text(const RunSummary& summary, std::span<const Fil
     run["pairing"] = {{"offset_ms", summary.pairing->offset_ms},
                       {"drift_ppm", summary.pairing->drift_ppm},
                       {"relearned", summary.pairing->relearned}};
+  }
+  if (summary.live) {
+    run["live"] = live_json(*summary.live);
   }
   run["warnings"] = summary.warnings;
   run["files"] = files_json(files);

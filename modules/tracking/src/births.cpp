@@ -1,6 +1,7 @@
 // The part of StereoTracker that makes new tracks.
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "kinetrace/tracking/stereo_tracker.hpp"
 
@@ -63,7 +64,7 @@ bool StereoTracker::start_track(const DetectionFrame& detections, std::size_t in
   const auto free_slot = std::find_if(slots_.begin(), slots_.end(), [](const TrackInstance& instance) {
     return instance.slot_state == TrackInstance::Slot::kFree;
   });
-  if (free_slot == slots_.end()) {
+  if (free_slot == slots_.end() || alive() >= most_tracks_) {
     return false;
   }
   const Detection& detection = detections.left[index];
@@ -89,6 +90,27 @@ bool StereoTracker::start_track(const DetectionFrame& detections, std::size_t in
     ++counters_.confirmed;
   }
   return true;
+}
+
+int StereoTracker::alive() const noexcept {
+  return static_cast<int>(
+      std::count_if(slots_.begin(), slots_.end(), [](const TrackInstance& instance) { return instance.alive(); }));
+}
+
+void StereoTracker::shed() noexcept {
+  // As births make room: what is small and has not been seen for long.
+  const auto goes_before = [](const TrackInstance& a, const TrackInstance& b) {
+    return std::pair(-a.track.missed_frames, a.track.area_px) < std::pair(-b.track.missed_frames, b.track.area_px);
+  };
+  for (int count = alive(); count > most_tracks_; --count) {
+    TrackInstance* first = nullptr;
+    for (TrackInstance& instance : slots_) {
+      if (instance.alive() && (first == nullptr || goes_before(instance, *first))) {
+        first = &instance;
+      }
+    }
+    end(*first);
+  }
 }
 
 void StereoTracker::make_room(int for_area_px) noexcept {

@@ -174,6 +174,7 @@ void StereoTracker::begin_frame() noexcept {
       end(instance);
     }
   }
+  shed();
 }
 
 void StereoTracker::abandon(std::uint8_t slot) noexcept {

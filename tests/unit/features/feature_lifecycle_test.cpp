@@ -45,6 +45,17 @@ std::size_t count_body(const std::vector<Feature>& features, std::uint8_t body) 
       std::count_if(features.begin(), features.end(), [&](const Feature& f) { return f.body == body; }));
 }
 
+/// Ascending.
+std::vector<std::uint32_t> ids_of(const std::vector<Feature>& features, std::uint8_t body) {
+  std::set<std::uint32_t> ids;
+  for (const Feature& feature : features) {
+    if (feature.body == body) {
+      ids.insert(feature.id);
+    }
+  }
+  return {ids.begin(), ids.end()};
+}
+
 TEST(FeatureLifecycle, NewFeaturesHaveIdsAgesAndNoPast) {
   Harness harness({}, kWidth, kHeight);
   std::set<std::uint32_t> ids;
@@ -307,4 +318,31 @@ TEST(FeatureFrontEnd, TakesTheSmallestImage) {
 }
 
 }  // namespace
+TEST(FeatureLifecycle, ALimitEndsTheYoungestOfEachBodyAndGoesAgain) {
+  FeatureConfig config;
+  config.max_background_features = 60;
+  config.max_features_per_object = 20;
+  Harness harness(config, kWidth, kHeight);
+  const Image labels = labels_with(7, 100, 60, 220, 180);
+  const std::vector<Feature> all = harness.process(still(), labels.view());
+  ASSERT_EQ(count_body(all, kBackgroundLabel), 60U);
+  ASSERT_EQ(count_body(all, 7), 20U);
+
+  harness->limit(0.5);
+  const std::vector<Feature> some = harness.process(still(), labels.view());
+  EXPECT_EQ(count_body(some, kBackgroundLabel), 30U);
+  EXPECT_EQ(count_body(some, 7), 10U);
+  // Ids grow with time: the oldest stay, but for one or two that were lost in this frame anyway.
+  EXPECT_GE(harness->counters().lost_limit, 38U);
+  for (const std::uint8_t body : {kBackgroundLabel, std::uint8_t{7}}) {
+    const std::vector<std::uint32_t> before = ids_of(all, body);
+    const std::vector<std::uint32_t> after = ids_of(some, body);
+    EXPECT_LE(after.back(), before[after.size() + 1]) << int{body};
+  }
+
+  harness->limit(1.0);
+  harness.process(still(), labels.view());  // Slots that ended are free from the next frame on.
+  EXPECT_EQ(count_body(harness.process(still(), labels.view()), kBackgroundLabel), 60U);
+}
+
 }  // namespace kinetrace::features

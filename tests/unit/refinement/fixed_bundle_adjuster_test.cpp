@@ -413,4 +413,18 @@ TEST(FixedBundleAdjuster, RefinesWithoutAllocating) {
 }
 
 }  // namespace
+TEST(FixedBundleAdjuster, ALimitBoundsIterationsUntilItIsLifted) {
+  FixedSolver solver(patient_config());
+  const auto iterations = [&](int most) {
+    solver.adjuster.limit(most);
+    BundleScene scene = make_scene({});
+    BundleWindow window = scene.window();
+    return solver.adjuster.refine(window).value().iterations;
+  };
+  const int all = iterations(1000);
+  ASSERT_GT(all, 2);
+  EXPECT_EQ(iterations(2), 2);
+  EXPECT_EQ(iterations(1000), all) << "never more than configured, and all of that again";
+}
+
 }  // namespace kinetrace::refinement

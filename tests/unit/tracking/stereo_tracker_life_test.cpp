@@ -446,5 +446,37 @@ TEST(StereoTracker, NeedsExactlyTheBytesItAnnounces) {
   EXPECT_EQ(StereoTracker::create({}, kWidth, kHeight, too_small).error().code, ErrorCode::kCapacity);
 }
 
+TEST(StereoTracker, ALimitEndsUnseenAndSmallTracksFirst) {
+  TrackerScene scene;
+  const Shape large{.x = 60.0, .y = 60.0, .half_width = 40.0, .half_height = 30.0};
+  const Shape medium{.x = 240.0, .y = 60.0};
+  const Shape small{.x = 60.0, .y = 180.0, .half_width = 12.0, .half_height = 12.0};
+  const Shape missed{.x = 240.0, .y = 180.0, .half_width = 45.0, .half_height = 35.0};
+  const std::array all{large, medium, small, missed};
+  for (int i = 0; i < 4; ++i) {
+    scene.step(all);
+  }
+  scene.detected = {true, true, true, false};
+  ASSERT_EQ(scene.step(all).tracks.size(), 4U);
+  const std::uint32_t large_id = scene.track_of(0)->id;
+  const std::uint32_t medium_id = scene.track_of(1)->id;
+  const std::uint32_t small_id = scene.track_of(2)->id;
+
+  const auto left_after = [&](int most) {
+    scene.tracker().limit(most);
+    std::set<std::uint32_t> ids;
+    for (const Track& track : scene.step(all).tracks) {
+      ids.insert(track.id);
+    }
+    return ids;
+  };
+  EXPECT_EQ(left_after(3), (std::set{large_id, medium_id, small_id}));
+  EXPECT_EQ(left_after(2), (std::set{large_id, medium_id}));
+  EXPECT_EQ(left_after(2), (std::set{large_id, medium_id})) << "the small one, still detected, is not born";
+  EXPECT_EQ(scene.frame().ended.size(), 0U);
+  scene.detected = {};
+  EXPECT_EQ(left_after(4).size(), 4U) << "what is seen is born again";
+}
+
 }  // namespace
 }  // namespace kinetrace::tracking

@@ -36,14 +36,18 @@ enum class HealthReason : std::uint8_t {
   kPoseLost,          ///< Frames in which the camera's own motion was not found.
   kRecordingStopped,  ///< Raw images are not recorded any more.
   kNotPublished,      ///< Results that reached nobody, since network or DDS were not there.
+  // Frames for which less was done, since deadlines were missed:
+  kShedsIterations,  ///< Of bundle adjustment.
+  kShedsPoints,
+  kShedsObjects,
 };
-inline constexpr std::size_t kHealthReasonCount = 12;
+inline constexpr std::size_t kHealthReasonCount = 15;
 
 [[nodiscard]] constexpr std::string_view to_string(HealthReason reason) noexcept {
   constexpr std::array<std::string_view, kHealthReasonCount> kNames{
-      "camera_stalled",       "camera_lost",     "frames_lost",  "frames_repeated",  "frames_damaged",
-      "frames_of_wrong_size", "frames_outdated", "clock_jumped", "eyes_out_of_step", "pose_lost",
-      "recording_stopped",    "not_published"};
+      "camera_stalled",       "camera_lost",     "frames_lost",      "frames_repeated",  "frames_damaged",
+      "frames_of_wrong_size", "frames_outdated", "clock_jumped",     "eyes_out_of_step", "pose_lost",
+      "recording_stopped",    "not_published",   "sheds_iterations", "sheds_points",     "sheds_objects"};
   return kNames[static_cast<std::size_t>(reason)];
 }
 

@@ -32,10 +32,12 @@ struct FeatureCounters {
   std::uint64_t lost_body = 0;     ///< Another body's mask, or the ignore label, now lies over it.
   std::uint64_t rejected = 0;      ///< By the caller.
   std::uint64_t lost_crowded = 0;  ///< Two features ran into each other: the younger one ends.
+  std::uint64_t lost_limit = 0;    ///< More than `limit` allows.
 
   /// All features that ended.
   [[nodiscard]] std::uint64_t lost() const noexcept {
-    return lost_outside + lost_texture + lost_residual + lost_forward_backward + lost_body + rejected + lost_crowded;
+    return lost_outside + lost_texture + lost_residual + lost_forward_backward + lost_body + rejected + lost_crowded +
+           lost_limit;
   }
 };
 
@@ -76,6 +78,10 @@ class FeatureFrontEnd {
 
   /// These slots turned out to be outliers; their features die at the next `track`. Slots not alive are ignored.
   void reject(std::span<const std::uint16_t> slots) noexcept;
+
+  /// From the next `replenish` on, each body may have only this part, in (0, 1], of the features configured for it. Of
+  /// those beyond, the youngest end.
+  void limit(double part) noexcept;
 
   /// Between `replenish` and the next `begin_frame`: `memory` now holds these features as they look in this frame, with
   /// those that it held before; beyond its capacity, those noted longest ago make room, then the last of `points` are

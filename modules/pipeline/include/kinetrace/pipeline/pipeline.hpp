@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/effort.hpp"
 #include "kinetrace/core/frame.hpp"
 #include "kinetrace/core/frame_result.hpp"
 #include "kinetrace/core/instance_masks.hpp"
@@ -33,6 +34,9 @@ class Pipeline {
   /// Processes one pair. The result lives until the next call. Errors: kInvalidArgument (size differs from the
   /// geometry, time does not advance). A bad image is no error: it shows as status in the result.
   [[nodiscard]] Result<const FrameResult*> process(const RectifiedPair& pair, StageObserver* observer = nullptr);
+
+  /// Bounds what the next frames cost, until called again. Without a call everything is as configured.
+  void limit(const Effort& effort) noexcept;
 
   /// After the last frame: call until it returns nullptr. Each call gives one more settled frame (`has_settled` true,
   /// `newest` repeats the last frame, images empty); the last ones also carry, as retired, every point still alive.

@@ -11,7 +11,7 @@ namespace kinetrace::publishing {
 
 /// One producer, one consumer, wait-free; what does not fit is refused. Storage from an arena.
 template <typename T>
-class EventQueue {
+class EventQueue {  // NOLINT(*.Padding): what two threads write lies in cache lines of its own.
  public:
   EventQueue() = default;
   EventQueue(Arena& arena, std::size_t capacity) : slots_(arena.take<T>(capacity)) {}

@@ -15,6 +15,15 @@ struct TimingSummary {
   double max_ms = 0.0;  ///< Exact.
 };
 
+/// ... and about the time from exposure to result.
+struct LatencySummary {
+  std::uint64_t count = 0;
+  double p50_ms = 0.0;
+  double p95_ms = 0.0;
+  double p99_ms = 0.0;
+  double max_ms = 0.0;  ///< Exact.
+};
+
 /// A log-linear histogram: below 2^8 ns each nanosecond has its own bucket, above that every octave has 128. A quantile
 /// is off by less than 0.4 % (half a bucket); minimum and maximum are exact. Durations above 2^36 ns (69 s) share the
 /// last bucket. Takes 15 KiB, never allocates, adds in constant time.
@@ -29,6 +38,7 @@ class LatencyHistogram {
   /// The smallest duration that is not exceeded by a fraction `q` in [0, 1] of the samples; 0 without samples.
   [[nodiscard]] std::int64_t quantile_ns(double q) const noexcept;
   [[nodiscard]] TimingSummary summary() const noexcept;
+  [[nodiscard]] LatencySummary quantiles() const noexcept;
 
  private:
   static constexpr int kBucketBits = 7;

@@ -28,6 +28,16 @@ struct PairingSummary {
   std::uint64_t relearned = 0;  ///< Times that the offset had to be learnt anew.
 };
 
+/// How live mode went.
+struct LiveSummary {
+  double deadline_ms = 0.0;           ///< For processing a frame.
+  std::uint64_t frames_late = 0;      ///< That took longer.
+  std::uint64_t frames_left_out = 0;  ///< Since a newer one was there when processing had time for one.
+  int level = 0;                      ///< Of shedding, at the end: 0 is none.
+  int worst_level = 0;
+  LatencySummary latency;  ///< From mid-exposure until a result was recorded and handed to the publisher.
+};
+
 /// Filled in by the application after the last frame, when allocation is allowed again.
 struct RunSummary {
   std::string version;
@@ -42,6 +52,7 @@ struct RunSummary {
   std::vector<std::pair<std::string, std::uint64_t>> camera_counters;  ///< Added to the counters under their names.
   HealthSummary health;
   std::optional<PairingSummary> pairing;  ///< Of live cameras.
+  std::optional<LiveSummary> live;        ///< Of live mode.
   std::vector<std::string> warnings;
   int exit_status = 0;  ///< Of the program, as the shell will see it.
 };

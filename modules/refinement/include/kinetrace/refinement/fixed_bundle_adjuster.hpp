@@ -1,6 +1,7 @@
 // Online stereo bundle adjustment with a fixed memory footprint.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 
 #include "kinetrace/core/arena.hpp"
@@ -40,11 +41,15 @@ class FixedBundleAdjuster final : public BundleAdjuster {
 
   [[nodiscard]] Result<BundleSummary> refine(BundleWindow& window) override;
 
+  /// At most so many iterations from now on, 1 or more; never more than configured.
+  void limit(int max_iterations) noexcept { config_.max_iterations = std::min(configured_iterations_, max_iterations); }
+
  private:
   FixedBundleAdjuster(const FixedBundleConfig& config, FixedBundleStorage& storage)
-      : config_(config), storage_(&storage) {}
+      : config_(config), configured_iterations_(config.max_iterations), storage_(&storage) {}
 
   FixedBundleConfig config_;
+  int configured_iterations_;
   FixedBundleStorage* storage_;  ///< Lives in the arena.
 };
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "kinetrace/core/arena.hpp"
@@ -75,6 +76,10 @@ class StereoTracker {
   [[nodiscard]] Result<TrackFrame> process(const DetectionFrame& detections, std::span<const Feature> features,
                                            std::span<const Forecast> forecasts = {});
 
+  /// From the next frame on, only so many tracks are alive at once. Of those beyond, what has not been detected for
+  /// longest ends first, then the smallest; births follow the rule for capacity.
+  void limit(int most_tracks) noexcept { most_tracks_ = most_tracks; }
+
   /// The track in this slot turned out to have passed to another object: it ends with the next frame, and what it lies
   /// on may be born again under its own id. Slots without a live track are ignored.
   void abandon(std::uint8_t slot) noexcept;
@@ -130,6 +135,9 @@ class StereoTracker {
                                   std::span<const Feature> features);
   [[nodiscard]] bool start_track(const DetectionFrame& detections, std::size_t index) noexcept;
   void make_room(int for_area_px) noexcept;
+  [[nodiscard]] int alive() const noexcept;
+  /// Ends tracks beyond the limit.
+  void shed() noexcept;
   void draw_left(const DetectionFrame& detections) noexcept;
   void remember_mask(TrackInstance& instance, const Detection& detection) noexcept;
   void attach_right(const DetectionFrame& detections, std::span<const Feature> features);
@@ -150,6 +158,7 @@ class StereoTracker {
   TrackerCounters counters_;
   int width_px_ = 0;
   int height_px_ = 0;
+  int most_tracks_ = std::numeric_limits<int>::max();
   std::uint32_t next_id_ = 1;
   std::uint32_t frame_ = 0;
 

@@ -6,17 +6,17 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace kinetrace::publishing {
+namespace kinetrace {
 
 /// Three slots of one producer and one consumer, wait-free: each side owns one, the third is exchanged. A value that
 /// the consumer did not fetch before the next one came is superseded.
 template <typename T>
-class LatestValue {
+class LatestValue {  // NOLINT(*.Padding): what two threads write lies in cache lines of its own.
  public:
   LatestValue() = default;
   /// Slots that `make()` fills in, one after the other.
   template <typename Make>
-  explicit LatestValue(Make&& make) : slots_{make(), make(), make()} {}
+  explicit LatestValue(const Make& make) : slots_{make(), make(), make()} {}
 
   /// Producer: the slot to fill in; what it holds is an older value.
   [[nodiscard]] T& slot() noexcept { return slots_[filling_]; }
@@ -52,4 +52,4 @@ class LatestValue {
   alignas(64) std::uint8_t reading_ = 2;
 };
 
-}  // namespace kinetrace::publishing
+}  // namespace kinetrace

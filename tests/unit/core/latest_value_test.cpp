@@ -1,11 +1,11 @@
-#include "kinetrace/publishing/latest_value.hpp"
+#include "kinetrace/core/latest_value.hpp"
 
 #include <atomic>
 #include <thread>
 
 #include <gtest/gtest.h>
 
-namespace kinetrace::publishing {
+namespace kinetrace {
 namespace {
 
 TEST(LatestValue, IsEmptyUntilSomethingIsHandedOver) {
@@ -80,4 +80,4 @@ TEST(LatestValue, ValuesAreWholeAndOnlyGrowNewer) {
 }
 
 }  // namespace
-}  // namespace kinetrace::publishing
+}  // namespace kinetrace

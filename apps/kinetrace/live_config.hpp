@@ -1,0 +1,48 @@
+// What differs when frames come from the world and not from a disk.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "kinetrace/core/result.hpp"
+
+namespace kinetrace::app {
+
+enum class LiveMode : std::uint8_t {
+  kAuto,  ///< Devices live, recordings not.
+  kOn,
+  kOff,
+};
+
+[[nodiscard]] constexpr std::string_view to_string(LiveMode mode) noexcept {
+  switch (mode) {
+    case LiveMode::kAuto: return "auto";
+    case LiveMode::kOn: return "on";
+    case LiveMode::kOff: return "off";
+  }
+  return "off";
+}
+[[nodiscard]] bool from_string(std::string_view text, LiveMode& mode) noexcept;
+
+struct LiveConfig {
+  LiveMode mode = LiveMode::kAuto;
+  double deadline_ms = 0.0;  ///< For processing a frame; 0: the time between frames.
+  bool shed = true;          ///< Do less while deadlines are missed.
+  double speed = 1.0;        ///< Of a recording, in recorded time per time.
+
+  /// Errors: kInvalidConfig.
+  [[nodiscard]] Status validate() const;
+};
+
+template <typename Visitor>
+void visit_fields(LiveConfig& config, Visitor&& visit) {
+  visit(
+      "live.mode", config.mode,
+      "auto (devices), on or off; live, the newest frame wins and others are left out; off, every frame is processed");
+  visit("live.deadline_ms", config.deadline_ms, "for processing a frame, ms; 0: the time between frames");
+  visit("live.shed", config.shed,
+        "while deadlines are missed, do less: refinement iterations, then points, then objects");
+  visit("live.speed", config.speed, "a recording played live goes so many times as fast as it was taken");
+}
+
+}  // namespace kinetrace::app

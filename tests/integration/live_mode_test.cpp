@@ -1,0 +1,138 @@
+// Live mode from outside, on a recording that is played like a camera.
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "program.hpp"
+#include "small_recording.hpp"
+#include "temp_folder.hpp"
+
+namespace kinetrace::test {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+std::string text_of(const std::filesystem::path& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+class LiveMode : public ::testing::Test {
+ protected:
+  void SetUp() override { recording_.write(); }
+  [[nodiscard]] std::vector<std::string> command(const char* name, const std::vector<std::string>& settings,
+                                                 int loop) const {
+    std::vector<std::string> all{"run",     "--dataset", recording_.dataset(), "--out", out(name).string(),
+                                 "--quiet", "--loop",    std::to_string(loop)};
+    for (const std::string& setting : settings) {
+      all.insert(all.end(), {"--set", setting});
+    }
+    return all;
+  }
+  [[nodiscard]] ProgramResult run(const char* name, const std::vector<std::string>& settings, int loop = 1) const {
+    return run_kinetrace(command(name, settings, loop));
+  }
+  [[nodiscard]] std::filesystem::path out(const char* name) const { return scratch_.path() / name; }
+  [[nodiscard]] json report(const char* name) const {
+    return json::parse(text_of(out(name) / "run.json"), nullptr, false);
+  }
+  [[nodiscard]] std::set<std::string> reasons(const char* name) const {
+    std::set<std::string> names;
+    const json all = report(name);
+    for (const json& entry : all["health"]["reasons"]) {
+      names.insert(entry["reason"].get<std::string>());
+    }
+    return names;
+  }
+
+  TempFolder scratch_;
+  SmallRecording recording_{.root = scratch_.path() / "recording"};
+};
+
+TEST_F(LiveMode, GivesTheSameResultsAsReplayWhenThereIsTime) {
+  ASSERT_EQ(run("replay", {}).exit_code, 0);
+  EXPECT_TRUE(report("replay")["live"].is_null());
+  // One frame a second.
+  const ProgramResult live = run("live", {"live.mode=on", "live.speed=0.1"});
+  ASSERT_EQ(live.exit_code, 0) << live.err;
+  EXPECT_EQ(live.err, "");
+  for (const char* file : {"camera.tum", "objects.csv", "points/background.ply"}) {
+    EXPECT_EQ(text_of(out("live") / file), text_of(out("replay") / file)) << file;
+  }
+  const json counted = report("live")["live"];
+  EXPECT_EQ(counted["frames_left_out"], 0);
+  EXPECT_EQ(counted["frames_late"], 0);
+  EXPECT_EQ(counted["worst_shedding_level"], 0);
+  EXPECT_EQ(counted["latency_ms"]["count"], recording_.frames);
+  EXPECT_GT(counted["latency_ms"]["p50"], 0.0);
+  EXPECT_GE(counted["latency_ms"]["p99"], counted["latency_ms"]["p50"]);
+  EXPECT_EQ(report("live")["allocations_after_start"], report("replay")["allocations_after_start"]);
+}
+
+TEST_F(LiveMode, ShedsAndSaysSoWhereNoDeadlineCanBeMet) {
+  constexpr int kLoop = 60;
+  const ProgramResult result = run("live", {"live.mode=on", "live.speed=100", "live.deadline_ms=0.001"}, kLoop);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const json counted = report("live")["live"];
+  const std::int64_t processed = report("live")["frames"];
+  EXPECT_EQ(processed + counted["frames_left_out"].get<std::int64_t>(), kLoop * recording_.frames);
+  EXPECT_EQ(counted["frames_late"], processed);
+  EXPECT_GE(counted["shedding_level"], 1);
+  EXPECT_TRUE(reasons("live").contains("sheds_iterations"));
+  EXPECT_THAT(result.err, HasSubstr("was degraded"));
+  std::istringstream poses(text_of(out("live") / "camera.tum"));
+  double last = -1.0;
+  std::int64_t count = 0;
+  for (std::string line; std::getline(poses, line);) {
+    if (line.empty() || line[0] == '#') {
+      continue;
+    }
+    const double time = std::stod(line);
+    EXPECT_GT(time, last);
+    last = time;
+    ++count;
+  }
+  EXPECT_EQ(count, processed) << "what was processed was written";
+}
+
+TEST_F(LiveMode, DoesNotShedWhereThatIsNotWanted) {
+  ASSERT_EQ(run("live", {"live.mode=on", "live.speed=100", "live.deadline_ms=0.001", "live.shed=false"}, 20).exit_code,
+            0);
+  EXPECT_EQ(report("live")["live"]["worst_shedding_level"], 0);
+  EXPECT_GT(report("live")["live"]["frames_late"], 0);
+  EXPECT_FALSE(reasons("live").contains("sheds_iterations"));
+}
+
+TEST_F(LiveMode, ASignalEndsItWithEverythingWritten) {
+  Program program(command("live", {"live.mode=on"}, 1'000'000));
+  while (text_of(out("live") / "camera.tum").empty()) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  program.send(SIGTERM);
+  EXPECT_EQ(program.wait().exit_code, 128 + SIGTERM);
+  EXPECT_GT(report("live")["frames"], 0);
+  EXPECT_EQ(report("live")["exit_status"], 128 + SIGTERM);
+}
+
+TEST_F(LiveMode, SettingsThatCannotBeAreNamed) {
+  for (const char* wrong : {"live.mode=sometimes", "live.speed=0", "live.deadline_ms=-1"}) {
+    const ProgramResult result = run("live", {wrong});
+    EXPECT_EQ(result.exit_code, 78) << wrong;
+    EXPECT_THAT(result.err, HasSubstr(std::string(wrong).substr(0, std::string(wrong).find('=')))) << wrong;
+  }
+}
+
+}  // namespace
+}  // namespace kinetrace::test
