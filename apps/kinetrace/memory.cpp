@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <sstream>
@@ -107,9 +108,10 @@ Status check_budget(const MemoryPlan& plan, const pipeline::MemoryConfig& config
                                         [](const auto& a, const auto& b) { return a.bytes < b.bytes; });
   return fail(ErrorCode::kBudget, "memory.budget_mib = " + mib(budget) + " is " + mib(needed - budget) +
                                       " too small: " + mib(needed - libraries) + " planned and " + mib(libraries) +
-                                      " for libraries; raise it or shrink \"" + largest->name + "\" (" +
-                                      mib(static_cast<double>(largest->bytes)) + ", by " + largest->depends_on +
-                                      "); `kinetrace plan` lists all");
+                                      " for libraries; raise it to " +
+                                      mib(std::ceil(needed / kMib * 10.0) / 10.0 * kMib) + " or shrink \"" +
+                                      largest->name + "\" (" + mib(static_cast<double>(largest->bytes)) + ", by " +
+                                      largest->depends_on + "); `kinetrace plan` lists all");
 }
 
 std::uint64_t peak_rss_bytes() {

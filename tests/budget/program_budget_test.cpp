@@ -83,6 +83,10 @@ TEST_F(ProgramBudget, TooSmallIsRefusedByWhatIsMissing) {
   EXPECT_EQ(refused.exit_code, kConfigError);
   EXPECT_THAT(refused.err, ::testing::HasSubstr("memory.budget_mib"));
   EXPECT_THAT(refused.err, ::testing::ContainsRegex("0\\.[123] MiB too small"));
+  std::smatch enough;
+  ASSERT_TRUE(std::regex_search(refused.err, enough, std::regex("raise it to ([0-9.]+) MiB"))) << refused.err;
+  EXPECT_EQ(run_with_budget(recording, std::stod(enough[1])).exit_code, 0);
+  EXPECT_EQ(run_with_budget(recording, std::stod(enough[1]) - 0.1).exit_code, kConfigError);
 }
 
 TEST_F(ProgramBudget, DefaultsFitForTheImageSizesInUse) {
