@@ -63,13 +63,18 @@ TEST_F(LiveProgram, DoctorListsTheDevicesAndTriesThem) {
   EXPECT_EQ(result.exit_code, result.out.find("FAIL") == std::string::npos ? 0 : 1) << result.out << result.err;
 }
 
-TEST_F(LiveProgram, RunSaysThatTheCameraStreamed) {
+// The virtual machine is slow: frames may be left out, but all are accounted for.
+TEST_F(LiveProgram, RunIsLiveAndSaysThatTheCameraStreamed) {
   const ProgramResult result =
       run_kinetrace({"run", "--camera", camera_, "--frames", "5", "--out", file("run"), "--quiet"});
   ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
   std::ifstream file_of_run(file("run/run.json"));
   const nlohmann::json report = nlohmann::json::parse(file_of_run, nullptr, false);
-  EXPECT_EQ(report["frames"], 5);
+  const nlohmann::json& live = report["live"];
+  EXPECT_EQ(report["frames"].get<int>() + live["frames_left_out"].get<int>(), 5);
+  EXPECT_EQ(live["latency_ms"]["count"], report["frames"]);
+  EXPECT_GT(live["latency_ms"]["p50"], 0.0) << "exposure is before the result";
+  EXPECT_LT(live["latency_ms"]["max"], 60'000.0) << "both are told by one clock";
   EXPECT_EQ(report["health"]["camera"], "streaming");
   EXPECT_EQ(report["counters"]["camera_losses"], 0);
 }
