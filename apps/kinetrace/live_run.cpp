@@ -61,7 +61,8 @@ Result<std::unique_ptr<LiveRun>> LiveRun::create(const LiveConfig& config, doubl
 }
 
 void LiveRun::await(const StereoFrame& frame) {
-  due_ns_ = pacer_ ? pacer_->wait_for(frame.timestamp_ns) : frame.timestamp_ns;
+  // A camera's times may have been mended, and then be ahead of the clock.
+  due_ns_ = pacer_ ? pacer_->wait_for(frame.timestamp_ns) : std::min(frame.timestamp_ns, now_ns());
 }
 
 Status LiveRun::offer(const RectifiedPair& pair) {
