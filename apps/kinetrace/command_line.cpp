@@ -65,7 +65,9 @@ void add_source_options(CLI::App& command, SourceOptions& source) {
 }
 
 void add_until_options(CLI::App& command, UntilOptions& until) {
-  command.add_option("--frames", until.max_frames, "Stops after N frames of the camera or recording")->type_name("N")->check(CLI::PositiveNumber);
+  command.add_option("--frames", until.max_frames, "Stops after N frames of the camera or recording")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber);
   command.add_option("--seconds", until.max_seconds, "Stops after so much time")
       ->type_name("S")
       ->check(CLI::Range(0.001, 1e9));

@@ -4,6 +4,7 @@
 #include <thread>
 #include <utility>
 
+#include "clocks.hpp"
 #include "interrupt.hpp"
 
 namespace kinetrace::app {
@@ -11,22 +12,19 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-std::int64_t now_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch()).count();
-}
-
 }  // namespace
 
 std::int64_t Pacer::wait_for(std::int64_t timestamp_ns) {
   constexpr std::chrono::nanoseconds kLongestNap = std::chrono::milliseconds(100);
-  const std::int64_t came_ns = now_ns();
+  const std::int64_t came_ns = steady_time_ns();
   if (!first_timestamp_ns_) {
     first_timestamp_ns_ = timestamp_ns;
     first_due_ns_ = came_ns;
   }
   const auto passed_ns = static_cast<double>(timestamp_ns - *first_timestamp_ns_) / speed_;
   const std::int64_t due_ns = first_due_ns_ + static_cast<std::int64_t>(passed_ns);
-  for (std::int64_t left_ns = due_ns - now_ns(); left_ns > 0 && interrupted_by() == 0; left_ns = due_ns - now_ns()) {
+  for (std::int64_t left_ns = due_ns - steady_time_ns(); left_ns > 0 && interrupted_by() == 0;
+       left_ns = due_ns - steady_time_ns()) {
     std::this_thread::sleep_for(std::min(kLongestNap, std::chrono::nanoseconds(left_ns)));
   }
   // A disk that cannot follow moves all that comes later.
@@ -62,7 +60,7 @@ Result<std::unique_ptr<LiveRun>> LiveRun::create(const LiveConfig& config, doubl
 
 void LiveRun::await(const StereoFrame& frame) {
   // A camera's times may have been mended, and then be ahead of the clock.
-  due_ns_ = pacer_ ? pacer_->wait_for(frame.timestamp_ns) : std::min(frame.timestamp_ns, now_ns());
+  due_ns_ = pacer_ ? pacer_->wait_for(frame.timestamp_ns) : std::min(frame.timestamp_ns, steady_time_ns());
 }
 
 Status LiveRun::offer(const RectifiedPair& pair) {
@@ -80,7 +78,7 @@ Status LiveRun::process(const RectifiedPair& pair, std::int64_t exposed_ns) {
   if (Status processed = processing_.process(pair); !processed) {
     return processed;
   }
-  latency_.add(now_ns() - exposed_ns);
+  latency_.add(steady_time_ns() - exposed_ns);
   adapt(Clock::now() - begun);
   return {};
 }

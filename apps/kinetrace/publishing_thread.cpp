@@ -3,8 +3,8 @@
 #include <pthread.h>
 #include <sched.h>
 
+#include "clocks.hpp"
 #include "kinetrace/core/allocation_counter.hpp"
-#include "network.hpp"
 
 namespace kinetrace::app {
 namespace {

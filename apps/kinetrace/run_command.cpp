@@ -9,6 +9,7 @@
 #include "app_config.hpp"
 #include "camera_loop.hpp"
 #include "camera_setup.hpp"
+#include "clocks.hpp"
 #include "commands.hpp"
 #include "config_file.hpp"
 #include "interrupt.hpp"
@@ -27,6 +28,7 @@
 #include "recording_thread.hpp"
 #include "run_publishing.hpp"
 #include "run_report.hpp"
+#include "service_notifier.hpp"
 #include "stage_clock.hpp"
 
 namespace kinetrace::app {
@@ -44,6 +46,7 @@ struct Chain {
   std::unique_ptr<RecordingThread> raw_ended{};  // What became of it where it stopped early.
   bool waits_for_disk = false;                   // Recordings do; a camera would lose frames meanwhile.
   std::unique_ptr<RunPublishing> publishing{};   // Null unless asked for.
+  std::unique_ptr<ServiceNotifier> service = std::make_unique<ServiceNotifier>();
 };
 
 // What is there only where it is asked for.
@@ -185,6 +188,7 @@ Status process_pair(Chain& chain, const RectifiedPair& pair, StageClock& clock, 
                   .objects_now = static_cast<int>((*result)->newest.objects.size()),
                   .counters = (*result)->counters,
                   .allocations = allocation_counts()});
+  chain.service->progress(steady_time_ns());
   if (chain.publishing) {
     chain.publishing->send();
   }
@@ -246,8 +250,13 @@ class FramePlayer {
     return offered;
   }
 
-  /// While no frame comes. Live, the other thread does it.
+  /// While no frame comes. Live, the other thread tells health.
   void pass_silence() {
+    // Waiting for a camera that has gone, or is silent, is what a run is to do then. While frames come, only results
+    // count.
+    if (report_.health.camera() != hal::CameraState::kStreaming) {
+      chain_.service->progress(steady_time_ns());
+    }
     if (!live_) {
       tell_health();
     }
@@ -367,6 +376,7 @@ Outcome<RunReport> run(const RunOptions& options) {
   report.start();
   Status played = play_camera(loop, visit);
   progress.clear();
+  chain->service->stopping();
   if (const Status processed = player.finish(); played && !processed) {
     played = processed;
   }

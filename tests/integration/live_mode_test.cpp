@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "program.hpp"
+#include "service_manager.hpp"
 #include "small_recording.hpp"
 #include "temp_folder.hpp"
 
@@ -124,6 +125,17 @@ TEST_F(LiveMode, ASignalEndsItWithEverythingWritten) {
   EXPECT_EQ(program.wait().exit_code, 128 + SIGTERM);
   EXPECT_GT(report("live")["frames"], 0);
   EXPECT_EQ(report("live")["exit_status"], 128 + SIGTERM);
+}
+
+TEST_F(LiveMode, ItsManagerHearsOfProgressAndTheEnd) {
+  const ServiceManager manager;
+  setenv("WATCHDOG_USEC", "400000", 1);
+  ASSERT_EQ(run("live", {"live.mode=on", "live.speed=1"}).exit_code, 0);
+  const std::vector<std::string> heard = manager.heard();
+  ASSERT_GE(heard.size(), 4U);
+  EXPECT_EQ(heard[0], "READY=1");
+  EXPECT_EQ(heard[1], "WATCHDOG=1");
+  EXPECT_EQ(heard.back(), "STOPPING=1");
 }
 
 TEST_F(LiveMode, SettingsThatCannotBeAreNamed) {

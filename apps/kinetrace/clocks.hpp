@@ -1,0 +1,20 @@
+// The machine's clocks as numbers.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+namespace kinetrace::app {
+
+/// Never set: for durations and deadlines.
+[[nodiscard]] inline std::int64_t steady_time_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+/// Since 1970: what other machines understand.
+[[nodiscard]] inline std::int64_t system_time_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+}  // namespace kinetrace::app
