@@ -376,10 +376,10 @@ Outcome<RunReport> run(const RunOptions& options) {
   report.start();
   Status played = play_camera(loop, visit);
   progress.clear();
-  chain->service->stopping();
   if (const Status processed = player.finish(); played && !processed) {
     played = processed;
   }
+  chain->service->stopping();
   // What was computed is written, whatever ended the run.
   if (const Status settled = settle(*chain); played && !settled) {
     played = settled;

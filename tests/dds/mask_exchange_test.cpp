@@ -134,7 +134,7 @@ TEST_F(MaskExchange, NoMasksIsAMessageToo) {
 TEST_F(MaskExchange, ManyMasksComeInPiecesInOrder) {
   MaskSender::Image sent = image();
   // Runs of one pixel each: as many as a mask may have.
-  const std::vector<std::uint16_t> longest(kWidth * kHeight, 1);
+  const std::vector<std::uint16_t> longest(std::size_t{kWidth} * kHeight, 1);
   for (std::uint16_t i = 0; i < 10; ++i) {
     sent.masks.push_back({i, 1.F, {0, 0, kWidth, kHeight}, longest});
   }

@@ -23,9 +23,6 @@ namespace kinetrace::test {
 namespace {
 
 using nlohmann::json;
-using ::testing::AllOf;
-using ::testing::Each;
-using ::testing::HasSubstr;
 using ::testing::SizeIs;
 
 /// Lines of JSON that the npm library made of a file; fails where it complains.

@@ -19,9 +19,7 @@ namespace {
 using test::PublisherFixture;
 using test::SampleResult;
 using ::testing::AllOf;
-using ::testing::Contains;
 using ::testing::HasSubstr;
-using ::testing::Key;
 using ::testing::Not;
 
 /// Keeps copies of what it is told.

@@ -174,7 +174,7 @@ std::string security_plugin_folder(const SecurityConfig& config) {
 }
 
 Status check_security_files(const SecurityConfig& config, std::int64_t now_s) {
-  if (const Status plugins = check_plugins(config); !plugins) {
+  if (Status plugins = check_plugins(config); !plugins) {
     return plugins;
   }
   const Result<Certificate> identity_ca = read_certificate("identity_ca", config.identity_ca, now_s);
@@ -185,7 +185,7 @@ Status check_security_files(const SecurityConfig& config, std::int64_t now_s) {
   if (!certificate) {
     return tl::unexpected(certificate.error());
   }
-  if (const Status identity = check_identity(config, identity_ca->get(), certificate->get()); !identity) {
+  if (Status identity = check_identity(config, identity_ca->get(), certificate->get()); !identity) {
     return identity;
   }
   const std::string& signer_path = config.permissions_ca.empty() ? config.identity_ca : config.permissions_ca;
@@ -193,10 +193,10 @@ Status check_security_files(const SecurityConfig& config, std::int64_t now_s) {
   if (!signer) {
     return tl::unexpected(signer.error());
   }
-  if (const Status may_sign = check_signer(signer_path, signer->get()); !may_sign) {
+  if (Status may_sign = check_signer(signer_path, signer->get()); !may_sign) {
     return may_sign;
   }
-  if (const Status governance = check_signed("governance", config.governance, signer_path, signer->get());
+  if (Status governance = check_signed("governance", config.governance, signer_path, signer->get());
       !governance) {
     return governance;
   }

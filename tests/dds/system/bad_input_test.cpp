@@ -28,7 +28,7 @@ class DdsBadInput : public ::testing::Test {
     recording_.write();
   }
   [[nodiscard]] std::string written(const std::string& name, const std::string& text) const {
-    const std::string path = scratch_.file(name);
+    std::string path = scratch_.file(name);
     std::ofstream(path) << text;
     return path;
   }

@@ -314,7 +314,7 @@ int run(const Options& options) {
 }  // namespace
 }  // namespace kinetrace::test
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): what is thrown ends a test as it should.
   using namespace kinetrace::test;
   std::signal(SIGTERM, [](int) { is_over = true; });
   Options options;

@@ -108,7 +108,7 @@ int run() {
 }  // namespace
 }  // namespace kinetrace::test
 
-int main() {
+int main() {  // NOLINT(bugprone-exception-escape): what is thrown ends a test as it should.
   std::signal(SIGTERM, [](int) { kinetrace::test::is_over = true; });
   return kinetrace::test::run();
 }

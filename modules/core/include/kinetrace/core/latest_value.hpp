@@ -11,7 +11,9 @@ namespace kinetrace {
 /// Three slots of one producer and one consumer, wait-free: each side owns one, the third is exchanged. A value that
 /// the consumer did not fetch before the next one came is superseded.
 template <typename T>
-class LatestValue {  // NOLINT(*.Padding): what two threads write lies in cache lines of its own.
+// What each thread writes lies in a cache line of its own.
+// NOLINTNEXTLINE(clang-analyzer-optin.performance.Padding)
+class LatestValue {
  public:
   LatestValue() = default;
   /// Slots that `make()` fills in, one after the other.
