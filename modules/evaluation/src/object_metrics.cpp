@@ -74,8 +74,6 @@ void add_identity(const std::vector<Sighting>& timeline, const ObjectConfig& con
     }
     ++errors.matched_frames;
     errors.fragmentations += interrupted ? 1 : 0;
-    if (last_track && *last_track != *sighting.matched_track_id) {
-    }
     errors.id_switches += last_track && *last_track != *sighting.matched_track_id ? 1 : 0;
     if (last_track != sighting.matched_track_id) {
       report.track_ids.push_back(*sighting.matched_track_id);

@@ -8,6 +8,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "box_offset.hpp"
 #include "kinetrace/trajectory/composition.hpp"
 
 namespace kinetrace::pipeline {
@@ -33,6 +34,9 @@ constexpr int kLeastMissedHidden = 1;
 constexpr double kReachAtRest_m = 0.8;
 constexpr double kReachOfWay = 0.5;
 constexpr double kMostReach_m = 3.0;
+// What has only a direction is found within so much of it, and more as the camera goes on.
+constexpr double kDirectionReach_px = 8.0;
+constexpr double kDirectionDrift_px = 1.0;
 constexpr double kSightedSigma_px = 0.3;
 constexpr int kSureOfItsMask = 5;      // Frames matched in a row: where it is may be wrong, what it is is not.
 constexpr double kAreaKept = 0.97;     // From frame to frame.
@@ -152,13 +156,24 @@ void ObjectState::note_direction(const CameraState& camera) {
                                                        .normalized();
 }
 
-std::optional<Eigen::Vector3d> ObjectState::sighted_position(const FeatureFrame& frame,
+std::optional<Eigen::Vector3d> ObjectState::sighted_position(const FeatureFrame& frame, LabelView labels,
                                                              const CameraState& camera) const {
-  const StereoSighting sighting = sight(frame);
+  const StereoSighting sighting = sight(frame, labels);
   if (sighting.features < config_.stereo_only_min_features || !camera.valid) {
     return std::nullopt;
   }
   return camera.T_world_cam * position_in_camera(geometry_, sighting);
+}
+
+Eigen::Vector3d ObjectState::off_body(const Eigen::Vector3d& sighted_m, const Eigen::Vector3d& middle_m) const {
+  const Eigen::Vector3d off_m = sighted_m - middle_m;
+  if (!box_.known()) {
+    return off_m;
+  }
+  const Eigen::Matrix3d& R_world_obj = T_world_obj_.rotation;
+  const Eigen::Vector3d outside_m =
+      R_world_obj * outside_of(box_.box_in_object(), R_world_obj.transpose() * off_m - stereo_offset_m_);
+  return outside_m.norm() < off_m.norm() ? outside_m : off_m;
 }
 
 std::optional<double> ObjectState::may_have_gone_to(const Eigen::Vector3d& position_m, std::uint16_t class_id,
@@ -179,19 +194,36 @@ std::optional<double> ObjectState::may_have_gone_to(const Eigen::Vector3d& posit
   const double speed_mps = filter_.initialised() ? filter_.velocity_mps().norm() : motion_.at(0).velocity_mps.norm();
   const double unseen_s = 1e-9 * static_cast<double>(timestamp_ns_ - matched_timestamp_ns_);
   const double depth_m = (camera.T_world_cam.inverse() * position_m).z();
-  const double depth_sigma_m = kSightedSigma_px * depth_m * depth_m / (geometry_.fx_px * geometry_.baseline_m);
   // Of what is half hidden when it goes and when it comes, the middle may lie anywhere on it.
   const double reach_m =
       std::min(std::max(kReachAtRest_m, width_m_) + kReachOfWay * speed_mps * unseen_s, kMostReach_m);
   // Depth is as unsure as its square.
-  const Eigen::Vector3d off_m = camera.T_world_cam.rotation.transpose() * (position_m - nearest_m);
-  const double part = std::hypot(off_m.head<2>().norm() / reach_m, off_m.z() / (reach_m + 2.0 * depth_sigma_m));
+  const Eigen::Vector3d off_m = camera.T_world_cam.rotation.transpose() * off_body(position_m, nearest_m);
+  const double part =
+      std::hypot(off_m.head<2>().norm() / reach_m, off_m.z() / (reach_m + 2.0 * depth_sigma_m(depth_m)));
   return part <= 1.0 ? std::optional<double>(part) : std::nullopt;
 }
 
-void ObjectState::continue_from(ObjectState& earlier, const Eigen::Vector3d& position_m) {
+std::optional<double> ObjectState::may_be_seen_in(const PixelBox& box_px, std::uint16_t class_id,
+                                                  const CameraState& camera) const {
+  const tracking::Forecast expected = forecast_direction(camera.T_world_cam);
+  const bool waits = alive() && confirmed_ && !placed_ && expected.known && track_.missed_frames >= kLeastMissedInSight;
+  if (!waits || track_.class_id != class_id || expected.depth_m <= 0.0) {
+    return std::nullopt;
+  }
+  const Eigen::Vector2d low(box_px.x0, box_px.y0);
+  const Eigen::Vector2d high(box_px.x1 - 1, box_px.y1 - 1);
+  const double gap_px = (expected.point_px - expected.point_px.cwiseMax(low).cwiseMin(high)).norm();
+  const double part = gap_px / (kDirectionReach_px + kDirectionDrift_px * track_.missed_frames);
+  return part <= 1.0 ? std::optional<double>(part) : std::nullopt;
+}
+
+void ObjectState::continue_from(ObjectState& earlier, const std::optional<Eigen::Vector3d>& position_m) {
   track_.id = earlier.track_.id;
   confirmed_ = earlier.confirmed_;
+  if (!earlier.placed_ || !position_m) {
+    return;  // Nothing but its name is known.
+  }
   placed_ = true;
   reconstructed_ = earlier.reconstructed_;
   frame_fixed_ = earlier.frame_fixed_;
@@ -199,6 +231,7 @@ void ObjectState::continue_from(ObjectState& earlier, const Eigen::Vector3d& pos
   has_moved_ = earlier.has_moved_;
   width_m_ = earlier.width_m_;
   recogniser_.swap(earlier.recogniser_);
+  std::swap(box_, earlier.box_);
   stereo_offset_m_ = earlier.stereo_offset_m_;
   T_world_obj_ = earlier.T_world_obj_;
   if (earlier.filter_.initialised()) {
@@ -211,7 +244,7 @@ void ObjectState::continue_from(ObjectState& earlier, const Eigen::Vector3d& pos
       known_motion_ = KnownMotion{T_world_obj_, Vector6d::Zero(), false};
     }
   } else {
-    T_world_obj_.translation = position_m + T_world_obj_.rotation * stereo_offset_m_;
+    T_world_obj_.translation = *position_m + T_world_obj_.rotation * stereo_offset_m_;
   }
 }
 
@@ -377,15 +410,23 @@ void ObjectState::follow_without_body(const StereoSighting& sighting, const Came
   const trajectory::StereoPositionFilter before = filter_;
   bool seen = sighting.features >= config_.stereo_only_min_features && camera.valid &&
               filter_.update(sighting.uvd_px, sighting.features, camera.T_world_cam, surface_sigma_m);
-  if (seen && !filter_.jumped() && filter_.at_rest() && reconstructed_) {
+  if (sighting.features < config_.stereo_only_min_features && track_.missed_frames == 0 && camera.valid &&
+      !filter_.at_rest()) {
+    const PixelBox& box = track_.box_px;
+    filter_.update_direction({0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)}, camera.T_world_cam,
+                             std::max(surface_sigma_m, width_m_));
+  }
+  const bool still_there =
+      seen && before.at_rest() && reconstructed_ && (!filter_.jumped() || lies_on_it(sighting, camera));
+  if (still_there) {
     // The middle of what is seen of it says that it is still there, but not better than its reconstruction where.
     filter_ = before;
   }
-  if (seen && filter_.jumped() && reconstructed_ && matched_run_ < kSureOfItsMask) {
+  if (seen && !still_there && filter_.jumped() && reconstructed_ && matched_run_ < kSureOfItsMask) {
     filter_ = before;
     estranged_ = true;
     seen = false;
-  } else if (seen && filter_.jumped()) {
+  } else if (seen && !still_there && filter_.jumped()) {
     // What was followed so far was something else: where that was says nothing about the motion of this.
     motion_.reset();
     reconstructed_ = false;
@@ -396,6 +437,19 @@ void ObjectState::follow_without_body(const StereoSighting& sighting, const Came
   // frames: averaging does not make it surer.
   set_covariance(1.0, filter_.position_covariance() + surface_sigma_m * surface_sigma_m * Eigen::Matrix3d::Identity());
   count_prediction(seen);
+}
+
+bool ObjectState::lies_on_it(const StereoSighting& sighting, const CameraState& camera) const {
+  const Eigen::Vector3d sighted_m = camera.T_world_cam * position_in_camera(geometry_, sighting);
+  const Eigen::Vector3d off_m =
+      camera.T_world_cam.rotation.transpose() * off_body(sighted_m, T_world_obj_ * -stereo_offset_m_);
+  const double depth_m = (camera.T_world_cam.inverse() * sighted_m).z();
+  return off_m.head<2>().norm() <= kReachAtRest_m &&
+         std::abs(off_m.z()) <= kReachAtRest_m + 2.0 * depth_sigma_m(depth_m);
+}
+
+double ObjectState::depth_sigma_m(double depth_m) const {
+  return kSightedSigma_px * depth_m * depth_m / (geometry_.fx_px * geometry_.baseline_m);
 }
 
 double ObjectState::coasting_sigma_m() const {
@@ -421,6 +475,8 @@ void ObjectState::coast() {
   filter_.start(timestamp_ns_, T_world_obj_ * -stereo_offset_m_, T_world_obj_.rotation * velocity.tail<3>(), spread,
                 at_rest);
   set_covariance(turn_rad * turn_rad, spread);
+  // What stood still and is detected where it was is not lost, however little of it is seen.
+  predicted_frames_ = at_rest && track_.missed_frames == 0 ? 0 : predicted_frames_;
   count_prediction(false);
 }
 
@@ -487,7 +543,7 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
   measure_uncovered_part(camera);
   matched_run_ = track.missed_frames == 0 ? matched_run_ + 1 : 0;
   matched_timestamp_ns_ = track.missed_frames == 0 ? timestamp_ns_ : matched_timestamp_ns_;
-  StereoSighting sighting = sight(frame);
+  StereoSighting sighting = sight(frame, labels);
   if (!rigid() && track_.area_px > 0) {
     sight_by_outline(labels, camera, sighting);
   }

@@ -64,14 +64,17 @@ class ObjectState {
   void release() noexcept { track_ = Track{}; }
 
   /// Where stereo sees the object of a new track, in the world; nothing without enough features or a camera pose.
-  [[nodiscard]] std::optional<Eigen::Vector3d> sighted_position(const FeatureFrame& frame,
+  [[nodiscard]] std::optional<Eigen::Vector3d> sighted_position(const FeatureFrame& frame, LabelView labels,
                                                                 const CameraState& camera) const;
   /// Whether this object, out of sight, may be what a new track of class `class_id` sees at `position_m`: the distance
   /// as a part of what it may have gone meanwhile, at most one. Nothing if it is in sight or of another class.
   [[nodiscard]] std::optional<double> may_have_gone_to(const Eigen::Vector3d& position_m, std::uint16_t class_id,
                                                        const CameraState& camera) const;
+  /// The same for an object of which only the direction is known: whether a new track in `box_px` may be it.
+  [[nodiscard]] std::optional<double> may_be_seen_in(const PixelBox& box_px, std::uint16_t class_id,
+                                                     const CameraState& camera) const;
   /// This slot's new track is the object that `earlier` has lost: its name and frame go on. Call before observe().
-  void continue_from(ObjectState& earlier, const Eigen::Vector3d& position_m);
+  void continue_from(ObjectState& earlier, const std::optional<Eigen::Vector3d>& position_m);
 
   /// Pose of this frame, and sightings added to the window.
   /// `labels`: the masks of the left image, by track label.
@@ -115,8 +118,8 @@ class ObjectState {
 
   ObjectState(const PipelineConfig& config, const StereoGeometry& geometry, sfm::BodyReconstruction body, Arena& arena);
 
-  [[nodiscard]] StereoSighting sight(const FeatureFrame& frame) const {
-    return pipeline::sight(frame, track_.label(), min_disparity_px_);
+  [[nodiscard]] StereoSighting sight(const FeatureFrame& frame, LabelView labels) const {
+    return pipeline::sight(frame, labels, track_.label(), min_disparity_px_);
   }
   /// Where features happen to lie on something that bends and swings says little about where it is: its head and the
   /// middle of its outline stay where they are. Depth remains that of the features. What the image's border cuts off is
@@ -129,6 +132,9 @@ class ObjectState {
   /// Much of the object is outside the image or behind something: the middle of what is left of it says little about
   /// the whole, and may be what hides it.
   [[nodiscard]] bool half_hidden() const noexcept { return cut_off() || mostly_covered(); }
+  /// From the nearest point of its box to `sighted_m`, were the middle of what has been seen of it at `middle_m`.
+  /// Another end of it may come into sight than the one that went.
+  [[nodiscard]] Eigen::Vector3d off_body(const Eigen::Vector3d& sighted_m, const Eigen::Vector3d& middle_m) const;
   /// By the image's border.
   [[nodiscard]] bool cut_off() const noexcept {
     return track_.box_px.x0 <= 1 || track_.box_px.x1 >= geometry_.width_px - 1;
@@ -166,6 +172,9 @@ class ObjectState {
   void start_filter();
   /// Goes on as it last went.
   void coast();
+  /// What stereo sees lies on or near the box of this object.
+  [[nodiscard]] bool lies_on_it(const StereoSighting& sighting, const CameraState& camera) const;
+  [[nodiscard]] double depth_sigma_m(double depth_m) const;
   /// How far off that may be by now.
   [[nodiscard]] double coasting_sigma_m() const;
   void set_covariance(double rotation_rad2, const Eigen::Matrix3d& position_m2) noexcept;

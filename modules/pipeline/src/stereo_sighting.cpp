@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <span>
 
@@ -9,6 +10,10 @@ namespace kinetrace::pipeline {
 namespace {
 
 constexpr std::size_t kMaxSightedFeatures = 256;  // Medians over more than this are no better.
+// How far the patch of a feature reaches.
+constexpr int kBesideX_px = 8;
+constexpr int kBesideY_px = 5;
+constexpr double kClearlyNearer = 1.1;
 
 double median(std::span<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -16,16 +21,65 @@ double median(std::span<double> values) {
   return *middle;
 }
 
+/// The objects whose masks adjoin that of one.
+class Occluders {
+ public:
+  Occluders(const FeatureFrame& frame, LabelView labels, std::uint8_t label)
+      : frame_(frame), labels_(labels), own_(label) {}
+
+  /// The feature lies along the contour of an object that is as near as it, or nearer.
+  [[nodiscard]] bool may_have(const Feature& feature) {
+    if (labels_.empty()) {
+      return false;
+    }
+    const auto x = static_cast<int>(std::lround(feature.left_px.x()));
+    const auto y = static_cast<int>(std::lround(feature.left_px.y()));
+    const std::array<std::uint8_t, 4> beside{label_at(x - kBesideX_px, y), label_at(x + kBesideX_px, y),
+                                             label_at(x, y - kBesideY_px), label_at(x, y + kBesideY_px)};
+    return std::any_of(beside.begin(), beside.end(), [&](std::uint8_t other) {
+      return other != own_ && other != kBackgroundLabel && other != kIgnoreLabel &&
+             double{feature.disparity_px()} < kClearlyNearer * disparity_of(other);
+    });
+  }
+
+ private:
+  [[nodiscard]] std::uint8_t label_at(int x, int y) const {
+    return labels_.at(std::clamp(x, 0, labels_.width - 1), std::clamp(y, 0, labels_.height - 1));
+  }
+  /// Median; 0 if nothing of it is seen.
+  [[nodiscard]] double disparity_of(std::uint8_t other) {
+    if (other != known_) {
+      std::array<double, kMaxSightedFeatures> d;
+      std::size_t count = 0;
+      for (const Feature& feature : frame_.features) {
+        if (feature.body == other && feature.has_right() && count < d.size()) {
+          d[count++] = double{feature.disparity_px()};
+        }
+      }
+      known_ = other;
+      known_disparity_px_ = count > 0 ? median(std::span(d).first(count)) : 0.0;
+    }
+    return known_disparity_px_;
+  }
+
+  const FeatureFrame& frame_;
+  LabelView labels_;
+  std::uint8_t own_;
+  std::uint8_t known_ = kBackgroundLabel;
+  double known_disparity_px_ = 0.0;
+};
+
 }  // namespace
 
-StereoSighting sight(const FeatureFrame& frame, std::uint8_t label, double min_disparity_px) {
+StereoSighting sight(const FeatureFrame& frame, LabelView labels, std::uint8_t label, double min_disparity_px) {
+  Occluders occluders(frame, labels, label);
   std::array<double, kMaxSightedFeatures> u;
   std::array<double, kMaxSightedFeatures> v;
   std::array<double, kMaxSightedFeatures> d;
   std::size_t count = 0;
   for (const Feature& feature : frame.features) {
     if (feature.body == label && feature.has_right() && double{feature.disparity_px()} >= min_disparity_px &&
-        count < kMaxSightedFeatures) {
+        count < kMaxSightedFeatures && !occluders.may_have(feature)) {
       u[count] = double{feature.left_px.x()};
       v[count] = double{feature.v_px};
       d[count++] = double{feature.disparity_px()};

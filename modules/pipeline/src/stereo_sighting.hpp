@@ -16,8 +16,11 @@ struct StereoSighting {
   Eigen::Vector3d uvd_px = Eigen::Vector3d::Zero();  ///< Column, row and disparity of the point that stands for it.
 };
 
-/// The medians of the features with this label and at least `min_disparity_px`.
-[[nodiscard]] StereoSighting sight(const FeatureFrame& frame, std::uint8_t label, double min_disparity_px);
+/// The medians of the features with this label and at least `min_disparity_px`. `labels`: the masks of the left image.
+/// A feature whose patch reaches onto another object counts only if it is clearly nearer than that: along a contour
+/// patches follow the one in front, and a sliver of something far away would be seen where its occluder is.
+[[nodiscard]] StereoSighting sight(const FeatureFrame& frame, LabelView labels, std::uint8_t label,
+                                   double min_disparity_px);
 
 /// Camera frame, m.
 [[nodiscard]] Eigen::Vector3d position_in_camera(const StereoGeometry& geometry, const StereoSighting& sighting);

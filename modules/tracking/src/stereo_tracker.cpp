@@ -41,12 +41,18 @@ constexpr int kHiddenRatio = 3;
 
 /// A detection may lie beside where its object was expected, by this part of the object's size,
 constexpr double kReachOfSize = 0.5;
+/// ... and so much more for each frame in which it has been missed,
+constexpr double kReachPerFrame = 0.1;
 constexpr double kMostReach_px = 20.0;
-/// ... and be larger or smaller than expected by this factor.
+/// ... and be larger, or where all of it should be in sight smaller, than expected by this factor.
 constexpr double kMostSizeRatio = 2.0;
-/// Of an object of which less than this can be seen, a detection must lie so far on the whole.
+/// Less of an object in sight is hidden: a detection may be any part of it that lies so far on the whole, or beside it.
 constexpr double kMostlyHidden = 0.5;
 constexpr double kLeastOnWhole = 0.5;
+/// A detection that shows but a part of an object in sight lies so far on it, and is so large.
+constexpr double kLeastPartOnIt = 0.2;
+constexpr double kLeastSizeRatio = 0.15;
+/// So far on what another track of its class expects, a detection is a part of that.
 constexpr double kMostOnAnother = 0.3;
 
 /// Between the nearest points of two boxes; 0 if they overlap.
@@ -54,6 +60,14 @@ double distance_between(const PixelBox& a, const PixelBox& b) noexcept {
   const int dx = std::max({a.x0 - b.x1, b.x0 - a.x1, 0});
   const int dy = std::max({a.y0 - b.y1, b.y0 - a.y1, 0});
   return std::hypot(dx, dy);
+}
+
+/// Of a track that nothing is foretold of yet: should it get no place, its direction will be that of its box.
+Forecast direction_of(const PixelBox& box) noexcept {
+  return {.known = true,
+          .point_px = {0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)},
+          .depth_m = 0.0,
+          .direction_only = true};
 }
 
 std::uint64_t slot_bit(const TrackInstance& instance) noexcept {
@@ -235,14 +249,18 @@ void StereoTracker::take_forecasts(std::span<const Forecast> forecasts) noexcept
 bool StereoTracker::place_by_forecast(TrackInstance& instance) noexcept {
   const Forecast& now = instance.forecast;
   const Forecast& then = instance.mask_forecast;
-  if (!now.known || !then.known || now.direction_only != then.direction_only || then.depth_m <= kMinForecastDepth_m) {
+  if (!now.known || !then.known || now.direction_only != then.direction_only ||
+      (!then.direction_only && then.depth_m <= kMinForecastDepth_m)) {
     return false;
   }
   // A mask says nothing about what is seen from much nearer; one that is blown up would claim the whole image.
-  if (now.depth_m <= std::max(kMinForecastDepth_m, then.depth_m / kMostForecastScale)) {
+  const double nearest_m =
+      now.direction_only ? kMinForecastDepth_m : std::max(kMinForecastDepth_m, then.depth_m / kMostForecastScale);
+  if (now.depth_m <= nearest_m) {
     instance.mask.place(Similarity::about(then.point_px, 1.0, Eigen::Vector2d(kFarOutsidePx, kFarOutsidePx)));
   } else {
-    instance.mask.place(Similarity::about(then.point_px, then.depth_m / now.depth_m, now.point_px - then.point_px));
+    const double scale = now.direction_only ? 1.0 : then.depth_m / now.depth_m;
+    instance.mask.place(Similarity::about(then.point_px, scale, now.point_px - then.point_px));
   }
   return true;
 }
@@ -453,27 +471,43 @@ void StereoTracker::claim(const Assignment& match) noexcept {
 }
 
 void StereoTracker::add_near_misses(const TrackInstance& instance, std::span<const Detection> detections) noexcept {
-  const double whole_px = instance.predicted_px;
-  const double reach_px = std::min(kReachOfSize * std::sqrt(whole_px), kMostReach_px);
-  const bool hidden = instance.overlap.area_px < kMostlyHidden * whole_px;
   for (std::size_t v = 0; v < detections.size(); ++v) {
     const Detection& detection = detections[v];
-    const double on_it = static_cast<double>(instance.whole_on_label[detection.label]) / detection.area_px;
     const double gap_px = distance_between(instance.mask.current_box(), detection.box_px);
-    const double size_ratio = detection.area_px / std::max(whole_px, 1.0);
-    const bool comes_out = hidden && on_it >= kLeastOnWhole && size_ratio <= kMostSizeRatio;
-    const bool slipped = !hidden && gap_px <= reach_px && size_ratio >= 1.0 / kMostSizeRatio &&
-                         size_ratio <= kMostSizeRatio && instance.track.missed_frames < kForeignAfterFrames;
-    if (owner_[v] < 0 && classes_agree(instance.track.class_id, detection.class_id) && (comes_out || slipped) &&
-        !lies_on_another(detection, instance)) {
-      affinity_(instance.track.slot, static_cast<int>(v)) = on_it + 1.0 / (1.0 + gap_px);
+    if (owner_[v] < 0 && classes_agree(instance.track.class_id, detection.class_id) &&
+        nearly_met(instance, detection, gap_px) && !lies_on_another(detection, instance)) {
+      affinity_(instance.track.slot, static_cast<int>(v)) = part_on(instance, detection) + 1.0 / (1.0 + gap_px);
     }
   }
 }
 
+bool StereoTracker::nearly_met(const TrackInstance& instance, const Detection& detection, double gap_px) noexcept {
+  const double whole_px = std::max(instance.predicted_px, 1);
+  const double size_ratio = detection.area_px / whole_px;
+  if (size_ratio > kMostSizeRatio) {
+    return false;
+  }
+  const int missed = instance.track.missed_frames;
+  // The longer it has not been seen, the less is known where it is.
+  const double reach_px = std::min((kReachOfSize + kReachPerFrame * missed) * std::sqrt(whole_px), kMostReach_px);
+  const double on_it = part_on(instance, detection);
+  const bool whole_in_image = instance.mask_part_in_image >= kWholeInImage;
+  if (instance.overlap.area_px < kMostlyHidden * whole_px) {
+    return on_it >= kLeastOnWhole || (whole_in_image && gap_px <= reach_px);
+  }
+  const bool slipped = gap_px <= reach_px && size_ratio >= 1.0 / kMostSizeRatio && missed < kForeignAfterFrames &&
+                       instance.mask_part_in_image >= kLeastVisiblePart;
+  const bool cut_short = whole_in_image && on_it >= kLeastPartOnIt && size_ratio >= kLeastSizeRatio;
+  return slipped || cut_short;
+}
+
+double StereoTracker::part_on(const TrackInstance& instance, const Detection& detection) noexcept {
+  return static_cast<double>(instance.whole_on_label[detection.label]) / detection.area_px;
+}
+
 bool StereoTracker::lies_on_another(const Detection& detection, const TrackInstance& instance) const noexcept {
   return std::any_of(slots_.begin(), slots_.end(), [&](const TrackInstance& other) {
-    return other.alive() && &other != &instance &&
+    return other.alive() && &other != &instance && classes_agree(other.track.class_id, detection.class_id) &&
            other.overlap.on_label[detection.label] > kMostOnAnother * detection.area_px;
   });
 }
@@ -599,7 +633,7 @@ void StereoTracker::remember_mask(TrackInstance& instance, const Detection& dete
   if ((cut_off || hidden) && fit > kStillFits) {
     return;
   }
-  instance.mask_forecast = instance.forecast;
+  instance.mask_forecast = instance.forecast.known ? instance.forecast : direction_of(instance.track.box_px);
   const std::uint8_t label = instance.track.label();
   PixelBox box = instance.track.box_px;
   const bool partly_hidden = instance.overlap.area_px < instance.predicted_px;

@@ -142,4 +142,24 @@ bool StereoPositionFilter::update(const Eigen::Vector3d& uvd_px, int features, c
   return true;
 }
 
+void StereoPositionFilter::update_direction(const Eigen::Vector2d& uv_px, const Se3& T_world_cam,
+                                            double sigma_m) noexcept {
+  const Eigen::Vector3d p_cam = T_world_cam.inverse() * position_;
+  if (!initialised_ || p_cam.z() <= kMinDepth_m) {
+    return;
+  }
+  const Prediction predicted = predict_stereo(geometry_, p_cam);
+  const Eigen::Matrix<double, 2, 3> slope = predicted.derivative.topRows<2>() * T_world_cam.rotation.transpose();
+  const Eigen::Matrix2d noise = config_.stereo_sigma_px * config_.stereo_sigma_px * Eigen::Matrix2d::Identity() +
+                                sigma_m * sigma_m * slope * slope.transpose();
+  const Eigen::Matrix2d spread = slope * covariance_.topLeftCorner<3, 3>() * slope.transpose() + noise;
+  const Eigen::Matrix<double, 6, 2> gain = spread.ldlt().solve(slope * covariance_.topRows<3>()).transpose();
+  const Vector6d correction = gain * (uv_px - predicted.uvd_px.head<2>());
+  position_ += correction.head<3>();
+  velocity_ += correction.tail<3>();
+  Matrix6d keep = Matrix6d::Identity();
+  keep.leftCols<3>() -= gain * slope;
+  covariance_ = keep * covariance_ * keep.transpose() + gain * noise * gain.transpose();
+}
+
 }  // namespace kinetrace::trajectory

@@ -23,8 +23,8 @@ Feature feature_at(float u, float v, float disparity_px, std::uint8_t label = kL
   return feature;
 }
 
-StereoSighting sight_of(std::vector<Feature> features) {
-  return sight({.frame_index = 0, .timestamp_ns = 0, .features = features}, kLabel, kLeastDisparity_px);
+StereoSighting sight_of(std::vector<Feature> features, LabelView labels = {}) {
+  return sight({.frame_index = 0, .timestamp_ns = 0, .features = features}, labels, kLabel, kLeastDisparity_px);
 }
 
 TEST(StereoSighting, SeesNothingInNothing) {
@@ -58,6 +58,36 @@ TEST(StereoSighting, LeavesOutOtherBodiesAndWhatHasNoDisparityToSpeakOf) {
                 feature_at(1.F, 1.F, 0.875F), feature_at(30.F, 40.F, 1.F)});
   EXPECT_EQ(sighting.features, 1);
   EXPECT_EQ(sighting.uvd_px, Eigen::Vector3d(30.0, 40.0, 1.0));
+}
+
+/// The object on the left, another one from column 60 on, which is seen at 20 px.
+class StereoSightingBesideAnother : public ::testing::Test {
+ protected:
+  static constexpr int kWidth = 100;
+  static constexpr int kHeight = 300;
+  static constexpr std::uint8_t kOther = kLabel + 1;
+
+  StereoSightingBesideAnother() {
+    for (std::size_t i = 0; i < labels_.size(); ++i) {
+      labels_[i] = i % kWidth < 60 ? kLabel : kOther;
+    }
+  }
+  [[nodiscard]] StereoSighting sight_with(const Feature& feature) const {
+    return sight_of({feature, feature_at(80.F, 40.F, 19.F, kOther), feature_at(85.F, 45.F, 20.F, kOther),
+                     feature_at(90.F, 50.F, 21.F, kOther)},
+                    {labels_.data(), kWidth, kHeight, kWidth});
+  }
+  std::vector<std::uint8_t> labels_ = std::vector<std::uint8_t>(std::size_t{kWidth} * kHeight);
+};
+
+TEST_F(StereoSightingBesideAnother, LeavesOutWhatMayLieOnTheContourOfSomethingNearer) {
+  EXPECT_EQ(sight_with(feature_at(54.F, 40.F, 16.F)).features, 0) << "an end of the other, or a blend of both";
+  EXPECT_EQ(sight_with(feature_at(54.F, 40.F, 5.F)).features, 0);
+}
+
+TEST_F(StereoSightingBesideAnother, TakesWhatLiesWellInsideOrInFront) {
+  EXPECT_EQ(sight_with(feature_at(40.F, 40.F, 16.F)).features, 1) << "far from the contour";
+  EXPECT_EQ(sight_with(feature_at(54.F, 40.F, 30.F)).features, 1) << "nearer than the other";
 }
 
 TEST(StereoSighting, LooksAtNoMoreThan256Features) {

@@ -1,6 +1,7 @@
 // Detections that no prediction meets: things that slip by more than their width, and first bits of what comes out
 // from behind something.
 #include <array>
+#include <span>
 
 #include <gtest/gtest.h>
 
@@ -99,6 +100,78 @@ TEST_F(BehindAVan, TheFirstBitThatComesOutHasTheOldName) {
   ASSERT_NE(track, nullptr);
   EXPECT_EQ(track->id, 2U);
   EXPECT_LT(track->area_px, 61 * 41 / 2) << "most of it is still hidden";
+}
+
+TEST_F(BehindAVan, TheFirstBitMayComeOutBesideWhereItWasExpected) {
+  for (double x = 60.0; x <= 345.0; x += 15.0) {
+    Shape van = kVan;
+    van.x = x;
+    van.half_height = 90.0;
+    Shape expected = kParked;
+    expected.y += x > 270.0 ? 45.0 : 0.0;  // While hidden it is taken to come nearer.
+    scene_.forecasts = {forecast_of(van), forecast_of(expected)};
+    scene_.step(std::array{kParked, van});
+  }
+  const Track* track = scene_.track_of(0);
+  ASSERT_NE(track, nullptr);
+  EXPECT_EQ(track->id, 2U);
+}
+
+TEST(NearMiss, APartOfAThingInSightIsThatThing) {
+  Shape car{.x = 300.0, .y = 100.0, .disparity_px = 6.0};
+  Shape part = car;
+  part.x += 29.0;
+  part.y += 9.0;
+  part.half_width = 12.0;
+  part.half_height = 12.0;
+  TrackerScene scene({}, 0);
+  const Track* track = slip(scene, part, car);
+  ASSERT_NE(track, nullptr);
+  EXPECT_EQ(track->id, 1U);
+}
+
+TEST(NearMiss, WhatHasNearlyLeftTheImageSlipsOntoNothing) {
+  TrackerScene scene({}, 0);
+  const auto step = [&](double car_x, std::span<const Shape> shapes) {
+    const Shape car{.x = car_x, .y = 100.0};
+    scene.forecasts = {forecast_of(car)};
+    scene.step(shapes);
+  };
+  for (const double x : {60.0, 40.0, 20.0, 0.0}) {
+    step(x, std::array{Shape{.x = x, .y = 100.0}});
+  }
+  step(-20.0, std::array{Shape{.x = 20.0, .y = 100.0, .half_width = 8.0}});
+  ASSERT_NE(scene.track_of(0), nullptr);
+  EXPECT_EQ(scene.track_of(0)->id, 2U) << "another one stands where it went";
+}
+
+TEST(NearMiss, SomebodyInFrontOfACarMaySlip) {
+  const Shape car{.x = 100.0, .y = 100.0, .half_width = 60.0, .half_height = 30.0, .disparity_px = 6.0};
+  TrackerScene scene({}, 0);
+  for (int i = 0; i < 4; ++i) {
+    scene.step(std::array{kPerson, car});
+  }
+  ASSERT_NE(scene.track_of(0), nullptr);
+  const std::uint32_t id = scene.track_of(0)->id;
+  scene.step(std::array{moved(kPerson, 14.0), car});
+  ASSERT_NE(scene.track_of(0), nullptr);
+  EXPECT_EQ(scene.track_of(0)->id, id);
+}
+
+TEST(NearMiss, WhatWasSeenBeforeItsDirectionWasKnownGoesWithIt) {
+  TrackerScene scene({}, 0);
+  for (int i = 0; i < 3; ++i) {
+    scene.forecasts.clear();
+    scene.step(std::array{kPerson});
+  }
+  scene.detected = {false};
+  for (int i = 1; i <= 4; ++i) {
+    const Shape there = moved(kPerson, 20.0 * i);
+    scene.forecasts = {{.known = true, .point_px = {there.x, there.y}, .depth_m = 1000.0, .direction_only = true}};
+    scene.step(std::array{there});
+  }
+  ASSERT_EQ(scene.frame().tracks.size(), 1U);
+  EXPECT_GT(scene.left_iou(scene.frame().tracks[0], 0), 0.9);
 }
 
 TEST(NearMiss, WithoutAPlaceItsDirectionWaits) {

@@ -45,6 +45,31 @@ TEST(StereoPositionFilter, FollowsAnObjectFromAMovingCamera) {
   EXPECT_LT((filter.velocity_mps() - velocity).norm(), 1.5);
 }
 
+TEST(StereoPositionFilter, ADirectionCorrectsWhatGoesAcrossTheViewAndLeavesDepth) {
+  StereoPositionFilter filter({}, kGeometry);
+  const Eigen::Vector3d position(2.0, 0.5, 30.0);
+  const Eigen::Matrix3d spread = 0.25 * Eigen::Matrix3d::Identity();
+  filter.start(0, position, {3.0, 0.0, 0.0}, spread);  // In truth it stands.
+  for (int i = 1; i <= 20; ++i) {
+    filter.predict(i * kFrame_ns);
+    filter.update_direction(see({}, position).head<2>(), {}, 0.5);
+  }
+  EXPECT_LT((filter.position_m() - position).head<2>().norm(), 0.3) << "went on, it would be six metres off";
+  EXPECT_LT(std::abs(filter.velocity_mps().x()), 1.0);
+  EXPECT_NEAR(filter.position_m().z(), position.z(), 1.0);
+  EXPECT_GT(filter.position_covariance()(2, 2), 4.0 * filter.position_covariance()(0, 0));
+}
+
+TEST(StereoPositionFilter, ADirectionSaysNothingOfWhatIsBehindTheCameraOrUnknown) {
+  StereoPositionFilter filter({}, kGeometry);
+  filter.update_direction({600.0, 170.0}, {}, 0.5);
+  EXPECT_FALSE(filter.initialised());
+  const Eigen::Vector3d behind(0.0, 0.0, -5.0);
+  filter.start(0, behind, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity());
+  filter.update_direction({100.0, 170.0}, {}, 0.5);
+  EXPECT_EQ(filter.position_m(), behind);
+}
+
 TEST(StereoPositionFilter, CovarianceIsThatOfStereo) {
   TrajectoryConfig config;
   config.stereo_sigma_px = 0.5;

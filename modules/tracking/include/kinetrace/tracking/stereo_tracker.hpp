@@ -45,7 +45,8 @@ struct TrackerCounters {
 /// is worth as much as a large one and a fragment less than a whole. Masks say where something is, features say which
 /// of two things it is: when one object passes close to another, theirs is the better memory. What is left over on both
 /// sides is matched once more by nearness: a thing of the same class and about the same size beside its prediction, as
-/// a thin one moves by more than its width, or the first bit of a hidden one on its whole mask.
+/// a thin one moves by more than its width, a part of one in sight that lies on it, or the first bit of a hidden one on
+/// its whole mask or beside it, by the more the longer it has been missed.
 ///
 /// Life: a detection that no track claims is born tentative, confirmed when matched in `confirm_frames` frames,
 /// propagated by its prediction for `max_missed_frames`, and ended then. A confirmed track with a forecast waits for
@@ -119,10 +120,14 @@ class StereoTracker {
   void count_votes(LabelView detections, std::span<const Feature> features) noexcept;
   void associate(const DetectionFrame& detections, std::span<const Feature> features) noexcept;
   void add_affinities(const TrackInstance& instance, std::span<const Detection> detections) noexcept;
-  /// Detections that no prediction meets, of unclaimed tracks: something thin that has moved by more than its width, or
-  /// the first bit of something that comes out from behind another.
+  /// Detections that no prediction meets, of unclaimed tracks: something thin that has moved by more than its width, a
+  /// part of something, or the first bit of what comes out from behind another.
   void add_near_misses(const TrackInstance& instance, std::span<const Detection> detections) noexcept;
-  /// Where another track is expected to be seen.
+  [[nodiscard]] static bool nearly_met(const TrackInstance& instance, const Detection& detection,
+                                       double gap_px) noexcept;
+  /// Of the detection, on the whole predicted mask.
+  [[nodiscard]] static double part_on(const TrackInstance& instance, const Detection& detection) noexcept;
+  /// Where another track of its class is expected to be seen.
   [[nodiscard]] bool lies_on_another(const Detection& detection, const TrackInstance& instance) const noexcept;
   /// Gives tracks without a detection the one that they are matched with.
   void claim(const Assignment& match) noexcept;

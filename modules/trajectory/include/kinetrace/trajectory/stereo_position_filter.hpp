@@ -33,6 +33,10 @@ class StereoPositionFilter {
   bool update(const Eigen::Vector3d& uvd_px, int features, const Se3& T_world_cam,
               double surface_sigma_m = 0.0) noexcept;
 
+  /// Takes in where it is seen by one eye, at the time of the last `predict` or `start`, its depth being what was
+  /// expected: `sigma_m` is how far across the line of sight what is seen may lie from the point that is followed.
+  void update_direction(const Eigen::Vector2d& uv_px, const Se3& T_world_cam, double sigma_m) noexcept;
+
   /// True if the last `update` found the object somewhere else and started again there.
   [[nodiscard]] bool jumped() const noexcept { return jumped_; }
 
