@@ -382,11 +382,16 @@ void ObjectState::start_filter() {
   // The pose at hand is the last frame's, or this one's at birth.
   const bool known_before = motion_.size() > 0;
   const trajectory::MotionEstimate motion = motion_.at(0);
+  // Its last poses may be too unsure to show a motion that was well known before.
+  const bool goes_on = known_motion_ && known_motion_->moving;
   // Out of sight, what showed no motion is best looked for where it was.
-  const bool stays = shows_no_motion();
+  const bool stays = shows_no_motion() && !goes_on;
+  const Eigen::Vector3d velocity_mps = motion.moving ? motion.velocity_mps
+                                       : goes_on
+                                           ? Eigen::Vector3d(T_world_obj_.rotation * known_motion_->velocity.tail<3>())
+                                           : Eigen::Vector3d(Eigen::Vector3d::Zero());
   const double sigma_m = reconstructed_ ? kReconstructedSigma_m : kStartSigma_m;
-  filter_.start(known_before ? previous_timestamp_ns_ : timestamp_ns_, T_world_obj_ * -stereo_offset_m_,
-                motion.moving ? motion.velocity_mps : Eigen::Vector3d(Eigen::Vector3d::Zero()),
+  filter_.start(known_before ? previous_timestamp_ns_ : timestamp_ns_, T_world_obj_ * -stereo_offset_m_, velocity_mps,
                 sigma_m * sigma_m * Eigen::Matrix3d::Identity(), stays);
 }
 
