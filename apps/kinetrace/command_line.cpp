@@ -139,6 +139,25 @@ void add_doctor(CLI::App& app, DoctorOptions& options) {
   doctor.footer(kFooter);
 }
 
+void add_bench(CLI::App& app, BenchOptions& options) {
+  CLI::App& bench = *app.add_subcommand(
+      "bench", "Times every stage on a recording, alone or against an earlier version; writes no run folder");
+  bench.add_option("--dataset", options.source.dataset, "A recording, as for run")
+      ->type_name("LAYOUT:PATH")
+      ->required();
+  bench.add_option("--sequence", options.source.sequence, "Sequence, where the path holds several");
+  bench.add_option("--segmentation", options.segmentation, "Where objects come from, as for run")->type_name("HOW");
+  add_config_options(bench, options.config);
+  bench.add_option("--repeat", options.repeat, "Plays the recording this often")
+      ->type_name("N")
+      ->check(CLI::Range(1, 10'000))
+      ->capture_default_str();
+  bench.add_option("--out", options.out, "Writes the times as JSON, for --against")->type_name("FILE");
+  bench.add_option("--against", options.against, "Shows what has changed since this file was written")
+      ->type_name("FILE");
+  bench.footer(kFooter);
+}
+
 void add_plan(CLI::App& app, PlanOptions& options, std::string& size) {
   CLI::App& plan = *app.add_subcommand("plan", "Prints who takes how much memory, and whether the budget holds it");
   add_config_options(plan, options.config);
@@ -335,6 +354,7 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   RunOptions run;
   RecordOptions record;
   DoctorOptions doctor;
+  BenchOptions bench;
   PlanOptions plan;
   ConfigOptions config;
   EvaluateOptions evaluate;
@@ -351,6 +371,7 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   add_run(app, run, out, raw_out);
   add_record(app, record, raw_out);
   add_doctor(app, doctor);
+  add_bench(app, bench);
   add_plan(app, plan, size);
   add_show_config(app, config);
   add_evaluate(app, evaluate);
@@ -379,6 +400,9 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   }
   if (app.got_subcommand("doctor")) {
     return doctor;
+  }
+  if (app.got_subcommand("bench")) {
+    return bench;
   }
   if (app.got_subcommand("plan")) {
     return with_size(plan, size);

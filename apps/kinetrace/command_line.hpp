@@ -69,6 +69,15 @@ struct DoctorOptions {
   ConfigSource config;
 };
 
+struct BenchOptions {
+  SourceOptions source;  ///< A recording.
+  std::string segmentation;
+  ConfigSource config;
+  int repeat = 3;
+  std::string out;      ///< JSON; empty: none.
+  std::string against;  ///< An earlier one; empty: no comparison.
+};
+
 struct PlanOptions {
   ConfigSource config;
   std::string publish;  ///< As for a run.
@@ -144,8 +153,9 @@ struct MaskOptions {
 /// Asked for help or the version, which has been printed.
 struct NothingToDo {};
 
-using Command = std::variant<RunOptions, RecordOptions, DoctorOptions, PlanOptions, ConfigOptions, EvaluateOptions,
-                             StudyOptions, FigureOptions, KeysOptions, MonitorOptions, MaskOptions, NothingToDo>;
+using Command =
+    std::variant<RunOptions, RecordOptions, DoctorOptions, BenchOptions, PlanOptions, ConfigOptions, EvaluateOptions,
+                 StudyOptions, FigureOptions, KeysOptions, MonitorOptions, MaskOptions, NothingToDo>;
 
 /// Reads the command line. Failures: kUsage.
 [[nodiscard]] Outcome<Command> parse_command_line(int argc, const char* const* argv);

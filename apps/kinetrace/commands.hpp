@@ -17,6 +17,9 @@ namespace kinetrace::app {
 /// Prints the memory plan.
 [[nodiscard]] int plan_command(const PlanOptions& options);
 
+/// Times the stages on a recording.
+[[nodiscard]] int bench_command(const BenchOptions& options);
+
 /// Prints the configuration as commented YAML.
 [[nodiscard]] int config_command(const ConfigOptions& options);
 

@@ -14,6 +14,7 @@ struct Dispatch {
   int operator()(const RunOptions& options) const { return run_command(options); }
   int operator()(const RecordOptions& options) const { return record_command(options); }
   int operator()(const DoctorOptions& options) const { return doctor_command(options); }
+  int operator()(const BenchOptions& options) const { return bench_command(options); }
   int operator()(const PlanOptions& options) const { return plan_command(options); }
   int operator()(const ConfigOptions& options) const { return config_command(options); }
   int operator()(const EvaluateOptions& options) const { return evaluate_command(options); }

@@ -14,20 +14,40 @@ namespace {
 
 constexpr std::chrono::milliseconds kFrameTimeout(2000);
 
+// From rectification to trajectories; timed where there is a clock.
+Result<const FrameResult*> process(const StereoFrame& frame, hal::Rectifier& rectifier, pipeline::Pipeline& pipeline,
+                                   StageClock* clock) {
+  if (clock != nullptr) {
+    clock->begin_frame();
+  }
+  const Result<RectifiedPair> pair = [&] {
+    const StageScope scope(clock, Stage::kRectify);
+    return rectifier.process(frame);
+  }();
+  Result<const FrameResult*> result = pair ? pipeline.process(*pair, clock) : tl::unexpected(pair.error());
+  if (clock != nullptr) {
+    clock->end_frame();
+  }
+  return result;
+}
+
 Status play(hal::FileStereoCamera& camera, hal::Rectifier& rectifier, pipeline::Pipeline& pipeline,
-            const std::function<Status(const FrameResult&)>& visit) {
+            const std::function<Status(const FrameResult&)>& visit, StageClock* clock) {
   for (const Status& status : {camera.open(), camera.start()}) {
     if (!status) {
       return status;
     }
   }
   while (interrupted_by() == 0) {
-    const Result<StereoFrame> frame = camera.next(kFrameTimeout);
+    const Result<StereoFrame> frame = [&] {
+      const StageScope scope(clock, Stage::kCapture);
+      return camera.next(kFrameTimeout);
+    }();
     if (!frame && frame.error().code == ErrorCode::kEndOfStream) {
       break;
     }
-    const Result<RectifiedPair> pair = frame ? rectifier.process(*frame) : tl::unexpected(frame.error());
-    const Result<const FrameResult*> result = pair ? pipeline.process(*pair) : tl::unexpected(pair.error());
+    const Result<const FrameResult*> result =
+        frame ? process(*frame, rectifier, pipeline, clock) : tl::unexpected(frame.error());
     Status visited = result ? visit(**result) : tl::unexpected(result.error());
     if (!visited) {
       return visited;
@@ -44,7 +64,7 @@ Status play(hal::FileStereoCamera& camera, hal::Rectifier& rectifier, pipeline::
 }  // namespace
 
 Status play_recording(const hal::Dataset& dataset, const AppConfig& config,
-                      const std::function<Status(const FrameResult&)>& visit) {
+                      const std::function<Status(const FrameResult&)>& visit, StageClock* clock) {
   const Result<MemoryPlan> plan = plan_memory(config, recording_setup(dataset));
   if (!plan) {
     return tl::unexpected(plan.error());
@@ -62,7 +82,7 @@ Status play_recording(const hal::Dataset& dataset, const AppConfig& config,
   if (!pipeline) {
     return tl::unexpected(pipeline.error());
   }
-  return play(*camera, *rectifier, *pipeline, visit);
+  return play(*camera, *rectifier, *pipeline, visit, clock);
 }
 
 }  // namespace kinetrace::app

@@ -53,6 +53,29 @@ TEST_F(CommandLine, HelpListsCommandsAndExitCodes) {
   EXPECT_THAT(run_kinetrace({"run", "--help"}).out, HasSubstr("--dataset LAYOUT:PATH"));
 }
 
+TEST_F(CommandLine, BenchTimesStagesAndComparesThemWithEarlierOnes) {
+  recording_.write();
+  const std::string file = scratch_.file("bench.json");
+  const std::vector<std::string> bench{"bench", "--dataset", recording_.dataset(), "--repeat", "2"};
+  std::vector<std::string> first = bench;
+  first.insert(first.end(), {"--out", file});
+  const ProgramResult result = run_kinetrace(first);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, ::testing::AllOf(HasSubstr("track_features"), HasSubstr("12 frames"), HasSubstr("frame ")));
+  const nlohmann::json written = nlohmann::json::parse(text_of(file));
+  EXPECT_EQ(written["frame_ms"]["count"], 2 * recording_.frames);
+  EXPECT_GT(written["stage_ms"]["track_features"]["median"], 0.0);
+  EXPECT_FALSE(std::filesystem::exists(out_));
+
+  std::vector<std::string> second = bench;
+  second.insert(second.end(), {"--against", file});
+  EXPECT_THAT(run_kinetrace(second).out, ::testing::AllOf(HasSubstr("before: "), HasSubstr(" %")));
+  second.back() = scratch_.file("none.json");
+  const ProgramResult absent = run_kinetrace(second);
+  EXPECT_EQ(absent.exit_code, 66);
+  EXPECT_THAT(absent.err, HasSubstr("none.json"));
+}
+
 TEST_F(CommandLine, VersionIsOneLine) {
   const ProgramResult result = run_kinetrace({"--version"});
   EXPECT_EQ(result.exit_code, 0);

@@ -196,8 +196,7 @@ Status check_security_files(const SecurityConfig& config, std::int64_t now_s) {
   if (Status may_sign = check_signer(signer_path, signer->get()); !may_sign) {
     return may_sign;
   }
-  if (Status governance = check_signed("governance", config.governance, signer_path, signer->get());
-      !governance) {
+  if (Status governance = check_signed("governance", config.governance, signer_path, signer->get()); !governance) {
     return governance;
   }
   return check_signed("permissions", config.permissions, signer_path, signer->get());

@@ -9,9 +9,9 @@
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/core/fixed_vector.hpp"
 #include "kinetrace/core/frame_result.hpp"
+#include "kinetrace/core/latest_value.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/publishing/event_queue.hpp"
-#include "kinetrace/core/latest_value.hpp"
 #include "kinetrace/publishing/publish_config.hpp"
 #include "kinetrace/publishing/published_frame.hpp"
 

@@ -1,0 +1,130 @@
+#include "frame_player.hpp"
+
+#include <utility>
+
+#include "clocks.hpp"
+
+namespace kinetrace::app {
+
+Status FramePlayer::go_live(const AppConfig& config, const CameraSetup& setup, double rate_hz, Arena& arena) {
+  capture_clock_ = std::make_unique<StageClock>();
+  LiveRun::Processing processing{.process =
+                                     [this](const RectifiedPair& pair) {
+                                       clock_->begin_frame();
+                                       return process(pair);
+                                     },
+                                 .idle = [this] { tell_health(); },
+                                 .limit = [this](const Effort& effort) { chain_.pipeline.limit(effort); },
+                                 .max_objects = config.pipeline.tracking.max_objects};
+  auto live = LiveRun::create(config.live, rate_hz, !setup.live, chain_.rectifier.geometry(), std::move(processing),
+                              report_.health, arena);
+  if (!live) {
+    return tl::unexpected(live.error());
+  }
+  live_ = std::move(*live);
+  return {};
+}
+
+Status FramePlayer::play(const StereoFrame& frame) {
+  if (live_) {
+    live_->await(frame);
+  }
+  capture_clock().begin_frame();
+  const Result<RectifiedPair> pair = prepare(frame);
+  if (!pair) {
+    return tl::unexpected(pair.error());
+  }
+  if (!live_) {
+    return process(*pair);
+  }
+  capture_clock().end_frame();
+  Status offered = live_->offer(*pair);
+  allocations_at_last_offer_ = allocation_counts();
+  return offered;
+}
+
+void FramePlayer::pass_silence() {
+  // Waiting for a camera that has gone, or is silent, is what a run is to do then. While frames come, only results
+  // count.
+  if (report_.health.camera() != hal::CameraState::kStreaming) {
+    chain_.service->progress(steady_time_ns());
+  }
+  if (!live_) {
+    tell_health();
+  }
+}
+
+Processed FramePlayer::processed() const {
+  Processed processed = progressed_.get();
+  if (live_) {
+    // The last pair is processed while capture ends already.
+    processed.allocations = allocations_at_last_offer_;
+  }
+  return processed;
+}
+
+Result<RectifiedPair> FramePlayer::prepare(const StereoFrame& frame) {
+  record_raw(frame);
+  Result<RectifiedPair> pair = [&] {
+    const StageScope scope(&capture_clock(), Stage::kRectify);
+    return chain_.rectifier.process(frame);
+  }();
+  if (pair && chain_.pairing) {
+    chain_.pairing->process(*pair, report_.health);
+  }
+  return pair;
+}
+
+// Recording must not stop anything else.
+void FramePlayer::record_raw(const StereoFrame& frame) {
+  if (!chain_.raw) {
+    return;
+  }
+  if (chain_.waits_for_disk) {
+    chain_.raw->wait_for_room();
+  }
+  chain_.raw->offer(frame);
+  if (const std::optional<Error> stopped = chain_.raw->stopped_by()) {
+    report_.warn_now(raw_stopped(*stopped));
+    report_.health.note(HealthReason::kRecordingStopped);
+    chain_.raw_ended = std::move(chain_.raw);
+  }
+}
+
+Status FramePlayer::process(const RectifiedPair& pair) {
+  const Result<const FrameResult*> result = chain_.pipeline.process(pair, clock_.get());
+  if (!result) {
+    return tl::unexpected(result.error());
+  }
+  report_.health.observe((*result)->newest);
+  hand_over(**result);
+  clock_->end_frame();
+  Status recorded = chain_.recorder.record(**result);
+  progressed_.set({.frames = progressed_.get().frames + 1,
+                   .objects_now = static_cast<int>((*result)->newest.objects.size()),
+                   .counters = (*result)->counters,
+                   .allocations = allocation_counts()});
+  chain_.service->progress(steady_time_ns());
+  if (chain_.publishing) {
+    chain_.publishing->send();
+  }
+  return recorded;
+}
+
+void FramePlayer::hand_over(const FrameResult& result) {
+  if (!chain_.publishing) {
+    return;
+  }
+  const StageScope scope(clock_.get(), Stage::kPublish);
+  report_.health.note(HealthReason::kNotPublished, chain_.publishing->is_connected() ? 0 : 1);
+  chain_.publishing->offer_health(report_.health, result.counters);
+  chain_.publishing->offer(result);
+}
+
+void FramePlayer::tell_health() {
+  if (chain_.publishing) {
+    chain_.publishing->offer_health(report_.health, progressed_.get().counters);
+  }
+}
+
+}  // namespace kinetrace::app

@@ -1,0 +1,69 @@
+// From a camera's frame to results recorded and on their way.
+#pragma once
+
+#include <memory>
+#include <mutex>
+
+#include "kinetrace/core/allocation_counter.hpp"
+#include "live_run.hpp"
+#include "run_chain.hpp"
+#include "run_report.hpp"
+#include "stage_clock.hpp"
+
+namespace kinetrace::app {
+
+/// What the thread that processes and the one that captures both look at.
+class Progressed {
+ public:
+  void set(const Processed& value) {
+    const std::lock_guard lock(mutex_);
+    value_ = value;
+  }
+  [[nodiscard]] Processed get() const {
+    const std::lock_guard lock(mutex_);
+    return value_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  Processed value_;
+};
+
+/// A run's frames, one after the other in one thread, or with processing beside capture (live). Calls come from the
+/// thread that captures; `chain` and `report` outlive it.
+class FramePlayer {
+ public:
+  FramePlayer(Chain& chain, RunReport& report) : chain_(chain), report_(report) {}
+
+  /// Live from now on; once, before the first frame. Errors: those of LiveRun::create.
+  [[nodiscard]] Status go_live(const AppConfig& config, const CameraSetup& setup, double rate_hz, Arena& arena);
+  /// Errors: those of the parts of the chain; live, those of an earlier frame.
+  [[nodiscard]] Status play(const StereoFrame& frame);
+  /// While no frame comes. Live, the other thread tells health.
+  void pass_silence();
+  /// After the last frame. Errors: those of processing what waited.
+  [[nodiscard]] Status finish() { return live_ ? live_->finish() : Status{}; }
+
+  [[nodiscard]] Processed processed() const;
+  [[nodiscard]] StageClock& capture_clock() noexcept { return capture_clock_ ? *capture_clock_ : *clock_; }
+  [[nodiscard]] const StageClock& clock() const noexcept { return *clock_; }
+  /// Null if not live.
+  [[nodiscard]] const LiveRun* live() const noexcept { return live_.get(); }
+
+ private:
+  [[nodiscard]] Result<RectifiedPair> prepare(const StereoFrame& frame);
+  void record_raw(const StereoFrame& frame);
+  [[nodiscard]] Status process(const RectifiedPair& pair);
+  void hand_over(const FrameResult& result);
+  void tell_health();
+
+  Chain& chain_;
+  RunReport& report_;
+  Progressed progressed_;
+  std::unique_ptr<StageClock> clock_ = std::make_unique<StageClock>();
+  AllocationCounts allocations_at_last_offer_;
+  std::unique_ptr<StageClock> capture_clock_;  ///< Null: the same.
+  std::unique_ptr<LiveRun> live_;              ///< Last, so that its thread ends first.
+};
+
+}  // namespace kinetrace::app

@@ -1,0 +1,80 @@
+#include "run_chain.hpp"
+
+#include <utility>
+
+#include "kinetrace/hal/sync_monitor.hpp"
+#include "memory.hpp"
+
+namespace kinetrace::app {
+namespace {
+
+// What is there only where it is asked for.
+Outcome<void> add_extras(Chain& chain, const CameraSetup& setup, const RunOptions& options, Arena& arena) {
+  if (setup.is_camera) {
+    const StereoGeometry& geometry = chain.rectifier.geometry();
+    auto monitor = hal::SyncMonitor::create({}, geometry.width_px, geometry.height_px, arena);
+    if (!monitor) {
+      return failure(monitor.error());
+    }
+    chain.pairing.emplace(*monitor, chain.camera.live);
+  }
+  if (!options.raw.out.empty()) {
+    const double rate_hz = setup.live ? setup.live->left.rate_hz : setup.dataset->nominal_rate_hz;
+    auto raw = RecordingThread::create(raw_recorder_config(options.raw, setup.calibration, rate_hz), arena);
+    if (!raw) {
+      return tl::unexpected(raw.error());
+    }
+    chain.raw = std::move(*raw);
+    chain.waits_for_disk = !setup.live;
+  }
+  if (chain.masks) {
+    chain.publishing->receive_masks(*chain.masks);
+  }
+  return {};
+}
+
+}  // namespace
+
+Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, const PublishingSetup* publishing,
+                          const RunOptions& options, Arena& arena) {
+  auto camera = setup.make(arena);
+  if (!camera) {
+    return failure(camera.error());
+  }
+  auto rectifier = hal::Rectifier::create(setup.calibration, config.rectification, arena);
+  if (!rectifier) {
+    return failure(rectifier.error());
+  }
+  std::unique_ptr<MaskMailbox> masks;
+  if (const std::optional<MaskMailboxConfig> wanted = mask_mailbox_config(config, rectifier->geometry())) {
+    masks = std::make_unique<MaskMailbox>(*wanted, arena);
+  }
+  auto pipeline = pipeline::Pipeline::create(config.pipeline, rectifier->geometry(), arena, masks.get());
+  if (!pipeline) {
+    return failure(pipeline.error());
+  }
+  std::unique_ptr<RunPublishing> published;
+  if (publishing != nullptr) {
+    auto started = publishing->start(rectifier->geometry(), arena);
+    if (!started) {
+      return tl::unexpected(started.error());
+    }
+    published = std::move(*started);
+  }
+  // Last, so that nothing is made or replaced in the run folder unless everything else is ready.
+  auto recorder = recording::RunRecorder::create(recording_config(config, rectifier->geometry(), options.out), arena);
+  if (!recorder) {
+    const bool is_ours =
+        recorder.error().code == ErrorCode::kInvalidConfig || recorder.error().code == ErrorCode::kCapacity;
+    return is_ours ? failure(recorder.error())
+                   : tl::unexpected(Failure{ExitCode::kCannotCreate, recorder.error().message});
+  }
+  Chain chain{std::move(*camera), *rectifier, std::move(masks), std::move(*pipeline), std::move(*recorder), {}, {}, {}};
+  chain.publishing = std::move(published);
+  if (const Outcome<void> added = add_extras(chain, setup, options, arena); !added) {
+    return tl::unexpected(added.error());
+  }
+  return chain;
+}
+
+}  // namespace kinetrace::app

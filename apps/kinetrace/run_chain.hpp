@@ -1,0 +1,41 @@
+// The parts of a run.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "app_config.hpp"
+#include "camera_setup.hpp"
+#include "failure.hpp"
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/hal/rectifier.hpp"
+#include "kinetrace/pipeline/pipeline.hpp"
+#include "kinetrace/recording/run_recorder.hpp"
+#include "mask_mailbox.hpp"
+#include "pairing_keeper.hpp"
+#include "recording_thread.hpp"
+#include "run_publishing.hpp"
+#include "service_notifier.hpp"
+
+namespace kinetrace::app {
+
+/// In the order that a frame passes them. All memory is taken when they are made.
+struct Chain {
+  GuardedCamera camera;
+  hal::Rectifier rectifier;
+  std::unique_ptr<MaskMailbox> masks;  ///< Null unless masks come from another process.
+  pipeline::Pipeline pipeline;
+  recording::RunRecorder recorder;
+  std::optional<PairingKeeper> pairing;          ///< Of cameras; a recording is as it is.
+  std::unique_ptr<RecordingThread> raw;          ///< Null unless asked for.
+  std::unique_ptr<RecordingThread> raw_ended{};  ///< What became of it where it stopped early.
+  bool waits_for_disk = false;                   ///< Recordings do; a camera would lose frames meanwhile.
+  std::unique_ptr<RunPublishing> publishing{};   ///< Null unless asked for.
+  std::unique_ptr<ServiceNotifier> service = std::make_unique<ServiceNotifier>();
+};
+
+/// Makes everything, the run folder last. `publishing` may be null. Failures name what could not be made.
+[[nodiscard]] Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup,
+                                        const PublishingSetup* publishing, const RunOptions& options, Arena& arena);
+
+}  // namespace kinetrace::app
