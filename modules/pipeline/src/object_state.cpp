@@ -386,10 +386,12 @@ void ObjectState::start_filter() {
   const bool goes_on = known_motion_ && known_motion_->moving;
   // Out of sight, what showed no motion is best looked for where it was.
   const bool stays = shows_no_motion() && !goes_on;
-  const Eigen::Vector3d velocity_mps = motion.moving ? motion.velocity_mps
-                                       : goes_on
-                                           ? Eigen::Vector3d(T_world_obj_.rotation * known_motion_->velocity.tail<3>())
-                                           : Eigen::Vector3d(Eigen::Vector3d::Zero());
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+  if (motion.moving) {
+    velocity_mps = motion.velocity_mps;
+  } else if (goes_on) {
+    velocity_mps = T_world_obj_.rotation * known_motion_->velocity.tail<3>();
+  }
   const double sigma_m = reconstructed_ ? kReconstructedSigma_m : kStartSigma_m;
   filter_.start(known_before ? previous_timestamp_ns_ : timestamp_ns_, T_world_obj_ * -stereo_offset_m_, velocity_mps,
                 sigma_m * sigma_m * Eigen::Matrix3d::Identity(), stays);
