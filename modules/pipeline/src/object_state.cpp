@@ -166,7 +166,7 @@ std::optional<Eigen::Vector3d> ObjectState::sighted_position(const FeatureFrame&
 }
 
 Eigen::Vector3d ObjectState::off_body(const Eigen::Vector3d& sighted_m, const Eigen::Vector3d& middle_m) const {
-  const Eigen::Vector3d off_m = sighted_m - middle_m;
+  Eigen::Vector3d off_m = sighted_m - middle_m;
   if (!box_.known()) {
     return off_m;
   }

@@ -32,6 +32,7 @@ struct CameraState {
 /// A track's object from birth to end. Its frame is fixed at birth: origin at the median of its stereo points, axes
 /// parallel to the world's. Pose source per frame, in this order: own reconstruction (tracked), stereo position
 /// (stereo_only), prediction (propagated).
+// Members stand by meaning; there are a few dozen of these. NOLINTNEXTLINE(clang-analyzer-optin.performance.Padding)
 class ObjectState {
  public:
   [[nodiscard]] static Result<ObjectState> create(const PipelineConfig& config, const StereoGeometry& geometry,

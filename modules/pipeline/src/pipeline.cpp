@@ -197,11 +197,12 @@ Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeom
   if (arena.exhausted()) {
     return fail(ErrorCode::kCapacity, "the arena does not hold the pipeline; size it from Pipeline::plan");
   }
+  // Named members need the aggregate itself.  NOLINTNEXTLINE(modernize-make-unique)
   return Pipeline(std::unique_ptr<Impl>(new Impl{.config = c,
                                                  .geometry = geometry,
                                                  .front_end = std::move(*front_end),
                                                  .segmenter = std::move(*segmenter),
-                                                 .tracker = std::move(*tracker),
+                                                 .tracker = *tracker,
                                                  .background = *background,
                                                  .objects = std::move(objects),
                                                  .refiner = std::move(*refiner),

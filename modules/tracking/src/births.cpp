@@ -1,7 +1,7 @@
 // The part of StereoTracker that makes new tracks.
 #include <algorithm>
 #include <array>
-#include <utility>
+#include <tuple>
 
 #include "kinetrace/tracking/stereo_tracker.hpp"
 
@@ -100,16 +100,13 @@ int StereoTracker::alive() const noexcept {
 void StereoTracker::shed() noexcept {
   // As births make room: what is small and has not been seen for long.
   const auto goes_before = [](const TrackInstance& a, const TrackInstance& b) {
-    return std::pair(-a.track.missed_frames, a.track.area_px) < std::pair(-b.track.missed_frames, b.track.area_px);
+    const auto rank = [](const TrackInstance& instance) {
+      return std::tuple(!instance.alive(), -instance.track.missed_frames, instance.track.area_px);
+    };
+    return rank(a) < rank(b);
   };
   for (int count = alive(); count > most_tracks_; --count) {
-    TrackInstance* first = nullptr;
-    for (TrackInstance& instance : slots_) {
-      if (instance.alive() && (first == nullptr || goes_before(instance, *first))) {
-        first = &instance;
-      }
-    }
-    end(*first);
+    end(*std::min_element(slots_.begin(), slots_.end(), goes_before));
   }
 }
 
