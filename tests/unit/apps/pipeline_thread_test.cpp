@@ -11,6 +11,7 @@ namespace {
 
 constexpr StereoGeometry kGeometry{
     .fx_px = 100.0, .fy_px = 100.0, .cx_px = 8.0, .cy_px = 4.0, .baseline_m = 0.1, .width_px = 16, .height_px = 8};
+constexpr std::size_t kPixels = 128;  // Of an image.
 
 /// What was processed; holds processing up while `closed`.
 class Gate {
@@ -56,8 +57,8 @@ class PipelineThreadTest : public ::testing::Test {
  protected:
   /// Its images and name are gone when this returns.
   Result<bool> offer(std::int64_t frame) {
-    std::vector<std::uint8_t> left(16 * 8, static_cast<std::uint8_t>(frame));
-    std::vector<std::uint8_t> right(16 * 8, static_cast<std::uint8_t>(100));
+    std::vector<std::uint8_t> left(kPixels, static_cast<std::uint8_t>(frame));
+    std::vector<std::uint8_t> right(kPixels, static_cast<std::uint8_t>(100));
     std::string name = "frame " + std::to_string(frame);
     Result<bool> offered = thread_->offer({.frame_index = frame,
                                            .timestamp_ns = frame,

@@ -90,9 +90,9 @@ class BehindAVan : public ::testing::Test {
 };
 
 TEST_F(BehindAVan, TheFirstBitThatComesOutHasTheOldName) {
-  for (double x = 60.0; x <= 345.0; x += 15.0) {
+  for (int x = 60; x <= 345; x += 15) {
     step(x);
-    if (x == 285.0) {
+    if (x == 285) {
       EXPECT_EQ(scene_.track_of(0), nullptr) << "all of it is hidden";
     }
   }
@@ -103,12 +103,12 @@ TEST_F(BehindAVan, TheFirstBitThatComesOutHasTheOldName) {
 }
 
 TEST_F(BehindAVan, TheFirstBitMayComeOutBesideWhereItWasExpected) {
-  for (double x = 60.0; x <= 345.0; x += 15.0) {
+  for (int x = 60; x <= 345; x += 15) {
     Shape van = kVan;
     van.x = x;
     van.half_height = 90.0;
     Shape expected = kParked;
-    expected.y += x > 270.0 ? 45.0 : 0.0;  // While hidden it is taken to come nearer.
+    expected.y += x > 270 ? 45.0 : 0.0;  // While hidden it is taken to come nearer.
     scene_.forecasts = {forecast_of(van), forecast_of(expected)};
     scene_.step(std::array{kParked, van});
   }
