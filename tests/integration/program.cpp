@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <utility>
 
 namespace kinetrace::test {
 namespace {
@@ -29,25 +30,38 @@ std::string unique_path(const char* stem) {
 
 }  // namespace
 
-Program::Program(const std::vector<std::string>& arguments)
-    : out_path_(unique_path(".out")), err_path_(unique_path(".err")) {
-  std::string program = KINETRACE_PROGRAM;
-  std::vector<char*> argv{program.data()};
-  std::vector<std::string> copies = arguments;
-  for (std::string& argument : copies) {
+pid_t start_program(std::vector<std::string> command, const std::string& out_path, const std::string& err_path) {
+  std::vector<char*> argv;
+  for (std::string& argument : command) {
     argv.push_back(argument.data());
   }
   argv.push_back(nullptr);
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
   constexpr int kCreate = O_WRONLY | O_CREAT | O_TRUNC;
-  posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, out_path_.c_str(), kCreate, 0600);
-  posix_spawn_file_actions_addopen(&files, STDERR_FILENO, err_path_.c_str(), kCreate, 0600);
-  const int error = posix_spawn(&pid_, program.c_str(), &files, nullptr, argv.data(), environ);
+  posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, out_path.c_str(), kCreate, 0600);
+  posix_spawn_file_actions_addopen(&files, STDERR_FILENO, err_path.c_str(), kCreate, 0600);
+  pid_t pid = -1;
+  const int error = posix_spawnp(&pid, argv[0], &files, nullptr, argv.data(), environ);
   posix_spawn_file_actions_destroy(&files);
   if (error != 0) {
-    throw std::runtime_error("cannot start " + program);
+    throw std::runtime_error("cannot start " + command[0]);
   }
+  return pid;
+}
+
+int await_end(pid_t pid) {
+  constexpr int kSignalBase = 128;
+  int status = 0;
+  waitpid(pid, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : kSignalBase + WTERMSIG(status);
+}
+
+Program::Program(const std::vector<std::string>& arguments)
+    : out_path_(unique_path(".out")), err_path_(unique_path(".err")) {
+  std::vector<std::string> command{KINETRACE_PROGRAM};
+  command.insert(command.end(), arguments.begin(), arguments.end());
+  pid_ = start_program(std::move(command), out_path_, err_path_);
 }
 
 void Program::send(int signal) const {
@@ -55,9 +69,8 @@ void Program::send(int signal) const {
 }
 
 ProgramResult Program::wait() {
-  int status = 0;
-  waitpid(pid_, &status, 0);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), take_file(out_path_), take_file(err_path_)};
+  const int exit_code = await_end(pid_);
+  return {exit_code, take_file(out_path_), take_file(err_path_)};
 }
 
 }  // namespace kinetrace::test

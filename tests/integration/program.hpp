@@ -7,6 +7,12 @@
 
 namespace kinetrace::test {
 
+/// Starts `command`, whose program may be one of the PATH, with its output in these files. Throws where that fails.
+[[nodiscard]] pid_t start_program(std::vector<std::string> command, const std::string& out_path,
+                                  const std::string& err_path);
+/// Waits for its end: the exit code, or 128 + n if signal n killed it.
+[[nodiscard]] int await_end(pid_t pid);
+
 struct ProgramResult {
   int exit_code = -1;  ///< 128 + n if signal n killed it.
   std::string out;

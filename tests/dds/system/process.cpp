@@ -4,15 +4,15 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <fcntl.h>
 #include <filesystem>
 #include <fstream>
-#include <spawn.h>
 #include <sstream>
-#include <stdexcept>
 #include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
+#include <utility>
+
+#include "program.hpp"
 
 namespace kinetrace::test {
 namespace {
@@ -41,29 +41,10 @@ std::string last_line(const std::string& path) {
   return text.substr(begin == std::string::npos ? 0 : begin + 1, end - (begin == std::string::npos ? 0 : begin + 1));
 }
 
-int exit_code(int status) {
-  constexpr int kSignalBase = 128;
-  return WIFEXITED(status) ? WEXITSTATUS(status) : kSignalBase + WTERMSIG(status);
-}
-
 }  // namespace
 
 Process::Process(std::vector<std::string> command) : out_path_(unique_path(".out")), err_path_(unique_path(".err")) {
-  std::vector<char*> argv;
-  for (std::string& argument : command) {
-    argv.push_back(argument.data());
-  }
-  argv.push_back(nullptr);
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  constexpr int kCreate = O_WRONLY | O_CREAT | O_TRUNC;
-  posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, out_path_.c_str(), kCreate, 0600);
-  posix_spawn_file_actions_addopen(&files, STDERR_FILENO, err_path_.c_str(), kCreate, 0600);
-  const int error = posix_spawnp(&pid_, argv[0], &files, nullptr, argv.data(), environ);
-  posix_spawn_file_actions_destroy(&files);
-  if (error != 0) {
-    throw std::runtime_error("cannot start " + command[0]);
-  }
+  pid_ = start_program(std::move(command), out_path_, err_path_);
   is_running_ = true;
 }
 
@@ -81,10 +62,8 @@ void Process::send(int signal) const {
 }
 
 int Process::wait() {
-  int status = 0;
-  waitpid(pid_, &status, 0);
   is_running_ = false;
-  return exit_code(status);
+  return await_end(pid_);
 }
 
 int Process::stop() {
