@@ -1,12 +1,21 @@
 #include "app_config.hpp"
 
+#include <cmath>
+
+#include "board_profiles.hpp"
 #include "config_file.hpp"
 #include "kinetrace/segmentation/config.hpp"
 
 namespace kinetrace::app {
 
 Status AppConfig::validate() const {
-  for (const Status& status : {rectification.validate(), live.validate(), pipeline.validate()}) {
+  const double budget_mib = pipeline.memory.budget_mib;
+  if (board.memory_mib > 0 && budget_mib > board.memory_mib) {
+    return fail(ErrorCode::kInvalidConfig,
+                "memory.budget_mib = " + std::to_string(std::lround(budget_mib)) +
+                    " is more than the board has: board.memory_mib = " + std::to_string(board.memory_mib));
+  }
+  for (const Status& status : {board.validate(), rectification.validate(), live.validate(), pipeline.validate()}) {
     if (!status) {
       return status;
     }
@@ -17,6 +26,11 @@ Status AppConfig::validate() const {
 Result<AppConfig> load_config(const ConfigSource& source, const std::string& segmentation) {
   AppConfig config;
   const ConfigFields fields = fields_of(config);
+  if (!source.board.empty()) {
+    if (const Status status = apply_board(source.board, fields); !status) {
+      return tl::unexpected(status.error());
+    }
+  }
   if (!source.file.empty()) {
     if (const Status status = read_config_file(source.file, fields); !status) {
       return tl::unexpected(status.error());

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "board_config.hpp"
 #include "command_line.hpp"
 #include "config_fields.hpp"
 #include "kinetrace/hal/rectifier.hpp"
@@ -19,6 +20,7 @@ struct OutputConfig {
 };
 
 struct AppConfig {
+  BoardConfig board;
   hal::RectifierConfig rectification;
   OutputConfig output;
   LiveConfig live;
@@ -29,6 +31,7 @@ struct AppConfig {
 
 template <typename Visitor>
 void visit_fields(AppConfig& config, Visitor&& visit) {
+  visit_fields(config.board, visit);
   visit("rectification.keep_borders", config.rectification.keep_borders,
         "0 cuts away pixels without image data, 1 keeps every source pixel; where the calibration leaves the choice");
   visit("output.mots", config.output.mots, "write mots.txt: the tracked masks");
@@ -38,8 +41,8 @@ void visit_fields(AppConfig& config, Visitor&& visit) {
   pipeline::visit_fields(config.pipeline, visit);
 }
 
-/// Defaults, then the file, then the settings; checked as a whole. `segmentation` as on the command line, empty for the
-/// configured one. Errors: kInvalidConfig, kNotFound, kIo, kInvalidArgument (segmentation).
+/// Defaults, then the board, the file and the settings; checked as a whole. `segmentation` as on the command line,
+/// empty for the configured one. Errors: kInvalidConfig, kNotFound, kIo, kInvalidArgument (segmentation).
 [[nodiscard]] Result<AppConfig> load_config(const ConfigSource& source, const std::string& segmentation = "");
 
 }  // namespace kinetrace::app

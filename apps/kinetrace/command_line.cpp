@@ -29,6 +29,8 @@ std::string dds_prefix_error(const std::string& prefix) {
 }
 
 void add_config_options(CLI::App& command, ConfigSource& source) {
+  command.add_option("--board", source.board, "Begins with the settings for a board: those in config/boards")
+      ->type_name("NAME");
   command.add_option("--config", source.file, "YAML file; `kinetrace config` prints one with all keys")
       ->type_name("FILE");
   command.add_option("--set", source.settings, "Sets one key, after the file; may be repeated")
@@ -162,7 +164,9 @@ void add_plan(CLI::App& app, PlanOptions& options, std::string& size) {
   CLI::App& plan = *app.add_subcommand("plan", "Prints who takes how much memory, and whether the budget holds it");
   add_config_options(plan, options.config);
   add_publish_option(plan, options.publish);
-  plan.add_option("--size", size, "Size of one eye's images")->type_name("WxH")->capture_default_str();
+  plan.add_option("--size", size,
+                  "Size of one eye's images; without it, the board's (board.image_width_px, ..._height_px)")
+      ->type_name("WxH");
 }
 
 void add_study(CLI::App& app, StudyOptions& options, std::string& out) {
@@ -331,6 +335,9 @@ MaskOptions with_folders(MaskOptions options, const std::string& folders) {
 }
 
 Outcome<PlanOptions> with_size(PlanOptions options, const std::string& size) {
+  if (size.empty()) {
+    return options;
+  }
   char rest = 0;
   // NOLINTNEXTLINE(cert-err34-c): values beyond int's range are refused by the bounds below.
   const int fields = std::sscanf(size.c_str(), "%5dx%5d%c", &options.width_px, &options.height_px, &rest);
@@ -367,7 +374,7 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   std::string recording;
   std::string folders;
   std::string raw_out;
-  std::string size = "1242x375";
+  std::string size;
   add_run(app, run, out, raw_out);
   add_record(app, record, raw_out);
   add_doctor(app, doctor);

@@ -13,8 +13,9 @@
 
 namespace kinetrace::app {
 
-/// Where a configuration comes from; later ones win: defaults, the file, the settings in order.
+/// Where a configuration comes from; later ones win: defaults, the board, the file, the settings in order.
 struct ConfigSource {
+  std::string board;                  ///< Name of a profile; empty: none.
   std::string file;                   ///< Empty: none.
   std::vector<std::string> settings;  ///< "key=value" each.
 };
@@ -81,7 +82,7 @@ struct BenchOptions {
 struct PlanOptions {
   ConfigSource config;
   std::string publish;  ///< As for a run.
-  int width_px = 0;
+  int width_px = 0;     ///< 0: as the configuration says.
   int height_px = 0;
 };
 

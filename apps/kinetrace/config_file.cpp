@@ -13,14 +13,14 @@ namespace {
 
 constexpr std::uintmax_t kMaxFileBytes = 1 << 20;
 
-std::string at_line(const std::filesystem::path& path, const YAML::Mark& mark) {
-  return path.string() + ":" + std::to_string(mark.line + 1) + ": ";
+std::string at_line(const std::string& name, const YAML::Mark& mark) {
+  return name + ":" + std::to_string(mark.line + 1) + ": ";
 }
 
 // Walks the maps of one file, from the outermost inwards.
 class FileReader {
  public:
-  FileReader(const std::filesystem::path& path, const ConfigFields& fields) : path_(path), fields_(fields) {}
+  FileReader(const std::string& name, const ConfigFields& fields) : name_(name), fields_(fields) {}
 
   Status read_map(const YAML::Node& map, const std::string& prefix) {
     for (const auto& entry : map) {
@@ -62,10 +62,10 @@ class FileReader {
   }
 
   [[nodiscard]] Status error(const YAML::Node& node, const std::string& message) const {
-    return fail(ErrorCode::kInvalidConfig, at_line(path_, node.Mark()) + message);
+    return fail(ErrorCode::kInvalidConfig, at_line(name_, node.Mark()) + message);
   }
 
-  const std::filesystem::path& path_;
+  const std::string& name_;
   const ConfigFields& fields_;
   std::map<std::string, int> line_of_;
 };
@@ -112,23 +112,24 @@ nlohmann::ordered_json json_value(const ConfigField& field) {
 
 }  // namespace
 
-Status read_config_file(const std::filesystem::path& path, const ConfigFields& fields) {
-  const Result<std::string> text = read_text(path);
-  if (!text) {
-    return tl::unexpected(text.error());
-  }
+Status read_config_text(const std::string& name, std::string_view text, const ConfigFields& fields) {
   try {
-    const YAML::Node root = YAML::Load(*text);
+    const YAML::Node root = YAML::Load(std::string(text));
     if (root.IsNull()) {
       return {};
     }
     if (!root.IsMap()) {
-      return fail(ErrorCode::kInvalidConfig, at_line(path, root.Mark()) + "expected lines of `key: value`");
+      return fail(ErrorCode::kInvalidConfig, at_line(name, root.Mark()) + "expected lines of `key: value`");
     }
-    return FileReader(path, fields).read_map(root, "");
+    return FileReader(name, fields).read_map(root, "");
   } catch (const YAML::Exception& error) {
-    return fail(ErrorCode::kInvalidConfig, at_line(path, error.mark) + "not valid YAML: " + error.msg);
+    return fail(ErrorCode::kInvalidConfig, at_line(name, error.mark) + "not valid YAML: " + error.msg);
   }
+}
+
+Status read_config_file(const std::filesystem::path& path, const ConfigFields& fields) {
+  const Result<std::string> text = read_text(path);
+  return text ? read_config_text(path.string(), *text, fields) : Status(tl::unexpected(text.error()));
 }
 
 Status apply_setting(std::string_view setting, const ConfigFields& fields) {

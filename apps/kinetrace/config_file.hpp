@@ -15,6 +15,9 @@ namespace kinetrace::app {
 /// YAML).
 [[nodiscard]] Status read_config_file(const std::filesystem::path& path, const ConfigFields& fields);
 
+/// The same for a text; errors call it `name`.
+[[nodiscard]] Status read_config_text(const std::string& name, std::string_view text, const ConfigFields& fields);
+
 /// Applies one `key=value` of the command line. Errors: kInvalidConfig.
 [[nodiscard]] Status apply_setting(std::string_view setting, const ConfigFields& fields);
 

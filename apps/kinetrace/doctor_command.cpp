@@ -188,13 +188,12 @@ void judge_geometry(const StereoGeometry& geometry, const hal::RigCalibration& c
                          text(", baseline %.4f m", geometry.baseline_m));
 }
 
-void judge_memory(const MemoryPlan& plan, const pipeline::MemoryConfig& memory, const PublishingSetup* publishing,
-                  Findings& findings) {
+void judge_memory(const RunMemory& plan, const pipeline::MemoryConfig& memory, Findings& findings) {
   constexpr double kMib = 1024.0 * 1024.0;
-  const Status fits = check_budget(plan, memory, publishing);
-  fits ? findings.ok("memory", text("%.1f MiB planned", static_cast<double>(plan.total_bytes()) / kMib) +
-                                   text(" and %.1f MiB for libraries",
-                                        static_cast<double>(library_bytes(memory, publishing)) / kMib) +
+  const Status fits = check_budget(plan, memory);
+  fits ? findings.ok("memory", text("%.1f MiB planned", static_cast<double>(plan.arena.total_bytes()) / kMib) +
+                                   text(" and %.1f MiB for libraries and threads",
+                                        static_cast<double>(plan.outside.total_bytes()) / kMib) +
                                    text(" of %.1f MiB", memory.budget_mib))
        : findings.failed("memory", fits.error().message);
 }
@@ -202,13 +201,13 @@ void judge_memory(const MemoryPlan& plan, const pipeline::MemoryConfig& memory, 
 void examine(const CameraSetup& setup, const AppConfig& config, const DoctorOptions& options,
              const PublishingSetup* publishing, Findings& findings) {
   const auto geometry = hal::Rectifier::rectified_geometry(setup.calibration, config.rectification);
-  const Result<MemoryPlan> plan = plan_memory(config, setup, {}, publishing);
+  const Result<RunMemory> plan = plan_memory(config, setup, {}, publishing);
   if (!geometry || !plan) {
     findings.failed("rig", geometry ? plan.error().message : geometry.error().message);
     return;
   }
   judge_geometry(*geometry, setup.calibration, findings);
-  judge_memory(*plan, config.pipeline.memory, publishing, findings);
+  judge_memory(*plan, config.pipeline.memory, findings);
 
   Arena arena(setup.required_bytes() + hal::Rectifier::required_bytes(setup.calibration, config.rectification) +
               hal::SyncMonitor::required_bytes(kMonitor, geometry->width_px, geometry->height_px) +

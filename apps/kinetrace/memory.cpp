@@ -7,11 +7,13 @@
 #include <fstream>
 #include <sstream>
 #include <string_view>
+#include <utility>
 
 #include "kinetrace/hal/sync_monitor.hpp"
 #include "kinetrace/pipeline/pipeline.hpp"
 #include "live_run.hpp"
 #include "recording_thread.hpp"
+#include "thread_stacks.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -22,6 +24,28 @@ std::string mib(double bytes) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.1f MiB", bytes / kMib);
   return text.data();
+}
+
+// The run's own, with the first; those that DDS starts are in its participant's share.
+int thread_count(const AppConfig& config, const CameraSetup& camera, const RawOutputOptions& raw,
+                 const PublishingSetup* publishing) {
+  const bool receives_masks = config.pipeline.segmentation.mode == segmentation::SegmentationMode::kDds;
+  return 1 + (is_live(config.live, camera) ? 1 : 0) + (raw.out.empty() ? 0 : 1) + (publishing == nullptr ? 0 : 1) +
+         (receives_masks ? 1 : 0);
+}
+
+MemoryPlan plan_outside(const AppConfig& config, const CameraSetup& camera, const RawOutputOptions& raw,
+                        const PublishingSetup* publishing) {
+  MemoryPlan plan;
+  plan.entries.push_back({"stacks",
+                          kThreadStackBytes * static_cast<std::size_t>(thread_count(config, camera, raw, publishing)),
+                          "live.mode, --record, --publish, segmentation.mode"});
+  plan.entries.push_back(
+      {"libraries", static_cast<std::size_t>(config.pipeline.memory.libraries_mib * kMib), "memory.libraries_mib"});
+  if (publishing != nullptr) {
+    plan.entries.push_back({"DDS participant", publishing->library_bytes(), "dds.security.mode"});
+  }
+  return plan;
 }
 
 }  // namespace
@@ -50,8 +74,8 @@ bool is_live(const LiveConfig& config, const CameraSetup& camera) noexcept {
   return config.mode == LiveMode::kOn || (config.mode == LiveMode::kAuto && camera.live);
 }
 
-Result<MemoryPlan> plan_memory(const AppConfig& config, const CameraSetup& camera, const RawOutputOptions& raw,
-                               const PublishingSetup* publishing) {
+Result<RunMemory> plan_memory(const AppConfig& config, const CameraSetup& camera, const RawOutputOptions& raw,
+                              const PublishingSetup* publishing) {
   const auto geometry = hal::Rectifier::rectified_geometry(camera.calibration, config.rectification);
   if (!geometry) {
     return tl::unexpected(geometry.error());
@@ -89,26 +113,22 @@ Result<MemoryPlan> plan_memory(const AppConfig& config, const CameraSetup& camer
   for (MemoryPlanEntry& entry : plan.entries) {
     entry.bytes = (entry.bytes + Arena::kAlignment - 1) / Arena::kAlignment * Arena::kAlignment;
   }
-  return plan;
+  return RunMemory{std::move(plan), plan_outside(config, camera, raw, publishing)};
 }
 
-std::size_t library_bytes(const pipeline::MemoryConfig& config, const PublishingSetup* publishing) {
-  return static_cast<std::size_t>(config.libraries_mib * kMib) +
-         (publishing == nullptr ? 0 : publishing->library_bytes());
-}
-
-Status check_budget(const MemoryPlan& plan, const pipeline::MemoryConfig& config, const PublishingSetup* publishing) {
+Status check_budget(const RunMemory& plan, const pipeline::MemoryConfig& config) {
   const double budget = config.budget_mib * kMib;
-  const auto libraries = static_cast<double>(library_bytes(config, publishing));
-  const double needed = static_cast<double>(plan.total_bytes()) + libraries;
-  if (needed <= budget || plan.entries.empty()) {
+  const auto needed = static_cast<double>(plan.total_bytes());
+  if (needed <= budget) {
     return {};
   }
-  const auto largest = std::max_element(plan.entries.begin(), plan.entries.end(),
-                                        [](const auto& a, const auto& b) { return a.bytes < b.bytes; });
+  const auto& parts = plan.arena.entries;
+  const auto largest =
+      std::max_element(parts.begin(), parts.end(), [](const auto& a, const auto& b) { return a.bytes < b.bytes; });
   return fail(ErrorCode::kBudget, "memory.budget_mib = " + mib(budget) + " is " + mib(needed - budget) +
-                                      " too small: " + mib(needed - libraries) + " planned and " + mib(libraries) +
-                                      " for libraries; raise it to " +
+                                      " too small: " + mib(static_cast<double>(plan.arena.total_bytes())) +
+                                      " planned and " + mib(static_cast<double>(plan.outside.total_bytes())) +
+                                      " for libraries and threads; raise it to " +
                                       mib(std::ceil(needed / kMib * 10.0) / 10.0 * kMib) + " or shrink \"" +
                                       largest->name + "\" (" + mib(static_cast<double>(largest->bytes)) + ", by " +
                                       largest->depends_on + "); `kinetrace plan` lists all");

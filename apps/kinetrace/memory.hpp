@@ -27,18 +27,22 @@ namespace kinetrace::app {
 /// Whether a run with this camera is live: the newest frame wins, and frames are left out when processing is too slow.
 [[nodiscard]] bool is_live(const LiveConfig& config, const CameraSetup& camera) noexcept;
 
-/// Everything that a run with this camera, recording raw images and publishing or not, takes from its arena, in the
-/// order of creation. Errors: those of the parts (kInvalidConfig, kBadCalibration).
-[[nodiscard]] Result<MemoryPlan> plan_memory(const AppConfig& config, const CameraSetup& camera,
-                                             const RawOutputOptions& raw = {},
-                                             const PublishingSetup* publishing = nullptr);
+/// What a run takes at most.
+struct RunMemory {
+  MemoryPlan arena;    ///< In the order of creation; its total is the arena's size.
+  MemoryPlan outside;  ///< What threads and libraries take from the system.
 
-/// What libraries take by themselves: memory.libraries_mib, and those that only publishing needs.
-[[nodiscard]] std::size_t library_bytes(const pipeline::MemoryConfig& config, const PublishingSetup* publishing);
+  [[nodiscard]] std::size_t total_bytes() const { return arena.total_bytes() + outside.total_bytes(); }
+};
 
-/// kBudget, with what is missing and which part is largest, if the plan and the libraries do not fit.
-[[nodiscard]] Status check_budget(const MemoryPlan& plan, const pipeline::MemoryConfig& config,
-                                  const PublishingSetup* publishing = nullptr);
+/// Everything that a run with this camera, recording raw images and publishing or not, takes.
+/// Errors: those of the parts (kInvalidConfig, kBadCalibration).
+[[nodiscard]] Result<RunMemory> plan_memory(const AppConfig& config, const CameraSetup& camera,
+                                            const RawOutputOptions& raw = {},
+                                            const PublishingSetup* publishing = nullptr);
+
+/// kBudget, with what is missing and which part is largest, if more is planned than memory.budget_mib.
+[[nodiscard]] Status check_budget(const RunMemory& plan, const pipeline::MemoryConfig& config);
 
 /// The largest resident set that the process had so far; 0 if the system does not tell.
 [[nodiscard]] std::uint64_t peak_rss_bytes();

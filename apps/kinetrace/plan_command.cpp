@@ -1,11 +1,14 @@
+#include <array>
 #include <cstdio>
 #include <memory>
-#include <utility>
+#include <string>
+#include <vector>
 
 #include "app_config.hpp"
 #include "commands.hpp"
 #include "memory.hpp"
 #include "messages.hpp"
+#include "setting_costs.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -30,48 +33,94 @@ hal::Dataset raw_recording(int width_px, int height_px) {
   return dataset;
 }
 
-void print_line(const char* name, double bytes, const char* depends_on) {
-  std::printf("%-20s %10.3f  %s\n", name, bytes / (1024.0 * 1024.0), depends_on);
+std::string mib(double bytes) {
+  constexpr double kMib = 1024.0 * 1024.0;
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%10.3f", bytes / kMib);
+  return text.data();
 }
 
-void print_plan(const MemoryPlan& plan, const pipeline::MemoryConfig& memory, const PublishingSetup* publishing,
-                const PlanOptions& options) {
-  constexpr double kMib = 1024.0 * 1024.0;
-  std::printf("Memory for raw images of %dx%d pixels\n\n%-20s %10s  %s\n", options.width_px, options.height_px, "part",
-              "MiB", "size depends on");
-  for (const MemoryPlanEntry& entry : plan.entries) {
-    print_line(entry.name.c_str(), static_cast<double>(entry.bytes), entry.depends_on.c_str());
+void print_line(const std::string& name, double bytes, const std::string& depends_on) {
+  std::printf("%-20s %s  %s\n", name.c_str(), mib(bytes).c_str(), depends_on.c_str());
+}
+
+void print_parts(const RunMemory& plan, const AppConfig& config) {
+  const BoardConfig& board = config.board;
+  std::printf("Memory for raw images of %dx%d pixels%s%s\n\n%-20s %10s  %s\n", board.image_width_px,
+              board.image_height_px, board.name.empty() ? "" : " on ", board.name.c_str(), "part", "MiB",
+              "size depends on");
+  for (const MemoryPlan* part : {&plan.arena, &plan.outside}) {
+    for (const MemoryPlanEntry& entry : part->entries) {
+      print_line(entry.name, static_cast<double>(entry.bytes), entry.depends_on);
+    }
   }
-  print_line("libraries", memory.libraries_mib * kMib, "memory.libraries_mib");
+  print_line("total", static_cast<double>(plan.total_bytes()), "");
+  print_line("budget", config.pipeline.memory.budget_mib * 1024.0 * 1024.0, "memory.budget_mib");
+  if (board.memory_mib > 0) {
+    print_line("board", board.memory_mib * 1024.0 * 1024.0, "board.memory_mib");
+  }
+}
+
+void print_costs(const std::vector<SettingCost>& costs) {
+  std::printf("\n%-34s %8s %10s  %s\n", "setting", "now", "MiB", "one more, or on, KiB");
+  for (const SettingCost& cost : costs) {
+    std::printf("%-34s %8s %s  %.2f\n", cost.key.c_str(), cost.value.c_str(), mib(cost.share_bytes).c_str(),
+                cost.bytes / 1024.0);
+  }
+}
+
+// The DDS settings of a run with `config`; null without --publish.
+Outcome<std::unique_ptr<PublishingSetup>> publishing_of(const PlanOptions& options, const AppConfig& config) {
+  if (options.publish.empty()) {
+    return nullptr;
+  }
+  return publishing_setup(options.publish, config.pipeline.tracking.max_objects);
+}
+
+Result<RunMemory> plan_for(AppConfig config, const PublishingSetup* publishing) {
+  if (const Status valid = config.validate(); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  // Devices, for which this plans, are live unless that is off.
+  config.live.mode = config.live.mode == LiveMode::kOff ? LiveMode::kOff : LiveMode::kOn;
+  return plan_memory(config, recording_setup(raw_recording(config.board.image_width_px, config.board.image_height_px)),
+                     {}, publishing);
+}
+
+std::vector<SettingCost> costs_of(AppConfig config, PublishingSetup* publishing) {
+  ConfigFields fields = fields_of(config);
   if (publishing != nullptr) {
-    print_line("DDS participant", static_cast<double>(publishing->library_bytes()), "dds.security.mode");
+    const ConfigFields more = publishing->fields();
+    fields.insert(fields.end(), more.begin(), more.end());
   }
-  print_line("total", static_cast<double>(plan.total_bytes() + library_bytes(memory, publishing)), "");
-  print_line("budget", memory.budget_mib * kMib, "memory.budget_mib");
+  return setting_costs(fields, [&]() -> Result<double> {
+    const Result<RunMemory> plan = plan_for(config, publishing);
+    return plan ? Result<double>(static_cast<double>(plan->total_bytes())) : tl::unexpected(plan.error());
+  });
 }
 
 }  // namespace
 
 int plan_command(const PlanOptions& options) {
-  const Result<AppConfig> config = load_config(options.config);
+  Result<AppConfig> config = load_config(options.config);
   if (!config) {
     return report(to_failure(config.error()));
   }
-  std::unique_ptr<PublishingSetup> publishing;
-  if (!options.publish.empty()) {
-    auto setup = publishing_setup(options.publish, config->pipeline.tracking.max_objects);
-    if (!setup) {
-      return report(setup.error());
-    }
-    publishing = std::move(*setup);
+  if (options.width_px > 0) {
+    config->board.image_width_px = options.width_px;
+    config->board.image_height_px = options.height_px;
   }
-  const Result<MemoryPlan> plan =
-      plan_memory(*config, recording_setup(raw_recording(options.width_px, options.height_px)), {}, publishing.get());
+  const Outcome<std::unique_ptr<PublishingSetup>> publishing = publishing_of(options, *config);
+  if (!publishing) {
+    return report(publishing.error());
+  }
+  const Result<RunMemory> plan = plan_for(*config, publishing->get());
   if (!plan) {
     return report(to_failure(plan.error()));
   }
-  print_plan(*plan, config->pipeline.memory, publishing.get(), options);
-  const Status fits = check_budget(*plan, config->pipeline.memory, publishing.get());
+  print_parts(*plan, *config);
+  print_costs(costs_of(*config, publishing->get()));
+  const Status fits = check_budget(*plan, config->pipeline.memory);
   return fits ? 0 : report(to_failure(fits.error()));
 }
 

@@ -19,6 +19,7 @@
 #include "run_chain.hpp"
 #include "run_publishing.hpp"
 #include "run_report.hpp"
+#include "thread_stacks.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -70,14 +71,17 @@ Outcome<RunReport> run(const RunOptions& options) {
                                   "segmentation dds needs --publish FILE: it says in which DDS domain "
                                   "and for which device masks come"});
   }
-  const Result<MemoryPlan> plan = plan_memory(*config, *setup, options.raw, publishing.get());
+  const Result<RunMemory> plan = plan_memory(*config, *setup, options.raw, publishing.get());
   if (!plan) {
     return failure(plan.error());
   }
-  if (const Status fits = check_budget(*plan, config->pipeline.memory, publishing.get()); !fits) {
+  if (const Status fits = check_budget(*plan, config->pipeline.memory); !fits) {
     return failure(fits.error());
   }
-  Arena arena(plan->total_bytes());
+  if (const Status limited = limit_thread_stacks(); !limited) {
+    return failure(limited.error());
+  }
+  Arena arena(plan->arena.total_bytes());
   Outcome<Chain> chain = make_chain(*config, *setup, publishing.get(), options, arena);
   if (!chain) {
     return tl::unexpected(chain.error());

@@ -65,11 +65,11 @@ Status play(hal::FileStereoCamera& camera, hal::Rectifier& rectifier, pipeline::
 
 Status play_recording(const hal::Dataset& dataset, const AppConfig& config,
                       const std::function<Status(const FrameResult&)>& visit, StageClock* clock) {
-  const Result<MemoryPlan> plan = plan_memory(config, recording_setup(dataset));
+  const Result<RunMemory> plan = plan_memory(config, recording_setup(dataset));
   if (!plan) {
     return tl::unexpected(plan.error());
   }
-  Arena arena(plan->total_bytes());
+  Arena arena(plan->arena.total_bytes());
   auto camera = hal::FileStereoCamera::create(dataset, {}, arena);
   if (!camera) {
     return tl::unexpected(camera.error());

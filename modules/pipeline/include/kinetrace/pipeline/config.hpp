@@ -25,7 +25,7 @@ namespace kinetrace::pipeline {
 
 struct MemoryConfig {
   double budget_mib = 64.0;     ///< Of the whole process at its peak; a plan that does not fit is refused at start.
-  double libraries_mib = 22.0;  ///< Set aside for code and libraries.
+  double libraries_mib = 20.0;  ///< Set aside for code and libraries.
 };
 
 /// How objects are made from tracks.

@@ -1,0 +1,36 @@
+// What is known of the board that a configuration is made for.
+#pragma once
+
+#include <string>
+
+#include "kinetrace/core/config_check.hpp"
+#include "kinetrace/core/result.hpp"
+
+namespace kinetrace::app {
+
+/// Says nothing to a run; `plan` takes the images' size from here and says what part of the board's memory is taken.
+struct BoardConfig {
+  std::string name;           ///< Empty: no board in particular.
+  int cores = 0;              ///< 0: not said, as below.
+  int memory_mib = 0;         ///< All that it has.
+  int image_width_px = 1242;  ///< Of one eye.
+  int image_height_px = 375;
+
+  [[nodiscard]] Status validate() const {
+    return first_failure({check_range("board.cores", cores, 0, 1024),
+                          check_range("board.memory_mib", memory_mib, 0, 1 << 24),
+                          check_range("board.image_width_px", image_width_px, 64, 8192),
+                          check_range("board.image_height_px", image_height_px, 64, 8192)});
+  }
+};
+
+template <typename Visitor>
+void visit_fields(BoardConfig& config, Visitor&& visit) {
+  visit("board.name", config.name, "the board that this is made for; none: no board in particular");
+  visit("board.cores", config.cores, "of its processor; 0: not said");
+  visit("board.memory_mib", config.memory_mib, "all that it has, MiB; 0: not said");
+  visit("board.image_width_px", config.image_width_px, "of one eye, px; what `kinetrace plan` plans for");
+  visit("board.image_height_px", config.image_height_px, "of one eye, px");
+}
+
+}  // namespace kinetrace::app
