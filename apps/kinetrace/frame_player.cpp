@@ -3,15 +3,16 @@
 #include <utility>
 
 #include "clocks.hpp"
+#include "realtime.hpp"
 
 namespace kinetrace::app {
 
 Status FramePlayer::go_live(const AppConfig& config, const CameraSetup& setup, double rate_hz, Arena& arena) {
   capture_clock_ = std::make_unique<StageClock>();
   LiveRun::Processing processing{.process =
-                                     [this](const RectifiedPair& pair) {
+                                     [this](const RectifiedPair& pair, std::int64_t exposed_ns) {
                                        clock_->begin_frame();
-                                       return process(pair);
+                                       return process(pair, exposed_ns);
                                      },
                                  .idle = [this] { tell_health(); },
                                  .limit = [this](const Effort& effort) { chain_.pipeline.limit(effort); },
@@ -22,6 +23,11 @@ Status FramePlayer::go_live(const AppConfig& config, const CameraSetup& setup, d
     return tl::unexpected(live.error());
   }
   live_ = std::move(*live);
+  if (const int priority = config.live.realtime_priority; priority > 0) {
+    if (const Status allowed = request_realtime(priority); !allowed) {
+      report_.warn_now(allowed.error().message + ". Going on without");
+    }
+  }
   return {};
 }
 
@@ -35,7 +41,7 @@ Status FramePlayer::play(const StereoFrame& frame) {
     return tl::unexpected(pair.error());
   }
   if (!live_) {
-    return process(*pair);
+    return process(*pair, 0);  // A recording was exposed long ago.
   }
   capture_clock().end_frame();
   Status offered = live_->offer(*pair);
@@ -57,7 +63,6 @@ void FramePlayer::pass_silence() {
 Processed FramePlayer::processed() const {
   Processed processed = progressed_.get();
   if (live_) {
-    // The last pair is processed while capture ends already.
     processed.allocations = allocations_at_last_offer_;
   }
   return processed;
@@ -91,13 +96,13 @@ void FramePlayer::record_raw(const StereoFrame& frame) {
   }
 }
 
-Status FramePlayer::process(const RectifiedPair& pair) {
+Status FramePlayer::process(const RectifiedPair& pair, std::int64_t exposed_ns) {
   const Result<const FrameResult*> result = chain_.pipeline.process(pair, clock_.get());
   if (!result) {
     return tl::unexpected(result.error());
   }
   report_.health.observe((*result)->newest);
-  hand_over(**result);
+  hand_over(**result, exposed_ns);
   clock_->end_frame();
   Status recorded = chain_.recorder.record(**result);
   progressed_.set({.frames = progressed_.get().frames + 1,
@@ -111,14 +116,14 @@ Status FramePlayer::process(const RectifiedPair& pair) {
   return recorded;
 }
 
-void FramePlayer::hand_over(const FrameResult& result) {
+void FramePlayer::hand_over(const FrameResult& result, std::int64_t exposed_ns) {
   if (!chain_.publishing) {
     return;
   }
   const StageScope scope(clock_.get(), Stage::kPublish);
   report_.health.note(HealthReason::kNotPublished, chain_.publishing->is_connected() ? 0 : 1);
   chain_.publishing->offer_health(report_.health, result.counters);
-  chain_.publishing->offer(result);
+  chain_.publishing->offer(result, exposed_ns);
 }
 
 void FramePlayer::tell_health() {

@@ -53,8 +53,9 @@ class FramePlayer {
  private:
   [[nodiscard]] Result<RectifiedPair> prepare(const StereoFrame& frame);
   void record_raw(const StereoFrame& frame);
-  [[nodiscard]] Status process(const RectifiedPair& pair);
-  void hand_over(const FrameResult& result);
+  /// `exposed_ns`: steady clock at mid-exposure, 0 where that is not known.
+  [[nodiscard]] Status process(const RectifiedPair& pair, std::int64_t exposed_ns);
+  void hand_over(const FrameResult& result, std::int64_t exposed_ns);
   void tell_health();
 
   Chain& chain_;

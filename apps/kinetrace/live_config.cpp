@@ -36,6 +36,10 @@ Status LiveConfig::validate() const {
   if (Status deadline = check("live.deadline_ms", deadline_ms, 0.0, kLongest_ms); !deadline) {
     return deadline;
   }
+  constexpr double kHighestPriority = 99.0;
+  if (Status priority = check("live.realtime_priority", realtime_priority, 0.0, kHighestPriority); !priority) {
+    return priority;
+  }
   return check("live.speed", speed, kSlowest, kFastest);
 }
 

@@ -26,9 +26,10 @@ enum class LiveMode : std::uint8_t {
 
 struct LiveConfig {
   LiveMode mode = LiveMode::kAuto;
-  double deadline_ms = 0.0;  ///< For processing a frame; 0: the time between frames.
-  bool shed = true;          ///< Do less while deadlines are missed.
-  double speed = 1.0;        ///< Of a recording, in recorded time per time.
+  double deadline_ms = 0.0;   ///< For processing a frame; 0: the time between frames.
+  bool shed = true;           ///< Do less while deadlines are missed.
+  double speed = 1.0;         ///< Of a recording, in recorded time per time.
+  int realtime_priority = 0;  ///< SCHED_FIFO for the thread that captures; 0: as all others.
 
   /// Errors: kInvalidConfig.
   [[nodiscard]] Status validate() const;
@@ -43,6 +44,8 @@ void visit_fields(LiveConfig& config, Visitor&& visit) {
   visit("live.shed", config.shed,
         "while deadlines are missed, do less: refinement iterations, then points, then objects");
   visit("live.speed", config.speed, "a recording played live goes so many times as fast as it was taken");
+  visit("live.realtime_priority", config.realtime_priority,
+        "of the thread that captures (SCHED_FIFO, 1 to 99), so that a busy board loses no image; 0: none");
 }
 
 }  // namespace kinetrace::app

@@ -75,7 +75,7 @@ Status LiveRun::offer(const RectifiedPair& pair) {
 
 Status LiveRun::process(const RectifiedPair& pair, std::int64_t exposed_ns) {
   const Clock::time_point begun = Clock::now();
-  if (Status processed = processing_.process(pair); !processed) {
+  if (Status processed = processing_.process(pair, exposed_ns); !processed) {
     return processed;
   }
   latency_.add(steady_time_ns() - exposed_ns);

@@ -39,7 +39,7 @@ class Pacer {
 class LiveRun {
  public:
   struct Processing {
-    std::function<Status(const RectifiedPair&)> process;
+    PipelineThread::Process process;
     std::function<void()> idle;                ///< Now and then while nothing comes.
     std::function<void(const Effort&)> limit;  ///< Between two calls of `process`.
     int max_objects = 0;                       ///< As configured.

@@ -53,8 +53,8 @@ PublishingThread::PublishingThread(std::unique_ptr<publishing::ResultMailbox> ma
       tell_(std::move(tell)),
       device_(std::move(device)) {}
 
-void PublishingThread::offer(const FrameResult& result) noexcept {
-  mailbox_->offer(result, system_time_ns());
+void PublishingThread::offer(const FrameResult& result, std::int64_t exposed_ns) noexcept {
+  mailbox_->offer(result, system_time_ns(), exposed_ns);
 }
 
 void PublishingThread::offer_settled(const FrameResult& result) noexcept {
@@ -83,7 +83,10 @@ void PublishingThread::receive_masks(MaskMailbox& mailbox) {
 }
 
 void PublishingThread::serve() {
-  publisher_->serve(*mailbox_, steady_time_ns());
+  const publishing::PublishedFrame* sent = publisher_->serve(*mailbox_, steady_time_ns());
+  if (sent != nullptr && sent->exposed_ns != 0) {
+    latency_.add(steady_time_ns() - sent->exposed_ns);
+  }
   while (const std::optional<std::string> notice = publisher_->take_notice()) {
     tell_(*notice);
   }

@@ -37,13 +37,14 @@ class PublishingThread final : public RunPublishing {
   PublishingThread(PublishingThread&&) = delete;
   PublishingThread& operator=(PublishingThread&&) = delete;
 
-  void offer(const FrameResult& result) noexcept override;
+  void offer(const FrameResult& result, std::int64_t exposed_ns) noexcept override;
   void offer_settled(const FrameResult& result) noexcept override;
   void offer_health(const HealthMonitor& health, const FrameCounters& counters) noexcept override;
   void send() noexcept override;
   [[nodiscard]] bool is_connected() const noexcept override;
   void receive_masks(MaskMailbox& mailbox) override;
   void finish() noexcept override;
+  [[nodiscard]] recording::LatencySummary latency() const override { return latency_.quantiles(); }
   [[nodiscard]] std::vector<std::pair<std::string, std::uint64_t>> counters() const override;
 
  private:
@@ -56,7 +57,8 @@ class PublishingThread final : public RunPublishing {
   std::unique_ptr<publishing::Publisher> publisher_;  ///< Used by the thread, but for its state and counters.
   Tell tell_;
   std::string device_;
-  std::unique_ptr<MaskThread> masks_;  ///< Null unless masks are received. After the publisher, whose link it uses.
+  std::unique_ptr<MaskThread> masks_;    ///< Null unless masks are received. After the publisher, whose link it uses.
+  recording::LatencyHistogram latency_;  ///< Of the thread.
   EventFd news_;
   std::atomic<bool> ends_ = false;
   std::thread thread_;

@@ -15,6 +15,7 @@
 #include "kinetrace/core/frame_result.hpp"
 #include "kinetrace/core/memory_plan.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
+#include "kinetrace/recording/latency_histogram.hpp"
 #include "mask_mailbox.hpp"
 
 namespace kinetrace::app {
@@ -29,7 +30,8 @@ class RunPublishing {
   RunPublishing& operator=(RunPublishing&&) = delete;
   virtual ~RunPublishing() = default;
 
-  virtual void offer(const FrameResult& result) noexcept = 0;
+  /// `exposed_ns`: steady clock at mid-exposure, 0 where that is not known.
+  virtual void offer(const FrameResult& result, std::int64_t exposed_ns) noexcept = 0;
   /// Of a result that comes only with a settled frame.
   virtual void offer_settled(const FrameResult& result) noexcept = 0;
   virtual void offer_health(const HealthMonitor& health, const FrameCounters& counters) noexcept = 0;
@@ -42,6 +44,8 @@ class RunPublishing {
   virtual void receive_masks(MaskMailbox& mailbox) = 0;
   /// Sends what is left and ends.
   virtual void finish() noexcept = 0;
+  /// From exposure until a result was with the network; after finish().
+  [[nodiscard]] virtual recording::LatencySummary latency() const = 0;
   /// For run.json.
   [[nodiscard]] virtual std::vector<std::pair<std::string, std::uint64_t>> counters() const = 0;
 };

@@ -100,6 +100,9 @@ void RunReport::add_published(const RunPublishing& published) {
   for (auto& counter : published.counters()) {
     summary_.camera_counters.push_back(std::move(counter));
   }
+  if (summary_.live) {
+    summary_.live->published_latency = published.latency();
+  }
 }
 
 void RunReport::finish(const GuardedCamera& camera, const Processed& processed, const StageClock& capture_clock,
@@ -124,11 +127,15 @@ void RunReport::finish(const GuardedCamera& camera, const Processed& processed, 
   summary_.frame_time = clock.frame_time();
   summary_.stage_times = clock.stage_times();
   const auto captured = capture_clock.stage_times();
-  std::copy_n(captured.begin(), static_cast<std::size_t>(Stage::kPyramid), summary_.stage_times.begin());
+  constexpr auto kOfCapture = static_cast<std::size_t>(Stage::kPyramid);
+  std::copy_n(captured.begin(), kOfCapture, summary_.stage_times.begin());
   summary_.rss_peak_bytes = peak_rss_bytes();
   if (allocation_counting_available()) {
     summary_.allocations_after_start = AllocationCounts{processed.allocations.own - allocations_at_start_.own,
                                                         processed.allocations.foreign - allocations_at_start_.foreign};
+    summary_.stage_foreign_allocations = clock.foreign_allocations();
+    const auto while_capturing = capture_clock.foreign_allocations();
+    std::copy_n(while_capturing.begin(), kOfCapture, summary_.stage_foreign_allocations.begin());
   }
   if (camera.live != nullptr) {
     const hal::PairingStatus pairing = camera.live->pairing();

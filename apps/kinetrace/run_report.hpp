@@ -50,7 +50,7 @@ class RunReport {
   void add_masks(const MaskCounters& masks);
   /// After finish(), where raw images were recorded.
   void add_raw(const RecordingThread& raw);
-  /// After finish(), where results were published.
+  /// After finish() and add_live(), where results were published.
   void add_published(const RunPublishing& published);
 
   [[nodiscard]] const recording::RunSummary& summary() const noexcept { return summary_; }

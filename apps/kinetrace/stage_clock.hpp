@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "kinetrace/core/allocation_counter.hpp"
 #include "kinetrace/core/stage.hpp"
 #include "kinetrace/recording/latency_histogram.hpp"
 
@@ -17,7 +18,8 @@ namespace kinetrace::app {
 
 /// A stage's time is what passes between its enter and leave, less the stages entered in between; a stage entered
 /// several times in a frame counts once, with the sum. The frame's time is all that passes between begin_frame and
-/// end_frame, less kCapture (decoding of images and masks). `Clock` has a static now(), as in <chrono>.
+/// end_frame, less kCapture (decoding of images and masks). What libraries allocate in the clock's thread is counted in
+/// the same way. `Clock` has a static now(), as in <chrono>.
 template <typename Clock>
 class BasicStageClock final : public StageObserver {
  public:
@@ -44,8 +46,10 @@ class BasicStageClock final : public StageObserver {
     frames_.add(nanoseconds(last_ - frame_start_) - capture_ns);
     for (std::size_t i = 0; i < kStageCount; ++i) {
       stages_[i].add(elapsed_ns_[i]);
+      most_foreign_[i] = std::max(most_foreign_[i], foreign_[i]);
     }
     elapsed_ns_.fill(0);
+    foreign_.fill(0);
   }
 
   [[nodiscard]] recording::TimingSummary frame_time() const noexcept { return frames_.summary(); }
@@ -55,6 +59,14 @@ class BasicStageClock final : public StageObserver {
       times.emplace_back(to_string(static_cast<Stage>(i)), stages_[i].summary());
     }
     return times;
+  }
+  /// The most that libraries allocated in a frame, by stage.
+  [[nodiscard]] std::vector<std::pair<std::string, std::uint64_t>> foreign_allocations() const {
+    std::vector<std::pair<std::string, std::uint64_t>> counts;
+    for (std::size_t i = 0; i < kStageCount; ++i) {
+      counts.emplace_back(to_string(static_cast<Stage>(i)), most_foreign_[i]);
+    }
+    return counts;
   }
 
  private:
@@ -66,11 +78,14 @@ class BasicStageClock final : public StageObserver {
   // Gives the time since the last event to the innermost open stage.
   void credit() noexcept {
     const typename Clock::time_point now = Clock::now();
+    const std::uint64_t foreign = thread_allocation_counts().foreign;
     if (depth_ > 0) {
       const Stage innermost = open_[std::min(depth_, open_.size()) - 1];
       elapsed_ns_[index(innermost)] += nanoseconds(now - last_);
+      foreign_[index(innermost)] += foreign - last_foreign_;
     }
     last_ = now;
+    last_foreign_ = foreign;
   }
 
   std::array<Stage, kMaxDepth> open_{};
@@ -80,6 +95,9 @@ class BasicStageClock final : public StageObserver {
   std::int64_t capture_before_ns_ = 0;
   std::array<std::int64_t, kStageCount> elapsed_ns_{};
   std::array<recording::LatencyHistogram, kStageCount> stages_;
+  std::uint64_t last_foreign_ = 0;
+  std::array<std::uint64_t, kStageCount> foreign_{};
+  std::array<std::uint64_t, kStageCount> most_foreign_{};
   recording::LatencyHistogram frames_;
 };
 

@@ -23,10 +23,14 @@ BudgetRecording rendered_clip(const std::filesystem::path& folder) {
   return write_rendered_clip(folder, kRenderedFrames);
 }
 
+bool is_long() {
+  return std::getenv("KINETRACE_LONG_TESTS") != nullptr;
+}
+
 int passes() {
   constexpr int kQuick = 6;
   constexpr int kLong = 50;
-  return std::getenv("KINETRACE_LONG_TESTS") != nullptr ? kLong : kQuick;
+  return is_long() ? kLong : kQuick;
 }
 
 }  // namespace kinetrace::test

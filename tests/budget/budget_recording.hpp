@@ -16,6 +16,9 @@ using BudgetRecording = RenderedClip;
 /// A rendered street in KITTI odometry layout, with masks of one moving box, written below `folder`.
 [[nodiscard]] BudgetRecording rendered_clip(const std::filesystem::path& folder);
 
+/// KINETRACE_LONG_TESTS is in the environment.
+[[nodiscard]] bool is_long();
+
 /// How often a recording is played. More often with KINETRACE_LONG_TESTS in the environment: a leak of a few bytes a
 /// frame takes long to show.
 [[nodiscard]] int passes();

@@ -1,5 +1,8 @@
 // Camera, rectifier, pipeline and recorder in one process, with its memory measured at two frames.
 #include <chrono>
+#include <cstdio>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -10,6 +13,7 @@
 #include "kinetrace/pipeline/pipeline.hpp"
 #include "kinetrace/recording/run_recorder.hpp"
 #include "resident_memory.hpp"
+#include "street_drive.hpp"
 #include "temp_folder.hpp"
 
 namespace kinetrace::test {
@@ -67,6 +71,66 @@ void expect_flat(const BudgetRecording& recording) {
   EXPECT_LE(growth.late_bytes, growth.early_bytes + kMaxGrowthBytes)
       << "from " << growth.early_bytes << " to " << growth.late_bytes << " bytes in " << growth.frames - kSettledIn
       << " frames";
+}
+
+/// Two vehicles that cross the view in opposite directions, so that both are born and end in every pass.
+StreetDrive crossing_traffic() {
+  StereoGeometry rig = small_rig();
+  rig.width_px = 240;
+  rig.cx_px = 120.0;
+  rig.fx_px = 180.0;
+  rig.fy_px = 180.0;
+  return StreetDrive({{.size_m = {1.5, 1.5, 1.0}, .start_m = {-8.0, 0.6, 9.0}, .velocity_mps = {6.0, 0.0, 5.0}},
+                      {.size_m = {1.5, 1.5, 1.0}, .start_m = {9.0, 0.6, 11.0}, .velocity_mps = {-6.0, 0.0, 5.0}}},
+                     rig);
+}
+
+// A pass is short, so tracks are born and end, points are made and retired, and the camera is lost all the time.
+TEST(MemoryGrowth, FramesWithoutEndInWhichTracksAreBornAndEndTakeNoMore) {
+  constexpr int kPass = 30;
+  const int frames = is_long() ? 100'000 : 3'000;
+  const StreetDrive street = crossing_traffic();
+  MaskFolder masks;
+  std::vector<RenderedPair> pairs;
+  std::vector<std::string> names;
+  for (int i = 0; i < kPass; ++i) {
+    names.push_back(stem_of(i));
+    pairs.push_back(street.render(i));
+    masks.write(pairs.back(), i);
+  }
+  const TempFolder out;
+  pipeline::PipelineConfig config = small_config(masks);
+  config.features.max_disparity_px = 48;
+  Arena arena(std::size_t{16} << 20U);
+  auto pipeline = pipeline::Pipeline::create(config, street.geometry(), arena).value();
+  auto recorder = recording::RunRecorder::create(
+                      {.directory = out.path() / "run", .geometry = street.geometry(), .colmap = false}, arena)
+                      .value();
+  std::vector<std::uint64_t> resident;
+  FrameCounters counters;
+  for (int i = 0; i < frames; ++i) {
+    const auto k = static_cast<std::size_t>(i % kPass);
+    const FrameResult* result = pipeline.process(pairs[k].at(i, names[k])).value();
+    ASSERT_TRUE(recorder.record(*result));
+    counters = result->counters;
+    if (i % (frames / 10) == frames / 10 - 1) {
+      resident.push_back(resident_bytes());
+    }
+  }
+  // At least two tracks in each pass but the first few.
+  EXPECT_GT(counters.tracks_ended, static_cast<std::uint64_t>(frames / kPass));
+  EXPECT_GT(counters.points_created, static_cast<std::uint64_t>(frames));
+  if (resident.front() == 0) {
+    GTEST_SKIP() << "this system does not tell the memory of a process";
+  }
+  std::printf("%d frames, %llu tracks born: resident memory by tenths of the run, KiB:", frames,
+              static_cast<unsigned long long>(counters.tracks_born));
+  for (const std::uint64_t bytes : resident) {
+    std::printf(" %llu", static_cast<unsigned long long>(bytes / 1024));
+  }
+  std::printf("\n");
+  constexpr std::uint64_t kMostGrowth_bytes = 1U << 18U;
+  EXPECT_LE(resident.back(), resident[1] + kMostGrowth_bytes);
 }
 
 TEST(MemoryGrowth, ARenderedStreetPlayedAgainAndAgainTakesNoMore) {

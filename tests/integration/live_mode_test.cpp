@@ -1,12 +1,15 @@
 // Live mode from outside, on a recording that is played like a camera.
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <sched.h>
 #include <set>
 #include <sstream>
 #include <string>
 #include <thread>
+#include <unistd.h>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -127,6 +130,81 @@ TEST_F(LiveMode, ASignalEndsItWithEverythingWritten) {
   EXPECT_EQ(report("live")["exit_status"], 128 + SIGTERM);
 }
 
+// Starved to a fifth of a core it has too little for what it could do with a quarter to spare; then it is released.
+TEST_F(LiveMode, StarvedOfProcessorItShedsAndReturnsWhenItCan) {
+  const auto group = ControlGroup::of_processor(20);
+  if (!group) {
+    GTEST_SKIP() << "the kernel does not let this process make control groups";
+  }
+  ASSERT_EQ(run("replay", {}, 5).exit_code, 0);
+  const double frame_ms = report("replay")["frame_ms"]["median"];
+  constexpr double kPeriod_ms = 100.0;  // Of the recording.
+  const std::string speed = std::to_string(std::min(100.0, kPeriod_ms / (4.0 * frame_ms)));
+  Program program(command("live", {"live.mode=on", "live.speed=" + speed}, 1'000'000), &*group);
+  std::this_thread::sleep_for(std::chrono::seconds(4));
+  group->release_processor();
+  std::this_thread::sleep_for(std::chrono::seconds(10));
+  program.send(SIGTERM);
+  const ProgramResult result = program.wait();
+  ASSERT_EQ(result.exit_code, 128 + SIGTERM) << result.err;
+  const json counted = report("live")["live"];
+  EXPECT_GT(counted["frames_left_out"], 0);
+  EXPECT_GE(counted["worst_shedding_level"], 1);
+  EXPECT_LT(counted["shedding_level"], counted["worst_shedding_level"]);
+  EXPECT_TRUE(reasons("live").contains("frames_outdated"));
+  EXPECT_TRUE(reasons("live").contains("sheds_iterations"));
+  EXPECT_EQ(report("live")["allocations_after_start"], 0);
+}
+
+TEST_F(LiveMode, ABurstIsAnsweredWithItsNewestFrame) {
+  // All frames of a pass are due within microseconds, then none for a second.
+  std::ofstream times(recording_.sequence() / "times.txt");
+  for (int i = 0; i < recording_.frames; ++i) {
+    times << 1e-6 * i << "\n";
+  }
+  times.close();
+  constexpr int kPasses = 4;
+  const ProgramResult result = run("live", {"live.mode=on"}, kPasses);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const json counted = report("live")["live"];
+  const std::int64_t processed = report("live")["frames"];
+  EXPECT_EQ(processed + counted["frames_left_out"].get<std::int64_t>(), kPasses * recording_.frames);
+  EXPECT_GE(processed, 1);
+  EXPECT_EQ(report("live")["allocations_after_start"], 0);
+}
+
+TEST_F(LiveMode, CapturesWithRealtimePriorityWhereThatIsAllowed) {
+  const std::vector<std::string> wanted{"live.mode=on", "live.realtime_priority=7"};
+  Program program(command("live", wanted, 1'000'000));
+  while (text_of(out("live") / "camera.tum").empty()) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  const int policy = sched_getscheduler(program.pid());
+  program.send(SIGTERM);
+  const ProgramResult result = program.wait();
+  EXPECT_EQ(result.exit_code, 128 + SIGTERM);
+  if (geteuid() == 0) {
+    EXPECT_EQ(policy & ~SCHED_RESET_ON_FORK, SCHED_FIFO) << result.err;
+  }
+  EXPECT_EQ(result.err.find("realtime_priority") == std::string::npos, (policy & ~SCHED_RESET_ON_FORK) == SCHED_FIFO);
+}
+
+TEST_F(LiveMode, GoesOnWithoutRealtimePriorityAndSaysHowToGetIt) {
+  std::vector<std::string> program{"setpriv",   "--bounding-set", "-sys_nice",  "--inh-caps",
+                                   "-sys_nice", "prlimit",        "--rtprio=0", KINETRACE_PROGRAM};
+  const auto arguments = command("live", {"live.mode=on", "live.speed=10", "live.realtime_priority=7"}, 1);
+  program.insert(program.end(), arguments.begin(), arguments.end());
+  const std::string err = (scratch_.path() / "err").string();
+  if (geteuid() != 0) {
+    program.erase(program.begin(), program.begin() + 5);  // Has no such capability to give up.
+  }
+  EXPECT_EQ(await_end(start_program(program, (scratch_.path() / "out.txt").string(), err)), 0);
+  EXPECT_THAT(text_of(err), HasSubstr("live.realtime_priority = 7"));
+  EXPECT_THAT(text_of(err), HasSubstr("LimitRTPRIO=7"));
+  EXPECT_EQ(report("live")["frames"].get<int>() + report("live")["live"]["frames_left_out"].get<int>(),
+            recording_.frames);
+}
+
 TEST_F(LiveMode, ItsManagerHearsOfProgressAndTheEnd) {
   const ServiceManager manager;
   setenv("WATCHDOG_USEC", "400000", 1);
@@ -139,7 +217,8 @@ TEST_F(LiveMode, ItsManagerHearsOfProgressAndTheEnd) {
 }
 
 TEST_F(LiveMode, SettingsThatCannotBeAreNamed) {
-  for (const char* wrong : {"live.mode=sometimes", "live.speed=0", "live.deadline_ms=-1"}) {
+  for (const char* wrong :
+       {"live.mode=sometimes", "live.speed=0", "live.deadline_ms=-1", "live.realtime_priority=100"}) {
     const ProgramResult result = run("live", {wrong});
     EXPECT_EQ(result.exit_code, 78) << wrong;
     EXPECT_THAT(result.err, HasSubstr(std::string(wrong).substr(0, std::string(wrong).find('=')))) << wrong;

@@ -57,11 +57,11 @@ int await_end(pid_t pid) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : kSignalBase + WTERMSIG(status);
 }
 
-Program::Program(const std::vector<std::string>& arguments)
+Program::Program(const std::vector<std::string>& arguments, const ControlGroup* group)
     : out_path_(unique_path(".out")), err_path_(unique_path(".err")) {
   std::vector<std::string> command{KINETRACE_PROGRAM};
   command.insert(command.end(), arguments.begin(), arguments.end());
-  pid_ = start_program(std::move(command), out_path_, err_path_);
+  pid_ = start_program(group == nullptr ? std::move(command) : group->around(command), out_path_, err_path_);
 }
 
 void Program::send(int signal) const {

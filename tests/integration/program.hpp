@@ -5,6 +5,8 @@
 #include <sys/types.h>
 #include <vector>
 
+#include "control_group.hpp"
+
 namespace kinetrace::test {
 
 /// Starts `command`, whose program may be one of the PATH, with its output in these files. Throws where that fails.
@@ -22,8 +24,10 @@ struct ProgramResult {
 /// A started kinetrace; its output goes to files until it is waited for.
 class Program {
  public:
-  explicit Program(const std::vector<std::string>& arguments);
+  /// `group`: within its limits; null: none.
+  explicit Program(const std::vector<std::string>& arguments, const ControlGroup* group = nullptr);
   void send(int signal) const;
+  [[nodiscard]] pid_t pid() const noexcept { return pid_; }
   [[nodiscard]] ProgramResult wait();
 
  private:
@@ -32,8 +36,9 @@ class Program {
   pid_t pid_ = -1;
 };
 
-[[nodiscard]] inline ProgramResult run_kinetrace(const std::vector<std::string>& arguments) {
-  return Program(arguments).wait();
+[[nodiscard]] inline ProgramResult run_kinetrace(const std::vector<std::string>& arguments,
+                                                 const ControlGroup* group = nullptr) {
+  return Program(arguments, group).wait();
 }
 
 }  // namespace kinetrace::test

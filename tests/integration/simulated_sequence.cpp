@@ -71,7 +71,8 @@ Followed SimulatedSequence::follow(const pipeline::PipelineConfig& config) const
     followed.counters = result.counters;
     if (result.has_settled) {
       const auto index = static_cast<std::size_t>(result.settled.frame_index);
-      followed.settled.push_back({T_world_cam_.at(index), result.settled.camera,
+      followed.settled.push_back({T_world_cam_.at(index),
+                                  result.settled.camera,
                                   {result.settled.objects.begin(), result.settled.objects.end()}});
     }
   };

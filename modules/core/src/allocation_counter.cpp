@@ -11,6 +11,7 @@ std::atomic<std::uint64_t> foreign_count{0};
 std::atomic<bool> interposed{false};
 // initial-exec: the default model may call malloc on first use, from inside malloc.
 [[gnu::tls_model("initial-exec")]] thread_local int foreign_depth = 0;
+[[gnu::tls_model("initial-exec")]] thread_local AllocationCounts of_thread{};
 
 }  // namespace
 
@@ -25,6 +26,10 @@ AllocationCounts allocation_counts() noexcept {
   return {own_count.load(std::memory_order_relaxed), foreign_count.load(std::memory_order_relaxed)};
 }
 
+AllocationCounts thread_allocation_counts() noexcept {
+  return of_thread;
+}
+
 bool allocation_counting_available() noexcept {
   return interposed.load(std::memory_order_relaxed);
 }
@@ -34,7 +39,9 @@ bool detail::in_foreign_call() noexcept {
 }
 
 void detail::count_allocation() noexcept {
-  (in_foreign_call() ? foreign_count : own_count).fetch_add(1, std::memory_order_relaxed);
+  const bool is_foreign = in_foreign_call();
+  (is_foreign ? foreign_count : own_count).fetch_add(1, std::memory_order_relaxed);
+  ++(is_foreign ? of_thread.foreign : of_thread.own);
 }
 
 void detail::announce_interposer() noexcept {

@@ -23,11 +23,12 @@ PublishedFrame::PublishedFrame(const PublishConfig& config, Arena& arena)
     : objects(arena, static_cast<std::size_t>(config.max_objects)),
       points(arena, static_cast<std::size_t>(config.max_points)) {}
 
-void PublishedFrame::assign(const FrameResult& result, std::int64_t now_ns) noexcept {
+void PublishedFrame::assign(const FrameResult& result, std::int64_t now_ns, std::int64_t exposure_ns) noexcept {
   const FrameEstimate& newest = result.newest;
   frame_index = newest.frame_index;
   timestamp_ns = newest.timestamp_ns;
   handed_over_ns = now_ns;
+  exposed_ns = exposure_ns;
   camera = newest.camera;
   objects.clear();
   for (const ObjectResult& object : newest.objects.first(std::min(newest.objects.size(), objects.capacity()))) {

@@ -148,9 +148,10 @@ void Publisher::supervise(std::int64_t now_ns) {
   }
 }
 
-void Publisher::serve(ResultMailbox& mailbox, std::int64_t now_ns) {
+const PublishedFrame* Publisher::serve(ResultMailbox& mailbox, std::int64_t now_ns) {
   supervise(now_ns);
-  if (const PublishedFrame* frame = mailbox.fetch_frame()) {
+  const PublishedFrame* frame = mailbox.fetch_frame();
+  if (frame != nullptr) {
     publish(*frame, now_ns);
   }
   if (const PublishedHealth* health = mailbox.fetch_health()) {
@@ -159,6 +160,7 @@ void Publisher::serve(ResultMailbox& mailbox, std::int64_t now_ns) {
   for (TrajectoryEvent event; mailbox.fetch(event);) {
     publish(event, now_ns);
   }
+  return impl_->topics ? frame : nullptr;
 }
 
 void Publisher::publish(const PublishedFrame& frame, std::int64_t now_ns) {

@@ -41,8 +41,8 @@ Result<std::unique_ptr<ResultMailbox>> ResultMailbox::create(const PublishConfig
   return mailbox;
 }
 
-void ResultMailbox::offer(const FrameResult& result, std::int64_t handed_over_ns) noexcept {
-  frames_.slot().assign(result, handed_over_ns);
+void ResultMailbox::offer(const FrameResult& result, std::int64_t handed_over_ns, std::int64_t exposed_ns) noexcept {
+  frames_.slot().assign(result, handed_over_ns, exposed_ns);
   if (frames_.hand_over()) {
     superseded_.fetch_add(1, kRelaxed);
   }

@@ -38,18 +38,25 @@ Json health_json(const HealthSummary& health) {
           {"reasons", std::move(reasons)}};
 }
 
+Json latency_json(const LatencySummary& latency) {
+  if (latency.count == 0) {
+    return nullptr;
+  }
+  return {{"count", latency.count},
+          {"p50", latency.p50_ms},
+          {"p95", latency.p95_ms},
+          {"p99", latency.p99_ms},
+          {"max", latency.max_ms}};
+}
+
 Json live_json(const LiveSummary& live) {
   return {{"deadline_ms", live.deadline_ms},
           {"frames_late", live.frames_late},
           {"frames_left_out", live.frames_left_out},
           {"shedding_level", live.level},
           {"worst_shedding_level", live.worst_level},
-          {"latency_ms",
-           {{"count", live.latency.count},
-            {"p50", live.latency.p50_ms},
-            {"p95", live.latency.p95_ms},
-            {"p99", live.latency.p99_ms},
-            {"max", live.latency.max_ms}}}};
+          {"latency_ms", latency_json(live.latency)},
+          {"published_latency_ms", latency_json(live.published_latency)}};
 }
 
 Json files_json(std::span<const FileEntry> files) {
@@ -87,6 +94,10 @@ Result<std::string> run_json_text(const RunSummary& summary, std::span<const Fil
   if (summary.allocations_after_start) {
     run["allocations_after_start"] = summary.allocations_after_start->own;
     run["foreign_allocations_after_start"] = summary.allocations_after_start->foreign;
+  }
+  run["foreign_allocations_per_frame_max"] = Json::object();
+  for (const auto& [stage, count] : summary.stage_foreign_allocations) {
+    run["foreign_allocations_per_frame_max"][stage] = count;
   }
   run["counters"] = counters_json(summary);
   run["health"] = health_json(summary.health);

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
+#include <utility>
 
 #include <Eigen/Cholesky>
 
@@ -172,11 +174,42 @@ PosePrior BodyReconstruction::prior_from(const Expectation& expected) {
   return prior;
 }
 
-PoseEstimate BodyReconstruction::find_pose(std::span<const PoseObservation> observations, const PosePrior& prior,
-                                           double sigma_px) {
-  PoseEstimate pose = pose_estimator_.estimate(observations, prior, sigma_px, pose_inlier_.first(observations.size()));
-  const auto enough = static_cast<int>(config_.min_inlier_ratio * static_cast<double>(observations.size()));
-  pose.valid = pose.valid && pose.inliers >= std::max(config_.min_inliers, enough);
+BodyReconstruction::Sighted BodyReconstruction::sight_points(const FeatureFrame& frame, std::uint8_t label) {
+  Sighted sighted;
+  const auto add = [&](int least, int most) {
+    for (const Feature& feature : frame.features) {
+      const std::size_t row = feature.body == label ? map_.find(feature) : PointMap::kNone;
+      if (row == PointMap::kNone || !map_.state(row).positioned) {
+        continue;
+      }
+      const std::uint16_t seen = map_.state(row).observations;
+      if (seen < least || seen > most) {
+        continue;
+      }
+      pose_slots_[sighted.count] = feature.slot;
+      pose_observations_[sighted.count++] = {.p_body = map_.point(row).position_m,
+                                             .u_left_px = feature.left_px.x(),
+                                             .v_px = feature.v_px,
+                                             .u_right_px = feature.u_right_px,
+                                             .variance_ratio = 1.F + 1.F / static_cast<float>(seen)};
+    }
+  };
+  constexpr int kAny = std::numeric_limits<int>::max();
+  const int proven = config_.vote_after_sightings;
+  for (const auto& [least, most] : {std::pair{proven, kAny}, {proven - 1, proven - 1}, {0, proven - 2}}) {
+    add(least, most);
+    if (sighted.voters < as_size(config_.min_inliers)) {
+      sighted.voters = sighted.count;
+    }
+  }
+  return sighted;
+}
+
+PoseEstimate BodyReconstruction::find_pose(const Sighted& sighted, const PosePrior& prior, double sigma_px) {
+  PoseEstimate pose = pose_estimator_.estimate(pose_observations_.first(sighted.count), prior, sigma_px,
+                                               pose_inlier_.first(sighted.count), sighted.voters);
+  const auto enough = static_cast<int>(config_.min_inlier_ratio * static_cast<double>(sighted.voters));
+  pose.valid = pose.valid && pose.inliers >= config_.min_inliers && pose.agreeing_voters >= enough;
   return pose;
 }
 
@@ -225,39 +258,23 @@ const BodyEstimate& BodyReconstruction::locate(const FeatureFrame& frame, std::u
   T_body_cam_now_ = expected != nullptr ? expected->T_body_cam : predict(frame.timestamp_ns);
   const PosePrior prior = expected != nullptr ? prior_from(*expected) : PosePrior{T_body_cam_now_.inverse()};
 
-  std::size_t count = 0;
-  for (const Feature& feature : frame.features) {
-    if (feature.body != label) {
-      continue;
-    }
-    const std::size_t row = map_.find(feature);
-    if (row == PointMap::kNone || !map_.state(row).positioned) {
-      continue;
-    }
-    pose_slots_[count] = feature.slot;
-    pose_observations_[count++] = {.p_body = map_.point(row).position_m,
-                                   .u_left_px = feature.left_px.x(),
-                                   .v_px = feature.v_px,
-                                   .u_right_px = feature.u_right_px,
-                                   .variance_ratio = 1.F + 1.F / static_cast<float>(map_.state(row).observations)};
-  }
-  const std::span<const PoseObservation> observations = pose_observations_.first(count);
+  const Sighted sighted = sight_points(frame, label);
   const double weighted_for_px = noise_.sigma_px();
-  PoseEstimate pose = find_pose(observations, prior, noise_.sigma_px());
+  PoseEstimate pose = find_pose(sighted, prior, noise_.sigma_px());
   if (!pose.valid && noise_.sigma_px() < noise_.most_px()) {
     // The images have become worse all at once, by blur or darkness: what was learnt holds no more.
     noise_.restart();
-    pose = find_pose(observations, prior, noise_.sigma_px());
+    pose = find_pose(sighted, prior, noise_.sigma_px());
   }
   const bool found = pose.valid;
-  estimate_.observations = static_cast<int>(count);
+  estimate_.observations = static_cast<int>(sighted.count);
   estimate_.inliers = pose.inliers;
   if (found) {
     T_body_cam_now_ = pose.T_cam_body.inverse();
     const Matrix6d ad = adjoint(T_body_cam_now_);
     estimate_.covariance = ad * pose.covariance * ad.transpose();
-    learn_noise(observations, pose.T_cam_body);
-    for (std::size_t i = 0; i < count; ++i) {
+    learn_noise(pose_observations_.first(sighted.voters), pose.T_cam_body);
+    for (std::size_t i = 0; i < sighted.count; ++i) {
       verdict_[pose_slots_[i]] = pose_inlier_[i] != 0 ? Verdict::kInlier : Verdict::kOutlier;
     }
   }

@@ -193,11 +193,12 @@ double reprojection_chi2(const StereoGeometry& geometry, const Se3& T_cam_body, 
 }
 
 PoseEstimate StereoPoseEstimator::estimate(std::span<const PoseObservation> observations, const PosePrior& prior,
-                                           double sigma_px, std::span<std::uint8_t> inlier) const {
+                                           double sigma_px, std::span<std::uint8_t> inlier, std::size_t voters) const {
   PoseEstimate out;
   out.T_cam_body = prior.T_cam_body;
   std::fill(inlier.begin(), inlier.end(), std::uint8_t{0});
-  if (observations.size() < 3) {
+  const std::span<const PoseObservation> voting = observations.first(voters);
+  if (voting.size() < 3) {
     return out;
   }
   const ReprojectionModel<double> model = model_of(geometry_);
@@ -206,26 +207,25 @@ PoseEstimate StereoPoseEstimator::estimate(std::span<const PoseObservation> obse
   const double search_gate2 = 4.0 * gate2;
 
   Se3 best_pose = prior.T_cam_body;
-  Score best = score_pose(geometry_, best_pose, observations, sigma_px, search_gate2);
-  Sampler sampler(static_cast<std::uint32_t>(observations.size()));
+  Score best = score_pose(geometry_, best_pose, voting, sigma_px, search_gate2);
+  Sampler sampler(static_cast<std::uint32_t>(voting.size()));
   int needed = hypotheses_needed(best, config_.max_hypotheses);
   for (int hypothesis = 0; hypothesis < needed; ++hypothesis) {
     Se3 pose = best_pose;
-    const std::array<std::size_t, 3> pick = sample_three(sampler, observations.size());
+    const std::array<std::size_t, 3> pick = sample_three(sampler, voting.size());
     bool solved = true;
     for (int iteration = 0; iteration < 5 && solved; ++iteration) {
       NormalEquations normal;
       for (const std::size_t i : pick) {
-        accumulate(model, pose, observations[i], sigma_px, std::numeric_limits<double>::infinity(), normal);
+        accumulate(model, pose, voting[i], sigma_px, std::numeric_limits<double>::infinity(), normal);
       }
       solved = normal.used == 3 && step(normal, 1e-3, pose).has_value();
     }
     if (!solved) {
       continue;
     }
-    Score score = score_pose(geometry_, pose, observations, sigma_px, search_gate2);
-    score.cost +=
-        prior_cost(prior, pose) * static_cast<double>(score.scored) / static_cast<double>(observations.size());
+    Score score = score_pose(geometry_, pose, voting, sigma_px, search_gate2);
+    score.cost += prior_cost(prior, pose) * static_cast<double>(score.scored) / static_cast<double>(voting.size());
     if (score.cost < best.cost) {
       best = score;
       best_pose = pose;
@@ -258,6 +258,8 @@ PoseEstimate StereoPoseEstimator::estimate(std::span<const PoseObservation> obse
   }
   best_pose = best_pose.orthonormalised();
   out.inliers = classify(geometry_, best_pose, observations, sigma_px, gate2, inlier);
+  out.agreeing_voters =
+      static_cast<int>(std::count(inlier.begin(), inlier.begin() + static_cast<std::ptrdiff_t>(voters), 1));
   out.valid = out.inliers >= 3 && best_pose.is_finite();
   if (out.valid) {
     out.T_cam_body = best_pose;

@@ -4,7 +4,6 @@
 #include <stdexcept>
 
 #include "kinetrace/imaging/png_writer.hpp"
-#include "street_drive.hpp"
 
 namespace kinetrace::test {
 namespace {
@@ -26,7 +25,10 @@ void write_calibration(const std::filesystem::path& sequence, const StereoGeomet
 }  // namespace
 
 RenderedClip write_rendered_clip(const std::filesystem::path& folder, int frames) {
-  const StreetDrive street({Mover{}});
+  return write_rendered_clip(folder, StreetDrive({Mover{}}), frames);
+}
+
+RenderedClip write_rendered_clip(const std::filesystem::path& folder, const StreetDrive& street, int frames) {
   const std::filesystem::path sequence = folder / "sequences/00";
   for (const char* eye : {"image_0", "image_1"}) {
     std::filesystem::create_directories(sequence / eye);

@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <string>
 
+#include "street_drive.hpp"
+
 namespace kinetrace::test {
 
 /// What `kinetrace run` is told.
@@ -13,7 +15,10 @@ struct RenderedClip {
   int frames = 0;
 };
 
-/// A StreetDrive with one vehicle, in KITTI odometry layout, with masks of both eyes.
+/// A drive in KITTI odometry layout, with masks of both eyes.
+[[nodiscard]] RenderedClip write_rendered_clip(const std::filesystem::path& folder, const StreetDrive& street,
+                                               int frames);
+/// With one vehicle.
 [[nodiscard]] RenderedClip write_rendered_clip(const std::filesystem::path& folder, int frames);
 
 }  // namespace kinetrace::test

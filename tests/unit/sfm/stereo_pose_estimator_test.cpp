@@ -129,6 +129,26 @@ TEST(StereoPoseEstimator, FindsThePoseAmongFortyPercentOutliers) {
   }
 }
 
+TEST(StereoPoseEstimator, VotersDecideAgainstAMajorityThatMoves) {
+  constexpr std::size_t kVoters = 15;
+  Scene scene(60, 7);
+  std::vector<PoseObservation> observations = scene.observe(kSigma_px);
+  // All the others lie on one thing that has moved.
+  const Eigen::Vector3d step(0.4, 0.0, 0.1);
+  for (std::size_t i = kVoters; i < observations.size(); ++i) {
+    observations[i].p_body += step;
+  }
+  std::vector<std::uint8_t> inlier(observations.size());
+  const PoseEstimate e =
+      scene.estimator().estimate(observations, guess(scene.off_by(0.01, 0.1)), kSigma_px, inlier, kVoters);
+  ASSERT_TRUE(e.valid);
+  EXPECT_LT(scene.position_error_m(e), 0.1);
+  EXPECT_GE(e.agreeing_voters, 14);
+  EXPECT_EQ(e.inliers, std::count(inlier.begin(), inlier.end(), 1));
+  const PoseEstimate all = scene.estimator().estimate(observations, guess(scene.truth()), kSigma_px, inlier);
+  EXPECT_GT(scene.position_error_m(all), 0.3) << "where all have a vote, the majority is believed";
+}
+
 TEST(StereoPoseEstimator, NothingButOutliersIsHardlyEverAPose) {
   Scene scene(100, 5);
   auto observations = scene.observe(kSigma_px);

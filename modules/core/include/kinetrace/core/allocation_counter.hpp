@@ -23,6 +23,8 @@ struct AllocationCounts {
   std::uint64_t foreign = 0;
 };
 [[nodiscard]] AllocationCounts allocation_counts() noexcept;
+/// Of the calling thread alone.
+[[nodiscard]] AllocationCounts thread_allocation_counts() noexcept;
 /// True if malloc is interposed in this program, that is, if the counts mean anything.
 [[nodiscard]] bool allocation_counting_available() noexcept;
 

@@ -17,6 +17,7 @@ namespace kinetrace::pipeline {
 /// Sizes of an object's reconstruction: few points, a window as long as the background's.
 [[nodiscard]] constexpr sfm::BodyConfig default_object_config() noexcept {
   sfm::BodyConfig config;
+  config.vote_after_sightings = 0;
   config.max_points = 160;
   config.keyframe_motion_px = 2.0;  // A turning object shows new sides long before it has moved far in the image.
   config.gate_sigma = 3.0;

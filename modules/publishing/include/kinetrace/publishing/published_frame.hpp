@@ -32,11 +32,12 @@ struct PublishedFrame {
 
   /// Copies `result.newest`, and points of all its bodies that have a pose, thinned evenly to the capacity. Objects
   /// beyond the capacity are left out. `handed_over_ns` is the system clock (Unix). Never allocates.
-  void assign(const FrameResult& result, std::int64_t handed_over_ns) noexcept;
+  void assign(const FrameResult& result, std::int64_t handed_over_ns, std::int64_t exposed_ns = 0) noexcept;
 
   std::int64_t frame_index = 0;
   std::int64_t timestamp_ns = 0;
   std::int64_t handed_over_ns = 0;
+  std::int64_t exposed_ns = 0;  ///< Steady clock at mid-exposure; 0: not known. Not sent.
   CameraResult camera;
   FixedVector<ObjectResult> objects;
   FixedVector<PublishedPoint> points;

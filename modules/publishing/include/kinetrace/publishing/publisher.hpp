@@ -72,7 +72,8 @@ class Publisher {
   ~Publisher();
 
   /// Everything that is due: looks after the participant, then sends what the mailbox has. `now_ns` is a steady clock.
-  void serve(ResultMailbox& mailbox, std::int64_t now_ns);
+  /// Returns the frame that was sent; null if there was none, or no network for it. Valid until the next call.
+  const PublishedFrame* serve(ResultMailbox& mailbox, std::int64_t now_ns);
 
   /// The parts of `serve`.
   void supervise(std::int64_t now_ns);

@@ -35,9 +35,9 @@ class ResultMailbox {
 
   // Producer.
 
-  /// Copies what is to be published. `handed_over_ns` is the system clock (Unix). At most 50 us for 64 objects and 2000
-  /// points.
-  void offer(const FrameResult& result, std::int64_t handed_over_ns) noexcept;
+  /// Copies what is to be published. `handed_over_ns` is the system clock (Unix), `exposed_ns` the steady clock at
+  /// mid-exposure, 0 where that is not known. At most 50 us for 64 objects and 2000 points.
+  void offer(const FrameResult& result, std::int64_t handed_over_ns, std::int64_t exposed_ns = 0) noexcept;
   /// Of a result that comes only with a settled frame (Pipeline::drain).
   void offer_settled(const FrameResult& result) noexcept;
   void offer_health(const PublishedHealth& health) noexcept;

@@ -35,7 +35,8 @@ struct LiveSummary {
   std::uint64_t frames_left_out = 0;  ///< Since a newer one was there when processing had time for one.
   int level = 0;                      ///< Of shedding, at the end: 0 is none.
   int worst_level = 0;
-  LatencySummary latency;  ///< From mid-exposure until a result was recorded and handed to the publisher.
+  LatencySummary latency;            ///< From mid-exposure until a result was recorded and handed to the publisher.
+  LatencySummary published_latency{};  ///< ... and until it was with the network, where it was published.
 };
 
 /// Filled in by the application after the last frame, when allocation is allowed again.
@@ -46,6 +47,8 @@ struct RunSummary {
   std::int64_t frames = 0;                                   ///< Frames processed.
   TimingSummary frame_time;
   std::vector<std::pair<std::string, TimingSummary>> stage_times;
+  /// The most that libraries allocated in one frame, by stage; empty when the program does not count.
+  std::vector<std::pair<std::string, std::uint64_t>> stage_foreign_allocations;
   std::uint64_t rss_peak_bytes = 0;
   std::optional<AllocationCounts> allocations_after_start;  ///< Absent when the program does not count.
   FrameCounters counters;

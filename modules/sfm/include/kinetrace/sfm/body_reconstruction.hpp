@@ -105,9 +105,14 @@ class BodyReconstruction {
 
   BodyReconstruction(const BodyConfig& config, const StereoGeometry& geometry, Arena& arena);
 
-  /// Pose that most of `observations` agree with; invalid where too few do.
-  [[nodiscard]] PoseEstimate find_pose(std::span<const PoseObservation> observations, const PosePrior& prior,
-                                       double sigma_px);
+  /// What the frame sees of points with a position, into the first of pose_observations_ and pose_slots_.
+  struct Sighted {
+    std::size_t count = 0;
+    std::size_t voters = 0;  ///< The first ones, which decide on the pose.
+  };
+  [[nodiscard]] Sighted sight_points(const FeatureFrame& frame, std::uint8_t label);
+  /// Pose that most of the voters agree with; invalid where too few do.
+  [[nodiscard]] PoseEstimate find_pose(const Sighted& sighted, const PosePrior& prior, double sigma_px);
   [[nodiscard]] static PosePrior prior_from(const Expectation& expected);
   /// Takes the scatter of a located frame into account, for gates and weights from now on.
   void learn_noise(std::span<const PoseObservation> observations, const Se3& T_cam_body);

@@ -14,6 +14,10 @@ struct BodyConfig {
   int window_frames = 10;
   int min_inliers = 8;            ///< Fewer agreeing points than this are no pose.
   double min_inlier_ratio = 0.4;  ///< A smaller part of agreeing points means: not rigid, or not this body.
+  /// Points have a vote on the pose once so many frames have seen them and agreed; newer ones only while there are
+  /// fewer than min_inliers of these. So what comes into view and moves by itself has no say, however much of the view
+  /// it takes. Objects are found by their masks, and let all vote.
+  int vote_after_sightings = 3;
   /// Standard deviation of u_left, v and u_right: at most, and before anything is known. What it is, is learnt from the
   /// residuals, but never taken to be less than the second.
   double measurement_sigma_px = 0.4;

@@ -29,6 +29,7 @@ struct PoseEstimate {
   Se3 T_cam_body;
   Matrix6d covariance = Matrix6d::Zero();  ///< Of T_cam_body, left perturbation (rad, m).
   int inliers = 0;
+  int agreeing_voters = 0;  ///< Inliers among the voters.
 };
 
 /// What is known about the pose before any observation.
@@ -54,9 +55,15 @@ class StereoPoseEstimator {
       : config_(config), geometry_(geometry) {}
 
   /// `inlier` (as long as `observations`) receives 1 for observations that agree with the result, else 0.
-  /// `sigma_px`: standard deviation of a measured coordinate.
+  /// `sigma_px`: standard deviation of a measured coordinate. `voters`: hypotheses are made from and ranked by so many
+  /// of the first observations; the others only refine what these have chosen.
   [[nodiscard]] PoseEstimate estimate(std::span<const PoseObservation> observations, const PosePrior& prior,
-                                      double sigma_px, std::span<std::uint8_t> inlier) const;
+                                      double sigma_px, std::span<std::uint8_t> inlier, std::size_t voters) const;
+  /// All have a vote.
+  [[nodiscard]] PoseEstimate estimate(std::span<const PoseObservation> observations, const PosePrior& prior,
+                                      double sigma_px, std::span<std::uint8_t> inlier) const {
+    return estimate(observations, prior, sigma_px, inlier, observations.size());
+  }
 
  private:
   PoseEstimatorConfig config_;
