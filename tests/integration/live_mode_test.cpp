@@ -130,6 +130,24 @@ TEST_F(LiveMode, ASignalEndsItWithEverythingWritten) {
   EXPECT_EQ(report("live")["exit_status"], 128 + SIGTERM);
 }
 
+TEST_F(LiveMode, KilledItHasLostNothingThatWasFinal) {
+  Program program(command("live", {"live.mode=on", "live.speed=10"}, 1'000'000));
+  while (text_of(out("live") / "camera.tum").size() < 2000) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  program.send(SIGKILL);
+  EXPECT_EQ(program.wait().exit_code, 128 + SIGKILL);
+  const auto lines = [&](const char* file) {
+    const std::string text = text_of(out("live") / file);
+    EXPECT_TRUE(text.ends_with('\n')) << file << " ends within a line";
+    return std::count(text.begin(), text.end(), '\n');
+  };
+  EXPECT_EQ(lines("camera.tum"), lines("camera_kitti.txt"));
+  // The next start takes the folder over.
+  EXPECT_EQ(run("live", {}).exit_code, 0);
+  EXPECT_EQ(lines("camera.tum"), recording_.frames);
+}
+
 // Starved to a fifth of a core it has too little for what it could do with a quarter to spare; then it is released.
 TEST_F(LiveMode, StarvedOfProcessorItShedsAndReturnsWhenItCan) {
   const auto group = ControlGroup::of_processor(20);

@@ -21,7 +21,7 @@ struct RecordingConfig {
   bool points = true;               ///< Write points/.
   bool colmap = true;               ///< Write colmap/.
   int max_objects = kMaxObjects;    ///< Objects in one frame, in [1, 64].
-  int flush_interval_frames = 30;   ///< A run that is killed loses at most so many frames of its text files.
+  int flush_interval_frames = 1;    ///< A run that is killed loses at most so many frames of its text files.
   int conversion_kib = 1024;        ///< Working memory of `finish`, in [64, 262144]; more memory, fewer passes.
   std::int64_t max_trajectory_vertices = 2'000'000;  ///< Per points/object_ID.ply; beyond it frames are thinned evenly.
 
