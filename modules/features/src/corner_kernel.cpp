@@ -6,17 +6,21 @@
 namespace kinetrace::features::KINETRACE_KERNEL_ISA {
 namespace {
 
+// Products of 16-bit numbers: the baseline has no others.
 void accumulate_row(const Plane& image, int y, int sign, std::int32_t* __restrict xx, std::int32_t* __restrict xy,
                     std::int32_t* __restrict yy) {
   const std::uint8_t* __restrict row = image.data + static_cast<long>(y) * image.stride;
   const std::uint8_t* __restrict above = row - image.stride;
   const std::uint8_t* __restrict below = row + image.stride;
+  const auto factor = static_cast<std::int16_t>(sign);
   for (int x = 0; x < image.width; ++x) {
-    const int gradient_x = row[x + 1] - row[x - 1];
-    const int gradient_y = below[x] - above[x];
-    xx[x] += sign * gradient_x * gradient_x;
-    xy[x] += sign * gradient_x * gradient_y;
-    yy[x] += sign * gradient_y * gradient_y;
+    const auto gradient_x = static_cast<std::int16_t>(row[x + 1] - row[x - 1]);
+    const auto gradient_y = static_cast<std::int16_t>(below[x] - above[x]);
+    const auto signed_x = static_cast<std::int16_t>(factor * gradient_x);
+    const auto signed_y = static_cast<std::int16_t>(factor * gradient_y);
+    xx[x] += signed_x * gradient_x;
+    xy[x] += signed_x * gradient_y;
+    yy[x] += signed_y * gradient_y;
   }
 }
 

@@ -228,7 +228,7 @@ bool sample_warped(const Plane& source, float x, float y, const PatchWarp& warp,
   alignas(64) float bordered[kBorderedHeight * kBorderedStride];
   for (int row = 0; row < kBorderedHeight; ++row) {
     const float dy = static_cast<float>(row) - kPatchHalfHeight - 1.F;
-    for (int column = 0; column < kBorderedStride; column += kLanes) {
+    for (int column = 0; column < kBorderedWidth; column += kLanes) {
       // Columns beyond those in use repeat the last one, so as not to read further.
       const Floats last = splat(static_cast<float>(kBorderedWidth - 1));
       Floats dx = ramp(static_cast<float>(column));
@@ -239,9 +239,9 @@ bool sample_warped(const Plane& source, float x, float y, const PatchWarp& warp,
       const Ints pixel_y = __builtin_convertvector(at_y, Ints);
       const Floats fraction_x = at_x - __builtin_convertvector(pixel_x, Floats);
       const Floats fraction_y = at_y - __builtin_convertvector(pixel_y, Floats);
-      const Ints offsets = pixel_y * source.stride + pixel_x;
+      const Ints offsets = multiply_small(pixel_y, source.stride) + pixel_x;
       const Floats upper = interpolate_pairs(gather_pairs(origin, offsets), fraction_x);
-      const Floats lower = interpolate_pairs(gather_pairs(origin, offsets + source.stride), fraction_x);
+      const Floats lower = interpolate_pairs(gather_pairs(origin + source.stride, offsets), fraction_x);
       store(bordered + row * kBorderedStride + column, upper + fraction_y * (lower - upper));
     }
   }

@@ -54,8 +54,8 @@ static inline float sum(Floats v) {
   return total;
 }
 
-// Intrinsics in the next four functions only: GCC's vector extensions have neither a widening byte load that compiles
-// to one instruction, nor a gather, nor a square root, nor a sum of absolute differences.
+// Intrinsics in the next five functions only: GCC's vector extensions have neither a widening byte load that compiles
+// to one instruction, nor a gather, nor a product of halves, nor a square root, nor a sum of absolute differences.
 
 /// The next kLanes bytes as floats.
 static inline Floats load_bytes(const std::uint8_t* source) {
@@ -87,6 +87,17 @@ static inline Floats load_bytes(const std::uint8_t* source) {
 static inline Ints gather_pairs(const std::uint8_t* base, Ints offsets) {
 #if defined(__AVX2__)
   return (Ints)_mm256_i32gather_epi32(reinterpret_cast<const int*>(base), (__m256i)offsets, 1);
+#elif defined(__SSE2__)
+  const auto pair = [&](int i) {
+    std::uint16_t bytes;
+    __builtin_memcpy(&bytes, base + offsets[i], sizeof(bytes));
+    return static_cast<int>(bytes);
+  };
+  __m128i pairs = _mm_setzero_si128();
+  pairs = _mm_insert_epi16(pairs, pair(0), 0);
+  pairs = _mm_insert_epi16(pairs, pair(1), 2);
+  pairs = _mm_insert_epi16(pairs, pair(2), 4);
+  return (Ints)_mm_insert_epi16(pairs, pair(3), 6);
 #else
   Ints pairs;
   for (int i = 0; i < kLanes; ++i) {
@@ -95,6 +106,15 @@ static inline Ints gather_pairs(const std::uint8_t* base, Ints offsets) {
     pairs[i] = pair;
   }
   return pairs;
+#endif
+}
+
+/// The product of numbers in [0, 2^15), for which the baseline has one instruction and otherwise needs six.
+static inline Ints multiply_small(Ints small, int factor) {
+#if defined(__SSE2__) && !defined(__AVX2__)
+  return (Ints)_mm_madd_epi16((__m128i)small, _mm_set1_epi32(factor));
+#else
+  return small * factor;
 #endif
 }
 
