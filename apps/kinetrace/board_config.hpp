@@ -10,7 +10,7 @@ namespace kinetrace::app {
 
 /// Says nothing to a run; `plan` takes the images' size from here and says what part of the board's memory is taken.
 struct BoardConfig {
-  std::string name;           ///< Empty: no board in particular.
+  std::string name{};         ///< Empty: no board in particular.
   int cores = 0;              ///< 0: not said, as below.
   int memory_mib = 0;         ///< All that it has.
   int image_width_px = 1242;  ///< Of one eye.
