@@ -35,7 +35,7 @@ struct LiveSummary {
   std::uint64_t frames_left_out = 0;  ///< Since a newer one was there when processing had time for one.
   int level = 0;                      ///< Of shedding, at the end: 0 is none.
   int worst_level = 0;
-  LatencySummary latency;            ///< From mid-exposure until a result was recorded and handed to the publisher.
+  LatencySummary latency;              ///< From mid-exposure until a result was recorded and handed to the publisher.
   LatencySummary published_latency{};  ///< ... and until it was with the network, where it was published.
 };
 
