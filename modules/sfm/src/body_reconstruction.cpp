@@ -16,6 +16,14 @@ namespace {
 // Of a point seen from elsewhere before: where it was then known to be, and how it looks now, are both inexact.
 constexpr double kRecognisedSigma_px = 1.0;
 
+// Fewer points that have proved themselves do not decide on a pose.
+constexpr std::size_t kLeastVoters = 5;
+// Where new points have to decide, they may all lie on something that moves. Then the body's motion may have changed
+// since it was last tracked by no more than this acceleration explains; gentle, since a wrong pose is worse than none.
+constexpr double kUnprovenAcceleration_mps2 = 2.0;
+constexpr double kUnprovenSlack_m = 0.05;
+constexpr double kGateSigmas = 3.0;
+
 std::size_t as_size(int n) {
   return static_cast<std::size_t>(n);
 }
@@ -73,6 +81,7 @@ void BodyReconstruction::begin(const Se3& T_body_cam, BodyStatus status) {
   } else {
     retired_.clear();
     history_.clear();
+    last_tracked_ns_.reset();
   }
   map_.clear();
   std::fill(verdict_.begin(), verdict_.end(), Verdict::kUnknown);
@@ -196,20 +205,35 @@ BodyReconstruction::Sighted BodyReconstruction::sight_points(const FeatureFrame&
   };
   constexpr int kAny = std::numeric_limits<int>::max();
   const int proven = config_.vote_after_sightings;
-  for (const auto& [least, most] : {std::pair{proven, kAny}, {proven - 1, proven - 1}, {0, proven - 2}}) {
+  add(proven, kAny);
+  sighted.voters = sighted.count;
+  sighted.proven = proven == 0 || sighted.voters >= kLeastVoters;
+  for (const auto& [least, most] : {std::pair{proven - 1, proven - 1}, {0, proven - 2}}) {
     add(least, most);
-    if (sighted.voters < as_size(config_.min_inliers)) {
+    if (sighted.voters < kLeastVoters) {
       sighted.voters = sighted.count;
     }
   }
   return sighted;
 }
 
+bool BodyReconstruction::is_plausible(const PoseEstimate& pose) const {
+  if (!last_tracked_ns_ || history_.size() < 2) {
+    return true;  // Nothing is known of how it moves.
+  }
+  const double step_s = static_cast<double>(timestamp_ns_ - history(0).timestamp_ns) * 1e-9;
+  const double untracked_s = static_cast<double>(timestamp_ns_ - *last_tracked_ns_) * 1e-9;
+  const double unexpected_m = (pose.T_cam_body.inverse().translation - predict(timestamp_ns_).translation).norm();
+  const double sigma_m = std::sqrt(pose.covariance.bottomRightCorner<3, 3>().trace());
+  return unexpected_m <= kUnprovenSlack_m + kGateSigmas * sigma_m + kUnprovenAcceleration_mps2 * untracked_s * step_s;
+}
+
 PoseEstimate BodyReconstruction::find_pose(const Sighted& sighted, const PosePrior& prior, double sigma_px) {
   PoseEstimate pose = pose_estimator_.estimate(pose_observations_.first(sighted.count), prior, sigma_px,
                                                pose_inlier_.first(sighted.count), sighted.voters);
   const auto enough = static_cast<int>(config_.min_inlier_ratio * static_cast<double>(sighted.voters));
-  pose.valid = pose.valid && pose.inliers >= config_.min_inliers && pose.agreeing_voters >= enough;
+  pose.valid = pose.valid && pose.inliers >= config_.min_inliers && pose.agreeing_voters >= enough &&
+               (sighted.proven || is_plausible(pose));
   return pose;
 }
 
@@ -270,6 +294,7 @@ const BodyEstimate& BodyReconstruction::locate(const FeatureFrame& frame, std::u
   estimate_.observations = static_cast<int>(sighted.count);
   estimate_.inliers = pose.inliers;
   if (found) {
+    last_tracked_ns_ = timestamp_ns_;
     T_body_cam_now_ = pose.T_cam_body.inverse();
     const Matrix6d ad = adjoint(T_body_cam_now_);
     estimate_.covariance = ad * pose.covariance * ad.transpose();

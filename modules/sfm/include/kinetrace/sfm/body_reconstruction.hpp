@@ -109,10 +109,13 @@ class BodyReconstruction {
   struct Sighted {
     std::size_t count = 0;
     std::size_t voters = 0;  ///< The first ones, which decide on the pose.
+    bool proven = false;     ///< All voters have agreed before.
   };
   [[nodiscard]] Sighted sight_points(const FeatureFrame& frame, std::uint8_t label);
   /// Pose that most of the voters agree with; invalid where too few do.
   [[nodiscard]] PoseEstimate find_pose(const Sighted& sighted, const PosePrior& prior, double sigma_px);
+  /// Whether the camera can have come to move like that since it was last tracked.
+  [[nodiscard]] bool is_plausible(const PoseEstimate& pose) const;
   [[nodiscard]] static PosePrior prior_from(const Expectation& expected);
   /// Takes the scatter of a located frame into account, for gates and weights from now on.
   void learn_noise(std::span<const PoseObservation> observations, const Se3& T_cam_body);
@@ -167,6 +170,7 @@ class BodyReconstruction {
   Se3 T_body_cam_now_;  ///< Pose of the frame between locate() and extend().
   std::int64_t frame_index_ = 0;
   std::int64_t timestamp_ns_ = 0;
+  std::optional<std::int64_t> last_tracked_ns_;  ///< Frame whose pose was found last; none before the first.
   BodyStatus status_now_ = BodyStatus::kInitializing;
   bool in_window_ = false;  ///< This frame has a pose to build on, measured or begun with.
 
