@@ -13,15 +13,6 @@ constexpr float kShadowOffset_m = 2e-3F;
 // Where pixels have as many samples, one of them is a probe, and the others are continued from the centre.
 constexpr std::size_t kProbedCount = kStripLanes;
 
-void set_ray(RayPacket& packet, std::size_t lane, const Vector3f& origin, const Vector3f& direction) {
-  packet.origin_x[lane] = origin.x();
-  packet.origin_y[lane] = origin.y();
-  packet.origin_z[lane] = origin.z();
-  packet.direction_x[lane] = direction.x();
-  packet.direction_y[lane] = direction.y();
-  packet.direction_z[lane] = direction.z();
-}
-
 }  // namespace
 
 TileSampler::TileSampler(const RayWorld& world, const SampleRays& rays, const EyePose& eye)
@@ -102,8 +93,6 @@ void TileSampler::trace_probes() {
 
 void TileSampler::aim_along(const Eigen::Vector2f& ray, Sample& sample) const {
   sample.direction = direction_of(ray);
-  sample.part = RayPacket::kMiss;
-  sample.triangle = RayPacket::kMiss;
   sample.paint = nullptr;
   sample.in_sun = 0.F;
   sample.located = false;
@@ -260,13 +249,13 @@ void TileSampler::continue_samples(std::size_t slot) {
 
 void TileSampler::trace_queue() {
   for (std::size_t first = 0; first < queue_.size(); first += RayPacket::kSize) {
-    const std::size_t count = std::min<std::size_t>(RayPacket::kSize, queue_.size() - first);
-    for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
-      packet_.active[i] = i < count ? -1 : 0;
-      set_ray(packet_, i, origin_, queue_[first + std::min(i, count - 1)]->direction);
+    packet_.count = std::min(RayPacket::kSize, queue_.size() - first);
+    for (std::size_t i = 0; i < packet_.count; ++i) {
+      packet_.set_origin(i, origin_);
+      packet_.set_direction(i, queue_[first + i]->direction);
     }
     world_.trace(packet_, reach_);
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = 0; i < packet_.count; ++i) {
       Sample& sample = *queue_[first + i];
       sample.part = packet_.part[i];
       sample.triangle = packet_.triangle[i];
@@ -293,9 +282,9 @@ void TileSampler::locate(Sample& sample) const {
   const float v = sample.v;
   const float w = 1.F - u - v;
   sample.paint = &triangle.paint;
-  sample.local.position = w * a.position + u * b.position + v * c.position;
-  sample.local.uv = w * a.uv + u * b.uv + v * c.uv;
-  sample.local.normal = face.flat ? face.normal : (w * a.normal + u * b.normal + v * c.normal).normalized();
+  // Position, normal and uv at once.
+  sample.local.numbers() = w * a.numbers() + u * b.numbers() + v * c.numbers();
+  sample.local.normal = face.flat ? face.normal : sample.local.normal.normalized();
   sample.scene_position = origin_ + sample.distance * sample.direction;
   // The static world's frame is the scene's.
   const bool turned = sample.part != 0;
@@ -386,14 +375,14 @@ void TileSampler::queue_shadow(Sample& sample) {
 
 void TileSampler::trace_shadow_queue() {
   for (std::size_t first = 0; first < queue_.size(); first += RayPacket::kSize) {
-    const std::size_t count = std::min<std::size_t>(RayPacket::kSize, queue_.size() - first);
-    for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
-      packet_.active[i] = i < count ? -1 : 0;
-      const Sample& sample = *queue_[first + std::min(i, count - 1)];
-      set_ray(packet_, i, sample.scene_position + kShadowOffset_m * sample.face_normal, to_sun_);
+    packet_.count = std::min(RayPacket::kSize, queue_.size() - first);
+    for (std::size_t i = 0; i < packet_.count; ++i) {
+      const Sample& sample = *queue_[first + i];
+      packet_.set_origin(i, sample.scene_position + kShadowOffset_m * sample.face_normal);
+      packet_.set_direction(i, to_sun_);
     }
     world_.trace_shadow(packet_);
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = 0; i < packet_.count; ++i) {
       queue_[first + i]->in_sun = packet_.blocked[i] ? 0.F : 1.F;
     }
   }

@@ -52,17 +52,26 @@ SceneHandle mesh_scene(RTCDevice device, const Mesh& mesh) {
   return scene;
 }
 
+// Embree's streams: packets as wide as an AVX2 register, which it takes as they are; wider ones it would copy.
+constexpr std::size_t kWidth = 8;
+constexpr std::size_t kGroups = RayPacket::kSize / kWidth;
+
+std::size_t groups_of(const RayPacket& packet) {
+  return (packet.count + kWidth - 1) / kWidth;
+}
+
+// The rays from `first` on. What lies beyond the packet's end is told apart by a range without any distance.
 template <typename Rays>
-void fill_rays(const RayPacket& packet, float nearest, Rays& rays) {
-  std::memcpy(rays.org_x, packet.origin_x.data(), sizeof rays.org_x);
-  std::memcpy(rays.org_y, packet.origin_y.data(), sizeof rays.org_y);
-  std::memcpy(rays.org_z, packet.origin_z.data(), sizeof rays.org_z);
-  std::memcpy(rays.dir_x, packet.direction_x.data(), sizeof rays.dir_x);
-  std::memcpy(rays.dir_y, packet.direction_y.data(), sizeof rays.dir_y);
-  std::memcpy(rays.dir_z, packet.direction_z.data(), sizeof rays.dir_z);
-  for (int i = 0; i < RayPacket::kSize; ++i) {
-    rays.tnear[i] = nearest;
-    rays.tfar[i] = kFar;
+void fill_rays(const RayPacket& packet, std::size_t first, Rays& rays) {
+  std::memcpy(rays.org_x, &packet.origin_x[first], sizeof rays.org_x);
+  std::memcpy(rays.org_y, &packet.origin_y[first], sizeof rays.org_y);
+  std::memcpy(rays.org_z, &packet.origin_z[first], sizeof rays.org_z);
+  std::memcpy(rays.dir_x, &packet.direction_x[first], sizeof rays.dir_x);
+  std::memcpy(rays.dir_y, &packet.direction_y[first], sizeof rays.dir_y);
+  std::memcpy(rays.dir_z, &packet.direction_z[first], sizeof rays.dir_z);
+  for (std::size_t i = 0; i < kWidth; ++i) {
+    rays.tnear[i] = 0.F;
+    rays.tfar[i] = first + i < packet.count ? kFar : -kFar;
     rays.time[i] = 0.F;
     rays.mask[i] = ~0U;
     rays.id[i] = 0U;
@@ -107,6 +116,18 @@ std::vector<RayWorld::UvSlope> uv_slopes_of(const Mesh& mesh) {
     slopes.push_back(uv_slope(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]));
   }
   return slopes;
+}
+
+void read_hits(const RTCRayHit8& rays, std::size_t first, RayPacket& packet) {
+  static_assert(RTC_INVALID_GEOMETRY_ID == RayPacket::kMiss);
+  std::memcpy(&packet.distance[first], rays.ray.tfar, sizeof rays.ray.tfar);
+  std::memcpy(&packet.u[first], rays.hit.u, sizeof rays.hit.u);
+  std::memcpy(&packet.v[first], rays.hit.v, sizeof rays.hit.v);
+  std::memcpy(&packet.triangle[first], rays.hit.primID, sizeof rays.hit.primID);
+  for (std::size_t i = 0; i < kWidth; ++i) {
+    const bool on_world = rays.hit.geomID[i] != RayPacket::kMiss && rays.hit.instID[0][i] == RayPacket::kMiss;
+    packet.part[first + i] = on_world ? 0 : rays.hit.instID[0][i];
+  }
 }
 
 RTCIntersectContext coherent_context() {
@@ -221,39 +242,42 @@ std::vector<Eigen::AlignedBox2f> RayWorld::actors_in_view(const Se3& T_scene_eye
 }
 
 void RayWorld::trace(RayPacket& packet, Reach reach) const {
-  RTCRayHit8 rays;
-  fill_rays(packet, 0.F, rays.ray);
-  for (int i = 0; i < RayPacket::kSize; ++i) {
-    rays.hit.primID[i] = RTC_INVALID_GEOMETRY_ID;
-    rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-    rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+  std::array<RTCRayHit8, kGroups> groups;
+  const std::size_t count = groups_of(packet);
+  for (std::size_t group = 0; group < count; ++group) {
+    RTCHit8& hit = groups[group].hit;
+    fill_rays(packet, group * kWidth, groups[group].ray);
+    std::fill_n(hit.primID, kWidth, RTC_INVALID_GEOMETRY_ID);
+    std::fill_n(hit.geomID, kWidth, RTC_INVALID_GEOMETRY_ID);
+    std::fill_n(hit.instID[0], kWidth, RTC_INVALID_GEOMETRY_ID);
   }
-  if (reach == Reach::kEverything) {
+  const auto meet = [&](RTCScene scene) {
     RTCIntersectContext context = coherent_context();
-    rtcIntersect8(packet.active.data(), handles_->actors.get(), &context, &rays);
+    rtcIntersectNM(scene, &context, reinterpret_cast<RTCRayHitN*>(groups.data()), kWidth,
+                   static_cast<unsigned>(count), sizeof groups[0]);
+  };
+  if (reach == Reach::kEverything) {
+    meet(handles_->actors.get());
   }
-  RTCIntersectContext context = coherent_context();
-  rtcIntersect8(packet.active.data(), handles_->meshes[0].get(), &context, &rays);
-  static_assert(RTC_INVALID_GEOMETRY_ID == RayPacket::kMiss);
-  std::memcpy(packet.distance.data(), rays.ray.tfar, sizeof rays.ray.tfar);
-  std::memcpy(packet.u.data(), rays.hit.u, sizeof rays.hit.u);
-  std::memcpy(packet.v.data(), rays.hit.v, sizeof rays.hit.v);
-  std::memcpy(packet.triangle.data(), rays.hit.primID, sizeof rays.hit.primID);
-  for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
-    const bool on_world = rays.hit.geomID[i] != RayPacket::kMiss && rays.hit.instID[0][i] == RayPacket::kMiss;
-    packet.part[i] = on_world ? 0 : rays.hit.instID[0][i];
+  meet(handles_->meshes[0].get());
+  for (std::size_t group = 0; group < count; ++group) {
+    read_hits(groups[group], group * kWidth, packet);
   }
 }
 
 void RayWorld::trace_shadow(RayPacket& packet) const {
-  RTCRay8 rays;
-  fill_rays(packet, 0.F, rays);
+  std::array<RTCRay8, kGroups> groups;
+  const std::size_t count = groups_of(packet);
+  for (std::size_t group = 0; group < count; ++group) {
+    fill_rays(packet, group * kWidth, groups[group]);
+  }
   for (RTCScene scene : {handles_->actors.get(), handles_->meshes[0].get()}) {
     RTCIntersectContext context = coherent_context();
-    rtcOccluded8(packet.active.data(), scene, &context, &rays);
+    rtcOccludedNM(scene, &context, reinterpret_cast<RTCRayN*>(groups.data()), kWidth, static_cast<unsigned>(count),
+                  sizeof groups[0]);
   }
-  for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
-    packet.blocked[i] = rays.tfar[i] < 0.F;
+  for (std::size_t i = 0; i < count * kWidth; ++i) {
+    packet.blocked[i] = groups[i / kWidth].tfar[i % kWidth] < 0.F;
   }
 }
 

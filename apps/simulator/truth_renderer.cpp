@@ -36,7 +36,7 @@ class CentreTracer {
       }
     }
     for (std::size_t first = 0; first < count; first += RayPacket::kSize) {
-      trace(std::span(pixels).subspan(first, std::min<std::size_t>(RayPacket::kSize, count - first)), truth);
+      trace(std::span(pixels).subspan(first, std::min(RayPacket::kSize, count - first)), truth);
     }
   }
 
@@ -47,16 +47,11 @@ class CentreTracer {
  private:
   void trace(std::span<const std::array<int, 2>> pixels, TruthImages& truth) const {
     RayPacket packet;
-    for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
-      const auto& [x, y] = pixels[std::min(i, pixels.size() - 1)];
-      const Vector3f direction = R_scene_eye_ * pixel_ray(geometry_, x, y).homogeneous();
-      packet.active[i] = i < pixels.size() ? -1 : 0;
-      packet.origin_x[i] = origin_.x();
-      packet.origin_y[i] = origin_.y();
-      packet.origin_z[i] = origin_.z();
-      packet.direction_x[i] = direction.x();
-      packet.direction_y[i] = direction.y();
-      packet.direction_z[i] = direction.z();
+    packet.count = pixels.size();
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      const auto& [x, y] = pixels[i];
+      packet.set_origin(i, origin_);
+      packet.set_direction(i, R_scene_eye_ * pixel_ray(geometry_, x, y).homogeneous());
     }
     world_.trace(packet);
     for (std::size_t i = 0; i < pixels.size(); ++i) {
