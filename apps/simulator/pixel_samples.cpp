@@ -13,6 +13,10 @@ constexpr float kShadowOffset_m = 2e-3F;
 // Where pixels have as many samples, one of them is a probe, and the others are continued from the centre.
 constexpr std::size_t kProbedCount = kStripLanes;
 
+// What find_triangles() tells of pixels without a triangle; above the indices of triangles.
+constexpr std::uint32_t kSeveral = TileGrid::kOutside - 1;
+constexpr std::uint32_t kSky = TileGrid::kOutside - 2;
+
 }  // namespace
 
 TileSampler::TileSampler(const RayWorld& world, const SampleRays& rays, const EyePose& eye)
@@ -46,7 +50,7 @@ void TileSampler::trace_centres(int x0, int y0) {
   filled_.clear();
   queue_.clear();
   for (std::size_t slot = 0; slot < kTilePixels; ++slot) {
-    const auto [x, y] = tile_pixel(slot);
+    const auto& [x, y] = kTileOrder[slot];
     Pixel& pixel = pixels_[slot];
     pixel.x = x0 + x;
     pixel.y = y0 + y;
@@ -143,69 +147,38 @@ TileSampler::Content TileSampler::content_of(std::size_t slot) {
   return shows_one_triangle(slot) ? Content::kTriangle : shows_one_surface(slot) ? Content::kSurface : Content::kMixed;
 }
 
-// Whether `agrees` holds for this pixel and all pixels of the tile that share a side with it; it takes their slot.
-template <typename Agrees>
-bool TileSampler::agree_around(std::size_t slot, const Agrees& agrees) const {
-  const Pixel& pixel = pixels_[slot];
-  const int x = pixel.x % kTileSide_px;
-  const int y = pixel.y % kTileSide_px;
-  constexpr std::array<std::array<int, 2>, 5> kSteps{{{0, 0}, {-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
-  return std::all_of(kSteps.begin(), kSteps.end(), [&](const std::array<int, 2>& step) {
-    const auto& [dx, dy] = step;
-    const bool in_tile = x + dx >= 0 && y + dy >= 0 && x + dx < kTileSide_px && y + dy < kTileSide_px;
-    const bool in_picture = pixel.x + dx < rays_.width() && pixel.y + dy < rays_.height();
-    return !in_tile || !in_picture || agrees(tile_slot(x + dx, y + dy));
-  });
-}
-
-template <typename ValueOf>
-void TileSampler::fill_grid(const ValueOf& value_of) {
-  grid_.fill(kOutside);
-  for (const std::size_t slot : filled_) {
-    grid_[grid_index(pixels_[slot])] = value_of(slot);
-  }
-}
-
-// Whether the pixels that share a side with this one have the same value.
-bool TileSampler::equal_around(std::size_t slot) const {
-  const std::size_t here = grid_index(pixels_[slot]);
-  const auto same = [&](std::size_t at) { return grid_[at] == grid_[here] || grid_[at] == kOutside; };
-  return same(here - 1) && same(here + 1) && same(here - kGridSide) && same(here + kGridSide);
-}
-
-// The triangle that both the centre and the probe of a pixel meet.
+// The triangle of the static world, or the sky, that both the centre and the probe of a pixel meet.
 void TileSampler::find_triangles() {
-  constexpr std::uint64_t kSeveral = kOutside - 1;
-  fill_grid([&](std::size_t slot) {
-    const Sample& a = centre(slot);
-    const Sample& b = probe(slot);
-    const bool same = a.triangle == b.triangle && a.part == b.part;
-    // Without any hit, too, below the values that mean something else.
-    return same ? std::uint64_t{a.part} << 31U | a.triangle : kSeveral;
-  });
+  grid_.clear();
+  for (const std::size_t slot : filled_) {
+    const Sample& first = centre(slot);
+    const Sample& second = probe(slot);
+    const bool same = first.triangle == second.triangle && first.part == second.part;
+    const bool sky = first.part == RayPacket::kMiss;
+    grid_.set(slot, same && first.part == 0 ? first.triangle : same && sky ? kSky : kSeveral);
+  }
+  grid_.compare();
 }
 
 // A flat triangle of the static world, or nothing. Triangles are convex: what lies between rays that meet one meets it
 // too, unless something thinner than the gaps between them stands before it.
 bool TileSampler::shows_one_triangle(std::size_t slot) const {
-  const Sample& first = centre(slot);
-  if (first.paint != nullptr && (first.part != 0 || !world_.parts()[0].faces[first.triangle].flat)) {
-    return false;
-  }
-  const Sample& second = probe(slot);
-  if (second.triangle != first.triangle || second.part != first.part || !equal_around(slot)) {
+  const std::uint32_t triangle = grid_.at(slot);
+  if (triangle == kSeveral || !grid_.is_steady(slot)) {
     return false;
   }
   // At the tile's edge the triangle is continued: not so near the horizon that a ray may miss its plane.
-  return first.paint == nullptr || std::abs(first.face_normal.dot(first.direction)) > 0.01F * first.direction.norm();
+  const Sample& first = centre(slot);
+  return triangle == kSky || (world_.parts()[0].faces[triangle].flat &&
+                              std::abs(first.face_normal.dot(first.direction)) > 0.01F * first.direction.norm());
 }
 
 bool TileSampler::shows_one_surface(std::size_t slot) {
   const Sample& first = centre(slot);
-  return first.paint != nullptr && !is_elongated(first) && agree_around(slot, [&](std::size_t at) {
-           locate(own_probe(at));
-           return alike(centre(at), first) && alike(probe(at), first);
-         });
+  return first.paint != nullptr && !is_elongated(first) && grid_.agree_around(slot, [&](std::size_t at) {
+    locate(own_probe(at));
+    return alike(centre(at), first) && alike(probe(at), first);
+  });
 }
 
 SurfaceStrip TileSampler::continued(std::size_t slot) const {
@@ -340,12 +313,14 @@ void TileSampler::cast_shadows() {
 void TileSampler::sample_shadow_edges() {
   queue_.clear();
   open_.clear();
-  fill_grid([&](std::size_t slot) {
-    const Sample& shown = pixels_[slot].content == Content::kMixed ? samples(slot).front() : centre(slot);
-    return shown.in_sun > 0.F ? std::uint64_t{1} : std::uint64_t{0};
-  });
+  grid_.clear();
   for (const std::size_t slot : filled_) {
-    if (pixels_[slot].content != Content::kMixed && centre(slot).paint != nullptr && !equal_around(slot)) {
+    const Sample& shown = pixels_[slot].content == Content::kMixed ? samples(slot).front() : centre(slot);
+    grid_.set(slot, shown.in_sun > 0.F ? 1U : 0U);
+  }
+  grid_.compare();
+  for (const std::size_t slot : filled_) {
+    if (pixels_[slot].content != Content::kMixed && centre(slot).paint != nullptr && !grid_.is_steady(slot)) {
       open_.push_back(slot);
     }
   }

@@ -15,7 +15,7 @@
 #include "ray_world.hpp"
 #include "surface.hpp"
 #include "surface_pack.hpp"
-#include "tile.hpp"
+#include "tile_grid.hpp"
 
 namespace kinetrace::simulator {
 
@@ -91,11 +91,6 @@ class TileSampler {
   [[nodiscard]] SurfaceStrip continued(std::size_t slot) const;
 
  private:
-  // A value for each pixel of the tile, row by row, within a margin for what lies outside the tile or the picture.
-  static constexpr std::size_t kGridSide = kTileSide_px + 2;
-  using Grid = std::array<std::uint64_t, kGridSide * kGridSide>;
-  static constexpr std::uint64_t kOutside = ~std::uint64_t{0};
-
   void trace_centres(int x0, int y0);
   [[nodiscard]] RayWorld::Reach reach_of_tile() const;
   void trace_probes();
@@ -108,15 +103,6 @@ class TileSampler {
   void trace_queue();
   void locate(Sample& sample) const;
   void locate_samples(std::size_t slot);
-  template <typename Agrees>
-  [[nodiscard]] bool agree_around(std::size_t slot, const Agrees& agrees) const;
-  template <typename ValueOf>
-  void fill_grid(const ValueOf& value_of);
-  [[nodiscard]] bool equal_around(std::size_t slot) const;
-  [[nodiscard]] static std::size_t grid_index(const Pixel& pixel) noexcept {
-    return static_cast<std::size_t>(pixel.y % kTileSide_px + 1) * kGridSide +
-           static_cast<std::size_t>(pixel.x % kTileSide_px + 1);
-  }
   void find_triangles();
   [[nodiscard]] Content content_of(std::size_t slot);
   [[nodiscard]] bool shows_one_triangle(std::size_t slot) const;
@@ -145,7 +131,7 @@ class TileSampler {
   RayWorld::Reach reach_ = RayWorld::Reach::kEverything;  // Of the tile's rays.
   RayPacket packet_;
   std::array<Pixel, kTilePixels> pixels_{};
-  Grid grid_{};
+  TileGrid grid_;
   std::vector<std::size_t> filled_;
   std::vector<Sample> samples_;    // Of each pixel the centre, then its samples.
   std::vector<std::size_t> open_;  // Slots of pixels whose light is not known yet.

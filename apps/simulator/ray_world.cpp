@@ -253,8 +253,8 @@ void RayWorld::trace(RayPacket& packet, Reach reach) const {
   }
   const auto meet = [&](RTCScene scene) {
     RTCIntersectContext context = coherent_context();
-    rtcIntersectNM(scene, &context, reinterpret_cast<RTCRayHitN*>(groups.data()), kWidth,
-                   static_cast<unsigned>(count), sizeof groups[0]);
+    rtcIntersectNM(scene, &context, reinterpret_cast<RTCRayHitN*>(groups.data()), kWidth, static_cast<unsigned>(count),
+                   sizeof groups[0]);
   };
   if (reach == Reach::kEverything) {
     meet(handles_->actors.get());

@@ -73,7 +73,9 @@ struct SurfacePoint {
 
   /// All of it, to be interpolated in one go.
   using Numbers = Eigen::Array<float, 8, 1>;
-  [[nodiscard]] Eigen::Map<const Numbers> numbers() const noexcept { return Eigen::Map<const Numbers>(reinterpret_cast<const float*>(this)); }
+  [[nodiscard]] Eigen::Map<const Numbers> numbers() const noexcept {
+    return Eigen::Map<const Numbers>(reinterpret_cast<const float*>(this));
+  }
   [[nodiscard]] Eigen::Map<Numbers> numbers() noexcept { return Eigen::Map<Numbers>(reinterpret_cast<float*>(this)); }
 };
 static_assert(sizeof(SurfacePoint) == sizeof(SurfacePoint::Numbers));

@@ -29,8 +29,7 @@ class CentreTracer {
   void trace(int x0, int y0, TruthImages& truth) const {
     std::array<std::array<int, 2>, kTilePixels> pixels{};
     std::size_t count = 0;
-    for (std::size_t slot = 0; slot < kTilePixels; ++slot) {
-      const auto [x, y] = tile_pixel(slot);
+    for (const auto& [x, y] : kTileOrder) {
       if (truth.depth_m.contains(x0 + x, y0 + y)) {
         pixels[count++] = {x0 + x, y0 + y};
       }
