@@ -175,7 +175,7 @@ bool TileSampler::shows_one_triangle(std::size_t slot) const {
 
 bool TileSampler::shows_one_surface(std::size_t slot) {
   const Sample& first = centre(slot);
-  return first.paint != nullptr && !is_elongated(first) && grid_.agree_around(slot, [&](std::size_t at) {
+  return first.paint != nullptr && !(stretch_of(first) > kElongated) && grid_.agree_around(slot, [&](std::size_t at) {
     locate(own_probe(at));
     return alike(centre(at), first) && alike(probe(at), first);
   });
@@ -187,9 +187,8 @@ SurfaceStrip TileSampler::continued(std::size_t slot) const {
   const RayWorld::UvSlope& uv_slope = world_.parts()[0].uv_slopes[known.triangle];
   const Vector3f from_eye = known.distance * known.direction;
   const float height = known.face_normal.dot(from_eye);
-  const Eigen::Map<const Eigen::Array<float, 2, kStripLanes>> rays(rays_.at(pixel.x, pixel.y, 0).data());
-  const StripLanes x = rays.row(0).transpose() + principal_shift_.x();
-  const StripLanes y = rays.row(1).transpose() + principal_shift_.y();
+  const StripLanes x = StripLanes::Map(rays_.xs(pixel.x, pixel.y)) + principal_shift_.x();
+  const StripLanes y = StripLanes::Map(rays_.ys(pixel.x, pixel.y)) + principal_shift_.y();
   const auto along = [&](int axis) -> StripLanes {
     return R_scene_eye_(axis, 0) * x + R_scene_eye_(axis, 1) * y + R_scene_eye_(axis, 2);
   };

@@ -51,10 +51,8 @@ struct Sample {
   return 1.F / std::max(facing, 0.02F);
 }
 
-/// A pixel covers a strip of the surface that one texture sample cannot stand for.
-[[nodiscard]] inline bool is_elongated(const Sample& sample) {
-  return sample.paint != nullptr && stretch_of(sample) > 1.8F;
-}
+/// A pixel that is longer on the surface covers a strip that one texture sample cannot stand for.
+inline constexpr float kElongated = 1.8F;
 
 /// Traces tile by tile. A pixel is the mean of its samples; where the rays through its centre and through one sample,
 /// and those of its neighbours, tell that the samples would all meet the same, they are not traced one by one.
