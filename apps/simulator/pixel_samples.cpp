@@ -39,13 +39,11 @@ std::size_t TileSampler::probe_of(const Pixel& pixel) noexcept {
 
 void TileSampler::trace(int x0, int y0) {
   trace_centres(x0, y0);
-  if (count_ == kProbedCount) {
-    trace_probes();
-  }
   trace_contents();
   cast_shadows();
 }
 
+// The probes, too: so close to the centres, they take the same way through the tree.
 void TileSampler::trace_centres(int x0, int y0) {
   filled_.clear();
   queue_.clear();
@@ -60,6 +58,9 @@ void TileSampler::trace_centres(int x0, int y0) {
       Sample& centre = own_centre(slot);
       aim_along(rays_.centre(pixel.x, pixel.y), centre);
       queue_.push_back(&centre);
+      if (count_ == kProbedCount) {
+        queue_sample(slot, pixel.probe);
+      }
     }
   }
   reach_ = reach_of_tile();
@@ -82,17 +83,6 @@ RayWorld::Reach TileSampler::reach_of_tile() const {
   const bool near_actor = std::any_of(actors_in_view_.begin(), actors_in_view_.end(),
                                       [&](const Eigen::AlignedBox2f& view) { return view.intersects(tile); });
   return near_actor ? RayWorld::Reach::kEverything : RayWorld::Reach::kStaticWorld;
-}
-
-void TileSampler::trace_probes() {
-  queue_.clear();
-  for (const std::size_t slot : filled_) {
-    const Pixel& pixel = pixels_[slot];
-    Sample& probe = own_probe(slot);
-    aim_along(rays_.at(pixel.x, pixel.y, static_cast<int>(pixel.probe)), probe);
-    queue_.push_back(&probe);
-  }
-  trace_queue();
 }
 
 void TileSampler::aim_along(const Eigen::Vector2f& ray, Sample& sample) const {
@@ -129,13 +119,17 @@ void TileSampler::locate_samples(std::size_t slot) {
   }
 }
 
-void TileSampler::queue_samples(std::size_t slot) {
+void TileSampler::queue_sample(std::size_t slot, std::size_t index) {
   const Pixel& pixel = pixels_[slot];
-  const std::span<Sample> all = samples(slot);
+  Sample& sample = samples(slot)[index];
+  aim_along(rays_.at(pixel.x, pixel.y, static_cast<int>(index)), sample);
+  queue_.push_back(&sample);
+}
+
+void TileSampler::queue_samples(std::size_t slot) {
   for (std::size_t s = 0; s < count_; ++s) {
-    if (count_ != kProbedCount || s != pixel.probe) {
-      aim_along(rays_.at(pixel.x, pixel.y, static_cast<int>(s)), all[s]);
-      queue_.push_back(&all[s]);
+    if (count_ != kProbedCount || s != pixels_[slot].probe) {
+      queue_sample(slot, s);
     }
   }
 }

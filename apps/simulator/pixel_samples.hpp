@@ -91,12 +91,12 @@ class TileSampler {
  private:
   void trace_centres(int x0, int y0);
   [[nodiscard]] RayWorld::Reach reach_of_tile() const;
-  void trace_probes();
   [[nodiscard]] Eigen::Vector3f direction_of(const Eigen::Vector2f& ray) const {
     return R_scene_eye_ * (ray + principal_shift_).homogeneous();
   }
   void aim_along(const Eigen::Vector2f& ray, Sample& sample) const;
   void trace_contents();
+  void queue_sample(std::size_t slot, std::size_t index);
   void queue_samples(std::size_t slot);
   void trace_queue();
   void locate(Sample& sample) const;
