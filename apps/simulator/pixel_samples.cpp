@@ -28,7 +28,11 @@ TileSampler::TileSampler(const RayWorld& world, const SampleRays& rays, const Ey
       principal_shift_(eye.principal_shift),
       to_sun_(world.scene().light.to_sun.normalized()),
       actors_in_view_(world.actors_in_view(eye.T_scene_eye)),
-      samples_(kTilePixels * (count_ + 1)) {}
+      samples_(kTilePixels * (count_ + 1)) {
+  for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
+    eye_queue_.packet.set_origin(i, origin_);
+  }
+}
 
 // One sample tells, besides the centre, what the pixel shows. Taken in turns over squares of two by two pixels, so that
 // neither rows nor columns leave a gap of more than half a pixel in which a line could hide.
@@ -38,15 +42,15 @@ std::size_t TileSampler::probe_of(const Pixel& pixel) noexcept {
 }
 
 void TileSampler::trace(int x0, int y0) {
-  trace_centres(x0, y0);
+  place(x0, y0);
+  reach_ = reach_of_tile();
+  trace_centres();
   trace_contents();
   cast_shadows();
 }
 
-// The probes, too: so close to the centres, they take the same way through the tree.
-void TileSampler::trace_centres(int x0, int y0) {
+void TileSampler::place(int x0, int y0) {
   filled_.clear();
-  queue_.clear();
   for (std::size_t slot = 0; slot < kTilePixels; ++slot) {
     const auto& [x, y] = kTileOrder[slot];
     Pixel& pixel = pixels_[slot];
@@ -55,15 +59,19 @@ void TileSampler::trace_centres(int x0, int y0) {
     pixel.probe = probe_of(pixel);
     if (pixel.x < rays_.width() && pixel.y < rays_.height()) {
       filled_.push_back(slot);
-      Sample& centre = own_centre(slot);
-      aim_along(rays_.centre(pixel.x, pixel.y), centre);
-      queue_.push_back(&centre);
-      if (count_ == kProbedCount) {
-        queue_sample(slot, pixel.probe);
-      }
     }
   }
-  reach_ = reach_of_tile();
+}
+
+// The probes, too: so close to the centres, they take the same way through the tree.
+void TileSampler::trace_centres() {
+  for (const std::size_t slot : filled_) {
+    const Pixel& pixel = pixels_[slot];
+    queue_ray(rays_.centre(pixel.x, pixel.y), own_centre(slot));
+    if (count_ == kProbedCount) {
+      queue_sample(slot, pixel.probe);
+    }
+  }
   trace_queue();
   for (const std::size_t slot : filled_) {
     locate(own_centre(slot));
@@ -85,19 +93,11 @@ RayWorld::Reach TileSampler::reach_of_tile() const {
   return near_actor ? RayWorld::Reach::kEverything : RayWorld::Reach::kStaticWorld;
 }
 
-void TileSampler::aim_along(const Eigen::Vector2f& ray, Sample& sample) const {
-  sample.direction = direction_of(ray);
-  sample.paint = nullptr;
-  sample.in_sun = 0.F;
-  sample.located = false;
-}
-
 // Finds out what the pixels show, and traces the samples of those that show many things.
 void TileSampler::trace_contents() {
   if (count_ == kProbedCount) {
     find_triangles();
   }
-  queue_.clear();
   for (const std::size_t slot : filled_) {
     Pixel& pixel = pixels_[slot];
     pixel.content = content_of(slot);
@@ -119,11 +119,22 @@ void TileSampler::locate_samples(std::size_t slot) {
   }
 }
 
+void TileSampler::queue_ray(const Eigen::Vector2f& ray, Sample& sample) {
+  sample.direction = R_scene_eye_ * (ray + principal_shift_).homogeneous();
+  sample.paint = nullptr;
+  sample.in_sun = 0.F;
+  sample.located = false;
+  RayPacket& packet = eye_queue_.packet;
+  packet.set_direction(packet.count, sample.direction);
+  eye_queue_.samples[packet.count] = &sample;
+  if (++packet.count == RayPacket::kSize) {
+    trace_queue();
+  }
+}
+
 void TileSampler::queue_sample(std::size_t slot, std::size_t index) {
   const Pixel& pixel = pixels_[slot];
-  Sample& sample = samples(slot)[index];
-  aim_along(rays_.at(pixel.x, pixel.y, static_cast<int>(index)), sample);
-  queue_.push_back(&sample);
+  queue_ray(rays_.at(pixel.x, pixel.y, static_cast<int>(index)), sample_of(slot, index));
 }
 
 void TileSampler::queue_samples(std::size_t slot) {
@@ -214,22 +225,17 @@ void TileSampler::continue_samples(std::size_t slot) {
 }
 
 void TileSampler::trace_queue() {
-  for (std::size_t first = 0; first < queue_.size(); first += RayPacket::kSize) {
-    packet_.count = std::min(RayPacket::kSize, queue_.size() - first);
-    for (std::size_t i = 0; i < packet_.count; ++i) {
-      packet_.set_origin(i, origin_);
-      packet_.set_direction(i, queue_[first + i]->direction);
-    }
-    world_.trace(packet_, reach_);
-    for (std::size_t i = 0; i < packet_.count; ++i) {
-      Sample& sample = *queue_[first + i];
-      sample.part = packet_.part[i];
-      sample.triangle = packet_.triangle[i];
-      sample.distance = packet_.distance[i];
-      sample.u = packet_.u[i];
-      sample.v = packet_.v[i];
-    }
+  RayPacket& packet = eye_queue_.packet;
+  world_.trace(packet, reach_);
+  for (std::size_t i = 0; i < packet.count; ++i) {
+    Sample& sample = *eye_queue_.samples[i];
+    sample.part = packet.part[i];
+    sample.triangle = packet.triangle[i];
+    sample.distance = packet.distance[i];
+    sample.u = packet.u[i];
+    sample.v = packet.v[i];
   }
+  packet.count = 0;
 }
 
 // Once for each sample.
@@ -271,7 +277,6 @@ void TileSampler::locate(Sample& sample) const {
 // One ray to the sun for a pixel of one surface. Of a mixed pixel whose samples are alike nevertheless, the others
 // follow where the first and the last agree.
 void TileSampler::cast_shadows() {
-  queue_.clear();
   open_.clear();
   for (const std::size_t slot : filled_) {
     const std::span<Sample> all = samples(slot);
@@ -287,7 +292,6 @@ void TileSampler::cast_shadows() {
     }
   }
   trace_shadow_queue();
-  queue_.clear();
   for (const std::size_t slot : open_) {
     const std::span<Sample> all = samples(slot);
     for (Sample& sample : all.subspan(1, std::max<std::size_t>(count_, 2) - 2)) {
@@ -304,7 +308,6 @@ void TileSampler::cast_shadows() {
 
 // Where the light changes from one pixel of a surface to the next, all samples are asked after all.
 void TileSampler::sample_shadow_edges() {
-  queue_.clear();
   open_.clear();
   grid_.clear();
   for (const std::size_t slot : filled_) {
@@ -325,7 +328,6 @@ void TileSampler::sample_shadow_edges() {
     }
   }
   trace_queue();
-  queue_.clear();
   for (const std::size_t slot : open_) {
     locate_samples(slot);
     const std::span<Sample> all = samples(slot);
@@ -336,24 +338,24 @@ void TileSampler::sample_shadow_edges() {
 }
 
 void TileSampler::queue_shadow(Sample& sample) {
-  if (sample.paint != nullptr && sample.face_normal.dot(to_sun_) > 0.F && sample.normal.dot(to_sun_) > 0.F) {
-    queue_.push_back(&sample);
+  if (sample.paint == nullptr || !(sample.face_normal.dot(to_sun_) > 0.F) || !(sample.normal.dot(to_sun_) > 0.F)) {
+    return;
+  }
+  RayPacket& packet = sun_queue_.packet;
+  packet.set_origin(packet.count, sample.scene_position + kShadowOffset_m * sample.face_normal);
+  sun_queue_.samples[packet.count] = &sample;
+  if (++packet.count == RayPacket::kSize) {
+    trace_shadow_queue();
   }
 }
 
 void TileSampler::trace_shadow_queue() {
-  for (std::size_t first = 0; first < queue_.size(); first += RayPacket::kSize) {
-    packet_.count = std::min(RayPacket::kSize, queue_.size() - first);
-    for (std::size_t i = 0; i < packet_.count; ++i) {
-      const Sample& sample = *queue_[first + i];
-      packet_.set_origin(i, sample.scene_position + kShadowOffset_m * sample.face_normal);
-      packet_.set_direction(i, to_sun_);
-    }
-    world_.trace_shadow(packet_);
-    for (std::size_t i = 0; i < packet_.count; ++i) {
-      queue_[first + i]->in_sun = packet_.blocked[i] ? 0.F : 1.F;
-    }
+  RayPacket& packet = sun_queue_.packet;
+  world_.trace_shadow(packet);
+  for (std::size_t i = 0; i < packet.count; ++i) {
+    sun_queue_.samples[i]->in_sun = packet.blocked[i] ? 0.F : 1.F;
   }
+  packet.count = 0;
 }
 
 }  // namespace kinetrace::simulator

@@ -89,13 +89,17 @@ class TileSampler {
   [[nodiscard]] SurfaceStrip continued(std::size_t slot) const;
 
  private:
-  void trace_centres(int x0, int y0);
+  // Rays that wait for a packet to be full, and the samples that they are for.
+  struct Queue {
+    RayPacket packet;
+    std::array<Sample*, RayPacket::kSize> samples{};
+  };
+
+  void place(int x0, int y0);
   [[nodiscard]] RayWorld::Reach reach_of_tile() const;
-  [[nodiscard]] Eigen::Vector3f direction_of(const Eigen::Vector2f& ray) const {
-    return R_scene_eye_ * (ray + principal_shift_).homogeneous();
-  }
-  void aim_along(const Eigen::Vector2f& ray, Sample& sample) const;
+  void trace_centres();
   void trace_contents();
+  void queue_ray(const Eigen::Vector2f& ray, Sample& sample);
   void queue_sample(std::size_t slot, std::size_t index);
   void queue_samples(std::size_t slot);
   void trace_queue();
@@ -112,7 +116,10 @@ class TileSampler {
   void trace_shadow_queue();
 
   [[nodiscard]] Sample& own_centre(std::size_t slot) noexcept { return samples_[slot * (count_ + 1)]; }
-  [[nodiscard]] Sample& own_probe(std::size_t slot) noexcept { return samples(slot)[pixels_[slot].probe]; }
+  [[nodiscard]] Sample& sample_of(std::size_t slot, std::size_t index) noexcept {
+    return samples_[slot * (count_ + 1) + 1 + index];
+  }
+  [[nodiscard]] Sample& own_probe(std::size_t slot) noexcept { return sample_of(slot, pixels_[slot].probe); }
   [[nodiscard]] const Sample& probe(std::size_t slot) const noexcept {
     return samples_[slot * (count_ + 1) + 1 + pixels_[slot].probe];
   }
@@ -127,13 +134,13 @@ class TileSampler {
   Eigen::Vector3f to_sun_;
   std::vector<Eigen::AlignedBox2f> actors_in_view_;
   RayWorld::Reach reach_ = RayWorld::Reach::kEverything;  // Of the tile's rays.
-  RayPacket packet_;
+  Queue eye_queue_;                                       // All rays start at the eye.
+  Queue sun_queue_;
   std::array<Pixel, kTilePixels> pixels_{};
   TileGrid grid_;
   std::vector<std::size_t> filled_;
   std::vector<Sample> samples_;    // Of each pixel the centre, then its samples.
   std::vector<std::size_t> open_;  // Slots of pixels whose light is not known yet.
-  std::vector<Sample*> queue_;     // Samples whose ray is to be traced.
 };
 
 }  // namespace kinetrace::simulator

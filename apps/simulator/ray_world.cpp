@@ -166,7 +166,10 @@ struct RayWorld::Handles {
   std::vector<Geometry> instances;  // In `actors`, one for each part but the world.
 };
 
-RayWorld::RayWorld(const Scene& scene) : scene_(scene), handles_(std::make_unique<Handles>()) {
+RayWorld::RayWorld(const Scene& scene)
+    : scene_(scene), to_sun_(scene.light.to_sun.normalized()), handles_(std::make_unique<Handles>()) {
+  across_sun_.row(0) = to_sun_.unitOrthogonal();
+  across_sun_.row(1) = to_sun_.cross(to_sun_.unitOrthogonal());
   const auto add_part = [&](const Mesh& mesh, int actor) {
     Part& part = parts_.emplace_back();
     part.mesh = &mesh;
@@ -224,6 +227,40 @@ void RayWorld::set_time(double time_s) {
   }
   rtcCommitScene(handles_->actors.get());
   check(handles_->device.get(), "moving the scene");
+  cast_outlines();
+}
+
+void RayWorld::cast_outlines() {
+  constexpr float kMargin_m = 0.05F;
+  outlines_.assign(scene_.actors.size(), {});
+  for (const Part& part : parts()) {
+    for (int i = 0; part.actor >= 0 && i < 8; ++i) {
+      const Eigen::Vector3f corner = part.box.corner(static_cast<Eigen::AlignedBox3f::CornerType>(i));
+      outlines_[static_cast<std::size_t>(part.actor)].extend(
+          Eigen::Vector2f(across_sun_ * (part.R_scene_part * corner + part.t_scene_part)));
+    }
+  }
+  for (Eigen::AlignedBox2f& outline : outlines_) {
+    outline.min().array() -= kMargin_m;
+    outline.max().array() += kMargin_m;
+  }
+}
+
+// Most of what the sun shines on is in no actor's way.
+bool RayWorld::near_outline(const RayPacket& packet) const {
+  using Column = Eigen::Map<const Eigen::ArrayXf>;
+  const auto count = static_cast<Eigen::Index>(packet.count);
+  const Column x(packet.origin_x.data(), count);
+  const Column y(packet.origin_y.data(), count);
+  const Column z(packet.origin_z.data(), count);
+  Eigen::AlignedBox2f box;
+  for (int axis = 0; axis < 2; ++axis) {
+    const auto along = across_sun_(axis, 0) * x + across_sun_(axis, 1) * y + across_sun_(axis, 2) * z;
+    box.min()[axis] = along.minCoeff();
+    box.max()[axis] = along.maxCoeff();
+  }
+  return std::any_of(outlines_.begin(), outlines_.end(),
+                     [&](const Eigen::AlignedBox2f& outline) { return outline.intersects(box); });
 }
 
 std::vector<Eigen::AlignedBox2f> RayWorld::actors_in_view(const Se3& T_scene_eye) const {
@@ -244,6 +281,9 @@ std::vector<Eigen::AlignedBox2f> RayWorld::actors_in_view(const Se3& T_scene_eye
 void RayWorld::trace(RayPacket& packet, Reach reach) const {
   std::array<RTCRayHit8, kGroups> groups;
   const std::size_t count = groups_of(packet);
+  if (count == 0) {
+    return;
+  }
   for (std::size_t group = 0; group < count; ++group) {
     RTCHit8& hit = groups[group].hit;
     fill_rays(packet, group * kWidth, groups[group].ray);
@@ -268,14 +308,24 @@ void RayWorld::trace(RayPacket& packet, Reach reach) const {
 void RayWorld::trace_shadow(RayPacket& packet) const {
   std::array<RTCRay8, kGroups> groups;
   const std::size_t count = groups_of(packet);
+  if (count == 0) {
+    return;
+  }
+  packet.direction_x.fill(to_sun_.x());
+  packet.direction_y.fill(to_sun_.y());
+  packet.direction_z.fill(to_sun_.z());
   for (std::size_t group = 0; group < count; ++group) {
     fill_rays(packet, group * kWidth, groups[group]);
   }
-  for (RTCScene scene : {handles_->actors.get(), handles_->meshes[0].get()}) {
+  const auto meet = [&](RTCScene scene) {
     RTCIntersectContext context = coherent_context();
     rtcOccludedNM(scene, &context, reinterpret_cast<RTCRayN*>(groups.data()), kWidth, static_cast<unsigned>(count),
                   sizeof groups[0]);
+  };
+  if (near_outline(packet)) {
+    meet(handles_->actors.get());
   }
+  meet(handles_->meshes[0].get());
   for (std::size_t i = 0; i < count * kWidth; ++i) {
     packet.blocked[i] = groups[i / kWidth].tfar[i % kWidth] < 0.F;
   }

@@ -73,6 +73,7 @@ class RayWorld {
   enum class Reach { kEverything, kStaticWorld };
 
   void trace(RayPacket& packet, Reach reach = Reach::kEverything) const;
+  /// Whether anything stands between the rays' origins and the sun; directions need not be set.
   void trace_shadow(RayPacket& packet) const;
   /// True if the ray meets this part, whatever stands before it.
   [[nodiscard]] bool meets_part(std::size_t part, const Eigen::Vector3f& origin,
@@ -90,7 +91,13 @@ class RayWorld {
 
  private:
   struct Handles;
+  void cast_outlines();
+  [[nodiscard]] bool near_outline(const RayPacket& packet) const;
+
   const Scene& scene_;
+  Eigen::Vector3f to_sun_;
+  Eigen::Matrix<float, 2, 3> across_sun_;      // Two directions at right angles to the sun's.
+  std::vector<Eigen::AlignedBox2f> outlines_;  // Of the actors, as the sun sees them: across_sun_ * position.
   std::vector<Part> parts_;
   std::unique_ptr<Handles> handles_;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <span>
+#include <vector>
 
 #include "parallel.hpp"
 #include "tile.hpp"
@@ -69,6 +70,16 @@ class CentreTracer {
   Eigen::Matrix3f R_scene_eye_;
 };
 
+std::vector<std::size_t> parts_of(const RayWorld& world, int actor) {
+  std::vector<std::size_t> parts;
+  for (std::size_t part = 1; part < world.parts().size(); ++part) {
+    if (world.parts()[part].actor == actor) {
+      parts.push_back(part);
+    }
+  }
+  return parts;
+}
+
 }  // namespace
 
 TruthImages render_truth(const RayWorld& world, const StereoGeometry& geometry, const Se3& T_scene_eye, int threads) {
@@ -85,16 +96,14 @@ TruthImages render_truth(const RayWorld& world, const StereoGeometry& geometry, 
 int unoccluded_pixels(const RayWorld& world, const StereoGeometry& geometry, const Se3& T_scene_eye, int actor,
                       const PixelBox& search_px) {
   const CentreTracer tracer(world, geometry, T_scene_eye);
+  const std::vector<std::size_t> parts = parts_of(world, actor);
   // A large object is counted on a coarser grid: one pixel in four.
   const int step = search_px.width() * search_px.height() > 4000 ? 2 : 1;
   int count = 0;
   for (int y = search_px.y0; y < search_px.y1; y += step) {
     for (int x = search_px.x0; x < search_px.x1; x += step) {
-      for (std::size_t part = 1; part < world.parts().size(); ++part) {
-        if (world.parts()[part].actor == actor && tracer.meets(part, x, y)) {
-          count += step * step;
-          break;
-        }
+      if (std::any_of(parts.begin(), parts.end(), [&](std::size_t part) { return tracer.meets(part, x, y); })) {
+        count += step * step;
       }
     }
   }
