@@ -24,21 +24,25 @@ TileSampler::TileSampler(const RayWorld& world, const SampleRays& rays, const Ey
       rays_(rays),
       count_(static_cast<std::size_t>(rays.samples())),
       origin_(eye.T_scene_eye.translation.cast<float>()),
-      R_scene_eye_(eye.T_scene_eye.rotation.cast<float>()),
       principal_shift_(eye.principal_shift),
       to_sun_(world.scene().light.to_sun.normalized()),
       actors_in_view_(world.actors_in_view(eye.T_scene_eye)),
       samples_(kTilePixels * (count_ + 1)) {
+  R_scene_eye_.topRows<3>() = eye.T_scene_eye.rotation.cast<float>().array();
   for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
     eye_queue_.packet.set_origin(i, origin_);
+  }
+  for (std::size_t slot = 0; slot < kTilePixels; ++slot) {
+    pixels_[slot].probe = probe_of(slot);
   }
 }
 
 // One sample tells, besides the centre, what the pixel shows. Taken in turns over squares of two by two pixels, so that
 // neither rows nor columns leave a gap of more than half a pixel in which a line could hide.
-std::size_t TileSampler::probe_of(const Pixel& pixel) noexcept {
+std::size_t TileSampler::probe_of(std::size_t slot) noexcept {
   constexpr std::array<std::array<std::size_t, 2>, 2> kTurns{{{1, 3}, {2, 0}}};
-  return kTurns[static_cast<std::size_t>(pixel.y % 2)][static_cast<std::size_t>(pixel.x % 2)];
+  const auto& [x, y] = kTileOrder[slot];
+  return kTurns[static_cast<std::size_t>(y % 2)][static_cast<std::size_t>(x % 2)];
 }
 
 void TileSampler::trace(int x0, int y0) {
@@ -56,7 +60,6 @@ void TileSampler::place(int x0, int y0) {
     Pixel& pixel = pixels_[slot];
     pixel.x = x0 + x;
     pixel.y = y0 + y;
-    pixel.probe = probe_of(pixel);
     if (pixel.x < rays_.width() && pixel.y < rays_.height()) {
       filled_.push_back(slot);
     }
@@ -80,10 +83,19 @@ void TileSampler::trace_centres() {
 
 // Most tiles show no actor, nor come near one.
 RayWorld::Reach TileSampler::reach_of_tile() const {
+  const int x0 = pixels_.front().x;
+  const int y0 = pixels_.front().y;
+  const int x1 = std::min(x0 + kTileSide_px, rays_.width()) - 1;
+  const int y1 = std::min(y0 + kTileSide_px, rays_.height()) - 1;
+  // A lens may bend the tile, but what lies within its border stays within.
   Eigen::AlignedBox2f tile;
-  for (const std::size_t slot : filled_) {
-    tile.extend(rays_.centre(pixels_[slot].x, pixels_[slot].y) + principal_shift_);
+  for (int x = x0; x <= x1; ++x) {
+    tile.extend(rays_.centre(x, y0)).extend(rays_.centre(x, y1));
   }
+  for (int y = y0; y <= y1; ++y) {
+    tile.extend(rays_.centre(x0, y)).extend(rays_.centre(x1, y));
+  }
+  tile.translate(principal_shift_);
   // Samples lie half a pixel from the centre, or a little more at the edge of a lens that bends.
   const Eigen::Vector2f margin = Eigen::Vector2f::Constant(2.F * rays_.pixel_rad());
   tile.min() -= margin;
@@ -120,7 +132,9 @@ void TileSampler::locate_samples(std::size_t slot) {
 }
 
 void TileSampler::queue_ray(const Eigen::Vector2f& ray, Sample& sample) {
-  sample.direction = R_scene_eye_ * (ray + principal_shift_).homogeneous();
+  const Eigen::Array4f along = R_scene_eye_.col(0) * (ray.x() + principal_shift_.x()) +
+                               R_scene_eye_.col(1) * (ray.y() + principal_shift_.y()) + R_scene_eye_.col(2);
+  sample.direction = along.head<3>();
   sample.paint = nullptr;
   sample.in_sun = 0.F;
   sample.located = false;

@@ -123,13 +123,13 @@ class TileSampler {
   [[nodiscard]] const Sample& probe(std::size_t slot) const noexcept {
     return samples_[slot * (count_ + 1) + 1 + pixels_[slot].probe];
   }
-  static std::size_t probe_of(const Pixel& pixel) noexcept;
+  static std::size_t probe_of(std::size_t slot) noexcept;
 
   const RayWorld& world_;
   const SampleRays& rays_;
   std::size_t count_;  // Samples of a pixel.
   Eigen::Vector3f origin_;
-  Eigen::Matrix3f R_scene_eye_;
+  Eigen::Array<float, 4, 3> R_scene_eye_ = Eigen::Array<float, 4, 3>::Zero();  // Three rows; four go at once.
   Eigen::Vector2f principal_shift_;
   Eigen::Vector3f to_sun_;
   std::vector<Eigen::AlignedBox2f> actors_in_view_;
