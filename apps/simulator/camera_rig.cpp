@@ -55,11 +55,28 @@ RawCamera barrel(const StereoGeometry& g, const Eigen::Vector2d& off_centre_px, 
   return camera;
 }
 
+// From a pixel to its samples, and to its centre.
+std::vector<Eigen::Vector2d> sample_offsets(int samples_per_side) {
+  const double n = samples_per_side;
+  std::vector<Eigen::Vector2d> offsets;
+  for (int j = 0; j < samples_per_side; ++j) {
+    for (int i = 0; i < samples_per_side; ++i) {
+      offsets.emplace_back((i + (n - j - 0.5) / n) / n - 0.5, (j + (i + 0.5) / n) / n - 0.5);
+    }
+  }
+  offsets.emplace_back(0.0, 0.0);
+  return offsets;
+}
+
 }  // namespace
+
+bool RawCamera::is_pinhole() const {
+  return distortion == std::array<double, 5>{} && R_rect.isIdentity(0.0);
+}
 
 Eigen::Vector2d RawCamera::rectified_ray(const Eigen::Vector2d& pixel) const {
   const Eigen::Vector2d normalised((pixel.x() - K(0, 2)) / K(0, 0), (pixel.y() - K(1, 2)) / K(1, 1));
-  if (distortion == std::array<double, 5>{} && R_rect.isIdentity(0.0)) {
+  if (is_pinhole()) {
     return normalised;
   }
   return (R_rect * undistorted(distortion, normalised).homogeneous()).hnormalized();
@@ -99,17 +116,21 @@ SampleRays::SampleRays(const RawCamera& camera, int samples_per_side)
       height_(camera.height_px),
       samples_(samples_per_side * samples_per_side),
       pixel_rad_(static_cast<float>(1.0 / camera.K(0, 0))) {
-  const double n = samples_per_side;
-  const std::size_t pixels = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
-  centres_.reserve(pixels);
-  rays_.reserve(pixels * static_cast<std::size_t>(samples_));
+  const std::vector<Eigen::Vector2d> offsets = sample_offsets(samples_per_side);
+  const bool pinhole = camera.is_pinhole();
+  const auto width = static_cast<std::size_t>(width_);
+  x_steps_ = {offsets.size(), pinhole ? 0 : width * offsets.size()};
+  y_steps_ = {pinhole ? 0 : offsets.size(), pinhole ? offsets.size() : width * offsets.size()};
   for (int y = 0; y < height_; ++y) {
-    for (int x = 0; x < width_; ++x) {
-      centres_.push_back(camera.rectified_ray(Eigen::Vector2d(x, y)).cast<float>());
-      for (int j = 0; j < samples_per_side; ++j) {
-        for (int i = 0; i < samples_per_side; ++i) {
-          const Eigen::Vector2d offset((i + (n - j - 0.5) / n) / n - 0.5, (j + (i + 0.5) / n) / n - 0.5);
-          rays_.push_back(camera.rectified_ray(Eigen::Vector2d(x, y) + offset).cast<float>());
+    const int columns = pinhole && y > 0 ? 1 : width_;
+    for (int x = 0; x < columns; ++x) {
+      for (const Eigen::Vector2d& offset : offsets) {
+        const Eigen::Vector2f ray = camera.rectified_ray(Eigen::Vector2d(x, y) + offset).cast<float>();
+        if (!pinhole || y == 0) {
+          xs_.push_back(ray.x());
+        }
+        if (!pinhole || x == 0) {
+          ys_.push_back(ray.y());
         }
       }
     }

@@ -24,6 +24,8 @@ struct RawCamera {
   std::array<double, 5> distortion{};
   Eigen::Matrix3d R_rect = Eigen::Matrix3d::Identity();
 
+  /// Whether it bends nothing and looks where the rectified camera looks.
+  [[nodiscard]] bool is_pinhole() const;
   /// Normalised image coordinates in the rectified camera of a raw pixel.
   [[nodiscard]] Eigen::Vector2d rectified_ray(const Eigen::Vector2d& pixel) const;
   /// Raw pixel of a point given in the rectified camera's frame.
@@ -63,24 +65,38 @@ class SampleRays {
   [[nodiscard]] int width() const noexcept { return width_; }
   [[nodiscard]] int height() const noexcept { return height_; }
   [[nodiscard]] int samples() const noexcept { return samples_; }
-  [[nodiscard]] const Eigen::Vector2f& at(int x, int y, int sample) const noexcept {
-    return rays_[index(x, y) * static_cast<std::size_t>(samples_) + static_cast<std::size_t>(sample)];
+  [[nodiscard]] Eigen::Vector2f at(int x, int y, int sample) const noexcept {
+    return {xs(x, y)[sample], ys(x, y)[sample]};
   }
+  /// The coordinates of all samples of a pixel.
+  [[nodiscard]] const float* xs(int x, int y) const noexcept { return &xs_[x_steps_.index(x, y)]; }
+  [[nodiscard]] const float* ys(int x, int y) const noexcept { return &ys_[y_steps_.index(x, y)]; }
   /// The ray through the pixel's centre.
-  [[nodiscard]] const Eigen::Vector2f& centre(int x, int y) const noexcept { return centres_[index(x, y)]; }
+  [[nodiscard]] Eigen::Vector2f centre(int x, int y) const noexcept { return at(x, y, samples_); }
   /// Angle that a pixel subtends at the image centre.
   [[nodiscard]] float pixel_rad() const noexcept { return pixel_rad_; }
 
  private:
-  [[nodiscard]] std::size_t index(int x, int y) const noexcept {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
-  }
+  // How far it is in a table from a pixel to the next one.
+  struct Steps {
+    std::size_t column = 0;
+    std::size_t row = 0;
+
+    [[nodiscard]] std::size_t index(int x, int y) const noexcept {
+      return static_cast<std::size_t>(x) * column + static_cast<std::size_t>(y) * row;
+    }
+  };
+
   int width_;
   int height_;
   int samples_;
   float pixel_rad_;
-  std::vector<Eigen::Vector2f> centres_;
-  std::vector<Eigen::Vector2f> rays_;
+  // Of each pixel the samples, then the centre. A pinhole has the same x in all rows and the same y in all columns: its
+  // tables fit the cache.
+  Steps x_steps_;
+  Steps y_steps_;
+  std::vector<float> xs_;
+  std::vector<float> ys_;
 };
 
 }  // namespace kinetrace::simulator

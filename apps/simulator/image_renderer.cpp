@@ -54,13 +54,19 @@ class TileRenderer {
   };
 
   void shade(std::size_t slot, const Share& share) {
+    const TileSampler::Content content = sampler_.pixel(slot).content;
+    if (content == TileSampler::Content::kMixed) {
+      return shade_mixed(sampler_.samples(slot), share);
+    }
     const Sample& centre = sampler_.centre(slot);
-    switch (sampler_.pixel(slot).content) {
-      case TileSampler::Content::kMixed: return shade_mixed(sampler_.samples(slot), share);
-      // A pixel that covers a long strip takes one texture sample for each of its rays.
-      case TileSampler::Content::kTriangle:
-        return is_elongated(centre) ? shade_continued(slot, share) : shade_together({&centre, 1}, share);
-      case TileSampler::Content::kSurface: return shade_together({&centre, 1}, share);
+    if (centre.paint == nullptr) {
+      return queue_.add_sky(centre.direction, share.weight, share.pixel);
+    }
+    // A pixel that covers a long strip takes one texture sample for each of its rays.
+    if (const float stretch = stretch_of(centre); content == TileSampler::Content::kTriangle && stretch > kElongated) {
+      shade_continued(slot, stretch, share);
+    } else {
+      shade_together({&centre, 1}, stretch, share);
     }
   }
 
@@ -73,24 +79,40 @@ class TileRenderer {
                          [&first = samples.front()](const Sample& sample) { return alike(sample, first); });
       const auto count = static_cast<std::size_t>(others - samples.begin());
       const std::span<const Sample> group = samples.first(count);
-      if (is_elongated(group.front())) {
-        shade_each(group, each);
-      } else {
-        shade_together(group, each.times(static_cast<float>(count)));
-      }
+      shade_alike(group, each);
       samples = samples.subspan(count);
     }
   }
 
   // `share` is that of one sample.
-  void shade_each(std::span<const Sample> group, const Share& share) {
-    const float footprint_m = strip_width_m(group.front());
+  void shade_alike(std::span<const Sample> group, const Share& share) {
+    const Share all = share.times(static_cast<float>(group.size()));
+    if (group.front().paint == nullptr) {
+      return shade_sky(group, all);
+    }
+    if (const float stretch = stretch_of(group.front()); stretch > kElongated) {
+      shade_each(group, stretch, share);
+    } else {
+      shade_together(group, stretch, all);
+    }
+  }
+
+  void shade_sky(std::span<const Sample> group, const Share& share) {
+    Vector3f direction = group.front().direction;
+    for (const Sample& sample : group.subspan(1)) {
+      direction += sample.direction;
+    }
+    queue_.add_sky(direction, share.weight, share.pixel);
+  }
+
+  void shade_each(std::span<const Sample> group, float stretch, const Share& share) {
+    const float footprint_m = strip_width_m(group.front(), stretch);
     for (const Sample& sample : group) {
       shade(sample, sample.direction, sample.local, footprint_m, share);
     }
   }
 
-  void shade_continued(std::size_t slot, const Share& share) {
+  void shade_continued(std::size_t slot, float stretch, const Share& share) {
     const Sample& centre = sampler_.centre(slot);
     SurfaceStrip strip = sampler_.continued(slot);
     strip.position.x += texture_origin_.x();
@@ -98,40 +120,30 @@ class TileRenderer {
     strip.position.z += texture_origin_.z();
     const Share each = share.times(1.F / static_cast<float>(kStripLanes));
     queue_.add_strip(*centre.paint,
-                     {centre.local, strip_width_m(centre), centre.normal, centre.direction, centre.in_sun}, strip,
-                     each.weight, each.pixel);
+                     {centre.local, strip_width_m(centre, stretch), centre.normal, centre.direction, centre.in_sun},
+                     strip, each.weight, each.pixel);
   }
 
   // Of the part of a long pixel that falls to each of its samples.
-  [[nodiscard]] float strip_width_m(const Sample& sample) const {
-    const float length = stretch_of(sample) / static_cast<float>(rays_.samples());
+  [[nodiscard]] float strip_width_m(const Sample& sample, float stretch) const {
+    const float length = stretch / static_cast<float>(rays_.samples());
     return sample.distance * rays_.pixel_rad() * std::max(1.F, length);
   }
 
-  void shade_together(std::span<const Sample> group, const Share& share) {
+  void shade_together(std::span<const Sample> group, float stretch, const Share& share) {
     Sample mean = group.front();
     for (const Sample& sample : group.subspan(1)) {
       mean.direction += sample.direction;
-      if (mean.paint != nullptr) {
-        mean.local.position += sample.local.position;
-        mean.local.normal += sample.local.normal;
-        mean.local.uv += sample.local.uv;
-        mean.normal += sample.normal;
-        mean.in_sun += sample.in_sun;
-      }
-    }
-    if (mean.paint == nullptr) {
-      queue_.add_sky(mean.direction, share.weight, share.pixel);
-      return;
+      mean.local.numbers() += sample.local.numbers();
+      mean.normal += sample.normal;
+      mean.in_sun += sample.in_sun;
     }
     const auto count = static_cast<float>(group.size());
-    mean.local.position /= count;
-    mean.local.normal /= count;
-    mean.local.uv /= count;
+    mean.local.numbers() /= count;
     mean.normal.normalize();
     mean.in_sun /= count;
     const float width_m = mean.distance * rays_.pixel_rad();
-    shade(mean, mean.direction, mean.local, 0.5F * width_m * (1.F + stretch_of(group.front())), share);
+    shade(mean, mean.direction, mean.local, 0.5F * width_m * (1.F + stretch), share);
   }
 
   // A point on the surface that `sample` met.

@@ -15,11 +15,7 @@ namespace kinetrace::simulator {
 
 /// Triangles in the frame of the body they belong to: x forward, y down, metres.
 struct Mesh {
-  struct Vertex {
-    Eigen::Vector3f position;
-    Eigen::Vector3f normal;  ///< Unit length; smooth across an edge where its triangles share vertices.
-    Eigen::Vector2f uv;      ///< Metres along and up the face, for textures that follow it.
-  };
+  using Vertex = SurfacePoint;
   struct Triangle {
     std::array<std::uint32_t, 3> corners{};
     Paint paint;

@@ -13,14 +13,9 @@ constexpr float kShadowOffset_m = 2e-3F;
 // Where pixels have as many samples, one of them is a probe, and the others are continued from the centre.
 constexpr std::size_t kProbedCount = kStripLanes;
 
-void set_ray(RayPacket& packet, std::size_t lane, const Vector3f& origin, const Vector3f& direction) {
-  packet.origin_x[lane] = origin.x();
-  packet.origin_y[lane] = origin.y();
-  packet.origin_z[lane] = origin.z();
-  packet.direction_x[lane] = direction.x();
-  packet.direction_y[lane] = direction.y();
-  packet.direction_z[lane] = direction.z();
-}
+// What find_triangles() tells of pixels without a triangle; above the indices of triangles.
+constexpr std::uint32_t kSeveral = TileGrid::kOutside - 1;
+constexpr std::uint32_t kSky = TileGrid::kOutside - 2;
 
 }  // namespace
 
@@ -29,45 +24,57 @@ TileSampler::TileSampler(const RayWorld& world, const SampleRays& rays, const Ey
       rays_(rays),
       count_(static_cast<std::size_t>(rays.samples())),
       origin_(eye.T_scene_eye.translation.cast<float>()),
-      R_scene_eye_(eye.T_scene_eye.rotation.cast<float>()),
       principal_shift_(eye.principal_shift),
       to_sun_(world.scene().light.to_sun.normalized()),
       actors_in_view_(world.actors_in_view(eye.T_scene_eye)),
-      samples_(kTilePixels * (count_ + 1)) {}
+      samples_(kTilePixels * (count_ + 1)) {
+  R_scene_eye_.topRows<3>() = eye.T_scene_eye.rotation.cast<float>().array();
+  for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
+    eye_queue_.packet.set_origin(i, origin_);
+  }
+  for (std::size_t slot = 0; slot < kTilePixels; ++slot) {
+    pixels_[slot].probe = probe_of(slot);
+  }
+}
 
 // One sample tells, besides the centre, what the pixel shows. Taken in turns over squares of two by two pixels, so that
 // neither rows nor columns leave a gap of more than half a pixel in which a line could hide.
-std::size_t TileSampler::probe_of(const Pixel& pixel) noexcept {
+std::size_t TileSampler::probe_of(std::size_t slot) noexcept {
   constexpr std::array<std::array<std::size_t, 2>, 2> kTurns{{{1, 3}, {2, 0}}};
-  return kTurns[static_cast<std::size_t>(pixel.y % 2)][static_cast<std::size_t>(pixel.x % 2)];
+  const auto& [x, y] = kTileOrder[slot];
+  return kTurns[static_cast<std::size_t>(y % 2)][static_cast<std::size_t>(x % 2)];
 }
 
 void TileSampler::trace(int x0, int y0) {
-  trace_centres(x0, y0);
-  if (count_ == kProbedCount) {
-    trace_probes();
-  }
+  place(x0, y0);
+  reach_ = reach_of_tile();
+  trace_centres();
   trace_contents();
   cast_shadows();
 }
 
-void TileSampler::trace_centres(int x0, int y0) {
+void TileSampler::place(int x0, int y0) {
   filled_.clear();
-  queue_.clear();
   for (std::size_t slot = 0; slot < kTilePixels; ++slot) {
-    const auto [x, y] = tile_pixel(slot);
+    const auto& [x, y] = kTileOrder[slot];
     Pixel& pixel = pixels_[slot];
     pixel.x = x0 + x;
     pixel.y = y0 + y;
-    pixel.probe = probe_of(pixel);
     if (pixel.x < rays_.width() && pixel.y < rays_.height()) {
       filled_.push_back(slot);
-      Sample& centre = own_centre(slot);
-      aim_along(rays_.centre(pixel.x, pixel.y), centre);
-      queue_.push_back(&centre);
     }
   }
-  reach_ = reach_of_tile();
+}
+
+// The probes, too: so close to the centres, they take the same way through the tree.
+void TileSampler::trace_centres() {
+  for (const std::size_t slot : filled_) {
+    const Pixel& pixel = pixels_[slot];
+    queue_ray(rays_.centre(pixel.x, pixel.y), own_centre(slot));
+    if (count_ == kProbedCount) {
+      queue_sample(slot, pixel.probe);
+    }
+  }
   trace_queue();
   for (const std::size_t slot : filled_) {
     locate(own_centre(slot));
@@ -76,10 +83,19 @@ void TileSampler::trace_centres(int x0, int y0) {
 
 // Most tiles show no actor, nor come near one.
 RayWorld::Reach TileSampler::reach_of_tile() const {
+  const int x0 = pixels_.front().x;
+  const int y0 = pixels_.front().y;
+  const int x1 = std::min(x0 + kTileSide_px, rays_.width()) - 1;
+  const int y1 = std::min(y0 + kTileSide_px, rays_.height()) - 1;
+  // A lens may bend the tile, but what lies within its border stays within.
   Eigen::AlignedBox2f tile;
-  for (const std::size_t slot : filled_) {
-    tile.extend(rays_.centre(pixels_[slot].x, pixels_[slot].y) + principal_shift_);
+  for (int x = x0; x <= x1; ++x) {
+    tile.extend(rays_.centre(x, y0)).extend(rays_.centre(x, y1));
   }
+  for (int y = y0; y <= y1; ++y) {
+    tile.extend(rays_.centre(x0, y)).extend(rays_.centre(x1, y));
+  }
+  tile.translate(principal_shift_);
   // Samples lie half a pixel from the centre, or a little more at the edge of a lens that bends.
   const Eigen::Vector2f margin = Eigen::Vector2f::Constant(2.F * rays_.pixel_rad());
   tile.min() -= margin;
@@ -89,32 +105,11 @@ RayWorld::Reach TileSampler::reach_of_tile() const {
   return near_actor ? RayWorld::Reach::kEverything : RayWorld::Reach::kStaticWorld;
 }
 
-void TileSampler::trace_probes() {
-  queue_.clear();
-  for (const std::size_t slot : filled_) {
-    const Pixel& pixel = pixels_[slot];
-    Sample& probe = own_probe(slot);
-    aim_along(rays_.at(pixel.x, pixel.y, static_cast<int>(pixel.probe)), probe);
-    queue_.push_back(&probe);
-  }
-  trace_queue();
-}
-
-void TileSampler::aim_along(const Eigen::Vector2f& ray, Sample& sample) const {
-  sample.direction = direction_of(ray);
-  sample.part = RayPacket::kMiss;
-  sample.triangle = RayPacket::kMiss;
-  sample.paint = nullptr;
-  sample.in_sun = 0.F;
-  sample.located = false;
-}
-
 // Finds out what the pixels show, and traces the samples of those that show many things.
 void TileSampler::trace_contents() {
   if (count_ == kProbedCount) {
     find_triangles();
   }
-  queue_.clear();
   for (const std::size_t slot : filled_) {
     Pixel& pixel = pixels_[slot];
     pixel.content = content_of(slot);
@@ -136,13 +131,30 @@ void TileSampler::locate_samples(std::size_t slot) {
   }
 }
 
-void TileSampler::queue_samples(std::size_t slot) {
+void TileSampler::queue_ray(const Eigen::Vector2f& ray, Sample& sample) {
+  const Eigen::Array4f along = R_scene_eye_.col(0) * (ray.x() + principal_shift_.x()) +
+                               R_scene_eye_.col(1) * (ray.y() + principal_shift_.y()) + R_scene_eye_.col(2);
+  sample.direction = along.head<3>();
+  sample.paint = nullptr;
+  sample.in_sun = 0.F;
+  sample.located = false;
+  RayPacket& packet = eye_queue_.packet;
+  packet.set_direction(packet.count, sample.direction);
+  eye_queue_.samples[packet.count] = &sample;
+  if (++packet.count == RayPacket::kSize) {
+    trace_queue();
+  }
+}
+
+void TileSampler::queue_sample(std::size_t slot, std::size_t index) {
   const Pixel& pixel = pixels_[slot];
-  const std::span<Sample> all = samples(slot);
+  queue_ray(rays_.at(pixel.x, pixel.y, static_cast<int>(index)), sample_of(slot, index));
+}
+
+void TileSampler::queue_samples(std::size_t slot) {
   for (std::size_t s = 0; s < count_; ++s) {
-    if (count_ != kProbedCount || s != pixel.probe) {
-      aim_along(rays_.at(pixel.x, pixel.y, static_cast<int>(s)), all[s]);
-      queue_.push_back(&all[s]);
+    if (count_ != kProbedCount || s != pixels_[slot].probe) {
+      queue_sample(slot, s);
     }
   }
 }
@@ -154,69 +166,38 @@ TileSampler::Content TileSampler::content_of(std::size_t slot) {
   return shows_one_triangle(slot) ? Content::kTriangle : shows_one_surface(slot) ? Content::kSurface : Content::kMixed;
 }
 
-// Whether `agrees` holds for this pixel and all pixels of the tile that share a side with it; it takes their slot.
-template <typename Agrees>
-bool TileSampler::agree_around(std::size_t slot, const Agrees& agrees) const {
-  const Pixel& pixel = pixels_[slot];
-  const int x = pixel.x % kTileSide_px;
-  const int y = pixel.y % kTileSide_px;
-  constexpr std::array<std::array<int, 2>, 5> kSteps{{{0, 0}, {-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
-  return std::all_of(kSteps.begin(), kSteps.end(), [&](const std::array<int, 2>& step) {
-    const auto& [dx, dy] = step;
-    const bool in_tile = x + dx >= 0 && y + dy >= 0 && x + dx < kTileSide_px && y + dy < kTileSide_px;
-    const bool in_picture = pixel.x + dx < rays_.width() && pixel.y + dy < rays_.height();
-    return !in_tile || !in_picture || agrees(tile_slot(x + dx, y + dy));
-  });
-}
-
-template <typename ValueOf>
-void TileSampler::fill_grid(const ValueOf& value_of) {
-  grid_.fill(kOutside);
-  for (const std::size_t slot : filled_) {
-    grid_[grid_index(pixels_[slot])] = value_of(slot);
-  }
-}
-
-// Whether the pixels that share a side with this one have the same value.
-bool TileSampler::equal_around(std::size_t slot) const {
-  const std::size_t here = grid_index(pixels_[slot]);
-  const auto same = [&](std::size_t at) { return grid_[at] == grid_[here] || grid_[at] == kOutside; };
-  return same(here - 1) && same(here + 1) && same(here - kGridSide) && same(here + kGridSide);
-}
-
-// The triangle that both the centre and the probe of a pixel meet.
+// The triangle of the static world, or the sky, that both the centre and the probe of a pixel meet.
 void TileSampler::find_triangles() {
-  constexpr std::uint64_t kSeveral = kOutside - 1;
-  fill_grid([&](std::size_t slot) {
-    const Sample& a = centre(slot);
-    const Sample& b = probe(slot);
-    const bool same = a.triangle == b.triangle && a.part == b.part;
-    // Without any hit, too, below the values that mean something else.
-    return same ? std::uint64_t{a.part} << 31U | a.triangle : kSeveral;
-  });
+  grid_.clear();
+  for (const std::size_t slot : filled_) {
+    const Sample& first = centre(slot);
+    const Sample& second = probe(slot);
+    const bool same = first.triangle == second.triangle && first.part == second.part;
+    const bool sky = first.part == RayPacket::kMiss;
+    grid_.set(slot, same && first.part == 0 ? first.triangle : same && sky ? kSky : kSeveral);
+  }
+  grid_.compare();
 }
 
 // A flat triangle of the static world, or nothing. Triangles are convex: what lies between rays that meet one meets it
 // too, unless something thinner than the gaps between them stands before it.
 bool TileSampler::shows_one_triangle(std::size_t slot) const {
-  const Sample& first = centre(slot);
-  if (first.paint != nullptr && (first.part != 0 || !world_.parts()[0].faces[first.triangle].flat)) {
-    return false;
-  }
-  const Sample& second = probe(slot);
-  if (second.triangle != first.triangle || second.part != first.part || !equal_around(slot)) {
+  const std::uint32_t triangle = grid_.at(slot);
+  if (triangle == kSeveral || !grid_.is_steady(slot)) {
     return false;
   }
   // At the tile's edge the triangle is continued: not so near the horizon that a ray may miss its plane.
-  return first.paint == nullptr || std::abs(first.face_normal.dot(first.direction)) > 0.01F * first.direction.norm();
+  const Sample& first = centre(slot);
+  return triangle == kSky || (world_.parts()[0].faces[triangle].flat &&
+                              std::abs(first.face_normal.dot(first.direction)) > 0.01F * first.direction.norm());
 }
 
 bool TileSampler::shows_one_surface(std::size_t slot) {
   const Sample& first = centre(slot);
-  return first.paint != nullptr && !is_elongated(first) && agree_around(slot, [&](std::size_t at) {
-           locate(own_probe(at));
-           return alike(centre(at), first) && alike(probe(at), first);
-         });
+  return first.paint != nullptr && !(stretch_of(first) > kElongated) && grid_.agree_around(slot, [&](std::size_t at) {
+    locate(own_probe(at));
+    return alike(centre(at), first) && alike(probe(at), first);
+  });
 }
 
 SurfaceStrip TileSampler::continued(std::size_t slot) const {
@@ -225,9 +206,8 @@ SurfaceStrip TileSampler::continued(std::size_t slot) const {
   const RayWorld::UvSlope& uv_slope = world_.parts()[0].uv_slopes[known.triangle];
   const Vector3f from_eye = known.distance * known.direction;
   const float height = known.face_normal.dot(from_eye);
-  const Eigen::Map<const Eigen::Array<float, 2, kStripLanes>> rays(rays_.at(pixel.x, pixel.y, 0).data());
-  const StripLanes x = rays.row(0).transpose() + principal_shift_.x();
-  const StripLanes y = rays.row(1).transpose() + principal_shift_.y();
+  const StripLanes x = StripLanes::Map(rays_.xs(pixel.x, pixel.y)) + principal_shift_.x();
+  const StripLanes y = StripLanes::Map(rays_.ys(pixel.x, pixel.y)) + principal_shift_.y();
   const auto along = [&](int axis) -> StripLanes {
     return R_scene_eye_(axis, 0) * x + R_scene_eye_(axis, 1) * y + R_scene_eye_(axis, 2);
   };
@@ -259,22 +239,17 @@ void TileSampler::continue_samples(std::size_t slot) {
 }
 
 void TileSampler::trace_queue() {
-  for (std::size_t first = 0; first < queue_.size(); first += RayPacket::kSize) {
-    const std::size_t count = std::min<std::size_t>(RayPacket::kSize, queue_.size() - first);
-    for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
-      packet_.active[i] = i < count ? -1 : 0;
-      set_ray(packet_, i, origin_, queue_[first + std::min(i, count - 1)]->direction);
-    }
-    world_.trace(packet_, reach_);
-    for (std::size_t i = 0; i < count; ++i) {
-      Sample& sample = *queue_[first + i];
-      sample.part = packet_.part[i];
-      sample.triangle = packet_.triangle[i];
-      sample.distance = packet_.distance[i];
-      sample.u = packet_.u[i];
-      sample.v = packet_.v[i];
-    }
+  RayPacket& packet = eye_queue_.packet;
+  world_.trace(packet, reach_);
+  for (std::size_t i = 0; i < packet.count; ++i) {
+    Sample& sample = *eye_queue_.samples[i];
+    sample.part = packet.part[i];
+    sample.triangle = packet.triangle[i];
+    sample.distance = packet.distance[i];
+    sample.u = packet.u[i];
+    sample.v = packet.v[i];
   }
+  packet.count = 0;
 }
 
 // Once for each sample.
@@ -293,9 +268,9 @@ void TileSampler::locate(Sample& sample) const {
   const float v = sample.v;
   const float w = 1.F - u - v;
   sample.paint = &triangle.paint;
-  sample.local.position = w * a.position + u * b.position + v * c.position;
-  sample.local.uv = w * a.uv + u * b.uv + v * c.uv;
-  sample.local.normal = face.flat ? face.normal : (w * a.normal + u * b.normal + v * c.normal).normalized();
+  // Position, normal and uv at once.
+  sample.local.numbers() = w * a.numbers() + u * b.numbers() + v * c.numbers();
+  sample.local.normal = face.flat ? face.normal : sample.local.normal.normalized();
   sample.scene_position = origin_ + sample.distance * sample.direction;
   // The static world's frame is the scene's.
   const bool turned = sample.part != 0;
@@ -316,7 +291,6 @@ void TileSampler::locate(Sample& sample) const {
 // One ray to the sun for a pixel of one surface. Of a mixed pixel whose samples are alike nevertheless, the others
 // follow where the first and the last agree.
 void TileSampler::cast_shadows() {
-  queue_.clear();
   open_.clear();
   for (const std::size_t slot : filled_) {
     const std::span<Sample> all = samples(slot);
@@ -332,7 +306,6 @@ void TileSampler::cast_shadows() {
     }
   }
   trace_shadow_queue();
-  queue_.clear();
   for (const std::size_t slot : open_) {
     const std::span<Sample> all = samples(slot);
     for (Sample& sample : all.subspan(1, std::max<std::size_t>(count_, 2) - 2)) {
@@ -349,14 +322,15 @@ void TileSampler::cast_shadows() {
 
 // Where the light changes from one pixel of a surface to the next, all samples are asked after all.
 void TileSampler::sample_shadow_edges() {
-  queue_.clear();
   open_.clear();
-  fill_grid([&](std::size_t slot) {
-    const Sample& shown = pixels_[slot].content == Content::kMixed ? samples(slot).front() : centre(slot);
-    return shown.in_sun > 0.F ? std::uint64_t{1} : std::uint64_t{0};
-  });
+  grid_.clear();
   for (const std::size_t slot : filled_) {
-    if (pixels_[slot].content != Content::kMixed && centre(slot).paint != nullptr && !equal_around(slot)) {
+    const Sample& shown = pixels_[slot].content == Content::kMixed ? samples(slot).front() : centre(slot);
+    grid_.set(slot, shown.in_sun > 0.F ? 1U : 0U);
+  }
+  grid_.compare();
+  for (const std::size_t slot : filled_) {
+    if (pixels_[slot].content != Content::kMixed && centre(slot).paint != nullptr && !grid_.is_steady(slot)) {
       open_.push_back(slot);
     }
   }
@@ -368,7 +342,6 @@ void TileSampler::sample_shadow_edges() {
     }
   }
   trace_queue();
-  queue_.clear();
   for (const std::size_t slot : open_) {
     locate_samples(slot);
     const std::span<Sample> all = samples(slot);
@@ -379,24 +352,24 @@ void TileSampler::sample_shadow_edges() {
 }
 
 void TileSampler::queue_shadow(Sample& sample) {
-  if (sample.paint != nullptr && sample.face_normal.dot(to_sun_) > 0.F && sample.normal.dot(to_sun_) > 0.F) {
-    queue_.push_back(&sample);
+  if (sample.paint == nullptr || !(sample.face_normal.dot(to_sun_) > 0.F) || !(sample.normal.dot(to_sun_) > 0.F)) {
+    return;
+  }
+  RayPacket& packet = sun_queue_.packet;
+  packet.set_origin(packet.count, sample.scene_position + kShadowOffset_m * sample.face_normal);
+  sun_queue_.samples[packet.count] = &sample;
+  if (++packet.count == RayPacket::kSize) {
+    trace_shadow_queue();
   }
 }
 
 void TileSampler::trace_shadow_queue() {
-  for (std::size_t first = 0; first < queue_.size(); first += RayPacket::kSize) {
-    const std::size_t count = std::min<std::size_t>(RayPacket::kSize, queue_.size() - first);
-    for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
-      packet_.active[i] = i < count ? -1 : 0;
-      const Sample& sample = *queue_[first + std::min(i, count - 1)];
-      set_ray(packet_, i, sample.scene_position + kShadowOffset_m * sample.face_normal, to_sun_);
-    }
-    world_.trace_shadow(packet_);
-    for (std::size_t i = 0; i < count; ++i) {
-      queue_[first + i]->in_sun = packet_.blocked[i] ? 0.F : 1.F;
-    }
+  RayPacket& packet = sun_queue_.packet;
+  world_.trace_shadow(packet);
+  for (std::size_t i = 0; i < packet.count; ++i) {
+    sun_queue_.samples[i]->in_sun = packet.blocked[i] ? 0.F : 1.F;
   }
+  packet.count = 0;
 }
 
 }  // namespace kinetrace::simulator

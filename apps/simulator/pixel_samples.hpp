@@ -15,7 +15,7 @@
 #include "ray_world.hpp"
 #include "surface.hpp"
 #include "surface_pack.hpp"
-#include "tile.hpp"
+#include "tile_grid.hpp"
 
 namespace kinetrace::simulator {
 
@@ -51,10 +51,8 @@ struct Sample {
   return 1.F / std::max(facing, 0.02F);
 }
 
-/// A pixel covers a strip of the surface that one texture sample cannot stand for.
-[[nodiscard]] inline bool is_elongated(const Sample& sample) {
-  return sample.paint != nullptr && stretch_of(sample) > 1.8F;
-}
+/// A pixel that is longer on the surface covers a strip that one texture sample cannot stand for.
+inline constexpr float kElongated = 1.8F;
 
 /// Traces tile by tile. A pixel is the mean of its samples; where the rays through its centre and through one sample,
 /// and those of its neighbours, tell that the samples would all meet the same, they are not traced one by one.
@@ -91,32 +89,22 @@ class TileSampler {
   [[nodiscard]] SurfaceStrip continued(std::size_t slot) const;
 
  private:
-  // A value for each pixel of the tile, row by row, within a margin for what lies outside the tile or the picture.
-  static constexpr std::size_t kGridSide = kTileSide_px + 2;
-  using Grid = std::array<std::uint64_t, kGridSide * kGridSide>;
-  static constexpr std::uint64_t kOutside = ~std::uint64_t{0};
+  // Rays that wait for a packet to be full, and the samples that they are for.
+  struct Queue {
+    RayPacket packet;
+    std::array<Sample*, RayPacket::kSize> samples{};
+  };
 
-  void trace_centres(int x0, int y0);
+  void place(int x0, int y0);
   [[nodiscard]] RayWorld::Reach reach_of_tile() const;
-  void trace_probes();
-  [[nodiscard]] Eigen::Vector3f direction_of(const Eigen::Vector2f& ray) const {
-    return R_scene_eye_ * (ray + principal_shift_).homogeneous();
-  }
-  void aim_along(const Eigen::Vector2f& ray, Sample& sample) const;
+  void trace_centres();
   void trace_contents();
+  void queue_ray(const Eigen::Vector2f& ray, Sample& sample);
+  void queue_sample(std::size_t slot, std::size_t index);
   void queue_samples(std::size_t slot);
   void trace_queue();
   void locate(Sample& sample) const;
   void locate_samples(std::size_t slot);
-  template <typename Agrees>
-  [[nodiscard]] bool agree_around(std::size_t slot, const Agrees& agrees) const;
-  template <typename ValueOf>
-  void fill_grid(const ValueOf& value_of);
-  [[nodiscard]] bool equal_around(std::size_t slot) const;
-  [[nodiscard]] static std::size_t grid_index(const Pixel& pixel) noexcept {
-    return static_cast<std::size_t>(pixel.y % kTileSide_px + 1) * kGridSide +
-           static_cast<std::size_t>(pixel.x % kTileSide_px + 1);
-  }
   void find_triangles();
   [[nodiscard]] Content content_of(std::size_t slot);
   [[nodiscard]] bool shows_one_triangle(std::size_t slot) const;
@@ -128,28 +116,31 @@ class TileSampler {
   void trace_shadow_queue();
 
   [[nodiscard]] Sample& own_centre(std::size_t slot) noexcept { return samples_[slot * (count_ + 1)]; }
-  [[nodiscard]] Sample& own_probe(std::size_t slot) noexcept { return samples(slot)[pixels_[slot].probe]; }
+  [[nodiscard]] Sample& sample_of(std::size_t slot, std::size_t index) noexcept {
+    return samples_[slot * (count_ + 1) + 1 + index];
+  }
+  [[nodiscard]] Sample& own_probe(std::size_t slot) noexcept { return sample_of(slot, pixels_[slot].probe); }
   [[nodiscard]] const Sample& probe(std::size_t slot) const noexcept {
     return samples_[slot * (count_ + 1) + 1 + pixels_[slot].probe];
   }
-  static std::size_t probe_of(const Pixel& pixel) noexcept;
+  static std::size_t probe_of(std::size_t slot) noexcept;
 
   const RayWorld& world_;
   const SampleRays& rays_;
   std::size_t count_;  // Samples of a pixel.
   Eigen::Vector3f origin_;
-  Eigen::Matrix3f R_scene_eye_;
+  Eigen::Array<float, 4, 3> R_scene_eye_ = Eigen::Array<float, 4, 3>::Zero();  // Three rows; four go at once.
   Eigen::Vector2f principal_shift_;
   Eigen::Vector3f to_sun_;
   std::vector<Eigen::AlignedBox2f> actors_in_view_;
   RayWorld::Reach reach_ = RayWorld::Reach::kEverything;  // Of the tile's rays.
-  RayPacket packet_;
+  Queue eye_queue_;                                       // All rays start at the eye.
+  Queue sun_queue_;
   std::array<Pixel, kTilePixels> pixels_{};
-  Grid grid_{};
+  TileGrid grid_;
   std::vector<std::size_t> filled_;
   std::vector<Sample> samples_;    // Of each pixel the centre, then its samples.
   std::vector<std::size_t> open_;  // Slots of pixels whose light is not known yet.
-  std::vector<Sample*> queue_;     // Samples whose ray is to be traced.
 };
 
 }  // namespace kinetrace::simulator

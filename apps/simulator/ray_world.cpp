@@ -52,17 +52,26 @@ SceneHandle mesh_scene(RTCDevice device, const Mesh& mesh) {
   return scene;
 }
 
+// Embree's streams: packets as wide as an AVX2 register, which it takes as they are; wider ones it would copy.
+constexpr std::size_t kWidth = 8;
+constexpr std::size_t kGroups = RayPacket::kSize / kWidth;
+
+std::size_t groups_of(const RayPacket& packet) {
+  return (packet.count + kWidth - 1) / kWidth;
+}
+
+// The rays from `first` on. What lies beyond the packet's end is told apart by a range without any distance.
 template <typename Rays>
-void fill_rays(const RayPacket& packet, float nearest, Rays& rays) {
-  std::memcpy(rays.org_x, packet.origin_x.data(), sizeof rays.org_x);
-  std::memcpy(rays.org_y, packet.origin_y.data(), sizeof rays.org_y);
-  std::memcpy(rays.org_z, packet.origin_z.data(), sizeof rays.org_z);
-  std::memcpy(rays.dir_x, packet.direction_x.data(), sizeof rays.dir_x);
-  std::memcpy(rays.dir_y, packet.direction_y.data(), sizeof rays.dir_y);
-  std::memcpy(rays.dir_z, packet.direction_z.data(), sizeof rays.dir_z);
-  for (int i = 0; i < RayPacket::kSize; ++i) {
-    rays.tnear[i] = nearest;
-    rays.tfar[i] = kFar;
+void fill_rays(const RayPacket& packet, std::size_t first, Rays& rays) {
+  std::memcpy(rays.org_x, &packet.origin_x[first], sizeof rays.org_x);
+  std::memcpy(rays.org_y, &packet.origin_y[first], sizeof rays.org_y);
+  std::memcpy(rays.org_z, &packet.origin_z[first], sizeof rays.org_z);
+  std::memcpy(rays.dir_x, &packet.direction_x[first], sizeof rays.dir_x);
+  std::memcpy(rays.dir_y, &packet.direction_y[first], sizeof rays.dir_y);
+  std::memcpy(rays.dir_z, &packet.direction_z[first], sizeof rays.dir_z);
+  for (std::size_t i = 0; i < kWidth; ++i) {
+    rays.tnear[i] = 0.F;
+    rays.tfar[i] = first + i < packet.count ? kFar : -kFar;
     rays.time[i] = 0.F;
     rays.mask[i] = ~0U;
     rays.id[i] = 0U;
@@ -109,6 +118,18 @@ std::vector<RayWorld::UvSlope> uv_slopes_of(const Mesh& mesh) {
   return slopes;
 }
 
+void read_hits(const RTCRayHit8& rays, std::size_t first, RayPacket& packet) {
+  static_assert(RTC_INVALID_GEOMETRY_ID == RayPacket::kMiss);
+  std::memcpy(&packet.distance[first], rays.ray.tfar, sizeof rays.ray.tfar);
+  std::memcpy(&packet.u[first], rays.hit.u, sizeof rays.hit.u);
+  std::memcpy(&packet.v[first], rays.hit.v, sizeof rays.hit.v);
+  std::memcpy(&packet.triangle[first], rays.hit.primID, sizeof rays.hit.primID);
+  for (std::size_t i = 0; i < kWidth; ++i) {
+    const bool on_world = rays.hit.geomID[i] != RayPacket::kMiss && rays.hit.instID[0][i] == RayPacket::kMiss;
+    packet.part[first + i] = on_world ? 0 : rays.hit.instID[0][i];
+  }
+}
+
 RTCIntersectContext coherent_context() {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
@@ -145,7 +166,10 @@ struct RayWorld::Handles {
   std::vector<Geometry> instances;  // In `actors`, one for each part but the world.
 };
 
-RayWorld::RayWorld(const Scene& scene) : scene_(scene), handles_(std::make_unique<Handles>()) {
+RayWorld::RayWorld(const Scene& scene)
+    : scene_(scene), to_sun_(scene.light.to_sun.normalized()), handles_(std::make_unique<Handles>()) {
+  across_sun_.row(0) = to_sun_.unitOrthogonal();
+  across_sun_.row(1) = to_sun_.cross(to_sun_.unitOrthogonal());
   const auto add_part = [&](const Mesh& mesh, int actor) {
     Part& part = parts_.emplace_back();
     part.mesh = &mesh;
@@ -203,6 +227,40 @@ void RayWorld::set_time(double time_s) {
   }
   rtcCommitScene(handles_->actors.get());
   check(handles_->device.get(), "moving the scene");
+  cast_outlines();
+}
+
+void RayWorld::cast_outlines() {
+  constexpr float kMargin_m = 0.05F;
+  outlines_.assign(scene_.actors.size(), {});
+  for (const Part& part : parts()) {
+    for (int i = 0; part.actor >= 0 && i < 8; ++i) {
+      const Eigen::Vector3f corner = part.box.corner(static_cast<Eigen::AlignedBox3f::CornerType>(i));
+      outlines_[static_cast<std::size_t>(part.actor)].extend(
+          Eigen::Vector2f(across_sun_ * (part.R_scene_part * corner + part.t_scene_part)));
+    }
+  }
+  for (Eigen::AlignedBox2f& outline : outlines_) {
+    outline.min().array() -= kMargin_m;
+    outline.max().array() += kMargin_m;
+  }
+}
+
+// Most of what the sun shines on is in no actor's way.
+bool RayWorld::near_outline(const RayPacket& packet) const {
+  using Column = Eigen::Map<const Eigen::ArrayXf>;
+  const auto count = static_cast<Eigen::Index>(packet.count);
+  const Column x(packet.origin_x.data(), count);
+  const Column y(packet.origin_y.data(), count);
+  const Column z(packet.origin_z.data(), count);
+  Eigen::AlignedBox2f box;
+  for (int axis = 0; axis < 2; ++axis) {
+    const auto along = across_sun_(axis, 0) * x + across_sun_(axis, 1) * y + across_sun_(axis, 2) * z;
+    box.min()[axis] = along.minCoeff();
+    box.max()[axis] = along.maxCoeff();
+  }
+  return std::any_of(outlines_.begin(), outlines_.end(),
+                     [&](const Eigen::AlignedBox2f& outline) { return outline.intersects(box); });
 }
 
 std::vector<Eigen::AlignedBox2f> RayWorld::actors_in_view(const Se3& T_scene_eye) const {
@@ -221,39 +279,55 @@ std::vector<Eigen::AlignedBox2f> RayWorld::actors_in_view(const Se3& T_scene_eye
 }
 
 void RayWorld::trace(RayPacket& packet, Reach reach) const {
-  RTCRayHit8 rays;
-  fill_rays(packet, 0.F, rays.ray);
-  for (int i = 0; i < RayPacket::kSize; ++i) {
-    rays.hit.primID[i] = RTC_INVALID_GEOMETRY_ID;
-    rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-    rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+  std::array<RTCRayHit8, kGroups> groups;
+  const std::size_t count = groups_of(packet);
+  if (count == 0) {
+    return;
   }
-  if (reach == Reach::kEverything) {
+  for (std::size_t group = 0; group < count; ++group) {
+    RTCHit8& hit = groups[group].hit;
+    fill_rays(packet, group * kWidth, groups[group].ray);
+    std::fill_n(hit.primID, kWidth, RTC_INVALID_GEOMETRY_ID);
+    std::fill_n(hit.geomID, kWidth, RTC_INVALID_GEOMETRY_ID);
+    std::fill_n(hit.instID[0], kWidth, RTC_INVALID_GEOMETRY_ID);
+  }
+  const auto meet = [&](RTCScene scene) {
     RTCIntersectContext context = coherent_context();
-    rtcIntersect8(packet.active.data(), handles_->actors.get(), &context, &rays);
+    rtcIntersectNM(scene, &context, reinterpret_cast<RTCRayHitN*>(groups.data()), kWidth, static_cast<unsigned>(count),
+                   sizeof groups[0]);
+  };
+  if (reach == Reach::kEverything) {
+    meet(handles_->actors.get());
   }
-  RTCIntersectContext context = coherent_context();
-  rtcIntersect8(packet.active.data(), handles_->meshes[0].get(), &context, &rays);
-  static_assert(RTC_INVALID_GEOMETRY_ID == RayPacket::kMiss);
-  std::memcpy(packet.distance.data(), rays.ray.tfar, sizeof rays.ray.tfar);
-  std::memcpy(packet.u.data(), rays.hit.u, sizeof rays.hit.u);
-  std::memcpy(packet.v.data(), rays.hit.v, sizeof rays.hit.v);
-  std::memcpy(packet.triangle.data(), rays.hit.primID, sizeof rays.hit.primID);
-  for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
-    const bool on_world = rays.hit.geomID[i] != RayPacket::kMiss && rays.hit.instID[0][i] == RayPacket::kMiss;
-    packet.part[i] = on_world ? 0 : rays.hit.instID[0][i];
+  meet(handles_->meshes[0].get());
+  for (std::size_t group = 0; group < count; ++group) {
+    read_hits(groups[group], group * kWidth, packet);
   }
 }
 
 void RayWorld::trace_shadow(RayPacket& packet) const {
-  RTCRay8 rays;
-  fill_rays(packet, 0.F, rays);
-  for (RTCScene scene : {handles_->actors.get(), handles_->meshes[0].get()}) {
-    RTCIntersectContext context = coherent_context();
-    rtcOccluded8(packet.active.data(), scene, &context, &rays);
+  std::array<RTCRay8, kGroups> groups;
+  const std::size_t count = groups_of(packet);
+  if (count == 0) {
+    return;
   }
-  for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
-    packet.blocked[i] = rays.tfar[i] < 0.F;
+  packet.direction_x.fill(to_sun_.x());
+  packet.direction_y.fill(to_sun_.y());
+  packet.direction_z.fill(to_sun_.z());
+  for (std::size_t group = 0; group < count; ++group) {
+    fill_rays(packet, group * kWidth, groups[group]);
+  }
+  const auto meet = [&](RTCScene scene) {
+    RTCIntersectContext context = coherent_context();
+    rtcOccludedNM(scene, &context, reinterpret_cast<RTCRayN*>(groups.data()), kWidth, static_cast<unsigned>(count),
+                  sizeof groups[0]);
+  };
+  if (near_outline(packet)) {
+    meet(handles_->actors.get());
+  }
+  meet(handles_->meshes[0].get());
+  for (std::size_t i = 0; i < count * kWidth; ++i) {
+    packet.blocked[i] = groups[i / kWidth].tfar[i % kWidth] < 0.F;
   }
 }
 

@@ -15,12 +15,11 @@
 
 namespace kinetrace::simulator {
 
-/// Eight rays traced together; they should point about the same way. As many as an AVX2 register holds: Embree splits
-/// larger packets, at the cost of copies.
+/// Rays traced together; they should point about the same way. As many as Embree takes through its tree at once.
 struct alignas(32) RayPacket {
-  static constexpr int kSize = 8;
+  static constexpr std::size_t kSize = 32;
   static constexpr std::uint32_t kMiss = ~0U;
-  alignas(32) std::array<std::int32_t, kSize> active{};  ///< -1 for rays to trace, 0 for others.
+  std::size_t count = 0;  ///< The first so many are traced; what comes out for the others means nothing.
   alignas(32) std::array<float, kSize> origin_x{}, origin_y{}, origin_z{};
   alignas(32) std::array<float, kSize> direction_x{}, direction_y{}, direction_z{};
   // Results of trace(): distance in units of the direction's length; body part and triangle hit, or kMiss.
@@ -28,6 +27,17 @@ struct alignas(32) RayPacket {
   alignas(32) std::array<std::uint32_t, kSize> part{}, triangle{};
   // Result of trace_shadow().
   alignas(32) std::array<bool, kSize> blocked{};
+
+  void set_origin(std::size_t ray, const Eigen::Vector3f& origin) noexcept {
+    origin_x[ray] = origin.x();
+    origin_y[ray] = origin.y();
+    origin_z[ray] = origin.z();
+  }
+  void set_direction(std::size_t ray, const Eigen::Vector3f& direction) noexcept {
+    direction_x[ray] = direction.x();
+    direction_y[ray] = direction.y();
+    direction_z[ray] = direction.z();
+  }
 };
 
 class RayWorld {
@@ -63,6 +73,7 @@ class RayWorld {
   enum class Reach { kEverything, kStaticWorld };
 
   void trace(RayPacket& packet, Reach reach = Reach::kEverything) const;
+  /// Whether anything stands between the rays' origins and the sun; directions need not be set.
   void trace_shadow(RayPacket& packet) const;
   /// True if the ray meets this part, whatever stands before it.
   [[nodiscard]] bool meets_part(std::size_t part, const Eigen::Vector3f& origin,
@@ -80,7 +91,13 @@ class RayWorld {
 
  private:
   struct Handles;
+  void cast_outlines();
+  [[nodiscard]] bool near_outline(const RayPacket& packet) const;
+
   const Scene& scene_;
+  Eigen::Vector3f to_sun_;
+  Eigen::Matrix<float, 2, 3> across_sun_;      // Two directions at right angles to the sun's.
+  std::vector<Eigen::AlignedBox2f> outlines_;  // Of the actors, as the sun sees them: across_sun_ * position.
   std::vector<Part> parts_;
   std::unique_ptr<Handles> handles_;
 };

@@ -68,8 +68,16 @@ struct Paint {
 /// A point on a surface, in the frame of the body it belongs to.
 struct SurfacePoint {
   Eigen::Vector3f position;
-  Eigen::Vector3f normal;
-  Eigen::Vector2f uv;
+  Eigen::Vector3f normal;  ///< Unit length; smooth across an edge where its triangles share vertices.
+  Eigen::Vector2f uv;      ///< Metres along and up the face, for textures that follow it.
+
+  /// All of it, to be interpolated in one go.
+  using Numbers = Eigen::Array<float, 8, 1>;
+  [[nodiscard]] Eigen::Map<const Numbers> numbers() const noexcept {
+    return Eigen::Map<const Numbers>(reinterpret_cast<const float*>(this));
+  }
+  [[nodiscard]] Eigen::Map<Numbers> numbers() noexcept { return Eigen::Map<Numbers>(reinterpret_cast<float*>(this)); }
 };
+static_assert(sizeof(SurfacePoint) == sizeof(SurfacePoint::Numbers));
 
 }  // namespace kinetrace::simulator

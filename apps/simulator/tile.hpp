@@ -9,17 +9,17 @@ namespace kinetrace::simulator {
 inline constexpr int kTileSide_px = 16;
 inline constexpr std::size_t kTilePixels = std::size_t{kTileSide_px} * kTileSide_px;
 
-/// Pixels have slots in the order in which they are traced: by squares of two by two, so that the rays of a packet stay
-/// close together. x and y count from the tile's corner. The last bit of a distance depends on the rays that share the
-/// packet; hence everybody who traces pixel centres does it in this order.
-[[nodiscard]] constexpr std::array<int, 2> tile_pixel(std::size_t slot) noexcept {
-  const int block = static_cast<int>(slot / 4);
-  const int within = static_cast<int>(slot % 4);
-  return {2 * (block % (kTileSide_px / 2)) + within % 2, 2 * (block / (kTileSide_px / 2)) + within / 2};
-}
-
-[[nodiscard]] constexpr std::size_t tile_slot(int x, int y) noexcept {
-  return static_cast<std::size_t>(((y / 2) * (kTileSide_px / 2) + x / 2) * 4 + (y % 2) * 2 + x % 2);
-}
+/// The tile's pixels (x, y), counted from its corner, in the order in which they are traced: along Morton's curve, so
+/// that the rays of a packet stay close together. A pixel's place in it is its slot.
+inline constexpr std::array<std::array<int, 2>, kTilePixels> kTileOrder = [] {
+  std::array<std::array<int, 2>, kTilePixels> order{};
+  for (std::size_t slot = 0; slot < kTilePixels; ++slot) {
+    for (unsigned bit = 0; (1 << bit) < kTileSide_px; ++bit) {
+      order[slot][0] |= static_cast<int>(slot >> (2 * bit) & 1U) << bit;
+      order[slot][1] |= static_cast<int>(slot >> (2 * bit + 1) & 1U) << bit;
+    }
+  }
+  return order;
+}();
 
 }  // namespace kinetrace::simulator

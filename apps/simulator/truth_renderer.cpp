@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <span>
+#include <vector>
 
 #include "parallel.hpp"
 #include "tile.hpp"
@@ -29,14 +30,13 @@ class CentreTracer {
   void trace(int x0, int y0, TruthImages& truth) const {
     std::array<std::array<int, 2>, kTilePixels> pixels{};
     std::size_t count = 0;
-    for (std::size_t slot = 0; slot < kTilePixels; ++slot) {
-      const auto [x, y] = tile_pixel(slot);
+    for (const auto& [x, y] : kTileOrder) {
       if (truth.depth_m.contains(x0 + x, y0 + y)) {
         pixels[count++] = {x0 + x, y0 + y};
       }
     }
     for (std::size_t first = 0; first < count; first += RayPacket::kSize) {
-      trace(std::span(pixels).subspan(first, std::min<std::size_t>(RayPacket::kSize, count - first)), truth);
+      trace(std::span(pixels).subspan(first, std::min(RayPacket::kSize, count - first)), truth);
     }
   }
 
@@ -47,16 +47,11 @@ class CentreTracer {
  private:
   void trace(std::span<const std::array<int, 2>> pixels, TruthImages& truth) const {
     RayPacket packet;
-    for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
-      const auto& [x, y] = pixels[std::min(i, pixels.size() - 1)];
-      const Vector3f direction = R_scene_eye_ * pixel_ray(geometry_, x, y).homogeneous();
-      packet.active[i] = i < pixels.size() ? -1 : 0;
-      packet.origin_x[i] = origin_.x();
-      packet.origin_y[i] = origin_.y();
-      packet.origin_z[i] = origin_.z();
-      packet.direction_x[i] = direction.x();
-      packet.direction_y[i] = direction.y();
-      packet.direction_z[i] = direction.z();
+    packet.count = pixels.size();
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      const auto& [x, y] = pixels[i];
+      packet.set_origin(i, origin_);
+      packet.set_direction(i, R_scene_eye_ * pixel_ray(geometry_, x, y).homogeneous());
     }
     world_.trace(packet);
     for (std::size_t i = 0; i < pixels.size(); ++i) {
@@ -75,6 +70,16 @@ class CentreTracer {
   Eigen::Matrix3f R_scene_eye_;
 };
 
+std::vector<std::size_t> parts_of(const RayWorld& world, int actor) {
+  std::vector<std::size_t> parts;
+  for (std::size_t part = 1; part < world.parts().size(); ++part) {
+    if (world.parts()[part].actor == actor) {
+      parts.push_back(part);
+    }
+  }
+  return parts;
+}
+
 }  // namespace
 
 TruthImages render_truth(const RayWorld& world, const StereoGeometry& geometry, const Se3& T_scene_eye, int threads) {
@@ -91,16 +96,14 @@ TruthImages render_truth(const RayWorld& world, const StereoGeometry& geometry, 
 int unoccluded_pixels(const RayWorld& world, const StereoGeometry& geometry, const Se3& T_scene_eye, int actor,
                       const PixelBox& search_px) {
   const CentreTracer tracer(world, geometry, T_scene_eye);
+  const std::vector<std::size_t> parts = parts_of(world, actor);
   // A large object is counted on a coarser grid: one pixel in four.
   const int step = search_px.width() * search_px.height() > 4000 ? 2 : 1;
   int count = 0;
   for (int y = search_px.y0; y < search_px.y1; y += step) {
     for (int x = search_px.x0; x < search_px.x1; x += step) {
-      for (std::size_t part = 1; part < world.parts().size(); ++part) {
-        if (world.parts()[part].actor == actor && tracer.meets(part, x, y)) {
-          count += step * step;
-          break;
-        }
+      if (std::any_of(parts.begin(), parts.end(), [&](std::size_t part) { return tracer.meets(part, x, y); })) {
+        count += step * step;
       }
     }
   }

@@ -65,6 +65,22 @@ TEST(SampleRays, NoTwoSamplesShareARowOrAColumn) {
   EXPECT_LT(mean.norm(), 1e-4F);
 }
 
+// A pinhole's rays are kept by column and row, others pixel by pixel.
+TEST(SampleRays, AreThoseOfTheCamera) {
+  const StereoGeometry small = resized(kRig, 60, std::nullopt);
+  for (const RawCamera& camera : {ideal_rig(small).raw[0], distorted_rig(small).raw[1]}) {
+    const SampleRays rays(camera, 2);
+    for (int y = 0; y < camera.height_px; ++y) {
+      for (int x = 0; x < camera.width_px; ++x) {
+        const Eigen::Vector2d centre(x, y);
+        ASSERT_EQ(rays.centre(x, y), camera.rectified_ray(centre).cast<float>()) << x << ' ' << y;
+        ASSERT_EQ(rays.at(x, y, 0), camera.rectified_ray(centre + Eigen::Vector2d(-0.125, -0.375)).cast<float>());
+        ASSERT_EQ(rays.at(x, y, 3), camera.rectified_ray(centre + Eigen::Vector2d(0.125, 0.375)).cast<float>());
+      }
+    }
+  }
+}
+
 TEST(ResizedRig, KeepsTheFieldOfView) {
   const StereoGeometry half = resized(kRig, 621, std::nullopt);
   EXPECT_EQ(half.height_px, 188);
