@@ -75,7 +75,7 @@ bool RawCamera::is_pinhole() const {
 }
 
 Eigen::Vector2d RawCamera::rectified_ray(const Eigen::Vector2d& pixel) const {
-  const Eigen::Vector2d normalised((pixel.x() - K(0, 2)) / K(0, 0), (pixel.y() - K(1, 2)) / K(1, 1));
+  Eigen::Vector2d normalised((pixel.x() - K(0, 2)) / K(0, 0), (pixel.y() - K(1, 2)) / K(1, 1));
   if (is_pinhole()) {
     return normalised;
   }

@@ -125,19 +125,19 @@ class TileSampler {
   }
   static std::size_t probe_of(std::size_t slot) noexcept;
 
+  Queue eye_queue_;  // All rays start at the eye.
+  Queue sun_queue_;
+  TileGrid grid_;
+  Eigen::Array<float, 4, 3> R_scene_eye_ = Eigen::Array<float, 4, 3>::Zero();  // Three rows; four go at once.
   const RayWorld& world_;
   const SampleRays& rays_;
   std::size_t count_;  // Samples of a pixel.
   Eigen::Vector3f origin_;
-  Eigen::Array<float, 4, 3> R_scene_eye_ = Eigen::Array<float, 4, 3>::Zero();  // Three rows; four go at once.
   Eigen::Vector2f principal_shift_;
   Eigen::Vector3f to_sun_;
   std::vector<Eigen::AlignedBox2f> actors_in_view_;
   RayWorld::Reach reach_ = RayWorld::Reach::kEverything;  // Of the tile's rays.
-  Queue eye_queue_;                                       // All rays start at the eye.
-  Queue sun_queue_;
   std::array<Pixel, kTilePixels> pixels_{};
-  TileGrid grid_;
   std::vector<std::size_t> filled_;
   std::vector<Sample> samples_;    // Of each pixel the centre, then its samples.
   std::vector<std::size_t> open_;  // Slots of pixels whose light is not known yet.
