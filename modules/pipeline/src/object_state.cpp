@@ -25,7 +25,6 @@ constexpr double kVelocityLag_s = 0.3;        // Age of the velocity that a smoo
 constexpr double kExpectedFloor_rad = 0.002;  // Error of a smoothed pose itself,
 constexpr double kExpectedFloor_m = 0.02;     // and of where it puts the object.
 constexpr double kReachableGate = 36.0;       // Chi-square of six numbers.
-constexpr double kSamePlaceGate = 16.3;       // 99.9 % of chi-square with three degrees of freedom.
 constexpr double kUnanimousPart = 0.9;        // So many of its points cannot all have passed to something else.
 // At rest is what has been shown not to be faster than this, not what has not been shown to move.
 constexpr std::size_t kLeastRestSamples = 8;
@@ -537,17 +536,12 @@ bool ObjectState::recognise(const CameraState& camera, const features::FeatureFr
   return true;
 }
 
-bool ObjectState::may_be_at(const Eigen::Vector3d& origin_m) const {
-  const Eigen::Vector3d off_m = origin_m - T_world_obj_.translation;
-  return off_m.dot(covariance_.bottomRightCorner<3, 3>().ldlt().solve(off_m)) <= kSamePlaceGate;
-}
-
 void ObjectState::begin_body(const StereoSighting& sighting, const CameraState& camera,
                              const features::FeatureFrontEnd& front_end) {
   if (!frame_fixed_ || stereo_offset_m_.norm() > width_m_ + kFarOffIt_m) {
     // What stereo has followed so far may have been something next to the object; its frame belongs on its points.
     const Eigen::Vector3d sighted_m = camera.T_world_cam * position_in_camera(geometry_, sighting);
-    frame_change_ = frame_fixed_ || !may_be_at(sighted_m) ? FrameChange::kReplaced : FrameChange::kRefined;
+    frame_change_ = frame_fixed_ ? FrameChange::kReplaced : FrameChange::kRefined;
     T_world_obj_.translation = sighted_m;
     stereo_offset_m_.setZero();
     recogniser_.clear();
@@ -654,9 +648,13 @@ Eigen::Matrix3d ObjectState::position_wander() const {
       kDisparityWander_px / visible * depth_m / (geometry_.fx_px * geometry_.baseline_m) * from_camera_m;
   Eigen::Matrix3d wander = along_ray_m * along_ray_m.transpose();
   wander.diagonal().array() += kSidewaysWander * kSidewaysWander * along_ray_m.squaredNorm();
-  if (status_ == BodyStatus::kStereoOnly) {
-    const bool tells_little = sighted_features_ < kTellingFeatures && !has_moved_;
-    const double surface_m = tells_little ? kAnywhere_m : 0.5 * surface_wander_m(depth_m);
+  // What is predicted goes on as it went: that shows no new mover either.
+  const bool seen =
+      status_ == BodyStatus::kTracked || (status_ == BodyStatus::kStereoOnly && sighted_features_ >= kTellingFeatures);
+  if (!seen && !has_moved_) {
+    wander.diagonal().array() += kAnywhere_m * kAnywhere_m;
+  } else if (status_ == BodyStatus::kStereoOnly) {
+    const double surface_m = 0.5 * surface_wander_m(depth_m);
     wander.diagonal().array() += surface_m * surface_m;
   }
   return wander;

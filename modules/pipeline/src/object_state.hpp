@@ -166,8 +166,6 @@ class ObjectState {
   [[nodiscard]] bool reachable(const sfm::BodyReconstruction::Expectation& expected) const;
   /// Puts it where its remembered points are; false if too few are recognised.
   bool recognise(const CameraState& camera, const features::FeatureFrontEnd& front_end);
-  /// Its origin may lie there, as far as is known where it is.
-  [[nodiscard]] bool may_be_at(const Eigen::Vector3d& origin_m) const;
   /// The reconstruction (re)starts where the object is taken to be.
   void begin_body(const StereoSighting& sighting, const CameraState& camera,
                   const features::FeatureFrontEnd& front_end);
