@@ -23,7 +23,7 @@ constexpr int kFewFeatures = 10;
 // One with fewer than this takes any, so that it has a position at all.
 constexpr int kHardlyAnyFeatures = 3;
 // A remembered point looks like itself down to this correlation, and from this much nearer or farther.
-constexpr float kLeastLikeness = 0.75F;
+constexpr float kLeastLikeness = 0.85F;
 constexpr float kLeastSizeRatio = 0.5F;
 constexpr float kMostSizeRatio = 2.F;
 constexpr AlignOptions kRecognise{
@@ -239,7 +239,11 @@ std::size_t FeatureFrontEnd::recognise(const AppearanceMemory& memory, std::span
     for (std::size_t i = 0; i < memory.size() && count < found.size(); ++i) {
       Eigen::Vector2f at = feature.left_px;
       if (may_be(feature, i) && state_->likeness(slot, memory.entries_[i], at) >= kLeastLikeness) {
-        found[count++] = {memory.entries_[i].p_body, at, feature.v_px + at.y() - feature.left_px.y(),
+        found[count++] = {slot.feature.slot,
+                          static_cast<std::uint16_t>(i),
+                          memory.entries_[i].p_body,
+                          at,
+                          feature.v_px + at.y() - feature.left_px.y(),
                           at.x() - feature.disparity_px()};
       }
     }

@@ -6,43 +6,20 @@
 #include <span>
 #include <utility>
 
+#include "shift_group.hpp"
+
 namespace kinetrace::pipeline {
 namespace {
 
 constexpr std::size_t kRememberedPoints = 64;
-constexpr std::size_t kMaxRecognised = 400;
-constexpr int kLeastRecognised = 6;
+constexpr std::size_t kLeastRecognised = 4;
 constexpr int kFramesBetweenNotes = 4;
-// How far off a guess may be.
-constexpr double kGuessReach_m = 0.8;
-constexpr double kGuessTurn_rad = 0.1;
-// Points half a metre from the middle move so far by such a turn, and stereo errs as well.
+// Points half a metre from the middle move so far by a turn of some degrees, and stereo errs as well.
 constexpr double kGroupRadius_m = 0.15;
 constexpr double kNearest_m = 0.5;
+constexpr double kPlaceSigma_m = 0.02;  // Of a remembered point on its object.
+constexpr double kMostSigmas = 3.0;     // Farther from the guess it is something else that looks alike.
 constexpr float kNowhere_px = -1e6F;
-
-/// Points that lie together.
-struct Group {
-  int members = 0;
-  Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();
-};
-
-Group largest_group(std::span<const Eigen::Vector3d> points_m) {
-  Group largest;
-  for (const Eigen::Vector3d& centre_m : points_m) {
-    Group group;
-    for (const Eigen::Vector3d& point_m : points_m) {
-      if ((point_m - centre_m).norm() <= kGroupRadius_m) {
-        ++group.members;
-        group.middle_m += point_m;
-      }
-    }
-    if (group.members > largest.members) {
-      largest = {group.members, group.middle_m / group.members};
-    }
-  }
-  return largest;
-}
 
 /// An object's remembered point, and where it is seen again.
 Eigen::Vector3d shift_of(const features::RecognisedPoint& point, const Se3& T_obj_cam, const StereoGeometry& geometry) {
@@ -67,7 +44,7 @@ void ObjectRecogniser::swap(ObjectRecogniser& other) noexcept {
 }
 
 bool ObjectRecogniser::knows_it() const noexcept {
-  return memory_.size() >= static_cast<std::size_t>(kLeastRecognised);
+  return memory_.size() >= kLeastRecognised;
 }
 
 void ObjectRecogniser::remember(const sfm::BodyReconstruction& body, const FeatureFrame& frame, std::uint8_t label,
@@ -84,15 +61,15 @@ void ObjectRecogniser::remember(const sfm::BodyReconstruction& body, const Featu
       points[count++] = {feature.slot, place->cast<float>()};
     }
   }
-  if (count >= static_cast<std::size_t>(kLeastRecognised)) {
+  if (count >= kLeastRecognised) {
     front_end.remember(std::span(points).first(count), memory_);
     frames_since_note_ = 0;
   }
 }
 
-std::optional<Se3> ObjectRecogniser::recognise(const Se3& T_obj_cam_guess, sfm::BodyReconstruction& body,
+std::optional<Se3> ObjectRecogniser::recognise(const PoseGuess& guess, sfm::BodyReconstruction& body,
                                                std::uint8_t label, const features::FeatureFrontEnd& front_end) const {
-  const Se3 T_cam_obj = T_obj_cam_guess.inverse();
+  const Se3 T_cam_obj = guess.T_obj_cam.inverse();
   std::array<features::ExpectedSighting, kRememberedPoints> expected;
   for (std::size_t i = 0; i < memory_.size(); ++i) {
     const Eigen::Vector3d p_cam = T_cam_obj * memory_.p_body(i).cast<double>();
@@ -101,33 +78,38 @@ std::optional<Se3> ObjectRecogniser::recognise(const Se3& T_obj_cam_guess, sfm::
       expected[i] = geometry_.project(p_cam).head<2>().cast<float>();
     }
   }
+  const double reach_m = kMostSigmas * guess.place_sigma_m;
   const double px_per_m = geometry_.fx_px / std::max(T_cam_obj.translation.z(), kNearest_m);
-  const Eigen::Vector2f reach_px = (px_per_m * Eigen::Vector2d(kGuessReach_m, 0.5 * kGuessReach_m)).cast<float>();
-  std::array<features::RecognisedPoint, kMaxRecognised> found;
+  const Eigen::Vector2f reach_px = (px_per_m * Eigen::Vector2d(reach_m, 0.5 * reach_m)).cast<float>();
+  std::array<features::RecognisedPoint, ShiftGroup::kMaxMembers> found;
   const std::size_t count =
       front_end.recognise(memory_, std::span(expected).first(memory_.size()), reach_px, label, found);
 
   // It has turned little while it was away, so all of it has moved alike.
-  std::array<Eigen::Vector3d, kMaxRecognised> shift_m;
+  std::array<Likeness, ShiftGroup::kMaxMembers> likenesses;
   for (std::size_t i = 0; i < count; ++i) {
-    shift_m[i] = shift_of(found[i], T_obj_cam_guess, geometry_);
+    likenesses[i] = {found[i].slot, found[i].point, shift_of(found[i], guess.T_obj_cam, geometry_)};
   }
-  const Group group = largest_group(std::span(shift_m).first(count));
-  if (group.members < kLeastRecognised) {
+  const ShiftGroup group = largest_group(std::span(likenesses).first(count), reach_m, kGroupRadius_m);
+  if (group.count < kLeastRecognised) {
     return std::nullopt;
   }
-  std::array<sfm::PoseObservation, kMaxRecognised> observations;
-  std::size_t members = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    if ((shift_m[i] - group.middle_m).norm() <= kGroupRadius_m) {
-      observations[members++] = {found[i].p_body.cast<double>(), found[i].left_px.x(), found[i].v_px,
-                                 found[i].u_right_px, 1.F};
-    }
+  std::array<sfm::PoseObservation, ShiftGroup::kMaxMembers> observations;
+  for (std::size_t k = 0; k < group.count; ++k) {
+    const features::RecognisedPoint& point = found[group.members[k]];
+    const double place_px = kPlaceSigma_m / geometry_.baseline_m * double{point.left_px.x() - point.u_right_px};
+    const auto variance_ratio = static_cast<float>(1.0 + place_px * place_px);
+    observations[k] = {point.p_body.cast<double>(), point.left_px.x(), point.v_px, point.u_right_px, variance_ratio};
   }
-  sfm::BodyReconstruction::Expectation guess{{T_obj_cam_guess.rotation, T_obj_cam_guess.translation - group.middle_m}};
-  guess.covariance.topLeftCorner<3, 3>().diagonal().setConstant(kGuessTurn_rad * kGuessTurn_rad);
-  guess.covariance.bottomRightCorner<3, 3>().diagonal().setConstant(kGuessReach_m * kGuessReach_m);
-  return body.pose_from(std::span(observations).first(members), guess, kLeastRecognised);
+  sfm::BodyReconstruction::Expectation shifted{{guess.T_obj_cam.rotation, guess.T_obj_cam.translation - group.shift_m}};
+  const double shifted_sigma_m = std::min(kGroupRadius_m, guess.place_sigma_m);
+  shifted.covariance.topLeftCorner<3, 3>().diagonal().setConstant(guess.turn_sigma_rad * guess.turn_sigma_rad);
+  shifted.covariance.bottomRightCorner<3, 3>().diagonal().setConstant(shifted_sigma_m * shifted_sigma_m);
+  const std::optional<Se3> pose =
+      body.pose_from(std::span(observations).first(group.count), shifted, static_cast<int>(kLeastRecognised));
+  const bool turned_too_far = pose && so3_log(pose->rotation * guess.T_obj_cam.rotation.transpose()).norm() >
+                                          kMostSigmas * guess.turn_sigma_rad;
+  return turned_too_far ? std::nullopt : pose;
 }
 
 }  // namespace kinetrace::pipeline

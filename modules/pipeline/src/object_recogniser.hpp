@@ -17,6 +17,13 @@ namespace kinetrace::pipeline {
 /// A reconstruction that has lasted for so many frames has found its shape.
 inline constexpr std::size_t kSettledBodyFrames = 6;
 
+/// Where an object may be, and how far off that is.
+struct PoseGuess {
+  Se3 T_obj_cam;
+  double turn_sigma_rad = 0.0;  ///< About each axis.
+  double place_sigma_m = 0.0;   ///< Along each axis.
+};
+
 /// Every few frames it takes note of how points of the reconstruction look. After the object's return, points that look
 /// alike and have all moved alike tell its pose in its old frame: what is half outside the image or half hidden has its
 /// middle elsewhere, its points have not.
@@ -33,10 +40,10 @@ class ObjectRecogniser {
   /// Call in every frame in which the object is well seen; takes note when it is time.
   void remember(const sfm::BodyReconstruction& body, const FeatureFrame& frame, std::uint8_t label,
                 const features::FeatureFrontEnd& front_end);
-  /// T_obj_cam of this frame, given where it is about: within 0.8 m (half of it vertically) and some degrees. Nothing
-  /// if fewer than six points agree.
-  [[nodiscard]] std::optional<Se3> recognise(const Se3& T_obj_cam_guess, sfm::BodyReconstruction& body,
-                                             std::uint8_t label, const features::FeatureFrontEnd& front_end) const;
+  /// T_obj_cam of this frame, given where it is about: within three standard deviations (half of it vertically).
+  /// Nothing if fewer than six points agree, or only on a turn that it cannot have made.
+  [[nodiscard]] std::optional<Se3> recognise(const PoseGuess& guess, sfm::BodyReconstruction& body, std::uint8_t label,
+                                             const features::FeatureFrontEnd& front_end) const;
 
  private:
   StereoGeometry geometry_;

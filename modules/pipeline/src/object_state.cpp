@@ -18,11 +18,14 @@ constexpr double kHiddenFactor = 4.0;           // Surface wander of an object t
 constexpr double kReconstructedSigma_m = 0.05;  // Of the position handed to the stereo-only filter by a reconstruction,
 constexpr double kRestDrift_mps = 0.02;         // growing like this while something at rest is not seen,
 constexpr double kStartSigma_m = 0.5;           // Of the position handed to the stereo-only filter.
-constexpr double kVelocityLag_s = 0.3;          // Age of the velocity that a smoothed path ends with.
-constexpr double kExpectedFloor_rad = 0.002;    // Error of a smoothed pose itself,
-constexpr double kExpectedFloor_m = 0.02;       // and of where it puts the object.
-constexpr double kReachableGate = 36.0;         // Chi-square of six numbers.
-constexpr double kUnanimousPart = 0.9;          // So many of its points cannot all have passed to something else.
+// Of a guess where it has come back, however long it was away: it goes on as it went, and turns little.
+constexpr double kGuessTurn_rad = 0.05;
+constexpr double kGuessPlace_m = 0.27;
+constexpr double kVelocityLag_s = 0.3;        // Age of the velocity that a smoothed path ends with.
+constexpr double kExpectedFloor_rad = 0.002;  // Error of a smoothed pose itself,
+constexpr double kExpectedFloor_m = 0.02;     // and of where it puts the object.
+constexpr double kReachableGate = 36.0;       // Chi-square of six numbers.
+constexpr double kUnanimousPart = 0.9;        // So many of its points cannot all have passed to something else.
 // At rest is what has been shown not to be faster than this, not what has not been shown to move.
 constexpr std::size_t kLeastRestSamples = 8;
 constexpr double kMostRestSpeed_mps = 0.4;
@@ -228,6 +231,7 @@ void ObjectState::continue_from(ObjectState& earlier, const std::optional<Eigen:
   reconstructed_ = earlier.reconstructed_;
   frame_fixed_ = earlier.frame_fixed_;
   tracked_frames_ = earlier.tracked_frames_;
+  known_timestamp_ns_ = earlier.known_timestamp_ns_;
   has_moved_ = earlier.has_moved_;
   width_m_ = earlier.width_m_;
   recogniser_.swap(earlier.recogniser_);
@@ -416,7 +420,7 @@ void ObjectState::follow_without_body(const StereoSighting& sighting, const Came
       std::max(surface_wander_m(depth_m), half_hidden() ? kHiddenFactor * surface_sigma_m_ : 0.0);
   const trajectory::StereoPositionFilter before = filter_;
   bool seen = sighting.features >= config_.stereo_only_min_features && camera.valid &&
-              filter_.update(sighting.uvd_px, sighting.features, camera.T_world_cam, surface_sigma_m);
+              filter_.update(part_seen(sighting, camera), sighting.features, camera.T_world_cam, surface_sigma_m);
   if (sighting.features < config_.stereo_only_min_features && track_.missed_frames == 0 && camera.valid &&
       !filter_.at_rest()) {
     const PixelBox& box = track_.box_px;
@@ -437,13 +441,27 @@ void ObjectState::follow_without_body(const StereoSighting& sighting, const Came
     // What was followed so far was something else: where that was says nothing about the motion of this.
     motion_.reset();
     reconstructed_ = false;
-    frame_moved_ = true;
+    frame_change_ = FrameChange::kReplaced;
   }
   T_world_obj_.translation = filter_.position_m() + T_world_obj_.rotation * stereo_offset_m_;
   // A rotation that is not measured: about a radian. Where on the object the seen surface lies errs in common over
   // frames: averaging does not make it surer.
   set_covariance(1.0, filter_.position_covariance() + surface_sigma_m * surface_sigma_m * Eigen::Matrix3d::Identity());
   count_prediction(seen);
+}
+
+Eigen::Vector3d ObjectState::part_seen(const StereoSighting& sighting, const CameraState& camera) const {
+  if (!reconstructed_ || !half_hidden()) {
+    return sighting.uvd_px;
+  }
+  const Eigen::Vector3d sighted_m = camera.T_world_cam * position_in_camera(geometry_, sighting);
+  const Eigen::Vector3d p_cam =
+      camera.T_world_cam.inverse() * (filter_.position_m() + off_body(sighted_m, filter_.position_m()));
+  if (p_cam.z() <= 0.0) {
+    return sighting.uvd_px;
+  }
+  const Eigen::Vector3d uvr_px = geometry_.project(p_cam);
+  return {uvr_px.x(), uvr_px.y(), uvr_px.x() - uvr_px.z()};
 }
 
 bool ObjectState::lies_on_it(const StereoSighting& sighting, const CameraState& camera) const {
@@ -501,8 +519,13 @@ void ObjectState::count_prediction(bool seen) noexcept {
 }
 
 bool ObjectState::recognise(const CameraState& camera, const features::FeatureFrontEnd& front_end) {
-  const Se3 T_obj_cam = T_world_obj_.inverse() * camera.T_world_cam;
-  const std::optional<Se3> found = recogniser_.recognise(T_obj_cam, body_, track_.label(), front_end);
+  const double unknown_s = 1e-9 * static_cast<double>(timestamp_ns_ - known_timestamp_ns_);
+  const double unknown_s2 = unknown_s * (0.5 * unknown_s + kVelocityLag_s);
+  const PoseGuess guess{
+      .T_obj_cam = T_world_obj_.inverse() * camera.T_world_cam,
+      .turn_sigma_rad = std::min(kExpectedFloor_rad + turn_radps2_ * unknown_s2, kGuessTurn_rad),
+      .place_sigma_m = std::min(kReconstructedSigma_m + acceleration_mps2_ * unknown_s2, kGuessPlace_m)};
+  const std::optional<Se3> found = recogniser_.recognise(guess, body_, track_.label(), front_end);
   if (!found) {
     return false;
   }
@@ -517,13 +540,14 @@ void ObjectState::begin_body(const StereoSighting& sighting, const CameraState& 
                              const features::FeatureFrontEnd& front_end) {
   if (!frame_fixed_ || stereo_offset_m_.norm() > width_m_ + kFarOffIt_m) {
     // What stereo has followed so far may have been something next to the object; its frame belongs on its points.
-    T_world_obj_.translation = camera.T_world_cam * position_in_camera(geometry_, sighting);
+    const Eigen::Vector3d sighted_m = camera.T_world_cam * position_in_camera(geometry_, sighting);
+    frame_change_ = frame_fixed_ ? FrameChange::kReplaced : FrameChange::kRefined;
+    T_world_obj_.translation = sighted_m;
     stereo_offset_m_.setZero();
-    frame_moved_ = true;
     recogniser_.clear();
   } else if (recogniser_.knows_it() && !filter_.at_rest()) {
-    frame_moved_ = recognise(camera, front_end);
-    unsure_ = !frame_moved_;
+    unsure_ = !recognise(camera, front_end);
+    frame_change_ = unsure_ ? FrameChange::kNone : FrameChange::kRefined;
     unsure_frames_ = 0;
   }
   body_.begin(T_world_obj_.inverse() * camera.T_world_cam, status_);
@@ -531,9 +555,10 @@ void ObjectState::begin_body(const StereoSighting& sighting, const CameraState& 
 
 void ObjectState::make_sure(const CameraState& camera, const features::FeatureFrontEnd& front_end) {
   T_world_obj_ = camera.T_world_cam * body_.estimate().T_body_cam.inverse();
+  const Se3 T_obj_guessed_world = T_world_obj_.inverse();
   if (recognise(camera, front_end)) {
     unsure_ = false;
-    frame_moved_ = true;
+    correction_ = FrameCorrection{T_obj_guessed_world * T_world_obj_, static_cast<std::size_t>(unsure_frames_) + 1};
     body_.begin(T_world_obj_.inverse() * camera.T_world_cam, status_);
   } else if (++unsure_frames_ > kMostUnsureFrames) {
     unsure_ = false;  // It looks too different by now: the guess stands.
@@ -546,7 +571,8 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
   confirmed_ = confirmed_ || track.state == TrackState::kConfirmed;
   timestamp_ns_ = frame.timestamp_ns;
   extended_ = false;
-  frame_moved_ = false;
+  frame_change_ = FrameChange::kNone;
+  correction_.reset();
   measure_uncovered_part(camera);
   matched_run_ = track.missed_frames == 0 ? matched_run_ + 1 : 0;
   matched_timestamp_ns_ = track.missed_frames == 0 ? timestamp_ns_ : matched_timestamp_ns_;
@@ -563,6 +589,7 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
     status_ = BodyStatus::kTracked;
     reconstructed_ = true;
     frame_fixed_ = true;
+    known_timestamp_ns_ = unsure_ ? known_timestamp_ns_ : timestamp_ns_;
     ++tracked_frames_;
     predicted_frames_ = 0;
     unseen_s_ = 0.0;
@@ -621,9 +648,13 @@ Eigen::Matrix3d ObjectState::position_wander() const {
       kDisparityWander_px / visible * depth_m / (geometry_.fx_px * geometry_.baseline_m) * from_camera_m;
   Eigen::Matrix3d wander = along_ray_m * along_ray_m.transpose();
   wander.diagonal().array() += kSidewaysWander * kSidewaysWander * along_ray_m.squaredNorm();
-  if (status_ == BodyStatus::kStereoOnly) {
-    const bool tells_little = sighted_features_ < kTellingFeatures && !has_moved_;
-    const double surface_m = tells_little ? kAnywhere_m : 0.5 * surface_wander_m(depth_m);
+  // What is predicted goes on as it went: that shows no new mover either.
+  const bool seen =
+      status_ == BodyStatus::kTracked || (status_ == BodyStatus::kStereoOnly && sighted_features_ >= kTellingFeatures);
+  if (!seen && !has_moved_) {
+    wander.diagonal().array() += kAnywhere_m * kAnywhere_m;
+  } else if (status_ == BodyStatus::kStereoOnly) {
+    const double surface_m = 0.5 * surface_wander_m(depth_m);
     wander.diagonal().array() += surface_m * surface_m;
   }
   return wander;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 
+#include "kept_paths.hpp"
 #include "kinetrace/core/detections.hpp"
 #include "kinetrace/core/feature_frame.hpp"
 #include "kinetrace/core/frame_result.hpp"
@@ -108,8 +109,9 @@ class ObjectState {
   [[nodiscard]] bool out_of_sight() const noexcept {
     return track_.area_px == 0 && (status_ == BodyStatus::kLost || !in_view_);
   }
-  /// The object's frame has been put onto its points in this frame: what was told of it before means another point.
-  [[nodiscard]] bool frame_moved() const noexcept { return frame_moved_; }
+  [[nodiscard]] FrameChange frame_change() const noexcept { return frame_change_; }
+  /// Made in this frame.
+  [[nodiscard]] const std::optional<FrameCorrection>& correction() const noexcept { return correction_; }
   /// True while the body takes part in this frame's refinement.
   [[nodiscard]] bool reconstructing() const noexcept { return extended_; }
 
@@ -173,6 +175,9 @@ class ObjectState {
   void start_filter();
   /// Goes on as it last went.
   void coast();
+  /// (u, v, disparity) to follow. Of what is half hidden, the middle of what is seen may be anywhere on it: only how
+  /// far that lies outside its box says that it is elsewhere.
+  [[nodiscard]] Eigen::Vector3d part_seen(const StereoSighting& sighting, const CameraState& camera) const;
   /// What stereo sees lies on or near the box of this object.
   [[nodiscard]] bool lies_on_it(const StereoSighting& sighting, const CameraState& camera) const;
   [[nodiscard]] double depth_sigma_m(double depth_m) const;
@@ -204,7 +209,8 @@ class ObjectState {
   bool handed_over_ = false;
   bool placed_ = false;       ///< T_world_obj_ has been set since birth.
   bool frame_fixed_ = false;  ///< Its axes and origin have been shown in a reconstruction and never move again.
-  bool frame_moved_ = false;
+  FrameChange frame_change_ = FrameChange::kNone;  ///< In this frame.
+  std::optional<FrameCorrection> correction_;
   bool reconstructed_ = false;  ///< Has been tracked by its reconstruction since birth.
   double unseen_s_ = 0.0;
   int ill_fitting_frames_ = 0;  ///< In a row.
@@ -240,6 +246,7 @@ class ObjectState {
   float uncovered_part_ = 1.F;
   double width_m_ = 0.0;  ///< Across the line of sight, when last seen whole.
   std::int64_t timestamp_ns_ = 0;
+  std::int64_t known_timestamp_ns_ = 0;     ///< When its pose was last known for sure, in a reconstruction.
   std::int64_t matched_timestamp_ns_ = 0;   ///< When a detection last confirmed where it is.
   std::int64_t previous_timestamp_ns_ = 0;  ///< Of the last pose in motion_.
 };

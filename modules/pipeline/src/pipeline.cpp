@@ -5,12 +5,12 @@
 #include <utility>
 #include <vector>
 
+#include "kept_paths.hpp"
 #include "kinetrace/features/feature_front_end.hpp"
 #include "kinetrace/refinement/fixed_bundle_adjuster.hpp"
 #include "kinetrace/segmentation/segmenter.hpp"
 #include "kinetrace/sfm/body_reconstruction.hpp"
 #include "kinetrace/tracking/stereo_tracker.hpp"
-#include "kinetrace/trajectory/trajectory_smoother.hpp"
 #include "object_state.hpp"
 #include "result_ring.hpp"
 
@@ -21,8 +21,6 @@ constexpr std::uint8_t kBackground = kBackgroundLabel;
 constexpr int kCameraLostAfterFrames = 3;
 // Frames that are final but still say how an object has moved into the window.
 constexpr std::size_t kSettledFramesKept = 2;
-// A shorter path has not shown how the object moves.
-constexpr std::size_t kLeastPathNodes = 4;
 constexpr int kTrustedPredictions = 2;  // Masks predicted for more frames than this are guesses.
 
 std::size_t as_size(int n) {
@@ -50,7 +48,6 @@ struct OutputStorage {
   std::span<ObjectResult> settled_objects;
   std::span<BodyGeometry> bodies;
   ResultRing ring;
-  std::span<trajectory::PathNode> path;
 };
 
 std::size_t ring_frames(const PipelineConfig& config) {
@@ -74,8 +71,7 @@ OutputStorage carve_output(const PipelineConfig& config, Arena& arena) {
           .newest_objects = arena.take<ObjectResult>(objects),
           .settled_objects = arena.take<ObjectResult>(objects),
           .bodies = arena.take<BodyGeometry>(objects + 1),
-          .ring = ResultRing(arena, frames, objects),
-          .path = arena.take<trajectory::PathNode>(frames)};
+          .ring = ResultRing(arena, frames, objects)};
 }
 
 }  // namespace
@@ -89,7 +85,7 @@ struct Pipeline::Impl {
   sfm::BodyReconstruction background;
   std::vector<ObjectState> objects;  // By track slot; sized once, at create.
   refinement::FixedBundleAdjuster refiner;
-  trajectory::TrajectorySmoother smoother;
+  KeptPaths paths;
   OutputStorage out;
   std::size_t unsettled = 0;  ///< Newest frames of the ring that have not been given out as settled.
 
@@ -118,7 +114,6 @@ struct Pipeline::Impl {
   void settle(const RectifiedPair& pair);
   void revise_ring();
   void smooth_paths();
-  void smooth_path(std::uint32_t track_id, std::size_t newest_age);
   void publish_settled();
   void publish(const RectifiedPair& pair, const TrackFrame& tracks);
   void publish_bodies(const TrackFrame* tracks);
@@ -149,7 +144,7 @@ Result<MemoryPlan> Pipeline::plan(const PipelineConfig& config, const StereoGeom
       {"refinement", refinement::FixedBundleAdjuster::required_bytes(c.refinement),
        "background.max_points, background.window_frames"},
       {"results", measure_bytes([&](Arena& arena) {
-         static_cast<void>(trajectory::TrajectorySmoother(c.trajectory, ring_frames(c), arena));
+         static_cast<void>(KeptPaths(c.trajectory, ring_frames(c), arena));
          static_cast<void>(carve_output(c, arena));
        }),
        "tracking.max_objects, background.window_frames"},
@@ -192,7 +187,7 @@ Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeom
   if (!refiner) {
     return tl::unexpected(refiner.error());
   }
-  const trajectory::TrajectorySmoother smoother(c.trajectory, ring_frames(c), arena);
+  const KeptPaths paths(c.trajectory, ring_frames(c), arena);
   const OutputStorage out = carve_output(c, arena);
   if (arena.exhausted()) {
     return fail(ErrorCode::kCapacity, "the arena does not hold the pipeline; size it from Pipeline::plan");
@@ -206,7 +201,7 @@ Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeom
                                                  .background = *background,
                                                  .objects = std::move(objects),
                                                  .refiner = std::move(*refiner),
-                                                 .smoother = smoother,
+                                                 .paths = paths,
                                                  .out = out}));
 }
 
@@ -489,7 +484,10 @@ void Pipeline::Impl::settle(const RectifiedPair& pair) {
       KeptObject& entry = kept.objects[kept.object_count++];
       entry = KeptObject{.result = {}, .slot = static_cast<std::uint8_t>(slot), .confirmed = false};
       object.report(entry.result);
-      entry.path_begins = object.frame_moved();
+      entry.change = object.frame_change();
+      if (object.correction()) {
+        KeptPaths::correct(out.ring, unsettled, object.track().id, *object.correction());
+      }
     }
   }
   revise_ring();
@@ -527,35 +525,16 @@ void Pipeline::Impl::smooth_paths() {
   for (std::size_t age = 0; age < unsettled; ++age) {
     KeptFrame& kept = out.ring.frame(age);
     for (const KeptObject& entry : kept.objects.first(kept.object_count)) {
-      const bool path_starts_here = age == 0 || out.ring.frame(age - 1).find(entry.result.track_id) == nullptr ||
-                                    out.ring.frame(age - 1).find(entry.result.track_id)->path_begins;
-      if (path_starts_here) {
-        smooth_path(entry.result.track_id, age);
+      const std::uint32_t track_id = entry.result.track_id;
+      if (!KeptPaths::ends_at(out.ring, track_id, age)) {
+        continue;
+      }
+      ObjectState& object = objects[entry.slot];
+      const bool at_rest = object.track().id == track_id && object.at_rest();
+      if (const std::optional<PathEnd> end = paths.smooth(out.ring, unsettled, track_id, age, at_rest)) {
+        object.learn_motion(end->T_world_obj, end->velocity);
       }
     }
-  }
-}
-
-void Pipeline::Impl::smooth_path(std::uint32_t track_id, std::size_t newest_age) {
-  std::size_t end_age = newest_age + 1;
-  while (end_age < out.ring.size() && out.ring.frame(end_age).find(track_id) != nullptr &&
-         !out.ring.frame(end_age - 1).find(track_id)->path_begins) {
-    ++end_age;
-  }
-  const std::span<trajectory::PathNode> path = out.path.first(end_age - newest_age);
-  for (std::size_t i = 0; i < path.size(); ++i) {
-    KeptFrame& kept = out.ring.frame(end_age - 1 - i);
-    const ObjectResult& object = kept.find(track_id)->result;
-    path[i] = {kept.timestamp_ns, object.T_world_obj, object.covariance, object.T_world_obj};
-  }
-  const std::size_t settled = end_age > unsettled ? end_age - unsettled : 0;
-  ObjectState& object = objects[out.ring.frame(newest_age).find(track_id)->slot];
-  smoother.smooth(path, settled, object.track().id == track_id && object.at_rest());
-  for (std::size_t i = settled; i < path.size(); ++i) {
-    out.ring.frame(end_age - 1 - i).find(track_id)->result.T_world_obj = path[i].smoothed;
-  }
-  if (newest_age == 0 && path.size() >= kLeastPathNodes) {
-    object.learn_motion(path.back().smoothed, trajectory::body_velocity(path[path.size() - 2], path.back()));
   }
 }
 

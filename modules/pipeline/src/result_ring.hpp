@@ -10,12 +10,19 @@
 
 namespace kinetrace::pipeline {
 
+/// What becomes of the axes and the origin that an object's path is told by.
+enum class FrameChange : std::uint8_t {
+  kNone,
+  kRefined,   ///< Put onto its points: what was told before is about the same point, as far as that was known.
+  kReplaced,  ///< What was told before is about another point.
+};
+
 /// An object in a kept frame. `confirmed` turns true for its past frames too, once its track is confirmed.
 struct KeptObject {
   ObjectResult result;
   std::uint8_t slot = 0;
   bool confirmed = false;
-  bool path_begins = false;  ///< What came before is no part of the same path: the object's frame has moved.
+  FrameChange change = FrameChange::kNone;  ///< Of the object's frame, against the frame before.
 };
 
 struct KeptFrame {

@@ -28,6 +28,9 @@ constexpr double kWholeInSight = 0.9;
 /// Less than this part of a mask in sight is not enough to be detected.
 constexpr double kLeastVisiblePart = 0.3;
 constexpr double kLeastPartToClaim = 0.2;
+/// Features tell how a thing grows to .3 px over their spread and the root of their number: as much as the nearest of
+/// what is small grows from frame to frame. Less must not add up in what is hidden, which no detection puts right.
+constexpr double kTellsSize_px = 60.0;
 /// An image larger than this is a mistake.
 constexpr int kMaxImageSidePx = 16384;
 /// So many features that speak against a match weigh as much as those that speak for it.
@@ -60,6 +63,19 @@ double distance_between(const PixelBox& a, const PixelBox& b) noexcept {
   const int dx = std::max({a.x0 - b.x1, b.x0 - a.x1, 0});
   const int dy = std::max({a.y0 - b.y1, b.y0 - a.y1, 0});
   return std::hypot(dx, dy);
+}
+
+PixelBox common_part(const PixelBox& a, const PixelBox& b) noexcept {
+  return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
+}
+
+/// Where all of a thing lies that shows a part: as large as was predicted, and moved only so far that it holds that.
+PixelBox slid_to_hold(const PixelBox& seen, const PixelBox& predicted) noexcept {
+  const int width = std::max(seen.width(), predicted.width());
+  const int height = std::max(seen.height(), predicted.height());
+  const int x0 = std::clamp(predicted.x0, seen.x1 - width, seen.x0);
+  const int y0 = std::clamp(predicted.y0, seen.y1 - height, seen.y0);
+  return {x0, y0, x0 + width, y0 + height};
 }
 
 /// Of a track that nothing is foretold of yet: should it get no place, its direction will be that of its box.
@@ -234,10 +250,18 @@ bool StereoTracker::flow_may_be_foreign(const TrackInstance& instance) const noe
   return instance.forecast.known && (missed >= kForeignAfterFrames || (missed > 0 && out_of_sight(instance)));
 }
 
+Similarity StereoTracker::without_growth(const Similarity& motion, const Eigen::Vector2d& center_px) noexcept {
+  return Similarity::about(center_px, 1.0, motion * center_px - center_px);
+}
+
 Similarity StereoTracker::shift_of(TrackInstance& instance) noexcept {
   instance.motion_from_flow = false;
-  const Eigen::Vector2d center = instance.mask.current_center();
-  return Similarity::about(center, 1.0, instance.motion * center - center);
+  return without_growth(instance.motion, instance.mask.current_center());
+}
+
+bool StereoTracker::shows_size(const TrackInstance& instance, std::size_t features) noexcept {
+  const bool whole = instance.overlap.area_px >= kWholeInSight * instance.predicted_px;
+  return whole || std::sqrt(static_cast<double>(features) * instance.overlap.area_px) >= kTellsSize_px;
 }
 
 void StereoTracker::take_forecasts(std::span<const Forecast> forecasts) noexcept {
@@ -293,7 +317,7 @@ Similarity StereoTracker::predict_motion(TrackInstance& instance, std::span<cons
                                   .max_edge_error_px = 4.0,
                                   .reach_px = instance.mask.current_reach_px()};
   if (const auto fitted = fit_similarity(moved, options, instance.track.id * 65537U + frame_)) {
-    return *fitted;
+    return shows_size(instance, pairs) ? *fitted : without_growth(*fitted, instance.mask.current_center());
   }
   if (!moved.empty()) {
     return Similarity::about(instance.mask.current_center(), instance.motion.scale(),
@@ -636,8 +660,11 @@ void StereoTracker::remember_mask(TrackInstance& instance, const Detection& dete
   instance.mask_forecast = instance.forecast.known ? instance.forecast : direction_of(instance.track.box_px);
   const std::uint8_t label = instance.track.label();
   PixelBox box = instance.track.box_px;
+  // A thing does not grow by being hidden: what was predicted wrongly would, frame by frame.
+  const PixelBox predicted_box =
+      common_part(instance.mask.current_box(), slid_to_hold(box, instance.mask.current_box()));
   const bool partly_hidden = instance.overlap.area_px < instance.predicted_px;
-  if (!partly_hidden) {
+  if (!partly_hidden || predicted_box.empty()) {
     instance.mask.capture(left_, box, [&](std::uint8_t pixel, int, int) { return pixel == label; });
     return;
   }
@@ -645,7 +672,6 @@ void StereoTracker::remember_mask(TrackInstance& instance, const Detection& dete
     return pixel != label && pixel != kBackgroundLabel && pixel <= slots_.size() && slots_[pixel - 1U].alive() &&
            nearer(slots_[pixel - 1U], instance);
   };
-  const PixelBox predicted_box = instance.mask.current_box();
   instance.mask.for_each_pixel(predicted_box, [&](int x, int y) {
     std::uint8_t& pixel = prediction_.data[static_cast<std::ptrdiff_t>(y) * prediction_.stride + x];
     const std::uint8_t shown = left_.data[static_cast<std::ptrdiff_t>(y) * left_.stride + x];

@@ -23,6 +23,8 @@ using ExpectedSighting = Eigen::Vector2f;
 
 /// A remembered point found again.
 struct RecognisedPoint {
+  std::uint16_t slot = 0;   ///< Of the feature that looks like it.
+  std::uint16_t point = 0;  ///< Its index in the memory.
   Eigen::Vector3f p_body = Eigen::Vector3f::Zero();
   Eigen::Vector2f left_px{0.F, 0.F};
   float v_px = 0.F;        ///< As Feature::v_px.

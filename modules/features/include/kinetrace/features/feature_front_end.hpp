@@ -89,7 +89,7 @@ class FeatureFrontEnd {
   void remember(std::span<const KnownPoint> points, AppearanceMemory& memory) const noexcept;
   /// Compares each live feature of a body with the remembered points expected within `reach_px` (columns, rows) of it,
   /// aligned and at the size that its disparity tells. `expected[i]` belongs to point i. Writes every likeness to
-  /// `found`, at most as many as it holds, and returns how many. Many will be wrong.
+  /// `found`, by feature, at most as many as it holds, and returns how many. Many will be wrong.
   [[nodiscard]] std::size_t recognise(const AppearanceMemory& memory, std::span<const ExpectedSighting> expected,
                                       const Eigen::Vector2f& reach_px, std::uint8_t body,
                                       std::span<RecognisedPoint> found) const noexcept;

@@ -35,7 +35,7 @@ struct TrackerCounters {
 /// than three features by their median displacement and the last known scale change; with none to where its forecast
 /// says, or without one by its last motion. Features of a track that is hidden, or has not been detected in two frames,
 /// have passed to what hides it: its mask goes where the forecast says. A mask that leaves the image, or of which a
-/// part is hidden, is kept whole and comes back whole.
+/// part is hidden, is kept whole, as large as many features show it to be, and comes back whole.
 /// Where predictions overlap, the one that has been seen to hide the other does so again (its detection lay where the
 /// other's mask was expected); before that the one with the larger disparity; without disparity a track counts as
 /// behind all others, and among those the lower edge of the box decides.
@@ -111,6 +111,10 @@ class StereoTracker {
   [[nodiscard]] bool may_claim(const TrackInstance& instance) const noexcept;
   /// What hides an object moves otherwise, and its features are taken for the object's.
   [[nodiscard]] bool flow_may_be_foreign(const TrackInstance& instance) const noexcept;
+  /// So many features, on what was last seen of a mask, show by how much it grows; of a whole one any do.
+  [[nodiscard]] static bool shows_size(const TrackInstance& instance, std::size_t features) noexcept;
+  /// Only how far the centre moves.
+  [[nodiscard]] static Similarity without_growth(const Similarity& motion, const Eigen::Vector2d& center_px) noexcept;
   /// How far the mask last moved, size and turn unchanged: what does not come from this frame must not add up.
   [[nodiscard]] static Similarity shift_of(TrackInstance& instance) noexcept;
   [[nodiscard]] Similarity predict_motion(TrackInstance& instance, std::span<const Feature> features);

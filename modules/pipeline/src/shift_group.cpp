@@ -1,0 +1,52 @@
+#include "shift_group.hpp"
+
+#include <algorithm>
+
+namespace kinetrace::pipeline {
+namespace {
+
+bool compete(const Likeness& a, const Likeness& b) {
+  return a.feature_slot == b.feature_slot || a.point == b.point;
+}
+
+ShiftGroup group_around(const Eigen::Vector3d& centre_m, std::span<const Likeness> likenesses, double radius_m) {
+  const auto off_m = [&](std::size_t i) { return (likenesses[i].shift_m - centre_m).norm(); };
+  ShiftGroup group;
+  for (std::size_t i = 0; i < likenesses.size(); ++i) {
+    if (off_m(i) > radius_m) {
+      continue;
+    }
+    const auto members = std::span(group.members).first(group.count);
+    const auto rival = [&](std::uint16_t k) { return compete(likenesses[k], likenesses[i]); };
+    if (std::any_of(members.begin(), members.end(),
+                    [&](std::uint16_t k) { return rival(k) && off_m(k) <= off_m(i); })) {
+      continue;
+    }
+    const auto rest = std::remove_if(members.begin(), members.end(), rival);
+    group.count = static_cast<std::size_t>(rest - members.begin());
+    group.members[group.count++] = static_cast<std::uint16_t>(i);
+  }
+  return group;
+}
+
+}  // namespace
+
+ShiftGroup largest_group(std::span<const Likeness> likenesses, double most_m, double radius_m) {
+  const std::span<const Likeness> heard = likenesses.first(std::min(likenesses.size(), ShiftGroup::kMaxMembers));
+  ShiftGroup largest;
+  for (const Likeness& centre : heard) {
+    if (centre.shift_m.norm() > most_m) {
+      continue;
+    }
+    const ShiftGroup group = group_around(centre.shift_m, heard, radius_m);
+    if (group.count > largest.count) {
+      largest = group;
+    }
+  }
+  for (std::size_t i = 0; i < largest.count; ++i) {
+    largest.shift_m += heard[largest.members[i]].shift_m / static_cast<double>(largest.count);
+  }
+  return largest;
+}
+
+}  // namespace kinetrace::pipeline

@@ -1,0 +1,125 @@
+#include "kept_paths.hpp"
+
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "kinetrace/core/arena.hpp"
+
+namespace kinetrace::pipeline {
+namespace {
+
+constexpr std::size_t kFrames = 12;
+constexpr std::uint32_t kTrack = 7;
+constexpr double kStep_s = 0.1;
+constexpr double kSpeed_mps = 8.0;
+
+Matrix6d covariance(double sigma_rad, double sigma_m) {
+  Vector6d variance;
+  variance << Eigen::Vector3d::Constant(sigma_rad * sigma_rad), Eigen::Vector3d::Constant(sigma_m * sigma_m);
+  return variance.asDiagonal();
+}
+
+Se3 truth(std::size_t frame) {
+  return {Eigen::Matrix3d::Identity(), {0.0, 0.0, kSpeed_mps * kStep_s * static_cast<double>(frame)}};
+}
+
+/// An object that stereo alone followed at first, and astray, and whose reconstruction began with frame `begins`.
+class KeptPathsTest : public ::testing::Test {
+ protected:
+  static constexpr std::size_t kBegins = 5;
+
+  void tell(FrameChange change, const Eigen::Vector3d& astray_m) {
+    for (std::size_t frame = 0; frame < kFrames; ++frame) {
+      KeptFrame& kept = ring_.push();
+      kept.timestamp_ns = static_cast<std::int64_t>(frame) * 100'000'000;
+      KeptObject& entry = kept.objects[kept.object_count++];
+      entry = {};
+      entry.result.track_id = kTrack;
+      entry.result.T_world_obj = truth(frame);
+      entry.result.T_obj_cam = truth(frame).inverse();
+      entry.result.covariance = covariance(0.01, 0.02);
+      if (frame < kBegins) {
+        entry.result.T_world_obj.translation += astray_m;
+        entry.result.covariance = covariance(1.0, 1.0);
+      }
+      entry.change = frame == kBegins ? change : FrameChange::kNone;
+    }
+  }
+
+  std::optional<PathEnd> smooth_all(std::size_t unsettled = kFrames) {
+    std::optional<PathEnd> newest;
+    for (std::size_t age = 0; age < unsettled; ++age) {
+      if (KeptPaths::ends_at(ring_, kTrack, age)) {
+        const std::optional<PathEnd> end = paths_.smooth(ring_, unsettled, kTrack, age, false);
+        newest = age == 0 ? end : newest;
+      }
+    }
+    return newest;
+  }
+
+  const ObjectResult& told(std::size_t frame) { return ring_.frame(kFrames - 1 - frame).find(kTrack)->result; }
+  double off_m(std::size_t frame) { return (told(frame).T_world_obj.translation - truth(frame).translation).norm(); }
+
+  Arena arena_{std::size_t{1} << 18};
+  ResultRing ring_{arena_, kFrames, 2};
+  KeptPaths paths_{trajectory::TrajectoryConfig{}, kFrames, arena_};
+};
+
+TEST_F(KeptPathsTest, LeadsWhatStereoAloneSawToWhereTheReconstructionBegins) {
+  tell(FrameChange::kRefined, {0.8, 0.0, -0.8});
+  smooth_all();
+  for (std::size_t frame = 0; frame < kBegins; ++frame) {
+    EXPECT_LT(off_m(frame), 0.2) << frame;
+  }
+}
+
+TEST_F(KeptPathsTest, LeavesThePathOfAnotherPointAlone) {
+  tell(FrameChange::kReplaced, {0.8, 0.0, -0.8});
+  smooth_all();
+  for (std::size_t frame = 0; frame < kBegins; ++frame) {
+    EXPECT_GT(off_m(frame), 1.0) << frame;
+  }
+}
+
+TEST_F(KeptPathsTest, LearnsNothingFromBeforeTheReconstruction) {
+  tell(FrameChange::kRefined, {3.0, 0.0, -30.0});
+  const std::optional<PathEnd> end = smooth_all();
+  ASSERT_TRUE(end);
+  EXPECT_NEAR(end->velocity.tail<3>().z(), kSpeed_mps, 1e-6);
+  EXPECT_LT((end->T_world_obj.translation - truth(kFrames - 1).translation).norm(), 1e-6);
+  EXPECT_LT(off_m(kBegins), 1e-6);
+}
+
+TEST_F(KeptPathsTest, ChangesNothingThatHasBeenGivenOut) {
+  tell(FrameChange::kRefined, {0.8, 0.0, -0.8});
+  smooth_all(kFrames - 2);
+  EXPECT_GT(off_m(1), 1.0);
+  EXPECT_LT(off_m(kBegins - 1), off_m(1));
+}
+
+TEST_F(KeptPathsTest, CorrectsFramesToldInAGuessedFrame) {
+  tell(FrameChange::kNone, Eigen::Vector3d::Zero());
+  const Se3 T_guessed_known{so3_exp({0.0, 0.1, 0.0}), {0.2, 0.0, -0.1}};
+  KeptPaths::correct(ring_, kFrames, kTrack, {T_guessed_known, 3});
+  for (std::size_t frame = 0; frame < kFrames; ++frame) {
+    const bool guessed = frame + 1 < kFrames && frame + 4 >= kFrames;
+    const Se3 expected = guessed ? truth(frame) * T_guessed_known : truth(frame);
+    const Se3 off = told(frame).T_obj_cam * expected;  // The camera stands at the world's origin.
+    EXPECT_LT(off.translation.norm() + so3_log(off.rotation).norm(), 1e-9) << frame;
+    EXPECT_EQ(ring_.frame(frame).find(kTrack)->change, FrameChange::kNone);
+  }
+}
+
+TEST_F(KeptPathsTest, CutsThePathWhereGuessedFramesHaveBeenGivenOut) {
+  tell(FrameChange::kNone, Eigen::Vector3d::Zero());
+  KeptPaths::correct(ring_, 4, kTrack, {Se3{Eigen::Matrix3d::Identity(), {0.2, 0.0, 0.0}}, 6});
+  for (std::size_t age = 0; age < kFrames; ++age) {
+    const bool oldest_corrected = age == 3;
+    EXPECT_EQ(ring_.frame(age).find(kTrack)->change, oldest_corrected ? FrameChange::kReplaced : FrameChange::kNone);
+  }
+  EXPECT_EQ(told(kFrames - 5).T_obj_cam.translation, truth(kFrames - 5).inverse().translation);
+}
+
+}  // namespace
+}  // namespace kinetrace::pipeline

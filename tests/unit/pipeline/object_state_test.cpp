@@ -1,0 +1,173 @@
+// One object slot fed with exact features: no images.
+#include "object_state.hpp"
+
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "street_drive.hpp"
+
+namespace kinetrace::pipeline {
+namespace {
+
+constexpr std::uint8_t kSlot = 0;
+constexpr std::uint8_t kLabel = kSlot + 1;
+constexpr std::int64_t kFrame_ns = 100'000'000;
+
+Arena arena_for(const PipelineConfig& config, const StereoGeometry& geometry) {
+  return Arena(2 * ObjectState::required_bytes(config) +
+               features::FeatureFrontEnd::required_bytes(config.features, geometry.width_px, geometry.height_px));
+}
+
+class ObjectStateTest : public ::testing::Test {
+ protected:
+  ObjectStateTest()
+      : config_(test::small_config()),
+        geometry_(test::small_rig()),
+        arena_(arena_for(config_, geometry_)),
+        front_end_(features::FeatureFrontEnd::create(config_.features, geometry_.width_px, geometry_.height_px, arena_)
+                       .value()),
+        object_(ObjectState::create(config_, geometry_, arena_).value()),
+        other_(ObjectState::create(config_, geometry_, arena_).value()) {
+    camera_.valid = true;
+    camera_.covariance = 1e-8 * Matrix6d::Identity();
+  }
+
+  static Track track(const PixelBox& box_px, int missed_frames = 0, std::uint32_t id = 1) {
+    Track track;
+    track.id = id;
+    track.slot = kSlot;
+    track.class_id = kVehicleClass;
+    track.state = missed_frames > 0 ? TrackState::kPropagated : TrackState::kConfirmed;
+    track.missed_frames = missed_frames;
+    track.box_px = missed_frames > 0 ? PixelBox{} : box_px;
+    track.area_px = track.box_px.width() * track.box_px.height();
+    return track;
+  }
+
+  void observe(ObjectState& object, const Track& seen, std::vector<Feature> features = {}) {
+    time_ns_ += kFrame_ns;
+    object.observe(seen, {.frame_index = 0, .timestamp_ns = time_ns_, .features = features}, {}, camera_, front_end_);
+    object.conclude({}, camera_);
+  }
+
+  /// A grid of features on a front of 1.6 m by 1.2 m around `middle_m`, in the camera's frame.
+  std::vector<Feature> front(const Eigen::Vector3d& middle_m) const {
+    std::vector<Feature> features;
+    for (int row = 0; row < 4; ++row) {
+      for (int column = 0; column < 5; ++column) {
+        const Eigen::Vector3d p = middle_m + Eigen::Vector3d(0.4 * column - 0.8, 0.4 * row - 0.6, 0.1 * (row % 2));
+        const Eigen::Vector3d uvr_px = geometry_.project(p);
+        Feature feature;
+        feature.slot = static_cast<std::uint16_t>(features.size());
+        feature.id = feature.slot + 1U;
+        feature.body = kLabel;
+        feature.age_frames = 1;
+        feature.left_px = uvr_px.head<2>().cast<float>();
+        feature.v_px = feature.left_px.y();
+        feature.u_right_px = static_cast<float>(uvr_px.z());
+        features.push_back(feature);
+      }
+    }
+    return features;
+  }
+
+  PixelBox box_of(const std::vector<Feature>& features) const {
+    PixelBox box;
+    for (const Feature& feature : features) {
+      box.include(static_cast<int>(std::lround(feature.left_px.x())),
+                  static_cast<int>(std::lround(feature.left_px.y())));
+    }
+    return box;
+  }
+
+  PipelineConfig config_;
+  StereoGeometry geometry_;
+  Arena arena_;
+  features::FeatureFrontEnd front_end_;
+  ObjectState object_;
+  ObjectState other_;
+  CameraState camera_;
+  std::int64_t time_ns_ = 0;
+};
+
+TEST_F(ObjectStateTest, WaitsInItsDirectionWhileItHasNoPlace) {
+  const PixelBox box{60, 40, 68, 46};
+  object_.begin(track(box));
+  observe(object_, track(box));
+  const tracking::Forecast forecast = object_.forecast(time_ns_, camera_.T_world_cam);
+  EXPECT_TRUE(forecast.known && forecast.direction_only);
+  EXPECT_LT((forecast.point_px - Eigen::Vector2d(63.5, 42.5)).norm(), 1e-6);
+  EXPECT_FALSE(object_.may_be_seen_in(box, kVehicleClass, camera_)) << "in sight";
+
+  for (int missed = 1; missed <= 4; ++missed) {
+    EXPECT_FALSE(object_.may_be_seen_in(box, kVehicleClass, camera_)) << missed;
+    observe(object_, track(box, missed));
+  }
+  EXPECT_TRUE(object_.may_be_seen_in(box, kVehicleClass, camera_));
+  EXPECT_FALSE(object_.may_be_seen_in(box, kPedestrianClass, camera_));
+  EXPECT_TRUE(object_.may_be_seen_in({74, 40, 80, 46}, kVehicleClass, camera_)) << "within reach";
+  EXPECT_FALSE(object_.may_be_seen_in({90, 40, 96, 46}, kVehicleClass, camera_)) << "too far";
+}
+
+TEST_F(ObjectStateTest, TurnsTheDirectionWithTheCamera) {
+  const PixelBox box{60, 40, 68, 46};
+  object_.begin(track(box));
+  observe(object_, track(box));
+  const Se3 turned{so3_exp({0.0, 0.1, 0.0}), Eigen::Vector3d::Zero()};
+  const tracking::Forecast forecast = object_.forecast(time_ns_, turned);
+  EXPECT_LT(forecast.point_px.x(), 63.5 - 0.09 * geometry_.fx_px);
+}
+
+TEST_F(ObjectStateTest, HandsItsNameAndItsBoxOver) {
+  const Eigen::Vector3d middle_m(0.3, 0.2, 6.0);
+  const std::vector<Feature> features = front(middle_m);
+  object_.begin(track(box_of(features)));
+  for (int frame = 0; frame < 12; ++frame) {
+    observe(object_, track(box_of(features)), features);
+  }
+  ASSERT_EQ(object_.status(), BodyStatus::kTracked);
+  ObjectResult before;
+  object_.report(before);
+  object_.describe_motion(0, before);
+  ASSERT_GT(before.box.size_m.x(), 1.0);
+
+  Track reborn = track(box_of(features), 0, 2);
+  other_.begin(reborn);
+  other_.continue_from(object_, middle_m);
+  EXPECT_EQ(other_.track().id, 1U);
+  EXPECT_TRUE(other_.placed());
+  ObjectResult after;
+  other_.report(after);
+  other_.describe_motion(0, after);
+  EXPECT_EQ(after.box.size_m, before.box.size_m);
+}
+
+TEST_F(ObjectStateTest, GoesOnAsItWentWhereItsLastPosesAreTooUnsureToShowIt) {
+  // So slow and far that half a second does not show it to move, but a second does.
+  const Eigen::Vector3d velocity_mps(0.0, 0.0, 0.8);
+  const Vector6d velocity = (Vector6d() << Eigen::Vector3d::Zero(), velocity_mps).finished();
+  ObjectResult told;
+  for (int frame = 0; frame < 14; ++frame) {
+    const std::vector<Feature> features = front(Eigen::Vector3d(0.2, 0.2, 20.0) + 0.1 * frame * velocity_mps);
+    const Track seen = track(box_of(features));
+    if (frame == 0) {
+      object_.begin(seen);
+    }
+    observe(object_, seen, features);
+    object_.report(told);
+    object_.learn_motion(told.T_world_obj, velocity);
+  }
+  ASSERT_EQ(told.status, BodyStatus::kTracked);
+  for (int missed = 1; missed <= 4; ++missed) {
+    observe(object_, track({}, missed));
+  }
+  ObjectResult gone_on;
+  object_.report(gone_on);
+  EXPECT_NEAR(gone_on.T_world_obj.translation.z() - told.T_world_obj.translation.z(), 0.4 * velocity_mps.z(), 0.05);
+}
+
+}  // namespace
+}  // namespace kinetrace::pipeline

@@ -1,0 +1,68 @@
+// What a half hidden thing is remembered to be: no more than it was.
+#include <array>
+
+#include <gtest/gtest.h>
+
+#include "mask_scene.hpp"
+
+namespace kinetrace::tracking {
+namespace {
+
+constexpr Shape kWall{.x = 300.0, .y = 120.0, .half_width = 100.0, .half_height = 30.0, .disparity_px = 20.0};
+constexpr Shape kFarCar{.x = 300.0, .y = 88.0, .half_width = 16.0, .half_height = 12.0, .disparity_px = 4.0};
+constexpr double kVisiblePart = 0.5;  // Of the car, above the wall.
+
+/// Sees the car whole, above the wall, then half behind it for `frames`.
+float visible_part_after(TrackerScene& scene, int frames) {
+  Shape above = kFarCar;
+  above.y -= 30.0;
+  for (int i = 0; i < 16; ++i) {
+    above.y += 2.0;
+    scene.step(std::array{kWall, above});
+  }
+  for (int i = 0; i <= frames; ++i) {
+    scene.step(std::array{kWall, kFarCar});
+  }
+  return scene.track_of(1) == nullptr ? 0.F : scene.track_of(1)->visible_part;
+}
+
+TEST(HiddenMask, NeitherGrowsNorShrinksByTheNoiseOfFewFeatures) {
+  for (const int features : {3, 4}) {
+    TrackerScene scene({}, features);
+    scene.feature_noise_px = 0.5;
+    const float visible = visible_part_after(scene, 90);
+    EXPECT_EQ(scene.track_of(1)->id, 2U);
+    EXPECT_NEAR(visible, kVisiblePart, 0.12) << features;
+  }
+}
+
+TEST(HiddenMask, SlidesAlongWhereItIsPredictedBesideWhatIsSeen) {
+  TrackerScene scene({}, 1);
+  scene.feature_noise_px = 1.0;
+  const float visible = visible_part_after(scene, 90);
+  EXPECT_EQ(scene.track_of(1)->id, 2U);
+  EXPECT_GT(visible, 0.8 * kVisiblePart);
+}
+
+TEST(HiddenMask, GrowsWithWhatManyFeaturesShow) {
+  TrackerScene scene({}, 24);
+  Shape wall = kWall;
+  wall.x = 320.0;
+  wall.y = 120.0;
+  Shape car{.x = 320.0, .y = 90.0, .half_width = 40.0, .half_height = 30.0, .disparity_px = 5.0};
+  scene.step(std::array{wall, car});
+  for (int i = 0; i < 20; ++i) {
+    for (Shape* shape : {&wall, &car}) {
+      shape->half_width *= 1.02;
+      shape->half_height *= 1.02;
+      shape->y = 120.0 + 1.02 * (shape->y - 120.0);
+    }
+    scene.step(std::array{wall, car});
+  }
+  ASSERT_NE(scene.track_of(1), nullptr);
+  EXPECT_EQ(scene.track_of(1)->id, 2U);
+  EXPECT_GT(scene.left_iou(*scene.track_of(1), 1), 0.9);
+}
+
+}  // namespace
+}  // namespace kinetrace::tracking
