@@ -17,7 +17,6 @@ if(KINETRACE_CCACHE)
 endif()
 
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
-find_package(tl-expected REQUIRED)
 
 # Warnings are for our targets; dependencies are SYSTEM.
 add_library(kinetrace_options INTERFACE)

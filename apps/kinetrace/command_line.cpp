@@ -343,8 +343,7 @@ Outcome<PlanOptions> with_size(PlanOptions options, const std::string& size) {
   const int fields = std::sscanf(size.c_str(), "%5dx%5d%c", &options.width_px, &options.height_px, &rest);
   if (fields != 2 || options.width_px < 64 || options.height_px < 64 || options.width_px > 8192 ||
       options.height_px > 8192) {
-    return tl::unexpected(
-        Failure{ExitCode::kUsage, "--size " + size + ": expected WIDTHxHEIGHT, 64 to 8192 pixels each"});
+    return Unexpected(Failure{ExitCode::kUsage, "--size " + size + ": expected WIDTHxHEIGHT, 64 to 8192 pixels each"});
   }
   return options;
 }
@@ -394,7 +393,7 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
       app.exit(error);
       return NothingToDo{};
     }
-    return tl::unexpected(Failure{ExitCode::kUsage, std::string(error.what()) + "; see kinetrace --help"});
+    return Unexpected(Failure{ExitCode::kUsage, std::string(error.what()) + "; see kinetrace --help"});
   }
   if (app.got_subcommand("run")) {
     run.out = out;

@@ -42,7 +42,7 @@ class MaskFrames {
 
  private:
   [[nodiscard]] Status paint(const MaskRow& row);
-  [[nodiscard]] tl::unexpected<Error> damaged(const MaskRow& row, const std::string& reason, ErrorCode code) const;
+  [[nodiscard]] Unexpected<Error> damaged(const MaskRow& row, const std::string& reason, ErrorCode code) const;
 
   std::filesystem::path path_;
   std::vector<MaskRow> rows_;  ///< By frame.
