@@ -121,10 +121,9 @@ std::string completion_branch(const CLI::App& command, const std::string& words)
     }
     for (const std::string& name : option->get_lnames()) {
       names.push_back("--" + name);
-      if (!known.empty()) {
-        values += "    '" + words + " --" + name + "') words='" + CLI::detail::join(known, " ") + "' ;;\n";
-      } else if (takes_value(*option)) {
-        values += "    '" + words + " --" + name + "') words= ;;\n";
+      if (!known.empty() || takes_value(*option)) {
+        values.append("    '").append(words).append(" --").append(name).append("') words='");
+        values.append(CLI::detail::join(known, " ")).append("' ;;\n");
       }
     }
   }
@@ -150,7 +149,7 @@ std::string command_names(const CLI::App& command) {
 }  // namespace
 
 std::string manual_page(const CLI::App& program) {
-  const std::string name = program.get_name();
+  const std::string& name = program.get_name();
   const std::vector<const CLI::App*> commands = commands_of(program);
   std::string text = ".TH " + upper(name) + " 1 \"\" \"" + escaped(program.version()) + "\" \"User Commands\"\n";
   text += ".SH NAME\n" + escaped(name) + " \\- " + escaped(program.get_description()) + "\n";
