@@ -3,7 +3,14 @@ set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+# What shared libraries show is marked KINETRACE_API, see modules/core/include/kinetrace/core/export.hpp.
+set(CMAKE_C_VISIBILITY_PRESET hidden)
+set(CMAKE_CXX_VISIBILITY_PRESET hidden)
+set(CMAKE_VISIBILITY_INLINES_HIDDEN ON)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+# Boards carry no function that nobody calls, and no library of which nothing is used.
+add_compile_options(-ffunction-sections -fdata-sections)
+add_link_options(-Wl,--gc-sections -Wl,--as-needed)
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release)
 endif()
@@ -17,7 +24,6 @@ if(KINETRACE_CCACHE)
 endif()
 
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
-find_package(tl-expected REQUIRED)
 
 # Warnings are for our targets; dependencies are SYSTEM.
 add_library(kinetrace_options INTERFACE)

@@ -28,17 +28,17 @@ Result<AppConfig> load_config(const ConfigSource& source, const std::string& seg
   const ConfigFields fields = fields_of(config);
   if (!source.board.empty()) {
     if (const Status status = apply_board(source.board, fields); !status) {
-      return tl::unexpected(status.error());
+      return Unexpected(status.error());
     }
   }
   if (!source.file.empty()) {
     if (const Status status = read_config_file(source.file, fields); !status) {
-      return tl::unexpected(status.error());
+      return Unexpected(status.error());
     }
   }
   for (const std::string& setting : source.settings) {
     if (const Status status = apply_setting(setting, fields); !status) {
-      return tl::unexpected(status.error());
+      return Unexpected(status.error());
     }
   }
   if (!segmentation.empty()) {
@@ -51,7 +51,7 @@ Result<AppConfig> load_config(const ConfigSource& source, const std::string& seg
     config.pipeline.segmentation.right_dir = choice->right_dir;
   }
   if (const Status status = config.validate(); !status) {
-    return tl::unexpected(status.error());
+    return Unexpected(status.error());
   }
   return config;
 }

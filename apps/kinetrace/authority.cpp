@@ -21,7 +21,7 @@ struct FreeBio {
 };
 using Bio = std::unique_ptr<BIO, FreeBio>;
 
-tl::unexpected<Error> refused(std::string_view what) {
+Unexpected<Error> refused(std::string_view what) {
   const unsigned long code = ERR_get_error();
   const char* reason = code == 0 ? nullptr : ERR_reason_error_string(code);
   return fail(ErrorCode::kInternal,

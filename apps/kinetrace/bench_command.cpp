@@ -40,7 +40,7 @@ Outcome<BenchReport> measure(const BenchOptions& options) {
   }
   const Outcome<CameraSetup> setup = camera_setup(options.source);
   if (!setup) {
-    return tl::unexpected(setup.error());
+    return Unexpected(setup.error());
   }
   const auto geometry = hal::Rectifier::rectified_geometry(setup->calibration, config->rectification);
   if (!geometry) {
@@ -72,7 +72,7 @@ Outcome<void> write(const BenchReport& report, const std::filesystem::path& path
   file << bench_json(report);
   file.close();
   if (!file) {
-    return tl::unexpected(Failure{ExitCode::kIo, path.string() + " cannot be written"});
+    return Unexpected(Failure{ExitCode::kIo, path.string() + " cannot be written"});
   }
   return {};
 }

@@ -46,7 +46,7 @@ Status check(const CameraConfig& config) {
   }
   if (config.source == CameraKind::kFiles) {
     const Result<hal::DatasetSpec> dataset = config.dataset();
-    return dataset ? check_range("files.loop", config.loop, 1, kMaxLoop) : tl::unexpected(dataset.error());
+    return dataset ? check_range("files.loop", config.loop, 1, kMaxLoop) : Unexpected(dataset.error());
   }
   if (config.calibration.empty()) {
     return fail(ErrorCode::kInvalidConfig, "calibration is missing; name the file with the rig's calibration");
@@ -99,7 +99,7 @@ Result<hal::DatasetSpec> CameraConfig::dataset() const {
 Result<CameraConfig> load_camera_config(const std::filesystem::path& path) {
   CameraConfig config;
   if (const Status read = read_config_file(path, fields_of(config)); !read) {
-    return tl::unexpected(read.error());
+    return Unexpected(read.error());
   }
   config.calibration = relative_to(path, config.calibration);
   config.path = relative_to(path, config.path);

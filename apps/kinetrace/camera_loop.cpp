@@ -64,7 +64,7 @@ class Player {
       wait_for_camera(error);
       return {};
     }
-    return tl::unexpected(error);
+    return Unexpected(error);
   }
 
   void wait_for_camera(const Error& loss) {

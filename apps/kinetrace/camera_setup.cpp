@@ -17,7 +17,7 @@ int eye_width_px(const hal::LiveCameraConfig& live) {
 Outcome<hal::DatasetSpec> dataset_spec(const SourceOptions& options) {
   const std::size_t colon = options.dataset.find(':');
   if (colon == std::string::npos || colon + 1 == options.dataset.size()) {
-    return tl::unexpected(Failure{
+    return Unexpected(Failure{
         ExitCode::kUsage, "--dataset " + options.dataset + ": expected LAYOUT:PATH, for example kitti-raw:data/drive"});
   }
   const auto layout = hal::parse_layout(options.dataset.substr(0, colon));
@@ -45,7 +45,7 @@ Outcome<CameraSetup> recorded(const hal::DatasetSpec& spec) {
 Outcome<CameraSetup> from_dataset(const SourceOptions& options) {
   const Outcome<hal::DatasetSpec> spec = dataset_spec(options);
   if (!spec) {
-    return tl::unexpected(spec.error());
+    return Unexpected(spec.error());
   }
   Outcome<CameraSetup> setup = recorded(*spec);
   if (setup) {
@@ -154,13 +154,13 @@ Result<GuardedCamera> CameraSetup::make(Arena& arena) const {
   if (dataset) {
     auto file = hal::FileStereoCamera::create(*dataset, {.passes = passes}, arena);
     if (!file) {
-      return tl::unexpected(file.error());
+      return Unexpected(file.error());
     }
     take(file, made.file);
   } else {
     auto devices = hal::LiveStereoCamera::create(*live, arena);
     if (!devices) {
-      return tl::unexpected(devices.error());
+      return Unexpected(devices.error());
     }
     take(devices, made.live);
   }
@@ -168,7 +168,7 @@ Result<GuardedCamera> CameraSetup::make(Arena& arena) const {
     auto faulty = hal::FaultInjector::create(std::move(camera), faults, calibration.raw_width_px(),
                                              calibration.raw_height_px(), arena);
     if (!faulty) {
-      return tl::unexpected(faulty.error());
+      return Unexpected(faulty.error());
     }
     camera = std::move(*faulty);
   }

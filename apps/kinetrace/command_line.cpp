@@ -4,6 +4,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "command_reference.hpp"
+
 namespace kinetrace::app {
 namespace {
 
@@ -327,6 +329,13 @@ void add_masks(CLI::App& app, MaskOptions& options, std::string& folders) {
   masks.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
 }
 
+void add_reference(CLI::App& app, std::string& form) {
+  CLI::App& reference = *app.add_subcommand("reference", "Prints this command line as a manual page or for bash");
+  reference.add_option("FORM", form, "man: a page for man(1); bash: completion, source <(kinetrace reference bash)")
+      ->required()
+      ->check(CLI::IsMember({"man", "bash"}));
+}
+
 MaskOptions with_folders(MaskOptions options, const std::string& folders) {
   const std::size_t comma = folders.find(',');
   options.left_dir = folders.substr(0, comma);
@@ -343,8 +352,7 @@ Outcome<PlanOptions> with_size(PlanOptions options, const std::string& size) {
   const int fields = std::sscanf(size.c_str(), "%5dx%5d%c", &options.width_px, &options.height_px, &rest);
   if (fields != 2 || options.width_px < 64 || options.height_px < 64 || options.width_px > 8192 ||
       options.height_px > 8192) {
-    return tl::unexpected(
-        Failure{ExitCode::kUsage, "--size " + size + ": expected WIDTHxHEIGHT, 64 to 8192 pixels each"});
+    return Unexpected(Failure{ExitCode::kUsage, "--size " + size + ": expected WIDTHxHEIGHT, 64 to 8192 pixels each"});
   }
   return options;
 }
@@ -353,7 +361,8 @@ Outcome<PlanOptions> with_size(PlanOptions options, const std::string& size) {
 
 Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   CLI::App app(
-      "Kinetrace: a stereo camera or recording in, metric 3-D trajectories of the camera and of every object out.");
+      "Kinetrace: a stereo camera or recording in, metric 3-D trajectories of the camera and of every object out.",
+      "kinetrace");
   app.set_version_flag("--version", std::string("kinetrace ") + KINETRACE_VERSION);
   app.require_subcommand(1);
   app.footer(kFooter);
@@ -375,6 +384,7 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   std::string folders;
   std::string raw_out;
   std::string size;
+  std::string form;
   add_run(app, run, out, raw_out);
   add_record(app, record, raw_out);
   add_doctor(app, doctor);
@@ -387,6 +397,7 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   add_keys(app, keys);
   add_monitor(app, monitor, recording);
   add_masks(app, masks, folders);
+  add_reference(app, form);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -394,7 +405,7 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
       app.exit(error);
       return NothingToDo{};
     }
-    return tl::unexpected(Failure{ExitCode::kUsage, std::string(error.what()) + "; see kinetrace --help"});
+    return Unexpected(Failure{ExitCode::kUsage, std::string(error.what()) + "; see kinetrace --help"});
   }
   if (app.got_subcommand("run")) {
     run.out = out;
@@ -427,6 +438,10 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   }
   if (app.got_subcommand("masks")) {
     return with_folders(masks, folders);
+  }
+  if (app.got_subcommand("reference")) {
+    std::fputs((form == "man" ? manual_page(app) : bash_completion(app)).c_str(), stdout);
+    return NothingToDo{};
   }
   if (app.got_subcommand("figure")) {
     return figure;

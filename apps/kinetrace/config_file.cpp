@@ -129,7 +129,7 @@ Status read_config_text(const std::string& name, std::string_view text, const Co
 
 Status read_config_file(const std::filesystem::path& path, const ConfigFields& fields) {
   const Result<std::string> text = read_text(path);
-  return text ? read_config_text(path.string(), *text, fields) : Status(tl::unexpected(text.error()));
+  return text ? read_config_text(path.string(), *text, fields) : Status(Unexpected(text.error()));
 }
 
 Status apply_setting(std::string_view setting, const ConfigFields& fields) {

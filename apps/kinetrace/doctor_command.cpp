@@ -102,12 +102,12 @@ Status watch(const CameraSetup& setup, const GuardedCamera& camera, const Doctor
              const AppConfig& config, Arena& arena, Watched& watched) {
   auto rectifier = hal::Rectifier::create(setup.calibration, config.rectification, arena);
   if (!rectifier) {
-    return tl::unexpected(rectifier.error());
+    return Unexpected(rectifier.error());
   }
   const StereoGeometry& geometry = rectifier->geometry();
   auto monitor = hal::SyncMonitor::create(kMonitor, geometry.width_px, geometry.height_px, arena);
   if (!monitor) {
-    return tl::unexpected(monitor.error());
+    return Unexpected(monitor.error());
   }
   HealthMonitor health;
   Progress progress(false, std::nullopt);
@@ -116,7 +116,7 @@ Status watch(const CameraSetup& setup, const GuardedCamera& camera, const Doctor
     watched.add(frame.timestamp_ns);
     const Result<RectifiedPair> pair = rectifier->process(frame);
     if (!pair) {
-      return tl::unexpected(pair.error());
+      return Unexpected(pair.error());
     }
     if (monitor->process(*pair)) {
       watched.pairing = monitor->report();

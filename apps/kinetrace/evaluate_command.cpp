@@ -23,7 +23,7 @@ Result<std::vector<evaluation::Condition>> parse_conditions(const std::vector<st
   for (const std::string& text : texts) {
     Result<evaluation::Condition> condition = evaluation::parse_condition(text);
     if (!condition) {
-      return tl::unexpected(condition.error());
+      return Unexpected(condition.error());
     }
     conditions.push_back(std::move(*condition));
   }
@@ -75,7 +75,7 @@ Result<evaluation::TruthSource> truth_source(const EvaluateOptions& options, con
   if (const fs::path body_camera = find_body_camera(options); !body_camera.empty()) {
     const Result<Se3> T_body_cam = read_body_camera(body_camera);
     if (!T_body_cam) {
-      return tl::unexpected(T_body_cam.error());
+      return Unexpected(T_body_cam.error());
     }
     source.T_body_cam = *T_body_cam;
   }
@@ -98,20 +98,20 @@ std::optional<evaluation::Association> wanted_association(const std::string& nam
 Result<Evaluation> evaluate(const EvaluateOptions& options) {
   const Result<recording::Run> run = recording::read_run(options.run);
   if (!run) {
-    return tl::unexpected(run.error());
+    return Unexpected(run.error());
   }
   const Result<evaluation::TruthSource> source = truth_source(options, *run);
   if (!source) {
-    return tl::unexpected(source.error());
+    return Unexpected(source.error());
   }
   const Result<evaluation::Truth> truth = evaluation::read_truth(*source);
   if (!truth) {
-    return tl::unexpected(truth.error());
+    return Unexpected(truth.error());
   }
   Result<EvaluationInput> input =
       match_up(*run, *truth, source->time_tolerance_ns, wanted_association(options.association), kGate_m);
   if (!input) {
-    return tl::unexpected(input.error());
+    return Unexpected(input.error());
   }
   Evaluation evaluation;
   evaluation.run = options.run.string();

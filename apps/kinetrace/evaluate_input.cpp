@@ -56,7 +56,7 @@ class Matcher {
   Result<ObjectFrame> match(RunFrame run_frame, const Se3& T_world_cam_true, Association association) {
     const Result<recording::MaskFrame> run_masks = run_masks_.at(run_frame.frame);
     if (!run_masks) {
-      return tl::unexpected(run_masks.error());
+      return Unexpected(run_masks.error());
     }
     for (const recording::FrameMask& mask : run_masks->masks) {
       run_frame.tracks.try_emplace(mask.track_id, nullptr);
@@ -65,7 +65,7 @@ class Matcher {
     switch (association) {
       case Association::kMasks:
         if (const Status compared = compare_masks(*run_masks, run_frame, frame); !compared) {
-          return tl::unexpected(compared.error());
+          return Unexpected(compared.error());
         }
         break;
       case Association::kBoxes:
@@ -127,7 +127,7 @@ class Matcher {
     }
     const Result<evaluation::MotsImage> image = images_.read(*path);
     if (!image) {
-      return tl::unexpected(image.error());
+      return Unexpected(image.error());
     }
     std::vector<MaskInstance> tracks;
     for (const recording::FrameMask& mask : run_masks.masks) {
@@ -210,12 +210,12 @@ Result<EvaluationInput> match_up(const recording::Run& run, const evaluation::Tr
   }
   const Result<Association> chosen = best_association(truth, run, association);
   if (!chosen) {
-    return tl::unexpected(chosen.error());
+    return Unexpected(chosen.error());
   }
   input.association = *chosen;
   Result<recording::MaskFrames> masks = recording::MaskFrames::open(run.directory);
   if (!masks) {
-    return tl::unexpected(masks.error());
+    return Unexpected(masks.error());
   }
   const evaluation::PosePair& first = input.camera.front();
   Matcher matcher(truth, std::move(*masks), first.T_world_cam * first.T_world_cam_true.inverse(), gate_m);
@@ -227,7 +227,7 @@ Result<EvaluationInput> match_up(const recording::Run& run, const evaluation::Tr
     run_frames[pair.frame].frame = pair.frame;
     Result<ObjectFrame> frame = matcher.match(run_frames[pair.frame], pair.T_world_cam_true, *chosen);
     if (!frame) {
-      return tl::unexpected(frame.error());
+      return Unexpected(frame.error());
     }
     input.objects.push_back(std::move(*frame));
   }

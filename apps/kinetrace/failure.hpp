@@ -15,15 +15,15 @@ struct Failure {
 };
 
 template <typename T>
-using Outcome = tl::expected<T, Failure>;
+using Outcome = Expected<T, Failure>;
 
 [[nodiscard]] inline Failure to_failure(Error error) {
   return {exit_code(error.code), std::move(error.message)};
 }
 
 /// `return failure(result.error())` from any function that returns an Outcome.
-[[nodiscard]] inline tl::unexpected<Failure> failure(Error error) {
-  return tl::unexpected(to_failure(std::move(error)));
+[[nodiscard]] inline Unexpected<Failure> failure(Error error) {
+  return Unexpected(to_failure(std::move(error)));
 }
 
 }  // namespace kinetrace::app

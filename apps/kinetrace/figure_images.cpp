@@ -41,7 +41,7 @@ Result<hal::Dataset> open_recording(const RecordedAs& source) {
   }
   const auto layout = hal::parse_layout(source.dataset.substr(0, colon));
   if (!layout) {
-    return tl::unexpected(layout.error());
+    return Unexpected(layout.error());
   }
   hal::DatasetSpec spec;
   spec.layout = *layout;
@@ -80,12 +80,12 @@ Status take_storage(const hal::Dataset& dataset, const hal::RectifierConfig& rec
                                   hal::Rectifier::required_bytes(dataset.calibration, rectification) + kRounding);
   auto reader = imaging::ImageReader::create(reading, *arena);
   if (!reader) {
-    return tl::unexpected(reader.error());
+    return Unexpected(reader.error());
   }
   storage.raw = take_image<std::uint8_t>(*arena, width, height);
   auto rectifier = hal::Rectifier::create(dataset.calibration, rectification, *arena);
   if (!rectifier) {
-    return tl::unexpected(rectifier.error());
+    return Unexpected(rectifier.error());
   }
   storage.reader.emplace(std::move(*reader));
   storage.rectifier = *rectifier;
@@ -120,19 +120,19 @@ RecordedImages::RecordedImages(hal::Dataset dataset, std::unique_ptr<Arena> aren
 Result<RecordedImages> RecordedImages::open(const std::filesystem::path& run_directory, const std::string& moved_to) {
   Result<RecordedAs> recorded = read_source(run_directory / "run.json");
   if (!recorded) {
-    return tl::unexpected(recorded.error());
+    return Unexpected(recorded.error());
   }
   if (!moved_to.empty()) {
     recorded->dataset = moved_to;
   }
   Result<hal::Dataset> dataset = open_recording(*recorded);
   if (!dataset) {
-    return tl::unexpected(dataset.error());
+    return Unexpected(dataset.error());
   }
   Storage storage;
   std::unique_ptr<Arena> arena;
   if (const Status taken = take_storage(*dataset, recorded->rectification, storage, arena); !taken) {
-    return tl::unexpected(taken.error());
+    return Unexpected(taken.error());
   }
   return RecordedImages(std::move(*dataset), std::move(arena), std::move(*storage.reader), storage.raw,
                         *storage.rectifier);
@@ -151,12 +151,12 @@ Result<GrayView> RecordedImages::left(std::int64_t frame) {
   }
   const std::string path = folder.folder + "/" + name + folder.suffix;
   if (const Status read = reader_.read_gray(path.c_str(), raw_); !read) {
-    return tl::unexpected(read.error());
+    return Unexpected(read.error());
   }
   // The rectifier takes pairs; the right one is not used.
   const Result<RectifiedPair> pair = rectifier_.process({frame, 0, name, raw_, raw_});
   if (!pair) {
-    return tl::unexpected(pair.error());
+    return Unexpected(pair.error());
   }
   return pair->left;
 }

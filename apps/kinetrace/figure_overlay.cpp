@@ -195,16 +195,16 @@ Result<std::int64_t> write_overlay(const FigureRun& run, RecordedImages& images,
     }
     const Result<GrayView> image = images.left(camera.frame);
     if (!image) {
-      return tl::unexpected(image.error());
+      return Unexpected(image.error());
     }
     const Result<recording::MaskFrame> labels = masks.at(camera.frame);
     if (!labels) {
-      return tl::unexpected(labels.error());
+      return Unexpected(labels.error());
     }
     const std::vector<TrackMask> parts = separate(*labels);
     const Canvas canvas = draw_overlay(run, camera.frame, *image, images.geometry(), parts);
     if (const Status saved = canvas.write_png(directory / (stem + ".png"), imaging::PngEffort::kFast); !saved) {
-      return tl::unexpected(saved.error());
+      return Unexpected(saved.error());
     }
     ++written;
     if (!progress(written, static_cast<int>(parts.size()))) {

@@ -48,7 +48,7 @@ int bytes_of(std::string_view type) {
   return type == "double" || type == "float64" ? 8 : 0;
 }
 
-tl::unexpected<Error> damaged(const std::filesystem::path& path, const std::string& reason) {
+Unexpected<Error> damaged(const std::filesystem::path& path, const std::string& reason) {
   return fail(ErrorCode::kBadFormat, path.string() + ": " + reason + "; expected a point cloud of a run folder");
 }
 
@@ -116,7 +116,7 @@ Result<Cloud> read_cloud(const std::filesystem::path& path, std::size_t most) {
   }
   const Result<VertexLayout> layout = read_header(file, path);
   if (!layout) {
-    return tl::unexpected(layout.error());
+    return Unexpected(layout.error());
   }
   const std::streamoff begin = file.tellg();
   file.seekg(0, std::ios::end);

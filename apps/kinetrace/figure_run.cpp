@@ -21,7 +21,7 @@ bool is_moving(const TrackRows& track) {
 Result<FigureRun> FigureRun::open(const std::filesystem::path& directory) {
   Result<recording::Run> run = recording::read_run(directory);
   if (!run) {
-    return tl::unexpected(run.error());
+    return Unexpected(run.error());
   }
   return from(std::move(*run));
 }

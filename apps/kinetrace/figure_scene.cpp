@@ -111,12 +111,12 @@ std::vector<TrackMask> separate(const recording::MaskFrame& frame) {
 Result<Scene> make_scene(const FigureRun& run, const SceneChoice& choice, RecordedImages* images,
                          const std::string& image_problem, recording::MaskFrames& masks) {
   if (const Status valid = check(run, choice); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   const std::filesystem::path& directory = run.run().directory;
   const Result<recording::MaskFrame> any_frame = masks.at(run.first_frame());
   if (!any_frame) {
-    return tl::unexpected(any_frame.error());
+    return Unexpected(any_frame.error());
   }
   Scene scene;
   scene.run = &run;
@@ -131,7 +131,7 @@ Result<Scene> make_scene(const FigureRun& run, const SceneChoice& choice, Record
   }
   const Result<recording::MaskFrame> frame_masks = masks.at(scene.frame);
   if (!frame_masks) {
-    return tl::unexpected(frame_masks.error());
+    return Unexpected(frame_masks.error());
   }
   const LabelView& labels = frame_masks->labels;
   if (!labels.empty() && (labels.width != scene.geometry.width_px || labels.height != scene.geometry.height_px)) {
@@ -144,14 +144,14 @@ Result<Scene> make_scene(const FigureRun& run, const SceneChoice& choice, Record
   scene.masks = separate(*frame_masks);
   Result<Cloud> background = cloud_if_written(directory / "points" / "background.ply", kMaxBackgroundPoints);
   if (!background) {
-    return tl::unexpected(background.error());
+    return Unexpected(background.error());
   }
   scene.background = std::move(*background);
   if (scene.object) {
     const std::string name = "object_" + std::to_string(*scene.object) + "_model.ply";
     Result<Cloud> model = cloud_if_written(directory / "points" / name, kMaxObjectPoints);
     if (!model) {
-      return tl::unexpected(model.error());
+      return Unexpected(model.error());
     }
     scene.object_model = std::move(*model);
   }

@@ -20,7 +20,7 @@ Status FramePlayer::go_live(const AppConfig& config, const CameraSetup& setup, d
   auto live = LiveRun::create(config.live, rate_hz, !setup.live, chain_.rectifier.geometry(), std::move(processing),
                               report_.health, arena);
   if (!live) {
-    return tl::unexpected(live.error());
+    return Unexpected(live.error());
   }
   live_ = std::move(*live);
   if (const int priority = config.live.realtime_priority; priority > 0) {
@@ -38,7 +38,7 @@ Status FramePlayer::play(const StereoFrame& frame) {
   capture_clock().begin_frame();
   const Result<RectifiedPair> pair = prepare(frame);
   if (!pair) {
-    return tl::unexpected(pair.error());
+    return Unexpected(pair.error());
   }
   if (!live_) {
     return process(*pair, 0);  // A recording was exposed long ago.
@@ -99,7 +99,7 @@ void FramePlayer::record_raw(const StereoFrame& frame) {
 Status FramePlayer::process(const RectifiedPair& pair, std::int64_t exposed_ns) {
   const Result<const FrameResult*> result = chain_.pipeline.process(pair, clock_.get());
   if (!result) {
-    return tl::unexpected(result.error());
+    return Unexpected(result.error());
   }
   report_.health.observe((*result)->newest);
   hand_over(**result, exposed_ns);

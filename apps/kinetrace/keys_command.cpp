@@ -55,13 +55,13 @@ struct Participant {
 Outcome<void> write_file(const fs::path& path, const File& file) {
   const int out = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, file.mode);
   if (out < 0) {
-    return tl::unexpected(Failure{ExitCode::kCannotCreate, path.string() + " cannot be made: " + std::strerror(errno)});
+    return Unexpected(Failure{ExitCode::kCannotCreate, path.string() + " cannot be made: " + std::strerror(errno)});
   }
   const ssize_t written = write(out, file.content.data(), file.content.size());
   const bool is_kept = fsync(out) == 0;
   close(out);
   if (written != static_cast<ssize_t>(file.content.size()) || !is_kept) {
-    return tl::unexpected(Failure{ExitCode::kIo, path.string() + " cannot be written; is the disk full?"});
+    return Unexpected(Failure{ExitCode::kIo, path.string() + " cannot be written; is the disk full?"});
   }
   return {};
 }
@@ -71,8 +71,8 @@ Outcome<void> write_folder(const fs::path& folder, const std::vector<File>& file
   std::error_code error;
   fs::create_directories(folder.parent_path(), error);
   if (error || !fs::create_directory(folder, error)) {
-    return tl::unexpected(Failure{ExitCode::kCannotCreate, folder.string() + " cannot be made: " +
-                                                               (error ? error.message() : "it exists already")});
+    return Unexpected(Failure{ExitCode::kCannotCreate,
+                              folder.string() + " cannot be made: " + (error ? error.message() : "it exists already")});
   }
   fs::permissions(folder, permissions, error);
   for (const File& file : files) {
@@ -107,7 +107,7 @@ class Keystore {
     }
     Result<Authority> known = Authority::read({text_of(authority_certificate()), text_of(authority_key())});
     if (!known) {
-      return tl::unexpected(Failure{ExitCode::kBadData, folder_.string() + ": " + known.error().message});
+      return Unexpected(Failure{ExitCode::kBadData, folder_.string() + ": " + known.error().message});
     }
     return std::move(*known);
   }
@@ -116,27 +116,27 @@ class Keystore {
   [[nodiscard]] Outcome<Authority> new_authority(std::int64_t now_s) const {
     std::error_code absent;
     if (fs::exists(folder_, absent) && !fs::is_empty(folder_, absent)) {
-      return tl::unexpected(Failure{ExitCode::kCannotCreate, folder_.string() +
-                                                                 " is not empty and holds no private/ca.key.pem; "
-                                                                 "name a new folder"});
+      return Unexpected(Failure{ExitCode::kCannotCreate, folder_.string() +
+                                                             " is not empty and holds no private/ca.key.pem; "
+                                                             "name a new folder"});
     }
     Result<Authority> made =
         Authority::make("Kinetrace DDS authority", {now_s - kDay_s, now_s + kAuthorityDays * kDay_s});
-    const Result<Identity> pem = made ? made->pem() : tl::unexpected(made.error());
+    const Result<Identity> pem = made ? made->pem() : Unexpected(made.error());
     if (!pem) {
       return failure(pem.error());
     }
     if (const Outcome<void> key = write_folder(authority_key().parent_path(),
                                                {{"ca.key.pem", pem->private_key, kSecret}}, fs::perms::owner_all);
         !key) {
-      return tl::unexpected(key.error());
+      return Unexpected(key.error());
     }
     constexpr fs::perms kForAll = fs::perms::owner_all | fs::perms::group_read | fs::perms::group_exec |
                                   fs::perms::others_read | fs::perms::others_exec;
     if (const Outcome<void> certificate =
             write_folder(authority_certificate().parent_path(), {{"ca.cert.pem", pem->certificate, kPublic}}, kForAll);
         !certificate) {
-      return tl::unexpected(certificate.error());
+      return Unexpected(certificate.error());
     }
     return std::move(*made);
   }
@@ -156,7 +156,7 @@ Result<std::vector<File>> enclave_files(const Authority& authority, const Partic
        {own ? nullptr : &own.error(), identity ? nullptr : &identity.error(),
         governance ? nullptr : &governance.error(), permissions ? nullptr : &permissions.error()}) {
     if (error != nullptr) {
-      return tl::unexpected(*error);
+      return Unexpected(*error);
     }
   }
   return std::vector<File>{{"identity_ca.cert.pem", own->certificate, kPublic},
@@ -188,13 +188,13 @@ Outcome<void> check_new(const Keystore& keystore, const std::vector<Participant>
   for (std::size_t i = 0; i < all.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       if (all[i].name == all[j].name) {
-        return tl::unexpected(
+        return Unexpected(
             Failure{ExitCode::kUsage, "the name " + all[i].name + " is given twice; everybody needs one of their own"});
       }
     }
     std::error_code absent;
     if (fs::exists(keystore.enclave(all[i].name), absent)) {
-      return tl::unexpected(
+      return Unexpected(
           Failure{ExitCode::kCannotCreate, keystore.enclave(all[i].name).string() +
                                                " exists already and is not overwritten; remove it to make it anew, or "
                                                "choose another name"});
@@ -207,18 +207,17 @@ Outcome<Validity> validity_of(const KeysOptions& options, const Authority& autho
   // From yesterday: clocks differ, and not every machine keeps universal time.
   const Validity wanted{now_s - kDay_s, now_s + options.days * kDay_s};
   if (wanted.end_s > authority.end_s()) {
-    return tl::unexpected(
-        Failure{ExitCode::kUsage, "the authority ends " + utc_text(authority.end_s()) + ", before --days " +
-                                      std::to_string(options.days) +
-                                      "; ask for fewer days, or make a new authority in a new folder"});
+    return Unexpected(Failure{ExitCode::kUsage, "the authority ends " + utc_text(authority.end_s()) +
+                                                    ", before --days " + std::to_string(options.days) +
+                                                    "; ask for fewer days, or make a new authority in a new folder"});
   }
   return wanted;
 }
 
 Outcome<void> make_keys(const KeysOptions& options, std::int64_t now_s) {
   if (now_s < kYear2020_s) {
-    return tl::unexpected(Failure{ExitCode::kConfig, "the system clock says " + utc_text(now_s) +
-                                                         "; set it first, since certificates are valid by it"});
+    return Unexpected(Failure{ExitCode::kConfig, "the system clock says " + utc_text(now_s) +
+                                                     "; set it first, since certificates are valid by it"});
   }
   const Keystore keystore(options.out);
   const std::vector<Participant> all = participants(options);
@@ -227,11 +226,11 @@ Outcome<void> make_keys(const KeysOptions& options, std::int64_t now_s) {
   }
   const Outcome<Authority> authority = keystore.authority(now_s);
   if (!authority) {
-    return tl::unexpected(authority.error());
+    return Unexpected(authority.error());
   }
   const Outcome<Validity> validity = validity_of(options, *authority, now_s);
   if (!validity) {
-    return tl::unexpected(validity.error());
+    return Unexpected(validity.error());
   }
   std::printf("authority  valid until %s  %s (keep this key off every device; it makes further identities)\n",
               utc_text(authority->end_s()).c_str(), keystore.authority_key().c_str());

@@ -52,7 +52,7 @@ Result<std::unique_ptr<LiveRun>> LiveRun::create(const LiveConfig& config, doubl
       [run = made.get()](const RectifiedPair& pair, std::int64_t exposed_ns) { return run->process(pair, exposed_ns); },
       [run = made.get()] { run->processing_.idle(); }, arena);
   if (!thread) {
-    return tl::unexpected(thread.error());
+    return Unexpected(thread.error());
   }
   made->thread_ = std::move(*thread);
   return made;
@@ -66,7 +66,7 @@ void LiveRun::await(const StereoFrame& frame) {
 Status LiveRun::offer(const RectifiedPair& pair) {
   const Result<bool> left_out = thread_->offer(pair, due_ns_);
   if (!left_out) {
-    return tl::unexpected(left_out.error());
+    return Unexpected(left_out.error());
   }
   left_out_ += *left_out ? 1 : 0;
   health_.note(HealthReason::kFramesOutdated, *left_out ? 1 : 0);

@@ -33,7 +33,7 @@ class MaskServer {
     while (!is_over()) {
       const Result<std::optional<MaskRequest>> request = sender_.take_request();
       if (!request) {
-        return tl::unexpected(request.error());
+        return Unexpected(request.error());
       }
       if (*request) {
         if (Status answered = answer(**request); !answered) {
@@ -69,7 +69,7 @@ class MaskServer {
   [[nodiscard]] Status send(const MaskRequest& request, Eye eye, const std::filesystem::path& file) {
     const Result<ImageView<const std::uint16_t>> image = images_.read(file);
     if (!image) {
-      return tl::unexpected(image.error());
+      return Unexpected(image.error());
     }
     return sender_.send(
         {request.frame_index, request.timestamp_ns, eye, image->width, image->height, masks_of(*image)});

@@ -63,7 +63,7 @@ std::vector<std::uint16_t> runs_of(ImageView<const std::uint16_t> image, std::ui
 Result<std::map<std::int64_t, fs::path>> find_mask_files(const fs::path& folder, MaskNaming naming) {
   const Result<std::vector<fs::path>> files = png_files(folder);
   if (!files) {
-    return tl::unexpected(files.error());
+    return Unexpected(files.error());
   }
   std::map<std::int64_t, fs::path> by_frame;
   for (const fs::path& file : *files) {

@@ -78,11 +78,11 @@ Result<RunMemory> plan_memory(const AppConfig& config, const CameraSetup& camera
                               const PublishingSetup* publishing) {
   const auto geometry = hal::Rectifier::rectified_geometry(camera.calibration, config.rectification);
   if (!geometry) {
-    return tl::unexpected(geometry.error());
+    return Unexpected(geometry.error());
   }
   const Result<MemoryPlan> processing = pipeline::Pipeline::plan(config.pipeline, *geometry);
   if (!processing) {
-    return tl::unexpected(processing.error());
+    return Unexpected(processing.error());
   }
   MemoryPlan plan;
   plan.entries.push_back({"camera", camera.required_bytes(), "image size, pixel format, largest image file"});

@@ -30,14 +30,14 @@ class McapRecording {
                                                                      const std::filesystem::path& path) {
     Result<recording::McapWriter> file = recording::McapWriter::create(path, "kinetrace " KINETRACE_VERSION);
     if (!file) {
-      return tl::unexpected(file.error());
+      return Unexpected(file.error());
     }
     auto made = std::make_unique<McapRecording>(link, prefix, std::move(*file));
     for (const publishing::RosTopicDescription& topic : made->reader_.topics()) {
       const Result<std::uint16_t> channel =
           made->file_.add_topic({topic.name, topic.type, topic.definition, {{"offered_qos_profiles", topic.qos}}});
       if (!channel) {
-        return tl::unexpected(channel.error());
+        return Unexpected(channel.error());
       }
       made->channels_.push_back(*channel);
     }
@@ -140,7 +140,7 @@ class Monitor {
       return failure(heard.error());
     }
     if (is_silent()) {
-      return tl::unexpected(Failure{ExitCode::kIo, nothing_heard(config_, state_, options_.network.device)});
+      return Unexpected(Failure{ExitCode::kIo, nothing_heard(config_, state_, options_.network.device)});
     }
     return {};
   }
@@ -199,7 +199,7 @@ Outcome<void> monitor(const MonitorOptions& options) {
   if (!options.record.empty()) {
     auto made = McapRecording::create(**link, config->ros2.prefix, options.record);
     if (!made) {
-      return tl::unexpected(Failure{ExitCode::kCannotCreate, made.error().message});
+      return Unexpected(Failure{ExitCode::kCannotCreate, made.error().message});
     }
     recording = std::move(*made);
   }

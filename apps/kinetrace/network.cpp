@@ -18,7 +18,7 @@ Result<publishing::PublishConfig> network_config(const NetworkOptions& options) 
   config.interface = options.interface.empty() ? config.interface : options.interface;
   config.device = options.device.empty() ? config.device : options.device;
   if (const Status valid = config.validate(); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   return config;
 }

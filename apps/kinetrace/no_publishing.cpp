@@ -4,7 +4,7 @@
 namespace kinetrace::app {
 
 Outcome<std::unique_ptr<PublishingSetup>> publishing_setup(const std::string& file, int /*max_objects*/) {
-  return tl::unexpected(
+  return Unexpected(
       Failure{ExitCode::kUsage, "--publish " + file +
                                     ": this program has been built without DDS; install the packages for it that "
                                     "toolchains/packages-build.txt names and build again"});

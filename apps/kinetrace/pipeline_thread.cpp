@@ -51,7 +51,7 @@ PipelineThread::PipelineThread(const StereoGeometry& geometry, Process process, 
 
 Result<bool> PipelineThread::offer(const RectifiedPair& pair, std::int64_t exposed_ns) {
   if (const Status went_on = failure(); !went_on) {
-    return tl::unexpected(went_on.error());
+    return Unexpected(went_on.error());
   }
   Slot& slot = slots_.slot();
   copy_image(pair.left, slot.left);
@@ -105,7 +105,7 @@ void PipelineThread::run() {
 
 Status PipelineThread::failure() const {
   const std::lock_guard lock(mutex_);
-  return failure_ ? Status(tl::unexpected(*failure_)) : Status{};
+  return failure_ ? Status(Unexpected(*failure_)) : Status{};
 }
 
 }  // namespace kinetrace::app

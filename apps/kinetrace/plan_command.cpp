@@ -79,7 +79,7 @@ Outcome<std::unique_ptr<PublishingSetup>> publishing_of(const PlanOptions& optio
 
 Result<RunMemory> plan_for(AppConfig config, const PublishingSetup* publishing) {
   if (const Status valid = config.validate(); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   // Devices, for which this plans, are live unless that is off.
   config.live.mode = config.live.mode == LiveMode::kOff ? LiveMode::kOff : LiveMode::kOn;
@@ -95,7 +95,7 @@ std::vector<SettingCost> costs_of(AppConfig config, PublishingSetup* publishing)
   }
   return setting_costs(fields, [&]() -> Result<double> {
     const Result<RunMemory> plan = plan_for(config, publishing);
-    return plan ? Result<double>(static_cast<double>(plan->total_bytes())) : tl::unexpected(plan.error());
+    return plan ? Result<double>(static_cast<double>(plan->total_bytes())) : Unexpected(plan.error());
   });
 }
 

@@ -10,7 +10,7 @@ namespace kinetrace::app {
 Result<publishing::PublishConfig> load_publish_config(const std::filesystem::path& path) {
   publishing::PublishConfig config;
   if (const Status read = read_config_file(path, fields_of(config)); !read) {
-    return tl::unexpected(read.error());
+    return Unexpected(read.error());
   }
   publishing::SecurityConfig& security = config.security;
   for (std::string* file : {&config.xml, &security.identity_ca, &security.certificate, &security.private_key,

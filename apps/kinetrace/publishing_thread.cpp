@@ -31,11 +31,11 @@ Result<std::unique_ptr<PublishingThread>> PublishingThread::create(const publish
                                                                    Arena& arena) {
   auto mailbox = publishing::ResultMailbox::create(config, arena);
   if (!mailbox) {
-    return tl::unexpected(mailbox.error());
+    return Unexpected(mailbox.error());
   }
   auto publisher = publishing::Publisher::create(config, geometry, arena);
   if (!publisher) {
-    return tl::unexpected(publisher.error());
+    return Unexpected(publisher.error());
   }
   std::unique_ptr<PublishingThread> made(
       new PublishingThread(std::move(*mailbox), std::move(*publisher), config.device, std::move(tell)));

@@ -32,13 +32,13 @@ Status record_frame(RecordingThread& raw, const StereoFrame& frame, bool waits_f
   }
   raw.offer(frame);
   const std::optional<Error> failure = raw.stopped_by();
-  return failure ? tl::unexpected(*failure) : Status{};
+  return failure ? Unexpected(*failure) : Status{};
 }
 
 Outcome<Recorded> record(const RecordOptions& options) {
   const Outcome<CameraSetup> setup = camera_setup(options.source);
   if (!setup) {
-    return tl::unexpected(setup.error());
+    return Unexpected(setup.error());
   }
   const hal::RawRecorderConfig config = raw_recorder_config(options.raw, setup->calibration, rate_of(*setup));
   Arena arena(setup->required_bytes() + RecordingThread::required_bytes(config));
@@ -53,7 +53,7 @@ Outcome<Recorded> record(const RecordOptions& options) {
   // Last, so that no folder is made unless there is something to record.
   auto raw = RecordingThread::create(config, arena);
   if (!raw) {
-    return tl::unexpected(raw.error());
+    return Unexpected(raw.error());
   }
   HealthMonitor health;
   Progress progress(!options.quiet, frames.info().frame_count);
@@ -67,7 +67,7 @@ Outcome<Recorded> record(const RecordOptions& options) {
   progress.clear();
   (*raw)->finish();
   if (const std::optional<Error> failed = (*raw)->stopped_by(); played && failed) {
-    played = tl::unexpected(*failed);
+    played = Unexpected(*failed);
   }
   const Recorded recorded{(*raw)->written(), (*raw)->dropped(), frames.counters()};
   if (!played) {

@@ -43,7 +43,7 @@ Outcome<std::unique_ptr<RecordingThread>> RecordingThread::create(const hal::Raw
   if (!recorder) {
     const ErrorCode code = recorder.error().code;
     const bool is_folder = code == ErrorCode::kIo || code == ErrorCode::kInvalidArgument;
-    return is_folder ? tl::unexpected(Failure{ExitCode::kCannotCreate, recorder.error().message})
+    return is_folder ? Unexpected(Failure{ExitCode::kCannotCreate, recorder.error().message})
                      : failure(recorder.error());
   }
   return std::unique_ptr<RecordingThread>(new RecordingThread(std::move(*recorder), config.rate_hz, slots));

@@ -22,7 +22,7 @@ Outcome<void> add_extras(Chain& chain, const CameraSetup& setup, const RunOption
     const double rate_hz = setup.live ? setup.live->left.rate_hz : setup.dataset->nominal_rate_hz;
     auto raw = RecordingThread::create(raw_recorder_config(options.raw, setup.calibration, rate_hz), arena);
     if (!raw) {
-      return tl::unexpected(raw.error());
+      return Unexpected(raw.error());
     }
     chain.raw = std::move(*raw);
     chain.waits_for_disk = !setup.live;
@@ -57,7 +57,7 @@ Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, con
   if (publishing != nullptr) {
     auto started = publishing->start(rectifier->geometry(), arena);
     if (!started) {
-      return tl::unexpected(started.error());
+      return Unexpected(started.error());
     }
     published = std::move(*started);
   }
@@ -66,13 +66,12 @@ Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, con
   if (!recorder) {
     const bool is_ours =
         recorder.error().code == ErrorCode::kInvalidConfig || recorder.error().code == ErrorCode::kCapacity;
-    return is_ours ? failure(recorder.error())
-                   : tl::unexpected(Failure{ExitCode::kCannotCreate, recorder.error().message});
+    return is_ours ? failure(recorder.error()) : Unexpected(Failure{ExitCode::kCannotCreate, recorder.error().message});
   }
   Chain chain{std::move(*camera), *rectifier, std::move(masks), std::move(*pipeline), std::move(*recorder), {}, {}, {}};
   chain.publishing = std::move(published);
   if (const Outcome<void> added = add_extras(chain, setup, options, arena); !added) {
-    return tl::unexpected(added.error());
+    return Unexpected(added.error());
   }
   return chain;
 }

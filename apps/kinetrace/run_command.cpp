@@ -57,19 +57,19 @@ Outcome<RunReport> run(const RunOptions& options) {
   }
   const Outcome<CameraSetup> setup = camera_setup(options.source);
   if (!setup) {
-    return tl::unexpected(setup.error());
+    return Unexpected(setup.error());
   }
   std::unique_ptr<PublishingSetup> publishing;
   if (!options.publish.empty()) {
     auto checked = publishing_setup(options.publish, config->pipeline.tracking.max_objects);
     if (!checked) {
-      return tl::unexpected(checked.error());
+      return Unexpected(checked.error());
     }
     publishing = std::move(*checked);
   } else if (config->pipeline.segmentation.mode == segmentation::SegmentationMode::kDds) {
-    return tl::unexpected(Failure{ExitCode::kUsage,
-                                  "segmentation dds needs --publish FILE: it says in which DDS domain "
-                                  "and for which device masks come"});
+    return Unexpected(Failure{ExitCode::kUsage,
+                              "segmentation dds needs --publish FILE: it says in which DDS domain "
+                              "and for which device masks come"});
   }
   const Result<RunMemory> plan = plan_memory(*config, *setup, options.raw, publishing.get());
   if (!plan) {
@@ -84,7 +84,7 @@ Outcome<RunReport> run(const RunOptions& options) {
   Arena arena(plan->arena.total_bytes());
   Outcome<Chain> chain = make_chain(*config, *setup, publishing.get(), options, arena);
   if (!chain) {
-    return tl::unexpected(chain.error());
+    return Unexpected(chain.error());
   }
   hal::StereoCamera& camera = *chain->camera.camera;
   if (const Status begun = first_failure({camera.open(), camera.start()}); !begun) {

@@ -31,9 +31,8 @@ Outcome<fs::path> find_drive(const fs::path& recording) {
     }
   }
   if (drives.size() != 1) {
-    return tl::unexpected(Failure{ExitCode::kNoInput, recording.string() +
-                                                          ": expected one drive and its truth, as "
-                                                          "kinetrace-simulate receding --out makes them"});
+    return Unexpected(Failure{ExitCode::kNoInput, recording.string() + ": expected one drive and its truth, as "
+                                                                       "kinetrace-simulate receding --out makes them"});
   }
   return drives.front();
 }
@@ -48,7 +47,7 @@ struct Recording {
 Outcome<Recording> open_recording(const fs::path& path, const std::string& masks) {
   const Outcome<fs::path> drive = find_drive(path);
   if (!drive) {
-    return tl::unexpected(drive.error());
+    return Unexpected(drive.error());
   }
   hal::DatasetSpec spec;
   spec.layout = hal::DatasetLayout::kKittiRaw;
@@ -116,7 +115,7 @@ Outcome<std::vector<StudyRun>> run_all(const StudyOptions& options) {
   for (const fs::path& path : options.recordings) {
     Outcome<Recording> recording = open_recording(path, options.masks);
     if (!recording) {
-      return tl::unexpected(recording.error());
+      return Unexpected(recording.error());
     }
     for (const Variant& variant : variants(options)) {
       if (!options.quiet) {
@@ -124,7 +123,7 @@ Outcome<std::vector<StudyRun>> run_all(const StudyOptions& options) {
       }
       Outcome<StudyRun> run = run_variant(options, *recording, variant);
       if (!run) {
-        return tl::unexpected(run.error());
+        return Unexpected(run.error());
       }
       runs.push_back(std::move(*run));
       if (interrupted_by() != 0) {

@@ -103,12 +103,12 @@ Status StudyErrors::begin_frame(const FrameResult& result) {
   }
   const Result<TrueImages> images = truth_.images(frame);
   if (!images) {
-    return tl::unexpected(images.error());
+    return Unexpected(images.error());
   }
   const std::vector<evaluation::MaskInstance> tracks = tracked_instances(result);
   const auto overlap = evaluation::overlap_masks(images->masks.masks(), {result.left_labels, tracks});
   if (!overlap) {
-    return tl::unexpected(overlap.error());
+    return Unexpected(overlap.error());
   }
   const std::vector<int> track_of =
       evaluation::best_matching((overlap->iou.array() < kMinOverlap).select(0.0, overlap->iou));

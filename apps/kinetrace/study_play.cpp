@@ -24,7 +24,7 @@ Result<const FrameResult*> process(const StereoFrame& frame, hal::Rectifier& rec
     const StageScope scope(clock, Stage::kRectify);
     return rectifier.process(frame);
   }();
-  Result<const FrameResult*> result = pair ? pipeline.process(*pair, clock) : tl::unexpected(pair.error());
+  Result<const FrameResult*> result = pair ? pipeline.process(*pair, clock) : Unexpected(pair.error());
   if (clock != nullptr) {
     clock->end_frame();
   }
@@ -47,8 +47,8 @@ Status play(hal::FileStereoCamera& camera, hal::Rectifier& rectifier, pipeline::
       break;
     }
     const Result<const FrameResult*> result =
-        frame ? process(*frame, rectifier, pipeline, clock) : tl::unexpected(frame.error());
-    Status visited = result ? visit(**result) : tl::unexpected(result.error());
+        frame ? process(*frame, rectifier, pipeline, clock) : Unexpected(frame.error());
+    Status visited = result ? visit(**result) : Unexpected(result.error());
     if (!visited) {
       return visited;
     }
@@ -67,20 +67,20 @@ Status play_recording(const hal::Dataset& dataset, const AppConfig& config,
                       const std::function<Status(const FrameResult&)>& visit, StageClock* clock) {
   const Result<RunMemory> plan = plan_memory(config, recording_setup(dataset));
   if (!plan) {
-    return tl::unexpected(plan.error());
+    return Unexpected(plan.error());
   }
   Arena arena(plan->arena.total_bytes());
   auto camera = hal::FileStereoCamera::create(dataset, {}, arena);
   if (!camera) {
-    return tl::unexpected(camera.error());
+    return Unexpected(camera.error());
   }
   auto rectifier = hal::Rectifier::create(dataset.calibration, config.rectification, arena);
   if (!rectifier) {
-    return tl::unexpected(rectifier.error());
+    return Unexpected(rectifier.error());
   }
   auto pipeline = pipeline::Pipeline::create(config.pipeline, rectifier->geometry(), arena);
   if (!pipeline) {
-    return tl::unexpected(pipeline.error());
+    return Unexpected(pipeline.error());
   }
   return play(*camera, *rectifier, *pipeline, visit, clock);
 }

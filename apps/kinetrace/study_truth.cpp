@@ -48,7 +48,7 @@ Result<StudyTruth> StudyTruth::open(const std::filesystem::path& recording) {
   source.format = evaluation::TruthFormat::kSimulator;
   Result<evaluation::Truth> truth = evaluation::read_truth(source);
   if (!truth) {
-    return tl::unexpected(truth.error());
+    return Unexpected(truth.error());
   }
   study.truth_ = std::move(*truth);
   return study;
@@ -81,11 +81,11 @@ Result<TrueImages> StudyTruth::images(std::int64_t frame) {
   std::snprintf(name.data(), name.size(), "%010lld.png", static_cast<long long>(frame));
   Result<evaluation::MotsImage> masks = mots_.read(directory_ / "masks" / "instances_left" / name.data());
   if (!masks) {
-    return tl::unexpected(masks.error());
+    return Unexpected(masks.error());
   }
   const Result<ImageView<const std::uint16_t>> depth = depths_.read(directory_ / "depth" / "left" / name.data());
   if (!depth) {
-    return tl::unexpected(depth.error());
+    return Unexpected(depth.error());
   }
   return TrueImages{std::move(*masks), *depth};
 }

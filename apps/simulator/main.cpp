@@ -17,7 +17,7 @@ namespace {
 Result<StereoSimulator> make_simulator(Options& options) {
   Result<Scene> scene = make_scene(options.scene, options.simulator.seed);
   if (!scene) {
-    return tl::unexpected(scene.error());
+    return Unexpected(scene.error());
   }
   scene->rig = resized(scene->rig, options.width_px, options.height_px);
   scene->rate_hz = options.rate_hz.value_or(scene->rate_hz);
@@ -28,7 +28,7 @@ Result<StereoSimulator> make_simulator(Options& options) {
 Status record(StereoSimulator& simulator, const Options& options) {
   Result<RecordingWriter> writer = RecordingWriter::create(options.recording, simulator);
   if (!writer) {
-    return tl::unexpected(writer.error());
+    return Unexpected(writer.error());
   }
   const int frames = simulator.scene().frames;
   app::Progress progress(!options.quiet, frames);

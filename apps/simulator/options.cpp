@@ -87,7 +87,7 @@ app::Outcome<std::optional<Options>> parse_options(int argc, const char* const* 
       app.exit(error);
       return std::nullopt;
     }
-    return tl::unexpected(
+    return Unexpected(
         app::Failure{app::ExitCode::kUsage, std::string(error.what()) + "; see kinetrace-simulate --help"});
   }
   options.recording.folder = out;

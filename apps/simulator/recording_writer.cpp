@@ -82,7 +82,7 @@ RecordingWriter::RecordingWriter(RecordingSettings settings, const StereoSimulat
 
 Result<RecordingWriter> RecordingWriter::create(const RecordingSettings& settings, const StereoSimulator& simulator) {
   if (const Status cleared = clear_folder(settings.folder); !cleared) {
-    return tl::unexpected(cleared.error());
+    return Unexpected(cleared.error());
   }
   RecordingWriter writer(settings, simulator);
   std::vector<fs::path> folders;
@@ -93,13 +93,13 @@ Result<RecordingWriter> RecordingWriter::create(const RecordingSettings& setting
     }
   }
   if (const Status made = make_folders(folders); !made) {
-    return tl::unexpected(made.error());
+    return Unexpected(made.error());
   }
   const fs::path calibration = writer.drive_.parent_path() / "calib_cam_to_cam.txt";
   std::ofstream calibration_file(calibration);
   calibration_file << calibration_text(simulator.rig()) << std::flush;
   if (const Status written = check_written(calibration_file, calibration); !written) {
-    return tl::unexpected(written.error());
+    return Unexpected(written.error());
   }
   for (std::size_t side = 0; side < 2; ++side) {
     writer.timestamps_[side].open(writer.drive_ / kCameras[side] / "timestamps.txt");

@@ -151,7 +151,7 @@ struct StereoSimulator::State {
 
 Result<StereoSimulator> StereoSimulator::create(Scene scene, const SimulatorSettings& settings) {
   if (const Status status = settings.validate(); !status) {
-    return tl::unexpected(status.error());
+    return Unexpected(status.error());
   }
   if (scene.actors.size() > static_cast<std::size_t>(kMaxObjects)) {
     return fail(ErrorCode::kInvalidArgument, "scene " + scene.name + " has more than 64 objects");

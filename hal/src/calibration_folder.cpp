@@ -70,7 +70,7 @@ Result<std::vector<YamlDocument>> load_yaml_files(const fs::path& folder) {
   for (const fs::path& path : paths) {
     auto document = YamlDocument::load(path);
     if (!document) {
-      return tl::unexpected(document.error());
+      return Unexpected(document.error());
     }
     documents.push_back(std::move(*document));
   }
@@ -102,7 +102,7 @@ Result<RigCalibration> read_rig_calibration(const fs::path& path, int width_px, 
     return rig;
   }
   if (const Status valid = rig->validate(); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   if (rig->raw_width_px() != width_px || rig->raw_height_px() != height_px) {
     return fail(

@@ -175,7 +175,7 @@ Result<RigCalibration> parse_calibration_text(std::string_view text, const std::
 Result<std::string> kitti_calibration_text(const RigCalibration& rig) {
   const Result<RectificationPlan> plan = plan_rectification(rig, {});
   if (!plan) {
-    return tl::unexpected(plan.error());
+    return Unexpected(plan.error());
   }
   if (!rig.rectified && (!fits_kitti(rig.left) || !fits_kitti(rig.right))) {
     return fail(ErrorCode::kUnsupported,

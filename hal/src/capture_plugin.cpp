@@ -8,7 +8,7 @@
 namespace kinetrace::hal {
 namespace {
 
-tl::unexpected<Error> unloadable(const std::string& path) {
+Unexpected<Error> unloadable(const std::string& path) {
   const char* reason = dlerror();
   return fail(ErrorCode::kUnsupported, concat("cannot load ", path, ": ", reason == nullptr ? "no reason" : reason,
                                               "; install libcamera in the release that it was built for"));

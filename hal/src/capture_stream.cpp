@@ -28,7 +28,7 @@ Result<CaptureStream> CaptureStream::create(std::string eye, const CaptureConfig
                                             CaptureEnvironment& environment) {
   auto reader = LuminanceReader::create(config, arena);
   if (!reader) {
-    return tl::unexpected(reader.error());
+    return Unexpected(reader.error());
   }
   return CaptureStream(std::move(eye), config, std::move(*reader), environment);
 }
@@ -55,7 +55,7 @@ Status CaptureStream::open() {
   }
   auto device = environment_->make_device(wanted);
   if (!device) {
-    return tl::unexpected(device.error());
+    return Unexpected(device.error());
   }
   if (Status opened = (*device)->open(); !opened) {
     return opened;
@@ -166,7 +166,7 @@ Result<std::optional<SyncFrame>> CaptureStream::bear(const Error& error) {
     return fail(ErrorCode::kDisconnected, concat(described(), ": ", error.message));
   }
   if (const Status mended = restart(error); !mended) {
-    return tl::unexpected(mended.error());
+    return Unexpected(mended.error());
   }
   return std::nullopt;
 }
@@ -200,7 +200,7 @@ Result<std::optional<SyncFrame>> CaptureStream::take(CameraCounters& counters) {
   restarts_in_a_row_ = 0;
   if (const Status as_asked = check_rate(*image); !as_asked) {
     device_->release(image->slot);
-    return tl::unexpected(as_asked.error());
+    return Unexpected(as_asked.error());
   }
   // Whatever number it comes under.
   const bool is_repeated = stamp_ns_ == image->timestamp_ns;

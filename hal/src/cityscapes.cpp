@@ -63,7 +63,7 @@ Result<City> choose_city(const DatasetSpec& spec) {
   }
   const auto name = choose_sequence(spec.path, city_of(spec.sequence), names);
   if (!name) {
-    return tl::unexpected(name.error());
+    return Unexpected(name.error());
   }
   return *std::find_if(all.begin(), all.end(), [&name](const City& city) { return city.name == *name; });
 }
@@ -117,7 +117,7 @@ Result<double> json_number(const Json& json, const char* group, const char* key,
 Result<RigCalibration> read_camera_file(const fs::path& path, const ImageSize& size) {
   const Result<std::string> text = read_text(path);
   if (!text) {
-    return tl::unexpected(text.error());
+    return Unexpected(text.error());
   }
   const Json json = Json::parse(*text, nullptr, false);
   if (json.is_discarded() || !json.is_object()) {
@@ -129,7 +129,7 @@ Result<RigCalibration> read_camera_file(const fs::path& path, const ImageSize& s
   const auto cy = json_number(json, "intrinsic", "v0", path);
   const auto baseline = json_number(json, "extrinsic", "baseline", path);
   if (const Error* error = first_error(fx, fy, cx, cy, baseline)) {
-    return tl::unexpected(*error);
+    return Unexpected(*error);
   }
   RigCalibration rig;
   rig.source = path.string();
@@ -152,23 +152,23 @@ Result<Dataset> open_cityscapes(const DatasetSpec& spec) {
   }
   const auto city = choose_city(spec);
   if (!city) {
-    return tl::unexpected(city.error());
+    return Unexpected(city.error());
   }
   const fs::path left_folder = spec.path / ("leftImg8bit" + city->kind) / city->split / city->name;
   const fs::path right_folder = spec.path / ("rightImg8bit" + city->kind) / city->split / city->name;
   const auto all = list_images(left_folder, "", kLeftTag);
   if (!all) {
-    return tl::unexpected(all.error());
+    return Unexpected(all.error());
   }
   const auto recording = choose_recording(left_folder, spec.sequence, *all);
   if (!recording) {
-    return tl::unexpected(recording.error());
+    return Unexpected(recording.error());
   }
   const auto camera_file = find_camera_file(spec.path, *city, *recording);
   auto left = list_images(left_folder, *recording + "_", kLeftTag);
   auto right = list_images(right_folder, *recording + "_", kRightTag);
   if (const Error* error = first_error(camera_file, left, right)) {
-    return tl::unexpected(*error);
+    return Unexpected(*error);
   }
   const SequenceFiles files{std::move(*left), std::move(*right), {}, kRate_hz};
   return build_dataset(*recording, files, spec,

@@ -129,7 +129,7 @@ Result<ContainerFile> ContainerFile::open(const std::filesystem::path& path) {
   ContainerFile file(path);
   const Result<OwnedFd> opened = file.opened();
   if (!opened) {
-    return tl::unexpected(opened.error());
+    return Unexpected(opened.error());
   }
   std::string bytes(kContainerHeaderBytes, '\0');
   if (!read_at(opened->get(), bytes, 0) || !bytes.starts_with(kMagic)) {
@@ -165,7 +165,7 @@ std::int64_t ContainerFile::offset_of(std::int64_t number) const noexcept {
 Result<std::vector<std::optional<RecordHeader>>> ContainerFile::records() const {
   const Result<OwnedFd> file = opened();
   if (!file) {
-    return tl::unexpected(file.error());
+    return Unexpected(file.error());
   }
   std::vector<std::optional<RecordHeader>> all;
   all.reserve(static_cast<std::size_t>(record_count_));
@@ -195,7 +195,7 @@ std::optional<RecordHeader> ContainerFile::record(const OwnedFd& file, std::int6
 Status ContainerFile::read(std::int64_t number, MutableGrayView left, MutableGrayView right) const {
   const Result<OwnedFd> file = opened();
   if (!file) {
-    return tl::unexpected(file.error());
+    return Unexpected(file.error());
   }
   const std::optional<RecordHeader> expected = record(*file, number);
   std::int64_t offset = offset_of(number) + static_cast<std::int64_t>(kRecordHeaderBytes);

@@ -46,7 +46,7 @@ struct Damage {
 Status add_records(const ContainerFile& file, FrameList& frames, ContainerRecording& recording, Damage& damage) {
   const auto records = file.records();
   if (!records) {
-    return tl::unexpected(records.error());
+    return Unexpected(records.error());
   }
   std::int64_t i = -1;
   for (const std::optional<RecordHeader>& record : *records) {
@@ -79,7 +79,7 @@ Status complete(Dataset& dataset, const ContainerHeader& header, const fs::path&
   }
   auto calibration = parse_calibration_text(header.calibration, first_file.string());
   if (!calibration) {
-    return tl::unexpected(calibration.error());
+    return Unexpected(calibration.error());
   }
   dataset.calibration = std::move(*calibration);
   constexpr double kFallbackRate_hz = 10.0;
@@ -99,7 +99,7 @@ Result<Dataset> open_container(const DatasetSpec& spec) {
   const fs::path folder = spec.sequence.empty() ? spec.path : spec.path / spec.sequence;
   const auto paths = container_files(folder);
   if (!paths) {
-    return tl::unexpected(paths.error());
+    return Unexpected(paths.error());
   }
   Dataset dataset;
   dataset.name = fs::weakly_canonical(folder).filename().string();
@@ -115,21 +115,21 @@ Result<Dataset> open_container(const DatasetSpec& spec) {
       break;
     }
     if (!file) {
-      return tl::unexpected(file.error());
+      return Unexpected(file.error());
     }
     if (!header) {
       header = file->header();
     }
     if (const Status same = check_same(path, *header, file->header()); !same) {
-      return tl::unexpected(same.error());
+      return Unexpected(same.error());
     }
     recording->add_file(std::move(*file));
     if (const Status added = add_records(recording->newest_file(), dataset.frames, *recording, damage); !added) {
-      return tl::unexpected(added.error());
+      return Unexpected(added.error());
     }
   }
   if (const Status completed = complete(dataset, *header, paths->front(), damage); !completed) {
-    return tl::unexpected(completed.error());
+    return Unexpected(completed.error());
   }
   dataset.container = std::move(recording);
   return dataset;

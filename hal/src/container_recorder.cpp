@@ -38,7 +38,7 @@ class ContainerRecorder final : public RawRecorder {
     path_.assign(folder_).append(name.data());
     auto file = AppendFile::create(path_.c_str());
     if (!file) {
-      return tl::unexpected(file.error());
+      return Unexpected(file.error());
     }
     file_ = std::move(*file);
     ++segments_;
@@ -49,7 +49,7 @@ class ContainerRecorder final : public RawRecorder {
 
   Status write(const StereoFrame& frame) override {
     if (stopped_) {
-      return tl::unexpected(*stopped_);
+      return Unexpected(*stopped_);
     }
     Status written = fill_record(frame);
     if (written) {
@@ -133,7 +133,7 @@ Result<std::unique_ptr<RawRecorder>> make_container_recorder(const RawRecorderCo
   const int height_px = config.calibration.raw_height_px();
   auto header = encode_header({width_px, height_px, config.rate_hz, calibration_text(config.calibration)});
   if (!header) {
-    return tl::unexpected(header.error());
+    return Unexpected(header.error());
   }
   const std::span<std::byte> record = arena.take<std::byte>(record_bytes(width_px, height_px));
   if (arena.exhausted()) {
@@ -141,7 +141,7 @@ Result<std::unique_ptr<RawRecorder>> make_container_recorder(const RawRecorderCo
   }
   auto recorder = std::make_unique<ContainerRecorder>(config, std::move(*header), record);
   if (const Status begun = recorder->begin_segment(); !begun) {
-    return tl::unexpected(begun.error());
+    return Unexpected(begun.error());
   }
   return recorder;
 }

@@ -126,7 +126,7 @@ Result<Timeline> recorded_timeline(const std::filesystem::path& path, std::vecto
                                    std::vector<std::string>& notes) {
   const auto times = read_frame_times_ns(path);
   if (!times) {
-    return tl::unexpected(times.error());
+    return Unexpected(times.error());
   }
   const std::size_t unfinished = std::erase_if(members, [&times](const Member& member) {
     const auto number = trailing_number(member.stem);
@@ -159,7 +159,7 @@ Result<Timeline> deduced_timeline(const SequenceFiles& files, const std::vector<
   } else if (is_file(files.times_path)) {
     Result<std::vector<std::int64_t>> read = times_from_file(files.times_path, timeline.numbers);
     if (!read) {
-      return tl::unexpected(read.error());
+      return Unexpected(read.error());
     }
     timeline.times_ns = std::move(*read);
   } else {
@@ -176,7 +176,7 @@ Status add_frames(const SequenceFiles& files, Dataset& dataset) {
                                         ? recorded_timeline(files.frame_times_path, members, dataset.notes)
                                         : deduced_timeline(files, members, dataset.notes);
   if (!timeline) {
-    return tl::unexpected(timeline.error());
+    return Unexpected(timeline.error());
   }
   dataset.frames = FrameList(files.left.files, files.right.files);
   for (std::size_t i = 0; i < members.size(); ++i) {
@@ -275,7 +275,7 @@ Result<Dataset> build_dataset(std::string name, const SequenceFiles& files, cons
   SequenceFiles timed = files;
   timed.rate_hz = rate_or(spec, files.rate_hz);
   if (const Status added = add_frames(timed, dataset); !added) {
-    return tl::unexpected(added.error());
+    return Unexpected(added.error());
   }
   return finish_dataset(std::move(dataset), timed.rate_hz, read_calibration);
 }
@@ -285,15 +285,15 @@ Result<Dataset> finish_dataset(Dataset dataset, double fallback_rate_hz, const C
   note_missing_sides(dataset);
   const Result<ImageSize> size = probe_image_size(dataset.frames);
   if (!size) {
-    return tl::unexpected(size.error());
+    return Unexpected(size.error());
   }
   Result<RigCalibration> rig = read_calibration(*size);
   if (!rig) {
-    return tl::unexpected(rig.error());
+    return Unexpected(rig.error());
   }
   dataset.calibration = std::move(*rig);
   if (const Status fits = check_calibration(dataset, *size); !fits) {
-    return tl::unexpected(fits.error());
+    return Unexpected(fits.error());
   }
   return dataset;
 }

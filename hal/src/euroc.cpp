@@ -33,7 +33,7 @@ Result<fs::path> find_mav(const DatasetSpec& spec) {
   std::vector<std::string> sequences = subfolders(spec.path);
   std::erase_if(sequences, [&spec](const std::string& name) { return !is_folder(spec.path / name / "mav0" / "cam0"); });
   if (!sequences.empty()) {
-    return choose_sequence(spec.path, spec.sequence, sequences).map([&spec](const std::string& name) {
+    return choose_sequence(spec.path, spec.sequence, sequences).transform([&spec](const std::string& name) {
       return spec.path / name / "mav0";
     });
   }
@@ -48,7 +48,7 @@ Result<std::vector<TimedImage>> read_image_list(const fs::path& camera, const Im
   const fs::path path = camera / "data.csv";
   const Result<std::string> text = read_text(path);
   if (!text) {
-    return tl::unexpected(text.error());
+    return Unexpected(text.error());
   }
   std::vector<std::string> present = images.stems;
   std::sort(present.begin(), present.end());
@@ -151,7 +151,7 @@ Result<Sensor> read_sensor(const YamlDocument& file) {
   const auto T_body_cam = file.transform("T_BS");
   const auto model = file.text("distortion_model");
   if (const Error* error = first_error(size, intrinsics, coefficients, T_body_cam, model)) {
-    return tl::unexpected(*error);
+    return Unexpected(*error);
   }
   Sensor sensor;
   if (*model == "equidistant") {
@@ -188,7 +188,7 @@ Result<double> nominal_rate_hz(const YamlDocument& sensor) {
   }
   const auto rate = sensor.numbers("rate_hz", 1);
   if (!rate) {
-    return tl::unexpected(rate.error());
+    return Unexpected(rate.error());
   }
   if (rate->front() <= 0) {
     return sensor.error("rate_hz", "must be positive, got " + number(rate->front()));
@@ -200,7 +200,7 @@ Result<RigCalibration> read_rig(const YamlDocument& left_file, const YamlDocumen
   const auto left = read_sensor(left_file);
   const auto right = read_sensor(right_file);
   if (const Error* error = first_error(left, right)) {
-    return tl::unexpected(*error);
+    return Unexpected(*error);
   }
   RigCalibration rig;
   rig.source = concat(left_file.path().string(), ", ", right_file.path().string());
@@ -215,20 +215,20 @@ Result<RigCalibration> read_rig(const YamlDocument& left_file, const YamlDocumen
 Result<Dataset> open_euroc(const DatasetSpec& spec) {
   const Result<fs::path> mav = find_mav(spec);
   if (!mav) {
-    return tl::unexpected(mav.error());
+    return Unexpected(mav.error());
   }
   const auto left_sensor = load_sensor_file(*mav / "cam0");
   const auto right_sensor = load_sensor_file(*mav / "cam1");
   const auto left_images = list_images(*mav / "cam0" / "data");
   const auto right_images = list_images(*mav / "cam1" / "data");
   if (const Error* error = first_error(left_sensor, right_sensor, left_images, right_images)) {
-    return tl::unexpected(*error);
+    return Unexpected(*error);
   }
   const auto left = read_image_list(*mav / "cam0", *left_images);
   const auto right = read_image_list(*mav / "cam1", *right_images);
   const auto rate_hz = nominal_rate_hz(*left_sensor);
   if (const Error* error = first_error(left, right, rate_hz)) {
-    return tl::unexpected(*error);
+    return Unexpected(*error);
   }
   Dataset dataset;
   const fs::path absolute = fs::weakly_canonical(*mav);
@@ -236,7 +236,7 @@ Result<Dataset> open_euroc(const DatasetSpec& spec) {
   dataset.max_file_bytes = std::max(left_images->max_file_bytes, right_images->max_file_bytes);
   dataset.frames = FrameList(left_images->files, right_images->files);
   if (const Status added = add_frames(*left, *right, median_period_ns(*left, *rate_hz), dataset.frames); !added) {
-    return tl::unexpected(added.error());
+    return Unexpected(added.error());
   }
   return finish_dataset(std::move(dataset), *rate_hz,
                         [&](const ImageSize&) { return read_rig(*left_sensor, *right_sensor); });

@@ -32,7 +32,7 @@ constexpr std::array<Known, 10> kKnown{{{"unplug", FaultKind::kUnplug, 2.0, 0.0,
                                         {"clock", FaultKind::kClock, 3600.0, -1e6, 1e6},
                                         {"size", FaultKind::kSize, 0.0, 0.0, 0.0}}};
 
-tl::unexpected<Error> refused(std::string_view part, std::string_view why) {
+Unexpected<Error> refused(std::string_view part, std::string_view why) {
   return fail(
       ErrorCode::kInvalidArgument,
       concat("fault '", part, "': ", why, "; write KIND@FIRST[-LAST][%PERCENT][:VALUE], for example drop@10-12"));
@@ -105,7 +105,7 @@ Result<FaultPlan> parse_faults(std::string_view text) {
     }
     const Result<Fault> fault = parse_fault(part);
     if (!fault) {
-      return tl::unexpected(fault.error());
+      return Unexpected(fault.error());
     }
     plan.faults.push_back(*fault);
   }

@@ -56,14 +56,14 @@ std::size_t FileStereoCamera::required_bytes(const Dataset& dataset, const FileC
 
 Result<FileStereoCamera> FileStereoCamera::create(Dataset dataset, const FileCameraConfig& config, Arena& arena) {
   if (const Status valid = config.validate(); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   if (dataset.frames.complete_count() == 0) {
     return fail(ErrorCode::kInvalidArgument, dataset.name + ": the dataset has no complete pair; check its folders");
   }
   auto reader = imaging::ImageReader::create(reader_config(dataset), arena);
   if (!reader) {
-    return tl::unexpected(reader.error());
+    return Unexpected(reader.error());
   }
   Storage storage;
   carve(dataset, arena, storage);
@@ -148,7 +148,7 @@ Status FileStereoCamera::recover() {
 Result<StereoFrame> FileStereoCamera::next(std::chrono::milliseconds /*timeout*/) {
   const bool allowed = state_ == CameraState::kStreaming || state_ == CameraState::kRecovering;
   if (const Status legal = require(allowed, "next()"); !legal) {
-    return tl::unexpected(legal.error());
+    return Unexpected(legal.error());
   }
   while (pass_ < config_.passes) {
     for (; position_ < dataset_.frames.size(); advance()) {
@@ -172,7 +172,7 @@ Result<StereoFrame> FileStereoCamera::next(std::chrono::milliseconds /*timeout*/
     ++pass_;
     position_ = 0;
   }
-  return tl::unexpected(end_of_recording());
+  return Unexpected(end_of_recording());
 }
 
 StereoFrame FileStereoCamera::deliver(const FrameList::Frame& frame) {

@@ -59,14 +59,14 @@ Result<Dataset> open_folder(const DatasetSpec& spec) {
   }
   const auto eyes = find_eyes(root);
   if (!eyes) {
-    return tl::unexpected(eyes.error());
+    return Unexpected(eyes.error());
   }
   const fs::path left_folder = images_below(root / eyes->left);
   auto left = list_images(left_folder);
   auto right = list_images(images_below(root / eyes->right));
   const auto yaml_files = load_yaml_files(root);
   if (const Error* error = first_error(left, right, yaml_files)) {
-    return tl::unexpected(*error);
+    return Unexpected(*error);
   }
   const SequenceFiles files{std::move(*left), std::move(*right), times_file(root, root / eyes->left), kRate_hz};
   return build_dataset(fs::weakly_canonical(root).filename().string(), files, spec,

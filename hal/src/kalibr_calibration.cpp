@@ -13,7 +13,7 @@ Result<CameraModel> read_camera(const YamlDocument& file, const std::string& cam
   const auto intrinsics = file.numbers(camera + ".intrinsics", 4);
   const auto size = file.numbers(camera + ".resolution", 2);
   if (const Error* error = first_error(model, lens, intrinsics, size)) {
-    return tl::unexpected(*error);
+    return Unexpected(*error);
   }
   if (*model != "pinhole") {
     return file.error(camera + ".camera_model", concat("is '", *model, "'; calibrate with the pinhole model"));
@@ -31,7 +31,7 @@ Result<CameraModel> read_camera(const YamlDocument& file, const std::string& cam
   if (*lens != "none") {
     const auto coefficients = file.numbers(camera + ".distortion_coeffs", 4);
     if (!coefficients) {
-      return tl::unexpected(coefficients.error());
+      return Unexpected(coefficients.error());
     }
     std::copy(coefficients->begin(), coefficients->end(), result.distortion.begin());
   }
@@ -49,7 +49,7 @@ Result<RigCalibration> read_kalibr_camchain(const YamlDocument& file) {
   const auto right = read_camera(file, "cam1");
   const auto T_right_left = file.transform("cam1.T_cn_cnm1");
   if (const Error* error = first_error(left, right, T_right_left)) {
-    return tl::unexpected(*error);
+    return Unexpected(*error);
   }
   RigCalibration rig;
   rig.source = file.path().string();

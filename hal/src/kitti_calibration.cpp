@@ -10,7 +10,7 @@ namespace kinetrace::hal {
 namespace {
 
 Result<ImageSize> size_of(const KittiCalibrationFile& file, const std::string& key) {
-  return file.numbers(key, 2).map([](const std::vector<double>& values) {
+  return file.numbers(key, 2).transform([](const std::vector<double>& values) {
     return ImageSize{static_cast<int>(std::lround(values[0])), static_cast<int>(std::lround(values[1]))};
   });
 }
@@ -24,7 +24,7 @@ Result<CameraModel> camera(const KittiCalibrationFile& file, const std::string& 
   const auto K = file.matrix3("K_" + id);
   const auto D = file.numbers("D_" + id, 5);
   if (const Error* error = first_error(size, K, D)) {
-    return tl::unexpected(*error);
+    return Unexpected(*error);
   }
   CameraModel model{.width_px = size->width_px,
                     .height_px = size->height_px,
@@ -41,7 +41,7 @@ Result<CameraModel> camera(const KittiCalibrationFile& file, const std::string& 
 Result<KittiCalibrationFile> KittiCalibrationFile::load(const std::filesystem::path& path) {
   const Result<std::string> text = read_text(path);
   if (!text) {
-    return tl::unexpected(text.error());
+    return Unexpected(text.error());
   }
   KittiCalibrationFile file;
   file.path_ = path;
@@ -78,13 +78,13 @@ Result<std::vector<double>> KittiCalibrationFile::numbers(const std::string& key
 }
 
 Result<Eigen::Matrix3d> KittiCalibrationFile::matrix3(const std::string& key) const {
-  return numbers(key, 9).map([](const std::vector<double>& values) -> Eigen::Matrix3d {
+  return numbers(key, 9).transform([](const std::vector<double>& values) -> Eigen::Matrix3d {
     return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(values.data());
   });
 }
 
 Result<Eigen::Matrix<double, 3, 4>> KittiCalibrationFile::projection(const std::string& key) const {
-  return numbers(key, 12).map([](const std::vector<double>& values) -> Eigen::Matrix<double, 3, 4> {
+  return numbers(key, 12).transform([](const std::vector<double>& values) -> Eigen::Matrix<double, 3, 4> {
     return Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(values.data());
   });
 }
@@ -94,11 +94,11 @@ Result<RigCalibration> kitti_rectified(const KittiCalibrationFile& file, const s
   const auto P_left = file.projection(left_key);
   const auto P_right = file.projection(right_key);
   if (const Error* error = first_error(P_left, P_right)) {
-    return tl::unexpected(*error);
+    return Unexpected(*error);
   }
   const auto geometry = geometry_from_projections(*P_left, *P_right, size.width_px, size.height_px, file.source());
   if (!geometry) {
-    return tl::unexpected(geometry.error());
+    return Unexpected(geometry.error());
   }
   RigCalibration rig;
   rig.source = file.source();
@@ -111,7 +111,7 @@ Result<RigCalibration> kitti_raw_rig(const KittiCalibrationFile& file, const std
   const auto raw_size = size_of(file, "S_" + left);
   const auto rectified_size = size_of(file, "S_rect_" + left);
   if (const Error* error = first_error(raw_size, rectified_size)) {
-    return tl::unexpected(*error);
+    return Unexpected(*error);
   }
   const bool fits_raw = same(size, *raw_size);
   const bool fits_rectified = same(size, *rectified_size);
@@ -132,7 +132,7 @@ Result<RigCalibration> kitti_raw_rig(const KittiCalibrationFile& file, const std
   const auto P_left = file.projection("P_rect_" + left);
   const auto P_right = file.projection("P_rect_" + right);
   if (const Error* error = first_error(left_camera, right_camera, R_left, R_right, P_left, P_right)) {
-    return tl::unexpected(*error);
+    return Unexpected(*error);
   }
   RigCalibration rig;
   rig.source = file.source();

@@ -28,7 +28,9 @@ Result<fs::path> find_sequence(const DatasetSpec& spec) {
                                           ": no KITTI odometry sequence here (looked for image_0 or image_2 in it and "
                                           "below); give the sequence's folder");
   }
-  return choose_sequence(root, spec.sequence, sequences).map([&root](const std::string& name) { return root / name; });
+  return choose_sequence(root, spec.sequence, sequences).transform([&root](const std::string& name) {
+    return root / name;
+  });
 }
 
 }  // namespace
@@ -36,11 +38,11 @@ Result<fs::path> find_sequence(const DatasetSpec& spec) {
 Result<Dataset> open_kitti_odometry(const DatasetSpec& spec) {
   const Result<fs::path> sequence = find_sequence(spec);
   if (!sequence) {
-    return tl::unexpected(sequence.error());
+    return Unexpected(sequence.error());
   }
   const auto eyes = choose_eyes(*sequence, spec.cameras, {"image_0", "image_1"}, {"image_2", "image_3"});
   if (!eyes) {
-    return tl::unexpected(eyes.error());
+    return Unexpected(eyes.error());
   }
   if (!is_file(*sequence / "calib.txt")) {
     return fail(ErrorCode::kNotFound,
@@ -50,7 +52,7 @@ Result<Dataset> open_kitti_odometry(const DatasetSpec& spec) {
   auto left = list_images(*sequence / eyes->left);
   auto right = list_images(*sequence / eyes->right);
   if (const Error* error = first_error(calibration, left, right)) {
-    return tl::unexpected(*error);
+    return Unexpected(*error);
   }
   const SequenceFiles files{std::move(*left), std::move(*right), *sequence / "times.txt", kRate_hz};
   return build_dataset(fs::weakly_canonical(*sequence).filename().string(), files, spec, [&](const ImageSize& size) {

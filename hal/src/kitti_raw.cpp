@@ -78,20 +78,20 @@ Result<ImageFolder> images_of(const fs::path& camera) {
 Result<Dataset> open_kitti_raw(const DatasetSpec& spec) {
   const Result<fs::path> drive = find_drive(spec);
   if (!drive) {
-    return tl::unexpected(drive.error());
+    return Unexpected(drive.error());
   }
   const auto eyes = choose_eyes(*drive, spec.cameras, {"image_00", "image_01"}, {"image_02", "image_03"});
   if (!eyes) {
-    return tl::unexpected(eyes.error());
+    return Unexpected(eyes.error());
   }
   const auto calibration = find_calibration(*drive);
   if (!calibration) {
-    return tl::unexpected(calibration.error());
+    return Unexpected(calibration.error());
   }
   auto left = images_of(*drive / eyes->left);
   auto right = images_of(*drive / eyes->right);
   if (const Error* error = first_error(left, right)) {
-    return tl::unexpected(*error);
+    return Unexpected(*error);
   }
   const std::string name = fs::weakly_canonical(*drive).filename().string();
   const SequenceFiles files{.left = std::move(*left),

@@ -84,7 +84,7 @@ class KittiRecorder final : public RawRecorder {
 
   Status write(const StereoFrame& frame) override {
     if (stopped_) {
-      return tl::unexpected(*stopped_);
+      return Unexpected(*stopped_);
     }
     Status written = check_frame(frame);
     if (written) {
@@ -112,7 +112,7 @@ class KittiRecorder final : public RawRecorder {
   static Status make(const fs::path& path, std::string_view content, AppendFile& file) {
     auto made = AppendFile::create(path.c_str());
     if (!made) {
-      return tl::unexpected(made.error());
+      return Unexpected(made.error());
     }
     file = std::move(*made);
     const Status written = file.append(bytes_of(content));
@@ -209,13 +209,13 @@ class KittiRecorder final : public RawRecorder {
 Result<std::unique_ptr<RawRecorder>> make_kitti_recorder(const RawRecorderConfig& config) {
   const Result<std::string> calibration = kitti_calibration_text(config.calibration);
   if (!calibration) {
-    return tl::unexpected(calibration.error());
+    return Unexpected(calibration.error());
   }
   // As KITTI names them: images as the sensor gave them, or rectified ones.
   const fs::path drive = config.directory / (config.calibration.rectified ? "drive_0001_sync" : "drive_0001_extract");
   auto recorder = std::make_unique<KittiRecorder>(config, drive);
   if (const Status begun = recorder->begin(*calibration); !begun) {
-    return tl::unexpected(begun.error());
+    return Unexpected(begun.error());
   }
   return recorder;
 }

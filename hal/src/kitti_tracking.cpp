@@ -38,11 +38,11 @@ Result<Dataset> open_kitti_tracking(const DatasetSpec& spec) {
   }
   const auto root = find_root(spec);
   if (!root) {
-    return tl::unexpected(root.error());
+    return Unexpected(root.error());
   }
   const auto sequence = choose_sequence(*root / "image_02", spec.sequence, subfolders(*root / "image_02"));
   if (!sequence) {
-    return tl::unexpected(sequence.error());
+    return Unexpected(sequence.error());
   }
   const fs::path calibration_path = *root / "calib" / (*sequence + ".txt");
   if (!is_file(calibration_path)) {
@@ -53,7 +53,7 @@ Result<Dataset> open_kitti_tracking(const DatasetSpec& spec) {
   auto left = list_images(*root / "image_02" / *sequence);
   auto right = list_images(*root / "image_03" / *sequence);
   if (const Error* error = first_error(calibration, left, right)) {
-    return tl::unexpected(*error);
+    return Unexpected(*error);
   }
   const SequenceFiles files{std::move(*left), std::move(*right), {}, kRate_hz};
   return build_dataset(*sequence, files, spec,

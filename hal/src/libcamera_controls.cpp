@@ -120,7 +120,7 @@ Result<libcamera::ControlList> choose_libcamera_controls(const libcamera::Camera
     status = set_rate(camera, config, info, chosen);
   }
   if (!status) {
-    return tl::unexpected(status.error());
+    return Unexpected(status.error());
   }
   return chosen;
 }

@@ -158,7 +158,7 @@ Status Session::acquire(const CaptureConfig& config, CaptureInfo& info) {
   acquired_ = true;
   auto configuration = negotiate(*camera_, config, info);
   if (!configuration) {
-    return tl::unexpected(configuration.error());
+    return Unexpected(configuration.error());
   }
   configuration_ = std::move(*configuration);
   if (const int code = camera_->configure(configuration_.get()); code != 0) {
@@ -182,7 +182,7 @@ Status Session::open(const CaptureConfig& config, CaptureInfo& info) {
   info.sequence_counts_losses = location != libcamera::properties::CameraLocationExternal;
   auto controls = choose_libcamera_controls(*camera_, config, info);
   if (!controls) {
-    return tl::unexpected(controls.error());
+    return Unexpected(controls.error());
   }
   controls_ = std::move(*controls);
   settings_ = SettingsCheck(
@@ -323,7 +323,7 @@ Result<CapturedImage> Session::image_of(const CompletedQueue::Item& item, const 
   const CaptureSettings got = settings_of(slot.request->metadata());
   if (const Status as_asked = settings_.check(info.name, got); !as_asked) {
     enqueue(slot);
-    return tl::unexpected(as_asked.error());
+    return Unexpected(as_asked.error());
   }
   slot.with_user = true;
   last_sequence_ = item.sequence;
@@ -360,7 +360,7 @@ class LibcameraDevice final : public CaptureDevice {
   Status open() override;
   Status start() override { return session_ ? session_->start(info_) : not_open(); }
   Result<CapturedImage> next(std::chrono::milliseconds timeout) override {
-    return session_ ? session_->next(info_, timeout) : tl::unexpected(not_open().error());
+    return session_ ? session_->next(info_, timeout) : Unexpected(not_open().error());
   }
   void release(int slot) noexcept override {
     if (session_) {
@@ -383,7 +383,7 @@ class LibcameraDevice final : public CaptureDevice {
 Status LibcameraDevice::open() {
   auto camera = find_libcamera(config_.device);
   if (!camera) {
-    return tl::unexpected(camera.error());
+    return Unexpected(camera.error());
   }
   auto session = std::make_unique<Session>(std::move(*camera));
   if (Status opened = session->open(config_, info_); !opened) {

@@ -38,7 +38,7 @@ Result<libcamera::CameraManager*> libcamera_manager() {
 Result<std::shared_ptr<libcamera::Camera>> find_libcamera(const std::string& id) {
   const auto manager = libcamera_manager();
   if (!manager) {
-    return tl::unexpected(manager.error());
+    return Unexpected(manager.error());
   }
   std::vector<std::string> ids;
   for (std::shared_ptr<libcamera::Camera>& camera : (*manager)->cameras()) {

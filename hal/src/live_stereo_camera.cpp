@@ -217,7 +217,7 @@ Result<bool> LiveStereoCamera::Impl::take_image(std::size_t eye) {
   counters.stream_restarts += look_at_restarts();
   missed.see(eye == 0 ? Eye::kLeft : Eye::kRight, streams[eye].image_number());
   if (!frame) {
-    return tl::unexpected(frame.error());
+    return Unexpected(frame.error());
   }
   if (!*frame) {
     return false;
@@ -259,7 +259,7 @@ Result<bool> LiveStereoCamera::Impl::gather() {
       any_ready = true;
       const Result<bool> taken = take_image(eye);
       if (!taken) {
-        return tl::unexpected(taken.error());
+        return Unexpected(taken.error());
       }
       any_empty = any_empty || !*taken;
     }
@@ -381,18 +381,18 @@ Result<LiveStereoCamera> LiveStereoCamera::create(const LiveCameraConfig& config
 Result<LiveStereoCamera> LiveStereoCamera::create(const LiveCameraConfig& config, Arena& arena,
                                                   CaptureEnvironment& environment) {
   if (const Status valid = config.validate(); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   std::vector<CaptureStream> streams;
   auto left = CaptureStream::create(config.right ? "left eye" : "stereo camera", config.left, arena, environment);
   if (!left) {
-    return tl::unexpected(left.error());
+    return Unexpected(left.error());
   }
   streams.push_back(std::move(*left));
   if (config.right) {
     auto right = CaptureStream::create("right eye", *config.right, arena, environment);
     if (!right) {
-      return tl::unexpected(right.error());
+      return Unexpected(right.error());
     }
     streams.push_back(std::move(*right));
   }
@@ -429,7 +429,7 @@ Status LiveStereoCamera::start() {
   self.synchronizer = FrameSynchronizer(sync_config(self.config));
   self.last_index = -1;
   if (Status started = self.start_streams(); !started) {
-    self.stop_streams();
+    static_cast<void>(self.stop_streams());  // Why it did not start says more.
     return started;
   }
   self.state = CameraState::kStreaming;
@@ -441,7 +441,7 @@ Result<StereoFrame> LiveStereoCamera::next(std::chrono::milliseconds timeout) {
   const bool allowed = self.state == CameraState::kStreaming || self.state == CameraState::kStalled ||
                        self.state == CameraState::kRecovering;
   if (const Status legal = self.require(allowed, "next()"); !legal) {
-    return tl::unexpected(legal.error());
+    return Unexpected(legal.error());
   }
   if (self.held) {
     self.release(*self.held);
@@ -451,7 +451,7 @@ Result<StereoFrame> LiveStereoCamera::next(std::chrono::milliseconds timeout) {
   for (;;) {
     const Result<bool> was_empty = self.gather();
     if (!was_empty) {
-      return tl::unexpected(self.lose(was_empty.error()));
+      return Unexpected(self.lose(was_empty.error()));
     }
     if (self.candidate) {
       if (const std::optional<StereoFrame> frame = self.deliver()) {
@@ -460,7 +460,7 @@ Result<StereoFrame> LiveStereoCamera::next(std::chrono::milliseconds timeout) {
     }
     const std::int64_t now_ns = self.environment->now_ns();
     if (now_ns >= until_ns || now_ns - self.delivered_ns > self.limit_ns()) {
-      return tl::unexpected(self.timeout(now_ns));
+      return Unexpected(self.timeout(now_ns));
     }
     if (*was_empty) {
       self.environment->wait({}, now_ns + kBreath_ns);

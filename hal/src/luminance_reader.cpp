@@ -74,7 +74,7 @@ Result<LuminanceReader> LuminanceReader::create(const CaptureConfig& config, Are
   if (config.format == PixelFormat::kMjpeg) {
     auto decoder = imaging::JpegDecoder::create();
     if (!decoder) {
-      return tl::unexpected(decoder.error());
+      return Unexpected(decoder.error());
     }
     impl->jpeg = std::move(*decoder);
   }
@@ -109,7 +109,7 @@ Status LuminanceReader::Impl::decode(const CapturedImage& image, const CaptureIn
 
 Result<GrayView> LuminanceReader::read(const CapturedImage& image, const CaptureInfo& info) {
   if (const Status sound = impl_->check(image, info); !sound) {
-    return tl::unexpected(sound.error());
+    return Unexpected(sound.error());
   }
   switch (impl_->format) {
     case PixelFormat::kGrey8:
@@ -121,7 +121,7 @@ Result<GrayView> LuminanceReader::read(const CapturedImage& image, const Capture
       break;
     case PixelFormat::kMjpeg:
       if (const Status decoded = impl_->decode(image, info); !decoded) {
-        return tl::unexpected(decoded.error());
+        return Unexpected(decoded.error());
       }
       break;
   }

@@ -48,7 +48,9 @@ Result<ImageSize> image_size(const std::vector<YamlDocument>& files, const Image
     return ImageSize{static_cast<int>(std::lround(width)), static_cast<int>(std::lround(height))};
   };
   if (const auto place = find(files, {"imageSize", "image_size", "size", "resolution"})) {
-    return place->file->numbers(place->key, 2).map([&](const std::vector<double>& v) { return to_size(v[0], v[1]); });
+    return place->file->numbers(place->key, 2).transform([&](const std::vector<double>& v) {
+      return to_size(v[0], v[1]);
+    });
   }
   const auto width = find(files, {"image_width", "width"});
   const auto height = find(files, {"image_height", "height"});
@@ -58,7 +60,7 @@ Result<ImageSize> image_size(const std::vector<YamlDocument>& files, const Image
   const auto width_px = width->file->numbers(width->key, 1);
   const auto height_px = height->file->numbers(height->key, 1);
   if (const Error* error = first_error(width_px, height_px)) {
-    return tl::unexpected(*error);
+    return Unexpected(*error);
   }
   return to_size(width_px->front(), height_px->front());
 }
@@ -68,11 +70,11 @@ Result<CameraModel> read_camera(const std::vector<YamlDocument>& files, const st
   const auto K = find_matrix3(files, intrinsics_keys(eye));
   const auto place = find(files, distortion_keys(eye));
   if (const Error* error = first_error(K, place)) {
-    return tl::unexpected(*error);
+    return Unexpected(*error);
   }
   const auto coefficients = place->file->numbers(place->key);
   if (!coefficients) {
-    return tl::unexpected(coefficients.error());
+    return Unexpected(coefficients.error());
   }
   CameraModel camera{.lens = lens,
                      .width_px = size.width_px,
@@ -82,7 +84,7 @@ Result<CameraModel> read_camera(const std::vector<YamlDocument>& files, const st
                      .cx_px = (*K)(0, 2),
                      .cy_px = (*K)(1, 2)};
   if (const Status set = set_distortion(camera, *coefficients, *place->file, place->key); !set) {
-    return tl::unexpected(set.error());
+    return Unexpected(set.error());
   }
   return camera;
 }
@@ -117,14 +119,14 @@ Result<RigCalibration> read_opencv_stereo(const std::vector<YamlDocument>& files
   const LensModel lens = is_fisheye(files) ? LensModel::kEquidistant : LensModel::kRadialTangential;
   const auto stored_size = image_size(files, size);
   if (!stored_size) {
-    return tl::unexpected(stored_size.error());
+    return Unexpected(stored_size.error());
   }
   const auto left = read_camera(files, "1", lens, *stored_size);
   const auto right = read_camera(files, "2", lens, *stored_size);
   const auto R = find_matrix3(files, {"R"});
   const auto T = find(files, {"T"}).and_then([](const Place& place) { return place.file->numbers(place.key, 3); });
   if (const Error* error = first_error(left, right, R, T)) {
-    return tl::unexpected(*error);
+    return Unexpected(*error);
   }
   RigCalibration rig;
   for (const YamlDocument& file : files) {

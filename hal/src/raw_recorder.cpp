@@ -59,14 +59,14 @@ std::size_t RawRecorder::required_bytes(const RawRecorderConfig& config) {
 Result<std::unique_ptr<RawRecorder>> RawRecorder::create(const RawRecorderConfig& config, Arena& arena) {
   for (const Status& status : {config.validate(), make_empty_folder(config.directory)}) {
     if (!status) {
-      return tl::unexpected(status.error());
+      return Unexpected(status.error());
     }
   }
   auto recorder =
       config.format == RawFormat::kContainer ? make_container_recorder(config, arena) : make_kitti_recorder(config);
   // The folders made, the calibration and the first headers: without them the frames would be of no use.
   if (const Status lasts = sync_disk_of(config.directory.c_str()); recorder && !lasts) {
-    return tl::unexpected(lasts.error());
+    return Unexpected(lasts.error());
   }
   return recorder;
 }

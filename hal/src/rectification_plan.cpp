@@ -82,10 +82,10 @@ Result<RectificationPlan> plan_rectification(const RigCalibration& calibration, 
   RectificationPlan plan;
   plan.calibration = calibration;
   if (const Status valid = config.validate(); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   if (const Status valid = plan.calibration.validate(); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   if (calibration.rectified) {
     plan.geometry = *calibration.rectified;
@@ -108,7 +108,7 @@ Result<RectificationPlan> plan_rectification(const RigCalibration& calibration, 
     }
   }
   if (const Status sound = check_result(plan); !sound) {
-    return tl::unexpected(sound.error());
+    return Unexpected(sound.error());
   }
   plan.passes_through = is_pinhole_of(plan.calibration.left, plan.R_left, plan.geometry) &&
                         is_pinhole_of(plan.calibration.right, plan.R_right, plan.geometry);

@@ -91,13 +91,13 @@ std::size_t Rectifier::required_bytes(const RigCalibration& calibration, const R
 }
 
 Result<StereoGeometry> Rectifier::rectified_geometry(const RigCalibration& calibration, const RectifierConfig& config) {
-  return plan_rectification(calibration, config).map([](const RectificationPlan& plan) { return plan.geometry; });
+  return plan_rectification(calibration, config).transform([](const RectificationPlan& plan) { return plan.geometry; });
 }
 
 Result<Rectifier> Rectifier::create(const RigCalibration& calibration, const RectifierConfig& config, Arena& arena) {
   const auto plan = plan_rectification(calibration, config);
   if (!plan) {
-    return tl::unexpected(plan.error());
+    return Unexpected(plan.error());
   }
   Rectifier rectifier;
   rectifier.geometry_ = plan->geometry;

@@ -17,7 +17,7 @@ constexpr double kIntrinsicsTolerance_px = 0.01;
 
 using Projection = Eigen::Matrix<double, 3, 4>;
 
-tl::unexpected<Error> bad(const std::string& source, const std::string& what) {
+Unexpected<Error> bad(const std::string& source, const std::string& what) {
   return fail(ErrorCode::kBadCalibration, source + ": " + what);
 }
 
@@ -118,7 +118,7 @@ Status validate_given(const std::string& source, RectifyingTransforms& given) {
   if (status) {
     const auto geometry =
         geometry_from_projections(given.P_left, given.P_right, given.width_px, given.height_px, source);
-    status = geometry ? Status{} : tl::unexpected(geometry.error());
+    status = geometry ? Status{} : Unexpected(geometry.error());
   }
   return status;
 }
@@ -173,7 +173,7 @@ Result<StereoGeometry> geometry_from_projections(const Projection& P_left, const
   if (const Status pinhole = check_pinhole(source, "rectified", geometry.fx_px, geometry.fy_px, geometry.cx_px,
                                            geometry.cy_px, width_px, height_px);
       !pinhole) {
-    return tl::unexpected(pinhole.error());
+    return Unexpected(pinhole.error());
   }
   const double difference = (P_left.leftCols<3>() - P_right.leftCols<3>()).cwiseAbs().maxCoeff();
   if (difference > kIntrinsicsTolerance_px) {
@@ -183,7 +183,7 @@ Result<StereoGeometry> geometry_from_projections(const Projection& P_left, const
   }
   const Eigen::Vector3d offset = centre(P_right) - centre(P_left);
   if (const Status baseline = check_baseline(source, offset, kMaxAxisTilt); !baseline) {
-    return tl::unexpected(baseline.error());
+    return Unexpected(baseline.error());
   }
   geometry.baseline_m = offset.x();
   return geometry;

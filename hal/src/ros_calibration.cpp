@@ -22,7 +22,7 @@ Result<RosCamera> read_camera(const YamlDocument& file) {
   const auto R = file.matrix3("rectification_matrix");
   const auto P = file.numbers("projection_matrix", 12);
   if (const Error* error = first_error(width, height, K, lens, coefficients, R, P)) {
-    return tl::unexpected(*error);
+    return Unexpected(*error);
   }
   RosCamera camera;
   if (*lens == "equidistant" || *lens == "fisheye") {
@@ -38,7 +38,7 @@ Result<RosCamera> read_camera(const YamlDocument& file) {
   camera.model.cx_px = (*K)(0, 2);
   camera.model.cy_px = (*K)(1, 2);
   if (const Status set = set_distortion(camera.model, *coefficients, file, "distortion_coefficients"); !set) {
-    return tl::unexpected(set.error());
+    return Unexpected(set.error());
   }
   camera.R = *R;
   camera.P = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(P->data());
@@ -55,7 +55,7 @@ Result<RigCalibration> read_ros_camera_infos(const YamlDocument& left_file, cons
   const auto left = read_camera(left_file);
   const auto right = read_camera(right_file);
   if (const Error* error = first_error(left, right)) {
-    return tl::unexpected(*error);
+    return Unexpected(*error);
   }
   RigCalibration rig;
   rig.source = concat(left_file.path().string(), ", ", right_file.path().string());

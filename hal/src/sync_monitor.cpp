@@ -194,7 +194,7 @@ std::size_t SyncMonitor::required_bytes(const SyncMonitorConfig& /*config*/, int
 
 Result<SyncMonitor> SyncMonitor::create(const SyncMonitorConfig& config, int width_px, int height_px, Arena& arena) {
   if (const Status valid = config.validate(); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   Storage storage;
   carve(width_px, height_px, arena, storage);

@@ -148,7 +148,7 @@ std::optional<std::int64_t> parse_time_ns(std::string_view text) {
 Result<std::vector<std::int64_t>> read_times_ns(const std::filesystem::path& path) {
   const Result<std::string> text = read_text(path);
   if (!text) {
-    return tl::unexpected(text.error());
+    return Unexpected(text.error());
   }
   std::vector<std::int64_t> times;
   for (const std::string_view line : content_lines(*text)) {
@@ -166,7 +166,7 @@ Result<std::vector<std::int64_t>> read_times_ns(const std::filesystem::path& pat
 Result<std::map<std::int64_t, std::int64_t>> read_frame_times_ns(const std::filesystem::path& path) {
   const Result<std::string> text = read_text(path);
   if (!text) {
-    return tl::unexpected(text.error());
+    return Unexpected(text.error());
   }
   const std::string_view whole_lines = std::string_view(*text).substr(0, text->rfind('\n') + 1);
   std::map<std::int64_t, std::int64_t> times;

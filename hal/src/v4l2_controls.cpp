@@ -80,10 +80,10 @@ bool has_entry(const V4l2File& file, __u32 id, __s32 index) {
 Result<__s32> set_control(const V4l2File& file, __u32 id, __s32 value, const char* what) {
   v4l2_control control{id, value};
   if (const Status set = file.require(VIDIOC_S_CTRL, &control, what); !set) {
-    return tl::unexpected(set.error());
+    return Unexpected(set.error());
   }
   if (const Status got = file.require(VIDIOC_G_CTRL, &control, what); !got) {
-    return tl::unexpected(got.error());
+    return Unexpected(got.error());
   }
   return control.value;
 }
@@ -96,7 +96,7 @@ Result<double> set_exactly(const V4l2File& file, const v4l2_queryctrl& control, 
       std::clamp(std::round(asked / unit), static_cast<double>(control.minimum), static_cast<double>(control.maximum));
   const Result<__s32> got = set_control(file, control.id, static_cast<__s32>(steps), what);
   if (!got) {
-    return tl::unexpected(got.error());
+    return Unexpected(got.error());
   }
   const double value = *got * unit;
   if (std::abs(value - asked) > unit / 2) {
@@ -111,7 +111,7 @@ Result<double> set_exactly(const V4l2File& file, const v4l2_queryctrl& control, 
 Status set_mode(const V4l2File& file, __u32 id, __s32 mode, const CaptureInfo& info, const char* what) {
   const Result<__s32> got = set_control(file, id, mode, what);
   if (!got) {
-    return tl::unexpected(got.error());
+    return Unexpected(got.error());
   }
   if (*got != mode) {
     return fail(ErrorCode::kUnsupported, concat(info.name, ": asked for ", what, " ", std::to_string(mode),
@@ -129,7 +129,7 @@ Result<bool> choose_exposure_mode(const V4l2File& file, const std::array<__s32, 
   for (const __s32 mode : modes) {
     if (has_entry(file, control->id, mode)) {
       const Status set = set_mode(file, control->id, mode, info, "exposure mode");
-      return set ? Result<bool>(true) : tl::unexpected(set.error());
+      return set ? Result<bool>(true) : Unexpected(set.error());
     }
   }
   return false;
@@ -139,7 +139,7 @@ Status set_exposure(const V4l2File& file, const CaptureConfig& config, CaptureIn
   if (!config.exposure_us) {
     // A device without automatics keeps the exposure that it has.
     const auto automatic = choose_exposure_mode(file, {V4L2_EXPOSURE_APERTURE_PRIORITY, V4L2_EXPOSURE_AUTO}, info);
-    return automatic ? Status{} : tl::unexpected(automatic.error());
+    return automatic ? Status{} : Unexpected(automatic.error());
   }
   const auto control = find_control(file, V4L2_CID_EXPOSURE_ABSOLUTE);
   if (!control) {
@@ -148,14 +148,14 @@ Status set_exposure(const V4l2File& file, const CaptureConfig& config, CaptureIn
   }
   const auto manual = choose_exposure_mode(file, {V4L2_EXPOSURE_MANUAL, V4L2_EXPOSURE_SHUTTER_PRIORITY}, info);
   if (!manual) {
-    return tl::unexpected(manual.error());
+    return Unexpected(manual.error());
   }
   if (!*manual) {
     return fail(ErrorCode::kUnsupported, info.name + ": its exposure is always automatic; leave exposure_us out");
   }
   const auto got = set_exactly(file, *control, *config.exposure_us, kUsPerExposureUnit, info, "exposure_us");
   if (!got) {
-    return tl::unexpected(got.error());
+    return Unexpected(got.error());
   }
   info.exposure_us = *got;
   return {};
@@ -181,7 +181,7 @@ Status set_gain(const V4l2File& file, const CaptureConfig& config, CaptureInfo& 
   }
   const auto got = set_exactly(file, *control, *config.gain, 1.0, info, "gain");
   if (!got) {
-    return tl::unexpected(got.error());
+    return Unexpected(got.error());
   }
   info.gain = *got;
   return {};

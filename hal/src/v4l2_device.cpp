@@ -67,11 +67,11 @@ class V4l2Device final : public CaptureDevice {
 Status V4l2Device::open() {
   const auto node = find_v4l2_node(config_.device);
   if (!node) {
-    return tl::unexpected(node.error());
+    return Unexpected(node.error());
   }
   auto file = V4l2File::open(node->path);
   if (!file) {
-    return tl::unexpected(file.error());
+    return Unexpected(file.error());
   }
   info_ = {};
   info_.name = node->described();
@@ -87,7 +87,7 @@ Status V4l2Device::open() {
   }
   auto queue = V4l2Queue::create(*file, v4l2_buffer_type(*node), config_.buffers);
   if (!queue) {
-    return tl::unexpected(queue.error());
+    return Unexpected(queue.error());
   }
   if (Status known = read_timestamp_kind(*queue); !known) {
     return known;
@@ -144,7 +144,7 @@ std::optional<std::int64_t> V4l2Device::exposure_ns() noexcept {
 
 Result<CapturedImage> V4l2Device::next(std::chrono::milliseconds timeout) {
   if (const Status opened = require_open(); !opened) {
-    return tl::unexpected(opened.error());
+    return Unexpected(opened.error());
   }
   stream_->queue.retry_returns(stream_->file);
   V4l2Frame frame;
@@ -154,7 +154,7 @@ Result<CapturedImage> V4l2Device::next(std::chrono::milliseconds timeout) {
     return fail(ErrorCode::kTimeout, "no image");  // So short that it needs no memory: this happens all the time.
   }
   if (code != 0) {
-    return tl::unexpected(stream_->file.error(code, "taking an image"));
+    return Unexpected(stream_->file.error(code, "taking an image"));
   }
   return CapturedImage{.slot = frame.slot,
                        .sequence = sequence_.unwrap(frame.sequence),

@@ -35,7 +35,7 @@ Result<V4l2File> V4l2File::open(const std::string& path) {
     case ENXIO: return fail(ErrorCode::kNotFound, path + ": there is no such device");
     case EACCES:
     case EPERM: return fail(ErrorCode::kIo, path + ": permission denied; add your user to the group 'video'");
-    default: return tl::unexpected(V4l2File(path, OwnedFd(), &machine_ioctl).error(errno, "open"));
+    default: return Unexpected(V4l2File(path, OwnedFd(), &machine_ioctl).error(errno, "open"));
   }
 }
 
@@ -50,7 +50,7 @@ int V4l2File::call(unsigned long request, void* argument) const noexcept {
 
 Status V4l2File::require(unsigned long request, void* argument, const char* what) const {
   if (const int code = call(request, argument); code != 0) {
-    return tl::unexpected(error(code, what));
+    return Unexpected(error(code, what));
   }
   return {};
 }

@@ -126,7 +126,7 @@ Result<Mode> set_format(const V4l2File& file, const V4l2Node& node, const Captur
                    .height = static_cast<__u32>(config.height_px)};
   v4l2_format request = as_request(asked, v4l2_buffer_type(node));
   if (const Status set = file.require(VIDIOC_S_FMT, &request, "setting the format"); !set) {
-    return tl::unexpected(set.error());
+    return Unexpected(set.error());
   }
   const Mode got = as_mode(request);
   if (got.width != asked.width || got.height != asked.height || format_of(got.code) != config.format) {
@@ -162,7 +162,7 @@ Result<double> set_rate(const V4l2File& file, const V4l2Node& node, const Captur
   request.parm.capture.timeperframe = interval_of(config.rate_hz);
   if (file.call(VIDIOC_S_PARM, &request) != 0 || (request.parm.capture.capability & V4L2_CAP_TIMEPERFRAME) == 0) {
     if (file.gone()) {
-      return tl::unexpected(file.error(ENODEV, "setting the rate"));
+      return Unexpected(file.error(ENODEV, "setting the rate"));
     }
     return 0.0;
   }
@@ -213,11 +213,11 @@ std::uint32_t v4l2_buffer_type(const V4l2Node& node) noexcept {
 Status set_v4l2_mode(const V4l2File& file, const V4l2Node& node, const CaptureConfig& config, CaptureInfo& info) {
   const Result<Mode> mode = set_format(file, node, config);
   if (!mode) {
-    return tl::unexpected(mode.error());
+    return Unexpected(mode.error());
   }
   const Result<double> rate_hz = set_rate(file, node, config);
   if (!rate_hz) {
-    return tl::unexpected(rate_hz.error());
+    return Unexpected(rate_hz.error());
   }
   info.format = config.format;
   info.width_px = config.width_px;

@@ -71,7 +71,7 @@ std::string choices(const std::vector<V4l2Node>& nodes) {
 Result<V4l2Node> node_at(const std::string& path) {
   auto file = V4l2File::open(path);
   if (!file) {
-    return tl::unexpected(file.error());
+    return Unexpected(file.error());
   }
   return describe_v4l2_node(*file);
 }

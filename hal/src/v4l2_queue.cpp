@@ -64,7 +64,7 @@ Result<V4l2Queue> V4l2Queue::create(const V4l2File& file, std::uint32_t type, in
   request.type = type;
   request.memory = V4L2_MEMORY_MMAP;
   if (const Status granted = file.require(VIDIOC_REQBUFS, &request, "requesting buffers"); !granted) {
-    return tl::unexpected(granted.error());
+    return Unexpected(granted.error());
   }
   if (request.count < static_cast<__u32>(count)) {
     return fail(ErrorCode::kUnsupported,
@@ -76,7 +76,7 @@ Result<V4l2Queue> V4l2Queue::create(const V4l2File& file, std::uint32_t type, in
   queue.buffers_.reserve(request.count);
   for (__u32 index = 0; index < request.count; ++index) {
     if (const Status taken = queue.take(file, index); !taken) {
-      return tl::unexpected(taken.error());
+      return Unexpected(taken.error());
     }
   }
   return queue;
@@ -89,7 +89,7 @@ Status V4l2Queue::take(const V4l2File& file, std::uint32_t index) {
   }
   MappedBytes mapping(file.fd(), request.length(), request.offset());
   if (!mapping.valid()) {
-    return tl::unexpected(file.error(errno, "mapping a buffer"));
+    return Unexpected(file.error(errno, "mapping a buffer"));
   }
   flags_ = request.get()->flags;
   buffers_.push_back({std::move(mapping), export_buffer(file, type_, index), Place::kUser});
@@ -107,7 +107,7 @@ Status V4l2Queue::start(const V4l2File& file) {
   for (std::uint32_t index = 0; index < buffers_.size(); ++index) {
     if (const int code = enqueue(file, index); code != 0) {
       const Status stopped = stop(file);
-      return tl::unexpected(stopped ? file.error(code, "queueing a buffer") : stopped.error());
+      return Unexpected(stopped ? file.error(code, "queueing a buffer") : stopped.error());
     }
   }
   if (Status started = file.require(VIDIOC_STREAMON, &type_, "starting the stream"); !started) {

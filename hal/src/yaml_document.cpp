@@ -51,7 +51,7 @@ std::optional<std::string> append_numbers(const YAML::Node& node, std::vector<do
 Result<YamlDocument> YamlDocument::load(const std::filesystem::path& path) {
   Result<std::string> text = read_text(path);
   if (!text) {
-    return tl::unexpected(text.error());
+    return Unexpected(text.error());
   }
   if (text->starts_with("%YAML")) {
     text->erase(0, std::min(text->find('\n'), text->size()));
@@ -130,7 +130,7 @@ Result<std::vector<double>> YamlDocument::numbers(std::string_view key, std::siz
 }
 
 Result<Eigen::Matrix3d> YamlDocument::matrix3(std::string_view key) const {
-  return numbers(key, 9).map([](const std::vector<double>& values) -> Eigen::Matrix3d {
+  return numbers(key, 9).transform([](const std::vector<double>& values) -> Eigen::Matrix3d {
     return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(values.data());
   });
 }
@@ -138,7 +138,7 @@ Result<Eigen::Matrix3d> YamlDocument::matrix3(std::string_view key) const {
 Result<Se3> YamlDocument::transform(std::string_view key) const {
   const Result<std::vector<double>> values = numbers(key, 16);
   if (!values) {
-    return tl::unexpected(values.error());
+    return Unexpected(values.error());
   }
   const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> matrix(values->data());
   if (!matrix.row(3).isApprox(Eigen::RowVector4d(0, 0, 0, 1))) {
@@ -147,7 +147,7 @@ Result<Se3> YamlDocument::transform(std::string_view key) const {
   return Se3{matrix.topLeftCorner<3, 3>(), matrix.topRightCorner<3, 1>()};
 }
 
-tl::unexpected<Error> YamlDocument::error(std::string_view key, std::string_view what) const {
+Unexpected<Error> YamlDocument::error(std::string_view key, std::string_view what) const {
   return fail(ErrorCode::kBadCalibration, concat(path_.string(), ": '", key, "' ", what));
 }
 

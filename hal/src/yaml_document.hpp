@@ -37,7 +37,7 @@ class YamlDocument {
   /// A 4x4 matrix whose last row is 0 0 0 1.
   [[nodiscard]] Result<Se3> transform(std::string_view key) const;
 
-  [[nodiscard]] tl::unexpected<Error> error(std::string_view key, std::string_view what) const;
+  [[nodiscard]] Unexpected<Error> error(std::string_view key, std::string_view what) const;
 
  private:
   [[nodiscard]] std::optional<YAML::Node> find(std::string_view key) const;

@@ -187,7 +187,7 @@ void capture(benchmark::State& state, std::unique_ptr<hal::StereoCamera> camera,
   const AllocationCounts before = allocation_counts();
   for (auto _ : state) {
     const auto frame = guard.next(std::chrono::milliseconds(100));
-    const auto pair = frame ? rectifier.process(*frame) : tl::unexpected(frame.error());
+    const auto pair = frame ? rectifier.process(*frame) : Unexpected(frame.error());
     if (!pair) {
       state.SkipWithError(pair.error().message.c_str());
       break;

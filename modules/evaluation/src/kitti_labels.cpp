@@ -71,7 +71,7 @@ Result<ObjectsByFrame> read_kitti_labels(const std::filesystem::path& path, cons
                                          const TruthSource& source) {
   Result<TextRows> rows = TextRows::open(path, TextRows::Separator::kBlanks);
   if (!rows) {
-    return tl::unexpected(rows.error());
+    return Unexpected(rows.error());
   }
   ObjectsByFrame objects;
   while (rows->next()) {
@@ -91,7 +91,7 @@ Result<ObjectsByFrame> read_kitti_labels(const std::filesystem::path& path, cons
     }
   }
   if (!rows->status()) {
-    return tl::unexpected(rows->status().error());
+    return Unexpected(rows->status().error());
   }
   std::map<std::uint32_t, std::vector<TimedObject>> tracks;
   for (auto& [frame, located] : objects) {

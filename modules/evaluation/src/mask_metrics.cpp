@@ -106,7 +106,7 @@ MaskMetrics::~MaskMetrics() = default;
 Status MaskMetrics::add(const InstanceMasks& truth, const InstanceMasks& result) {
   const Result<MaskOverlap> overlap = overlap_masks(truth, result);
   if (!overlap) {
-    return tl::unexpected(overlap.error());
+    return Unexpected(overlap.error());
   }
   for (const auto& instances : {truth.instances, result.instances}) {
     for (const MaskInstance& instance : instances) {

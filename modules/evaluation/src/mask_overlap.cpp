@@ -103,7 +103,7 @@ Result<MaskOverlap> overlap_masks(const InstanceMasks& truth, const InstanceMask
   for (const Status& status : {check_instances(truth, "true"), check_instances(result, "resulting"),
                                check_sizes(truth.labels, result.labels)}) {
     if (!status) {
-      return tl::unexpected(status.error());
+      return Unexpected(status.error());
     }
   }
   const PixelCounts counts(truth.labels, result.labels);

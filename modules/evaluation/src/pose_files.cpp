@@ -11,7 +11,7 @@ Result<TrueCamera> read_rows(const std::filesystem::path& path, TextRows::Separa
                              const ReadPose& read_pose) {
   Result<TextRows> rows = TextRows::open(path, separator);
   if (!rows) {
-    return tl::unexpected(rows.error());
+    return Unexpected(rows.error());
   }
   TrueCamera camera;
   camera.by_time = by_time;
@@ -24,7 +24,7 @@ Result<TrueCamera> read_rows(const std::filesystem::path& path, TextRows::Separa
     camera.poses.push_back(pose);
   }
   if (!rows->status()) {
-    return tl::unexpected(rows->status().error());
+    return Unexpected(rows->status().error());
   }
   if (camera.poses.empty()) {
     return fail(ErrorCode::kBadFormat, path.string() + ": holds no pose");

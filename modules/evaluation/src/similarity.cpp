@@ -52,7 +52,7 @@ Status compare_masks(const InstanceMasks& truth, const InstanceMasks& tracks, co
                      ObjectFrame& frame) {
   const Result<MaskOverlap> overlap = overlap_masks(truth, tracks);
   if (!overlap) {
-    return tl::unexpected(overlap.error());
+    return Unexpected(overlap.error());
   }
   resize(frame);
   const IndexOfId true_masks = index_of(truth.instances);

@@ -18,7 +18,7 @@ std::uint16_t class_of(std::string_view name) {
 Result<ObjectsByFrame> read_simulator_objects(const std::filesystem::path& path) {
   Result<TextRows> rows = TextRows::open(path, TextRows::Separator::kComma);
   if (!rows) {
-    return tl::unexpected(rows.error());
+    return Unexpected(rows.error());
   }
   const std::vector<std::size_t> column = rows->columns(
       {"frame", "object_id", "class", "moving", "rigid", "tx", "vx", "vy", "vz", "height", "visible_px", "height_px"});
@@ -44,7 +44,7 @@ Result<ObjectsByFrame> read_simulator_objects(const std::filesystem::path& path)
     }
   }
   if (!rows->status()) {
-    return tl::unexpected(rows->status().error());
+    return Unexpected(rows->status().error());
   }
   return objects;
 }

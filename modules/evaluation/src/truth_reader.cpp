@@ -117,7 +117,7 @@ Result<TrueCamera> read_camera(const Place& place, const TruthSource& source) {
   camera_source.format.reset();
   const Result<Place> camera = find_truth(camera_source);
   if (!camera) {
-    return tl::unexpected(camera.error());
+    return Unexpected(camera.error());
   }
   if (camera->format == TruthFormat::kKittiTracking) {
     return fail(ErrorCode::kInvalidArgument, source.camera.string() + ": has labels, not camera poses");
@@ -140,7 +140,7 @@ Status read_objects(const Place& place, const TruthSource& source, Truth& truth)
     return {};
   }
   if (!objects) {
-    return tl::unexpected(objects.error());
+    return Unexpected(objects.error());
   }
   truth.objects = std::move(*objects);
   truth.has_objects = true;
@@ -161,17 +161,17 @@ std::string_view to_string(TruthFormat format) noexcept {
 Result<Truth> read_truth(const TruthSource& source) {
   const Result<Place> place = find_truth(source);
   if (!place) {
-    return tl::unexpected(place.error());
+    return Unexpected(place.error());
   }
   Result<TrueCamera> camera = read_camera(*place, source);
   if (!camera) {
-    return tl::unexpected(camera.error());
+    return Unexpected(camera.error());
   }
   Truth truth;
   truth.format = place->format;
   truth.camera = std::move(*camera);
   if (const Status objects = read_objects(*place, source, truth); !objects) {
-    return tl::unexpected(objects.error());
+    return Unexpected(objects.error());
   }
   if (!source.masks.empty()) {
     if (!is_folder(source.masks)) {

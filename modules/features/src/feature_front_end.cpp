@@ -128,7 +128,7 @@ std::size_t FeatureFrontEnd::required_bytes(const FeatureConfig& config, int wid
 Result<FeatureFrontEnd> FeatureFrontEnd::create(const FeatureConfig& config, int width_px, int height_px,
                                                 Arena& arena) {
   if (Status valid = config.validate(); !valid) {
-    return tl::unexpected(std::move(valid.error()));
+    return Unexpected(std::move(valid.error()));
   }
   if (width_px < kSmallestWidth || height_px < kSmallestHeight) {
     return fail(ErrorCode::kInvalidArgument, "features: images of " + size_text(width_px, height_px) +

@@ -10,7 +10,7 @@
 
 namespace kinetrace::imaging {
 
-tl::unexpected<Error> file_error(ErrorCode code, const char* path, std::string_view what) {
+Unexpected<Error> file_error(ErrorCode code, const char* path, std::string_view what) {
   return fail(code, std::string(path).append(": ").append(what));
 }
 

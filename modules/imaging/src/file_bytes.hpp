@@ -31,6 +31,6 @@ class InputFile {
 };
 
 /// "PATH: WHAT", as every error about a file begins.
-[[nodiscard]] tl::unexpected<Error> file_error(ErrorCode code, const char* path, std::string_view what);
+[[nodiscard]] Unexpected<Error> file_error(ErrorCode code, const char* path, std::string_view what);
 
 }  // namespace kinetrace::imaging

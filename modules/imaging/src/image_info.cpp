@@ -22,7 +22,7 @@ std::uint32_t big_endian(const std::uint8_t* bytes, int count) {
   return value;
 }
 
-tl::unexpected<Error> truncated(const char* path) {
+Unexpected<Error> truncated(const char* path) {
   return file_error(ErrorCode::kBadFormat, path, "ends within its header; copy it again or remove it");
 }
 
@@ -89,7 +89,7 @@ Result<ImageInfo> jpeg_info(const char* path, const InputFile& file) {
 Result<ImageInfo> pgm_info(const char* path, std::span<const std::uint8_t> head) {
   const Result<PgmHeader> header = parse_pgm_header(path, head);
   if (!header) {
-    return tl::unexpected(header.error());
+    return Unexpected(header.error());
   }
   ImageInfo info;
   info.format = ImageFormat::kPgm;
@@ -103,7 +103,7 @@ Result<ImageInfo> pgm_info(const char* path, std::span<const std::uint8_t> head)
 Result<ImageInfo> read_image_info(const char* path) {
   const Result<InputFile> file = InputFile::open(path);
   if (!file) {
-    return tl::unexpected(file.error());
+    return Unexpected(file.error());
   }
   std::array<std::uint8_t, 1024> buffer{};
   const std::span<const std::uint8_t> head(buffer.data(), file->read(0, buffer));

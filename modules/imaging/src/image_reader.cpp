@@ -48,11 +48,11 @@ std::size_t ImageReader::required_bytes(const ImageReaderConfig& config) {
 
 Result<ImageReader> ImageReader::create(const ImageReaderConfig& config, Arena& arena) {
   if (const Status valid = config.validate(); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   auto jpeg = JpegDecoder::create();
   if (!jpeg) {
-    return tl::unexpected(jpeg.error());
+    return Unexpected(jpeg.error());
   }
   ImageReader reader(std::move(*jpeg));
   reader.config_ = config;
@@ -67,7 +67,7 @@ Result<ImageReader> ImageReader::create(const ImageReaderConfig& config, Arena& 
 Result<std::span<const std::uint8_t>> ImageReader::load(const char* path, int width, int height, ImageInfo& info) {
   const Result<ImageInfo> header = read_image_info(path);
   if (!header) {
-    return tl::unexpected(header.error());
+    return Unexpected(header.error());
   }
   info = *header;
   if (info.width != width || info.height != height) {
@@ -82,7 +82,7 @@ Result<std::span<const std::uint8_t>> ImageReader::load(const char* path, int wi
   }
   const Result<InputFile> file = InputFile::open(path);
   if (!file) {
-    return tl::unexpected(file.error());
+    return Unexpected(file.error());
   }
   if (file->size_bytes() > storage_.file.size()) {
     return file_error(ErrorCode::kCapacity, path,
@@ -100,7 +100,7 @@ Status ImageReader::read_gray(const char* path, MutableGrayView target) {
   ImageInfo info;
   const auto bytes = load(path, target.width, target.height, info);
   if (!bytes) {
-    return tl::unexpected(bytes.error());
+    return Unexpected(bytes.error());
   }
   switch (info.format) {
     case ImageFormat::kPng: return decode_png_gray(path, *bytes, info, storage_.row, target);
@@ -114,7 +114,7 @@ Status ImageReader::read_gray16(const char* path, ImageView<std::uint16_t> targe
   ImageInfo info;
   const auto bytes = load(path, target.width, target.height, info);
   if (!bytes) {
-    return tl::unexpected(bytes.error());
+    return Unexpected(bytes.error());
   }
   switch (info.format) {
     case ImageFormat::kPng: return decode_png_gray16(path, *bytes, info, storage_.row, target);

@@ -22,7 +22,7 @@ bool is_padding(const char* warning) {
          bytes <= kMostBytes && marker == kEndOfImage;
 }
 
-tl::unexpected<Error> damaged(const char* name, const char* reason) {
+Unexpected<Error> damaged(const char* name, const char* reason) {
   return file_error(ErrorCode::kBadFormat, name,
                     std::string("is damaged or truncated (JPEG decoder: ") + reason + "); copy it again or remove it");
 }

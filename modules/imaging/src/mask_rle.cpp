@@ -14,7 +14,7 @@ constexpr int kSignBit = 0x10;
 constexpr int kMoreBit = 0x20;
 constexpr int kMaxNumberBits = 60;
 
-tl::unexpected<Error> malformed(std::size_t position, const std::string& reason) {
+Unexpected<Error> malformed(std::size_t position, const std::string& reason) {
   return fail(ErrorCode::kBadFormat, "run-length string, character " + std::to_string(position + 1) + ": " + reason +
                                          "; write the mask again");
 }
@@ -98,7 +98,7 @@ Result<std::vector<MaskRun>> decode_mask_rle(std::string_view text, int width, i
     const std::size_t place = numbers.position();
     const Result<std::int64_t> number = numbers.next();
     if (!number) {
-      return tl::unexpected(number.error());
+      return Unexpected(number.error());
     }
     const std::int64_t length = index > 2 ? before_last + *number : *number;
     if (length < 0 || length > pixels - position) {

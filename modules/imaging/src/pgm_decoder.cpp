@@ -54,7 +54,7 @@ template <typename Write>
 Status for_each_sample(const char* path, std::span<const std::uint8_t> bytes, int width, int height, Write&& write) {
   const Result<PgmHeader> header = parse_whole(path, bytes, width, height);
   if (!header) {
-    return tl::unexpected(header.error());
+    return Unexpected(header.error());
   }
   const std::size_t sample_bytes = bytes_per_sample(*header);
   const std::uint8_t* sample = bytes.data() + header->pixels_offset;

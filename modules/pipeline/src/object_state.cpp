@@ -71,7 +71,7 @@ double yaw_of(const Eigen::Vector3d& direction) {
 Result<ObjectState> ObjectState::create(const PipelineConfig& config, const StereoGeometry& geometry, Arena& arena) {
   auto body = sfm::BodyReconstruction::create(config.object, geometry, arena);
   if (!body) {
-    return tl::unexpected(body.error());
+    return Unexpected(body.error());
   }
   return ObjectState(config, geometry, std::move(*body), arena);
 }

@@ -125,7 +125,7 @@ struct Pipeline::Impl {
 
 Result<MemoryPlan> Pipeline::plan(const PipelineConfig& config, const StereoGeometry& geometry) {
   if (const Status valid = config.validate(); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   const PipelineConfig c = resolved(config);
   const std::size_t object_bytes = ObjectState::required_bytes(c);
@@ -155,37 +155,37 @@ Result<MemoryPlan> Pipeline::plan(const PipelineConfig& config, const StereoGeom
 Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeometry& geometry, Arena& arena,
                                   MaskSource* masks) {
   if (const Status valid = config.validate(); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   const PipelineConfig c = resolved(config);
   auto front_end = features::FeatureFrontEnd::create(c.features, geometry.width_px, geometry.height_px, arena);
   if (!front_end) {
-    return tl::unexpected(front_end.error());
+    return Unexpected(front_end.error());
   }
   auto segmenter = segmentation::make_segmenter(c.segmentation, geometry, c.features.max_features, arena, masks);
   if (!segmenter) {
-    return tl::unexpected(segmenter.error());
+    return Unexpected(segmenter.error());
   }
   auto tracker = tracking::StereoTracker::create(c.tracking, geometry.width_px, geometry.height_px, arena);
   if (!tracker) {
-    return tl::unexpected(tracker.error());
+    return Unexpected(tracker.error());
   }
   auto background = sfm::BodyReconstruction::create(c.background, geometry, arena);
   if (!background) {
-    return tl::unexpected(background.error());
+    return Unexpected(background.error());
   }
   std::vector<ObjectState> objects;
   objects.reserve(as_size(c.tracking.max_objects));
   for (int i = 0; i < c.tracking.max_objects; ++i) {
     auto object = ObjectState::create(c, geometry, arena);
     if (!object) {
-      return tl::unexpected(object.error());
+      return Unexpected(object.error());
     }
     objects.push_back(std::move(*object));
   }
   auto refiner = refinement::FixedBundleAdjuster::create(c.refinement, arena);
   if (!refiner) {
-    return tl::unexpected(refiner.error());
+    return Unexpected(refiner.error());
   }
   const KeptPaths paths(c.trajectory, ring_frames(c), arena);
   const OutputStorage out = carve_output(c, arena);
@@ -213,7 +213,7 @@ Pipeline::~Pipeline() = default;
 Result<const FrameResult*> Pipeline::process(const RectifiedPair& pair, StageObserver* observer) {
   Impl& self = *impl_;
   if (const Status valid = self.check(pair); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   {
     const StageScope capture(observer, Stage::kCapture);
@@ -223,14 +223,14 @@ Result<const FrameResult*> Pipeline::process(const RectifiedPair& pair, StageObs
   {
     const StageScope pyramid(observer, Stage::kPyramid);
     if (const Status begun = self.front_end.begin_frame(pair); !begun) {
-      return tl::unexpected(begun.error());
+      return Unexpected(begun.error());
     }
   }
   {
     const StageScope track(observer, Stage::kTrackFeatures);
     frame = self.front_end.track(self.predict_features(pair.timestamp_ns));
     if (!frame) {
-      return tl::unexpected(frame.error());
+      return Unexpected(frame.error());
     }
   }
   Se3 T_prev_cam;
@@ -247,7 +247,7 @@ Result<const FrameResult*> Pipeline::process(const RectifiedPair& pair, StageObs
                                  .ego_valid = self.started && self.background.estimate().status == BodyStatus::kTracked,
                                  .T_prev_cam = T_prev_cam});
     if (!detections) {
-      return tl::unexpected(detections.error());
+      return Unexpected(detections.error());
     }
   }
   Result<TrackFrame> tracks;
@@ -255,7 +255,7 @@ Result<const FrameResult*> Pipeline::process(const RectifiedPair& pair, StageObs
     const StageScope track(observer, Stage::kTrackObjects);
     tracks = self.tracker.process(*detections, frame->features, self.forecast_objects(pair.timestamp_ns));
     if (!tracks) {
-      return tl::unexpected(tracks.error());
+      return Unexpected(tracks.error());
     }
     self.count_tracks(*tracks);
   }
@@ -263,7 +263,7 @@ Result<const FrameResult*> Pipeline::process(const RectifiedPair& pair, StageObs
     const StageScope replenish(observer, Stage::kReplenish);
     frame = self.front_end.replenish(tracks->left_labels, guessed_masks(*tracks));
     if (!frame) {
-      return tl::unexpected(frame.error());
+      return Unexpected(frame.error());
     }
     self.previous_features = frame->features;
   }
@@ -274,7 +274,7 @@ Result<const FrameResult*> Pipeline::process(const RectifiedPair& pair, StageObs
   {
     const StageScope refine(observer, Stage::kRefine);
     if (const Status refined = self.refine(); !refined) {
-      return tl::unexpected(refined.error());
+      return Unexpected(refined.error());
     }
     for (ObjectState& object : self.objects) {
       if (object.alive()) {
@@ -433,7 +433,7 @@ Status Pipeline::Impl::refine() {
   };
   const Result<BundleSummary> summary = refine_body(background);
   if (!summary) {
-    return tl::unexpected(summary.error());
+    return Unexpected(summary.error());
   }
   background.conclude(*summary);
   const CameraState camera = camera_at(0);
@@ -445,7 +445,7 @@ Status Pipeline::Impl::refine() {
     if (object.reconstructing()) {
       const Result<BundleSummary> refined = refine_body(object.body());
       if (!refined) {
-        return tl::unexpected(refined.error());
+        return Unexpected(refined.error());
       }
       object_summary = *refined;
     }

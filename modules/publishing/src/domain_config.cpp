@@ -149,7 +149,7 @@ Result<std::string> read_own_xml(const PublishConfig& config) {
     }
   }
   if (const Status domains = check_domains(config, plain); !domains) {
-    return tl::unexpected(domains.error());
+    return Unexpected(domains.error());
   }
   return content.str();
 }

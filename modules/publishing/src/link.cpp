@@ -70,7 +70,7 @@ Status Link::Impl::connect() {
   const std::string xml = has_own_xml() ? own_xml : domain_xml(config, address && address->multicast);
   Result<Participant> made = Participant::create(config.domain, xml, address, *log);
   if (!made) {
-    return tl::unexpected(publishing::explained(config, made.error()));
+    return Unexpected(publishing::explained(config, made.error()));
   }
   participant = std::move(*made);
   set({participants + 1, participant->get()});
@@ -106,19 +106,19 @@ Link::~Link() = default;
 
 Result<std::unique_ptr<Link>> Link::create(const PublishConfig& config) {
   if (const Status valid = config.validate(); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   std::string own_xml;
   if (!config.xml.empty()) {
     Result<std::string> read = read_own_xml(config);
     if (!read) {
-      return tl::unexpected(read.error());
+      return Unexpected(read.error());
     }
     own_xml = std::move(*read);
   }
   auto log = LogSink::create(config.log_lines_per_minute);
   if (!log) {
-    return tl::unexpected(log.error());
+    return Unexpected(log.error());
   }
   const ForeignCall foreign;
   std::unique_ptr<Impl> impl(new Impl{.config = config,
@@ -132,11 +132,11 @@ Result<std::unique_ptr<Link>> Link::create(const PublishConfig& config) {
   impl->address = impl->has_own_xml() ? std::nullopt : find_interface(config.interface);
   if (impl->address || impl->has_own_xml()) {
     if (const Status connected = impl->connect(); !connected) {
-      return tl::unexpected(connected.error());
+      return Unexpected(connected.error());
     }
   } else {
     if (const Status secure = impl->check_security(); !secure) {
-      return tl::unexpected(secure.error());
+      return Unexpected(secure.error());
     }
     impl->disconnect(waits_for(config.interface));
   }

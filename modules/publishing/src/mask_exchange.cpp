@@ -36,13 +36,13 @@ Result<Ends> make_ends(const Link& link, const LinkMembership& membership, const
   Ends ends;
   Result<TopicReader> read = TopicReader::create(link, membership, read_type, read_topic, read_qos);
   if (!read) {
-    return tl::unexpected(read.error());
+    return Unexpected(read.error());
   }
   ends.*reader = std::move(*read);
   Result<Writer> written =
       Writer::create(membership.participant, written_type, written_topic, written_qos, Priority::kEssential);
   if (!written) {
-    return tl::unexpected(written.error());
+    return Unexpected(written.error());
   }
   ends.*writer = std::move(*written);
   return ends;
@@ -78,7 +78,7 @@ MaskReceiver::~MaskReceiver() = default;
 Status MaskReceiver::take(const std::function<void(const MaskMessage&)>& visit) {
   const Result<ReceivingEnds*> ends = impl_->get();
   if (!ends) {
-    return tl::unexpected(ends.error());
+    return Unexpected(ends.error());
   }
   if (*ends == nullptr) {
     return {};
@@ -105,7 +105,7 @@ Status MaskReceiver::take(const std::function<void(const MaskMessage&)>& visit) 
 Status MaskReceiver::request(const MaskRequest& request) {
   const Result<ReceivingEnds*> ends = impl_->get();
   if (!ends) {
-    return tl::unexpected(ends.error());
+    return Unexpected(ends.error());
   }
   if (*ends == nullptr) {
     return {};
@@ -145,7 +145,7 @@ MaskSender::~MaskSender() = default;
 Result<std::optional<MaskRequest>> MaskSender::take_request() {
   const Result<SendingEnds*> ends = impl_->get();
   if (!ends) {
-    return tl::unexpected(ends.error());
+    return Unexpected(ends.error());
   }
   std::optional<MaskRequest> newest;
   if (*ends != nullptr) {
@@ -212,7 +212,7 @@ Status MaskSender::send(const Image& image) {
   }
   const Result<SendingEnds*> ends = impl_->get();
   if (!ends) {
-    return tl::unexpected(ends.error());
+    return Unexpected(ends.error());
   }
   if (*ends == nullptr) {
     return fail(ErrorCode::kDisconnected, "masks of frame " + std::to_string(image.frame_index) +

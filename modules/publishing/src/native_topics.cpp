@@ -72,7 +72,7 @@ Result<NativeTopics> NativeTopics::create(const PublishConfig& config, const Nat
        {made.health_, kinetrace_Health_desc, topics::kHealth, kept, Priority::kEssential},
        {made.calibration_, kinetrace_Calibration_desc, topics::kCalibration, kept, Priority::kEssential}}};
   if (const Status writers = make_writers(participant, specs); !writers) {
-    return tl::unexpected(writers.error());
+    return Unexpected(writers.error());
   }
   return made;
 }

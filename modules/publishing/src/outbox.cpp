@@ -32,7 +32,7 @@ Status make_writers(dds_entity_t participant, std::span<const TopicSpec> specs) 
   for (const TopicSpec& spec : specs) {
     Result<Writer> writer = Writer::create(participant, spec.type, spec.name, spec.qos, spec.priority);
     if (!writer) {
-      return tl::unexpected(writer.error());
+      return Unexpected(writer.error());
     }
     spec.writer = std::move(*writer);
   }

@@ -20,7 +20,7 @@ Result<Participant> Participant::create(int domain, const std::string& xml,
   }
   // The domain has opened its sockets.
   if (const Status confined = interface ? confine_sockets(domain, *interface) : Status{}; !confined) {
-    return tl::unexpected(confined.error());
+    return Unexpected(confined.error());
   }
   made.participant_ = Entity(dds_create_participant(id, nullptr, nullptr));
   if (!made.participant_.exists()) {

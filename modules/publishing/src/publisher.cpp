@@ -47,14 +47,14 @@ Result<Topics> Topics::create(const PublishConfig& config, dds_entity_t particip
   if (config.native) {
     Result<NativeTopics> native = NativeTopics::create(config, buffers.native, participant);
     if (!native) {
-      return tl::unexpected(native.error());
+      return Unexpected(native.error());
     }
     topics.native = std::move(*native);
   }
   if (config.ros2.enabled) {
     Result<RosTopics> ros = RosTopics::create(config, buffers.ros, participant);
     if (!ros) {
-      return tl::unexpected(ros.error());
+      return Unexpected(ros.error());
     }
     topics.ros = std::move(*ros);
   }
@@ -96,7 +96,7 @@ Status Publisher::Impl::follow_link() {
   }
   Result<Topics> made = Topics::create(config, membership.participant, buffers);
   if (!made) {
-    return tl::unexpected(link->explained(made.error()));
+    return Unexpected(link->explained(made.error()));
   }
   topics = std::move(*made);
   has_topics = true;
@@ -122,7 +122,7 @@ Result<std::unique_ptr<Publisher>> Publisher::create(const PublishConfig& config
                                                      Arena& arena) {
   auto link = Link::create(config);
   if (!link) {
-    return tl::unexpected(link.error());
+    return Unexpected(link.error());
   }
   const Buffers buffers(config, arena);
   if (arena.exhausted()) {
@@ -134,7 +134,7 @@ Result<std::unique_ptr<Publisher>> Publisher::create(const PublishConfig& config
                                       .outbox = Outbox(config.bytes_per_second, config.piece_bytes),
                                       .link = std::move(*link)});
   if (const Status made = impl->follow_link(); !made) {
-    return tl::unexpected(made.error());
+    return Unexpected(made.error());
   }
   return std::unique_ptr<Publisher>(new Publisher(std::move(impl)));
 }

@@ -30,7 +30,7 @@ std::size_t ResultMailbox::required_bytes(const PublishConfig& config) {
 
 Result<std::unique_ptr<ResultMailbox>> ResultMailbox::create(const PublishConfig& config, Arena& arena) {
   if (const Status valid = config.validate(); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   std::unique_ptr<ResultMailbox> mailbox(new ResultMailbox(config, arena));
   if (arena.exhausted()) {

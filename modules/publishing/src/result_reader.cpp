@@ -38,7 +38,7 @@ Result<Readers> make_readers(const Link& link, const LinkMembership& membership)
   for (const Spec& spec : specs) {
     Result<TopicReader> reader = TopicReader::create(link, membership, spec.type, spec.topic, spec.qos);
     if (!reader) {
-      return tl::unexpected(reader.error());
+      return Unexpected(reader.error());
     }
     made.*spec.reader = std::move(*reader);
   }
@@ -126,7 +126,7 @@ Status ResultReader::take(ResultListener& listener) {
   const Result<Readers*> readers = impl_->readers.get(
       [&](const LinkMembership& membership) { return make_readers(impl_->readers.link(), membership); });
   if (!readers) {
-    return tl::unexpected(readers.error());
+    return Unexpected(readers.error());
   }
   if (*readers == nullptr) {
     return {};

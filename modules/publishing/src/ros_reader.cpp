@@ -48,7 +48,7 @@ Result<Readers> make_readers(const Link& link, const LinkMembership& membership,
     qos.depth = kDepth;
     Result<TopicReader> reader = TopicReader::create(link, membership, *kind.type, kind.dds_name(prefix), qos);
     if (!reader) {
-      return tl::unexpected(reader.error());
+      return Unexpected(reader.error());
     }
     readers[i] = std::move(*reader);
   }
@@ -100,7 +100,7 @@ Status RosReader::take(const std::function<Status(const RosMessage&)>& visit) {
   const Result<Readers*> readers = self.readers.get(
       [&](const LinkMembership& membership) { return make_readers(self.readers.link(), membership, self.prefix); });
   if (!readers) {
-    return tl::unexpected(readers.error());
+    return Unexpected(readers.error());
   }
   for (std::size_t i = 0; *readers != nullptr && i < kRosTopicCount; ++i) {
     dds_sample_info_t info{};

@@ -113,7 +113,7 @@ Result<RosTopics> RosTopics::create(const PublishConfig& config, RosBuffers& buf
     Result<Writer> writer =
         Writer::create(participant, *kind.type, kind.dds_name(config.ros2.prefix), kind.qos, topic.priority);
     if (!writer) {
-      return tl::unexpected(writer.error());
+      return Unexpected(writer.error());
     }
     topic.writer = std::move(*writer);
   }

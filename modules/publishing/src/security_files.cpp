@@ -56,7 +56,7 @@ int no_password(char* /*buffer*/, int /*size*/, int /*writes*/, void* /*user*/) 
 Result<Key> read_key(const std::string& path) {
   Result<Bio> file = open_file("private_key", path);
   if (!file) {
-    return tl::unexpected(file.error());
+    return Unexpected(file.error());
   }
   Key key(PEM_read_bio_PrivateKey(file->get(), nullptr, no_password, nullptr));
   if (!key) {
@@ -71,7 +71,7 @@ Result<Key> read_key(const std::string& path) {
 Result<Certificate> read_certificate(std::string_view key, const std::string& path, std::int64_t now_s) {
   Result<Bio> file = open_file(key, path);
   if (!file) {
-    return tl::unexpected(file.error());
+    return Unexpected(file.error());
   }
   Certificate certificate(PEM_read_bio_X509(file->get(), nullptr, no_password, nullptr));
   if (!certificate) {
@@ -97,7 +97,7 @@ Status check_identity(const SecurityConfig& config, X509* authority, X509* certi
   }
   const Result<Key> key = read_key(config.private_key);
   if (!key) {
-    return tl::unexpected(key.error());
+    return Unexpected(key.error());
   }
   if (X509_check_private_key(certificate, key->get()) != 1) {
     return fail(ErrorCode::kInvalidConfig, named("private_key", config.private_key) + " does not belong to " +
@@ -119,7 +119,7 @@ Status check_signer(const std::string& path, X509* authority) {
 Status check_signed(std::string_view key, const std::string& path, const std::string& authority_path, X509* authority) {
   Result<Bio> file = open_file(key, path);
   if (!file) {
-    return tl::unexpected(file.error());
+    return Unexpected(file.error());
   }
   BIO* content = nullptr;
   const Signed document(SMIME_read_PKCS7(file->get(), &content));
@@ -179,11 +179,11 @@ Status check_security_files(const SecurityConfig& config, std::int64_t now_s) {
   }
   const Result<Certificate> identity_ca = read_certificate("identity_ca", config.identity_ca, now_s);
   if (!identity_ca) {
-    return tl::unexpected(identity_ca.error());
+    return Unexpected(identity_ca.error());
   }
   const Result<Certificate> certificate = read_certificate("certificate", config.certificate, now_s);
   if (!certificate) {
-    return tl::unexpected(certificate.error());
+    return Unexpected(certificate.error());
   }
   if (Status identity = check_identity(config, identity_ca->get(), certificate->get()); !identity) {
     return identity;
@@ -191,7 +191,7 @@ Status check_security_files(const SecurityConfig& config, std::int64_t now_s) {
   const std::string& signer_path = config.permissions_ca.empty() ? config.identity_ca : config.permissions_ca;
   const Result<Certificate> signer = read_certificate("permissions_ca", signer_path, now_s);
   if (!signer) {
-    return tl::unexpected(signer.error());
+    return Unexpected(signer.error());
   }
   if (Status may_sign = check_signer(signer_path, signer->get()); !may_sign) {
     return may_sign;

@@ -79,7 +79,7 @@ class InLink {
     if (made_in_ == 0) {
       Result<Made> made = make(membership);
       if (!made) {
-        return tl::unexpected(link_->explained(made.error()));
+        return Unexpected(link_->explained(made.error()));
       }
       made_ = std::make_unique<Made>(std::move(*made));
       made_in_ = membership.number;

@@ -36,7 +36,7 @@ int FileHandle::close() noexcept {
   return descriptor >= 0 && ::close(descriptor) != 0 && errno != EINTR ? errno : 0;
 }
 
-tl::unexpected<Error> file_error(std::string_view operation, const std::filesystem::path& path, int error_number) {
+Unexpected<Error> file_error(std::string_view operation, const std::filesystem::path& path, int error_number) {
   std::string message =
       "cannot " + std::string(operation) + " " + path.string() + ": " + std::generic_category().message(error_number);
   if (error_number == ENOSPC || error_number == EDQUOT || error_number == EFBIG) {
@@ -101,7 +101,7 @@ Result<BufferedWriter> BufferedWriter::create(std::filesystem::path path, std::s
   assert(buffer.size() >= kMinBufferBytes);
   Result<FileHandle> file = open_file(path, OpenMode::kCreate);
   if (!file) {
-    return tl::unexpected(file.error());
+    return Unexpected(file.error());
   }
   BufferedWriter writer;
   writer.path_ = std::move(path);

@@ -49,8 +49,8 @@ enum class OpenMode { kRead, kCreate, kUpdate };
 [[nodiscard]] Status write_at(const FileHandle& file, std::uint64_t offset, std::span<const std::byte> bytes,
                               const std::filesystem::path& path);
 /// The one-line error of a failed file operation.
-[[nodiscard]] tl::unexpected<Error> file_error(std::string_view operation, const std::filesystem::path& path,
-                                               int error_number);
+[[nodiscard]] Unexpected<Error> file_error(std::string_view operation, const std::filesystem::path& path,
+                                           int error_number);
 
 /// Appends text or records to a file through a buffer it does not own. The first error sticks: later appends do nothing
 /// and `status()`, `flush()` and `close()` report it. A default-constructed writer is switched off and ignores appends.

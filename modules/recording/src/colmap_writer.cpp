@@ -30,7 +30,7 @@ std::filesystem::path model_directory(const Workspace& workspace, std::uint32_t 
 Status write_cameras(const Workspace& workspace, const std::filesystem::path& directory) {
   Result<BufferedWriter> out = BufferedWriter::create(directory / "cameras.txt", workspace.slice(4));
   if (!out) {
-    return tl::unexpected(out.error());
+    return Unexpected(out.error());
   }
   const StereoGeometry& geometry = workspace.config.geometry;
   out->text("# CAMERA_ID MODEL WIDTH HEIGHT fx fy cx cy: the rectified left camera\n1 PINHOLE ");
@@ -63,7 +63,7 @@ class ModelWriter {
     }
     Result<BufferedWriter> points = BufferedWriter::create(directory / "points3D.txt", workspace_.slice(4));
     if (!points) {
-      return tl::unexpected(points.error());
+      return Unexpected(points.error());
     }
     points_ = std::move(*points);
     points_.text("# POINT3D_ID X Y Z R G B ERROR (IMAGE_ID POINT2D_IDX)...: body frame, metres; error in pixels\n");
@@ -137,7 +137,7 @@ Status write_points(const Workspace& workspace, const std::filesystem::path& mar
   }
   Result<BufferedWriter> marked = BufferedWriter::create(marked_path, workspace.slice(2));
   if (!marked) {
-    return tl::unexpected(marked.error());
+    return Unexpected(marked.error());
   }
   while (const ObservationRecord* next = observations.peek()) {
     const ObservationRecord first = *next;
@@ -272,7 +272,7 @@ Status write_images(const Workspace& workspace, const std::filesystem::path& mar
     }
   }
   if (!out) {
-    return tl::unexpected(out.error());
+    return Unexpected(out.error());
   }
   const Status closed = out->close();
   return poses.status() ? closed : poses.status();
@@ -293,7 +293,7 @@ Status keep_image_observations(const Workspace& workspace) {
   }
   Result<BufferedWriter> kept = BufferedWriter::create(kept_path, workspace.slice(2));
   if (!kept) {
-    return tl::unexpected(kept.error());
+    return Unexpected(kept.error());
   }
   std::array<std::uint32_t, kMaxObjects + 1> tracked{};  // Bodies with a pose of their own in the frame at hand.
   std::size_t tracked_count = 0;

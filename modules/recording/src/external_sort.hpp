@@ -27,11 +27,11 @@ class ExternalSort {
   [[nodiscard]] Status run() {
     Result<FileHandle> file = open_file(path_, OpenMode::kUpdate);
     if (!file) {
-      return tl::unexpected(file.error());
+      return Unexpected(file.error());
     }
     const Result<std::uint64_t> bytes = file_size(*file, path_);
     if (!bytes) {
-      return tl::unexpected(bytes.error());
+      return Unexpected(bytes.error());
     }
     count_ = *bytes / sizeof(Record);
     const std::uint64_t run_length = memory_.size() / sizeof(Record);
@@ -66,7 +66,7 @@ class ExternalSort {
     for (; run_length < count_; run_length *= kMaxWays) {
       Result<BufferedWriter> target = BufferedWriter::create(merged_path, slice(kMaxWays));
       if (!target) {
-        return tl::unexpected(target.error());
+        return Unexpected(target.error());
       }
       for (std::uint64_t first = 0; first < count_; first += run_length * kMaxWays) {
         if (Status merged = merge_group(source, first, run_length, *target); !merged) {
@@ -83,7 +83,7 @@ class ExternalSort {
       }
       Result<FileHandle> reopened = open_file(path_, OpenMode::kRead);
       if (!reopened) {
-        return tl::unexpected(reopened.error());
+        return Unexpected(reopened.error());
       }
       source = std::move(*reopened);
     }

@@ -11,7 +11,7 @@ namespace kinetrace::recording {
 Result<MaskFrames> MaskFrames::open(const std::filesystem::path& directory) {
   Result<std::vector<MaskRow>> rows = read_masks(directory);
   if (!rows) {
-    return tl::unexpected(rows.error());
+    return Unexpected(rows.error());
   }
   MaskFrames frames;
   frames.path_ = directory / "mots.txt";
@@ -41,7 +41,7 @@ Result<MaskFrame> MaskFrames::at(std::int64_t frame) {
   const auto first = std::lower_bound(rows_.begin(), rows_.end(), frame, by_frame);
   for (auto row = first; row != rows_.end() && row->frame == frame; ++row) {
     if (const Status painted = paint(*row); !painted) {
-      return tl::unexpected(painted.error());
+      return Unexpected(painted.error());
     }
   }
   return MaskFrame{{labels_.data(), width_, height_, width_}, masks_};
@@ -76,7 +76,7 @@ Status MaskFrames::paint(const MaskRow& row) {
   return {};
 }
 
-tl::unexpected<Error> MaskFrames::damaged(const MaskRow& row, const std::string& reason, ErrorCode code) const {
+Unexpected<Error> MaskFrames::damaged(const MaskRow& row, const std::string& reason, ErrorCode code) const {
   return fail(code, path_.string() + ", frame " + std::to_string(row.frame) + ", track " +
                         std::to_string(row.track_id) + ": " + reason);
 }

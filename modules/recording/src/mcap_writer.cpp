@@ -97,13 +97,13 @@ Result<McapWriter> McapWriter::create(const std::filesystem::path& path, std::st
   }
   Result<FileHandle> file = open_file(path, OpenMode::kCreate);
   if (!file) {
-    return tl::unexpected(file.error());
+    return Unexpected(file.error());
   }
   std::unique_ptr<Impl> impl(new Impl{.file = {path, std::move(*file)}});
   impl->out.raw(std::as_bytes(std::span(kMcapMagic)));
   impl->out.record(McapOpcode::kHeader, [&](McapBytes& record) { record.text("ros2").text(library); });
   if (const Status written = impl->append(); !written) {
-    return tl::unexpected(written.error());
+    return Unexpected(written.error());
   }
   return McapWriter(std::move(impl));
 }
@@ -111,7 +111,7 @@ Result<McapWriter> McapWriter::create(const std::filesystem::path& path, std::st
 Result<std::uint16_t> McapWriter::add_topic(const McapTopic& topic) {
   Impl& self = *impl_;
   if (self.failure) {
-    return tl::unexpected(*self.failure);
+    return Unexpected(*self.failure);
   }
   const std::size_t index = self.content.channels.size();
   if (index == std::numeric_limits<std::uint16_t>::max()) {
@@ -122,7 +122,7 @@ Result<std::uint16_t> McapWriter::add_topic(const McapTopic& topic) {
   self.content.channels.push_back({topic.name, schema_id, topic.metadata});
   append_channel(self.content, index, self.out);
   if (const Status written = self.append(); !written) {
-    return tl::unexpected(written.error());
+    return Unexpected(written.error());
   }
   return static_cast<std::uint16_t>(index);
 }
@@ -131,7 +131,7 @@ Status McapWriter::write(std::uint16_t channel, std::int64_t heard_ns, std::int6
                          std::span<const std::byte> cdr) {
   Impl& self = *impl_;
   if (self.failure) {
-    return tl::unexpected(*self.failure);
+    return Unexpected(*self.failure);
   }
   McapContent& content = self.content;
   if (channel >= content.channels.size() || self.is_finished) {
@@ -170,7 +170,7 @@ Status McapWriter::write(std::uint16_t channel, std::int64_t heard_ns, std::int6
 Status McapWriter::finish() {
   Impl& self = *impl_;
   if (self.failure) {
-    return tl::unexpected(*self.failure);
+    return Unexpected(*self.failure);
   }
   if (self.is_finished) {
     return {};

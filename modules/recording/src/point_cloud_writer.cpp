@@ -65,7 +65,7 @@ Status write_model(const Workspace& workspace, const std::string& name, const st
                    const Range& range) {
   Result<BufferedWriter> out = create_ply(workspace, name, comment, range.size());
   if (!out) {
-    return tl::unexpected(out.error());
+    return Unexpected(out.error());
   }
   points.seek(range.first);
   for (; points.position() < range.last; points.advance()) {
@@ -100,7 +100,7 @@ Status write_trajectory(const Workspace& workspace, const std::string& name, Poi
       "object points at every frame, world frame, metres; frame_stride " + std::to_string(stride);
   Result<BufferedWriter> out = create_ply(workspace, name, comment, written_frames * body_points.size());
   if (!out) {
-    return tl::unexpected(out.error());
+    return Unexpected(out.error());
   }
   std::uint64_t index = 0;
   poses.seek(body_poses.first);
@@ -149,7 +149,7 @@ Status keep_final_points(const Workspace& workspace) {
   }
   Result<BufferedWriter> kept = BufferedWriter::create(kept_path, workspace.slice(1));
   if (!kept) {
-    return tl::unexpected(kept.error());
+    return Unexpected(kept.error());
   }
   while (const PointRecord* record = points.peek()) {
     const PointRecord point = *record;

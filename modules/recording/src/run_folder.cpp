@@ -122,7 +122,7 @@ Status remove_earlier_run(const fs::path& directory) {
 Status write_text(const fs::path& path, std::string_view text) {
   Result<FileHandle> file = open_file(path, OpenMode::kCreate);
   if (!file) {
-    return tl::unexpected(file.error());
+    return Unexpected(file.error());
   }
   if (Status written = write_at(*file, 0, std::as_bytes(std::span(text)), path); !written) {
     return written;
@@ -207,7 +207,7 @@ Status write_atomically(const fs::path& path, std::string_view text) {
   // The new name lasts only once the folder itself is on disk.
   const Result<FileHandle> folder = open_file(path.parent_path(), OpenMode::kRead);
   if (!folder) {
-    return tl::unexpected(folder.error());
+    return Unexpected(folder.error());
   }
   return ::fsync(folder->get()) == 0 || errno == EINVAL ? Status{} : Status(file_error("write", path, errno));
 }

@@ -40,11 +40,11 @@ Status read_about(const fs::path& path, Run& run) {
 Status read_camera(const fs::path& directory, Run& run) {
   Result<TextRows> times = TextRows::open(directory / "camera.tum", TextRows::Separator::kBlanks);
   if (!times) {
-    return tl::unexpected(times.error());
+    return Unexpected(times.error());
   }
   Result<TextRows> poses = TextRows::open(directory / "camera_kitti.txt", TextRows::Separator::kBlanks);
   if (!poses) {
-    return tl::unexpected(poses.error());
+    return Unexpected(poses.error());
   }
   while (times->next()) {
     CameraRow row;
@@ -167,7 +167,7 @@ ObjectRow object_row(TextRows& rows, const std::vector<std::size_t>& places) {
 Status read_objects(const fs::path& path, Run& run) {
   Result<TextRows> rows = TextRows::open(path, TextRows::Separator::kComma);
   if (!rows) {
-    return tl::unexpected(rows.error());
+    return Unexpected(rows.error());
   }
   const std::vector<std::size_t> places = rows->columns(object_columns());
   while (rows->next()) {
@@ -258,7 +258,7 @@ Result<Run> read_run(const fs::path& directory) {
     status = read_objects(directory / "objects.csv", run);
   }
   if (!status) {
-    return tl::unexpected(status.error());
+    return Unexpected(status.error());
   }
   number_frames(run);
   return run;
@@ -272,13 +272,13 @@ Result<std::vector<MaskRow>> read_masks(const fs::path& directory) {
   }
   Result<TextRows> rows = TextRows::open(path, TextRows::Separator::kBlanks);
   if (!rows) {
-    return tl::unexpected(rows.error());
+    return Unexpected(rows.error());
   }
   while (rows->next()) {
     masks.push_back(mask_row(*rows));
   }
   if (!rows->status()) {
-    return tl::unexpected(rows->status().error());
+    return Unexpected(rows->status().error());
   }
   std::stable_sort(masks.begin(), masks.end(), [](const MaskRow& a, const MaskRow& b) { return a.frame < b.frame; });
   return masks;

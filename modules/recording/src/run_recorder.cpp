@@ -36,7 +36,7 @@ Status check_range(const char* key, Value value, Value least, Value greatest) {
                                              std::to_string(greatest) + "], got " + std::to_string(value));
 }
 
-tl::unexpected<Error> bad_frame(std::int64_t frame, const std::string& reason) {
+Unexpected<Error> bad_frame(std::int64_t frame, const std::string& reason) {
   return fail(ErrorCode::kInvalidArgument, "cannot record frame " + std::to_string(frame) + ": " + reason);
 }
 
@@ -114,7 +114,7 @@ Status RunRecorder::Impl::open_files() {
     Result<BufferedWriter> writer =
         BufferedWriter::create(config.directory / files[i].name, memory.subspan(i * buffer_bytes, buffer_bytes));
     if (!writer) {
-      return tl::unexpected(writer.error());
+      return Unexpected(writer.error());
     }
     *files[i].writer = std::move(*writer);
   }
@@ -284,28 +284,28 @@ Result<ConversionCounts> RunRecorder::Impl::convert() const {
   ConversionCounts counts;
   if (config.colmap) {
     if (Status kept = keep_image_observations(workspace); !kept) {
-      return tl::unexpected(kept.error());
+      return Unexpected(kept.error());
     }
   }
   if (Status sorted = sort_file<PoseRecord>(workspace.poses(), memory, by_body_and_frame); !sorted) {
-    return tl::unexpected(sorted.error());
+    return Unexpected(sorted.error());
   }
   if (Status tracks = write_tracks(workspace, counts); !tracks) {
-    return tl::unexpected(tracks.error());
+    return Unexpected(tracks.error());
   }
   if (config.points || config.colmap) {
     if (Status kept = keep_final_points(workspace); !kept) {
-      return tl::unexpected(kept.error());
+      return Unexpected(kept.error());
     }
   }
   if (config.points) {
     if (Status clouds = write_point_clouds(workspace, counts); !clouds) {
-      return tl::unexpected(clouds.error());
+      return Unexpected(clouds.error());
     }
   }
   if (config.colmap) {
     if (Status models = write_colmap_models(workspace, counts); !models) {
-      return tl::unexpected(models.error());
+      return Unexpected(models.error());
     }
   }
   std::error_code error;
@@ -327,7 +327,7 @@ std::size_t RunRecorder::required_bytes(const RecordingConfig& config) {
 
 Result<RunRecorder> RunRecorder::create(const RecordingConfig& config, Arena& arena) {
   if (Status valid = config.validate(); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   auto impl = std::make_unique<Impl>();
   impl->config = config;
@@ -338,10 +338,10 @@ Result<RunRecorder> RunRecorder::create(const RecordingConfig& config, Arena& ar
                                           "budget or lower recording.conversion_kib");
   }
   if (Status prepared = prepare_run_folder(config); !prepared) {
-    return tl::unexpected(prepared.error());
+    return Unexpected(prepared.error());
   }
   if (Status opened = impl->open_files(); !opened) {
-    return tl::unexpected(opened.error());
+    return Unexpected(opened.error());
   }
   return RunRecorder(std::move(impl));
 }
@@ -371,11 +371,11 @@ Status RunRecorder::finish(const RunSummary& summary) {
   }
   const Result<ConversionCounts> counts = impl_->convert();
   if (!counts) {
-    return tl::unexpected(counts.error());
+    return Unexpected(counts.error());
   }
   const Result<std::string> text = run_json_text(summary, list_files(impl_->config, *counts));
   if (!text) {
-    return tl::unexpected(text.error());
+    return Unexpected(text.error());
   }
   return write_atomically(impl_->config.directory / "run.json", *text);
 }

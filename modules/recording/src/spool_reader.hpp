@@ -70,12 +70,12 @@ class SpoolFile {
   [[nodiscard]] Status open() {
     Result<FileHandle> file = open_file(path_, OpenMode::kRead);
     if (!file) {
-      return tl::unexpected(file.error());
+      return Unexpected(file.error());
     }
     file_ = std::move(*file);
     const Result<std::uint64_t> bytes = file_size(file_, path_);
     if (!bytes) {
-      return tl::unexpected(bytes.error());
+      return Unexpected(bytes.error());
     }
     size_ = *bytes / sizeof(Record);
     cursor_.set_range(0, size_);

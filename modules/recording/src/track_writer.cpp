@@ -28,7 +28,7 @@ Status write_tracks(const Workspace& workspace, ConversionCounts& counts) {
       Result<BufferedWriter> next =
           BufferedWriter::create(workspace.config.directory / "tracks" / name, workspace.slice(1));
       if (!next) {
-        return tl::unexpected(next.error());
+        return Unexpected(next.error());
       }
       out = std::move(*next);
       ++counts.tracks;

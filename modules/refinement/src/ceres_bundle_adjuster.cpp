@@ -205,7 +205,7 @@ Status CeresBundleConfig::validate() const {
 
 Result<CeresBundleAdjuster> CeresBundleAdjuster::create(const CeresBundleConfig& config) {
   if (Status valid = config.validate(); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   return CeresBundleAdjuster(config);
 }
@@ -213,7 +213,7 @@ Result<CeresBundleAdjuster> CeresBundleAdjuster::create(const CeresBundleConfig&
 Result<BundleSummary> CeresBundleAdjuster::refine_batch(BatchProblem& problem) {
   const ForeignCall foreign;
   if (Status valid = check_batch(problem); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   if (problem.observations.empty() || !has_free_frame(problem)) {
     BundleSummary nothing_to_do;
@@ -226,7 +226,7 @@ Result<BundleSummary> CeresBundleAdjuster::refine_batch(BatchProblem& problem) {
 Result<BundleSummary> CeresBundleAdjuster::refine(BundleWindow& window) {
   const ForeignCall foreign;
   if (Status valid = check_window(window); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   const std::size_t frames = window.T_body_cam.size();
   std::vector<std::uint32_t> fixed;

@@ -288,7 +288,7 @@ std::size_t FixedBundleAdjuster::required_bytes(const FixedBundleConfig& config)
 
 Result<FixedBundleAdjuster> FixedBundleAdjuster::create(const FixedBundleConfig& config, Arena& arena) {
   if (Status valid = config.validate(); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   const std::span<FixedBundleStorage> storage = arena.take<FixedBundleStorage>(1);
   const FixedBundleStorage carved = carve(config, arena);
@@ -302,7 +302,7 @@ Result<FixedBundleAdjuster> FixedBundleAdjuster::create(const FixedBundleConfig&
 
 Result<BundleSummary> FixedBundleAdjuster::refine(BundleWindow& window) {
   if (Status valid = check_window(window); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   const std::size_t frames = window.T_body_cam.size();
   const int points = PackedWindow::count_points(window);

@@ -51,7 +51,7 @@ Result<std::unique_ptr<ExternalSegmenter>> ExternalSegmenter::create(const Segme
                                                                      const StereoGeometry& geometry, Arena& arena,
                                                                      MaskSource* masks) {
   if (const Status valid = config.validate(); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   if (masks == nullptr) {
     return fail(ErrorCode::kInvalidConfig,

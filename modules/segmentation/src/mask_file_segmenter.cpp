@@ -65,19 +65,19 @@ std::size_t MaskFileSegmenter::required_bytes(const SegmentationConfig& config, 
 Result<std::unique_ptr<MaskFileSegmenter>> MaskFileSegmenter::create(const SegmentationConfig& config,
                                                                      const StereoGeometry& geometry, Arena& arena) {
   if (const Status valid = config.validate(); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   if (const Status found = check_directory(config.left_dir, "segmentation.left_dir"); !found) {
-    return tl::unexpected(found.error());
+    return Unexpected(found.error());
   }
   if (!config.right_dir.empty()) {
     if (const Status found = check_directory(config.right_dir, "segmentation.right_dir"); !found) {
-      return tl::unexpected(found.error());
+      return Unexpected(found.error());
     }
   }
   auto reader = imaging::ImageReader::create(reader_config(geometry), arena);
   if (!reader) {
-    return tl::unexpected(reader.error());
+    return Unexpected(reader.error());
   }
   std::unique_ptr<MaskFileSegmenter> segmenter(new MaskFileSegmenter());
   segmenter->config_ = config;

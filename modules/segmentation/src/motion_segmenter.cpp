@@ -28,7 +28,7 @@ Result<std::unique_ptr<MotionSegmenter>> MotionSegmenter::create(const Segmentat
   if (const Status valid =
           first_failure({config.validate(), check_range("features.max_features", max_features, 1, 32767)});
       !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   std::unique_ptr<MotionSegmenter> segmenter(new MotionSegmenter());
   carve(config, geometry, max_features, arena, *segmenter);

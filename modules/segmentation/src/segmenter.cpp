@@ -34,7 +34,7 @@ std::size_t required_bytes(const SegmentationConfig& config, const StereoGeometr
 Result<std::unique_ptr<Segmenter>> make_segmenter(const SegmentationConfig& config, const StereoGeometry& geometry,
                                                   int max_features, Arena& arena, MaskSource* masks) {
   if (const Status valid = config.validate(); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   switch (config.mode) {
     case SegmentationMode::kNone: return std::make_unique<NoSegmenter>();

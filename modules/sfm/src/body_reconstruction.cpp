@@ -33,7 +33,7 @@ std::size_t as_size(int n) {
 Result<BodyReconstruction> BodyReconstruction::create(const BodyConfig& config, const StereoGeometry& geometry,
                                                       Arena& arena) {
   if (const Status valid = config.validate("sfm"); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   if (!(geometry.fx_px > 0.0 && geometry.fy_px > 0.0 && geometry.baseline_m > 0.0)) {
     return fail(ErrorCode::kBadCalibration, "a body reconstruction needs a rectified rig with fx, fy and baseline > 0");

@@ -132,7 +132,7 @@ std::size_t StereoTracker::required_bytes(const TrackerConfig& config, int width
 
 Result<StereoTracker> StereoTracker::create(const TrackerConfig& config, int width_px, int height_px, Arena& arena) {
   if (const Status valid = config.validate(); !valid) {
-    return tl::unexpected(valid.error());
+    return Unexpected(valid.error());
   }
   if (width_px < 1 || height_px < 1 || width_px > kMaxImageSidePx || height_px > kMaxImageSidePx) {
     return fail(ErrorCode::kInvalidArgument, "tracking: image size " + std::to_string(width_px) + "x" +
@@ -179,7 +179,7 @@ Status StereoTracker::check(const DetectionFrame& detections) const {
 Result<TrackFrame> StereoTracker::process(const DetectionFrame& detections, std::span<const Feature> features,
                                           std::span<const Forecast> forecasts) {
   if (const Status sizes = check(detections); !sizes) {
-    return tl::unexpected(sizes.error());
+    return Unexpected(sizes.error());
   }
   begin_frame();
   take_forecasts(forecasts);

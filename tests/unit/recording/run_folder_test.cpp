@@ -24,7 +24,7 @@ void touch(const fs::path& path) {
 Status record_all(const RecordingConfig& recording, const SyntheticRunConfig& run) {
   RecorderFixture fixture(recording);
   if (!fixture.recorder) {
-    return tl::unexpected(fixture.recorder.error());
+    return Unexpected(fixture.recorder.error());
   }
   if (Status played = SyntheticRun(run).play(*fixture.recorder); !played) {
     return played;

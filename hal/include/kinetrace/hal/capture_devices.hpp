@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/hal/live_camera_config.hpp"
 
 namespace kinetrace::hal {
@@ -19,6 +20,6 @@ struct CaptureListing {
 };
 
 /// Every capture device of this machine, of all backends built in. None is no error.
-[[nodiscard]] std::vector<CaptureListing> list_capture_devices();
+[[nodiscard]] KINETRACE_API std::vector<CaptureListing> list_capture_devices();
 
 }  // namespace kinetrace::hal

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/hal/frame_list.hpp"
 #include "kinetrace/hal/rig_calibration.hpp"
@@ -26,10 +27,10 @@ enum class DatasetLayout : std::uint8_t {
   kContainer
 };
 
-[[nodiscard]] std::string_view to_string(DatasetLayout layout) noexcept;
+[[nodiscard]] KINETRACE_API std::string_view to_string(DatasetLayout layout) noexcept;
 /// From "kitti-raw", "kitti-odometry", "kitti-tracking", "euroc", "cityscapes", "folder" or "container". Errors:
 /// kInvalidArgument.
-[[nodiscard]] Result<DatasetLayout> parse_layout(std::string_view name);
+[[nodiscard]] KINETRACE_API Result<DatasetLayout> parse_layout(std::string_view name);
 
 /// Which of a rig's camera pairs to use; kAuto takes gray where there is a choice.
 enum class CameraChoice : std::uint8_t { kAuto, kGray, kColor };
@@ -60,6 +61,6 @@ struct Dataset {
 /// Errors, one line with the path and the remedy: kNotFound (folder, images or calibration; says what was looked for),
 /// kInvalidArgument (sequence missing or ambiguous; lists those there are), kBadCalibration, kBadFormat (damaged text
 /// files, no readable pair, sizes that do not fit the calibration or each other), kUnsupported.
-[[nodiscard]] Result<Dataset> open_dataset(const DatasetSpec& spec);
+[[nodiscard]] KINETRACE_API Result<Dataset> open_dataset(const DatasetSpec& spec);
 
 }  // namespace kinetrace::hal

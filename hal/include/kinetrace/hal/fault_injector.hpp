@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/hal/stereo_camera.hpp"
@@ -47,13 +48,13 @@ struct FaultPlan {
 
 /// From "KIND@FIRST[-LAST][%PERCENT][:VALUE]", several with commas, and "seed=N" among them:
 /// "drop@10-12,clock@40:-5,duplicate@0-999%10,seed=7". Errors: kInvalidArgument, with the part that is wrong.
-[[nodiscard]] Result<FaultPlan> parse_faults(std::string_view text);
+[[nodiscard]] KINETRACE_API Result<FaultPlan> parse_faults(std::string_view text);
 
 /// Decorates a camera with faults. The same plan on the same frames gives the same stream. The camera behind knows
 /// nothing of them: a stall, a loss and the way back are played here, and what a LiveStereoCamera does about real ones
 /// (its patience, reopening at growing intervals) is neither used nor shown. Frames of another size than announced pass
 /// as they are. Memory from the arena: five images.
-class FaultInjector final : public StereoCamera {
+class KINETRACE_API FaultInjector final : public StereoCamera {
  public:
   /// `width_px` x `height_px`: of the camera's images.
   [[nodiscard]] static std::size_t required_bytes(int width_px, int height_px);

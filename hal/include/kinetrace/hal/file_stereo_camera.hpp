@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/hal/dataset.hpp"
@@ -19,7 +20,7 @@
 
 namespace kinetrace::hal {
 
-struct FileCameraConfig {
+struct KINETRACE_API FileCameraConfig {
   int passes = 1;        ///< Plays the recording this often; frame numbers and times keep increasing.
   int max_warnings = 8;  ///< Messages kept about skipped frames; all are counted.
 
@@ -29,7 +30,7 @@ struct FileCameraConfig {
 /// Plays a Dataset, as fast as it is asked: `next` decodes and never waits. Frames with a missing side and frames that
 /// cannot be decoded are skipped and counted. A recording whose folder has gone (a drive pulled out) is kDisconnected;
 /// `recover` continues with the next frame once it is back. Memory from the arena: two images and the image reader.
-class FileStereoCamera final : public StereoCamera {
+class KINETRACE_API FileStereoCamera final : public StereoCamera {
  public:
   [[nodiscard]] static std::size_t required_bytes(const Dataset& dataset, const FileCameraConfig& config);
   /// Errors: kInvalidConfig, kInvalidArgument (no complete pair in the dataset), kCapacity.

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/hal/stereo_camera.hpp"
 #include "kinetrace/hal/timeline_guard.hpp"
@@ -20,11 +21,11 @@ struct FrameGuardConfig {
 
 /// True if the lower third or more of one eye's image is of one single value where the other eye sees something: what
 /// is left of an image whose transfer broke off. Looks at a few hundred pixels.
-[[nodiscard]] bool looks_cut_off(const StereoFrame& frame) noexcept;
+[[nodiscard]] KINETRACE_API bool looks_cut_off(const StereoFrame& frame) noexcept;
 
 /// Passes on the frames of another camera in order, each once, with times that advance. Skipped and counted are frames
 /// that came before, of another size than announced, or cut off. States are those of the camera behind.
-class FrameGuard final : public StereoCamera {
+class KINETRACE_API FrameGuard final : public StereoCamera {
  public:
   FrameGuard(std::unique_ptr<StereoCamera> camera, const FrameGuardConfig& config);
 

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 
 namespace kinetrace::hal {
@@ -18,7 +19,7 @@ struct FrameFolder {
 };
 
 /// Frames in ascending order. Filled before start, constant afterwards.
-class FrameList {
+class KINETRACE_API FrameList {
  public:
   struct Frame {
     std::int64_t frame_index = 0;

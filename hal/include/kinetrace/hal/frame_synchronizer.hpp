@@ -6,13 +6,14 @@
 #include <cstdint>
 #include <optional>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 
 namespace kinetrace::hal {
 
 enum class Eye : std::uint8_t { kLeft, kRight };
 
-struct SyncConfig {
+struct KINETRACE_API SyncConfig {
   std::int64_t period_ns = 33'333'333;    ///< Nominal time between frames.
   std::int64_t tolerance_ns = 4'000'000;  ///< Of the time between the eyes, after the learnt offset; <= period / 2.
 
@@ -63,7 +64,7 @@ struct SyncCounters {
 /// together, which may be wrong by one frame; SyncMonitor sees that in the images, and move() mends it.
 ///
 /// Never more than `kWaiting` frames of an eye wait. No memory beyond the object, no clock; deterministic.
-class FrameSynchronizer {
+class KINETRACE_API FrameSynchronizer {
  public:
   static constexpr std::size_t kWaiting = 2;
   static constexpr int kRelockAfter = 6;

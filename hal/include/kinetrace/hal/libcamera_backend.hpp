@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 
 namespace kinetrace::hal {
@@ -14,6 +15,6 @@ void use_libcamera();
 
 /// The same with the component as a plugin (`kinetrace-libcamera.so`), for programs that shall run without libcamera,
 /// too. Never unloaded: libcamera's thread may be in it. Errors: kUnsupported (not there, or libcamera is not).
-[[nodiscard]] Status load_libcamera_plugin(const std::string& path);
+[[nodiscard]] KINETRACE_API Status load_libcamera_plugin(const std::string& path);
 
 }  // namespace kinetrace::hal

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 
 namespace kinetrace::hal {
@@ -29,12 +30,12 @@ enum class TriggerMode : std::uint8_t {
 
 // Names as in configuration files: "grey8", "grey10", "grey16", "yuyv", "nv12", "mjpeg"; "v4l2", "libcamera";
 // "free_running", "external". from_string is false, and nothing changed, for any other text.
-[[nodiscard]] std::string_view to_string(PixelFormat format) noexcept;
-[[nodiscard]] std::string_view to_string(CaptureBackend backend) noexcept;
-[[nodiscard]] std::string_view to_string(TriggerMode mode) noexcept;
-bool from_string(std::string_view text, PixelFormat& format) noexcept;
-bool from_string(std::string_view text, CaptureBackend& backend) noexcept;
-bool from_string(std::string_view text, TriggerMode& mode) noexcept;
+[[nodiscard]] KINETRACE_API std::string_view to_string(PixelFormat format) noexcept;
+[[nodiscard]] KINETRACE_API std::string_view to_string(CaptureBackend backend) noexcept;
+[[nodiscard]] KINETRACE_API std::string_view to_string(TriggerMode mode) noexcept;
+KINETRACE_API bool from_string(std::string_view text, PixelFormat& format) noexcept;
+KINETRACE_API bool from_string(std::string_view text, CaptureBackend& backend) noexcept;
+KINETRACE_API bool from_string(std::string_view text, TriggerMode& mode) noexcept;
 
 /// One device as one stream of images.
 struct CaptureConfig {
@@ -53,7 +54,7 @@ struct CaptureConfig {
 };
 
 /// A stereo camera made of one or two devices.
-struct LiveCameraConfig {
+struct KINETRACE_API LiveCameraConfig {
   CaptureConfig left;                  ///< Or the one device with both eyes side by side, the left eye on the left.
   std::optional<CaptureConfig> right;  ///< None: side by side.
   /// Mid-exposure times of a pair differ by at most this, after the learnt offset; at most half a period.

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/hal/live_camera_config.hpp"
 #include "kinetrace/hal/stereo_camera.hpp"
@@ -35,7 +36,7 @@ struct PairingStatus {
 ///
 /// Memory from the arena: an image per device whose format has to be converted. Nothing allocates between start() and
 /// an error.
-class LiveStereoCamera final : public StereoCamera {
+class KINETRACE_API LiveStereoCamera final : public StereoCamera {
  public:
   [[nodiscard]] static std::size_t required_bytes(const LiveCameraConfig& config);
   /// Touches no device yet. Errors: kInvalidConfig, kCapacity, kUnsupported (pixel format).

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/frame.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/hal/rig_calibration.hpp"
@@ -18,7 +19,7 @@ enum class RawFormat : std::uint8_t {
   kContainer,  ///< Uncompressed pairs with checksums in a few large files, the layout "container".
 };
 
-struct RawRecorderConfig {
+struct KINETRACE_API RawRecorderConfig {
   std::filesystem::path directory;  ///< Made; must not exist or be empty.
   RawFormat format = RawFormat::kContainer;
   RigCalibration calibration;                                 ///< Goes with the images.
@@ -32,7 +33,7 @@ struct RawRecorderConfig {
 /// Appends pairs. After an error (disk full, folder gone) it takes nothing more; what was written until then stays
 /// readable: an incomplete last record is removed. Write calls may block for as long as the disk does: for a thread of
 /// its own. Never allocates in `write`, except for messages.
-class RawRecorder {
+class KINETRACE_API RawRecorder {
  public:
   [[nodiscard]] static std::size_t required_bytes(const RawRecorderConfig& config);
   /// Errors: kInvalidConfig, kInvalidArgument (folder not empty), kUnsupported (calibration that the format cannot

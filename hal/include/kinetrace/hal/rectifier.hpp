@@ -7,6 +7,7 @@
 #include <span>
 
 #include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/frame.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
@@ -15,7 +16,7 @@
 
 namespace kinetrace::hal {
 
-struct RectifierConfig {
+struct KINETRACE_API RectifierConfig {
   /// Where the calibration brings no rectification of its own: 0 zooms until no pixel without image data is left, 1
   /// keeps every source pixel, between is between (alpha of cv::stereoRectify, balance of cv::fisheye::stereoRectify).
   double keep_borders = 0.0;
@@ -26,7 +27,7 @@ struct RectifierConfig {
 /// Rectifies by fixed-point look-up tables (position to 1/32 px, bilinear). Pairs that are rectified already pass
 /// through without a copy. Pixels without image data repeat the nearest border pixel, so that no false edges arise.
 /// Memory: 12 bytes per rectified pixel for the tables and 2 for the images; none when passing through.
-class Rectifier {
+class KINETRACE_API Rectifier {
  public:
   /// Zero if the calibration or the configuration is invalid; `create` then says why.
   [[nodiscard]] static std::size_t required_bytes(const RigCalibration& calibration, const RectifierConfig& config);

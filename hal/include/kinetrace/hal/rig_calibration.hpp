@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/core/se3.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
@@ -21,7 +22,7 @@ enum class LensModel : std::uint8_t {
 };
 
 /// One eye: pixel centres at integer coordinates, x right, y down.
-struct CameraModel {
+struct KINETRACE_API CameraModel {
   LensModel lens = LensModel::kRadialTangential;
   int width_px = 0;
   int height_px = 0;
@@ -49,7 +50,7 @@ struct RectifyingTransforms {
 /// - `rectified` set: the images are rectified already, nothing else is looked at;
 /// - `given` set: raw images of `left` and `right`, rectified by the file's own matrices;
 /// - neither: raw images; the rectification is computed from `left`, `right` and `T_right_left`.
-struct RigCalibration {
+struct KINETRACE_API RigCalibration {
   std::string source;  ///< The file or files it was read from, for messages.
   CameraModel left;
   CameraModel right;
@@ -71,14 +72,15 @@ struct RigCalibration {
 /// The calibration of a rig whose eyes deliver images of this size: an OpenCV stereo calibration or Kalibr camchain in
 /// a YAML file, a folder with one of these or a pair of ROS CameraInfo files, or KITTI's calib_cam_to_cam.txt (cameras
 /// 00 and 01). Errors: kNotFound, kBadCalibration (also: for another size).
-[[nodiscard]] Result<RigCalibration> read_rig_calibration(const std::filesystem::path& path, int width_px,
-                                                          int height_px);
+[[nodiscard]] KINETRACE_API Result<RigCalibration> read_rig_calibration(const std::filesystem::path& path, int width_px,
+                                                                        int height_px);
 
 /// Geometry of rectified images from their projection matrices P = K [I | t] in a common frame. The baseline is the
 /// distance of the centres along x, t = K^-1 P[:, 3]; for cameras with P[2][3] = 0 that is the difference of P[0][3] /
 /// fx. Errors: kBadCalibration (see RigCalibration::validate; also different K left and right).
-[[nodiscard]] Result<StereoGeometry> geometry_from_projections(const Eigen::Matrix<double, 3, 4>& P_left,
-                                                               const Eigen::Matrix<double, 3, 4>& P_right, int width_px,
-                                                               int height_px, const std::string& source);
+[[nodiscard]] KINETRACE_API Result<StereoGeometry> geometry_from_projections(const Eigen::Matrix<double, 3, 4>& P_left,
+                                                                             const Eigen::Matrix<double, 3, 4>& P_right,
+                                                                             int width_px, int height_px,
+                                                                             const std::string& source);
 
 }  // namespace kinetrace::hal

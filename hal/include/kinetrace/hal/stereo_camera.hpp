@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/frame.hpp"
 #include "kinetrace/core/result.hpp"
 
@@ -74,7 +75,7 @@ struct CameraInfo {
 };
 
 /// A source of synchronised stereo pairs. Used by one thread.
-class StereoCamera {
+class KINETRACE_API StereoCamera {
  public:
   StereoCamera() = default;
   StereoCamera(const StereoCamera&) = delete;

@@ -7,13 +7,14 @@
 #include <span>
 
 #include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/frame.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
 
 namespace kinetrace::hal {
 
-struct SyncMonitorConfig {
+struct KINETRACE_API SyncMonitorConfig {
   int interval_frames = 5;     ///< Looks at every so many-th pair and the one before it.
   int max_disparity_px = 128;  ///< Nearer things are not matched.
 
@@ -47,7 +48,7 @@ struct SyncReport {
 /// Works on images of half the size: at most `kPoints` patches of 16x8 pixels, +-12 px of rows, sums of absolute
 /// differences. About a millisecond for 640x480 in every `interval_frames`-th frame, less than .2 ms in the one before,
 /// nothing in others. Memory from the arena: one image pair. Never allocates.
-class SyncMonitor {
+class KINETRACE_API SyncMonitor {
  public:
   static constexpr int kPoints = 64;
   static constexpr std::size_t kVotes = 8;

@@ -4,12 +4,14 @@
 #include <cstdint>
 #include <optional>
 
+#include "kinetrace/core/export.hpp"
+
 namespace kinetrace::hal {
 
 /// Checks the times of a source's frames against other evidence of how much time has passed: when they arrived, or how
 /// far their numbers moved on. Where the two contradict each other the clock has jumped, and from then on times are
 /// shifted so that they go on by the evidence. Pure and deterministic.
-class TimelineGuard {
+class KINETRACE_API TimelineGuard {
  public:
   /// The evidence may be wrong by `tolerance_ns`. `must_advance`: every frame is known to be new, so that a time that
   /// does not advance is a jump, however small.

@@ -4,11 +4,13 @@
 
 #include <cstdint>
 
+#include "kinetrace/core/export.hpp"
+
 namespace kinetrace {
 
 /// Marks the calling thread as being inside a foreign library (OpenCV, libspng, Ceres...) until destroyed: allocations
 /// made meanwhile count as foreign, and so do all of a thread started meanwhile. Cheap: one thread-local increment.
-class ForeignCall {
+class KINETRACE_API ForeignCall {
  public:
   ForeignCall() noexcept;
   ForeignCall(const ForeignCall&) = delete;
@@ -22,11 +24,11 @@ struct AllocationCounts {
   std::uint64_t own = 0;
   std::uint64_t foreign = 0;
 };
-[[nodiscard]] AllocationCounts allocation_counts() noexcept;
+[[nodiscard]] KINETRACE_API AllocationCounts allocation_counts() noexcept;
 /// Of the calling thread alone.
-[[nodiscard]] AllocationCounts thread_allocation_counts() noexcept;
+[[nodiscard]] KINETRACE_API AllocationCounts thread_allocation_counts() noexcept;
 /// True if malloc is interposed in this program, that is, if the counts mean anything.
-[[nodiscard]] bool allocation_counting_available() noexcept;
+[[nodiscard]] KINETRACE_API bool allocation_counting_available() noexcept;
 
 namespace detail {
 [[nodiscard]] bool in_foreign_call() noexcept;

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/core/se3.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
@@ -53,7 +54,7 @@ struct BundleSummary {
 };
 
 /// Stereo bundle adjustment behind one interface: the fixed-size online solver and the Ceres batch solver.
-class BundleAdjuster {
+class KINETRACE_API BundleAdjuster {
  public:
   BundleAdjuster() = default;
   BundleAdjuster(const BundleAdjuster&) = delete;

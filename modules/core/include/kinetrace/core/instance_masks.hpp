@@ -6,6 +6,7 @@
 #include <span>
 
 #include "kinetrace/core/detections.hpp"
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/frame.hpp"
 #include "kinetrace/core/image_view.hpp"
 
@@ -63,7 +64,7 @@ struct MaskSet {
 };
 
 /// Where a segmenter gets masks that somebody else makes. Implemented by whoever has a clock and threads.
-class MaskSource {
+class KINETRACE_API MaskSource {
  public:
   MaskSource() = default;
   MaskSource(const MaskSource&) = delete;

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <utility>
 
-#include <tl/expected.hpp>
+#include "kinetrace/core/expected.hpp"
 
 namespace kinetrace {
 
@@ -56,14 +56,14 @@ struct Error {
 };
 
 template <typename T>
-using Result = tl::expected<T, Error>;
+using Result = Expected<T, Error>;
 
 /// Success, or why not.
 using Status = Result<void>;
 
 /// `return fail(ErrorCode::kNotFound, "...")` from any function that returns a Result.
-[[nodiscard]] inline tl::unexpected<Error> fail(ErrorCode code, std::string message) {
-  return tl::unexpected<Error>(Error{code, std::move(message)});
+[[nodiscard]] inline Unexpected<Error> fail(ErrorCode code, std::string message) {
+  return Unexpected<Error>(Error{code, std::move(message)});
 }
 
 }  // namespace kinetrace

@@ -6,6 +6,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "kinetrace/core/export.hpp"
+
 namespace kinetrace {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
@@ -19,11 +21,11 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 }
 
 /// Rotation of `omega.norm()` radians about `omega` (Rodrigues' formula).
-[[nodiscard]] Eigen::Matrix3d so3_exp(const Eigen::Vector3d& omega_rad);
+[[nodiscard]] KINETRACE_API Eigen::Matrix3d so3_exp(const Eigen::Vector3d& omega_rad);
 /// Inverse of so3_exp; the result's norm is in [0, pi].
-[[nodiscard]] Eigen::Vector3d so3_log(const Eigen::Matrix3d& rotation);
+[[nodiscard]] KINETRACE_API Eigen::Vector3d so3_log(const Eigen::Matrix3d& rotation);
 /// The rotation nearest to `matrix`. Chained products of rotations drift off SO(3); call this once a frame.
-[[nodiscard]] Eigen::Matrix3d orthonormalised(const Eigen::Matrix3d& matrix);
+[[nodiscard]] KINETRACE_API Eigen::Matrix3d orthonormalised(const Eigen::Matrix3d& matrix);
 
 /// A rigid transform: rotation, then translation in metres.
 struct Se3 {
@@ -43,17 +45,17 @@ struct Se3 {
 /// `update(T, xi)` = Exp(xi) applied on the left, with xi = (rotation in rad, translation in m) and the two parts
 /// decoupled: R' = so3_exp(xi_r) * R, t' = so3_exp(xi_r) * t + xi_t. This is the one perturbation model of the project:
 /// Jacobians and covariances of T_a_b are with respect to xi in frame a.
-[[nodiscard]] Se3 left_update(const Se3& pose, const Vector6d& xi);
+[[nodiscard]] KINETRACE_API Se3 left_update(const Se3& pose, const Vector6d& xi);
 /// The xi with left_update(from, xi) == to.
-[[nodiscard]] Vector6d left_difference(const Se3& from, const Se3& to);
+[[nodiscard]] KINETRACE_API Vector6d left_difference(const Se3& from, const Se3& to);
 /// Constant-velocity interpolation, s in [0, 1]; extrapolates beyond.
-[[nodiscard]] Se3 interpolate(const Se3& a, const Se3& b, double s);
+[[nodiscard]] KINETRACE_API Se3 interpolate(const Se3& a, const Se3& b, double s);
 /// The matrix Ad with left_update(A, Ad * xi) * B == A * left_update(B, xi) to first order: carries a covariance of B
 /// into A * B's frame.
-[[nodiscard]] Matrix6d adjoint(const Se3& a);
+[[nodiscard]] KINETRACE_API Matrix6d adjoint(const Se3& a);
 
 /// Covariance of (rotation about the axes of frame a, position of b's origin in a) from one of the left perturbation.
 /// The two differ by the lever arm to a's origin; this is the one that users read.
-[[nodiscard]] Matrix6d rotation_position_covariance(const Se3& T_a_b, const Matrix6d& left_covariance);
+[[nodiscard]] KINETRACE_API Matrix6d rotation_position_covariance(const Se3& T_a_b, const Matrix6d& left_covariance);
 
 }  // namespace kinetrace

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <string_view>
 
+#include "kinetrace/core/export.hpp"
+
 namespace kinetrace {
 
 /// Stages of a frame's way, in order.
@@ -33,7 +35,7 @@ inline constexpr std::size_t kStageCount = 12;
 }
 
 /// Told when stages begin and end. Modules own no clock, so timing belongs to whoever implements this.
-class StageObserver {
+class KINETRACE_API StageObserver {
  public:
   StageObserver() = default;
   StageObserver(const StageObserver&) = delete;

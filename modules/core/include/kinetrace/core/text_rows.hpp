@@ -9,23 +9,24 @@
 #include <string_view>
 #include <vector>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/core/se3.hpp"
 
 namespace kinetrace {
 
 /// The whole of `text` as a number; none if it is not one or not finite.
-[[nodiscard]] std::optional<double> parse_number(std::string_view text);
-[[nodiscard]] std::optional<std::int64_t> parse_integer(std::string_view text);
+[[nodiscard]] KINETRACE_API std::optional<double> parse_number(std::string_view text);
+[[nodiscard]] KINETRACE_API std::optional<std::int64_t> parse_integer(std::string_view text);
 /// Nanoseconds from an integer of 16 digits or more (nanoseconds), or else from seconds.
-[[nodiscard]] std::optional<std::int64_t> parse_time_ns(std::string_view text);
+[[nodiscard]] KINETRACE_API std::optional<std::int64_t> parse_time_ns(std::string_view text);
 
 /// Walks through the rows of a text file. Blank lines and lines that begin with '#' are left out. The first mistake
 /// sticks: `next()` is false from then on and `status()` says what is wrong, so a reader checks once, at the end.
 ///
 ///     while (rows.next()) { x = rows.number(0); ... }
 ///     return rows.status();
-class TextRows {
+class KINETRACE_API TextRows {
  public:
   enum class Separator : std::uint8_t { kBlanks, kComma };
   enum class QuaternionOrder : std::uint8_t { kRealLast, kRealFirst };

@@ -1,12 +1,13 @@
 // Settings of the feature front end.
 #pragma once
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 
 namespace kinetrace::features {
 
 /// Everything the feature front end can be told. The patch is 16 x 11 pixels and fixed: the kernels are built for it.
-struct FeatureConfig {
+struct KINETRACE_API FeatureConfig {
   // Capacities. Objects are served before the background; what does not fit is dropped weakest first and counted.
   int max_features = 1600;            ///< Over all bodies; [50, 4000]. Number of slots.
   int max_background_features = 800;  ///< [0, 4000]: the rest is kept free for objects.

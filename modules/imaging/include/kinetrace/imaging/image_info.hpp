@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 
 namespace kinetrace::imaging {
@@ -20,6 +21,6 @@ struct ImageInfo {
 
 /// Reads the header of a PNG, PGM (P5) or JPEG file; the content decides which, not the name. Never allocates unless it
 /// fails. Errors: kNotFound, kIo, kBadFormat (empty, truncated, not an image), kUnsupported (another image format).
-[[nodiscard]] Result<ImageInfo> read_image_info(const char* path);
+[[nodiscard]] KINETRACE_API Result<ImageInfo> read_image_info(const char* path);
 
 }  // namespace kinetrace::imaging

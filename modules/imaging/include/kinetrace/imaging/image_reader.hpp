@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/imaging/image_info.hpp"
@@ -15,7 +16,7 @@
 namespace kinetrace::imaging {
 
 /// The largest file a reader is made for. Anything beyond is refused before a pixel is decoded.
-struct ImageReaderConfig {
+struct KINETRACE_API ImageReaderConfig {
   int max_width_px = 2048;
   int max_height_px = 2048;
   std::size_t max_file_bytes = std::size_t{8} << 20;
@@ -26,7 +27,7 @@ struct ImageReaderConfig {
 /// Decodes one file at a time. Memory: `max_file_bytes` for the file and one row of pixels, from the arena; the codecs
 /// allocate their own working memory inside each call (counted as foreign) and release it again. Own code allocates
 /// only to write an error message. One reader serves one thread.
-class ImageReader {
+class KINETRACE_API ImageReader {
  public:
   [[nodiscard]] static std::size_t required_bytes(const ImageReaderConfig& config);
   /// Errors: kInvalidConfig, kCapacity (arena too small).

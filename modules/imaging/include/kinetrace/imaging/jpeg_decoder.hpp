@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
 
@@ -12,7 +13,7 @@ namespace kinetrace::imaging {
 
 /// Owns a decompressor, so that none is made per image. The library allocates inside each call (counted as foreign).
 /// One decoder serves one thread.
-class JpegDecoder {
+class KINETRACE_API JpegDecoder {
  public:
   /// Errors: kInternal (out of memory).
   [[nodiscard]] static Result<JpegDecoder> create();

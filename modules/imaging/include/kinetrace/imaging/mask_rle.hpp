@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
 
@@ -20,14 +21,14 @@ struct MaskRun {
 };
 
 /// True if a pixel inside `box` has the value `label`.
-[[nodiscard]] bool has_label(LabelView labels, const PixelBox& box, std::uint8_t label) noexcept;
+[[nodiscard]] KINETRACE_API bool has_label(LabelView labels, const PixelBox& box, std::uint8_t label) noexcept;
 
 /// Turns the lengths of alternating runs, beginning with background, into text, one after the other.
 ///
 /// From the fourth run on, the difference to the length two before is stored. Each number is cut into groups of 5 bits,
 /// least significant first, until only copies of the sign remain; bit 5 says that more follow, and 48 is added to make
 /// a printable character.
-class RunLengthEncoder {
+class KINETRACE_API RunLengthEncoder {
  public:
   /// The characters of the next length; they live until the next call.
   [[nodiscard]] std::string_view next(std::int64_t length) noexcept;
@@ -88,6 +89,6 @@ void encode_mask_rle(LabelView labels, const PixelBox& box, std::uint8_t label, 
 /// Allocates. Errors, each with the place in the string: kBadFormat (a character outside the alphabet, the end within a
 /// number, a number beyond 60 bits, a negative length, more or fewer pixels than the image has), kInvalidArgument (a
 /// size below one pixel).
-[[nodiscard]] Result<std::vector<MaskRun>> decode_mask_rle(std::string_view text, int width, int height);
+[[nodiscard]] KINETRACE_API Result<std::vector<MaskRun>> decode_mask_rle(std::string_view text, int width, int height);
 
 }  // namespace kinetrace::imaging

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
 
@@ -20,10 +21,11 @@ enum class PngEffort : std::uint8_t { kSmall, kFast, kFlat };
 
 /// Each writes one file, replacing an existing one. Errors: kInvalidArgument (empty image), kIo (cannot be created or
 /// written; the file is then removed).
-[[nodiscard]] Status write_png_gray8(const char* path, GrayView image, PngEffort effort = PngEffort::kSmall);
-[[nodiscard]] Status write_png_gray16(const char* path, ImageView<const std::uint16_t> image,
-                                      PngEffort effort = PngEffort::kSmall);
-[[nodiscard]] Status write_png_rgb8(const char* path, ImageView<const Rgb8> image,
-                                    PngEffort effort = PngEffort::kSmall);
+[[nodiscard]] KINETRACE_API Status write_png_gray8(const char* path, GrayView image,
+                                                   PngEffort effort = PngEffort::kSmall);
+[[nodiscard]] KINETRACE_API Status write_png_gray16(const char* path, ImageView<const std::uint16_t> image,
+                                                    PngEffort effort = PngEffort::kSmall);
+[[nodiscard]] KINETRACE_API Status write_png_rgb8(const char* path, ImageView<const Rgb8> image,
+                                                  PngEffort effort = PngEffort::kSmall);
 
 }  // namespace kinetrace::imaging

@@ -4,6 +4,7 @@
 #include <array>
 #include <string_view>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/features/feature_config.hpp"
 #include "kinetrace/refinement/fixed_bundle_adjuster.hpp"
@@ -38,7 +39,7 @@ struct ObjectConfig {
 
 /// Everything that decides what a run computes. `max_features` and the object count are set once, in `features` and
 /// `tracking`; the reconstructions follow.
-struct PipelineConfig {
+struct KINETRACE_API PipelineConfig {
   features::FeatureConfig features;
   /// Stands for features.bucket_px while objects are found by motion: they need features before they are known.
   int motion_bucket_px = 16;

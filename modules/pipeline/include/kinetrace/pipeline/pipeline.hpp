@@ -5,6 +5,7 @@
 
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/core/effort.hpp"
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/frame.hpp"
 #include "kinetrace/core/frame_result.hpp"
 #include "kinetrace/core/instance_masks.hpp"
@@ -16,7 +17,7 @@
 namespace kinetrace::pipeline {
 
 /// The whole method, one frame at a time, single-threaded and deterministic: same input, same output, bit for bit.
-class Pipeline {
+class KINETRACE_API Pipeline {
  public:
   /// Bytes that `create` takes from the arena, by module. Errors: kInvalidConfig.
   [[nodiscard]] static Result<MemoryPlan> plan(const PipelineConfig& config, const StereoGeometry& geometry);

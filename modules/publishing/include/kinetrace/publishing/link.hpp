@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/publishing/publish_config.hpp"
 
@@ -40,7 +41,7 @@ struct LinkMembership {
 ///
 /// The DDS library's log is a global of the process, so there is one Link at a time, for all that writes and reads.
 /// The environment (CYCLONEDDS_URI) is not looked at.
-class Link {
+class KINETRACE_API Link {
  public:
   /// How often the interface is looked at, and how often a participant that failed is tried again.
   static constexpr std::int64_t kLookEvery_ns = 500'000'000;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/instance_masks.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/publishing/link.hpp"
@@ -19,7 +20,7 @@ inline constexpr std::size_t kMaxMasksInMessage = 64;
 inline constexpr std::size_t kMaxRunsOfMask = 4096;
 
 /// The side that wants masks. Calls come from one thread, which is not the pipeline's.
-class MaskReceiver {
+class KINETRACE_API MaskReceiver {
  public:
   /// Masks for `device` alone are heard. `link` outlives it.
   MaskReceiver(Link& link, std::string device);
@@ -41,7 +42,7 @@ class MaskReceiver {
 };
 
 /// The side that makes masks, for one device.
-class MaskSender {
+class KINETRACE_API MaskSender {
  public:
   /// All masks of one image, the topmost first; see RunLengthMask.
   struct Image {

@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
 
@@ -94,7 +95,7 @@ struct SecurityConfig {
   std::string plugins{};         ///< Folder of Cyclone's security libraries; empty: where they are installed.
 };
 
-struct PublishConfig {
+struct KINETRACE_API PublishConfig {
   static constexpr int kMaxDomain = 230;  ///< Beyond, port numbers run out.
   static constexpr int kMinPieceBytes = 4096;
   static constexpr int kMaxPieceBytes = 20'000;

@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/fixed_vector.hpp"
 #include "kinetrace/core/frame_result.hpp"
 #include "kinetrace/core/health.hpp"
@@ -25,7 +26,7 @@ struct PublishedPoint {
 };
 
 /// The newest estimate of one frame. Objects and points live in an arena and have fixed capacities.
-struct PublishedFrame {
+struct KINETRACE_API PublishedFrame {
   PublishedFrame() = default;
   /// Room for config.max_objects objects and config.max_points points.
   PublishedFrame(const PublishConfig& config, Arena& arena);

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
 #include "kinetrace/publishing/link.hpp"
@@ -55,7 +56,7 @@ static_assert(sizeof(PublishCounters) == kPublishCounterNames.size() * sizeof(st
 /// for 0.4 s); that is why the pipeline's thread never calls this.
 ///
 /// It has the process's Link and looks after it; others that read or write in the same domain share it.
-class Publisher {
+class KINETRACE_API Publisher {
  public:
   static constexpr std::int64_t kHealthEvery_ns = 1'000'000'000;
 

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/fixed_vector.hpp"
 #include "kinetrace/core/frame_result.hpp"
 #include "kinetrace/core/latest_value.hpp"
@@ -27,7 +28,7 @@ struct MailboxCounters {
 /// One producer (the pipeline's thread), one consumer (the publisher's). The producer never waits, never allocates and
 /// makes no system call, whatever the consumer does: of frames and health the newest wins; final poses, which come only
 /// once, have a queue of their own (`trajectory_queue`), and what it does not hold is counted.
-class ResultMailbox {
+class KINETRACE_API ResultMailbox {
  public:
   [[nodiscard]] static std::size_t required_bytes(const PublishConfig& config);
   /// Errors: kInvalidConfig, kCapacity.

@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/frame_result.hpp"
 #include "kinetrace/core/health.hpp"
 #include "kinetrace/core/result.hpp"
@@ -62,7 +63,7 @@ struct HeardCalibration {
   StereoGeometry geometry;
 };
 
-class ResultListener {
+class KINETRACE_API ResultListener {
  public:
   ResultListener() = default;
   ResultListener(const ResultListener&) = delete;
@@ -78,7 +79,7 @@ class ResultListener {
 
 /// Reads poses, objects, health and calibration of all devices in the domain. Points and trajectories are left alone:
 /// who does not read them does not make the sender send them. Memory is bounded by the depth of the topics.
-class ResultReader {
+class KINETRACE_API ResultReader {
  public:
   /// `link` outlives it.
   explicit ResultReader(Link& link);

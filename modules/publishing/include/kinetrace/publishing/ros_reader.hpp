@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/publishing/link.hpp"
 
@@ -30,7 +31,7 @@ struct RosMessage {
 
 /// Reads all topics that Kinetrace offers to ROS 2; of /tf, /tf_static and /diagnostics also what other nodes send.
 /// Memory is bounded by the depth of the topics and the largest message.
-class RosReader {
+class KINETRACE_API RosReader {
  public:
   /// `prefix` is that of the sender (dds.ros2.prefix). `link` outlives it.
   RosReader(Link& link, const std::string& prefix);

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "kinetrace/core/export.hpp"
+
 namespace kinetrace::recording {
 
 /// What a run says about one stage.
@@ -27,7 +29,7 @@ struct LatencySummary {
 /// A log-linear histogram: below 2^8 ns each nanosecond has its own bucket, above that every octave has 128. A quantile
 /// is off by less than 0.4 % (half a bucket); minimum and maximum are exact. Durations above 2^36 ns (69 s) share the
 /// last bucket. Takes 15 KiB, never allocates, adds in constant time.
-class LatencyHistogram {
+class KINETRACE_API LatencyHistogram {
  public:
   void add(std::int64_t duration_ns) noexcept;  ///< A negative duration (a clock set back) counts as zero.
   void reset() noexcept { *this = LatencyHistogram{}; }

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/recording/run_reader.hpp"
@@ -28,7 +29,7 @@ struct MaskFrame {
 };
 
 /// Paints the masks of any frame. Memory: mots.txt and one image.
-class MaskFrames {
+class KINETRACE_API MaskFrames {
  public:
   static constexpr std::size_t kMaxMasksPerFrame = kIgnoreLabel - 1;
 
@@ -42,7 +43,7 @@ class MaskFrames {
 
  private:
   [[nodiscard]] Status paint(const MaskRow& row);
-  [[nodiscard]] tl::unexpected<Error> damaged(const MaskRow& row, const std::string& reason, ErrorCode code) const;
+  [[nodiscard]] Unexpected<Error> damaged(const MaskRow& row, const std::string& reason, ErrorCode code) const;
 
   std::filesystem::path path_;
   std::vector<MaskRow> rows_;  ///< By frame.

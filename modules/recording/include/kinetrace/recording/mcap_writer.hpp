@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 
 namespace kinetrace::recording {
@@ -34,7 +35,7 @@ struct McapCounters {
 /// message, by readers that follow the file from its beginning; and a file that was finished has an index as well. The
 /// price is about 170 bytes a message. The index is made from the file itself, so memory does not grow: it is that of
 /// the largest message.
-class McapWriter {
+class KINETRACE_API McapWriter {
  public:
   /// Makes the file. `library` names the program that writes. Errors: kIo (it exists already, no permission, disk
   /// full).

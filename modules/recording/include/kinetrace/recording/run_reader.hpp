@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kinetrace/core/body.hpp"
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/frame_result.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/core/se3.hpp"
@@ -63,9 +64,9 @@ struct Run {
 /// Reads run.json, camera.tum, camera_kitti.txt and objects.csv. The camera files have no frame numbers: they come from
 /// the time stamps of objects.csv, and between and beyond those from the interval between frames. Errors, each with
 /// file and line: kNotFound (no such folder; no run.json, so the run did not finish), kBadFormat.
-[[nodiscard]] Result<Run> read_run(const std::filesystem::path& directory);
+[[nodiscard]] KINETRACE_API Result<Run> read_run(const std::filesystem::path& directory);
 
 /// Reads mots.txt, ordered by frame; empty if the run wrote none. Errors: kBadFormat with file and line.
-[[nodiscard]] Result<std::vector<MaskRow>> read_masks(const std::filesystem::path& directory);
+[[nodiscard]] KINETRACE_API Result<std::vector<MaskRow>> read_masks(const std::filesystem::path& directory);
 
 }  // namespace kinetrace::recording

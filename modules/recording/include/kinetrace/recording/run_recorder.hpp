@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/frame_result.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
@@ -14,7 +15,7 @@
 
 namespace kinetrace::recording {
 
-struct RecordingConfig {
+struct KINETRACE_API RecordingConfig {
   std::filesystem::path directory;  ///< Made if it does not exist; must be empty or an earlier run folder.
   StereoGeometry geometry;          ///< Of the rectified pair; becomes the COLMAP camera.
   bool mots = true;                 ///< Write mots.txt.
@@ -33,7 +34,7 @@ struct RecordingConfig {
 /// `record` appends to files opened in `create`: it never allocates and holds at most ten files open. What has to be
 /// regrouped by object or point goes to spool files in DIR/.spool, which `finish` turns into tracks/, points/ and
 /// colmap/ within `conversion_kib` of memory, however long the run was. See README.md for every file and column.
-class RunRecorder {
+class KINETRACE_API RunRecorder {
  public:
   /// Prepares the folder and opens its files. Files of an earlier run there are removed, others are left alone.
   /// Errors: kInvalidConfig (which key), kInvalidArgument (folder is neither empty nor a run folder), kIo (cannot be

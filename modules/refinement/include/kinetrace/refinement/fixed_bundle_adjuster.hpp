@@ -6,11 +6,12 @@
 
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/core/bundle.hpp"
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 
 namespace kinetrace::refinement {
 
-struct FixedBundleConfig {
+struct KINETRACE_API FixedBundleConfig {
   int max_frames = 12;     ///< Poses of a window, at most kMaxWindowFrames.
   int max_points = 600;    ///< Points of a window that are seen by at least one frame.
   int max_iterations = 6;  ///< Damped steps tried, accepted or not.
@@ -34,7 +35,7 @@ struct FixedBundleStorage;
 /// Errors of `refine`: kCapacity, the window exceeds max_frames or max_points; kInvalidArgument, no fixed pose, an
 /// observation table too small, or a value that is not finite; kBadCalibration. The window is then unchanged.
 /// Without an error `refine` allocates nothing.
-class FixedBundleAdjuster final : public BundleAdjuster {
+class KINETRACE_API FixedBundleAdjuster final : public BundleAdjuster {
  public:
   [[nodiscard]] static Result<FixedBundleAdjuster> create(const FixedBundleConfig& config, Arena& arena);
   [[nodiscard]] static std::size_t required_bytes(const FixedBundleConfig& config);

@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
 
@@ -40,7 +41,7 @@ enum class SegmentationMode : std::uint8_t {
 }
 
 /// Motion segmentation. Defaults suit a car's rig at 10 Hz (f 721 px, baseline .54 m) and hold for 5..30 Hz.
-struct MotionConfig {
+struct KINETRACE_API MotionConfig {
   double sigma_px = 0.4;           ///< Standard deviation of u_left, v and u_right of a feature.
   double ego_sigma_px = 0.3;       ///< Error of the ego motion over the window, seen as image motion.
   double bias_disparity_px = 0.1;  ///< Slowly varying error of the disparity, common to a region.
@@ -58,7 +59,7 @@ struct MotionConfig {
 };
 
 /// Masks from another process.
-struct ExternalConfig {
+struct KINETRACE_API ExternalConfig {
   int timeout_ms = 50;  ///< A frame waits at most so long for its masks, [0, 60000]; then tracks are propagated.
   bool right = false;   ///< Ask for masks of the right image too; without, the tracker derives them.
 
@@ -66,7 +67,7 @@ struct ExternalConfig {
 };
 
 /// One aggregate for all modes.
-struct SegmentationConfig {
+struct KINETRACE_API SegmentationConfig {
   SegmentationMode mode = SegmentationMode::kNone;
   std::string left_dir;   ///< Mode kMasks: folder of left masks, `<stem of the left image>.png`.
   std::string right_dir;  ///< Mode kMasks: folder of right masks; empty when there are none.
@@ -80,6 +81,6 @@ struct SegmentationConfig {
 
 /// Understands `none`, `motion`, `dds` and `masks:LEFT_DIR[,RIGHT_DIR]`; everything else keeps its default.
 /// Errors: kInvalidArgument.
-[[nodiscard]] Result<SegmentationConfig> parse_segmentation(std::string_view text);
+[[nodiscard]] KINETRACE_API Result<SegmentationConfig> parse_segmentation(std::string_view text);
 
 }  // namespace kinetrace::segmentation

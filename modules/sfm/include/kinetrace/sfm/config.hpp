@@ -1,12 +1,13 @@
 // Settings of the reconstruction of one body.
 #pragma once
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 
 namespace kinetrace::sfm {
 
 /// Sizes and gates of one body's mini-SfM. Background and objects use the same settings type with other sizes.
-struct BodyConfig {
+struct KINETRACE_API BodyConfig {
   int max_features = 1600;  ///< Slots of the feature front end.
   int max_points = 700;     ///< Points of the map; beyond, new points are dropped and counted.
   /// Frames that bundle adjustment refines; also the lag after which a pose is settled. One: single-frame stereo, each

@@ -1,12 +1,13 @@
 // Limits and thresholds of the object tracker.
 #pragma once
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
 
 namespace kinetrace::tracking {
 
-struct TrackerConfig {
+struct KINETRACE_API TrackerConfig {
   int max_objects = 24;        ///< Tracks alive at once, [1, kMaxObjects].
   int confirm_frames = 3;      ///< Matched frames, birth included, until a track is confirmed.
   int max_missed_frames = 10;  ///< A track without a detection shows its prediction for so long; one whose place is

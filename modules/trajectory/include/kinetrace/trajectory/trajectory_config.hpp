@@ -1,11 +1,12 @@
 // Settings of trajectories: smoothing, moving or not, boxes.
 #pragma once
 
+#include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 
 namespace kinetrace::trajectory {
 
-struct TrajectoryConfig {
+struct KINETRACE_API TrajectoryConfig {
   int velocity_window_frames = 5;      ///< Velocity is fitted over up to this many frames before and after, [1, 10].
   double min_moving_speed_mps = 0.5;   ///< Slower objects are not called moving, whatever the significance.
   double moving_significance = 4.0;    ///< Speed over its standard deviation to become moving; half of it to stop.

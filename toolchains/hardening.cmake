@@ -1,0 +1,15 @@
+# Flags that make faults harder to exploit, for everything that is delivered. tests/package/hardening looks at the result.
+include(CheckPIESupported)
+check_pie_supported()
+add_link_options(-Wl,-z,relro -Wl,-z,now)
+# A sanitizer checks more, in its own way; what is not optimised cannot be fortified.
+if(KINETRACE_SANITIZED)
+  return()
+endif()
+add_compile_options(-fstack-protector-strong -fstack-clash-protection)
+add_compile_definitions($<$<CONFIG:Release>:_FORTIFY_SOURCE=2>)
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  add_compile_options(-fcf-protection)
+elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64")
+  add_compile_options(-mbranch-protection=standard)
+endif()

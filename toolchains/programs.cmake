@@ -1,0 +1,12 @@
+# Where the programs and what belongs to them are installed; each COMPONENT becomes a package, see packages.cmake.
+include(toolchains/install_folders.cmake)
+install(TARGETS kinetrace RUNTIME COMPONENT kinetrace)
+install(DIRECTORY config/ DESTINATION ${CMAKE_INSTALL_DATADIR}/kinetrace COMPONENT kinetrace FILES_MATCHING PATTERN *.yaml)
+install(FILES config/kinetrace.service DESTINATION lib/systemd/system COMPONENT kinetrace)
+if(TARGET kinetrace_libcamera_plugin)
+  # The program looks for it there; one architecture's program, one architecture's plugin.
+  install(TARGETS kinetrace_libcamera_plugin LIBRARY DESTINATION lib/kinetrace COMPONENT kinetrace-libcamera)
+endif()
+if(TARGET kinetrace-simulate)
+  install(TARGETS kinetrace-simulate RUNTIME COMPONENT kinetrace-simulator)
+endif()
