@@ -81,7 +81,7 @@ class PublishingLoad {
   }
   void offer(const SampleResult& sample) {
     thread_->offer_health(health_, sample.result.counters);
-    thread_->offer(sample.result);
+    thread_->offer(sample.result, 0);
     thread_->send();
   }
   /// At 30 Hz; returns what each offer took of this thread's processor time.

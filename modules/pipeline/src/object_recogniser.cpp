@@ -101,12 +101,12 @@ std::optional<Se3> ObjectRecogniser::recognise(const PoseGuess& guess, sfm::Body
     const auto variance_ratio = static_cast<float>(1.0 + place_px * place_px);
     observations[k] = {point.p_body.cast<double>(), point.left_px.x(), point.v_px, point.u_right_px, variance_ratio};
   }
-  sfm::BodyReconstruction::Expectation shifted{{guess.T_obj_cam.rotation, guess.T_obj_cam.translation - group.shift_m}};
-  const double shifted_sigma_m = std::min(kGroupRadius_m, guess.place_sigma_m);
-  shifted.covariance.topLeftCorner<3, 3>().diagonal().setConstant(guess.turn_sigma_rad * guess.turn_sigma_rad);
-  shifted.covariance.bottomRightCorner<3, 3>().diagonal().setConstant(shifted_sigma_m * shifted_sigma_m);
+  // Far away depth is less sure than the guess, which then decides.
+  sfm::BodyReconstruction::Expectation expected_pose{guess.T_obj_cam};
+  expected_pose.covariance.topLeftCorner<3, 3>().diagonal().setConstant(guess.turn_sigma_rad * guess.turn_sigma_rad);
+  expected_pose.covariance.bottomRightCorner<3, 3>().diagonal().setConstant(guess.place_sigma_m * guess.place_sigma_m);
   const std::optional<Se3> pose =
-      body.pose_from(std::span(observations).first(group.count), shifted, static_cast<int>(kLeastRecognised));
+      body.pose_from(std::span(observations).first(group.count), expected_pose, static_cast<int>(kLeastRecognised));
   const bool turned_too_far = pose && so3_log(pose->rotation * guess.T_obj_cam.rotation.transpose()).norm() >
                                           kMostSigmas * guess.turn_sigma_rad;
   return turned_too_far ? std::nullopt : pose;

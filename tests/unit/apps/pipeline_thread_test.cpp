@@ -83,7 +83,7 @@ class PipelineThreadTest : public ::testing::Test {
 
 TEST_F(PipelineThreadTest, ProcessesCopiesInOrder) {
   for (int frame = 0; frame < 5; ++frame) {
-    EXPECT_EQ(offer(frame), false);
+    EXPECT_EQ(offer(frame).value(), false);
     gate_.await_entered(frame + 1);
   }
   ASSERT_TRUE(thread_->finish());
@@ -95,11 +95,11 @@ TEST_F(PipelineThreadTest, ProcessesCopiesInOrder) {
 
 TEST_F(PipelineThreadTest, TheNewestWinsAndWhatIsLeftOutIsTold) {
   gate_.close();
-  EXPECT_EQ(offer(0), false);
+  EXPECT_EQ(offer(0).value(), false);
   gate_.await_entered(1);
-  EXPECT_EQ(offer(1), false) << "it waits";
-  EXPECT_EQ(offer(2), true);
-  EXPECT_EQ(offer(3), true);
+  EXPECT_EQ(offer(1).value(), false) << "it waits";
+  EXPECT_EQ(offer(2).value(), true);
+  EXPECT_EQ(offer(3).value(), true);
   gate_.open();
   ASSERT_TRUE(thread_->finish()) << "and processes what waits";
   EXPECT_EQ(gate_.frames, (std::vector<std::int64_t>{0, 3}));
@@ -108,9 +108,9 @@ TEST_F(PipelineThreadTest, TheNewestWinsAndWhatIsLeftOutIsTold) {
 
 TEST_F(PipelineThreadTest, AFailureEndsProcessingAndIsToldToBothSides) {
   gate_.fails_at = 1;
-  EXPECT_EQ(offer(0), false);
+  EXPECT_EQ(offer(0).value(), false);
   gate_.await_entered(1);
-  EXPECT_EQ(offer(1), false);
+  EXPECT_EQ(offer(1).value(), false);
   const Status finished = thread_->finish();
   ASSERT_FALSE(finished);
   EXPECT_EQ(finished.error().message, "disk");

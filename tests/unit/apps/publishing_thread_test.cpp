@@ -52,7 +52,7 @@ TEST_F(PublishingThreadTest, EveryFrameIsPublishedOrSuperseded) {
   const auto thread = start({});
   constexpr std::uint64_t kFrames = 50;
   for (std::uint64_t i = 0; i < kFrames; ++i) {
-    thread->offer(SampleResult({}, static_cast<std::int64_t>(i)).result);
+    thread->offer(SampleResult({}, static_cast<std::int64_t>(i)).result, 0);
   }
   thread->finish();
   EXPECT_EQ(counter(*thread, "dds_frames_offered"), kFrames);
@@ -72,7 +72,7 @@ TEST_F(PublishingThreadTest, WhatReachesNobodyIsCountedAndTold) {
   config.interface = "nothere0";
   const auto thread = start(config);
   EXPECT_FALSE(thread->is_connected());
-  thread->offer(SampleResult({}).result);
+  thread->offer(SampleResult({}).result, 0);
   thread->finish();
   EXPECT_EQ(counter(*thread, "dds_frames_without_link"), 1U);
   EXPECT_THAT(told(), testing::ElementsAre(testing::HasSubstr("interface nothere0 is not there")));

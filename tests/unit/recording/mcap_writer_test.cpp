@@ -38,12 +38,13 @@ class Mcap : public ::testing::Test {
 
   /// Three topics of two types, five messages of different lengths, one of them empty.
   static void fill(McapWriter& writer) {
-    ASSERT_EQ(writer.add_topic({"/tf", "tf2_msgs/msg/TFMessage", "transforms", {{"offered_qos_profiles", "- depth"}}}),
+    ASSERT_EQ(writer.add_topic({"/tf", "tf2_msgs/msg/TFMessage", "transforms", {{"offered_qos_profiles", "- depth"}}})
+                  .value(),
               0);
-    ASSERT_EQ(writer.add_topic({"/odometry", "nav_msgs/msg/Odometry", "header", {}}), 1);
+    ASSERT_EQ(writer.add_topic({"/odometry", "nav_msgs/msg/Odometry", "header", {}}).value(), 1);
     ASSERT_TRUE(writer.write(0, 1'000, 900, cdr("first")));
     ASSERT_TRUE(writer.write(1, 3'000'000'000'000, 2'999'999'999'999, cdr(std::string(300, 'x'))));
-    ASSERT_EQ(writer.add_topic({"/tf_static", "tf2_msgs/msg/TFMessage", "not used", {}}), 2);
+    ASSERT_EQ(writer.add_topic({"/tf_static", "tf2_msgs/msg/TFMessage", "not used", {}}).value(), 2);
     ASSERT_TRUE(writer.write(2, 500, -7, cdr("")));
     ASSERT_TRUE(writer.write(0, 2'000, 1'900, cdr("second")));
     ASSERT_TRUE(writer.write(1, 4'000, 3'900, cdr("last")));
