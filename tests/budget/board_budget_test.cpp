@@ -25,6 +25,11 @@ struct Promise {
   std::uint64_t budget_mib;
 };
 
+// For the tests' names.
+void PrintTo(const Promise& promise, std::ostream* out) {
+  *out << promise.name;
+}
+
 StereoGeometry rig(const Promise& promise) {
   const double f_px = 0.58 * promise.width_px;
   return {.fx_px = f_px,

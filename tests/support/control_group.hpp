@@ -23,11 +23,12 @@ class ControlGroup {
     }
     return make("", "memory.max", std::to_string(bytes));
   }
-  /// So many percent of one core.
+  /// So many percent of one core, in slices so short that work is slowed down rather than interrupted.
   [[nodiscard]] static std::optional<ControlGroup> of_processor(int percent) {
-    constexpr int kPeriod_us = 100'000;
+    constexpr int kPeriod_us = 10'000;
     const std::string quota_us = std::to_string(percent * kPeriod_us / 100);
     if (auto v1 = make("cpu", "cpu.cfs_quota_us", quota_us)) {
+      write(v1->folder_ / "cpu.cfs_period_us", std::to_string(kPeriod_us));
       return v1;
     }
     return make("", "cpu.max", quota_us + " " + std::to_string(kPeriod_us));
