@@ -25,7 +25,7 @@ struct Promise {
   std::uint64_t budget_mib;
 };
 
-// For the tests' names.
+// For the tests' names. NOLINTNEXTLINE(readability-identifier-naming): GoogleTest's.
 void PrintTo(const Promise& promise, std::ostream* out) {
   *out << promise.name;
 }
@@ -47,7 +47,7 @@ StreetDrive traffic(const Promise& promise) {
   const int columns = (promise.objects + 1) / 2;
   for (int k = 0; k < promise.objects; ++k) {
     const double column = k % columns - 0.5 * (columns - 1);
-    const double row = k / columns;
+    const int row = k / columns;
     movers.push_back({.size_m = {1.0, 1.2, 1.0},
                       .start_m = {1.9 * column, 0.9 - 1.6 * row, 9.0 + row},
                       .velocity_mps = {0.0, 0.0, 6.0}});
