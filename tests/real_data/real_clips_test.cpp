@@ -140,6 +140,23 @@ TEST_F(RealClips, StreetParkedCarsWithMasksStandStill) {
   EXPECT_GE(parked, 2);
 }
 
+TEST_F(RealClips, StreetTruckWithMasksMovesInEveryFrameInWhichItIsTracked) {
+  // Its path begins anew when the image cuts it off; what was told of its motion until then stands.
+  const ClipRun run = run_clip(street(data_), with_masks(data_ / "masks/kitti_raw_0039"));
+  int trucks = 0;
+  for (const auto& [id, rows] : run.objects) {
+    if (median_speed_mps(rows) < 3.0 || rows.size() < 20) {
+      continue;
+    }
+    ++trucks;
+    for (const ObjectRow& row : rows) {
+      EXPECT_TRUE(row.object.moving || row.object.status != BodyStatus::kTracked)
+          << "track " << id << ", frame " << row.frame;
+    }
+  }
+  EXPECT_EQ(trucks, 1);
+}
+
 TEST_F(RealClips, RampCrossingCarIsFound) {
   for (const auto& config : {with_motion(), with_masks(data_ / "masks/ramp")}) {
     const ClipRun run = run_clip(

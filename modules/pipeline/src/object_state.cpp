@@ -727,12 +727,15 @@ void ObjectState::revise(std::size_t age, const CameraState& camera, ObjectResul
 }
 
 void ObjectState::describe_motion(std::size_t age, ObjectResult& result) const {
+  result.box = box_.known() ? box_.box_in_world(result.T_world_obj) : Box3{.center_m = result.T_world_obj.translation};
+  if (age > 0 && age >= motion_.size()) {
+    return;  // The path has begun anew since: what was told of the motion before stands.
+  }
   const trajectory::MotionEstimate motion = motion_.at(age);
   // Without a reconstruction, a velocity that is not significant is that of the seen surface, not of the object.
   const bool meaningful = result.status == BodyStatus::kTracked || motion.moving;
   result.velocity_mps = meaningful ? motion.velocity_mps : Eigen::Vector3d(Eigen::Vector3d::Zero());
   result.moving = motion.moving;
-  result.box = box_.known() ? box_.box_in_world(result.T_world_obj) : Box3{.center_m = result.T_world_obj.translation};
   result.heading_rad = motion.moving ? yaw_of(motion.velocity_mps) : result.box.yaw_rad;
 }
 
