@@ -73,10 +73,10 @@ function(kinetrace_kernel target file)
   endif()
 endfunction()
 
-# kinetrace_test(NAME SOURCES ... LIBS ... [LABELS ...]): a GoogleTest program with its tests registered one by one, labelled with its
-# folder below tests/ ("unit") unless told otherwise.
+# kinetrace_test(NAME [ALONE] SOURCES ... LIBS ... [LABELS ...]): a GoogleTest program with its tests registered one by one, labelled
+# with its folder below tests/ ("unit") unless told otherwise. ALONE: what it tests is about time; nothing else runs meanwhile.
 function(kinetrace_test name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LIBS;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "ALONE" "" "SOURCES;LIBS;LABELS" ${ARGN})
   if(NOT ARG_LABELS)
     file(RELATIVE_PATH place ${PROJECT_SOURCE_DIR}/tests ${CMAKE_CURRENT_SOURCE_DIR})
     string(REGEX REPLACE "/.*" "" ARG_LABELS "${place}")
@@ -88,5 +88,6 @@ function(kinetrace_test name)
   if(KINETRACE_SANITIZED)
     set(environment ENVIRONMENT "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/support/tsan.supp")
   endif()
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT 300 ${environment})
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST
+    PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT 300 RUN_SERIAL "${ARG_ALONE}" ${environment})
 endfunction()

@@ -54,6 +54,7 @@ void FramePlayer::pass_silence() {
   // count.
   if (report_.health.camera() != hal::CameraState::kStreaming) {
     chain_.service->progress(steady_time_ns());
+    chain_.service->tell(report_.health.condition());
   }
   if (!live_) {
     tell_health();
@@ -110,6 +111,7 @@ Status FramePlayer::process(const RectifiedPair& pair, std::int64_t exposed_ns) 
                    .counters = (*result)->counters,
                    .allocations = allocation_counts()});
   chain_.service->progress(steady_time_ns());
+  chain_.service->tell(report_.health.condition());
   if (chain_.publishing) {
     chain_.publishing->send();
   }

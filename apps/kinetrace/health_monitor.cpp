@@ -76,6 +76,16 @@ void HealthMonitor::observe(const FrameEstimate& newest) noexcept {
   now_.update();
 }
 
+Condition HealthMonitor::condition() const noexcept {
+  const Account account = copy();
+  Condition now{account.state, {}};
+  for (std::size_t i = 0; i < kHealthReasonCount; ++i) {
+    const HealthEntry& entry = account.entries[i];
+    now.reasons[i] = entry.count > 0 && account.frame - entry.last_frame <= kRecentFrames;
+  }
+  return now;
+}
+
 std::vector<HealthEntry> HealthMonitor::entries() const {
   const Account account = copy();
   std::vector<HealthEntry> happened;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <bitset>
 #include <cstdint>
 #include <mutex>
 #include <optional>
@@ -12,6 +13,14 @@
 #include "kinetrace/hal/stereo_camera.hpp"
 
 namespace kinetrace::app {
+
+/// How a run is at one moment.
+struct Condition {
+  HealthState state = HealthState::kOk;
+  std::bitset<kHealthReasonCount> reasons;  ///< By HealthReason: what was wrong lately.
+
+  [[nodiscard]] bool operator==(const Condition&) const noexcept = default;
+};
 
 /// Degraded while something was wrong within the last `kRecentFrames` frames, lost while the camera is. Never
 /// allocates, except for entries(). For any thread.
@@ -35,6 +44,8 @@ class HealthMonitor {
   [[nodiscard]] hal::CameraState camera() const noexcept { return copy().camera; }
   /// The newest processed frame; -1 before the first.
   [[nodiscard]] std::int64_t frame() const noexcept { return copy().frame; }
+  /// How it is now.
+  [[nodiscard]] Condition condition() const noexcept;
   /// By HealthReason; a count of 0 never happened.
   [[nodiscard]] std::array<HealthEntry, kHealthReasonCount> all() const noexcept { return copy().entries; }
   /// Whatever happened at least once, in the order of HealthReason.

@@ -1,6 +1,7 @@
 #include "service_notifier.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cstddef>
 #include <cstdlib>
@@ -26,6 +27,34 @@ std::int64_t watchdog_ns() noexcept {
   const std::string_view pid = environment("WATCHDOG_PID");
   return pid.empty() || number(pid) == getpid() ? number(environment("WATCHDOG_USEC")) * 1000 : 0;
 }
+
+/// STATUS=degraded: frames_outdated, sheds_points
+class StatusLine {
+ public:
+  explicit StatusLine(const Condition& now) noexcept {
+    append("STATUS=");
+    append(to_string(now.state));
+    std::string_view before = ": ";
+    for (std::size_t i = 0; i < kHealthReasonCount; ++i) {
+      if (now.reasons[i]) {
+        append(before);
+        append(to_string(static_cast<HealthReason>(i)));
+        before = ", ";
+      }
+    }
+  }
+  [[nodiscard]] std::string_view text() const noexcept { return {text_.data(), size_}; }
+
+ private:
+  void append(std::string_view part) noexcept {
+    const std::size_t count = std::min(part.size(), text_.size() - size_);
+    std::copy_n(part.begin(), count, text_.begin() + static_cast<std::ptrdiff_t>(size_));
+    size_ += count;
+  }
+
+  std::array<char, 512> text_{};  // All reasons at once need 240.
+  std::size_t size_ = 0;
+};
 
 }  // namespace
 
@@ -61,6 +90,15 @@ void ServiceNotifier::progress(std::int64_t now_ns) noexcept {
   if (feed_every_ns_ > 0 && now_ns - fed_ns >= feed_every_ns_ && fed_at_ns_.compare_exchange_strong(fed_ns, now_ns)) {
     send("WATCHDOG=1");
   }
+}
+
+void ServiceNotifier::tell(const Condition& now) noexcept {
+  const std::lock_guard lock(telling_);
+  if (socket_ < 0 || told_ == now) {
+    return;
+  }
+  told_ = now;
+  send(StatusLine(now).text());
 }
 
 void ServiceNotifier::send(std::string_view state) const noexcept {

@@ -3,9 +3,13 @@
 
 #include <atomic>
 #include <cstdint>
+#include <mutex>
+#include <optional>
 #include <string_view>
 #include <sys/socket.h>
 #include <sys/un.h>
+
+#include "health_monitor.hpp"
 
 namespace kinetrace::app {
 
@@ -23,6 +27,8 @@ class ServiceNotifier {
   /// Something was really done. The first time the service is ready; from then on the watchdog is fed, at most four
   /// times in its interval. `now_ns`: steady clock.
   void progress(std::int64_t now_ns) noexcept;
+  /// Tells how the run is, in one line that `systemctl status` shows, whenever that has changed.
+  void tell(const Condition& now) noexcept;
   void stopping() noexcept { send("STOPPING=1"); }
 
  private:
@@ -34,6 +40,8 @@ class ServiceNotifier {
   std::int64_t feed_every_ns_ = 0;  ///< 0: there is no watchdog.
   std::atomic<bool> is_ready_ = false;
   std::atomic<std::int64_t> fed_at_ns_ = 0;
+  std::mutex telling_;
+  std::optional<Condition> told_;
 };
 
 }  // namespace kinetrace::app

@@ -97,7 +97,7 @@ void SmallRecording::write() const {
     times << 0.1 * frame << "\n";
     for (int eye = 0; eye < 2; ++eye) {
       const double eye_x_m = frame * kStep + eye * kBaseline;
-      write_png(image(eye, frame), render(kWidth, kHeight, eye_x_m, uniform), kWidth, kHeight);
+      write_png(image(eye, frame), render(width_px, height_px, eye_x_m, uniform), width_px, height_px);
     }
   }
 }
@@ -106,8 +106,8 @@ void SmallRecording::write_calibration(const std::string& left_tx, const std::st
   std::ofstream file(calibration());
   const std::array<std::string, 2> tx{left_tx, right_tx};
   for (std::size_t eye = 0; eye < 2; ++eye) {
-    file << "P" << eye << ": " << kFocal << " 0 " << kWidth / 2 << " " << tx[eye] << " 0 " << kFocal << " "
-         << kHeight / 2 << " 0 0 0 1 0\n";
+    file << "P" << eye << ": " << kFocal << " 0 " << width_px / 2 << " " << tx[eye] << " 0 " << kFocal << " "
+         << height_px / 2 << " 0 0 0 1 0\n";
   }
 }
 

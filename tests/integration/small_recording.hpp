@@ -16,6 +16,8 @@ struct SmallRecording {
 
   std::filesystem::path root;  ///< What --dataset kitti-odometry: takes.
   int frames = 6;
+  int width_px = kWidth;
+  int height_px = kHeight;
   bool uniform = false;  ///< Grey everywhere: nothing to see.
 
   [[nodiscard]] std::filesystem::path sequence() const { return root / "sequences" / "00"; }

@@ -38,7 +38,7 @@ class ServiceManager {
   /// What came since the last call.
   [[nodiscard]] std::vector<std::string> heard() const {
     std::vector<std::string> all;
-    std::array<char, 128> text{};
+    std::array<char, 512> text{};
     for (ssize_t size = recv(socket_, text.data(), text.size(), 0); size > 0;
          size = recv(socket_, text.data(), text.size(), 0)) {
       all.emplace_back(text.data(), static_cast<std::size_t>(size));

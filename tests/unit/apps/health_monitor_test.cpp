@@ -22,6 +22,19 @@ class Health : public ::testing::Test {
   CameraCounters counters_;
 };
 
+TEST_F(Health, NamesWhatWasWrongLately) {
+  process(0, BodyStatus::kInitializing);
+  EXPECT_EQ(monitor_.condition(), Condition{});
+  monitor_.note(HealthReason::kCameraStalled);
+  process(1, BodyStatus::kLost);
+  Condition expected{HealthState::kDegraded, {}};
+  expected.reasons.set(static_cast<std::size_t>(HealthReason::kCameraStalled));
+  expected.reasons.set(static_cast<std::size_t>(HealthReason::kPoseLost));
+  EXPECT_EQ(monitor_.condition(), expected);
+  process(2 + HealthMonitor::kRecentFrames);
+  EXPECT_EQ(monitor_.condition(), Condition{});
+}
+
 TEST_F(Health, IsOkWhileNothingIsWrong) {
   EXPECT_EQ(monitor_.state(), HealthState::kOk);
   process(0, BodyStatus::kInitializing);

@@ -50,6 +50,26 @@ TEST(ServiceNotifier, TheWatchdogOfAnotherProcessIsNotOurs) {
   EXPECT_EQ(manager.heard(), Texts{"READY=1"});
 }
 
+TEST(ServiceNotifier, TellsHowTheRunIsWhenThatChanges) {
+  const ServiceManager manager;
+  ServiceNotifier notifier;
+  Condition now;
+  notifier.tell(now);
+  notifier.tell(now);
+  EXPECT_EQ(manager.heard(), Texts{"STATUS=ok"});
+  now = {HealthState::kDegraded, {}};
+  now.reasons.set(static_cast<std::size_t>(HealthReason::kFramesOutdated));
+  now.reasons.set(static_cast<std::size_t>(HealthReason::kShedsPoints));
+  notifier.tell(now);
+  EXPECT_EQ(manager.heard(), Texts{"STATUS=degraded: frames_outdated, sheds_points"});
+  now = {HealthState::kLost, {}};
+  now.reasons.set();
+  notifier.tell(now);
+  const Texts last = manager.heard();
+  ASSERT_EQ(last.size(), 1U);
+  EXPECT_TRUE(last[0].ends_with("sheds_objects")) << last[0];
+}
+
 TEST(ServiceNotifier, IsSilentWithoutAManager) {
   unsetenv("NOTIFY_SOCKET");
   ServiceNotifier nobody;
