@@ -60,6 +60,8 @@ constexpr double kLeastVisible = 0.2;
 constexpr double kIllScatter_px = 0.3;
 constexpr double kIllScatterRatio = 2.0;
 constexpr int kIllFrames = 4;
+constexpr double kElsewhereSigmas = 3.0;
+constexpr double kMostContradictions = 3.0;  // Then what was reconstructed is not what is seen.
 constexpr int kSettledScatterFrames = 6;
 
 double yaw_of(const Eigen::Vector3d& direction) {
@@ -119,6 +121,7 @@ void ObjectState::begin(const Track& track) {
   recogniser_.clear();
   unsure_ = false;
   predicted_frames_ = 0;
+  contradictions_ = 0.0;
   unseen_s_ = 0.0;
   status_ = BodyStatus::kInitializing;
   stereo_offset_m_.setZero();
@@ -297,14 +300,21 @@ bool ObjectState::place(const StereoSighting& sighting, const CameraState& camer
 }
 
 bool ObjectState::locate(const FeatureFrame& frame, const CameraState& camera) {
-  if (rigid() && body_.active() && ill_fitting(camera)) {
+  if (rigid() && body_.active() && (ill_fitting(camera) || contradictions_ >= kMostContradictions)) {
     body_.end();
     known_motion_.reset();
-    recogniser_.clear();  // What was remembered has the same wrong relief.
+    recogniser_.clear();  // What was remembered has the same wrong relief, or is of something else.
+    contradictions_ = 0.0;
   }
   if (!rigid() || !body_.active()) {
     return false;
   }
+  const bool found = find_pose(frame, camera);
+  count_contradiction(found);
+  return found;
+}
+
+bool ObjectState::find_pose(const FeatureFrame& frame, const CameraState& camera) {
   const std::optional<sfm::BodyReconstruction::Expectation> expected = expected_pose(camera);
   if (body_.locate(frame, track_.label(), expected ? &*expected : nullptr).status != BodyStatus::kTracked ||
       !camera.valid) {
@@ -315,6 +325,12 @@ bool ObjectState::locate(const FeatureFrame& frame, const CameraState& camera) {
     return false;
   }
   return true;
+}
+
+// Its points are seen, and yet it is not where they say or not where it can have gone to.
+void ObjectState::count_contradiction(bool found) noexcept {
+  const bool contradicts = !found && body_.estimate().observations >= 2 * min_points_;
+  contradictions_ = contradicts ? contradictions_ + 1.0 : std::max(0.0, contradictions_ - (found ? 0.5 : 0.0));
 }
 
 bool ObjectState::ill_fitting(const CameraState& camera) {
@@ -409,6 +425,9 @@ void ObjectState::follow_without_body(const StereoSighting& sighting, const Came
     reconstructed_ = false;  // It is back: what was reconstructed before has left the map long ago.
   }
   const double depth_m = sighting.features > 0 ? position_in_camera(geometry_, sighting).z() : 0.0;
+  if (known_motion_ && seen_elsewhere(sighting, camera)) {
+    known_motion_.reset();
+  }
   if (reconstructed_ && known_motion_ &&
       (mostly_covered() ||
        (cut_off() && well_known() && (sighting.features == 0 || coasting_sigma_m() < surface_wander_m(depth_m))))) {
@@ -450,6 +469,17 @@ void ObjectState::follow_without_body(const StereoSighting& sighting, const Came
   count_prediction(seen);
 }
 
+bool ObjectState::seen_elsewhere(const StereoSighting& sighting, const CameraState& camera) const {
+  if (sighting.features < 2 * min_points_ || !camera.valid) {
+    return false;
+  }
+  const Eigen::Vector3d sighted_cam_m = position_in_camera(geometry_, sighting);
+  const double off_m = off_body(camera.T_world_cam * sighted_cam_m, coasted() * -stereo_offset_m_).norm();
+  const double depth_m = sighted_cam_m.z();
+  const double sigma_m = std::hypot(coasting_sigma_m(), surface_wander_m(depth_m), depth_sigma_m(depth_m));
+  return off_m > kElsewhereSigmas * sigma_m;
+}
+
 Eigen::Vector3d ObjectState::part_seen(const StereoSighting& sighting, const CameraState& camera) const {
   if (!reconstructed_ || !half_hidden()) {
     return sighting.uvd_px;
@@ -482,16 +512,25 @@ double ObjectState::coasting_sigma_m() const {
   return kReconstructedSigma_m + (filter_.at_rest() ? kRestDrift_mps * unseen_s_ : acceleration_mps2_ * unseen_s2);
 }
 
+bool ObjectState::goes_on() const noexcept {
+  return !filter_.at_rest() && known_motion_->moving;
+}
+
+Se3 ObjectState::coasted() const {
+  if (!goes_on()) {
+    return T_world_obj_;
+  }
+  const double dt_s = 1e-9 * static_cast<double>(timestamp_ns_ - previous_timestamp_ns_);
+  const Vector6d step = dt_s * known_motion_->velocity;
+  return (known_motion_->T_world_obj * Se3{so3_exp(step.head<3>()), step.tail<3>()}).orthonormalised();
+}
+
 void ObjectState::coast() {
   const double dt_s = 1e-9 * static_cast<double>(timestamp_ns_ - previous_timestamp_ns_);
   const bool at_rest = filter_.at_rest();
-  const bool goes_on = !at_rest && known_motion_->moving;
-  const Vector6d velocity = goes_on ? known_motion_->velocity : Vector6d(Vector6d::Zero());
-  if (goes_on) {
-    const Vector6d step = dt_s * velocity;
-    T_world_obj_ = (known_motion_->T_world_obj * Se3{so3_exp(step.head<3>()), step.tail<3>()}).orthonormalised();
-    known_motion_->T_world_obj = T_world_obj_;
-  }
+  const Vector6d velocity = goes_on() ? known_motion_->velocity : Vector6d(Vector6d::Zero());
+  T_world_obj_ = coasted();
+  known_motion_->T_world_obj = goes_on() ? T_world_obj_ : known_motion_->T_world_obj;
   unseen_s_ += dt_s;
   const double unseen_s2 = unseen_s_ * (0.5 * unseen_s_ + kVelocityLag_s);
   const double turn_rad = kExpectedFloor_rad + turn_radps2_ * unseen_s2;

@@ -157,6 +157,8 @@ class ObjectState {
   void note_direction(const CameraState& camera);
   [[nodiscard]] bool place(const StereoSighting& sighting, const CameraState& camera);
   [[nodiscard]] bool locate(const FeatureFrame& frame, const CameraState& camera);
+  [[nodiscard]] bool find_pose(const FeatureFrame& frame, const CameraState& camera);
+  void count_contradiction(bool found) noexcept;
   /// Where the object is expected now if it goes on as it went, and how far it may be off: a vehicle's acceleration
   /// since its velocity was measured. Nothing before it has shown how it moves.
   [[nodiscard]] std::optional<sfm::BodyReconstruction::Expectation> expected_pose(const CameraState& camera) const;
@@ -180,6 +182,12 @@ class ObjectState {
   [[nodiscard]] Eigen::Vector3d part_seen(const StereoSighting& sighting, const CameraState& camera) const;
   /// What stereo sees lies on or near the box of this object.
   [[nodiscard]] bool lies_on_it(const StereoSighting& sighting, const CameraState& camera) const;
+  /// There is a known motion, and the object was not at rest.
+  [[nodiscard]] bool goes_on() const noexcept;
+  /// Where it is now if it went on as it is known to.
+  [[nodiscard]] Se3 coasted() const;
+  /// Stereo sees many points far from there.
+  [[nodiscard]] bool seen_elsewhere(const StereoSighting& sighting, const CameraState& camera) const;
   [[nodiscard]] double depth_sigma_m(double depth_m) const;
   /// How far off that may be by now.
   [[nodiscard]] double coasting_sigma_m() const;
@@ -213,11 +221,12 @@ class ObjectState {
   std::optional<FrameCorrection> correction_;
   bool reconstructed_ = false;  ///< Has been tracked by its reconstruction since birth.
   double unseen_s_ = 0.0;
-  int ill_fitting_frames_ = 0;  ///< In a row.
-  bool has_moved_ = false;      ///< Has been found moving since birth.
-  int sighted_features_ = 0;    ///< By stereo, in this frame.
-  int tracked_frames_ = 0;      ///< By its reconstruction, since birth.
-  int predicted_frames_ = 0;    ///< In a row.
+  int ill_fitting_frames_ = 0;   ///< In a row.
+  double contradictions_ = 0.0;  ///< Frames without a pose although points were seen; a frame with one takes half back.
+  bool has_moved_ = false;       ///< Has been found moving since birth.
+  int sighted_features_ = 0;     ///< By stereo, in this frame.
+  int tracked_frames_ = 0;       ///< By its reconstruction, since birth.
+  int predicted_frames_ = 0;     ///< In a row.
   BodyStatus status_ = BodyStatus::kInitializing;
   sfm::BodyReconstruction body_;
   /// From the smoothed path, at previous_timestamp_ns_.
