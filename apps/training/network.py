@@ -1,0 +1,117 @@
+"""The network: a small convolutional pyramid, box and mask heads on three strides, prototypes at a quarter of the size.
+
+Instance masks are sums of prototypes (Bolya et al., YOLACT, 2019); boxes are four distances from the middle of a cell (Tian et
+al., FCOS, 2019). Every convolution is plain and followed by a ReLU: what OpenCV's DNN computes fastest on a CPU.
+"""
+
+from typing import NamedTuple
+
+import torch
+from torch import Tensor, nn
+
+CLASSES = ("vehicle", "person")
+STRIDES = (8, 16, 32)
+PROTOTYPE_STRIDE = 4
+PROTOTYPES = 16
+
+# Before training: boxes four cells wide, and one cell in a hundred an object.
+_FIRST_LOG_DISTANCE = 0.7
+_FIRST_SCORE_LOGIT = -4.6
+# exp() of more than this is no box in any picture.
+_MAX_LOG_DISTANCE = 6.0
+
+
+class Prediction(NamedTuple):
+    """What the network says of a batch; cells of all strides in a row, finest first."""
+
+    scores: Tensor  # [B, cells, classes], logits
+    distances: Tensor  # [B, cells, 4]: left, top, right, bottom, pixels of the input
+    coefficients: Tensor  # [B, cells, prototypes]
+    prototypes: Tensor  # [B, prototypes, H/4, W/4]
+
+
+def convolution(inputs: int, outputs: int, stride: int = 1, size: int = 3) -> nn.Sequential:
+    """Convolution, normalisation and ReLU."""
+    return nn.Sequential(nn.Conv2d(inputs, outputs, size, stride, size // 2, bias=False), nn.BatchNorm2d(outputs),
+                         nn.ReLU(inplace=True))
+
+
+class Residual(nn.Module):
+    """Two convolutions beside a shortcut (He et al., 2016)."""
+
+    def __init__(self, channels: int) -> None:
+        super().__init__()
+        self.first = convolution(channels, channels)
+        self.second = nn.Sequential(nn.Conv2d(channels, channels, 3, padding=1, bias=False), nn.BatchNorm2d(channels))
+
+    def forward(self, features: Tensor) -> Tensor:
+        return torch.relu(features + self.second(self.first(features)))
+
+
+def stage(inputs: int, outputs: int, blocks: int) -> nn.Sequential:
+    """Halves the size, then looks longer."""
+    return nn.Sequential(convolution(inputs, outputs, 2), *(Residual(outputs) for _ in range(blocks)))
+
+
+class Head(nn.Module):
+    """Scores, distances and mask coefficients of every cell of one stride."""
+
+    def __init__(self, inputs: int, width: int, stride: int) -> None:
+        super().__init__()
+        self.stride = stride
+        self.trunk = convolution(inputs, width)
+        self.scores = nn.Conv2d(width, len(CLASSES), 1)
+        self.distances = nn.Conv2d(width, 4, 1)
+        self.coefficients = nn.Conv2d(width, PROTOTYPES, 1)
+        nn.init.constant_(self.scores.bias, _FIRST_SCORE_LOGIT)
+        nn.init.constant_(self.distances.bias, _FIRST_LOG_DISTANCE)
+
+    def forward(self, features: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        features = self.trunk(features)
+        # A ReLU from above, because OpenCV 4.6 knows no clamp of this opset.
+        log_distances = _MAX_LOG_DISTANCE - torch.relu(_MAX_LOG_DISTANCE - self.distances(features))
+        return self.scores(features), log_distances.exp() * self.stride, self.coefficients(features)
+
+
+class Network(nn.Module):
+    """Picture [B, 1, H, W] of 0..1, H and W multiples of 32, to a Prediction."""
+
+    def __init__(self, widths: tuple[int, ...] = (12, 24, 48, 80, 112), neck: int = 48) -> None:
+        super().__init__()
+        self.stem = nn.Sequential(convolution(1, widths[0], 2), stage(widths[0], widths[1], 1))
+        self.stages = nn.ModuleList(stage(widths[i], widths[i + 1], 1) for i in (1, 2, 3))
+        self.laterals = nn.ModuleList(convolution(width, neck, size=1) for width in widths[2:])
+        self.smooth = nn.ModuleList(convolution(neck, neck) for _ in range(2))
+        self.heads = nn.ModuleList(Head(neck, neck, stride) for stride in STRIDES)
+        self.fine = nn.Sequential(convolution(neck, widths[1], size=1), nn.Upsample(scale_factor=2, mode="nearest"))
+        self.prototypes = nn.Sequential(convolution(widths[1], 2 * PROTOTYPES), nn.Conv2d(2 * PROTOTYPES, PROTOTYPES, 1))
+
+    def forward(self, picture: Tensor) -> Prediction:
+        fine = self.stem(picture)
+        pyramid = self._pyramid(fine)
+        parts = [head(features) for head, features in zip(self.heads, pyramid)]
+        scores, distances, coefficients = (torch.cat([part.flatten(2) for part in kind], 2).transpose(1, 2)
+                                           for kind in zip(*parts))
+        return Prediction(scores, distances, coefficients, self.prototypes(fine + self.fine(pyramid[0])))
+
+    def _pyramid(self, fine: Tensor) -> list[Tensor]:
+        """Features of the three strides, each knowing the coarser ones (Lin et al., FPN, 2017)."""
+        levels = []
+        features = fine
+        for down, lateral in zip(self.stages, self.laterals):
+            features = down(features)
+            levels.append(lateral(features))
+        for level in (1, 0):
+            coarser = nn.functional.interpolate(levels[level + 1], scale_factor=2, mode="nearest")
+            levels[level] = self.smooth[level](levels[level] + coarser)
+        return levels
+
+
+def cell_middles(height: int, width: int) -> tuple[Tensor, Tensor]:
+    """Middles [cells, 2] (x, y) and strides [cells] of all cells for an input of this size, in the order of Prediction."""
+    middles, strides = [], []
+    for stride in STRIDES:
+        y, x = torch.meshgrid(torch.arange(height // stride), torch.arange(width // stride), indexing="ij")
+        middles.append((torch.stack((x, y), -1).reshape(-1, 2) + 0.5) * stride)
+        strides.append(torch.full((len(middles[-1]),), float(stride)))
+    return torch.cat(middles), torch.cat(strides)

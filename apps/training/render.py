@@ -1,0 +1,78 @@
+"""Renders the scenes that the network learns from: many small worlds, a few frames of each, far apart in time."""
+
+import pathlib
+import subprocess
+from typing import Iterable, Iterator, NamedTuple
+
+# A little more than the 640 columns that the network sees of a street: room for scaling and cropping.
+WIDE = (832, 288)
+# What the drone's and the glasses' own cameras see: more rows.
+TALL = {"drone": (752, 480), "wearable": (640, 480)}
+
+# The simulator's appearance of a picture, by turns: sensor noise, blur of the lens, vignetting.
+LOOKS = ((1.5, 0.35, 0.2), (0.7, 0.35, 0.1), (2.5, 0.35, 0.2), (1.2, 0.7, 0.3))
+
+
+class Share(NamedTuple):
+    """Some worlds of a scene: how many from which seed on, how many frames of each at which rate and size."""
+
+    scene: str
+    first_seed: int
+    worlds: int
+    frames: int
+    rate_hz: float
+    size: tuple[int, int] = WIDE
+
+
+# All seeds are beyond those that the product's own tests and figures use.
+TRAINING = (
+    Share("street", 1000, 96, 16, 1.7),
+    Share("drone", 1000, 48, 16, 1.7),
+    Share("wearable", 1000, 40, 16, 1.7),
+    Share("drone", 1100, 32, 16, 1.7, TALL["drone"]),
+    Share("wearable", 1100, 32, 16, 1.7, TALL["wearable"]),
+    Share("crowd", 1000, 16, 8, 1.0),
+    Share("receding", 1000, 10, 8, 1.7),
+    Share("object-fills-image", 1000, 4, 8, 1.7),
+    Share("pure-rotation", 1000, 4, 8, 1.7),
+    Share("textureless", 1000, 3, 6, 1.7),
+    Share("static", 1000, 3, 2, 0.5),
+    Share("dark", 1000, 3, 3, 1.0),
+)
+# Never trained on: what thresholds are chosen by.
+VALIDATION = (
+    Share("street", 500, 4, 12, 1.3),
+    Share("drone", 500, 2, 12, 1.3),
+    Share("wearable", 500, 2, 12, 1.3),
+    Share("drone", 510, 2, 12, 1.3, TALL["drone"]),
+    Share("wearable", 510, 2, 12, 1.3, TALL["wearable"]),
+)
+
+
+def worlds(shares: Iterable[Share]) -> Iterator[tuple[Share, int]]:
+    """Every world of the shares with its seed."""
+    for share in shares:
+        for seed in range(share.first_seed, share.first_seed + share.worlds):
+            yield share, seed
+
+
+def render(simulator: str, folder: pathlib.Path, share: Share, seed: int) -> pathlib.Path:
+    """Renders one world unless it is there already, and returns its folder. An interrupted one is made anew."""
+    recording = folder / f"{share.scene}-{seed}"
+    done = recording / "rendered"
+    if not done.exists():
+        noise, blur, vignetting = LOOKS[seed % len(LOOKS)]
+        width, height = share.size
+        subprocess.run(
+            [simulator, share.scene, "--out", recording, "--seed", str(seed), "--frames", str(share.frames),
+             "--rate", str(share.rate_hz), "--width", str(width), "--height", str(height), "--degrade", "off",
+             "--noise", str(noise), "--blur", str(blur), "--vignetting", str(vignetting), "--quiet"],
+            check=True)
+        done.touch()
+    return recording
+
+
+def render_all(simulator: str, folder: pathlib.Path, shares: Iterable[Share]) -> list[pathlib.Path]:
+    """Renders what is missing of the shares; returns the folders of all their worlds."""
+    folder.mkdir(parents=True, exist_ok=True)
+    return [render(simulator, folder, *world) for world in worlds(shares)]

@@ -1,0 +1,74 @@
+"""How many of the instances in a simulated picture are found, and how many of those found are there."""
+
+from typing import Iterable, NamedTuple
+
+import numpy as np
+
+from dataset import CLASS_OF_MOTS, MOTS_IDS_PER_CLASS
+from detect import Instance
+
+# The bar for what is found: so high in the picture, masks overlapping so much.
+MIN_HEIGHT_PX = 40
+MIN_IOU = 0.6
+
+
+class Counts(NamedTuple):
+    """Instances of one class, over some pictures."""
+
+    there: int = 0  # above the height
+    found: int = 0  # of those, by a mask that fits
+    told: int = 0  # by the network, above the height
+    right: int = 0  # of those, fitting an instance of whatever height
+    iou: float = 0.0  # summed over those found
+
+    def __add__(self, other: "Counts") -> "Counts":
+        return Counts(*(a + b for a, b in zip(self, other)))
+
+    def recall(self) -> float:
+        return self.found / self.there if self.there else float("nan")
+
+    def precision(self) -> float:
+        return self.right / self.told if self.told else float("nan")
+
+    def mean_iou(self) -> float:
+        return self.iou / self.found if self.found else float("nan")
+
+
+def height_of(mask: np.ndarray) -> int:
+    rows = np.flatnonzero(mask.any(1))
+    return int(rows[-1] - rows[0] + 1) if len(rows) else 0
+
+
+def true_masks(instances: np.ndarray, class_of: int) -> list[np.ndarray]:
+    """The masks of a class in a picture of MOTS ids."""
+    identities = np.unique(instances[instances > 0])
+    return [instances == identity for identity in identities
+            if CLASS_OF_MOTS.get(int(identity) // MOTS_IDS_PER_CLASS) == class_of]
+
+
+def iou(a: np.ndarray, b: np.ndarray) -> float:
+    common = np.count_nonzero(a & b)
+    return common / max(1, np.count_nonzero(a) + np.count_nonzero(b) - common)
+
+
+def match(found: Iterable[np.ndarray], truth: list[np.ndarray]) -> tuple[dict[int, float], dict[int, float]]:
+    """Pairs masks found, best first, each with the best free true one that fits; IoU by index found and by index true."""
+    of_found: dict[int, float] = {}
+    of_truth: dict[int, float] = {}
+    for index, mask in enumerate(found):
+        free = {other: iou(mask, truth[other]) for other in range(len(truth)) if other not in of_truth}
+        best = max(free, key=free.get, default=None)
+        if best is not None and free[best] >= MIN_IOU:
+            of_found[index] = of_truth[best] = free[best]
+    return of_found, of_truth
+
+
+def count(found: list[Instance], instances: np.ndarray, class_of: int) -> Counts:
+    """Scores one class of one picture; `found` best first."""
+    masks = [instance.mask for instance in found if instance.class_of == class_of]
+    truth = true_masks(instances, class_of)
+    of_found, of_truth = match(masks, truth)
+    there = [index for index, mask in enumerate(truth) if height_of(mask) > MIN_HEIGHT_PX]
+    told = [index for index, mask in enumerate(masks) if height_of(mask) > MIN_HEIGHT_PX]
+    return Counts(len(there), sum(index in of_truth for index in there), len(told), sum(index in of_found for index in told),
+                  sum(of_truth.get(index, 0.0) for index in there))

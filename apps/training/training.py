@@ -1,0 +1,119 @@
+"""The training loop: a fixed time, a learning rate that follows it, and averaged weights."""
+
+import copy
+import pathlib
+import time
+from typing import NamedTuple
+
+import torch
+from torch import nn
+
+from dataset import Batch, Batches, View
+from losses import Losses, losses
+from network import Network
+
+SEED = 20
+PEAK_RATE = 3e-3
+WARM_UP = 0.03
+WEIGHT_DECAY = 0.02
+MAX_GRADIENT = 10.0
+AVERAGE_OVER_STEPS = 400
+REPORT_EVERY, SAVE_EVERY = 50, 200
+
+
+class State(NamedTuple):
+    """All that a training continues from."""
+
+    network: Network
+    average: Network
+    optimizer: torch.optim.Optimizer
+
+
+def new_state() -> State:
+    torch.manual_seed(SEED)
+    network = Network()
+    decayed = [weight for weight in network.parameters() if weight.dim() > 1]
+    others = [weight for weight in network.parameters() if weight.dim() <= 1]
+    optimizer = torch.optim.AdamW([{"params": decayed, "weight_decay": WEIGHT_DECAY},
+                                   {"params": others, "weight_decay": 0.0}], lr=PEAK_RATE)
+    return State(network, copy.deepcopy(network).eval().requires_grad_(False), optimizer)
+
+
+def learning_rate(progress: float) -> float:
+    """Rises over the first of the time, then falls as a cosine; progress 0..1."""
+    if progress < WARM_UP:
+        return PEAK_RATE * (0.02 + progress / WARM_UP)
+    falling = (min(progress, 1.0) - WARM_UP) / (1 - WARM_UP)
+    return PEAK_RATE * (0.01 + 0.99 * 0.5 * (1 + float(torch.cos(torch.tensor(torch.pi * falling)))))
+
+
+def follow(average: nn.Module, network: nn.Module, step: int) -> None:
+    """Moves the averaged weights towards the present ones; fast at first, when the present ones change fast."""
+    part = max(1 / AVERAGE_OVER_STEPS, 1 / (step / 4 + 1))
+    for mean, now in zip(average.state_dict().values(), network.state_dict().values()):
+        if mean.dtype.is_floating_point:
+            mean.lerp_(now, part)
+        else:
+            mean.copy_(now)
+
+
+def save(path: pathlib.Path, state: State, step: int, seconds: float) -> None:
+    """Writes a checkpoint in one go: an interrupted one leaves the former."""
+    partial = path.with_suffix(".partial")
+    torch.save({"network": state.network.state_dict(), "average": state.average.state_dict(),
+                "optimizer": state.optimizer.state_dict(), "step": step, "seconds": seconds}, partial)
+    partial.replace(path)
+
+
+def restore(path: pathlib.Path, state: State) -> tuple[int, float]:
+    """Continues from a checkpoint where there is one; returns steps and seconds spent so far."""
+    if not path.exists():
+        return 0, 0.0
+    saved = torch.load(path)
+    state.network.load_state_dict(saved["network"])
+    state.average.load_state_dict(saved["average"])
+    state.optimizer.load_state_dict(saved["optimizer"])
+    return saved["step"], saved["seconds"]
+
+
+def restored_average(path: pathlib.Path) -> Network:
+    """The averaged network of a checkpoint. Raises FileNotFoundError where there is none."""
+    state = new_state()
+    if restore(path, state) == (0, 0.0):
+        raise FileNotFoundError(f"there is no {path}; train first")
+    return state.average
+
+
+def train_step(state: State, batch: Batch, rate: float) -> Losses:
+    """One step down; returns the losses before it."""
+    for group in state.optimizer.param_groups:
+        group["lr"] = rate
+    found = losses(state.network(batch.pictures), batch)
+    state.optimizer.zero_grad()
+    found.total().backward()
+    nn.utils.clip_grad_norm_(state.network.parameters(), MAX_GRADIENT)
+    state.optimizer.step()
+    return found
+
+
+def train(views: list[View], minutes: float, checkpoint: pathlib.Path) -> Network:
+    """Trains for so many minutes in all, those before `checkpoint` included; returns the averaged network."""
+    state = new_state()
+    first, spent = restore(checkpoint, state)
+    begin = time.monotonic() - spent
+    batches = torch.utils.data.DataLoader(Batches(views, SEED), batch_size=None, num_workers=1,
+                                          sampler=range(first, 1 << 30))
+    state.network.train()
+    for step, batch in enumerate(batches, first):
+        spent = time.monotonic() - begin
+        progress = spent / (60 * minutes)
+        if progress >= 1 or step % SAVE_EVERY == 0:
+            save(checkpoint, state, step, spent)
+        if progress >= 1:
+            break
+        found = train_step(state, batch, learning_rate(progress))
+        follow(state.average, state.network, step)
+        if step % REPORT_EVERY == 0:
+            print(f"step {step}, {spent / 60:.1f} min: score {found.score:.3f}, box {found.box:.3f}, mask {found.mask:.3f}",
+                  flush=True)
+    return state.average
