@@ -1,11 +1,17 @@
 # Where the programs and what belongs to them are installed; each COMPONENT becomes a package, see packages.cmake.
 include(toolchains/install_folders.cmake)
 install(TARGETS kinetrace RUNTIME COMPONENT kinetrace)
-install(DIRECTORY config/ DESTINATION ${CMAKE_INSTALL_DATADIR}/kinetrace COMPONENT kinetrace FILES_MATCHING PATTERN *.yaml)
+install(DIRECTORY config/ DESTINATION ${CMAKE_INSTALL_DATADIR}/kinetrace COMPONENT kinetrace FILES_MATCHING PATTERN *.yaml
+  PATTERN models EXCLUDE)
 install(FILES config/kinetrace.service DESTINATION lib/systemd/system COMPONENT kinetrace)
 if(TARGET kinetrace_libcamera_plugin)
   # The program looks for it there; one architecture's program, one architecture's plugin.
   install(TARGETS kinetrace_libcamera_plugin LIBRARY DESTINATION lib/kinetrace COMPONENT kinetrace-libcamera)
+endif()
+if(TARGET kinetrace_opencv_dnn)
+  install(TARGETS kinetrace_opencv_dnn LIBRARY DESTINATION lib/kinetrace COMPONENT kinetrace-networks)
+  install(DIRECTORY config/models/ DESTINATION ${CMAKE_INSTALL_DATADIR}/kinetrace/models COMPONENT kinetrace-networks
+    FILES_MATCHING PATTERN *.yaml PATTERN *.onnx)
 endif()
 if(TARGET kinetrace-simulate)
   install(TARGETS kinetrace-simulate RUNTIME COMPONENT kinetrace-simulator)

@@ -49,6 +49,9 @@ Result<AppConfig> load_config(const ConfigSource& source, const std::string& seg
     config.pipeline.segmentation.mode = choice->mode;
     config.pipeline.segmentation.left_dir = choice->left_dir;
     config.pipeline.segmentation.right_dir = choice->right_dir;
+    if (!choice->onnx.model.empty()) {
+      config.pipeline.segmentation.onnx.model = choice->onnx.model;
+    }
   }
   if (const Status status = config.validate(); !status) {
     return Unexpected(status.error());

@@ -104,9 +104,8 @@ void add_run(CLI::App& app, RunOptions& options, std::string& out, std::string& 
       *app.add_subcommand("run", "Reconstructs trajectories from a recording or a camera into a run folder");
   add_source_options(run, options.source);
   run.add_option("--segmentation", options.segmentation,
-                 "Where objects come from: motion, none, mask files (KITTI MOTS PNG) as masks:LEFT_DIR[,RIGHT_DIR], or "
-                 "dds: masks that another "
-                 "process sends, see kinetrace masks")
+                 "Where objects come from: motion, none, mask files (KITTI MOTS PNG) as masks:LEFT_DIR[,RIGHT_DIR], a "
+                 "neural network as onnx[:MODEL.yaml], or dds: masks that another process sends, see kinetrace masks")
       ->type_name("HOW");
   add_config_options(run, options.config);
   run.add_option("--out", out, "Run folder; made, or replaced if it is an earlier run's")->type_name("DIR")->required();
@@ -329,6 +328,25 @@ void add_masks(CLI::App& app, MaskOptions& options, std::string& folders) {
   masks.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
 }
 
+void add_segment(CLI::App& app, SegmentOptions& options) {
+  CLI::App& segment =
+      *app.add_subcommand("segment", "Tries a neural network on images: writes the masks it finds, and draws them");
+  segment.add_option("IMAGES", options.images, "PNG, JPEG or PGM files, or folders of them")->required();
+  segment
+      .add_option("--model", options.model,
+                  "YAML file that describes the network; without it, the one that comes with Kinetrace, which knows "
+                  "simulated pictures only")
+      ->type_name("MODEL.yaml");
+  segment
+      .add_option("--out", options.out, "Folder for masks/STEM.png (KITTI MOTS) and overlay/STEM.png; made if needed")
+      ->type_name("DIR")
+      ->required();
+  segment.add_option("--threads", options.threads, "Threads that the network uses")
+      ->check(CLI::Range(1, 16))
+      ->capture_default_str();
+  segment.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
+}
+
 void add_reference(CLI::App& app, std::string& form) {
   CLI::App& reference = *app.add_subcommand("reference", "Prints this command line as a manual page or for bash");
   reference.add_option("FORM", form, "man: a page for man(1); bash: completion, source <(kinetrace reference bash)")
@@ -379,6 +397,7 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   KeysOptions keys;
   MonitorOptions monitor;
   MaskOptions masks;
+  SegmentOptions segment;
   std::string out;
   std::string recording;
   std::string folders;
@@ -397,6 +416,7 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   add_keys(app, keys);
   add_monitor(app, monitor, recording);
   add_masks(app, masks, folders);
+  add_segment(app, segment);
   add_reference(app, form);
   try {
     app.parse(argc, argv);
@@ -438,6 +458,9 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   }
   if (app.got_subcommand("masks")) {
     return with_folders(masks, folders);
+  }
+  if (app.got_subcommand("segment")) {
+    return segment;
   }
   if (app.got_subcommand("reference")) {
     std::fputs((form == "man" ? manual_page(app) : bash_completion(app)).c_str(), stdout);

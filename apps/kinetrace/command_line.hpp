@@ -47,7 +47,8 @@ struct RawOutputOptions {
 struct RunOptions {
   SourceOptions source;
   UntilOptions until;
-  std::string segmentation;  ///< "motion", "none", "dds", "masks:LEFT[,RIGHT]", or empty for the configured one.
+  std::string segmentation;  ///< "motion", "none", "onnx[:MODEL]", "dds", "masks:LEFT[,RIGHT]", or empty for the
+                             ///< configured one.
   ConfigSource config;
   std::filesystem::path out;
   RawOutputOptions raw;
@@ -142,6 +143,14 @@ struct MonitorOptions {
   int messages = 0;              ///< Ends after so many of Kinetrace's own topics; 0: never.
 };
 
+struct SegmentOptions {
+  std::vector<std::filesystem::path> images;  ///< Files, or folders of files.
+  std::filesystem::path model;                ///< YAML; empty: the one that comes with Kinetrace.
+  std::filesystem::path out;
+  int threads = 1;
+  bool quiet = false;
+};
+
 struct MaskOptions {
   NetworkOptions network;
   std::filesystem::path left_dir;
@@ -156,7 +165,7 @@ struct NothingToDo {};
 
 using Command =
     std::variant<RunOptions, RecordOptions, DoctorOptions, BenchOptions, PlanOptions, ConfigOptions, EvaluateOptions,
-                 StudyOptions, FigureOptions, KeysOptions, MonitorOptions, MaskOptions, NothingToDo>;
+                 StudyOptions, FigureOptions, KeysOptions, MonitorOptions, MaskOptions, SegmentOptions, NothingToDo>;
 
 /// Reads the command line. Failures: kUsage.
 [[nodiscard]] Outcome<Command> parse_command_line(int argc, const char* const* argv);

@@ -35,6 +35,9 @@ namespace kinetrace::app {
 /// Sends masks from files to a run that asks for them.
 [[nodiscard]] int mask_command(const MaskOptions& options);
 
+/// Tries a neural network on images.
+[[nodiscard]] int segment_command(const SegmentOptions& options);
+
 /// Draws the result figure of a run and, if asked for, every frame with what was found in it.
 [[nodiscard]] int figure_command(const FigureOptions& options);
 

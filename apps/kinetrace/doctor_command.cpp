@@ -11,6 +11,7 @@
 #include "camera_loop.hpp"
 #include "camera_setup.hpp"
 #include "commands.hpp"
+#include "doctor_model.hpp"
 #include "doctor_network.hpp"
 #include "interrupt.hpp"
 #include "kinetrace/hal/capture_devices.hpp"
@@ -188,6 +189,13 @@ void judge_geometry(const StereoGeometry& geometry, const hal::RigCalibration& c
                          text(", baseline %.4f m", geometry.baseline_m));
 }
 
+void judge_model(const AppConfig& config, const StereoGeometry& geometry, double rate_hz, Findings& findings) {
+  if (config.pipeline.segmentation.mode == segmentation::SegmentationMode::kOnnx) {
+    const ModelFinding model = examine_model(config, geometry, rate_hz);
+    model.holds ? findings.ok("network", model.detail) : findings.failed("network", model.detail);
+  }
+}
+
 void judge_memory(const RunMemory& plan, const pipeline::MemoryConfig& memory, Findings& findings) {
   constexpr double kMib = 1024.0 * 1024.0;
   const Status fits = check_budget(plan, memory);
@@ -231,6 +239,7 @@ void examine(const CameraSetup& setup, const AppConfig& config, const DoctorOpti
   }
   judge_timing(watched, *camera, findings);
   judge_images(watched, findings);
+  judge_model(config, *geometry, camera->camera->info().nominal_rate_hz, findings);
 }
 
 void examine_camera(const DoctorOptions& options, const AppConfig& config, Findings& findings) {
@@ -266,6 +275,10 @@ int doctor_command(const DoctorOptions& options) {
   network.holds ? findings.ok("dds", network.detail) : findings.failed("dds", network.detail);
   if (!options.camera.empty()) {
     examine_camera(options, *config, findings);
+  } else {
+    constexpr double kRate_hz = 10.0;  // Without a camera, a common one.
+    judge_model(*config, {.width_px = config->board.image_width_px, .height_px = config->board.image_height_px},
+                kRate_hz, findings);
   }
   return findings.all_held() ? 0 : static_cast<int>(ExitCode::kConditionHolds);
 }

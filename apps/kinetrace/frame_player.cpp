@@ -103,6 +103,7 @@ Status FramePlayer::process(const RectifiedPair& pair, std::int64_t exposed_ns) 
     return Unexpected(result.error());
   }
   report_.health.observe((*result)->newest);
+  note_masks((*result)->counters);
   hand_over(**result, exposed_ns);
   clock_->end_frame();
   Status recorded = chain_.recorder.record(**result);
@@ -116,6 +117,13 @@ Status FramePlayer::process(const RectifiedPair& pair, std::int64_t exposed_ns) 
     chain_.publishing->send();
   }
   return recorded;
+}
+
+void FramePlayer::note_masks(const FrameCounters& counters) {
+  if (chain_.masks || chain_.network) {
+    report_.health.note(HealthReason::kMasksMissing, counters.detection_frames_missing - mask_frames_missing_);
+    mask_frames_missing_ = counters.detection_frames_missing;
+  }
 }
 
 void FramePlayer::hand_over(const FrameResult& result, std::int64_t exposed_ns) {

@@ -56,6 +56,7 @@ class FramePlayer {
   /// `exposed_ns`: steady clock at mid-exposure, 0 where that is not known.
   [[nodiscard]] Status process(const RectifiedPair& pair, std::int64_t exposed_ns);
   void hand_over(const FrameResult& result, std::int64_t exposed_ns);
+  void note_masks(const FrameCounters& counters);
   void tell_health();
 
   Chain& chain_;
@@ -63,6 +64,7 @@ class FramePlayer {
   Progressed progressed_;
   std::unique_ptr<StageClock> clock_ = std::make_unique<StageClock>();
   AllocationCounts allocations_at_last_offer_;
+  std::uint64_t mask_frames_missing_ = 0;      ///< So far.
   std::unique_ptr<StageClock> capture_clock_;  ///< Null: the same.
   std::unique_ptr<LiveRun> live_;              ///< Last, so that its thread ends first.
 };

@@ -6,6 +6,7 @@
 
 #include "kinetrace/hal/libcamera_backend.hpp"
 #include "messages.hpp"
+#include "program_folder.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -16,7 +17,7 @@ bool load_once() {
   // What is wrong we say ourselves; whoever wants to see more has set it already.
   setenv("LIBCAMERA_LOG_LEVELS", "*:ERROR", 0);
   std::error_code error;
-  const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
+  const fs::path folder = program_folder();
   // Of a build, and of an installation (bin/kinetrace).
   for (const char* place : {"kinetrace-libcamera.so", "../lib/kinetrace/kinetrace-libcamera.so"}) {
     const fs::path plugin = folder / place;

@@ -23,6 +23,7 @@ struct Dispatch {
   int operator()(const KeysOptions& options) const { return keys_command(options); }
   int operator()(const MonitorOptions& options) const { return monitor_command(options); }
   int operator()(const MaskOptions& options) const { return mask_command(options); }
+  int operator()(const SegmentOptions& options) const { return segment_command(options); }
   int operator()(const NothingToDo& /*options*/) const { return 0; }
 };
 

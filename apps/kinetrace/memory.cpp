@@ -35,7 +35,7 @@ int thread_count(const AppConfig& config, const CameraSetup& camera, const RawOu
 }
 
 MemoryPlan plan_outside(const AppConfig& config, const CameraSetup& camera, const RawOutputOptions& raw,
-                        const PublishingSetup* publishing) {
+                        const PublishingSetup* publishing, const NetworkThread* network) {
   MemoryPlan plan;
   plan.entries.push_back({"stacks",
                           kThreadStackBytes * static_cast<std::size_t>(thread_count(config, camera, raw, publishing)),
@@ -44,6 +44,9 @@ MemoryPlan plan_outside(const AppConfig& config, const CameraSetup& camera, cons
       {"libraries", static_cast<std::size_t>(config.pipeline.memory.libraries_mib * kMib), "memory.libraries_mib"});
   if (publishing != nullptr) {
     plan.entries.push_back({"DDS participant", publishing->library_bytes(), "dds.security.mode"});
+  }
+  if (network != nullptr) {
+    plan.entries.push_back({"neural network", network->bytes(), "segmentation.onnx.model, .threads; measured"});
   }
   return plan;
 }
@@ -75,7 +78,7 @@ bool is_live(const LiveConfig& config, const CameraSetup& camera) noexcept {
 }
 
 Result<RunMemory> plan_memory(const AppConfig& config, const CameraSetup& camera, const RawOutputOptions& raw,
-                              const PublishingSetup* publishing) {
+                              const PublishingSetup* publishing, const NetworkThread* network) {
   const auto geometry = hal::Rectifier::rectified_geometry(camera.calibration, config.rectification);
   if (!geometry) {
     return Unexpected(geometry.error());
@@ -113,7 +116,7 @@ Result<RunMemory> plan_memory(const AppConfig& config, const CameraSetup& camera
   for (MemoryPlanEntry& entry : plan.entries) {
     entry.bytes = (entry.bytes + Arena::kAlignment - 1) / Arena::kAlignment * Arena::kAlignment;
   }
-  return RunMemory{std::move(plan), plan_outside(config, camera, raw, publishing)};
+  return RunMemory{std::move(plan), plan_outside(config, camera, raw, publishing, network)};
 }
 
 Status check_budget(const RunMemory& plan, const pipeline::MemoryConfig& config) {

@@ -12,6 +12,7 @@
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/recording/run_recorder.hpp"
 #include "mask_mailbox.hpp"
+#include "network_thread.hpp"
 #include "run_publishing.hpp"
 
 namespace kinetrace::app {
@@ -35,11 +36,12 @@ struct RunMemory {
   [[nodiscard]] std::size_t total_bytes() const { return arena.total_bytes() + outside.total_bytes(); }
 };
 
-/// Everything that a run with this camera, recording raw images and publishing or not, takes.
+/// Everything that a run with this camera takes, with what it records, publishes and segments with, if any.
 /// Errors: those of the parts (kInvalidConfig, kBadCalibration).
 [[nodiscard]] Result<RunMemory> plan_memory(const AppConfig& config, const CameraSetup& camera,
                                             const RawOutputOptions& raw = {},
-                                            const PublishingSetup* publishing = nullptr);
+                                            const PublishingSetup* publishing = nullptr,
+                                            const NetworkThread* network = nullptr);
 
 /// kBudget, with what is missing and which part is largest, if more is planned than memory.budget_mib.
 [[nodiscard]] Status check_budget(const RunMemory& plan, const pipeline::MemoryConfig& config);

@@ -8,6 +8,7 @@
 #include "commands.hpp"
 #include "memory.hpp"
 #include "messages.hpp"
+#include "network_setup.hpp"
 #include "setting_costs.hpp"
 
 namespace kinetrace::app {
@@ -77,24 +78,49 @@ Outcome<std::unique_ptr<PublishingSetup>> publishing_of(const PlanOptions& optio
   return publishing_setup(options.publish, config.pipeline.tracking.max_objects);
 }
 
-Result<RunMemory> plan_for(AppConfig config, const PublishingSetup* publishing) {
+// What a run takes beside its arena, made once for all plans.
+struct Parts {
+  std::unique_ptr<PublishingSetup> publishing;  ///< Null without --publish.
+  std::unique_ptr<NetworkThread> network;       ///< Null unless segmentation.mode is onnx.
+};
+
+CameraSetup raw_camera(const AppConfig& config) {
+  return recording_setup(raw_recording(config.board.image_width_px, config.board.image_height_px));
+}
+
+Outcome<Parts> parts_of(const PlanOptions& options, const AppConfig& config) {
+  Outcome<std::unique_ptr<PublishingSetup>> publishing = publishing_of(options, config);
+  if (!publishing) {
+    return Unexpected(publishing.error());
+  }
+  const auto geometry = hal::Rectifier::rectified_geometry(raw_camera(config).calibration, config.rectification);
+  if (!geometry) {
+    return failure(geometry.error());
+  }
+  Result<std::unique_ptr<NetworkThread>> network = start_network(config, *geometry, false);
+  if (!network) {
+    return failure(network.error());
+  }
+  return Parts{std::move(*publishing), std::move(*network)};
+}
+
+Result<RunMemory> plan_for(AppConfig config, const Parts& parts) {
   if (const Status valid = config.validate(); !valid) {
     return Unexpected(valid.error());
   }
   // Devices, for which this plans, are live unless that is off.
   config.live.mode = config.live.mode == LiveMode::kOff ? LiveMode::kOff : LiveMode::kOn;
-  return plan_memory(config, recording_setup(raw_recording(config.board.image_width_px, config.board.image_height_px)),
-                     {}, publishing);
+  return plan_memory(config, raw_camera(config), {}, parts.publishing.get(), parts.network.get());
 }
 
-std::vector<SettingCost> costs_of(AppConfig config, PublishingSetup* publishing) {
+std::vector<SettingCost> costs_of(AppConfig config, const Parts& parts) {
   ConfigFields fields = fields_of(config);
-  if (publishing != nullptr) {
-    const ConfigFields more = publishing->fields();
+  if (parts.publishing) {
+    const ConfigFields more = parts.publishing->fields();
     fields.insert(fields.end(), more.begin(), more.end());
   }
   return setting_costs(fields, [&]() -> Result<double> {
-    const Result<RunMemory> plan = plan_for(config, publishing);
+    const Result<RunMemory> plan = plan_for(config, parts);
     return plan ? Result<double>(static_cast<double>(plan->total_bytes())) : Unexpected(plan.error());
   });
 }
@@ -110,16 +136,16 @@ int plan_command(const PlanOptions& options) {
     config->board.image_width_px = options.width_px;
     config->board.image_height_px = options.height_px;
   }
-  const Outcome<std::unique_ptr<PublishingSetup>> publishing = publishing_of(options, *config);
-  if (!publishing) {
-    return report(publishing.error());
+  const Outcome<Parts> parts = parts_of(options, *config);
+  if (!parts) {
+    return report(parts.error());
   }
-  const Result<RunMemory> plan = plan_for(*config, publishing->get());
+  const Result<RunMemory> plan = plan_for(*config, *parts);
   if (!plan) {
     return report(to_failure(plan.error()));
   }
   print_parts(*plan, *config);
-  print_costs(costs_of(*config, publishing->get()));
+  print_costs(costs_of(*config, *parts));
   const Status fits = check_budget(*plan, config->pipeline.memory);
   return fits ? 0 : report(to_failure(fits.error()));
 }

@@ -36,7 +36,7 @@ Outcome<void> add_extras(Chain& chain, const CameraSetup& setup, const RunOption
 }  // namespace
 
 Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, const PublishingSetup* publishing,
-                          const RunOptions& options, Arena& arena) {
+                          std::unique_ptr<NetworkThread> network, const RunOptions& options, Arena& arena) {
   auto camera = setup.make(arena);
   if (!camera) {
     return failure(camera.error());
@@ -49,7 +49,8 @@ Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, con
   if (const std::optional<MaskMailboxConfig> wanted = mask_mailbox_config(config, rectifier->geometry())) {
     masks = std::make_unique<MaskMailbox>(*wanted, arena);
   }
-  auto pipeline = pipeline::Pipeline::create(config.pipeline, rectifier->geometry(), arena, masks.get());
+  auto pipeline = pipeline::Pipeline::create(config.pipeline, rectifier->geometry(), arena,
+                                             {.external = masks.get(), .network = network.get()});
   if (!pipeline) {
     return failure(pipeline.error());
   }
@@ -68,7 +69,15 @@ Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, con
         recorder.error().code == ErrorCode::kInvalidConfig || recorder.error().code == ErrorCode::kCapacity;
     return is_ours ? failure(recorder.error()) : Unexpected(Failure{ExitCode::kCannotCreate, recorder.error().message});
   }
-  Chain chain{std::move(*camera), *rectifier, std::move(masks), std::move(*pipeline), std::move(*recorder), {}, {}, {}};
+  Chain chain{std::move(*camera),
+              *rectifier,
+              std::move(network),
+              std::move(masks),
+              std::move(*pipeline),
+              std::move(*recorder),
+              {},
+              {},
+              {}};
   chain.publishing = std::move(published);
   if (const Outcome<void> added = add_extras(chain, setup, options, arena); !added) {
     return Unexpected(added.error());

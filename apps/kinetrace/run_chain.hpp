@@ -12,6 +12,7 @@
 #include "kinetrace/pipeline/pipeline.hpp"
 #include "kinetrace/recording/run_recorder.hpp"
 #include "mask_mailbox.hpp"
+#include "network_thread.hpp"
 #include "pairing_keeper.hpp"
 #include "recording_thread.hpp"
 #include "run_publishing.hpp"
@@ -23,7 +24,8 @@ namespace kinetrace::app {
 struct Chain {
   GuardedCamera camera;
   hal::Rectifier rectifier;
-  std::unique_ptr<MaskMailbox> masks;  ///< Null unless masks come from another process.
+  std::unique_ptr<NetworkThread> network;  ///< Null unless masks come from a neural network.
+  std::unique_ptr<MaskMailbox> masks;      ///< Null unless masks come from another process.
   pipeline::Pipeline pipeline;
   recording::RunRecorder recorder;
   std::optional<PairingKeeper> pairing;          ///< Of cameras; a recording is as it is.
@@ -34,8 +36,10 @@ struct Chain {
   std::unique_ptr<ServiceNotifier> service = std::make_unique<ServiceNotifier>();
 };
 
-/// Makes everything, the run folder last. `publishing` may be null. Failures name what could not be made.
+/// Makes everything else, the run folder last. `publishing` and `network` may be null. Failures name what could not be
+/// made.
 [[nodiscard]] Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup,
-                                        const PublishingSetup* publishing, const RunOptions& options, Arena& arena);
+                                        const PublishingSetup* publishing, std::unique_ptr<NetworkThread> network,
+                                        const RunOptions& options, Arena& arena);
 
 }  // namespace kinetrace::app

@@ -15,6 +15,7 @@
 #include "kinetrace/core/config_check.hpp"
 #include "memory.hpp"
 #include "messages.hpp"
+#include "network_setup.hpp"
 #include "progress.hpp"
 #include "run_chain.hpp"
 #include "run_publishing.hpp"
@@ -71,7 +72,15 @@ Outcome<RunReport> run(const RunOptions& options) {
                               "segmentation dds needs --publish FILE: it says in which DDS domain "
                               "and for which device masks come"});
   }
-  const Result<RunMemory> plan = plan_memory(*config, *setup, options.raw, publishing.get());
+  const auto geometry = hal::Rectifier::rectified_geometry(setup->calibration, config->rectification);
+  if (!geometry) {
+    return failure(geometry.error());
+  }
+  Result<std::unique_ptr<NetworkThread>> network = start_network(*config, *geometry, !is_live(config->live, *setup));
+  if (!network) {
+    return failure(network.error());
+  }
+  const Result<RunMemory> plan = plan_memory(*config, *setup, options.raw, publishing.get(), network->get());
   if (!plan) {
     return failure(plan.error());
   }
@@ -82,7 +91,7 @@ Outcome<RunReport> run(const RunOptions& options) {
     return failure(limited.error());
   }
   Arena arena(plan->arena.total_bytes());
-  Outcome<Chain> chain = make_chain(*config, *setup, publishing.get(), options, arena);
+  Outcome<Chain> chain = make_chain(*config, *setup, publishing.get(), std::move(*network), options, arena);
   if (!chain) {
     return Unexpected(chain.error());
   }
@@ -142,6 +151,9 @@ Outcome<RunReport> run(const RunOptions& options) {
   }
   if (chain->masks) {
     report.add_masks(chain->masks->counters());
+  }
+  if (chain->network) {
+    report.add_network(*chain->network);
   }
   for (const auto* raw : {&chain->raw, &chain->raw_ended}) {
     if (*raw) {

@@ -88,6 +88,23 @@ void RunReport::add_masks(const MaskCounters& masks) {
   }
 }
 
+void RunReport::add_network(const NetworkThread& network) {
+  const NetworkThreadCounters counters = network.counters();
+  constexpr double kMicroseconds = 1e3;
+  for (const auto& [name, count] :
+       {std::pair<const char*, std::uint64_t>{"network_frames", counters.frames},
+        {"network_frames_failed", counters.failed},
+        {"network_median_us", static_cast<std::uint64_t>(counters.median_ms * kMicroseconds)},
+        {"network_longest_us", static_cast<std::uint64_t>(counters.longest_ms * kMicroseconds)},
+        {"network_bytes", network.bytes()}}) {
+    summary_.camera_counters.emplace_back(name, count);
+  }
+  if (counters.failed > 0) {
+    summary_.warnings.push_back("the neural network failed in " + std::to_string(counters.failed) +
+                                " frames, whose tracks were propagated: " + network.first_error());
+  }
+}
+
 void RunReport::add_raw(const RecordingThread& raw) {
   summary_.camera_counters.emplace_back("raw_frames_recorded", static_cast<std::uint64_t>(raw.written()));
   summary_.camera_counters.emplace_back("raw_frames_dropped", raw.dropped());

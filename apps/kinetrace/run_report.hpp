@@ -13,6 +13,7 @@
 #include "kinetrace/core/frame_result.hpp"
 #include "kinetrace/recording/run_summary.hpp"
 #include "mask_mailbox.hpp"
+#include "network_thread.hpp"
 #include "recording_thread.hpp"
 #include "run_publishing.hpp"
 #include "stage_clock.hpp"
@@ -48,6 +49,8 @@ class RunReport {
   void add_live(const recording::LiveSummary& live) { summary_.live = live; }
   /// After finish(), where masks came from other processes.
   void add_masks(const MaskCounters& masks);
+  /// After finish(), where masks came from a neural network.
+  void add_network(const NetworkThread& network);
   /// After finish(), where raw images were recorded.
   void add_raw(const RecordingThread& raw);
   /// After finish() and add_live(), where results were published.

@@ -8,6 +8,7 @@
 #include "kinetrace/hal/rectifier.hpp"
 #include "kinetrace/pipeline/pipeline.hpp"
 #include "memory.hpp"
+#include "network_setup.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -65,6 +66,14 @@ Status play(hal::FileStereoCamera& camera, hal::Rectifier& rectifier, pipeline::
 
 Status play_recording(const hal::Dataset& dataset, const AppConfig& config,
                       const std::function<Status(const FrameResult&)>& visit, StageClock* clock) {
+  const auto geometry = hal::Rectifier::rectified_geometry(dataset.calibration, config.rectification);
+  if (!geometry) {
+    return Unexpected(geometry.error());
+  }
+  const Result<std::unique_ptr<NetworkThread>> network = start_network(config, *geometry, true);
+  if (!network) {
+    return Unexpected(network.error());
+  }
   const Result<RunMemory> plan = plan_memory(config, recording_setup(dataset));
   if (!plan) {
     return Unexpected(plan.error());
@@ -78,7 +87,8 @@ Status play_recording(const hal::Dataset& dataset, const AppConfig& config,
   if (!rectifier) {
     return Unexpected(rectifier.error());
   }
-  auto pipeline = pipeline::Pipeline::create(config.pipeline, rectifier->geometry(), arena);
+  auto pipeline = pipeline::Pipeline::create(config.pipeline, rectifier->geometry(), arena,
+                                             {.external = nullptr, .network = network->get()});
   if (!pipeline) {
     return Unexpected(pipeline.error());
   }

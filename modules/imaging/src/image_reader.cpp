@@ -110,6 +110,20 @@ Status ImageReader::read_gray(const char* path, MutableGrayView target) {
   return {};
 }
 
+Status ImageReader::read_rgb(const char* path, ImageView<Rgb8> target) {
+  ImageInfo info;
+  const auto bytes = load(path, target.width, target.height, info);
+  if (!bytes) {
+    return Unexpected(bytes.error());
+  }
+  switch (info.format) {
+    case ImageFormat::kPng: return decode_png_rgb(path, *bytes, storage_.row, target);
+    case ImageFormat::kJpeg: return jpeg_.decode_rgb(path, *bytes, target);
+    case ImageFormat::kPgm: break;
+  }
+  return file_error(ErrorCode::kUnsupported, path, "is a PGM, which has no colours");
+}
+
 Status ImageReader::read_gray16(const char* path, ImageView<std::uint16_t> target) {
   ImageInfo info;
   const auto bytes = load(path, target.width, target.height, info);

@@ -47,23 +47,34 @@ Result<JpegDecoder> JpegDecoder::create() {
 }
 
 Status JpegDecoder::decode_gray(const char* name, std::span<const std::uint8_t> bytes, MutableGrayView target) {
+  return decode(name, bytes, TJPF_GRAY, target.width, target.height, target.stride, target.data);
+}
+
+Status JpegDecoder::decode_rgb(const char* name, std::span<const std::uint8_t> bytes, ImageView<Rgb8> target) {
+  static_assert(sizeof(Rgb8) == 3);
+  return decode(name, bytes, TJPF_RGB, target.width, target.height, 3 * target.stride,
+                reinterpret_cast<std::uint8_t*>(target.data));
+}
+
+Status JpegDecoder::decode(const char* name, std::span<const std::uint8_t> bytes, int format, int width, int height,
+                           int pitch_bytes, std::uint8_t* samples) {
   // Stop on warning: libjpeg fills the rest of a truncated image with gray and merely warns.
   constexpr int kFlags = TJFLAG_STOPONWARNING | TJFLAG_LIMITSCANS;
   const ForeignCall foreign;
   const auto length = static_cast<unsigned long>(bytes.size());
-  int width = 0;
-  int height = 0;
+  int own_width = 0;
+  int own_height = 0;
   int subsampling = 0;
   int colours = 0;
-  if (tjDecompressHeader3(handle_.get(), bytes.data(), length, &width, &height, &subsampling, &colours) != 0) {
+  if (tjDecompressHeader3(handle_.get(), bytes.data(), length, &own_width, &own_height, &subsampling, &colours) != 0) {
     return damaged(name, tjGetErrorStr2(handle_.get()));
   }
-  if (width != target.width || height != target.height) {
+  if (own_width != width || own_height != height) {
     return file_error(ErrorCode::kInvalidArgument, name,
-                      "is " + size_text(width, height) + " pixels, expected " + size_text(target.width, target.height));
+                      "is " + size_text(own_width, own_height) + " pixels, expected " + size_text(width, height));
   }
-  const int code = tjDecompress2(handle_.get(), bytes.data(), length, target.data, target.width, target.stride,
-                                 target.height, TJPF_GRAY, kFlags);
+  const int code =
+      tjDecompress2(handle_.get(), bytes.data(), length, samples, width, pitch_bytes, height, format, kFlags);
   if (code != 0 && !is_padding(tjGetErrorStr2(handle_.get()))) {
     return damaged(name, tjGetErrorStr2(handle_.get()));
   }

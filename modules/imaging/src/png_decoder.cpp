@@ -127,6 +127,21 @@ Status decode_png_gray(const char* path, std::span<const std::uint8_t> bytes, co
   return to_status(code, path);
 }
 
+Status decode_png_rgb(const char* path, std::span<const std::uint8_t> bytes, std::span<std::uint8_t> row,
+                      ImageView<Rgb8> target) {
+  int code = SPNG_OK;
+  {
+    const ForeignCall foreign;
+    code = decode_rows(bytes, SPNG_FMT_RGB8, row, [&](const std::uint8_t* pixel, int y, Pass columns) {
+      Rgb8* out = target.row(y);
+      for (int x = columns.start; x < target.width; x += columns.step, pixel += 3) {
+        out[x] = {pixel[0], pixel[1], pixel[2]};
+      }
+    });
+  }
+  return to_status(code, path);
+}
+
 Status decode_png_gray16(const char* path, std::span<const std::uint8_t> bytes, const ImageInfo& info,
                          std::span<std::uint8_t> row, ImageView<std::uint16_t> target) {
   if (info.channels != 1 || info.bit_depth < 8) {

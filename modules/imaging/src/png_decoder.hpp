@@ -7,6 +7,7 @@
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/imaging/image_info.hpp"
+#include "kinetrace/imaging/rgb8.hpp"
 
 namespace kinetrace::imaging {
 
@@ -15,6 +16,8 @@ inline constexpr int kPngRowBytesPerPixel = 4;  ///< Widest decoded pixel: 16-bi
 /// `row` holds at least width * kPngRowBytesPerPixel bytes; the size of `target` is that of the image.
 [[nodiscard]] Status decode_png_gray(const char* path, std::span<const std::uint8_t> bytes, const ImageInfo& info,
                                      std::span<std::uint8_t> row, MutableGrayView target);
+[[nodiscard]] Status decode_png_rgb(const char* path, std::span<const std::uint8_t> bytes, std::span<std::uint8_t> row,
+                                    ImageView<Rgb8> target);
 [[nodiscard]] Status decode_png_gray16(const char* path, std::span<const std::uint8_t> bytes, const ImageInfo& info,
                                        std::span<std::uint8_t> row, ImageView<std::uint16_t> target);
 

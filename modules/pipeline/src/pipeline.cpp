@@ -153,7 +153,7 @@ Result<MemoryPlan> Pipeline::plan(const PipelineConfig& config, const StereoGeom
 }
 
 Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeometry& geometry, Arena& arena,
-                                  MaskSource* masks) {
+                                  const MaskMakers& makers) {
   if (const Status valid = config.validate(); !valid) {
     return Unexpected(valid.error());
   }
@@ -162,7 +162,7 @@ Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeom
   if (!front_end) {
     return Unexpected(front_end.error());
   }
-  auto segmenter = segmentation::make_segmenter(c.segmentation, geometry, c.features.max_features, arena, masks);
+  auto segmenter = segmentation::make_segmenter(c.segmentation, geometry, c.features.max_features, arena, makers);
   if (!segmenter) {
     return Unexpected(segmenter.error());
   }

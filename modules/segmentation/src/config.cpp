@@ -25,6 +25,13 @@ Status ExternalConfig::validate() const {
   return check_range("segmentation.dds.timeout_ms", timeout_ms, 0, 60'000);
 }
 
+Status NetworkConfig::validate() const {
+  return first_failure({
+      check_range("segmentation.onnx.latency_frames", latency_frames, 0, 100),
+      check_range("segmentation.onnx.threads", threads, 1, 16),
+  });
+}
+
 Status SegmentationConfig::validate() const {
   if (mode == SegmentationMode::kMasks && left_dir.empty()) {
     return fail(ErrorCode::kInvalidConfig,
@@ -35,16 +42,24 @@ Status SegmentationConfig::validate() const {
       check_range("segmentation.min_area_px", min_area_px, 1, 1000000),
       motion.validate(),
       dds.validate(),
+      onnx.validate(),
   });
 }
 
 Result<SegmentationConfig> parse_segmentation(std::string_view text) {
   SegmentationConfig config;
-  for (const SegmentationMode mode : {SegmentationMode::kNone, SegmentationMode::kMotion, SegmentationMode::kDds}) {
+  for (const SegmentationMode mode :
+       {SegmentationMode::kNone, SegmentationMode::kMotion, SegmentationMode::kDds, SegmentationMode::kOnnx}) {
     if (text == to_string(mode)) {
       config.mode = mode;
       return config;
     }
+  }
+  constexpr std::string_view kOnnxPrefix = "onnx:";
+  if (text.starts_with(kOnnxPrefix) && text.size() > kOnnxPrefix.size()) {
+    config.mode = SegmentationMode::kOnnx;
+    config.onnx.model = text.substr(kOnnxPrefix.size());
+    return config;
   }
   constexpr std::string_view kMasksPrefix = "masks:";
   if (text.starts_with(kMasksPrefix)) {
@@ -61,7 +76,8 @@ Result<SegmentationConfig> parse_segmentation(std::string_view text) {
     }
   }
   return fail(ErrorCode::kInvalidArgument,
-              "segmentation \"" + std::string(text) + "\" is none of: none, motion, dds, masks:LEFT_DIR[,RIGHT_DIR]");
+              "segmentation \"" + std::string(text) +
+                  "\" is none of: none, motion, onnx[:MODEL.yaml], dds, masks:LEFT_DIR[,RIGHT_DIR]");
 }
 
 }  // namespace kinetrace::segmentation

@@ -3,6 +3,7 @@
 #include "kinetrace/segmentation/external_segmenter.hpp"
 #include "kinetrace/segmentation/mask_file_segmenter.hpp"
 #include "kinetrace/segmentation/motion_segmenter.hpp"
+#include "kinetrace/segmentation/network_segmenter.hpp"
 
 namespace kinetrace::segmentation {
 namespace {
@@ -27,12 +28,13 @@ std::size_t required_bytes(const SegmentationConfig& config, const StereoGeometr
     case SegmentationMode::kMasks: return MaskFileSegmenter::required_bytes(config, geometry);
     case SegmentationMode::kMotion: return MotionSegmenter::required_bytes(config, geometry, max_features);
     case SegmentationMode::kDds: return ExternalSegmenter::required_bytes(config, geometry);
+    case SegmentationMode::kOnnx: return NetworkSegmenter::required_bytes(config, geometry, max_features);
   }
   return 0;
 }
 
 Result<std::unique_ptr<Segmenter>> make_segmenter(const SegmentationConfig& config, const StereoGeometry& geometry,
-                                                  int max_features, Arena& arena, MaskSource* masks) {
+                                                  int max_features, Arena& arena, const MaskMakers& makers) {
   if (const Status valid = config.validate(); !valid) {
     return Unexpected(valid.error());
   }
@@ -40,7 +42,9 @@ Result<std::unique_ptr<Segmenter>> make_segmenter(const SegmentationConfig& conf
     case SegmentationMode::kNone: return std::make_unique<NoSegmenter>();
     case SegmentationMode::kMasks: return MaskFileSegmenter::create(config, geometry, arena);
     case SegmentationMode::kMotion: return MotionSegmenter::create(config, geometry, max_features, arena);
-    case SegmentationMode::kDds: return ExternalSegmenter::create(config, geometry, arena, masks);
+    case SegmentationMode::kDds: return ExternalSegmenter::create(config, geometry, arena, makers.external);
+    case SegmentationMode::kOnnx:
+      return NetworkSegmenter::create(config, geometry, max_features, arena, makers.network);
   }
   return fail(ErrorCode::kInternal, "segmentation: unknown mode");
 }

@@ -49,7 +49,7 @@ class ExternalSegmenterTest : public ::testing::Test {
   }
   Segmenter& make() {
     arena_ = std::make_unique<Arena>(required_bytes(config_, kGeometry, 100));
-    segmenter_ = make_segmenter(config_, kGeometry, 100, *arena_, &source_).value();
+    segmenter_ = make_segmenter(config_, kGeometry, 100, *arena_, {.external = &source_, .network = nullptr}).value();
     return *segmenter_;
   }
   DetectionFrame run(Segmenter& segmenter, std::int64_t index = 0) {
@@ -170,7 +170,7 @@ TEST_F(ExternalSegmenterTest, DropsAndCountsWhatIsTooMany) {
   EXPECT_EQ(segmenter.counters().detections_dropped, 1U);
 
   // One more than is looked at.
-  masks.assign(ExternalSegmenter::kMaxMasks, rectangle({0, 0, 1, 1}));
+  masks.assign(MaskCanvas::kMaxMasks, rectangle({0, 0, 1, 1}));
   masks.push_back(rectangle({5, 5, 9, 9}));
   source_.masks.left = masks;
   EXPECT_EQ(run(segmenter, 1).left_labels.at(5, 5), kBackgroundLabel);
@@ -192,10 +192,11 @@ TEST_F(ExternalSegmenterTest, NeedsASourceAndExactlyTheBytesItAnnounces) {
   config_.dds.right = true;
   const std::size_t bytes = required_bytes(config_, kGeometry, 100);
   Arena enough(bytes);
-  ASSERT_TRUE(make_segmenter(config_, kGeometry, 100, enough, &source_));
+  ASSERT_TRUE(make_segmenter(config_, kGeometry, 100, enough, {.external = &source_, .network = nullptr}));
   EXPECT_EQ(enough.used_bytes(), bytes);
   Arena too_small(bytes - 1);
-  EXPECT_EQ(make_segmenter(config_, kGeometry, 100, too_small, &source_).error().code, ErrorCode::kCapacity);
+  EXPECT_EQ(make_segmenter(config_, kGeometry, 100, too_small, {.external = &source_, .network = nullptr}).error().code,
+            ErrorCode::kCapacity);
   Arena other(bytes);
   const auto without = make_segmenter(config_, kGeometry, 100, other);
   ASSERT_FALSE(without);

@@ -35,19 +35,21 @@ enum class HealthReason : std::uint8_t {
   kEyesOutOfStep,     ///< Left and right are not from the same moment.
   kPoseLost,          ///< Frames in which the camera's own motion was not found.
   kRecordingStopped,  ///< Raw images are not recorded any more.
+  kMasksMissing,      ///< Frames that were to have masks and had none: a network is slow, fails, or is not there.
   kNotPublished,      ///< Results that reached nobody, since network or DDS were not there.
   // Frames for which less was done, since deadlines were missed:
   kShedsIterations,  ///< Of bundle adjustment.
   kShedsPoints,
   kShedsObjects,
 };
-inline constexpr std::size_t kHealthReasonCount = 15;
+inline constexpr std::size_t kHealthReasonCount = 16;
 
 [[nodiscard]] constexpr std::string_view to_string(HealthReason reason) noexcept {
   constexpr std::array<std::string_view, kHealthReasonCount> kNames{
-      "camera_stalled",       "camera_lost",     "frames_lost",      "frames_repeated",  "frames_damaged",
-      "frames_of_wrong_size", "frames_outdated", "clock_jumped",     "eyes_out_of_step", "pose_lost",
-      "recording_stopped",    "not_published",   "sheds_iterations", "sheds_points",     "sheds_objects"};
+      "camera_stalled",       "camera_lost",     "frames_lost",   "frames_repeated",  "frames_damaged",
+      "frames_of_wrong_size", "frames_outdated", "clock_jumped",  "eyes_out_of_step", "pose_lost",
+      "recording_stopped",    "masks_missing",   "not_published", "sheds_iterations", "sheds_points",
+      "sheds_objects"};
   return kNames[static_cast<std::size_t>(reason)];
 }
 

@@ -80,4 +80,34 @@ class KINETRACE_API MaskSource {
   [[nodiscard]] virtual const MaskSet* await(std::int64_t frame_index) noexcept = 0;
 };
 
+/// What has become of a frame whose masks take longer.
+struct DelayedMasks {
+  bool done = false;               ///< False: still worked on.
+  const MaskSet* masks = nullptr;  ///< Null where that failed.
+};
+
+/// Where a segmenter gets masks that take longer than a frame. Works on one frame at a time. Implemented by whoever has
+/// a clock and threads.
+class KINETRACE_API DelayedMaskSource {
+ public:
+  DelayedMaskSource() = default;
+  DelayedMaskSource(const DelayedMaskSource&) = delete;
+  DelayedMaskSource& operator=(const DelayedMaskSource&) = delete;
+  DelayedMaskSource(DelayedMaskSource&&) = delete;
+  DelayedMaskSource& operator=(DelayedMaskSource&&) = delete;
+  virtual ~DelayedMaskSource() = default;
+
+  /// Hands a frame over; called only when nothing is worked on. Copies what it needs, does not wait for more.
+  virtual void offer(const RectifiedPair& pair) noexcept = 0;
+  /// The masks of the frame that was handed over. Whether to wait for them is the source's
+  /// business. Valid until the next call.
+  [[nodiscard]] virtual DelayedMasks take() noexcept = 0;
+};
+
+/// Who makes masks elsewhere; all outlive whoever takes masks.
+struct MaskMakers {
+  MaskSource* external = nullptr;        ///< Another process.
+  DelayedMaskSource* network = nullptr;  ///< A neural network in this one.
+};
+
 }  // namespace kinetrace

@@ -12,6 +12,7 @@
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/imaging/image_info.hpp"
 #include "kinetrace/imaging/jpeg_decoder.hpp"
+#include "kinetrace/imaging/rgb8.hpp"
 
 namespace kinetrace::imaging {
 
@@ -39,6 +40,9 @@ class KINETRACE_API ImageReader {
   /// Errors, all naming the file: kNotFound, kIo, kBadFormat (empty, truncated, damaged), kUnsupported (another
   /// format), kInvalidArgument (size differs from the target), kCapacity (larger than the reader was made for).
   [[nodiscard]] Status read_gray(const char* path, MutableGrayView target);
+
+  /// Decodes to 8-bit colour; grey images have three equal samples. Otherwise as read_gray; kUnsupported for PGM.
+  [[nodiscard]] Status read_rgb(const char* path, ImageView<Rgb8> target);
 
   /// Decodes a single-channel PNG of 8 or 16 bits, or a PGM, without any scaling: for label images (KITTI MOTS).
   /// Errors: as read_gray; kUnsupported for colour, palettes, fewer than 8 bits and JPEG.

@@ -8,6 +8,7 @@
 #include "kinetrace/core/export.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
+#include "kinetrace/imaging/rgb8.hpp"
 
 namespace kinetrace::imaging {
 
@@ -23,7 +24,12 @@ class KINETRACE_API JpegDecoder {
   /// another size than `target`). On an error the pixels of `target` are unspecified.
   [[nodiscard]] Status decode_gray(const char* name, std::span<const std::uint8_t> bytes, MutableGrayView target);
 
+  /// The same in colour.
+  [[nodiscard]] Status decode_rgb(const char* name, std::span<const std::uint8_t> bytes, ImageView<Rgb8> target);
+
  private:
+  [[nodiscard]] Status decode(const char* name, std::span<const std::uint8_t> bytes, int format, int width, int height,
+                              int pitch_bytes, std::uint8_t* samples);
   struct Destroy {
     void operator()(void* handle) const noexcept;
   };

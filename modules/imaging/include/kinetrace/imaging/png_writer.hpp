@@ -6,14 +6,9 @@
 #include "kinetrace/core/export.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
+#include "kinetrace/imaging/rgb8.hpp"
 
 namespace kinetrace::imaging {
-
-struct Rgb8 {
-  std::uint8_t r = 0;
-  std::uint8_t g = 0;
-  std::uint8_t b = 0;
-};
 
 /// kFast takes a fifth of the time for files a fifth larger; kFlat is quicker still for label images: few values over
 /// wide areas.

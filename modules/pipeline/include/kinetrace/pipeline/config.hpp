@@ -107,7 +107,7 @@ void visit_fields(Config& config, Visitor&& visit) {
   visit("features.mask_border_px", f.mask_border_px, "a feature this near a mask border keeps its body, px");
 
   auto& s = config.segmentation;
-  visit("segmentation.mode", s.mode, "none, masks, motion or dds");
+  visit("segmentation.mode", s.mode, "none, masks, motion, dds or onnx");
   visit("segmentation.left_dir", s.left_dir, "masks: folder of left masks, named like the left images");
   visit("segmentation.right_dir", s.right_dir, "masks: folder of right masks, may be empty");
   visit("segmentation.max_objects", s.max_objects, "instances per frame; the largest stay");
@@ -115,6 +115,12 @@ void visit_fields(Config& config, Visitor&& visit) {
   visit("segmentation.dds.timeout_ms", s.dds.timeout_ms,
         "a frame waits so long for masks from another process, ms; then tracks are propagated");
   visit("segmentation.dds.right", s.dds.right, "ask for masks of the right image too");
+  visit("segmentation.onnx.model", s.onnx.model,
+        "YAML file that describes the network; empty: the one that comes with Kinetrace, for simulated pictures");
+  visit("segmentation.onnx.latency_frames", s.onnx.latency_frames,
+        "frames after which the network's answer is used, and the next frame handed to it; 0: each frame waits");
+  visit("segmentation.onnx.threads", s.onnx.threads, "threads that the network uses, beside those of tracking");
+  visit("segmentation.onnx.right", s.onnx.right, "look at the right image too, for twice the time");
   visit("segmentation.motion.sigma_px", s.motion.sigma_px, "standard deviation of a feature's coordinates, px");
   visit("segmentation.motion.ego_sigma_px", s.motion.ego_sigma_px, "error of the ego motion seen as image motion, px");
   visit("segmentation.motion.bias_disparity_px", s.motion.bias_disparity_px, "slowly varying error of disparity, px");

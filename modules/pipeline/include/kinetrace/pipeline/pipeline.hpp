@@ -22,11 +22,11 @@ class KINETRACE_API Pipeline {
   /// Bytes that `create` takes from the arena, by module. Errors: kInvalidConfig.
   [[nodiscard]] static Result<MemoryPlan> plan(const PipelineConfig& config, const StereoGeometry& geometry);
 
-  /// Takes all working memory from `arena`; afterwards the pipeline never allocates. `masks` outlives it; only
-  /// segmentation.mode dds needs one, and waits for it: then the result depends on what arrives in time.
+  /// Takes all working memory from `arena`; afterwards the pipeline never allocates. `makers` of
+  /// masks outlive it; only segmentation.mode dds and onnx need one: then the result depends on what comes in time.
   /// Errors: kInvalidConfig (which key), kCapacity (arena too small), kNotFound (mask folder).
   [[nodiscard]] static Result<Pipeline> create(const PipelineConfig& config, const StereoGeometry& geometry,
-                                               Arena& arena, MaskSource* masks = nullptr);
+                                               Arena& arena, const MaskMakers& makers = {});
 
   Pipeline(Pipeline&&) noexcept;
   Pipeline& operator=(Pipeline&&) noexcept;

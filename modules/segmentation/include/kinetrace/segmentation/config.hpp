@@ -16,6 +16,7 @@ enum class SegmentationMode : std::uint8_t {
   kMasks,   ///< Mask files beside the recording.
   kMotion,  ///< Independently moving regions, from the residual of the ego motion.
   kDds,     ///< Masks that another process sends, see MaskSource.
+  kOnnx,    ///< A neural network in this process, see DelayedMaskSource.
 };
 
 [[nodiscard]] constexpr std::string_view to_string(SegmentationMode mode) noexcept {
@@ -24,14 +25,15 @@ enum class SegmentationMode : std::uint8_t {
     case SegmentationMode::kMasks: return "masks";
     case SegmentationMode::kMotion: return "motion";
     case SegmentationMode::kDds: return "dds";
+    case SegmentationMode::kOnnx: return "onnx";
   }
   return "none";
 }
 
 /// For configuration files; false, and nothing changed, if `text` is none of the names.
 [[nodiscard]] constexpr bool from_string(std::string_view text, SegmentationMode& mode) noexcept {
-  for (const SegmentationMode candidate :
-       {SegmentationMode::kNone, SegmentationMode::kMasks, SegmentationMode::kMotion, SegmentationMode::kDds}) {
+  for (const SegmentationMode candidate : {SegmentationMode::kNone, SegmentationMode::kMasks, SegmentationMode::kMotion,
+                                           SegmentationMode::kDds, SegmentationMode::kOnnx}) {
     if (text == to_string(candidate)) {
       mode = candidate;
       return true;
@@ -66,6 +68,17 @@ struct KINETRACE_API ExternalConfig {
   [[nodiscard]] Status validate() const;
 };
 
+/// Masks from a neural network. Beside tracking, which goes on meanwhile: what the network says of frame k is warped to
+/// frame k + latency_frames, where it is needed.
+struct KINETRACE_API NetworkConfig {
+  std::string model;       ///< YAML file that describes the network; empty: the one that comes with Kinetrace.
+  int latency_frames = 1;  ///< Frames after which its answer is used, and the next frame handed over; 0: wait for it.
+  int threads = 1;         ///< That the network uses, [1, 16].
+  bool right = false;      ///< Look at the right image too, for twice the time; without, the tracker derives its masks.
+
+  [[nodiscard]] Status validate() const;
+};
+
 /// One aggregate for all modes.
 struct KINETRACE_API SegmentationConfig {
   SegmentationMode mode = SegmentationMode::kNone;
@@ -75,12 +88,13 @@ struct KINETRACE_API SegmentationConfig {
   int min_area_px = 64;   ///< Smaller instances are dropped and counted.
   MotionConfig motion;
   ExternalConfig dds;
+  NetworkConfig onnx;
 
   [[nodiscard]] Status validate() const;
 };
 
-/// Understands `none`, `motion`, `dds` and `masks:LEFT_DIR[,RIGHT_DIR]`; everything else keeps its default.
-/// Errors: kInvalidArgument.
+/// Understands `none`, `motion`, `dds`, `onnx[:MODEL.yaml]` and `masks:LEFT_DIR[,RIGHT_DIR]`; everything else keeps its
+/// default. Errors: kInvalidArgument.
 [[nodiscard]] KINETRACE_API Result<SegmentationConfig> parse_segmentation(std::string_view text);
 
 }  // namespace kinetrace::segmentation

@@ -6,9 +6,9 @@
 #include <memory>
 #include <span>
 
-#include "kinetrace/core/fixed_vector.hpp"
 #include "kinetrace/core/instance_masks.hpp"
 #include "kinetrace/segmentation/instance_image.hpp"
+#include "kinetrace/segmentation/mask_canvas.hpp"
 #include "kinetrace/segmentation/segmenter.hpp"
 
 namespace kinetrace::segmentation {
@@ -18,9 +18,6 @@ namespace kinetrace::segmentation {
 /// come in time is counted as missing and has no detections.
 class ExternalSegmenter final : public Segmenter {
  public:
-  /// Masks of one image that are looked at; those beyond are dropped and counted.
-  static constexpr std::size_t kMaxMasks = 256;
-
   [[nodiscard]] static std::size_t required_bytes(const SegmentationConfig& config, const StereoGeometry& geometry);
   /// Errors: kInvalidConfig (also without a source), kCapacity.
   [[nodiscard]] static Result<std::unique_ptr<ExternalSegmenter>> create(const SegmentationConfig& config,
@@ -34,22 +31,15 @@ class ExternalSegmenter final : public Segmenter {
   void reset() override { loaded_ = false; }
 
  private:
-  struct EyeImages {
-    ImageView<std::uint16_t> values;  ///< Position in the list of masks, from 1.
-    MutableLabelView labels;
-    FixedVector<Detection> detections;
-  };
-
   ExternalSegmenter() = default;
   static void carve(const SegmentationConfig& config, const StereoGeometry& geometry, Arena& arena,
                     ExternalSegmenter& segmenter);
-  void draw(std::span<const RunLengthMask> masks, EyeImages& eye) noexcept;
+  void draw(std::span<const RunLengthMask> masks, MaskCanvas& canvas) noexcept;
 
   SegmentationConfig config_;
   MaskSource* masks_ = nullptr;
-  EyeImages left_;
-  EyeImages right_;
-  FixedVector<ListedInstance> listed_;
+  MaskCanvas left_;
+  MaskCanvas right_;  ///< Without memory where nobody asks for masks of the right image.
   InstanceRelabeler relabeler_;
   bool loaded_ = false;
   std::int64_t loaded_frame_index_ = 0;

@@ -1,0 +1,18 @@
+// From the configuration to a neural network that is ready.
+#pragma once
+
+#include <memory>
+
+#include "app_config.hpp"
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
+#include "network_thread.hpp"
+
+namespace kinetrace::app {
+
+/// Null unless segmentation.mode is onnx. `waits`: for a recording, whose frames wait for their masks. Errors: those of
+/// load_model and NetworkThread::create.
+[[nodiscard]] Result<std::unique_ptr<NetworkThread>> start_network(const AppConfig& config,
+                                                                   const StereoGeometry& geometry, bool waits);
+
+}  // namespace kinetrace::app

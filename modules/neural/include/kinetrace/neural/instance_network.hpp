@@ -1,0 +1,66 @@
+// Pictures in, instance masks out: a neural network with all that belongs before and after it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/export.hpp"
+#include "kinetrace/core/instance_masks.hpp"
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/neural/model.hpp"
+#include "kinetrace/neural/picture.hpp"
+
+namespace kinetrace::neural {
+
+struct NetworkOptions {
+  std::string runtime;   ///< The plugin that computes networks: kinetrace-opencv-dnn.so, with its path.
+  int threads = 1;       ///< That the runtime may use, [1, 16].
+  int max_width_px = 0;  ///< Of the pictures.
+  int max_height_px = 0;
+};
+
+/// Running totals.
+struct NetworkCounters {
+  std::uint64_t pictures = 0;
+  std::uint64_t instances = 0;
+  std::uint64_t candidates_dropped = 0;  ///< Beyond kMaxCandidates; the weakest go.
+  std::uint64_t instances_dropped = 0;   ///< Beyond kMaxInstances or kMaxRuns.
+};
+
+/// Letterbox or stretch, network, decoding of its heads, non-maximum suppression, assembly of masks. Memory: from the
+/// arena, but for the network's weights and layers, which the runtime allocates when the model is loaded and first run.
+/// One thread at a time.
+class KINETRACE_API InstanceNetwork {
+ public:
+  static constexpr std::size_t kMaxCandidates = 1024;              ///< Before suppression.
+  static constexpr std::size_t kMaxInstances = 128;                ///< Of one picture.
+  static constexpr std::size_t kMaxRuns = std::size_t{32} << 10U;  ///< Of one picture, all masks together.
+
+  [[nodiscard]] static std::size_t required_bytes(const ModelConfig& model, const NetworkOptions& options);
+  /// Loads the model, checks what it is, and runs it once on a grey picture: afterwards nothing about it can be wrong
+  /// but its answers. Errors: kInvalidConfig (the description, sizes, or classes do not fit the model), kNotFound,
+  /// kBadFormat (not a model, weights that are no numbers), kUnsupported (runtime missing, operators that it lacks or
+  /// computes wrongly), kCapacity (arena).
+  [[nodiscard]] static Result<std::unique_ptr<InstanceNetwork>> create(const ModelConfig& model,
+                                                                       const NetworkOptions& options, Arena& arena);
+  InstanceNetwork(const InstanceNetwork&) = delete;
+  InstanceNetwork& operator=(const InstanceNetwork&) = delete;
+  ~InstanceNetwork();
+
+  /// The instances of a picture, most certain first, masks as they are in the picture; they live until the next call.
+  /// Errors: kInvalidArgument (picture larger than planned), kInternal (the runtime failed).
+  [[nodiscard]] Result<std::span<const RunLengthMask>> segment(const Picture& picture);
+
+  [[nodiscard]] const NetworkCounters& counters() const noexcept;
+
+ private:
+  struct State;
+  explicit InstanceNetwork(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace kinetrace::neural

@@ -1,0 +1,84 @@
+// What a neural network for instance segmentation expects, and what it says.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "kinetrace/core/detections.hpp"
+#include "kinetrace/core/export.hpp"
+#include "kinetrace/core/instance_masks.hpp"
+#include "kinetrace/core/result.hpp"
+
+namespace kinetrace::neural {
+
+/// How boxes, classes and masks are read from a network's outputs.
+enum class ModelFamily : std::uint8_t {
+  kYolov5Seg,  ///< ONNX, exported or with raw heads.
+  kYolov8Seg,  ///< ONNX, exported or with raw heads.
+  kYolo11Seg,  ///< The same heads as YOLOv8-seg.
+  kMaskRcnn,   ///< TensorFlow frozen graph with the outputs detection_out_final and detection_masks.
+};
+
+[[nodiscard]] constexpr std::string_view to_string(ModelFamily family) noexcept {
+  switch (family) {
+    case ModelFamily::kYolov5Seg: return "yolov5-seg";
+    case ModelFamily::kYolov8Seg: return "yolov8-seg";
+    case ModelFamily::kYolo11Seg: return "yolo11-seg";
+    case ModelFamily::kMaskRcnn: return "mask-rcnn";
+  }
+  return "yolov8-seg";
+}
+
+enum class InputColours : std::uint8_t { kGray, kRgb, kBgr };
+enum class InputFit : std::uint8_t {
+  kLetterbox,  ///< Scaled to fit, in the middle, with a border.
+  kStretch,    ///< Scaled in each direction by itself.
+};
+
+/// The tensor that the network takes: [1, channels, height, width], values (grey * scale - mean) / deviation.
+struct KINETRACE_API ModelInput {
+  int width_px = 640;
+  int height_px = 640;
+  InputColours colours = InputColours::kRgb;
+  InputFit fit = InputFit::kLetterbox;
+  float scale = 1.F / 255.F;
+  std::array<float, 3> mean{0.F, 0.F, 0.F};  ///< In the order of `colours`.
+  std::array<float, 3> deviation{1.F, 1.F, 1.F};
+  int pad = 114;  ///< Grey level of the border, before scaling.
+
+  [[nodiscard]] int channels() const noexcept { return colours == InputColours::kGray ? 1 : 3; }
+};
+
+/// A class of the network: what tracking makes of it.
+struct ModelClass {
+  /// Stands for classes that are as if the network had not found them.
+  static constexpr std::uint16_t kDropped = 0xFFFF;
+
+  std::string name;
+  std::uint16_t class_id = kDropped;  ///< kVehicleClass, kPedestrianClass, kIgnoreClass, or kDropped.
+};
+
+struct KINETRACE_API ModelThresholds {
+  float score = 0.25F;   ///< Of an instance, [0, 1].
+  float overlap = 0.5F;  ///< Intersection over union of boxes of one class above which the weaker one goes.
+};
+
+/// A network in a file, and how to use it.
+struct KINETRACE_API ModelConfig {
+  ModelFamily family = ModelFamily::kYolov8Seg;
+  std::string file;   ///< .onnx, or .pb for Mask R-CNN.
+  std::string graph;  ///< .pbtxt beside a .pb; may be empty.
+  ModelInput input;
+  std::vector<ModelClass> classes;  ///< In the order of the network.
+  ModelThresholds thresholds;
+  /// Raw YOLOv5 heads: width and height in pixels of three anchors per level, strides 8, 16, 32.
+  std::array<float, 18> anchors_px{10, 13, 16, 30, 33, 23, 30, 61, 62, 45, 59, 119, 116, 90, 156, 198, 373, 326};
+
+  /// Errors: kInvalidConfig.
+  [[nodiscard]] Status validate() const;
+};
+
+}  // namespace kinetrace::neural

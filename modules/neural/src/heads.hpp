@@ -1,0 +1,44 @@
+// What the outputs of a network mean.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "candidates.hpp"
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/neural/model.hpp"
+#include "runtime.hpp"
+
+namespace kinetrace::neural {
+
+/// Which output is what, found once by the shapes. Channel counts: C classes, M mask coefficients, K classes and masks.
+struct HeadLayout {
+  enum class Kind : std::uint8_t {
+    kColumns,       ///< [1, 4 + C + M, N]: YOLOv8 and 11 as exported.
+    kRows,          ///< [1, N, 5 + C + M]: YOLOv5 as exported.
+    kDistanceMaps,  ///< Per level [1, 4 * 16 + C, h, w], and [1, M, N]: YOLOv8 and 11, raw.
+    kAnchorMaps,    ///< Per level [1, 3, h, w, 5 + C + M]: YOLOv5, raw.
+    kDetections,    ///< [1, 1, N, 7] and [N, C, h, w]: Mask R-CNN.
+  };
+
+  Kind kind = Kind::kColumns;
+  std::array<std::size_t, 3> boxes{};  ///< Indices of outputs; the first, or one per level.
+  std::size_t levels = 1;
+  std::size_t coefficients = 0;  ///< Output of kDistanceMaps.
+  std::size_t masks = 0;         ///< Output with prototypes [1, M, h, w], or the masks of kDetections.
+  int mask_count = 0;            ///< M.
+  int mask_width = 0;            ///< Of the prototypes or masks.
+  int mask_height = 0;
+
+  /// Errors: kUnsupported where no layout of the family fits, kInvalidConfig where the number of classes does not; with
+  /// the shapes found and what would fit.
+  [[nodiscard]] static Result<HeadLayout> find(const ModelConfig& model, std::span<const Tensor> outputs);
+};
+
+/// Adds every box whose score reaches the threshold.
+void decode(const HeadLayout& layout, const ModelConfig& model, std::span<const Tensor> outputs,
+            CandidateList& candidates) noexcept;
+
+}  // namespace kinetrace::neural

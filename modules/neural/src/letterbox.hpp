@@ -1,0 +1,61 @@
+// From a picture to the tensor that a network takes.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/fixed_vector.hpp"
+#include "kinetrace/neural/model.hpp"
+#include "kinetrace/neural/picture.hpp"
+
+namespace kinetrace::neural {
+
+/// Where a picture lies in the network's input: input = picture * scale + offset, with pixel centres at halves.
+struct Placement {
+  double scale_x = 1.0;
+  double scale_y = 1.0;
+  int x0 = 0;  ///< The part of the input that the picture fills.
+  int y0 = 0;
+  int width = 0;
+  int height = 0;
+
+  [[nodiscard]] static Placement of(int width_px, int height_px, const ModelInput& input) noexcept;
+  [[nodiscard]] double input_x(double picture_x) const noexcept { return picture_x * scale_x + x0; }
+  [[nodiscard]] double input_y(double picture_y) const noexcept { return picture_y * scale_y + y0; }
+  [[nodiscard]] double picture_x(double input_x) const noexcept { return (input_x - x0) / scale_x; }
+  [[nodiscard]] double picture_y(double input_y) const noexcept { return (input_y - y0) / scale_y; }
+};
+
+/// Resamples pictures with a triangle filter as wide as a pixel of the coarser side, so that shrinking does not alias.
+class Letterbox {
+ public:
+  Letterbox() = default;
+  Letterbox(const ModelInput& input, int max_width_px, int max_height_px, Arena& arena);
+
+  /// Writes the tensor, channels() * height * width values. `picture` is at most as large as planned.
+  void fill(const Picture& picture, const Placement& placement, std::span<float> tensor);
+
+ private:
+  /// Which samples of a line make one of another, with what weights.
+  struct Taps {
+    int first = 0;
+    int count = 0;
+    int first_weight = 0;
+  };
+  struct Line {
+    FixedVector<Taps> taps;
+    FixedVector<float> weights;
+  };
+  static void set_line(Line& line, int from, int to) noexcept;
+  void resample(const Picture& picture, int channel, const Placement& placement) noexcept;
+  void put(float value_scale, float value_offset, const Placement& placement, float* plane) const noexcept;
+
+  ModelInput input_;
+  Line columns_;
+  Line rows_;
+  std::span<float> wide_;   ///< Picture's rows, input's columns.
+  std::span<float> small_;  ///< The picture as the input has it.
+};
+
+}  // namespace kinetrace::neural

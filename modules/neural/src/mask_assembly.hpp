@@ -1,0 +1,69 @@
+// Masks in the picture, of what a network says in its own coarse grid.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "candidates.hpp"
+#include "heads.hpp"
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/fixed_vector.hpp"
+#include "kinetrace/core/instance_masks.hpp"
+#include "letterbox.hpp"
+
+namespace kinetrace::neural {
+
+/// A picture, and where it lies in the network's input.
+struct PlacedPicture {
+  int width_px = 0;
+  int height_px = 0;
+  Placement placement;
+};
+
+/// Prototype masks weighted by an instance's coefficients (Bolya et al. 2019, YOLACT, eq. 1), or the grid of a Mask
+/// R-CNN (He et al. 2017, sec. 3), interpolated bilinearly and cut where it is as probable as not, within the box.
+class MaskAssembly {
+ public:
+  MaskAssembly() = default;
+  MaskAssembly(std::size_t max_masks, std::size_t max_runs, std::size_t max_grid_values, Arena& arena);
+
+  void clear() noexcept;
+  /// False, and nothing is added, where there is no room. A mask without a pixel is left out. `grid`: the output with
+  /// prototypes or masks.
+  [[nodiscard]] bool add(const Candidate& candidate, std::uint16_t class_id, const HeadLayout& layout,
+                         const Tensor& grid, const PlacedPicture& picture) noexcept;
+  [[nodiscard]] std::span<const RunLengthMask> masks() const noexcept { return masks_.span(); }
+
+ private:
+  /// The cells of the grid that matter for a box; cell c of the grid covers input pixels origin + [c, c + 1) * cell_px.
+  struct Window {
+    int x0 = 0;
+    int y0 = 0;
+    int width = 0;
+    int height = 0;
+    double origin_x = 0.0;
+    double origin_y = 0.0;
+    double cell_width_px = 1.0;
+    double cell_height_px = 1.0;
+  };
+  [[nodiscard]] static Window window_of_prototypes(const Box& box, const HeadLayout& layout) noexcept;
+  [[nodiscard]] static Window window_of_detection(const Box& box, const HeadLayout& layout) noexcept;
+  void weigh_prototypes(const Candidate& candidate, const Tensor& prototypes, const Window& window) noexcept;
+  void take_probabilities(const Candidate& candidate, const Window& window) noexcept;
+  /// Interpolates the row at this height of the input.
+  void blend_rows(double input_y, const Window& window) noexcept;
+  [[nodiscard]] float value_at(double input_x, const Window& window) const noexcept;
+  /// Adds the runs of the pixels of `box_px`; the number of pixels inside, or none where there is no room.
+  [[nodiscard]] std::optional<std::size_t> trace(const PixelBox& box_px, const Placement& placement,
+                                                 const Window& window) noexcept;
+  [[nodiscard]] bool add_run(std::size_t length) noexcept;
+
+  FixedVector<RunLengthMask> masks_;
+  FixedVector<std::uint16_t> runs_;
+  std::span<float> values_;  ///< Of the window: above 0 inside.
+  std::span<float> row_;
+};
+
+}  // namespace kinetrace::neural

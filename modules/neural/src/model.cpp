@@ -1,0 +1,50 @@
+#include "kinetrace/neural/model.hpp"
+
+#include "kinetrace/core/config_check.hpp"
+
+namespace kinetrace::neural {
+namespace {
+
+constexpr int kStride = 32;  // Of a YOLO's coarsest level.
+
+Status check_input(const ModelConfig& model) {
+  const ModelInput& input = model.input;
+  const Status in_range = first_failure({
+      check_range("input.width", input.width_px, kStride, 4096),
+      check_range("input.height", input.height_px, kStride, 4096),
+      check_range("input.pad", input.pad, 0, 255),
+      check_range("input.scale", input.scale, 1e-6F, 1e6F),
+  });
+  if (!in_range) {
+    return in_range;
+  }
+  for (const float deviation : input.deviation) {
+    if (!(deviation > 0.F)) {
+      return fail(ErrorCode::kInvalidConfig, "input.std must be above 0");
+    }
+  }
+  if (model.family != ModelFamily::kMaskRcnn && (input.width_px % kStride != 0 || input.height_px % kStride != 0)) {
+    return fail(ErrorCode::kInvalidConfig, "input.width and input.height must be multiples of 32, not " +
+                                               std::to_string(input.width_px) + " and " +
+                                               std::to_string(input.height_px));
+  }
+  return {};
+}
+
+}  // namespace
+
+Status ModelConfig::validate() const {
+  if (file.empty()) {
+    return fail(ErrorCode::kInvalidConfig, "model must name the network's file");
+  }
+  if (classes.empty()) {
+    return fail(ErrorCode::kInvalidConfig, "classes must name the network's classes, in its order");
+  }
+  return first_failure({
+      check_input(*this),
+      check_range("thresholds.score", thresholds.score, 0.F, 1.F),
+      check_range("thresholds.overlap", thresholds.overlap, 0.F, 1.F),
+  });
+}
+
+}  // namespace kinetrace::neural

@@ -1,0 +1,46 @@
+// Run-length masks drawn into one label image.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/detections.hpp"
+#include "kinetrace/core/fixed_vector.hpp"
+#include "kinetrace/core/instance_masks.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
+#include "kinetrace/segmentation/config.hpp"
+#include "kinetrace/segmentation/instance_image.hpp"
+
+namespace kinetrace::segmentation {
+
+/// Draws the masks of one image, earlier ones over later ones, and makes detections of them.
+class MaskCanvas {
+ public:
+  /// Masks of one image that are looked at; those beyond are dropped and counted.
+  static constexpr std::size_t kMaxMasks = 256;
+
+  MaskCanvas() = default;
+  MaskCanvas(const StereoGeometry& geometry, int max_objects, Arena& arena);
+
+  /// Replaces what was drawn before.
+  void draw(std::span<const RunLengthMask> masks) noexcept;
+  /// Numbers what was drawn, or what has been made of it in `drawn()`; returns how many masks were dropped, those that
+  /// draw() did not look at included.
+  int finish(const SegmentationConfig& config, InstanceRelabeler& relabeler) noexcept;
+
+  /// Position in the list of masks, from 1, for every pixel.
+  [[nodiscard]] ImageView<std::uint16_t> drawn() const noexcept { return values_; }
+  [[nodiscard]] std::size_t mask_count() const noexcept { return listed_.size(); }
+  [[nodiscard]] LabelView labels() const noexcept { return labels_; }
+  [[nodiscard]] std::span<const Detection> detections() const noexcept { return detections_.span(); }
+
+ private:
+  ImageView<std::uint16_t> values_;
+  MutableLabelView labels_;
+  FixedVector<Detection> detections_;
+  FixedVector<ListedInstance> listed_;
+  std::size_t not_drawn_ = 0;
+};
+
+}  // namespace kinetrace::segmentation

@@ -1,0 +1,63 @@
+// Masks of an earlier frame, moved to where their objects are now.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include <Eigen/Core>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/feature_frame.hpp"
+#include "kinetrace/core/fixed_vector.hpp"
+#include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/instance_masks.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
+#include "kinetrace/segmentation/mask_canvas.hpp"
+
+namespace kinetrace::segmentation {
+
+/// Features that were seen in a mask then and are seen still tell how it has moved: a shift and a scale, by least
+/// squares over those that agree with the median shift. Where too few do, the nearest features around tell the shift.
+class MaskWarp {
+ public:
+  MaskWarp() = default;
+  MaskWarp(const StereoGeometry& geometry, int max_features, Arena& arena);
+
+  /// Where features are in the frame whose masks will come.
+  void remember(std::span<const Feature> features) noexcept;
+  /// Moves what `canvas` has drawn of that frame to the present one.
+  void warp(std::span<const Feature> now, Eye eye, MaskCanvas& canvas) noexcept;
+
+ private:
+  struct Sighting {
+    std::uint32_t id = 0;
+    Eigen::Vector2f left_px{0.F, 0.F};
+    float u_right_px = kNoRight;
+  };
+  struct Motion {
+    std::uint16_t mask = 0;  ///< Its value on the canvas.
+    Eigen::Vector2f then_px{0.F, 0.F};
+    Eigen::Vector2f now_px{0.F, 0.F};
+  };
+  /// now = then * scale + shift_px
+  struct Similarity {
+    float scale = 1.F;
+    Eigen::Vector2f shift_px{0.F, 0.F};
+  };
+
+  void collect(std::span<const Feature> now, Eye eye, ImageView<const std::uint16_t> drawn) noexcept;
+  void find_boxes(ImageView<const std::uint16_t> drawn, std::size_t masks) noexcept;
+  [[nodiscard]] Similarity motion_of(std::uint16_t mask) noexcept;
+  [[nodiscard]] Similarity motion_around(const PixelBox& box_px) noexcept;
+  [[nodiscard]] Eigen::Vector2f median_shift(std::span<const Motion> motions) noexcept;
+  void move(std::uint16_t mask, const Similarity& motion, ImageView<std::uint16_t> target) const noexcept;
+
+  FixedVector<Sighting> then_;  ///< By slot.
+  FixedVector<Motion> motions_;
+  FixedVector<Motion> chosen_;
+  FixedVector<float> sorted_;
+  FixedVector<PixelBox> boxes_px_;  ///< By mask, from 1.
+  ImageView<std::uint16_t> earlier_;
+};
+
+}  // namespace kinetrace::segmentation

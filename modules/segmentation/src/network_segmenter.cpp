@@ -1,0 +1,126 @@
+#include "kinetrace/segmentation/network_segmenter.hpp"
+
+#include <string>
+
+namespace kinetrace::segmentation {
+
+void NetworkSegmenter::carve(const SegmentationConfig& config, const StereoGeometry& geometry, int max_features,
+                             Arena& arena, NetworkSegmenter& segmenter) {
+  segmenter.left_ = MaskCanvas(geometry, config.max_objects, arena);
+  if (config.onnx.right) {
+    segmenter.right_ = MaskCanvas(geometry, config.max_objects, arena);
+  }
+  segmenter.warp_ = MaskWarp(geometry, max_features, arena);
+  segmenter.relabeler_ = InstanceRelabeler(arena);
+}
+
+std::size_t NetworkSegmenter::required_bytes(const SegmentationConfig& config, const StereoGeometry& geometry,
+                                             int max_features) {
+  return measure_bytes([&](Arena& arena) {
+    NetworkSegmenter segmenter;
+    carve(config, geometry, max_features, arena, segmenter);
+  });
+}
+
+Result<std::unique_ptr<NetworkSegmenter>> NetworkSegmenter::create(const SegmentationConfig& config,
+                                                                   const StereoGeometry& geometry, int max_features,
+                                                                   Arena& arena, DelayedMaskSource* network) {
+  if (const Status valid = config.validate(); !valid) {
+    return Unexpected(valid.error());
+  }
+  if (network == nullptr) {
+    return fail(ErrorCode::kInvalidConfig, "segmentation.mode onnx: there is no network; give Pipeline::create one");
+  }
+  std::unique_ptr<NetworkSegmenter> segmenter(new NetworkSegmenter());
+  segmenter->config_ = config;
+  segmenter->network_ = network;
+  carve(config, geometry, max_features, arena, *segmenter);
+  if (arena.exhausted()) {
+    return fail(ErrorCode::kCapacity, "segmentation: the arena does not hold " +
+                                          std::to_string(required_bytes(config, geometry, max_features)) +
+                                          " bytes; size it with segmentation::required_bytes");
+  }
+  return segmenter;
+}
+
+void NetworkSegmenter::load(const RectifiedPair& pair) {
+  loaded_frame_index_ = pair.frame_index;
+  collected_ = nullptr;
+  if (under_way_) {
+    ++under_way_->age_frames;
+  }
+  is_due_ = !under_way_ ? config_.onnx.latency_frames == 0 : under_way_->age_frames >= config_.onnx.latency_frames;
+  if (under_way_) {
+    collect();
+  }
+  if (!under_way_) {
+    network_->offer(pair);
+    under_way_.emplace();
+  }
+}
+
+void NetworkSegmenter::collect() noexcept {
+  if (under_way_->is_wanted && under_way_->age_frames < config_.onnx.latency_frames) {
+    return;
+  }
+  const DelayedMasks result = network_->take();
+  if (!result.done) {
+    return;
+  }
+  if (under_way_->is_wanted) {
+    collected_ = result.masks;
+    collected_age_frames_ = under_way_->age_frames;
+  }
+  under_way_.reset();
+}
+
+Result<DetectionFrame> NetworkSegmenter::process(const SegmentationInput& input) {
+  if (loaded_frame_index_ != input.pair.frame_index) {
+    return fail(ErrorCode::kIllegalState,
+                "segmentation: load() was not called for frame " + std::to_string(input.pair.frame_index));
+  }
+  ++counters_.frames;
+  DetectionFrame frame;
+  if (under_way_ && under_way_->age_frames == 0 && config_.onnx.latency_frames == 0) {
+    collect();
+  }
+  if (collected_ != nullptr) {
+    deliver(input, frame);
+  }
+  counters_.frames_missing += is_due_ && !frame.available ? 1 : 0;
+  // After the masks of the frame before have been moved.
+  if (under_way_ && under_way_->age_frames == 0) {
+    warp_.remember(input.features);
+  }
+  return frame;
+}
+
+void NetworkSegmenter::deliver(const SegmentationInput& input, DetectionFrame& frame) noexcept {
+  const auto draw = [&](std::span<const RunLengthMask> masks, Eye eye, MaskCanvas& canvas) {
+    canvas.draw(masks);
+    if (collected_age_frames_ > 0) {
+      warp_.warp(input.features, eye, canvas);
+    }
+    counters_.detections_dropped += static_cast<std::uint64_t>(canvas.finish(config_, relabeler_));
+  };
+  draw(collected_->left, Eye::kLeft, left_);
+  frame.available = true;
+  frame.left_labels = left_.labels();
+  frame.left = left_.detections();
+  counters_.detections += frame.left.size();
+  if (config_.onnx.right) {
+    draw(collected_->right, Eye::kRight, right_);
+    frame.right_labels = right_.labels();
+    frame.right = right_.detections();
+  }
+}
+
+void NetworkSegmenter::reset() {
+  loaded_frame_index_.reset();
+  collected_ = nullptr;
+  if (under_way_) {
+    under_way_->is_wanted = false;
+  }
+}
+
+}  // namespace kinetrace::segmentation

@@ -1,0 +1,162 @@
+// Runs with a neural network, from outside.
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "program.hpp"
+#include "small_recording.hpp"
+#include "temp_folder.hpp"
+
+namespace kinetrace::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+std::string text_of(const fs::path& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+class NetworkRun : public ::testing::Test {
+ protected:
+  void SetUp() override { recording_.write(); }
+  /// The YAML file of a network that finds what is bright, see tests/unit/neural/make_models.
+  [[nodiscard]] std::string model(const std::string& network = "yolov8-seg.onnx") const {
+    const fs::path file = scratch_.path() / "model.yaml";
+    std::ofstream(file) << "family: yolov8-seg\nmodel: " << KINETRACE_MODELS << "/" << network
+                        << "\ninput: {width: 128, height: 64}\nclasses: [white, red]\n"
+                           "use: {white: vehicle, red: person}\nthresholds: {score: 0.5, overlap: 0.45}\n";
+    return file.string();
+  }
+  [[nodiscard]] std::vector<std::string> command(const char* name, const std::vector<std::string>& settings,
+                                                 int loop = 1) const {
+    std::vector<std::string> all{"run",
+                                 "--dataset",
+                                 recording_.dataset(),
+                                 "--out",
+                                 out(name).string(),
+                                 "--quiet",
+                                 "--segmentation",
+                                 "onnx:" + model(),
+                                 "--loop",
+                                 std::to_string(loop),
+                                 "--set",
+                                 "memory.budget_mib=256"};
+    for (const std::string& setting : settings) {
+      all.insert(all.end(), {"--set", setting});
+    }
+    return all;
+  }
+  [[nodiscard]] fs::path out(const char* name) const { return scratch_.path() / name; }
+  [[nodiscard]] json report(const char* name) const {
+    return json::parse(text_of(out(name) / "run.json"), nullptr, false);
+  }
+
+  TempFolder scratch_;
+  SmallRecording recording_{.root = scratch_.path() / "recording"};
+};
+
+TEST_F(NetworkRun, ARecordingGivesTheSameEveryTime) {
+  for (const char* latency : {"0", "1", "3"}) {
+    const std::string setting = std::string("segmentation.onnx.latency_frames=") + latency;
+    for (const char* name : {"first", "second"}) {
+      const ProgramResult result = run_kinetrace(command(name, {setting}, 3));
+      ASSERT_EQ(result.exit_code, 0) << result.err;
+    }
+    for (const char* file : {"camera.tum", "objects.csv", "mots.txt"}) {
+      EXPECT_EQ(text_of(out("first") / file), text_of(out("second") / file)) << file << " with latency " << latency;
+    }
+    EXPECT_GT(report("first")["counters"]["detections"], 0) << latency;
+    EXPECT_EQ(report("first")["counters"]["detection_frames_missing"], 0) << latency;
+    EXPECT_EQ(report("first")["health"]["worst"], "ok") << latency;
+    EXPECT_EQ(report("first")["allocations_after_start"], 0) << latency;
+  }
+}
+
+TEST_F(NetworkRun, ItsMemoryIsInThePlanAndInTheBudget) {
+  std::vector<std::string> small = command("out", {});
+  small.insert(small.end(), {"--set", "memory.budget_mib=30"});
+  const ProgramResult refused = run_kinetrace(small);
+  EXPECT_EQ(refused.exit_code, 78);
+  EXPECT_THAT(refused.err, HasSubstr("memory.budget_mib"));
+  const ProgramResult plan = run_kinetrace({"plan", "--set", "segmentation.mode=onnx", "--set",
+                                            "segmentation.onnx.model=" + model(), "--set", "memory.budget_mib=256"});
+  EXPECT_EQ(plan.exit_code, 0) << plan.err;
+  EXPECT_THAT(plan.out, HasSubstr("neural network"));
+}
+
+TEST_F(NetworkRun, WhatIsWrongWithAModelIsSaidInOneLineAtTheStart) {
+  const auto refused = [&](const std::string& yaml) {
+    return run_kinetrace(
+        {"run", "--dataset", recording_.dataset(), "--out", out("out").string(), "--segmentation", "onnx:" + yaml});
+  };
+  EXPECT_EQ(refused("/nowhere/model.yaml").exit_code, 66);
+  EXPECT_EQ(refused(model("nowhere.onnx")).exit_code, 66);
+  EXPECT_EQ(refused(model("not-a-model.onnx")).exit_code, 65);
+  EXPECT_EQ(refused(model("nan-weights.onnx")).exit_code, 65);
+  EXPECT_EQ(refused(model("huge-classes.onnx")).exit_code, 78);
+  EXPECT_EQ(refused(std::string(KINETRACE_MODELS) + "/yolov8-seg.onnx").exit_code, 78);
+  const ProgramResult operators = refused(model("rejected-operator.onnx"));
+  EXPECT_EQ(operators.exit_code, 65);
+  EXPECT_EQ(std::count(operators.err.begin(), operators.err.end(), '\n'), 1) << operators.err;
+  EXPECT_FALSE(fs::exists(out("out"))) << "nothing was begun";
+}
+
+// A copy of the program with another plugin beside it, which never answers after the start.
+TEST_F(NetworkRun, ANetworkThatHangsDegradesHealthAndTrackingGoesOn) {
+  const fs::path program = scratch_.path() / "kinetrace";
+  fs::copy_file(KINETRACE_PROGRAM, program);
+  fs::copy_file(KINETRACE_HANGING_RUNTIME, scratch_.path() / "kinetrace-opencv-dnn.so");
+  // Played like a camera, which does not wait.
+  std::vector<std::string> all = command("out", {"live.mode=on"}, 10);
+  all.insert(all.begin(), program.string());
+  const std::string err = (scratch_.path() / "err").string();
+  EXPECT_EQ(await_end(start_program(all, (scratch_.path() / "printed").string(), err)), 0);
+  const json run = report("out");
+  EXPECT_GT(run["frames"], 10) << text_of(err);
+  EXPECT_EQ(run["health"]["worst"], "degraded");
+  bool is_named = false;
+  for (const json& entry : run["health"]["reasons"]) {
+    is_named = is_named || entry["reason"] == "masks_missing";
+  }
+  EXPECT_TRUE(is_named) << run["health"];
+}
+
+TEST_F(NetworkRun, SegmentWritesMasksAndPictures) {
+  const ProgramResult result =
+      run_kinetrace({"segment", recording_.image(0, 0).string(), recording_.image(1, 1).string(), "--model", model(),
+                     "--out", out("masks").string()});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("instances in"));
+  for (const char* kind : {"masks", "overlay"}) {
+    EXPECT_TRUE(fs::exists(out("masks") / kind / recording_.image(0, 0).filename())) << kind;
+    EXPECT_TRUE(fs::exists(out("masks") / kind / recording_.image(1, 1).filename())) << kind;
+  }
+  EXPECT_EQ(run_kinetrace({"segment", "/nowhere.png", "--model", model(), "--out", out("masks").string()}).exit_code,
+            66);
+  EXPECT_EQ(run_kinetrace({"segment", model(), "--model", model(), "--out", out("masks").string()}).exit_code, 65)
+      << "not a picture";
+}
+
+TEST_F(NetworkRun, DoctorTimesIt) {
+  const ProgramResult result =
+      run_kinetrace({"doctor", "--set", "segmentation.mode=onnx", "--set", "segmentation.onnx.model=" + model()});
+  EXPECT_THAT(result.out, HasSubstr("ok    network"));
+  EXPECT_THAT(result.out, HasSubstr("ms a frame"));
+  const ProgramResult wrong = run_kinetrace(
+      {"doctor", "--set", "segmentation.mode=onnx", "--set", "segmentation.onnx.model=" + model("nan-weights.onnx")});
+  EXPECT_EQ(wrong.exit_code, 1);
+  EXPECT_THAT(wrong.out, HasSubstr("FAIL  network"));
+}
+
+}  // namespace
+}  // namespace kinetrace::test

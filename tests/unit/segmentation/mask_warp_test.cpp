@@ -1,0 +1,156 @@
+#include "kinetrace/segmentation/mask_warp.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace kinetrace::segmentation {
+namespace {
+
+constexpr StereoGeometry kGeometry{
+    .fx_px = 200.0, .fy_px = 200.0, .cx_px = 80.0, .cy_px = 60.0, .baseline_m = 0.5, .width_px = 160, .height_px = 120};
+constexpr int kFeatures = 200;
+
+class MaskWarpTest : public ::testing::Test {
+ protected:
+  MaskWarpTest() { config_.min_area_px = 1; }
+
+  void draw(const std::vector<PixelBox>& boxes) {
+    masks_.clear();
+    runs_.clear();
+    for (const PixelBox& box : boxes) {
+      runs_.push_back(std::make_unique<std::vector<std::uint16_t>>(
+          std::vector<std::uint16_t>{0, static_cast<std::uint16_t>(box.width() * box.height())}));
+      masks_.push_back({kVehicleClass, 1.F, box, *runs_.back()});
+    }
+    canvas_.draw(masks_);
+  }
+  /// Features on a grid in `box`, which `motion` moves until now. Disparity 10 then and `disparity` now.
+  template <typename Motion>
+  void features_in(const PixelBox& box, Motion&& motion, float disparity = 10.F, int step = 4) {
+    for (int y = box.y0 + step / 2; y < box.y1; y += step) {
+      for (int x = box.x0 + step / 2; x < box.x1; x += step) {
+        Feature feature;
+        feature.id = static_cast<std::uint32_t>(then_.size() + 1);
+        feature.slot = static_cast<std::uint16_t>(then_.size());
+        feature.left_px = {static_cast<float>(x), static_cast<float>(y)};
+        feature.u_right_px = feature.left_px.x() - 10.F;
+        then_.push_back(feature);
+        feature.left_px = motion(feature.left_px);
+        feature.u_right_px = feature.left_px.x() - disparity;
+        now_.push_back(feature);
+      }
+    }
+  }
+  std::vector<Detection> warped(Eye eye = Eye::kLeft) {
+    warp_.remember(then_);
+    warp_.warp(now_, eye, canvas_);
+    static_cast<void>(canvas_.finish(config_, relabeler_));
+    return {canvas_.detections().begin(), canvas_.detections().end()};
+  }
+  static void expect_near(const PixelBox& box, const PixelBox& expected, int tolerance_px = 1) {
+    EXPECT_NEAR(box.x0, expected.x0, tolerance_px);
+    EXPECT_NEAR(box.y0, expected.y0, tolerance_px);
+    EXPECT_NEAR(box.x1, expected.x1, tolerance_px);
+    EXPECT_NEAR(box.y1, expected.y1, tolerance_px);
+  }
+
+  SegmentationConfig config_;
+  Arena arena_{1 << 22};
+  MaskCanvas canvas_{kGeometry, 8, arena_};
+  MaskWarp warp_{kGeometry, kFeatures, arena_};
+  InstanceRelabeler relabeler_{arena_};
+  std::vector<RunLengthMask> masks_;
+  std::vector<std::unique_ptr<std::vector<std::uint16_t>>> runs_;
+  std::vector<Feature> then_;
+  std::vector<Feature> now_;
+};
+
+TEST_F(MaskWarpTest, AMaskMovesWithItsFeatures) {
+  const PixelBox box{20, 30, 60, 60};
+  draw({box});
+  features_in(box, [](Eigen::Vector2f p) -> Eigen::Vector2f { return p + Eigen::Vector2f(12.F, -7.F); });
+  const auto found = warped();
+  ASSERT_EQ(found.size(), 1U);
+  expect_near(found[0].box_px, {32, 23, 72, 53}, 0);
+  EXPECT_EQ(found[0].area_px, 40 * 30);
+}
+
+TEST_F(MaskWarpTest, AMaskGrowsWithItsFeatures) {
+  const PixelBox box{20, 30, 60, 60};
+  draw({box});
+  features_in(box, [](Eigen::Vector2f p) -> Eigen::Vector2f { return 1.2F * p - Eigen::Vector2f(8.F, 9.F); });
+  const auto found = warped();
+  ASSERT_EQ(found.size(), 1U);
+  expect_near(found[0].box_px, {16, 27, 64, 63});
+  EXPECT_NEAR(found[0].area_px, 48 * 36, 100);
+}
+
+TEST_F(MaskWarpTest, FeaturesThatGoTheirOwnWayHaveNoSay) {
+  const PixelBox box{20, 30, 60, 60};
+  draw({box});
+  int count = 0;
+  features_in(box, [&](Eigen::Vector2f p) -> Eigen::Vector2f {
+    return ++count % 3 == 0 ? p : p + Eigen::Vector2f(12.F, -7.F);  // A third shows what lies behind.
+  });
+  expect_near(warped()[0].box_px, {32, 23, 72, 53});
+}
+
+TEST_F(MaskWarpTest, TwoMasksMoveApart) {
+  const PixelBox first{20, 30, 50, 60};
+  const PixelBox second{90, 30, 120, 60};
+  draw({first, second});
+  features_in(first, [](Eigen::Vector2f p) -> Eigen::Vector2f { return p - Eigen::Vector2f(10.F, 0.F); });
+  features_in(second, [](Eigen::Vector2f p) -> Eigen::Vector2f { return p + Eigen::Vector2f(10.F, 0.F); });
+  const auto found = warped();
+  ASSERT_EQ(found.size(), 2U);
+  expect_near(found[0].box_px, {10, 30, 40, 60}, 0);
+  expect_near(found[1].box_px, {100, 30, 130, 60}, 0);
+}
+
+TEST_F(MaskWarpTest, WithoutFeaturesItGoesWithWhatIsAround) {
+  const PixelBox box{60, 50, 70, 60};
+  draw({box});
+  features_in({20, 30, 50, 80}, [](Eigen::Vector2f p) -> Eigen::Vector2f { return p + Eigen::Vector2f(5.F, 3.F); });
+  expect_near(warped()[0].box_px, {65, 53, 75, 63}, 0);
+}
+
+TEST_F(MaskWarpTest, WithoutAnyFeatureItStays) {
+  draw({{60, 50, 70, 60}});
+  expect_near(warped()[0].box_px, {60, 50, 70, 60}, 0);
+}
+
+TEST_F(MaskWarpTest, AFeatureThatIsAnotherNowIsNotFollowed) {
+  const PixelBox box{20, 30, 60, 60};
+  draw({box});
+  features_in(box, [](Eigen::Vector2f p) -> Eigen::Vector2f { return p + Eigen::Vector2f(12.F, 0.F); });
+  for (Feature& feature : now_) {
+    feature.id += 1000;  // The slots have been given to others.
+  }
+  expect_near(warped()[0].box_px, box, 0);
+}
+
+TEST_F(MaskWarpTest, InTheRightImageDisparityCounts) {
+  const PixelBox box{20, 30, 60, 60};
+  draw({box});
+  features_in(
+      {30, 30, 70, 60}, [](Eigen::Vector2f p) -> Eigen::Vector2f { return p + Eigen::Vector2f(4.F, 0.F); }, 13.F);
+  expect_near(warped(Eye::kRight)[0].box_px, {21, 30, 61, 60}, 0);
+}
+
+TEST_F(MaskWarpTest, WhatLeavesThePictureIsCutOrGone) {
+  const PixelBox box{120, 30, 150, 60};
+  draw({box});
+  features_in(box, [](Eigen::Vector2f p) -> Eigen::Vector2f { return p + Eigen::Vector2f(20.F, 0.F); });
+  expect_near(warped()[0].box_px, {140, 30, 160, 60}, 0);
+  then_.clear();
+  now_.clear();
+  draw({box});
+  features_in(box, [](Eigen::Vector2f p) -> Eigen::Vector2f { return p + Eigen::Vector2f(90.F, 0.F); });
+  EXPECT_TRUE(warped().empty());
+}
+
+}  // namespace
+}  // namespace kinetrace::segmentation

@@ -1,0 +1,152 @@
+#include "kinetrace/segmentation/network_segmenter.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace kinetrace::segmentation {
+namespace {
+
+constexpr StereoGeometry kGeometry{
+    .fx_px = 100.0, .fy_px = 100.0, .cx_px = 32.0, .cy_px = 24.0, .baseline_m = 0.5, .width_px = 64, .height_px = 48};
+
+/// Is done when a test says so.
+class ScriptedNetwork final : public DelayedMaskSource {
+ public:
+  void offer(const RectifiedPair& pair) noexcept override { offered.push_back(pair.frame_index); }
+  [[nodiscard]] DelayedMasks take() noexcept override {
+    ++asked;
+    return {is_done, is_done && !fails ? &masks : nullptr};
+  }
+
+  std::vector<std::int64_t> offered;
+  int asked = 0;
+  bool is_done = true;
+  bool fails = false;
+  MaskSet masks;
+};
+
+class NetworkSegmenterTest : public ::testing::Test {
+ protected:
+  NetworkSegmenterTest() {
+    config_.mode = SegmentationMode::kOnnx;
+    config_.min_area_px = 1;
+    network_.masks.left = {&mask_, 1};
+    network_.masks.right = {&mask_, 1};
+  }
+  void make(int latency_frames) {
+    config_.onnx.latency_frames = latency_frames;
+    arena_ = std::make_unique<Arena>(required_bytes(config_, kGeometry, 10));
+    segmenter_ = make_segmenter(config_, kGeometry, 10, *arena_, {.external = nullptr, .network = &network_}).value();
+  }
+  /// Three features in the mask move a pixel to the right with every frame.
+  DetectionFrame run(std::int64_t index) {
+    for (std::uint16_t i = 0; i < 3; ++i) {
+      features_[i].id = i + 1U;
+      features_[i].slot = i;
+      features_[i].left_px = {static_cast<float>(12 + 3 * i + index), 12.F};
+      features_[i].u_right_px = features_[i].left_px.x();
+    }
+    SegmentationInput input;
+    input.pair.frame_index = index;
+    input.features = features_;
+    segmenter_->load(input.pair);
+    return segmenter_->process(input).value();
+  }
+
+  SegmentationConfig config_;
+  ScriptedNetwork network_;
+  std::vector<std::uint16_t> runs_{0, 100};
+  RunLengthMask mask_{kVehicleClass, 0.9F, {10, 10, 20, 20}, runs_};
+  std::vector<Feature> features_{3};
+  std::unique_ptr<Arena> arena_;
+  std::unique_ptr<Segmenter> segmenter_;
+};
+
+TEST_F(NetworkSegmenterTest, WithoutLatencyEveryFrameHasItsMasks) {
+  make(0);
+  for (int i = 0; i < 3; ++i) {
+    const DetectionFrame frame = run(i);
+    ASSERT_TRUE(frame.available);
+    ASSERT_EQ(frame.left.size(), 1U);
+    EXPECT_EQ(frame.left[0].box_px.x0, 10) << "of this very frame: nothing to move";
+  }
+  EXPECT_EQ(network_.offered, (std::vector<std::int64_t>{0, 1, 2}));
+  EXPECT_EQ(segmenter_->counters().frames_missing, 0U);
+}
+
+TEST_F(NetworkSegmenterTest, MasksComeLaterAndWhereTheirObjectIsThen) {
+  make(2);
+  std::vector<bool> available;
+  for (int i = 0; i < 6; ++i) {
+    const DetectionFrame frame = run(i);
+    available.push_back(frame.available);
+    if (frame.available) {
+      EXPECT_EQ(frame.left[0].box_px.x0, 12) << "two frames on";
+    }
+  }
+  EXPECT_EQ(available, (std::vector<bool>{false, false, true, false, true, false}));
+  EXPECT_EQ(network_.offered, (std::vector<std::int64_t>{0, 2, 4}));
+  EXPECT_EQ(segmenter_->counters().frames_missing, 0U) << "none was to come in between";
+}
+
+TEST_F(NetworkSegmenterTest, ASlowNetworkIsTakenWhenItIsDone) {
+  make(1);
+  network_.is_done = false;
+  EXPECT_FALSE(run(0).available);
+  EXPECT_FALSE(run(1).available);
+  EXPECT_FALSE(run(2).available);
+  EXPECT_EQ(segmenter_->counters().frames_missing, 2U);
+  network_.is_done = true;
+  const DetectionFrame frame = run(3);
+  ASSERT_TRUE(frame.available);
+  EXPECT_EQ(frame.left[0].box_px.x0, 13) << "three frames on";
+  EXPECT_EQ(network_.offered, (std::vector<std::int64_t>{0, 3}));
+}
+
+TEST_F(NetworkSegmenterTest, AFailureCostsItsMasksAndNoMore) {
+  make(1);
+  network_.fails = true;
+  EXPECT_FALSE(run(0).available);
+  EXPECT_FALSE(run(1).available);
+  EXPECT_EQ(segmenter_->counters().frames_missing, 1U);
+  network_.fails = false;
+  EXPECT_TRUE(run(2).available);
+}
+
+TEST_F(NetworkSegmenterTest, TheRightImageIsLookedAtIfAskedFor) {
+  config_.onnx.right = true;
+  make(1);
+  static_cast<void>(run(0));
+  const DetectionFrame frame = run(1);
+  ASSERT_EQ(frame.right.size(), 1U);
+  EXPECT_EQ(frame.right[0].box_px.x0, 11);
+}
+
+TEST_F(NetworkSegmenterTest, AfterAResetWhatWasUnderWayIsNotUsed) {
+  make(1);
+  static_cast<void>(run(0));
+  segmenter_->reset();
+  EXPECT_FALSE(run(1).available);
+  EXPECT_EQ(network_.offered, (std::vector<std::int64_t>{0, 1}));
+  EXPECT_TRUE(run(2).available);
+}
+
+TEST_F(NetworkSegmenterTest, FramesThatWereNotLoadedAreRefused) {
+  make(1);
+  EXPECT_EQ(segmenter_->process({}).error().code, ErrorCode::kIllegalState);
+}
+
+TEST_F(NetworkSegmenterTest, WithoutANetworkOrMemoryThereIsNone) {
+  Arena enough(required_bytes(config_, kGeometry, 10));
+  EXPECT_EQ(make_segmenter(config_, kGeometry, 10, enough).error().code, ErrorCode::kInvalidConfig);
+  Arena small(required_bytes(config_, kGeometry, 10) - 1);
+  EXPECT_EQ(make_segmenter(config_, kGeometry, 10, small, {.external = nullptr, .network = &network_}).error().code,
+            ErrorCode::kCapacity);
+}
+
+}  // namespace
+}  // namespace kinetrace::segmentation
