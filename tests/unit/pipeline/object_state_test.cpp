@@ -169,5 +169,39 @@ TEST_F(ObjectStateTest, GoesOnAsItWentWhereItsLastPosesAreTooUnsureToShowIt) {
   EXPECT_NEAR(gone_on.T_world_obj.translation.z() - told.T_world_obj.translation.z(), 0.4 * velocity_mps.z(), 0.05);
 }
 
+// It leaves the image at the border while its velocity is wrongly known; another vehicle comes in there, and the track
+// goes on with that.
+TEST_F(ObjectStateTest, DoesNotCoastAwayFromWhatIsSeen) {
+  const auto at_the_border = [this](const std::vector<Feature>& features) {
+    Track seen = track(box_of(features));
+    seen.box_px.x0 = 0;
+    return seen;
+  };
+  const Vector6d approaching = (Vector6d() << Eigen::Vector3d::Zero(), Eigen::Vector3d(0.0, 0.0, -8.0)).finished();
+  ObjectResult told;
+  for (int frame = 0; frame < 12; ++frame) {
+    const std::vector<Feature> first = front({-0.5, 0.2, 15.0 - 0.8 * frame});
+    if (frame == 0) {
+      object_.begin(at_the_border(first));
+    }
+    observe(object_, at_the_border(first), first);
+    object_.report(told);
+    object_.learn_motion(told.T_world_obj, approaching);
+  }
+  ASSERT_EQ(told.status, BodyStatus::kTracked);
+  const Vector6d wild = (Vector6d() << Eigen::Vector3d::Zero(), Eigen::Vector3d(-10.0, 0.0, -90.0)).finished();
+  object_.learn_motion(told.T_world_obj, wild);
+  constexpr double kSecond_z_m = 8.0;
+  std::vector<Feature> second = front({-0.5, 0.2, kSecond_z_m});
+  for (Feature& feature : second) {
+    feature.id += 100;
+  }
+  for (int frame = 0; frame < 10; ++frame) {
+    observe(object_, at_the_border(second), second);
+    object_.report(told);
+    EXPECT_NEAR(told.T_world_obj.translation.z(), kSecond_z_m, 4.0) << "frame " << frame;
+  }
+}
+
 }  // namespace
 }  // namespace kinetrace::pipeline
