@@ -1,10 +1,12 @@
 #include "listener_process.hpp"
 
 #include <array>
+#include <chrono>
 #include <csignal>
 #include <poll.h>
 #include <sstream>
 #include <sys/wait.h>
+#include <thread>
 #include <unistd.h>
 
 namespace kinetrace::test {
@@ -72,6 +74,8 @@ void ListenerProcess::thaw() const {
 
 std::map<std::string, long> ListenerProcess::finish() {
   constexpr int kPatience_ms = 10'000;
+  // What was sent last is still under way.
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
   ::kill(pid_, SIGTERM);
   std::map<std::string, long> messages;
   for (std::string line = read_line(kPatience_ms); !line.empty(); line = read_line(kPatience_ms)) {
