@@ -70,24 +70,6 @@ class FileReader {
   std::map<std::string, int> line_of_;
 };
 
-Result<std::string> read_text(const std::filesystem::path& path) {
-  std::error_code error;
-  const std::uintmax_t bytes = std::filesystem::file_size(path, error);
-  if (error == std::errc::no_such_file_or_directory) {
-    return fail(ErrorCode::kNotFound, path.string() + ": no such configuration file; `kinetrace config` prints one");
-  }
-  if (error || bytes > kMaxFileBytes) {
-    return fail(ErrorCode::kInvalidConfig, path.string() + ": not a configuration file (a YAML text below 1 MiB)");
-  }
-  std::ifstream file(path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  if (!file) {
-    return fail(ErrorCode::kIo, path.string() + ": cannot be read; check its permissions");
-  }
-  return text.str();
-}
-
 // A field's place in a nested tree: its section names and its own.
 std::vector<std::string> split_key(const std::string& key) {
   std::vector<std::string> parts;
@@ -112,6 +94,24 @@ nlohmann::ordered_json json_value(const ConfigField& field) {
 
 }  // namespace
 
+Result<std::string> read_text(const std::filesystem::path& path, const std::string& missing, const std::string& unfit) {
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) {
+    return fail(ErrorCode::kNotFound, path.string() + ": " + missing);
+  }
+  const std::uintmax_t bytes = std::filesystem::file_size(path, error);
+  if (error || bytes > kMaxFileBytes) {
+    return fail(ErrorCode::kInvalidConfig, path.string() + ": " + unfit);
+  }
+  std::ifstream file(path);
+  std::ostringstream text;
+  text << file.rdbuf();
+  if (!file) {
+    return fail(ErrorCode::kIo, path.string() + ": cannot be read; check its permissions");
+  }
+  return text.str();
+}
+
 Status read_config_text(const std::string& name, std::string_view text, const ConfigFields& fields) {
   try {
     const YAML::Node root = YAML::Load(std::string(text));
@@ -128,7 +128,8 @@ Status read_config_text(const std::string& name, std::string_view text, const Co
 }
 
 Status read_config_file(const std::filesystem::path& path, const ConfigFields& fields) {
-  const Result<std::string> text = read_text(path);
+  const Result<std::string> text = read_text(path, "no such configuration file; `kinetrace config` prints one",
+                                             "not a configuration file (a YAML text below 1 MiB)");
   return text ? read_config_text(path.string(), *text, fields) : Status(Unexpected(text.error()));
 }
 

@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <initializer_list>
 #include <map>
-#include <sstream>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -14,6 +12,7 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include "config_file.hpp"
 #include "program_folder.hpp"
 
 namespace kinetrace::app {
@@ -27,7 +26,6 @@ using neural::ModelConfig;
 using neural::ModelFamily;
 
 constexpr const char* kDefaultModel = "kinetrace-sim.yaml";
-constexpr std::uintmax_t kMaxFileBytes = 1 << 20;
 
 template <typename Value>
 using Names = std::initializer_list<std::pair<const char*, Value>>;
@@ -199,27 +197,15 @@ class ModelReader {
 };
 
 Result<std::string> text_of(const fs::path& path) {
-  std::error_code error;
-  if (!fs::exists(path, error)) {
-    return fail(ErrorCode::kNotFound, path.string() +
-                                          ": no such model; give the YAML file that describes a network, see the guide "
-                                          "\"Your own model\" in modules/neural/README.md");
-  }
+  const std::string guide = "see the guide \"Your own model\" in modules/neural/README.md";
+  const std::string unfit =
+      "is not the description of a model; write a YAML file beside the network, " + guide + ", and give that";
   const fs::path ending = path.extension();
-  if (ending == ".onnx" || ending == ".pb" || !fs::is_regular_file(path, error) ||
-      fs::file_size(path, error) > kMaxFileBytes) {
-    return fail(ErrorCode::kInvalidConfig,
-                path.string() +
-                    ": is not the description of a model; write a YAML file beside the network, see the "
-                    "guide \"Your own model\" in modules/neural/README.md, and give that");
+  std::error_code error;
+  if ((ending == ".onnx" || ending == ".pb") && fs::exists(path, error)) {
+    return fail(ErrorCode::kInvalidConfig, path.string() + ": " + unfit);
   }
-  std::ifstream file(path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  if (!file) {
-    return fail(ErrorCode::kIo, path.string() + ": cannot be read; check its permissions");
-  }
-  return text.str();
+  return read_text(path, "no such model; give the YAML file that describes a network, " + guide, unfit);
 }
 
 Result<fs::path> default_model() {
