@@ -15,13 +15,13 @@ namespace kinetrace::app {
 /// YAML).
 [[nodiscard]] Status read_config_file(const std::filesystem::path& path, const ConfigFields& fields);
 
+/// The same for a text; errors call it `name`.
+[[nodiscard]] Status read_config_text(const std::string& name, std::string_view text, const ConfigFields& fields);
+
 /// A text below 1 MiB. Errors: kNotFound and kInvalidConfig (too large, no file), with what the path is not and the
 /// remedy as `missing` and `unfit` say; kIo.
 [[nodiscard]] Result<std::string> read_text(const std::filesystem::path& path, const std::string& missing,
                                             const std::string& unfit);
-
-/// The same for a text; errors call it `name`.
-[[nodiscard]] Status read_config_text(const std::string& name, std::string_view text, const ConfigFields& fields);
 
 /// Applies one `key=value` of the command line. Errors: kInvalidConfig.
 [[nodiscard]] Status apply_setting(std::string_view setting, const ConfigFields& fields);
