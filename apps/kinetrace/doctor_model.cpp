@@ -25,7 +25,7 @@ double time_ms(NetworkThread& network, const StereoGeometry& geometry) {
   pair.right = image;
   pair.geometry = geometry;
   for (int i = 0; i < kFrames; ++i) {
-    network.offer(pair);
+    network.offer(pair, {});
     static_cast<void>(network.take());
   }
   return network.counters().median_ms;

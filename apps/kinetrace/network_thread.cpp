@@ -72,6 +72,7 @@ struct NetworkThread::Shared {
   // Written by who offers while idle, read by the thread while asked.
   MutableGrayView left;
   MutableGrayView right;
+  PixelBox region_px;  ///< Of the left image, which alone is looked at then; empty: all of what there is.
   std::array<Answer, 2> answers;
   std::size_t asked_answer = 0;  ///< That the thread fills; the pipeline reads the other one.
 
@@ -113,18 +114,20 @@ struct NetworkThread::Shared {
   }
 
   Status segment(Answer& answer) {
-    const auto look = [&](GrayView image, MaskStore& store) -> Status {
-      const auto found = network->segment(image);
+    const PixelBox whole_px{0, 0, left.width, left.height};
+    const auto look = [&](GrayView image, const PixelBox& part_px, MaskStore& store) -> Status {
+      const auto found = network->segment(image, part_px);
       if (!found) {
         return Unexpected(found.error());
       }
       store.keep(*found);
       return {};
     };
-    if (Status seen = look(left, answer.left); !seen) {
+    if (Status seen = look(left, region_px.empty() ? whole_px : region_px, answer.left); !seen) {
       return seen;
     }
-    if (Status seen = config.right ? look(right, answer.right) : Status{}; !seen) {
+    answer.right.keep({});
+    if (Status seen = config.right && region_px.empty() ? look(right, whole_px, answer.right) : Status{}; !seen) {
       return seen;
     }
     answer.set = {answer.left.masks.span(), answer.right.masks.span()};
@@ -208,11 +211,12 @@ NetworkThread::~NetworkThread() {
   }
 }
 
-void NetworkThread::offer(const RectifiedPair& pair) noexcept {
+void NetworkThread::offer(const RectifiedPair& pair, const PixelBox& region_px) noexcept {
   copy_image<std::uint8_t>(pair.left, shared_->left);
-  if (shared_->config.right) {
+  if (shared_->config.right && region_px.empty()) {
     copy_image<std::uint8_t>(pair.right, shared_->right);
   }
+  shared_->region_px = region_px;
   const std::lock_guard lock(shared_->mutex);
   shared_->state = Shared::State::kAsked;
   shared_->changed.notify_all();

@@ -41,7 +41,7 @@ class NetworkThread final : public DelayedMaskSource {
                                                                      const StereoGeometry& geometry);
   ~NetworkThread() override;
 
-  void offer(const RectifiedPair& pair) noexcept override;
+  void offer(const RectifiedPair& pair, const PixelBox& region_px) noexcept override;
   [[nodiscard]] DelayedMasks take() noexcept override;
 
   /// By how much the resident set has grown through it, at the start: libraries, weights, layers, buffers.

@@ -82,6 +82,17 @@ TEST_F(NetworkRun, ARecordingGivesTheSameEveryTime) {
   }
 }
 
+TEST_F(NetworkRun, RegionsBetweenWholeImagesGiveTheSameEveryTimeToo) {
+  for (const char* name : {"first", "second"}) {
+    const ProgramResult result = run_kinetrace(command(name, {"segmentation.onnx.regions=2"}, 3));
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+  }
+  EXPECT_EQ(text_of(out("first") / "objects.csv"), text_of(out("second") / "objects.csv"));
+  EXPECT_EQ(report("first")["counters"]["detection_frames_missing"], 0);
+  EXPECT_EQ(report("first")["health"]["worst"], "ok");
+  EXPECT_EQ(report("first")["allocations_after_start"], 0);
+}
+
 TEST_F(NetworkRun, ItsMemoryIsInThePlanAndInTheBudget) {
   std::vector<std::string> small = command("out", {});
   small.insert(small.end(), {"--set", "memory.budget_mib=30"});

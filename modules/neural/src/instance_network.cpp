@@ -192,16 +192,25 @@ Result<std::unique_ptr<InstanceNetwork>> InstanceNetwork::create(const ModelConf
 }
 
 Result<std::span<const RunLengthMask>> InstanceNetwork::segment(const Picture& picture) {
+  return segment(picture, {0, 0, picture.width_px, picture.height_px});
+}
+
+Result<std::span<const RunLengthMask>> InstanceNetwork::segment(const Picture& picture, const PixelBox& part_px) {
   State& state = *state_;
-  if (picture.width_px > state.options.max_width_px || picture.height_px > state.options.max_height_px ||
-      picture.width_px < 1 || picture.height_px < 1) {
+  if (picture.width_px > state.options.max_width_px || picture.height_px > state.options.max_height_px) {
     return fail(ErrorCode::kInvalidArgument, "segmentation.onnx: a picture of " + std::to_string(picture.width_px) +
                                                  "x" + std::to_string(picture.height_px) +
                                                  " pixels is not what the network was made for");
   }
-  const PlacedPicture placed{picture.width_px, picture.height_px,
-                             Placement::of(picture.width_px, picture.height_px, state.model.input)};
-  state.letterbox.fill(picture, placed.placement, state.input);
+  if (part_px.empty() || part_px.x0 < 0 || part_px.y0 < 0 || part_px.x1 > picture.width_px ||
+      part_px.y1 > picture.height_px) {
+    return fail(ErrorCode::kInvalidArgument,
+                "segmentation.onnx: the part to look at is empty, or not in the picture of " +
+                    std::to_string(picture.width_px) + "x" + std::to_string(picture.height_px) + " pixels");
+  }
+  const PlacedPicture placed{picture.width_px, picture.height_px, part_px,
+                             Placement::of(part_px.width(), part_px.height(), state.model.input)};
+  state.letterbox.fill(picture.part(part_px), placed.placement, state.input);
   const Result<std::span<const Tensor>> outputs = state.runtime->run(state.input);
   if (!outputs) {
     return Unexpected(outputs.error());

@@ -8,14 +8,26 @@ namespace kinetrace::neural {
 namespace {
 
 constexpr double kPrototypeCell_px = 4.0;
+/// As precisely as networks place the edges of boxes.
+constexpr int kAtBorder_px = 3;
 
 PixelBox box_in_picture(const Box& box, const PlacedPicture& picture) noexcept {
-  const auto pixel = [](double position, int size) {
-    return static_cast<int>(std::clamp(std::round(position), 0.0, static_cast<double>(size)));
+  const auto pixel = [](double position, int first, int end) {
+    return static_cast<int>(
+        std::clamp(std::round(first + position), static_cast<double>(first), static_cast<double>(end)));
   };
   const Placement& placement = picture.placement;
-  return {pixel(placement.picture_x(box.x0), picture.width_px), pixel(placement.picture_y(box.y0), picture.height_px),
-          pixel(placement.picture_x(box.x1), picture.width_px), pixel(placement.picture_y(box.y1), picture.height_px)};
+  const PixelBox& part = picture.part_px;
+  return {pixel(placement.picture_x(box.x0), part.x0, part.x1), pixel(placement.picture_y(box.y0), part.y0, part.y1),
+          pixel(placement.picture_x(box.x1), part.x0, part.x1), pixel(placement.picture_y(box.y1), part.y0, part.y1)};
+}
+
+/// At a border of the part that is not the picture's.
+bool is_cut(const PixelBox& box, const PlacedPicture& picture) noexcept {
+  const PixelBox& part = picture.part_px;
+  return (part.x0 > 0 && box.x0 < part.x0 + kAtBorder_px) || (part.y0 > 0 && box.y0 < part.y0 + kAtBorder_px) ||
+         (part.x1 < picture.width_px && box.x1 > part.x1 - kAtBorder_px) ||
+         (part.y1 < picture.height_px && box.y1 > part.y1 - kAtBorder_px);
 }
 
 }  // namespace
@@ -113,15 +125,15 @@ bool MaskAssembly::add_run(std::size_t length) noexcept {
   return runs_.push_back(static_cast<std::uint16_t>(length));
 }
 
-std::optional<std::size_t> MaskAssembly::trace(const PixelBox& box_px, const Placement& placement,
+std::optional<std::size_t> MaskAssembly::trace(const PixelBox& box_px, const PlacedPicture& picture,
                                                const Window& window) noexcept {
   std::size_t pixels = 0;
   std::size_t run = 0;
   bool inside = false;
   for (int y = box_px.y0; y < box_px.y1; ++y) {
-    blend_rows(placement.input_y(y + 0.5), window);
+    blend_rows(picture.placement.input_y(y - picture.part_px.y0 + 0.5), window);
     for (int x = box_px.x0; x < box_px.x1; ++x) {
-      const bool is_mask = value_at(placement.input_x(x + 0.5), window) > 0.F;
+      const bool is_mask = value_at(picture.placement.input_x(x - picture.part_px.x0 + 0.5), window) > 0.F;
       if (is_mask != inside) {
         if (!add_run(run)) {
           return std::nullopt;
@@ -139,7 +151,7 @@ std::optional<std::size_t> MaskAssembly::trace(const PixelBox& box_px, const Pla
 bool MaskAssembly::add(const Candidate& candidate, std::uint16_t class_id, const HeadLayout& layout, const Tensor& grid,
                        const PlacedPicture& picture) noexcept {
   const PixelBox box_px = box_in_picture(candidate.box, picture);
-  if (box_px.empty()) {
+  if (box_px.empty() || is_cut(box_px, picture)) {
     return true;
   }
   Window window;
@@ -151,7 +163,7 @@ bool MaskAssembly::add(const Candidate& candidate, std::uint16_t class_id, const
     weigh_prototypes(candidate, grid, window);
   }
   const std::size_t first = runs_.size();
-  const std::optional<std::size_t> pixels = trace(box_px, picture.placement, window);
+  const std::optional<std::size_t> pixels = trace(box_px, picture, window);
   const bool has_room = pixels && !masks_.full();
   if (!has_room || *pixels == 0) {
     runs_.resize(first);

@@ -15,11 +15,12 @@
 
 namespace kinetrace::neural {
 
-/// A picture, and where it lies in the network's input.
+/// A part of a picture, and where that lies in the network's input.
 struct PlacedPicture {
-  int width_px = 0;
+  int width_px = 0;  ///< Of the picture.
   int height_px = 0;
-  Placement placement;
+  PixelBox part_px;     ///< Of it, that the network has seen.
+  Placement placement;  ///< Of the part.
 };
 
 /// Prototype masks weighted by an instance's coefficients (Bolya et al. 2019, YOLACT, eq. 1), or the grid of a Mask
@@ -30,8 +31,8 @@ class MaskAssembly {
   MaskAssembly(std::size_t max_masks, std::size_t max_runs, std::size_t max_grid_values, Arena& arena);
 
   void clear() noexcept;
-  /// False, and nothing is added, where there is no room. A mask without a pixel is left out. `grid`: the output with
-  /// prototypes or masks.
+  /// False, and nothing is added, where there is no room. A mask without a pixel is left out, and so is what goes on
+  /// beyond the part of the picture that was seen. `grid`: the output with prototypes or masks.
   [[nodiscard]] bool add(const Candidate& candidate, std::uint16_t class_id, const HeadLayout& layout,
                          const Tensor& grid, const PlacedPicture& picture) noexcept;
   [[nodiscard]] std::span<const RunLengthMask> masks() const noexcept { return masks_.span(); }
@@ -56,7 +57,7 @@ class MaskAssembly {
   void blend_rows(double input_y, const Window& window) noexcept;
   [[nodiscard]] float value_at(double input_x, const Window& window) const noexcept;
   /// Adds the runs of the pixels of `box_px`; the number of pixels inside, or none where there is no room.
-  [[nodiscard]] std::optional<std::size_t> trace(const PixelBox& box_px, const Placement& placement,
+  [[nodiscard]] std::optional<std::size_t> trace(const PixelBox& box_px, const PlacedPicture& picture,
                                                  const Window& window) noexcept;
   [[nodiscard]] bool add_run(std::size_t length) noexcept;
 

@@ -217,7 +217,7 @@ Result<const FrameResult*> Pipeline::process(const RectifiedPair& pair, StageObs
   }
   {
     const StageScope capture(observer, Stage::kCapture);
-    self.segmenter->load(pair);
+    self.segmenter->load(pair, self.tracker.tracks());
   }
   Result<FeatureFrame> frame;
   {

@@ -29,6 +29,7 @@ Status NetworkConfig::validate() const {
   return first_failure({
       check_range("segmentation.onnx.latency_frames", latency_frames, 0, 100),
       check_range("segmentation.onnx.threads", threads, 1, 16),
+      check_range("segmentation.onnx.regions", regions, 0, 4),
   });
 }
 

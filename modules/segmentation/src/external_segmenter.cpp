@@ -41,7 +41,7 @@ Result<std::unique_ptr<ExternalSegmenter>> ExternalSegmenter::create(const Segme
   return segmenter;
 }
 
-void ExternalSegmenter::load(const RectifiedPair& pair) {
+void ExternalSegmenter::load(const RectifiedPair& pair, std::span<const Track> /*tracks*/) {
   masks_->request(pair);
   loaded_ = true;
   loaded_frame_index_ = pair.frame_index;

@@ -93,7 +93,7 @@ Result<std::unique_ptr<MaskFileSegmenter>> MaskFileSegmenter::create(const Segme
   return segmenter;
 }
 
-void MaskFileSegmenter::load(const RectifiedPair& pair) {
+void MaskFileSegmenter::load(const RectifiedPair& pair, std::span<const Track> /*tracks*/) {
   load_eye(left_, pair.name);
   load_eye(right_, pair.name);
   loaded_ = true;

@@ -34,6 +34,7 @@ Result<std::unique_ptr<NetworkSegmenter>> NetworkSegmenter::create(const Segment
   std::unique_ptr<NetworkSegmenter> segmenter(new NetworkSegmenter());
   segmenter->config_ = config;
   segmenter->network_ = network;
+  segmenter->chooser_ = RegionChooser(geometry);
   carve(config, geometry, max_features, arena, *segmenter);
   if (arena.exhausted()) {
     return fail(ErrorCode::kCapacity, "segmentation: the arena does not hold " +
@@ -43,7 +44,7 @@ Result<std::unique_ptr<NetworkSegmenter>> NetworkSegmenter::create(const Segment
   return segmenter;
 }
 
-void NetworkSegmenter::load(const RectifiedPair& pair) {
+void NetworkSegmenter::load(const RectifiedPair& pair, std::span<const Track> tracks) {
   loaded_frame_index_ = pair.frame_index;
   collected_ = nullptr;
   if (under_way_) {
@@ -54,9 +55,15 @@ void NetworkSegmenter::load(const RectifiedPair& pair) {
     collect();
   }
   if (!under_way_) {
-    network_->offer(pair);
-    under_way_.emplace();
+    under_way_.emplace(UnderWay{.region_px = next_region(tracks)});
+    network_->offer(pair, under_way_->region_px);
   }
+}
+
+PixelBox NetworkSegmenter::next_region(std::span<const Track> tracks) noexcept {
+  const PixelBox region_px = regions_left_ > 0 ? chooser_.choose(tracks) : PixelBox{};
+  regions_left_ = region_px.empty() ? config_.onnx.regions : regions_left_ - 1;
+  return region_px;
 }
 
 void NetworkSegmenter::collect() noexcept {
@@ -69,7 +76,7 @@ void NetworkSegmenter::collect() noexcept {
   }
   if (under_way_->is_wanted) {
     collected_ = result.masks;
-    collected_age_frames_ = under_way_->age_frames;
+    collected_as_ = *under_way_;
   }
   under_way_.reset();
 }
@@ -98,17 +105,18 @@ Result<DetectionFrame> NetworkSegmenter::process(const SegmentationInput& input)
 void NetworkSegmenter::deliver(const SegmentationInput& input, DetectionFrame& frame) noexcept {
   const auto draw = [&](std::span<const RunLengthMask> masks, Eye eye, MaskCanvas& canvas) {
     canvas.draw(masks);
-    if (collected_age_frames_ > 0) {
+    if (collected_as_.age_frames > 0) {
       warp_.warp(input.features, eye, canvas);
     }
     counters_.detections_dropped += static_cast<std::uint64_t>(canvas.finish(config_, relabeler_));
   };
   draw(collected_->left, Eye::kLeft, left_);
   frame.available = true;
+  frame.searched_px = collected_as_.region_px;
   frame.left_labels = left_.labels();
   frame.left = left_.detections();
   counters_.detections += frame.left.size();
-  if (config_.onnx.right) {
+  if (config_.onnx.right && frame.searched_px.empty()) {
     draw(collected_->right, Eye::kRight, right_);
     frame.right_labels = right_.labels();
     frame.right = right_.detections();
@@ -118,6 +126,8 @@ void NetworkSegmenter::deliver(const SegmentationInput& input, DetectionFrame& f
 void NetworkSegmenter::reset() {
   loaded_frame_index_.reset();
   collected_ = nullptr;
+  chooser_.reset();
+  regions_left_ = 0;
   if (under_way_) {
     under_way_->is_wanted = false;
   }

@@ -480,7 +480,7 @@ void StereoTracker::associate(const DetectionFrame& detections, std::span<const 
     if (instance.detection >= 0) {
       accept_match(instance, detections.left[static_cast<std::size_t>(instance.detection)]);
     } else {
-      accept_miss(instance, detections.available);
+      accept_miss(instance, detections.has_looked_at(instance.overlap.box_px));
     }
   }
 }
@@ -572,11 +572,11 @@ void StereoTracker::learn_motion(TrackInstance& instance, const Detection& detec
   instance.motion = Similarity::about(center(predicted), scale, shift) * instance.motion;
 }
 
-void StereoTracker::accept_miss(TrackInstance& instance, bool available) noexcept {
+void StereoTracker::accept_miss(TrackInstance& instance, bool was_looked_for) noexcept {
   Track& track = instance.track;
   ++track.missed_frames;
   const bool tentative = track.state == TrackState::kTentative;
-  instance.tentative_missed_frames += tentative && available ? 1 : 0;
+  instance.tentative_missed_frames += tentative && was_looked_for ? 1 : 0;
   track.state = state_of(instance, config_);
   const bool placed = !tentative && instance.forecast.known;
   instance.missed_in_sight_frames += placed && out_of_sight(instance) ? 0 : 1;

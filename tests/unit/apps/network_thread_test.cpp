@@ -61,7 +61,7 @@ TEST(NetworkThread, AnswersForBothEyes) {
   const auto network = NetworkThread::create(config(true, true), kGeometry);
   ASSERT_TRUE(network) << network.error().message;
   const Pictures pictures;
-  (*network)->offer(pictures.pair());
+  (*network)->offer(pictures.pair(), {});
   const DelayedMasks masks = (*network)->take();
   ASSERT_TRUE(masks.done);
   ASSERT_NE(masks.masks, nullptr);
@@ -72,13 +72,29 @@ TEST(NetworkThread, AnswersForBothEyes) {
   EXPECT_GT((*network)->counters().median_ms, 0.0);
 }
 
+TEST(NetworkThread, OfARegionOnlyWhatTheLeftEyeSeesThere) {
+  const auto network = NetworkThread::create(config(true, true), kGeometry);
+  ASSERT_TRUE(network) << network.error().message;
+  const Pictures pictures;
+  (*network)->offer(pictures.pair(), {32, 0, 128, 64});
+  const DelayedMasks with = (*network)->take();
+  ASSERT_EQ(with.masks->left.size(), 1U);
+  const PixelBox& box = with.masks->left[0].box_px;
+  EXPECT_NEAR(0.5 * (box.x0 + box.x1), 80.0, 8.0) << "in the whole image; to a cell of the network";
+  EXPECT_TRUE(with.masks->right.empty());
+  (*network)->offer(pictures.pair(), {0, 0, 64, 64});
+  EXPECT_TRUE((*network)->take().masks->left.empty());
+  (*network)->offer(pictures.pair(), {});
+  EXPECT_EQ((*network)->take().masks->right.size(), 1U) << "the whole image is looked at with both eyes again";
+}
+
 TEST(NetworkThread, AnAnswerStaysWhileTheNextFrameIsWorkedOn) {
   const auto network = NetworkThread::create(config(true), kGeometry);
   ASSERT_TRUE(network) << network.error().message;
   const Pictures pictures;
-  (*network)->offer(pictures.pair());
+  (*network)->offer(pictures.pair(), {});
   const DelayedMasks first = (*network)->take();
-  (*network)->offer(pictures.pair(true));
+  (*network)->offer(pictures.pair(true), {});
   std::this_thread::sleep_for(std::chrono::milliseconds(50));
   ASSERT_EQ(first.masks->left.size(), 1U);
   EXPECT_TRUE(fits(first.masks->left[0], kGeometry.width_px, kGeometry.height_px));
@@ -89,7 +105,7 @@ TEST(NetworkThread, ACameraDoesNotWait) {
   const auto network = NetworkThread::create(config(false), kGeometry);
   ASSERT_TRUE(network) << network.error().message;
   const Pictures pictures;
-  (*network)->offer(pictures.pair());
+  (*network)->offer(pictures.pair(), {});
   DelayedMasks masks;
   const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(20);
   while (!masks.done && std::chrono::steady_clock::now() < give_up) {
@@ -104,7 +120,7 @@ TEST(NetworkThread, WhatIsUnderWayAtTheEndIsNotWaitedForLong) {
   for (int i = 0; i < 20; ++i) {
     const auto network = NetworkThread::create(config(false), kGeometry);
     ASSERT_TRUE(network) << network.error().message;
-    (*network)->offer(pictures.pair());
+    (*network)->offer(pictures.pair(), {});
   }
 }
 
@@ -126,7 +142,7 @@ TEST(NetworkThread, ANetworkThatHangsIsLeftBehind) {
     const auto network = NetworkThread::create(hanging, kGeometry);
     ASSERT_TRUE(network) << network.error().message;
     const Pictures pictures;
-    (*network)->offer(pictures.pair());
+    (*network)->offer(pictures.pair(), {});
     EXPECT_FALSE((*network)->take().done) << "waited for once";
     const auto waited = std::chrono::steady_clock::now();
     for (int i = 0; i < 100; ++i) {

@@ -228,6 +228,37 @@ TEST(InstanceNetwork, CountsWhatItFound) {
   EXPECT_EQ(made->network->counters().instances, 4U);
 }
 
+TEST(InstanceNetwork, OfAPartWhatLiesWhollyInItWhereItIsInThePicture) {
+  const Result<Network> made = make(model("yolov8-seg.onnx", ModelFamily::kYolov8Seg), 256, 128);
+  ASSERT_TRUE(made) << made.error().message;
+  const PixelBox inside{160, 80, 184, 104};
+  const PixelBox cut{120, 72, 136, 88};
+  const PixelBox elsewhere{16, 16, 40, 40};
+  const Blobs blobs = Blobs(1, 256, 128).add(inside, kWhite).add(cut, kWhite).add(elsewhere, kWhite);
+  const auto masks = made->network->segment(blobs.picture(), {128, 64, 256, 128});
+  ASSERT_TRUE(masks) << masks.error().message;
+  ASSERT_EQ(masks->size(), 1U);
+  expect_covers((*masks)[0], inside);
+}
+
+TEST(InstanceNetwork, WhatEndsWithThePictureIsNotCutByThePart) {
+  const Result<Network> made = make(model("yolov8-seg.onnx", ModelFamily::kYolov8Seg), 256, 128);
+  ASSERT_TRUE(made) << made.error().message;
+  const PixelBox at_border{232, 80, 256, 104};
+  const Blobs blobs = Blobs(1, 256, 128).add(at_border, kWhite);
+  const auto masks = made->network->segment(blobs.picture(), {128, 64, 256, 128});
+  ASSERT_EQ(masks->size(), 1U);
+  expect_covers((*masks)[0], at_border);
+}
+
+TEST(InstanceNetwork, PartsThatAreNotInThePictureAreRefused) {
+  const Result<Network> made = make(model("yolov8-seg.onnx", ModelFamily::kYolov8Seg));
+  const Blobs blobs(1);
+  for (const PixelBox& part : {PixelBox{}, PixelBox{-1, 0, 10, 10}, PixelBox{0, 0, kWidth, kHeight + 1}}) {
+    EXPECT_EQ(made->network->segment(blobs.picture(), part).error().code, ErrorCode::kInvalidArgument);
+  }
+}
+
 TEST(InstanceNetwork, PicturesLargerThanPlannedAreRefused) {
   const Result<Network> made = make(model("yolov8-seg.onnx", ModelFamily::kYolov8Seg));
   const Blobs large(3, kWidth + 1, kHeight);

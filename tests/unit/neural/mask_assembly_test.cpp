@@ -27,7 +27,7 @@ class Assembly : public ::testing::Test {
     ModelInput input;
     input.width_px = input.height_px = kInput;
     return assembly_.add({box, 0.9F, 0, {coefficients.data(), 1}}, kVehicleClass, layout_, grid_,
-                         {width, height, Placement::of(width, height, input)});
+                         {width, height, {0, 0, width, height}, Placement::of(width, height, input)});
   }
   static std::size_t area(const RunLengthMask& mask) {
     std::size_t pixels = 0;

@@ -31,7 +31,7 @@ TEST(SegmentationAllocations, AreNoneForMotion) {
     input.ego_valid = i > 0;
     input.T_prev_cam = test::driven(0.5);
     const std::uint64_t before = allocation_counts().own;
-    segmenter->load(input.pair);
+    segmenter->load(input.pair, {});
     detections += segmenter->process(input)->left.size();
     own += allocation_counts().own - before;
   }
@@ -57,7 +57,7 @@ TEST(SegmentationAllocations, AreNoneForMaskFilesPresentAndMissing) {
     SegmentationInput input;
     input.pair.name = stem;
     const std::uint64_t before = allocation_counts().own;
-    segmenter->load(input.pair);
+    segmenter->load(input.pair, {});
     EXPECT_TRUE(segmenter->process(input).has_value());
     EXPECT_EQ(allocation_counts().own - before, 0U) << stem;
   }

@@ -55,7 +55,7 @@ class ExternalSegmenterTest : public ::testing::Test {
   DetectionFrame run(Segmenter& segmenter, std::int64_t index = 0) {
     SegmentationInput input;
     input.pair.frame_index = index;
-    segmenter.load(input.pair);
+    segmenter.load(input.pair, {});
     return segmenter.process(input).value();
   }
   /// A full rectangle.
@@ -76,7 +76,7 @@ TEST_F(ExternalSegmenterTest, AsksEarlyAndTakesLate) {
   Segmenter& segmenter = make();
   SegmentationInput input;
   input.pair.frame_index = 7;
-  segmenter.load(input.pair);
+  segmenter.load(input.pair, {});
   EXPECT_THAT(source_.requests, ElementsAre(7));
   EXPECT_TRUE(source_.awaited.empty());
   ASSERT_TRUE(segmenter.process(input));

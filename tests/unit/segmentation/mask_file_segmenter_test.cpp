@@ -52,7 +52,7 @@ class MaskFileSegmenterTest : public ::testing::Test {
     input.pair.frame_index = index;
     input.pair.name = stem;
     input.pair.geometry = kGeometry;
-    segmenter.load(input.pair);
+    segmenter.load(input.pair, {});
     return segmenter.process(input).value();
   }
 

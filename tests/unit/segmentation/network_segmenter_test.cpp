@@ -16,13 +16,17 @@ constexpr StereoGeometry kGeometry{
 /// Is done when a test says so.
 class ScriptedNetwork final : public DelayedMaskSource {
  public:
-  void offer(const RectifiedPair& pair) noexcept override { offered.push_back(pair.frame_index); }
+  void offer(const RectifiedPair& pair, const PixelBox& region_px) noexcept override {
+    offered.push_back(pair.frame_index);
+    regions_px.push_back(region_px);
+  }
   [[nodiscard]] DelayedMasks take() noexcept override {
     ++asked;
     return {is_done, is_done && !fails ? &masks : nullptr};
   }
 
   std::vector<std::int64_t> offered;
+  std::vector<PixelBox> regions_px;
   int asked = 0;
   bool is_done = true;
   bool fails = false;
@@ -53,7 +57,7 @@ class NetworkSegmenterTest : public ::testing::Test {
     SegmentationInput input;
     input.pair.frame_index = index;
     input.features = features_;
-    segmenter_->load(input.pair);
+    segmenter_->load(input.pair, tracks_);
     return segmenter_->process(input).value();
   }
 
@@ -62,6 +66,7 @@ class NetworkSegmenterTest : public ::testing::Test {
   std::vector<std::uint16_t> runs_{0, 100};
   RunLengthMask mask_{kVehicleClass, 0.9F, {10, 10, 20, 20}, runs_};
   std::vector<Feature> features_{3};
+  std::vector<Track> tracks_;
   std::unique_ptr<Arena> arena_;
   std::unique_ptr<Segmenter> segmenter_;
 };
@@ -124,6 +129,34 @@ TEST_F(NetworkSegmenterTest, TheRightImageIsLookedAtIfAskedFor) {
   const DetectionFrame frame = run(1);
   ASSERT_EQ(frame.right.size(), 1U);
   EXPECT_EQ(frame.right[0].box_px.x0, 11);
+}
+
+TEST_F(NetworkSegmenterTest, BetweenWholeImagesItLooksAtRegionsAroundTracks) {
+  config_.onnx.regions = 2;
+  config_.onnx.right = true;
+  tracks_ = {Track{.id = 7, .slot = 0, .box_px = {30, 30, 34, 34}}};
+  make(1);
+  std::vector<bool> was_region;
+  for (int i = 0; i < 8; ++i) {
+    const DetectionFrame frame = run(i);
+    if (i > 0) {
+      was_region.push_back(!frame.searched_px.empty());
+      EXPECT_EQ(frame.right_labels.empty(), was_region.back()) << "regions are of the left image";
+      EXPECT_TRUE(frame.has_looked_at({30, 30, 34, 34}));
+      EXPECT_EQ(frame.has_looked_at({0, 0, 64, 48}), !was_region.back());
+    }
+  }
+  EXPECT_EQ(was_region, (std::vector<bool>{false, true, true, false, true, true, false}));
+  EXPECT_EQ(network_.regions_px[1].width(), 32);
+  EXPECT_EQ(network_.regions_px[1].height(), 24);
+}
+
+TEST_F(NetworkSegmenterTest, WithoutTracksThereAreNoRegions) {
+  config_.onnx.regions = 2;
+  make(0);
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_TRUE(run(i).searched_px.empty());
+  }
 }
 
 TEST_F(NetworkSegmenterTest, AfterAResetWhatWasUnderWayIsNotUsed) {

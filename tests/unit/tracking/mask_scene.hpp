@@ -109,6 +109,7 @@ class TrackerScene {
 
   /// What the next frame's detections look like.
   bool available = true;
+  PixelBox searched_px;
   bool with_right = false;
   std::vector<bool> detected;             ///< Per shape, default all.
   std::vector<std::uint8_t> label_order;  ///< Label of each shape, default 1, 2, ...
@@ -188,6 +189,7 @@ class TrackerScene {
     right_detections_ = measure_detections(right_.view(), wanted, classes);
     detections_ = {};
     detections_.available = available;
+    detections_.searched_px = searched_px;
     if (available) {
       detections_.left_labels = std::as_const(left_).view();
       detections_.left = left_detections_;

@@ -100,7 +100,7 @@ TEST_P(RealMasks, KeepTheirIds) {
     segmentation::SegmentationInput input;
     input.pair.frame_index = static_cast<std::int64_t>(i);
     input.pair.name = stems_[i];
-    segmenter->load(input.pair);
+    segmenter->load(input.pair, {});
     const DetectionFrame detections = segmenter->process(input).value();
     const TrackFrame frame = tracker.process(detections, {}).value();
     ASSERT_TRUE(reader.read_gray16(true_file(stems_[i]).c_str(), truth()).has_value());

@@ -94,6 +94,22 @@ TEST(StereoTracker, PropagatesATentativeTrackThroughFramesWithoutDetections) {
   EXPECT_EQ(scene.step(std::array{kCar}).tracks[0].state, TrackState::kConfirmed);
 }
 
+TEST(StereoTracker, PropagatesATentativeTrackWhereTheImageWasNotSearched) {
+  const auto ended_of = [](const PixelBox& searched_px) {
+    TrackerScene scene;
+    scene.step(std::array{kCar});
+    scene.detected = {false};
+    scene.searched_px = searched_px;
+    std::size_t ended = 0;
+    for (int i = 0; i < 4; ++i) {
+      ended += scene.step(std::array{kCar}).ended.size();
+    }
+    return ended;
+  };
+  EXPECT_EQ(ended_of({0, 0, kWidth, kHeight}), 1U);
+  EXPECT_EQ(ended_of({static_cast<int>(kCar.x) + 2, 0, kWidth, kHeight}), 0U) << "a part of it was not looked at";
+}
+
 TEST(StereoTracker, EndsATrackOfWhichNoDetectionIsEverAvailable) {
   TrackerConfig config;
   config.max_missed_frames = 3;

@@ -98,7 +98,8 @@ class KINETRACE_API DelayedMaskSource {
   virtual ~DelayedMaskSource() = default;
 
   /// Hands a frame over; called only when nothing is worked on. Copies what it needs, does not wait for more.
-  virtual void offer(const RectifiedPair& pair) noexcept = 0;
+  /// `region_px`: the part of the left image to look at, and nothing else; empty: all there is to look at.
+  virtual void offer(const RectifiedPair& pair, const PixelBox& region_px) noexcept = 0;
   /// The masks of the frame that was handed over. Whether to wait for them is the source's
   /// business. Valid until the next call.
   [[nodiscard]] virtual DelayedMasks take() noexcept = 0;

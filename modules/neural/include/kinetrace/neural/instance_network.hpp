@@ -54,6 +54,9 @@ class KINETRACE_API InstanceNetwork {
   /// The instances of a picture, most certain first, masks as they are in the picture; they live until the next call.
   /// Errors: kInvalidArgument (picture larger than planned), kInternal (the runtime failed).
   [[nodiscard]] Result<std::span<const RunLengthMask>> segment(const Picture& picture);
+  /// Looks at a part of the picture, which fills the input as a whole picture would: smaller things are seen. What goes
+  /// on beyond the part is left out. Errors: as above, and kInvalidArgument (a part that is not in the picture).
+  [[nodiscard]] Result<std::span<const RunLengthMask>> segment(const Picture& picture, const PixelBox& part_px);
 
   [[nodiscard]] const NetworkCounters& counters() const noexcept;
 

@@ -21,6 +21,11 @@ struct Picture {
   Picture(GrayView image)  // NOLINT(google-explicit-constructor): a grey image is a picture.
       : Picture(image.data, image.width, image.height, image.stride, 1) {}
 
+  /// A part of it, which must be in it.
+  [[nodiscard]] Picture part(const PixelBox& box) const noexcept {
+    return {row(box.y0) + static_cast<std::ptrdiff_t>(box.x0) * channels, box.width(), box.height(), stride_bytes,
+            channels};
+  }
   [[nodiscard]] const std::uint8_t* row(int y) const noexcept {
     return data + static_cast<std::ptrdiff_t>(y) * stride_bytes;
   }

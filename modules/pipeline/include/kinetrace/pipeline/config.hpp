@@ -121,6 +121,8 @@ void visit_fields(Config& config, Visitor&& visit) {
         "frames after which the network's answer is used, and the next frame handed to it; 0: each frame waits");
   visit("segmentation.onnx.threads", s.onnx.threads, "threads that the network uses, beside those of tracking");
   visit("segmentation.onnx.right", s.onnx.right, "look at the right image too, for twice the time");
+  visit("segmentation.onnx.regions", s.onnx.regions,
+        "after each whole image so many regions around tracks, seen twice as large");
   visit("segmentation.motion.sigma_px", s.motion.sigma_px, "standard deviation of a feature's coordinates, px");
   visit("segmentation.motion.ego_sigma_px", s.motion.ego_sigma_px, "error of the ego motion seen as image motion, px");
   visit("segmentation.motion.bias_disparity_px", s.motion.bias_disparity_px, "slowly varying error of disparity, px");

@@ -75,6 +75,9 @@ struct KINETRACE_API NetworkConfig {
   int latency_frames = 1;  ///< Frames after which its answer is used, and the next frame handed over; 0: wait for it.
   int threads = 1;         ///< That the network uses, [1, 16].
   bool right = false;      ///< Look at the right image too, for twice the time; without, the tracker derives its masks.
+  /// After each whole image so many regions around tracks, [0, 4], half as wide and high: what is small in the whole
+  /// image is seen twice as large, and what is elsewhere is propagated meanwhile. Of the left image only.
+  int regions = 0;
 
   [[nodiscard]] Status validate() const;
 };

@@ -25,7 +25,7 @@ class ExternalSegmenter final : public Segmenter {
                                                                          MaskSource* masks);
 
   /// Asks for the masks of this frame; does not wait.
-  void load(const RectifiedPair& pair) override;
+  void load(const RectifiedPair& pair, std::span<const Track> tracks) override;
   /// Waits for them. Errors: kIllegalState if load() was not called for this frame.
   [[nodiscard]] Result<DetectionFrame> process(const SegmentationInput& input) override;
   void reset() override { loaded_ = false; }

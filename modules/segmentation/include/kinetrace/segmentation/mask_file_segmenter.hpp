@@ -33,7 +33,7 @@ class MaskFileSegmenter final : public Segmenter {
   /// Reads the masks of `pair.name`. A missing left file leaves the frame without detections and is counted; a missing
   /// right one leaves the right masks to the tracker; a file that is damaged or of another size is counted and leaves
   /// the frame without detections. Allocates only to word an error.
-  void load(const RectifiedPair& pair) override;
+  void load(const RectifiedPair& pair, std::span<const Track> tracks) override;
 
   /// Renumbers what was loaded. Errors: kIllegalState if load() was not called for this frame.
   [[nodiscard]] Result<DetectionFrame> process(const SegmentationInput& input) override;

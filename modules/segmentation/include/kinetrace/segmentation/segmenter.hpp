@@ -14,6 +14,7 @@
 #include "kinetrace/core/instance_masks.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/core/se3.hpp"
+#include "kinetrace/core/track_frame.hpp"
 #include "kinetrace/segmentation/config.hpp"
 
 namespace kinetrace::segmentation {
@@ -45,9 +46,10 @@ class Segmenter {
   Segmenter& operator=(Segmenter&&) = delete;
   virtual ~Segmenter() = default;
 
-  /// Fetches what the source keeps outside the program (mask files); part of capture, not of segmentation. Bad or
-  /// missing files are no error: they are counted, and the frame's detections are not available.
-  virtual void load(const RectifiedPair& /*pair*/) {}
+  /// Fetches what the source keeps outside the program (mask files), or asks for it; part of capture, not of
+  /// segmentation. `tracks`: as they were in the frame before. Bad or missing files are no error: they are counted, and
+  /// the frame's detections are not available.
+  virtual void load(const RectifiedPair& /*pair*/, std::span<const Track> /*tracks*/) {}
 
   /// Instances of this frame; views live in the segmenter until the next call. Errors: kIllegalState if
   /// load() was not called for this frame by a source that needs it.

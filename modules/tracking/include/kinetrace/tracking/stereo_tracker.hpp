@@ -89,6 +89,8 @@ class StereoTracker {
   /// under that track's id, class votes and state, and the earlier slot becomes free without an end being told.
   void join(std::uint8_t earlier, std::uint8_t reborn) noexcept;
 
+  /// As of the last frame.
+  [[nodiscard]] std::span<const Track> tracks() const noexcept { return published_.span(); }
   [[nodiscard]] const TrackerCounters& counters() const noexcept { return counters_; }
 
   /// Ends everything without saying so; ids go on, counters stay.
@@ -137,7 +139,7 @@ class StereoTracker {
   void claim(const Assignment& match) noexcept;
   void accept_match(TrackInstance& instance, const Detection& detection) noexcept;
   void learn_motion(TrackInstance& instance, const Detection& detection) const noexcept;
-  void accept_miss(TrackInstance& instance, bool available) noexcept;
+  void accept_miss(TrackInstance& instance, bool was_looked_for) noexcept;
   void end(TrackInstance& instance) noexcept;
   void bear(const DetectionFrame& detections, std::span<const Feature> features);
   [[nodiscard]] bool is_duplicate(const DetectionFrame& detections, std::size_t index,
