@@ -35,6 +35,9 @@ constexpr double kTellsSize_px = 60.0;
 constexpr int kMaxImageSidePx = 16384;
 /// So many features that speak against a match weigh as much as those that speak for it.
 constexpr double kVotesPrior = 3.0;
+/// So many features that lie elsewhere, and hardly one on it, speak against a detection that is only near.
+constexpr double kFewestElsewhere = 6.0;
+constexpr double kHardlyOnIt = 0.1;
 /// Share of an object's features that makes a match whatever the masks overlap.
 constexpr double kMinVotes = 0.5;
 /// Fewer hidden pixels may be the raggedness of masks.
@@ -494,12 +497,27 @@ void StereoTracker::claim(const Assignment& match) noexcept {
   }
 }
 
+bool StereoTracker::is_behind_camera(const TrackInstance& instance) noexcept {
+  const Forecast& forecast = instance.forecast;
+  return forecast.known && !forecast.direction_only && forecast.depth_m <= kMinForecastDepth_m;
+}
+
+bool StereoTracker::features_lie_elsewhere(const TrackInstance& instance, const Detection& detection) noexcept {
+  const FeatureVotes& votes = instance.votes_of_features;
+  return instance.track.missed_frames < kForeignAfterFrames && votes.total >= kFewestElsewhere &&
+         votes.on_label[detection.label] < kHardlyOnIt * votes.total;
+}
+
 void StereoTracker::add_near_misses(const TrackInstance& instance, std::span<const Detection> detections) noexcept {
+  if (is_behind_camera(instance)) {
+    return;
+  }
   for (std::size_t v = 0; v < detections.size(); ++v) {
     const Detection& detection = detections[v];
     const double gap_px = distance_between(instance.mask.current_box(), detection.box_px);
     if (owner_[v] < 0 && classes_agree(instance.track.class_id, detection.class_id) &&
-        nearly_met(instance, detection, gap_px) && !lies_on_another(detection, instance)) {
+        nearly_met(instance, detection, gap_px) && !features_lie_elsewhere(instance, detection) &&
+        !lies_on_another(detection, instance)) {
       affinity_(instance.track.slot, static_cast<int>(v)) = part_on(instance, detection) + 1.0 / (1.0 + gap_px);
     }
   }

@@ -145,6 +145,32 @@ TEST(NearMiss, WhatHasNearlyLeftTheImageSlipsOntoNothing) {
   EXPECT_EQ(scene.track_of(0)->id, 2U) << "another one stands where it went";
 }
 
+/// What is detected beside somebody who is not, four frames on.
+std::uint32_t id_beside(TrackerScene& scene, const Forecast& forecast) {
+  for (int i = 0; i < 4; ++i) {
+    scene.forecasts = {forecast_of(kPerson)};
+    scene.step(std::array{kPerson});
+  }
+  scene.forecasts = {forecast};
+  scene.detected = {false, true};
+  scene.step(std::array{kPerson, moved(kPerson, 14.0)});
+  return scene.track_of(1) == nullptr ? 0 : scene.track_of(1)->id;
+}
+
+TEST(NearMiss, WhereNoneOfItsFeaturesHasGoneIsAnother) {
+  TrackerScene few({}, 3);
+  EXPECT_EQ(id_beside(few, forecast_of(kPerson)), 1U);
+  TrackerScene many({}, 24);
+  EXPECT_EQ(id_beside(many, forecast_of(kPerson)), 2U);
+}
+
+TEST(NearMiss, WhatIsBehindTheCameraByNowIsNotBesideIt) {
+  TrackerScene scene({}, 3);
+  Forecast behind = forecast_of(kPerson);
+  behind.depth_m = -0.5;
+  EXPECT_EQ(id_beside(scene, behind), 2U);
+}
+
 TEST(NearMiss, SomebodyInFrontOfACarMaySlip) {
   const Shape car{.x = 100.0, .y = 100.0, .half_width = 60.0, .half_height = 30.0, .disparity_px = 6.0};
   TrackerScene scene({}, 0);

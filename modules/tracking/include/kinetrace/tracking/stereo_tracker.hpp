@@ -131,6 +131,9 @@ class StereoTracker {
   void add_near_misses(const TrackInstance& instance, std::span<const Detection> detections) noexcept;
   [[nodiscard]] static bool nearly_met(const TrackInstance& instance, const Detection& detection,
                                        double gap_px) noexcept;
+  [[nodiscard]] static bool is_behind_camera(const TrackInstance& instance) noexcept;
+  /// What was seen of it a moment ago has not gone to where the detection is.
+  [[nodiscard]] static bool features_lie_elsewhere(const TrackInstance& instance, const Detection& detection) noexcept;
   /// Of the detection, on the whole predicted mask.
   [[nodiscard]] static double part_on(const TrackInstance& instance, const Detection& detection) noexcept;
   /// Where another track of its class is expected to be seen.
