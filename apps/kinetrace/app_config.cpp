@@ -1,12 +1,23 @@
 #include "app_config.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <thread>
 
 #include "board_profiles.hpp"
 #include "config_file.hpp"
+#include "kinetrace/core/config_check.hpp"
 #include "kinetrace/segmentation/config.hpp"
 
 namespace kinetrace::app {
+
+int ProcessingConfig::workers() const {
+  return std::min(threads, std::max(1, static_cast<int>(std::thread::hardware_concurrency())));
+}
+
+Status ProcessingConfig::validate() const {
+  return check_range("processing.threads", threads, 1, 4);
+}
 
 Status AppConfig::validate() const {
   const double budget_mib = pipeline.memory.budget_mib;
@@ -15,7 +26,8 @@ Status AppConfig::validate() const {
                 "memory.budget_mib = " + std::to_string(std::lround(budget_mib)) +
                     " is more than the board has: board.memory_mib = " + std::to_string(board.memory_mib));
   }
-  for (const Status& status : {board.validate(), rectification.validate(), live.validate(), pipeline.validate()}) {
+  for (const Status& status :
+       {board.validate(), rectification.validate(), live.validate(), processing.validate(), pipeline.validate()}) {
     if (!status) {
       return status;
     }

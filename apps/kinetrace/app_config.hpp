@@ -19,11 +19,22 @@ struct OutputConfig {
   bool colmap = true;
 };
 
+/// How a frame is worked on.
+struct ProcessingConfig {
+  int threads = 2;  ///< That share a frame's work, [1, 4]; not those of capture, networks and publishing.
+
+  /// As many as there are cores for.
+  [[nodiscard]] int workers() const;
+  /// Errors: kInvalidConfig.
+  [[nodiscard]] Status validate() const;
+};
+
 struct AppConfig {
   BoardConfig board;
   hal::RectifierConfig rectification;
   OutputConfig output;
   LiveConfig live;
+  ProcessingConfig processing;
   pipeline::PipelineConfig pipeline;
 
   [[nodiscard]] Status validate() const;
@@ -38,6 +49,8 @@ void visit_fields(AppConfig& config, Visitor&& visit) {
   visit("output.points", config.output.points, "write points/: coloured point clouds");
   visit("output.colmap", config.output.colmap, "write colmap/: one COLMAP model per body");
   visit_fields(config.live, visit);
+  visit("processing.threads", config.processing.threads,
+        "share the work of a frame, as far as there are cores; the result is the same with any number");
   pipeline::visit_fields(config.pipeline, visit);
 }
 

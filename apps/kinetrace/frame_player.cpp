@@ -73,7 +73,8 @@ Result<RectifiedPair> FramePlayer::prepare(const StereoFrame& frame) {
   record_raw(frame);
   Result<RectifiedPair> pair = [&] {
     const StageScope scope(&capture_clock(), Stage::kRectify);
-    return chain_.rectifier.process(frame);
+    // Live, the workers belong to the thread that processes.
+    return chain_.rectifier.process(frame, live_ ? nullptr : chain_.workers.get());
   }();
   if (pair && chain_.pairing) {
     chain_.pairing->process(*pair, report_.health);

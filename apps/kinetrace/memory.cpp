@@ -31,7 +31,7 @@ int thread_count(const AppConfig& config, const CameraSetup& camera, const RawOu
                  const PublishingSetup* publishing) {
   const bool receives_masks = config.pipeline.segmentation.mode == segmentation::SegmentationMode::kDds;
   return 1 + (is_live(config.live, camera) ? 1 : 0) + (raw.out.empty() ? 0 : 1) + (publishing == nullptr ? 0 : 1) +
-         (receives_masks ? 1 : 0);
+         (receives_masks ? 1 : 0) + config.processing.workers() - 1;
 }
 
 MemoryPlan plan_outside(const AppConfig& config, const CameraSetup& camera, const RawOutputOptions& raw,
@@ -39,7 +39,7 @@ MemoryPlan plan_outside(const AppConfig& config, const CameraSetup& camera, cons
   MemoryPlan plan;
   plan.entries.push_back({"stacks",
                           kThreadStackBytes * static_cast<std::size_t>(thread_count(config, camera, raw, publishing)),
-                          "live.mode, --record, --publish, segmentation.mode"});
+                          "live.mode, processing.threads, --record, --publish, segmentation.mode"});
   plan.entries.push_back(
       {"libraries", static_cast<std::size_t>(config.pipeline.memory.libraries_mib * kMib), "memory.libraries_mib"});
   if (publishing != nullptr) {

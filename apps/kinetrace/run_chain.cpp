@@ -49,8 +49,9 @@ Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, con
   if (const std::optional<MaskMailboxConfig> wanted = mask_mailbox_config(config, rectifier->geometry())) {
     masks = std::make_unique<MaskMailbox>(*wanted, arena);
   }
+  auto workers = std::make_unique<WorkerThreads>(config.processing.workers());
   auto pipeline = pipeline::Pipeline::create(config.pipeline, rectifier->geometry(), arena,
-                                             {.external = masks.get(), .network = network.get()});
+                                             {.external = masks.get(), .network = network.get()}, workers.get());
   if (!pipeline) {
     return failure(pipeline.error());
   }
@@ -71,6 +72,7 @@ Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, con
   }
   Chain chain{std::move(*camera),
               *rectifier,
+              std::move(workers),
               std::move(network),
               std::move(masks),
               std::move(*pipeline),

@@ -17,6 +17,7 @@
 #include "recording_thread.hpp"
 #include "run_publishing.hpp"
 #include "service_notifier.hpp"
+#include "worker_threads.hpp"
 
 namespace kinetrace::app {
 
@@ -24,6 +25,7 @@ namespace kinetrace::app {
 struct Chain {
   GuardedCamera camera;
   hal::Rectifier rectifier;
+  std::unique_ptr<WorkerThreads> workers;  ///< Share what takes longest in a frame.
   std::unique_ptr<NetworkThread> network;  ///< Null unless masks come from a neural network.
   std::unique_ptr<MaskMailbox> masks;      ///< Null unless masks come from another process.
   pipeline::Pipeline pipeline;

@@ -9,30 +9,37 @@
 #include "kinetrace/pipeline/pipeline.hpp"
 #include "memory.hpp"
 #include "network_setup.hpp"
+#include "worker_threads.hpp"
 
 namespace kinetrace::app {
 namespace {
 
 constexpr std::chrono::milliseconds kFrameTimeout(2000);
 
+/// Everything but the camera.
+struct Processing {
+  WorkerThreads& workers;
+  hal::Rectifier& rectifier;
+  pipeline::Pipeline& pipeline;
+};
+
 // From rectification to trajectories; timed where there is a clock.
-Result<const FrameResult*> process(const StereoFrame& frame, hal::Rectifier& rectifier, pipeline::Pipeline& pipeline,
-                                   StageClock* clock) {
+Result<const FrameResult*> process(const StereoFrame& frame, Processing& processing, StageClock* clock) {
   if (clock != nullptr) {
     clock->begin_frame();
   }
   const Result<RectifiedPair> pair = [&] {
     const StageScope scope(clock, Stage::kRectify);
-    return rectifier.process(frame);
+    return processing.rectifier.process(frame, &processing.workers);
   }();
-  Result<const FrameResult*> result = pair ? pipeline.process(*pair, clock) : Unexpected(pair.error());
+  Result<const FrameResult*> result = pair ? processing.pipeline.process(*pair, clock) : Unexpected(pair.error());
   if (clock != nullptr) {
     clock->end_frame();
   }
   return result;
 }
 
-Status play(hal::FileStereoCamera& camera, hal::Rectifier& rectifier, pipeline::Pipeline& pipeline,
+Status play(hal::FileStereoCamera& camera, Processing processing,
             const std::function<Status(const FrameResult&)>& visit, StageClock* clock) {
   for (const Status& status : {camera.open(), camera.start()}) {
     if (!status) {
@@ -47,14 +54,13 @@ Status play(hal::FileStereoCamera& camera, hal::Rectifier& rectifier, pipeline::
     if (!frame && frame.error().code == ErrorCode::kEndOfStream) {
       break;
     }
-    const Result<const FrameResult*> result =
-        frame ? process(*frame, rectifier, pipeline, clock) : Unexpected(frame.error());
+    const Result<const FrameResult*> result = frame ? process(*frame, processing, clock) : Unexpected(frame.error());
     Status visited = result ? visit(**result) : Unexpected(result.error());
     if (!visited) {
       return visited;
     }
   }
-  while (const FrameResult* result = pipeline.drain()) {
+  while (const FrameResult* result = processing.pipeline.drain()) {
     if (Status visited = visit(*result); !visited) {
       return visited;
     }
@@ -87,12 +93,13 @@ Status play_recording(const hal::Dataset& dataset, const AppConfig& config,
   if (!rectifier) {
     return Unexpected(rectifier.error());
   }
+  WorkerThreads workers(config.processing.workers());
   auto pipeline = pipeline::Pipeline::create(config.pipeline, rectifier->geometry(), arena,
-                                             {.external = nullptr, .network = network->get()});
+                                             {.external = nullptr, .network = network->get()}, &workers);
   if (!pipeline) {
     return Unexpected(pipeline.error());
   }
-  return play(*camera, *rectifier, *pipeline, visit, clock);
+  return play(*camera, {workers, *rectifier, *pipeline}, visit, clock);
 }
 
 }  // namespace kinetrace::app

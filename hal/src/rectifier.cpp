@@ -1,6 +1,9 @@
 #include "kinetrace/hal/rectifier.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <string>
 
 #include <opencv2/calib3d.hpp>
@@ -13,6 +16,9 @@
 
 namespace kinetrace::hal {
 namespace {
+
+// So many rows are worth handing to another worker.
+constexpr std::size_t kRowsAtOnce = 32;
 
 // Headers over memory that the arena owns.
 cv::Mat position_table(std::span<std::int16_t> memory, int width, int height) {
@@ -138,17 +144,17 @@ Result<Rectifier> Rectifier::create(const RigCalibration& calibration, const Rec
   return rectifier;
 }
 
-void Rectifier::look_up(GrayView source, const Eye& eye) noexcept {
+void Rectifier::look_up(GrayView source, const Eye& eye, int begin, int end) noexcept {
   const LookupKernel kernel = lookup_kernel();
   const auto width = static_cast<std::size_t>(eye.image.width);
-  for (int y = 0; y < eye.image.height; ++y) {
+  for (int y = begin; y < end; ++y) {
     const std::size_t first = width * static_cast<std::size_t>(y);
     const LookupRow row{&eye.position[2 * first], &eye.fraction[first], eye.image.width};
     kernel(source.data, source.stride, row, eye.image.row(y));
   }
 }
 
-Result<RectifiedPair> Rectifier::process(const StereoFrame& frame) {
+Result<RectifiedPair> Rectifier::process(const StereoFrame& frame, Workers* workers) {
   for (const GrayView* image : {&frame.left, &frame.right}) {
     if (image->width != raw_width_px_ || image->height != raw_height_px_) {
       return fail(ErrorCode::kInvalidArgument,
@@ -161,8 +167,16 @@ Result<RectifiedPair> Rectifier::process(const StereoFrame& frame) {
   if (passes_through_) {
     return pair;
   }
-  look_up(frame.left, eyes_[0]);
-  look_up(frame.right, eyes_[1]);
+  // The rows of the left image, then those of the right one.
+  const std::size_t height = static_cast<std::size_t>(geometry_.height_px);
+  const std::array sources{frame.left, frame.right};
+  in_pieces(workers, height * eyes_.size(), kRowsAtOnce, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = 0; i < eyes_.size(); ++i) {
+      const std::size_t first = std::clamp(begin, i * height, (i + 1) * height) - i * height;
+      const std::size_t last = std::clamp(end, i * height, (i + 1) * height) - i * height;
+      look_up(sources[i], eyes_[i], static_cast<int>(first), static_cast<int>(last));
+    }
+  });
   pair.left = eyes_[0].image;
   pair.right = eyes_[1].image;
   return pair;

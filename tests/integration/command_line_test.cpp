@@ -203,6 +203,21 @@ TEST_F(CommandLine, SameInputGivesTheSameOutput) {
   }
 }
 
+TEST_F(CommandLine, HoweverManyThreadsShareTheWorkTheOutputIsTheSame) {
+  recording_.write();
+  for (const char* threads : {"1", "2", "4"}) {
+    const std::string setting = std::string("processing.threads=") + threads;
+    const std::filesystem::path out = scratch_.path() / threads;
+    ASSERT_EQ(run_kinetrace(run_arguments(out, {"--segmentation", "motion", "--set", setting})).exit_code, 0);
+    for (const char* file : {"camera.tum", "objects.csv", "points/background.ply"}) {
+      EXPECT_EQ(text_of(out / file), text_of(scratch_.path() / "1" / file)) << file << " of " << threads;
+    }
+  }
+  const ProgramResult none = run_kinetrace(run_arguments(out_, {"--set", "processing.threads=0"}));
+  EXPECT_EQ(none.exit_code, 78);
+  EXPECT_THAT(none.err, HasSubstr("processing.threads"));
+}
+
 TEST_F(CommandLine, AnEarlierRunIsReplaced) {
   recording_.write();
   ASSERT_EQ(run_kinetrace(run_arguments(out_)).exit_code, 0);

@@ -77,13 +77,9 @@ CornerFinder::CornerFinder(const FeatureConfig& config, Arena& arena, int width_
       object_threshold_(config.min_object_corner_strength * config.min_object_corner_strength),
       background_(take_grid(arena, width_px, height_px, config.bucket_px)),
       objects_(take_grid(arena, width_px, height_px, config.object_bucket_px)) {
-  const std::size_t row = static_cast<std::size_t>(width_px) + 2 * std::size_t{kSpill};
-  sums_xx_ = arena.take<std::int32_t>(row);
-  sums_xy_ = arena.take<std::int32_t>(row);
-  sums_yy_ = arena.take<std::int32_t>(row);
-  eigenvalue_stride_ = row;
-  eigenvalue_rows_ = arena.take<float>(row * kRows);
-  columns_ = arena.take<std::uint16_t>(row);
+  for (Scratch& scratch : scratch_) {
+    scratch = take_scratch(arena, width_px);
+  }
   const auto buckets = [](const FeatureConfig& c, int w, int h) {
     const auto count = [](int length, int size) { return static_cast<std::size_t>((length + size - 1) / size); };
     return count(w, c.bucket_px) * count(h, c.bucket_px) + count(w, c.object_bucket_px) * count(h, c.object_bucket_px);
@@ -97,14 +93,28 @@ CornerFinder::Grid CornerFinder::take_grid(Arena& arena, int width_px, int heigh
   grid.columns = (width_px + size_px - 1) / size_px;
   const std::size_t count =
       static_cast<std::size_t>(grid.columns) * static_cast<std::size_t>((height_px + size_px - 1) / size_px);
-  grid.best = arena.take<Corner>(count);
+  for (std::span<Corner>& best : grid.best) {
+    best = arena.take<Corner>(count);
+  }
   grid.taken = arena.take<std::uint8_t>(count);
   return grid;
 }
 
+CornerFinder::Scratch CornerFinder::take_scratch(Arena& arena, int width_px) {
+  const std::size_t row = static_cast<std::size_t>(width_px) + 2 * std::size_t{kSpill};
+  return {.sums_xx = arena.take<std::int32_t>(row),
+          .sums_xy = arena.take<std::int32_t>(row),
+          .sums_yy = arena.take<std::int32_t>(row),
+          .eigenvalue_rows = arena.take<float>(row * kRows),
+          .columns = arena.take<std::uint16_t>(row),
+          .row_stride = row};
+}
+
 void CornerFinder::clear() noexcept {
   for (Grid* grid : {&background_, &objects_}) {
-    std::fill(grid->best.begin(), grid->best.end(), Corner{});
+    for (const std::span<Corner> best : grid->best) {
+      std::fill(best.begin(), best.end(), Corner{});
+    }
     std::fill(grid->taken.begin(), grid->taken.end(), std::uint8_t{0});
   }
 }
@@ -115,63 +125,76 @@ void CornerFinder::occupy(const Eigen::Vector2f& position_px, std::uint8_t body)
       static_cast<std::uint8_t>(body + 1);
 }
 
-std::span<const Corner> CornerFinder::find(const Plane& image, LabelView labels,
-                                           const OccupancyMap& occupancy) noexcept {
-  const int first_row = kBorderY;
-  const int last_row = image.height - 1 - kBorderY;
-  const int first_column = kBorderX;
-  const int last_column = image.width - 1 - kBorderX;
-  const bool objects_present = has_objects(labels);
-  const float threshold = objects_present ? std::min(background_threshold_, object_threshold_) : background_threshold_;
-
-  for (std::span<std::int32_t> sums : {sums_xx_, sums_xy_, sums_yy_}) {
-    std::fill(sums.begin(), sums.end(), 0);
-  }
-  for (int y = first_row - 1 - kWindowRadius; y < first_row - 1 + kWindowRadius; ++y) {
-    kernels().corner.accumulate_row(image, y, 1, sums_xx_.data() + kSpill, sums_xy_.data() + kSpill,
-                                    sums_yy_.data() + kSpill);
-  }
-  eigenvalue_row(image, first_row - 1);
-  eigenvalue_row(image, first_row);
-  for (int y = first_row; y <= last_row; ++y) {
-    eigenvalue_row(image, y + 1);
-    const int count = kernels().corner.find_maxima(eigenvalues(y - 1), eigenvalues(y), eigenvalues(y + 1), first_column,
-                                                   last_column + 1, threshold, columns_.data());
-    offer_row(y, count, labels, occupancy);
-  }
+std::span<const Corner> CornerFinder::find(const Plane& image, LabelView labels, const OccupancyMap& occupancy,
+                                           Workers* workers) noexcept {
+  const float threshold =
+      has_objects(labels) ? std::min(background_threshold_, object_threshold_) : background_threshold_;
+  const Search search{image, labels, occupancy, threshold};
+  in_pieces(workers, kBands, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t band = begin; band < end; ++band) {
+      search_band(search, band);
+    }
+  });
   corners_.clear();
   collect(objects_);
   collect(background_);
   return corners_.span();
 }
 
-float* CornerFinder::eigenvalues(int y) noexcept {
-  return eigenvalue_rows_.data() + static_cast<std::size_t>(y % kRows) * eigenvalue_stride_ + kSpill;
+void CornerFinder::search_band(const Search& search, std::size_t band) noexcept {
+  const Plane& image = search.image;
+  const Scratch& scratch = scratch_[band];
+  const int rows = image.height - 2 * kBorderY;
+  const auto begin_of = [&](std::size_t i) { return kBorderY + rows * static_cast<int>(i) / static_cast<int>(kBands); };
+  const int first_row = begin_of(band);
+  const int end_row = begin_of(band + 1);
+  const int first_column = kBorderX;
+  const int last_column = image.width - 1 - kBorderX;
+  for (const std::span<std::int32_t> sums : {scratch.sums_xx, scratch.sums_xy, scratch.sums_yy}) {
+    std::fill(sums.begin(), sums.end(), 0);
+  }
+  for (int y = first_row - 1 - kWindowRadius; y < first_row - 1 + kWindowRadius; ++y) {
+    kernels().corner.accumulate_row(image, y, 1, scratch.sums_xx.data() + kSpill, scratch.sums_xy.data() + kSpill,
+                                    scratch.sums_yy.data() + kSpill);
+  }
+  eigenvalue_row(image, first_row - 1, scratch);
+  eigenvalue_row(image, first_row, scratch);
+  for (int y = first_row; y < end_row; ++y) {
+    eigenvalue_row(image, y + 1, scratch);
+    const int count =
+        kernels().corner.find_maxima(scratch.eigenvalues(y - 1), scratch.eigenvalues(y), scratch.eigenvalues(y + 1),
+                                     first_column, last_column + 1, search.threshold, scratch.columns.data());
+    offer_row(search, y, count, band);
+  }
 }
 
-void CornerFinder::eigenvalue_row(const Plane& image, int y) noexcept {
-  std::int32_t* const xx = sums_xx_.data() + kSpill;
-  std::int32_t* const xy = sums_xy_.data() + kSpill;
-  std::int32_t* const yy = sums_yy_.data() + kSpill;
+float* CornerFinder::Scratch::eigenvalues(int y) const noexcept {
+  return eigenvalue_rows.data() + static_cast<std::size_t>(y % kRows) * row_stride + kSpill;
+}
+
+void CornerFinder::eigenvalue_row(const Plane& image, int y, const Scratch& scratch) noexcept {
+  std::int32_t* const xx = scratch.sums_xx.data() + kSpill;
+  std::int32_t* const xy = scratch.sums_xy.data() + kSpill;
+  std::int32_t* const yy = scratch.sums_yy.data() + kSpill;
   kernels().corner.accumulate_row(image, y + kWindowRadius, 1, xx, xy, yy);
-  kernels().corner.eigenvalue_row(xx, xy, yy, 0, image.width, eigenvalues(y));
+  kernels().corner.eigenvalue_row(xx, xy, yy, 0, image.width, scratch.eigenvalues(y));
   kernels().corner.accumulate_row(image, y - kWindowRadius, -1, xx, xy, yy);
 }
 
-void CornerFinder::offer_row(int y, int count, LabelView labels, const OccupancyMap& occupancy) noexcept {
-  const float* const row = eigenvalues(y);
+void CornerFinder::offer_row(const Search& search, int y, int count, std::size_t band) noexcept {
+  const float* const row = scratch_[band].eigenvalues(y);
   for (int i = 0; i < count; ++i) {
-    const int x = columns_[static_cast<std::size_t>(i)];
-    const std::uint8_t body = labels.empty() ? kBackgroundLabel : labels.at(x, y);
+    const int x = scratch_[band].columns[static_cast<std::size_t>(i)];
+    const std::uint8_t body = search.labels.empty() ? kBackgroundLabel : search.labels.at(x, y);
     if (body == kIgnoreLabel) {
       continue;
     }
     const bool background = body == kBackgroundLabel;
     Grid& grid = background ? background_ : objects_;
     const std::size_t bucket = grid.index(x, y);
-    Corner& best = grid.best[bucket];
+    Corner& best = grid.best[band][bucket];
     if (row[x] >= (background ? background_threshold_ : object_threshold_) && row[x] > best.eigenvalue &&
-        grid.taken[bucket] != body + 1 && !occupancy.near(static_cast<float>(x), static_cast<float>(y))) {
+        grid.taken[bucket] != body + 1 && !search.occupancy.near(static_cast<float>(x), static_cast<float>(y))) {
       best = {row[x], static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y), body};
     }
   }
@@ -179,10 +202,13 @@ void CornerFinder::offer_row(int y, int count, LabelView labels, const Occupancy
 
 void CornerFinder::collect(const Grid& grid) noexcept {
   const std::size_t before = corners_.size();
-  for (const Corner& corner : grid.best) {
-    if (corner.eigenvalue > 0.F) {
+  for (std::size_t bucket = 0; bucket < grid.taken.size(); ++bucket) {
+    const Corner& upper = grid.best[0][bucket];
+    const Corner& lower = grid.best[1][bucket];
+    const Corner& best = lower.eigenvalue > upper.eigenvalue ? lower : upper;
+    if (best.eigenvalue > 0.F) {
       // Capacity is the number of buckets of both grids.
-      static_cast<void>(corners_.push_back(corner));
+      static_cast<void>(corners_.push_back(best));
     }
   }
   std::sort(corners_.begin() + before, corners_.end(), stronger);

@@ -1,6 +1,8 @@
 // New corners where the image has texture and no feature yet.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -10,6 +12,7 @@
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/core/fixed_vector.hpp"
 #include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/workers.hpp"
 #include "kinetrace/features/feature_config.hpp"
 
 namespace kinetrace::features {
@@ -50,15 +53,18 @@ class CornerFinder {
   void clear() noexcept;
 
   /// The strongest corner of every free bucket, not near anything in `occupancy`: objects first, then background, each
-  /// from strong to weak.
-  [[nodiscard]] std::span<const Corner> find(const Plane& image, LabelView labels,
-                                             const OccupancyMap& occupancy) noexcept;
+  /// from strong to weak. `workers` may be null.
+  [[nodiscard]] std::span<const Corner> find(const Plane& image, LabelView labels, const OccupancyMap& occupancy,
+                                             Workers* workers) noexcept;
 
  private:
+  /// The image is searched in so many bands of rows, whoever searches them.
+  static constexpr std::size_t kBands = 2;
+
   /// A grid of square buckets over the image.
   struct Grid {
-    std::span<Corner> best;
-    std::span<std::uint8_t> taken;  ///< 1 + body of a feature in the bucket, 0 when free.
+    std::array<std::span<Corner>, kBands> best;  ///< By band: a bucket may lie in both.
+    std::span<std::uint8_t> taken;               ///< 1 + body of a feature in the bucket, 0 when free.
     int columns = 0;
     int size_px = 1;
     [[nodiscard]] std::size_t index(int x, int y) const noexcept {
@@ -66,22 +72,35 @@ class CornerFinder {
              static_cast<std::size_t>(x / size_px);
     }
   };
+  /// What the search of a band needs for itself.
+  struct Scratch {
+    std::span<std::int32_t> sums_xx;
+    std::span<std::int32_t> sums_xy;
+    std::span<std::int32_t> sums_yy;
+    std::span<float> eigenvalue_rows;
+    std::span<std::uint16_t> columns;
+    std::size_t row_stride = 0;
+    [[nodiscard]] float* eigenvalues(int y) const noexcept;
+  };
+  /// What is searched.
+  struct Search {
+    const Plane& image;
+    LabelView labels;
+    const OccupancyMap& occupancy;
+    float threshold = 0.F;
+  };
   [[nodiscard]] static Grid take_grid(Arena& arena, int width_px, int height_px, int size_px);
-  void eigenvalue_row(const Plane& image, int y) noexcept;
-  [[nodiscard]] float* eigenvalues(int y) noexcept;
-  void offer_row(int y, int count, LabelView labels, const OccupancyMap& occupancy) noexcept;
+  [[nodiscard]] static Scratch take_scratch(Arena& arena, int width_px);
+  void search_band(const Search& search, std::size_t band) noexcept;
+  static void eigenvalue_row(const Plane& image, int y, const Scratch& scratch) noexcept;
+  void offer_row(const Search& search, int y, int count, std::size_t band) noexcept;
   void collect(const Grid& grid) noexcept;
 
   float background_threshold_ = 0.F;
   float object_threshold_ = 0.F;
   Grid background_;
   Grid objects_;
-  std::span<std::int32_t> sums_xx_;
-  std::span<std::int32_t> sums_xy_;
-  std::span<std::int32_t> sums_yy_;
-  std::span<float> eigenvalue_rows_;
-  std::size_t eigenvalue_stride_ = 0;
-  std::span<std::uint16_t> columns_;
+  std::array<Scratch, kBands> scratch_;
   FixedVector<Corner> corners_;
 };
 

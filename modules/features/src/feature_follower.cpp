@@ -91,18 +91,27 @@ struct FramePass {
 
 void FeatureFollower::follow_all(const ImagePyramid& previous, const ImagePyramid& current,
                                  std::span<const FeaturePrediction> by_slot, std::span<FeatureSlot> slots,
-                                 FeatureCounters& counters) noexcept {
+                                 FeatureCounters& counters, Workers* workers) noexcept {
   const auto prediction = [by_slot](const FeatureSlot& slot) {
     const std::size_t index = slot.feature.slot;
     return index < by_slot.size() && by_slot[index].known ? &by_slot[index] : nullptr;
   };
   neighbours_.clear();
   const FramePass pass{tracker_, neighbours_, previous, current, counters};
-  for (FeatureSlot& slot : slots) {
-    const FeaturePrediction* const predicted = prediction(slot);
-    if (slot.state == SlotState::kAlive && predicted != nullptr) {
-      pass.conclude(slot, pass.follow_predicted(slot, *predicted, Reach::kNear), Attempt::kFirst);
+  predicted_.clear();
+  for (const FeatureSlot& slot : slots) {
+    if (slot.state == SlotState::kAlive && prediction(slot) != nullptr) {
+      static_cast<void>(predicted_.push_back({slot.feature.slot}));  // As many places as slots.
     }
+  }
+  in_pieces(workers, predicted_.size(), kFeaturesAtOnce, [&](std::size_t begin, std::size_t end) {
+    for (Followed& followed : predicted_.span().subspan(begin, end - begin)) {
+      FeatureSlot& slot = slots[followed.slot];
+      followed.outcome = pass.follow_predicted(slot, *prediction(slot), Reach::kNear);
+    }
+  });
+  for (const Followed& followed : predicted_.span()) {
+    pass.conclude(slots[followed.slot], followed.outcome, Attempt::kFirst);
   }
   // Now there are neighbours to tell where the others may have gone.
   for (FeatureSlot& slot : slots) {

@@ -2,12 +2,15 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 #include "feature_slot.hpp"
 #include "image_pyramid.hpp"
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/core/feature_frame.hpp"
+#include "kinetrace/core/fixed_vector.hpp"
+#include "kinetrace/core/workers.hpp"
 #include "kinetrace/features/feature_config.hpp"
 #include "kinetrace/features/feature_front_end.hpp"
 #include "motion_neighbours.hpp"
@@ -19,15 +22,22 @@ class FeatureFollower {
  public:
   FeatureFollower() = default;
   FeatureFollower(const FeatureConfig& config, Arena& arena)
-      : tracker_(config), neighbours_(arena, static_cast<std::size_t>(config.max_features)) {}
+      : tracker_(config),
+        neighbours_(arena, static_cast<std::size_t>(config.max_features)),
+        predicted_(arena, static_cast<std::size_t>(config.max_features)) {}
 
   /// Moves every live feature from `previous` to `current`, or ends it.
   void follow_all(const ImagePyramid& previous, const ImagePyramid& current, std::span<const FeaturePrediction> by_slot,
-                  std::span<FeatureSlot> slots, FeatureCounters& counters) noexcept;
+                  std::span<FeatureSlot> slots, FeatureCounters& counters, Workers* workers) noexcept;
 
  private:
   TemporalTracker tracker_;
   MotionNeighbours neighbours_;
+  struct Followed {
+    std::uint16_t slot = 0;
+    TrackOutcome outcome = TrackOutcome::kResidual;
+  };
+  FixedVector<Followed> predicted_;  ///< Features with a prediction, and how they fared.
 };
 
 }  // namespace kinetrace::features

@@ -33,6 +33,12 @@ constexpr int kSmallestHeight = 48;
 
 enum class Step : std::uint8_t { kNeedsFrame, kNeedsTrack, kNeedsReplenish };
 
+void take_gradient(const Plane& image, PaddedImage& gradient) noexcept {
+  const MutableGrayView pixels = gradient.pixels();
+  kernels().pyramid.horizontal_gradient(image, pixels.data, pixels.stride);
+  gradient.pad();
+}
+
 std::string size_text(int width, int height) {
   return std::to_string(width) + " x " + std::to_string(height);
 }
@@ -42,6 +48,7 @@ std::string size_text(int width, int height) {
 /// Everything, in the arena. Trivially destructible: it owns nothing.
 struct FeatureFrontEnd::State {
   FeatureConfig config;
+  Workers* workers = nullptr;
   int width_px = 0;
   int height_px = 0;
   FeatureFollower follower;
@@ -57,7 +64,7 @@ struct FeatureFrontEnd::State {
   std::span<std::uint16_t> scratch;
 
   std::span<FeatureSlot> slots;
-  std::span<std::uint16_t> order;  ///< Live slots, oldest feature first.
+  std::span<std::uint16_t> order;  ///< Slots to be worked on.
   FixedVector<Feature> published;
   std::uint32_t next_id = 1;
   std::int64_t frame_index = 0;
@@ -75,7 +82,9 @@ struct FeatureFrontEnd::State {
   void bury_rejected() noexcept;
   void remember_previous() noexcept;
   void match_all(std::span<const FeaturePrediction> by_slot) noexcept;
-  void match(FeatureSlot& slot, float expected_disparity_px) noexcept;
+  /// Of the features in these slots; `expected_disparity_px(slot)` is negative where nothing is expected.
+  template <typename Expected>
+  void match(std::span<const std::uint16_t> alive, Expected expected_disparity_px) noexcept;
   void reconcile_with(LabelView labels) noexcept;
   /// Remembers which pixels around each feature are its body's own, for aligning it from now on.
   void mask_patches(LabelView labels) noexcept;
@@ -86,7 +95,12 @@ struct FeatureFrontEnd::State {
                                          int others) noexcept;
   void thin_out() noexcept;
   void populate(std::span<const Corner> corners, LabelView labels, const GuessedMasks& guessed) noexcept;
+  /// Without its right match.
   void create(FeatureSlot& slot, const Corner& corner, LabelView labels) noexcept;
+  void take_in_left(GrayView image) noexcept;
+  void take_in_right(GrayView image) noexcept;
+  /// Writes the slots of live features to `order`.
+  [[nodiscard]] std::span<std::uint16_t> list_alive() noexcept;
   /// Correlation of what is seen at a feature with a remembered patch; `at` moves to where they fit best. 0: not alike.
   [[nodiscard]] float likeness(const FeatureSlot& slot, const AppearanceMemory::Entry& entry,
                                Eigen::Vector2f& at) const noexcept;
@@ -125,8 +139,8 @@ std::size_t FeatureFrontEnd::required_bytes(const FeatureConfig& config, int wid
   });
 }
 
-Result<FeatureFrontEnd> FeatureFrontEnd::create(const FeatureConfig& config, int width_px, int height_px,
-                                                Arena& arena) {
+Result<FeatureFrontEnd> FeatureFrontEnd::create(const FeatureConfig& config, int width_px, int height_px, Arena& arena,
+                                                Workers* workers) {
   if (Status valid = config.validate(); !valid) {
     return Unexpected(std::move(valid.error()));
   }
@@ -142,6 +156,7 @@ Result<FeatureFrontEnd> FeatureFrontEnd::create(const FeatureConfig& config, int
                                           std::to_string(required_bytes(config, width_px, height_px)) +
                                           " bytes needed; raise the memory budget or lower features.max_features");
   }
+  state.workers = workers;
   home[0] = state;
   return FeatureFrontEnd(home[0]);
 }
@@ -165,7 +180,8 @@ Result<FeatureFrame> FeatureFrontEnd::track(std::span<const FeaturePrediction> b
   }
   state_->bury_rejected();
   state_->remember_previous();
-  state_->follower.follow_all(state_->previous(), state_->current(), by_slot, state_->slots, state_->counters);
+  state_->follower.follow_all(state_->previous(), state_->current(), by_slot, state_->slots, state_->counters,
+                              state_->workers);
   state_->match_all(by_slot);
   state_->step = Step::kNeedsReplenish;
   return state_->publish();
@@ -183,8 +199,9 @@ Result<FeatureFrame> FeatureFrontEnd::replenish(LabelView left_labels, const Gue
   state_->reconcile_with(left_labels);
   state_->thin_out();
   state_->mask_patches(left_labels);
-  state_->populate(state_->corner_finder.find(state_->current().level(0), left_labels, state_->occupancy), left_labels,
-                   guessed);
+  state_->populate(
+      state_->corner_finder.find(state_->current().level(0), left_labels, state_->occupancy, state_->workers),
+      left_labels, guessed);
   state_->step = Step::kNeedsFrame;
   return state_->publish();
 }
@@ -272,20 +289,37 @@ void FeatureFrontEnd::State::take_in(const RectifiedPair& pair) noexcept {
   frame_index = pair.frame_index;
   timestamp_ns = pair.timestamp_ns;
   newest = 1 - newest;
-  pyramids[newest].build(pair.left, scratch);
-  copy_image(pair.right, right.pixels());
-  right.pad();
-  for (const auto& [image, gradient] :
-       {std::pair{current().level(0), &left_gradient}, {right.plane(), &right_gradient}}) {
-    const MutableGrayView pixels = gradient->pixels();
-    kernels().pyramid.horizontal_gradient(image, pixels.data, pixels.stride);
-    gradient->pad();
-  }
+  in_pieces(workers, 2, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t eye = begin; eye < end; ++eye) {
+      eye == 0 ? take_in_left(pair.left) : take_in_right(pair.right);
+    }
+  });
   for (FeatureSlot& slot : slots) {
     if (slot.state == SlotState::kDead) {
       slot.state = SlotState::kFree;
     }
   }
+}
+
+void FeatureFrontEnd::State::take_in_left(GrayView image) noexcept {
+  pyramids[newest].build(image, scratch);
+  take_gradient(current().level(0), left_gradient);
+}
+
+void FeatureFrontEnd::State::take_in_right(GrayView image) noexcept {
+  copy_image(image, right.pixels());
+  right.pad();
+  take_gradient(right.plane(), right_gradient);
+}
+
+std::span<std::uint16_t> FeatureFrontEnd::State::list_alive() noexcept {
+  std::size_t alive = 0;
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    if (slots[i].state == SlotState::kAlive) {
+      order[alive++] = static_cast<std::uint16_t>(i);
+    }
+  }
+  return order.first(alive);
 }
 
 void FeatureFrontEnd::State::bury_rejected() noexcept {
@@ -305,21 +339,27 @@ void FeatureFrontEnd::State::remember_previous() noexcept {
 }
 
 void FeatureFrontEnd::State::match_all(std::span<const FeaturePrediction> by_slot) noexcept {
-  for (std::size_t i = 0; i < slots.size(); ++i) {
-    FeatureSlot& slot = slots[i];
-    if (slot.state != SlotState::kAlive) {
-      continue;
-    }
+  match(list_alive(), [by_slot](const FeatureSlot& slot) {
     const Feature& feature = slot.feature;
-    const float predicted = i < by_slot.size() && by_slot[i].known ? by_slot[i].disparity_px : -1.F;
+    const std::size_t i = feature.slot;
     const float before = feature.had_right() ? feature.previous_left_px.x() - feature.previous_u_right_px : -1.F;
-    match(slot, predicted >= 0.F ? predicted : before);
-  }
+    const bool predicted = i < by_slot.size() && by_slot[i].known && by_slot[i].disparity_px >= 0.F;
+    return predicted ? by_slot[i].disparity_px : before;
+  });
 }
 
-void FeatureFrontEnd::State::match(FeatureSlot& slot, float expected_disparity_px) noexcept {
-  ++counters.stereo_attempted;
-  counters.stereo_matched += matcher.match(stereo_images(), expected_disparity_px, slot) ? 1U : 0U;
+template <typename Expected>
+void FeatureFrontEnd::State::match(std::span<const std::uint16_t> alive, Expected expected_disparity_px) noexcept {
+  const StereoImages images = stereo_images();
+  in_pieces(workers, alive.size(), kFeaturesAtOnce, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      FeatureSlot& slot = slots[alive[i]];
+      static_cast<void>(matcher.match(images, expected_disparity_px(slot), slot));
+    }
+  });
+  counters.stereo_attempted += alive.size();
+  counters.stereo_matched += static_cast<std::uint64_t>(std::count_if(
+      alive.begin(), alive.end(), [this](std::uint16_t slot) { return slots[slot].feature.has_right(); }));
 }
 
 void FeatureFrontEnd::State::reconcile_with(LabelView labels) noexcept {
@@ -344,11 +384,13 @@ void FeatureFrontEnd::State::reconcile_with(LabelView labels) noexcept {
 }
 
 void FeatureFrontEnd::State::mask_patches(LabelView labels) noexcept {
-  for (FeatureSlot& slot : slots) {
-    if (slot.state == SlotState::kAlive) {
+  const std::span<const std::uint16_t> alive = list_alive();
+  in_pieces(workers, alive.size(), kFeaturesAtOnce, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      FeatureSlot& slot = slots[alive[i]];
       slot.own = labels.empty() ? kWholePatch : own_pixels(labels, slot.feature.left_px, slot.feature.body);
     }
-  }
+  });
 }
 
 std::array<int, 256> FeatureFrontEnd::State::count_features() const noexcept {
@@ -372,19 +414,14 @@ bool FeatureFrontEnd::State::fit_for_body(LabelView labels, const Eigen::Vector2
 }
 
 void FeatureFrontEnd::State::thin_out() noexcept {
-  std::size_t live = 0;
-  for (const FeatureSlot& slot : slots) {
-    if (slot.state == SlotState::kAlive) {
-      order[live++] = slot.feature.slot;
-    }
-  }
+  const std::span<std::uint16_t> alive = list_alive();
   // Ids grow with time: the smaller one is the older feature.
-  std::sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(live),
+  std::sort(alive.begin(), alive.end(),
             [this](std::uint16_t a, std::uint16_t b) { return slots[a].feature.id < slots[b].feature.id; });
   occupancy.clear();
   corner_finder.clear();
   std::array<int, 256> population{};
-  for (const std::uint16_t index : order.first(live)) {
+  for (const std::uint16_t index : alive) {
     FeatureSlot& slot = slots[index];
     const Eigen::Vector2f& position = slot.feature.left_px;
     if (population[slot.feature.body] >= most_features(slot.feature.body)) {
@@ -405,6 +442,7 @@ void FeatureFrontEnd::State::populate(std::span<const Corner> corners, LabelView
                                       const GuessedMasks& guessed) noexcept {
   std::array<int, 256> population = count_features();
   auto free_slot = slots.begin();
+  std::size_t created = 0;
   for (const Corner& corner : corners) {
     if (occupancy.near(corner.x, corner.y)) {
       continue;  // A corner taken before it lies just across the border of the bucket.
@@ -419,7 +457,13 @@ void FeatureFrontEnd::State::populate(std::span<const Corner> corners, LabelView
     }
     ++population[corner.body];
     create(*free_slot, corner, labels);
+    order[created++] = free_slot->feature.slot;
     occupancy.add(free_slot->feature.left_px);
+  }
+  match(order.first(created), [](const FeatureSlot&) { return -1.F; });
+  for (const std::uint16_t index : order.first(created)) {
+    Feature& feature = slots[index].feature;
+    feature.previous_v_px = feature.v_px;
   }
 }
 
@@ -441,8 +485,6 @@ void FeatureFrontEnd::State::create(FeatureSlot& slot, const Corner& corner, Lab
   feature.body = corner.body;
   feature.left_px = position;
   feature.previous_left_px = position;
-  match(slot, -1.F);
-  feature.previous_v_px = feature.v_px;
   ++counters.created;
 }
 

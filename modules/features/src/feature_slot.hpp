@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 #include "image_pyramid.hpp"
@@ -40,6 +41,9 @@ inline constexpr PatchWarp kNoWarp{1.F, 0.F, 0.F, 1.F};
 }
 
 inline constexpr PatchMask kWholePatch{{}, true};
+
+/// So many features are worth handing to another worker.
+inline constexpr std::size_t kFeaturesAtOnce = 16;
 
 enum class SlotState : std::uint8_t {
   kFree,

@@ -153,12 +153,12 @@ Result<MemoryPlan> Pipeline::plan(const PipelineConfig& config, const StereoGeom
 }
 
 Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeometry& geometry, Arena& arena,
-                                  const MaskMakers& makers) {
+                                  const MaskMakers& makers, Workers* workers) {
   if (const Status valid = config.validate(); !valid) {
     return Unexpected(valid.error());
   }
   const PipelineConfig c = resolved(config);
-  auto front_end = features::FeatureFrontEnd::create(c.features, geometry.width_px, geometry.height_px, arena);
+  auto front_end = features::FeatureFrontEnd::create(c.features, geometry.width_px, geometry.height_px, arena, workers);
   if (!front_end) {
     return Unexpected(front_end.error());
   }

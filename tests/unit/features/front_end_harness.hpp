@@ -17,8 +17,9 @@ namespace kinetrace::features::testing {
 
 class Harness {
  public:
-  Harness(const FeatureConfig& config, int width, int height)
-      : arena_(FeatureFrontEnd::required_bytes(config, width, height)), front_end_(create(config, width, height)) {}
+  Harness(const FeatureConfig& config, int width, int height, Workers* workers = nullptr)
+      : arena_(FeatureFrontEnd::required_bytes(config, width, height)),
+        front_end_(create(config, width, height, workers)) {}
 
   FeatureFrontEnd& operator*() { return front_end_; }
   FeatureFrontEnd* operator->() { return &front_end_; }
@@ -36,8 +37,8 @@ class Harness {
   std::vector<Feature> replenish(LabelView labels = {}) { return copied(front_end_.replenish(labels)); }
 
  private:
-  FeatureFrontEnd create(const FeatureConfig& config, int width, int height) {
-    Result<FeatureFrontEnd> created = FeatureFrontEnd::create(config, width, height, arena_);
+  FeatureFrontEnd create(const FeatureConfig& config, int width, int height, Workers* workers) {
+    Result<FeatureFrontEnd> created = FeatureFrontEnd::create(config, width, height, arena_, workers);
     EXPECT_TRUE(created) << created.error().message;
     return std::move(created.value());
   }

@@ -12,6 +12,7 @@
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
+#include "kinetrace/core/workers.hpp"
 #include "kinetrace/hal/rig_calibration.hpp"
 
 namespace kinetrace::hal {
@@ -41,9 +42,9 @@ class KINETRACE_API Rectifier {
   [[nodiscard]] const StereoGeometry& geometry() const noexcept { return geometry_; }
   [[nodiscard]] bool passes_through() const noexcept { return passes_through_; }
 
-  /// The views live until the next call, or as long as the frame's own when passing through.
-  /// Errors: kInvalidArgument (image size differs from the calibration's).
-  [[nodiscard]] Result<RectifiedPair> process(const StereoFrame& frame);
+  /// The views live until the next call, or as long as the frame's own when passing through. `workers` share the rows;
+  /// null: the caller does it alone. Errors: kInvalidArgument (image size differs from the calibration's).
+  [[nodiscard]] Result<RectifiedPair> process(const StereoFrame& frame, Workers* workers = nullptr);
 
  private:
   /// Look-up table and output of one eye.
@@ -55,7 +56,8 @@ class KINETRACE_API Rectifier {
 
   Rectifier() = default;
   static void carve(const StereoGeometry& geometry, Arena& arena, std::array<Eye, 2>& eyes);
-  static void look_up(GrayView source, const Eye& eye) noexcept;
+  /// Rows [begin, end).
+  static void look_up(GrayView source, const Eye& eye, int begin, int end) noexcept;
 
   StereoGeometry geometry_;
   int raw_width_px_ = 0;

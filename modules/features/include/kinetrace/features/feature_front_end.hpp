@@ -11,6 +11,7 @@
 #include "kinetrace/core/frame.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
+#include "kinetrace/core/workers.hpp"
 #include "kinetrace/features/appearance_memory.hpp"
 #include "kinetrace/features/feature_config.hpp"
 
@@ -53,9 +54,10 @@ class FeatureFrontEnd {
  public:
   /// Memory: pyramids of two left images, the right image and the gradients of a pair (about 7 bytes a pixel), and
   /// 1.1 kB a feature: 4.9 MB for the defaults at 1242 x 375.
+  /// `workers` share the work and outlive this; null: the caller does it alone, with the same result.
   /// Errors: kInvalidConfig, kInvalidArgument (image smaller than 64 x 48), kCapacity (arena too small).
   [[nodiscard]] static Result<FeatureFrontEnd> create(const FeatureConfig& config, int width_px, int height_px,
-                                                      Arena& arena);
+                                                      Arena& arena, Workers* workers = nullptr);
   /// Bytes that `create` takes from the arena.
   [[nodiscard]] static std::size_t required_bytes(const FeatureConfig& config, int width_px, int height_px);
 

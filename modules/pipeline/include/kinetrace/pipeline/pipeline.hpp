@@ -12,11 +12,13 @@
 #include "kinetrace/core/memory_plan.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/core/stage.hpp"
+#include "kinetrace/core/workers.hpp"
 #include "kinetrace/pipeline/config.hpp"
 
 namespace kinetrace::pipeline {
 
-/// The whole method, one frame at a time, single-threaded and deterministic: same input, same output, bit for bit.
+/// The whole method, one frame at a time and deterministic: same input, same output, bit for bit, however many work on
+/// it.
 class KINETRACE_API Pipeline {
  public:
   /// Bytes that `create` takes from the arena, by module. Errors: kInvalidConfig.
@@ -24,9 +26,10 @@ class KINETRACE_API Pipeline {
 
   /// Takes all working memory from `arena`; afterwards the pipeline never allocates. `makers` of
   /// masks outlive it; only segmentation.mode dds and onnx need one: then the result depends on what comes in time.
+  /// `workers`, if there are any, share what takes longest, and outlive it too.
   /// Errors: kInvalidConfig (which key), kCapacity (arena too small), kNotFound (mask folder).
   [[nodiscard]] static Result<Pipeline> create(const PipelineConfig& config, const StereoGeometry& geometry,
-                                               Arena& arena, const MaskMakers& makers = {});
+                                               Arena& arena, const MaskMakers& makers = {}, Workers* workers = nullptr);
 
   Pipeline(Pipeline&&) noexcept;
   Pipeline& operator=(Pipeline&&) noexcept;
