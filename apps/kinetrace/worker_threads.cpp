@@ -8,6 +8,9 @@ constexpr std::uint32_t kAtWork = 0xFF;
 constexpr std::uint32_t kOpen = 0x100;
 constexpr unsigned kRoundShift = 9;
 
+/// Rounds of a frame follow each other within some 100 us: being woken takes as long.
+constexpr int kYields = 200;
+
 constexpr std::uint32_t round_of(std::uint32_t state) noexcept {
   return state >> kRoundShift;
 }
@@ -48,6 +51,18 @@ void WorkerThreads::run(Job job) noexcept {
   }
 }
 
+std::uint32_t WorkerThreads::next_state(std::uint32_t state) noexcept {
+  for (int i = 0; i < kYields; ++i) {
+    const std::uint32_t now = state_.load(std::memory_order_acquire);
+    if (now != state) {
+      return now;
+    }
+    std::this_thread::yield();
+  }
+  state_.wait(state, std::memory_order_acquire);
+  return state_.load(std::memory_order_acquire);
+}
+
 bool WorkerThreads::join(std::uint32_t& last_round) noexcept {
   std::uint32_t state = state_.load(std::memory_order_acquire);
   for (;;) {
@@ -55,8 +70,7 @@ bool WorkerThreads::join(std::uint32_t& last_round) noexcept {
       return false;
     }
     if ((state & kOpen) == 0 || round_of(state) == last_round) {
-      state_.wait(state, std::memory_order_acquire);
-      state = state_.load(std::memory_order_acquire);
+      state = next_state(state);
     } else if (state_.compare_exchange_weak(state, state + 1, std::memory_order_acq_rel)) {
       last_round = round_of(state);
       return true;

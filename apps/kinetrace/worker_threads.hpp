@@ -26,6 +26,8 @@ class WorkerThreads final : public Workers {
   void serve(std::size_t worker) noexcept;
   /// Waits for the next round and joins it; false when there will be none.
   [[nodiscard]] bool join(std::uint32_t& last_round) noexcept;
+  /// Waits until it is another.
+  [[nodiscard]] std::uint32_t next_state(std::uint32_t state) noexcept;
 
   std::optional<Job> job_;
   /// The number of the round, whether helpers may join it, and how many are at it.

@@ -18,10 +18,17 @@ float predicted_zoom(const Feature& feature, const FeaturePrediction& prediction
   return zoom > 1.F / kMostZoom && zoom < kMostZoom ? zoom : 1.F;
 }
 
+/// Null where there is none.
+const FeaturePrediction* prediction(const FeatureSlot& slot, std::span<const FeaturePrediction> by_slot) noexcept {
+  const std::size_t index = slot.feature.slot;
+  return index < by_slot.size() && by_slot[index].known ? &by_slot[index] : nullptr;
+}
+
 /// One frame's work.
 struct FramePass {
   const TemporalTracker& tracker;
   MotionNeighbours& neighbours;
+  FixedVector<std::uint16_t>& found;
   const ImagePyramid& previous;
   const ImagePyramid& current;
   FeatureCounters& counters;
@@ -64,6 +71,7 @@ struct FramePass {
     if (succeeded(outcome)) {
       counters.recovered += attempt == Attempt::kSecond ? 1U : 0U;
       neighbours.add(slot);
+      static_cast<void>(found.push_back(slot.feature.slot));  // As many places as slots.
       count(slot, outcome);
     } else if (attempt == Attempt::kFirst) {
       neighbours.postpone(slot.feature, outcome);
@@ -89,39 +97,44 @@ struct FramePass {
 
 }  // namespace
 
-void FeatureFollower::follow_all(const ImagePyramid& previous, const ImagePyramid& current,
-                                 std::span<const FeaturePrediction> by_slot, std::span<FeatureSlot> slots,
-                                 FeatureCounters& counters, Workers* workers) noexcept {
-  const auto prediction = [by_slot](const FeatureSlot& slot) {
-    const std::size_t index = slot.feature.slot;
-    return index < by_slot.size() && by_slot[index].known ? &by_slot[index] : nullptr;
-  };
+void FeatureFollower::follow_predicted(const ImagePyramid& previous, const ImagePyramid& current,
+                                       std::span<const FeaturePrediction> by_slot, std::span<FeatureSlot> slots,
+                                       FeatureCounters& counters, Workers* workers) noexcept {
   neighbours_.clear();
-  const FramePass pass{tracker_, neighbours_, previous, current, counters};
   predicted_.clear();
+  unpredicted_.clear();
+  found_.clear();
   for (const FeatureSlot& slot : slots) {
-    if (slot.state == SlotState::kAlive && prediction(slot) != nullptr) {
-      static_cast<void>(predicted_.push_back({slot.feature.slot}));  // As many places as slots.
+    // As many places as slots.
+    if (slot.state == SlotState::kAlive && prediction(slot, by_slot) != nullptr) {
+      static_cast<void>(predicted_.push_back({slot.feature.slot}));
+    } else if (slot.state == SlotState::kAlive) {
+      static_cast<void>(unpredicted_.push_back(slot.feature.slot));
     }
   }
+  const FramePass pass{tracker_, neighbours_, found_, previous, current, counters};
   in_pieces(workers, predicted_.size(), kFeaturesAtOnce, [&](std::size_t begin, std::size_t end) {
     for (Followed& followed : predicted_.span().subspan(begin, end - begin)) {
       FeatureSlot& slot = slots[followed.slot];
-      followed.outcome = pass.follow_predicted(slot, *prediction(slot), Reach::kNear);
+      followed.outcome = pass.follow_predicted(slot, *prediction(slot, by_slot), Reach::kNear);
     }
   });
   for (const Followed& followed : predicted_.span()) {
     pass.conclude(slots[followed.slot], followed.outcome, Attempt::kFirst);
   }
+}
+
+void FeatureFollower::follow_others(const ImagePyramid& previous, const ImagePyramid& current,
+                                    std::span<const FeaturePrediction> by_slot, std::span<FeatureSlot> slots,
+                                    FeatureCounters& counters) noexcept {
+  const FramePass pass{tracker_, neighbours_, found_, previous, current, counters};
   // Now there are neighbours to tell where the others may have gone.
-  for (FeatureSlot& slot : slots) {
-    if (slot.state == SlotState::kAlive && prediction(slot) == nullptr) {
-      pass.conclude(slot, pass.follow_unpredicted(slot), Attempt::kFirst);
-    }
+  for (const std::uint16_t index : unpredicted_.span()) {
+    pass.conclude(slots[index], pass.follow_unpredicted(slots[index]), Attempt::kFirst);
   }
   for (const MotionNeighbours::Postponed& failed : neighbours_.postponed()) {
     FeatureSlot& slot = slots[failed.slot];
-    const FeaturePrediction* const predicted = prediction(slot);
+    const FeaturePrediction* const predicted = prediction(slot, by_slot);
     const TrackOutcome second =
         predicted != nullptr ? pass.follow_mispredicted(slot, *predicted) : TrackOutcome::kResidual;
     // Why it failed the first time says more than why the long shot did.

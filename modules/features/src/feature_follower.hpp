@@ -24,11 +24,20 @@ class FeatureFollower {
   FeatureFollower(const FeatureConfig& config, Arena& arena)
       : tracker_(config),
         neighbours_(arena, static_cast<std::size_t>(config.max_features)),
-        predicted_(arena, static_cast<std::size_t>(config.max_features)) {}
+        predicted_(arena, static_cast<std::size_t>(config.max_features)),
+        unpredicted_(arena, static_cast<std::size_t>(config.max_features)),
+        found_(arena, static_cast<std::size_t>(config.max_features)) {}
 
-  /// Moves every live feature from `previous` to `current`, or ends it.
-  void follow_all(const ImagePyramid& previous, const ImagePyramid& current, std::span<const FeaturePrediction> by_slot,
-                  std::span<FeatureSlot> slots, FeatureCounters& counters, Workers* workers) noexcept;
+  /// Moves live features with a prediction from `previous` to `current`; those that are not found wait for the others.
+  void follow_predicted(const ImagePyramid& previous, const ImagePyramid& current,
+                        std::span<const FeaturePrediction> by_slot, std::span<FeatureSlot> slots,
+                        FeatureCounters& counters, Workers* workers) noexcept;
+  /// Moves, after that, all other live features, or ends them. Does not look at slots that were found already.
+  void follow_others(const ImagePyramid& previous, const ImagePyramid& current,
+                     std::span<const FeaturePrediction> by_slot, std::span<FeatureSlot> slots,
+                     FeatureCounters& counters) noexcept;
+  /// Slots of this frame's features so far; follow_others() adds to them.
+  [[nodiscard]] std::span<const std::uint16_t> found() const noexcept { return found_.span(); }
 
  private:
   TemporalTracker tracker_;
@@ -38,6 +47,8 @@ class FeatureFollower {
     TrackOutcome outcome = TrackOutcome::kResidual;
   };
   FixedVector<Followed> predicted_;  ///< Features with a prediction, and how they fared.
+  FixedVector<std::uint16_t> unpredicted_;
+  FixedVector<std::uint16_t> found_;
 };
 
 }  // namespace kinetrace::features

@@ -81,10 +81,11 @@ struct FeatureFrontEnd::State {
   void take_in(const RectifiedPair& pair) noexcept;
   void bury_rejected() noexcept;
   void remember_previous() noexcept;
-  void match_all(std::span<const FeaturePrediction> by_slot) noexcept;
-  /// Of the features in these slots; `expected_disparity_px(slot)` is negative where nothing is expected.
-  template <typename Expected>
-  void match(std::span<const std::uint16_t> alive, Expected expected_disparity_px) noexcept;
+  void follow_others_and_match(std::span<const FeaturePrediction> by_slot) noexcept;
+  /// Features in these slots with the right image.
+  void match(std::span<const std::uint16_t> in_slots, std::span<const FeaturePrediction> by_slot) noexcept;
+  void share_matching(std::span<const std::uint16_t> in_slots, std::span<const FeaturePrediction> by_slot) noexcept;
+  void count_matches(std::span<const std::uint16_t> in_slots) noexcept;
   void reconcile_with(LabelView labels) noexcept;
   /// Remembers which pixels around each feature are its body's own, for aligning it from now on.
   void mask_patches(LabelView labels) noexcept;
@@ -180,9 +181,9 @@ Result<FeatureFrame> FeatureFrontEnd::track(std::span<const FeaturePrediction> b
   }
   state_->bury_rejected();
   state_->remember_previous();
-  state_->follower.follow_all(state_->previous(), state_->current(), by_slot, state_->slots, state_->counters,
-                              state_->workers);
-  state_->match_all(by_slot);
+  state_->follower.follow_predicted(state_->previous(), state_->current(), by_slot, state_->slots, state_->counters,
+                                    state_->workers);
+  state_->follow_others_and_match(by_slot);
   state_->step = Step::kNeedsReplenish;
   return state_->publish();
 }
@@ -338,28 +339,45 @@ void FeatureFrontEnd::State::remember_previous() noexcept {
   }
 }
 
-void FeatureFrontEnd::State::match_all(std::span<const FeaturePrediction> by_slot) noexcept {
-  match(list_alive(), [by_slot](const FeatureSlot& slot) {
-    const Feature& feature = slot.feature;
-    const std::size_t i = feature.slot;
-    const float before = feature.had_right() ? feature.previous_left_px.x() - feature.previous_u_right_px : -1.F;
-    const bool predicted = i < by_slot.size() && by_slot[i].known && by_slot[i].disparity_px >= 0.F;
-    return predicted ? by_slot[i].disparity_px : before;
-  });
-}
-
-template <typename Expected>
-void FeatureFrontEnd::State::match(std::span<const std::uint16_t> alive, Expected expected_disparity_px) noexcept {
-  const StereoImages images = stereo_images();
-  in_pieces(workers, alive.size(), kFeaturesAtOnce, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      FeatureSlot& slot = slots[alive[i]];
-      static_cast<void>(matcher.match(images, expected_disparity_px(slot), slot));
+// Who was found where predicted is matched while the others, one by the example of another, are looked for.
+void FeatureFrontEnd::State::follow_others_and_match(std::span<const FeaturePrediction> by_slot) noexcept {
+  const std::span<const std::uint16_t> found = follower.found();
+  const std::size_t groups = (found.size() + kFeaturesAtOnce - 1) / kFeaturesAtOnce;
+  in_pieces(workers, 1 + groups, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t piece = begin; piece < end; ++piece) {
+      if (piece == 0) {
+        follower.follow_others(previous(), current(), by_slot, slots, counters);
+      } else {
+        const std::size_t first = (piece - 1) * kFeaturesAtOnce;
+        match(found.subspan(first, std::min(kFeaturesAtOnce, found.size() - first)), by_slot);
+      }
     }
   });
-  counters.stereo_attempted += alive.size();
+  share_matching(follower.found().subspan(found.size()), by_slot);
+  count_matches(follower.found());
+}
+
+void FeatureFrontEnd::State::share_matching(std::span<const std::uint16_t> in_slots,
+                                            std::span<const FeaturePrediction> by_slot) noexcept {
+  in_pieces(workers, in_slots.size(), kFeaturesAtOnce,
+            [&](std::size_t begin, std::size_t end) { match(in_slots.subspan(begin, end - begin), by_slot); });
+}
+
+void FeatureFrontEnd::State::match(std::span<const std::uint16_t> in_slots,
+                                   std::span<const FeaturePrediction> by_slot) noexcept {
+  const StereoImages images = stereo_images();
+  for (const std::uint16_t i : in_slots) {
+    const Feature& feature = slots[i].feature;
+    const float before = feature.had_right() ? feature.previous_left_px.x() - feature.previous_u_right_px : -1.F;
+    const bool predicted = i < by_slot.size() && by_slot[i].known && by_slot[i].disparity_px >= 0.F;
+    static_cast<void>(matcher.match(images, predicted ? by_slot[i].disparity_px : before, slots[i]));
+  }
+}
+
+void FeatureFrontEnd::State::count_matches(std::span<const std::uint16_t> in_slots) noexcept {
+  counters.stereo_attempted += in_slots.size();
   counters.stereo_matched += static_cast<std::uint64_t>(std::count_if(
-      alive.begin(), alive.end(), [this](std::uint16_t slot) { return slots[slot].feature.has_right(); }));
+      in_slots.begin(), in_slots.end(), [this](std::uint16_t slot) { return slots[slot].feature.has_right(); }));
 }
 
 void FeatureFrontEnd::State::reconcile_with(LabelView labels) noexcept {
@@ -460,7 +478,9 @@ void FeatureFrontEnd::State::populate(std::span<const Corner> corners, LabelView
     order[created++] = free_slot->feature.slot;
     occupancy.add(free_slot->feature.left_px);
   }
-  match(order.first(created), [](const FeatureSlot&) { return -1.F; });
+  // Nothing is known of them yet.
+  share_matching(order.first(created), {});
+  count_matches(order.first(created));
   for (const std::uint16_t index : order.first(created)) {
     Feature& feature = slots[index].feature;
     feature.previous_v_px = feature.v_px;
