@@ -113,12 +113,14 @@ class ModelReader {
         for (const char* one : keys) {
           known += (known.empty() ? "" : ", ") + std::string(one);
         }
-        return refuse(entry.first, "unknown key \"" + prefix + key + "\"; there are: " + known);
+        std::string message = "unknown key \"" + prefix;
+        return refuse(entry.first, message.append(key).append("\"; there are: ").append(known));
       }
       const auto [first, is_new] = line_of.emplace(key, entry.first.Mark().line + 1);
       if (!is_new) {
-        return refuse(entry.first,
-                      "\"" + prefix + key + "\" is already given in line " + std::to_string(first->second));
+        std::string message = "\"" + prefix;
+        message.append(key).append("\" is already given in line ");
+        return refuse(entry.first, message.append(std::to_string(first->second)));
       }
     }
   }

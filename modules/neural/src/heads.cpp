@@ -132,8 +132,9 @@ class Decoder {
       for (std::size_t side = 0; side < 4; ++side) {
         distance[side] = expected_bin({first + static_cast<std::ptrdiff_t>(side * kDistanceBins) * step, step});
       }
+      const std::size_t row = cell / level.width;
       const float x = static_cast<float>(cell % level.width) + 0.5F;
-      const float y = static_cast<float>(cell / level.width) + 0.5F;
+      const float y = static_cast<float>(row) + 0.5F;
       add({(x - distance[0]) * stride, (y - distance[1]) * stride, (x + distance[2]) * stride,
            (y + distance[3]) * stride},
           sigmoid(best.value), best.index,
@@ -156,9 +157,10 @@ class Decoder {
       }
       const BestClass best = best_of({row + 5, 1}, classes_);
       const std::size_t cell = i % cells;
+      const std::size_t cell_row = cell / level.width;
       const float* anchor = &model_.anchors_px[(level.index * kAnchors + i / cells) * 2];
       const float x = (2.F * sigmoid(row[0]) - 0.5F + static_cast<float>(cell % level.width)) * stride;
-      const float y = (2.F * sigmoid(row[1]) - 0.5F + static_cast<float>(cell / level.width)) * stride;
+      const float y = (2.F * sigmoid(row[1]) - 0.5F + static_cast<float>(cell_row)) * stride;
       const float width = 4.F * sigmoid(row[2]) * sigmoid(row[2]) * anchor[0];
       const float height = 4.F * sigmoid(row[3]) * sigmoid(row[3]) * anchor[1];
       add(Box::around(x, y, width, height), sigmoid(row[4]) * sigmoid(best.value), best.index, {row + 5 + classes_, 1});

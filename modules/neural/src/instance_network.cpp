@@ -21,10 +21,10 @@ namespace {
 constexpr int kMaskRcnnGrid = 64;  // More than any in use, on a side.
 
 Status check(const ModelConfig& model, const NetworkOptions& options) {
-  if (const Status valid = model.validate(); !valid) {
+  if (Status valid = model.validate(); !valid) {
     return valid;
   }
-  if (const Status valid = check_range("segmentation.onnx.threads", options.threads, 1, 16); !valid) {
+  if (Status valid = check_range("segmentation.onnx.threads", options.threads, 1, 16); !valid) {
     return valid;
   }
   for (const std::string& file : {model.file, model.graph}) {
@@ -118,7 +118,8 @@ struct InstanceNetwork::State {
     letterbox = Letterbox(size, options.max_width_px, options.max_height_px, arena);
     input = arena.take<float>(pixels * static_cast<std::size_t>(size.channels()));
     candidates = CandidateList(arena, kMaxCandidates);
-    const std::size_t grid = model.family == ModelFamily::kMaskRcnn ? kMaskRcnnGrid * kMaskRcnnGrid : pixels / 16;
+    const std::size_t grid =
+        model.family == ModelFamily::kMaskRcnn ? std::size_t{kMaskRcnnGrid} * kMaskRcnnGrid : pixels / 16;
     assembly = MaskAssembly(kMaxInstances, kMaxRuns, grid, arena);
   }
 

@@ -9,7 +9,7 @@ namespace {
 
 // A line of n samples becomes at most this many weights, whatever its scale.
 std::size_t weight_capacity(int from, int to) {
-  return static_cast<std::size_t>(2 * from + 4 * to + 4);
+  return 2 * static_cast<std::size_t>(from) + 4 * static_cast<std::size_t>(to) + 4;
 }
 
 // ITU-R BT.601.
@@ -97,7 +97,8 @@ void Letterbox::resample(const Picture& picture, int channel, const Placement& p
     std::fill_n(target, width, 0.F);
     for (int i = 0; i < taps.count; ++i) {
       const float weight = rows_.weights[static_cast<std::size_t>(taps.first_weight + i)];
-      const float* source = wide_.data() + static_cast<std::size_t>(taps.first + i) * width;
+      const auto line = static_cast<std::size_t>(taps.first + i);
+      const float* source = wide_.data() + line * width;
       for (std::size_t x = 0; x < width; ++x) {
         target[x] += weight * source[x];
       }

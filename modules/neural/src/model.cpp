@@ -9,7 +9,7 @@ constexpr int kStride = 32;  // Of a YOLO's coarsest level.
 
 Status check_input(const ModelConfig& model) {
   const ModelInput& input = model.input;
-  const Status in_range = first_failure({
+  Status in_range = first_failure({
       check_range("input.width", input.width_px, kStride, 4096),
       check_range("input.height", input.height_px, kStride, 4096),
       check_range("input.pad", input.pad, 0, 255),

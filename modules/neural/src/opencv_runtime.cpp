@@ -31,7 +31,7 @@ Unexpected<Error> failed(const std::string& file, const cv::Exception& exception
 
 class OpencvRuntime final : public Runtime {
  public:
-  OpencvRuntime(const ModelConfig& model, cv::dnn::Net net) : model_(model), net_(std::move(net)) {
+  OpencvRuntime(const ModelConfig& model, const cv::dnn::Net& net) : model_(model), net_(net) {
     net_.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
     net_.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
     if (model.family == ModelFamily::kMaskRcnn) {

@@ -47,7 +47,7 @@ class Pictures {
   static std::vector<std::uint8_t> pixels(int x0) {
     std::vector<std::uint8_t> image(static_cast<std::size_t>(kGeometry.width_px * kGeometry.height_px), 10);
     for (int y = 16; y < 32; ++y) {
-      std::fill_n(image.begin() + y * kGeometry.width_px + x0, 16, std::uint8_t{250});
+      std::fill_n(image.begin() + static_cast<std::ptrdiff_t>(y) * kGeometry.width_px + x0, 16, std::uint8_t{250});
     }
     return image;
   }

@@ -29,7 +29,7 @@ class Heads : public ::testing::Test {
     model_.classes = {{"car", kVehicleClass}, {"dog", ModelClass::kDropped}, {"person", kPedestrianClass}};
     model_.thresholds.score = 0.5F;
   }
-  std::vector<float>& output(std::vector<int> sizes, float value = 0.F) {
+  std::vector<float>& output(const std::vector<int>& sizes, float value = 0.F) {
     std::size_t count = 1;
     Tensor tensor;
     for (const int size : sizes) {
@@ -86,9 +86,9 @@ TEST_F(Heads, ExportedRows) {
   std::vector<float>& values = output({1, 3 * kCells, 5 + 3 + kMasks});
   prototypes();
   const std::vector<float> row{30.F, 10.F, 20.F, 8.F, 0.9F, 0.7F, 0.2F, 0.1F, 3.F, -4.F};
-  std::copy(row.begin(), row.end(), values.begin() + 7 * 10);
+  std::copy(row.begin(), row.end(), values.begin() + 70);
   const std::vector<float> weak{30.F, 10.F, 20.F, 8.F, 0.6F, 0.7F, 0.2F, 0.1F, 3.F, -4.F};
-  std::copy(weak.begin(), weak.end(), values.begin() + 9 * 10);
+  std::copy(weak.begin(), weak.end(), values.begin() + 90);
   const auto found = decoded();
   ASSERT_EQ(found.size(), 1U) << "0.6 * 0.7 is below 0.5";
   expect_box(found[0].box, {20, 6, 40, 14});
@@ -134,7 +134,7 @@ TEST_F(Heads, RawAnchorMaps) {
   // The second anchor, 62 x 45, at column 2, row 1: sigmoid(0) = 1/2 puts the centre into the middle and leaves the
   // size.
   const std::vector<float> row{0.F, 0.F, 0.F, 0.F, 10.F, -20.F, -20.F, 10.F, 3.F, -4.F};
-  std::copy(row.begin(), row.end(), level16.begin() + (1 * kCells16 + 1 * 4 + 2) * kLength);
+  std::copy(row.begin(), row.end(), level16.begin() + std::ptrdiff_t{1 * kCells16 + 1 * 4 + 2} * kLength);
   const auto found = decoded();
   ASSERT_EQ(found.size(), 1U);
   expect_box(found[0].box, {40 - 31, 24 - 22.5F, 40 + 31, 24 + 22.5F});

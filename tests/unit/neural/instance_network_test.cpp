@@ -25,12 +25,15 @@ class Blobs {
       : width_(width),
         height_(height),
         channels_(channels),
-        samples_(static_cast<std::size_t>(width * height * channels), 10) {}
+        samples_(
+            static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(channels),
+            10) {}
   Blobs& add(const PixelBox& box, const std::array<std::uint8_t, 3>& colour) {
     for (int y = box.y0; y < box.y1; ++y) {
       for (int x = box.x0; x < box.x1; ++x) {
         for (int i = 0; i < channels_; ++i) {
-          samples_[static_cast<std::size_t>((y * width_ + x) * channels_ + i)] = colour[static_cast<std::size_t>(i)];
+          const std::ptrdiff_t pixel = std::ptrdiff_t{y} * width_ + x;
+          samples_[static_cast<std::size_t>(pixel * channels_ + i)] = colour[static_cast<std::size_t>(i)];
         }
       }
     }

@@ -54,7 +54,7 @@ TEST(Placement, OfAThinPictureIsNeverEmpty) {
 }
 
 TEST(Letterbox, OfTheSameSizeChangesNothing) {
-  std::vector<std::uint8_t> pixels(32 * 32);
+  std::vector<std::uint8_t> pixels(std::size_t{32} * 32);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     pixels[i] = static_cast<std::uint8_t>(i * 7);
   }
@@ -66,7 +66,7 @@ TEST(Letterbox, OfTheSameSizeChangesNothing) {
 
 TEST(Letterbox, ShrinkingAveragesAndKeepsTheMean) {
   // Stripes of one pixel: whoever picks samples sees all black or all white.
-  std::vector<std::uint8_t> pixels(128 * 128);
+  std::vector<std::uint8_t> pixels(std::size_t{128} * 128);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     pixels[i] = i % 2 == 0 ? 0 : 200;
   }
@@ -95,7 +95,7 @@ TEST(Letterbox, ARampStaysARampWhicheverWayItIsScaled) {
 }
 
 TEST(Letterbox, TheBorderIsPadAndIsScaledToo) {
-  const std::vector<std::uint8_t> pixels(64 * 32, 10);
+  const std::vector<std::uint8_t> pixels(std::size_t{64} * 32, 10);
   ModelInput size = input(64, 64);
   size.scale = 0.5F;
   size.mean = {4.F, 0.F, 0.F};
@@ -116,27 +116,27 @@ TEST(Letterbox, ColoursComeInTheOrderThatIsWanted) {
   const std::vector<float> bgr = filled(picture, input(32, 32, InputColours::kBgr));
   const std::vector<float> gray = filled(picture, input(32, 32));
   EXPECT_NEAR(rgb[0], 10.F, 1e-3);
-  EXPECT_NEAR(rgb[2 * 32 * 32], 30.F, 1e-3);
+  EXPECT_NEAR(rgb[std::size_t{2} * 32 * 32], 30.F, 1e-3);
   EXPECT_NEAR(bgr[0], 30.F, 1e-3);
-  EXPECT_NEAR(bgr[2 * 32 * 32], 10.F, 1e-3);
+  EXPECT_NEAR(bgr[std::size_t{2} * 32 * 32], 10.F, 1e-3);
   EXPECT_NEAR(gray[0], 0.299F * 10 + 0.587F * 20 + 0.114F * 30, 1e-2);
 }
 
 TEST(Letterbox, AGreyPictureGivesAColourNetworkThreeEqualChannels) {
-  const std::vector<std::uint8_t> pixels(32 * 32, 77);
+  const std::vector<std::uint8_t> pixels(std::size_t{32} * 32, 77);
   ModelInput size = input(32, 32, InputColours::kRgb);
   size.mean = {7.F, 0.F, 0.F};
   const std::vector<float> tensor = filled({pixels.data(), 32, 32, 32, 1}, size);
   EXPECT_NEAR(tensor[0], 70.F, 1e-3);
-  EXPECT_NEAR(tensor[32 * 32], 77.F, 1e-3);
-  EXPECT_NEAR(tensor[2 * 32 * 32], 77.F, 1e-3);
+  EXPECT_NEAR(tensor[std::size_t{32} * 32], 77.F, 1e-3);
+  EXPECT_NEAR(tensor[std::size_t{2} * 32 * 32], 77.F, 1e-3);
 }
 
 TEST(Letterbox, ASmallerPictureThanPlannedIsFine) {
   Arena arena(1 << 24);
   const ModelInput size = input(64, 64);
   Letterbox letterbox(size, 500, 500, arena);
-  std::vector<float> tensor(64 * 64);
+  std::vector<float> tensor(std::size_t{64} * 64);
   for (const int side : {500, 3, 64, 1, 127}) {
     const std::vector<std::uint8_t> pixels(static_cast<std::size_t>(side) * static_cast<std::size_t>(side), 50);
     letterbox.fill({pixels.data(), side, side, side, 1}, Placement::of(side, side, size), tensor);

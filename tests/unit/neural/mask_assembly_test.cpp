@@ -13,8 +13,8 @@ constexpr int kInput = 64;
 /// Two prototypes: the first is 1 in the left half and -1 in the right, the second everywhere 1.
 class Assembly : public ::testing::Test {
  protected:
-  Assembly() : values_(2 * kGrid * kGrid, 1.F) {
-    for (std::size_t i = 0; i < kGrid * kGrid; ++i) {
+  Assembly() : values_(2 * kCells, 1.F) {
+    for (std::size_t i = 0; i < kCells; ++i) {
       values_[i] = i % kGrid < kGrid / 2 ? 1.F : -1.F;
     }
     grid_ = {.values = values_, .sizes = {1, 2, kGrid, kGrid}, .rank = 4};
@@ -38,11 +38,12 @@ class Assembly : public ::testing::Test {
   }
 
   static constexpr int kGrid = kInput / 4;
+  static constexpr std::size_t kCells = std::size_t{kGrid} * kGrid;
   std::vector<float> values_;
   Tensor grid_;
   HeadLayout layout_;
   Arena arena_{1 << 22};
-  MaskAssembly assembly_{4, 1000, kGrid* kGrid, arena_};
+  MaskAssembly assembly_{4, 1000, kCells, arena_};
 };
 
 TEST_F(Assembly, WeighsPrototypesAndCutsToTheBox) {
@@ -96,7 +97,7 @@ TEST_F(Assembly, WhatHasNoRoomIsRefusedAndNothingIsLost) {
   EXPECT_FALSE(add({8, 8, 56, 24}, {1.F, 0.F})) << "a fifth mask";
   EXPECT_EQ(assembly_.masks().size(), 4U);
   assembly_.clear();
-  MaskAssembly few_runs(4, 10, kGrid * kGrid, arena_);
+  MaskAssembly few_runs(4, 10, kCells, arena_);
   assembly_ = few_runs;
   EXPECT_FALSE(add({8, 8, 56, 24}, {1.F, 0.F})) << "one run a row";
   EXPECT_TRUE(assembly_.masks().empty());

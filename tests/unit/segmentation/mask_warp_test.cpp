@@ -71,7 +71,7 @@ class MaskWarpTest : public ::testing::Test {
 TEST_F(MaskWarpTest, AMaskMovesWithItsFeatures) {
   const PixelBox box{20, 30, 60, 60};
   draw({box});
-  features_in(box, [](Eigen::Vector2f p) -> Eigen::Vector2f { return p + Eigen::Vector2f(12.F, -7.F); });
+  features_in(box, [](const Eigen::Vector2f& p) -> Eigen::Vector2f { return p + Eigen::Vector2f(12.F, -7.F); });
   const auto found = warped();
   ASSERT_EQ(found.size(), 1U);
   expect_near(found[0].box_px, {32, 23, 72, 53}, 0);
@@ -81,7 +81,7 @@ TEST_F(MaskWarpTest, AMaskMovesWithItsFeatures) {
 TEST_F(MaskWarpTest, AMaskGrowsWithItsFeatures) {
   const PixelBox box{20, 30, 60, 60};
   draw({box});
-  features_in(box, [](Eigen::Vector2f p) -> Eigen::Vector2f { return 1.2F * p - Eigen::Vector2f(8.F, 9.F); });
+  features_in(box, [](const Eigen::Vector2f& p) -> Eigen::Vector2f { return 1.2F * p - Eigen::Vector2f(8.F, 9.F); });
   const auto found = warped();
   ASSERT_EQ(found.size(), 1U);
   expect_near(found[0].box_px, {16, 27, 64, 63});
@@ -92,7 +92,7 @@ TEST_F(MaskWarpTest, FeaturesThatGoTheirOwnWayHaveNoSay) {
   const PixelBox box{20, 30, 60, 60};
   draw({box});
   int count = 0;
-  features_in(box, [&](Eigen::Vector2f p) -> Eigen::Vector2f {
+  features_in(box, [&](const Eigen::Vector2f& p) -> Eigen::Vector2f {
     return ++count % 3 == 0 ? p : p + Eigen::Vector2f(12.F, -7.F);  // A third shows what lies behind.
   });
   expect_near(warped()[0].box_px, {32, 23, 72, 53});
@@ -102,8 +102,8 @@ TEST_F(MaskWarpTest, TwoMasksMoveApart) {
   const PixelBox first{20, 30, 50, 60};
   const PixelBox second{90, 30, 120, 60};
   draw({first, second});
-  features_in(first, [](Eigen::Vector2f p) -> Eigen::Vector2f { return p - Eigen::Vector2f(10.F, 0.F); });
-  features_in(second, [](Eigen::Vector2f p) -> Eigen::Vector2f { return p + Eigen::Vector2f(10.F, 0.F); });
+  features_in(first, [](const Eigen::Vector2f& p) -> Eigen::Vector2f { return p - Eigen::Vector2f(10.F, 0.F); });
+  features_in(second, [](const Eigen::Vector2f& p) -> Eigen::Vector2f { return p + Eigen::Vector2f(10.F, 0.F); });
   const auto found = warped();
   ASSERT_EQ(found.size(), 2U);
   expect_near(found[0].box_px, {10, 30, 40, 60}, 0);
@@ -113,7 +113,8 @@ TEST_F(MaskWarpTest, TwoMasksMoveApart) {
 TEST_F(MaskWarpTest, WithoutFeaturesItGoesWithWhatIsAround) {
   const PixelBox box{60, 50, 70, 60};
   draw({box});
-  features_in({20, 30, 50, 80}, [](Eigen::Vector2f p) -> Eigen::Vector2f { return p + Eigen::Vector2f(5.F, 3.F); });
+  features_in({20, 30, 50, 80},
+              [](const Eigen::Vector2f& p) -> Eigen::Vector2f { return p + Eigen::Vector2f(5.F, 3.F); });
   expect_near(warped()[0].box_px, {65, 53, 75, 63}, 0);
 }
 
@@ -125,7 +126,7 @@ TEST_F(MaskWarpTest, WithoutAnyFeatureItStays) {
 TEST_F(MaskWarpTest, AFeatureThatIsAnotherNowIsNotFollowed) {
   const PixelBox box{20, 30, 60, 60};
   draw({box});
-  features_in(box, [](Eigen::Vector2f p) -> Eigen::Vector2f { return p + Eigen::Vector2f(12.F, 0.F); });
+  features_in(box, [](const Eigen::Vector2f& p) -> Eigen::Vector2f { return p + Eigen::Vector2f(12.F, 0.F); });
   for (Feature& feature : now_) {
     feature.id += 1000;  // The slots have been given to others.
   }
@@ -136,19 +137,20 @@ TEST_F(MaskWarpTest, InTheRightImageDisparityCounts) {
   const PixelBox box{20, 30, 60, 60};
   draw({box});
   features_in(
-      {30, 30, 70, 60}, [](Eigen::Vector2f p) -> Eigen::Vector2f { return p + Eigen::Vector2f(4.F, 0.F); }, 13.F);
+      {30, 30, 70, 60}, [](const Eigen::Vector2f& p) -> Eigen::Vector2f { return p + Eigen::Vector2f(4.F, 0.F); },
+      13.F);
   expect_near(warped(Eye::kRight)[0].box_px, {21, 30, 61, 60}, 0);
 }
 
 TEST_F(MaskWarpTest, WhatLeavesThePictureIsCutOrGone) {
   const PixelBox box{120, 30, 150, 60};
   draw({box});
-  features_in(box, [](Eigen::Vector2f p) -> Eigen::Vector2f { return p + Eigen::Vector2f(20.F, 0.F); });
+  features_in(box, [](const Eigen::Vector2f& p) -> Eigen::Vector2f { return p + Eigen::Vector2f(20.F, 0.F); });
   expect_near(warped()[0].box_px, {140, 30, 160, 60}, 0);
   then_.clear();
   now_.clear();
   draw({box});
-  features_in(box, [](Eigen::Vector2f p) -> Eigen::Vector2f { return p + Eigen::Vector2f(90.F, 0.F); });
+  features_in(box, [](const Eigen::Vector2f& p) -> Eigen::Vector2f { return p + Eigen::Vector2f(90.F, 0.F); });
   EXPECT_TRUE(warped().empty());
 }
 
