@@ -87,5 +87,6 @@ add_custom_target(kinetrace_packages
   COMMAND ${CMAKE_COMMAND} -E rm -rf ${CPACK_PACKAGE_DIRECTORY}
   COMMAND ${CMAKE_CPACK_COMMAND} --config ${PROJECT_BINARY_DIR}/CPackConfig.cmake
   DEPENDS kinetrace kinetrace_reference kinetrace_sbom shared_pipeline shared_hal $<TARGET_NAME_IF_EXISTS:shared_publishing>
-    $<TARGET_NAME_IF_EXISTS:kinetrace_libcamera_plugin> $<TARGET_NAME_IF_EXISTS:kinetrace_opencv_dnn> $<TARGET_NAME_IF_EXISTS:kinetrace-simulate>
+    $<TARGET_NAME_IF_EXISTS:kinetrace_libcamera_plugin> $<TARGET_NAME_IF_EXISTS:kinetrace_opencv_dnn>
+    $<TARGET_NAME_IF_EXISTS:kinetrace-simulate_reference>
   VERBATIM USES_TERMINAL COMMENT "Making packages")
