@@ -257,16 +257,4 @@ Result<ModelConfig> load_model(const fs::path& path) {
   return model;
 }
 
-std::string runtime_plugin() {
-  constexpr const char* kPlugin = "kinetrace-opencv-dnn.so";
-  for (const char* place : {".", "../lib/kinetrace"}) {
-    const fs::path path = program_folder() / place / kPlugin;
-    std::error_code error;
-    if (fs::exists(path, error)) {
-      return path.string();
-    }
-  }
-  return kPlugin;
-}
-
 }  // namespace kinetrace::app
