@@ -25,7 +25,8 @@ endif()
 add_custom_command(OUTPUT ${PROJECT_BINARY_DIR}/kinetrace.spdx.json
   COMMAND ${PROJECT_SOURCE_DIR}/toolchains/sbom ${PROJECT_VERSION} > ${PROJECT_BINARY_DIR}/kinetrace.spdx.json
   DEPENDS ${PROJECT_SOURCE_DIR}/toolchains/sbom ${PROJECT_SOURCE_DIR}/toolchains/packages-build.txt
-    ${PROJECT_SOURCE_DIR}/toolchains/packages-run.txt
+    ${PROJECT_SOURCE_DIR}/toolchains/packages-run.txt ${PROJECT_SOURCE_DIR}/toolchains/packages-plugins.txt
+    ${PROJECT_SOURCE_DIR}/config/models/kinetrace-sim.onnx
   VERBATIM COMMENT "Listing the packages that Kinetrace is made of")
 add_custom_target(kinetrace_sbom ALL DEPENDS ${PROJECT_BINARY_DIR}/kinetrace.spdx.json)
 install(FILES ${PROJECT_BINARY_DIR}/kinetrace.spdx.json DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/kinetrace COMPONENT kinetrace)
