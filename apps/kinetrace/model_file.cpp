@@ -216,8 +216,10 @@ Result<fs::path> default_model() {
       return path;
     }
   }
-  return fail(ErrorCode::kNotFound, std::string("segmentation.onnx.model is empty, and ") + kDefaultModel +
-                                        ", which comes with Kinetrace, is not installed; name a model");
+  return fail(ErrorCode::kNotFound,
+              std::string("segmentation.onnx.model is empty, and ") + kDefaultModel +
+                  ", which comes with Kinetrace, is not installed; install the package kinetrace-networks, or "
+                  "name a model");
 }
 
 }  // namespace
