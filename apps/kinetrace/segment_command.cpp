@@ -119,7 +119,7 @@ Outcome<void> segment(const SegmentOptions& options) {
   if (!network) {
     return failure(network.error());
   }
-  if (const Outcome<void> made = make_folders(options.out); !made) {
+  if (Outcome<void> made = make_folders(options.out); !made) {
     return made;
   }
   PictureFiles pictures;
