@@ -1,6 +1,7 @@
 # Debian packages, one for each component of the installation: `cmake --build build/release --target kinetrace_packages`.
 # Dependencies on libraries are found by dpkg-shlibdeps in the binaries.
-set(libraries libkinetrace${PROJECT_VERSION_MAJOR} libkinetrace-hal${PROJECT_VERSION_MAJOR})
+set(libraries libkinetrace${PROJECT_VERSION_MAJOR} libkinetrace-hal${PROJECT_VERSION_MAJOR}
+  libkinetrace-neural${PROJECT_VERSION_MAJOR})
 set(programs kinetrace)
 if(TARGET shared_publishing)
   list(APPEND libraries libkinetrace-publishing${PROJECT_VERSION_MAJOR})
@@ -64,6 +65,9 @@ kinetrace_library_package(kinetrace "3-D trajectories from stereo images: librar
   "${what}\nThis is the library that computes, for programs that embed it.")
 kinetrace_library_package(kinetrace-hal "3-D trajectories from stereo images: cameras and recordings"
   "${what}\nThis library reads recordings, calibrations and V4L2 cameras." libkinetrace${PROJECT_VERSION_MAJOR})
+kinetrace_library_package(kinetrace-neural "3-D trajectories from stereo images: neural networks, library"
+  "${what}\nThis library finds objects in images by neural networks, which the plugin\nin kinetrace-networks computes." libkinetrace${PROJECT_VERSION_MAJOR})
+set(CPACK_DEBIAN_LIBKINETRACE-NEURAL${PROJECT_VERSION_MAJOR}_PACKAGE_SUGGESTS kinetrace-networks)
 kinetrace_library_package(kinetrace-publishing "3-D trajectories from stereo images: results over DDS"
   "${what}\nThis library publishes results as DDS topics, also for ROS 2." libkinetrace${PROJECT_VERSION_MAJOR})
 kinetrace_package(libkinetrace-dev libdevel "3-D trajectories from stereo images: development files"
@@ -86,6 +90,7 @@ include(CPack)
 add_custom_target(kinetrace_packages
   COMMAND ${CMAKE_COMMAND} -E rm -rf ${CPACK_PACKAGE_DIRECTORY}
   COMMAND ${CMAKE_CPACK_COMMAND} --config ${PROJECT_BINARY_DIR}/CPackConfig.cmake
-  DEPENDS kinetrace kinetrace_reference kinetrace_sbom shared_pipeline shared_hal $<TARGET_NAME_IF_EXISTS:shared_publishing>
-    $<TARGET_NAME_IF_EXISTS:kinetrace_libcamera_plugin> $<TARGET_NAME_IF_EXISTS:kinetrace_opencv_dnn> $<TARGET_NAME_IF_EXISTS:kinetrace-simulate>
+  DEPENDS kinetrace kinetrace_reference kinetrace_sbom shared_pipeline shared_hal shared_neural $<TARGET_NAME_IF_EXISTS:shared_publishing>
+    $<TARGET_NAME_IF_EXISTS:kinetrace_libcamera_plugin> $<TARGET_NAME_IF_EXISTS:kinetrace_opencv_dnn>
+    $<TARGET_NAME_IF_EXISTS:kinetrace-simulate_reference>
   VERBATIM USES_TERMINAL COMMENT "Making packages")

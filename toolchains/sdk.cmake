@@ -1,7 +1,8 @@
 # What others build against: shared libraries made of the modules, their headers, a CMake package and pkg-config files.
-# Three libraries, so that nobody carries what they do not use; each needs those above it:
+# Four libraries, so that nobody carries what they do not use; all need the first:
 #   libkinetrace             core, imaging, processing, pipeline, recording: image codecs are all it needs
 #   libkinetrace-hal         recordings and cameras: OpenCV (calib3d, imgproc, core), yaml-cpp
+#   libkinetrace-neural      neural networks, by the plugin kinetrace-opencv-dnn.so; OpenCV's dnn is needed by that alone
 #   libkinetrace-publishing  DDS
 # The programs are made of the same modules, but whole: they need none of these libraries.
 include(CMakePackageConfigHelpers)
@@ -53,7 +54,8 @@ endfunction()
 kinetrace_shared_library(kinetrace pipeline "Stereo images in, metric 3-D trajectories of everything that moves out"
   MODULES core imaging features segmentation tracking sfm refinement trajectory pipeline recording)
 kinetrace_shared_library(kinetrace-hal hal "Stereo recordings and cameras for Kinetrace" MODULES hal NEEDS pipeline)
-foreach(module core imaging pipeline recording)
+kinetrace_shared_library(kinetrace-neural neural "Neural networks that find objects for Kinetrace" MODULES neural NEEDS pipeline)
+foreach(module core imaging pipeline recording neural)
   kinetrace_install_headers(modules/${module} *.hpp)
 endforeach()
 kinetrace_install_headers(hal *.hpp)

@@ -146,6 +146,23 @@ std::string command_names(const CLI::App& command) {
   return names;
 }
 
+// Finds the commands among the words given; nothing for a program without any.
+std::string command_search(const CLI::App& program) {
+  std::string commands = command_names(program);
+  if (commands.empty()) {
+    return "";
+  }
+  commands.pop_back();
+  return "  local word\n"
+         "  for word in \"${COMP_WORDS[@]:1:COMP_CWORD-1}\"; do\n"
+         "    case $word in\n"
+         "    " +
+         commands +
+         ") given+=\" $word\" ;;\n"
+         "    esac\n"
+         "  done\n";
+}
+
 }  // namespace
 
 std::string manual_page(const CLI::App& program) {
@@ -167,23 +184,12 @@ std::string manual_page(const CLI::App& program) {
 
 std::string bash_completion(const CLI::App& program) {
   const std::string& name = program.get_name();
-  std::string commands = command_names(program);
-  commands.pop_back();
-  // Commands are found among the words given; the last but one may be an option that wants a value.
+  // The last but one of the words may be an option that wants a value.
   return "# bash completion for " + name + "\n_" + name +
          "() {\n"
-         "  local word words given='" +
-         name +
-         "' last=\"${COMP_WORDS[COMP_CWORD]}\" before=\"${COMP_WORDS[COMP_CWORD-1]}\"\n"
-         "  for word in \"${COMP_WORDS[@]:1:COMP_CWORD-1}\"; do\n"
-         "    case $word in\n"
-         "    " +
-         commands +
-         ") given+=\" $word\" ;;\n"
-         "    esac\n"
-         "  done\n"
-         "  case \"$given $before\" in\n" +
-         completion_branches(program, name) +
+         "  local words given='" +
+         name + "' last=\"${COMP_WORDS[COMP_CWORD]}\" before=\"${COMP_WORDS[COMP_CWORD-1]}\"\n" +
+         command_search(program) + "  case \"$given $before\" in\n" + completion_branches(program, name) +
          "  esac\n"
          "  mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$last\")\n"
          "}\n"

@@ -218,8 +218,10 @@ Result<fs::path> default_model() {
       return path;
     }
   }
-  return fail(ErrorCode::kNotFound, std::string("segmentation.onnx.model is empty, and ") + kDefaultModel +
-                                        ", which comes with Kinetrace, is not installed; name a model");
+  return fail(ErrorCode::kNotFound,
+              std::string("segmentation.onnx.model is empty, and ") + kDefaultModel +
+                  ", which comes with Kinetrace, is not installed; install the package kinetrace-networks, or "
+                  "name a model");
 }
 
 }  // namespace
@@ -257,18 +259,6 @@ Result<ModelConfig> load_model(const fs::path& path) {
     return fail(valid.error().code, path.string() + ": " + valid.error().message);
   }
   return model;
-}
-
-std::string runtime_plugin() {
-  constexpr const char* kPlugin = "kinetrace-opencv-dnn.so";
-  for (const char* place : {".", "../lib/kinetrace"}) {
-    const fs::path path = program_folder() / place / kPlugin;
-    std::error_code error;
-    if (fs::exists(path, error)) {
-      return path.string();
-    }
-  }
-  return kPlugin;
 }
 
 }  // namespace kinetrace::app

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
 
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/neural/instance_network.hpp"
@@ -13,8 +12,5 @@ namespace kinetrace::app {
 /// Reads what describes a network; file names in it are relative to it. Errors, with file and line: kNotFound (empty
 /// `path`: the network that comes with Kinetrace is not installed), kIo, kInvalidConfig.
 [[nodiscard]] Result<neural::ModelConfig> load_model(const std::filesystem::path& path);
-
-/// The plugin that computes networks: beside the program, or where it is installed.
-[[nodiscard]] std::string runtime_plugin();
 
 }  // namespace kinetrace::app

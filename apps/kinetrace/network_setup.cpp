@@ -16,12 +16,8 @@ Result<std::unique_ptr<NetworkThread>> start_network(const AppConfig& config, co
   if (!model) {
     return Unexpected(model.error());
   }
-  return NetworkThread::create({.model = std::move(*model),
-                                .runtime = runtime_plugin(),
-                                .threads = onnx.threads,
-                                .right = onnx.right,
-                                .waits = waits},
-                               geometry);
+  return NetworkThread::create(
+      {.model = std::move(*model), .threads = onnx.threads, .right = onnx.right, .waits = waits}, geometry);
 }
 
 }  // namespace kinetrace::app

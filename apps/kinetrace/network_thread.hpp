@@ -17,7 +17,7 @@ namespace kinetrace::app {
 
 struct NetworkThreadConfig {
   neural::ModelConfig model;
-  std::string runtime;  ///< Plugin.
+  std::string runtime = {};  ///< As NetworkOptions::runtime.
   int threads = 1;
   bool right = false;  ///< Looks at the right image too.
   bool waits = true;   ///< Recordings wait for masks; a camera would lose frames meanwhile.

@@ -111,8 +111,7 @@ Outcome<void> segment(const SegmentOptions& options) {
   if (!files) {
     return failure(files.error());
   }
-  const neural::NetworkOptions network_options{.runtime = runtime_plugin(),
-                                               .threads = options.threads,
+  const neural::NetworkOptions network_options{.threads = options.threads,
                                                .max_width_px = PictureFiles::kMaxSide_px,
                                                .max_height_px = PictureFiles::kMaxSide_px};
   Arena arena(InstanceNetwork::required_bytes(*model, network_options));

@@ -1,10 +1,12 @@
 #include "options.hpp"
 
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
 #include <CLI/CLI.hpp>
 
+#include "command_reference.hpp"
 #include "scenes/scenes.hpp"
 
 namespace kinetrace::simulator {
@@ -68,10 +70,23 @@ void add_camera(CLI::App& app, Options& options, int& samples) {
   app.add_option("--threads", options.simulator.threads, "They do not change the result")->capture_default_str();
 }
 
+// Ends the command line there, as --help does: what else is required is not asked for.
+void add_reference(CLI::App& app) {
+  const auto print = [&app](const std::string& form) {
+    std::fputs((form == "man" ? app::manual_page(app) : app::bash_completion(app)).c_str(), stdout);
+    throw CLI::Success();
+  };
+  app.add_option_function<std::string>("--reference", print, "Prints this command line as a manual page or for bash")
+      ->check(CLI::IsMember({"man", "bash"}))
+      ->trigger_on_parse();
+}
+
 }  // namespace
 
 app::Outcome<std::optional<Options>> parse_options(int argc, const char* const* argv) {
-  CLI::App app("Simulates a stereo recording with exact truth: a KITTI raw drive, and DIR/truth beside it.");
+  CLI::App app("Simulates a stereo recording with exact truth: a KITTI raw drive, and DIR/truth beside it.",
+               "kinetrace-simulate");
+  app.set_version_flag("--version", std::string("kinetrace-simulate ") + KINETRACE_VERSION);
   app.footer(scene_list());
   Options options;
   std::string out;
@@ -80,6 +95,7 @@ app::Outcome<std::optional<Options>> parse_options(int argc, const char* const* 
   add_recording(app, options, out, degrade);
   add_camera(app, options, samples);
   app.add_flag("--quiet", options.quiet, "Prints nothing but errors");
+  add_reference(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -272,5 +272,15 @@ TEST_F(CameraCommand, ExamplesOfCameraFilesAreValid) {
   }
 }
 
+TEST_F(CameraCommand, TheGuessedRigStandsInForACalibration) {
+  std::string text = text_of(KINETRACE_SOURCE_DIR "/config/cameras/v4l2-pair.yaml");
+  const std::string named = "calibration/rig.yaml";
+  text.replace(text.find(named), named.size(), KINETRACE_SOURCE_DIR "/config/calibration/guessed-rig.yaml");
+  const ProgramResult result = run(written(text));
+  // The devices are looked for next.
+  EXPECT_EQ(result.exit_code, 66) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("usb-0000:00:14.0-1"));
+}
+
 }  // namespace
 }  // namespace kinetrace::test

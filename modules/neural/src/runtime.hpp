@@ -41,7 +41,7 @@ using MakeRuntime = Result<std::unique_ptr<Runtime>> (*)(const ModelConfig& mode
 using RuntimePlugin = MakeRuntime (*)();
 inline constexpr const char* kRuntimePluginSymbol = "kinetrace_runtime_plugin";
 
-/// Errors: kUnsupported, naming the plugin and the remedy.
+/// Empty: see NetworkOptions::runtime. Errors: kUnsupported, naming the plugin and the remedy.
 [[nodiscard]] Result<MakeRuntime> load_runtime(const std::string& plugin);
 
 }  // namespace kinetrace::neural

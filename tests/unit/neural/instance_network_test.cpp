@@ -307,7 +307,7 @@ TEST(InstanceNetwork, AMissingRuntimeIsNamedWithTheRemedy) {
       arena);
   ASSERT_FALSE(made);
   EXPECT_EQ(made.error().code, ErrorCode::kUnsupported);
-  EXPECT_THAT(made.error().message, HasSubstr("libopencv-dnn"));
+  EXPECT_THAT(made.error().message, HasSubstr("install the package kinetrace-networks"));
 }
 
 TEST(InstanceNetwork, AnArenaThatIsTooSmallIsRefused) {

@@ -17,7 +17,9 @@
 namespace kinetrace::neural {
 
 struct NetworkOptions {
-  std::string runtime;   ///< The plugin that computes networks: kinetrace-opencv-dnn.so, with its path.
+  /// The plugin that computes networks, with its path. Empty: kinetrace-opencv-dnn.so, as it is installed with
+  /// Kinetrace or lies beside the program.
+  std::string runtime = {};
   int threads = 1;       ///< That the runtime may use, [1, 16].
   int max_width_px = 0;  ///< Of the pictures.
   int max_height_px = 0;

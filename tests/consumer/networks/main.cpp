@@ -1,0 +1,34 @@
+// instances kinetrace-sim.onnx PICTURE: what that network sees, as rows of class, score, x0, y0, x1, y1 of the box.
+#include <cstdio>
+#include <cstdlib>
+#include <kinetrace/imaging/image_reader.hpp>
+#include <kinetrace/neural/instance_network.hpp>
+using namespace kinetrace;
+
+template <typename T>
+T must(Result<T> result) {
+  if (!result)
+    std::exit((std::fprintf(stderr, "%s\n", result.error().message.c_str()), 1));
+  if constexpr (!std::is_void_v<T>)
+    return *std::move(result);
+}
+
+int main(int, char** argv) {
+  neural::ModelConfig model;
+  model.family = neural::ModelFamily::kYolov8Seg;
+  model.file = argv[1];
+  model.input = {.width_px = 640, .height_px = 192, .colours = neural::InputColours::kGray};
+  model.classes = {{"vehicle", kVehicleClass}, {"person", kPedestrianClass}};
+  const imaging::ImageInfo size = must(imaging::read_image_info(argv[2]));
+  const neural::NetworkOptions options{.max_width_px = size.width, .max_height_px = size.height};
+  Arena arena(neural::InstanceNetwork::required_bytes(model, options) + imaging::ImageReader::required_bytes({}));
+  auto network = must(neural::InstanceNetwork::create(model, options, arena));
+  auto reader = must(imaging::ImageReader::create({}, arena));
+  std::vector<std::uint8_t> pixels(std::size_t(size.width) * std::size_t(size.height));
+  const MutableGrayView picture{pixels.data(), size.width, size.height, size.width};
+  must(reader.read_gray(argv[2], picture));
+  for (const RunLengthMask& mask : must(network->segment(GrayView(picture)))) {
+    const PixelBox& box = mask.box_px;
+    std::printf("%d %.3f %d %d %d %d\n", mask.class_id, mask.score, box.x0, box.y0, box.x1, box.y1);
+  }
+}
