@@ -95,12 +95,16 @@ if(CMAKE_CROSSCOMPILING)
 endif()
 
 # kinetrace_test(NAME [ALONE] SOURCES ... LIBS ... [LABELS ...]): a GoogleTest program with its tests registered one by one, labelled
-# with its folder below tests/ ("unit") unless told otherwise. ALONE: what it tests is about time; nothing else runs meanwhile.
+# with its folder below tests/ ("unit") unless told otherwise. ALONE: what it tests is about time; nothing else runs meanwhile, and
+# emulated, where time is another, its label is "time" only.
 function(kinetrace_test name)
   cmake_parse_arguments(ARG "ALONE" "" "SOURCES;LIBS;LABELS" ${ARGN})
   if(NOT ARG_LABELS)
     file(RELATIVE_PATH place ${PROJECT_SOURCE_DIR}/tests ${CMAKE_CURRENT_SOURCE_DIR})
     string(REGEX REPLACE "/.*" "" ARG_LABELS "${place}")
+  endif()
+  if(ARG_ALONE AND CMAKE_CROSSCOMPILING)
+    set(ARG_LABELS time)
   endif()
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE kinetrace_options ${ARG_LIBS} GTest::gmock GTest::gtest GTest::gtest_main)
