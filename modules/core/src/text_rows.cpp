@@ -58,9 +58,9 @@ std::optional<std::int64_t> parse_seconds_ns(std::string_view text) {
       digits.find_first_not_of("0123456789") != std::string::npos) {
     return std::nullopt;
   }
-  const int places = std::max(static_cast<int>(point) + *exponent + kNanosecondPlaces, -1);
   digits.insert(0, 1, '0');  // So that there is one before those that are rounded away.
-  const auto kept = static_cast<std::size_t>(places + 1);
+  const int places = 1 + static_cast<int>(point) + *exponent + kNanosecondPlaces;
+  const auto kept = static_cast<std::size_t>(std::max(places, 0));
   const int up = kept < digits.size() && digits[kept] >= '5' ? 1 : 0;
   digits.resize(kept, '0');
   const std::optional<std::int64_t> whole = kept > 0 ? parse_whole<std::int64_t>(digits) : 0;
