@@ -11,6 +11,10 @@ set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 # Boards carry no function that nobody calls, and no library of which nothing is used.
 add_compile_options(-ffunction-sections -fdata-sections)
 add_link_options(-Wl,--gc-sections -Wl,--as-needed)
+# Recordings are longer than 2 GiB, also on 32-bit boards.
+if(CMAKE_SIZEOF_VOID_P EQUAL 4)
+  add_compile_definitions(_FILE_OFFSET_BITS=64)
+endif()
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release)
 endif()
@@ -33,15 +37,10 @@ target_compile_options(kinetrace_options INTERFACE
   $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
 # Vector types passed between inlined functions of one file never cross an ABI border.
 target_compile_options(kinetrace_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-psabi>)
-# Where sizes have 32 bits GCC 12 takes what std::string's functions never get for lengths beyond every object.
-if(CMAKE_SIZEOF_VOID_P EQUAL 4)
+# With sanitizers, and where sizes have 32 bits, GCC 12 sees copies of strings that leave their bounds where there are none.
+if(KINETRACE_SANITIZED OR CMAKE_SIZEOF_VOID_P EQUAL 4)
   target_compile_options(kinetrace_options INTERFACE
-    "$<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow;-Wno-stringop-overread>")
-endif()
-# With sanitizers GCC 12 sees copies of strings that leave their bounds where there are none.
-if(KINETRACE_SANITIZED)
-  target_compile_options(kinetrace_options INTERFACE
-    "$<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-stringop-overflow;-Wno-restrict>")
+    "$<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-stringop-overflow;-Wno-stringop-overread;-Wno-restrict>")
 endif()
 
 # kinetrace_module(NAME SOURCES ... [PUBLIC libs...] [PRIVATE libs...]): the library kinetrace_NAME, alias kinetrace::NAME, with
