@@ -18,15 +18,13 @@ if(TARGET kinetrace-simulate)
   kinetrace_reference(kinetrace-simulate kinetrace-simulator --reference)
 endif()
 
-# What the delivered binaries are made with and need; the versions are this machine's.
-if(CMAKE_CROSSCOMPILING)
-  return()
-endif()
+# What the delivered binaries are made with and need, in this machine's versions, or the sysroot's.
 add_custom_command(OUTPUT ${PROJECT_BINARY_DIR}/kinetrace.spdx.json
-  COMMAND ${PROJECT_SOURCE_DIR}/toolchains/sbom ${PROJECT_VERSION} > ${PROJECT_BINARY_DIR}/kinetrace.spdx.json
+  COMMAND ${PROJECT_SOURCE_DIR}/toolchains/sbom ${PROJECT_VERSION} ${kinetrace_sysroot_arch} > ${PROJECT_BINARY_DIR}/kinetrace.spdx.json
   DEPENDS ${PROJECT_SOURCE_DIR}/toolchains/sbom ${PROJECT_SOURCE_DIR}/toolchains/packages-build.txt
     ${PROJECT_SOURCE_DIR}/toolchains/packages-run.txt ${PROJECT_SOURCE_DIR}/toolchains/packages-plugins.txt
     ${PROJECT_SOURCE_DIR}/config/models/kinetrace-sim.onnx
+    $<$<BOOL:${CMAKE_CROSSCOMPILING}>:${PROJECT_SOURCE_DIR}/toolchains/sysroot-${kinetrace_sysroot_arch}.lock>
   VERBATIM COMMENT "Listing the packages that Kinetrace is made of")
 add_custom_target(kinetrace_sbom ALL DEPENDS ${PROJECT_BINARY_DIR}/kinetrace.spdx.json)
 install(FILES ${PROJECT_BINARY_DIR}/kinetrace.spdx.json DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/kinetrace COMPONENT kinetrace)

@@ -11,6 +11,10 @@ set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 # Boards carry no function that nobody calls, and no library of which nothing is used.
 add_compile_options(-ffunction-sections -fdata-sections)
 add_link_options(-Wl,--gc-sections -Wl,--as-needed)
+# Recordings are longer than 2 GiB, also on 32-bit boards.
+if(CMAKE_SIZEOF_VOID_P EQUAL 4)
+  add_compile_definitions(_FILE_OFFSET_BITS=64)
+endif()
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release)
 endif()
@@ -33,10 +37,10 @@ target_compile_options(kinetrace_options INTERFACE
   $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
 # Vector types passed between inlined functions of one file never cross an ABI border.
 target_compile_options(kinetrace_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-psabi>)
-# With sanitizers GCC 12 sees copies of strings that leave their bounds where there are none.
-if(KINETRACE_SANITIZED)
+# With sanitizers, and where sizes have 32 bits, GCC 12 sees copies of strings that leave their bounds where there are none.
+if(KINETRACE_SANITIZED OR CMAKE_SIZEOF_VOID_P EQUAL 4)
   target_compile_options(kinetrace_options INTERFACE
-    "$<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-stringop-overflow;-Wno-restrict>")
+    "$<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-stringop-overflow;-Wno-stringop-overread;-Wno-restrict>")
 endif()
 
 # kinetrace_module(NAME SOURCES ... [PUBLIC libs...] [PRIVATE libs...]): the library kinetrace_NAME, alias kinetrace::NAME, with
@@ -53,9 +57,22 @@ function(kinetrace_module name)
   target_precompile_headers(kinetrace_${name} PRIVATE <Eigen/Core> <Eigen/Geometry> <algorithm> <cmath> <span> <string> <vector>)
 endfunction()
 
-# kinetrace_kernel(TARGET FILE): compiles FILE twice, for the baseline of the architecture and, on x86-64, for x86-64-v3 (AVX2 and FMA).
-# The source puts its code in namespace KINETRACE_KERNEL_ISA (kernel_baseline or kernel_v3); the caller chooses at run time with
-# kinetrace::cpu_has_v3() from core. Kernels use GCC vector extensions, so the same source serves NEON.
+# What hot kernels are compiled for: everything that the architecture runs on, and the processors that boards and desks have today.
+# ARM's baseline does without NEON, so that what NEON computes can be compared. Other architectures have the baseline twice.
+set(kinetrace_baseline_flags "")
+set(kinetrace_fast_flags "")
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  set(kinetrace_fast_flags -march=x86-64-v3 -ffp-contract=fast)
+elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64")
+  set(kinetrace_baseline_flags -march=armv8-a+nosimd)
+elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "^arm")
+  set(kinetrace_baseline_flags -mfpu=vfpv3-d16)
+  set(kinetrace_fast_flags -mfpu=neon-vfpv4)
+endif()
+
+# kinetrace_kernel(TARGET FILE): compiles FILE twice, for the baseline and for fast processors. The source puts its code in namespace
+# KINETRACE_KERNEL_ISA (kernel_baseline or kernel_fast); the caller chooses at run time with kinetrace::cpu_runs_fast_kernels()
+# from core. Kernels use GCC vector extensions, so the same source serves all of them.
 function(kinetrace_kernel target file)
   get_filename_component(stem ${file} NAME_WE)
   function(_variant isa flags)
@@ -66,20 +83,27 @@ function(kinetrace_kernel target file)
     target_link_libraries(${target}_${stem}_${isa} PRIVATE kinetrace_options kinetrace::core)
     target_sources(${target} PRIVATE $<TARGET_OBJECTS:${target}_${stem}_${isa}>)
   endfunction()
-  _variant(baseline "")
-  if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
-    _variant(v3 "-march=x86-64-v3;-ffp-contract=fast")
-    target_compile_definitions(${target} PRIVATE KINETRACE_HAVE_V3=1)
-  endif()
+  _variant(baseline "${kinetrace_baseline_flags}")
+  _variant(fast "${kinetrace_fast_flags}")
 endfunction()
 
+# Emulated, everything takes up to thirty times as long.
+set(kinetrace_test_timeout_s 300)
+if(CMAKE_CROSSCOMPILING)
+  set(kinetrace_test_timeout_s 1800)
+endif()
+
 # kinetrace_test(NAME [ALONE] SOURCES ... LIBS ... [LABELS ...]): a GoogleTest program with its tests registered one by one, labelled
-# with its folder below tests/ ("unit") unless told otherwise. ALONE: what it tests is about time; nothing else runs meanwhile.
+# with its folder below tests/ ("unit") unless told otherwise. ALONE: what it tests is about time; nothing else runs meanwhile, and
+# emulated, where time is another, its label is "time" only.
 function(kinetrace_test name)
   cmake_parse_arguments(ARG "ALONE" "" "SOURCES;LIBS;LABELS" ${ARGN})
   if(NOT ARG_LABELS)
     file(RELATIVE_PATH place ${PROJECT_SOURCE_DIR}/tests ${CMAKE_CURRENT_SOURCE_DIR})
     string(REGEX REPLACE "/.*" "" ARG_LABELS "${place}")
+  endif()
+  if(ARG_ALONE AND CMAKE_CROSSCOMPILING)
+    set(ARG_LABELS time)
   endif()
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE kinetrace_options ${ARG_LIBS} GTest::gmock GTest::gtest GTest::gtest_main)
@@ -88,6 +112,6 @@ function(kinetrace_test name)
   if(KINETRACE_SANITIZED)
     set(environment ENVIRONMENT "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/support/tsan.supp")
   endif()
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST
-    PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT 300 RUN_SERIAL "${ARG_ALONE}" ${environment})
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
+    PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${kinetrace_test_timeout_s} RUN_SERIAL "${ARG_ALONE}" ${environment})
 endfunction()

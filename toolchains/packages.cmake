@@ -31,6 +31,17 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/lib)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_COMPONENTS_ALL ${libraries} libkinetrace-dev ${programs})
 
+# Of another architecture dpkg-shlibdeps knows what make-sysroot wrote down. CPack starts what it finds by this name, without
+# arguments of ours.
+set(package_tools ${PROJECT_BINARY_DIR}/packaging/tools)
+if(CMAKE_CROSSCOMPILING)
+  set(CPACK_DEBIAN_PACKAGE_ARCHITECTURE ${kinetrace_sysroot_arch})
+  find_program(KINETRACE_SHLIBDEPS dpkg-shlibdeps)
+  file(WRITE ${package_tools}/dpkg-shlibdeps
+    "#!/bin/sh\nDEB_HOST_ARCH=${kinetrace_sysroot_arch} exec ${KINETRACE_SHLIBDEPS} -S${CMAKE_SYSROOT} \"$@\"\n")
+  file(CHMOD ${package_tools}/dpkg-shlibdeps PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE)
+endif()
+
 # kinetrace_package(COMPONENT SECTION SUMMARY DETAILS [packages of ours that it needs in the same version...])
 macro(kinetrace_package component section summary details)
   string(TOUPPER ${component} key)
@@ -89,7 +100,7 @@ include(CPack)
 # Without the tests, which are part of `all`.
 add_custom_target(kinetrace_packages
   COMMAND ${CMAKE_COMMAND} -E rm -rf ${CPACK_PACKAGE_DIRECTORY}
-  COMMAND ${CMAKE_CPACK_COMMAND} --config ${PROJECT_BINARY_DIR}/CPackConfig.cmake
+  COMMAND ${CMAKE_COMMAND} -E env CMAKE_PROGRAM_PATH=${package_tools} ${CMAKE_CPACK_COMMAND} --config ${PROJECT_BINARY_DIR}/CPackConfig.cmake
   DEPENDS kinetrace kinetrace_reference kinetrace_sbom shared_pipeline shared_hal shared_neural $<TARGET_NAME_IF_EXISTS:shared_publishing>
     $<TARGET_NAME_IF_EXISTS:kinetrace_libcamera_plugin> $<TARGET_NAME_IF_EXISTS:kinetrace_opencv_dnn>
     $<TARGET_NAME_IF_EXISTS:kinetrace-simulate_reference>

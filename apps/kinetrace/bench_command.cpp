@@ -58,7 +58,7 @@ Outcome<BenchReport> measure(const BenchOptions& options) {
   }
   return BenchReport{.version = KINETRACE_VERSION,
                      .processor = processor_name(),
-                     .kernels = cpu_has_v3() ? "v3" : "baseline",
+                     .kernels = kernel_isa(),
                      .dataset = options.source.dataset,
                      .width_px = geometry->width_px,
                      .height_px = geometry->height_px,

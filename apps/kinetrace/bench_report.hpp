@@ -15,7 +15,7 @@ namespace kinetrace::app {
 struct BenchReport {
   std::string version;
   std::string processor;  ///< As the system names it.
-  std::string kernels;    ///< "v3" (AVX2 and FMA) or "baseline".
+  std::string kernels;    ///< See kernel_isa.
   std::string dataset;
   int width_px = 0;  ///< Rectified.
   int height_px = 0;

@@ -76,12 +76,7 @@ Image<float> blurred_along_columns(const Image<float>& source, const BlurWeights
 using Kernel = decltype(&kernel_baseline::expose_row);
 
 Kernel best_kernel() {
-#ifdef KINETRACE_HAVE_V3
-  if (cpu_has_v3()) {
-    return &kernel_v3::expose_row;
-  }
-#endif
-  return &kernel_baseline::expose_row;
+  return cpu_runs_fast_kernels() ? &kernel_fast::expose_row : &kernel_baseline::expose_row;
 }
 
 }  // namespace

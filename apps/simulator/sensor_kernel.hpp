@@ -18,9 +18,8 @@ struct RowExposure {
 namespace kernel_baseline {
 void expose_row(const float* radiance, int width, const RowExposure& row, std::uint8_t* levels) noexcept;
 }
-namespace kernel_v3 {
-/// Only where KINETRACE_HAVE_V3.
+namespace kernel_fast {
 void expose_row(const float* radiance, int width, const RowExposure& row, std::uint8_t* levels) noexcept;
-}  // namespace kernel_v3
+}  // namespace kernel_fast
 
 }  // namespace kinetrace::simulator

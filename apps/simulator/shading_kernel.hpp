@@ -29,8 +29,8 @@ struct ShadingKernel {
 namespace kernel_baseline {
 extern const ShadingKernel shading_kernel;
 }
-namespace kernel_v3 {
-extern const ShadingKernel shading_kernel;  // Only where KINETRACE_HAVE_V3.
+namespace kernel_fast {
+extern const ShadingKernel shading_kernel;
 }
 
 /// The quickest one that this machine runs.

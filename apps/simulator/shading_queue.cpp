@@ -19,12 +19,7 @@ Daylight daylight_of(const Light& light) {
 }  // namespace
 
 const ShadingKernel& shading_kernel() {
-#ifdef KINETRACE_HAVE_V3
-  if (cpu_has_v3()) {
-    return kernel_v3::shading_kernel;
-  }
-#endif
-  return kernel_baseline::shading_kernel;
+  return cpu_runs_fast_kernels() ? kernel_fast::shading_kernel : kernel_baseline::shading_kernel;
 }
 
 ShadingQueue::ShadingQueue(const Light& light) : kernel_(shading_kernel()), light_(daylight_of(light)) {}

@@ -60,7 +60,7 @@ Result<ImageFolder> list_images(const fs::path& folder, std::string_view prefix,
                                                   suffix, " images; keep one kind"));
     }
     images.files.suffix = suffix;
-    stem.resize(stem.size() - tag.size());
+    stem.erase(stem.size() - tag.size());
     images.stems.push_back(std::move(stem));
     std::error_code no_size;
     const std::uintmax_t size = entry->file_size(no_size);

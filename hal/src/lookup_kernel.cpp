@@ -7,23 +7,16 @@ namespace kinetrace::hal {
 namespace kernel_baseline {
 extern const LookupKernel kLookup;
 }
-#ifdef KINETRACE_HAVE_V3
-namespace kernel_v3 {
+namespace kernel_fast {
 extern const LookupKernel kLookup;
 }
-#endif
 
 LookupKernel baseline_lookup_kernel() noexcept {
   return kernel_baseline::kLookup;
 }
 
 LookupKernel lookup_kernel() noexcept {
-#ifdef KINETRACE_HAVE_V3
-  if (cpu_has_v3()) {
-    return kernel_v3::kLookup;
-  }
-#endif
-  return baseline_lookup_kernel();
+  return cpu_runs_fast_kernels() ? kernel_fast::kLookup : baseline_lookup_kernel();
 }
 
 }  // namespace kinetrace::hal

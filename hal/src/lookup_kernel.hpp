@@ -20,7 +20,7 @@ struct LookupRow {
 using LookupKernel = void (*)(const std::uint8_t* source, std::ptrdiff_t stride, const LookupRow& row,
                               std::uint8_t* target);
 
-/// The best for this machine; see cpu_has_v3.
+/// The best for this machine; see cpu_runs_fast_kernels.
 [[nodiscard]] LookupKernel lookup_kernel() noexcept;
 /// The portable one.
 [[nodiscard]] LookupKernel baseline_lookup_kernel() noexcept;

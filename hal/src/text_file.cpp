@@ -2,10 +2,10 @@
 
 #include <charconv>
 #include <chrono>
-#include <cmath>
 #include <fstream>
 #include <limits>
 
+#include "kinetrace/core/text_rows.hpp"
 #include "messages.hpp"
 
 namespace kinetrace::hal {
@@ -62,16 +62,6 @@ std::optional<std::int64_t> parse_date_ns(std::string_view text) {
   }
   const std::int64_t days = std::chrono::sys_days(date).time_since_epoch().count();
   return (((days * 24 + *hour) * 60 + *minute) * 60 + *seconds) * 1'000'000'000 + fraction_ns;
-}
-
-std::optional<std::int64_t> parse_seconds_ns(std::string_view text) {
-  // long double: Unix time in seconds with nanoseconds needs more than the 53 bits of a double.
-  const auto seconds = parse_whole<long double>(text);
-  constexpr long double kLimit_s = 9.2e9L;
-  if (!seconds || !std::isfinite(*seconds) || std::abs(*seconds) > kLimit_s) {
-    return std::nullopt;
-  }
-  return static_cast<std::int64_t>(std::llround(*seconds * 1e9L));
 }
 
 }  // namespace
@@ -134,15 +124,11 @@ std::optional<std::vector<double>> parse_numbers(std::string_view text) {
 }
 
 std::optional<std::int64_t> parse_time_ns(std::string_view text) {
-  constexpr std::size_t kFewestNanosecondDigits = 16;
   const std::string_view time = trimmed(text);
   if (time.size() > 10 && time[4] == '-') {
     return parse_date_ns(time);
   }
-  if (time.size() >= kFewestNanosecondDigits && time.find_first_not_of("0123456789") == std::string_view::npos) {
-    return parse_whole<std::int64_t>(time);
-  }
-  return parse_seconds_ns(time);
+  return kinetrace::parse_time_ns(time);
 }
 
 Result<std::vector<std::int64_t>> read_times_ns(const std::filesystem::path& path) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <utility>
 
 namespace kinetrace {
@@ -33,6 +34,42 @@ std::optional<Number> parse_whole(std::string_view text) {
   return error == std::errc{} && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
 }
 
+// What follows the e of a number, 0 where nothing does.
+std::optional<int> parse_exponent(std::string_view text) {
+  if (text.starts_with('+') && !text.starts_with("+-")) {
+    text.remove_prefix(1);
+  }
+  return parse_whole<int>(text);
+}
+
+// Digit by digit: Unix time with nanoseconds has more digits than a double holds, and a long double is no more than
+// that on some processors.
+std::optional<std::int64_t> parse_seconds_ns(std::string_view text) {
+  constexpr int kNanosecondPlaces = 9;
+  constexpr int kMostPlaces = 40;
+  const bool negative = text.starts_with('-');
+  text.remove_prefix(negative ? 1 : 0);
+  const std::size_t end = std::min(text.find_first_of("eE"), text.size());
+  const std::optional<int> exponent = end < text.size() ? parse_exponent(text.substr(end + 1)) : 0;
+  const std::size_t point = std::min(text.substr(0, end).find('.'), end);
+  std::string digits(text.substr(0, point));
+  digits.append(text.substr(std::min(point + 1, end), end - std::min(point + 1, end)));
+  if (!exponent || *exponent < -kMostPlaces || *exponent > kMostPlaces || digits.empty() ||
+      digits.find_first_not_of("0123456789") != std::string::npos) {
+    return std::nullopt;
+  }
+  digits.insert(0, 1, '0');  // So that there is one before those that are rounded away.
+  const int places = 1 + static_cast<int>(point) + *exponent + kNanosecondPlaces;
+  const auto kept = static_cast<std::size_t>(std::max(places, 0));
+  const int up = kept < digits.size() && digits[kept] >= '5' ? 1 : 0;
+  digits.resize(kept, '0');
+  const std::optional<std::int64_t> whole = kept > 0 ? parse_whole<std::int64_t>(digits) : 0;
+  if (!whole || *whole == std::numeric_limits<std::int64_t>::max()) {
+    return std::nullopt;
+  }
+  return (negative ? -1 : 1) * (*whole + up);
+}
+
 }  // namespace
 
 std::optional<double> parse_number(std::string_view text) {
@@ -49,13 +86,7 @@ std::optional<std::int64_t> parse_time_ns(std::string_view text) {
   if (text.size() >= kFewestNanosecondDigits && text.find_first_not_of("0123456789") == std::string_view::npos) {
     return parse_integer(text);
   }
-  // long double: Unix time in seconds with nanoseconds needs more than the 53 bits of a double.
-  const auto seconds = parse_whole<long double>(text);
-  constexpr long double kLimit_s = 9.2e9L;
-  if (!seconds || !std::isfinite(*seconds) || std::abs(*seconds) > kLimit_s) {
-    return std::nullopt;
-  }
-  return static_cast<std::int64_t>(std::llround(*seconds * 1e9L));
+  return parse_seconds_ns(text);
 }
 
 Result<TextRows> TextRows::open(const std::filesystem::path& path, Separator separator) {

@@ -12,9 +12,7 @@ namespace kinetrace::features {
   extern const CornerKernels kCornerKernels;   \
   }
 KINETRACE_DECLARE_KERNELS(kernel_baseline)
-#ifdef KINETRACE_HAVE_V3
-KINETRACE_DECLARE_KERNELS(kernel_v3)
-#endif
+KINETRACE_DECLARE_KERNELS(kernel_fast)
 #undef KINETRACE_DECLARE_KERNELS
 
 const Kernels& baseline_kernels() noexcept {
@@ -24,14 +22,9 @@ const Kernels& baseline_kernels() noexcept {
 }
 
 const Kernels& kernels() noexcept {
-#ifdef KINETRACE_HAVE_V3
-  static const Kernels v3{kernel_v3::kPyramidKernels, kernel_v3::kPatchKernels, kernel_v3::kSearchKernels,
-                          kernel_v3::kCornerKernels};
-  if (cpu_has_v3()) {
-    return v3;
-  }
-#endif
-  return baseline_kernels();
+  static const Kernels fast{kernel_fast::kPyramidKernels, kernel_fast::kPatchKernels, kernel_fast::kSearchKernels,
+                            kernel_fast::kCornerKernels};
+  return cpu_runs_fast_kernels() ? fast : baseline_kernels();
 }
 
 }  // namespace kinetrace::features

@@ -63,7 +63,7 @@ struct Kernels {
   CornerKernels corner;
 };
 
-/// The best set for this machine; see cpu_has_v3.
+/// The best set for this machine; see cpu_runs_fast_kernels.
 [[nodiscard]] const Kernels& kernels() noexcept;
 /// The portable set.
 [[nodiscard]] const Kernels& baseline_kernels() noexcept;

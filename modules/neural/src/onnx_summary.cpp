@@ -72,8 +72,8 @@ class Fields {
     if (length > rest_.size()) {
       return damaged();
     }
-    field.bytes = rest_.substr(0, length);
-    rest_.remove_prefix(length);
+    field.bytes = rest_.substr(0, static_cast<std::size_t>(length));
+    rest_.remove_prefix(field.bytes.size());
     return field;
   }
   std::optional<std::uint64_t> varint() {

@@ -49,7 +49,8 @@ Result<MaskFrame> MaskFrames::at(std::int64_t frame) {
 
 Status MaskFrames::paint(const MaskRow& row) {
   if (masks_.size() == kMaxMasksPerFrame) {
-    return damaged(row, "more than " + std::to_string(kMaxMasksPerFrame) + " masks", ErrorCode::kCapacity);
+    return damaged(row, std::string("more than ").append(std::to_string(kMaxMasksPerFrame)).append(" masks"),
+                   ErrorCode::kCapacity);
   }
   if (std::any_of(masks_.begin(), masks_.end(), [&](const FrameMask& mask) { return mask.track_id == row.track_id; })) {
     return damaged(row, "has two masks", ErrorCode::kBadFormat);

@@ -99,10 +99,9 @@ namespace kernel_baseline {
 extern const BundleKernel bundle_kernel;
 extern const CholeskyKernel cholesky_kernel;
 }  // namespace kernel_baseline
-// Defined where KINETRACE_HAVE_V3 is.
-namespace kernel_v3 {
+namespace kernel_fast {
 extern const BundleKernel bundle_kernel;
 extern const CholeskyKernel cholesky_kernel;
-}  // namespace kernel_v3
+}  // namespace kernel_fast
 
 }  // namespace kinetrace::refinement

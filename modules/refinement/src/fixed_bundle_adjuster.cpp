@@ -81,21 +81,11 @@ KernelPose kernel_pose(const Se3& pose) {
 }
 
 const BundleKernel& bundle_kernel() {
-#if defined(KINETRACE_HAVE_V3)
-  if (cpu_has_v3()) {
-    return kernel_v3::bundle_kernel;
-  }
-#endif
-  return kernel_baseline::bundle_kernel;
+  return cpu_runs_fast_kernels() ? kernel_fast::bundle_kernel : kernel_baseline::bundle_kernel;
 }
 
 const CholeskyKernel& cholesky_kernel() {
-#if defined(KINETRACE_HAVE_V3)
-  if (cpu_has_v3()) {
-    return kernel_v3::cholesky_kernel;
-  }
-#endif
-  return kernel_baseline::cholesky_kernel;
+  return cpu_runs_fast_kernels() ? kernel_fast::cholesky_kernel : kernel_baseline::cholesky_kernel;
 }
 
 /// One window being refined.

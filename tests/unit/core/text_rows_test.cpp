@@ -99,8 +99,17 @@ TEST_F(TextRowsOfAFile, ReadTimesToTheNanosecond) {
   EXPECT_EQ(parse_time_ns("1403636580838555648"), 1'403'636'580'838'555'648);
   EXPECT_EQ(parse_time_ns("1.036e-01"), 103'600'000);
   EXPECT_EQ(parse_time_ns("-0.5"), -500'000'000);
+  EXPECT_EQ(parse_time_ns("1.767225600100000001e+09"), 1'767'225'600'100'000'001);
+  EXPECT_EQ(parse_time_ns("1767225600"), 1'767'225'600'000'000'000);
+  EXPECT_EQ(parse_time_ns("0.99999999951"), 1'000'000'000);
+  EXPECT_EQ(parse_time_ns("4e-10"), 0);
+  EXPECT_EQ(parse_time_ns("5e-10"), 1);
+  EXPECT_EQ(parse_time_ns("5e-20"), 0);
   EXPECT_FALSE(parse_time_ns("soon"));
   EXPECT_FALSE(parse_time_ns("1e12"));
+  for (const char* no_time : {"", "-", ".", "1e", "1e1e1", "1.2.3", "1e+-3", "inf", "nan", "1e99"}) {
+    EXPECT_FALSE(parse_time_ns(no_time)) << no_time;
+  }
 }
 
 TEST_F(TextRowsOfAFile, ReadPosesInBothOrders) {

@@ -20,7 +20,7 @@ class KernelVariants : public ::testing::Test {
   static constexpr int kHeight = 120;
 
   void SetUp() override {
-    if (!cpu_has_v3()) {
+    if (!cpu_runs_fast_kernels()) {
       GTEST_SKIP() << "only one instruction set is in use here";
     }
     const testing::Texture texture(5);

@@ -10,7 +10,7 @@ int main() {
   test::PipelineRun run(test::small_config(segmentation::SegmentationMode::kMotion));
   run.drive(test::StreetDrive({test::Mover{.velocity_mps = {1.0, 0.0, 8.0}}}), 0, 24);
   run.drain();
-  std::printf("%s\n", cpu_has_v3() ? "v3" : "baseline");
+  std::printf("%s\n", kernel_isa());
   const auto print = [](const char* what, std::int64_t frame, const Eigen::Vector3d& p) {
     std::printf("%s %lld %.9f %.9f %.9f\n", what, static_cast<long long>(frame), p.x(), p.y(), p.z());
   };

@@ -1,4 +1,4 @@
-// Kernels for the baseline instruction set and for x86-64-v3 are two ways to the same trajectories.
+// Kernels for the baseline and for fast processors (x86-64-v3, NEON) are two ways to the same trajectories.
 #include <array>
 #include <cstdio>
 #include <map>
@@ -39,10 +39,10 @@ PrintedPath print_path(const std::string& environment) {
   return path;
 }
 
-TEST(PipelineKernels, BaselineAndV3AgreeOnTheTrajectories) {
+TEST(PipelineKernels, BaselineAndFastOnesAgreeOnTheTrajectories) {
   const PrintedPath fastest = print_path("-u KINETRACE_ISA");
-  if (fastest.kernels != "v3") {
-    GTEST_SKIP() << "this processor has only the baseline (" << fastest.kernels << ")";
+  if (fastest.kernels == "baseline") {
+    GTEST_SKIP() << "this processor has only the baseline";
   }
   const PrintedPath baseline = print_path("KINETRACE_ISA=baseline");
   ASSERT_EQ(baseline.kernels, "baseline");

@@ -1,4 +1,4 @@
-// The portable and the AVX2 kernels compute the same; the Cholesky solver solves.
+// The portable and the fast kernels compute the same; the Cholesky solver solves.
 #include "bundle_kernel.hpp"
 
 #include <random>
@@ -53,11 +53,9 @@ TEST(ReprojectionJacobian, IsConstantBehindTheCamera) {
 
 std::vector<const CholeskyKernel*> cholesky_kernels() {
   std::vector<const CholeskyKernel*> kernels{&kernel_baseline::cholesky_kernel};
-#if defined(KINETRACE_HAVE_V3)
-  if (cpu_has_v3()) {
-    kernels.push_back(&kernel_v3::cholesky_kernel);
+  if (cpu_runs_fast_kernels()) {
+    kernels.push_back(&kernel_fast::cholesky_kernel);
   }
-#endif
   return kernels;
 }
 
@@ -87,7 +85,6 @@ TEST(CholeskyKernel, RefusesIndefiniteAndNanMatrices) {
   }
 }
 
-#if defined(KINETRACE_HAVE_V3)
 /// Both passes of one kernel on a packed window.
 struct Passes {
   double cost = 0.0;
@@ -133,9 +130,9 @@ Passes run(const BundleKernel& kernel, const PackedWindow& packed, const StereoG
   return out;
 }
 
-TEST(BundleKernel, PortableAndAvx2VariantsAgree) {
-  if (!cpu_has_v3()) {
-    GTEST_SKIP() << "this processor runs the portable kernel only";
+TEST(BundleKernel, PortableAndFastVariantsAgree) {
+  if (!cpu_runs_fast_kernels()) {
+    GTEST_SKIP() << "only one instruction set is in use here";
   }
   SceneOptions options;
   options.points = 203;
@@ -145,7 +142,7 @@ TEST(BundleKernel, PortableAndAvx2VariantsAgree) {
   PackedWindow packed(arena, options.frames, options.points);
   packed.pack(scene.window());
   const Passes a = run(kernel_baseline::bundle_kernel, packed, scene.geometry);
-  const Passes b = run(kernel_v3::bundle_kernel, packed, scene.geometry);
+  const Passes b = run(kernel_fast::bundle_kernel, packed, scene.geometry);
   EXPECT_NEAR(a.cost / b.cost, 1.0, 1e-5);
   EXPECT_NEAR(a.moved_cost / b.moved_cost, 1.0, 1e-3);
   const auto sum = [](const Float8& lanes) {
@@ -172,7 +169,6 @@ TEST(BundleKernel, PortableAndAvx2VariantsAgree) {
     }
   }
 }
-#endif
 
 }  // namespace
 }  // namespace kinetrace::refinement

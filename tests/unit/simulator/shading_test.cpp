@@ -102,7 +102,6 @@ TEST(ShadingQueue, ShadesAStripLikeItsPoints) {
   EXPECT_EQ(by_strips, by_points);
 }
 
-#ifdef KINETRACE_HAVE_V3
 SurfacePack random_pack(Random& random) {
   SurfacePack pack;
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
@@ -120,8 +119,8 @@ SurfacePack random_pack(Random& random) {
 }
 
 TEST(ShadingKernel, GivesTheSameOnEveryInstructionSet) {
-  if (!cpu_has_v3()) {
-    GTEST_SKIP() << "needs a processor with AVX2 and FMA";
+  if (!cpu_runs_fast_kernels()) {
+    GTEST_SKIP() << "only one instruction set is in use here";
   }
   Random random(7, 1);
   const Daylight light{{-0.48F, -0.8F, -0.36F}, 1.F, 0.38F, 1.1F};
@@ -131,14 +130,13 @@ TEST(ShadingKernel, GivesTheSameOnEveryInstructionSet) {
     Lanes portable;
     Lanes quick;
     kernel_baseline::shading_kernel.shade(paint, pack, light, portable);
-    kernel_v3::shading_kernel.shade(paint, pack, light, quick);
+    kernel_fast::shading_kernel.shade(paint, pack, light, quick);
     EXPECT_EQ(portable, quick) << "material " << i % kMaterials;
     kernel_baseline::shading_kernel.shade_sky(pack.ray, light, portable);
-    kernel_v3::shading_kernel.shade_sky(pack.ray, light, quick);
+    kernel_fast::shading_kernel.shade_sky(pack.ray, light, quick);
     EXPECT_EQ(portable, quick);
   }
 }
-#endif
 
 }  // namespace
 }  // namespace kinetrace::simulator
