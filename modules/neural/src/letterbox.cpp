@@ -95,10 +95,9 @@ void Letterbox::resample(const Picture& picture, int channel, const Placement& p
     const Taps& taps = rows_.taps[y];
     float* target = small_.data() + y * width;
     std::fill_n(target, width, 0.F);
-    for (int i = 0; i < taps.count; ++i) {
-      const float weight = rows_.weights[static_cast<std::size_t>(taps.first_weight + i)];
-      const auto line = static_cast<std::size_t>(taps.first + i);
-      const float* source = wide_.data() + line * width;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(taps.count); ++i) {
+      const float weight = rows_.weights[static_cast<std::size_t>(taps.first_weight) + i];
+      const float* source = wide_.data() + (static_cast<std::size_t>(taps.first) + i) * width;
       for (std::size_t x = 0; x < width; ++x) {
         target[x] += weight * source[x];
       }
