@@ -40,12 +40,13 @@ class FeatureFollower {
   [[nodiscard]] std::span<const std::uint16_t> found() const noexcept { return found_.span(); }
 
  private:
-  TemporalTracker tracker_;
-  MotionNeighbours neighbours_;
   struct Followed {
     std::uint16_t slot = 0;
     TrackOutcome outcome = TrackOutcome::kResidual;
   };
+
+  TemporalTracker tracker_;
+  MotionNeighbours neighbours_;
   FixedVector<Followed> predicted_;  ///< Features with a prediction, and how they fared.
   FixedVector<std::uint16_t> unpredicted_;
   FixedVector<std::uint16_t> found_;

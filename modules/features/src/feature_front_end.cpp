@@ -81,6 +81,8 @@ struct FeatureFrontEnd::State {
   void take_in(const RectifiedPair& pair) noexcept;
   void bury_rejected() noexcept;
   void remember_previous() noexcept;
+  void take_in_left(GrayView image) noexcept;
+  void take_in_right(GrayView image) noexcept;
   void follow_others_and_match(std::span<const FeaturePrediction> by_slot) noexcept;
   /// Features in these slots with the right image.
   void match(std::span<const std::uint16_t> in_slots, std::span<const FeaturePrediction> by_slot) noexcept;
@@ -98,8 +100,6 @@ struct FeatureFrontEnd::State {
   void populate(std::span<const Corner> corners, LabelView labels, const GuessedMasks& guessed) noexcept;
   /// Without its right match.
   void create(FeatureSlot& slot, const Corner& corner, LabelView labels) noexcept;
-  void take_in_left(GrayView image) noexcept;
-  void take_in_right(GrayView image) noexcept;
   /// Writes the slots of live features to `order`.
   [[nodiscard]] std::span<std::uint16_t> list_alive() noexcept;
   /// Correlation of what is seen at a feature with a remembered patch; `at` moves to where they fit best. 0: not alike.

@@ -40,8 +40,8 @@ class KINETRACE_API Workers {
   virtual void run(Job job) noexcept = 0;
 };
 
-/// Calls `work(begin, end)` for pieces of [0, count) of at most `piece`, each once, in no order; by the caller alone
-/// where `workers` is null.
+/// Calls `work(begin, end)` for pieces of [0, count) of at most `piece`, each once, in no order; for all of it at once,
+/// by the caller alone, where `workers` is null or there is but one piece.
 template <typename Work>
 void in_pieces(Workers* workers, std::size_t count, std::size_t piece, Work&& work) {
   if (workers == nullptr || count <= piece) {
