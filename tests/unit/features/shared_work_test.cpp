@@ -12,7 +12,6 @@ namespace kinetrace::features {
 namespace {
 
 using testing::Harness;
-using testing::Image;
 using testing::Scene;
 using testing::StereoImage;
 using testing::Texture;
