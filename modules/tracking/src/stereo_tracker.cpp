@@ -6,27 +6,21 @@
 #include <cmath>
 #include <string>
 
+#include "expectations.hpp"
+
 namespace kinetrace::tracking {
 namespace {
 
 /// Features looked at per object; more say nothing new about four parameters.
 constexpr std::size_t kMaxFeaturesPerObject = 256;
-/// Features of a track that has not been detected for so long lie on what hides it, or on nothing.
-constexpr int kForeignAfterFrames = 2;
-/// Nearer things have no size in the image that a similarity could carry.
-constexpr double kMinForecastDepth_m = 0.2;
 /// A network may err in the class of a frame, but what comes back after this many has to be of the same.
 constexpr int kForgetsClassFrames = 2;
 constexpr double kMostForecastScale = 3.0;
 /// Where masks of things behind the camera, or too near, are put.
 constexpr double kFarOutsidePx = 1e6;
-/// A mask of which less than this is in the image is not replaced by what is left of it, as long as it is still found
-/// where it is expected.
-constexpr double kWholeInImage = 0.99;
+/// A mask is still found where it is expected if it overlaps its prediction so far.
 constexpr double kStillFits = 0.6;
 constexpr double kWholeInSight = 0.9;
-/// Less than this part of a mask in sight is not enough to be detected.
-constexpr double kLeastVisiblePart = 0.3;
 constexpr double kLeastPartToClaim = 0.2;
 /// Features tell how a thing grows to .3 px over their spread and the root of their number: as much as the nearest of
 /// what is small grows from frame to frame. Less must not add up in what is hidden, which no detection puts right.
@@ -35,38 +29,12 @@ constexpr double kTellsSize_px = 60.0;
 constexpr int kMaxImageSidePx = 16384;
 /// So many features that speak against a match weigh as much as those that speak for it.
 constexpr double kVotesPrior = 3.0;
-/// So many features that lie elsewhere, and hardly one on it, speak against a detection that is only near.
-constexpr double kFewestElsewhere = 6.0;
-constexpr double kHardlyOnIt = 0.1;
 /// Share of an object's features that makes a match whatever the masks overlap.
 constexpr double kMinVotes = 0.5;
 /// Fewer hidden pixels may be the raggedness of masks.
 constexpr int kMinHiddenPx = 24;
 /// The one in front hides this many times more of the other than the other of it.
 constexpr int kHiddenRatio = 3;
-
-/// A detection may lie beside where its object was expected, by this part of the object's size,
-constexpr double kReachOfSize = 0.5;
-/// ... and so much more for each frame in which it has been missed,
-constexpr double kReachPerFrame = 0.1;
-constexpr double kMostReach_px = 20.0;
-/// ... and be larger, or where all of it should be in sight smaller, than expected by this factor.
-constexpr double kMostSizeRatio = 2.0;
-/// Less of an object in sight is hidden: a detection may be any part of it that lies so far on the whole, or beside it.
-constexpr double kMostlyHidden = 0.5;
-constexpr double kLeastOnWhole = 0.5;
-/// A detection that shows but a part of an object in sight lies so far on it, and is so large.
-constexpr double kLeastPartOnIt = 0.2;
-constexpr double kLeastSizeRatio = 0.15;
-/// So far on what another track of its class expects, a detection is a part of that.
-constexpr double kMostOnAnother = 0.3;
-
-/// Between the nearest points of two boxes; 0 if they overlap.
-double distance_between(const PixelBox& a, const PixelBox& b) noexcept {
-  const int dx = std::max({a.x0 - b.x1, b.x0 - a.x1, 0});
-  const int dy = std::max({a.y0 - b.y1, b.y0 - a.y1, 0});
-  return std::hypot(dx, dy);
-}
 
 PixelBox common_part(const PixelBox& a, const PixelBox& b) noexcept {
   return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
@@ -495,63 +463,6 @@ void StereoTracker::claim(const Assignment& match) noexcept {
       owner_[static_cast<std::size_t>(instance.detection)] = instance.track.slot;
     }
   }
-}
-
-bool StereoTracker::is_behind_camera(const TrackInstance& instance) noexcept {
-  const Forecast& forecast = instance.forecast;
-  return forecast.known && !forecast.direction_only && forecast.depth_m <= kMinForecastDepth_m;
-}
-
-bool StereoTracker::features_lie_elsewhere(const TrackInstance& instance, const Detection& detection) noexcept {
-  const FeatureVotes& votes = instance.votes_of_features;
-  return instance.track.missed_frames < kForeignAfterFrames && votes.total >= kFewestElsewhere &&
-         votes.on_label[detection.label] < kHardlyOnIt * votes.total;
-}
-
-void StereoTracker::add_near_misses(const TrackInstance& instance, std::span<const Detection> detections) noexcept {
-  if (is_behind_camera(instance)) {
-    return;
-  }
-  for (std::size_t v = 0; v < detections.size(); ++v) {
-    const Detection& detection = detections[v];
-    const double gap_px = distance_between(instance.mask.current_box(), detection.box_px);
-    if (owner_[v] < 0 && classes_agree(instance.track.class_id, detection.class_id) &&
-        nearly_met(instance, detection, gap_px) && !features_lie_elsewhere(instance, detection) &&
-        !lies_on_another(detection, instance)) {
-      affinity_(instance.track.slot, static_cast<int>(v)) = part_on(instance, detection) + 1.0 / (1.0 + gap_px);
-    }
-  }
-}
-
-bool StereoTracker::nearly_met(const TrackInstance& instance, const Detection& detection, double gap_px) noexcept {
-  const double whole_px = std::max(instance.predicted_px, 1);
-  const double size_ratio = detection.area_px / whole_px;
-  if (size_ratio > kMostSizeRatio) {
-    return false;
-  }
-  const int missed = instance.track.missed_frames;
-  // The longer it has not been seen, the less is known where it is.
-  const double reach_px = std::min((kReachOfSize + kReachPerFrame * missed) * std::sqrt(whole_px), kMostReach_px);
-  const double on_it = part_on(instance, detection);
-  const bool whole_in_image = instance.mask_part_in_image >= kWholeInImage;
-  if (instance.overlap.area_px < kMostlyHidden * whole_px) {
-    return on_it >= kLeastOnWhole || (whole_in_image && gap_px <= reach_px);
-  }
-  const bool slipped = gap_px <= reach_px && size_ratio >= 1.0 / kMostSizeRatio && missed < kForeignAfterFrames &&
-                       instance.mask_part_in_image >= kLeastVisiblePart;
-  const bool cut_short = whole_in_image && on_it >= kLeastPartOnIt && size_ratio >= kLeastSizeRatio;
-  return slipped || cut_short;
-}
-
-double StereoTracker::part_on(const TrackInstance& instance, const Detection& detection) noexcept {
-  return static_cast<double>(instance.whole_on_label[detection.label]) / detection.area_px;
-}
-
-bool StereoTracker::lies_on_another(const Detection& detection, const TrackInstance& instance) const noexcept {
-  return std::any_of(slots_.begin(), slots_.end(), [&](const TrackInstance& other) {
-    return other.alive() && &other != &instance && classes_agree(other.track.class_id, detection.class_id) &&
-           other.overlap.on_label[detection.label] > kMostOnAnother * detection.area_px;
-  });
 }
 
 void StereoTracker::accept_match(TrackInstance& instance, const Detection& detection) noexcept {
