@@ -22,9 +22,9 @@ endif()
 # Used when present, never required.
 find_program(KINETRACE_CCACHE ccache)
 if(KINETRACE_CCACHE)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${KINETRACE_CCACHE})
-  # Precompiled headers carry time stamps; without these ccache would never hit.
-  set(ENV{CCACHE_SLOPPINESS} pch_defines,time_macros)
+  # Precompiled headers carry time stamps, and GCC hides what it takes from them; without both ccache would never hit.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${KINETRACE_CCACHE})
+  add_compile_options($<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>)
 endif()
 
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
