@@ -22,10 +22,11 @@ namespace {
 constexpr int kFewFeatures = 10;
 // One with fewer than this takes any, so that it has a position at all.
 constexpr int kHardlyAnyFeatures = 3;
-// A remembered point looks like itself down to this correlation, and from this much nearer or farther.
-constexpr float kLeastLikeness = 0.85F;
+// A remembered point looks like itself from this much nearer or farther. From where it is larger than it was by more
+// than this, the image is looked at in half its size: it was not seen so finely before.
 constexpr float kLeastSizeRatio = 0.5F;
-constexpr float kMostSizeRatio = 2.F;
+constexpr float kMostSizeRatio = 2.8F;
+constexpr float kHalvedFromRatio = 1.4F;
 constexpr AlignOptions kRecognise{
     .max_iterations = 8, .converged_px = 0.03F, .max_shift_px = 4.F, .preferred_row = 0.F, .row_weight = 0.F};
 constexpr int kSmallestWidth = 64;
@@ -240,13 +241,13 @@ void FeatureFrontEnd::remember(std::span<const KnownPoint> points, AppearanceMem
 }
 
 std::size_t FeatureFrontEnd::recognise(const AppearanceMemory& memory, std::span<const ExpectedSighting> expected,
-                                       const Eigen::Vector2f& reach_px, std::uint8_t body,
+                                       const RecognitionGate& gate, std::uint8_t body,
                                        std::span<RecognisedPoint> found) const noexcept {
   const auto may_be = [&](const Feature& feature, std::size_t i) {
     const float zoom = feature.disparity_px() / memory.entries_[i].disparity_px;
     return zoom > kLeastSizeRatio && zoom < kMostSizeRatio &&
-           std::abs(feature.left_px.x() - expected[i].x()) <= reach_px.x() &&
-           std::abs(feature.left_px.y() - expected[i].y()) <= reach_px.y();
+           std::abs(feature.left_px.x() - expected[i].x()) <= gate.reach_px.x() &&
+           std::abs(feature.left_px.y() - expected[i].y()) <= gate.reach_px.y();
   };
   std::size_t count = 0;
   for (const FeatureSlot& slot : state_->slots) {
@@ -256,7 +257,7 @@ std::size_t FeatureFrontEnd::recognise(const AppearanceMemory& memory, std::span
     }
     for (std::size_t i = 0; i < memory.size() && count < found.size(); ++i) {
       Eigen::Vector2f at = feature.left_px;
-      if (may_be(feature, i) && state_->likeness(slot, memory.entries_[i], at) >= kLeastLikeness) {
+      if (may_be(feature, i) && state_->likeness(slot, memory.entries_[i], at) >= gate.least_likeness) {
         found[count++] = {slot.feature.slot,
                           static_cast<std::uint16_t>(i),
                           memory.entries_[i].p_body,
@@ -510,16 +511,20 @@ void FeatureFrontEnd::State::create(FeatureSlot& slot, const Corner& corner, Lab
 
 float FeatureFrontEnd::State::likeness(const FeatureSlot& slot, const AppearanceMemory::Entry& entry,
                                        Eigen::Vector2f& at) const noexcept {
-  const float shrink = entry.disparity_px / slot.feature.disparity_px();
+  const float size_ratio = slot.feature.disparity_px() / entry.disparity_px;
+  const int level = size_ratio > kHalvedFromRatio && current().levels() > 1 ? 1 : 0;
+  const float shrink = static_cast<float>(1 << level) / size_ratio;
   const PatchWarp warp{shrink, 0.F, 0.F, shrink};
-  const Plane image = current().level(0);
-  at = slot.feature.left_px;
+  const Plane image = current().level(level);
+  at = {to_level(slot.feature.left_px.x(), level), to_level(slot.feature.left_px.y(), level)};
   PatchTemplate patch;
   if (!kernels().patch.sample_warped(entry.patch.plane(), entry.patch.x(), entry.patch.y(), warp, entry.own, &patch) ||
       !kernels().patch.align(image, patch, kRecognise, &at.x(), &at.y())) {
     return 0.F;
   }
-  return kernels().patch.fit(image, patch, at.x(), at.y()).correlation;
+  const float correlation = kernels().patch.fit(image, patch, at.x(), at.y()).correlation;
+  at = {from_level(at.x(), level), from_level(at.y(), level)};
+  return correlation;
 }
 
 FeatureFrame FeatureFrontEnd::State::publish() noexcept {

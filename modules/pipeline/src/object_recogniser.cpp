@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <span>
 #include <utility>
@@ -13,9 +14,17 @@ namespace {
 
 constexpr std::size_t kRememberedPoints = 64;
 constexpr std::size_t kLeastRecognised = 4;
+constexpr std::size_t kEnoughRecognised = 8;  // Four or five may agree on a pose by chance.
 constexpr int kFramesBetweenNotes = 4;
-// Points half a metre from the middle move so far by a turn of some degrees, and stereo errs as well.
-constexpr double kGroupRadius_m = 0.15;
+// At first, points half a metre from the middle move so far by a turn of some degrees, and stereo errs as well.
+constexpr double kRoughRadius_m = 0.15;
+constexpr float kSurelyAlike = 0.85F;
+// From a pose that some agree on, others are found: where it puts them, and so they may look less alike.
+constexpr double kFineReach_m = 0.15;
+constexpr double kFineRadius_m = 0.06;
+constexpr float kRatherAlike = 0.75F;
+constexpr int kRefinements = 2;
+constexpr double kDisparitySigma_px = 0.2;
 constexpr double kNearest_m = 0.5;
 constexpr double kPlaceSigma_m = 0.02;  // Of a remembered point on its object.
 constexpr double kMostSigmas = 3.0;     // Farther from the guess it is something else that looks alike.
@@ -67,9 +76,9 @@ void ObjectRecogniser::remember(const sfm::BodyReconstruction& body, const Featu
   }
 }
 
-std::optional<Se3> ObjectRecogniser::recognise(const PoseGuess& guess, sfm::BodyReconstruction& body,
-                                               std::uint8_t label, const features::FeatureFrontEnd& front_end) const {
-  const Se3 T_cam_obj = guess.T_obj_cam.inverse();
+std::size_t ObjectRecogniser::find_likenesses(const Se3& T_cam_obj, const Sieve& sieve, std::uint8_t label,
+                                              const features::FeatureFrontEnd& front_end,
+                                              std::span<features::RecognisedPoint> found) const {
   std::array<features::ExpectedSighting, kRememberedPoints> expected;
   for (std::size_t i = 0; i < memory_.size(); ++i) {
     const Eigen::Vector3d p_cam = T_cam_obj * memory_.p_body(i).cast<double>();
@@ -78,19 +87,30 @@ std::optional<Se3> ObjectRecogniser::recognise(const PoseGuess& guess, sfm::Body
       expected[i] = geometry_.project(p_cam).head<2>().cast<float>();
     }
   }
-  const double reach_m = kMostSigmas * guess.place_sigma_m;
   const double px_per_m = geometry_.fx_px / std::max(T_cam_obj.translation.z(), kNearest_m);
-  const Eigen::Vector2f reach_px = (px_per_m * Eigen::Vector2d(reach_m, 0.5 * reach_m)).cast<float>();
-  std::array<features::RecognisedPoint, ShiftGroup::kMaxMembers> found;
-  const std::size_t count =
-      front_end.recognise(memory_, std::span(expected).first(memory_.size()), reach_px, label, found);
+  const Eigen::Vector2f reach_px = (px_per_m * Eigen::Vector2d(sieve.reach_m, 0.5 * sieve.reach_m)).cast<float>();
+  return front_end.recognise(memory_, std::span(expected).first(memory_.size()), {reach_px, sieve.least_likeness},
+                             label, found);
+}
 
-  // It has turned little while it was away, so all of it has moved alike.
+std::optional<ObjectRecogniser::Agreement> ObjectRecogniser::agreement(
+    const Se3& T_obj_cam, const Sieve& sieve, const PoseGuess& guess, sfm::BodyReconstruction& body, std::uint8_t label,
+    const features::FeatureFrontEnd& front_end) const {
+  const Se3 T_cam_obj = T_obj_cam.inverse();
+  std::array<features::RecognisedPoint, ShiftGroup::kMaxMembers> found;
+  const std::size_t count = find_likenesses(T_cam_obj, sieve, label, front_end, found);
+
+  // It has turned little while it was away, so all of it has moved alike, as far as stereo can tell depths.
+  const double depth_m = std::max(T_cam_obj.translation.z(), kNearest_m);
+  const double depth_sigma_m = kDisparitySigma_px * depth_m * depth_m / (geometry_.fx_px * geometry_.baseline_m);
+  const double depth_weight = sieve.radius_m / std::hypot(sieve.radius_m, 2.0 * depth_sigma_m);
   std::array<Likeness, ShiftGroup::kMaxMembers> likenesses;
   for (std::size_t i = 0; i < count; ++i) {
-    likenesses[i] = {found[i].slot, found[i].point, shift_of(found[i], guess.T_obj_cam, geometry_)};
+    Eigen::Vector3d shift_cam_m = T_cam_obj.rotation * shift_of(found[i], T_obj_cam, geometry_);
+    shift_cam_m.z() *= depth_weight;
+    likenesses[i] = {found[i].slot, found[i].point, shift_cam_m};
   }
-  const ShiftGroup group = largest_group(std::span(likenesses).first(count), reach_m, kGroupRadius_m);
+  const ShiftGroup group = largest_group(std::span(likenesses).first(count), sieve.reach_m, sieve.radius_m);
   if (group.count < kLeastRecognised) {
     return std::nullopt;
   }
@@ -109,7 +129,18 @@ std::optional<Se3> ObjectRecogniser::recognise(const PoseGuess& guess, sfm::Body
       body.pose_from(std::span(observations).first(group.count), expected_pose, static_cast<int>(kLeastRecognised));
   const bool turned_too_far = pose && so3_log(pose->rotation * guess.T_obj_cam.rotation.transpose()).norm() >
                                           kMostSigmas * guess.turn_sigma_rad;
-  return turned_too_far ? std::nullopt : pose;
+  return !pose || turned_too_far ? std::nullopt : std::optional<Agreement>({*pose, group.count});
+}
+
+std::optional<Se3> ObjectRecogniser::recognise(const PoseGuess& guess, sfm::BodyReconstruction& body,
+                                               std::uint8_t label, const features::FeatureFrontEnd& front_end) const {
+  const Sieve rough{kMostSigmas * guess.place_sigma_m, kRoughRadius_m, kSurelyAlike};
+  const Sieve fine{kFineReach_m, kFineRadius_m, kRatherAlike};
+  std::optional<Agreement> found = agreement(guess.T_obj_cam, rough, guess, body, label, front_end);
+  for (int i = 0; i < kRefinements && found; ++i) {
+    found = agreement(found->T_obj_cam, fine, guess, body, label, front_end);
+  }
+  return found && found->points >= kEnoughRecognised ? std::optional<Se3>(found->T_obj_cam) : std::nullopt;
 }
 
 }  // namespace kinetrace::pipeline

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/core/feature_frame.hpp"
@@ -41,11 +42,29 @@ class ObjectRecogniser {
   void remember(const sfm::BodyReconstruction& body, const FeatureFrame& frame, std::uint8_t label,
                 const features::FeatureFrontEnd& front_end);
   /// T_obj_cam of this frame, given where it is about: within three standard deviations (half of it vertically).
-  /// Nothing if fewer than six points agree, or only on a turn that it cannot have made.
+  /// Nothing if fewer than eight points agree, or only on a turn that it cannot have made.
   [[nodiscard]] std::optional<Se3> recognise(const PoseGuess& guess, sfm::BodyReconstruction& body, std::uint8_t label,
                                              const features::FeatureFrontEnd& front_end) const;
 
  private:
+  /// Which likenesses count, seen from a pose.
+  struct Sieve {
+    double reach_m = 0.0;   ///< From where the pose puts a point; half of it vertically.
+    double radius_m = 0.0;  ///< Those that moved alike agree so well; in depth as far as stereo can tell.
+    float least_likeness = 0.F;
+  };
+  struct Agreement {
+    Se3 T_obj_cam;
+    std::size_t points = 0;
+  };
+  /// The pose on which most of the likenesses around `T_obj_cam` agree, weighed against the guess.
+  [[nodiscard]] std::optional<Agreement> agreement(const Se3& T_obj_cam, const Sieve& sieve, const PoseGuess& guess,
+                                                   sfm::BodyReconstruction& body, std::uint8_t label,
+                                                   const features::FeatureFrontEnd& front_end) const;
+  [[nodiscard]] std::size_t find_likenesses(const Se3& T_cam_obj, const Sieve& sieve, std::uint8_t label,
+                                            const features::FeatureFrontEnd& front_end,
+                                            std::span<features::RecognisedPoint> found) const;
+
   StereoGeometry geometry_;
   features::AppearanceMemory memory_;
   int frames_since_note_ = 0;

@@ -79,7 +79,7 @@ class AppearanceMemoryTest : public ::testing::Test {
       expected.emplace_back(moved(memory.p_body(i).head<2>().cast<double>()).cast<float>() + guess_error);
     }
     std::vector<RecognisedPoint> found(room);
-    found.resize(harness_->recognise(memory, expected, reach_px, body, found));
+    found.resize(harness_->recognise(memory, expected, {reach_px}, body, found));
     return found;
   }
 

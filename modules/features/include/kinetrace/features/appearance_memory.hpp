@@ -21,6 +21,12 @@ struct KnownPoint {
 /// Where a remembered point is expected: column and row in the left image, px.
 using ExpectedSighting = Eigen::Vector2f;
 
+/// What is taken for a remembered point.
+struct RecognitionGate {
+  Eigen::Vector2f reach_px{0.F, 0.F};  ///< So far from where it is expected, columns and rows.
+  float least_likeness = 0.85F;        ///< Correlation of the two patches.
+};
+
 /// A remembered point found again.
 struct RecognisedPoint {
   std::uint16_t slot = 0;   ///< Of the feature that looks like it.

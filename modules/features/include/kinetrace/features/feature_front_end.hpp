@@ -89,11 +89,12 @@ class FeatureFrontEnd {
   /// those that it held before; beyond its capacity, those noted longest ago make room, then the last of `points` are
   /// left out. Features that are dead or without a right match are left out.
   void remember(std::span<const KnownPoint> points, AppearanceMemory& memory) const noexcept;
-  /// Compares each live feature of a body with the remembered points expected within `reach_px` (columns, rows) of it,
-  /// aligned and at the size that its disparity tells. `expected[i]` belongs to point i. Writes every likeness to
-  /// `found`, by feature, at most as many as it holds, and returns how many. Many will be wrong.
+  /// Compares each live feature of a body with the remembered points expected within the gate's reach of it, aligned
+  /// and at the size that its disparity tells: from half as large to 2.8 times. `expected[i]` belongs to point i.
+  /// Writes every likeness to `found`, by feature, at most as many as it holds, and returns how many. Many will be
+  /// wrong.
   [[nodiscard]] std::size_t recognise(const AppearanceMemory& memory, std::span<const ExpectedSighting> expected,
-                                      const Eigen::Vector2f& reach_px, std::uint8_t body,
+                                      const RecognitionGate& gate, std::uint8_t body,
                                       std::span<RecognisedPoint> found) const noexcept;
 
   [[nodiscard]] const FeatureCounters& counters() const noexcept;
