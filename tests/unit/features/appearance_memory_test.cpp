@@ -24,13 +24,31 @@ constexpr int kWidth = 320;
 constexpr int kHeight = 240;
 constexpr double kDisparity_px = 14.0;
 constexpr double kZoom = 1.4;
+constexpr double kFineness = 12.0;
+constexpr double kFineContrast = 0.5;
+constexpr double kMeanGray = 128.0;
 constexpr std::uint8_t kBody = kBackgroundLabel;
 const Vector2d kCentre(160.0, 120.0);
 const Vector2d kShift(23.0, -11.0);
 
 /// Where a point of the first view is in the second: larger and elsewhere.
-Vector2d moved(const Vector2d& p) {
-  return kZoom * (p - kCentre) + kCentre + kShift;
+Vector2d moved(const Vector2d& p, double zoom = kZoom) {
+  return zoom * (p - kCentre) + kCentre + kShift;
+}
+
+/// The second view from so near that it shows structure for which the first was too coarse.
+StereoImage near_view_of(const Texture& texture, double zoom) {
+  const Texture fine(53);
+  Scene scene;
+  scene.width = kWidth;
+  scene.height = kHeight;
+  scene.noise_gray = 2.0;
+  scene.disparity.at_centre = zoom * kDisparity_px;
+  scene.left = [&texture, &fine, zoom](const Vector2d& p) {
+    const Vector2d q = (p - kShift - kCentre) / zoom + kCentre;
+    return texture(q) + kFineContrast * (fine(kFineness * q) - kMeanGray);
+  };
+  return scene.render(2);
 }
 
 StereoImage view_of(const Texture& texture, bool second, unsigned seed) {
@@ -74,23 +92,29 @@ class AppearanceMemoryTest : public ::testing::Test {
   /// All that is found around where the points of the second view are, off by `guess_error`.
   std::vector<RecognisedPoint> recognise(const AppearanceMemory& memory, const Vector2f& guess_error,
                                          const Vector2f& reach_px, std::uint8_t body = kBody, std::size_t room = 400) {
+    return recognise(memory, guess_error, RecognitionGate{reach_px}, kZoom, body, room);
+  }
+  std::vector<RecognisedPoint> recognise(const AppearanceMemory& memory, const Vector2f& guess_error,
+                                         const RecognitionGate& gate, double zoom, std::uint8_t body = kBody,
+                                         std::size_t room = 400) {
     std::vector<ExpectedSighting> expected;
     for (std::size_t i = 0; i < memory.size(); ++i) {
-      expected.emplace_back(moved(memory.p_body(i).head<2>().cast<double>()).cast<float>() + guess_error);
+      expected.emplace_back(moved(memory.p_body(i).head<2>().cast<double>(), zoom).cast<float>() + guess_error);
     }
     std::vector<RecognisedPoint> found(room);
-    found.resize(harness_->recognise(memory, expected, {reach_px}, body, found));
+    found.resize(harness_->recognise(memory, expected, gate, body, found));
     return found;
   }
 
   Texture texture_{51};
   Harness harness_{{}, kWidth, kHeight};
   Arena arena_{std::size_t{1} << 18};
+  AppearanceMemory memory_of_zoom_{30, arena_};
   std::vector<Feature> seen_;
 };
 
-double error_px(const RecognisedPoint& point) {
-  return (point.left_px.cast<double>() - moved(point.p_body.head<2>().cast<double>())).norm();
+double error_px(const RecognisedPoint& point, double zoom = kZoom) {
+  return (point.left_px.cast<double>() - moved(point.p_body.head<2>().cast<double>(), zoom)).norm();
 }
 
 TEST_F(AppearanceMemoryTest, RecognisesPointsThatAreElsewhereAndLarger) {
@@ -114,6 +138,28 @@ TEST_F(AppearanceMemoryTest, RecognisesPointsThatAreElsewhereAndLarger) {
   EXPECT_GE(right_ones.size(), 15U);
   EXPECT_LT(testing::median(errors_px), 0.3);
   EXPECT_LT(wrong, errors_px.size()) << "what looks alike by chance";
+}
+
+TEST_F(AppearanceMemoryTest, RecognisesFromNearbyWhatItSawCoarsely) {
+  for (const double zoom : {1.6, 2.0, 2.3}) {
+    memory_of_zoom_.clear();
+    remember_then_see(memory_of_zoom_, near_view_of(texture_, zoom));
+    std::set<float> right_ones;
+    for (const RecognisedPoint& point : recognise(memory_of_zoom_, {5.F, -3.F}, {{15.F, 15.F}}, zoom)) {
+      if (error_px(point, zoom) <= 2.0) {
+        right_ones.insert(point.p_body.x());
+      }
+    }
+    EXPECT_GE(right_ones.size(), 8U) << zoom;
+  }
+}
+
+TEST_F(AppearanceMemoryTest, FindsMoreWhereLessLikenessWillDo) {
+  AppearanceMemory memory(30, arena_);
+  remember_then_see(memory, near_view_of(texture_, 2.0));
+  const auto found = [&](float least) { return recognise(memory, {0.F, 0.F}, {{10.F, 10.F}, least}, 2.0).size(); };
+  EXPECT_GT(found(0.6F), found(0.95F));
+  EXPECT_EQ(found(1.01F), 0U);
 }
 
 TEST_F(AppearanceMemoryTest, RecognisesLittleInSomethingElse) {
