@@ -7,12 +7,12 @@
 
 #include "kept_paths.hpp"
 #include "kinetrace/features/feature_front_end.hpp"
-#include "kinetrace/refinement/fixed_bundle_adjuster.hpp"
 #include "kinetrace/segmentation/segmenter.hpp"
 #include "kinetrace/sfm/body_reconstruction.hpp"
 #include "kinetrace/tracking/stereo_tracker.hpp"
 #include "object_state.hpp"
 #include "result_ring.hpp"
+#include "window_refiner.hpp"
 
 namespace kinetrace::pipeline {
 namespace {
@@ -47,6 +47,7 @@ struct OutputStorage {
   std::span<ObjectResult> newest_objects;
   std::span<ObjectResult> settled_objects;
   std::span<BodyGeometry> bodies;
+  std::span<BodyRefinement> refinements;
   ResultRing ring;
 };
 
@@ -71,6 +72,7 @@ OutputStorage carve_output(const PipelineConfig& config, Arena& arena) {
           .newest_objects = arena.take<ObjectResult>(objects),
           .settled_objects = arena.take<ObjectResult>(objects),
           .bodies = arena.take<BodyGeometry>(objects + 1),
+          .refinements = arena.take<BodyRefinement>(objects + 1),
           .ring = ResultRing(arena, frames, objects)};
 }
 
@@ -84,7 +86,7 @@ struct Pipeline::Impl {
   tracking::StereoTracker tracker;
   sfm::BodyReconstruction background;
   std::vector<ObjectState> objects;  // By track slot; sized once, at create.
-  refinement::FixedBundleAdjuster refiner;
+  WindowRefiner refiner;
   KeptPaths paths;
   OutputStorage out;
   std::size_t unsettled = 0;  ///< Newest frames of the ring that have not been given out as settled.
@@ -141,8 +143,7 @@ Result<MemoryPlan> Pipeline::plan(const PipelineConfig& config, const StereoGeom
        "background.max_points, background.window_frames"},
       {"objects", object_bytes * as_size(c.tracking.max_objects),
        "tracking.max_objects, object.max_points, object.window_frames"},
-      {"refinement", refinement::FixedBundleAdjuster::required_bytes(c.refinement),
-       "background.max_points, background.window_frames"},
+      {"refinement", WindowRefiner::required_bytes(c.refinement), "background.max_points, background.window_frames"},
       {"results", measure_bytes([&](Arena& arena) {
          static_cast<void>(KeptPaths(c.trajectory, ring_frames(c), arena));
          static_cast<void>(carve_output(c, arena));
@@ -183,7 +184,7 @@ Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeom
     }
     objects.push_back(std::move(*object));
   }
-  auto refiner = refinement::FixedBundleAdjuster::create(c.refinement, arena);
+  auto refiner = WindowRefiner::create(c.refinement, arena, workers);
   if (!refiner) {
     return Unexpected(refiner.error());
   }
@@ -427,29 +428,23 @@ void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tr
 }
 
 Status Pipeline::Impl::refine() {
-  const auto refine_body = [this](sfm::BodyReconstruction& body) -> Result<BundleSummary> {
-    BundleWindow window = body.window();
-    return refiner.refine(window);
-  };
-  const Result<BundleSummary> summary = refine_body(background);
-  if (!summary) {
-    return Unexpected(summary.error());
-  }
-  background.conclude(*summary);
-  const CameraState camera = camera_at(0);
+  std::size_t count = 0;
+  out.refinements[count++] = {&background, {}};
   for (ObjectState& object : objects) {
-    if (!object.alive()) {
-      continue;
+    if (object.alive() && object.reconstructing()) {
+      out.refinements[count++] = {&object.body(), {}};
     }
-    BundleSummary object_summary;
-    if (object.reconstructing()) {
-      const Result<BundleSummary> refined = refine_body(object.body());
-      if (!refined) {
-        return Unexpected(refined.error());
-      }
-      object_summary = *refined;
+  }
+  if (const Status refined = refiner.refine(out.refinements.first(count)); !refined) {
+    return refined;
+  }
+  background.conclude(out.refinements[0].summary);
+  const CameraState camera = camera_at(0);
+  count = 1;
+  for (ObjectState& object : objects) {
+    if (object.alive()) {
+      object.conclude(object.reconstructing() ? out.refinements[count++].summary : BundleSummary{}, camera);
     }
-    object.conclude(object_summary, camera);
   }
   return {};
 }

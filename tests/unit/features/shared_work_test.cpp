@@ -1,41 +1,20 @@
 // However many share the work, features are the same to the bit.
 #include <cstring>
-#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "day_labourers.hpp"
 #include "front_end_harness.hpp"
-#include "kinetrace/core/workers.hpp"
 
 namespace kinetrace::features {
 namespace {
 
+using test::DayLabourers;
 using testing::Harness;
 using testing::Scene;
 using testing::StereoImage;
 using testing::Texture;
-
-/// New threads for every round.
-class DayLabourers final : public Workers {
- public:
-  explicit DayLabourers(std::size_t count) : count_(count) {}
-  void run(Job job) noexcept override {
-    ++rounds;
-    std::vector<std::thread> threads;
-    for (std::size_t i = 1; i < count_; ++i) {
-      threads.emplace_back([job, i] { job(i); });
-    }
-    job(0);
-    for (std::thread& thread : threads) {
-      thread.join();
-    }
-  }
-  int rounds = 0;
-
- private:
-  std::size_t count_;
-};
 
 StereoImage view(const Texture& texture, double shift_px) {
   Scene scene;

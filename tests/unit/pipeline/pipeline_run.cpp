@@ -42,9 +42,9 @@ const ObjectResult* KeptEstimate::object(std::uint32_t track_id) const {
   return found == objects.end() ? nullptr : &*found;
 }
 
-PipelineRun::PipelineRun(const pipeline::PipelineConfig& config, const StereoGeometry& geometry)
+PipelineRun::PipelineRun(const pipeline::PipelineConfig& config, const StereoGeometry& geometry, Workers* workers)
     : arena_(planned_bytes(config, geometry)) {
-  auto made = pipeline::Pipeline::create(config, geometry, arena_);
+  auto made = pipeline::Pipeline::create(config, geometry, arena_, {}, workers);
   EXPECT_TRUE(made) << made.error().message;
   pipeline_ = std::make_unique<pipeline::Pipeline>(std::move(made.value()));
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/workers.hpp"
 #include "kinetrace/pipeline/pipeline.hpp"
 #include "street_drive.hpp"
 
@@ -32,7 +33,8 @@ struct KeptPoints {
 
 class PipelineRun {
  public:
-  explicit PipelineRun(const pipeline::PipelineConfig& config, const StereoGeometry& geometry = small_rig());
+  explicit PipelineRun(const pipeline::PipelineConfig& config, const StereoGeometry& geometry = small_rig(),
+                       Workers* workers = nullptr);
 
   /// Processes a frame and keeps its results; fails the test on an error.
   const FrameResult& step(const RectifiedPair& pair);

@@ -1,0 +1,52 @@
+// Bundle adjustment of several bodies in one frame: they share nothing, so they are adjusted side by side.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <span>
+#include <utility>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/bundle.hpp"
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/core/workers.hpp"
+#include "kinetrace/refinement/fixed_bundle_adjuster.hpp"
+#include "kinetrace/sfm/body_reconstruction.hpp"
+
+namespace kinetrace::pipeline {
+
+/// A body whose window is to be adjusted, and what came of it.
+struct BodyRefinement {
+  sfm::BodyReconstruction* body = nullptr;
+  BundleSummary summary;
+};
+
+class WindowRefiner {
+ public:
+  /// Memory: two adjusters, however many workers there are. `workers` outlive this; null: the caller does it alone,
+  /// with the same result.
+  [[nodiscard]] static Result<WindowRefiner> create(const refinement::FixedBundleConfig& config, Arena& arena,
+                                                    Workers* workers);
+  [[nodiscard]] static std::size_t required_bytes(const refinement::FixedBundleConfig& config);
+
+  /// Adjusts the window of each body in place; the first of the list are begun first. On an error, which is that of one
+  /// of the bodies, the others may have been adjusted. Allocates nothing otherwise.
+  [[nodiscard]] Status refine(std::span<BodyRefinement> bodies);
+  /// As FixedBundleAdjuster::limit.
+  void limit(int max_iterations) noexcept;
+
+ private:
+  static constexpr std::size_t kAdjusters = 2;
+
+  WindowRefiner(refinement::FixedBundleAdjuster first, refinement::FixedBundleAdjuster second, Workers* workers)
+      : adjusters_{std::move(first), std::move(second)}, workers_(workers) {}
+  /// Takes one body after the other until none is left.
+  [[nodiscard]] static Status refine_next(refinement::FixedBundleAdjuster& adjuster, std::span<BodyRefinement> bodies,
+                                          std::atomic<std::size_t>& next);
+
+  std::array<refinement::FixedBundleAdjuster, kAdjusters> adjusters_;
+  Workers* workers_;
+};
+
+}  // namespace kinetrace::pipeline
