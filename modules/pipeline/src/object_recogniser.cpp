@@ -37,6 +37,25 @@ Eigen::Vector3d shift_of(const features::RecognisedPoint& point, const Se3& T_ob
          point.p_body.cast<double>();
 }
 
+/// How much a shift in depth counts beside one across: stereo cannot tell it well enough to agree within the radius.
+double depth_weight(double depth_m, double radius_m, const StereoGeometry& geometry) {
+  const double sigma_m = kDisparitySigma_px * depth_m * depth_m / (geometry.fx_px * geometry.baseline_m);
+  return radius_m / std::hypot(radius_m, 2.0 * sigma_m);
+}
+
+sfm::PoseObservation observation_of(const features::RecognisedPoint& point, const StereoGeometry& geometry) {
+  const double place_px = kPlaceSigma_m / geometry.baseline_m * double{point.left_px.x() - point.u_right_px};
+  return {point.p_body.cast<double>(), point.left_px.x(), point.v_px, point.u_right_px,
+          static_cast<float>(1.0 + place_px * place_px)};
+}
+
+sfm::BodyReconstruction::Expectation expectation_of(const PoseGuess& guess) {
+  sfm::BodyReconstruction::Expectation expected{guess.T_obj_cam};
+  expected.covariance.topLeftCorner<3, 3>().diagonal().setConstant(guess.turn_sigma_rad * guess.turn_sigma_rad);
+  expected.covariance.bottomRightCorner<3, 3>().diagonal().setConstant(guess.place_sigma_m * guess.place_sigma_m);
+  return expected;
+}
+
 }  // namespace
 
 ObjectRecogniser::ObjectRecogniser(const StereoGeometry& geometry, Arena& arena)
@@ -101,13 +120,11 @@ std::optional<ObjectRecogniser::Agreement> ObjectRecogniser::agreement(
   const std::size_t count = find_likenesses(T_cam_obj, sieve, label, front_end, found);
 
   // It has turned little while it was away, so all of it has moved alike, as far as stereo can tell depths.
-  const double depth_m = std::max(T_cam_obj.translation.z(), kNearest_m);
-  const double depth_sigma_m = kDisparitySigma_px * depth_m * depth_m / (geometry_.fx_px * geometry_.baseline_m);
-  const double depth_weight = sieve.radius_m / std::hypot(sieve.radius_m, 2.0 * depth_sigma_m);
+  const double weight = depth_weight(std::max(T_cam_obj.translation.z(), kNearest_m), sieve.radius_m, geometry_);
   std::array<Likeness, ShiftGroup::kMaxMembers> likenesses;
   for (std::size_t i = 0; i < count; ++i) {
     Eigen::Vector3d shift_cam_m = T_cam_obj.rotation * shift_of(found[i], T_obj_cam, geometry_);
-    shift_cam_m.z() *= depth_weight;
+    shift_cam_m.z() *= weight;
     likenesses[i] = {found[i].slot, found[i].point, shift_cam_m};
   }
   const ShiftGroup group = largest_group(std::span(likenesses).first(count), sieve.reach_m, sieve.radius_m);
@@ -116,17 +133,11 @@ std::optional<ObjectRecogniser::Agreement> ObjectRecogniser::agreement(
   }
   std::array<sfm::PoseObservation, ShiftGroup::kMaxMembers> observations;
   for (std::size_t k = 0; k < group.count; ++k) {
-    const features::RecognisedPoint& point = found[group.members[k]];
-    const double place_px = kPlaceSigma_m / geometry_.baseline_m * double{point.left_px.x() - point.u_right_px};
-    const auto variance_ratio = static_cast<float>(1.0 + place_px * place_px);
-    observations[k] = {point.p_body.cast<double>(), point.left_px.x(), point.v_px, point.u_right_px, variance_ratio};
+    observations[k] = observation_of(found[group.members[k]], geometry_);
   }
   // Far away depth is less sure than the guess, which then decides.
-  sfm::BodyReconstruction::Expectation expected_pose{guess.T_obj_cam};
-  expected_pose.covariance.topLeftCorner<3, 3>().diagonal().setConstant(guess.turn_sigma_rad * guess.turn_sigma_rad);
-  expected_pose.covariance.bottomRightCorner<3, 3>().diagonal().setConstant(guess.place_sigma_m * guess.place_sigma_m);
-  const std::optional<Se3> pose =
-      body.pose_from(std::span(observations).first(group.count), expected_pose, static_cast<int>(kLeastRecognised));
+  const std::optional<Se3> pose = body.pose_from(std::span(observations).first(group.count), expectation_of(guess),
+                                                 static_cast<int>(kLeastRecognised));
   const bool turned_too_far = pose && so3_log(pose->rotation * guess.T_obj_cam.rotation.transpose()).norm() >
                                           kMostSigmas * guess.turn_sigma_rad;
   return !pose || turned_too_far ? std::nullopt : std::optional<Agreement>({*pose, group.count});
