@@ -24,8 +24,32 @@ constexpr double kLeastOnWhole = 0.5;
 /// A detection that shows but a part of an object in sight lies so far on it, and is so large.
 constexpr double kLeastPartOnIt = 0.2;
 constexpr double kLeastSizeRatio = 0.15;
+/// Of what is so far outside the image, the next to be seen is a strip along the border over which it comes,
+constexpr double kMostlyOutside = 0.2;
+constexpr int kWidestStrip_px = 25;
+/// ... that lies beside it by this part of either.
+constexpr double kLeastBeside = 0.5;
 /// So far on what another track of its class expects, a detection is a part of that.
 constexpr double kMostOnAnother = 0.3;
+
+/// Along one axis of the image, where a strip is seen and where an object is expected.
+struct Extent {
+  double strip_low = 0.0;
+  double strip_high = 0.0;
+  double expected_low = 0.0;
+  double expected_high = 0.0;
+
+  /// Of both; negative for a gap.
+  [[nodiscard]] double overlap() const noexcept {
+    return std::min(strip_high, expected_high) - std::max(strip_low, expected_low);
+  }
+  [[nodiscard]] bool nearly_met() const noexcept { return overlap() >= -kMostReach_px; }
+  /// Most of the strip, and of what can be seen of the object in an image of this size.
+  [[nodiscard]] bool beside(int image_size) const noexcept {
+    const double expected = std::min<double>(expected_high, image_size) - std::max(expected_low, 0.0);
+    return overlap() >= kLeastBeside * std::max(strip_high - strip_low, expected);
+  }
+};
 
 /// Between the nearest points of two boxes; 0 if they overlap.
 double distance_between(const PixelBox& a, const PixelBox& b) noexcept {
@@ -35,6 +59,22 @@ double distance_between(const PixelBox& a, const PixelBox& b) noexcept {
 }
 
 }  // namespace
+
+bool StereoTracker::reaches_over_border(const TrackInstance& instance, const Detection& detection) const noexcept {
+  if (instance.mask_part_in_image > kMostlyOutside) {
+    return false;
+  }
+  Eigen::Vector2d low;
+  Eigen::Vector2d high;
+  instance.mask.current_corners(low, high);
+  const PixelBox& strip = detection.box_px;
+  const bool at_side = (strip.x0 == 0 && low.x() < 0.0) || (strip.x1 == width_px_ && high.x() > width_px_);
+  const bool at_end = (strip.y0 == 0 && low.y() < 0.0) || (strip.y1 == height_px_ && high.y() > height_px_);
+  const Extent columns{static_cast<double>(strip.x0), static_cast<double>(strip.x1), low.x(), high.x()};
+  const Extent rows{static_cast<double>(strip.y0), static_cast<double>(strip.y1), low.y(), high.y()};
+  return (at_side && strip.width() <= kWidestStrip_px && columns.nearly_met() && rows.beside(height_px_)) ||
+         (at_end && strip.height() <= kWidestStrip_px && rows.nearly_met() && columns.beside(width_px_));
+}
 
 bool StereoTracker::is_behind_camera(const TrackInstance& instance) noexcept {
   const Forecast& forecast = instance.forecast;
@@ -55,8 +95,8 @@ void StereoTracker::add_near_misses(const TrackInstance& instance, std::span<con
     const Detection& detection = detections[v];
     const double gap_px = distance_between(instance.mask.current_box(), detection.box_px);
     if (owner_[v] < 0 && classes_agree(instance.track.class_id, detection.class_id) &&
-        nearly_met(instance, detection, gap_px) && !features_lie_elsewhere(instance, detection) &&
-        !lies_on_another(detection, instance)) {
+        (nearly_met(instance, detection, gap_px) || reaches_over_border(instance, detection)) &&
+        !features_lie_elsewhere(instance, detection) && !lies_on_another(detection, instance)) {
       affinity_(instance.track.slot, static_cast<int>(v)) = part_on(instance, detection) + 1.0 / (1.0 + gap_px);
     }
   }

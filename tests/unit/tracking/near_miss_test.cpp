@@ -145,6 +145,36 @@ TEST(NearMiss, WhatHasNearlyLeftTheImageSlipsOntoNothing) {
   EXPECT_EQ(scene.track_of(0)->id, 2U) << "another one stands where it went";
 }
 
+/// The name of what is seen at the border as a car goes out over the left one and is expected just outside.
+std::uint32_t id_at_border(const Shape& strip) {
+  TrackerScene scene({}, 0);
+  const auto step = [&](double car_x, const Shape& seen) {
+    scene.forecasts = {forecast_of({.x = car_x, .y = 100.0})};
+    scene.step(std::array{seen});
+  };
+  for (const double x : {60.0, 40.0, 20.0, 0.0, -20.0}) {
+    step(x, {.x = x, .y = 100.0});
+  }
+  step(-40.0, strip);
+  return scene.track_of(0) == nullptr ? 0 : scene.track_of(0)->id;
+}
+
+TEST(NearMiss, AStripAtTheBorderIsWhatWasExpectedJustOutside) {
+  const Shape strip{.x = 3.0, .y = 100.0, .half_width = 4.0};
+  EXPECT_EQ(id_at_border(strip), 1U);
+  Shape of_another_height = strip;
+  of_another_height.half_height = 7.0;
+  EXPECT_EQ(id_at_border(of_another_height), 2U);
+  Shape elsewhere = strip;
+  elsewhere.y = 140.0;
+  EXPECT_EQ(id_at_border(elsewhere), 2U);
+  Shape no_strip = strip;
+  no_strip.half_width = 40.0;
+  EXPECT_EQ(id_at_border(no_strip), 2U);
+  EXPECT_EQ(id_at_border(moved(strip, 20.0)), 2U) << "not at the border";
+  EXPECT_EQ(id_at_border(moved(strip, kWidth - 6.0)), 2U) << "at the other border";
+}
+
 /// What is detected beside somebody who is not, four frames on.
 std::uint32_t id_beside(TrackerScene& scene, const Forecast& forecast) {
   for (int i = 0; i < 4; ++i) {

@@ -55,6 +55,8 @@ class ReferenceMask {
 
   /// Where the mask lies now, clipped to the image.
   [[nodiscard]] PixelBox current_box() const noexcept;
+  /// Where the mask's box lies now, not clipped, as its lowest and highest corner.
+  void current_corners(Eigen::Vector2d& low, Eigen::Vector2d& high) const noexcept;
   /// Half the diagonal of the mask now, not clipped.
   [[nodiscard]] double current_reach_px() const noexcept;
   /// Centre of the mask's box now, not clipped.
@@ -88,8 +90,6 @@ class ReferenceMask {
   [[nodiscard]] std::uint8_t* row(int y) const noexcept {
     return bits_.data() + static_cast<std::ptrdiff_t>(y) * row_bytes_;
   }
-  /// Corners of the mask's box now, not clipped.
-  void current_corners(Eigen::Vector2d& low, Eigen::Vector2d& high) const noexcept;
   [[nodiscard]] bool covers(int x, int y) const noexcept {
     // Unsigned differences test both ends of an interval at once.
     return static_cast<unsigned>(x - box_.x0) < static_cast<unsigned>(box_.width()) &&

@@ -129,6 +129,8 @@ class StereoTracker {
   /// Detections that no prediction meets, of unclaimed tracks: something thin that has moved by more than its width, a
   /// part of something, or the first bit of what comes out from behind another.
   void add_near_misses(const TrackInstance& instance, std::span<const Detection> detections) noexcept;
+  /// It is expected nearly all outside the image, and a detection lies along the border over which it would come.
+  [[nodiscard]] bool reaches_over_border(const TrackInstance& instance, const Detection& detection) const noexcept;
   [[nodiscard]] static bool nearly_met(const TrackInstance& instance, const Detection& detection,
                                        double gap_px) noexcept;
   [[nodiscard]] static bool is_behind_camera(const TrackInstance& instance) noexcept;
