@@ -124,6 +124,9 @@ TEST_F(NetworkRun, WhatIsWrongWithAModelIsSaidInOneLineAtTheStart) {
 
 // A copy of the program with another plugin beside it, which never answers after the start.
 TEST_F(NetworkRun, ANetworkThatHangsDegradesHealthAndTrackingGoesOn) {
+#ifdef KINETRACE_EMULATED
+  GTEST_SKIP() << "emulated, it is too slow to follow what plays like a camera";
+#endif
   const fs::path program = scratch_.path() / "kinetrace";
   fs::copy_file(KINETRACE_PROGRAM, program);
   fs::copy_file(KINETRACE_HANGING_RUNTIME, scratch_.path() / "kinetrace-opencv-dnn.so");
