@@ -113,6 +113,7 @@ function(kinetrace_test name)
     target_compile_definitions(${name} PRIVATE KINETRACE_EMULATED)
   endif()
   if(KINETRACE_SANITIZED)
+    target_compile_definitions(${name} PRIVATE KINETRACE_SANITIZED)
     set(environment ENVIRONMENT "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/support/tsan.supp")
   endif()
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60

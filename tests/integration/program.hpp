@@ -41,4 +41,16 @@ class Program {
   return Program(arguments, group).wait();
 }
 
+/// What `run.json` or another report says was allocated after the start; 0 in a program with sanitizers, which counts
+/// nothing.
+template <typename Json>
+[[nodiscard]] int allocations_after_start(const Json& report) {
+  const auto& counted = report.at("allocations_after_start");
+#ifdef KINETRACE_SANITIZED
+  return counted.is_null() ? 0 : counted.template get<int>();
+#else
+  return counted.template get<int>();
+#endif
+}
+
 }  // namespace kinetrace::test

@@ -435,7 +435,7 @@ Status Pipeline::Impl::refine() {
       out.refinements[count++] = {&object.body(), {}};
     }
   }
-  if (const Status refined = refiner.refine(out.refinements.first(count)); !refined) {
+  if (Status refined = refiner.refine(out.refinements.first(count)); !refined) {
     return refined;
   }
   background.conclude(out.refinements[0].summary);
