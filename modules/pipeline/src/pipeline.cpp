@@ -143,7 +143,8 @@ Result<MemoryPlan> Pipeline::plan(const PipelineConfig& config, const StereoGeom
        "background.max_points, background.window_frames"},
       {"objects", object_bytes * as_size(c.tracking.max_objects),
        "tracking.max_objects, object.max_points, object.window_frames"},
-      {"refinement", WindowRefiner::required_bytes(c.refinement), "background.max_points, background.window_frames"},
+      {"refinement", WindowRefiner::required_bytes(c.refinement, c.object),
+       "background.max_points, background.window_frames, object.max_points"},
       {"results", measure_bytes([&](Arena& arena) {
          static_cast<void>(KeptPaths(c.trajectory, ring_frames(c), arena));
          static_cast<void>(carve_output(c, arena));
@@ -184,7 +185,7 @@ Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeom
     }
     objects.push_back(std::move(*object));
   }
-  auto refiner = WindowRefiner::create(c.refinement, arena, workers);
+  auto refiner = WindowRefiner::create(c.refinement, c.object, arena, workers);
   if (!refiner) {
     return Unexpected(refiner.error());
   }

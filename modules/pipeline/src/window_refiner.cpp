@@ -1,52 +1,70 @@
 #include "window_refiner.hpp"
 
+#include <atomic>
+#include <utility>
+
 namespace kinetrace::pipeline {
 
 using refinement::FixedBundleAdjuster;
 
-std::size_t WindowRefiner::required_bytes(const refinement::FixedBundleConfig& config) {
-  return kAdjusters * FixedBundleAdjuster::required_bytes(config);
+namespace {
+
+refinement::FixedBundleConfig for_objects(refinement::FixedBundleConfig config, const sfm::BodyConfig& object) {
+  config.max_frames = object.window_frames;
+  config.max_points = object.max_points;
+  return config;
 }
 
-Result<WindowRefiner> WindowRefiner::create(const refinement::FixedBundleConfig& config, Arena& arena,
-                                            Workers* workers) {
-  auto first = FixedBundleAdjuster::create(config, arena);
+}  // namespace
+
+std::size_t WindowRefiner::required_bytes(const refinement::FixedBundleConfig& largest, const sfm::BodyConfig& object) {
+  return FixedBundleAdjuster::required_bytes(largest) +
+         FixedBundleAdjuster::required_bytes(for_objects(largest, object));
+}
+
+Result<WindowRefiner> WindowRefiner::create(const refinement::FixedBundleConfig& largest, const sfm::BodyConfig& object,
+                                            Arena& arena, Workers* workers) {
+  auto first = FixedBundleAdjuster::create(largest, arena);
   if (!first) {
     return Unexpected(first.error());
   }
-  auto second = FixedBundleAdjuster::create(config, arena);
+  auto second = FixedBundleAdjuster::create(for_objects(largest, object), arena);
   if (!second) {
     return Unexpected(second.error());
   }
   return WindowRefiner(std::move(*first), std::move(*second), workers);
 }
 
-Status WindowRefiner::refine_next(FixedBundleAdjuster& adjuster, std::span<BodyRefinement> bodies,
-                                  std::atomic<std::size_t>& next) {
-  for (std::size_t i = next.fetch_add(1, std::memory_order_relaxed); i < bodies.size();
-       i = next.fetch_add(1, std::memory_order_relaxed)) {
-    BundleWindow window = bodies[i].body->window();
-    const Result<BundleSummary> summary = adjuster.refine(window);
-    if (!summary) {
-      return Unexpected(summary.error());
-    }
-    bodies[i].summary = *summary;
+Status WindowRefiner::refine_one(FixedBundleAdjuster& adjuster, BodyRefinement& body) {
+  BundleWindow window = body.body->window();
+  const Result<BundleSummary> summary = adjuster.refine(window);
+  if (!summary) {
+    return Unexpected(summary.error());
   }
+  body.summary = *summary;
   return {};
 }
 
 Status WindowRefiner::refine(std::span<BodyRefinement> bodies) {
-  std::atomic<std::size_t> next{0};
-  if (workers_ == nullptr || bodies.size() < 2) {
-    return refine_next(adjusters_[0], bodies, next);
-  }
+  std::atomic<std::size_t> next{1};
   std::array<Status, kAdjusters> done;
   auto take_part = [&](std::size_t worker) {
-    if (worker < kAdjusters) {
-      done[worker] = refine_next(adjusters_[worker], bodies, next);
+    if (worker >= kAdjusters) {
+      return;
+    }
+    FixedBundleAdjuster& adjuster = adjusters_[worker];
+    if (worker == 0 && !bodies.empty()) {
+      done[0] = refine_one(adjuster, bodies[0]);  // Only the first adjuster is large enough.
+    }
+    for (std::size_t i = next.fetch_add(1); i < bodies.size() && done[worker]; i = next.fetch_add(1)) {
+      done[worker] = refine_one(adjuster, bodies[i]);
     }
   };
-  workers_->run(Job(take_part));
+  if (workers_ == nullptr || bodies.size() < 2) {
+    take_part(0);
+  } else {
+    workers_->run(Job(take_part));
+  }
   return done[0] ? done[1] : done[0];
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <cstddef>
 #include <span>
 #include <utility>
@@ -24,14 +23,15 @@ struct BodyRefinement {
 
 class WindowRefiner {
  public:
-  /// Memory: two adjusters, however many workers there are. `workers` outlive this; null: the caller does it alone,
-  /// with the same result.
-  [[nodiscard]] static Result<WindowRefiner> create(const refinement::FixedBundleConfig& config, Arena& arena,
-                                                    Workers* workers);
-  [[nodiscard]] static std::size_t required_bytes(const refinement::FixedBundleConfig& config);
+  /// Memory: an adjuster for windows as large as `largest`, and one for objects', however many workers there are.
+  /// `workers` outlive this; null: the caller does it alone, with the same result.
+  [[nodiscard]] static Result<WindowRefiner> create(const refinement::FixedBundleConfig& largest,
+                                                    const sfm::BodyConfig& object, Arena& arena, Workers* workers);
+  [[nodiscard]] static std::size_t required_bytes(const refinement::FixedBundleConfig& largest,
+                                                  const sfm::BodyConfig& object);
 
-  /// Adjusts the window of each body in place; the first of the list are begun first. On an error, which is that of one
-  /// of the bodies, the others may have been adjusted. Allocates nothing otherwise.
+  /// Adjusts the window of each body in place: the first may be as large as `largest`, the others are objects. On an
+  /// error, which is that of one of the bodies, others may have been adjusted. Allocates nothing otherwise.
   [[nodiscard]] Status refine(std::span<BodyRefinement> bodies);
   /// As FixedBundleAdjuster::limit.
   void limit(int max_iterations) noexcept;
@@ -41,9 +41,7 @@ class WindowRefiner {
 
   WindowRefiner(refinement::FixedBundleAdjuster first, refinement::FixedBundleAdjuster second, Workers* workers)
       : adjusters_{std::move(first), std::move(second)}, workers_(workers) {}
-  /// Takes one body after the other until none is left.
-  [[nodiscard]] static Status refine_next(refinement::FixedBundleAdjuster& adjuster, std::span<BodyRefinement> bodies,
-                                          std::atomic<std::size_t>& next);
+  [[nodiscard]] static Status refine_one(refinement::FixedBundleAdjuster& adjuster, BodyRefinement& body);
 
   std::array<refinement::FixedBundleAdjuster, kAdjusters> adjusters_;
   Workers* workers_;
