@@ -1,5 +1,6 @@
 #include "window_refiner.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <utility>
 
@@ -9,8 +10,10 @@ using refinement::FixedBundleAdjuster;
 
 namespace {
 
+constexpr int kFewestFrames = 2;  // That an adjuster can be made for; windows of one are left as they are.
+
 refinement::FixedBundleConfig for_objects(refinement::FixedBundleConfig config, const sfm::BodyConfig& object) {
-  config.max_frames = object.window_frames;
+  config.max_frames = std::max(object.window_frames, kFewestFrames);
   config.max_points = object.max_points;
   return config;
 }

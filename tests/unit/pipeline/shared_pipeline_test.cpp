@@ -58,5 +58,14 @@ TEST(SharedPipeline, TakesTheSamePathsHoweverManyWork) {
   }
 }
 
+TEST(SharedPipeline, CanBeMadeForObjectsOfASingleFrame) {
+  PipelineConfig config = small_config(segmentation::SegmentationMode::kMotion);
+  config.object.window_frames = 1;
+  DayLabourers workers(2);
+  PipelineRun run(config, small_rig(), &workers);
+  run.drive(StreetDrive(), 0, 3);
+  EXPECT_EQ(run.newest.size(), 3U);
+}
+
 }  // namespace
 }  // namespace kinetrace::pipeline
