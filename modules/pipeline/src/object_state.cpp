@@ -645,7 +645,7 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
     }
   }
   if (body_.active()) {
-    body_.extend(frame, track.label());
+    body_.extend(frame, track.label(), camera.valid ? &camera.T_world_cam.rotation : nullptr);
     extended_ = true;
   }
   if (status_ == BodyStatus::kTracked && sighting.features > 0) {

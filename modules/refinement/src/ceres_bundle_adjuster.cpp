@@ -13,6 +13,7 @@
 #include "kinetrace/core/allocation_counter.hpp"
 #include "marginal_covariance.hpp"
 #include "reprojection_jacobian.hpp"
+#include "turn_residual.hpp"
 #include "window_check.hpp"
 
 namespace kinetrace::refinement {
@@ -82,6 +83,28 @@ class ReprojectionCost final : public ceres::SizedCostFunction<3, kPoseAmbient, 
   BundleObservation seen_;
 };
 
+class TurnCost final : public ceres::SizedCostFunction<3, kPoseAmbient, kPoseAmbient> {
+ public:
+  explicit TurnCost(const TurnPrior& prior) : prior_(prior) {}
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    Eigen::Map<Eigen::Vector3d>(residuals, 3) =
+        turn_residual(prior_, to_pose(parameters[0]).rotation, to_pose(parameters[1]).rotation);
+    const std::array<Eigen::Matrix3d, 2> derivative{prior_.R_before_now.transpose(), -Eigen::Matrix3d::Identity()};
+    for (std::size_t i = 0; jacobians != nullptr && i < derivative.size(); ++i) {
+      if (jacobians[i] != nullptr) {
+        Eigen::Map<PoseDerivative> pose(jacobians[i]);
+        pose.setZero();
+        pose.leftCols<3>() = prior_.inverse_sigma_rad * derivative[i];
+      }
+    }
+    return true;
+  }
+
+ private:
+  TurnPrior prior_;
+};
+
 ceres::Solver::Options solver_options(const CeresBundleConfig& config, std::size_t frames) {
   // Above this many cameras the reduced system is mostly zero.
   constexpr std::size_t kDenseFrames = 50;
@@ -119,6 +142,9 @@ Status check_batch(const BatchProblem& batch) {
                                                    " is not finite, or names a frame or point that does not exist");
     }
   }
+  if (Status turns = check_turns(batch.turns, batch.T_body_cam.size()); !turns) {
+    return turns;
+  }
   return check_geometry(batch.geometry);
 }
 
@@ -128,6 +154,7 @@ Result<BundleSummary> solve(const CeresBundleConfig& config, BatchProblem& batch
     from_pose(batch.T_body_cam[k].inverse(), poses[k].data());
   }
   ceres::CauchyLoss loss(config.robust_threshold_sigmas);
+  ceres::CauchyLoss turn_loss(kTurnThreshold);
   LeftPerturbation manifold;
   ceres::Problem::Options problem_options;
   problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -142,6 +169,11 @@ Result<BundleSummary> solve(const CeresBundleConfig& config, BatchProblem& batch
                              point);
     options.linear_solver_ordering->AddElementToGroup(point, 0);
     options.linear_solver_ordering->AddElementToGroup(poses[seen.frame].data(), 1);
+  }
+  for (std::size_t k = 1; k < batch.turns.size(); ++k) {
+    problem.AddResidualBlock(new TurnCost(batch.turns[k]), &turn_loss, poses[k - 1].data(), poses[k].data());
+    options.linear_solver_ordering->AddElementToGroup(poses[k - 1].data(), 1);
+    options.linear_solver_ordering->AddElementToGroup(poses[k].data(), 1);
   }
   std::vector<bool> fixed(poses.size(), false);
   for (const std::uint32_t frame : batch.fixed_frames) {
@@ -242,7 +274,7 @@ Result<BundleSummary> CeresBundleAdjuster::refine(BundleWindow& window) {
       observations.push_back({static_cast<std::uint32_t>(p), frame, window.observation(p, frame)});
     }
   }
-  BatchProblem problem{window.geometry, window.T_body_cam, fixed, points, observations};
+  BatchProblem problem{window.geometry, window.T_body_cam, fixed, points, observations, window.turns};
   if (observations.empty() || fixed.size() == frames) {
     BundleSummary nothing_to_do;
     nothing_to_do.converged = true;

@@ -10,6 +10,7 @@
 #include "kinetrace/core/cpu.hpp"
 #include "packed_window.hpp"
 #include "robust_loss.hpp"
+#include "turn_residual.hpp"
 #include "window_check.hpp"
 
 namespace kinetrace::refinement {
@@ -91,8 +92,9 @@ const CholeskyKernel& cholesky_kernel() {
 /// One window being refined.
 class Refinement {
  public:
-  Refinement(const FixedBundleConfig& config, const StereoGeometry& geometry, FixedBundleStorage& storage)
-      : config_(config), s_(storage), size_(kPoseSize * storage.window.free_frames) {
+  Refinement(const FixedBundleConfig& config, const BundleWindow& window, FixedBundleStorage& storage)
+      : config_(config), turns_(window.turns), s_(storage), size_(kPoseSize * storage.window.free_frames) {
+    const StereoGeometry& geometry = window.geometry;
     problem_.model = {static_cast<float>(geometry.fx_px), static_cast<float>(geometry.fy_px),
                       static_cast<float>(geometry.cx_px), static_cast<float>(geometry.cy_px),
                       static_cast<float>(geometry.fx_px * geometry.baseline_m)};
@@ -174,7 +176,10 @@ class Refinement {
       }
       add_frame(i, damping);
     }
-    return cost;
+    for (std::size_t k = 1; k < turns_.size(); ++k) {
+      add_turn(k);
+    }
+    return cost + turn_cost(s_.window.T_cam_anchor);
   }
 
   double& entry(int row, int column) {
@@ -205,6 +210,44 @@ class Refinement {
     }
   }
 
+  [[nodiscard]] Eigen::Vector3d turn(std::span<const Se3> T_cam_anchor, std::size_t k) const {
+    return turn_residual(turns_[k], T_cam_anchor[k - 1].rotation, T_cam_anchor[k].rotation);
+  }
+
+  [[nodiscard]] double turn_cost(std::span<const Se3> T_cam_anchor) const {
+    double cost = 0.0;
+    for (std::size_t k = 1; k < turns_.size(); ++k) {
+      cost += 0.5 * robust_loss(turn(T_cam_anchor, k).squaredNorm(), kTurnThreshold);
+    }
+    return cost;
+  }
+
+  /// What is expected of the turn from frame k - 1 to frame k joins their rows of the system.
+  void add_turn(std::size_t k) {
+    const TurnPrior& prior = turns_[k];
+    const int before = s_.window.free_index[k - 1];
+    const int now = s_.window.free_index[k];
+    const Eigen::Vector3d off = turn(s_.window.T_cam_anchor, k);
+    const double weight = robust_weight(off.squaredNorm(), kTurnThreshold) * prior.inverse_sigma_rad;
+    const double information = weight * prior.inverse_sigma_rad;
+    const Eigen::Vector3d pull_now = weight * off;
+    const Eigen::Vector3d pull_before = prior.R_before_now * pull_now;
+    for (int r = 0; r < 3; ++r) {
+      if (before >= 0) {
+        entry(kPoseSize * before + r, kPoseSize * before + r) += information;
+        step(kPoseSize * before + r) -= pull_before[r];
+      }
+      if (now >= 0) {
+        entry(kPoseSize * now + r, kPoseSize * now + r) += information;
+        step(kPoseSize * now + r) += pull_now[r];
+      }
+      for (int c = 0; before >= 0 && now >= 0 && c < 3; ++c) {
+        // Of the lower triangle: the later of the two has the higher row.
+        entry(kPoseSize * now + r, kPoseSize * before + c) -= information * prior.R_before_now(c, r);
+      }
+    }
+  }
+
   bool factorise() { return cholesky_kernel().factorise(s_.system.data(), size_, size_); }
 
   bool solve_for_step() {
@@ -228,8 +271,9 @@ class Refinement {
     }
     std::transform(s_.step.begin(), s_.step.begin() + size_, s_.kernel_step.begin(),
                    [](double value) { return static_cast<float>(value); });
-    return bundle_kernel().move_points(problem_, s_.factors.data(), s_.kernel_step.data(), s_.moved_poses.data(),
-                                       s_.moved_points.data());
+    return turn_cost(s_.moved_T_cam_anchor) + bundle_kernel().move_points(problem_, s_.factors.data(),
+                                                                          s_.kernel_step.data(), s_.moved_poses.data(),
+                                                                          s_.moved_points.data());
   }
 
   void accept() {
@@ -240,6 +284,7 @@ class Refinement {
   }
 
   const FixedBundleConfig& config_;
+  std::span<const TurnPrior> turns_;
   FixedBundleStorage& s_;
   int size_;  ///< Of the camera system.
   KernelProblem problem_;
@@ -309,7 +354,7 @@ Result<BundleSummary> FixedBundleAdjuster::refine(BundleWindow& window) {
   }
   PackedWindow& packed = storage_->window;
   packed.pack(window);
-  Refinement refinement(config_, window.geometry, *storage_);
+  Refinement refinement(config_, window, *storage_);
   BundleSummary summary = refinement.run();
   if (summary.final_cost < summary.initial_cost) {
     packed.unpack(window);

@@ -1,12 +1,15 @@
 #include "marginal_covariance.hpp"
 
+#include <array>
 #include <bit>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
 
 #include "reprojection_jacobian.hpp"
 #include "robust_loss.hpp"
+#include "turn_residual.hpp"
 #include "window_check.hpp"
 
 namespace kinetrace::refinement {
@@ -20,6 +23,25 @@ struct Coupling {
   Eigen::Index place;
   Matrix63d w;
 };
+
+/// The turn's information about the poses of frames k - 1 and k.
+void add_turn(const BundleWindow& window, std::size_t k, const std::vector<Eigen::Index>& place,
+              Eigen::MatrixXd& information) {
+  const TurnPrior& prior = window.turns[k];
+  const Eigen::Vector3d off =
+      turn_residual(prior, window.T_body_cam[k - 1].rotation.transpose(), window.T_body_cam[k].rotation.transpose());
+  const double weight =
+      robust_weight(off.squaredNorm(), kTurnThreshold) * prior.inverse_sigma_rad * prior.inverse_sigma_rad;
+  const std::array<std::pair<Eigen::Index, Eigen::Matrix3d>, 2> sides{
+      {{place[k - 1], prior.R_before_now.transpose()}, {place[k], -Eigen::Matrix3d::Identity()}}};
+  for (const auto& [row, d_row] : sides) {
+    for (const auto& [column, d_column] : sides) {
+      if (row >= 0 && column >= 0) {
+        information.block<3, 3>(row, column) += weight * d_row.transpose() * d_column;
+      }
+    }
+  }
+}
 
 }  // namespace
 
@@ -62,6 +84,9 @@ Matrix6d newest_marginal_covariance(const BundleWindow& window, double robust_th
         information.block<6, 6>(a.place, b.place) -= a.w * point_covariance * b.w.transpose();
       }
     }
+  }
+  for (std::size_t k = 1; k < window.turns.size(); ++k) {
+    add_turn(window, k, place, information);
   }
   const Eigen::MatrixXd covariance = information.ldlt().solve(Eigen::MatrixXd::Identity(size, size));
   const Matrix6d carry = adjoint(window.T_body_cam.back());

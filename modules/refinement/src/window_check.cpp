@@ -42,6 +42,21 @@ Status check_geometry(const StereoGeometry& geometry) {
   return {};
 }
 
+Status check_turns(std::span<const TurnPrior> turns, std::size_t frames) {
+  if (!turns.empty() && turns.size() != frames) {
+    return fail(ErrorCode::kInvalidArgument, "window has " + std::to_string(turns.size()) + " turns for " +
+                                                 std::to_string(frames) + " frames: give one for each, or none");
+  }
+  for (std::size_t k = 0; k < turns.size(); ++k) {
+    if (!turns[k].R_before_now.allFinite() || !(turns[k].inverse_sigma_rad >= 0.0) ||
+        !std::isfinite(turns[k].inverse_sigma_rad)) {
+      return fail(ErrorCode::kInvalidArgument,
+                  "turn of window frame " + std::to_string(k) + " is not finite or has a negative weight");
+    }
+  }
+  return {};
+}
+
 bool is_valid(const BundleObservation& observation) noexcept {
   return std::isfinite(observation.u_left_px) && std::isfinite(observation.v_px) &&
          !std::isinf(observation.u_right_px) && std::isfinite(observation.inverse_sigma_px) &&
@@ -69,6 +84,9 @@ Status check_window(const BundleWindow& window) {
     if (!window.T_body_cam[k].is_finite()) {
       return fail(ErrorCode::kInvalidArgument, "pose of window frame " + std::to_string(k) + " is not finite");
     }
+  }
+  if (Status turns = check_turns(window.turns, frames); !turns) {
+    return turns;
   }
   if (Status geometry = check_geometry(window.geometry); !geometry) {
     return geometry;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "kinetrace/core/bundle.hpp"
 #include "kinetrace/core/result.hpp"
@@ -16,6 +17,8 @@ namespace kinetrace::refinement {
 [[nodiscard]] Status check_geometry(const StereoGeometry& geometry);
 /// u_right may be NaN (not matched); everything else must be finite and the weight positive.
 [[nodiscard]] bool is_valid(const BundleObservation& observation) noexcept;
+/// One for each frame or none at all, all finite.
+[[nodiscard]] Status check_turns(std::span<const TurnPrior> turns, std::size_t frames);
 /// Sizes, gauge, and that every value in use is finite. An empty window is valid.
 [[nodiscard]] Status check_window(const BundleWindow& window);
 

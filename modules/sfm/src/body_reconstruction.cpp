@@ -57,6 +57,8 @@ BodyReconstruction::BodyReconstruction(const BodyConfig& config, const StereoGeo
       pose_estimator_({config.gate_sigma, config.ransac_max_hypotheses}, geometry),
       noise_(config.min_measurement_sigma_px, config.measurement_sigma_px),
       poses_(arena.take<Se3>(as_size(config.window_frames))),
+      attitudes_(arena.take<CameraAttitude>(as_size(config.window_frames))),
+      turns_(arena.take<TurnPrior>(as_size(config.window_frames))),
       map_(arena, as_size(config.max_points), as_size(config.max_features), as_size(config.window_frames)),
       history_(arena, as_size(config.window_frames) + 1),
       verdict_(arena.take<Verdict>(as_size(config.max_features))),
@@ -325,7 +327,7 @@ void BodyReconstruction::refuse_pose() {
   estimate_.inliers = 0;
 }
 
-void BodyReconstruction::extend(const FeatureFrame& frame, std::uint8_t label) {
+void BodyReconstruction::extend(const FeatureFrame& frame, std::uint8_t label, const Eigen::Matrix3d* R_world_cam) {
   frame_index_ = frame.frame_index;
   timestamp_ns_ = frame.timestamp_ns;
   rejected_.clear();
@@ -337,6 +339,8 @@ void BodyReconstruction::extend(const FeatureFrame& frame, std::uint8_t label) {
   }
   make_room();
   poses_[newest_column()] = T_body_cam_now_;
+  attitudes_[newest_column()] = {R_world_cam != nullptr ? *R_world_cam : Eigen::Matrix3d::Identity(), timestamp_ns_,
+                                 R_world_cam != nullptr};
   if (used_columns_ == 1) {
     std::fill(poses_.begin(), poses_.end(), T_body_cam_now_);
   }

@@ -54,8 +54,12 @@ bool BodyReconstruction::newest_is_redundant() const {
 void BodyReconstruction::drop_column(std::size_t column, std::size_t heir) {
   history_.drop_column(column, poses_, heir);
   map_.remove_column(column);
-  std::copy(poses_.begin() + static_cast<std::ptrdiff_t>(column) + 1, poses_.end(),
-            poses_.begin() + static_cast<std::ptrdiff_t>(column));
+  const auto close_gap = [column](auto columns) {
+    const auto gap = columns.begin() + static_cast<std::ptrdiff_t>(column);
+    std::copy(gap + 1, columns.end(), gap);
+  };
+  close_gap(poses_);
+  close_gap(attitudes_);
 }
 
 void BodyReconstruction::fold_newest() {
@@ -110,17 +114,32 @@ std::uint32_t BodyReconstruction::fixed_columns() const {
   return first_bits(anchor + 1);
 }
 
+TurnPrior BodyReconstruction::expected_turn(std::size_t column) const {
+  const bool has_predecessor = column > poses_.size() - used_columns_;
+  if (!has_predecessor || !attitudes_[column - 1].known || !attitudes_[column].known) {
+    return {};
+  }
+  const CameraAttitude& before = attitudes_[column - 1];
+  const CameraAttitude& now = attitudes_[column];
+  const double sigma_rad = config_.turn_rate_radps * 1e-9 * static_cast<double>(now.timestamp_ns - before.timestamp_ns);
+  return {before.R_world_cam.transpose() * now.R_world_cam, sigma_rad > 0.0 ? 1.0 / sigma_rad : 0.0};
+}
+
 BundleWindow BodyReconstruction::window() {
   for (std::size_t row = 0; row < map_.size(); ++row) {
     const PointState& state = map_.state(row);
     // One sighting places a point but tells nothing about poses.
     map_.point(row).frames = state.positioned && std::popcount(state.seen) >= 2 ? state.seen : 0U;
   }
+  for (std::size_t column = 0; column < turns_.size(); ++column) {
+    turns_[column] = expected_turn(column);
+  }
   return {.geometry = geometry_,
           .T_body_cam = poses_,
           .fixed_frames = in_window_ ? fixed_columns() : first_bits(poses_.size()),
           .points = map_.points(),
-          .observations = map_.table()};
+          .observations = map_.table(),
+          .turns = config_.turn_rate_radps > 0.0 ? turns_ : std::span<TurnPrior>{}};
 }
 
 }  // namespace kinetrace::sfm

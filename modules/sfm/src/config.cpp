@@ -36,6 +36,7 @@ Status BodyConfig::validate(const char* prefix) const {
            require_range(prefix, "min_parallax_deg", min_parallax_deg, 0.05, 90.0),
            require_range(prefix, "keyframe_motion_px", keyframe_motion_px, 0.0, 1000.0),
            require_range(prefix, "keyframe_overlap", keyframe_overlap, 0.0, 1.0),
+           require_range(prefix, "turn_rate_radps", turn_rate_radps, 0.0, 100.0),
            require_range(prefix, "reject_after_frames", reject_after_frames, 1, 250),
        }) {
     if (!status) {

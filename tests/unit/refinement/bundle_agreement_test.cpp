@@ -51,19 +51,22 @@ TEST_P(BundleAgreement, BothSolversReachTheSameOptimum) {
 
 INSTANTIATE_TEST_SUITE_P(
     Scenes, BundleAgreement,
-    testing::Values(Case{"plain", with([](SceneOptions&) {})},
-                    Case{"six_frames_sixty_points", with([](SceneOptions& o) { o.frames = 6, o.points = 60; })},
-                    Case{"long_tracks", with([](SceneOptions& o) { o.track_frames = 10; })},
-                    Case{"mono_and_stereo", with([](SceneOptions& o) { o.mono_ratio = 0.4; })},
-                    Case{"outliers", with([](SceneOptions& o) { o.outlier_ratio = 0.1; })},
-                    Case{"far", with([](SceneOptions& o) { o.min_depth_m = 30.0, o.max_depth_m = 120.0; })},
-                    Case{"two_fixed", with([](SceneOptions& o) { o.fixed_frames = 0b11; })},
-                    Case{"middle_fixed", with([](SceneOptions& o) { o.fixed_frames = 0b10000; })},
-                    Case{"newest_fixed", with([](SceneOptions& o) { o.fixed_frames = 0b1000000000; })},
-                    Case{"small_baseline", with([](SceneOptions& o) { o.baseline_m = 0.11, o.max_depth_m = 12.0; })},
-                    Case{"far_origin", with([](SceneOptions& o) {
-                           o.T_body_start = {so3_exp({0.3, -1.0, 2.0}), {7000.0, -300.0, 7000.0}};
-                         })}),
+    testing::Values(
+        Case{"plain", with([](SceneOptions&) {})},
+        Case{"six_frames_sixty_points", with([](SceneOptions& o) { o.frames = 6, o.points = 60; })},
+        Case{"long_tracks", with([](SceneOptions& o) { o.track_frames = 10; })},
+        Case{"mono_and_stereo", with([](SceneOptions& o) { o.mono_ratio = 0.4; })},
+        Case{"expected_turns", with([](SceneOptions& o) { o.turn_sigma_rad = 1e-4, o.unexpected_turn_rad = 2e-5; })},
+        Case{"unexpected_turns", with([](SceneOptions& o) { o.turn_sigma_rad = 1e-4, o.unexpected_turn_rad = 2e-3; })},
+        Case{"outliers", with([](SceneOptions& o) { o.outlier_ratio = 0.1; })},
+        Case{"far", with([](SceneOptions& o) { o.min_depth_m = 30.0, o.max_depth_m = 120.0; })},
+        Case{"two_fixed", with([](SceneOptions& o) { o.fixed_frames = 0b11; })},
+        Case{"middle_fixed", with([](SceneOptions& o) { o.fixed_frames = 0b10000; })},
+        Case{"newest_fixed", with([](SceneOptions& o) { o.fixed_frames = 0b1000000000; })},
+        Case{"small_baseline", with([](SceneOptions& o) { o.baseline_m = 0.11, o.max_depth_m = 12.0; })},
+        Case{"far_origin", with([](SceneOptions& o) {
+               o.T_body_start = {so3_exp({0.3, -1.0, 2.0}), {7000.0, -300.0, 7000.0}};
+             })}),
     [](const testing::TestParamInfo<Case>& tested) { return std::string(tested.param.name); });
 
 }  // namespace

@@ -14,8 +14,10 @@ struct SceneOptions {
   int points = 500;
   int track_frames = 5;  ///< Length of each point's run of sightings.
   double noise_px = 0.3;
-  double outlier_ratio = 0.0;  ///< Sightings displaced by tens of pixels.
-  double mono_ratio = 0.0;     ///< Sightings without a right match.
+  double outlier_ratio = 0.0;        ///< Sightings displaced by tens of pixels.
+  double mono_ratio = 0.0;           ///< Sightings without a right match.
+  double turn_sigma_rad = 0.0;       ///< 0: nothing is expected of the body's turning.
+  double unexpected_turn_rad = 0.0;  ///< From frame to frame, about each axis; the expectation knows nothing of it.
   double min_depth_m = 4.0;
   double max_depth_m = 40.0;
   double pose_error_m = 0.05;  ///< Of the initial free poses; a tenth of it in rad.
@@ -34,13 +36,25 @@ struct BundleScene {
   std::vector<Se3> T_body_cam;
   std::vector<BundlePoint> points;
   std::vector<BundleObservation> observations;
+  std::vector<TurnPrior> turns;
   std::uint32_t fixed_frames = 1U;
 
-  [[nodiscard]] BundleWindow window() { return {geometry, T_body_cam, fixed_frames, points, observations}; }
+  [[nodiscard]] BundleWindow window() { return {geometry, T_body_cam, fixed_frames, points, observations, turns}; }
   [[nodiscard]] BundleObservation& observation(std::size_t point, std::size_t frame) {
     return observations[point * T_body_cam.size() + frame];
   }
 };
+
+/// As a body that turns by `options.unexpected_turn_rad` a frame would be expected not to.
+inline std::vector<TurnPrior> expected_turns(const SceneOptions& options, const std::vector<Se3>& T_body_cam) {
+  std::vector<TurnPrior> turns(options.turn_sigma_rad > 0.0 ? T_body_cam.size() : 0);
+  const Eigen::Matrix3d unexpected = so3_exp(Eigen::Vector3d::Constant(options.unexpected_turn_rad));
+  for (std::size_t k = 1; k < turns.size(); ++k) {
+    turns[k] = {T_body_cam[k - 1].rotation.transpose() * T_body_cam[k].rotation * unexpected,
+                1.0 / options.turn_sigma_rad};
+  }
+  return turns;
+}
 
 inline BundleScene make_scene(const SceneOptions& options) {
   std::mt19937 random(options.seed);
@@ -94,6 +108,7 @@ inline BundleScene make_scene(const SceneOptions& options) {
     }
     scene.points.push_back(point);
   }
+  scene.turns = expected_turns(options, scene.true_T_body_cam);
   return scene;
 }
 

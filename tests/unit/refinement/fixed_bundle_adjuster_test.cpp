@@ -359,6 +359,17 @@ TEST(FixedBundleAdjuster, RejectsBadWindowsAndLeavesThemUnchanged) {
   EXPECT_EQ(refused([](BundleScene& s) { s.observations.pop_back(); }), "invalid_argument");
   EXPECT_EQ(refused([](BundleScene& s) { s.T_body_cam[3].translation.x() = std::nan(""); }), "invalid_argument");
   EXPECT_EQ(refused([](BundleScene& s) { s.points[3].position_m.z() = std::nan(""); }), "invalid_argument");
+  EXPECT_EQ(refused([](BundleScene& s) { s.turns.resize(3); }), "invalid_argument");
+  EXPECT_EQ(refused([](BundleScene& s) {
+              s.turns.resize(s.T_body_cam.size());
+              s.turns[2].inverse_sigma_rad = -1.0;
+            }),
+            "invalid_argument");
+  EXPECT_EQ(refused([](BundleScene& s) {
+              s.turns.resize(s.T_body_cam.size());
+              s.turns[2].R_before_now(1, 1) = std::nan("");
+            }),
+            "invalid_argument");
   EXPECT_EQ(refused([](BundleScene& s) { s.geometry.baseline_m = 0.0; }), "bad_calibration");
   EXPECT_EQ(refused([](BundleScene& s) { s.geometry.fx_px = std::nan(""); }), "bad_calibration");
   const auto spoil_first = [](BundleScene& s, float BundleObservation::*member, float value) {
@@ -412,7 +423,44 @@ TEST(FixedBundleAdjuster, RefinesWithoutAllocating) {
   EXPECT_EQ(after - before, 0U);
 }
 
-}  // namespace
+/// Root mean square angle error of the free poses over some noisy windows.
+double angle_error_rad(SceneOptions options) {
+  FixedSolver solver(patient_config());
+  double sum = 0.0;
+  int count = 0;
+  for (options.seed = 1; options.seed <= 8; ++options.seed) {
+    BundleScene scene = make_scene(options);
+    BundleWindow window = scene.window();
+    EXPECT_TRUE(solver.adjuster.refine(window));
+    for (std::size_t k = 1; k < scene.T_body_cam.size(); ++k) {
+      const double error_rad = difference(scene.T_body_cam[k], scene.true_T_body_cam[k]).angle_rad;
+      sum += error_rad * error_rad;
+      ++count;
+    }
+  }
+  return std::sqrt(sum / count);
+}
+
+TEST(FixedBundleAdjuster, WhatIsExpectedOfATurnHoldsAnAttitudeThatPointsHardlyTell) {
+  SceneOptions options;
+  options.points = 12;
+  options.track_frames = 10;
+  options.noise_px = 1.0;
+  const double alone_rad = angle_error_rad(options);
+  options.turn_sigma_rad = 1e-4;
+  EXPECT_LT(angle_error_rad(options), 0.3 * alone_rad);
+}
+
+TEST(FixedBundleAdjuster, AnEvidentTurnIsBelievedAgainstTheExpectation) {
+  SceneOptions options;
+  options.points = 60;
+  options.track_frames = 10;
+  const double alone_rad = angle_error_rad(options);
+  options.turn_sigma_rad = 0.004;
+  options.unexpected_turn_rad = 0.02;  // Of nine sigmas altogether.
+  EXPECT_LT(angle_error_rad(options), 1.2 * alone_rad + 2e-5);
+}
+
 TEST(FixedBundleAdjuster, ALimitBoundsIterationsUntilItIsLifted) {
   FixedSolver solver(patient_config());
   const auto iterations = [&](int most) {
@@ -427,4 +475,5 @@ TEST(FixedBundleAdjuster, ALimitBoundsIterationsUntilItIsLifted) {
   EXPECT_EQ(iterations(1000), all) << "never more than configured, and all of that again";
 }
 
+}  // namespace
 }  // namespace kinetrace::refinement

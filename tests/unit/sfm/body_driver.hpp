@@ -25,17 +25,19 @@ class BodyDriver {
         adjuster_(take(refinement::FixedBundleAdjuster::create(refinement, arena_))) {}
 
   /// A frame's way: begin() at `T_body_cam_first` or locate(), then extend, refine, conclude.
-  const BodyEstimate& step(const FeatureFrame& frame, std::uint8_t label = 0, const Se3& T_body_cam_first = {}) {
+  const BodyEstimate& step(const FeatureFrame& frame, std::uint8_t label = 0, const Se3& T_body_cam_first = {},
+                           const Eigen::Matrix3d* R_world_cam = nullptr) {
     if (!body_.active()) {
       body_.begin(T_body_cam_first);
     } else {
       body_.locate(frame, label);
     }
-    return finish(frame, label);
+    return finish(frame, label, R_world_cam);
   }
   /// What follows locate() or begin().
-  const BodyEstimate& finish(const FeatureFrame& frame, std::uint8_t label = 0) {
-    body_.extend(frame, label);
+  const BodyEstimate& finish(const FeatureFrame& frame, std::uint8_t label = 0,
+                             const Eigen::Matrix3d* R_world_cam = nullptr) {
+    body_.extend(frame, label, R_world_cam);
     BundleWindow window = body_.window();
     return body_.conclude(refining_ ? take(adjuster_.refine(window)) : BundleSummary{});
   }

@@ -36,6 +36,7 @@ TEST(BodyConfig, NamesTheKeyThatIsOutOfRange) {
   EXPECT_THAT(message([](BodyConfig& c) { c.measurement_sigma_px = std::nan(""); }),
               HasSubstr("object.measurement_sigma_px"));
   EXPECT_THAT(message([](BodyConfig& c) { c.min_inlier_ratio = 1.01; }), HasSubstr("object.min_inlier_ratio"));
+  EXPECT_THAT(message([](BodyConfig& c) { c.turn_rate_radps = -0.1; }), HasSubstr("object.turn_rate_radps"));
   EXPECT_THAT(message([](BodyConfig& c) { c.reject_after_frames = 251; }), HasSubstr("object.reject_after_frames"));
 }
 

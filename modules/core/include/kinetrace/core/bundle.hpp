@@ -30,6 +30,12 @@ struct BundlePoint {
   std::uint32_t frames = 0;
 };
 
+/// What is expected of a body in a window frame: that it has not turned since the frame before, give or take.
+struct TurnPrior {
+  Eigen::Matrix3d R_before_now = Eigen::Matrix3d::Identity();  ///< Attitude of the camera in that of the frame before.
+  double inverse_sigma_rad = 0.0;  ///< One over the standard deviation of the body's turn; 0: nothing is expected.
+};
+
 /// A window to be refined in place. Nothing is owned.
 struct BundleWindow {
   StereoGeometry geometry;
@@ -37,6 +43,8 @@ struct BundleWindow {
   std::uint32_t fixed_frames = 0;  ///< Bit k set: pose k is not changed. At least one must be set (gauge).
   std::span<BundlePoint> points;   ///< Points with frames == 0 are ignored.
   std::span<const BundleObservation> observations;  ///< Row-major: observations[point * T_body_cam.size() + frame].
+  /// One per window frame, the first without effect; empty: nothing is expected.
+  std::span<const TurnPrior> turns = {};
 
   [[nodiscard]] const BundleObservation& observation(std::size_t point, std::size_t frame) const noexcept {
     return observations[point * T_body_cam.size() + frame];
@@ -46,7 +54,7 @@ struct BundleWindow {
 /// What a refinement did.
 struct BundleSummary {
   int iterations = 0;
-  double initial_cost = 0.0;  ///< Sum over observations of the robust loss / 2, in units of sigma^2.
+  double initial_cost = 0.0;  ///< Sum over observations and turns of the robust loss / 2, in units of sigma^2.
   double final_cost = 0.0;
   bool converged = false;
   Matrix6d newest_covariance = Matrix6d::Zero();  ///< Marginal covariance of the last pose (left perturbation of

@@ -22,6 +22,7 @@ namespace kinetrace::pipeline {
   config.max_points = 160;
   config.keyframe_motion_px = 2.0;  // A turning object shows new sides long before it has moved far in the image.
   config.gate_sigma = 3.0;
+  config.turn_rate_radps = 0.1;
   return config;
 }
 
@@ -164,6 +165,8 @@ void visit_fields(Config& config, Visitor&& visit) {
                       "object.measurement_sigma_px", "object.min_measurement_sigma_px", "object.gate_sigma",
                       "object.ransac_max_hypotheses", "object.min_disparity_px", "object.min_parallax_deg",
                       "object.keyframe_motion_px", "object.keyframe_overlap"});
+  visit("object.turn_rate_radps", config.object.turn_rate_radps,
+        "how fast an object usually turns, rad/s; more must show; 0: nothing is expected");
   visit("object.stereo_only_min_features", config.objects.stereo_only_min_features,
         "stereo features that give a small object its position");
   visit("object.lost_after_frames", config.objects.lost_after_frames,

@@ -34,6 +34,7 @@ struct BatchProblem {
   std::span<const std::uint32_t> fixed_frames;  ///< Indices of poses that are not changed; at least one (gauge).
   std::span<Eigen::Vector3d> points_m;          ///< Body frame. Points without observations are left as they are.
   std::span<const BatchObservation> observations;
+  std::span<const TurnPrior> turns = {};  ///< As of a BundleWindow.
 };
 
 /// Minimises the very cost of FixedBundleAdjuster in double precision. Allocates; not for use on line.

@@ -71,7 +71,9 @@ class BodyReconstruction {
   const BodyEstimate& locate(const FeatureFrame& frame, std::uint8_t label, const Expectation* expected = nullptr);
   /// After locate(): the caller knows that the pose found cannot be; the prediction takes its place.
   void refuse_pose();
-  void extend(const FeatureFrame& frame, std::uint8_t label);
+  /// `R_world_cam`: the camera's attitude in the world, from which follows what is expected of the body's turning; null
+  /// where unknown.
+  void extend(const FeatureFrame& frame, std::uint8_t label, const Eigen::Matrix3d* R_world_cam = nullptr);
   [[nodiscard]] BundleWindow window();
   const BodyEstimate& conclude(const BundleSummary& refinement);
 
@@ -152,6 +154,8 @@ class BodyReconstruction {
   void retire(std::size_t row);
   void publish();
   [[nodiscard]] std::uint32_t fixed_columns() const;
+  /// Since the column before.
+  [[nodiscard]] TurnPrior expected_turn(std::size_t column) const;
   [[nodiscard]] std::size_t newest_column() const noexcept { return poses_.size() - 1; }
 
   BodyConfig config_;
@@ -163,6 +167,13 @@ class BodyReconstruction {
   // The window: the newest frame is always the last column; unused columns, at the front, hold a copy of the oldest
   // pose.
   std::span<Se3> poses_;
+  struct CameraAttitude {
+    Eigen::Matrix3d R_world_cam = Eigen::Matrix3d::Identity();
+    std::int64_t timestamp_ns = 0;
+    bool known = false;
+  };
+  std::span<CameraAttitude> attitudes_;  ///< By column.
+  std::span<TurnPrior> turns_;           ///< By column, as of the last window().
   std::size_t used_columns_ = 0;
   bool newest_redundant_ = false;  ///< The newest frame makes room for the next one: it shows nothing that is new.
   PointMap map_;
