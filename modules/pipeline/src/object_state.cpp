@@ -94,6 +94,7 @@ ObjectState::ObjectState(const PipelineConfig& config, const StereoGeometry& geo
       geometry_(geometry),
       body_(std::move(body)),
       turn_radps2_(config.trajectory.smoothing_turn_radps2),
+      turn_rate_radps_(config.object.turn_rate_radps),
       acceleration_mps2_(config.trajectory.smoothing_acceleration_mps2),
       motion_(config.trajectory),
       filter_(config.trajectory, geometry),
@@ -521,8 +522,11 @@ Se3 ObjectState::coasted() const {
     return T_world_obj_;
   }
   const double dt_s = 1e-9 * static_cast<double>(timestamp_ns_ - previous_timestamp_ns_);
-  const Vector6d step = dt_s * known_motion_->velocity;
-  return (known_motion_->T_world_obj * Se3{so3_exp(step.head<3>()), step.tail<3>()}).orthonormalised();
+  const Vector6d& velocity = known_motion_->velocity;
+  // A slower turn is as well the noise of its last poses, and adds up in what is not seen.
+  const bool turns = velocity.head<3>().norm() > turn_rate_radps_;
+  const Eigen::Vector3d turn_rad = turns ? Eigen::Vector3d(dt_s * velocity.head<3>()) : Eigen::Vector3d::Zero();
+  return (known_motion_->T_world_obj * Se3{so3_exp(turn_rad), dt_s * velocity.tail<3>()}).orthonormalised();
 }
 
 void ObjectState::coast() {

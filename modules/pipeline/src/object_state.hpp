@@ -237,6 +237,7 @@ class ObjectState {
   };
   std::optional<KnownMotion> known_motion_;
   double turn_radps2_;
+  double turn_rate_radps_;
   double acceleration_mps2_;
   trajectory::ObjectMotion motion_;
   trajectory::StereoPositionFilter filter_;

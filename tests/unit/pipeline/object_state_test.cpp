@@ -169,6 +169,40 @@ TEST_F(ObjectStateTest, GoesOnAsItWentWhereItsLastPosesAreTooUnsureToShowIt) {
   EXPECT_NEAR(gone_on.T_world_obj.translation.z() - told.T_world_obj.translation.z(), 0.4 * velocity_mps.z(), 0.05);
 }
 
+// It leaves over the border of the image, and goes on there as it went.
+TEST_F(ObjectStateTest, UnseenOnlyAnEvidentTurnGoesOn) {
+  const auto at_the_border = [this](const std::vector<Feature>& features) {
+    Track seen = track(box_of(features));
+    seen.box_px.x0 = 0;
+    return seen;
+  };
+  const auto turned_unseen_rad = [&](ObjectState& object, double turn_radps) {
+    Vector6d velocity = Vector6d::Zero();
+    velocity[1] = turn_radps;
+    velocity[5] = -4.0;
+    ObjectResult told;
+    std::vector<Feature> features;
+    for (int frame = 0; frame < 20; ++frame) {
+      features = front({-0.5, 0.2, 15.0 - 0.4 * frame});
+      if (frame == 0) {
+        object.begin(at_the_border(features));
+      }
+      observe(object, at_the_border(features), features);
+      object.report(told);
+      object.learn_motion(told.T_world_obj, velocity);
+    }
+    EXPECT_EQ(told.status, BodyStatus::kTracked);
+    for (int frame = 0; frame < 5; ++frame) {
+      observe(object, at_the_border(features));
+    }
+    ObjectResult later;
+    object.report(later);
+    return so3_log(told.T_world_obj.rotation.transpose() * later.T_world_obj.rotation).norm();
+  };
+  EXPECT_NEAR(turned_unseen_rad(object_, 0.05), 0.0, 1e-6);
+  EXPECT_NEAR(turned_unseen_rad(other_, 0.3), 0.5 * 0.3, 0.01);
+}
+
 // It leaves the image at the border while its velocity is wrongly known; another vehicle comes in there, and the track
 // goes on with that.
 TEST_F(ObjectStateTest, DoesNotCoastAwayFromWhatIsSeen) {
