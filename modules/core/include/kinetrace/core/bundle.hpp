@@ -32,7 +32,8 @@ struct BundlePoint {
 
 /// What is expected of a body in a window frame: that it has not turned since the frame before, give or take.
 struct TurnPrior {
-  Eigen::Matrix3d R_before_now = Eigen::Matrix3d::Identity();  ///< Attitude of the camera in that of the frame before.
+  /// Takes directions from this frame's camera to that of the frame before, as the two stand in the world.
+  Eigen::Matrix3d R_before_now = Eigen::Matrix3d::Identity();
   double inverse_sigma_rad = 0.0;  ///< One over the standard deviation of the body's turn; 0: nothing is expected.
 };
 

@@ -32,6 +32,9 @@ struct FixedBundleStorage;
 /// A point moves at most half its depth per step, so that no single far point can hold the window up. An observation
 /// behind its camera has a large constant cost and no derivatives. A window whose poses are all fixed is left as it is.
 ///
+/// Where the window says what is expected of the body's turning, that weighs in under a Cauchy loss of its own, whose
+/// threshold is one sigma.
+///
 /// Errors of `refine`: kCapacity, the window exceeds max_frames or max_points; kInvalidArgument, no fixed pose, an
 /// observation table too small, or a value that is not finite; kBadCalibration. The window is then unchanged.
 /// Without an error `refine` allocates nothing.
