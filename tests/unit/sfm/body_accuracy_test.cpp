@@ -258,13 +258,13 @@ double trolley_off_deg(double turn_rate_radps, std::uint32_t seed) {
 TEST(BodyAccuracy, FewPointsOnASmallBaselineDoNotTurnWhatComesStraight) {
   Rms free_deg;
   Rms expected_deg;
-  for (std::uint32_t seed = 1; seed <= 8; ++seed) {
+  for (std::uint32_t seed = 1; seed <= 24; ++seed) {
     free_deg.add(trolley_off_deg(0.0, seed));
     expected_deg.add(trolley_off_deg(0.1, seed));
   }
   RecordProperty("free_deg", std::to_string(free_deg.value()));
   RecordProperty("expected_deg", std::to_string(expected_deg.value()));
-  EXPECT_LT(expected_deg.value(), 0.4 * free_deg.value());
+  EXPECT_LT(expected_deg.value(), 0.7 * free_deg.value());
 }
 
 TEST(BodyAccuracy, ATurningCarIsFollowedThoughItIsNotExpectedToTurn) {
