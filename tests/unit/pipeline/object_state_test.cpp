@@ -83,6 +83,13 @@ class ObjectStateTest : public ::testing::Test {
     return box;
   }
 
+  /// Cut off by the left border of the image.
+  Track at_the_border(const std::vector<Feature>& features) const {
+    Track seen = track(box_of(features));
+    seen.box_px.x0 = 0;
+    return seen;
+  }
+
   PipelineConfig config_;
   StereoGeometry geometry_;
   Arena arena_;
@@ -171,11 +178,6 @@ TEST_F(ObjectStateTest, GoesOnAsItWentWhereItsLastPosesAreTooUnsureToShowIt) {
 
 // It leaves over the border of the image, and goes on there as it went.
 TEST_F(ObjectStateTest, UnseenOnlyAnEvidentTurnGoesOn) {
-  const auto at_the_border = [this](const std::vector<Feature>& features) {
-    Track seen = track(box_of(features));
-    seen.box_px.x0 = 0;
-    return seen;
-  };
   const auto turned_unseen_rad = [&](ObjectState& object, double turn_radps) {
     Vector6d velocity = Vector6d::Zero();
     velocity[1] = turn_radps;
@@ -206,11 +208,6 @@ TEST_F(ObjectStateTest, UnseenOnlyAnEvidentTurnGoesOn) {
 // It leaves the image at the border while its velocity is wrongly known; another vehicle comes in there, and the track
 // goes on with that.
 TEST_F(ObjectStateTest, DoesNotCoastAwayFromWhatIsSeen) {
-  const auto at_the_border = [this](const std::vector<Feature>& features) {
-    Track seen = track(box_of(features));
-    seen.box_px.x0 = 0;
-    return seen;
-  };
   const Vector6d approaching = (Vector6d() << Eigen::Vector3d::Zero(), Eigen::Vector3d(0.0, 0.0, -8.0)).finished();
   ObjectResult told;
   for (int frame = 0; frame < 12; ++frame) {

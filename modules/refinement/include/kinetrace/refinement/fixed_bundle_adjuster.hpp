@@ -36,8 +36,8 @@ struct FixedBundleStorage;
 /// threshold is one sigma.
 ///
 /// Errors of `refine`: kCapacity, the window exceeds max_frames or max_points; kInvalidArgument, no fixed pose, an
-/// observation table too small, or a value that is not finite; kBadCalibration. The window is then unchanged.
-/// Without an error `refine` allocates nothing.
+/// observation table too small, turns for other frames, or a value that is not finite; kBadCalibration. The window is
+/// then unchanged. Without an error `refine` allocates nothing.
 class KINETRACE_API FixedBundleAdjuster final : public BundleAdjuster {
  public:
   [[nodiscard]] static Result<FixedBundleAdjuster> create(const FixedBundleConfig& config, Arena& arena);
