@@ -3,18 +3,10 @@
 #include <array>
 #include <tuple>
 
+#include "expectations.hpp"
 #include "kinetrace/tracking/stereo_tracker.hpp"
 
 namespace kinetrace::tracking {
-namespace {
-
-/// A detection this much nearer than the track it lies on is another object in front of it.
-bool clearly_nearer(float disparity_px, float than_px) noexcept {
-  return disparity_px > than_px + std::max(2.F, 0.15F * than_px);
-}
-
-}  // namespace
-
 void StereoTracker::bear(const DetectionFrame& detections, std::span<const Feature> features) {
   counters_.detections += owner_.size();
   std::array<std::uint8_t, kMaxObjects> order{};

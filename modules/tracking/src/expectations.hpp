@@ -1,6 +1,10 @@
 // When what was expected of a track says something about what is seen.
 #pragma once
 
+#include <algorithm>
+
+#include "kinetrace/tracking/track_instance.hpp"
+
 namespace kinetrace::tracking {
 
 /// Features of a track that has not been detected for so long lie on what hides it, or on nothing.
@@ -15,5 +19,20 @@ inline constexpr double kWholeInImage = 0.99;
 
 /// Less than this part of a mask in sight is not enough to be detected.
 inline constexpr double kLeastVisiblePart = 0.3;
+
+/// Of a track that shows so much of its predicted mask, nothing is hidden.
+inline constexpr double kWholeInSight = 0.9;
+
+inline bool whole_in_sight(const TrackInstance& instance) noexcept {
+  return instance.overlap.area_px >= kWholeInSight * instance.predicted_px;
+}
+
+/// What nothing measures grows or shrinks by no more than this from frame to frame.
+inline constexpr double kMostGrowth = 1.25;
+
+/// A disparity by so much greater is that of another thing in front.
+inline bool clearly_nearer(float disparity_px, float than_px) noexcept {
+  return disparity_px > than_px + std::max(2.F, 0.15F * than_px);
+}
 
 }  // namespace kinetrace::tracking

@@ -11,6 +11,8 @@ namespace {
 /// So many features that lie elsewhere, and hardly one on it, speak against a detection that is only near.
 constexpr double kFewestElsewhere = 6.0;
 constexpr double kHardlyOnIt = 0.1;
+/// So many stereo features tell how far away a detection is.
+constexpr std::size_t kFewestTellingDepth = 3;
 /// A detection may lie beside where its object was expected, by this part of the object's size,
 constexpr double kReachOfSize = 0.5;
 /// ... and so much more for each frame in which it has been missed,
@@ -32,6 +34,12 @@ constexpr double kLeastBeside = 0.5;
 /// So far on what another track of its class expects, a detection is a part of that.
 constexpr double kMostOnAnother = 0.3;
 
+/// Where features say that it has gone, so much of its box or of the detection's is shared.
+constexpr double kLeastPartShared = 0.25;
+/// A detection whose box shares so much with that of the last one, there or where the forecast has moved it to, shows
+/// the same, wherever features or masks had it expected.
+constexpr double kStillThere = 0.6;
+
 /// Along one axis of the image, where a strip is seen and where an object is expected.
 struct Extent {
   double strip_low = 0.0;
@@ -50,6 +58,31 @@ struct Extent {
     return overlap() >= kLeastBeside * std::max(strip_high - strip_low, expected);
   }
 };
+
+/// Pixels that two boxes share, the first of them moved.
+double shared_px(const PixelBox& a, const Eigen::Vector2d& moved_px, const PixelBox& b) noexcept {
+  const double x = moved_px.x();
+  const double y = moved_px.y();
+  const double width = std::min<double>(a.x1 + x, b.x1) - std::max<double>(a.x0 + x, b.x0);
+  const double height = std::min<double>(a.y1 + y, b.y1) - std::max<double>(a.y0 + y, b.y0);
+  return width > 0.0 && height > 0.0 ? width * height : 0.0;
+}
+
+double area_px(const PixelBox& box) noexcept {
+  return static_cast<double>(box.width()) * box.height();
+}
+
+/// Of two boxes, the first of them moved.
+double intersection_over_union(const PixelBox& a, const Eigen::Vector2d& moved_px, const PixelBox& b) noexcept {
+  const double shared = shared_px(a, moved_px, b);
+  return shared > 0.0 ? shared / (area_px(a) + area_px(b) - shared) : 0.0;
+}
+
+/// Of the smaller box, on the other.
+double part_shared(const PixelBox& a, const PixelBox& b) noexcept {
+  const double shared = shared_px(a, Eigen::Vector2d::Zero(), b);
+  return shared > 0.0 ? shared / std::min(area_px(a), area_px(b)) : 0.0;
+}
 
 /// Between the nearest points of two boxes; 0 if they overlap.
 double distance_between(const PixelBox& a, const PixelBox& b) noexcept {
@@ -87,19 +120,44 @@ bool StereoTracker::features_lie_elsewhere(const TrackInstance& instance, const 
          votes.on_label[detection.label] < kHardlyOnIt * votes.total;
 }
 
-void StereoTracker::add_near_misses(const TrackInstance& instance, std::span<const Detection> detections) noexcept {
+bool StereoTracker::lies_at_another_depth(const TrackInstance& instance,
+                                          std::span<const DisparitySample> seen) noexcept {
+  if (!instance.disparity.known || seen.size() < kFewestTellingDepth) {
+    return false;
+  }
+  const float seen_px = fit_disparity(seen, scratch_).mean_px;
+  return clearly_nearer(seen_px, instance.disparity.mean_px) || clearly_nearer(instance.disparity.mean_px, seen_px);
+}
+
+void StereoTracker::add_near_misses(const TrackInstance& instance, const DetectionFrame& detections,
+                                    std::span<const Feature> features) noexcept {
   if (is_behind_camera(instance)) {
     return;
   }
-  for (std::size_t v = 0; v < detections.size(); ++v) {
-    const Detection& detection = detections[v];
+  for (std::size_t v = 0; v < owner_.size(); ++v) {
+    const Detection& detection = detections.left[v];
     const double gap_px = distance_between(instance.mask.current_box(), detection.box_px);
     if (owner_[v] < 0 && classes_agree(instance.track.class_id, detection.class_id) &&
-        (nearly_met(instance, detection, gap_px) || reaches_over_border(instance, detection)) &&
-        !features_lie_elsewhere(instance, detection) && !lies_on_another(detection, instance)) {
+        (nearly_met(instance, detection, gap_px) || still_there(instance, detection) ||
+         reaches_over_border(instance, detection)) &&
+        !features_lie_elsewhere(instance, detection) && !lies_on_another(detection, instance) &&
+        !lies_at_another_depth(instance, gather_samples(detections.left_labels, detection.label, features))) {
       affinity_(instance.track.slot, static_cast<int>(v)) = part_on(instance, detection) + 1.0 / (1.0 + gap_px);
     }
   }
+}
+
+bool StereoTracker::still_there(const TrackInstance& instance, const Detection& detection) noexcept {
+  if (instance.track.missed_frames > 0) {
+    return false;
+  }
+  const Forecast& then = instance.forecast_before;
+  const Forecast& now = instance.forecast;
+  const bool moved = then.known && now.known && then.direction_only == now.direction_only;
+  const Eigen::Vector2d shift_px = moved ? Eigen::Vector2d(now.point_px - then.point_px) : Eigen::Vector2d(0.0, 0.0);
+  const PixelBox& box = instance.track.box_px;
+  return intersection_over_union(box, Eigen::Vector2d::Zero(), detection.box_px) >= kStillThere ||
+         intersection_over_union(box, shift_px, detection.box_px) >= kStillThere;
 }
 
 bool StereoTracker::nearly_met(const TrackInstance& instance, const Detection& detection, double gap_px) noexcept {
@@ -116,8 +174,11 @@ bool StereoTracker::nearly_met(const TrackInstance& instance, const Detection& d
   if (instance.overlap.area_px < kMostlyHidden * whole_px) {
     return on_it >= kLeastOnWhole || (whole_in_image && gap_px <= reach_px);
   }
-  const bool slipped = gap_px <= reach_px && size_ratio >= 1.0 / kMostSizeRatio && missed < kForeignAfterFrames &&
-                       instance.mask_part_in_image >= kLeastVisiblePart;
+  // Features that have gone astray take it no farther than so.
+  const bool may_slip =
+      !instance.motion_from_flow || part_shared(instance.mask.current_box(), detection.box_px) >= kLeastPartShared;
+  const bool slipped = may_slip && gap_px <= reach_px && size_ratio >= 1.0 / kMostSizeRatio &&
+                       missed < kForeignAfterFrames && instance.mask_part_in_image >= kLeastVisiblePart;
   const bool cut_short = whole_in_image && on_it >= kLeastPartOnIt && size_ratio >= kLeastSizeRatio;
   return slipped || cut_short;
 }

@@ -85,8 +85,13 @@ void StereoTracker::associate_right(const DetectionFrame& detections) noexcept {
     if (!instance.alive()) {
       continue;
     }
-    measure_overlap(prediction_, instance.track.label(), instance.right_region_px, labels, instance.overlap);
-    add_affinities(instance, detections.right.first(columns));
+    PredictionOverlap overlap;
+    measure_overlap(prediction_, instance.track.label(), instance.right_region_px, labels, overlap);
+    instance.right_region_px = overlap.box_px;
+    instance.right_shown = instance.disparity.known && instance.predicted_px > 0
+                               ? static_cast<double>(overlap.area_px) / instance.predicted_px
+                               : 1.0;
+    add_affinities(instance, overlap, detections.right.first(columns));
   }
   const Assignment match = maximum_weight_assignment(affinity_);
 
@@ -110,7 +115,7 @@ void StereoTracker::associate_right(const DetectionFrame& detections) noexcept {
     instance.track.has_right = match[instance.track.slot] >= 0;
     if (!instance.track.has_right) {
       instance.track.has_right =
-          claim_free_pixels(prediction_, instance.track.label(), instance.overlap.box_px, right_).area_px > 0;
+          claim_free_pixels(prediction_, instance.track.label(), instance.right_region_px, right_).area_px > 0;
     }
   }
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <string>
 
@@ -15,26 +14,15 @@ namespace {
 constexpr std::size_t kMaxFeaturesPerObject = 256;
 /// A network may err in the class of a frame, but what comes back after this many has to be of the same.
 constexpr int kForgetsClassFrames = 2;
-constexpr double kMostForecastScale = 3.0;
-/// Where masks of things behind the camera, or too near, are put.
-constexpr double kFarOutsidePx = 1e6;
 /// A mask is still found where it is expected if it overlaps its prediction so far.
 constexpr double kStillFits = 0.6;
-constexpr double kWholeInSight = 0.9;
 constexpr double kLeastPartToClaim = 0.2;
-/// Features tell how a thing grows to .3 px over their spread and the root of their number: as much as the nearest of
-/// what is small grows from frame to frame. Less must not add up in what is hidden, which no detection puts right.
-constexpr double kTellsSize_px = 60.0;
 /// An image larger than this is a mistake.
 constexpr int kMaxImageSidePx = 16384;
 /// So many features that speak against a match weigh as much as those that speak for it.
 constexpr double kVotesPrior = 3.0;
 /// Share of an object's features that makes a match whatever the masks overlap.
 constexpr double kMinVotes = 0.5;
-/// Fewer hidden pixels may be the raggedness of masks.
-constexpr int kMinHiddenPx = 24;
-/// The one in front hides this many times more of the other than the other of it.
-constexpr int kHiddenRatio = 3;
 
 PixelBox common_part(const PixelBox& a, const PixelBox& b) noexcept {
   return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
@@ -55,10 +43,6 @@ Forecast direction_of(const PixelBox& box) noexcept {
           .point_px = {0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)},
           .depth_m = 0.0,
           .direction_only = true};
-}
-
-std::uint64_t slot_bit(const TrackInstance& instance) noexcept {
-  return std::uint64_t{1} << instance.track.slot;
 }
 
 TrackState state_of(const TrackInstance& instance, const TrackerConfig& config) noexcept {
@@ -203,189 +187,11 @@ void StereoTracker::join(std::uint8_t earlier, std::uint8_t reborn) noexcept {
   }
 }
 
-void StereoTracker::predict(std::span<const Feature> features) {
-  for (TrackInstance& instance : slots_) {
-    if (!instance.alive()) {
-      continue;
-    }
-    ++instance.track.age_frames;
-    instance.motion = flow_may_be_foreign(instance) ? shift_of(instance) : predict_motion(instance, features);
-    if (instance.motion_from_flow || !place_by_forecast(instance)) {
-      instance.mask.move(instance.motion);
-    }
-  }
-}
-
-bool StereoTracker::flow_may_be_foreign(const TrackInstance& instance) const noexcept {
-  const int missed = instance.track.missed_frames;
-  return instance.forecast.known && (missed >= kForeignAfterFrames || (missed > 0 && out_of_sight(instance)));
-}
-
-Similarity StereoTracker::without_growth(const Similarity& motion, const Eigen::Vector2d& center_px) noexcept {
-  return Similarity::about(center_px, 1.0, motion * center_px - center_px);
-}
-
-Similarity StereoTracker::shift_of(TrackInstance& instance) noexcept {
-  instance.motion_from_flow = false;
-  return without_growth(instance.motion, instance.mask.current_center());
-}
-
-bool StereoTracker::shows_size(const TrackInstance& instance, std::size_t features) noexcept {
-  const bool whole = instance.overlap.area_px >= kWholeInSight * instance.predicted_px;
-  return whole || std::sqrt(static_cast<double>(features) * instance.overlap.area_px) >= kTellsSize_px;
-}
-
-void StereoTracker::take_forecasts(std::span<const Forecast> forecasts) noexcept {
-  for (std::size_t slot = 0; slot < slots_.size(); ++slot) {
-    slots_[slot].forecast = slot < forecasts.size() ? forecasts[slot] : Forecast{};
-  }
-}
-
-bool StereoTracker::place_by_forecast(TrackInstance& instance) noexcept {
-  const Forecast& now = instance.forecast;
-  const Forecast& then = instance.mask_forecast;
-  if (!now.known || !then.known || now.direction_only != then.direction_only ||
-      (!then.direction_only && then.depth_m <= kMinForecastDepth_m)) {
-    return false;
-  }
-  // A mask says nothing about what is seen from much nearer; one that is blown up would claim the whole image.
-  const double nearest_m =
-      now.direction_only ? kMinForecastDepth_m : std::max(kMinForecastDepth_m, then.depth_m / kMostForecastScale);
-  if (now.depth_m <= nearest_m) {
-    instance.mask.place(Similarity::about(then.point_px, 1.0, Eigen::Vector2d(kFarOutsidePx, kFarOutsidePx)));
-  } else {
-    const double scale = now.direction_only ? 1.0 : then.depth_m / now.depth_m;
-    instance.mask.place(Similarity::about(then.point_px, scale, now.point_px - then.point_px));
-  }
-  return true;
-}
-
-Similarity StereoTracker::predict_motion(TrackInstance& instance, std::span<const Feature> features) {
-  std::size_t pairs = 0;
-  std::size_t disparities = 0;
-  for (const Feature& f : features) {
-    if (f.body != instance.track.label()) {
-      continue;
-    }
-    if (f.age_frames > 0 && pairs < pairs_.size()) {
-      pairs_[pairs++] = {f.previous_left_px, f.left_px};
-    }
-    if (f.has_right() && disparities < scratch_.size()) {
-      scratch_[disparities++] = f.disparity_px();
-    }
-  }
-  if (disparities > 0) {
-    const auto middle = scratch_.begin() + static_cast<std::ptrdiff_t>(disparities / 2);
-    std::nth_element(scratch_.begin(), middle, scratch_.begin() + static_cast<std::ptrdiff_t>(disparities));
-    instance.disparity.known = true;
-    instance.disparity.mean_px = *middle;
-  }
-
-  instance.motion_from_flow = pairs > 0;
-  const std::span<const PointPair> moved = pairs_.first(pairs);
-  const SimilarityOptions options{.threshold_px = config_.ransac_threshold_px,
-                                  .iterations = config_.ransac_iterations,
-                                  .max_edge_error_px = 4.0,
-                                  .reach_px = instance.mask.current_reach_px()};
-  if (const auto fitted = fit_similarity(moved, options, instance.track.id * 65537U + frame_)) {
-    return shows_size(instance, pairs) ? *fitted : without_growth(*fitted, instance.mask.current_center());
-  }
-  if (!moved.empty()) {
-    return Similarity::about(instance.mask.current_center(), instance.motion.scale(),
-                             median_translation(moved, scratch_));
-  }
-  return instance.motion;
-}
-
-bool StereoTracker::nearer(const TrackInstance& a, const TrackInstance& b) noexcept {
-  const bool a_hid_b = (b.in_front & slot_bit(a)) != 0;
-  const bool b_hid_a = (a.in_front & slot_bit(b)) != 0;
-  return a_hid_b != b_hid_a ? a_hid_b : looks_nearer(a, b);
-}
-
-bool StereoTracker::looks_nearer(const TrackInstance& a, const TrackInstance& b) noexcept {
-  const auto key = [](const TrackInstance& i) { return i.disparity.known ? i.disparity.mean_px : 0.F; };
-  if (key(a) != key(b)) {
-    return key(a) > key(b);
-  }
-  return a.track.box_px.y1 != b.track.box_px.y1 ? a.track.box_px.y1 > b.track.box_px.y1 : a.track.id < b.track.id;
-}
-
-void StereoTracker::sort_far_to_near() noexcept {
-  far_to_near_.clear();
-  std::uint64_t waiting = 0;
-  std::array<std::uint64_t, kMaxObjects> hides{};  // By slot: the tracks that it has been seen to hide.
-  for (const TrackInstance& instance : slots_) {
-    if (!instance.alive()) {
-      continue;
-    }
-    waiting |= slot_bit(instance);
-    for (std::uint64_t rest = instance.in_front; rest != 0; rest &= rest - 1) {
-      hides[static_cast<std::size_t>(std::countr_zero(rest))] |= slot_bit(instance);
-    }
-  }
-  // The next one hides none of those that wait, and of several is the farthest. Three that have been seen to hide each
-  // other in a circle leave none: then the farthest of all.
-  while (waiting != 0) {
-    const TrackInstance* next = nullptr;
-    bool next_hides = true;
-    for (std::uint64_t rest = waiting; rest != 0; rest &= rest - 1) {
-      const TrackInstance& candidate = slots_[static_cast<std::size_t>(std::countr_zero(rest))];
-      const bool candidate_hides = (hides[candidate.track.slot] & waiting) != 0;
-      if (next == nullptr || (candidate_hides != next_hides ? next_hides : looks_nearer(*next, candidate))) {
-        next = &candidate;
-        next_hides = candidate_hides;
-      }
-    }
-    (void)far_to_near_.push_back(next->track.slot);  // as many places as slots
-    waiting &= ~slot_bit(*next);
-  }
-}
-
-void StereoTracker::draw_predictions(LabelView detections) noexcept {
-  clear_labels(prediction_);
-  sort_far_to_near();
-  for (const std::uint8_t slot : far_to_near_) {
-    TrackInstance& instance = slots_[slot];
-    const std::uint8_t label = instance.track.label();
-    int drawn = 0;
-    instance.whole_on_label.fill(0);
-    instance.mask_part_in_image = instance.mask.part_in_image();
-    instance.mask.for_each_pixel(instance.mask.current_box(), [&](int x, int y) {
-      ++instance.whole_on_label[detections.empty() ? kBackgroundLabel : detections.at(x, y)];
-      prediction_.data[static_cast<std::ptrdiff_t>(y) * prediction_.stride + x] = label;
-      ++drawn;
-    });
-    instance.predicted_px = drawn;
-  }
-}
-
-void StereoTracker::learn_order(const DetectionFrame& detections) noexcept {
-  const auto hidden_by = [&](const TrackInstance& behind, const TrackInstance& front) {
-    return front.detection < 0
-               ? 0
-               : behind.whole_on_label[detections.left[static_cast<std::size_t>(front.detection)].label];
-  };
-  for (TrackInstance& behind : slots_) {
-    for (const TrackInstance& front : slots_) {
-      if (!behind.alive() || !front.alive() || &behind == &front) {
-        continue;
-      }
-      const int hidden = hidden_by(behind, front);
-      const std::uint64_t bit = slot_bit(front);
-      if (hidden >= kMinHiddenPx && hidden >= kHiddenRatio * hidden_by(front, behind)) {
-        behind.in_front |= bit;
-      } else if (hidden_by(front, behind) >= kMinHiddenPx) {
-        behind.in_front &= ~bit;
-      }
-    }
-  }
-}
-
-void StereoTracker::add_affinities(const TrackInstance& instance, std::span<const Detection> detections) noexcept {
+void StereoTracker::add_affinities(const TrackInstance& instance, const PredictionOverlap& predicted,
+                                   std::span<const Detection> detections) noexcept {
   for (std::size_t v = 0; v < detections.size(); ++v) {
-    const double overlap = intersection_over_union(instance.overlap.on_label[detections[v].label],
-                                                   instance.overlap.area_px, detections[v].area_px);
+    const double overlap =
+        intersection_over_union(predicted.on_label[detections[v].label], predicted.area_px, detections[v].area_px);
     const FeatureVotes& features = instance.votes_of_features;
     const double votes = features.on_label[detections[v].label] / (features.total + kVotesPrior);
     const bool could_be = instance.track.missed_frames < kForgetsClassFrames ||
@@ -426,7 +232,7 @@ void StereoTracker::associate(const DetectionFrame& detections, std::span<const 
     }
     measure_overlap(prediction_, instance.track.label(), instance.mask.current_box(), labels, instance.overlap);
     if (may_claim(instance)) {
-      add_affinities(instance, detections.left.first(columns));
+      add_affinities(instance, instance.overlap, detections.left.first(columns));
     }
   }
 
@@ -440,7 +246,7 @@ void StereoTracker::associate(const DetectionFrame& detections, std::span<const 
   affinity_.resize(static_cast<int>(slots_.size()), static_cast<int>(columns));
   for (const TrackInstance& instance : slots_) {
     if (instance.alive() && instance.detection < 0 && may_claim(instance)) {
-      add_near_misses(instance, detections.left.first(columns));
+      add_near_misses(instance, detections, features);
     }
   }
   claim(maximum_weight_assignment(affinity_));
@@ -487,8 +293,7 @@ void StereoTracker::learn_motion(TrackInstance& instance, const Detection& detec
   const auto touches_border = [&](const PixelBox& box) {
     return box.x0 <= 0 || box.y0 <= 0 || box.x1 >= width_px_ || box.y1 >= height_px_;
   };
-  const bool hidden = instance.overlap.area_px * 10 < instance.predicted_px * 9;
-  if (predicted.empty() || hidden || touches_border(predicted) || touches_border(detection.box_px)) {
+  if (predicted.empty() || !whole_in_sight(instance) || touches_border(predicted) || touches_border(detection.box_px)) {
     return;
   }
   const auto center = [](const PixelBox& box) {
@@ -496,7 +301,7 @@ void StereoTracker::learn_motion(TrackInstance& instance, const Detection& detec
   };
   const double frames = instance.track.missed_frames + 1.0;
   const double area_ratio = static_cast<double>(detection.area_px) / instance.overlap.area_px;
-  const double scale = std::clamp(std::pow(area_ratio, 0.5 / frames), 0.8, 1.25);
+  const double scale = std::clamp(std::pow(area_ratio, 0.5 / frames), 1.0 / kMostGrowth, kMostGrowth);
   const Eigen::Vector2d shift = (center(detection.box_px) - center(predicted)) / frames;
   instance.motion = Similarity::about(center(predicted), scale, shift) * instance.motion;
 }
@@ -582,8 +387,7 @@ void StereoTracker::remember_mask(TrackInstance& instance, const Detection& dete
   const double fit =
       intersection_over_union(instance.overlap.on_label[detection.label], instance.overlap.area_px, detection.area_px);
   const bool cut_off = instance.forecast.known && instance.mask_part_in_image < kWholeInImage;
-  const bool hidden = instance.overlap.area_px < kWholeInSight * instance.predicted_px;
-  if ((cut_off || hidden) && fit > kStillFits) {
+  if ((cut_off || !whole_in_sight(instance)) && fit > kStillFits) {
     return;
   }
   instance.mask_forecast = instance.forecast.known ? instance.forecast : direction_of(instance.track.box_px);
@@ -622,9 +426,10 @@ void StereoTracker::publish() noexcept {
   published_.clear();
   for (TrackInstance& instance : slots_) {
     if (instance.alive()) {
-      const double shown =
-          instance.predicted_px > 0 ? static_cast<double>(instance.overlap.area_px) / instance.predicted_px : 0.0;
-      const double part = instance.track.age_frames == 0 ? 1.0 : shown * instance.mask_part_in_image;
+      const int seen_px = instance.detection >= 0 ? instance.track.area_px : instance.overlap.area_px;
+      const double shown = instance.predicted_px > 0 ? static_cast<double>(seen_px) / instance.predicted_px : 0.0;
+      const double both = std::min(shown, instance.right_shown);
+      const double part = instance.track.age_frames == 0 ? 1.0 : both * instance.mask_part_in_image;
       instance.track.visible_part = static_cast<float>(std::min(part, 1.0));
       (void)published_.push_back(instance.track);  // as many places as slots
     }

@@ -64,5 +64,54 @@ TEST(HiddenMask, GrowsWithWhatManyFeaturesShow) {
   EXPECT_GT(scene.left_iou(*scene.track_of(1), 1), 0.9);
 }
 
+TEST(HiddenMask, GrowsAsItsForecastComesNearer) {
+  // It comes nearer behind a wall that does not, and too few features to tell are seen of it.
+  TrackerScene scene({}, 4);
+  Shape car = kFarCar;
+  car.y = 60.0;
+  double depth_m = 40.0;
+  const auto step = [&] {
+    scene.forecasts = {{}, {.known = true, .point_px = {car.x, car.y}, .depth_m = depth_m}};
+    scene.step(std::array{kWall, car});
+  };
+  for (int i = 0; i < 15; ++i) {
+    step();
+    car.y += 2.0;
+  }
+  for (int i = 0; i < 30; ++i) {
+    step();
+    depth_m /= 1.03;
+    car.half_width *= 1.03;
+    car.half_height *= 1.03;
+  }
+  ASSERT_NE(scene.track_of(1), nullptr);
+  EXPECT_EQ(scene.track_of(1)->id, 2U);
+  EXPECT_NEAR(scene.track_of(1)->visible_part, kVisiblePart, 0.12);
+}
+
+TEST(HiddenMask, IsVisibleWhereBothEyesSeeIt) {
+  TrackerScene scene({}, 4);
+  const Shape near_border{.x = 40.0, .y = 100.0, .disparity_px = 40.0};  // The right eye sees half of it.
+  for (int i = 0; i < 4; ++i) {
+    scene.step(std::array{near_border});
+  }
+  ASSERT_NE(scene.track_of(0), nullptr);
+  EXPECT_NEAR(scene.track_of(0)->visible_part, 0.5, 0.05);
+}
+
+TEST(HiddenMask, StereoTellsWhichIsInFrontWhereMasksErr) {
+  TrackerScene scene({}, 24);
+  (void)visible_part_after(scene, 4);
+  Shape lower = kWall;  // As if its mask had missed the upper edge, where the car is seen then.
+  lower.y += 5.0;
+  lower.half_height -= 5.0;
+  scene.step(std::array{lower, kFarCar});
+  for (int i = 0; i < 4; ++i) {
+    scene.step(std::array{kWall, kFarCar});
+  }
+  ASSERT_NE(scene.track_of(1), nullptr);
+  EXPECT_NEAR(scene.track_of(1)->visible_part, kVisiblePart, 0.12);
+}
+
 }  // namespace
 }  // namespace kinetrace::tracking

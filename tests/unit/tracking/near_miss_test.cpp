@@ -176,22 +176,70 @@ TEST(NearMiss, AStripAtTheBorderIsWhatWasExpectedJustOutside) {
 }
 
 /// What is detected beside somebody who is not, four frames on.
-std::uint32_t id_beside(TrackerScene& scene, const Forecast& forecast) {
+std::uint32_t id_beside(TrackerScene& scene, const Forecast& forecast, double beside_px = 14.0) {
   for (int i = 0; i < 4; ++i) {
     scene.forecasts = {forecast_of(kPerson)};
     scene.step(std::array{kPerson});
   }
   scene.forecasts = {forecast};
   scene.detected = {false, true};
-  scene.step(std::array{kPerson, moved(kPerson, 14.0)});
+  scene.step(std::array{kPerson, moved(kPerson, beside_px)});
   return scene.track_of(1) == nullptr ? 0 : scene.track_of(1)->id;
 }
 
 TEST(NearMiss, WhereNoneOfItsFeaturesHasGoneIsAnother) {
-  TrackerScene few({}, 3);
-  EXPECT_EQ(id_beside(few, forecast_of(kPerson)), 1U);
-  TrackerScene many({}, 24);
-  EXPECT_EQ(id_beside(many, forecast_of(kPerson)), 2U);
+  TrackerScene none({}, 0);
+  EXPECT_EQ(id_beside(none, forecast_of(kPerson)), 1U);
+  for (const int features : {3, 24}) {
+    TrackerScene scene({}, features);
+    EXPECT_EQ(id_beside(scene, forecast_of(kPerson)), 2U) << features;
+  }
+}
+
+TEST(NearMiss, FewFeaturesThatStayBehindDoNotHoldAnybody) {
+  // Somebody thin walks on, and three features stay on what is behind.
+  const auto id_after = [](double step_px, const Forecast& forecast) {
+    TrackerScene scene({}, 3);
+    return id_beside(scene, forecast, step_px);
+  };
+  EXPECT_EQ(id_after(14.0, forecast_of(moved(kPerson, 12.0))), 1U) << "expected there";
+  EXPECT_EQ(id_after(14.0, forecast_of(kPerson)), 2U);
+}
+
+TEST(NearMiss, WhatIsAtAnotherDepthIsAnother) {
+  const auto id_at = [](double disparity_px) {
+    TrackerScene scene({}, 3);
+    Shape beside = moved(kPerson, 14.0);
+    beside.disparity_px = disparity_px;
+    scene.detected = {true, false};
+    for (int i = 0; i < 4; ++i) {
+      scene.forecasts = {forecast_of(kPerson)};
+      scene.step(std::array{kPerson, beside});
+    }
+    scene.forecasts = {forecast_of(moved(kPerson, 12.0))};
+    scene.detected = {false, true};
+    scene.step(std::array{kPerson, beside});
+    return scene.track_of(1) == nullptr ? 0 : scene.track_of(1)->id;
+  };
+  EXPECT_EQ(id_at(kPerson.disparity_px), 1U);
+  EXPECT_EQ(id_at(kPerson.disparity_px + 4.0), 2U) << "nearer";
+  EXPECT_EQ(id_at(kPerson.disparity_px - 4.0), 2U) << "farther away";
+}
+
+TEST(NearMiss, FeaturesTakeASlipOnlySoFar) {
+  // So round that masks hardly overlap where boxes still do.
+  const Shape round{.x = 100.0, .y = 100.0, .half_width = 10.0, .half_height = 10.0, .ellipse = true};
+  const auto id_after = [&](double step_px) {
+    TrackerScene scene({}, 3);
+    for (int i = 0; i < 4; ++i) {
+      scene.step(std::array{round});
+    }
+    scene.detected = {false, true};
+    scene.step(std::array{round, moved(round, step_px)});
+    return scene.track_of(1) == nullptr ? 0 : scene.track_of(1)->id;
+  };
+  EXPECT_EQ(id_after(15.0), 1U);
+  EXPECT_EQ(id_after(19.0), 2U);
 }
 
 TEST(NearMiss, WhatIsBehindTheCameraByNowIsNotBesideIt) {
@@ -199,6 +247,39 @@ TEST(NearMiss, WhatIsBehindTheCameraByNowIsNotBesideIt) {
   Forecast behind = forecast_of(kPerson);
   behind.depth_m = -0.5;
   EXPECT_EQ(id_beside(scene, behind), 2U);
+}
+
+constexpr Shape kPassing{.x = 60.0, .y = 120.0, .half_width = 60.0, .half_height = 60.0};
+
+Forecast at_depth(const Shape& shape, double depth_m) {
+  return {.known = true, .point_px = {shape.x, shape.y}, .depth_m = depth_m};
+}
+
+/// The name of what passes close by, without features, after its forecast has become `forecast` and it has been missed
+/// for so many frames.
+std::uint32_t id_in_passing(const Forecast& forecast, int missed, double depth_m = 0.5) {
+  TrackerScene scene({}, 0);
+  for (int i = 0; i < 4; ++i) {
+    scene.forecasts = {at_depth(kPassing, depth_m)};
+    scene.step(std::array{kPassing});
+  }
+  for (int i = 0; i <= missed; ++i) {
+    scene.forecasts = {forecast};
+    scene.detected = {i == missed};
+    scene.step(std::array{kPassing});
+  }
+  return scene.track_of(0) == nullptr ? 0 : scene.track_of(0)->id;
+}
+
+TEST(NearMiss, WhatPassesByIsWhereItWasAMomentAgo) {
+  EXPECT_EQ(id_in_passing(at_depth(kPassing, 0.1), 0), 1U) << "too near for a forecast";
+  EXPECT_EQ(id_in_passing(at_depth(kPassing, -0.3), 0), 1U) << "its middle is behind the camera";
+  EXPECT_EQ(id_in_passing(at_depth(moved(kPassing, 300.0), 0.4), 0), 1U) << "expected somewhere else altogether";
+}
+
+TEST(NearMiss, WhatHasPassedByIsNoLongerThere) {
+  EXPECT_EQ(id_in_passing(at_depth(kPassing, -0.3), 3), 2U);
+  EXPECT_EQ(id_in_passing(at_depth(kPassing, -0.3), 3, 0.1), 2U) << "seen only when it was too near already";
 }
 
 TEST(NearMiss, SomebodyInFrontOfACarMaySlip) {

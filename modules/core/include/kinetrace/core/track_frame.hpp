@@ -24,7 +24,7 @@ struct Track {
   bool has_right = false;    ///< A right mask is attached in this frame.
   int age_frames = 0;        ///< Frames since birth.
   int missed_frames = 0;     ///< Frames since the last matched detection.
-  float visible_part = 1.F;  ///< Of the mask expected in this frame: in the image and not behind other tracks.
+  float visible_part = 1.F;  ///< Of the mask expected: detected, in the image and not behind others, for both eyes.
   PixelBox box_px;           ///< Of the left mask; empty when nothing of it is in the image.
   int area_px = 0;           ///< Of the left mask.
 

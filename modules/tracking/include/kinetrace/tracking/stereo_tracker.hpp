@@ -32,21 +32,24 @@ struct TrackerCounters {
 /// Gives instance masks an identity over time and carries it to the right image.
 ///
 /// Prediction P: each track's last seen mask, moved by the similarity that its features follow (RANSAC); with fewer
-/// than three features by their median displacement and the last known scale change; with none to where its forecast
-/// says, or without one by its last motion. Features of a track that is hidden, or has not been detected in two frames,
-/// have passed to what hides it: its mask goes where the forecast says. A mask that leaves the image, or of which a
-/// part is hidden, is kept whole, as large as many features show it to be, and comes back whole.
+/// than three features by their median displacement; with none to where its forecast says, or, without one or for what
+/// passes too close by for one, by its last motion. Where features do not tell, it grows as its forecast comes nearer.
+/// Features of a track that is hidden, or has not been detected in two frames, have passed to what hides it: its mask
+/// goes where the forecast says. A mask that leaves the image, or of which a part is hidden, is kept whole and comes
+/// back whole.
 /// Where predictions overlap, the one that has been seen to hide the other does so again (its detection lay where the
-/// other's mask was expected); before that the one with the larger disparity; without disparity a track counts as
-/// behind all others, and among those the lower edge of the box decides.
+/// other's mask was expected), unless stereo sees it clearly farther away: masks are ragged; before that the one with
+/// the larger disparity; without disparity a track counts as behind all others, and among those the lower edge of the
+/// box decides.
 ///
 /// Affinity A[u][v] = intersection over union of the visible part of prediction u and detection v, plus the share of
 /// u's features that lie on v (damped where they are few); 0 where both are small. Normalised, so that a small object
 /// is worth as much as a large one and a fragment less than a whole. Masks say where something is, features say which
 /// of two things it is: when one object passes close to another, theirs is the better memory. What is left over on both
 /// sides is matched once more by nearness: a thing of the same class and about the same size beside its prediction, as
-/// a thin one moves by more than its width, a part of one in sight that lies on it, or the first bit of a hidden one on
-/// its whole mask or beside it, by the more the longer it has been missed.
+/// a thin one moves by more than its width, or where it was a moment ago, whatever was expected of it; a part of one in
+/// sight that lies on it, or the first bit of a hidden one on its whole mask or beside it, by the more the longer it
+/// has been missed. What stereo sees clearly nearer or farther away is none of these.
 ///
 /// Life: a detection that no track claims is born tentative, confirmed when matched in `confirm_frames` frames,
 /// propagated by its prediction for `max_missed_frames`, and ended then. A confirmed track with a forecast waits for
@@ -60,8 +63,7 @@ struct TrackerCounters {
 /// twice its size; the rest is dropped and counted.
 ///
 /// Pixels: matched tracks show their detection, others, for `max_missed_frames`, what of their prediction nobody else
-/// claims. Detected pixels
-/// that belong to no track are kIgnoreLabel.
+/// claims. Detected pixels that belong to no track are kIgnoreLabel.
 ///
 /// Memory: 3 label images and max_objects + 1 bit images. Nothing is allocated after creation.
 class StereoTracker {
@@ -104,7 +106,7 @@ class StereoTracker {
   void begin_frame() noexcept;
   void take_forecasts(std::span<const Forecast> forecasts) noexcept;
   void predict(std::span<const Feature> features);
-  /// Puts the mask to where the forecast expects it; false without one.
+  /// Puts the mask to where the forecast expects it; false without one, and for what passes by too near for one.
   [[nodiscard]] static bool place_by_forecast(TrackInstance& instance) noexcept;
   /// Outside the image or behind other tracks: no detection can be expected.
   [[nodiscard]] bool out_of_sight(const TrackInstance& instance) const noexcept;
@@ -115,8 +117,12 @@ class StereoTracker {
   [[nodiscard]] bool flow_may_be_foreign(const TrackInstance& instance) const noexcept;
   /// So many features, on what was last seen of a mask, show by how much it grows; of a whole one any do.
   [[nodiscard]] static bool shows_size(const TrackInstance& instance, std::size_t features) noexcept;
-  /// Only how far the centre moves.
-  [[nodiscard]] static Similarity without_growth(const Similarity& motion, const Eigen::Vector2d& center_px) noexcept;
+  /// By which factor it grows into this frame, where its features do not tell: as its forecast comes nearer, or as it
+  /// last grew; a part of it seen behind something else says nothing.
+  [[nodiscard]] static double expected_growth(const TrackInstance& instance) noexcept;
+  /// The same motion of the centre, with this growth and without a turn.
+  [[nodiscard]] static Similarity with_growth(const Similarity& motion, double growth,
+                                              const Eigen::Vector2d& center_px) noexcept;
   /// How far the mask last moved, size and turn unchanged: what does not come from this frame must not add up.
   [[nodiscard]] static Similarity shift_of(TrackInstance& instance) noexcept;
   [[nodiscard]] Similarity predict_motion(TrackInstance& instance, std::span<const Feature> features);
@@ -125,14 +131,21 @@ class StereoTracker {
   void learn_order(const DetectionFrame& detections) noexcept;
   void count_votes(LabelView detections, std::span<const Feature> features) noexcept;
   void associate(const DetectionFrame& detections, std::span<const Feature> features) noexcept;
-  void add_affinities(const TrackInstance& instance, std::span<const Detection> detections) noexcept;
+  void add_affinities(const TrackInstance& instance, const PredictionOverlap& predicted,
+                      std::span<const Detection> detections) noexcept;
   /// Detections that no prediction meets, of unclaimed tracks: something thin that has moved by more than its width, a
   /// part of something, or the first bit of what comes out from behind another.
-  void add_near_misses(const TrackInstance& instance, std::span<const Detection> detections) noexcept;
+  void add_near_misses(const TrackInstance& instance, const DetectionFrame& detections,
+                       std::span<const Feature> features) noexcept;
+  /// Stereo sees it clearly nearer or farther away than the track was.
+  [[nodiscard]] bool lies_at_another_depth(const TrackInstance& instance,
+                                           std::span<const DisparitySample> seen) noexcept;
   /// It is expected nearly all outside the image, and a detection lies along the border over which it would come.
   [[nodiscard]] bool reaches_over_border(const TrackInstance& instance, const Detection& detection) const noexcept;
   [[nodiscard]] static bool nearly_met(const TrackInstance& instance, const Detection& detection,
                                        double gap_px) noexcept;
+  /// Seen a moment ago, and a detection is where it was, though it was expected elsewhere.
+  [[nodiscard]] static bool still_there(const TrackInstance& instance, const Detection& detection) noexcept;
   [[nodiscard]] static bool is_behind_camera(const TrackInstance& instance) noexcept;
   /// What was seen of it a moment ago has not gone to where the detection is.
   [[nodiscard]] static bool features_lie_elsewhere(const TrackInstance& instance, const Detection& detection) noexcept;
@@ -166,7 +179,9 @@ class StereoTracker {
   [[nodiscard]] std::span<const DisparitySample> gather_samples(LabelView labels, std::uint8_t label,
                                                                 std::span<const Feature> features) noexcept;
   void sort_far_to_near() noexcept;
-  /// Seen to hide it, or else, by disparity, likely to.
+  /// Has been seen to hide it, and stereo does not see it clearly farther away.
+  [[nodiscard]] static bool hides(const TrackInstance& front, const TrackInstance& behind) noexcept;
+  /// Hides it, or else, by disparity, likely to.
   [[nodiscard]] static bool nearer(const TrackInstance& a, const TrackInstance& b) noexcept;
   [[nodiscard]] static bool looks_nearer(const TrackInstance& a, const TrackInstance& b) noexcept;
 

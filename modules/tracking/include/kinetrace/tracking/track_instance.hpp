@@ -53,6 +53,7 @@ struct TrackInstance {
 
   ReferenceMask mask;
   Forecast forecast;                ///< Of the current frame.
+  Forecast forecast_before;         ///< Of the frame before.
   Forecast mask_forecast;           ///< Of the frame that `mask` was taken from.
   Similarity motion;                ///< Image motion into the current frame.
   bool motion_from_flow = false;    ///< `motion` comes from features of this frame.
@@ -66,7 +67,8 @@ struct TrackInstance {
   bool abandoned = false;
   FeatureVotes votes_of_features;
   int detection = -1;        ///< Index of the matched left detection.
-  PixelBox right_region_px;  ///< Holds the left mask carried to the right image.
+  double right_shown = 1.0;  ///< Part of the predicted mask seen by the right eye; 1 while its disparity is not known.
+  PixelBox right_region_px;  ///< Of the left mask carried to the right image: what is seen of it there.
 
   [[nodiscard]] bool alive() const noexcept { return slot_state == Slot::kAlive; }
 };

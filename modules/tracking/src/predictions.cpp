@@ -1,0 +1,235 @@
+// The part of StereoTracker that predicts where each track is seen, and which is in front.
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+
+#include "expectations.hpp"
+#include "kinetrace/tracking/stereo_tracker.hpp"
+
+namespace kinetrace::tracking {
+namespace {
+
+/// By how much a mask may grow from when it was seen to where its forecast is now.
+constexpr double kMostForecastScale = 3.0;
+/// Where masks of things behind the camera, or too near, are put.
+constexpr double kFarOutsidePx = 1e6;
+/// Features tell how a thing grows to .3 px over their spread and the root of their number: as much as the nearest of
+/// what is small grows from frame to frame. Less must not add up in what is hidden, which no detection puts right.
+constexpr double kTellsSize_px = 60.0;
+/// Fewer hidden pixels may be the raggedness of masks.
+constexpr int kMinHiddenPx = 24;
+/// The one in front hides this many times more of the other than the other of it.
+constexpr int kHiddenRatio = 3;
+
+std::uint64_t slot_bit(const TrackInstance& instance) noexcept {
+  return std::uint64_t{1} << instance.track.slot;
+}
+
+}  // namespace
+
+void StereoTracker::predict(std::span<const Feature> features) {
+  for (TrackInstance& instance : slots_) {
+    if (!instance.alive()) {
+      continue;
+    }
+    ++instance.track.age_frames;
+    instance.motion = flow_may_be_foreign(instance) ? shift_of(instance) : predict_motion(instance, features);
+    if (instance.motion_from_flow || !place_by_forecast(instance)) {
+      instance.mask.move(instance.motion);
+    }
+  }
+}
+
+bool StereoTracker::flow_may_be_foreign(const TrackInstance& instance) const noexcept {
+  const int missed = instance.track.missed_frames;
+  return instance.forecast.known && (missed >= kForeignAfterFrames || (missed > 0 && out_of_sight(instance)));
+}
+
+double StereoTracker::expected_growth(const TrackInstance& instance) noexcept {
+  const Forecast& then = instance.forecast_before;
+  const Forecast& now = instance.forecast;
+  const bool placed = then.known && now.known && !then.direction_only && !now.direction_only &&
+                      then.depth_m > kMinForecastDepth_m && now.depth_m > kMinForecastDepth_m;
+  const double learnt = whole_in_sight(instance) ? instance.motion.scale() : 1.0;
+  const double growth = placed ? then.depth_m / now.depth_m : learnt;
+  return std::clamp(growth, 1.0 / kMostGrowth, kMostGrowth);
+}
+
+Similarity StereoTracker::with_growth(const Similarity& motion, double growth,
+                                      const Eigen::Vector2d& center_px) noexcept {
+  return Similarity::about(center_px, growth, motion * center_px - center_px);
+}
+
+Similarity StereoTracker::shift_of(TrackInstance& instance) noexcept {
+  instance.motion_from_flow = false;
+  return with_growth(instance.motion, 1.0, instance.mask.current_center());
+}
+
+bool StereoTracker::shows_size(const TrackInstance& instance, std::size_t features) noexcept {
+  return whole_in_sight(instance) ||
+         std::sqrt(static_cast<double>(features) * instance.overlap.area_px) >= kTellsSize_px;
+}
+
+void StereoTracker::take_forecasts(std::span<const Forecast> forecasts) noexcept {
+  for (std::size_t slot = 0; slot < slots_.size(); ++slot) {
+    slots_[slot].forecast_before = slots_[slot].forecast;
+    slots_[slot].forecast = slot < forecasts.size() ? forecasts[slot] : Forecast{};
+  }
+}
+
+bool StereoTracker::place_by_forecast(TrackInstance& instance) noexcept {
+  const Forecast& now = instance.forecast;
+  const Forecast& then = instance.mask_forecast;
+  if (!now.known || !then.known || now.direction_only != then.direction_only) {
+    return false;
+  }
+  if (now.direction_only) {
+    instance.mask.place(Similarity::about(then.point_px, 1.0, now.point_px - then.point_px));
+    return true;
+  }
+  const bool too_near = then.depth_m <= kMinForecastDepth_m || now.depth_m <= kMinForecastDepth_m ||
+                        now.depth_m <= then.depth_m / kMostForecastScale;
+  if (!too_near) {
+    instance.mask.place(Similarity::about(then.point_px, then.depth_m / now.depth_m, now.point_px - then.point_px));
+    return true;
+  }
+  if (instance.track.missed_frames == 0) {
+    return false;  // It passes by, and what was seen of it a moment ago tells more.
+  }
+  instance.mask.place(Similarity::about(then.point_px, 1.0, Eigen::Vector2d(kFarOutsidePx, kFarOutsidePx)));
+  return true;
+}
+
+Similarity StereoTracker::predict_motion(TrackInstance& instance, std::span<const Feature> features) {
+  std::size_t pairs = 0;
+  std::size_t disparities = 0;
+  for (const Feature& f : features) {
+    if (f.body != instance.track.label()) {
+      continue;
+    }
+    if (f.age_frames > 0 && pairs < pairs_.size()) {
+      pairs_[pairs++] = {f.previous_left_px, f.left_px};
+    }
+    if (f.has_right() && disparities < scratch_.size()) {
+      scratch_[disparities++] = f.disparity_px();
+    }
+  }
+  if (disparities > 0) {
+    const auto middle = scratch_.begin() + static_cast<std::ptrdiff_t>(disparities / 2);
+    std::nth_element(scratch_.begin(), middle, scratch_.begin() + static_cast<std::ptrdiff_t>(disparities));
+    instance.disparity.known = true;
+    instance.disparity.mean_px = *middle;
+  }
+
+  instance.motion_from_flow = pairs > 0;
+  const std::span<const PointPair> moved = pairs_.first(pairs);
+  const SimilarityOptions options{.threshold_px = config_.ransac_threshold_px,
+                                  .iterations = config_.ransac_iterations,
+                                  .max_edge_error_px = 4.0,
+                                  .reach_px = instance.mask.current_reach_px()};
+  if (const auto fitted = fit_similarity(moved, options, instance.track.id * 65537U + frame_)) {
+    return shows_size(instance, pairs)
+               ? *fitted
+               : with_growth(*fitted, expected_growth(instance), instance.mask.current_center());
+  }
+  if (!moved.empty()) {
+    return Similarity::about(instance.mask.current_center(), expected_growth(instance),
+                             median_translation(moved, scratch_));
+  }
+  return with_growth(instance.motion, expected_growth(instance), instance.mask.current_center());
+}
+
+bool StereoTracker::hides(const TrackInstance& front, const TrackInstance& behind) noexcept {
+  const bool contradicted = front.disparity.known && behind.disparity.known &&
+                            clearly_nearer(behind.disparity.mean_px, front.disparity.mean_px);
+  return (behind.in_front & slot_bit(front)) != 0 && !contradicted;
+}
+
+bool StereoTracker::nearer(const TrackInstance& a, const TrackInstance& b) noexcept {
+  const bool a_hid_b = hides(a, b);
+  const bool b_hid_a = hides(b, a);
+  return a_hid_b != b_hid_a ? a_hid_b : looks_nearer(a, b);
+}
+
+bool StereoTracker::looks_nearer(const TrackInstance& a, const TrackInstance& b) noexcept {
+  const auto key = [](const TrackInstance& i) { return i.disparity.known ? i.disparity.mean_px : 0.F; };
+  if (key(a) != key(b)) {
+    return key(a) > key(b);
+  }
+  return a.track.box_px.y1 != b.track.box_px.y1 ? a.track.box_px.y1 > b.track.box_px.y1 : a.track.id < b.track.id;
+}
+
+void StereoTracker::sort_far_to_near() noexcept {
+  far_to_near_.clear();
+  std::uint64_t waiting = 0;
+  std::array<std::uint64_t, kMaxObjects> hidden{};  // By slot: the tracks that it hides.
+  for (const TrackInstance& instance : slots_) {
+    if (!instance.alive()) {
+      continue;
+    }
+    waiting |= slot_bit(instance);
+    for (std::uint64_t rest = instance.in_front; rest != 0; rest &= rest - 1) {
+      const auto front = static_cast<std::size_t>(std::countr_zero(rest));
+      hidden[front] |= hides(slots_[front], instance) ? slot_bit(instance) : 0U;
+    }
+  }
+  // The next one hides none of those that wait, and of several is the farthest. Three that have been seen to hide each
+  // other in a circle leave none: then the farthest of all.
+  while (waiting != 0) {
+    const TrackInstance* next = nullptr;
+    bool next_hides = true;
+    for (std::uint64_t rest = waiting; rest != 0; rest &= rest - 1) {
+      const TrackInstance& candidate = slots_[static_cast<std::size_t>(std::countr_zero(rest))];
+      const bool candidate_hides = (hidden[candidate.track.slot] & waiting) != 0;
+      if (next == nullptr || (candidate_hides != next_hides ? next_hides : looks_nearer(*next, candidate))) {
+        next = &candidate;
+        next_hides = candidate_hides;
+      }
+    }
+    (void)far_to_near_.push_back(next->track.slot);  // as many places as slots
+    waiting &= ~slot_bit(*next);
+  }
+}
+
+void StereoTracker::draw_predictions(LabelView detections) noexcept {
+  clear_labels(prediction_);
+  sort_far_to_near();
+  for (const std::uint8_t slot : far_to_near_) {
+    TrackInstance& instance = slots_[slot];
+    const std::uint8_t label = instance.track.label();
+    int drawn = 0;
+    instance.whole_on_label.fill(0);
+    instance.mask_part_in_image = instance.mask.part_in_image();
+    instance.mask.for_each_pixel(instance.mask.current_box(), [&](int x, int y) {
+      ++instance.whole_on_label[detections.empty() ? kBackgroundLabel : detections.at(x, y)];
+      prediction_.data[static_cast<std::ptrdiff_t>(y) * prediction_.stride + x] = label;
+      ++drawn;
+    });
+    instance.predicted_px = drawn;
+  }
+}
+
+void StereoTracker::learn_order(const DetectionFrame& detections) noexcept {
+  const auto hidden_by = [&](const TrackInstance& behind, const TrackInstance& front) {
+    return front.detection < 0
+               ? 0
+               : behind.whole_on_label[detections.left[static_cast<std::size_t>(front.detection)].label];
+  };
+  for (TrackInstance& behind : slots_) {
+    for (const TrackInstance& front : slots_) {
+      if (!behind.alive() || !front.alive() || &behind == &front) {
+        continue;
+      }
+      const int hidden = hidden_by(behind, front);
+      const std::uint64_t bit = slot_bit(front);
+      if (hidden >= kMinHiddenPx && hidden >= kHiddenRatio * hidden_by(front, behind)) {
+        behind.in_front |= bit;
+      } else if (hidden_by(front, behind) >= kMinHiddenPx) {
+        behind.in_front &= ~bit;
+      }
+    }
+  }
+}
+
+}  // namespace kinetrace::tracking
