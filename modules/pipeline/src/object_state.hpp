@@ -68,13 +68,13 @@ class ObjectState {
   /// Where stereo sees the object of a new track, in the world; nothing without enough features or a camera pose.
   [[nodiscard]] std::optional<Eigen::Vector3d> sighted_position(const FeatureFrame& frame, LabelView labels,
                                                                 const CameraState& camera) const;
-  /// Whether this object, out of sight, may be what a new track of class `class_id` sees at `position_m`: the distance
-  /// as a part of what it may have gone meanwhile, at most one. Nothing if it is in sight or of another class.
-  [[nodiscard]] std::optional<double> may_have_gone_to(const Eigen::Vector3d& position_m, std::uint16_t class_id,
+  /// Whether this object, out of sight, may be what the new track `reborn` sees at `position_m`: the distance as a part
+  /// of what it may have gone meanwhile, at most one. Nothing if it is in sight or of another class, or was still
+  /// detected when the new track already was.
+  [[nodiscard]] std::optional<double> may_have_gone_to(const Eigen::Vector3d& position_m, const Track& reborn,
                                                        const CameraState& camera) const;
-  /// The same for an object of which only the direction is known: whether a new track in `box_px` may be it.
-  [[nodiscard]] std::optional<double> may_be_seen_in(const PixelBox& box_px, std::uint16_t class_id,
-                                                     const CameraState& camera) const;
+  /// The same for an object of which only the direction is known: whether `reborn` may show it where it is.
+  [[nodiscard]] std::optional<double> may_be_seen_as(const Track& reborn, const CameraState& camera) const;
   /// This slot's new track is the object that `earlier` has lost: its name and frame go on. Call before observe().
   void continue_from(ObjectState& earlier, const std::optional<Eigen::Vector3d>& position_m);
 
@@ -135,9 +135,9 @@ class ObjectState {
   /// Much of the object is outside the image or behind something: the middle of what is left of it says little about
   /// the whole, and may be what hides it.
   [[nodiscard]] bool half_hidden() const noexcept { return cut_off() || mostly_covered(); }
-  /// From the nearest point of its box to `sighted_m`, were the middle of what has been seen of it at `middle_m`.
+  /// From the nearest point of its box to `sighted_m`, were the middle of what has been seen of it at `about_m`.
   /// Another end of it may come into sight than the one that went.
-  [[nodiscard]] Eigen::Vector3d off_body(const Eigen::Vector3d& sighted_m, const Eigen::Vector3d& middle_m) const;
+  [[nodiscard]] Eigen::Vector3d off_body(const Eigen::Vector3d& sighted_m, const Eigen::Vector3d& about_m) const;
   /// By the image's border.
   [[nodiscard]] bool cut_off() const noexcept {
     return track_.box_px.x0 <= 1 || track_.box_px.x1 >= geometry_.width_px - 1;
@@ -147,6 +147,8 @@ class ObjectState {
   }
   /// What stands in front of it need not be an object: how much of the area that it has lately shown is seen now.
   void measure_uncovered_part(const CameraState& camera);
+  /// A track of its class that was born after it was last detected, `least_missed` frames ago or more.
+  [[nodiscard]] bool waited_for(const Track& reborn, int least_missed) const noexcept;
   [[nodiscard]] bool shows_no_motion() const noexcept;
   /// Its reconstruction has lasted: how it moves is known well enough to go on without seeing it.
   [[nodiscard]] bool well_known() const noexcept { return tracked_frames_ >= kWellKnownFrames && known_motion_; }
@@ -162,6 +164,8 @@ class ObjectState {
   /// Where the object is expected now if it goes on as it went, and how far it may be off: a vehicle's acceleration
   /// since its velocity was measured. Nothing before it has shown how it moves.
   [[nodiscard]] std::optional<sfm::BodyReconstruction::Expectation> expected_pose(const CameraState& camera) const;
+  /// The middle of what has been seen of it, in the world.
+  [[nodiscard]] Eigen::Vector3d middle_m() const { return T_world_obj_ * -stereo_offset_m_; }
   /// Nearly all known points agree with the pose found, and they are many.
   [[nodiscard]] bool unanimous() const;
   /// Whether the object can have come from where it was to where the reconstruction sees it now.
@@ -175,8 +179,8 @@ class ObjectState {
   void make_sure(const CameraState& camera, const features::FeatureFrontEnd& front_end);
   [[nodiscard]] Eigen::Vector3d reference_m() const;
   void start_filter();
-  /// Goes on as it last went.
-  void coast();
+  /// Goes on as it last went. `sighted`: stereo sees it there, if not enough of it to say where it is.
+  void coast(bool sighted);
   /// (u, v, disparity) to follow. Of what is half hidden, the middle of what is seen may be anywhere on it: only how
   /// far that lies outside its box says that it is elsewhere.
   [[nodiscard]] Eigen::Vector3d part_seen(const StereoSighting& sighting, const CameraState& camera) const;
@@ -226,6 +230,8 @@ class ObjectState {
   bool has_moved_ = false;       ///< Has been found moving since birth.
   int sighted_features_ = 0;     ///< By stereo, in this frame.
   int tracked_frames_ = 0;       ///< By its reconstruction, since birth.
+  int tracked_run_ = 0;          ///< Frames in a row in which its reconstruction was found, now or last.
+  bool rested_ = false;          ///< Before that run.
   int predicted_frames_ = 0;     ///< In a row.
   BodyStatus status_ = BodyStatus::kInitializing;
   sfm::BodyReconstruction body_;

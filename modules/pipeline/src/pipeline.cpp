@@ -109,7 +109,8 @@ struct Pipeline::Impl {
   Se3 locate_camera(const FeatureFrame& frame);
   std::span<const tracking::Forecast> forecast_objects(std::int64_t timestamp_ns);
   /// Something that was lost from sight, or hidden, keeps its name when it is seen again.
-  void find_again(ObjectState& reborn, const FeatureFrame& frame, LabelView labels, const CameraState& camera);
+  void find_again(ObjectState& reborn, const Track& track, const FeatureFrame& frame, LabelView labels,
+                  const CameraState& camera);
   void reconstruct(const FeatureFrame& frame, const TrackFrame& tracks);
   Status refine();
   void count_tracks(const TrackFrame& tracks);
@@ -381,7 +382,7 @@ CameraResult Pipeline::Impl::camera_result(std::size_t age) const {
   return {pose.status, pose.T_body_cam, rotation_position_covariance(pose.T_body_cam, pose.covariance), pose.inliers};
 }
 
-void Pipeline::Impl::find_again(ObjectState& reborn, const FeatureFrame& frame, LabelView labels,
+void Pipeline::Impl::find_again(ObjectState& reborn, const Track& track, const FeatureFrame& frame, LabelView labels,
                                 const CameraState& camera) {
   const std::optional<Eigen::Vector3d> position_m = reborn.sighted_position(frame, labels, camera);
   ObjectState* nearest = nullptr;
@@ -390,10 +391,8 @@ void Pipeline::Impl::find_again(ObjectState& reborn, const FeatureFrame& frame, 
     if (&lost == &reborn) {
       continue;
     }
-    const std::uint16_t class_id = reborn.track().class_id;
-    const std::optional<double> part = lost.placed() && position_m
-                                           ? lost.may_have_gone_to(*position_m, class_id, camera)
-                                           : lost.may_be_seen_in(reborn.track().box_px, class_id, camera);
+    const std::optional<double> part = lost.placed() && position_m ? lost.may_have_gone_to(*position_m, track, camera)
+                                                                   : lost.may_be_seen_as(track, camera);
     if (part && *part <= least) {
       nearest = &lost;
       least = *part;
@@ -417,7 +416,7 @@ void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tr
       object.begin(track);
     }
     if (!object.placed()) {
-      find_again(object, frame, tracks.left_labels, camera);
+      find_again(object, track, frame, tracks.left_labels, camera);
     }
     Track named = track;
     named.id = object.track().id;

@@ -47,6 +47,12 @@ class ObjectStateTest : public ::testing::Test {
     return track;
   }
 
+  static Track reborn(const PixelBox& box_px, std::uint16_t class_id = kVehicleClass) {
+    Track reborn = track(box_px, 0, 2);
+    reborn.class_id = class_id;
+    return reborn;
+  }
+
   void observe(ObjectState& object, const Track& seen, std::vector<Feature> features = {}) {
     time_ns_ += kFrame_ns;
     object.observe(seen, {.frame_index = 0, .timestamp_ns = time_ns_, .features = features}, {}, camera_, front_end_);
@@ -90,6 +96,29 @@ class ObjectStateTest : public ::testing::Test {
     return seen;
   }
 
+  /// What was told of an object, and what was seen of it, in the last of some frames.
+  struct Seen {
+    ObjectResult told;
+    std::vector<Feature> features;
+  };
+
+  /// Something cut off by the border of the image moves through it for `frames`, and that is learnt: `velocity` in
+  /// rad/s, m/s.
+  Seen moves_at_the_border(ObjectState& object, const Vector6d& velocity, int frames) {
+    Seen seen;
+    for (int frame = 0; frame < frames; ++frame) {
+      seen.features = front(Eigen::Vector3d(-0.5, 0.2, 15.0) + 1e-9 * kFrame_ns * frame * velocity.tail<3>());
+      if (frame == 0) {
+        object.begin(at_the_border(seen.features));
+      }
+      observe(object, at_the_border(seen.features), seen.features);
+      object.report(seen.told);
+      object.learn_motion(seen.told.T_world_obj, velocity);
+    }
+    EXPECT_EQ(seen.told.status, BodyStatus::kTracked);
+    return seen;
+  }
+
   PipelineConfig config_;
   StereoGeometry geometry_;
   Arena arena_;
@@ -107,16 +136,55 @@ TEST_F(ObjectStateTest, WaitsInItsDirectionWhileItHasNoPlace) {
   const tracking::Forecast forecast = object_.forecast(time_ns_, camera_.T_world_cam);
   EXPECT_TRUE(forecast.known && forecast.direction_only);
   EXPECT_LT((forecast.point_px - Eigen::Vector2d(63.5, 42.5)).norm(), 1e-6);
-  EXPECT_FALSE(object_.may_be_seen_in(box, kVehicleClass, camera_)) << "in sight";
+  EXPECT_FALSE(object_.may_be_seen_as(reborn(box), camera_)) << "in sight";
 
   for (int missed = 1; missed <= 4; ++missed) {
-    EXPECT_FALSE(object_.may_be_seen_in(box, kVehicleClass, camera_)) << missed;
+    EXPECT_FALSE(object_.may_be_seen_as(reborn(box), camera_)) << missed;
     observe(object_, track(box, missed));
   }
-  EXPECT_TRUE(object_.may_be_seen_in(box, kVehicleClass, camera_));
-  EXPECT_FALSE(object_.may_be_seen_in(box, kPedestrianClass, camera_));
-  EXPECT_TRUE(object_.may_be_seen_in({74, 40, 80, 46}, kVehicleClass, camera_)) << "within reach";
-  EXPECT_FALSE(object_.may_be_seen_in({90, 40, 96, 46}, kVehicleClass, camera_)) << "too far";
+  EXPECT_TRUE(object_.may_be_seen_as(reborn(box), camera_));
+  EXPECT_FALSE(object_.may_be_seen_as(reborn(box, kPedestrianClass), camera_));
+  EXPECT_TRUE(object_.may_be_seen_as(reborn({74, 40, 80, 46}), camera_)) << "within reach";
+  EXPECT_FALSE(object_.may_be_seen_as(reborn({90, 40, 96, 46}), camera_)) << "too far";
+}
+
+TEST_F(ObjectStateTest, IsRatherWhatIsSeenInItsMiddleThanAnywhereOnIt) {
+  const Eigen::Vector3d middle_m(0.3, 0.2, 6.0);
+  const std::vector<Feature> features = front(middle_m);
+  object_.begin(track(box_of(features)));
+  for (int frame = 0; frame < 12; ++frame) {
+    observe(object_, track(box_of(features)), features);
+  }
+  for (int missed = 1; missed <= 5; ++missed) {
+    observe(object_, track({}, missed));
+  }
+  const auto part = [&](double beside_m) {
+    return object_.may_have_gone_to(middle_m + Eigen::Vector3d(beside_m, 0.0, 0.0), reborn({}), camera_).value_or(2.0);
+  };
+  EXPECT_LT(part(0.0), part(0.3));
+  EXPECT_LT(part(0.3), 0.1) << "both are on it";
+  EXPECT_GT(part(8.0), 1.0);
+}
+
+TEST_F(ObjectStateTest, IsNotWhatWasSeenBesideIt) {
+  const Eigen::Vector3d middle_m(0.3, 0.2, 6.0);
+  const std::vector<Feature> features = front(middle_m);
+  const PixelBox box = box_of(features);
+  object_.begin(track(box));
+  other_.begin(track(box));
+  observe(object_, track(box), features);
+  observe(other_, track(box));
+  for (int missed = 1; missed <= 5; ++missed) {
+    observe(object_, track(box, missed));
+    observe(other_, track(box, missed));
+  }
+  Track newer = reborn(box);
+  newer.age_frames = 4;
+  EXPECT_TRUE(object_.may_have_gone_to(middle_m, newer, camera_));
+  EXPECT_TRUE(other_.may_be_seen_as(newer, camera_));
+  newer.age_frames = 5;
+  EXPECT_FALSE(object_.may_have_gone_to(middle_m, newer, camera_)) << "first seen when this one was last";
+  EXPECT_FALSE(other_.may_be_seen_as(newer, camera_));
 }
 
 TEST_F(ObjectStateTest, TurnsTheDirectionWithTheCamera) {
@@ -182,24 +250,13 @@ TEST_F(ObjectStateTest, UnseenOnlyAnEvidentTurnGoesOn) {
     Vector6d velocity = Vector6d::Zero();
     velocity[1] = turn_radps;
     velocity[5] = -4.0;
-    ObjectResult told;
-    std::vector<Feature> features;
-    for (int frame = 0; frame < 20; ++frame) {
-      features = front({-0.5, 0.2, 15.0 - 0.4 * frame});
-      if (frame == 0) {
-        object.begin(at_the_border(features));
-      }
-      observe(object, at_the_border(features), features);
-      object.report(told);
-      object.learn_motion(told.T_world_obj, velocity);
-    }
-    EXPECT_EQ(told.status, BodyStatus::kTracked);
+    const Seen last = moves_at_the_border(object, velocity, 20);
     for (int frame = 0; frame < 5; ++frame) {
-      observe(object, at_the_border(features));
+      observe(object, at_the_border(last.features));
     }
     ObjectResult later;
     object.report(later);
-    return so3_log(told.T_world_obj.rotation.transpose() * later.T_world_obj.rotation).norm();
+    return so3_log(last.told.T_world_obj.rotation.transpose() * later.T_world_obj.rotation).norm();
   };
   EXPECT_NEAR(turned_unseen_rad(object_, 0.05), 0.0, 1e-6);
   EXPECT_NEAR(turned_unseen_rad(other_, 0.3), 0.5 * 0.3, 0.01);
@@ -209,17 +266,7 @@ TEST_F(ObjectStateTest, UnseenOnlyAnEvidentTurnGoesOn) {
 // goes on with that.
 TEST_F(ObjectStateTest, DoesNotCoastAwayFromWhatIsSeen) {
   const Vector6d approaching = (Vector6d() << Eigen::Vector3d::Zero(), Eigen::Vector3d(0.0, 0.0, -8.0)).finished();
-  ObjectResult told;
-  for (int frame = 0; frame < 12; ++frame) {
-    const std::vector<Feature> first = front({-0.5, 0.2, 15.0 - 0.8 * frame});
-    if (frame == 0) {
-      object_.begin(at_the_border(first));
-    }
-    observe(object_, at_the_border(first), first);
-    object_.report(told);
-    object_.learn_motion(told.T_world_obj, approaching);
-  }
-  ASSERT_EQ(told.status, BodyStatus::kTracked);
+  ObjectResult told = moves_at_the_border(object_, approaching, 12).told;
   const Vector6d wild = (Vector6d() << Eigen::Vector3d::Zero(), Eigen::Vector3d(-10.0, 0.0, -90.0)).finished();
   object_.learn_motion(told.T_world_obj, wild);
   constexpr double kSecond_z_m = 8.0;
@@ -232,6 +279,60 @@ TEST_F(ObjectStateTest, DoesNotCoastAwayFromWhatIsSeen) {
     object_.report(told);
     EXPECT_NEAR(told.T_world_obj.translation.z(), kSecond_z_m, 4.0) << "frame " << frame;
   }
+}
+
+// A parked vehicle comes back into view under a new track, for a moment, and then the rest of it without features.
+TEST_F(ObjectStateTest, WhatRestedStillRestsWhenItIsFoundForAMoment) {
+  const Eigen::Vector3d middle_m(0.0, 0.2, 10.0);
+  const std::vector<Feature> features = front(middle_m);
+  const PixelBox box = box_of(features);
+  object_.begin(track(box));
+  for (int frame = 0; frame < 20; ++frame) {
+    observe(object_, track(box), features);
+  }
+  for (int missed = 1; missed <= 20; ++missed) {
+    observe(object_, track({}, missed));
+  }
+  other_.begin(reborn(box));
+  other_.continue_from(object_, middle_m);
+  ObjectResult found;
+  for (int frame = 0; frame < 3 && found.status != BodyStatus::kTracked; ++frame) {
+    observe(other_, track(box), features);
+    other_.report(found);
+  }
+  ASSERT_EQ(found.status, BodyStatus::kTracked);
+  PixelBox end = box;  // Not so little that what was known would be left as it is.
+  end.x0 += 3 * box.width() / 10;
+  for (int frame = 0; frame < 8; ++frame) {
+    observe(other_, track(end));
+  }
+  ObjectResult later;
+  other_.report(later);
+  EXPECT_LT((later.T_world_obj.translation - found.T_world_obj.translation).norm(), 0.01);
+}
+
+// It leaves over the border and comes back there after it has been given up, and only an end of it is seen.
+TEST_F(ObjectStateTest, WhatComesBackIsWhereItWasCoastingTo) {
+  const Eigen::Vector3d velocity_mps(0.0, 0.0, -2.0);
+  const Vector6d velocity = (Vector6d() << Eigen::Vector3d::Zero(), velocity_mps).finished();
+  const Seen last = moves_at_the_border(object_, velocity, 20);
+  const Eigen::Vector3d told_m = last.told.T_world_obj.translation;
+  int unseen = 0;
+  for (ObjectResult now = last.told; now.status != BodyStatus::kLost; object_.report(now)) {
+    observe(object_, at_the_border(last.features));
+    ++unseen;
+    ASSERT_LT(unseen, 30);
+  }
+  std::vector<Feature> end = front(Eigen::Vector3d(0.7, 0.2, 15.0) + 0.1 * (20 + unseen) * velocity_mps);
+  end.resize(static_cast<std::size_t>(config_.objects.stereo_only_min_features));
+  Track seen = at_the_border(end);
+  seen.visible_part = 0.3F;
+  observe(object_, seen, end);
+  ObjectResult back;
+  object_.report(back);
+  EXPECT_NE(back.status, BodyStatus::kLost);
+  EXPECT_NEAR(back.T_world_obj.translation.z(), told_m.z() + 0.1 * (1 + unseen) * velocity_mps.z(), 0.1);
+  EXPECT_NEAR(back.T_world_obj.translation.x(), told_m.x(), 0.1);
 }
 
 }  // namespace

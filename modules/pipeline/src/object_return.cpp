@@ -1,0 +1,125 @@
+// The part of ObjectState that tells whether a new track is an object that was lost.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "box_offset.hpp"
+#include "object_limits.hpp"
+#include "object_state.hpp"
+
+namespace kinetrace::pipeline {
+namespace {
+
+// How far from where it is expected a lost object may be found again: that it stood still or went on is half the truth.
+// Where it should be in plain sight, a detection has only been missed, and what appears beside it is something else.
+constexpr int kLeastMissedInSight = 4;
+constexpr int kLeastMissedHidden = 1;
+constexpr double kReachOfWay = 0.5;
+constexpr double kMostReach_m = 3.0;
+constexpr double kTieBreak = 0.01;
+// What has only a direction is found within so much of it, and more as the camera goes on.
+constexpr double kDirectionReach_px = 8.0;
+constexpr double kDirectionDrift_px = 1.0;
+
+}  // namespace
+
+std::optional<Eigen::Vector3d> ObjectState::sighted_position(const FeatureFrame& frame, LabelView labels,
+                                                             const CameraState& camera) const {
+  const StereoSighting sighting = sight(frame, labels);
+  if (sighting.features < config_.stereo_only_min_features || !camera.valid) {
+    return std::nullopt;
+  }
+  return camera.T_world_cam * position_in_camera(geometry_, sighting);
+}
+
+Eigen::Vector3d ObjectState::off_body(const Eigen::Vector3d& sighted_m, const Eigen::Vector3d& about_m) const {
+  Eigen::Vector3d off_m = sighted_m - about_m;
+  if (!box_.known()) {
+    return off_m;
+  }
+  const Eigen::Matrix3d& R_world_obj = T_world_obj_.rotation;
+  const Eigen::Vector3d outside_m =
+      R_world_obj * outside_of(box_.box_in_object(), R_world_obj.transpose() * off_m - stereo_offset_m_);
+  return outside_m.norm() < off_m.norm() ? outside_m : off_m;
+}
+
+bool ObjectState::waited_for(const Track& reborn, int least_missed) const noexcept {
+  return alive() && confirmed_ && track_.class_id == reborn.class_id && track_.missed_frames >= least_missed &&
+         track_.missed_frames > reborn.age_frames;
+}
+
+std::optional<double> ObjectState::may_have_gone_to(const Eigen::Vector3d& position_m, const Track& reborn,
+                                                    const CameraState& camera) const {
+  const bool hidden = !in_view_ || mostly_covered();
+  if (!placed_ || !waited_for(reborn, hidden ? kLeastMissedHidden : kLeastMissedInSight)) {
+    return std::nullopt;
+  }
+  const Eigen::Vector3d expected_m = filter_.initialised() ? filter_.position_m() : middle_m();
+  // It may have stopped as well as gone on.
+  const Eigen::Vector3d way_m = expected_m - last_seen_m_;
+  const double gone = way_m.squaredNorm() > 0.0
+                          ? std::clamp((position_m - last_seen_m_).dot(way_m) / way_m.squaredNorm(), 0.0, 1.0)
+                          : 0.0;
+  const Eigen::Vector3d nearest_m = last_seen_m_ + gone * way_m;
+  const double speed_mps = filter_.initialised() ? filter_.velocity_mps().norm() : motion_.at(0).velocity_mps.norm();
+  const double unseen_s = 1e-9 * static_cast<double>(timestamp_ns_ - matched_timestamp_ns_);
+  const double depth_m = (camera.T_world_cam.inverse() * position_m).z();
+  // Of what is half hidden when it goes and when it comes, the middle may lie anywhere on it.
+  const double reach_m =
+      std::min(std::max(kReachAtRest_m, width_m_) + kReachOfWay * speed_mps * unseen_s, kMostReach_m);
+  // Depth is as unsure as its square.
+  const Eigen::Vector3d off_m = camera.T_world_cam.rotation.transpose() * off_body(position_m, nearest_m);
+  const double part =
+      std::hypot(off_m.head<2>().norm() / reach_m, off_m.z() / (reach_m + 2.0 * depth_sigma_m(depth_m)));
+  if (part > 1.0) {
+    return std::nullopt;
+  }
+  // Of two whose boxes hold it, the one nearer to its middle.
+  return std::min(1.0, part + kTieBreak * (position_m - nearest_m).norm() / reach_m);
+}
+
+std::optional<double> ObjectState::may_be_seen_as(const Track& reborn, const CameraState& camera) const {
+  const tracking::Forecast expected = forecast_direction(camera.T_world_cam);
+  if (placed_ || !waited_for(reborn, kLeastMissedInSight) || !expected.known || expected.depth_m <= 0.0) {
+    return std::nullopt;
+  }
+  const PixelBox& box_px = reborn.box_px;
+  const Eigen::Vector2d low(box_px.x0, box_px.y0);
+  const Eigen::Vector2d high(box_px.x1 - 1, box_px.y1 - 1);
+  const double gap_px = (expected.point_px - expected.point_px.cwiseMax(low).cwiseMin(high)).norm();
+  const double part = gap_px / (kDirectionReach_px + kDirectionDrift_px * track_.missed_frames);
+  return part <= 1.0 ? std::optional<double>(part) : std::nullopt;
+}
+
+void ObjectState::continue_from(ObjectState& earlier, const std::optional<Eigen::Vector3d>& position_m) {
+  track_.id = earlier.track_.id;
+  confirmed_ = earlier.confirmed_;
+  if (!earlier.placed_ || !position_m) {
+    return;  // Nothing but its name is known.
+  }
+  placed_ = true;
+  reconstructed_ = earlier.reconstructed_;
+  frame_fixed_ = earlier.frame_fixed_;
+  tracked_frames_ = earlier.tracked_frames_;
+  known_timestamp_ns_ = earlier.known_timestamp_ns_;
+  has_moved_ = earlier.has_moved_;
+  width_m_ = earlier.width_m_;
+  recogniser_.swap(earlier.recogniser_);
+  std::swap(box_, earlier.box_);
+  stereo_offset_m_ = earlier.stereo_offset_m_;
+  T_world_obj_ = earlier.T_world_obj_;
+  if (earlier.filter_.initialised()) {
+    // Where it was expected, and how surely, is weighed against the middle of what is seen of it now.
+    filter_ = earlier.filter_;
+    known_motion_ = earlier.known_motion_;
+    unseen_s_ = earlier.unseen_s_;
+    previous_timestamp_ns_ = earlier.previous_timestamp_ns_;
+    if (filter_.at_rest()) {
+      known_motion_ = KnownMotion{T_world_obj_, Vector6d::Zero(), false};
+    }
+  } else {
+    T_world_obj_.translation = *position_m + T_world_obj_.rotation * stereo_offset_m_;
+  }
+}
+
+}  // namespace kinetrace::pipeline
