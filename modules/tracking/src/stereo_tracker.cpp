@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <string>
 
@@ -17,6 +18,8 @@ constexpr int kForgetsClassFrames = 2;
 /// A mask is still found where it is expected if it overlaps its prediction so far.
 constexpr double kStillFits = 0.6;
 constexpr double kLeastPartToClaim = 0.2;
+/// A detection that lies so far on the whole prediction is a part of it.
+constexpr double kLeastPartOnWhole = 0.5;
 /// An image larger than this is a mistake.
 constexpr int kMaxImageSidePx = 16384;
 /// So many features that speak against a match weigh as much as those that speak for it.
@@ -387,7 +390,9 @@ void StereoTracker::remember_mask(TrackInstance& instance, const Detection& dete
   const double fit =
       intersection_over_union(instance.overlap.on_label[detection.label], instance.overlap.area_px, detection.area_px);
   const bool cut_off = instance.forecast.known && instance.mask_part_in_image < kWholeInImage;
-  if ((cut_off || !whole_in_sight(instance)) && fit > kStillFits) {
+  if (((cut_off || !whole_in_sight(instance)) && fit > kStillFits) ||
+      (detection.area_px < instance.predicted_px && part_on(instance, detection) >= kLeastPartOnWhole &&
+       misses_what_hides(instance))) {
     return;
   }
   instance.mask_forecast = instance.forecast.known ? instance.forecast : direction_of(instance.track.box_px);
@@ -420,6 +425,17 @@ void StereoTracker::remember_mask(TrackInstance& instance, const Detection& dete
     std::replace(prediction_.row(y) + predicted_box.x0, prediction_.row(y) + predicted_box.x1, kIgnoreLabel,
                  kBackgroundLabel);
   }
+}
+
+bool StereoTracker::misses_what_hides(const TrackInstance& instance) const noexcept {
+  for (std::uint64_t rest = instance.in_front; rest != 0; rest &= rest - 1) {
+    const TrackInstance& front = slots_[static_cast<std::size_t>(std::countr_zero(rest))];
+    if (front.alive() && front.detection < 0 && hides(front, instance) &&
+        !common_part(front.mask.current_box(), instance.mask.current_box()).empty()) {
+      return true;
+    }
+  }
+  return false;
 }
 
 void StereoTracker::publish() noexcept {

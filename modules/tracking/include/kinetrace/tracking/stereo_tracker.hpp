@@ -173,6 +173,9 @@ class StereoTracker {
   void update_disparity(TrackInstance& instance, std::span<const Feature> features);
   void draw_right_prediction(TrackInstance& instance) noexcept;
   void associate_right(const DetectionFrame& detections) noexcept;
+  /// Something that has been seen to hide it is expected before it, and has not been detected in this frame: what is
+  /// not seen of it says nothing about its shape.
+  [[nodiscard]] bool misses_what_hides(const TrackInstance& instance) const noexcept;
   void publish() noexcept;
 
   /// The stereo features whose pixel carries `label`, as samples_.first(n).
