@@ -62,6 +62,10 @@ void ObjectState::follow_without_body(const StereoSighting& sighting, const Came
     return;
   }
   filter_.predict(timestamp_ns_);
+  if (rigid() && !filter_.at_rest() && camera.valid && camera.T_world_cam_before &&
+      sighting.motion.features >= config_.stereo_only_min_features) {
+    filter_.update_motion(sighting.motion, interval_s_, camera.T_world_cam, *camera.T_world_cam_before);
+  }
   const double surface_sigma_m =
       std::max(surface_wander_m(depth_m), half_hidden() ? kHiddenFactor * surface_sigma_m_ : 0.0);
   const trajectory::StereoPositionFilter before = filter_;

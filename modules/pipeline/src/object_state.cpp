@@ -88,6 +88,7 @@ void ObjectState::begin(const Track& track) {
   predicted_frames_ = 0;
   contradictions_ = 0.0;
   unseen_s_ = 0.0;
+  timestamp_ns_ = 0;
   status_ = BodyStatus::kInitializing;
   stereo_offset_m_.setZero();
   motion_.reset();
@@ -203,6 +204,7 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
                           const features::FeatureFrontEnd& front_end) {
   track_ = track;
   confirmed_ = confirmed_ || track.state == TrackState::kConfirmed;
+  interval_s_ = timestamp_ns_ > 0 ? 1e-9 * static_cast<double>(frame.timestamp_ns - timestamp_ns_) : 0.0;
   timestamp_ns_ = frame.timestamp_ns;
   extended_ = false;
   frame_change_ = FrameChange::kNone;

@@ -25,6 +25,7 @@ namespace kinetrace::pipeline {
 /// What the camera does in this frame, for composing (METHOD eq. 2).
 struct CameraState {
   Se3 T_world_cam;
+  std::optional<Se3> T_world_cam_before;  ///< Of the frame before, where it had a pose.
   Matrix6d covariance = Matrix6d::Zero();
   double scatter_px = 0.0;  ///< Of the background's measurements.
   bool valid = false;       ///< A pair of object and background counts only where both have a pose (paper).
@@ -261,7 +262,8 @@ class ObjectState {
   double area_m2_ = 0.0;   ///< Of its mask, across the line of sight, as large as it has lately been.
   float uncovered_part_ = 1.F;
   double width_m_ = 0.0;  ///< Across the line of sight, when last seen whole.
-  std::int64_t timestamp_ns_ = 0;
+  std::int64_t timestamp_ns_ = 0;           ///< 0 before the first frame.
+  double interval_s_ = 0.0;                 ///< Since the frame before; 0 in the first one.
   std::int64_t known_timestamp_ns_ = 0;     ///< When its pose was last known for sure, in a reconstruction.
   std::int64_t matched_timestamp_ns_ = 0;   ///< When a detection last confirmed where it is.
   std::int64_t previous_timestamp_ns_ = 0;  ///< Of the last pose in motion_.

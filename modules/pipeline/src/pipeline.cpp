@@ -374,7 +374,16 @@ std::span<const tracking::Forecast> Pipeline::Impl::forecast_objects(std::int64_
 
 CameraState Pipeline::Impl::camera_at(std::size_t age) const {
   const SettledPose pose = background.history(age);
-  return {pose.T_body_cam, pose.covariance, background.scatter_px(), pose.status == BodyStatus::kTracked};
+  CameraState camera{.T_world_cam = pose.T_body_cam,
+                     .T_world_cam_before = std::nullopt,
+                     .covariance = pose.covariance,
+                     .scatter_px = background.scatter_px(),
+                     .valid = pose.status == BodyStatus::kTracked};
+  if (age + 1 < background.history_size()) {
+    const SettledPose before = background.history(age + 1);
+    camera.T_world_cam_before = before.status == BodyStatus::kTracked ? std::optional(before.T_body_cam) : std::nullopt;
+  }
+  return camera;
 }
 
 CameraResult Pipeline::Impl::camera_result(std::size_t age) const {

@@ -21,6 +21,34 @@ double median(std::span<double> values) {
   return *middle;
 }
 
+/// Of several quantities, each on its own.
+template <int kQuantities>
+class Medians {
+ public:
+  using Values = Eigen::Matrix<double, kQuantities, 1>;
+
+  [[nodiscard]] bool full() const noexcept { return count_ == kMaxSightedFeatures; }
+  [[nodiscard]] int count() const noexcept { return static_cast<int>(count_); }
+  void add(const Values& values) noexcept {
+    for (std::size_t i = 0; i < kQuantities; ++i) {
+      values_[i][count_] = values[static_cast<Eigen::Index>(i)];
+    }
+    ++count_;
+  }
+  /// Zero without values. Leaves them in another order.
+  [[nodiscard]] Values take() noexcept {
+    Values medians = Values::Zero();
+    for (std::size_t i = 0; i < kQuantities && count_ > 0; ++i) {
+      medians[static_cast<Eigen::Index>(i)] = median(std::span(values_[i]).first(count_));
+    }
+    return medians;
+  }
+
+ private:
+  std::array<std::array<double, kMaxSightedFeatures>, kQuantities> values_;
+  std::size_t count_ = 0;
+};
+
 /// The objects whose masks adjoin that of one.
 class Occluders {
  public:
@@ -73,24 +101,26 @@ class Occluders {
 
 StereoSighting sight(const FeatureFrame& frame, LabelView labels, std::uint8_t label, double min_disparity_px) {
   Occluders occluders(frame, labels, label);
-  std::array<double, kMaxSightedFeatures> u;
-  std::array<double, kMaxSightedFeatures> v;
-  std::array<double, kMaxSightedFeatures> d;
-  std::size_t count = 0;
+  Medians<3> place;
+  Medians<4> motion;
   for (const Feature& feature : frame.features) {
     if (feature.body == label && feature.has_right() && double{feature.disparity_px()} >= min_disparity_px &&
-        count < kMaxSightedFeatures && !occluders.may_have(feature)) {
-      u[count] = double{feature.left_px.x()};
-      v[count] = double{feature.v_px};
-      d[count++] = double{feature.disparity_px()};
+        !place.full() && !occluders.may_have(feature)) {
+      const Eigen::Vector2d now_px = feature.left_px.cast<double>();
+      place.add({now_px.x(), double{feature.v_px}, double{feature.disparity_px()}});
+      if (feature.age_frames > 0) {
+        const Eigen::Vector2d moved_px = now_px - feature.previous_left_px.cast<double>();
+        motion.add({now_px.x(), now_px.y(), moved_px.x(), moved_px.y()});
+      }
     }
   }
   StereoSighting sighting;
-  sighting.features = static_cast<int>(count);
-  if (count > 0) {
-    sighting.uvd_px = {median(std::span(u).first(count)), median(std::span(v).first(count)),
-                       median(std::span(d).first(count))};
-  }
+  sighting.features = place.count();
+  sighting.uvd_px = place.take();
+  sighting.motion.features = motion.count();
+  const Eigen::Vector4d now_and_moved_px = motion.take();
+  sighting.motion.now_px = now_and_moved_px.head<2>();
+  sighting.motion.before_px = now_and_moved_px.head<2>() - now_and_moved_px.tail<2>();
   return sighting;
 }
 

@@ -8,12 +8,14 @@
 #include "kinetrace/core/feature_frame.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
+#include "kinetrace/trajectory/stereo_position_filter.hpp"
 
 namespace kinetrace::pipeline {
 
 struct StereoSighting {
   int features = 0;                                  ///< With a right match; 0: not seen.
   Eigen::Vector3d uvd_px = Eigen::Vector3d::Zero();  ///< Column, row and disparity of the point that stands for it.
+  trajectory::ImageMotion motion;                    ///< Of those of its features that were there in the frame before.
 };
 
 /// The medians of the features with this label and at least `min_disparity_px`. `labels`: the masks of the left image.

@@ -13,6 +13,7 @@ constexpr double kStartSpeedSigma_mps = 5.0;
 constexpr double kRestSpeedSigma_mps = 0.05;
 constexpr double kRestAcceleration_mps2 = 0.1;
 constexpr double kGate = 16.3;  // 99.9 % of chi-square with three degrees of freedom.
+constexpr double kMotionGate = 13.8;  // The same with two.
 constexpr int kMaxSkipped = 3;
 constexpr int kIterations = 3;
 constexpr double kMinDepth_m = 0.1;
@@ -159,6 +160,41 @@ void StereoPositionFilter::update_direction(const Eigen::Vector2d& uv_px, const 
   velocity_ += correction.tail<3>();
   Matrix6d keep = Matrix6d::Identity();
   keep.leftCols<3>() -= gain * slope;
+  covariance_ = keep * covariance_ * keep.transpose() + gain * noise * gain.transpose();
+}
+
+void StereoPositionFilter::update_motion(const ImageMotion& motion, double interval_s, const Se3& T_world_cam,
+                                         const Se3& T_world_cam_before) noexcept {
+  const double depth_m = (T_world_cam.inverse() * position_).z();
+  if (!initialised_ || motion.features < 1 || interval_s <= 0.0 || depth_m <= kMinDepth_m) {
+    return;
+  }
+  // What is seen lies in its own direction, as far away as the object; where it was before follows from the velocity.
+  const Eigen::Vector3d ray((motion.now_px.x() - geometry_.cx_px) / geometry_.fx_px,
+                            (motion.now_px.y() - geometry_.cy_px) / geometry_.fy_px, 1.0);
+  const Eigen::Vector3d seen_m = T_world_cam * Eigen::Vector3d(depth_m * ray);
+  const Eigen::Vector3d before_cam_m = T_world_cam_before.inverse() * (seen_m - interval_s * velocity_);
+  if (before_cam_m.z() <= kMinDepth_m) {
+    return;
+  }
+  const Prediction predicted = predict_stereo(geometry_, before_cam_m);
+  const Eigen::Matrix<double, 2, 3> per_metre =
+      predicted.derivative.topRows<2>() * T_world_cam_before.rotation.transpose();
+  Eigen::Matrix<double, 2, 6> slope;
+  slope << per_metre * T_world_cam.rotation * ray * T_world_cam.rotation.col(2).transpose(), -interval_s * per_metre;
+  const double sigma_px =
+      config_.stereo_sigma_px / std::sqrt(static_cast<double>(std::min(motion.features, kMaxIndependentFeatures)));
+  const Eigen::Matrix2d noise = sigma_px * sigma_px * Eigen::Matrix2d::Identity();
+  const Eigen::LDLT<Eigen::Matrix2d> solver(slope * covariance_ * slope.transpose() + noise);
+  const Eigen::Vector2d innovation = motion.before_px - predicted.uvd_px.head<2>();
+  if (innovation.dot(solver.solve(innovation)) > kMotionGate) {
+    return;
+  }
+  const Eigen::Matrix<double, 6, 2> gain = solver.solve(slope * covariance_).transpose();
+  const Vector6d correction = gain * innovation;
+  position_ += correction.head<3>();
+  velocity_ += correction.tail<3>();
+  const Matrix6d keep = Matrix6d::Identity() - gain * slope;
   covariance_ = keep * covariance_ * keep.transpose() + gain * noise * gain.transpose();
 }
 

@@ -11,6 +11,13 @@
 
 namespace kinetrace::trajectory {
 
+/// How what is seen of an object has moved in the left image since the frame before.
+struct ImageMotion {
+  Eigen::Vector2d now_px = Eigen::Vector2d::Zero();
+  Eigen::Vector2d before_px = Eigen::Vector2d::Zero();
+  int features = 0;  ///< That were tracked from frame to frame; these are their medians.
+};
+
 /// State: position and velocity in the world.
 class StereoPositionFilter {
  public:
@@ -36,6 +43,11 @@ class StereoPositionFilter {
   /// Takes in where it is seen by one eye, at the time of the last `predict` or `start`, its depth being what was
   /// expected: `sigma_m` is how far across the line of sight what is seen may lie from the point that is followed.
   void update_direction(const Eigen::Vector2d& uv_px, const Se3& T_world_cam, double sigma_m) noexcept;
+
+  /// Takes in how its features have moved within `interval_s`, up to the time of the last `predict` or `start`. Unlike
+  /// the middle of what is seen, they do not wander as more or less of it comes into sight. Skipped if implausible.
+  void update_motion(const ImageMotion& motion, double interval_s, const Se3& T_world_cam,
+                     const Se3& T_world_cam_before) noexcept;
 
   /// True if the last `update` found the object somewhere else and started again there.
   [[nodiscard]] bool jumped() const noexcept { return jumped_; }
