@@ -158,7 +158,7 @@ void ObjectState::measure_uncovered_part(const CameraState& camera) {
 }
 
 bool ObjectState::place(const StereoSighting& sighting, const CameraState& camera) {
-  if (sighting.features < config_.stereo_only_min_features || !camera.valid) {
+  if (sighting.agreeing < config_.stereo_only_min_features || !camera.valid) {
     return false;
   }
   const Eigen::Vector3d sighted_m = camera.T_world_cam * position_in_camera(geometry_, sighting);

@@ -14,6 +14,10 @@ constexpr std::size_t kMaxSightedFeatures = 256;  // Medians over more than this
 constexpr int kBesideX_px = 8;
 constexpr int kBesideY_px = 5;
 constexpr double kClearlyNearer = 1.1;
+// Disparities of one object differ by so much, or by this part.
+constexpr double kLeastSpread_px = 0.75;
+constexpr double kSpread = 0.1;
+constexpr std::size_t kDisparity = 2;  // Of a sighting's (u, v, disparity).
 
 double median(std::span<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -42,6 +46,13 @@ class Medians {
       medians[static_cast<Eigen::Index>(i)] = median(std::span(values_[i]).first(count_));
     }
     return medians;
+  }
+
+  /// How many values of one quantity lie within `spread` of `value`.
+  [[nodiscard]] int count_near(std::size_t quantity, double value, double spread) const noexcept {
+    const std::span<const double> values = std::span(values_[quantity]).first(count_);
+    return static_cast<int>(std::count_if(values.begin(), values.end(),
+                                          [&](double other) { return std::abs(other - value) <= spread; }));
   }
 
  private:
@@ -117,6 +128,8 @@ StereoSighting sight(const FeatureFrame& frame, LabelView labels, std::uint8_t l
   StereoSighting sighting;
   sighting.features = place.count();
   sighting.uvd_px = place.take();
+  sighting.agreeing = place.count_near(kDisparity, sighting.uvd_px[kDisparity],
+                                       std::max(kLeastSpread_px, kSpread * sighting.uvd_px[kDisparity]));
   sighting.motion.features = motion.count();
   const Eigen::Vector4d now_and_moved_px = motion.take();
   sighting.motion.now_px = now_and_moved_px.head<2>();

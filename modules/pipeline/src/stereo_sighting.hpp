@@ -15,6 +15,7 @@ namespace kinetrace::pipeline {
 struct StereoSighting {
   int features = 0;                                  ///< With a right match; 0: not seen.
   Eigen::Vector3d uvd_px = Eigen::Vector3d::Zero();  ///< Column, row and disparity of the point that stands for it.
+  int agreeing = 0;                                  ///< Features about as far away as that point.
   trajectory::ImageMotion motion;                    ///< Of those of its features that were there in the frame before.
 };
 
