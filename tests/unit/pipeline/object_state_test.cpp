@@ -148,6 +148,46 @@ TEST_F(ObjectStateTest, WaitsInItsDirectionWhileItHasNoPlace) {
   EXPECT_FALSE(object_.may_be_seen_as(reborn({90, 40, 96, 46}), camera_)) << "too far";
 }
 
+TEST_F(ObjectStateTest, HasNoPlaceWhereItsFeaturesDisagreeHowFarAwayItIs) {
+  std::vector<Feature> features = front({0.3, 0.2, 6.0});
+  features.resize(2);
+  features[0].u_right_px -= 0.2F * features[0].disparity_px();  // It blends with what is in front.
+  object_.begin(track(box_of(features)));
+  observe(object_, track(box_of(features)), features);
+  EXPECT_FALSE(object_.placed());
+  features[0] = features[1];
+  observe(object_, track(box_of(features)), features);
+  EXPECT_TRUE(object_.placed());
+}
+
+TEST_F(ObjectStateTest, ItsFeaturesTellHowItMovesWhileMoreAndMoreOfItIsSeen) {
+  // Two features at a time: too few to reconstruct it. Those seen last are the ones farthest back.
+  constexpr double kAcross_mps = -3.0;
+  constexpr int kFrames = 8;
+  const auto seen_in = [&](int frame, int part) {
+    std::vector<Feature> features = front({0.1 * kAcross_mps * frame - 0.1 * kAcross_mps * part, 0.2, 12.0});
+    features.resize(2);
+    return features;
+  };
+  for (int frame = 0; frame < kFrames; ++frame) {
+    std::vector<Feature> features = seen_in(frame, frame);
+    const std::vector<Feature> before = seen_in(frame - 1, frame);
+    for (std::size_t i = 0; i < features.size(); ++i) {
+      features[i].age_frames = frame > 0 ? 1 : 0;
+      features[i].previous_left_px = before[i].left_px;
+    }
+    if (frame == 0) {
+      object_.begin(track(box_of(features)));
+    }
+    observe(object_, track(box_of(features)), features);
+    camera_.T_world_cam_before = camera_.T_world_cam;
+  }
+  const double depth_m = object_.forecast(time_ns_, {}).depth_m;
+  const double shift_px = object_.forecast(time_ns_ + 1'000'000'000, {}).point_px.x() -
+                          object_.forecast(time_ns_, {}).point_px.x();
+  EXPECT_NEAR(shift_px * depth_m / geometry_.fx_px, kAcross_mps, 1.0);
+}
+
 TEST_F(ObjectStateTest, IsRatherWhatIsSeenInItsMiddleThanAnywhereOnIt) {
   const Eigen::Vector3d middle_m(0.3, 0.2, 6.0);
   const std::vector<Feature> features = front(middle_m);

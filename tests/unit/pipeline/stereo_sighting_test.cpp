@@ -60,6 +60,26 @@ TEST(StereoSighting, LeavesOutOtherBodiesAndWhatHasNoDisparityToSpeakOf) {
   EXPECT_EQ(sighting.uvd_px, Eigen::Vector3d(30.0, 40.0, 1.0));
 }
 
+TEST(StereoSighting, TellsHowManyAgreeHowFarAwayItIs) {
+  EXPECT_EQ(sight_of({}).agreeing, 0);
+  EXPECT_EQ(sight_of({feature_at(1.F, 1.F, 9.F), feature_at(1.F, 1.F, 7.F)}).agreeing, 1) << "blends with another";
+  EXPECT_EQ(sight_of({feature_at(1.F, 1.F, 3.F), feature_at(1.F, 1.F, 2.5F)}).agreeing, 2) << "noise";
+  EXPECT_EQ(sight_of({feature_at(1.F, 1.F, 40.F), feature_at(1.F, 1.F, 37.F)}).agreeing, 2) << "its two ends";
+}
+
+TEST(StereoSighting, TellsHowTheFeaturesMovedThatWereThereBefore) {
+  std::vector<Feature> features{feature_at(30.F, 40.F, 5.F), feature_at(50.F, 60.F, 5.F), feature_at(90.F, 90.F, 5.F)};
+  for (std::size_t i = 0; i < 2; ++i) {
+    features[i].age_frames = 3;
+    features[i].previous_left_px = features[i].left_px - Eigen::Vector2f(4.F, -2.F);
+  }
+  const StereoSighting sighting = sight_of(features);
+  EXPECT_EQ(sighting.features, 3);
+  EXPECT_EQ(sighting.motion.features, 2) << "the third is new";
+  EXPECT_EQ(sighting.motion.now_px, Eigen::Vector2d(50.0, 160.0)) << "rows of the left image";
+  EXPECT_EQ(sighting.motion.before_px, Eigen::Vector2d(46.0, 162.0));
+}
+
 /// The object on the left, another one from column 60 on, which is seen at 20 px.
 class StereoSightingBesideAnother : public ::testing::Test {
  protected:
@@ -103,7 +123,7 @@ TEST(StereoSighting, LiesWhereTheRigProjectsItFrom) {
   const StereoGeometry rig = test::small_rig();
   const Eigen::Vector3d p_cam(1.5, -0.4, 8.0);
   const Eigen::Vector3d uvr = rig.project(p_cam);
-  EXPECT_TRUE(position_in_camera(rig, {3, {uvr.x(), uvr.y(), uvr.x() - uvr.z()}}).isApprox(p_cam, 1e-12));
+  EXPECT_TRUE(position_in_camera(rig, {.features = 3, .uvd_px = {uvr.x(), uvr.y(), uvr.x() - uvr.z()}, .agreeing = 3, .motion = {}}).isApprox(p_cam, 1e-12));
 }
 
 /// 20 x 10 pixels with a triangle of `kLabel`: row y has the columns 4 to 4 + y.

@@ -113,5 +113,22 @@ TEST(HiddenMask, StereoTellsWhichIsInFrontWhereMasksErr) {
   EXPECT_NEAR(scene.track_of(1)->visible_part, kVisiblePart, 0.12);
 }
 
+TEST(HiddenMask, KeepsItsShapeWhileWhatHidesItIsNotDetected) {
+  TrackerScene scene({}, 24);
+  (void)visible_part_after(scene, 4);
+  // The wall hides more of it, and is missed: between what is seen of the car and where the wall was is nothing.
+  Shape higher = kWall;
+  for (int i = 0; i < 3; ++i) {
+    higher.y -= 3.0;
+    scene.detected = {false, true};
+    scene.step(std::array{higher, kFarCar});
+  }
+  scene.detected.clear();
+  scene.step(std::array{kWall, kFarCar});
+  ASSERT_NE(scene.track_of(1), nullptr);
+  EXPECT_EQ(scene.track_of(1)->id, 2U);
+  EXPECT_NEAR(scene.track_of(1)->visible_part, kVisiblePart, 0.12);
+}
+
 }  // namespace
 }  // namespace kinetrace::tracking

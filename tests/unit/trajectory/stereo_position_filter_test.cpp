@@ -70,6 +70,59 @@ TEST(StereoPositionFilter, ADirectionSaysNothingOfWhatIsBehindTheCameraOrUnknown
   EXPECT_EQ(filter.position_m(), behind);
 }
 
+/// A camera that drives past something at 60 m. More and more of it comes into sight from behind something else: the
+/// middle of what is seen stays where it is, while it goes at 4 m/s.
+class StereoPositionFilterBehind : public ::testing::Test {
+ protected:
+  static constexpr double kFrame_s = 1e-9 * kFrame_ns;
+  const Eigen::Vector3d velocity_{-4.0, 0.0, 0.0};
+
+  static Se3 camera(int frame) { return {so3_exp({0.0, 0.002 * frame, 0.0}), {0.0, 0.0, 0.8 * frame}}; }
+  [[nodiscard]] Eigen::Vector3d corner(int frame) const {
+    return Eigen::Vector3d(8.0, 1.0, 60.0) + frame * kFrame_s * velocity_;
+  }
+  [[nodiscard]] ImageMotion motion(int frame) const {
+    return {.now_px = see(camera(frame), corner(frame)).head<2>(),
+            .before_px = see(camera(frame - 1), corner(frame - 1)).head<2>(),
+            .features = 4};
+  }
+  /// After eight frames, told of their features' motion or not.
+  [[nodiscard]] StereoPositionFilter filter_after(bool told) const {
+    StereoPositionFilter filter({}, kGeometry);
+    for (int frame = 0; frame <= 8; ++frame) {
+      filter.predict(frame * kFrame_ns);
+      if (told && frame > 0) {
+        filter.update_motion(motion(frame), kFrame_s, camera(frame), camera(frame - 1));
+      }
+      EXPECT_TRUE(filter.update(see(camera(frame), corner(0)), 4, camera(frame), 2.0));
+    }
+    return filter;
+  }
+};
+
+TEST_F(StereoPositionFilterBehind, FeaturesTellHowFastItGoesWhateverIsSeenOfIt) {
+  EXPECT_LT((filter_after(true).velocity_mps() - velocity_).head<2>().norm(), 0.5);
+  EXPECT_GT((filter_after(false).velocity_mps() - velocity_).head<2>().norm(), 3.0) << "what is seen does not move";
+}
+
+TEST_F(StereoPositionFilterBehind, TakesNoMotionThatCannotBeItsOwn) {
+  StereoPositionFilter filter = filter_after(true);
+  const StereoPositionFilter before = filter;
+  ImageMotion wrong = motion(8);
+  wrong.before_px.x() += 60.0;
+  filter.update_motion(wrong, kFrame_s, camera(8), camera(7));
+  EXPECT_EQ(filter.velocity_mps(), before.velocity_mps());
+  filter.update_motion({.now_px = {1.0, 1.0}, .before_px = {1.0, 1.0}, .features = 0}, kFrame_s, camera(8), camera(7));
+  EXPECT_EQ(filter.velocity_mps(), before.velocity_mps()) << "no features";
+  filter.update_motion(motion(8), 0.0, camera(8), camera(7));
+  EXPECT_EQ(filter.velocity_mps(), before.velocity_mps()) << "no time";
+  filter.update_motion(motion(8), kFrame_s, {so3_exp({0.0, 3.0, 0.0}), {0.0, 0.0, 6.4}}, camera(7));
+  EXPECT_EQ(filter.velocity_mps(), before.velocity_mps()) << "behind the camera";
+  StereoPositionFilter unstarted({}, kGeometry);
+  unstarted.update_motion(motion(8), kFrame_s, camera(8), camera(7));
+  EXPECT_FALSE(unstarted.initialised());
+}
+
 TEST(StereoPositionFilter, CovarianceIsThatOfStereo) {
   TrajectoryConfig config;
   config.stereo_sigma_px = 0.5;
