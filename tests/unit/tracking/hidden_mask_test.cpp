@@ -116,13 +116,10 @@ TEST(HiddenMask, StereoTellsWhichIsInFrontWhereMasksErr) {
 TEST(HiddenMask, KeepsItsShapeWhileWhatHidesItIsNotDetected) {
   TrackerScene scene({}, 24);
   (void)visible_part_after(scene, 4);
-  // The wall hides more of it, and is missed: between what is seen of the car and where the wall was is nothing.
-  Shape higher = kWall;
-  for (int i = 0; i < 3; ++i) {
-    higher.y -= 3.0;
-    scene.detected = {false, true};
-    scene.step(std::array{higher, kFarCar});
-  }
+  // Something on the wall hides more of it, and all of that is missed: what lies between is nobody's.
+  const Shape on_the_wall{.x = 300.0, .y = 86.0, .half_width = 20.0, .half_height = 4.0, .disparity_px = 20.0};
+  scene.detected = {false, true, false};
+  scene.step(std::array{kWall, kFarCar, on_the_wall});
   scene.detected.clear();
   scene.step(std::array{kWall, kFarCar});
   ASSERT_NE(scene.track_of(1), nullptr);
