@@ -56,15 +56,40 @@ inline Mask operator!(Mask a) noexcept {
   return {~a.v};
 }
 
+inline Floats select(Mask mask, Floats yes, Floats no) noexcept {
+  return mask.v ? yes.v : no.v;
+}
+
+/// Of values that fit 32 bits, cut off towards zero.
+inline IntVector truncated(Floats x) noexcept {
+  return __builtin_convertvector(x.v, IntVector);
+}
+inline Floats to_floats(IntVector x) noexcept {
+  return __builtin_convertvector(x, FloatVector);
+}
+
+// One instruction each where there is one: compilers make several of the vector operators.
+#ifdef __AVX__
 /// Whether the mask holds in any lane.
+inline bool any(Mask mask) noexcept {
+  return __builtin_ia32_movmskps256(reinterpret_cast<FloatVector>(mask.v)) != 0;
+}
+inline Floats min(Floats a, Floats b) noexcept {
+  return __builtin_ia32_minps256(b.v, a.v);
+}
+inline Floats max(Floats a, Floats b) noexcept {
+  return __builtin_ia32_maxps256(b.v, a.v);
+}
+/// Of values that fit 32 bits.
+inline Floats floor_of(Floats x) noexcept {
+  constexpr int kDown = 1;
+  return __builtin_ia32_roundps256(x.v, kDown);
+}
+#else
 inline bool any(Mask mask) noexcept {
   std::int64_t parts[kLanes / 2];
   __builtin_memcpy(parts, &mask.v, sizeof parts);
   return ((parts[0] | parts[1]) | (parts[2] | parts[3])) != 0;
-}
-
-inline Floats select(Mask mask, Floats yes, Floats no) noexcept {
-  return mask.v ? yes.v : no.v;
 }
 inline Floats min(Floats a, Floats b) noexcept {
   return b.v < a.v ? b.v : a.v;
@@ -72,6 +97,12 @@ inline Floats min(Floats a, Floats b) noexcept {
 inline Floats max(Floats a, Floats b) noexcept {
   return a.v < b.v ? b.v : a.v;
 }
+inline Floats floor_of(Floats x) noexcept {
+  const IntVector towards_zero = truncated(x);
+  return to_floats(towards_zero + (to_floats(towards_zero).v > x.v));
+}
+#endif
+
 inline Floats clamp(Floats x, float low, float high) noexcept {
   return min(max(x, low), high);
 }
@@ -88,21 +119,6 @@ inline Floats sqrt(Floats x) noexcept {
 /// Length of the vector (x, y).
 inline Floats length(Floats x, Floats y) noexcept {
   return sqrt(x * x + y * y);
-}
-/// Of values that fit 32 bits, cut off towards zero.
-inline IntVector truncated(Floats x) noexcept {
-  return __builtin_convertvector(x.v, IntVector);
-}
-inline Floats to_floats(IntVector x) noexcept {
-  return __builtin_convertvector(x, FloatVector);
-}
-inline IntVector floored(Floats x) noexcept {
-  const IntVector towards_zero = truncated(x);
-  return towards_zero + (to_floats(towards_zero).v > x.v);
-}
-/// Also of values that fit 32 bits.
-inline Floats floor_of(Floats x) noexcept {
-  return to_floats(floored(x));
 }
 /// Of whole numbers.
 inline Mask is_even(Floats x) noexcept {

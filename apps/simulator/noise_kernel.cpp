@@ -17,9 +17,14 @@ Floats smooth(Floats t) noexcept {
   return t * t * t * (t * (t * 6.F - 15.F) + 10.F);
 }
 
-// The lattice value at a corner, in [-2^31, 2^31).
+// The first step of a corner's hash. It takes the parts of a key one by one: folded and then joined by exclusive or,
+// they are what they would be joined and then folded.
+WordVector folded(WordVector key) noexcept {
+  return key ^ (key >> 15);
+}
+
+// The lattice value at a corner, in [-2^31, 2^31), from its folded key.
 Floats corner(WordVector key) noexcept {
-  key ^= key >> 15;
   key *= 0x2c1b3c6dU;
   key ^= key >> 12;
   key *= 0x297a2d39U;
@@ -32,18 +37,19 @@ Floats blend(Floats a, Floats b, Floats t) noexcept {
 
 // In [-1, 1); `point` in cells.
 Floats value_noise(const Vec3& point, std::uint32_t seed) noexcept {
-  const IntVector ix = floored(point.x);
-  const IntVector iy = floored(point.y);
-  const IntVector iz = floored(point.z);
-  const Floats tx = smooth(point.x - to_floats(ix));
-  const Floats ty = smooth(point.y - to_floats(iy));
-  const Floats tz = smooth(point.z - to_floats(iz));
-  const WordVector kx = to_words(ix) * kStepX + seed;
-  const WordVector ky = to_words(iy) * kStepY;
-  const WordVector kz = to_words(iz) * kStepZ;
-  const WordVector kx1 = kx + kStepX;
-  const WordVector ky1 = ky + kStepY;
-  const WordVector kz1 = kz + kStepZ;
+  const Vec3 cell{floor_of(point.x), floor_of(point.y), floor_of(point.z)};
+  const Floats tx = smooth(point.x - cell.x);
+  const Floats ty = smooth(point.y - cell.y);
+  const Floats tz = smooth(point.z - cell.z);
+  const WordVector place_x = to_words(truncated(cell.x)) * kStepX + seed;
+  const WordVector place_y = to_words(truncated(cell.y)) * kStepY;
+  const WordVector place_z = to_words(truncated(cell.z)) * kStepZ;
+  const WordVector kx = folded(place_x);
+  const WordVector ky = folded(place_y);
+  const WordVector kz = folded(place_z);
+  const WordVector kx1 = folded(place_x + kStepX);
+  const WordVector ky1 = folded(place_y + kStepY);
+  const WordVector kz1 = folded(place_z + kStepZ);
   const Floats near_low = blend(corner(kx ^ ky ^ kz), corner(kx1 ^ ky ^ kz), tx);
   const Floats near_high = blend(corner(kx ^ ky1 ^ kz), corner(kx1 ^ ky1 ^ kz), tx);
   const Floats far_low = blend(corner(kx ^ ky ^ kz1), corner(kx1 ^ ky ^ kz1), tx);
