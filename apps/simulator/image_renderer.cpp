@@ -1,6 +1,7 @@
 #include "image_renderer.hpp"
 
 #include <algorithm>
+#include <array>
 #include <span>
 
 #include "parallel.hpp"
@@ -56,7 +57,7 @@ class TileRenderer {
   void shade(std::size_t slot, const Share& share) {
     const TileSampler::Content content = sampler_.pixel(slot).content;
     if (content == TileSampler::Content::kMixed) {
-      return shade_mixed(sampler_.samples(slot), share);
+      return shade_mixed(slot, share);
     }
     const Sample& centre = sampler_.centre(slot);
     if (centre.paint == nullptr) {
@@ -66,49 +67,54 @@ class TileRenderer {
     if (const float stretch = stretch_of(centre); content == TileSampler::Content::kTriangle && stretch > kElongated) {
       shade_continued(slot, stretch, share);
     } else {
-      shade_together({&centre, 1}, stretch, share);
+      const Sample* only = &centre;
+      shade_together({&only, 1}, stretch, share);
     }
   }
 
+  // Samples of one pixel.
+  using Group = std::span<const Sample* const>;
+
   // A pixel of several surfaces: their samples are brought together and weighed by their number.
-  void shade_mixed(std::span<Sample> samples, const Share& share) {
+  void shade_mixed(std::size_t slot, const Share& share) {
+    const std::span<const Sample> samples = sampler_.samples(slot);
     const Share each = share.times(1.F / static_cast<float>(samples.size()));
-    while (!samples.empty()) {
+    std::array<const Sample*, kMostSamples> sorted{};
+    std::transform(samples.begin(), samples.end(), sorted.begin(), [](const Sample& sample) { return &sample; });
+    const auto end = sorted.begin() + samples.size();
+    for (auto first = sorted.begin(); first != end;) {
       const auto others =
-          std::partition(samples.begin() + 1, samples.end(),
-                         [&first = samples.front()](const Sample& sample) { return alike(sample, first); });
-      const auto count = static_cast<std::size_t>(others - samples.begin());
-      const std::span<const Sample> group = samples.first(count);
-      shade_alike(group, each);
-      samples = samples.subspan(count);
+          std::partition(first + 1, end, [first](const Sample* sample) { return alike(*sample, **first); });
+      shade_alike({first, others}, each);
+      first = others;
     }
   }
 
   // `share` is that of one sample.
-  void shade_alike(std::span<const Sample> group, const Share& share) {
+  void shade_alike(Group group, const Share& share) {
     const Share all = share.times(static_cast<float>(group.size()));
-    if (group.front().paint == nullptr) {
+    if (group.front()->paint == nullptr) {
       return shade_sky(group, all);
     }
-    if (const float stretch = stretch_of(group.front()); stretch > kElongated) {
+    if (const float stretch = stretch_of(*group.front()); stretch > kElongated) {
       shade_each(group, stretch, share);
     } else {
       shade_together(group, stretch, all);
     }
   }
 
-  void shade_sky(std::span<const Sample> group, const Share& share) {
-    Vector3f direction = group.front().direction;
-    for (const Sample& sample : group.subspan(1)) {
-      direction += sample.direction;
+  void shade_sky(Group group, const Share& share) {
+    Vector3f direction = group.front()->direction;
+    for (const Sample* sample : group.subspan(1)) {
+      direction += sample->direction;
     }
     queue_.add_sky(direction, share.weight, share.pixel);
   }
 
-  void shade_each(std::span<const Sample> group, float stretch, const Share& share) {
-    const float footprint_m = strip_width_m(group.front(), stretch);
-    for (const Sample& sample : group) {
-      shade(sample, sample.direction, sample.local, footprint_m, share);
+  void shade_each(Group group, float stretch, const Share& share) {
+    const float footprint_m = strip_width_m(*group.front(), stretch);
+    for (const Sample* sample : group) {
+      shade(*sample, {sample->local, footprint_m, sample->normal, sample->direction, sample->in_sun}, share);
     }
   }
 
@@ -130,29 +136,31 @@ class TileRenderer {
     return sample.distance * rays_.pixel_rad() * std::max(1.F, length);
   }
 
-  void shade_together(std::span<const Sample> group, float stretch, const Share& share) {
-    Sample mean = group.front();
-    for (const Sample& sample : group.subspan(1)) {
-      mean.direction += sample.direction;
-      mean.local.numbers() += sample.local.numbers();
-      mean.normal += sample.normal;
-      mean.in_sun += sample.in_sun;
+  void shade_together(Group group, float stretch, const Share& share) {
+    const Sample& first = *group.front();
+    const float width_m = first.distance * rays_.pixel_rad();
+    ShadedPoint mean{first.local, 0.5F * width_m * (1.F + stretch), first.normal, first.direction, first.in_sun};
+    for (const Sample* sample : group.subspan(1)) {
+      mean.ray += sample->direction;
+      mean.local.numbers() += sample->local.numbers();
+      mean.normal += sample->normal;
+      mean.in_sun += sample->in_sun;
     }
-    const auto count = static_cast<float>(group.size());
-    mean.local.numbers() /= count;
+    if (group.size() > 1) {
+      const auto count = static_cast<float>(group.size());
+      mean.local.numbers() /= count;
+      mean.in_sun /= count;
+    }
     mean.normal.normalize();
-    mean.in_sun /= count;
-    const float width_m = mean.distance * rays_.pixel_rad();
-    shade(mean, mean.direction, mean.local, 0.5F * width_m * (1.F + stretch), share);
+    shade(first, mean, share);
   }
 
   // A point on the surface that `sample` met.
-  void shade(const Sample& sample, const Vector3f& direction, SurfacePoint point, float footprint_m,
-             const Share& share) {
+  void shade(const Sample& sample, ShadedPoint point, const Share& share) {
     if (sample.part == 0) {
-      point.position += texture_origin_;
+      point.local.position += texture_origin_;
     }
-    queue_.add(*sample.paint, {point, footprint_m, sample.normal, direction, sample.in_sun}, share.weight, share.pixel);
+    queue_.add(*sample.paint, point, share.weight, share.pixel);
   }
 
   const RayWorld& world_;

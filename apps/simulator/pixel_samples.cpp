@@ -20,7 +20,8 @@ constexpr std::uint32_t kSky = TileGrid::kOutside - 2;
 }  // namespace
 
 TileSampler::TileSampler(const RayWorld& world, const SampleRays& rays, const EyePose& eye)
-    : world_(world),
+    : R_scene_eye_(eye.T_scene_eye.rotation.cast<float>()),
+      world_(world),
       rays_(rays),
       count_(static_cast<std::size_t>(rays.samples())),
       origin_(eye.T_scene_eye.translation.cast<float>()),
@@ -28,7 +29,6 @@ TileSampler::TileSampler(const RayWorld& world, const SampleRays& rays, const Ey
       to_sun_(world.scene().light.to_sun.normalized()),
       actors_in_view_(world.actors_in_view(eye.T_scene_eye)),
       samples_(kTilePixels * (count_ + 1)) {
-  R_scene_eye_.topRows<3>() = eye.T_scene_eye.rotation.cast<float>().array();
   for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
     eye_queue_.packet.set_origin(i, origin_);
   }
@@ -69,10 +69,9 @@ void TileSampler::place(int x0, int y0) {
 // The probes, too: so close to the centres, they take the same way through the tree.
 void TileSampler::trace_centres() {
   for (const std::size_t slot : filled_) {
-    const Pixel& pixel = pixels_[slot];
-    queue_ray(rays_.centre(pixel.x, pixel.y), own_centre(slot));
+    queue_ray(slot, count_);
     if (count_ == kProbedCount) {
-      queue_sample(slot, pixel.probe);
+      queue_ray(slot, pixels_[slot].probe);
     }
   }
   trace_queue();
@@ -131,30 +130,22 @@ void TileSampler::locate_samples(std::size_t slot) {
   }
 }
 
-void TileSampler::queue_ray(const Eigen::Vector2f& ray, Sample& sample) {
-  const Eigen::Array4f along = R_scene_eye_.col(0) * (ray.x() + principal_shift_.x()) +
-                               R_scene_eye_.col(1) * (ray.y() + principal_shift_.y()) + R_scene_eye_.col(2);
-  sample.direction = along.head<3>();
-  sample.paint = nullptr;
-  sample.in_sun = 0.F;
-  sample.located = false;
+void TileSampler::queue_ray(std::size_t slot, std::size_t index) {
+  const Pixel& pixel = pixels_[slot];
   RayPacket& packet = eye_queue_.packet;
-  packet.set_direction(packet.count, sample.direction);
-  eye_queue_.samples[packet.count] = &sample;
+  const auto place = static_cast<Eigen::Index>(packet.count);
+  queued_x_[place] = rays_.xs(pixel.x, pixel.y)[index];
+  queued_y_[place] = rays_.ys(pixel.x, pixel.y)[index];
+  eye_queue_.samples[packet.count] = &sample_of(slot, index);
   if (++packet.count == RayPacket::kSize) {
     trace_queue();
   }
 }
 
-void TileSampler::queue_sample(std::size_t slot, std::size_t index) {
-  const Pixel& pixel = pixels_[slot];
-  queue_ray(rays_.at(pixel.x, pixel.y, static_cast<int>(index)), sample_of(slot, index));
-}
-
 void TileSampler::queue_samples(std::size_t slot) {
   for (std::size_t s = 0; s < count_; ++s) {
     if (count_ != kProbedCount || s != pixels_[slot].probe) {
-      queue_sample(slot, s);
+      queue_ray(slot, s);
     }
   }
 }
@@ -188,7 +179,7 @@ bool TileSampler::shows_one_triangle(std::size_t slot) const {
   }
   // At the tile's edge the triangle is continued: not so near the horizon that a ray may miss its plane.
   const Sample& first = centre(slot);
-  return triangle == kSky || (world_.parts()[0].faces[triangle].flat &&
+  return triangle == kSky || (world_.parts()[0].facets[triangle].flat &&
                               std::abs(first.face_normal.dot(first.direction)) > 0.01F * first.direction.norm());
 }
 
@@ -200,31 +191,7 @@ bool TileSampler::shows_one_surface(std::size_t slot) {
   });
 }
 
-SurfaceStrip TileSampler::continued(std::size_t slot) const {
-  const Pixel& pixel = pixels_[slot];
-  const Sample& known = centre(slot);
-  const RayWorld::UvSlope& uv_slope = world_.parts()[0].uv_slopes[known.triangle];
-  const Vector3f from_eye = known.distance * known.direction;
-  const float height = known.face_normal.dot(from_eye);
-  const StripLanes x = StripLanes::Map(rays_.xs(pixel.x, pixel.y)) + principal_shift_.x();
-  const StripLanes y = StripLanes::Map(rays_.ys(pixel.x, pixel.y)) + principal_shift_.y();
-  const auto along = [&](int axis) -> StripLanes {
-    return R_scene_eye_(axis, 0) * x + R_scene_eye_(axis, 1) * y + R_scene_eye_(axis, 2);
-  };
-  const auto dot = [](const auto& a, const Strip3& b) -> StripLanes { return a[0] * b.x + a[1] * b.y + a[2] * b.z; };
-  SurfaceStrip strip;
-  strip.ray = {along(0), along(1), along(2)};
-  const StripLanes distance = height / dot(known.face_normal, strip.ray);
-  const Strip3 step{distance * strip.ray.x - from_eye.x(), distance * strip.ray.y - from_eye.y(),
-                    distance * strip.ray.z - from_eye.z()};
-  strip.position = {step.x + known.local.position.x(), step.y + known.local.position.y(),
-                    step.z + known.local.position.z()};
-  strip.u = known.local.uv.x() + dot(uv_slope.row(0), step);
-  strip.v = known.local.uv.y() + dot(uv_slope.row(1), step);
-  return strip;
-}
-
-// The same, to be shadowed one by one.
+// A triangle's samples, to be shadowed one by one.
 void TileSampler::continue_samples(std::size_t slot) {
   const Sample& known = centre(slot);
   const SurfaceStrip strip = continued(slot);
@@ -234,15 +201,30 @@ void TileSampler::continue_samples(std::size_t slot) {
     sample.direction = strip.ray.at(s);
     sample.local.position = strip.position.at(s);
     sample.local.uv = strip.uv_at(s);
-    sample.scene_position = sample.local.position;
+  }
+}
+
+// All rays at once, whether they are queued or not.
+void TileSampler::aim_queue() {
+  const Column x = queued_x_ + principal_shift_.x();
+  const Column y = queued_y_ + principal_shift_.y();
+  RayPacket& packet = eye_queue_.packet;
+  const std::array<float*, 3> along{packet.direction_x.data(), packet.direction_y.data(), packet.direction_z.data()};
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    Column::Map(along[static_cast<std::size_t>(axis)]) =
+        R_scene_eye_(axis, 0) * x + R_scene_eye_(axis, 1) * y + R_scene_eye_(axis, 2);
   }
 }
 
 void TileSampler::trace_queue() {
+  aim_queue();
   RayPacket& packet = eye_queue_.packet;
   world_.trace(packet, reach_);
   for (std::size_t i = 0; i < packet.count; ++i) {
     Sample& sample = *eye_queue_.samples[i];
+    sample.direction = {packet.direction_x[i], packet.direction_y[i], packet.direction_z[i]};
+    sample.paint = nullptr;
+    sample.in_sun = 0.F;
     sample.part = packet.part[i];
     sample.triangle = packet.triangle[i];
     sample.distance = packet.distance[i];
@@ -254,31 +236,26 @@ void TileSampler::trace_queue() {
 
 // Once for each sample.
 void TileSampler::locate(Sample& sample) const {
-  if (sample.located || sample.part == RayPacket::kMiss) {
+  if (sample.paint != nullptr || sample.part == RayPacket::kMiss) {
     return;
   }
-  sample.located = true;
   const RayWorld::Part& part = world_.parts()[sample.part];
-  const Mesh::Triangle& triangle = part.mesh->triangles[sample.triangle];
-  const RayWorld::Face& face = part.faces[sample.triangle];
-  const Mesh::Vertex& a = part.mesh->vertices[triangle.corners[0]];
-  const Mesh::Vertex& b = part.mesh->vertices[triangle.corners[1]];
-  const Mesh::Vertex& c = part.mesh->vertices[triangle.corners[2]];
+  const RayWorld::Facet& facet = part.facets[sample.triangle];
+  const auto& [a, b, c] = facet.corners;
   const float u = sample.u;
   const float v = sample.v;
   const float w = 1.F - u - v;
-  sample.paint = &triangle.paint;
+  sample.paint = &facet.paint;
   // Position, normal and uv at once.
   sample.local.numbers() = w * a.numbers() + u * b.numbers() + v * c.numbers();
-  sample.local.normal = face.flat ? face.normal : sample.local.normal.normalized();
-  sample.scene_position = origin_ + sample.distance * sample.direction;
+  sample.local.normal = facet.flat ? facet.normal : sample.local.normal.normalized();
   // The static world's frame is the scene's.
   const bool turned = sample.part != 0;
-  sample.face_normal = turned ? Vector3f(part.R_scene_part * face.normal) : face.normal;
+  sample.face_normal = turned ? Vector3f(part.R_scene_part * facet.normal) : facet.normal;
   if (sample.face_normal.dot(sample.direction) > 0.F) {
     sample.face_normal = -sample.face_normal;
   }
-  if (face.flat) {
+  if (facet.flat) {
     sample.normal = sample.face_normal;
     return;
   }
@@ -344,19 +321,29 @@ void TileSampler::sample_shadow_edges() {
   trace_queue();
   for (const std::size_t slot : open_) {
     locate_samples(slot);
-    const std::span<Sample> all = samples(slot);
-    std::for_each(all.begin(), all.end(), [&](Sample& sample) { queue_shadow(sample); });
+    for (Sample& sample : samples(slot)) {
+      // The continued ones lie in the triangle's plane to the last bit.
+      if (pixels_[slot].content == Content::kTriangle) {
+        queue_shadow(sample, sample.local.position);
+      } else {
+        queue_shadow(sample);
+      }
+    }
     pixels_[slot].content = Content::kMixed;
   }
   trace_shadow_queue();
 }
 
-void TileSampler::queue_shadow(Sample& sample) {
+Vector3f TileSampler::scene_position(const Sample& sample) const {
+  return origin_ + sample.distance * sample.direction;
+}
+
+void TileSampler::queue_shadow(Sample& sample, const Vector3f& scene_position) {
   if (sample.paint == nullptr || !(sample.face_normal.dot(to_sun_) > 0.F) || !(sample.normal.dot(to_sun_) > 0.F)) {
     return;
   }
   RayPacket& packet = sun_queue_.packet;
-  packet.set_origin(packet.count, sample.scene_position + kShadowOffset_m * sample.face_normal);
+  packet.set_origin(packet.count, scene_position + kShadowOffset_m * sample.face_normal);
   sun_queue_.samples[packet.count] = &sample;
   if (++packet.count == RayPacket::kSize) {
     trace_shadow_queue();

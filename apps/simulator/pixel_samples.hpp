@@ -19,22 +19,23 @@
 
 namespace kinetrace::simulator {
 
-/// One ray of one pixel and what it met.
-struct Sample {
+/// One ray of one pixel and what it met. Two cache lines; of a ray that only tells what is there, the first is enough.
+struct alignas(64) Sample {
   Eigen::Vector3f direction;              ///< Scene frame; not of unit length.
   std::uint32_t part = RayPacket::kMiss;  ///< Index into RayWorld::parts().
   std::uint32_t triangle = RayPacket::kMiss;
-  const Paint* paint = nullptr;  ///< None for the sky.
-  float distance = 0.F;          ///< In units of the direction's length.
-  float u = 0.F;                 ///< Barycentric coordinates of the triangle's second and third corner.
+  float distance = 0.F;  ///< In units of the direction's length.
+  float u = 0.F;         ///< Barycentric coordinates of the triangle's second and third corner.
   float v = 0.F;
-  float in_sun = 0.F;    ///< 1 where nothing stands between the surface and the sun.
-  bool located = false;  ///< What follows is known.
-  Eigen::Vector3f scene_position;
-  Eigen::Vector3f face_normal;  ///< Of the triangle, scene frame, towards the viewer.
-  Eigen::Vector3f normal;       ///< Interpolated, scene frame.
-  SurfacePoint local;           ///< In the part's frame.
+  const Paint* paint = nullptr;  ///< None for the sky, and while what follows is not known.
+  float in_sun = 0.F;            ///< 1 where nothing stands between the surface and the sun.
+  Eigen::Vector3f normal;        ///< Interpolated, scene frame.
+  Eigen::Vector3f face_normal;   ///< Of the triangle, scene frame, towards the viewer.
+  SurfacePoint local;            ///< In the part's frame.
 };
+
+/// As many as a pixel may have.
+inline constexpr std::size_t kMostSamples = 16;
 
 /// On the same smooth piece of the same surface.
 [[nodiscard]] inline bool alike(const Sample& a, const Sample& b) {
@@ -80,10 +81,10 @@ class TileSampler {
   [[nodiscard]] std::span<const std::size_t> filled() const noexcept { return filled_; }
   [[nodiscard]] const Pixel& pixel(std::size_t slot) const noexcept { return pixels_[slot]; }
   /// The ray through the pixel's centre. What light falls there is known unless the content is mixed.
-  [[nodiscard]] const Sample& centre(std::size_t slot) const noexcept { return samples_[slot * (count_ + 1)]; }
+  [[nodiscard]] const Sample& centre(std::size_t slot) const noexcept { return sample_of(slot, count_); }
   /// All samples of a mixed pixel.
   [[nodiscard]] std::span<Sample> samples(std::size_t slot) noexcept {
-    return std::span(samples_).subspan(slot * (count_ + 1) + 1, count_);
+    return std::span(samples_).subspan(slot * (count_ + 1), count_);
   }
   /// Where the rays of the samples meet the triangle that a pixel shows.
   [[nodiscard]] SurfaceStrip continued(std::size_t slot) const;
@@ -94,14 +95,15 @@ class TileSampler {
     RayPacket packet;
     std::array<Sample*, RayPacket::kSize> samples{};
   };
+  using Column = Eigen::Array<float, RayPacket::kSize, 1>;
 
   void place(int x0, int y0);
   [[nodiscard]] RayWorld::Reach reach_of_tile() const;
   void trace_centres();
   void trace_contents();
-  void queue_ray(const Eigen::Vector2f& ray, Sample& sample);
-  void queue_sample(std::size_t slot, std::size_t index);
+  void queue_ray(std::size_t slot, std::size_t index);
   void queue_samples(std::size_t slot);
+  void aim_queue();
   void trace_queue();
   void locate(Sample& sample) const;
   void locate_samples(std::size_t slot);
@@ -112,23 +114,28 @@ class TileSampler {
   void continue_samples(std::size_t slot);
   void cast_shadows();
   void sample_shadow_edges();
-  void queue_shadow(Sample& sample);
+  [[nodiscard]] Eigen::Vector3f scene_position(const Sample& sample) const;
+  void queue_shadow(Sample& sample) { queue_shadow(sample, scene_position(sample)); }
+  void queue_shadow(Sample& sample, const Eigen::Vector3f& scene_position);
   void trace_shadow_queue();
 
-  [[nodiscard]] Sample& own_centre(std::size_t slot) noexcept { return samples_[slot * (count_ + 1)]; }
   [[nodiscard]] Sample& sample_of(std::size_t slot, std::size_t index) noexcept {
-    return samples_[slot * (count_ + 1) + 1 + index];
+    return samples_[slot * (count_ + 1) + index];
   }
+  [[nodiscard]] const Sample& sample_of(std::size_t slot, std::size_t index) const noexcept {
+    return samples_[slot * (count_ + 1) + index];
+  }
+  [[nodiscard]] Sample& own_centre(std::size_t slot) noexcept { return sample_of(slot, count_); }
   [[nodiscard]] Sample& own_probe(std::size_t slot) noexcept { return sample_of(slot, pixels_[slot].probe); }
-  [[nodiscard]] const Sample& probe(std::size_t slot) const noexcept {
-    return samples_[slot * (count_ + 1) + 1 + pixels_[slot].probe];
-  }
+  [[nodiscard]] const Sample& probe(std::size_t slot) const noexcept { return sample_of(slot, pixels_[slot].probe); }
   static std::size_t probe_of(std::size_t slot) noexcept;
 
   Queue eye_queue_;  // All rays start at the eye.
   Queue sun_queue_;
   TileGrid grid_;
-  Eigen::Array<float, 4, 3> R_scene_eye_ = Eigen::Array<float, 4, 3>::Zero();  // Three rows; four go at once.
+  Column queued_x_ = Column::Zero();  // Of the eye queue's rays, normalised image coordinates.
+  Column queued_y_ = Column::Zero();
+  Eigen::Matrix3f R_scene_eye_;
   const RayWorld& world_;
   const SampleRays& rays_;
   std::size_t count_;  // Samples of a pixel.
@@ -139,8 +146,33 @@ class TileSampler {
   RayWorld::Reach reach_ = RayWorld::Reach::kEverything;  // Of the tile's rays.
   std::array<Pixel, kTilePixels> pixels_{};
   std::vector<std::size_t> filled_;
-  std::vector<Sample> samples_;    // Of each pixel the centre, then its samples.
+  std::vector<Sample> samples_;    // Of each pixel its samples, then the centre: as SampleRays has them.
   std::vector<std::size_t> open_;  // Slots of pixels whose light is not known yet.
 };
+
+// Here for the sake of its caller, into which it is compiled.
+inline SurfaceStrip TileSampler::continued(std::size_t slot) const {
+  const Pixel& pixel = pixels_[slot];
+  const Sample& known = centre(slot);
+  const RayWorld::UvSlope& uv_slope = world_.parts()[0].uv_slopes[known.triangle];
+  const Eigen::Vector3f from_eye = known.distance * known.direction;
+  const float height = known.face_normal.dot(from_eye);
+  const StripLanes x = StripLanes::Map(rays_.xs(pixel.x, pixel.y)) + principal_shift_.x();
+  const StripLanes y = StripLanes::Map(rays_.ys(pixel.x, pixel.y)) + principal_shift_.y();
+  const auto along = [&](int axis) -> StripLanes {
+    return R_scene_eye_(axis, 0) * x + R_scene_eye_(axis, 1) * y + R_scene_eye_(axis, 2);
+  };
+  const auto dot = [](const auto& a, const Strip3& b) -> StripLanes { return a[0] * b.x + a[1] * b.y + a[2] * b.z; };
+  SurfaceStrip strip;
+  strip.ray = {along(0), along(1), along(2)};
+  const StripLanes distance = height / dot(known.face_normal, strip.ray);
+  const Strip3 step{distance * strip.ray.x - from_eye.x(), distance * strip.ray.y - from_eye.y(),
+                    distance * strip.ray.z - from_eye.z()};
+  strip.position = {step.x + known.local.position.x(), step.y + known.local.position.y(),
+                    step.z + known.local.position.z()};
+  strip.u = known.local.uv.x() + dot(uv_slope.row(0), step);
+  strip.v = known.local.uv.y() + dot(uv_slope.row(1), step);
+  return strip;
+}
 
 }  // namespace kinetrace::simulator

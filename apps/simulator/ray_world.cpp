@@ -69,13 +69,14 @@ void fill_rays(const RayPacket& packet, std::size_t first, Rays& rays) {
   std::memcpy(rays.dir_x, &packet.direction_x[first], sizeof rays.dir_x);
   std::memcpy(rays.dir_y, &packet.direction_y[first], sizeof rays.dir_y);
   std::memcpy(rays.dir_z, &packet.direction_z[first], sizeof rays.dir_z);
-  for (std::size_t i = 0; i < kWidth; ++i) {
-    rays.tnear[i] = 0.F;
-    rays.tfar[i] = first + i < packet.count ? kFar : -kFar;
-    rays.time[i] = 0.F;
-    rays.mask[i] = ~0U;
-    rays.id[i] = 0U;
-    rays.flags[i] = 0U;
+  std::fill_n(rays.tnear, kWidth, 0.F);
+  std::fill_n(rays.tfar, kWidth, kFar);
+  std::fill_n(rays.time, kWidth, 0.F);
+  std::fill_n(rays.mask, kWidth, ~0U);
+  std::fill_n(rays.id, kWidth, 0U);
+  std::fill_n(rays.flags, kWidth, 0U);
+  for (std::size_t i = packet.count - first; i < kWidth; ++i) {
+    rays.tfar[i] = -kFar;
   }
 }
 
@@ -93,9 +94,9 @@ RayWorld::UvSlope uv_slope(const Mesh::Vertex& a, const Mesh::Vertex& b, const M
   return (steps * squared.inverse() * edges.transpose()).cast<float>();
 }
 
-std::vector<RayWorld::Face> faces_of(const Mesh& mesh) {
-  std::vector<RayWorld::Face> faces;
-  faces.reserve(mesh.triangles.size());
+std::vector<RayWorld::Facet> facets_of(const Mesh& mesh) {
+  std::vector<RayWorld::Facet> facets;
+  facets.reserve(mesh.triangles.size());
   for (const Mesh::Triangle& triangle : mesh.triangles) {
     const auto corner = [&](std::size_t i) -> const Mesh::Vertex& { return mesh.vertices[triangle.corners[i]]; };
     const Eigen::Vector3f& origin = corner(0).position;
@@ -103,9 +104,9 @@ std::vector<RayWorld::Face> faces_of(const Mesh& mesh) {
     constexpr float kFlat = 0.9999F;
     const bool flat = std::abs(normal.dot(corner(0).normal)) > kFlat &&
                       std::abs(normal.dot(corner(1).normal)) > kFlat && std::abs(normal.dot(corner(2).normal)) > kFlat;
-    faces.push_back({normal, flat});
+    facets.push_back({{corner(0), corner(1), corner(2)}, normal, flat, triangle.paint});
   }
-  return faces;
+  return facets;
 }
 
 std::vector<RayWorld::UvSlope> uv_slopes_of(const Mesh& mesh) {
@@ -173,7 +174,7 @@ RayWorld::RayWorld(const Scene& scene)
   const auto add_part = [&](const Mesh& mesh, int actor) {
     Part& part = parts_.emplace_back();
     part.mesh = &mesh;
-    part.faces = faces_of(mesh);
+    part.facets = facets_of(mesh);
     part.uv_slopes = uv_slopes_of(mesh);
     for (const Mesh::Vertex& vertex : mesh.vertices) {
       part.box.extend(vertex.position);

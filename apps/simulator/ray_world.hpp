@@ -48,17 +48,19 @@ class RayWorld {
   RayWorld(const RayWorld&) = delete;
   RayWorld& operator=(const RayWorld&) = delete;
 
-  /// What every hit on a triangle needs, computed once.
-  struct Face {
+  /// All that a hit on a triangle needs, in two cache lines.
+  struct alignas(64) Facet {
+    std::array<Mesh::Vertex, 3> corners;
     Eigen::Vector3f normal;  ///< Unit length, part's frame.
     bool flat = false;       ///< The corners' normals are the face's own.
+    Paint paint;
   };
   /// Takes a step in a triangle's plane to the step of uv.
   using UvSlope = Eigen::Matrix<float, 2, 3>;
   /// One rigid mesh in the scene.
   struct Part {
     const Mesh* mesh = nullptr;
-    std::vector<Face> faces;         ///< Of the mesh's triangles.
+    std::vector<Facet> facets;       ///< Of the mesh's triangles.
     std::vector<UvSlope> uv_slopes;  ///< Of the mesh's triangles.
     Eigen::AlignedBox3f box;         ///< About the mesh, part's frame.
     int actor = -1;                  ///< Index into Scene::actors; -1 for the static world.

@@ -27,7 +27,7 @@ class ShadingQueue {
  public:
   explicit ShadingQueue(const Light& light);
 
-  /// `weight` times the point's light will be added to `pixel`, which must live until finish(). So must `paint`.
+  /// `weight` times the point's light will be added to `pixel`, which must live until finish().
   void add(const Paint& paint, const ShadedPoint& point, float weight, float& pixel);
   /// The same for all points of a strip, which are like `point` but for where they are.
   void add_strip(const Paint& paint, const ShadedPoint& point, const SurfaceStrip& strip, float weight, float& pixel);
@@ -50,13 +50,19 @@ class ShadingQueue {
   };
   // Points of one look. Strips have their own groups, so that none begins in the middle of half a pack.
   struct Group {
-    const Paint* paint = nullptr;
+    Paint paint;
     bool strips = false;
     Targets targets;
     SurfacePack pack;
+
+    [[nodiscard]] bool has(const Paint& look, bool in_strips) const noexcept {
+      return paint.material == look.material && paint.seed == look.seed && paint.shape == look.shape &&
+             strips == in_strips;
+    }
   };
 
   Group& group_of(const Paint& paint, bool strips);
+  [[nodiscard]] std::size_t place_of(const Paint& paint, bool strips);
   void shade(Group& group);
   void shade_sky();
 
@@ -69,5 +75,70 @@ class ShadingQueue {
   Targets sky_targets_;
   Lanes3 sky_directions_;
 };
+
+// What follows is called for every pixel: compiled into its caller, points never go through memory.
+
+inline std::size_t ShadingQueue::Targets::add(std::size_t lanes, float weight, float& pixel) {
+  const std::size_t first = count;
+  for (; count < first + lanes; ++count) {
+    pixels[count] = &pixel;
+    weights[count] = weight;
+  }
+  return first;
+}
+
+inline ShadingQueue::Group& ShadingQueue::group_of(const Paint& paint, bool strips) {
+  const std::size_t hash = 2U * (static_cast<std::size_t>(paint.material) + 5U * paint.seed) + (strips ? 1U : 0U);
+  std::size_t& recent = recent_[hash % recent_.size()];
+  if (recent >= used_ || !groups_[recent].has(paint, strips)) {
+    recent = place_of(paint, strips);
+  }
+  return groups_[recent];
+}
+
+inline void ShadingQueue::add(const Paint& paint, const ShadedPoint& point, float weight, float& pixel) {
+  Group& group = group_of(paint, false);
+  const std::size_t lane = group.targets.add(1, weight, pixel);
+  SurfacePack& pack = group.pack;
+  pack.position.set(lane, point.local.position);
+  pack.normal.set(lane, point.local.normal);
+  pack.u[lane] = point.local.uv.x();
+  pack.v[lane] = point.local.uv.y();
+  pack.footprint_m[lane] = point.footprint_m;
+  pack.scene_normal.set(lane, point.normal);
+  pack.ray.set(lane, point.ray);
+  pack.in_sun[lane] = point.in_sun;
+  if (group.targets.full()) {
+    shade(group);
+  }
+}
+
+inline void ShadingQueue::add_strip(const Paint& paint, const ShadedPoint& point, const SurfaceStrip& strip,
+                                    float weight, float& pixel) {
+  Group& group = group_of(paint, true);
+  const std::size_t lane = group.targets.add(kStripLanes, weight, pixel);
+  SurfacePack& pack = group.pack;
+  const auto set = [lane](Lanes& lanes, const StripLanes& values) { StripLanes::Map(lanes.data() + lane) = values; };
+  const auto set_all = [lane](Lanes& lanes, float value) { StripLanes::Map(lanes.data() + lane).setConstant(value); };
+  set(pack.position.x, strip.position.x);
+  set(pack.position.y, strip.position.y);
+  set(pack.position.z, strip.position.z);
+  set_all(pack.normal.x, point.local.normal.x());
+  set_all(pack.normal.y, point.local.normal.y());
+  set_all(pack.normal.z, point.local.normal.z());
+  set(pack.u, strip.u);
+  set(pack.v, strip.v);
+  set_all(pack.footprint_m, point.footprint_m);
+  set_all(pack.scene_normal.x, point.normal.x());
+  set_all(pack.scene_normal.y, point.normal.y());
+  set_all(pack.scene_normal.z, point.normal.z());
+  set(pack.ray.x, strip.ray.x);
+  set(pack.ray.y, strip.ray.y);
+  set(pack.ray.z, strip.ray.z);
+  set_all(pack.in_sun, point.in_sun);
+  if (group.targets.full()) {
+    shade(group);
+  }
+}
 
 }  // namespace kinetrace::simulator
