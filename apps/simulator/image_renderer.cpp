@@ -79,7 +79,7 @@ class TileRenderer {
   void shade_mixed(std::size_t slot, const Share& share) {
     const std::span<const Sample> samples = sampler_.samples(slot);
     const Share each = share.times(1.F / static_cast<float>(samples.size()));
-    std::array<const Sample*, kMostSamples> sorted{};
+    std::array<const Sample*, kMostSamples> sorted;  // Clearing it would take longer than filling it.
     std::transform(samples.begin(), samples.end(), sorted.begin(), [](const Sample& sample) { return &sample; });
     const auto end = sorted.begin() + samples.size();
     for (auto first = sorted.begin(); first != end;) {

@@ -54,13 +54,17 @@ void TileSampler::trace(int x0, int y0) {
 }
 
 void TileSampler::place(int x0, int y0) {
+  for (std::size_t slot = 0; slot < kTilePixels; ++slot) {
+    pixels_[slot].x = x0 + kTileOrder[slot][0];
+    pixels_[slot].y = y0 + kTileOrder[slot][1];
+  }
+  const bool whole = x0 + kTileSide_px <= rays_.width() && y0 + kTileSide_px <= rays_.height();
+  if (whole && filled_.size() == kTilePixels) {
+    return;
+  }
   filled_.clear();
   for (std::size_t slot = 0; slot < kTilePixels; ++slot) {
-    const auto& [x, y] = kTileOrder[slot];
-    Pixel& pixel = pixels_[slot];
-    pixel.x = x0 + x;
-    pixel.y = y0 + y;
-    if (pixel.x < rays_.width() && pixel.y < rays_.height()) {
+    if (pixels_[slot].x < rays_.width() && pixels_[slot].y < rays_.height()) {
       filled_.push_back(slot);
     }
   }
@@ -301,9 +305,15 @@ void TileSampler::cast_shadows() {
 void TileSampler::sample_shadow_edges() {
   open_.clear();
   grid_.clear();
+  std::size_t lit = 0;
   for (const std::size_t slot : filled_) {
     const Sample& shown = pixels_[slot].content == Content::kMixed ? samples(slot).front() : centre(slot);
-    grid_.set(slot, shown.in_sun > 0.F ? 1U : 0U);
+    const std::uint32_t in_sun = shown.in_sun > 0.F ? 1U : 0U;
+    grid_.set(slot, in_sun);
+    lit += in_sun;
+  }
+  if (lit == 0 || lit == filled_.size()) {
+    return;
   }
   grid_.compare();
   for (const std::size_t slot : filled_) {
