@@ -261,7 +261,7 @@ class ObjectState {
   int unsure_frames_ = 0;  ///< Tracked since then.
   double area_m2_ = 0.0;   ///< Of its mask, across the line of sight, as large as it has lately been.
   float uncovered_part_ = 1.F;
-  double width_m_ = 0.0;  ///< Across the line of sight, when last seen whole.
+  double width_m_ = 0.0;                    ///< Across the line of sight, when last seen whole.
   std::int64_t timestamp_ns_ = 0;           ///< 0 before the first frame.
   double interval_s_ = 0.0;                 ///< Since the frame before; 0 in the first one.
   std::int64_t known_timestamp_ns_ = 0;     ///< When its pose was last known for sure, in a reconstruction.

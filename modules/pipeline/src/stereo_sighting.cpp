@@ -51,8 +51,8 @@ class Medians {
   /// How many values of one quantity lie within `spread` of `value`.
   [[nodiscard]] int count_near(std::size_t quantity, double value, double spread) const noexcept {
     const std::span<const double> values = std::span(values_[quantity]).first(count_);
-    return static_cast<int>(std::count_if(values.begin(), values.end(),
-                                          [&](double other) { return std::abs(other - value) <= spread; }));
+    return static_cast<int>(
+        std::count_if(values.begin(), values.end(), [&](double other) { return std::abs(other - value) <= spread; }));
   }
 
  private:

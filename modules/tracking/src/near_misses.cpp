@@ -78,6 +78,12 @@ double intersection_over_union(const PixelBox& a, const Eigen::Vector2d& moved_p
   return shared > 0.0 ? shared / (area_px(a) + area_px(b) - shared) : 0.0;
 }
 
+/// Of two intervals.
+double intersection_over_union(int low_a, int high_a, int low_b, int high_b) noexcept {
+  const int shared = std::min(high_a, high_b) - std::max(low_a, low_b);
+  return static_cast<double>(shared) / (std::max(high_a, high_b) - std::min(low_a, low_b));
+}
+
 /// Of the smaller box, on the other.
 double part_shared(const PixelBox& a, const PixelBox& b) noexcept {
   const double shared = shared_px(a, Eigen::Vector2d::Zero(), b);
@@ -147,7 +153,7 @@ void StereoTracker::add_near_misses(const TrackInstance& instance, const Detecti
   }
 }
 
-bool StereoTracker::still_there(const TrackInstance& instance, const Detection& detection) noexcept {
+bool StereoTracker::still_there(const TrackInstance& instance, const Detection& detection) const noexcept {
   if (instance.track.missed_frames > 0) {
     return false;
   }
@@ -156,8 +162,19 @@ bool StereoTracker::still_there(const TrackInstance& instance, const Detection& 
   const bool moved = then.known && now.known && then.direction_only == now.direction_only;
   const Eigen::Vector2d shift_px = moved ? Eigen::Vector2d(now.point_px - then.point_px) : Eigen::Vector2d(0.0, 0.0);
   const PixelBox& box = instance.track.box_px;
-  return intersection_over_union(box, Eigen::Vector2d::Zero(), detection.box_px) >= kStillThere ||
+  return comes_further_in(box, detection.box_px) ||
+         intersection_over_union(box, Eigen::Vector2d::Zero(), detection.box_px) >= kStillThere ||
          intersection_over_union(box, shift_px, detection.box_px) >= kStillThere;
+}
+
+bool StereoTracker::comes_further_in(const PixelBox& box, const PixelBox& seen) const noexcept {
+  const bool same_rows = intersection_over_union(box.y0, box.y1, seen.y0, seen.y1) >= kStillThere;
+  const bool same_columns = intersection_over_union(box.x0, box.x1, seen.x0, seen.x1) >= kStillThere;
+  const bool left = box.x0 == 0 && seen.x0 == 0 && std::abs(seen.x1 - box.x1) <= kMostReach_px;
+  const bool right = box.x1 == width_px_ && seen.x1 == width_px_ && std::abs(seen.x0 - box.x0) <= kMostReach_px;
+  const bool top = box.y0 == 0 && seen.y0 == 0 && std::abs(seen.y1 - box.y1) <= kMostReach_px;
+  const bool bottom = box.y1 == height_px_ && seen.y1 == height_px_ && std::abs(seen.y0 - box.y0) <= kMostReach_px;
+  return (same_rows && (left || right)) || (same_columns && (top || bottom));
 }
 
 bool StereoTracker::nearly_met(const TrackInstance& instance, const Detection& detection, double gap_px) noexcept {

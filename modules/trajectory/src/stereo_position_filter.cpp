@@ -12,7 +12,7 @@ namespace {
 constexpr double kStartSpeedSigma_mps = 5.0;
 constexpr double kRestSpeedSigma_mps = 0.05;
 constexpr double kRestAcceleration_mps2 = 0.1;
-constexpr double kGate = 16.3;  // 99.9 % of chi-square with three degrees of freedom.
+constexpr double kGate = 16.3;        // 99.9 % of chi-square with three degrees of freedom.
 constexpr double kMotionGate = 13.8;  // The same with two.
 constexpr int kMaxSkipped = 3;
 constexpr int kIterations = 3;

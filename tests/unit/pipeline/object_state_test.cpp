@@ -183,8 +183,8 @@ TEST_F(ObjectStateTest, ItsFeaturesTellHowItMovesWhileMoreAndMoreOfItIsSeen) {
     camera_.T_world_cam_before = camera_.T_world_cam;
   }
   const double depth_m = object_.forecast(time_ns_, {}).depth_m;
-  const double shift_px = object_.forecast(time_ns_ + 1'000'000'000, {}).point_px.x() -
-                          object_.forecast(time_ns_, {}).point_px.x();
+  const double shift_px =
+      object_.forecast(time_ns_ + 1'000'000'000, {}).point_px.x() - object_.forecast(time_ns_, {}).point_px.x();
   EXPECT_NEAR(shift_px * depth_m / geometry_.fx_px, kAcross_mps, 1.0);
 }
 

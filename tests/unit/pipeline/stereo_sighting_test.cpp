@@ -123,7 +123,9 @@ TEST(StereoSighting, LiesWhereTheRigProjectsItFrom) {
   const StereoGeometry rig = test::small_rig();
   const Eigen::Vector3d p_cam(1.5, -0.4, 8.0);
   const Eigen::Vector3d uvr = rig.project(p_cam);
-  EXPECT_TRUE(position_in_camera(rig, {.features = 3, .uvd_px = {uvr.x(), uvr.y(), uvr.x() - uvr.z()}, .agreeing = 3, .motion = {}}).isApprox(p_cam, 1e-12));
+  EXPECT_TRUE(position_in_camera(
+                  rig, {.features = 3, .uvd_px = {uvr.x(), uvr.y(), uvr.x() - uvr.z()}, .agreeing = 3, .motion = {}})
+                  .isApprox(p_cam, 1e-12));
 }
 
 /// 20 x 10 pixels with a triangle of `kLabel`: row y has the columns 4 to 4 + y.

@@ -175,6 +175,32 @@ TEST(NearMiss, AStripAtTheBorderIsWhatWasExpectedJustOutside) {
   EXPECT_EQ(id_at_border(moved(strip, kWidth - 6.0)), 2U) << "at the other border";
 }
 
+/// What a strip along the border is in the next frame, of which more is seen then.
+std::uint32_t id_after_strip(const Shape& strip, const Shape& next) {
+  TrackerScene scene({}, 0);
+  const Track* track = slip(scene, next, strip);
+  return track == nullptr ? 0 : track->id;
+}
+
+TEST(NearMiss, AStripAtTheBorderComesFurtherIn) {
+  const Shape above{.x = 300.0, .y = 0.0, .half_width = 12.0, .half_height = 2.0};
+  const Shape below{.x = 300.0, .y = kHeight - 1.0, .half_width = 12.0, .half_height = 2.0};
+  const Shape left{.x = 0.0, .y = 100.0, .half_width = 2.0, .half_height = 12.0};
+  const Shape right{.x = kWidth - 1.0, .y = 100.0, .half_width = 2.0, .half_height = 12.0};
+  for (const Shape& strip : {above, below, left, right}) {
+    const auto reaches = [&](double reach_px) {
+      Shape next = strip;
+      (strip.half_width < strip.half_height ? next.half_width : next.half_height) = reach_px;
+      return next;
+    };
+    EXPECT_EQ(id_after_strip(strip, reaches(20.0)), 1U) << strip.x << ' ' << strip.y;
+    EXPECT_EQ(id_after_strip(strip, reaches(34.0)), 2U) << "too far, " << strip.x << ' ' << strip.y;
+    Shape beside = reaches(20.0);
+    (strip.half_width < strip.half_height ? beside.y : beside.x) += 14.0;
+    EXPECT_EQ(id_after_strip(strip, beside), 2U) << "beside it, " << strip.x << ' ' << strip.y;
+  }
+}
+
 /// What is detected beside somebody who is not, four frames on.
 std::uint32_t id_beside(TrackerScene& scene, const Forecast& forecast, double beside_px = 14.0) {
   for (int i = 0; i < 4; ++i) {

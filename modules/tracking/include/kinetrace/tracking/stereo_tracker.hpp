@@ -145,7 +145,9 @@ class StereoTracker {
   [[nodiscard]] static bool nearly_met(const TrackInstance& instance, const Detection& detection,
                                        double gap_px) noexcept;
   /// Seen a moment ago, and a detection is where it was, though it was expected elsewhere.
-  [[nodiscard]] static bool still_there(const TrackInstance& instance, const Detection& detection) noexcept;
+  [[nodiscard]] bool still_there(const TrackInstance& instance, const Detection& detection) const noexcept;
+  /// Of what the image's border cuts off, seen in `box` a moment ago, `seen` shows a bit more or less.
+  [[nodiscard]] bool comes_further_in(const PixelBox& box, const PixelBox& seen) const noexcept;
   [[nodiscard]] static bool is_behind_camera(const TrackInstance& instance) noexcept;
   /// What was seen of it a moment ago has not gone to where the detection is.
   [[nodiscard]] static bool features_lie_elsewhere(const TrackInstance& instance, const Detection& detection) noexcept;
