@@ -36,7 +36,7 @@ struct TrackerCounters {
 /// passes too close by for one, by its last motion. Where features do not tell, it grows as its forecast comes nearer.
 /// Features of a track that is hidden, or has not been detected in two frames, have passed to what hides it: its mask
 /// goes where the forecast says. A mask that leaves the image, or of which a part is hidden, is kept whole and comes
-/// back whole.
+/// back whole; what is not seen of it while something known to hide it is not detected is not taken from it.
 /// Where predictions overlap, the one that has been seen to hide the other does so again (its detection lay where the
 /// other's mask was expected), unless stereo sees it clearly farther away: masks are ragged; before that the one with
 /// the larger disparity; without disparity a track counts as behind all others, and among those the lower edge of the
@@ -47,9 +47,10 @@ struct TrackerCounters {
 /// is worth as much as a large one and a fragment less than a whole. Masks say where something is, features say which
 /// of two things it is: when one object passes close to another, theirs is the better memory. What is left over on both
 /// sides is matched once more by nearness: a thing of the same class and about the same size beside its prediction, as
-/// a thin one moves by more than its width, or where it was a moment ago, whatever was expected of it; a part of one in
-/// sight that lies on it, or the first bit of a hidden one on its whole mask or beside it, by the more the longer it
-/// has been missed. What stereo sees clearly nearer or farther away is none of these.
+/// a thin one moves by more than its width, or where it was a moment ago (at the border of the image also a bit further
+/// in), whatever was expected of it; a part of one in sight that lies on it, or the first bit of a hidden one on its
+/// whole mask or beside it, by the more the longer it has been missed. What stereo sees clearly nearer or farther away
+/// is none of these.
 ///
 /// Life: a detection that no track claims is born tentative, confirmed when matched in `confirm_frames` frames,
 /// propagated by its prediction for `max_missed_frames`, and ended then. A confirmed track with a forecast waits for
