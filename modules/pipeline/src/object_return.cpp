@@ -20,6 +20,15 @@ constexpr double kTieBreak = 0.01;
 // What has only a direction is found within so much of it, and more as the camera goes on.
 constexpr double kDirectionReach_px = 8.0;
 constexpr double kDirectionDrift_px = 1.0;
+// What comes in over the border of the image shows itself to stereo within so many frames.
+constexpr int kMostUnnamedFrames = 5;
+
+/// From a point to the nearest pixel of a box.
+double gap_px(const Eigen::Vector2d& point_px, const PixelBox& box) {
+  const Eigen::Vector2d low(box.x0, box.y0);
+  const Eigen::Vector2d high(box.x1 - 1, box.y1 - 1);
+  return (point_px - point_px.cwiseMax(low).cwiseMin(high)).norm();
+}
 
 }  // namespace
 
@@ -83,12 +92,26 @@ std::optional<double> ObjectState::may_be_seen_as(const Track& reborn, const Cam
   if (placed_ || !waited_for(reborn, kLeastMissedInSight) || !expected.known || expected.depth_m <= 0.0) {
     return std::nullopt;
   }
-  const PixelBox& box_px = reborn.box_px;
-  const Eigen::Vector2d low(box_px.x0, box_px.y0);
-  const Eigen::Vector2d high(box_px.x1 - 1, box_px.y1 - 1);
-  const double gap_px = (expected.point_px - expected.point_px.cwiseMax(low).cwiseMin(high)).norm();
-  const double part = gap_px / (kDirectionReach_px + kDirectionDrift_px * track_.missed_frames);
+  const double part =
+      gap_px(expected.point_px, reborn.box_px) / (kDirectionReach_px + kDirectionDrift_px * track_.missed_frames);
   return part <= 1.0 ? std::optional<double>(part) : std::nullopt;
+}
+
+bool ObjectState::may_come_back_as(const Track& reborn, const CameraState& camera) const {
+  const PixelBox& box = reborn.box_px;
+  const bool at_border = box.x0 <= 0 || box.y0 <= 0 || box.x1 >= geometry_.width_px || box.y1 >= geometry_.height_px;
+  if (!placed_ || !at_border || reborn.age_frames > kMostUnnamedFrames || !waited_for(reborn, kLeastMissedHidden)) {
+    return false;
+  }
+  const Eigen::Vector3d p_cam =
+      camera.T_world_cam.inverse() * (filter_.initialised() ? filter_.position_m() : middle_m());
+  if (p_cam.z() <= 0.0) {
+    return false;
+  }
+  const Eigen::Vector2d expected_px = geometry_.project(p_cam).head<2>();
+  const bool outside = expected_px.x() < 0.0 || expected_px.x() >= geometry_.width_px || expected_px.y() < 0.0 ||
+                       expected_px.y() >= geometry_.height_px;
+  return outside && gap_px(expected_px, box) <= width_m_ * geometry_.fx_px / p_cam.z();
 }
 
 void ObjectState::continue_from(ObjectState& earlier, const std::optional<Eigen::Vector3d>& position_m) {

@@ -76,6 +76,9 @@ class ObjectState {
                                                        const CameraState& camera) const;
   /// The same for an object of which only the direction is known: whether `reborn` may show it where it is.
   [[nodiscard]] std::optional<double> may_be_seen_as(const Track& reborn, const CameraState& camera) const;
+  /// Whether `reborn`, of which stereo sees nothing yet, may be this object that comes back over the border of the
+  /// image: for some frames, until stereo tells, it has no name.
+  [[nodiscard]] bool may_come_back_as(const Track& reborn, const CameraState& camera) const;
   /// This slot's new track is the object that `earlier` has lost: its name and frame go on. Call before observe().
   void continue_from(ObjectState& earlier, const std::optional<Eigen::Vector3d>& position_m);
 

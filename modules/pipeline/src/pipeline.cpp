@@ -111,6 +111,8 @@ struct Pipeline::Impl {
   /// Something that was lost from sight, or hidden, keeps its name when it is seen again.
   void find_again(ObjectState& reborn, const Track& track, const FeatureFrame& frame, LabelView labels,
                   const CameraState& camera);
+  /// A new track may turn out to be something that left the image.
+  [[nodiscard]] bool may_come_back(const Track& reborn, const CameraState& camera) const;
   void reconstruct(const FeatureFrame& frame, const TrackFrame& tracks);
   Status refine();
   void count_tracks(const TrackFrame& tracks);
@@ -416,6 +418,12 @@ void Pipeline::Impl::find_again(ObjectState& reborn, const Track& track, const F
   nearest->hand_over();
 }
 
+bool Pipeline::Impl::may_come_back(const Track& reborn, const CameraState& camera) const {
+  return std::any_of(objects.begin(), objects.end(), [&](const ObjectState& lost) {
+    return lost.track().slot != reborn.slot && lost.may_come_back_as(reborn, camera);
+  });
+}
+
 void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tracks) {
   background.extend(frame, kBackground);
   const CameraState camera = camera_at(0);
@@ -426,6 +434,9 @@ void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tr
     }
     if (!object.placed()) {
       find_again(object, track, frame, tracks.left_labels, camera);
+    }
+    if (!object.placed() && may_come_back(track, camera)) {
+      tracker.withhold(track.slot);
     }
     Track named = track;
     named.id = object.track().id;

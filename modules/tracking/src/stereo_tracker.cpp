@@ -190,6 +190,12 @@ void StereoTracker::join(std::uint8_t earlier, std::uint8_t reborn) noexcept {
   }
 }
 
+void StereoTracker::withhold(std::uint8_t slot) noexcept {
+  for (Track& track : published_) {
+    track.state = track.slot == slot ? TrackState::kTentative : track.state;
+  }
+}
+
 void StereoTracker::add_affinities(const TrackInstance& instance, const PredictionOverlap& predicted,
                                    std::span<const Detection> detections) noexcept {
   for (std::size_t v = 0; v < detections.size(); ++v) {

@@ -92,6 +92,9 @@ class StereoTracker {
   /// under that track's id, class votes and state, and the earlier slot becomes free without an end being told.
   void join(std::uint8_t earlier, std::uint8_t reborn) noexcept;
 
+  /// The track in this slot may turn out to be an earlier one: in this frame it is told as tentative.
+  void withhold(std::uint8_t slot) noexcept;
+
   /// As of the last frame.
   [[nodiscard]] std::span<const Track> tracks() const noexcept { return published_.span(); }
   [[nodiscard]] const TrackerCounters& counters() const noexcept { return counters_; }

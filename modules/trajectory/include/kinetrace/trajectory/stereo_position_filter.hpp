@@ -1,5 +1,5 @@
-// Path of an object that has too few points for a reconstruction: constant-velocity Kalman filter on stereo positions and
-// on the image motion of what is seen.
+// Path of an object that has too few points for a reconstruction: constant-velocity Kalman filter on stereo positions
+// and on the image motion of what is seen.
 #pragma once
 
 #include <cstdint>
