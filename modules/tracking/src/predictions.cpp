@@ -81,6 +81,14 @@ void StereoTracker::take_forecasts(std::span<const Forecast> forecasts) noexcept
 bool StereoTracker::place_by_forecast(TrackInstance& instance) noexcept {
   const Forecast& now = instance.forecast;
   const Forecast& then = instance.mask_forecast;
+  const bool unseen = instance.track.missed_frames > 0;
+  const auto put_outside = [&] {
+    instance.mask.place(Similarity::about(then.point_px, 1.0, Eigen::Vector2d(kFarOutsidePx, kFarOutsidePx)));
+    return true;
+  };
+  if (unseen && is_behind_camera(instance)) {
+    return put_outside();
+  }
   if (!now.known || !then.known || now.direction_only != then.direction_only) {
     return false;
   }
@@ -94,11 +102,8 @@ bool StereoTracker::place_by_forecast(TrackInstance& instance) noexcept {
     instance.mask.place(Similarity::about(then.point_px, then.depth_m / now.depth_m, now.point_px - then.point_px));
     return true;
   }
-  if (instance.track.missed_frames == 0) {
-    return false;  // It passes by, and what was seen of it a moment ago tells more.
-  }
-  instance.mask.place(Similarity::about(then.point_px, 1.0, Eigen::Vector2d(kFarOutsidePx, kFarOutsidePx)));
-  return true;
+  // It passes by: what was seen of it a moment ago tells more.
+  return unseen && put_outside();
 }
 
 Similarity StereoTracker::predict_motion(TrackInstance& instance, std::span<const Feature> features) {

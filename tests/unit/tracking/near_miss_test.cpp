@@ -281,12 +281,12 @@ Forecast at_depth(const Shape& shape, double depth_m) {
   return {.known = true, .point_px = {shape.x, shape.y}, .depth_m = depth_m};
 }
 
-/// The name of what passes close by, without features, after its forecast has become `forecast` and it has been missed
-/// for so many frames.
-std::uint32_t id_in_passing(const Forecast& forecast, int missed, double depth_m = 0.5) {
+/// The name of what passes close by, without features, after its forecast has turned from `before` to `forecast` and it
+/// has been missed for so many frames.
+std::uint32_t id_in_passing(const Forecast& forecast, int missed, const Forecast& before = at_depth(kPassing, 0.5)) {
   TrackerScene scene({}, 0);
   for (int i = 0; i < 4; ++i) {
-    scene.forecasts = {at_depth(kPassing, depth_m)};
+    scene.forecasts = {before};
     scene.step(std::array{kPassing});
   }
   for (int i = 0; i <= missed; ++i) {
@@ -305,7 +305,8 @@ TEST(NearMiss, WhatPassesByIsWhereItWasAMomentAgo) {
 
 TEST(NearMiss, WhatHasPassedByIsNoLongerThere) {
   EXPECT_EQ(id_in_passing(at_depth(kPassing, -0.3), 3), 2U);
-  EXPECT_EQ(id_in_passing(at_depth(kPassing, -0.3), 3, 0.1), 2U) << "seen only when it was too near already";
+  EXPECT_EQ(id_in_passing(at_depth(kPassing, -0.3), 3, at_depth(kPassing, 0.1)), 2U) << "seen too near already";
+  EXPECT_EQ(id_in_passing(at_depth(kPassing, -0.3), 3, {}), 2U) << "seen when nothing was expected of it";
 }
 
 TEST(NearMiss, SomebodyInFrontOfACarMaySlip) {
