@@ -55,9 +55,8 @@ void ObjectState::follow_without_body(const StereoSighting& sighting, const Came
   if (status_ == BodyStatus::kLost && sighted && !filter_.at_rest() && !expected_here) {
     reconstructed_ = false;  // It is back: what was reconstructed before has left the map long ago.
   }
-  if (reconstructed_ && known_motion_ &&
-      (mostly_covered() ||
-       (cut_off() && well_known() && (sighting.features == 0 || coasting_sigma_m() < surface_wander_m(depth_m))))) {
+  if (reconstructed_ && known_motion_ && (mostly_covered() || (cut_off() && well_known())) &&
+      (sighting.features == 0 || coasting_sigma_m() < surface_wander_m(depth_m))) {
     coast(sighted);
     return;
   }

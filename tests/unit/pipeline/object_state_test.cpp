@@ -354,6 +354,33 @@ TEST_F(ObjectStateTest, DoesNotCoastAwayFromWhatIsSeen) {
 }
 
 // A parked vehicle comes back into view under a new track, for a moment, and then the rest of it without features.
+TEST_F(ObjectStateTest, CoastsBehindSomethingOnlyWhileThatIsSurerThanWhatIsSeen) {
+  const double across_mps = 3.0;
+  Vector6d velocity = Vector6d::Zero();
+  velocity[3] = across_mps;
+  constexpr int kFrames = 12;
+  moves_at_the_border(object_, velocity, kFrames);
+  // Mostly hidden, it turns back, and little of it is seen.
+  Eigen::Vector3d middle_m = Eigen::Vector3d(-0.5, 0.2, 15.0) + 0.1 * (kFrames - 1) * velocity.tail<3>();
+  const auto off_m = [&] {
+    ObjectResult told;
+    object_.report(told);
+    return std::abs(told.T_world_obj.translation.x() - middle_m.x());
+  };
+  double farthest_m = 0.0;
+  for (int frame = 0; frame < 30; ++frame) {
+    middle_m.x() -= 0.1 * across_mps;
+    std::vector<Feature> features = front(middle_m);
+    Track seen = track(box_of(features));
+    seen.visible_part = 0.4F;
+    features.resize(3);
+    observe(object_, seen, features);
+    farthest_m = std::max(farthest_m, off_m());
+  }
+  EXPECT_GT(farthest_m, 1.0) << "at first it goes on as it went";
+  EXPECT_LT(off_m(), 2.0) << "18 m off if it went on so";
+}
+
 TEST_F(ObjectStateTest, WhatRestedStillRestsWhenItIsFoundForAMoment) {
   const Eigen::Vector3d middle_m(0.0, 0.2, 10.0);
   const std::vector<Feature> features = front(middle_m);
