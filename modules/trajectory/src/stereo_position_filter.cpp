@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -14,6 +15,7 @@ constexpr double kRestSpeedSigma_mps = 0.05;
 constexpr double kRestAcceleration_mps2 = 0.1;
 constexpr double kGate = 16.3;        // 99.9 % of chi-square with three degrees of freedom.
 constexpr double kMotionGate = 13.8;  // The same with two.
+constexpr double kNoGate = std::numeric_limits<double>::infinity();
 constexpr int kMaxSkipped = 3;
 constexpr int kIterations = 3;
 constexpr double kMinDepth_m = 0.1;
@@ -150,17 +152,11 @@ void StereoPositionFilter::update_direction(const Eigen::Vector2d& uv_px, const 
     return;
   }
   const Prediction predicted = predict_stereo(geometry_, p_cam);
-  const Eigen::Matrix<double, 2, 3> slope = predicted.derivative.topRows<2>() * T_world_cam.rotation.transpose();
+  Eigen::Matrix<double, 2, 6> slope = Eigen::Matrix<double, 2, 6>::Zero();
+  slope.leftCols<3>() = predicted.derivative.topRows<2>() * T_world_cam.rotation.transpose();
   const Eigen::Matrix2d noise = config_.stereo_sigma_px * config_.stereo_sigma_px * Eigen::Matrix2d::Identity() +
                                 sigma_m * sigma_m * slope * slope.transpose();
-  const Eigen::Matrix2d spread = slope * covariance_.topLeftCorner<3, 3>() * slope.transpose() + noise;
-  const Eigen::Matrix<double, 6, 2> gain = spread.ldlt().solve(slope * covariance_.topRows<3>()).transpose();
-  const Vector6d correction = gain * (uv_px - predicted.uvd_px.head<2>());
-  position_ += correction.head<3>();
-  velocity_ += correction.tail<3>();
-  Matrix6d keep = Matrix6d::Identity();
-  keep.leftCols<3>() -= gain * slope;
-  covariance_ = keep * covariance_ * keep.transpose() + gain * noise * gain.transpose();
+  correct(uv_px - predicted.uvd_px.head<2>(), slope, noise, kNoGate);
 }
 
 void StereoPositionFilter::update_motion(const ImageMotion& motion, double interval_s, const Se3& T_world_cam,
@@ -184,16 +180,21 @@ void StereoPositionFilter::update_motion(const ImageMotion& motion, double inter
   slope << per_metre * T_world_cam.rotation * ray * T_world_cam.rotation.col(2).transpose(), -interval_s * per_metre;
   const double sigma_px =
       config_.stereo_sigma_px / std::sqrt(static_cast<double>(std::min(motion.features, kMaxIndependentFeatures)));
-  const Eigen::Matrix2d noise = sigma_px * sigma_px * Eigen::Matrix2d::Identity();
+  correct(motion.before_px - predicted.uvd_px.head<2>(), slope, sigma_px * sigma_px * Eigen::Matrix2d::Identity(),
+          kMotionGate);
+}
+
+void StereoPositionFilter::correct(const Eigen::Vector2d& innovation, const Eigen::Matrix<double, 2, 6>& slope,
+                                   const Eigen::Matrix2d& noise, double gate) noexcept {
   const Eigen::LDLT<Eigen::Matrix2d> solver(slope * covariance_ * slope.transpose() + noise);
-  const Eigen::Vector2d innovation = motion.before_px - predicted.uvd_px.head<2>();
-  if (innovation.dot(solver.solve(innovation)) > kMotionGate) {
+  if (innovation.dot(solver.solve(innovation)) > gate) {
     return;
   }
   const Eigen::Matrix<double, 6, 2> gain = solver.solve(slope * covariance_).transpose();
   const Vector6d correction = gain * innovation;
   position_ += correction.head<3>();
   velocity_ += correction.tail<3>();
+  // Joseph's form stays symmetric and positive.
   const Matrix6d keep = Matrix6d::Identity() - gain * slope;
   covariance_ = keep * covariance_ * keep.transpose() + gain * noise * gain.transpose();
 }

@@ -62,6 +62,10 @@ class StereoPositionFilter {
   void restart_at(const Eigen::Vector3d& uvd_px, double sigma_px, const Se3& T_world_cam,
                   double surface_sigma_m) noexcept;
   [[nodiscard]] Matrix6d process_noise(double dt_s) const noexcept;
+  /// Takes in a measurement in the image, px, unless it is `gate` or more away (squared, in sigmas). `slope`: its
+  /// derivative by position and velocity.
+  void correct(const Eigen::Vector2d& innovation, const Eigen::Matrix<double, 2, 6>& slope,
+               const Eigen::Matrix2d& noise, double gate) noexcept;
 
   TrajectoryConfig config_;
   StereoGeometry geometry_;
