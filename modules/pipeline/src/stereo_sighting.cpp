@@ -147,7 +147,7 @@ double mean_column(LabelView labels, const PixelBox& box, std::uint8_t label) {
   for (int y = std::max(box.y0, 0); y < std::min(box.y1, labels.height); ++y) {
     const std::uint8_t* const row = labels.row(y);
     for (int x = std::max(box.x0, 0); x < std::min(box.x1, labels.width); ++x) {
-      const int own = row[x] == label ? 1 : 0;
+      const std::int64_t own = row[x] == label ? 1 : 0;
       sum += own * x;
       count += own;
     }
