@@ -132,9 +132,9 @@ class TileSampler {
 
   Queue eye_queue_;  // All rays start at the eye.
   Queue sun_queue_;
-  TileGrid grid_;
   Column queued_x_ = Column::Zero();  // Of the eye queue's rays, normalised image coordinates.
   Column queued_y_ = Column::Zero();
+  TileGrid grid_;
   Eigen::Matrix3f R_scene_eye_;
   const RayWorld& world_;
   const SampleRays& rays_;

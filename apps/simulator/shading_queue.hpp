@@ -88,7 +88,8 @@ inline std::size_t ShadingQueue::Targets::add(std::size_t lanes, float weight, f
 }
 
 inline ShadingQueue::Group& ShadingQueue::group_of(const Paint& paint, bool strips) {
-  const std::size_t hash = 2U * (static_cast<std::size_t>(paint.material) + 5U * paint.seed) + (strips ? 1U : 0U);
+  const std::size_t hash =
+      2U * (static_cast<std::size_t>(paint.material) + std::size_t{5} * paint.seed) + (strips ? 1U : 0U);
   std::size_t& recent = recent_[hash % recent_.size()];
   if (recent >= used_ || !groups_[recent].has(paint, strips)) {
     recent = place_of(paint, strips);
