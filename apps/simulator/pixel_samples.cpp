@@ -21,12 +21,12 @@ constexpr std::uint32_t kSky = TileGrid::kOutside - 2;
 
 TileSampler::TileSampler(const RayWorld& world, const SampleRays& rays, const EyePose& eye)
     : R_scene_eye_(eye.T_scene_eye.rotation.cast<float>()),
+      origin_(eye.T_scene_eye.translation.cast<float>()),
+      to_sun_(world.scene().light.to_sun.normalized()),
+      principal_shift_(eye.principal_shift),
       world_(world),
       rays_(rays),
       count_(static_cast<std::size_t>(rays.samples())),
-      origin_(eye.T_scene_eye.translation.cast<float>()),
-      principal_shift_(eye.principal_shift),
-      to_sun_(world.scene().light.to_sun.normalized()),
       actors_in_view_(world.actors_in_view(eye.T_scene_eye)),
       samples_(kTilePixels * (count_ + 1)) {
   for (std::size_t i = 0; i < RayPacket::kSize; ++i) {

@@ -136,14 +136,14 @@ class TileSampler {
   Column queued_y_ = Column::Zero();
   TileGrid grid_;
   Eigen::Matrix3f R_scene_eye_;
+  Eigen::Vector3f origin_;
+  Eigen::Vector3f to_sun_;
+  Eigen::Vector2f principal_shift_;
+  RayWorld::Reach reach_ = RayWorld::Reach::kEverything;  // Of the tile's rays.
   const RayWorld& world_;
   const SampleRays& rays_;
   std::size_t count_;  // Samples of a pixel.
-  Eigen::Vector3f origin_;
-  Eigen::Vector2f principal_shift_;
-  Eigen::Vector3f to_sun_;
   std::vector<Eigen::AlignedBox2f> actors_in_view_;
-  RayWorld::Reach reach_ = RayWorld::Reach::kEverything;  // Of the tile's rays.
   std::array<Pixel, kTilePixels> pixels_{};
   std::vector<std::size_t> filled_;
   std::vector<Sample> samples_;    // Of each pixel its samples, then the centre: as SampleRays has them.
