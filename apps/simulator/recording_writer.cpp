@@ -172,7 +172,7 @@ Status RecordingWriter::write(const SimulatedFrame& frame) {
 Status RecordingWriter::finish() {
   for (std::ofstream* file : {&timestamps_[0], &timestamps_[1], &camera_poses_, &objects_, &labels_}) {
     file->close();
-    if (const Status written = check_written(*file, settings_.folder); !written) {
+    if (Status written = check_written(*file, settings_.folder); !written) {
       return written;
     }
   }
