@@ -1,6 +1,8 @@
 // A reader in a process of its own: reads every topic of a publisher on the loopback and says what it got.
 //
-//   listener DOMAIN    prints "matched" when all topics have a writer; after SIGTERM, "TOPIC MESSAGES" for each.
+//   listener DOMAIN    prints "matched" when it misses nothing that is written from now on; after SIGTERM,
+//                      "TOPIC MESSAGES" for each.
+#include <algorithm>
 #include <array>
 #include <csignal>
 #include <cstdio>
@@ -29,6 +31,7 @@ struct Listened {
   const char* topic;
   const dds_topic_descriptor_t& type;
   dds_data_representation_id_t encoding;
+  bool is_kept = false;  ///< What was written last is sent to whoever comes later.
   dds_entity_t reader = 0;
   long messages = 0;
 };
@@ -37,6 +40,7 @@ dds_entity_t make_reader(dds_entity_t participant, const Listened& listened) {
   dds_qos_t* qos = dds_create_qos();
   dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
   dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 100);
+  dds_qset_durability(qos, listened.is_kept ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
   dds_qset_data_representation(qos, 1, &listened.encoding);
   const dds_entity_t topic = dds_create_topic(participant, &listened.type, listened.topic, nullptr, nullptr);
   const dds_entity_t reader = dds_create_reader(participant, topic, qos, nullptr);
@@ -44,9 +48,15 @@ dds_entity_t make_reader(dds_entity_t participant, const Listened& listened) {
   return reader;
 }
 
-bool is_matched(const Listened& listened) {
+bool knows_writer(const Listened& listened) {
   dds_subscription_matched_status_t status{};
   return dds_get_subscription_matched_status(listened.reader, &status) == DDS_RETCODE_OK && status.current_count > 0;
+}
+
+// A reader can know a writer that has not heard of it yet. The calibration is sent as soon as its writer has heard of
+// the reader that was made last, and readers are heard of in the order in which they were made.
+bool is_known_to_writers(const Listened& made_last) {
+  return made_last.messages > 0;
 }
 
 void take_all(Listened& listened) {
@@ -77,26 +87,25 @@ int main(int argc, char** argv) {
   const dds_entity_t participant = dds_create_participant(domain, nullptr, nullptr);
   constexpr dds_data_representation_id_t kNative = DDS_DATA_REPRESENTATION_XCDR2;
   constexpr dds_data_representation_id_t kRos = DDS_DATA_REPRESENTATION_XCDR1;
-  std::array<Listened, 9> all{{{topics::kCameraPose, kinetrace_CameraPose_desc, kNative},
-                               {topics::kObjects, kinetrace_TrackedObjects_desc, kNative},
-                               {topics::kTrajectories, kinetrace_TrajectoryPiece_desc, kNative},
-                               {topics::kPoints, kinetrace_PointPiece_desc, kNative},
-                               {"rt/kinetrace/odometry", nav_msgs_msg_dds__Odometry__desc, kRos},
-                               {"rt/tf", tf2_msgs_msg_dds__TFMessage__desc, kRos},
-                               {"rt/kinetrace/detections", vision_msgs_msg_dds__Detection3DArray__desc, kRos},
-                               {"rt/kinetrace/markers", visualization_msgs_msg_dds__MarkerArray__desc, kRos},
-                               {"rt/kinetrace/points", sensor_msgs_msg_dds__PointCloud2__desc, kRos}}};
+  std::array<Listened, 10> all{{{topics::kCameraPose, kinetrace_CameraPose_desc, kNative},
+                                {topics::kObjects, kinetrace_TrackedObjects_desc, kNative},
+                                {topics::kTrajectories, kinetrace_TrajectoryPiece_desc, kNative},
+                                {topics::kPoints, kinetrace_PointPiece_desc, kNative},
+                                {"rt/kinetrace/odometry", nav_msgs_msg_dds__Odometry__desc, kRos},
+                                {"rt/tf", tf2_msgs_msg_dds__TFMessage__desc, kRos},
+                                {"rt/kinetrace/detections", vision_msgs_msg_dds__Detection3DArray__desc, kRos},
+                                {"rt/kinetrace/markers", visualization_msgs_msg_dds__MarkerArray__desc, kRos},
+                                {"rt/kinetrace/points", sensor_msgs_msg_dds__PointCloud2__desc, kRos},
+                                {topics::kCalibration, kinetrace_Calibration_desc, kNative, true}}};
   for (Listened& listened : all) {
     listened.reader = make_reader(participant, listened);
   }
   bool said_matched = false;
   while (ends == 0) {
-    bool all_matched = true;
     for (Listened& listened : all) {
       take_all(listened);
-      all_matched = all_matched && is_matched(listened);
     }
-    if (all_matched && !said_matched) {
+    if (!said_matched && std::all_of(all.begin(), all.end(), knows_writer) && is_known_to_writers(all.back())) {
       std::printf("matched\n");
       std::fflush(stdout);
       said_matched = true;
