@@ -38,6 +38,7 @@ struct PatchMask {
 
 /// A patch ready to be aligned with another image. `gradient_x`, `gradient_y` are orthogonal to the patch itself and to
 /// a constant: alignment is blind to gain and offset. All three are zero where the patch's mask is.
+/// Once narrowed, the gradients are orthogonal to these under its window, and weighed by it.
 struct alignas(64) PatchTemplate {
   float value[kPatchPixels];  ///< Zero mean.
   float gradient_x[kPatchPixels];

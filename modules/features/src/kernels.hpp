@@ -31,6 +31,9 @@ struct PatchKernels {
   /// One Gauss-Newton step of the warp the template was sampled with, the translation held.
   PatchFit (*refine_warp)(const Plane& image, const PatchTemplate& patch, float x, float y, const WarpOptions& options,
                           PatchWarp* warp);
+  /// From now on aligning looks at the middle of the patch: a window weighs its samples that falls to zero at its rim.
+  /// What is left of the template is for `align` and `fit`. Unchanged where the middle has no samples that count.
+  void (*narrow)(PatchTemplate* patch);
 };
 
 /// Exhaustive searches.

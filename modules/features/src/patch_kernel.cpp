@@ -418,10 +418,102 @@ PatchFit refine_warp(const Plane& image, const PatchTemplate& patch, float x, fl
   return comparison.fit;
 }
 
+/// (1 - r^2)^4 along one side of the patch: nearly a Gaussian, of 3 columns or 2.1 rows, but zero from `reach` on.
+template <int kCount>
+struct Bell {
+  float at[kCount];
+  constexpr Bell(float half_extent, float reach) : at{} {
+    for (int i = 0; i < kCount; ++i) {
+      const float r = (static_cast<float>(i) - half_extent) / reach;
+      const float rest = 1.F - r * r;
+      at[i] = rest * rest * rest * rest;
+    }
+  }
+};
+constexpr Bell<kPatchWidth> kBellOfColumns(kPatchHalfWidth, kPatchHalfWidth + 1.F);
+constexpr Bell<kPatchHeight> kBellOfRows(kPatchHalfHeight, kPatchHalfHeight + 1.F);
+
+/// Calls use(index of the first, weights) for all samples of a patch.
+template <bool kMasked, typename Use>
+inline void for_window(const PatchTemplate& patch, Use&& use) {
+  for (int row = 0; row < kPatchHeight; ++row) {
+    const Floats of_row = splat(kBellOfRows.at[row]);
+    for (int column = 0; column < kPatchWidth; column += kLanes) {
+      const int index = row * kPatchWidth + column;
+      use(index, masked<kMasked>(of_row * load(kBellOfColumns.at + column), patch, index));
+    }
+  }
+}
+
+template <bool kMasked>
+void narrow(PatchTemplate* patch) {
+  const auto gradient_x = [patch](int index, Floats value) {
+    return load(patch->gradient_x + index) + patch->raw_x[0] * value + splat(patch->raw_x[1]);
+  };
+  const auto gradient_y = [patch](int index, Floats value) {
+    return load(patch->gradient_y + index) + patch->raw_y[0] * value + splat(patch->raw_y[1]);
+  };
+  Floats weights = splat(0.F);
+  Floats values = splat(0.F);
+  Floats squares = splat(0.F);
+  Floats total_x = splat(0.F);
+  Floats total_y = splat(0.F);
+  Floats along_x = splat(0.F);
+  Floats along_y = splat(0.F);
+  for_window<kMasked>(*patch, [&](int index, Floats weight) {
+    const Floats value = load(patch->value + index);
+    const Floats weighted_x = weight * gradient_x(index, value);
+    const Floats weighted_y = weight * gradient_y(index, value);
+    weights += weight;
+    values += weight * value;
+    squares += weight * value * value;
+    total_x += weighted_x;
+    total_y += weighted_y;
+    along_x += weighted_x * value;
+    along_y += weighted_y * value;
+  });
+  const float all = sum(weights);
+  if (!(all > 0.F)) {
+    return;
+  }
+  const float mean = sum(values) / all;
+  const float mean_x = sum(total_x) / all;
+  const float mean_y = sum(total_y) / all;
+  const float energy = sum(squares) - all * mean * mean;
+  const float inverse_energy = energy > 0.F ? 1.F / energy : 0.F;
+  const float value_x = (sum(along_x) - all * mean * mean_x) * inverse_energy;
+  const float value_y = (sum(along_y) - all * mean * mean_y) * inverse_energy;
+
+  Floats hxx = splat(0.F);
+  Floats hxy = splat(0.F);
+  Floats hyy = splat(0.F);
+  for_window<kMasked>(*patch, [&](int index, Floats weight) {
+    const Floats value = load(patch->value + index);
+    const Floats x = gradient_x(index, value) - mean_x - value_x * (value - mean);
+    const Floats y = gradient_y(index, value) - mean_y - value_y * (value - mean);
+    store(patch->gradient_x + index, weight * x);
+    store(patch->gradient_y + index, weight * y);
+    hxx += weight * x * x;
+    hxy += weight * x * y;
+    hyy += weight * y * y;
+  });
+  patch->hxx = sum(hxx);
+  patch->hxy = sum(hxy);
+  patch->hyy = sum(hyy);
+}
+
+void narrow(PatchTemplate* patch) {
+  if (patch->whole) {
+    narrow<false>(patch);
+  } else {
+    narrow<true>(patch);
+  }
+}
+
 }  // namespace
 
 extern const PatchKernels kPatchKernels;
-const PatchKernels kPatchKernels = {&sample, &sample_warped, &align, &fit, &refine_warp};
+const PatchKernels kPatchKernels = {&sample, &sample_warped, &align, &fit, &refine_warp, &narrow};
 
 }  // namespace kinetrace::features::KINETRACE_KERNEL_ISA
 // NOLINTEND(bugprone-implicit-widening-of-multiplication-result)

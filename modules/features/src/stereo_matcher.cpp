@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "centre_alignment.hpp"
 #include "kernels.hpp"
 #include "patch_gate.hpp"
 
@@ -148,8 +149,8 @@ bool StereoMatcher::refine(const StereoImages& images, int disparity, int row_of
   Eigen::Vector2f right =
       feature.left_px + Eigen::Vector2f(-static_cast<float>(disparity), static_cast<float>(row_offset));
   PatchFit fit{};
+  PatchTemplate patch;
   for (int pass = 0; pass < passes; ++pass) {
-    PatchTemplate patch;
     if (!kernels().patch.sample_warped(images.left, feature.left_px.x(), feature.left_px.y(), warp, slot.own, &patch) ||
         !kernels().patch.align(images.right, patch, options, &right.x(), &right.y()) ||
         !patch_inside(images.right, right)) {
@@ -161,9 +162,12 @@ bool StereoMatcher::refine(const StereoImages& images, int disparity, int row_of
       break;
     }
   }
+  if (!looks_alike(fit, {config_.min_correlation, config_.max_residual})) {
+    return false;
+  }
+  align_centre(images.right, options, patch, right);
   const float refined_disparity = feature.left_px.x() - right.x();
-  if (!looks_alike(fit, {config_.min_correlation, config_.max_residual}) ||
-      refined_disparity < config_.min_disparity_px ||
+  if (refined_disparity < config_.min_disparity_px ||
       refined_disparity > static_cast<float>(config_.max_disparity_px) ||
       std::abs(right.y() - feature.left_px.y()) > config_.max_row_difference_px) {
     return false;

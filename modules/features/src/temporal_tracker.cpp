@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "centre_alignment.hpp"
 #include "kernels.hpp"
 #include "patch_gate.hpp"
 
@@ -180,8 +181,8 @@ TemporalTracker::Refined TemporalTracker::refine_against_reference(const Plane& 
   result.warp = scaled(slot.from_reference, 1.F / zoom);
   result.position_px = near;
   PatchFit fit{};
+  PatchTemplate patch;
   for (int pass = 0; pass < kReferencePasses; ++pass) {
-    PatchTemplate patch;
     if (!kernels().patch.sample_warped(slot.reference.plane(), slot.reference.x(), slot.reference.y(), result.warp,
                                        slot.own, &patch) ||
         patch.strength < config_.min_patch_strength ||
@@ -197,6 +198,7 @@ TemporalTracker::Refined TemporalTracker::refine_against_reference(const Plane& 
     }
   }
   if (looks_alike(fit, gate)) {
+    align_centre(current, kFine, patch, result.position_px);
     result.outcome = TrackOutcome::kTracked;
     result.zoom = std::sqrt(std::abs(determinant(slot.from_reference) / determinant(result.warp)));
   }
@@ -223,6 +225,7 @@ TemporalTracker::Refined TemporalTracker::refine_against_previous(const Plane& p
     return result;
   }
   if (looks_alike(kernels().patch.fit(current, patch, result.position_px.x(), result.position_px.y()), gate)) {
+    align_centre(current, kFine, patch, result.position_px);
     result.outcome = TrackOutcome::kTracked;
   }
   return result;

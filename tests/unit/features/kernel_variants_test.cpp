@@ -85,6 +85,29 @@ TEST_F(KernelVariants, AlignToTheSamePosition) {
   }
 }
 
+TEST_F(KernelVariants, NarrowToTheSameWindow) {
+  const Plane image = pyramid_.level(0);
+  const AlignOptions options{10, 0.003F, 5.F, 0.F, 0.F};
+  PatchMask left_part{{}, false};
+  std::fill(std::begin(left_part.rows), std::end(left_part.rows), std::uint16_t{0x0FFF});
+  PatchTemplate patch{};
+  for (int i = 0; i < 12; ++i) {
+    const float x = 20.F + 13.3F * static_cast<float>(i);
+    float positions[2][2] = {};
+    int k = 0;
+    for (const Kernels* set : {&fast_, &plain_}) {
+      set->patch.sample(image, x, 60.4F, i % 2 == 0 ? kWholePatch : left_part, &patch);
+      set->patch.narrow(&patch);
+      positions[k][0] = x + 0.7F;
+      positions[k][1] = 59.9F;
+      ASSERT_TRUE(set->patch.align(image, patch, options, &positions[k][0], &positions[k][1]));
+      ++k;
+    }
+    EXPECT_NEAR(positions[0][0], positions[1][0], 2e-3F);
+    EXPECT_NEAR(positions[0][1], positions[1][1], 2e-3F);
+  }
+}
+
 TEST_F(KernelVariants, SearchToTheSameOffset) {
   PatchTemplate patch{};
   for (const Kernels* set : {&fast_, &plain_}) {

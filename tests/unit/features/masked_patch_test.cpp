@@ -9,8 +9,8 @@
 
 #include "feature_slot.hpp"
 #include "front_end_harness.hpp"
-#include "image_pyramid.hpp"
 #include "kernels.hpp"
+#include "picture.hpp"
 
 namespace kinetrace::features {
 namespace {
@@ -18,10 +18,10 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector2f;
 using testing::median;
+using testing::Picture;
+using testing::surface;
 using testing::Texture;
 
-constexpr int kWidth = 240;
-constexpr int kHeight = 80;
 constexpr double kContour = 9.0;        // Own columns to the right of a patch's first one.
 constexpr std::uint16_t kOwn = 0x00FF;  // Those, but the last.
 constexpr AlignOptions kOptions{
@@ -31,29 +31,6 @@ PatchMask own_columns() {
   PatchMask mask{{}, false};
   std::fill(std::begin(mask.rows), std::end(mask.rows), kOwn);
   return mask;
-}
-
-/// An image ready for the kernels.
-class Picture {
- public:
-  explicit Picture(const testing::PixelValue& value, double noise_gray = 0.0, unsigned seed = 1) {
-    const testing::Image image = testing::render(kWidth, kHeight, value, noise_gray, seed);
-    std::vector<std::uint16_t> scratch(kWidth + 32);
-    pyramid_.build(image.view(), scratch);
-  }
-  [[nodiscard]] Plane plane() const { return pyramid_.level(0); }
-
- private:
-  Arena arena_{std::size_t{1} << 17};
-  ImagePyramid pyramid_{arena_, kWidth, kHeight, 1};
-};
-
-/// A surface that ends at a column, and what is seen beyond.
-testing::PixelValue surface(const Texture& own, double contour_x, const Vector2d& shift,
-                            const testing::PixelValue& beyond) {
-  return [&own, contour_x, shift, beyond](const Vector2d& p) {
-    return p.x() < contour_x + shift.x() ? own(p - shift) : beyond(p);
-  };
 }
 
 /// Where the patch at `at` of one picture is found in another, started a pixel off; far away if it is not.

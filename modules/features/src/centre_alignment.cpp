@@ -1,0 +1,27 @@
+#include "centre_alignment.hpp"
+
+#include "kernels.hpp"
+#include "patch_gate.hpp"
+
+namespace kinetrace::features {
+namespace {
+
+// The two sides of a contour are hardly further apart where both still look like the patch; beyond, it is another one.
+constexpr float kMostShift_px = 1.5F;
+constexpr float kConverged_px = 0.01F;
+
+}  // namespace
+
+void align_centre(const Plane& image, const AlignOptions& options, PatchTemplate& patch,
+                  Eigen::Vector2f& position) noexcept {
+  AlignOptions near = options;
+  near.max_shift_px = kMostShift_px;
+  near.converged_px = kConverged_px;
+  kernels().patch.narrow(&patch);
+  Eigen::Vector2f found = position;
+  if (kernels().patch.align(image, patch, near, &found.x(), &found.y()) && patch_inside(image, found)) {
+    position = found;
+  }
+}
+
+}  // namespace kinetrace::features
