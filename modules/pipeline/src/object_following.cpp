@@ -19,6 +19,14 @@ constexpr int kSureOfItsMotion = 5;
 constexpr double kSightedSigma_px = 0.3;
 constexpr int kSureOfItsMask = 5;  // Frames matched in a row: where it is may be wrong, what it is is not.
 constexpr double kElsewhereSigmas = 3.0;
+constexpr double kLikelySigmas = 2.0;
+constexpr double kSlow_mps = 1.0;  // Common errors of what is seen of something amount to that far away.
+
+/// Fast enough that rest is unlikely, if not ruled out.
+bool seems_to_move(const trajectory::MotionEstimate& motion) {
+  const double speed_mps = motion.velocity_mps.norm();
+  return speed_mps > kSlow_mps && speed_mps > kLikelySigmas * std::sqrt(motion.covariance.trace());
+}
 
 }  // namespace
 
@@ -28,9 +36,11 @@ void ObjectState::start_filter() {
   const trajectory::MotionEstimate motion = motion_.at(0);
   // Its last poses may be too unsure to show a motion that was well known before.
   const bool goes_on = known_motion_ && known_motion_->moving;
-  // Out of sight, what showed no motion is best looked for where it was. What had been resting before it was found
-  // again for a few frames has hardly begun to move just then: that is its place being put right.
-  const bool stays = !goes_on && (shows_no_motion() || (rested_ && tracked_run_ < kSureOfItsMotion));
+  // Out of sight, what showed no motion is best looked for where it was, unless it seemed to have one that was not sure
+  // yet. What had been resting before it was found again for a few frames has hardly begun to move just then: that is
+  // its place being put right.
+  const bool stays =
+      !goes_on && ((shows_no_motion() && !seems_to_move(motion)) || (rested_ && tracked_run_ < kSureOfItsMotion));
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   if (motion.moving && !stays) {
     velocity_mps = motion.velocity_mps;
@@ -55,7 +65,9 @@ void ObjectState::follow_without_body(const StereoSighting& sighting, const Came
   if (status_ == BodyStatus::kLost && sighted && !filter_.at_rest() && !expected_here) {
     reconstructed_ = false;  // It is back: what was reconstructed before has left the map long ago.
   }
-  if (reconstructed_ && known_motion_ && (mostly_covered() || (cut_off() && well_known())) &&
+  // What neither rests nor surely moves has no way to go on by.
+  const bool has_way = known_motion_ && (filter_.at_rest() || known_motion_->moving);
+  if (reconstructed_ && has_way && (mostly_covered() || (cut_off() && well_known())) &&
       (sighting.features == 0 || coasting_sigma_m() < surface_wander_m(depth_m))) {
     coast(sighted);
     return;

@@ -381,6 +381,50 @@ TEST_F(ObjectStateTest, CoastsBehindSomethingOnlyWhileThatIsSurerThanWhatIsSeen)
   EXPECT_LT(off_m(), 2.0) << "18 m off if it went on so";
 }
 
+// Far away it comes nearer, which is likely but not sure; then something comes in front of it and its points are lost,
+// while it turns aside and new ones are seen in every frame.
+TEST_F(ObjectStateTest, WhatSeemedToMoveDoesNotRestBehindSomething) {
+  const Eigen::Vector3d approach_mps(0.0, 0.0, -3.0);
+  const Eigen::Vector3d aside_mps(3.0, 0.0, 0.0);
+  constexpr int kSeen = 9;
+  constexpr int kHidden = 12;
+  // Where it is seen errs in depth, but not so much that its speed is anybody's guess.
+  const auto seen_at = [](const Eigen::Vector3d& middle_m, int frame) {
+    return Eigen::Vector3d(middle_m + Eigen::Vector3d(0.0, 0.0, frame % 2 == 0 ? 0.8 : -0.8));
+  };
+  Eigen::Vector3d middle_m(-1.0, 0.2, 34.0);
+  ObjectResult told;
+  for (int frame = 0; frame < kSeen; ++frame) {
+    middle_m += 0.1 * approach_mps;
+    const std::vector<Feature> features = front(seen_at(middle_m, frame));
+    if (frame == 0) {
+      object_.begin(track(box_of(features)));
+    }
+    observe(object_, track(box_of(features)), features);
+    object_.report(told);
+    object_.describe_motion(0, told);
+    object_.learn_motion(told.T_world_obj, (Vector6d() << Eigen::Vector3d::Zero(), approach_mps).finished());
+  }
+  ASSERT_EQ(told.status, BodyStatus::kTracked);
+  ASSERT_FALSE(told.moving) << "or it goes on as it surely went";
+  const double offset_m = told.T_world_obj.translation.x() - middle_m.x();
+  camera_.T_world_cam_before = camera_.T_world_cam;
+  for (int frame = 0; frame < kHidden; ++frame) {
+    const std::vector<Feature> before = front(middle_m);
+    middle_m += 0.1 * aside_mps;
+    std::vector<Feature> features = front(seen_at(middle_m, frame));
+    for (std::size_t i = 0; i < features.size(); ++i) {
+      features[i].id += static_cast<std::uint32_t>(100 * (frame + 1));
+      features[i].previous_left_px = before[i].left_px;
+    }
+    Track seen = track(box_of(features));
+    seen.visible_part = 0.4F;
+    observe(object_, seen, features);
+    object_.report(told);
+  }
+  EXPECT_NEAR(told.T_world_obj.translation.x() - offset_m, middle_m.x(), 1.0);
+}
+
 TEST_F(ObjectStateTest, WhatRestedStillRestsWhenItIsFoundForAMoment) {
   const Eigen::Vector3d middle_m(0.0, 0.2, 10.0);
   const std::vector<Feature> features = front(middle_m);
