@@ -49,7 +49,8 @@ struct FeatureCounters {
 /// Temporal: inverse-compositional Lucas-Kanade (Baker and Matthews 2004), 16 x 11 patch, invariant to gain and offset,
 /// coarse to fine; last step against the feature's reference patch under an affine warp, so that drift does not
 /// accumulate. Left-right: row search on horizontal gradients with left-right check, then the same alignment with the
-/// surface's slant; v is the mean row of the pair.
+/// surface's slant; v is the mean row of the pair. Both end with the middle of the patch alone: at contours its rim
+/// shows something else.
 class FeatureFrontEnd {
  public:
   /// Memory: pyramids of two left images, the right image and the gradients of a pair (about 7 bytes a pixel), and
