@@ -19,13 +19,11 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector2f;
+using testing::kExactly;
 using testing::median;
 using testing::Picture;
 using testing::surface;
 using testing::Texture;
-
-constexpr AlignOptions kOptions{
-    .max_iterations = 20, .converged_px = 0.003F, .max_shift_px = 4.F, .preferred_row = 0.F, .row_weight = 0.F};
 
 struct Found {
   Vector2f whole{0.F, 0.F};   ///< By the whole patch.
@@ -36,9 +34,9 @@ Found find(const Picture& from, const Picture& to, const Vector2f& at, const Pat
   PatchTemplate patch;
   kernels().patch.sample(from.plane(), at.x(), at.y(), mask, &patch);
   Found found{start, start};
-  EXPECT_TRUE(kernels().patch.align(to.plane(), patch, kOptions, &found.whole.x(), &found.whole.y()));
+  EXPECT_TRUE(kernels().patch.align(to.plane(), patch, kExactly, &found.whole.x(), &found.whole.y()));
   found.centre = found.whole;
-  align_centre(to.plane(), kOptions, patch, found.centre);
+  align_centre(to.plane(), kExactly, patch, found.centre);
   return found;
 }
 
@@ -121,7 +119,7 @@ TEST(CentreAlignment, LeavesThePositionWhereTheMiddleHoldsNothing) {
   PatchTemplate patch;
   kernels().patch.sample(picture.plane(), 100.5F, 40.F, rim, &patch);
   Vector2f position(100.9F, 40.2F);
-  align_centre(picture.plane(), kOptions, patch, position);
+  align_centre(picture.plane(), kExactly, patch, position);
   EXPECT_EQ(position, Vector2f(100.9F, 40.2F));
 }
 
@@ -132,7 +130,7 @@ TEST(CentreAlignment, DoesNotGoToAnotherPlace) {
   kernels().patch.sample(picture.plane(), 100.5F, 40.F, kWholePatch, &patch);
   // Further off than what it may mend.
   Vector2f position(103.F, 40.F);
-  align_centre(picture.plane(), kOptions, patch, position);
+  align_centre(picture.plane(), kExactly, patch, position);
   EXPECT_EQ(position, Vector2f(103.F, 40.F));
 }
 

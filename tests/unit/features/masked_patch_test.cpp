@@ -17,6 +17,7 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector2f;
+using testing::kExactly;
 using testing::median;
 using testing::Picture;
 using testing::surface;
@@ -24,8 +25,6 @@ using testing::Texture;
 
 constexpr double kContour = 9.0;        // Own columns to the right of a patch's first one.
 constexpr std::uint16_t kOwn = 0x00FF;  // Those, but the last.
-constexpr AlignOptions kOptions{
-    .max_iterations = 20, .converged_px = 0.003F, .max_shift_px = 4.F, .preferred_row = 0.F, .row_weight = 0.F};
 
 PatchMask own_columns() {
   PatchMask mask{{}, false};
@@ -39,7 +38,7 @@ Vector2f found(const Picture& from, const Picture& to, const Vector2f& at, const
   PatchTemplate patch;
   kernels().patch.sample(from.plane(), at.x(), at.y(), mask, &patch);
   Vector2f position = start;
-  const bool aligned = kernels().patch.align(to.plane(), patch, kOptions, &position.x(), &position.y());
+  const bool aligned = kernels().patch.align(to.plane(), patch, kExactly, &position.x(), &position.y());
   return aligned ? position : Vector2f(-1e3F, -1e3F);
 }
 

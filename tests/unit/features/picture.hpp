@@ -7,12 +7,16 @@
 #include <Eigen/Core>
 
 #include "image_pyramid.hpp"
+#include "kernel_types.hpp"
 #include "synthetic_scene.hpp"
 
 namespace kinetrace::features::testing {
 
 inline constexpr int kPictureWidth = 240;
 inline constexpr int kPictureHeight = 80;
+/// How to align where hundredths of a pixel are looked at.
+inline constexpr AlignOptions kExactly{
+    .max_iterations = 20, .converged_px = 0.003F, .max_shift_px = 4.F, .preferred_row = 0.F, .row_weight = 0.F};
 
 /// An image ready for the kernels.
 class Picture {
