@@ -96,6 +96,12 @@ inline Floats masked(Floats value, const PatchTemplate& patch, int index) {
   return kMasked ? value * load(patch.weight + index) : value;
 }
 
+/// The gradient as it was before it was made orthogonal to the patch and to a constant. `raw` belongs to `gradient`.
+template <bool kMasked>
+inline Floats raw_gradient(const PatchTemplate& patch, const float* gradient, const float (&raw)[2], int index) {
+  return load(gradient + index) + raw[0] * load(patch.value + index) + masked<kMasked>(splat(raw[1]), patch, index);
+}
+
 void expand(const PatchMask& mask, PatchTemplate* out) {
   out->whole = mask.whole;
   out->pixels = static_cast<float>(kPatchPixels);
@@ -359,10 +365,8 @@ void warp_step(const PatchTemplate& patch, const float* values, const Comparison
     const Floats offset_y = splat(static_cast<float>(row) - kPatchHalfHeight);
     const Floats value = load(patch.value + index);
     const Floats error = masked<kMasked>((load(values + index) - mean) * inverse_gain, patch, index) - value;
-    const Floats gradient_x =
-        load(patch.gradient_x + index) + patch.raw_x[0] * value + masked<kMasked>(splat(patch.raw_x[1]), patch, index);
-    const Floats gradient_y =
-        load(patch.gradient_y + index) + patch.raw_y[0] * value + masked<kMasked>(splat(patch.raw_y[1]), patch, index);
+    const Floats gradient_x = raw_gradient<kMasked>(patch, patch.gradient_x, patch.raw_x, index);
+    const Floats gradient_y = raw_gradient<kMasked>(patch, patch.gradient_y, patch.raw_y, index);
     const Floats jacobian[4] = {gradient_x * offset_x, gradient_x * offset_y, gradient_y * offset_x,
                                 gradient_y * offset_y};
     for (int i = 0; i < kSize; ++i) {
@@ -447,11 +451,11 @@ inline void for_window(const PatchTemplate& patch, Use&& use) {
 
 template <bool kMasked>
 void narrow(PatchTemplate* patch) {
-  const auto gradient_x = [patch](int index, Floats value) {
-    return load(patch->gradient_x + index) + patch->raw_x[0] * value + splat(patch->raw_x[1]);
+  const auto gradient_x = [patch](int index) {
+    return raw_gradient<kMasked>(*patch, patch->gradient_x, patch->raw_x, index);
   };
-  const auto gradient_y = [patch](int index, Floats value) {
-    return load(patch->gradient_y + index) + patch->raw_y[0] * value + splat(patch->raw_y[1]);
+  const auto gradient_y = [patch](int index) {
+    return raw_gradient<kMasked>(*patch, patch->gradient_y, patch->raw_y, index);
   };
   Floats weights = splat(0.F);
   Floats values = splat(0.F);
@@ -462,8 +466,8 @@ void narrow(PatchTemplate* patch) {
   Floats along_y = splat(0.F);
   for_window<kMasked>(*patch, [&](int index, Floats weight) {
     const Floats value = load(patch->value + index);
-    const Floats weighted_x = weight * gradient_x(index, value);
-    const Floats weighted_y = weight * gradient_y(index, value);
+    const Floats weighted_x = weight * gradient_x(index);
+    const Floats weighted_y = weight * gradient_y(index);
     weights += weight;
     values += weight * value;
     squares += weight * value * value;
@@ -489,8 +493,8 @@ void narrow(PatchTemplate* patch) {
   Floats hyy = splat(0.F);
   for_window<kMasked>(*patch, [&](int index, Floats weight) {
     const Floats value = load(patch->value + index);
-    const Floats x = gradient_x(index, value) - mean_x - value_x * (value - mean);
-    const Floats y = gradient_y(index, value) - mean_y - value_y * (value - mean);
+    const Floats x = gradient_x(index) - mean_x - value_x * (value - mean);
+    const Floats y = gradient_y(index) - mean_y - value_y * (value - mean);
     store(patch->gradient_x + index, weight * x);
     store(patch->gradient_y + index, weight * y);
     hxx += weight * x * x;
