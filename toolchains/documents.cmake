@@ -21,7 +21,7 @@ endif()
 # What the delivered binaries are made with and need, in this machine's versions, or the sysroot's.
 add_custom_command(OUTPUT ${PROJECT_BINARY_DIR}/kinetrace.spdx.json
   COMMAND ${PROJECT_SOURCE_DIR}/toolchains/sbom ${PROJECT_VERSION} ${kinetrace_sysroot_arch} > ${PROJECT_BINARY_DIR}/kinetrace.spdx.json
-  DEPENDS ${PROJECT_SOURCE_DIR}/toolchains/sbom ${PROJECT_SOURCE_DIR}/toolchains/packages-build.txt
+  DEPENDS ${PROJECT_SOURCE_DIR}/toolchains/sbom ${PROJECT_SOURCE_DIR}/toolchains/list ${PROJECT_SOURCE_DIR}/toolchains/packages-build.txt
     ${PROJECT_SOURCE_DIR}/toolchains/packages-run.txt ${PROJECT_SOURCE_DIR}/toolchains/packages-plugins.txt
     ${PROJECT_SOURCE_DIR}/config/models/kinetrace-sim.onnx
     $<$<BOOL:${CMAKE_CROSSCOMPILING}>:${PROJECT_SOURCE_DIR}/toolchains/sysroot-${kinetrace_sysroot_arch}.lock>

@@ -42,6 +42,9 @@ if(CMAKE_CROSSCOMPILING)
   file(CHMOD ${package_tools}/dpkg-shlibdeps PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE)
 endif()
 
+# Named by the packages' changelogs.
+cmake_host_system_information(RESULT KINETRACE_RELEASE QUERY DISTRIB_VERSION_CODENAME)
+
 # kinetrace_package(COMPONENT SECTION SUMMARY DETAILS [packages of ours that it needs in the same version...])
 macro(kinetrace_package component section summary details)
   string(TOUPPER ${component} key)

@@ -6,6 +6,7 @@
 #include "board_config.hpp"
 #include "command_line.hpp"
 #include "config_fields.hpp"
+#include "input_config.hpp"
 #include "kinetrace/hal/rectifier.hpp"
 #include "kinetrace/pipeline/config.hpp"
 #include "live_config.hpp"
@@ -33,6 +34,7 @@ struct AppConfig {
   BoardConfig board;
   hal::RectifierConfig rectification;
   OutputConfig output;
+  InputConfig input;
   LiveConfig live;
   ProcessingConfig processing;
   pipeline::PipelineConfig pipeline;
@@ -48,6 +50,7 @@ void visit_fields(AppConfig& config, Visitor&& visit) {
   visit("output.mots", config.output.mots, "write mots.txt: the tracked masks");
   visit("output.points", config.output.points, "write points/: coloured point clouds");
   visit("output.colmap", config.output.colmap, "write colmap/: one COLMAP model per body");
+  visit_fields(config.input, visit);
   visit_fields(config.live, visit);
   visit("processing.threads", config.processing.threads,
         "share the work of a frame, as far as there are cores; the result is the same with any number");

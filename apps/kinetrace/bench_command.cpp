@@ -11,6 +11,7 @@
 #include "commands.hpp"
 #include "interrupt.hpp"
 #include "kinetrace/core/cpu.hpp"
+#include "kinetrace/core/files.hpp"
 #include "kinetrace/hal/rectifier.hpp"
 #include "messages.hpp"
 #include "stage_clock.hpp"
@@ -67,16 +68,6 @@ Outcome<BenchReport> measure(const BenchOptions& options) {
                      .stages = clock->stage_times()};
 }
 
-Outcome<void> write(const BenchReport& report, const std::filesystem::path& path) {
-  std::ofstream file(path);
-  file << bench_json(report);
-  file.close();
-  if (!file) {
-    return Unexpected(Failure{ExitCode::kIo, path.string() + " cannot be written"});
-  }
-  return {};
-}
-
 }  // namespace
 
 int bench_command(const BenchOptions& options) {
@@ -95,8 +86,8 @@ int bench_command(const BenchOptions& options) {
   }
   std::printf("%s", bench_table(*measured, before ? &*before : nullptr).c_str());
   if (!options.out.empty()) {
-    if (const Outcome<void> written = write(*measured, options.out); !written) {
-      return app::report(written.error());
+    if (const Status written = replace_file(options.out, bench_json(*measured)); !written) {
+      return app::report(to_failure(written.error()));
     }
   }
   return 0;

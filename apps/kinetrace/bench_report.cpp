@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <fstream>
 #include <optional>
 
 #include <nlohmann/json.hpp>
+
+#include "kinetrace/recording/json_text.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -67,12 +68,12 @@ std::string bench_json(const BenchReport& report) {
 }
 
 Result<BenchReport> read_bench_report(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  if (!file) {
-    return fail(ErrorCode::kNotFound, path.string() + " does not exist, or may not be read");
+  const Result<std::string> text = recording::read_json_text(path);
+  if (!text) {
+    return Unexpected(text.error());
   }
   try {
-    const Json json = Json::parse(file);
+    const Json json = Json::parse(*text);
     BenchReport report{.version = json.at("version").get<std::string>(),
                        .processor = json.at("processor").get<std::string>(),
                        .kernels = json.at("kernels").get<std::string>(),

@@ -98,7 +98,11 @@ Result<hal::DatasetSpec> CameraConfig::dataset() const {
 
 Result<CameraConfig> load_camera_config(const std::filesystem::path& path) {
   CameraConfig config;
-  if (const Status read = read_config_file(path, fields_of(config)); !read) {
+  const ConfigFileKind kind{
+      .missing = "no such camera file; give one that says which devices, such as those in config/cameras",
+      .unfit = "not a camera file (a YAML text below 1 MiB)",
+      .empty = "is empty; copy the one of config/cameras that is most like your rig"};
+  if (const Status read = read_config_file(path, fields_of(config), kind); !read) {
     return Unexpected(read.error());
   }
   config.calibration = relative_to(path, config.calibration);

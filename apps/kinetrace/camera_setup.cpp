@@ -34,12 +34,32 @@ Outcome<hal::DatasetSpec> dataset_spec(const SourceOptions& options) {
   return spec;
 }
 
+// What the features need; said here, where the recording can be named.
+Status check_size(const hal::Dataset& dataset, const hal::DatasetSpec& spec) {
+  constexpr int kMinWidth_px = 64;
+  constexpr int kMinHeight_px = 48;
+  const int width_px = dataset.calibration.raw_width_px();
+  const int height_px = dataset.calibration.raw_height_px();
+  if (width_px < kMinWidth_px || height_px < kMinHeight_px) {
+    return fail(ErrorCode::kBadFormat, spec.path.string() + ": its images of " + std::to_string(width_px) + "x" +
+                                           std::to_string(height_px) + " pixels are too small; at least " +
+                                           std::to_string(kMinWidth_px) + "x" + std::to_string(kMinHeight_px) +
+                                           " are needed");
+  }
+  return {};
+}
+
 Outcome<CameraSetup> recorded(const hal::DatasetSpec& spec) {
   const Result<hal::Dataset> dataset = hal::open_dataset(spec);
   if (!dataset) {
     return failure(dataset.error());
   }
-  return recording_setup(*dataset);
+  if (const Status size = check_size(*dataset, spec); !size) {
+    return failure(size.error());
+  }
+  CameraSetup setup = recording_setup(*dataset);
+  setup.folder = spec.path;
+  return setup;
 }
 
 Outcome<CameraSetup> from_dataset(const SourceOptions& options) {
@@ -50,6 +70,7 @@ Outcome<CameraSetup> from_dataset(const SourceOptions& options) {
   Outcome<CameraSetup> setup = recorded(*spec);
   if (setup) {
     setup->passes = options.passes;
+    setup->images = "recording " + options.dataset;
     setup->description = {{"dataset", options.dataset},
                           {"sequence", setup->dataset->name},
                           {"calibration", setup->calibration.source},
@@ -103,6 +124,7 @@ Outcome<CameraSetup> from_camera_file(const SourceOptions& options) {
   Outcome<CameraSetup> setup = config->source == CameraKind::kFiles ? from_files(*config) : from_devices(*config);
   if (setup) {
     setup->is_camera = true;
+    setup->images = "camera file " + options.camera;
     setup->description.emplace_back("camera", options.camera);
     setup->description.emplace_back("calibration", setup->calibration.source);
     // Those of the command line take the place of the file's.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,12 +31,14 @@ struct CameraSetup {
   hal::RigCalibration calibration;
   std::optional<hal::Dataset> dataset;        ///< A recording ...
   std::optional<hal::LiveCameraConfig> live;  ///< ... or devices.
+  std::filesystem::path folder;               ///< The recording's; empty for devices.
   int passes = 1;
   hal::FaultPlan faults;
   /// Named by --camera, or a recording that faults make one: waited for when lost, and its pairs are watched. A
   /// recording that has gone ends the run.
   bool is_camera = false;
   bool mends_times = true;  ///< Of a camera, see FrameGuardConfig; not where its times are what is looked at.
+  std::string images;       ///< Where they come from, in words: "recording kitti-raw:out/town".
   std::vector<std::pair<std::string, std::string>> description;  ///< For run.json.
   std::vector<std::string> notes;
 

@@ -4,31 +4,17 @@
 
 #include <CLI/CLI.hpp>
 
+#include "board_profiles.hpp"
+#include "command_errors.hpp"
+#include "command_footer.hpp"
 #include "command_reference.hpp"
+#include "kinetrace/hal/dataset.hpp"
+#include "kinetrace/hal/fault_injector.hpp"
+#include "kinetrace/segmentation/config.hpp"
+#include "network_command_line.hpp"
 
 namespace kinetrace::app {
 namespace {
-
-constexpr const char* kFooter = R"(
-Exit codes: 0 done, 1 a condition of --fail-if holds or a check of doctor failed, 64 wrong command line, 65 damaged or unusable recording,
-calibration or truth, 66 input not found, 70 internal error, 73 run folder cannot be made, 74 reading or writing failed,
-78 wrong configuration or memory budget too small; 128 + n when signal n ended a run early (what was computed is
-written).)";
-
-// Names of folders and of certificates at once.
-std::string dds_name_error(const std::string& name) {
-  constexpr std::size_t kLongest = 31;
-  const bool is_clean =
-      !name.empty() && name.size() <= kLongest && name.front() != '.' &&
-      name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-") == std::string::npos;
-  return is_clean ? "" : "\"" + name + "\" is no name: 1 to 31 letters, digits or any of _ . -, the first no dot";
-}
-
-std::string dds_prefix_error(const std::string& prefix) {
-  const bool is_clean =
-      prefix.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_/") == std::string::npos;
-  return is_clean ? "" : "\"" + prefix + "\" is no prefix: letters, digits and _, joined by /";
-}
 
 void add_config_options(CLI::App& command, ConfigSource& source) {
   command.add_option("--board", source.board, "Begins with the settings for a board: those in config/boards")
@@ -104,11 +90,14 @@ void add_run(CLI::App& app, RunOptions& options, std::string& out, std::string& 
       *app.add_subcommand("run", "Reconstructs trajectories from a recording or a camera into a run folder");
   add_source_options(run, options.source);
   run.add_option("--segmentation", options.segmentation,
-                 "Where objects come from: motion, none, mask files (KITTI MOTS PNG) as masks:LEFT_DIR[,RIGHT_DIR], a "
+                 "Where objects come from: motion (the default), none (they are not looked for), mask files (KITTI "
+                 "MOTS PNG) as masks:LEFT_DIR[,RIGHT_DIR], a "
                  "neural network as onnx[:MODEL.yaml], or dds: masks that another process sends, see kinetrace masks")
       ->type_name("HOW");
   add_config_options(run, options.config);
   run.add_option("--out", out, "Run folder; made, or replaced if it is an earlier run's")->type_name("DIR")->required();
+  run.add_flag("--images", options.images,
+               "Also writes the rectified left images into the run folder: those that its COLMAP models are of");
   add_until_options(run, options.until);
   CLI::Option* raw =
       run.add_option("--record", raw_out, "Also records the raw images, into a new folder")->type_name("DIR");
@@ -234,6 +223,14 @@ void add_evaluate(CLI::App& app, EvaluateOptions& options) {
   evaluate.footer(kFooter);
 }
 
+void add_summary(CLI::App& app, SummaryOptions& options) {
+  CLI::App& summary =
+      *app.add_subcommand("summary", "Prints what a run found: the camera's path, and a table of objects");
+  summary.add_option("RUN", options.run, "Run folder")->required();
+  summary.add_flag("--json", options.json, "Prints the same as JSON");
+  summary.footer(kFooter);
+}
+
 void add_figure(CLI::App& app, FigureOptions& options) {
   CLI::App& figure = *app.add_subcommand("figure", "Draws the result figure of a run as a PNG, 1600 pixels wide");
   figure.add_option("RUN", options.run, "Run folder")->required();
@@ -252,80 +249,6 @@ void add_figure(CLI::App& app, FigureOptions& options) {
       ->type_name("LAYOUT:PATH");
   figure.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
   figure.footer(kFooter);
-}
-
-void add_keys(CLI::App& app, KeysOptions& options) {
-  CLI::App& keys = *app.add_subcommand(
-      "keys", "Makes an authority, identities and permissions for DDS Security; never overwrites any");
-  keys.add_option("--out", options.out,
-                  "New folder, laid out as a keystore of ROS 2; one made earlier gets further identities")
-      ->type_name("DIR")
-      ->required();
-  const auto add_names = [&keys](const char* option, std::vector<std::string>& names, const char* description) {
-    keys.add_option(option, names, description)
-        ->type_name("NAME")
-        ->allow_extra_args(false)
-        ->check(CLI::Validator(dds_name_error, "", "name"));
-  };
-  add_names("--device", options.devices,
-            "May publish results and read masks; may be repeated. Without any name: kinetrace");
-  add_names("--viewer", options.viewers, "May read results; may be repeated. Without any name: viewer");
-  add_names("--segmenter", options.segmenters, "May publish masks and read results; may be repeated");
-  keys.add_option("--days", options.days, "Identities and permissions end after so many days")
-      ->type_name("N")
-      ->check(CLI::Range(1, 3650))
-      ->capture_default_str();
-  keys.add_option("--ros2-prefix", options.ros_prefix, "dds.ros2.prefix of the devices, since permissions name topics")
-      ->type_name("NAME")
-      ->check(CLI::Validator(dds_prefix_error, "", "prefix"))
-      ->capture_default_str();
-  keys.footer(kFooter);
-}
-
-void add_network_options(CLI::App& command, NetworkOptions& network) {
-  command.add_option("--publish", network.file, "The file that the run publishes by; config/dds holds examples")
-      ->type_name("FILE");
-  command.add_option("--domain", network.domain, "DDS domain instead of the file's (0 without a file)")
-      ->type_name("N")
-      ->check(CLI::Range(0, 230));
-  command.add_option("--interface", network.interface, "Network interface instead of the file's (lo without a file)")
-      ->type_name("NAME");
-}
-
-void add_listening_time(CLI::App& command, double& seconds) {
-  command.add_option("--seconds", seconds, "Ends after so much time; without it, at Ctrl-C")
-      ->type_name("S")
-      ->check(CLI::Range(0.001, 1e9));
-}
-
-void add_monitor(CLI::App& app, MonitorOptions& options, std::string& record) {
-  CLI::App& monitor = *app.add_subcommand(
-      "monitor", "Shows what a running Kinetrace publishes: objects, health and rates; records it for ROS 2");
-  add_network_options(monitor, options.network);
-  monitor.add_option("--device", options.network.device, "Only this device; without it, all that are heard")
-      ->type_name("NAME");
-  monitor.add_option("--record", record, "Records the ROS 2 topics into a new MCAP file, readable however it ends")
-      ->type_name("FILE.mcap");
-  add_listening_time(monitor, options.seconds);
-  monitor.add_option("--messages", options.messages, "Ends after N messages of Kinetrace's own topics")
-      ->type_name("N")
-      ->check(CLI::PositiveNumber);
-  monitor.add_flag("--json", options.json, "Prints each message as one line of JSON, and rates once a second");
-  monitor.add_flag("--quiet", options.quiet, "Prints nothing but warnings, errors and what --json prints of messages");
-  monitor.footer(
-      "\nExit codes: 0 something was heard; 74 nothing was, or writing failed; 73 the file cannot be made; "
-      "others as of run. Ctrl-C is no failure.");
-}
-
-void add_masks(CLI::App& app, MaskOptions& options, std::string& folders) {
-  CLI::App& masks = *app.add_subcommand(
-      "masks", "Sends masks from files to a run with --segmentation dds; shows how a network elsewhere does it");
-  masks.add_option("MASKS", folders, "Folders of KITTI MOTS PNG files")->type_name("LEFT_DIR[,RIGHT_DIR]")->required();
-  masks.add_flag("--by-order", options.by_order, "The first file by name is frame 0; without it, names are numbers");
-  add_network_options(masks, options.network);
-  masks.add_option("--device", options.network.device, "The run's dds.device instead of the file's")->type_name("NAME");
-  add_listening_time(masks, options.seconds);
-  masks.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
 }
 
 void add_segment(CLI::App& app, SegmentOptions& options) {
@@ -354,11 +277,23 @@ void add_reference(CLI::App& app, std::string& form) {
       ->check(CLI::IsMember({"man", "bash"}));
 }
 
-MaskOptions with_folders(MaskOptions options, const std::string& folders) {
-  const std::size_t comma = folders.find(',');
-  options.left_dir = folders.substr(0, comma);
-  options.right_dir = comma == std::string::npos ? "" : folders.substr(comma + 1);
-  return options;
+// For completion: values of options that take others besides.
+ValueHints value_hints() {
+  ValueHints hints;
+  for (const std::string_view layout : hal::layout_names()) {
+    hints["--dataset"].push_back(std::string(layout) + ":");
+  }
+  for (const segmentation::SegmentationMode mode : segmentation::kSegmentationModes) {
+    const bool takes_folders = mode == segmentation::SegmentationMode::kMasks;
+    hints["--segmentation"].push_back(std::string(to_string(mode)) + (takes_folders ? ":" : ""));
+  }
+  for (const std::string_view kind : hal::fault_kind_names()) {
+    hints["--fault"].push_back(std::string(kind) + "@");
+  }
+  for (const BoardProfile& profile : board_profiles()) {
+    hints["--board"].emplace_back(profile.name);
+  }
+  return hints;
 }
 
 Outcome<PlanOptions> with_size(PlanOptions options, const std::string& size) {
@@ -398,6 +333,7 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   MonitorOptions monitor;
   MaskOptions masks;
   SegmentOptions segment;
+  SummaryOptions summary;
   std::string out;
   std::string recording;
   std::string folders;
@@ -412,6 +348,7 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   add_show_config(app, config);
   add_evaluate(app, evaluate);
   add_study(app, study, out);
+  add_summary(app, summary);
   add_figure(app, figure);
   add_keys(app, keys);
   add_monitor(app, monitor, recording);
@@ -425,7 +362,7 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
       app.exit(error);
       return NothingToDo{};
     }
-    return Unexpected(Failure{ExitCode::kUsage, std::string(error.what()) + "; see kinetrace --help"});
+    return Unexpected(Failure{ExitCode::kUsage, command_error(app, error)});
   }
   if (app.got_subcommand("run")) {
     run.out = out;
@@ -448,6 +385,9 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
   if (app.got_subcommand("evaluate")) {
     return evaluate;
   }
+  if (app.got_subcommand("summary")) {
+    return summary;
+  }
   if (app.got_subcommand("study")) {
     study.out = out;
     return study;
@@ -463,7 +403,7 @@ Outcome<Command> parse_command_line(int argc, const char* const* argv) {
     return segment;
   }
   if (app.got_subcommand("reference")) {
-    std::fputs((form == "man" ? manual_page(app) : bash_completion(app)).c_str(), stdout);
+    std::fputs((form == "man" ? manual_page(app) : bash_completion(app, value_hints())).c_str(), stdout);
     return NothingToDo{};
   }
   if (app.got_subcommand("figure")) {

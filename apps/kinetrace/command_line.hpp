@@ -51,6 +51,7 @@ struct RunOptions {
                              ///< configured one.
   ConfigSource config;
   std::filesystem::path out;
+  bool images = false;  ///< Also the rectified left images.
   RawOutputOptions raw;
   std::string publish;  ///< File with keys dds.*; empty: nothing is published.
   bool json = false;
@@ -114,6 +115,11 @@ struct StudyOptions {
   bool quiet = false;
 };
 
+struct SummaryOptions {
+  std::filesystem::path run;
+  bool json = false;
+};
+
 struct FigureOptions {
   std::filesystem::path run;
   std::optional<std::int64_t> frame;    ///< None: the frame that shows most.
@@ -163,9 +169,9 @@ struct MaskOptions {
 /// Asked for help or the version, which has been printed.
 struct NothingToDo {};
 
-using Command =
-    std::variant<RunOptions, RecordOptions, DoctorOptions, BenchOptions, PlanOptions, ConfigOptions, EvaluateOptions,
-                 StudyOptions, FigureOptions, KeysOptions, MonitorOptions, MaskOptions, SegmentOptions, NothingToDo>;
+using Command = std::variant<RunOptions, RecordOptions, DoctorOptions, BenchOptions, PlanOptions, ConfigOptions,
+                             EvaluateOptions, StudyOptions, FigureOptions, KeysOptions, MonitorOptions, MaskOptions,
+                             SegmentOptions, SummaryOptions, NothingToDo>;
 
 /// Reads the command line. Failures: kUsage.
 [[nodiscard]] Outcome<Command> parse_command_line(int argc, const char* const* argv);

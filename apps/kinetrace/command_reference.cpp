@@ -14,20 +14,6 @@ std::string upper(std::string text) {
   return text;
 }
 
-// Commands below `command`; groups of options, which CLI11 keeps as commands without a name, are not among them.
-std::vector<const CLI::App*> commands_of(const CLI::App& command) {
-  return command.get_subcommands([](const CLI::App* each) { return !each->get_name().empty(); });
-}
-
-std::vector<const CLI::Option*> options_of(const CLI::App& command) {
-  std::vector<const CLI::Option*> options = command.get_options();
-  for (const CLI::App* group : command.get_subcommands([](const CLI::App* each) { return each->get_name().empty(); })) {
-    const std::vector<const CLI::Option*> more = group->get_options();
-    options.insert(options.end(), more.begin(), more.end());
-  }
-  return options;
-}
-
 // "N" of "N:POSITIVE": what checks add comes after a colon, but there is one in "LAYOUT:PATH", too.
 std::string value_name(const CLI::Option& option) {
   std::string type = option.get_type_name();
@@ -108,14 +94,17 @@ std::string command_section(const CLI::App& command, const std::string& prefix) 
 // --- bash
 
 // What may come after the words so far, as a branch of a case over the commands given.
-std::string completion_branch(const CLI::App& command, const std::string& words) {
+std::string completion_branch(const CLI::App& command, const std::string& words, const ValueHints& hints) {
   std::vector<std::string> names;
   std::string values;
   for (const CLI::App* each : commands_of(command)) {
     names.push_back(each->get_name());
   }
   for (const CLI::Option* option : options_of(command)) {
-    const std::vector<std::string> known = choices(*option);
+    std::vector<std::string> known = choices(*option);
+    if (const auto hinted = hints.find(option->get_name(option->get_positional())); hinted != hints.end()) {
+      known.insert(known.end(), hinted->second.begin(), hinted->second.end());
+    }
     if (option->get_positional()) {
       names.insert(names.end(), known.begin(), known.end());
     }
@@ -130,12 +119,12 @@ std::string completion_branch(const CLI::App& command, const std::string& words)
   return values + "    '" + words + " '*) words='" + CLI::detail::join(names, " ") + "' ;;\n";
 }
 
-std::string completion_branches(const CLI::App& command, const std::string& words) {
+std::string completion_branches(const CLI::App& command, const std::string& words, const ValueHints& hints) {
   std::string text;
   for (const CLI::App* each : commands_of(command)) {
-    text += completion_branches(*each, words + " " + each->get_name());
+    text += completion_branches(*each, words + " " + each->get_name(), hints);
   }
-  return text + completion_branch(command, words);
+  return text + completion_branch(command, words, hints);
 }
 
 std::string command_names(const CLI::App& command) {
@@ -165,6 +154,19 @@ std::string command_search(const CLI::App& program) {
 
 }  // namespace
 
+std::vector<const CLI::App*> commands_of(const CLI::App& command) {
+  return command.get_subcommands([](const CLI::App* each) { return !each->get_name().empty(); });
+}
+
+std::vector<const CLI::Option*> options_of(const CLI::App& command) {
+  std::vector<const CLI::Option*> options = command.get_options();
+  for (const CLI::App* group : command.get_subcommands([](const CLI::App* each) { return each->get_name().empty(); })) {
+    const std::vector<const CLI::Option*> more = group->get_options();
+    options.insert(options.end(), more.begin(), more.end());
+  }
+  return options;
+}
+
 std::string manual_page(const CLI::App& program) {
   const std::string& name = program.get_name();
   const std::vector<const CLI::App*> commands = commands_of(program);
@@ -182,16 +184,18 @@ std::string manual_page(const CLI::App& program) {
   return text + ".SH NOTES\n" + escaped(program.get_footer()) + "\n";
 }
 
-std::string bash_completion(const CLI::App& program) {
+std::string bash_completion(const CLI::App& program, const ValueHints& hints) {
   const std::string& name = program.get_name();
   // The last but one of the words may be an option that wants a value.
   return "# bash completion for " + name + "\n_" + name +
          "() {\n"
          "  local words given='" +
          name + "' last=\"${COMP_WORDS[COMP_CWORD]}\" before=\"${COMP_WORDS[COMP_CWORD-1]}\"\n" +
-         command_search(program) + "  case \"$given $before\" in\n" + completion_branches(program, name) +
+         command_search(program) + "  case \"$given $before\" in\n" + completion_branches(program, name, hints) +
          "  esac\n"
          "  mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$last\")\n"
+         "  [[ \"${COMPREPLY[*]}\" == *[:@] ]] && compopt -o nospace 2>/dev/null\n"
+         "  return 0\n"
          "}\n"
          "complete -o bashdefault -o default -F _" +
          name + " " + name + "\n";

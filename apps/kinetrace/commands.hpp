@@ -38,6 +38,9 @@ namespace kinetrace::app {
 /// Tries a neural network on images.
 [[nodiscard]] int segment_command(const SegmentOptions& options);
 
+/// Prints what a run found.
+[[nodiscard]] int summary_command(const SummaryOptions& options);
+
 /// Draws the result figure of a run and, if asked for, every frame with what was found in it.
 [[nodiscard]] int figure_command(const FigureOptions& options);
 

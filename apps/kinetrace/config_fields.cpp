@@ -4,56 +4,53 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <numeric>
-#include <optional>
 #include <system_error>
+
+#include "kinetrace/core/nearest_name.hpp"
 
 namespace kinetrace::app {
 namespace {
-
-// Levenshtein's edit distance.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({row[j + 1] + 1, row[j] + 1, replaced});
-    }
-  }
-  return row.back();
-}
 
 std::string_view last_part(std::string_view key) {
   return key.substr(key.rfind('.') + 1);
 }
 
-// The known key a user most likely meant: the same name in another section, or a few letters away.
-std::optional<std::string_view> nearest_key(const ConfigFields& fields, std::string_view key) {
-  std::optional<std::string_view> nearest;
-  std::size_t smallest = std::max<std::size_t>(2, key.size() / 4) + 1;
+// A key most likely is meant to be one of the same name in another section, or one a few letters away.
+std::string meant_key(const ConfigFields& fields, std::string_view key) {
+  std::vector<std::string_view> keys;
   for (const ConfigField& field : fields) {
-    const bool same_name = last_part(field.key) == last_part(key);
-    const std::size_t distance = same_name ? 1 : edit_distance(key, field.key);
-    if (distance < smallest) {
-      smallest = distance;
-      nearest = field.key;
+    if (last_part(field.key) == last_part(key)) {
+      return "; did you mean " + field.key + "?";
     }
+    keys.emplace_back(field.key);
   }
-  return nearest;
+  return did_you_mean(key, keys);
 }
 
 Status unknown_key(const ConfigFields& fields, std::string_view key) {
-  std::string message = "unknown key \"" + std::string(key) + "\"";
-  if (const auto nearest = nearest_key(fields, key)) {
-    message += "; did you mean \"" + std::string(*nearest) + "\"?";
-  } else {
-    message += "; `kinetrace config` lists all keys";
+  const std::string meant = meant_key(fields, key);
+  return fail(ErrorCode::kInvalidConfig, "unknown key \"" + std::string(key) + "\"" +
+                                             (meant.empty() ? "; `kinetrace config` lists all keys" : meant));
+}
+
+// An enumeration's description lists its names: they are those of the words that it takes.
+std::string meant_value(const ConfigField& field, std::string_view text) {
+  const EnumReference* const choice = std::get_if<EnumReference>(&field.value);
+  if (choice == nullptr) {
+    return {};
   }
-  return fail(ErrorCode::kInvalidConfig, std::move(message));
+  const std::string before(choice->get(choice->value));
+  std::vector<std::string_view> names;
+  for (std::size_t begin = 0; begin < field.doc.size();) {
+    const std::size_t end = std::min(field.doc.find_first_of(" ,;:()", begin), field.doc.size());
+    const std::string_view word = std::string_view(field.doc).substr(begin, end - begin);
+    if (choice->set(word, choice->value)) {
+      names.push_back(word);
+    }
+    begin = end + 1;
+  }
+  choice->set(before, choice->value);
+  return did_you_mean(text, names);
 }
 
 template <typename Number>
@@ -127,7 +124,7 @@ Status set_field(const ConfigFields& fields, std::string_view key, std::string_v
   if (!std::visit(Assign{text}, field->value)) {
     return fail(ErrorCode::kInvalidConfig, field->key + " must be " +
                                                std::visit(Expectation{field->doc}, field->value) + ", got \"" +
-                                               std::string(text) + "\"");
+                                               std::string(text) + "\"" + meant_value(*field, text));
   }
   return {};
 }

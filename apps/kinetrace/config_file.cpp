@@ -127,10 +127,15 @@ Status read_config_text(const std::string& name, std::string_view text, const Co
   }
 }
 
-Status read_config_file(const std::filesystem::path& path, const ConfigFields& fields) {
-  const Result<std::string> text = read_text(path, "no such configuration file; `kinetrace config` prints one",
-                                             "not a configuration file (a YAML text below 1 MiB)");
-  return text ? read_config_text(path.string(), *text, fields) : Status(Unexpected(text.error()));
+Status read_config_file(const std::filesystem::path& path, const ConfigFields& fields, const ConfigFileKind& kind) {
+  const Result<std::string> text = read_text(path, kind.missing, kind.unfit);
+  if (!text) {
+    return Unexpected(text.error());
+  }
+  if (text->find_first_not_of(" \t\r\n") == std::string::npos) {
+    return fail(ErrorCode::kInvalidConfig, path.string() + ": " + kind.empty);
+  }
+  return read_config_text(path.string(), *text, fields);
 }
 
 Status apply_setting(std::string_view setting, const ConfigFields& fields) {

@@ -9,11 +9,19 @@
 
 namespace kinetrace::app {
 
+/// What a file is to be, for messages.
+struct ConfigFileKind {
+  std::string missing = "no such configuration file; `kinetrace config` prints one";
+  std::string unfit = "not a configuration file (a YAML text below 1 MiB)";
+  std::string empty = "is empty; `kinetrace config` prints one with all keys";
+};
+
 /// Reads a YAML file of nested maps into `fields`; keys that it does not name keep their value. A file is believed only
 /// as a whole: on an error some fields may already be set, so the caller gives up.
 /// Errors, with file and line: kNotFound, kIo, kInvalidConfig (unknown or repeated key, wrong type, not finite, not
-/// YAML).
-[[nodiscard]] Status read_config_file(const std::filesystem::path& path, const ConfigFields& fields);
+/// YAML; nothing in it, as a full disk leaves files; one of comments alone is a file of defaults).
+[[nodiscard]] Status read_config_file(const std::filesystem::path& path, const ConfigFields& fields,
+                                      const ConfigFileKind& kind = {});
 
 /// The same for a text; errors call it `name`.
 [[nodiscard]] Status read_config_text(const std::string& name, std::string_view text, const ConfigFields& fields);

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app_config.hpp"
 #include "camera_loop.hpp"
@@ -13,13 +14,15 @@
 #include "commands.hpp"
 #include "doctor_model.hpp"
 #include "doctor_network.hpp"
+#include "input_watch.hpp"
 #include "interrupt.hpp"
 #include "kinetrace/hal/capture_devices.hpp"
+#include "kinetrace/hal/input_monitor.hpp"
 #include "kinetrace/hal/rectifier.hpp"
-#include "kinetrace/hal/sync_monitor.hpp"
 #include "libcamera_loader.hpp"
 #include "memory.hpp"
 #include "messages.hpp"
+#include "printable.hpp"
 #include "run_publishing.hpp"
 
 namespace kinetrace::app {
@@ -37,10 +40,10 @@ std::string text(const char* format, double value) {
 class Findings {
  public:
   void ok(const std::string& what, const std::string& detail) {
-    std::printf("ok    %-12s %s\n", what.c_str(), detail.c_str());
+    std::printf("ok    %-12s %s\n", what.c_str(), printable(detail).c_str());
   }
   void failed(const std::string& what, const std::string& detail) {
-    std::printf("FAIL  %-12s %s\n", what.c_str(), detail.c_str());
+    std::printf("FAIL  %-12s %s\n", what.c_str(), printable(detail).c_str());
     all_held_ = false;
   }
   void check(bool holds, const std::string& what, const std::string& detail, const std::string& remedy) {
@@ -65,7 +68,7 @@ void list_devices(Findings& findings) {
     }
     findings.ok("device", device.name + ", " + device.path + ", " + device.stable_id);
     for (const std::string& mode : device.modes) {
-      std::printf("                     %s\n", mode.c_str());
+      std::printf("                     %s\n", printable(mode).c_str());
     }
   }
 }
@@ -78,6 +81,7 @@ struct Watched {
   std::int64_t shortest_ns = 0;
   std::int64_t longest_ns = 0;
   hal::SyncReport pairing;
+  std::vector<std::string> faults;  ///< In the images, as lines.
   double residual_sum_px = 0.0;
 
   void add(std::int64_t time_ns) {
@@ -106,25 +110,36 @@ Status watch(const CameraSetup& setup, const GuardedCamera& camera, const Doctor
     return Unexpected(rectifier.error());
   }
   const StereoGeometry& geometry = rectifier->geometry();
-  auto monitor = hal::SyncMonitor::create(kMonitor, geometry.width_px, geometry.height_px, arena);
+  auto monitor = hal::InputMonitor::create(kMonitor, geometry.width_px, geometry.height_px, arena);
   if (!monitor) {
     return Unexpected(monitor.error());
   }
   HealthMonitor health;
   Progress progress(false, std::nullopt);
   const CameraLoop loop{*camera.camera, {.max_seconds = options.seconds}, false, health, progress};
-  return play_camera(loop, [&](const StereoFrame& frame) -> Status {
+  Status played = play_camera(loop, [&](const StereoFrame& frame) -> Status {
     watched.add(frame.timestamp_ns);
     const Result<RectifiedPair> pair = rectifier->process(frame);
     if (!pair) {
       return Unexpected(pair.error());
     }
-    if (monitor->process(*pair)) {
-      watched.pairing = monitor->report();
+    if (monitor->process(frame, *pair)) {
+      watched.pairing = monitor->sync();
       watched.residual_sum_px += watched.pairing.residual_px;
     }
     return {};
   });
+  // Rows and pairing have lines of their own.
+  for (const hal::InputFault fault :
+       {hal::InputFault::kEyesIdentical, hal::InputFault::kEyesExchanged, hal::InputFault::kEyesUnrelated,
+        hal::InputFault::kNoParallax, hal::InputFault::kBeyondInfinity, hal::InputFault::kLeftFrozen,
+        hal::InputFault::kRightFrozen}) {
+    if (monitor->holds(fault)) {
+      watched.faults.push_back(
+          describe(fault, *monitor, {"camera file " + options.camera, setup.calibration.source}, geometry));
+    }
+  }
+  return played;
 }
 
 void judge_timing(const Watched& watched, const GuardedCamera& camera, Findings& findings) {
@@ -167,6 +182,9 @@ void judge_images(const Watched& watched, Findings& findings) {
   constexpr int kFewestMatches = 12;
   constexpr double kLargest_px = 1.0;
   const hal::SyncReport& pairing = watched.pairing;
+  for (const std::string& fault : watched.faults) {
+    findings.failed("images", fault);
+  }
   if (pairing.measurements == 0 || pairing.matches < kFewestMatches) {
     findings.failed("images", std::to_string(pairing.matches) +
                                   " matches between the eyes; point both at something with texture, in light");
@@ -176,7 +194,7 @@ void judge_images(const Watched& watched, Findings& findings) {
   findings.check(
       residual_px <= kLargest_px, "calibration",
       text("matches lie %.2f px off their row", residual_px) + ", " + std::to_string(pairing.matches) + " matches",
-      "calibrate again in this mode; check that left and right are not exchanged");
+      "calibrate again in this mode");
   const bool is_off =
       pairing.verdict == hal::SyncVerdict::kRightLate || pairing.verdict == hal::SyncVerdict::kRightEarly;
   findings.check(!is_off, "pairing", pairing_text(pairing),
@@ -199,10 +217,11 @@ void judge_model(const AppConfig& config, const StereoGeometry& geometry, double
 void judge_memory(const RunMemory& plan, const pipeline::MemoryConfig& memory, Findings& findings) {
   constexpr double kMib = 1024.0 * 1024.0;
   const Status fits = check_budget(plan, memory);
-  fits ? findings.ok("memory", text("%.1f MiB planned", static_cast<double>(plan.arena.total_bytes()) / kMib) +
-                                   text(" and %.1f MiB for libraries and threads",
-                                        static_cast<double>(plan.outside.total_bytes()) / kMib) +
-                                   text(" of %.1f MiB", memory.budget_mib))
+  const std::string planned =
+      text("%.1f MiB planned", static_cast<double>(plan.arena.total_bytes()) / kMib) +
+      text(" and %.1f MiB for libraries and threads", static_cast<double>(plan.outside.total_bytes()) / kMib);
+  fits ? findings.ok("memory", planned + (memory.budget_mib > 0.0 ? text(" of %.1f MiB", memory.budget_mib)
+                                                                  : ", which is the budget: none is given"))
        : findings.failed("memory", fits.error().message);
 }
 
@@ -218,7 +237,7 @@ void examine(const CameraSetup& setup, const AppConfig& config, const DoctorOpti
   judge_memory(*plan, config.pipeline.memory, findings);
 
   Arena arena(setup.required_bytes() + hal::Rectifier::required_bytes(setup.calibration, config.rectification) +
-              hal::SyncMonitor::required_bytes(kMonitor, geometry->width_px, geometry->height_px) +
+              hal::InputMonitor::required_bytes(kMonitor, geometry->width_px, geometry->height_px) +
               2 * Arena::kAlignment);
   auto camera = setup.make(arena);
   if (!camera) {

@@ -1,11 +1,12 @@
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 
 #include <yaml-cpp/yaml.h>
 
 #include "commands.hpp"
 #include "evaluate_input.hpp"
+#include "kinetrace/core/files.hpp"
+#include "kinetrace/core/input_file.hpp"
 #include "kinetrace/evaluation/condition.hpp"
 #include "kinetrace/evaluation/evaluation.hpp"
 #include "messages.hpp"
@@ -32,14 +33,16 @@ Result<std::vector<evaluation::Condition>> parse_conditions(const std::vector<st
 
 // EuRoC's sensor.yaml: T_BS, 16 numbers row by row.
 Result<Se3> read_body_camera(const fs::path& path) {
+  const Result<std::string> text = InputFile::read_whole(path);
+  if (!text) {
+    return Unexpected(text.error());
+  }
   try {
-    const auto values = YAML::LoadFile(path.string())["T_BS"]["data"].as<std::vector<double>>();
+    const auto values = YAML::Load(*text)["T_BS"]["data"].as<std::vector<double>>();
     if (values.size() == 16) {
       const Eigen::Matrix4d matrix = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values.data());
       return Se3{matrix.topLeftCorner<3, 3>(), matrix.topRightCorner<3, 1>()}.orthonormalised();
     }
-  } catch (const YAML::BadFile&) {
-    return fail(ErrorCode::kNotFound, path.string() + ": no such file; name the left camera's sensor.yaml");
   } catch (const YAML::Exception& error) {
     return fail(ErrorCode::kBadFormat, path.string() + ": has no T_BS with 16 numbers (" + error.what() + ")");
   }
@@ -114,6 +117,8 @@ Result<Evaluation> evaluate(const EvaluateOptions& options) {
     return Unexpected(input.error());
   }
   Evaluation evaluation;
+  evaluation.notes = run->notes;
+  evaluation.notes.insert(evaluation.notes.end(), input->notes.begin(), input->notes.end());
   evaluation.run = options.run.string();
   evaluation.truth = options.truth.string();
   evaluation.truth_format = to_string(truth->format);
@@ -126,13 +131,6 @@ Result<Evaluation> evaluate(const EvaluateOptions& options) {
   }
   evaluation.masks = std::move(input->masks);
   return evaluation;
-}
-
-Status write_text(const fs::path& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text << std::flush;
-  return file ? Status{}
-              : fail(ErrorCode::kIo, path.string() + ": cannot be written; check permissions and free space");
 }
 
 /// The exit code after all conditions; each that holds or cannot be checked is reported.
@@ -163,11 +161,14 @@ int evaluate_command(const EvaluateOptions& options) {
   if (!evaluation) {
     return report(to_failure(evaluation.error()));
   }
+  for (const std::string& note : evaluation->notes) {
+    print_warning(note);
+  }
   const std::string json = evaluation::evaluation_json(*evaluation);
   if (!options.quiet) {
     std::fputs(options.json ? json.c_str() : evaluation::evaluation_table(*evaluation).c_str(), stdout);
   }
-  if (const Status written = write_text(options.run / "evaluation.json", json); !written) {
+  if (const Status written = replace_file(options.run / "evaluation.json", json); !written) {
     return report(to_failure(written.error()));
   }
   return check_conditions(*conditions, json);

@@ -50,8 +50,13 @@ std::vector<Eigen::Vector3d> track_centres(const RunFrame& run_frame) {
 /// Builds the frames one after the other.
 class Matcher {
  public:
-  Matcher(const evaluation::Truth& truth, recording::MaskFrames masks, const Se3& T_run_truth, double gate_m)
-      : truth_(truth), run_masks_(std::move(masks)), T_run_truth_(T_run_truth), gate_m_(gate_m) {}
+  Matcher(const evaluation::Truth& truth, const StereoGeometry& rectified, recording::MaskFrames masks,
+          const Se3& T_run_truth, double gate_m)
+      : truth_(truth),
+        rectified_(rectified),
+        run_masks_(std::move(masks)),
+        T_run_truth_(T_run_truth),
+        gate_m_(gate_m) {}
 
   Result<ObjectFrame> match(RunFrame run_frame, const Se3& T_world_cam_true, Association association) {
     const Result<recording::MaskFrame> run_masks = run_masks_.at(run_frame.frame);
@@ -125,7 +130,7 @@ class Matcher {
       return fail(ErrorCode::kNotFound, truth_.mask_folder.string() + ": has no mask image of frame " +
                                             std::to_string(frame.frame) + "; copy the truth again");
     }
-    const Result<evaluation::MotsImage> image = images_.read(*path);
+    const Result<evaluation::MotsImage> image = images_.read(*path, rectified_.width_px, rectified_.height_px);
     if (!image) {
       return Unexpected(image.error());
     }
@@ -149,6 +154,7 @@ class Matcher {
   }
 
   const evaluation::Truth& truth_;
+  const StereoGeometry& rectified_;  ///< Of the run.
   recording::MaskFrames run_masks_;
   Se3 T_run_truth_;
   double gate_m_;
@@ -182,6 +188,17 @@ std::vector<evaluation::PosePair> pair_cameras(const recording::Run& run, const 
   return pairs;
 }
 
+// What was left out, and so does not count.
+void add_notes(const recording::Run& run, const evaluation::Truth& truth, EvaluationInput& input) {
+  if (input.camera.size() < run.camera.size()) {
+    input.notes.push_back("the truth has a camera pose for " + std::to_string(input.camera.size()) + " of the run's " +
+                          std::to_string(run.camera.size()) + " frames; the others do not count");
+  }
+  if (truth.has_objects && truth.objects.empty()) {
+    input.notes.push_back("the truth has no object in any frame of the run");
+  }
+}
+
 // The run does not record how its images were turned to be rectified; EuRoC's truth is that of the raw camera.
 double turn_camera(std::vector<evaluation::PosePair>& pairs) {
   const Eigen::Matrix3d rotation = evaluation::camera_rotation(pairs);
@@ -202,6 +219,7 @@ Result<EvaluationInput> match_up(const recording::Run& run, const evaluation::Tr
     return fail(ErrorCode::kBadFormat,
                 run.directory.string() + ": no frame has a true camera pose; is this the truth of the same recording?");
   }
+  add_notes(run, truth, input);
   if (truth.format == evaluation::TruthFormat::kEuroc) {
     input.camera_rotation_deg = turn_camera(input.camera);
   }
@@ -213,12 +231,13 @@ Result<EvaluationInput> match_up(const recording::Run& run, const evaluation::Tr
     return Unexpected(chosen.error());
   }
   input.association = *chosen;
-  Result<recording::MaskFrames> masks = recording::MaskFrames::open(run.directory);
+  Result<recording::MaskFrames> masks = recording::MaskFrames::open(run);
   if (!masks) {
     return Unexpected(masks.error());
   }
   const evaluation::PosePair& first = input.camera.front();
-  Matcher matcher(truth, std::move(*masks), first.T_world_cam * first.T_world_cam_true.inverse(), gate_m);
+  Matcher matcher(truth, run.rectified, std::move(*masks), first.T_world_cam * first.T_world_cam_true.inverse(),
+                  gate_m);
   std::map<std::int64_t, RunFrame> run_frames;
   for (const ObjectRow& row : run.objects) {
     run_frames[row.frame].tracks[row.track_id] = &row;

@@ -20,6 +20,7 @@ struct EvaluationInput {
   evaluation::Association association = evaluation::Association::kMasks;
   std::vector<evaluation::ObjectFrame> objects;
   std::optional<evaluation::MaskReport> masks;
+  std::vector<std::string> notes;  ///< What was left out, one line each.
 };
 
 /// Errors: those of the mask files; kBadFormat (no frame in common; images of different size), kInvalidArgument (the

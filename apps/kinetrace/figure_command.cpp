@@ -26,12 +26,15 @@ Outcome<Source> open_source(const FigureOptions& options) {
   if (!run) {
     return failure(run.error());
   }
-  Result<recording::MaskFrames> masks = recording::MaskFrames::open(options.run);
+  Result<recording::MaskFrames> masks = recording::MaskFrames::open(run->run());
   if (!masks) {
     return failure(masks.error());
   }
+  for (const std::string& note : run->run().notes) {
+    print_warning(note);
+  }
   Source source{std::move(*run), std::move(*masks), nullptr, ""};
-  Result<figure::RecordedImages> images = figure::RecordedImages::open(options.run, options.dataset);
+  Result<figure::RecordedImages> images = figure::RecordedImages::open(source.run.run(), options.dataset);
   if (images) {
     source.images = std::make_unique<figure::RecordedImages>(std::move(*images));
     return source;

@@ -1,8 +1,5 @@
 #include "figure_images.hpp"
 
-#include <algorithm>
-#include <fstream>
-#include <optional>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -10,86 +7,39 @@
 namespace kinetrace::figure {
 namespace {
 
-/// What run.json says about the recording.
-struct RecordedAs {
-  std::string dataset;
-  std::string sequence;
-  std::string cameras;
-  hal::RectifierConfig rectification;
-};
-
-Result<RecordedAs> read_source(const std::filesystem::path& path) {
-  const nlohmann::json run = nlohmann::json::parse(std::ifstream(path), nullptr, false);
-  try {
-    RecordedAs source;
-    const nlohmann::json& dataset = run.at("dataset");
-    source.dataset = dataset.at("dataset").get<std::string>();
-    source.sequence = dataset.value("sequence", std::string());
-    source.cameras = dataset.value("cameras", std::string());
-    source.rectification.keep_borders =
-        run.value("/config/rectification/keep_borders"_json_pointer, source.rectification.keep_borders);
-    return source;
-  } catch (const nlohmann::json::exception&) {
-    return fail(ErrorCode::kBadFormat, path.string() + ": does not say which recording the run was made from");
+Result<hal::Dataset> open_recording(const recording::Run& run, const std::string& dataset) {
+  const std::size_t colon = dataset.find(':');
+  if (colon == std::string::npos || colon + 1 == dataset.size()) {
+    return fail(ErrorCode::kInvalidArgument, "dataset " + dataset + ": expected LAYOUT:PATH");
   }
-}
-
-Result<hal::Dataset> open_recording(const RecordedAs& source) {
-  const std::size_t colon = source.dataset.find(':');
-  if (colon == std::string::npos || colon + 1 == source.dataset.size()) {
-    return fail(ErrorCode::kInvalidArgument, "dataset " + source.dataset + ": expected LAYOUT:PATH");
-  }
-  const auto layout = hal::parse_layout(source.dataset.substr(0, colon));
+  const auto layout = hal::parse_layout(dataset.substr(0, colon));
   if (!layout) {
     return Unexpected(layout.error());
   }
   hal::DatasetSpec spec;
   spec.layout = *layout;
-  spec.path = source.dataset.substr(colon + 1);
-  if (source.cameras == "gray" || source.cameras == "color") {
-    spec.cameras = source.cameras == "gray" ? hal::CameraChoice::kGray : hal::CameraChoice::kColor;
+  spec.path = dataset.substr(colon + 1);
+  if (run.cameras == "gray" || run.cameras == "color") {
+    spec.cameras = run.cameras == "gray" ? hal::CameraChoice::kGray : hal::CameraChoice::kColor;
   }
   // The name of the sequence chooses among several; where there is one, not every layout knows it by that name.
   Result<hal::Dataset> alone = hal::open_dataset(spec);
-  if (alone || alone.error().code != ErrorCode::kInvalidArgument || source.sequence.empty()) {
+  if (alone || alone.error().code != ErrorCode::kInvalidArgument || run.sequence.empty()) {
     return alone;
   }
-  spec.sequence = source.sequence;
+  spec.sequence = run.sequence;
   return hal::open_dataset(spec);
 }
 
-struct Storage {
-  std::optional<imaging::ImageReader> reader;
-  MutableGrayView raw;
-  std::optional<hal::Rectifier> rectifier;
-};
-
-Status take_storage(const hal::Dataset& dataset, const hal::RectifierConfig& rectification, Storage& storage,
-                    std::unique_ptr<Arena>& arena) {
-  const int width = dataset.calibration.raw_width_px();
-  const int height = dataset.calibration.raw_height_px();
-  imaging::ImageReaderConfig reading;
-  reading.max_width_px = width;
-  reading.max_height_px = height;
-  constexpr std::size_t kSmallestBuffer = 4096;
-  reading.max_file_bytes = std::max(dataset.max_file_bytes, kSmallestBuffer);
-  constexpr std::size_t kRounding = 4 * Arena::kAlignment;
-  const std::size_t image_bytes =
-      measure_bytes([&](Arena& measured) { (void)take_image<std::uint8_t>(measured, width, height); });
-  arena = std::make_unique<Arena>(imaging::ImageReader::required_bytes(reading) + image_bytes +
-                                  hal::Rectifier::required_bytes(dataset.calibration, rectification) + kRounding);
-  auto reader = imaging::ImageReader::create(reading, *arena);
-  if (!reader) {
-    return Unexpected(reader.error());
+/// As the run was configured.
+hal::RectifierConfig rectification_of(const recording::Run& run) {
+  hal::RectifierConfig rectification;
+  const nlohmann::json config = nlohmann::json::parse(run.config_json, nullptr, false);
+  const nlohmann::json::json_pointer key("/rectification/keep_borders");
+  if (config.is_object() && config.contains(key) && config.at(key).is_number()) {
+    rectification.keep_borders = config.at(key).get<double>();
   }
-  storage.raw = take_image<std::uint8_t>(*arena, width, height);
-  auto rectifier = hal::Rectifier::create(dataset.calibration, rectification, *arena);
-  if (!rectifier) {
-    return Unexpected(rectifier.error());
-  }
-  storage.reader.emplace(std::move(*reader));
-  storage.rectifier = *rectifier;
-  return {};
+  return rectification;
 }
 
 /// Place of a frame in the list, or its size.
@@ -109,52 +59,48 @@ std::size_t find_frame(const hal::FrameList& frames, std::int64_t number) {
 
 }  // namespace
 
-RecordedImages::RecordedImages(hal::Dataset dataset, std::unique_ptr<Arena> arena, imaging::ImageReader reader,
-                               MutableGrayView raw, hal::Rectifier rectifier)
-    : dataset_(std::move(dataset)),
-      arena_(std::move(arena)),
-      reader_(std::move(reader)),
-      raw_(raw),
-      rectifier_(rectifier) {}
+RecordedImages::RecordedImages(std::unique_ptr<Arena> arena, hal::FileStereoCamera camera, hal::Rectifier rectifier)
+    : arena_(std::move(arena)), camera_(std::move(camera)), rectifier_(rectifier) {}
 
-Result<RecordedImages> RecordedImages::open(const std::filesystem::path& run_directory, const std::string& moved_to) {
-  Result<RecordedAs> recorded = read_source(run_directory / "run.json");
-  if (!recorded) {
-    return Unexpected(recorded.error());
+Result<RecordedImages> RecordedImages::open(const recording::Run& run, const std::string& moved_to) {
+  if (run.dataset.empty() && moved_to.empty()) {
+    return fail(ErrorCode::kBadFormat, run.directory.string() + ": does not say which recording the run was made from");
   }
-  if (!moved_to.empty()) {
-    recorded->dataset = moved_to;
-  }
-  Result<hal::Dataset> dataset = open_recording(*recorded);
+  Result<hal::Dataset> dataset = open_recording(run, moved_to.empty() ? run.dataset : moved_to);
   if (!dataset) {
     return Unexpected(dataset.error());
   }
-  Storage storage;
-  std::unique_ptr<Arena> arena;
-  if (const Status taken = take_storage(*dataset, recorded->rectification, storage, arena); !taken) {
-    return Unexpected(taken.error());
+  const hal::RectifierConfig rectification = rectification_of(run);
+  auto arena = std::make_unique<Arena>(hal::FileStereoCamera::required_bytes(*dataset, {}) +
+                                       hal::Rectifier::required_bytes(dataset->calibration, rectification) +
+                                       2 * Arena::kAlignment);
+  auto rectifier = hal::Rectifier::create(dataset->calibration, rectification, *arena);
+  if (!rectifier) {
+    return Unexpected(rectifier.error());
   }
-  return RecordedImages(std::move(*dataset), std::move(arena), std::move(*storage.reader), storage.raw,
-                        *storage.rectifier);
+  auto camera = hal::FileStereoCamera::create(std::move(*dataset), {}, *arena);
+  if (!camera) {
+    return Unexpected(camera.error());
+  }
+  return RecordedImages(std::move(arena), std::move(*camera), *rectifier);
 }
 
 std::string RecordedImages::stem(std::int64_t frame) const {
-  const std::size_t place = find_frame(dataset_.frames, frame);
-  return place == dataset_.frames.size() ? std::string() : std::string(dataset_.frames[place].left_stem);
+  const std::size_t place = find_frame(frames(), frame);
+  return place == frames().size() ? std::string() : std::string(frames()[place].left_stem);
 }
 
 Result<GrayView> RecordedImages::left(std::int64_t frame) {
-  const std::string name = stem(frame);
-  const hal::FrameFolder& folder = dataset_.frames.left();
-  if (name.empty()) {
-    return fail(ErrorCode::kNotFound, "the recording in " + folder.folder + " has no frame " + std::to_string(frame));
+  const std::size_t place = find_frame(frames(), frame);
+  if (place == frames().size() || !frames()[place].complete()) {
+    return fail(ErrorCode::kNotFound, "the recording in " + frames().left().folder + " has no frame " +
+                                          std::to_string(frame) + " with the images of both eyes");
   }
-  const std::string path = folder.folder + "/" + name + folder.suffix;
-  if (const Status read = reader_.read_gray(path.c_str(), raw_); !read) {
-    return Unexpected(read.error());
+  const Result<StereoFrame> raw = camera_.frame_at(place);
+  if (!raw) {
+    return Unexpected(raw.error());
   }
-  // The rectifier takes pairs; the right one is not used.
-  const Result<RectifiedPair> pair = rectifier_.process({frame, 0, name, raw_, raw_});
+  const Result<RectifiedPair> pair = rectifier_.process(*raw);
   if (!pair) {
     return Unexpected(pair.error());
   }

@@ -10,6 +10,8 @@
 #include <string_view>
 #include <utility>
 
+#include "kinetrace/core/input_file.hpp"
+
 namespace kinetrace::figure {
 namespace {
 
@@ -73,15 +75,24 @@ bool add_property(std::istringstream& words, VertexLayout& layout) {
   return true;
 }
 
+/// False at the end, and where no header goes on for so long.
+bool next_line(std::ifstream& file, std::string& line) {
+  std::array<char, 256> characters{};
+  file.getline(characters.data(), characters.size());
+  line = characters.data();
+  constexpr std::streamoff kLongestHeader = 1 << 16;
+  return file.good() && file.tellg() < kLongestHeader;
+}
+
 Result<VertexLayout> read_header(std::ifstream& file, const std::filesystem::path& path) {
   VertexLayout layout;
   std::string line;
-  if (!std::getline(file, line) || line != "ply") {
+  if (!next_line(file, line) || line != "ply") {
     return damaged(path, "is not a PLY file");
   }
   bool is_binary = false;
   int elements = 0;
-  while (std::getline(file, line) && line != "end_header") {
+  while (next_line(file, line) && line != "end_header") {
     std::istringstream words(line);
     std::string keyword;
     words >> keyword;
@@ -110,10 +121,10 @@ Result<VertexLayout> read_header(std::ifstream& file, const std::filesystem::pat
 }  // namespace
 
 Result<Cloud> read_cloud(const std::filesystem::path& path, std::size_t most) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    return fail(ErrorCode::kNotFound, path.string() + ": no such file");
+  if (const Result<InputFile> usable = InputFile::open(path.c_str()); !usable) {
+    return Unexpected(usable.error());
   }
+  std::ifstream file(path, std::ios::binary);
   const Result<VertexLayout> layout = read_header(file, path);
   if (!layout) {
     return Unexpected(layout.error());
@@ -138,6 +149,9 @@ Result<Cloud> read_cloud(const std::filesystem::path& path, std::size_t most) {
                   sizeof(float));
     }
     constexpr std::uint8_t kMiddleGray = 128;
+    if (!file) {
+      return fail(ErrorCode::kIo, path.string() + ": cannot be read; check the disk");
+    }
     point.gray =
         layout->red == kAbsent ? kMiddleGray : static_cast<std::uint8_t>(vertex[static_cast<std::size_t>(layout->red)]);
     if (point.position_m.allFinite()) {

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "figure_choice.hpp"
-#include "kinetrace/core/text_rows.hpp"
 
 namespace kinetrace::figure {
 namespace {
@@ -53,38 +52,28 @@ void take_image(RecordedImages& images, Scene& scene) {
   copy_image(*image, MutableGrayView{scene.image.data(), image->width, image->height, image->width});
 }
 
-/// A point cloud, or an empty one where the run did not write it.
-Result<Cloud> cloud_if_written(const std::filesystem::path& path, std::size_t most) {
-  Result<Cloud> cloud = read_cloud(path, most);
+/// A point cloud, or an empty one where the run did not write it. They come with the end of a run.
+Result<Cloud> cloud_if_written(const recording::Run& run, const std::string& name, std::size_t most) {
+  if (!run.is_finished) {
+    return Cloud{};
+  }
+  Result<Cloud> cloud = read_cloud(run.directory / "points" / name, most);
   return !cloud && cloud.error().code == ErrorCode::kNotFound ? Cloud{} : cloud;
 }
 
 }  // namespace
 
-StereoGeometry recorded_geometry(const std::filesystem::path& run_directory, LabelView labels) {
+StereoGeometry recorded_geometry(const recording::Run& run, LabelView labels) {
+  if (run.rectified.width_px > 0 && run.rectified.height_px > 0 && run.rectified.fx_px > 0.0 &&
+      run.rectified.fy_px > 0.0) {
+    return run.rectified;
+  }
   StereoGeometry geometry;
   geometry.width_px = labels.width > 0 ? labels.width : 1000;
   geometry.height_px = labels.height > 0 ? labels.height : 500;
   geometry.fx_px = geometry.fy_px = geometry.width_px / 2.0;
   geometry.cx_px = (geometry.width_px - 1) / 2.0;
   geometry.cy_px = (geometry.height_px - 1) / 2.0;
-  Result<TextRows> rows =
-      TextRows::open(run_directory / "colmap" / "background" / "cameras.txt", TextRows::Separator::kBlanks);
-  constexpr std::size_t kPinholeFields = 8;  // CAMERA_ID PINHOLE WIDTH HEIGHT fx fy cx cy
-  if (rows && rows->next() && rows->size() == kPinholeFields && rows->text(1) == "PINHOLE") {
-    StereoGeometry read = geometry;
-    read.width_px = static_cast<int>(rows->integer(2));
-    read.height_px = static_cast<int>(rows->integer(3));
-    read.fx_px = rows->number(4);
-    read.fy_px = rows->number(5);
-    // COLMAP puts the centre of the first pixel at (0.5, 0.5).
-    read.cx_px = rows->number(6) - 0.5;
-    read.cy_px = rows->number(7) - 0.5;
-    const bool fits = labels.empty() || (labels.width == read.width_px && labels.height == read.height_px);
-    if (rows->status() && fits && read.width_px > 0 && read.height_px > 0 && read.fx_px > 0.0 && read.fy_px > 0.0) {
-      return read;
-    }
-  }
   return geometry;
 }
 
@@ -113,7 +102,6 @@ Result<Scene> make_scene(const FigureRun& run, const SceneChoice& choice, Record
   if (const Status valid = check(run, choice); !valid) {
     return Unexpected(valid.error());
   }
-  const std::filesystem::path& directory = run.run().directory;
   const Result<recording::MaskFrame> any_frame = masks.at(run.first_frame());
   if (!any_frame) {
     return Unexpected(any_frame.error());
@@ -121,7 +109,7 @@ Result<Scene> make_scene(const FigureRun& run, const SceneChoice& choice, Record
   Scene scene;
   scene.run = &run;
   scene.image_problem = image_problem;
-  scene.geometry = images != nullptr ? images->geometry() : recorded_geometry(directory, any_frame->labels);
+  scene.geometry = images != nullptr ? images->geometry() : recorded_geometry(run.run(), any_frame->labels);
   scene.frame = frame_of(run, choice, scene.geometry);
   scene.object = choice.object ? choice.object
                                : choose_object(run, scene.frame, scene.geometry.width_px, scene.geometry.height_px);
@@ -142,14 +130,14 @@ Result<Scene> make_scene(const FigureRun& run, const SceneChoice& choice, Record
                                                  "; --dataset must name the recording that the run was made from");
   }
   scene.masks = separate(*frame_masks);
-  Result<Cloud> background = cloud_if_written(directory / "points" / "background.ply", kMaxBackgroundPoints);
+  Result<Cloud> background = cloud_if_written(run.run(), "background.ply", kMaxBackgroundPoints);
   if (!background) {
     return Unexpected(background.error());
   }
   scene.background = std::move(*background);
   if (scene.object) {
     const std::string name = "object_" + std::to_string(*scene.object) + "_model.ply";
-    Result<Cloud> model = cloud_if_written(directory / "points" / name, kMaxObjectPoints);
+    Result<Cloud> model = cloud_if_written(run.run(), name, kMaxObjectPoints);
     if (!model) {
       return Unexpected(model.error());
     }

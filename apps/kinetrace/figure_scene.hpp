@@ -55,9 +55,9 @@ struct SceneChoice {
 [[nodiscard]] Result<Scene> make_scene(const FigureRun& run, const SceneChoice& choice, RecordedImages* images,
                                        const std::string& image_problem, recording::MaskFrames& masks);
 
-/// The rectified left camera as colmap/background/cameras.txt has it; where that is missing, a camera of 90 degrees and
-/// the size of the masks, or 2:1.
-[[nodiscard]] StereoGeometry recorded_geometry(const std::filesystem::path& run_directory, LabelView labels);
+/// The rectified left camera as the run has it; where it does not say, a camera of 90 degrees and the size of the
+/// masks, or 2:1.
+[[nodiscard]] StereoGeometry recorded_geometry(const recording::Run& run, LabelView labels);
 
 /// The masks of a frame one by one.
 [[nodiscard]] std::vector<TrackMask> separate(const recording::MaskFrame& frame);

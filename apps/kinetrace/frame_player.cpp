@@ -49,6 +49,13 @@ Status FramePlayer::play(const StereoFrame& frame) {
   return offered;
 }
 
+Status FramePlayer::finish() {
+  if (Status ended = live_ ? live_->finish() : Status{}; !ended) {
+    return ended;
+  }
+  return chain_.mask_files ? chain_.mask_files->finish(chain_.pipeline.mask_complaint(), warn_) : Status{};
+}
+
 void FramePlayer::pass_silence() {
   // Waiting for a camera that has gone, or is silent, is what a run is to do then. While frames come, only results
   // count.
@@ -76,8 +83,10 @@ Result<RectifiedPair> FramePlayer::prepare(const StereoFrame& frame) {
     // Live, the workers belong to the thread that processes.
     return chain_.rectifier.process(frame, live_ ? nullptr : chain_.workers.get());
   }();
-  if (pair && chain_.pairing) {
-    chain_.pairing->process(*pair, report_.health);
+  if (pair) {
+    if (const Status usable = chain_.input.process(frame, *pair, report_.health, warn_); !usable) {
+      return Unexpected(usable.error());
+    }
   }
   return pair;
 }
@@ -104,10 +113,15 @@ Status FramePlayer::process(const RectifiedPair& pair, std::int64_t exposed_ns) 
     return Unexpected(result.error());
   }
   report_.health.observe((*result)->newest);
-  note_masks((*result)->counters);
+  if (Status usable = note_masks(**result); !usable) {
+    return usable;
+  }
   hand_over(**result, exposed_ns);
   clock_->end_frame();
   Status recorded = chain_.recorder.record(**result);
+  if ((*result)->has_settled) {
+    report_.add_settled((*result)->settled);
+  }
   progressed_.set({.frames = progressed_.get().frames + 1,
                    .objects_now = static_cast<int>((*result)->newest.objects.size()),
                    .counters = (*result)->counters,
@@ -120,11 +134,16 @@ Status FramePlayer::process(const RectifiedPair& pair, std::int64_t exposed_ns) 
   return recorded;
 }
 
-void FramePlayer::note_masks(const FrameCounters& counters) {
-  if (chain_.masks || chain_.network) {
-    report_.health.note(HealthReason::kMasksMissing, counters.detection_frames_missing - mask_frames_missing_);
-    mask_frames_missing_ = counters.detection_frames_missing;
+Status FramePlayer::note_masks(const FrameResult& result) {
+  if (chain_.mask_files) {
+    return chain_.mask_files->process(result.counters, result.newest.timestamp_ns, chain_.pipeline.mask_complaint(),
+                                      report_.health, warn_);
   }
+  if (chain_.masks || chain_.network) {
+    report_.health.note(HealthReason::kMasksMissing, result.counters.detection_frames_missing - mask_frames_missing_);
+    mask_frames_missing_ = result.counters.detection_frames_missing;
+  }
+  return {};
 }
 
 void FramePlayer::hand_over(const FrameResult& result, std::int64_t exposed_ns) {

@@ -41,8 +41,8 @@ class FramePlayer {
   [[nodiscard]] Status play(const StereoFrame& frame);
   /// While no frame comes. Live, the other thread tells health.
   void pass_silence();
-  /// After the last frame. Errors: those of processing what waited.
-  [[nodiscard]] Status finish() { return live_ ? live_->finish() : Status{}; }
+  /// After the last frame. Errors: those of processing what waited, and of masks of which none fitted.
+  [[nodiscard]] Status finish();
 
   [[nodiscard]] Processed processed() const;
   [[nodiscard]] StageClock& capture_clock() noexcept { return capture_clock_ ? *capture_clock_ : *clock_; }
@@ -56,11 +56,12 @@ class FramePlayer {
   /// `exposed_ns`: steady clock at mid-exposure, 0 where that is not known.
   [[nodiscard]] Status process(const RectifiedPair& pair, std::int64_t exposed_ns);
   void hand_over(const FrameResult& result, std::int64_t exposed_ns);
-  void note_masks(const FrameCounters& counters);
+  [[nodiscard]] Status note_masks(const FrameResult& result);
   void tell_health();
 
   Chain& chain_;
   RunReport& report_;
+  Warn warn_ = [this](const std::string& warning) { report_.warn_now(warning); };
   Progressed progressed_;
   std::unique_ptr<StageClock> clock_ = std::make_unique<StageClock>();
   AllocationCounts allocations_at_last_offer_;

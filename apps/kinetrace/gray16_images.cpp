@@ -5,10 +5,6 @@
 namespace kinetrace::app {
 
 Result<ImageView<const std::uint16_t>> Gray16Images::read(const std::filesystem::path& path) {
-  const Result<imaging::ImageInfo> info = imaging::read_image_info(path.c_str());
-  if (!info) {
-    return Unexpected(info.error());
-  }
   if (!reader_) {
     constexpr imaging::ImageReaderConfig kConfig{.max_width_px = 8192, .max_height_px = 8192};
     arena_.emplace(imaging::ImageReader::required_bytes(kConfig));
@@ -17,6 +13,10 @@ Result<ImageView<const std::uint16_t>> Gray16Images::read(const std::filesystem:
       return Unexpected(reader.error());
     }
     reader_ = std::move(*reader);
+  }
+  const Result<imaging::ImageInfo> info = reader_->inspect(path.c_str());
+  if (!info) {
+    return Unexpected(info.error());
   }
   pixels_.resize(static_cast<std::size_t>(info->width) * static_cast<std::size_t>(info->height));
   const ImageView<std::uint16_t> image{pixels_.data(), info->width, info->height, info->width};

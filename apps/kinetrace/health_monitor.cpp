@@ -41,6 +41,17 @@ void HealthMonitor::Account::note(HealthReason reason, std::uint64_t count) noex
   last_trouble = frame;
 }
 
+// What was noticed before the first frame came counts from that on.
+void HealthMonitor::Account::begin_at(std::int64_t first) noexcept {
+  for (HealthEntry& entry : entries) {
+    if (entry.count > 0) {
+      entry.first_frame = first;
+      entry.last_frame = first;
+      last_trouble = first;
+    }
+  }
+}
+
 void HealthMonitor::Account::update() noexcept {
   const bool is_lost = camera == hal::CameraState::kLost;
   const bool is_recent = last_trouble && frame - *last_trouble <= kRecentFrames;
@@ -69,6 +80,9 @@ void HealthMonitor::observe(const FrameEstimate& newest) noexcept {
   const std::lock_guard lock(mutex_);
   const bool had_frame = now_.frame >= 0;
   now_.frame = newest.frame_index;
+  if (!had_frame) {
+    now_.begin_at(newest.frame_index);
+  }
   const BodyStatus pose = newest.camera.status;
   // The first frame of all has nothing to be tracked against.
   now_.note(HealthReason::kPoseLost,

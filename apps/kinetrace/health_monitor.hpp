@@ -62,6 +62,7 @@ class HealthMonitor {
     HealthState worst = HealthState::kOk;
 
     void note(HealthReason reason, std::uint64_t count) noexcept;
+    void begin_at(std::int64_t first) noexcept;
     void update() noexcept;
   };
   [[nodiscard]] Account copy() const noexcept {

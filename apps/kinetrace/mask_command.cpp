@@ -1,7 +1,9 @@
 #include <cstdio>
 #include <map>
 #include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "commands.hpp"
 #include "gray16_images.hpp"
@@ -36,18 +38,30 @@ class MaskServer {
         return Unexpected(request.error());
       }
       if (*request) {
-        if (Status answered = answer(**request); !answered) {
-          return answered;
-        }
+        note(answer(**request));
       }
       serve(link_);
     }
-    return {};
+    return answered_ > 0 ? Status{} : first_failure_;
   }
   [[nodiscard]] std::int64_t answered() const noexcept { return answered_; }
+  [[nodiscard]] std::int64_t failed() const noexcept { return failed_; }
 
  private:
-  [[nodiscard]] Status answer(const MaskRequest& request) {
+  enum class Answer : std::uint8_t { kSent, kUnknownFrame };
+
+  /// One frame that cannot be answered is no reason to leave the others without masks.
+  void note(const Result<Answer>& answer) {
+    if (answer) {
+      answered_ += *answer == Answer::kSent ? 1 : 0;
+    } else if (failed_++ == 0) {
+      first_failure_ = Unexpected(answer.error());
+      print_warning(answer.error().message +
+                    "; this frame goes without masks, and so does any other whose masks cannot be sent");
+    }
+  }
+
+  [[nodiscard]] Result<Answer> answer(const MaskRequest& request) {
     if (request.right && right_.empty() && !std::exchange(has_warned_, true)) {
       print_warning(
           "masks of the right image are wanted too; name their folder, --masks LEFT_DIR,RIGHT_DIR, or set "
@@ -56,23 +70,35 @@ class MaskServer {
     const auto left = left_.find(request.frame_index);
     const auto right = right_.find(request.frame_index);
     if (left == left_.end()) {
-      return {};  // Nothing is known of this frame; the run propagates.
+      return Answer::kUnknownFrame;  // The run propagates.
     }
-    Status sent = send(request, Eye::kLeft, left->second);
-    if (sent && request.right && right != right_.end()) {
-      sent = send(request, Eye::kRight, right->second);
+    // Both are read before either is sent: a run cannot use one of two.
+    std::vector<MaskSender::Image> images;
+    for (const auto& [eye, file] : {std::pair{Eye::kLeft, left}, std::pair{Eye::kRight, right}}) {
+      if (eye == Eye::kRight && (!request.right || file == right_.end())) {
+        continue;
+      }
+      Result<MaskSender::Image> image = read(request, eye, file->second);
+      if (!image) {
+        return Unexpected(image.error());
+      }
+      images.push_back(std::move(*image));
     }
-    answered_ += sent ? 1 : 0;
-    return sent;
+    for (const MaskSender::Image& image : images) {
+      if (const Status sent = sender_.send(image); !sent) {
+        return Unexpected(sent.error());
+      }
+    }
+    return Answer::kSent;
   }
 
-  [[nodiscard]] Status send(const MaskRequest& request, Eye eye, const std::filesystem::path& file) {
+  [[nodiscard]] Result<MaskSender::Image> read(const MaskRequest& request, Eye eye, const std::filesystem::path& file) {
     const Result<ImageView<const std::uint16_t>> image = images_.read(file);
     if (!image) {
       return Unexpected(image.error());
     }
-    return sender_.send(
-        {request.frame_index, request.timestamp_ns, eye, image->width, image->height, masks_of(*image)});
+    return MaskSender::Image{request.frame_index, request.timestamp_ns, eye,
+                             image->width,        image->height,        masks_of(*image)};
   }
 
   MaskOptions options_;
@@ -82,6 +108,8 @@ class MaskServer {
   MaskSender sender_;
   Gray16Images images_;
   std::int64_t answered_ = 0;
+  std::int64_t failed_ = 0;
+  Status first_failure_;
   bool has_warned_ = false;
 };
 
@@ -111,7 +139,8 @@ Outcome<void> send_masks(const MaskOptions& options) {
   MaskServer server(options, std::move(*left), std::move(right_files), **link, config->device);
   const Status served = server.run();
   if (!options.quiet) {
-    std::fprintf(stderr, "masks sent for %lld frames\n", static_cast<long long>(server.answered()));
+    std::fprintf(stderr, "masks sent for %lld frames%s\n", static_cast<long long>(server.answered()),
+                 server.failed() > 0 ? (", not for " + std::to_string(server.failed()) + " others").c_str() : "");
   }
   return served ? Outcome<void>{} : failure(served.error());
 }

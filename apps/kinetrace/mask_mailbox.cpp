@@ -15,6 +15,11 @@ void MaskMailbox::Eyeful::clear() noexcept {
   pieces = 0;
 }
 
+bool MaskMailbox::Slot::is_of(const MaskMessage& message) const noexcept {
+  return in_use && sender == message.sender && frame_index == message.frame_index &&
+         timestamp_ns == message.timestamp_ns;
+}
+
 void MaskMailbox::carve(const MaskMailboxConfig& config, Arena& arena, Slots& slots) {
   for (Slot& slot : slots) {
     for (std::size_t eye = 0; eye < (config.right ? 2U : 1U); ++eye) {
@@ -40,26 +45,31 @@ void MaskMailbox::request(const RectifiedPair& pair) noexcept {
     const std::lock_guard lock(mutex_);
     request_ = {pair.frame_index, pair.timestamp_ns, static_cast<std::uint32_t>(config_.width_px),
                 static_cast<std::uint32_t>(config_.height_px), config_.right};
-    awaited_ = pair.frame_index;
-    // What the pipeline left out, and what it read last, makes room.
-    for (Slot& slot : slots_) {
-      slot.in_use = slot.in_use && slot.frame_index >= pair.frame_index;
-    }
+    awaited_ = request_;
+    release_for(pair);
   }
   if (ask_) {
     ask_();
   }
 }
 
+void MaskMailbox::release_for(const RectifiedPair& pair) noexcept {
+  for (Slot& slot : slots_) {
+    const bool is_of_other_run =
+        slot.in_use && slot.frame_index == pair.frame_index && slot.timestamp_ns != pair.timestamp_ns;
+    counters_.messages_of_other_run += is_of_other_run ? slot.messages : 0;
+    // What the pipeline left out, and what it read last, makes room.
+    slot.in_use = slot.in_use && slot.frame_index >= pair.frame_index && !is_of_other_run;
+  }
+}
+
 const MaskSet* MaskMailbox::await(std::int64_t frame_index) noexcept {
   std::unique_lock lock(mutex_);
   const auto is_decided = [&] {
-    const Slot* slot = find(frame_index);
-    return senders_ == 0 || (slot != nullptr && (slot->is_bad || is_whole(*slot)));
+    return senders_ == 0 || find_whole(frame_index) != nullptr || is_given_up(frame_index);
   };
   const bool in_time = changed_.wait_for(lock, config_.timeout, is_decided);
-  const Slot* slot = find(frame_index);
-  if (slot != nullptr && is_whole(*slot)) {
+  if (const Slot* slot = find_whole(frame_index)) {
     ++counters_.frames_taken;
     taken_ = {slot->eyes[0].masks.span(), slot->eyes[1].masks.span()};
     return &taken_;
@@ -82,31 +92,59 @@ bool MaskMailbox::is_whole(const Slot& slot) const noexcept {
   return !slot.is_bad && slot.eyes[0].is_whole() && (!config_.right || slot.eyes[1].is_whole());
 }
 
-MaskMailbox::Slot* MaskMailbox::find(std::int64_t frame_index) noexcept {
-  auto* slot = std::find_if(slots_.begin(), slots_.end(),
-                            [&](const Slot& s) { return s.in_use && s.frame_index == frame_index; });
+const MaskMailbox::Slot* MaskMailbox::find_whole(std::int64_t frame_index) const noexcept {
+  const auto* slot = std::find_if(slots_.begin(), slots_.end(), [&](const Slot& s) {
+    return s.in_use && s.frame_index == frame_index && is_whole(s);
+  });
   return slot == slots_.end() ? nullptr : slot;
 }
 
-MaskMailbox::Slot* MaskMailbox::claim(std::int64_t frame_index) noexcept {
-  if (Slot* known = find(frame_index)) {
+bool MaskMailbox::is_given_up(std::int64_t frame_index) const noexcept {
+  const auto bad = std::count_if(slots_.begin(), slots_.end(),
+                                 [&](const Slot& s) { return s.in_use && s.frame_index == frame_index && s.is_bad; });
+  return bad >= std::int64_t{senders_};
+}
+
+MaskMailbox::Slot* MaskMailbox::dispensable() noexcept {
+  Slot* found = nullptr;
+  for (Slot& slot : slots_) {
+    if (slot.is_bad) {
+      return &slot;
+    }
+    const bool is_ahead = slot.frame_index != awaited_->frame_index;
+    if (is_ahead && (found == nullptr || slot.frame_index > found->frame_index)) {
+      found = &slot;
+    }
+  }
+  return found;
+}
+
+MaskMailbox::Slot* MaskMailbox::claim(const MaskMessage& message) noexcept {
+  const auto first = [this](auto&& condition) {
+    auto* slot = std::find_if(slots_.begin(), slots_.end(), condition);
+    return slot == slots_.end() ? nullptr : slot;
+  };
+  if (Slot* known = first([&](const Slot& s) { return s.is_of(message); })) {
     return known;
   }
-  // A slot is kept for the frame that the pipeline waits for, whatever comes ahead of it.
-  const bool is_awaited = awaited_ == frame_index;
-  const bool awaited_has_one = awaited_ && find(*awaited_) != nullptr;
-  const auto free = std::count_if(slots_.begin(), slots_.end(), [](const Slot& s) { return !s.in_use; });
-  if (free == 0 || (free == 1 && !is_awaited && !awaited_has_one)) {
+  Slot* slot = first([](const Slot& s) { return !s.in_use; });
+  if (slot == nullptr && awaited_ && awaited_->frame_index == message.frame_index) {
+    slot = dispensable();
+    counters_.messages_early += slot != nullptr && !slot->is_bad ? slot->messages : 0;
+  }
+  if (slot == nullptr) {
     return nullptr;
   }
-  Slot& slot = *std::find_if(slots_.begin(), slots_.end(), [](const Slot& s) { return !s.in_use; });
-  slot.in_use = true;
-  slot.is_bad = false;
-  slot.frame_index = frame_index;
-  for (Eyeful& eye : slot.eyes) {
+  slot->in_use = true;
+  slot->is_bad = false;
+  slot->sender = message.sender;
+  slot->frame_index = message.frame_index;
+  slot->timestamp_ns = message.timestamp_ns;
+  slot->messages = 0;
+  for (Eyeful& eye : slot->eyes) {
     eye.clear();
   }
-  return &slot;
+  return slot;
 }
 
 // False if it contradicts what came before, or there is no room for all of it.
@@ -139,15 +177,20 @@ void MaskMailbox::offer(const MaskMessage& message) noexcept {
   {
     const std::lock_guard lock(mutex_);
     ++counters_.messages;
-    if (awaited_ && message.frame_index < *awaited_) {
+    if (awaited_ && message.frame_index < awaited_->frame_index) {
       ++counters_.messages_late;
       return;
     }
-    Slot* slot = claim(message.frame_index);
+    if (awaited_ && message.frame_index == awaited_->frame_index && message.timestamp_ns != awaited_->timestamp_ns) {
+      ++counters_.messages_of_other_run;
+      return;
+    }
+    Slot* slot = claim(message);
     if (slot == nullptr) {
       ++counters_.messages_early;
       return;
     }
+    ++slot->messages;
     if (slot->is_bad || is_whole(*slot)) {
       return;  // Decided; the pipeline may be reading it.
     }

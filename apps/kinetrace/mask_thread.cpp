@@ -27,6 +27,17 @@ Status MaskThread::serve() {
   return request ? receiver_.request(*request) : Status{};
 }
 
+void MaskThread::tell_of_refused() {
+  const MaskCounters counters = mailbox_.counters();
+  constexpr const char* kRefused = "messages with masks are refused: ";
+  if (counters.messages_of_other_run > 0 && !std::exchange(told_of_other_run_, true)) {
+    tell_(kRefused + std::string(kMasksOfOtherRun));
+  }
+  if (counters.messages_invalid > 0 && !std::exchange(told_of_invalid_, true)) {
+    tell_(kRefused + std::string(kMasksInvalid));
+  }
+}
+
 void MaskThread::run() {
   // How long a new sender may stay unnoticed.
   constexpr std::int64_t kAtMost_ns = 50'000'000;
@@ -35,6 +46,7 @@ void MaskThread::run() {
     if (const Status served = serve(); !served && !std::exchange(was_told, true)) {
       tell_("masks: " + served.error().message);
     }
+    tell_of_refused();
     link_.wait(kAtMost_ns);
   }
 }

@@ -25,11 +25,15 @@ class MaskThread {
  private:
   void run();
   [[nodiscard]] Status serve();
+  /// Each once, as soon as there is something to say.
+  void tell_of_refused();
 
   publishing::Link& link_;
   publishing::MaskReceiver receiver_;
   MaskMailbox& mailbox_;
   std::function<void(const std::string& line)> tell_;
+  bool told_of_other_run_ = false;
+  bool told_of_invalid_ = false;
   std::atomic<bool> ends_ = false;
   std::thread thread_;
 };

@@ -7,9 +7,10 @@
 #include <fstream>
 #include <sstream>
 #include <string_view>
+#include <unistd.h>
 #include <utility>
 
-#include "kinetrace/hal/sync_monitor.hpp"
+#include "kinetrace/hal/input_monitor.hpp"
 #include "kinetrace/pipeline/pipeline.hpp"
 #include "live_run.hpp"
 #include "recording_thread.hpp"
@@ -49,6 +50,14 @@ MemoryPlan plan_outside(const AppConfig& config, const CameraSetup& camera, cons
     plan.entries.push_back({"neural network", network->bytes(), "segmentation.onnx.model, .threads; measured"});
   }
   return plan;
+}
+
+Status fits_the_machine(const RunMemory& plan) {
+  const auto needed = static_cast<double>(plan.total_bytes());
+  const double machine = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+  return needed <= machine ? Status{}
+                           : fail(ErrorCode::kBudget, "the plan needs " + mib(needed) + ", and this machine has " +
+                                                          mib(machine) + "; `kinetrace plan` lists who takes what");
 }
 
 }  // namespace
@@ -97,10 +106,8 @@ Result<RunMemory> plan_memory(const AppConfig& config, const CameraSetup& camera
   plan.entries.insert(plan.entries.end(), processing->entries.begin(), processing->entries.end());
   plan.entries.push_back(
       {"recorder", recording::RunRecorder::required_bytes(recording_config(config, *geometry, "")), "output.*"});
-  if (camera.is_camera) {
-    plan.entries.push_back(
-        {"sync monitor", hal::SyncMonitor::required_bytes({}, geometry->width_px, geometry->height_px), "image size"});
-  }
+  plan.entries.push_back(
+      {"input watch", hal::InputMonitor::required_bytes({}, geometry->width_px, geometry->height_px), "image size"});
   if (is_live(config.live, camera)) {
     plan.entries.push_back({"live frames", LiveRun::required_bytes(*geometry), "image size, live.mode"});
   }
@@ -119,11 +126,15 @@ Result<RunMemory> plan_memory(const AppConfig& config, const CameraSetup& camera
   return RunMemory{std::move(plan), plan_outside(config, camera, raw, publishing, network)};
 }
 
+double budget_bytes(const RunMemory& plan, const pipeline::MemoryConfig& config) noexcept {
+  return config.budget_mib > 0.0 ? config.budget_mib * kMib : static_cast<double>(plan.total_bytes());
+}
+
 Status check_budget(const RunMemory& plan, const pipeline::MemoryConfig& config) {
-  const double budget = config.budget_mib * kMib;
+  const double budget = budget_bytes(plan, config);
   const auto needed = static_cast<double>(plan.total_bytes());
   if (needed <= budget) {
-    return {};
+    return fits_the_machine(plan);
   }
   const auto& parts = plan.arena.entries;
   const auto largest =

@@ -33,7 +33,7 @@ struct RunMemory {
   MemoryPlan arena;    ///< In the order of creation; its total is the arena's size.
   MemoryPlan outside;  ///< What threads and libraries take from the system.
 
-  [[nodiscard]] std::size_t total_bytes() const { return arena.total_bytes() + outside.total_bytes(); }
+  [[nodiscard]] std::size_t total_bytes() const noexcept { return arena.total_bytes() + outside.total_bytes(); }
 };
 
 /// Everything that a run with this camera takes, with what it records, publishes and segments with, if any.
@@ -43,7 +43,11 @@ struct RunMemory {
                                             const PublishingSetup* publishing = nullptr,
                                             const NetworkThread* network = nullptr);
 
-/// kBudget, with what is missing and which part is largest, if more is planned than memory.budget_mib.
+/// memory.budget_mib; without one, what the plan needs.
+[[nodiscard]] double budget_bytes(const RunMemory& plan, const pipeline::MemoryConfig& config) noexcept;
+
+/// kBudget, with what is missing and which part is largest, if more is planned than memory.budget_mib,
+/// or than the machine has.
 [[nodiscard]] Status check_budget(const RunMemory& plan, const pipeline::MemoryConfig& config);
 
 /// The largest resident set that the process had so far; 0 if the system does not tell.

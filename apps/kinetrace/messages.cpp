@@ -1,7 +1,9 @@
 #include "messages.hpp"
 
 #include <cstdio>
+#include <string>
 
+#include "printable.hpp"
 #include "progress.hpp"
 
 namespace kinetrace::app {
@@ -12,8 +14,10 @@ constexpr const char* kYellow = "\033[1;33m";
 
 void print(const char* colour, const char* kind, std::string_view message) {
   const bool has_color = stderr_has_color();
-  std::fprintf(stderr, "kinetrace: %s%s%s %.*s\n", has_color ? colour : "", kind, has_color ? "\033[0m" : "",
-               static_cast<int>(message.size()), message.data());
+  // It may name files, or repeat what a network brought.
+  const std::string shown = printable(message);
+  std::fprintf(stderr, "kinetrace: %s%s%s %s\n", has_color ? colour : "", kind, has_color ? "\033[0m" : "",
+               shown.c_str());
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <initializer_list>
 #include <map>
+#include <optional>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -24,6 +25,7 @@ using neural::InputFit;
 using neural::ModelClass;
 using neural::ModelConfig;
 using neural::ModelFamily;
+using neural::TrainingPictures;
 
 constexpr const char* kDefaultModel = "kinetrace-sim.yaml";
 
@@ -37,7 +39,7 @@ class ModelReader {
 
   [[nodiscard]] Result<ModelConfig> read(const YAML::Node& root) {
     ModelConfig model;
-    allow(root, "", {"family", "model", "graph", "input", "classes", "use", "thresholds", "anchors"});
+    allow(root, "", {"family", "model", "graph", "trained_on", "input", "classes", "use", "thresholds", "anchors"});
     choose(root, "family",
            Names<ModelFamily>{{"yolov5-seg", ModelFamily::kYolov5Seg},
                               {"yolov8-seg", ModelFamily::kYolov8Seg},
@@ -46,6 +48,9 @@ class ModelReader {
            model.family);
     text(root, "model", model.file);
     text(root, "graph", model.graph);
+    choose(root, "trained_on",
+           Names<TrainingPictures>{{"real", TrainingPictures::kReal}, {"rendered", TrainingPictures::kRendered}},
+           model.trained_on);
     read_input(root, model.input);
     read_classes(root, model.classes);
     const YAML::Node thresholds = section(root, "thresholds", {"score", "overlap"});
@@ -210,6 +215,20 @@ Result<std::string> text_of(const fs::path& path) {
   return read_text(path, "no such model; give the YAML file that describes a network, " + guide, unfit);
 }
 
+// kinetrace-simulate leaves the truth beside what it renders, a few folders above the pictures.
+bool is_rendered(const fs::path& pictures) {
+  constexpr int kFolders = 6;
+  std::error_code error;
+  fs::path folder = fs::weakly_canonical(pictures, error);
+  for (int i = 0; i < kFolders && !error && !pictures.empty(); ++i, folder = folder.parent_path()) {
+    if (fs::exists(folder / "truth" / "objects.csv", error)) {
+      return true;
+    }
+    error.clear();
+  }
+  return false;
+}
+
 Result<fs::path> default_model() {
   for (const char* place : {"models", "../share/kinetrace/models"}) {
     const fs::path path = program_folder() / place / kDefaultModel;
@@ -225,6 +244,15 @@ Result<fs::path> default_model() {
 }
 
 }  // namespace
+
+std::optional<std::string> model_caution(const ModelConfig& model, const fs::path& pictures) {
+  if (model.trained_on == TrainingPictures::kReal || is_rendered(pictures)) {
+    return std::nullopt;
+  }
+  return model.file +
+         " was trained on rendered pictures alone and finds little in real ones; give a network that was trained on "
+         "pictures like these (--segmentation onnx:MODEL.yaml, segment --model), see modules/neural/README.md";
+}
 
 Result<ModelConfig> load_model(const fs::path& path) {
   if (path.empty()) {

@@ -153,7 +153,9 @@ class Monitor {
   }
   [[nodiscard]] bool is_over() const {
     const double seconds = static_cast<double>(steady_time_ns() - begin_ns_) * 1e-9;
-    return interrupted_by() != 0 || (options_.seconds > 0.0 && seconds >= options_.seconds) ||
+    // Whoever read what is printed may have gone.
+    return interrupted_by() != 0 || std::ferror(stdout) != 0 ||
+           (options_.seconds > 0.0 && seconds >= options_.seconds) ||
            (options_.messages > 0 && state_.messages() >= static_cast<std::uint64_t>(options_.messages));
   }
   [[nodiscard]] bool is_silent() const {

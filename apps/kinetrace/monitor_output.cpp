@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "kinetrace/core/class_name.hpp"
+#include "printable.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -39,10 +40,10 @@ std::string health_line(const MonitoredDevice& device) {
   }
   std::string line = "  health      " + text(to_string(*device.health));
   if (!device.camera_state.empty()) {
-    line += ", camera " + device.camera_state;
+    line += ", camera " + printable(device.camera_state);
   }
   for (const MonitoredReason& reason : device.reasons) {
-    line += ", " + reason.name + " " + std::to_string(reason.count) + "x";
+    line += ", " + printable(reason.name) + " " + std::to_string(reason.count) + "x";
   }
   return line + "\n";
 }
@@ -90,9 +91,9 @@ ordered_json object_json(const ObjectResult& object) {
           {"inliers", object.inliers}};
 }
 
-// Numbers that are not finite become null; text of others may be anything.
+// Numbers that are not finite become null; text of others may be anything, so all but plain ASCII is escaped.
 std::string line_of(const ordered_json& value) {
-  return value.dump(-1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return value.dump(-1, ' ', true, ordered_json::error_handler_t::replace) + "\n";
 }
 
 void print(const ordered_json& value) {
@@ -106,8 +107,8 @@ void print(const ordered_json& value) {
 std::string monitor_table(const MonitorState& state, std::int64_t steady_ns) {
   std::string table;
   for (const MonitoredDevice& device : state.devices()) {
-    table += formatted("%s: poses %.1f/s, objects %.1f/s\n", device.name.c_str(), device.poses.rate_hz(steady_ns),
-                       device.object_frames.rate_hz(steady_ns));
+    table += formatted("%s: poses %.1f/s, objects %.1f/s\n", printable(device.name).c_str(),
+                       device.poses.rate_hz(steady_ns), device.object_frames.rate_hz(steady_ns));
     table += camera_line(device) + health_line(device) + calibration_line(device);
     if (!device.objects.empty()) {
       table += formatted("  %6s %-12s %-12s %9s %9s %9s %8s %8s\n", "id", "class", "status", "x m", "y m", "z m", "m/s",

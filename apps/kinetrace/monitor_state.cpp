@@ -3,6 +3,14 @@
 #include <algorithm>
 
 namespace kinetrace::app {
+namespace {
+
+/// Of times that anybody may have sent: no difference of two is beyond this. Exact to a microsecond.
+double difference_ns(std::int64_t later_ns, std::int64_t earlier_ns) noexcept {
+  return static_cast<double>(later_ns) - static_cast<double>(earlier_ns);
+}
+
+}  // namespace
 
 void RateWindow::add(std::int64_t now_ns) noexcept {
   times_[count_ % times_.size()] = now_ns;
@@ -58,7 +66,7 @@ void MonitorState::hear(const publishing::HeardCamera& camera) {
   device.timestamp_ns = camera.timestamp_ns;
   device.camera = camera.camera;
   device.velocity_mps = camera.velocity_mps;
-  device.delay_ms = static_cast<double>(system_ns_ - camera.handed_over_ns) * 1e-6;
+  device.delay_ms = difference_ns(system_ns_, camera.handed_over_ns) * 1e-6;
   device.poses.add(steady_ns_);
 }
 
@@ -66,7 +74,7 @@ double MonitorState::age_s(Memory& memory, std::uint32_t track_id, std::int64_t 
   const auto known = std::find_if(memory.first_seen.begin(), memory.first_seen.end(),
                                   [&](const FirstSeen& seen) { return seen.track_id == track_id; });
   if (known != memory.first_seen.end()) {
-    return static_cast<double>(timestamp_ns - known->timestamp_ns) * 1e-9;
+    return difference_ns(timestamp_ns, known->timestamp_ns) * 1e-9;
   }
   if (memory.first_seen.size() < kMaxIds) {
     memory.first_seen.push_back({track_id, timestamp_ns});

@@ -11,8 +11,10 @@ namespace kinetrace::app {
 
 class MotsImages {
  public:
-  /// Errors, naming the file: those of Gray16Images and of label_mots_image.
-  [[nodiscard]] Result<evaluation::MotsImage> read(const std::filesystem::path& path);
+  /// `width_px`, `height_px`: what it must have; 0: any size. Errors, naming the file: kBadFormat (another size), those
+  /// of Gray16Images and of label_mots_image.
+  [[nodiscard]] Result<evaluation::MotsImage> read(const std::filesystem::path& path, int width_px = 0,
+                                                   int height_px = 0);
 
  private:
   Gray16Images images_;

@@ -20,4 +20,12 @@ Result<std::unique_ptr<NetworkThread>> start_network(const AppConfig& config, co
       {.model = std::move(*model), .threads = onnx.threads, .right = onnx.right, .waits = waits}, geometry);
 }
 
+std::optional<std::string> network_caution(const AppConfig& config, const std::filesystem::path& pictures) {
+  if (config.pipeline.segmentation.mode != segmentation::SegmentationMode::kOnnx) {
+    return std::nullopt;
+  }
+  const Result<neural::ModelConfig> model = load_model(config.pipeline.segmentation.onnx.model);
+  return model ? model_caution(*model, pictures) : std::nullopt;
+}
+
 }  // namespace kinetrace::app

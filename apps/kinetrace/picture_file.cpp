@@ -9,10 +9,6 @@
 namespace kinetrace::app {
 
 Result<PictureFiles::Loaded> PictureFiles::read(const std::filesystem::path& path) {
-  const Result<imaging::ImageInfo> info = imaging::read_image_info(path.c_str());
-  if (!info) {
-    return Unexpected(info.error());
-  }
   if (!reader_) {
     constexpr imaging::ImageReaderConfig kConfig{
         .max_width_px = kMaxSide_px, .max_height_px = kMaxSide_px, .max_file_bytes = std::size_t{64} << 20U};
@@ -22,6 +18,10 @@ Result<PictureFiles::Loaded> PictureFiles::read(const std::filesystem::path& pat
       return Unexpected(reader.error());
     }
     reader_ = std::move(*reader);
+  }
+  const Result<imaging::ImageInfo> info = reader_->inspect(path.c_str());
+  if (!info) {
+    return Unexpected(info.error());
   }
   const std::size_t pixels = static_cast<std::size_t>(info->width) * static_cast<std::size_t>(info->height);
   gray_.resize(pixels);

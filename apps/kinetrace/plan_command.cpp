@@ -56,7 +56,9 @@ void print_parts(const RunMemory& plan, const AppConfig& config) {
     }
   }
   print_line("total", static_cast<double>(plan.total_bytes()), "");
-  print_line("budget", config.pipeline.memory.budget_mib * 1024.0 * 1024.0, "memory.budget_mib");
+  const pipeline::MemoryConfig& memory = config.pipeline.memory;
+  print_line("budget", budget_bytes(plan, memory),
+             memory.budget_mib > 0.0 ? "memory.budget_mib" : "memory.budget_mib is 0: what the plan needs");
   if (board.memory_mib > 0) {
     print_line("board", board.memory_mib * 1024.0 * 1024.0, "board.memory_mib");
   }

@@ -1,13 +1,16 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "camera_loop.hpp"
 #include "camera_setup.hpp"
 #include "commands.hpp"
+#include "input_watch.hpp"
 #include "interrupt.hpp"
 #include "kinetrace/core/config_check.hpp"
+#include "kinetrace/hal/rectifier.hpp"
 #include "messages.hpp"
 #include "progress.hpp"
 #include "recording_thread.hpp"
@@ -35,16 +38,67 @@ Status record_frame(RecordingThread& raw, const StereoFrame& frame, bool waits_f
   return failure ? Unexpected(*failure) : Status{};
 }
 
+/// Says what is wrong with the images while they can still be recorded anew. Recording goes on whatever it is.
+class RecordWatch {
+ public:
+  [[nodiscard]] static Result<std::size_t> required_bytes(const CameraSetup& setup) {
+    const auto geometry = hal::Rectifier::rectified_geometry(setup.calibration, {});
+    if (!geometry) {
+      return Unexpected(geometry.error());
+    }
+    return hal::Rectifier::required_bytes(setup.calibration, {}) +
+           hal::InputMonitor::required_bytes({}, geometry->width_px, geometry->height_px) + 2 * Arena::kAlignment;
+  }
+  [[nodiscard]] static Result<RecordWatch> create(const CameraSetup& setup, Arena& arena) {
+    auto rectifier = hal::Rectifier::create(setup.calibration, {}, arena);
+    if (!rectifier) {
+      return Unexpected(rectifier.error());
+    }
+    const StereoGeometry& geometry = rectifier->geometry();
+    const auto monitor = hal::InputMonitor::create({}, geometry.width_px, geometry.height_px, arena);
+    if (!monitor) {
+      return Unexpected(monitor.error());
+    }
+    return RecordWatch(*rectifier, InputWatch(*monitor, PairingKeeper(nullptr), InputPolicy::kWarn,
+                                              {setup.images, setup.calibration.source}));
+  }
+  void process(const StereoFrame& frame, HealthMonitor& health, const Warn& warn) {
+    const Result<RectifiedPair> pair = watch_.wants_pair() ? rectifier_.process(frame) : RectifiedPair{};
+    const Status seen = pair ? watch_.process(frame, *pair, health, warn) : Unexpected(pair.error());
+    if (!seen) {
+      warn(seen.error().message);
+    }
+  }
+
+ private:
+  RecordWatch(const hal::Rectifier& rectifier, InputWatch watch) : rectifier_(rectifier), watch_(std::move(watch)) {}
+  hal::Rectifier rectifier_;
+  InputWatch watch_;
+};
+
 Outcome<Recorded> record(const RecordOptions& options) {
   const Outcome<CameraSetup> setup = camera_setup(options.source);
   if (!setup) {
     return Unexpected(setup.error());
   }
   const hal::RawRecorderConfig config = raw_recorder_config(options.raw, setup->calibration, rate_of(*setup));
-  Arena arena(setup->required_bytes() + RecordingThread::required_bytes(config));
+  // What cannot be rectified can be recorded, to be calibrated later.
+  const Result<std::size_t> watch_bytes = RecordWatch::required_bytes(*setup);
+  if (!watch_bytes) {
+    print_warning(watch_bytes.error().message + "; recording without a look at the images");
+  }
+  Arena arena(setup->required_bytes() + RecordingThread::required_bytes(config) + watch_bytes.value_or(0));
   auto camera = setup->make(arena);
   if (!camera) {
     return failure(camera.error());
+  }
+  std::optional<RecordWatch> watch;
+  if (watch_bytes) {
+    auto made = RecordWatch::create(*setup, arena);
+    if (!made) {
+      return failure(made.error());
+    }
+    watch = std::move(*made);
   }
   hal::StereoCamera& frames = *camera->camera;
   if (const Status begun = first_failure({frames.open(), frames.start()}); !begun) {
@@ -59,10 +113,18 @@ Outcome<Recorded> record(const RecordOptions& options) {
   Progress progress(!options.quiet, frames.info().frame_count);
   catch_interrupts();
   const CameraLoop loop{frames, options.until, setup->is_camera, health, progress};
-  Status played = play_camera(loop, [&](const StereoFrame& frame) {
-    Status recorded = record_frame(**raw, frame, !setup->live);
+  Status played = play_camera(loop, [&](const StereoFrame& frame) -> Status {
+    if (Status recorded = record_frame(**raw, frame, !setup->live); !recorded) {
+      return recorded;
+    }
     progress.show((*raw)->written(), 0);
-    return recorded;
+    if (watch) {
+      watch->process(frame, health, [&progress](const std::string& warning) {
+        progress.clear();
+        print_warning(warning);
+      });
+    }
+    return {};
   });
   progress.clear();
   (*raw)->finish();
@@ -89,8 +151,8 @@ int record_command(const RecordOptions& options) {
   }
   if (!options.quiet) {
     const hal::CameraCounters& lost = recorded->counters;
-    std::printf("%lld frames in %s; lost before: %llu\n", static_cast<long long>(recorded->written),
-                options.raw.out.c_str(), static_cast<unsigned long long>(lost.gaps + lost.skipped_missing_side));
+    std::printf("%s frames in %s; lost before: %s\n", std::to_string(recorded->written).c_str(),
+                options.raw.out.c_str(), std::to_string(lost.gaps + lost.skipped_missing_side).c_str());
   }
   return interrupted_by() == 0 ? 0 : kSignalBase + interrupted_by();
 }

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "kinetrace/hal/sync_monitor.hpp"
+#include "kinetrace/hal/input_monitor.hpp"
 #include "memory.hpp"
 
 namespace kinetrace::app {
@@ -10,14 +10,6 @@ namespace {
 
 // What is there only where it is asked for.
 Outcome<void> add_extras(Chain& chain, const CameraSetup& setup, const RunOptions& options, Arena& arena) {
-  if (setup.is_camera) {
-    const StereoGeometry& geometry = chain.rectifier.geometry();
-    auto monitor = hal::SyncMonitor::create({}, geometry.width_px, geometry.height_px, arena);
-    if (!monitor) {
-      return failure(monitor.error());
-    }
-    chain.pairing.emplace(*monitor, chain.camera.live);
-  }
   if (!options.raw.out.empty()) {
     const double rate_hz = setup.live ? setup.live->left.rate_hz : setup.dataset->nominal_rate_hz;
     auto raw = RecordingThread::create(raw_recorder_config(options.raw, setup.calibration, rate_hz), arena);
@@ -49,6 +41,13 @@ Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, con
   if (const std::optional<MaskMailboxConfig> wanted = mask_mailbox_config(config, rectifier->geometry())) {
     masks = std::make_unique<MaskMailbox>(*wanted, arena);
   }
+  const auto monitor =
+      hal::InputMonitor::create({}, rectifier->geometry().width_px, rectifier->geometry().height_px, arena);
+  if (!monitor) {
+    return failure(monitor.error());
+  }
+  InputWatch input(*monitor, PairingKeeper(camera->live), config.input.unusable,
+                   {setup.images, setup.calibration.source});
   auto workers = std::make_unique<WorkerThreads>(config.processing.workers());
   auto pipeline = pipeline::Pipeline::create(config.pipeline, rectifier->geometry(), arena,
                                              {.external = masks.get(), .network = network.get()}, workers.get());
@@ -64,7 +63,10 @@ Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, con
     published = std::move(*started);
   }
   // Last, so that nothing is made or replaced in the run folder unless everything else is ready.
-  auto recorder = recording::RunRecorder::create(recording_config(config, rectifier->geometry(), options.out), arena);
+  recording::RecordingConfig recording = recording_config(config, rectifier->geometry(), options.out);
+  recording.images = options.images;
+  recording.is_rectified = rectifier->passes_through();
+  auto recorder = recording::RunRecorder::create(recording, arena);
   if (!recorder) {
     const bool is_ours =
         recorder.error().code == ErrorCode::kInvalidConfig || recorder.error().code == ErrorCode::kCapacity;
@@ -77,10 +79,14 @@ Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, con
               std::move(masks),
               std::move(*pipeline),
               std::move(*recorder),
+              std::move(input),
               {},
               {},
               {}};
   chain.publishing = std::move(published);
+  if (config.pipeline.segmentation.mode == segmentation::SegmentationMode::kMasks) {
+    chain.mask_files.emplace(config.input.unusable);
+  }
   if (const Outcome<void> added = add_extras(chain, setup, options, arena); !added) {
     return Unexpected(added.error());
   }

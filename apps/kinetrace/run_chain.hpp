@@ -7,13 +7,14 @@
 #include "app_config.hpp"
 #include "camera_setup.hpp"
 #include "failure.hpp"
+#include "input_watch.hpp"
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/hal/rectifier.hpp"
 #include "kinetrace/pipeline/pipeline.hpp"
 #include "kinetrace/recording/run_recorder.hpp"
+#include "mask_file_watch.hpp"
 #include "mask_mailbox.hpp"
 #include "network_thread.hpp"
-#include "pairing_keeper.hpp"
 #include "recording_thread.hpp"
 #include "run_publishing.hpp"
 #include "service_notifier.hpp"
@@ -30,7 +31,8 @@ struct Chain {
   std::unique_ptr<MaskMailbox> masks;      ///< Null unless masks come from another process.
   pipeline::Pipeline pipeline;
   recording::RunRecorder recorder;
-  std::optional<PairingKeeper> pairing;          ///< Of cameras; a recording is as it is.
+  InputWatch input;
+  std::optional<MaskFileWatch> mask_files{};     ///< Where masks come from files.
   std::unique_ptr<RecordingThread> raw;          ///< Null unless asked for.
   std::unique_ptr<RecordingThread> raw_ended{};  ///< What became of it where it stopped early.
   bool waits_for_disk = false;                   ///< Recordings do; a camera would lose frames meanwhile.

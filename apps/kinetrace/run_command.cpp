@@ -39,8 +39,9 @@ void wait_for_masks(const Chain& chain) {
   }
 }
 
-Status settle(Chain& chain) {
+Status settle(Chain& chain, RunReport& report) {
   while (const FrameResult* result = chain.pipeline.drain()) {
+    report.add_settled(result->settled);
     if (Status status = chain.recorder.record(*result); !status) {
       return status;
     }
@@ -105,7 +106,14 @@ Outcome<RunReport> run(const RunOptions& options) {
     const ConfigFields more = publishing->fields();
     settings.insert(settings.end(), more.begin(), more.end());
   }
-  RunReport report(options, *setup, to_json(settings));
+  RunReport report(options, *setup, config->pipeline, to_json(settings));
+  if (const auto caution = network_caution(*config, setup->folder)) {
+    report.warn_now(*caution);
+  }
+  report.set_memory(*plan, config->pipeline.memory);
+  if (const Status begun = chain->recorder.begin(report.summary()); !begun) {
+    return failure(begun.error());
+  }
   FramePlayer player(*chain, report);
   if (is_live(config->live, *setup)) {
     if (const Status live = player.go_live(*config, *setup, camera.info().nominal_rate_hz, arena); !live) {
@@ -138,7 +146,7 @@ Outcome<RunReport> run(const RunOptions& options) {
   }
   chain->service->stopping();
   // What was computed is written, whatever ended the run.
-  if (const Status settled = settle(*chain); played && !settled) {
+  if (const Status settled = settle(*chain, report); played && !settled) {
     played = settled;
   }
   report.finish(chain->camera, player.processed(), player.capture_clock(), player.clock(), played);

@@ -16,11 +16,18 @@ std::string raw_stopped(const Error& why) {
   return "raw recording stopped: " + why.message;
 }
 
-RunReport::RunReport(const RunOptions& options, const CameraSetup& setup, std::string config_json) : options_(options) {
+RunReport::RunReport(const RunOptions& options, const CameraSetup& setup, const pipeline::PipelineConfig& config,
+                     std::string config_json)
+    : options_(options), looks_for_objects_(config.segmentation.mode != segmentation::SegmentationMode::kNone) {
   summary_.version = KINETRACE_VERSION;
   summary_.config_json = std::move(config_json);
   summary_.dataset = setup.description;
   summary_.warnings = setup.notes;
+}
+
+void RunReport::set_memory(const RunMemory& plan, const pipeline::MemoryConfig& config) {
+  summary_.planned_bytes = plan.total_bytes();
+  summary_.budget_bytes = static_cast<std::uint64_t>(budget_bytes(plan, config));
 }
 
 void RunReport::start() {
@@ -30,6 +37,7 @@ void RunReport::start() {
 
 void RunReport::warn_now(const std::string& warning) {
   print_warning(warning);
+  const std::lock_guard lock(*mutex_);
   summary_.warnings.push_back(warning);
   told_.push_back(warning);
 }
@@ -72,6 +80,7 @@ void RunReport::add_masks(const MaskCounters& masks) {
                                     {"mask_messages", masks.messages},
                                     {"mask_messages_late", masks.messages_late},
                                     {"mask_messages_early", masks.messages_early},
+                                    {"mask_messages_of_other_run", masks.messages_of_other_run},
                                     {"mask_messages_invalid", masks.messages_invalid}}) {
     summary_.camera_counters.emplace_back(name, count);
   }
@@ -81,10 +90,11 @@ void RunReport::add_masks(const MaskCounters& masks) {
         " frames: " + std::to_string(masks.frames_timed_out) + " waited in vain (segmentation.dds.timeout_ms), in " +
         std::to_string(masks.frames_unsent) + " nobody was there to send any");
   }
-  if (masks.messages_invalid > 0) {
-    summary_.warnings.push_back(std::to_string(masks.messages_invalid) +
-                                " messages with masks were refused: another image size, runs that do not add up to "
-                                "their box, or too many of them");
+  for (const auto& [count, why] :
+       {std::pair{masks.messages_of_other_run, kMasksOfOtherRun}, std::pair{masks.messages_invalid, kMasksInvalid}}) {
+    if (count > 0) {
+      summary_.warnings.push_back(std::to_string(count) + " messages with masks were refused: " + std::string(why));
+    }
   }
 }
 
@@ -147,6 +157,7 @@ void RunReport::finish(const GuardedCamera& camera, const Processed& processed, 
   constexpr auto kOfCapture = static_cast<std::size_t>(Stage::kPyramid);
   std::copy_n(captured.begin(), kOfCapture, summary_.stage_times.begin());
   summary_.rss_peak_bytes = peak_rss_bytes();
+  summary_.found = tally_.found();
   if (allocation_counting_available()) {
     summary_.allocations_after_start = AllocationCounts{processed.allocations.own - allocations_at_start_.own,
                                                         processed.allocations.foreign - allocations_at_start_.foreign};
@@ -178,11 +189,15 @@ void RunReport::print() const {
   if (options_.json) {
     std::cout << std::ifstream(options_.out / "run.json").rdbuf();
   } else if (!options_.quiet) {
-    std::printf("%lld frames in %.1f s; %.1f ms a frame (p95 %.1f, max %.1f) without decoding; peak memory %.1f MiB\n",
-                static_cast<long long>(summary_.frames), seconds_, summary_.frame_time.median_ms,
-                summary_.frame_time.p95_ms, summary_.frame_time.max_ms,
-                static_cast<double>(summary_.rss_peak_bytes) / (1024.0 * 1024.0));
-    std::printf("Results in %s\n", options_.out.c_str());
+    constexpr double kMib = 1024.0 * 1024.0;
+    std::printf(
+        "%lld frames in %.1f s; %.1f ms a frame (p95 %.1f, max %.1f) without decoding; peak memory %.1f of %.1f MiB "
+        "planned\n",
+        static_cast<long long>(summary_.frames), seconds_, summary_.frame_time.median_ms, summary_.frame_time.p95_ms,
+        summary_.frame_time.max_ms, static_cast<double>(summary_.rss_peak_bytes) / kMib,
+        static_cast<double>(summary_.planned_bytes) / kMib);
+    std::printf("Found: %s\nResults in %s\n", found_text(summary_.found, looks_for_objects_).c_str(),
+                options_.out.c_str());
   }
 }
 

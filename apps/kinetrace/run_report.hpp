@@ -3,6 +3,8 @@
 
 #include <chrono>
 #include <cstdint>
+#include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -13,9 +15,11 @@
 #include "kinetrace/core/frame_result.hpp"
 #include "kinetrace/recording/run_summary.hpp"
 #include "mask_mailbox.hpp"
+#include "memory.hpp"
 #include "network_thread.hpp"
 #include "recording_thread.hpp"
 #include "run_publishing.hpp"
+#include "run_tally.hpp"
 #include "stage_clock.hpp"
 
 namespace kinetrace::app {
@@ -33,13 +37,18 @@ struct Processed {
 
 class RunReport {
  public:
-  RunReport(const RunOptions& options, const CameraSetup& setup, std::string config_json);
+  RunReport(const RunOptions& options, const CameraSetup& setup, const pipeline::PipelineConfig& config,
+            std::string config_json);
 
   HealthMonitor health;  ///< Updated with every frame, by all threads.
 
+  /// What is planned, and allowed.
+  void set_memory(const RunMemory& plan, const pipeline::MemoryConfig& config);
+  /// Every final estimate, in order.
+  void add_settled(const FrameEstimate& settled) noexcept { tally_.add(settled); }
   /// Before the first frame, when everything has been made.
   void start();
-  /// Says it at once, and keeps it for run.json.
+  /// Says it at once, and keeps it for run.json. From any thread.
   void warn_now(const std::string& warning);
   /// After the last frame. `played` says how it ended. `capture_clock` timed capture and rectification, `clock` the
   /// rest; they may be the same.
@@ -66,10 +75,13 @@ class RunReport {
   void add_health();
 
   RunOptions options_;
+  bool looks_for_objects_;
+  RunTally tally_;
   AllocationCounts allocations_at_start_;
   std::chrono::steady_clock::time_point start_;
   double seconds_ = 0.0;
   recording::RunSummary summary_;
+  std::unique_ptr<std::mutex> mutex_ = std::make_unique<std::mutex>();  ///< While frames are processed.
   std::vector<std::string> told_;  ///< Those of summary_.warnings that the user has read already.
 };
 

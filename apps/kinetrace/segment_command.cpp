@@ -17,6 +17,7 @@
 #include "messages.hpp"
 #include "model_file.hpp"
 #include "picture_file.hpp"
+#include "printable.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -119,6 +120,12 @@ Outcome<void> segment(const SegmentOptions& options) {
   if (!network) {
     return failure(network.error());
   }
+  for (const fs::path& file : *files) {
+    if (const auto caution = model_caution(*model, file)) {
+      print_warning(*caution);
+      break;
+    }
+  }
   if (Outcome<void> made = make_folders(options.out); !made) {
     return made;
   }
@@ -139,7 +146,7 @@ Outcome<void> segment(const SegmentOptions& options) {
       return failure(written.error());
     }
     if (!options.quiet) {
-      std::printf("%s: %zu instances in %.1f ms\n", file->c_str(), masks->size(), took_ms);
+      std::printf("%s: %zu instances in %.1f ms\n", printable(file->native()).c_str(), masks->size(), took_ms);
     }
   }
   return {};

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <limits>
+#include <sstream>
+
+#include "kinetrace/core/files.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -33,13 +35,8 @@ std::vector<std::string> distinct(const std::vector<StudyRun>& runs, Name StudyR
   return names;
 }
 
-Status close(std::ofstream& file, const std::filesystem::path& path) {
-  file.close();
-  return file ? Status{} : fail(ErrorCode::kIo, path.string() + ": cannot be written; check the folder and the disk");
-}
-
 Status write_frames(const std::vector<StudyRun>& runs, const std::filesystem::path& path) {
-  std::ofstream file(path);
+  std::ostringstream file;
   file << "recording,window,frame,object_id,distance_m,height_px,track_id,status,points";
   for (const StudyMetric& metric : kStudyMetrics) {
     file << ',' << metric.name;
@@ -56,11 +53,11 @@ Status write_frames(const std::vector<StudyRun>& runs, const std::filesystem::pa
       file << '\n';
     }
   }
-  return close(file, path);
+  return replace_file(path, file.str());
 }
 
 Status write_bins(const std::vector<StudyRun>& runs, const std::filesystem::path& path) {
-  std::ofstream file(path);
+  std::ostringstream file;
   file << "by,from,to,window,recording,frames,tracked";
   for (const StudyMetric& metric : kStudyMetrics) {
     file << ',' << metric.name;
@@ -83,7 +80,7 @@ Status write_bins(const std::vector<StudyRun>& runs, const std::filesystem::path
       }
     }
   }
-  return close(file, path);
+  return replace_file(path, file.str());
 }
 
 void append_cell(std::string& text, const std::string& cell, std::size_t width) {

@@ -3,12 +3,15 @@
 #include <cstdio>
 #include <exception>
 #include <future>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "options.hpp"
 #include "progress.hpp"
 #include "recording_writer.hpp"
 #include "scenes/scenes.hpp"
+#include "standard_files.hpp"
 #include "stereo_simulator.hpp"
 
 namespace kinetrace::simulator {
@@ -65,7 +68,7 @@ int report(const app::Failure& failure) {
   return static_cast<int>(failure.code);
 }
 
-int simulate(int argc, char** argv) {
+int carry_out(int argc, char** argv) {
   app::Outcome<std::optional<Options>> options = parse_options(argc, argv);
   if (!options) {
     return report(options.error());
@@ -81,14 +84,22 @@ int simulate(int argc, char** argv) {
   return recorded ? 0 : report(app::to_failure(recorded.error()));
 }
 
+int simulate(int argc, char** argv) {
+  // The last resort: the library reports errors as values, but the system may refuse memory.
+  try {
+    return carry_out(argc, argv);
+  } catch (const std::exception& error) {
+    return report({app::ExitCode::kInternal, error.what()});
+  }
+}
+
 }  // namespace
 }  // namespace kinetrace::simulator
 
 int main(int argc, char** argv) {
-  // The last resort: the library reports errors as values, but the system may refuse memory.
-  try {
-    return kinetrace::simulator::simulate(argc, argv);
-  } catch (const std::exception& error) {
-    return kinetrace::simulator::report({kinetrace::app::ExitCode::kInternal, error.what()});
-  }
+  kinetrace::app::prepare_standard_files();
+  const int exit_code = kinetrace::simulator::simulate(argc, argv);
+  const std::optional<std::string> lost = kinetrace::app::output_failure();
+  const int writing_failed = lost ? kinetrace::simulator::report({kinetrace::app::ExitCode::kIo, *lost}) : 0;
+  return exit_code == 0 ? writing_failed : exit_code;
 }

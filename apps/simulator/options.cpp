@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "command_errors.hpp"
 #include "command_reference.hpp"
 #include "scenes/scenes.hpp"
 
@@ -70,10 +71,18 @@ void add_camera(CLI::App& app, Options& options, int& samples) {
   app.add_option("--threads", options.simulator.threads, "They do not change the result")->capture_default_str();
 }
 
+app::ValueHints value_hints() {
+  app::ValueHints hints;
+  for (const SceneEntry& entry : scenes()) {
+    hints["SCENE"].emplace_back(entry.name);
+  }
+  return hints;
+}
+
 // Ends the command line there, as --help does: what else is required is not asked for.
 void add_reference(CLI::App& app) {
   const auto print = [&app](const std::string& form) {
-    std::fputs((form == "man" ? app::manual_page(app) : app::bash_completion(app)).c_str(), stdout);
+    std::fputs((form == "man" ? app::manual_page(app) : app::bash_completion(app, value_hints())).c_str(), stdout);
     throw CLI::Success();
   };
   app.add_option_function<std::string>("--reference", print, "Prints this command line as a manual page or for bash")
@@ -103,8 +112,7 @@ app::Outcome<std::optional<Options>> parse_options(int argc, const char* const* 
       app.exit(error);
       return std::nullopt;
     }
-    return Unexpected(
-        app::Failure{app::ExitCode::kUsage, std::string(error.what()) + "; see kinetrace-simulate --help"});
+    return Unexpected(app::Failure{app::ExitCode::kUsage, app::command_error(app, error)});
   }
   options.recording.folder = out;
   options.recording.degrade = degrade == "on";

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <embree3/rtcore.h>
 #include <limits>
+#include <span>
 #include <stdexcept>
 #include <string>
+
+#include "embree.hpp"
 
 namespace kinetrace::simulator {
 namespace {
@@ -52,8 +54,7 @@ SceneHandle mesh_scene(RTCDevice device, const Mesh& mesh) {
   return scene;
 }
 
-// Embree's streams: packets as wide as an AVX2 register, which it takes as they are; wider ones it would copy.
-constexpr std::size_t kWidth = 8;
+constexpr std::size_t kWidth = kGroupWidth;
 constexpr std::size_t kGroups = RayPacket::kSize / kWidth;
 
 std::size_t groups_of(const RayPacket& packet) {
@@ -129,13 +130,6 @@ void read_hits(const RTCRayHit8& rays, std::size_t first, RayPacket& packet) {
     const bool on_world = rays.hit.geomID[i] != RayPacket::kMiss && rays.hit.instID[0][i] == RayPacket::kMiss;
     packet.part[first + i] = on_world ? 0 : rays.hit.instID[0][i];
   }
-}
-
-RTCIntersectContext coherent_context() {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  return context;
 }
 
 // The whole view for a box that reaches behind the eye; empty for one that lies there.
@@ -292,15 +286,11 @@ void RayWorld::trace(RayPacket& packet, Reach reach) const {
     std::fill_n(hit.geomID, kWidth, RTC_INVALID_GEOMETRY_ID);
     std::fill_n(hit.instID[0], kWidth, RTC_INVALID_GEOMETRY_ID);
   }
-  const auto meet = [&](RTCScene scene) {
-    RTCIntersectContext context = coherent_context();
-    rtcIntersectNM(scene, &context, reinterpret_cast<RTCRayHitN*>(groups.data()), kWidth, static_cast<unsigned>(count),
-                   sizeof groups[0]);
-  };
+  const std::span rays(groups.data(), count);
   if (reach == Reach::kEverything) {
-    meet(handles_->actors.get());
+    intersect(handles_->actors.get(), rays);
   }
-  meet(handles_->meshes[0].get());
+  intersect(handles_->meshes[0].get(), rays);
   for (std::size_t group = 0; group < count; ++group) {
     read_hits(groups[group], group * kWidth, packet);
   }
@@ -318,15 +308,11 @@ void RayWorld::trace_shadow(RayPacket& packet) const {
   for (std::size_t group = 0; group < count; ++group) {
     fill_rays(packet, group * kWidth, groups[group]);
   }
-  const auto meet = [&](RTCScene scene) {
-    RTCIntersectContext context = coherent_context();
-    rtcOccludedNM(scene, &context, reinterpret_cast<RTCRayN*>(groups.data()), kWidth, static_cast<unsigned>(count),
-                  sizeof groups[0]);
-  };
+  const std::span rays(groups.data(), count);
   if (near_outline(packet)) {
-    meet(handles_->actors.get());
+    occlude(handles_->actors.get(), rays);
   }
-  meet(handles_->meshes[0].get());
+  occlude(handles_->meshes[0].get(), rays);
   for (std::size_t i = 0; i < count * kWidth; ++i) {
     packet.blocked[i] = groups[i / kWidth].tfar[i % kWidth] < 0.F;
   }
@@ -345,9 +331,7 @@ bool RayWorld::meets_part(std::size_t part, const Eigen::Vector3f& origin, const
   ray.dir_z = local_direction.z();
   ray.tfar = kFar;
   ray.mask = ~0U;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcOccluded1(handles_->meshes[part].get(), &context, &ray);
+  occlude(handles_->meshes[part].get(), ray);
   return ray.tfar < 0.F;
 }
 

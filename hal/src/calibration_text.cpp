@@ -9,6 +9,7 @@
 #include "messages.hpp"
 #include "rectification_plan.hpp"
 #include "text_file.hpp"
+#include "whole_pixels.hpp"
 
 namespace kinetrace::hal {
 namespace {
@@ -62,8 +63,8 @@ Numbers lens_numbers(const CameraModel& eye) {
 
 CameraModel lens_of(const Numbers& values) {
   CameraModel eye{.lens = values[0] == 0.0 ? LensModel::kRadialTangential : LensModel::kEquidistant,
-                  .width_px = static_cast<int>(values[1]),
-                  .height_px = static_cast<int>(values[2]),
+                  .width_px = whole_pixels(values[1]),
+                  .height_px = whole_pixels(values[2]),
                   .fx_px = values[3],
                   .fy_px = values[4],
                   .cx_px = values[5],
@@ -104,8 +105,8 @@ RectifyingTransforms given_of(const Numbers& values) {
   given.R_right = matrix_at<3, 3>(values, 9);
   given.P_left = matrix_at<3, 4>(values, 18);
   given.P_right = matrix_at<3, 4>(values, 30);
-  given.width_px = static_cast<int>(values[42]);
-  given.height_px = static_cast<int>(values[43]);
+  given.width_px = whole_pixels(values[42]);
+  given.height_px = whole_pixels(values[43]);
   return given;
 }
 
@@ -155,7 +156,7 @@ Result<RigCalibration> parse_calibration_text(std::string_view text, const std::
   rig.source = source;
   if (lines.has("rectified", kRectifiedNumbers)) {
     const Numbers& v = lines.of("rectified");
-    rig.rectified = StereoGeometry{v[0], v[1], v[2], v[3], v[4], static_cast<int>(v[5]), static_cast<int>(v[6])};
+    rig.rectified = StereoGeometry{v[0], v[1], v[2], v[3], v[4], whole_pixels(v[5]), whole_pixels(v[6])};
     return rig;
   }
   if (!lines.has("left", kLensNumbers) || !lines.has("right", kLensNumbers) ||

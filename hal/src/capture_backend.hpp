@@ -1,6 +1,7 @@
 // How a backend outside this library joins it. Explicit: the application says so before it opens a camera.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -9,8 +10,8 @@
 namespace kinetrace::hal {
 
 struct CaptureBackendEntry {
-  std::unique_ptr<CaptureDevice> (*make)(const CaptureConfig& config) = nullptr;
-  std::vector<CaptureListing> (*list)() = nullptr;
+  std::function<std::unique_ptr<CaptureDevice>(const CaptureConfig& config)> make;
+  std::function<std::vector<CaptureListing>()> list;
 };
 
 /// From then on make_capture_device and list_capture_devices know the backend. Not while other threads use them.

@@ -26,7 +26,7 @@ void register_capture_backend(CaptureBackend backend, const CaptureBackendEntry&
 
 Result<std::unique_ptr<CaptureDevice>> make_capture_device(const CaptureConfig& config) {
   const CaptureBackendEntry& entry = entry_of(config.backend);
-  if (entry.make == nullptr) {
+  if (!entry.make) {
     return fail(ErrorCode::kUnsupported, config.device +
                                              ": this build knows nothing of libcamera; build it with "
                                              "KINETRACE_WITH_LIBCAMERA=ON where libcamera is installed");
@@ -37,7 +37,7 @@ Result<std::unique_ptr<CaptureDevice>> make_capture_device(const CaptureConfig& 
 std::vector<CaptureListing> list_capture_devices() {
   std::vector<CaptureListing> all;
   for (const CaptureBackendEntry& entry : entries()) {
-    if (entry.list != nullptr) {
+    if (entry.list) {
       for (CaptureListing& listing : entry.list()) {
         all.push_back(std::move(listing));
       }

@@ -27,6 +27,7 @@ struct CapturedImage {
   std::span<const std::byte> data;  ///< Compressed: the bytes used.
   std::optional<std::int64_t> exposure_ns{};  ///< It was exposed for so long, where the device tells.
   std::optional<int> dmabuf_fd{};             ///< The same buffer for other devices, where the driver exports it.
+  std::size_t dmabuf_offset_bytes = 0;        ///< Where `data` begins in it.
 };
 
 /// What the device really delivers, read back after configuring. Constant from open() to close().

@@ -115,7 +115,7 @@ Result<double> json_number(const Json& json, const char* group, const char* key,
 }
 
 Result<RigCalibration> read_camera_file(const fs::path& path, const ImageSize& size) {
-  const Result<std::string> text = read_text(path);
+  const Result<std::string> text = read_text(path, kMaxCalibrationBytes);
   if (!text) {
     return Unexpected(text.error());
   }

@@ -3,13 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <fcntl.h>
 #include <sys/uio.h>
 #include <type_traits>
-#include <unistd.h>
 #include <utility>
 
 #include "kinetrace/core/crc32.hpp"
@@ -44,23 +41,13 @@ std::uint32_t crc_of(std::span<const char> bytes) noexcept {
   return Crc32().update(std::as_bytes(bytes)).value();
 }
 
-bool read_at(int fd, std::span<char> target, std::int64_t offset) noexcept {
-  std::size_t done = 0;
-  while (done < target.size()) {
-    const ssize_t got = pread(fd, target.data() + done, target.size() - done, offset + static_cast<std::int64_t>(done));
-    if (got < 0 && errno == EINTR) {
-      continue;
-    }
-    if (got <= 0) {
-      return false;
-    }
-    done += static_cast<std::size_t>(got);
-  }
-  return true;
+bool read_at(const InputFile& file, std::span<char> target, std::int64_t offset) noexcept {
+  const std::span bytes(reinterpret_cast<std::uint8_t*>(target.data()), target.size());
+  return file.read(static_cast<std::size_t>(offset), bytes) == bytes.size();
 }
 
 // Rows of an image into memory, many with one call.
-bool read_rows(int fd, MutableGrayView image, std::int64_t& offset) noexcept {
+bool read_rows(const InputFile& file, MutableGrayView image, std::int64_t& offset) noexcept {
   constexpr int kRowsAtOnce = 64;
   const auto row_bytes = static_cast<std::size_t>(image.width);
   for (int first = 0; first < image.height; first += kRowsAtOnce) {
@@ -70,7 +57,7 @@ bool read_rows(int fd, MutableGrayView image, std::int64_t& offset) noexcept {
       rows[static_cast<std::size_t>(i)] = {image.row(first + i), row_bytes};
     }
     const auto wanted = static_cast<ssize_t>(row_bytes) * count;
-    if (preadv(fd, rows.data(), count, offset) != wanted) {
+    if (preadv(file.descriptor(), rows.data(), count, offset) != wanted) {
       return false;
     }
     offset += wanted;
@@ -116,23 +103,14 @@ void encode_record_header(const RecordHeader& record, std::span<std::byte, kReco
   put(crc, crc_of({first + 8, kRecordHeaderBytes - 8}));
 }
 
-Result<OwnedFd> ContainerFile::opened() const {
-  OwnedFd file(::open(path_.c_str(), O_RDONLY | O_CLOEXEC));
-  if (!file.valid()) {
-    return fail(errno == ENOENT ? ErrorCode::kNotFound : ErrorCode::kIo,
-                concat(path_.string(), ": cannot be opened: ", std::strerror(errno)));
-  }
-  return file;
-}
-
 Result<ContainerFile> ContainerFile::open(const std::filesystem::path& path) {
   ContainerFile file(path);
-  const Result<OwnedFd> opened = file.opened();
+  const Result<InputFile> opened = InputFile::open(path.c_str());
   if (!opened) {
     return Unexpected(opened.error());
   }
   std::string bytes(kContainerHeaderBytes, '\0');
-  if (!read_at(opened->get(), bytes, 0) || !bytes.starts_with(kMagic)) {
+  if (!read_at(*opened, bytes, 0) || !bytes.starts_with(kMagic)) {
     return fail(ErrorCode::kBadFormat, path.string() + ": not a container recording, or cut within its header");
   }
   const char* crc = bytes.data() + kContainerHeaderBytes - sizeof(std::uint32_t);
@@ -150,10 +128,10 @@ Result<ContainerFile> ContainerFile::open(const std::filesystem::path& path) {
     return fail(ErrorCode::kBadFormat, path.string() + ": the header is damaged; its frames cannot be read");
   }
   header.calibration.assign(at, length);
-  const off_t bytes_in_file = lseek(opened->get(), 0, SEEK_END);
-  const auto record = static_cast<std::int64_t>(record_bytes(header.width_px, header.height_px));
-  file.record_count_ =
-      (static_cast<std::int64_t>(bytes_in_file) - static_cast<std::int64_t>(kContainerHeaderBytes)) / record;
+  const std::size_t records_bytes = opened->size_bytes() - kContainerHeaderBytes;
+  const std::size_t each_bytes = record_bytes(header.width_px, header.height_px);
+  file.record_count_ = static_cast<std::int64_t>(records_bytes / each_bytes);
+  file.trailing_bytes_ = records_bytes % each_bytes;
   return file;
 }
 
@@ -162,23 +140,20 @@ std::int64_t ContainerFile::offset_of(std::int64_t number) const noexcept {
          number * static_cast<std::int64_t>(record_bytes(header_.width_px, header_.height_px));
 }
 
-Result<std::vector<std::optional<RecordHeader>>> ContainerFile::records() const {
-  const Result<OwnedFd> file = opened();
+Status ContainerFile::for_each_record(const RecordVisitor& visit) const {
+  const Result<InputFile> file = InputFile::open(path_.c_str());
   if (!file) {
     return Unexpected(file.error());
   }
-  std::vector<std::optional<RecordHeader>> all;
-  all.reserve(static_cast<std::size_t>(record_count_));
   for (std::int64_t i = 0; i < record_count_; ++i) {
-    all.push_back(record(*file, i));
+    visit(i, record(*file, i));
   }
-  return all;
+  return {};
 }
 
-std::optional<RecordHeader> ContainerFile::record(const OwnedFd& file, std::int64_t number) const noexcept {
+std::optional<RecordHeader> ContainerFile::record(const InputFile& file, std::int64_t number) const noexcept {
   std::array<char, kRecordHeaderBytes> bytes{};
-  if (!read_at(file.get(), bytes, offset_of(number)) ||
-      std::string_view(bytes.data(), kRecordMagic.size()) != kRecordMagic) {
+  if (!read_at(file, bytes, offset_of(number)) || std::string_view(bytes.data(), kRecordMagic.size()) != kRecordMagic) {
     return std::nullopt;
   }
   const char* at = bytes.data() + kRecordMagic.size();
@@ -193,7 +168,7 @@ std::optional<RecordHeader> ContainerFile::record(const OwnedFd& file, std::int6
 }
 
 Status ContainerFile::read(std::int64_t number, MutableGrayView left, MutableGrayView right) const {
-  const Result<OwnedFd> file = opened();
+  const Result<InputFile> file = InputFile::open(path_.c_str());
   if (!file) {
     return Unexpected(file.error());
   }
@@ -202,7 +177,7 @@ Status ContainerFile::read(std::int64_t number, MutableGrayView left, MutableGra
   Crc32 crc;
   bool is_whole = expected.has_value();
   for (const MutableGrayView& image : {left, right}) {
-    is_whole = is_whole && read_rows(file->get(), image, offset);
+    is_whole = is_whole && read_rows(*file, image, offset);
     for (int y = 0; is_whole && y < image.height; ++y) {
       crc.update(std::as_bytes(std::span(image.row(y), static_cast<std::size_t>(image.width))));
     }

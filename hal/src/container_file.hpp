@@ -13,14 +13,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/input_file.hpp"
 #include "kinetrace/core/result.hpp"
-#include "owned_fd.hpp"
 
 namespace kinetrace::hal {
 
@@ -59,20 +59,24 @@ class ContainerFile {
   [[nodiscard]] const ContainerHeader& header() const noexcept { return header_; }
   /// Whole records by the file's length.
   [[nodiscard]] std::int64_t record_count() const noexcept { return record_count_; }
-  /// All of them, in order; none where the record's header is damaged. Errors: kIo.
-  [[nodiscard]] Result<std::vector<std::optional<RecordHeader>>> records() const;
+  /// Behind the last whole record: of a file that was cut.
+  [[nodiscard]] std::size_t trailing_bytes() const noexcept { return trailing_bytes_; }
+  /// Called with a record's number and its header, none where that is damaged.
+  using RecordVisitor = std::function<void(std::int64_t, const std::optional<RecordHeader>&)>;
+  /// All of them, in order. Errors: kNotFound, kIo.
+  [[nodiscard]] Status for_each_record(const RecordVisitor& visit) const;
   /// Both images of a record. Allocates only to write an error message. Errors: kBadFormat (checksum), kIo.
   [[nodiscard]] Status read(std::int64_t number, MutableGrayView left, MutableGrayView right) const;
 
  private:
   explicit ContainerFile(std::filesystem::path path) : path_(std::move(path)) {}
-  [[nodiscard]] Result<OwnedFd> opened() const;
-  [[nodiscard]] std::optional<RecordHeader> record(const OwnedFd& file, std::int64_t number) const noexcept;
+  [[nodiscard]] std::optional<RecordHeader> record(const InputFile& file, std::int64_t number) const noexcept;
   [[nodiscard]] std::int64_t offset_of(std::int64_t number) const noexcept;
 
   std::filesystem::path path_;
   ContainerHeader header_;
   std::int64_t record_count_ = 0;
+  std::size_t trailing_bytes_ = 0;
 };
 
 }  // namespace kinetrace::hal

@@ -6,6 +6,7 @@
 
 #include "calibration_text.hpp"
 #include "container_recording.hpp"
+#include "dataset_builder.hpp"
 #include "image_folder.hpp"
 #include "layouts.hpp"
 #include "messages.hpp"
@@ -44,25 +45,18 @@ struct Damage {
 };
 
 Status add_records(const ContainerFile& file, FrameList& frames, ContainerRecording& recording, Damage& damage) {
-  const auto records = file.records();
-  if (!records) {
-    return Unexpected(records.error());
-  }
-  std::int64_t i = -1;
-  for (const std::optional<RecordHeader>& record : *records) {
-    ++i;
-    if (!record) {
+  return file.for_each_record([&](std::int64_t number, const std::optional<RecordHeader>& record) {
+    if (!record || !FrameList::holds(record->frame_index, record->timestamp_ns)) {
       ++damage.records;
-      continue;
+      return;
     }
     const std::string stem = ten_digits(record->frame_index);
     if (frames.add({record->frame_index, record->timestamp_ns, stem, stem})) {
-      recording.add_frame(i);
+      recording.add_frame(number);
     } else {
       ++damage.out_of_order;
     }
-  }
-  return {};
+  });
 }
 
 Status check_same(const fs::path& path, const ContainerHeader& first, const ContainerHeader& header) {
@@ -82,6 +76,9 @@ Status complete(Dataset& dataset, const ContainerHeader& header, const fs::path&
     return Unexpected(calibration.error());
   }
   dataset.calibration = std::move(*calibration);
+  if (const Status steps = check_steps(dataset); !steps) {
+    return steps;
+  }
   constexpr double kFallbackRate_hz = 10.0;
   const double rate_hz = header.rate_hz > 0.0 ? header.rate_hz : kFallbackRate_hz;
   dataset.nominal_rate_hz =
@@ -122,6 +119,10 @@ Result<Dataset> open_container(const DatasetSpec& spec) {
     }
     if (const Status same = check_same(path, *header, file->header()); !same) {
       return Unexpected(same.error());
+    }
+    if (file->trailing_bytes() > 0) {
+      dataset.notes.push_back(concat(path.string(), ": its last ", std::to_string(file->trailing_bytes()),
+                                     " bytes are no whole record; was it copied completely?"));
     }
     recording->add_file(std::move(*file));
     if (const Status added = add_records(recording->newest_file(), dataset.frames, *recording, damage); !added) {

@@ -1,25 +1,21 @@
 #include "kinetrace/hal/dataset.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 
 #include "image_folder.hpp"
+#include "kinetrace/core/nearest_name.hpp"
 #include "layouts.hpp"
 #include "messages.hpp"
 
 namespace kinetrace::hal {
 namespace {
 
-constexpr std::array<std::pair<DatasetLayout, std::string_view>, 7> kLayouts{{
-    {DatasetLayout::kKittiRaw, "kitti-raw"},
-    {DatasetLayout::kKittiOdometry, "kitti-odometry"},
-    {DatasetLayout::kKittiTracking, "kitti-tracking"},
-    {DatasetLayout::kEuroc, "euroc"},
-    {DatasetLayout::kCityscapes, "cityscapes"},
-    {DatasetLayout::kFolder, "folder"},
-    {DatasetLayout::kContainer, "container"},
-}};
+// In the order of DatasetLayout.
+constexpr std::array<std::string_view, 7> kLayouts{"kitti-raw",  "kitti-odometry", "kitti-tracking", "euroc",
+                                                   "cityscapes", "folder",         "container"};
 
 Result<Dataset> open_layout(const DatasetSpec& spec) {
   switch (spec.layout) {
@@ -36,27 +32,33 @@ Result<Dataset> open_layout(const DatasetSpec& spec) {
 
 }  // namespace
 
+std::span<const std::string_view> layout_names() noexcept {
+  return kLayouts;
+}
+
 std::string_view to_string(DatasetLayout layout) noexcept {
-  return kLayouts[static_cast<std::size_t>(layout)].second;
+  return kLayouts[static_cast<std::size_t>(layout)];
 }
 
 Result<DatasetLayout> parse_layout(std::string_view name) {
-  for (const auto& [layout, known] : kLayouts) {
-    if (known == name) {
-      return layout;
-    }
+  const auto* const known = std::find(kLayouts.begin(), kLayouts.end(), name);
+  if (known != kLayouts.end()) {
+    return static_cast<DatasetLayout>(known - kLayouts.begin());
   }
   return fail(ErrorCode::kInvalidArgument,
               concat("unknown dataset layout '", name,
-                     "'; use kitti-raw, kitti-odometry, kitti-tracking, euroc, cityscapes, "
-                     "folder or container"));
+                     "'; use kitti-raw, kitti-odometry, kitti-tracking, euroc, cityscapes, folder or container",
+                     did_you_mean(name, kLayouts)));
 }
 
 Result<Dataset> open_dataset(const DatasetSpec& spec) {
+  constexpr double kMinRate_hz = 1e-4;
   constexpr double kMaxRate_hz = 1000.0;
-  if (!std::isfinite(spec.frame_rate_hz) || spec.frame_rate_hz < 0 || spec.frame_rate_hz > kMaxRate_hz) {
-    return fail(ErrorCode::kInvalidArgument,
-                "dataset.frame_rate_hz must be in [0, 1000], got " + number(spec.frame_rate_hz));
+  const bool in_range = spec.frame_rate_hz >= kMinRate_hz && spec.frame_rate_hz <= kMaxRate_hz;
+  if (spec.frame_rate_hz != 0.0 && !in_range) {
+    return fail(
+        ErrorCode::kInvalidArgument,
+        "dataset.frame_rate_hz must be 0 (as recorded) or in [0.0001, 1000], got " + number(spec.frame_rate_hz));
   }
   if (!is_folder(spec.path)) {
     return fail(ErrorCode::kNotFound, spec.path.string() + ": no such folder; check the path of the dataset");

@@ -1,7 +1,9 @@
 #include "dataset_builder.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numeric>
 
 #include "kinetrace/imaging/image_info.hpp"
 #include "messages.hpp"
@@ -9,6 +11,15 @@
 
 namespace kinetrace::hal {
 namespace {
+
+// No camera known here is faster than 1000 Hz, the highest rate of a DatasetSpec; ten times that is another unit.
+// Frames more than a day apart show no motion that could be followed: such times are wrong, or in another unit as well.
+constexpr std::int64_t kFastestStep_ns = 1'000'000;
+constexpr std::int64_t kShortestStep_ns = kFastestStep_ns / 10;
+constexpr std::int64_t kSlowestStep_ns = std::int64_t{24} * 3600 * 1'000'000'000;
+
+// Slower than any camera that something is followed with: rather milliseconds that were taken for seconds.
+constexpr std::int64_t kSlowStep_ns = std::int64_t{10} * 1'000'000'000;
 
 // A stem with the sides it is there on.
 struct Member {
@@ -20,9 +31,6 @@ struct Member {
 std::int64_t period_ns(double rate_hz) {
   return static_cast<std::int64_t>(std::llround(1e9 / rate_hz));
 }
-
-// How stems are numbered and timed.
-enum class Numbering { kTimes, kNumbers, kPlaces };
 
 std::vector<Member> merged(const ImageFolder& left, const ImageFolder& right) {
   std::vector<Member> members;
@@ -52,48 +60,97 @@ std::vector<Member> merged(const ImageFolder& left, const ImageFolder& right) {
   return unique;
 }
 
-Numbering numbering_of(const std::vector<Member>& members) {
-  constexpr std::size_t kFewestTimeDigits = 16;
-  bool times = true;
-  for (std::size_t i = 0; i < members.size(); ++i) {
-    const auto value = trailing_number(members[i].stem);
-    if (!value || (i > 0 && *value == trailing_number(members[i - 1].stem))) {
-      return Numbering::kPlaces;
-    }
-    times = times && members[i].stem.size() >= kFewestTimeDigits &&
-            members[i].stem.find_first_not_of("0123456789") == std::string::npos;
-  }
-  return times ? Numbering::kTimes : Numbering::kNumbers;
-}
-
-std::vector<std::int64_t> numbers_of(const std::vector<Member>& members, Numbering numbering) {
+// Numbers that the stems end with, if they tell the frames apart and fit into a FrameList.
+std::optional<std::vector<std::int64_t>> numbers_of(const std::vector<Member>& members) {
   std::vector<std::int64_t> numbers;
   numbers.reserve(members.size());
   for (const Member& member : members) {
-    numbers.push_back(numbering == Numbering::kPlaces ? static_cast<std::int64_t>(numbers.size())
-                                                      : trailing_number(member.stem).value());
+    const auto value = trailing_number(member.stem);
+    if (!value || *value > FrameList::kMaxFrameIndex || (!numbers.empty() && *value == numbers.back())) {
+      return std::nullopt;
+    }
+    numbers.push_back(*value);
   }
   return numbers;
+}
+
+std::vector<std::int64_t> numbers_by_place(std::size_t count) {
+  std::vector<std::int64_t> numbers(count);
+  std::iota(numbers.begin(), numbers.end(), 0);
+  return numbers;
+}
+
+// What a stem's digits may say about time.
+struct StemClock {
+  std::size_t min_digits;
+  std::size_t max_digits;
+  std::optional<std::int64_t> (*time_ns)(std::string_view digits);
+};
+
+std::optional<std::int64_t> parse_microseconds_ns(std::string_view digits) {
+  const auto time_us = parse_integer(digits);
+  constexpr std::int64_t kMicrosecond_ns = 1000;
+  return time_us && *time_us <= FrameList::kMaxTime_ns / kMicrosecond_ns ? std::optional(*time_us * kMicrosecond_ns)
+                                                                         : std::nullopt;
+}
+
+// In the order in which they are tried; the last two count from 1970.
+constexpr std::array<StemClock, 4> kStemClocks{{
+    {14, 14, parse_calendar_ns},  // YYYYMMDDhhmmss
+    {17, 17, parse_calendar_ns},  // With milliseconds.
+    {16, 19, parse_integer},
+    {16, 16, parse_microseconds_ns},
+}};
+
+std::string_view trailing_digits(std::string_view stem) {
+  return stem.substr(stem.find_last_not_of("0123456789") + 1);
+}
+
+// Times of all stems by one clock; none if one of them is no time, or if no camera takes images at such steps: then the
+// digits mean something else.
+std::optional<std::vector<std::int64_t>> times_by(const StemClock& clock, const std::vector<Member>& members) {
+  std::vector<std::int64_t> times_ns;
+  times_ns.reserve(members.size());
+  for (const Member& member : members) {
+    const std::string_view digits = trailing_digits(member.stem);
+    const bool has_length = digits.size() >= clock.min_digits && digits.size() <= clock.max_digits;
+    const auto time_ns = has_length ? clock.time_ns(digits) : std::nullopt;
+    if (!time_ns || !FrameList::holds_time(*time_ns) || (!times_ns.empty() && *time_ns <= times_ns.back())) {
+      return std::nullopt;
+    }
+    times_ns.push_back(*time_ns);
+  }
+  const std::int64_t step_ns = median_step_ns(times_ns, kFastestStep_ns);
+  const bool is_plausible = step_ns >= kFastestStep_ns && step_ns <= kSlowestStep_ns;
+  return is_plausible ? std::optional(std::move(times_ns)) : std::nullopt;
+}
+
+std::optional<std::vector<std::int64_t>> times_of(const std::vector<Member>& members) {
+  for (const StemClock& clock : kStemClocks) {
+    if (auto times_ns = times_by(clock, members)) {
+      return times_ns;
+    }
+  }
+  return std::nullopt;
 }
 
 // Times of the frames from a file with one line per frame number or, for a clip cut from a longer recording, one line
 // per frame.
 Result<std::vector<std::int64_t>> times_from_file(const std::filesystem::path& path,
-                                                  const std::vector<std::int64_t>& numbers) {
+                                                  const std::vector<std::int64_t>& numbers, bool numbered_by_place) {
   Result<std::vector<std::int64_t>> lines = read_times_ns(path);
-  if (!lines) {
+  if (!lines || lines->size() == numbers.size()) {
     return lines;
   }
-  const bool line_per_number = static_cast<std::size_t>(numbers.back()) < lines->size();
-  if (!line_per_number && lines->size() != numbers.size()) {
-    return fail(ErrorCode::kBadFormat,
-                concat(path.string(), ": has ", std::to_string(lines->size()), " times, but there is a frame number ",
-                       std::to_string(numbers.back()), "; it must have one line per frame"));
+  if (numbered_by_place || static_cast<std::size_t>(numbers.back()) >= lines->size()) {
+    return fail(ErrorCode::kBadFormat, concat(path.string(), ": has ", std::to_string(lines->size()), " times for ",
+                                              std::to_string(numbers.size()), " frames up to number ",
+                                              std::to_string(numbers.back()), "; it must have one line per frame"));
   }
   std::vector<std::int64_t> times;
   times.reserve(numbers.size());
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
-    times.push_back((*lines)[line_per_number ? static_cast<std::size_t>(numbers[i]) : i]);
+  for (const std::int64_t number : numbers) {
+    times.push_back((*lines)[static_cast<std::size_t>(number)]);
   }
   return times;
 }
@@ -102,7 +159,8 @@ std::vector<std::int64_t> times_at_rate(const std::vector<std::int64_t>& numbers
   std::vector<std::int64_t> times;
   times.reserve(numbers.size());
   for (const std::int64_t number : numbers) {
-    times.push_back(static_cast<std::int64_t>(std::llround(static_cast<double>(number) * 1e9 / rate_hz)));
+    constexpr double kBeyond_ns = 1.5 * static_cast<double>(FrameList::kMaxTime_ns);  // Still fits into 64 bits.
+    times.push_back(std::llround(std::min(static_cast<double>(number) * 1e9 / rate_hz, kBeyond_ns)));
   }
   return times;
 }
@@ -115,10 +173,16 @@ void note_missing_sides(Dataset& dataset) {
   }
 }
 
+std::string step_text(std::int64_t step_ns) {
+  return step_ns < kFastestStep_ns ? concat(std::to_string(step_ns), " ns")
+                                   : concat(number(static_cast<double>(step_ns) * 1e-9), " s");
+}
+
 // Number and time of each frame.
 struct Timeline {
   std::vector<std::int64_t> numbers;
   std::vector<std::int64_t> times_ns;
+  std::string source;  // Of the times.
 };
 
 // As the recorder wrote it. Frames that it did not come to the end of are left out.
@@ -139,32 +203,46 @@ Result<Timeline> recorded_timeline(const std::filesystem::path& path, std::vecto
     notes.push_back(concat(std::to_string(unfinished), " frames were not recorded whole; they are left out"));
   }
   Timeline timeline;
-  timeline.numbers = numbers_of(members, Numbering::kNumbers);
-  for (const std::int64_t number : timeline.numbers) {
-    timeline.times_ns.push_back(times->at(number));
+  timeline.source = path.string();
+  for (const Member& member : members) {
+    timeline.numbers.push_back(trailing_number(member.stem).value());
+    timeline.times_ns.push_back(times->at(timeline.numbers.back()));
   }
   return timeline;
 }
 
-// From the names of the files and the list of times. Adds a note where times had to be assumed.
+// From the names of the files and the list of times. Adds a note where numbers or times had to be assumed.
 Result<Timeline> deduced_timeline(const SequenceFiles& files, const std::vector<Member>& members,
                                   std::vector<std::string>& notes) {
-  const Numbering numbering = numbering_of(members);
-  Timeline timeline;
-  timeline.numbers = numbers_of(members, numbering);
-  if (numbering == Numbering::kTimes) {
-    timeline.times_ns = timeline.numbers;
-    timeline.numbers =
-        numbers_from_times(timeline.times_ns, median_step_ns(timeline.times_ns, period_ns(files.rate_hz)));
-  } else if (is_file(files.times_path)) {
-    Result<std::vector<std::int64_t>> read = times_from_file(files.times_path, timeline.numbers);
-    if (!read) {
+  const std::string& folder = files.left.files.folder;
+  const auto name_times = times_of(members);
+  const auto name_numbers = name_times ? std::nullopt : numbers_of(members);
+  Timeline timeline{name_numbers ? *name_numbers : numbers_by_place(members.size()), {}, folder};
+  if (!name_numbers && !name_times) {
+    notes.push_back(concat(folder, ": the names of the images hold no frame numbers up to ",
+                           std::to_string(FrameList::kMaxFrameIndex), "; numbered in the order of their names"));
+  }
+  if (is_there(files.times_path)) {
+    Result<std::vector<std::int64_t>> read = times_from_file(files.times_path, timeline.numbers, !name_numbers);
+    if (!read && !name_times) {
       return Unexpected(read.error());
     }
-    timeline.times_ns = std::move(*read);
+    if (read) {
+      timeline.times_ns = std::move(*read);
+      timeline.source = files.times_path.string();
+    } else {
+      notes.push_back(read.error().message + "; the times in the names of the images are used");
+      timeline.times_ns = *name_times;
+    }
+  } else if (name_times) {
+    timeline.times_ns = *name_times;
   } else {
     timeline.times_ns = times_at_rate(timeline.numbers, files.rate_hz);
-    notes.push_back(concat("no time stamps for ", files.left.files.folder, ": ", number(files.rate_hz), " Hz assumed"));
+    notes.push_back(concat("no time stamps for ", folder, ": ", number(files.rate_hz), " Hz assumed"));
+  }
+  if (name_times) {
+    timeline.numbers =
+        numbers_from_times(timeline.times_ns, median_step_ns(timeline.times_ns, period_ns(files.rate_hz)));
   }
   return timeline;
 }
@@ -172,13 +250,13 @@ Result<Timeline> deduced_timeline(const SequenceFiles& files, const std::vector<
 // Fills the frames and the file size.
 Status add_frames(const SequenceFiles& files, Dataset& dataset) {
   std::vector<Member> members = merged(files.left, files.right);
-  const Result<Timeline> timeline = is_file(files.frame_times_path)
+  const Result<Timeline> timeline = is_there(files.frame_times_path)
                                         ? recorded_timeline(files.frame_times_path, members, dataset.notes)
                                         : deduced_timeline(files, members, dataset.notes);
   if (!timeline) {
     return Unexpected(timeline.error());
   }
-  dataset.frames = FrameList(files.left.files, files.right.files);
+  dataset.frames = FrameList(files.left.files, files.right.files, timeline->source);
   for (std::size_t i = 0; i < members.size(); ++i) {
     const Member& member = members[i];
     Status added =
@@ -258,6 +336,36 @@ std::int64_t median_step_ns(const std::vector<std::int64_t>& times_ns, std::int6
   return std::max<std::int64_t>(*middle, 1);
 }
 
+Status check_steps(Dataset& dataset) {
+  const FrameList& frames = dataset.frames;
+  const std::int64_t step_ns = frames.median_period_ns(kFastestStep_ns);
+  if (step_ns < kShortestStep_ns || step_ns > kSlowestStep_ns) {
+    return fail(ErrorCode::kBadFormat,
+                concat(frames.times_source(), ": frames are ", step_text(step_ns),
+                       " apart (median), and no camera takes images at less than 0.1 ms or more than a day; correct "
+                       "the unit of the times"));
+  }
+  if (step_ns < kFastestStep_ns) {
+    dataset.notes.push_back(concat(frames.times_source(), ": frames are ", step_text(step_ns),
+                                   " apart (median), which is faster than 1000 Hz; is the unit of the times right?"));
+  }
+  if (step_ns > kSlowStep_ns) {
+    dataset.notes.push_back(concat(frames.times_source(), ": frames are ", step_text(step_ns),
+                                   " apart (median), too far to follow anything; are these seconds?"));
+  }
+  std::size_t odd_steps = 0;
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    const std::int64_t odd_ns = frames[i].timestamp_ns - frames[i - 1].timestamp_ns;
+    odd_steps += odd_ns < kShortestStep_ns || odd_ns > kSlowestStep_ns ? 1 : 0;
+  }
+  if (odd_steps > 0) {
+    dataset.notes.push_back(concat(frames.times_source(), ": ", std::to_string(odd_steps),
+                                   " of the steps between frames are shorter than 0.1 ms or longer than a day; are "
+                                   "these times right?"));
+  }
+  return {};
+}
+
 std::vector<std::int64_t> numbers_from_times(const std::vector<std::int64_t>& times_ns, std::int64_t period_ns) {
   std::vector<std::int64_t> numbers;
   numbers.reserve(times_ns.size());
@@ -265,7 +373,7 @@ std::vector<std::int64_t> numbers_from_times(const std::vector<std::int64_t>& ti
     const std::int64_t steps = i == 0 ? 0 : (times_ns[i] - times_ns[i - 1] + period_ns / 2) / period_ns;
     numbers.push_back(i == 0 ? 0 : numbers.back() + std::max<std::int64_t>(steps, 1));
   }
-  return numbers;
+  return numbers.empty() || numbers.back() <= FrameList::kMaxFrameIndex ? numbers : numbers_by_place(numbers.size());
 }
 
 Result<Dataset> build_dataset(std::string name, const SequenceFiles& files, const DatasetSpec& spec,
@@ -281,6 +389,9 @@ Result<Dataset> build_dataset(std::string name, const SequenceFiles& files, cons
 }
 
 Result<Dataset> finish_dataset(Dataset dataset, double fallback_rate_hz, const CalibrationReader& read_calibration) {
+  if (const Status steps = check_steps(dataset); !steps) {
+    return Unexpected(steps.error());
+  }
   dataset.nominal_rate_hz = 1e9 / static_cast<double>(dataset.frames.median_period_ns(period_ns(fallback_rate_hz)));
   note_missing_sides(dataset);
   const Result<ImageSize> size = probe_image_size(dataset.frames);

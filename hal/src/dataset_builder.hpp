@@ -32,9 +32,11 @@ struct ImageSize {
 /// Makes the rig's calibration once the size of the images is known.
 using CalibrationReader = std::function<Result<RigCalibration>(const ImageSize&)>;
 
-/// Pairs images by stem and gives every stem its number and time. Stems of 16 digits or more are times in nanoseconds;
-/// otherwise the number is what the stem ends with (or, if those are no use, its place in the list) and the time is the
-/// line of that number in `times_path`, or what `frame_times_path` says. Then as finish_dataset.
+/// Pairs images by stem and gives every stem its number and time. The digits that the stems end with are times, if all
+/// of them are dates (YYYYMMDDhhmmss, also with milliseconds) or 16 to 19 digits of nanoseconds, or 16 of microseconds,
+/// and come at steps that a camera may have. Otherwise they are the number or, if those are no use (equal, none, beyond
+/// what a FrameList holds), the place in the list is. A `times_path` comes before times in names: its lines by
+/// number, or one per frame. Where `frame_times_path` is there, it alone counts. Then as finish_dataset.
 [[nodiscard]] Result<Dataset> build_dataset(std::string name, const SequenceFiles& files, const DatasetSpec& spec,
                                             const CalibrationReader& read_calibration);
 
@@ -43,7 +45,12 @@ using CalibrationReader = std::function<Result<RigCalibration>(const ImageSize&)
 [[nodiscard]] Result<Dataset> finish_dataset(Dataset dataset, double fallback_rate_hz,
                                              const CalibrationReader& read_calibration);
 
-/// Frame numbers of ascending times: 0 for the first, then as many steps as periods fit, at least one.
+/// Steps between frames that no camera has are an error that names the file of the times; single ones become a note.
+/// Errors: kBadFormat.
+[[nodiscard]] Status check_steps(Dataset& dataset);
+
+/// Frame numbers of ascending times: 0 for the first, then as many steps as periods fit, at least one; one by one where
+/// gaps would lead beyond what a FrameList holds.
 [[nodiscard]] std::vector<std::int64_t> numbers_from_times(const std::vector<std::int64_t>& times_ns,
                                                            std::int64_t period_ns);
 [[nodiscard]] std::int64_t median_step_ns(const std::vector<std::int64_t>& times_ns, std::int64_t fallback_ns);

@@ -9,6 +9,7 @@
 #include "layouts.hpp"
 #include "messages.hpp"
 #include "text_file.hpp"
+#include "whole_pixels.hpp"
 #include "yaml_document.hpp"
 
 namespace kinetrace::hal {
@@ -56,7 +57,7 @@ Result<std::vector<TimedImage>> read_image_list(const fs::path& camera, const Im
   for (const std::string_view line : content_lines(*text)) {
     const std::size_t comma = line.find(',');
     const auto time = parse_integer(line.substr(0, comma));
-    if (!time || comma == std::string_view::npos) {
+    if (!time || !FrameList::holds_time(*time) || comma == std::string_view::npos) {
       return fail(ErrorCode::kBadFormat, concat(path.string(), ": '", line.substr(0, 60),
                                                 "' is no entry; expected 'time in nanoseconds,file name'"));
     }
@@ -164,8 +165,8 @@ Result<Sensor> read_sensor(const YamlDocument& file) {
     return file.error("distortion_coefficients", concat("must be 4 to ", std::to_string(most), " numbers"));
   }
   std::copy(coefficients->begin(), coefficients->end(), sensor.camera.distortion.begin());
-  sensor.camera.width_px = static_cast<int>(std::lround((*size)[0]));
-  sensor.camera.height_px = static_cast<int>(std::lround((*size)[1]));
+  sensor.camera.width_px = whole_pixels((*size)[0]);
+  sensor.camera.height_px = whole_pixels((*size)[1]);
   sensor.camera.fx_px = (*intrinsics)[0];
   sensor.camera.fy_px = (*intrinsics)[1];
   sensor.camera.cx_px = (*intrinsics)[2];
@@ -234,7 +235,7 @@ Result<Dataset> open_euroc(const DatasetSpec& spec) {
   const fs::path absolute = fs::weakly_canonical(*mav);
   dataset.name = (absolute.filename() == "mav0" ? absolute.parent_path() : absolute).filename().string();
   dataset.max_file_bytes = std::max(left_images->max_file_bytes, right_images->max_file_bytes);
-  dataset.frames = FrameList(left_images->files, right_images->files);
+  dataset.frames = FrameList(left_images->files, right_images->files, (*mav / "cam0" / "data.csv").string());
   if (const Status added = add_frames(*left, *right, median_period_ns(*left, *rate_hz), dataset.frames); !added) {
     return Unexpected(added.error());
   }

@@ -121,6 +121,9 @@ Result<StereoFrame> FaultInjector::produce(std::chrono::milliseconds timeout) {
   const Deadline deadline(timeout);
   do {
     Result<StereoFrame> frame = camera_->next(deadline.left());
+    if (!frame && frame.error().code == ErrorCode::kEndOfStream && held_back_) {
+      return *std::exchange(held_back_, std::nullopt);  // No frame follows that it could come after.
+    }
     if (!frame) {
       state_.reset();
       return frame;

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "kinetrace/core/nearest_name.hpp"
 #include "kinetrace/hal/fault_injector.hpp"
 #include "messages.hpp"
 #include "text_file.hpp"
@@ -31,6 +32,12 @@ constexpr std::array<Known, 10> kKnown{{{"unplug", FaultKind::kUnplug, 2.0, 0.0,
                                         {"desync", FaultKind::kDesync, 0.0, 0.0, 0.0},
                                         {"clock", FaultKind::kClock, 3600.0, -1e6, 1e6},
                                         {"size", FaultKind::kSize, 0.0, 0.0, 0.0}}};
+
+constexpr auto kNames = [] {
+  std::array<std::string_view, kKnown.size()> names{};
+  std::transform(kKnown.begin(), kKnown.end(), names.begin(), [](const Known& known) { return known.name; });
+  return names;
+}();
 
 Unexpected<Error> refused(std::string_view part, std::string_view why) {
   return fail(
@@ -62,7 +69,8 @@ Result<Fault> parse_fault(std::string_view part) {
   std::optional<std::string_view> frames = cut(name, '@');
   const auto known = std::find_if(kKnown.begin(), kKnown.end(), [&](const Known& k) { return k.name == name; });
   if (known == kKnown.end()) {
-    return refused(part, "unknown kind (unplug, stuck, slow, drop, duplicate, reorder, corrupt, desync, clock, size)");
+    return refused(part, concat("no kind '", name, "' (", listed(kNames, kNames.size()), ")",
+                                did_you_mean(name, fault_kind_names())));
   }
   if (!frames) {
     return refused(part, "no frame");
@@ -87,6 +95,10 @@ Result<Fault> parse_fault(std::string_view part) {
 }
 
 }  // namespace
+
+std::span<const std::string_view> fault_kind_names() noexcept {
+  return kNames;
+}
 
 Result<FaultPlan> parse_faults(std::string_view text) {
   constexpr std::string_view kSeed = "seed=";

@@ -24,6 +24,33 @@ imaging::ImageReaderConfig reader_config(const Dataset& dataset) {
           .max_file_bytes = std::clamp(dataset.max_file_bytes, kSmallestBuffer, sensible)};
 }
 
+// What one pass takes of frame numbers and of time.
+struct PassSpan {
+  std::int64_t numbers = 0;
+  std::int64_t duration_ns = 0;
+};
+
+PassSpan pass_span(const Dataset& dataset) {
+  const FrameList& frames = dataset.frames;
+  const FrameList::Frame first = frames[0];
+  const FrameList::Frame last = frames[frames.size() - 1];
+  const std::int64_t period_ns = frames.median_period_ns(static_cast<std::int64_t>(1e9 / dataset.nominal_rate_hz));
+  return {last.frame_index - first.frame_index + 1, last.timestamp_ns - first.timestamp_ns + period_ns};
+}
+
+Status check_passes(const Dataset& dataset, int passes) {
+  const PassSpan span = pass_span(dataset);
+  const FrameList::Frame last = dataset.frames[dataset.frames.size() - 1];
+  const std::int64_t most = 1 + std::min((FrameList::kMaxFrameIndex - last.frame_index) / span.numbers,
+                                         (FrameList::kMaxTime_ns - last.timestamp_ns) / span.duration_ns);
+  if (passes > most) {
+    return fail(ErrorCode::kInvalidConfig, concat(dataset.name, ": can be played ", std::to_string(most),
+                                                  " times before its frame numbers or times become too large, not ",
+                                                  std::to_string(passes), " times"));
+  }
+  return {};
+}
+
 }  // namespace
 
 Status FileCameraConfig::validate() const {
@@ -65,6 +92,9 @@ Result<FileStereoCamera> FileStereoCamera::create(Dataset dataset, const FileCam
   if (!reader) {
     return Unexpected(reader.error());
   }
+  if (const Status fits = check_passes(dataset, config.passes); !fits) {
+    return Unexpected(fits.error());
+  }
   Storage storage;
   carve(dataset, arena, storage);
   if (arena.exhausted()) {
@@ -84,11 +114,9 @@ FileStereoCamera::FileStereoCamera(Dataset dataset, const FileCameraConfig& conf
            .height_px = dataset_.calibration.raw_height_px(),
            .nominal_rate_hz = dataset_.nominal_rate_hz,
            .frame_count = static_cast<std::int64_t>(frames.size()) * config.passes};
-  const FrameList::Frame first = frames[0];
-  const FrameList::Frame last = frames[frames.size() - 1];
-  const std::int64_t period_ns = frames.median_period_ns(static_cast<std::int64_t>(1e9 / dataset_.nominal_rate_hz));
-  pass_numbers_ = last.frame_index - first.frame_index + 1;
-  pass_duration_ns_ = last.timestamp_ns - first.timestamp_ns + period_ns;
+  const PassSpan span = pass_span(dataset_);
+  pass_numbers_ = span.numbers;
+  pass_duration_ns_ = span.duration_ns;
   warnings_.reserve(static_cast<std::size_t>(config.max_warnings));
 }
 
@@ -157,7 +185,7 @@ Result<StereoFrame> FileStereoCamera::next(std::chrono::milliseconds /*timeout*/
         ++counters_.skipped_missing_side;
         continue;
       }
-      const Status decoded = decode(frame);
+      const Status decoded = decode(position_);
       if (decoded) {
         return deliver(frame);
       }
@@ -200,10 +228,33 @@ Error FileStereoCamera::end_of_recording() const {
                                         " frames could be read; the first problem: ", first_problem_)};
 }
 
-Status FileStereoCamera::decode(const FrameList::Frame& frame) {
-  if (dataset_.container) {
-    return dataset_.container->read(position_, storage_.images[0], storage_.images[1]);
+std::string FileStereoCamera::image_name(std::int64_t frame_index, bool is_left) const {
+  const FrameList& frames = dataset_.frames;
+  const std::int64_t first = frames[0].frame_index;
+  const std::int64_t index_of_pass = first + (frame_index - first) % pass_numbers_;
+  for (std::size_t i = 0; !dataset_.container && i < frames.size(); ++i) {
+    const FrameList::Frame frame = frames[i];
+    if (frame.frame_index == index_of_pass && frame.complete()) {
+      const FrameFolder& folder = is_left ? frames.left() : frames.right();
+      return concat(folder.folder, "/", is_left ? frame.left_stem : frame.right_stem, folder.suffix);
+    }
   }
+  return StereoCamera::image_name(frame_index, is_left);
+}
+
+Result<StereoFrame> FileStereoCamera::frame_at(std::size_t place) {
+  const FrameList::Frame frame = dataset_.frames[place];
+  if (const Status decoded = decode(place); !decoded) {
+    return Unexpected(decoded.error());
+  }
+  return StereoFrame{frame.frame_index, frame.timestamp_ns, frame.name(), storage_.images[0], storage_.images[1]};
+}
+
+Status FileStereoCamera::decode(std::size_t place) {
+  if (dataset_.container) {
+    return dataset_.container->read(place, storage_.images[0], storage_.images[1]);
+  }
+  const FrameList::Frame frame = dataset_.frames[place];
   const Status left = reader_.read_gray(compose_path(dataset_.frames.left(), frame.left_stem), storage_.images[0]);
   return left ? reader_.read_gray(compose_path(dataset_.frames.right(), frame.right_stem), storage_.images[1]) : left;
 }

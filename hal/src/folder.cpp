@@ -42,7 +42,7 @@ fs::path images_below(const fs::path& eye) {
 
 fs::path times_file(const fs::path& root, const fs::path& left) {
   for (const fs::path& path : {root / "times.txt", root / "timestamps.txt", left / "timestamps.txt"}) {
-    if (is_file(path)) {
+    if (is_there(path)) {
       return path;
     }
   }

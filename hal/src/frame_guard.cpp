@@ -13,48 +13,8 @@ namespace {
 constexpr int kMaxUnusable = 32;
 // Jitter is no jump. Live cameras number by time, rounded: theirs is at most half a period.
 constexpr double kJumpPeriods = 0.6;
-constexpr int kRowsLookedAt = 24;
-constexpr int kPixelsLookedAt = 16;
-constexpr int kLeastContrast = 12;  // Several times the noise of a saturated or black row.
-
-// Darkest and brightest of the pixels looked at.
-struct Range {
-  int lowest = 255;
-  int highest = 0;
-};
-
-Range range_of(GrayView image, int place) noexcept {
-  const std::uint8_t* row = image.row((2 * place + 1) * image.height / (2 * kRowsLookedAt));
-  const int step = std::max(1, image.width / kPixelsLookedAt);
-  Range range;
-  for (int x = 0; x < image.width; x += step) {
-    range.lowest = std::min<int>(range.lowest, row[x]);
-    range.highest = std::max<int>(range.highest, row[x]);
-  }
-  return range;
-}
-
-// What did not arrive is the end of the image, and of one value throughout. A sky or a night may be so as well, but
-// then the other eye sees next to nothing there either.
-int missing_rows(GrayView image, GrayView other) noexcept {
-  const int filling = range_of(image, kRowsLookedAt - 1).lowest;
-  int missing = 0;
-  for (int place = kRowsLookedAt - 1; place >= 0; --place) {
-    const Range here = range_of(image, place);
-    if (here.lowest != filling || here.highest != filling) {
-      break;
-    }
-    const Range there = range_of(other, place);
-    missing += there.highest - there.lowest >= kLeastContrast ? 1 : 0;
-  }
-  return missing;
-}
 
 }  // namespace
-
-bool looks_cut_off(const StereoFrame& frame) noexcept {
-  return std::max(missing_rows(frame.left, frame.right), missing_rows(frame.right, frame.left)) >= kRowsLookedAt / 3;
-}
 
 FrameGuard::FrameGuard(std::unique_ptr<StereoCamera> camera, const FrameGuardConfig& config)
     : camera_(std::move(camera)), config_(config), timeline_(0, true) {}
@@ -62,15 +22,19 @@ FrameGuard::FrameGuard(std::unique_ptr<StereoCamera> camera, const FrameGuardCon
 Status FrameGuard::start() {
   own_ = {};
   begun_ = false;
+  first_unusable_.reset();
+  cut_off_ = {};
   timeline_ = TimelineGuard(std::llround(kJumpPeriods * period_ns()), true);
   return camera_->start();
 }
 
 bool FrameGuard::passes(const StereoFrame& frame) noexcept {
   const CameraInfo& announced = info();
-  for (const GrayView& image : {frame.left, frame.right}) {
+  for (const bool is_left : {true, false}) {
+    const GrayView image = is_left ? frame.left : frame.right;
     if (image.width != announced.width_px || image.height != announced.height_px) {
       ++own_.skipped_wrong_size;
+      note_unusable({frame.frame_index, is_left, image.width, image.height, 0});
       return false;
     }
   }
@@ -80,11 +44,35 @@ bool FrameGuard::passes(const StereoFrame& frame) noexcept {
     ++own_.skipped_repeated;
     return false;
   }
-  if (looks_cut_off(frame)) {
+  if (const auto cut_off = cut_off_.examine(frame)) {
     ++own_.skipped_unreadable;
+    note_unusable({frame.frame_index, cut_off->is_left, announced.width_px, announced.height_px, cut_off->rows});
     return false;
   }
   return true;
+}
+
+void FrameGuard::note_unusable(const Unusable& unusable) noexcept {
+  if (!first_unusable_) {
+    first_unusable_ = unusable;
+  }
+}
+
+// A stream of which not one frame passed has not just ended: it was of no use.
+Error FrameGuard::explain(Error end) const {
+  if (end.code != ErrorCode::kEndOfStream || begun_ || !first_unusable_) {
+    return end;
+  }
+  const Unusable& first = *first_unusable_;
+  const std::string reason =
+      first.missing_rows > 0
+          ? concat("its lower ", std::to_string(first.missing_rows), " of ", std::to_string(first.height_px),
+                   " rows are of one value, while the other eye sees something there; was the lens covered or the "
+                   "transfer cut off?")
+          : concat("is ", size_text(first.width_px, first.height_px), " pixels, expected ",
+                   size_text(info().width_px, info().height_px));
+  return {ErrorCode::kBadFormat, concat(info().name, ": none of its frames can be used; the first: ",
+                                        camera_->image_name(first.frame_index, first.is_left), ": ", reason)};
 }
 
 std::int64_t FrameGuard::expected_step_ns(const StereoFrame& frame) const noexcept {
@@ -102,7 +90,7 @@ Result<StereoFrame> FrameGuard::next(std::chrono::milliseconds timeout) {
   do {
     Result<StereoFrame> frame = camera_->next(deadline.left());
     if (!frame) {
-      return frame;
+      return Unexpected(explain(std::move(frame.error())));
     }
     if (!passes(*frame)) {
       ++unusable;

@@ -7,11 +7,17 @@
 namespace kinetrace::hal {
 
 Status FrameList::add(const Frame& frame) {
+  if (!holds(frame.frame_index, frame.timestamp_ns)) {
+    return fail(ErrorCode::kBadFormat,
+                concat(times_source_, ": frame ", frame.name(), " has the number ", std::to_string(frame.frame_index),
+                       " and the time ", std::to_string(frame.timestamp_ns), " ns; numbers must be in [0, ",
+                       std::to_string(kMaxFrameIndex), "] and times before 2116"));
+  }
   if (!entries_.empty()) {
     const Entry& last = entries_.back();
     if (frame.frame_index <= last.frame_index || frame.timestamp_ns <= last.timestamp_ns) {
       return fail(ErrorCode::kBadFormat,
-                  concat(left_.folder, ": frame ", frame.name(), " does not come after the one before it (time ",
+                  concat(times_source_, ": frame ", frame.name(), " does not come after the one before it (time ",
                          std::to_string(frame.timestamp_ns), " ns after ", std::to_string(last.timestamp_ns),
                          " ns); correct the time stamps"));
     }

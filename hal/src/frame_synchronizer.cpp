@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 
 #include "kinetrace/core/config_check.hpp"
 
@@ -180,17 +181,18 @@ void FrameSynchronizer::relock() noexcept {
   const std::int64_t apart_ns = newest_ns - jump_ns_;
   const std::int64_t jump_ns = std::llabs(apart_ns) > kJumpPeriods * config_.period_ns ? newest_ns : jump_ns_;
   const auto period_ns = static_cast<double>(config_.period_ns);
+  // What is not used sorts behind the rest: all of them are sorted, whose number the compiler knows.
   std::array<double, kRemembered> differences_ns{};
+  differences_ns.fill(std::numeric_limits<double>::infinity());
   for (std::size_t i = 0; i < left.remembered; ++i) {
     const auto reference = static_cast<double>(newest_ns - jump_ns);
     const auto difference = static_cast<double>(right.times_ns[right.remembered - 1] - left.times_ns[i] - jump_ns);
     differences_ns[i] = reference + std::remainder(difference - reference, period_ns);
   }
-  const auto end = differences_ns.begin() + static_cast<std::ptrdiff_t>(left.remembered);
-  std::sort(differences_ns.begin(), end);
+  std::sort(differences_ns.begin(), differences_ns.end());
   const double middle = differences_ns[left.remembered / 2];
   const auto tolerance_ns = static_cast<double>(config_.tolerance_ns);
-  if (*(end - 1) - middle > tolerance_ns || middle - differences_ns[0] > tolerance_ns) {
+  if (differences_ns[left.remembered - 1] - middle > tolerance_ns || middle - differences_ns[0] > tolerance_ns) {
     return;
   }
   jump_ns_ = jump_ns;

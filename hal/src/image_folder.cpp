@@ -39,6 +39,11 @@ bool is_file(const fs::path& path) {
   return fs::is_regular_file(path, ignored);
 }
 
+bool is_there(const fs::path& path) {
+  std::error_code ignored;
+  return !path.empty() && fs::exists(path, ignored);
+}
+
 Result<ImageFolder> list_images(const fs::path& folder, std::string_view prefix, std::string_view tag) {
   if (!is_folder(folder)) {
     return fail(ErrorCode::kNotFound, folder.string() + ": no such folder; check the path");

@@ -33,5 +33,7 @@ struct ImageFolder {
 
 [[nodiscard]] bool is_folder(const std::filesystem::path& path);
 [[nodiscard]] bool is_file(const std::filesystem::path& path);
+/// Of whatever kind: what cannot be read is to be named, not passed over.
+[[nodiscard]] bool is_there(const std::filesystem::path& path);
 
 }  // namespace kinetrace::hal

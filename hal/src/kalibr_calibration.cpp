@@ -1,8 +1,7 @@
-#include <cmath>
-
 #include "calibration_files.hpp"
 #include "first_error.hpp"
 #include "messages.hpp"
+#include "whole_pixels.hpp"
 
 namespace kinetrace::hal {
 namespace {
@@ -22,8 +21,8 @@ Result<CameraModel> read_camera(const YamlDocument& file, const std::string& cam
     return file.error(camera + ".distortion_model", concat("is '", *lens, "'; use radtan, equidistant or none"));
   }
   CameraModel result{.lens = *lens == "equidistant" ? LensModel::kEquidistant : LensModel::kRadialTangential,
-                     .width_px = static_cast<int>(std::lround((*size)[0])),
-                     .height_px = static_cast<int>(std::lround((*size)[1])),
+                     .width_px = whole_pixels((*size)[0]),
+                     .height_px = whole_pixels((*size)[1]),
                      .fx_px = (*intrinsics)[0],
                      .fy_px = (*intrinsics)[1],
                      .cx_px = (*intrinsics)[2],

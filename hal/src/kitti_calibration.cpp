@@ -5,13 +5,14 @@
 #include "first_error.hpp"
 #include "messages.hpp"
 #include "text_file.hpp"
+#include "whole_pixels.hpp"
 
 namespace kinetrace::hal {
 namespace {
 
 Result<ImageSize> size_of(const KittiCalibrationFile& file, const std::string& key) {
   return file.numbers(key, 2).transform([](const std::vector<double>& values) {
-    return ImageSize{static_cast<int>(std::lround(values[0])), static_cast<int>(std::lround(values[1]))};
+    return ImageSize{whole_pixels(values[0]), whole_pixels(values[1])};
   });
 }
 
@@ -39,7 +40,7 @@ Result<CameraModel> camera(const KittiCalibrationFile& file, const std::string& 
 }  // namespace
 
 Result<KittiCalibrationFile> KittiCalibrationFile::load(const std::filesystem::path& path) {
-  const Result<std::string> text = read_text(path);
+  const Result<std::string> text = read_text(path, kMaxCalibrationBytes);
   if (!text) {
     return Unexpected(text.error());
   }

@@ -342,7 +342,8 @@ Result<CapturedImage> Session::image_of(const CompletedQueue::Item& item, const 
       .data = bytes.first(used),
       .exposure_ns = got.exposure_us ? std::optional(std::int64_t{std::llround(*got.exposure_us * kNanosecondsPerUs)})
                                      : std::nullopt,
-      .dmabuf_fd = slot.dmabuf};
+      .dmabuf_fd = slot.dmabuf,
+      .dmabuf_offset_bytes = buffer.planes()[0].offset};
 }
 
 void Session::release(int slot) noexcept {

@@ -1,9 +1,9 @@
 #include <algorithm>
-#include <cmath>
 
 #include "calibration_files.hpp"
 #include "first_error.hpp"
 #include "messages.hpp"
+#include "whole_pixels.hpp"
 
 namespace kinetrace::hal {
 namespace {
@@ -33,6 +33,23 @@ Result<Place> find(const std::vector<YamlDocument>& files, const Keys& keys) {
                              concat("is missing (looked for ", listed(keys), "); save the whole calibration"));
 }
 
+// Files of one calibration share it; where both say the same thing, they are two, and either may be the old one.
+Status say_it_once(const std::vector<YamlDocument>& files, const Keys& keys) {
+  const YamlDocument* first = nullptr;
+  for (const YamlDocument& file : files) {
+    if (file.first_of(keys).empty()) {
+      continue;
+    }
+    if (first != nullptr) {
+      return fail(ErrorCode::kBadCalibration,
+                  concat(first->path().string(), " and ", file.path().string(), " both hold ", keys.front(),
+                         "; keep the calibration of these images alone"));
+    }
+    first = &file;
+  }
+  return {};
+}
+
 Result<Eigen::Matrix3d> find_matrix3(const std::vector<YamlDocument>& files, const Keys& keys) {
   return find(files, keys).and_then([](const Place& place) { return place.file->matrix3(place.key); });
 }
@@ -44,9 +61,7 @@ bool is_fisheye(const std::vector<YamlDocument>& files) {
 }
 
 Result<ImageSize> image_size(const std::vector<YamlDocument>& files, const ImageSize& of_images) {
-  const auto to_size = [](double width, double height) {
-    return ImageSize{static_cast<int>(std::lround(width)), static_cast<int>(std::lround(height))};
-  };
+  const auto to_size = [](double width, double height) { return ImageSize{whole_pixels(width), whole_pixels(height)}; };
   if (const auto place = find(files, {"imageSize", "image_size", "size", "resolution"})) {
     return place->file->numbers(place->key, 2).transform([&](const std::vector<double>& v) {
       return to_size(v[0], v[1]);
@@ -116,6 +131,11 @@ bool is_opencv_stereo(const YamlDocument& file) {
 }
 
 Result<RigCalibration> read_opencv_stereo(const std::vector<YamlDocument>& files, const ImageSize& size) {
+  for (const Keys& keys : {intrinsics_keys("1"), intrinsics_keys("2"), Keys{"R"}, Keys{"T"}}) {
+    if (const Status once = say_it_once(files, keys); !once) {
+      return Unexpected(once.error());
+    }
+  }
   const LensModel lens = is_fisheye(files) ? LensModel::kEquidistant : LensModel::kRadialTangential;
   const auto stored_size = image_size(files, size);
   if (!stored_size) {

@@ -8,6 +8,7 @@
 namespace kinetrace::hal {
 namespace {
 
+constexpr int kMaxSide_px = 16384;
 constexpr double kMaxBaseline_m = 10.0;
 constexpr double kMinBaseline_m = 1e-4;
 constexpr double kRotationTolerance = 5e-3;   // Matrices written with three digits still pass.
@@ -41,6 +42,10 @@ Status check_pinhole(const std::string& source, std::string_view eye, double fx,
                      int width, int height) {
   if (width <= 0 || height <= 0) {
     return bad(source, concat(eye, " image size is missing; give width and height in pixels"));
+  }
+  if (width > kMaxSide_px || height > kMaxSide_px) {
+    return bad(source, concat(eye, " image size ", size_text(width, height), " is beyond ",
+                              size_text(kMaxSide_px, kMaxSide_px), " pixels; correct the size"));
   }
   Status status = check_focal(source, eye, "fx", fx);
   if (status) {

@@ -1,8 +1,7 @@
-#include <cmath>
-
 #include "calibration_files.hpp"
 #include "first_error.hpp"
 #include "messages.hpp"
+#include "whole_pixels.hpp"
 
 namespace kinetrace::hal {
 namespace {
@@ -31,8 +30,8 @@ Result<RosCamera> read_camera(const YamlDocument& file) {
     return file.error("distortion_model",
                       concat("is '", *lens, "'; use plumb_bob, rational_polynomial or equidistant"));
   }
-  camera.model.width_px = static_cast<int>(std::lround(width->front()));
-  camera.model.height_px = static_cast<int>(std::lround(height->front()));
+  camera.model.width_px = whole_pixels(width->front());
+  camera.model.height_px = whole_pixels(height->front());
   camera.model.fx_px = (*K)(0, 0);
   camera.model.fy_px = (*K)(1, 1);
   camera.model.cx_px = (*K)(0, 2);

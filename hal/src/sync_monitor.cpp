@@ -2,167 +2,23 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <limits>
-#include <optional>
 
 #include "kinetrace/core/config_check.hpp"
+#include "patch_matcher.hpp"
 
 namespace kinetrace::hal {
 namespace {
-
-// All in pixels of the halved images.
-constexpr int kPatchWidth = 16;
-constexpr int kPatchHeight = 8;
-constexpr int kMaxRows = 6;
-constexpr int kColumnsOfCells = 8;
-constexpr int kRowsOfCells = SyncMonitor::kPoints / kColumnsOfCells;
-constexpr int kMaxDisparity = 256;
-constexpr double kFullSize = 2.0;
 
 constexpr int kFewestMatches = 8;
 // In pixels of the full images: the median of good matches is .1 px, .3 px at the most.
 constexpr double kSurelyOff_px = 0.25;
 constexpr double kMuchBetter = 0.5;
+// Ten times the error of a good match: what lies so far on either side of infinity does so surely.
+constexpr double kSurelyShifted_px = 1.0;
 // Over skipped frames: rows by which the image must move from frame to frame, and how many frames off is off.
 constexpr int kMaxApart = 3;
 constexpr double kMuchMotion_px = 0.75;
 constexpr double kMostlyOff = 0.6;
-
-void halve(GrayView source, MutableGrayView target) noexcept {
-  for (int y = 0; y < target.height; ++y) {
-    const std::uint8_t* upper = source.row(2 * y);
-    const std::uint8_t* lower = source.row(2 * y + 1);
-    std::uint8_t* out = target.row(y);
-    for (int x = 0; x < target.width; ++x, upper += 2, lower += 2) {
-      out[x] = static_cast<std::uint8_t>((upper[0] + upper[1] + lower[0] + lower[1] + 2) / 4);
-    }
-  }
-}
-
-// Leaves each row's detail and takes its brightness away, so that eyes with different gain compare.
-void flatten(MutableGrayView image) noexcept {
-  constexpr int kRadius = 8;
-  constexpr int kGrey = 128;
-  std::array<std::uint8_t, 2 * kRadius + 1> ring{};  // Pixels of the window as they were.
-  for (int y = 0; y < image.height; ++y) {
-    std::uint8_t* row = image.row(y);
-    const int last = image.width - 1;
-    int sum = 0;
-    int first = -kRadius;
-    for (std::uint8_t& pixel : ring) {
-      pixel = row[std::clamp(first++, 0, last)];
-      sum += pixel;
-    }
-    std::size_t oldest = 0;
-    for (int x = 0; x < image.width; ++x) {
-      const int detail = row[x] - sum / (2 * kRadius + 1);
-      const std::uint8_t entering = row[std::min(x + kRadius + 1, last)];
-      sum += entering - ring[oldest];
-      ring[oldest] = entering;
-      oldest = (oldest + 1) % ring.size();
-      row[x] = static_cast<std::uint8_t>(std::clamp(kGrey + detail, 0, 255));
-    }
-  }
-}
-
-// Sum of absolute differences of two patches given by their upper left pixels.
-int difference(GrayView a, int ax, int ay, GrayView b, int bx, int by) noexcept {
-  int sum = 0;
-  for (int y = 0; y < kPatchHeight; ++y) {
-    const std::uint8_t* pa = a.row(ay + y) + ax;
-    const std::uint8_t* pb = b.row(by + y) + bx;
-    for (int x = 0; x < kPatchWidth; ++x) {
-      sum += std::abs(pa[x] - pb[x]);
-    }
-  }
-  return sum;
-}
-
-// How well a patch tells both columns and rows apart.
-int texture(GrayView image, int x0, int y0) noexcept {
-  int across = 0;
-  int down = 0;
-  for (int y = 0; y < kPatchHeight - 1; ++y) {
-    const std::uint8_t* row = image.row(y0 + y) + x0;
-    const std::uint8_t* next = image.row(y0 + y + 1) + x0;
-    for (int x = 0; x < kPatchWidth - 1; ++x) {
-      across += std::abs(row[x + 1] - row[x]);
-      down += std::abs(next[x] - row[x]);
-    }
-  }
-  return std::min(across, down);
-}
-
-struct Patch {
-  int x = 0;
-  int y = 0;
-};
-
-// The best textured patch of a cell; none if the cell is blank.
-std::optional<Patch> choose(GrayView image, int column, int row) noexcept {
-  constexpr int kStep = 8;
-  constexpr int kLeastTexture = 4 * (kPatchWidth - 1) * (kPatchHeight - 1);
-  const int width = image.width - kPatchWidth;
-  const int height = image.height - kPatchHeight - 2 * kMaxRows;
-  std::optional<Patch> best;
-  int most = kLeastTexture;
-  for (int y = row * height / kRowsOfCells; y < (row + 1) * height / kRowsOfCells; y += kStep) {
-    for (int x = column * width / kColumnsOfCells; x < (column + 1) * width / kColumnsOfCells; x += kStep) {
-      const int found = texture(image, x, y + kMaxRows);
-      if (found > most) {
-        most = found;
-        best = Patch{x, y + kMaxRows};
-      }
-    }
-  }
-  return best;
-}
-
-// The minimum of a parabola through three costs one step apart, as a shift of the middle one.
-double sub_step(int before, int at, int after) noexcept {
-  const int curvature = before - 2 * at + after;
-  return curvature > 0 ? 0.5 * (before - after) / curvature : 0.0;
-}
-
-// How many rows lower the patch's match lies in the right image; none if no place is clearly the best.
-std::optional<double> row_shift(GrayView left, GrayView right, const Patch& patch, int max_disparity) noexcept {
-  constexpr int kWorstPerPixel = 12;
-  constexpr int kWorst = kWorstPerPixel * kPatchWidth * kPatchHeight;
-  constexpr int kNeighbourhood = 2;
-  std::array<int, kMaxDisparity + 1> least{};
-  const int last = std::min(max_disparity, patch.x);
-  int best = std::numeric_limits<int>::max();
-  int best_disparity = 0;
-  int best_row = 0;
-  for (int disparity = 0; disparity <= last; ++disparity) {
-    int& here = least[static_cast<std::size_t>(disparity)];
-    here = std::numeric_limits<int>::max();
-    for (int row = -kMaxRows; row <= kMaxRows; ++row) {
-      const int cost = difference(left, patch.x, patch.y, right, patch.x - disparity, patch.y + row);
-      here = std::min(here, cost);
-      if (cost < best) {
-        best = cost;
-        best_disparity = disparity;
-        best_row = row;
-      }
-    }
-  }
-  if (best > kWorst || std::abs(best_row) == kMaxRows) {
-    return std::nullopt;
-  }
-  for (int disparity = 0; disparity <= last; ++disparity) {
-    const bool is_elsewhere = std::abs(disparity - best_disparity) > kNeighbourhood;
-    // A fifth better than anything elsewhere.
-    if (is_elsewhere && 5 * best > 4 * least[static_cast<std::size_t>(disparity)]) {
-      return std::nullopt;
-    }
-  }
-  const auto cost_at = [&](int row) {
-    return difference(left, patch.x, patch.y, right, patch.x - best_disparity, patch.y + row);
-  };
-  return best_row + sub_step(cost_at(best_row - 1), best, cost_at(best_row + 1));
-}
 
 double median(std::span<double> values) noexcept {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -174,7 +30,7 @@ double median(std::span<double> values) noexcept {
 
 Status SyncMonitorConfig::validate() const {
   return first_failure({check_range("sync.interval_frames", interval_frames, 2, 1000),
-                        check_range("sync.max_disparity_px", max_disparity_px, 16, 2 * kMaxDisparity)});
+                        check_range("sync.max_disparity_px", max_disparity_px, 16, kMaxDisparity_px)});
 }
 
 void SyncMonitor::carve(int width_px, int height_px, Arena& arena, Storage& storage) {
@@ -204,31 +60,34 @@ Result<SyncMonitor> SyncMonitor::create(const SyncMonitorConfig& config, int wid
   return SyncMonitor(config, storage);
 }
 
+SyncMonitor::Look SyncMonitor::next_look() const noexcept {
+  const std::int64_t place = pairs_ % config_.interval_frames;
+  if (place >= config_.interval_frames - 2) {
+    return place == config_.interval_frames - 1 ? Look::kNow : Look::kBefore;
+  }
+  return pairs_ % 2 == 1 && report_.measurements < kEarlyLooks ? Look::kEarly : Look::kNone;
+}
+
 bool SyncMonitor::process(const RectifiedPair& pair) noexcept {
-  const std::int64_t place = pairs_++ % config_.interval_frames;
-  const bool is_before = place == config_.interval_frames - 2;
-  const bool is_now = place == config_.interval_frames - 1;
-  if (!is_before && !is_now) {
+  const Look wanted = next_look();
+  ++pairs_;
+  if (wanted == Look::kNone) {
     return false;
   }
-  const auto& target = is_before ? storage_.before : storage_.now;
-  halve(pair.left, target[0]);
-  halve(pair.right, target[1]);
-  flatten(target[0]);
-  flatten(target[1]);
-  if (is_before) {
+  if (wanted == Look::kBefore) {
+    prepare_patches(pair.left, storage_.before[0]);
+    prepare_patches(pair.right, storage_.before[1]);
     before_index_ = pair.frame_index;
     return false;
   }
-  const Residual same = measure(storage_.now[0], storage_.now[1]);
-  ++report_.measurements;
-  report_.matches = same.matches;
-  report_.residual_px = same.median_px;
-  report_.signed_residual_px = same.signed_px;
+  const Residual same = look(pair);
+  if (wanted == Look::kEarly) {
+    return true;
+  }
   report_.frames_apart = static_cast<int>(std::min<std::int64_t>(pair.frame_index - before_index_, kMaxApart + 1));
   if (report_.frames_apart >= 1 && report_.frames_apart <= kMaxApart) {
-    const Residual right_late = measure(storage_.before[0], storage_.now[1]);
-    const Residual right_early = measure(storage_.now[0], storage_.before[1]);
+    const Residual right_late = measure(storage_.before[0], storage_.now[1], 0);
+    const Residual right_early = measure(storage_.now[0], storage_.before[1], 0);
     if (report_.frames_apart == 1) {
       vote(same, right_late, right_early);
     } else {
@@ -238,29 +97,41 @@ bool SyncMonitor::process(const RectifiedPair& pair) noexcept {
   return true;
 }
 
-SyncMonitor::Residual SyncMonitor::measure(GrayView left, GrayView right) const noexcept {
-  std::array<double, kPoints> rows{};
-  std::size_t count = 0;
-  if (left.width <= kPatchWidth || left.height <= kPatchHeight + 2 * kMaxRows) {
-    return {};
+SyncMonitor::Residual SyncMonitor::look(const RectifiedPair& pair) noexcept {
+  prepare_patches(pair.left, storage_.now[0]);
+  prepare_patches(pair.right, storage_.now[1]);
+  const Residual same = measure(storage_.now[0], storage_.now[1], -config_.max_disparity_px);
+  ++report_.measurements;
+  report_.matches = same.matches;
+  report_.searched = same.searched;
+  report_.in_front = same.in_front;
+  report_.beyond_infinity = same.beyond_infinity;
+  report_.disparity_px = same.disparity_px;
+  report_.residual_px = same.median_px;
+  report_.signed_residual_px = same.signed_px;
+  report_.latest = SyncVerdict::kUnknown;
+  return same;
+}
+
+SyncMonitor::Residual SyncMonitor::measure(GrayView left, GrayView right, int least_disparity_px) const noexcept {
+  const PatchMatches matches = match_patches(left, right, {least_disparity_px, config_.max_disparity_px});
+  Residual residual{.matches = static_cast<int>(matches.count), .searched = static_cast<int>(matches.searched)};
+  if (matches.count == 0) {
+    return residual;
   }
-  for (int row = 0; row < kRowsOfCells; ++row) {
-    for (int column = 0; column < kColumnsOfCells; ++column) {
-      const std::optional<Patch> patch = choose(left, column, row);
-      const std::optional<double> shift =
-          patch ? row_shift(left, right, *patch, config_.max_disparity_px / 2) : std::nullopt;
-      if (shift) {
-        rows[count++] = kFullSize * *shift;
-      }
-    }
+  std::array<double, PatchMatches{}.found.size()> disparities{};
+  std::array<double, PatchMatches{}.found.size()> rows{};
+  for (std::size_t i = 0; i < matches.count; ++i) {
+    rows[i] = matches.found[i].row_px;
+    disparities[i] = matches.found[i].disparity_px;
+    residual.beyond_infinity += matches.found[i].disparity_px < -kSurelyShifted_px ? 1 : 0;
+    residual.in_front += matches.found[i].disparity_px > kSurelyShifted_px ? 1 : 0;
   }
-  Residual residual{.matches = static_cast<int>(count)};
-  if (count > 0) {
-    const std::span<double> found(rows.data(), count);
-    residual.signed_px = median(found);
-    std::transform(found.begin(), found.end(), found.begin(), [](double shift) { return std::abs(shift); });
-    residual.median_px = median(found);
-  }
+  residual.disparity_px = median({disparities.data(), matches.count});
+  const std::span<double> found(rows.data(), matches.count);
+  residual.signed_px = median(found);
+  std::transform(found.begin(), found.end(), found.begin(), [](double shift) { return std::abs(shift); });
+  residual.median_px = median(found);
   return residual;
 }
 
@@ -270,7 +141,7 @@ void SyncMonitor::vote(const Residual& same, const Residual& right_late, const R
   }
   // Images that do not match at all are as far off as can be seen.
   const auto effective_px = [](const Residual& residual) {
-    return residual.matches >= kFewestMatches ? residual.median_px : kFullSize * kMaxRows;
+    return residual.matches >= kFewestMatches ? residual.median_px : kMaxRowShift_px;
   };
   const double same_px = effective_px(same);
   const double late_px = effective_px(right_late);
@@ -313,6 +184,7 @@ void SyncMonitor::restart() noexcept {
 }
 
 void SyncMonitor::cast(SyncVerdict verdict_now) noexcept {
+  report_.latest = verdict_now;
   votes_[vote_count_++ % kVotes] = verdict_now;
   constexpr auto kFewestVotes = static_cast<std::ptrdiff_t>(3);
   const std::size_t count = std::min(vote_count_, kVotes);

@@ -2,16 +2,16 @@
 
 #include <charconv>
 #include <chrono>
-#include <fstream>
-#include <limits>
+#include <utility>
 
+#include "kinetrace/core/input_file.hpp"
 #include "kinetrace/core/text_rows.hpp"
+#include "kinetrace/hal/frame_list.hpp"
 #include "messages.hpp"
 
 namespace kinetrace::hal {
 namespace {
 
-constexpr std::uintmax_t kMaxTextBytes = std::uintmax_t{256} << 20;
 constexpr std::string_view kBlanks = " \t\r\f\v";
 
 std::string_view trimmed(std::string_view text) {
@@ -32,54 +32,30 @@ std::optional<T> parse_whole(std::string_view text) {
   return value;
 }
 
+// From "2011-09-26 14:06:03.368359168": the digits of a date where they have to be.
 std::optional<std::int64_t> parse_date_ns(std::string_view text) {
-  if (text.size() < 19 || (text[10] != ' ' && text[10] != 'T')) {
-    return std::nullopt;
-  }
-  const auto field = [text](std::size_t at, std::size_t length) { return parse_whole<int>(text.substr(at, length)); };
-  const auto year = field(0, 4);
-  const auto month = field(5, 2);
-  const auto day = field(8, 2);
-  const auto hour = field(11, 2);
-  const auto minute = field(14, 2);
-  const auto seconds = parse_whole<int>(text.substr(17, 2));
-  if (!year || !month || !day || !hour || !minute || !seconds) {
-    return std::nullopt;
-  }
-  const std::chrono::year_month_day date{std::chrono::year(*year), std::chrono::month(static_cast<unsigned>(*month)),
-                                         std::chrono::day(static_cast<unsigned>(*day))};
-  if (!date.ok()) {
-    return std::nullopt;
-  }
-  std::int64_t fraction_ns = 0;
-  if (text.size() > 19) {
-    const std::string digits = std::string(text.substr(20)) + "000000000";
-    const auto parsed = parse_whole<std::int64_t>(std::string_view(digits).substr(0, 9));
-    if (text[19] != '.' || !parsed) {
+  constexpr std::string_view kForm = "0000-00-00 00:00:00.";
+  constexpr std::size_t kSeparator = 10;  // A blank or a T.
+  std::string digits;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool is_digit = text[i] >= '0' && text[i] <= '9';
+    const bool wants_digit = i >= kForm.size() || kForm[i] == '0';
+    if (is_digit != wants_digit || (!is_digit && text[i] != kForm[i] && !(i == kSeparator && text[i] == 'T'))) {
       return std::nullopt;
     }
-    fraction_ns = *parsed;
+    digits.append(is_digit ? 1 : 0, text[i]);
   }
-  const std::int64_t days = std::chrono::sys_days(date).time_since_epoch().count();
-  return (((days * 24 + *hour) * 60 + *minute) * 60 + *seconds) * 1'000'000'000 + fraction_ns;
+  constexpr std::size_t kNanosecondDigits = 14 + 9;
+  return text.size() == kForm.size() ? std::nullopt
+                                     : parse_calendar_ns(std::string_view(digits).substr(0, kNanosecondDigits));
 }
 
 }  // namespace
 
-Result<std::string> read_text(const std::filesystem::path& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) {
-    return fail(ErrorCode::kNotFound, path.string() + ": no such file; check the path");
-  }
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (error || size == 0 || size > kMaxTextBytes) {
-    return fail(ErrorCode::kBadFormat, concat(path.string(), ": is ", size == 0 ? "empty" : "too large",
-                                              " for a text file of a data set; copy it again"));
-  }
-  std::ifstream file(path, std::ios::binary);
-  std::string text(static_cast<std::size_t>(size), '\0');
-  if (!file.read(text.data(), static_cast<std::streamsize>(size))) {
-    return fail(ErrorCode::kIo, path.string() + ": cannot be read; check its permissions");
+Result<std::string> read_text(const std::filesystem::path& path, std::size_t max_bytes) {
+  Result<std::string> text = InputFile::read_whole(path, max_bytes);
+  if (text && text->empty()) {
+    return fail(ErrorCode::kBadFormat, path.string() + ": is empty (0 bytes); copy it again");
   }
   return text;
 }
@@ -123,12 +99,41 @@ std::optional<std::vector<double>> parse_numbers(std::string_view text) {
   }
 }
 
+std::optional<std::int64_t> parse_calendar_ns(std::string_view digits) {
+  constexpr std::size_t kDateDigits = 14;
+  constexpr std::size_t kFractionDigits = 9;
+  constexpr int kEpochYear = 1970;
+  if (digits.size() < kDateDigits || digits.size() > kDateDigits + kFractionDigits ||
+      digits.find_first_not_of("0123456789") != std::string_view::npos) {
+    return std::nullopt;
+  }
+  const auto field = [digits](std::size_t at, std::size_t length) {
+    return parse_whole<unsigned>(digits.substr(at, length)).value_or(0);
+  };
+  const std::chrono::year_month_day date{std::chrono::year(static_cast<int>(field(0, 4))),
+                                         std::chrono::month(field(4, 2)), std::chrono::day(field(6, 2))};
+  const unsigned hour = field(8, 2);
+  const unsigned minute = field(10, 2);
+  const unsigned second = field(12, 2);
+  if (!date.ok() || static_cast<int>(date.year()) < kEpochYear || hour > 23 || minute > 59 || second > 59) {
+    return std::nullopt;
+  }
+  std::string fraction(digits.substr(kDateDigits));
+  fraction.resize(kFractionDigits, '0');
+  const std::int64_t days = std::chrono::sys_days(date).time_since_epoch().count();
+  const std::int64_t seconds = ((days * 24 + hour) * 60 + minute) * 60 + second;
+  constexpr std::int64_t kSecond_ns = 1'000'000'000;
+  if (seconds >= FrameList::kMaxTime_ns / kSecond_ns) {
+    return std::nullopt;
+  }
+  return seconds * kSecond_ns + parse_whole<std::int64_t>(fraction).value_or(0);
+}
+
 std::optional<std::int64_t> parse_time_ns(std::string_view text) {
   const std::string_view time = trimmed(text);
-  if (time.size() > 10 && time[4] == '-') {
-    return parse_date_ns(time);
-  }
-  return kinetrace::parse_time_ns(time);
+  const bool is_date = time.size() > 10 && time[4] == '-';
+  const auto time_ns = is_date ? parse_date_ns(time) : kinetrace::parse_time_ns(time);
+  return time_ns && FrameList::holds_time(*time_ns) ? time_ns : std::nullopt;
 }
 
 Result<std::vector<std::int64_t>> read_times_ns(const std::filesystem::path& path) {
@@ -142,7 +147,7 @@ Result<std::vector<std::int64_t>> read_times_ns(const std::filesystem::path& pat
     if (!time) {
       return fail(ErrorCode::kBadFormat,
                   concat(path.string(), ": entry ", std::to_string(times.size() + 1), " '", line.substr(0, 40),
-                         "' is no time; expected seconds, nanoseconds or a date"));
+                         "' is no time; expected seconds, nanoseconds or a date, before the year 2116"));
     }
     times.push_back(*time);
   }
@@ -160,7 +165,7 @@ Result<std::map<std::int64_t, std::int64_t>> read_frame_times_ns(const std::file
     const std::size_t blank = line.find(' ');
     const auto number = parse_integer(line.substr(0, blank));
     const auto time_ns = blank == std::string_view::npos ? std::nullopt : parse_integer(line.substr(blank));
-    if (number && time_ns) {
+    if (number && time_ns && FrameList::holds(*number, *time_ns)) {
       times.emplace(*number, *time_ns);
     }
   }

@@ -13,8 +13,12 @@
 
 namespace kinetrace::hal {
 
-/// Whole content. Errors: kNotFound, kIo, kBadFormat (empty, or too large to be a text file of a data set).
-[[nodiscard]] Result<std::string> read_text(const std::filesystem::path& path);
+inline constexpr std::size_t kMaxTextBytes = std::size_t{256} << 20;
+/// Calibrations are a few kilobytes, a hundred where the corners seen are kept in them.
+inline constexpr std::size_t kMaxCalibrationBytes = std::size_t{1} << 20;
+
+/// Whole content. Errors: kNotFound, kIo, kBadFormat (no regular file, empty, or beyond `max_bytes`).
+[[nodiscard]] Result<std::string> read_text(const std::filesystem::path& path, std::size_t max_bytes = kMaxTextBytes);
 
 /// Lines without their ends, carriage returns and surrounding blanks; blank lines and lines that begin with '#' left
 /// out.
@@ -27,8 +31,12 @@ namespace kinetrace::hal {
 /// A list of numbers separated by blanks or commas; none if anything else is in it.
 [[nodiscard]] std::optional<std::vector<double>> parse_numbers(std::string_view text);
 
+/// Nanoseconds of the day and time that these digits are: YYYYMMDDhhmmss, and up to nine for the fraction of the
+/// second. None if there is no such moment, or before 1970.
+[[nodiscard]] std::optional<std::int64_t> parse_calendar_ns(std::string_view digits);
+
 /// Nanoseconds from "2011-09-26 14:06:03.368359168" (taken as UTC), an integer of 16 digits or more (nanoseconds), or
-/// seconds ("1.036e-01").
+/// seconds ("1.036e-01"). None outside what a FrameList holds.
 [[nodiscard]] std::optional<std::int64_t> parse_time_ns(std::string_view text);
 
 /// One time per line. Errors: as read_text; kBadFormat with the line.

@@ -9,22 +9,55 @@
 namespace kinetrace::hal {
 namespace {
 
-// yaml-cpp keeps duplicates and finds only the first: the second, perhaps the one meant, would be lost in silence.
-std::optional<std::string> duplicate_key(const YAML::Node& node) {
-  if (node.IsMap()) {
+constexpr std::size_t kMaxNodes = std::size_t{1} << 20;
+constexpr int kMaxDepth = 16;
+
+// What makes a tree unfit to be walked through or looked up in. An alias stands for all that it names: that may contain
+// the alias itself, or double with every line of the file, so that depth and number of values are bounded here, once
+// for every walk that follows.
+class TreeCheck {
+ public:
+  std::optional<std::string> problem(const YAML::Node& node, const std::string& place = {}, int depth = 0) {
+    if (depth > kMaxDepth) {
+      return concat("'", place, "' is nested more than ", std::to_string(kMaxDepth),
+                    " levels deep; does an alias (*) contain itself? Write the values out");
+    }
+    if (++nodes_ > kMaxNodes) {
+      return concat("holds more than ", std::to_string(kMaxNodes),
+                    " values once its aliases (*) are replaced; write the values out");
+    }
+    return node.IsMap() ? problem_of_map(node, place, depth) : problem_of_list(node, place, depth);
+  }
+
+ private:
+  std::optional<std::string> problem_of_map(const YAML::Node& map, const std::string& place, int depth) {
     std::set<std::string> seen;
-    for (const auto& entry : node) {
-      const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : std::string();
+    for (const auto& entry : map) {
+      const std::string key =
+          concat(place, place.empty() ? "" : ".", entry.first.IsScalar() ? entry.first.Scalar() : "");
+      // yaml-cpp keeps duplicates and finds only the first: the second, perhaps the one meant, would be lost in
+      // silence.
       if (!seen.insert(key).second) {
-        return key;
+        return concat("'", key, "' is there twice; remove one");
       }
-      if (const auto below = duplicate_key(entry.second)) {
-        return concat(key, ".", *below);
+      if (auto below = problem(entry.second, key, depth + 1)) {
+        return below;
       }
     }
+    return std::nullopt;
   }
-  return std::nullopt;
-}
+
+  std::optional<std::string> problem_of_list(const YAML::Node& list, const std::string& place, int depth) {
+    for (const YAML::Node& element : list) {  // None where it is a plain value.
+      if (auto below = problem(element, place, depth + 1)) {
+        return below;
+      }
+    }
+    return std::nullopt;
+  }
+
+  std::size_t nodes_ = 0;
+};
 
 std::optional<std::string> append_numbers(const YAML::Node& node, std::vector<double>& numbers) {
   if (node.IsSequence()) {
@@ -49,17 +82,19 @@ std::optional<std::string> append_numbers(const YAML::Node& node, std::vector<do
 }  // namespace
 
 Result<YamlDocument> YamlDocument::load(const std::filesystem::path& path) {
-  Result<std::string> text = read_text(path);
-  if (!text) {
-    return Unexpected(text.error());
-  }
-  if (text->starts_with("%YAML")) {
-    text->erase(0, std::min(text->find('\n'), text->size()));
+  return read_text(path, kMaxCalibrationBytes).and_then([&path](std::string text) {
+    return parse(path, std::move(text));
+  });
+}
+
+Result<YamlDocument> YamlDocument::parse(const std::filesystem::path& path, std::string text) {
+  if (text.starts_with("%YAML")) {
+    text.erase(0, std::min(text.find('\n'), text.size()));
   }
   YamlDocument document;
   document.path_ = path;
   try {
-    document.root_ = YAML::Load(*text);
+    document.root_ = YAML::Load(text);
   } catch (const YAML::Exception& exception) {
     return fail(ErrorCode::kBadCalibration, concat(path.string(), ": is no valid YAML (line ",
                                                    std::to_string(exception.mark.line + 1), ": ", exception.msg, ")"));
@@ -67,8 +102,8 @@ Result<YamlDocument> YamlDocument::load(const std::filesystem::path& path) {
   if (!document.root_.IsMap()) {
     return fail(ErrorCode::kBadCalibration, path.string() + ": is no YAML map; expected 'key: value' lines");
   }
-  if (const auto key = duplicate_key(document.root_)) {
-    return document.error(*key, "is there twice; remove one");
+  if (const auto problem = TreeCheck().problem(document.root_)) {
+    return fail(ErrorCode::kBadCalibration, concat(path.string(), ": ", *problem));
   }
   return document;
 }

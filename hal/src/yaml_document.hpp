@@ -19,9 +19,11 @@ namespace kinetrace::hal {
 /// One file. Keys are dotted paths: "cam0.intrinsics". Errors are kBadCalibration and name the file and the key.
 class YamlDocument {
  public:
-  /// Takes OpenCV's "%YAML:1.0" first line, which is no YAML. Errors: kNotFound, kIo, kBadCalibration (no YAML,
-  /// duplicate keys).
+  /// Errors: as read_text, for a text below 1 MiB; as parse.
   [[nodiscard]] static Result<YamlDocument> load(const std::filesystem::path& path);
+  /// Takes OpenCV's "%YAML:1.0" first line, which is no YAML. Errors, naming the file as `path`: kBadCalibration (no
+  /// YAML, duplicate keys, nested too deep or too large once aliases are replaced).
+  [[nodiscard]] static Result<YamlDocument> parse(const std::filesystem::path& path, std::string text);
 
   [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
   [[nodiscard]] bool has(std::string_view key) const { return find(key).has_value(); }

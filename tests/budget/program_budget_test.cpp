@@ -1,4 +1,5 @@
-// The program's promise: 64 MiB, everything taken at start, and a budget that does not suffice is refused.
+// The program's promise: 64 MiB, everything taken at start, a budget that does not suffice is refused, and without one
+// a run takes what its plan needs.
 #include <cstdint>
 #include <fstream>
 #include <regex>
@@ -49,7 +50,7 @@ class ProgramBudget : public ::testing::Test {
   }
   void expect_within_budget(const BudgetRecording& recording) {
     const double needed = needed_mib(recording);
-    const ProgramResult result = run(recording, {"--loop", std::to_string(passes())});
+    const ProgramResult result = run(recording, {"--loop", std::to_string(passes()), "--set", "memory.budget_mib=64"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
     std::ifstream file(folder_.path() / "run/run.json");
     const nlohmann::json run = nlohmann::json::parse(file);
@@ -89,9 +90,21 @@ TEST_F(ProgramBudget, TooSmallIsRefusedByWhatIsMissing) {
   EXPECT_EQ(run_with_budget(recording, std::stod(enough[1]) - 0.1).exit_code, kConfigError);
 }
 
+TEST_F(ProgramBudget, WithoutOneARunTakesWhatItsPlanNeeds) {
+  const BudgetRecording recording = rendered_clip(folder_.path());
+  const double needed = needed_mib(recording);
+  const ProgramResult result = run(recording, {});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  std::ifstream file(folder_.path() / "run/run.json");
+  const nlohmann::json run = nlohmann::json::parse(file);
+  EXPECT_NEAR(run["planned_bytes"].get<double>() / kMib, needed, 0.1);
+  EXPECT_EQ(run["budget_bytes"], run["planned_bytes"]);
+  EXPECT_LE(run["rss_peak_bytes"], run["planned_bytes"]);
+}
+
 TEST_F(ProgramBudget, DefaultsFitForTheImageSizesInUse) {
   for (const char* size : {"752x480", "1242x375", "1392x512", "1280x720"}) {
-    const ProgramResult plan = run_kinetrace({"plan", "--size", size});
+    const ProgramResult plan = run_kinetrace({"plan", "--size", size, "--set", "memory.budget_mib=64"});
     EXPECT_EQ(plan.exit_code, 0) << size << ": " << plan.err;
   }
 }

@@ -1,6 +1,7 @@
 // Masks and the requests for them, from one side to the other.
 #include "kinetrace/publishing/mask_exchange.hpp"
 
+#include <algorithm>
 #include <functional>
 #include <numeric>
 #include <optional>
@@ -29,6 +30,7 @@ struct KeptMask {
 };
 
 struct KeptMessage {
+  std::uint64_t sender = 0;
   std::int64_t frame_index = 0;
   std::int64_t timestamp_ns = 0;
   Eye eye = Eye::kLeft;
@@ -68,8 +70,8 @@ class MaskExchange : public ::testing::Test {
     return false;
   }
   void keep(const MaskMessage& message) {
-    KeptMessage kept{message.frame_index, message.timestamp_ns, message.eye, message.width_px,
-                     message.piece,       message.pieces,       {}};
+    KeptMessage kept{message.sender,   message.frame_index, message.timestamp_ns, message.eye,
+                     message.width_px, message.piece,       message.pieces,       {}};
     for (const RunLengthMask& mask : message.masks) {
       kept.masks.push_back({mask.class_id, mask.score, mask.box_px, {mask.runs.begin(), mask.runs.end()}});
     }
@@ -157,6 +159,27 @@ TEST_F(MaskExchange, ManyMasksComeInPiecesInOrder) {
   std::vector<std::uint16_t> expected(110);
   std::iota(expected.begin(), expected.end(), std::uint16_t{0});
   EXPECT_EQ(order, expected);
+}
+
+TEST_F(MaskExchange, TellsSendersApart) {
+  MaskSender other(*link_, "front");
+  ASSERT_TRUE(other.take_request());
+  ASSERT_TRUE(until([this] { return receiver_->senders() == 2; }));
+  for (int i = 0; i < 2; ++i) {
+    MaskSender::Image sent = image();
+    ASSERT_TRUE(sender_->send(sent));
+    sent.frame_index = 8;
+    ASSERT_TRUE(other.send(sent));
+  }
+  ASSERT_TRUE(until([this] { return messages_.size() == 4; }));
+  const auto same = [](const KeptMessage& a, const KeptMessage& b) {
+    return (a.sender == b.sender) == (a.frame_index == b.frame_index);
+  };
+  for (const KeptMessage& message : messages_) {
+    EXPECT_TRUE(same(message, messages_[0]));
+  }
+  EXPECT_TRUE(std::any_of(messages_.begin(), messages_.end(),
+                          [this](const KeptMessage& message) { return message.sender != messages_[0].sender; }));
 }
 
 TEST_F(MaskExchange, MasksForAnotherDeviceAreNotHeard) {

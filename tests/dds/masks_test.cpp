@@ -1,9 +1,15 @@
 // A run that gets its masks from another process.
+#include <atomic>
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <memory>
 #include <sstream>
 #include <string>
+#include <sys/stat.h>
+#include <thread>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -11,6 +17,7 @@
 #include <nlohmann/json.hpp>
 
 #include "kinetrace/imaging/png_writer.hpp"
+#include "kinetrace/publishing/mask_exchange.hpp"
 #include "program.hpp"
 #include "temp_folder.hpp"
 #include "test_domain.hpp"
@@ -23,6 +30,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 std::string content_of(const fs::path& file) {
   std::ostringstream text;
@@ -41,7 +49,7 @@ class MasksOverDds : public ::testing::Test {
     delete shared_;
   }
 
-  MasksOverDds() { std::ofstream(network_) << "dds:\n  domain: " << test_domain() << "\n  device: rig\n"; }
+  MasksOverDds() { std::ofstream(network_) << "dds:\n  domain: " << domain_ << "\n  device: rig\n"; }
 
   [[nodiscard]] static fs::path masks(const char* side) {
     return world_->truth() / "masks" / (std::string("detections_") + side);
@@ -66,6 +74,7 @@ class MasksOverDds : public ::testing::Test {
   static inline TempFolder* shared_ = nullptr;
   static inline TruthRun* world_ = nullptr;
   TempFolder scratch_;
+  int domain_ = test_domain();
   std::string network_ = scratch_.file("dds.yaml");
 };
 
@@ -123,6 +132,108 @@ TEST_F(MasksOverDds, OfAnotherSizeAreRefusedAndCounted) {
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(counters("dds").at("mask_messages_invalid"), 2);
   EXPECT_THAT(result.err, HasSubstr("messages with masks were refused"));
+}
+
+TEST_F(MasksOverDds, ADamagedFileCostsTheMasksOfItsFrameAlone) {
+  const fs::path some = scratch_.path() / "some";
+  fs::copy(masks("left"), some);
+  fs::resize_file(some / "0000000004.png", 100);
+  fs::remove(some / "0000000005.png");
+  fs::create_directories(some / "0000000005.png");
+  fs::remove(some / "0000000006.png");
+  ASSERT_EQ(mkfifo((some / "0000000006.png").c_str(), 0600), 0);
+  Program client({"masks", some.string(), "--publish", network_});
+  const ProgramResult result =
+      run("dds", {"--segmentation", "dds", "--publish", network_, "--set", "segmentation.dds.timeout_ms=3000"});
+  client.send(SIGTERM);
+  const ProgramResult sent = client.wait();
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(sent.exit_code, 0) << sent.err;
+  EXPECT_EQ(counters("dds").at("mask_frames_taken"), TruthRun::kFrames - 3);
+  EXPECT_THAT(sent.err, AllOf(HasSubstr("warning: "), HasSubstr("0000000004.png"), Not(HasSubstr("0000000005.png")),
+                              HasSubstr("masks sent for 7 frames, not for 3 others")));
+}
+
+TEST_F(MasksOverDds, ClientFailsWhereNoMasksCouldBeSentAtAll) {
+  const fs::path damaged = scratch_.path() / "damaged";
+  fs::create_directories(damaged);
+  for (const char* name : {"0.png", "1.png"}) {
+    std::ofstream(damaged / name) << "x";
+  }
+  Program client({"masks", damaged.string(), "--publish", network_, "--quiet"});
+  const ProgramResult result = run("dds", {"--segmentation", "dds", "--publish", network_, "--frames", "2", "--set",
+                                           "segmentation.dds.timeout_ms=1000"});
+  client.send(SIGTERM);
+  const ProgramResult sent = client.wait();
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(sent.exit_code, 65) << sent.err;
+  EXPECT_THAT(sent.err, HasSubstr("error: " + (damaged / "0.png").string()));
+}
+
+/// Answers every request with an image of its own, as long as it lives.
+class Answerer {
+ public:
+  using Answer = std::function<publishing::MaskSender::Image(const MaskRequest&)>;
+  Answerer(int domain, Answer answer) : answer_(std::move(answer)) {
+    publishing::PublishConfig config;
+    config.domain = domain;
+    link_ = publishing::Link::create(config).value();
+    thread_ = std::thread([this] {
+      publishing::MaskSender sender(*link_, "rig");
+      while (!ends_) {
+        if (const auto request = sender.take_request(); request && *request) {
+          EXPECT_TRUE(sender.send(answer_(**request)));
+        }
+        link_->wait(10'000'000);
+      }
+    });
+  }
+  Answerer(const Answerer&) = delete;
+  Answerer& operator=(const Answerer&) = delete;
+  ~Answerer() {
+    ends_ = true;
+    thread_.join();
+  }
+
+ private:
+  Answer answer_;
+  std::unique_ptr<publishing::Link> link_;
+  std::atomic<bool> ends_ = false;
+  std::thread thread_;
+};
+
+TEST_F(MasksOverDds, BadMessagesOfAnotherSenderSpoilNothing) {
+  const Answerer saboteur(domain_, [](const MaskRequest& request) {
+    return publishing::MaskSender::Image{
+        .frame_index = request.frame_index, .timestamp_ns = request.timestamp_ns, .width_px = 64, .height_px = 48};
+  });
+  Program client({"masks", masks("left").string(), "--publish", network_, "--quiet"});
+  // The run waits for any sender, and the saboteur is there already.
+  std::this_thread::sleep_for(std::chrono::seconds(2));
+  const ProgramResult result =
+      run("dds", {"--segmentation", "dds", "--publish", network_, "--set", "segmentation.dds.timeout_ms=5000"});
+  client.send(SIGTERM);
+  EXPECT_EQ(client.wait().exit_code, 0);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_GT(counters("dds").at("mask_messages_invalid"), 0);
+  // Until both are heard of, the first frame may have been given up.
+  EXPECT_GE(counters("dds").at("mask_frames_taken"), TruthRun::kFrames - 1);
+}
+
+TEST_F(MasksOverDds, MasksOfAnotherRunAreRefusedAndTold) {
+  const Answerer of_another_run(domain_, [](const MaskRequest& request) {
+    return publishing::MaskSender::Image{.frame_index = request.frame_index,
+                                         .timestamp_ns = request.timestamp_ns - 1,
+                                         .width_px = static_cast<int>(request.width_px),
+                                         .height_px = static_cast<int>(request.height_px)};
+  });
+  const ProgramResult result =
+      run("dds", {"--segmentation", "dds", "--publish", network_, "--set", "segmentation.dds.timeout_ms=500"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(counters("dds").at("mask_frames_taken"), 0);
+  EXPECT_GT(counters("dds").at("mask_messages_of_other_run"), 0);
+  EXPECT_THAT(result.err, AllOf(HasSubstr("messages with masks are refused: their time is not that of the frame"),
+                                HasSubstr("dds.device")));
 }
 
 TEST_F(MasksOverDds, ARunWithoutAnybodyWhoSendsGoesOnAndSaysSo) {

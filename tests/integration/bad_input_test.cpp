@@ -1,8 +1,12 @@
 // What goes wrong in the field: each is a clear line with its exit code, or a counted skip; never a crash.
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <sys/stat.h>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -58,6 +62,15 @@ class BadInput : public ::testing::Test {
 
 TEST_F(BadInput, MissingFolder) {
   expect_error(kNoInput, recording_.sequence().string());
+}
+
+TEST_F(BadInput, ANameThatATerminalWouldObeyIsWrittenOut) {
+  recording_.root = scratch_.path() / "\x1b[31mred\x1b]0;title\x07";
+  expect_error(kNoInput, "\\x1b[31mred\\x1b]0;title\\x07");
+  recording_.write();
+  std::ofstream(recording_.sequence() / "image_0" / "000001.png") << "damaged";
+  expect_success();
+  EXPECT_THAT(warnings_, ::testing::Not(HasSubstr("\x1b")));
 }
 
 TEST_F(BadInput, FolderWithoutImages) {
@@ -152,6 +165,53 @@ TEST_F(BadInput, ImageOfAnotherSizeIsSkippedAndCounted) {
   EXPECT_THAT(warnings_, HasSubstr(recording_.image(0, 3).string()));
 }
 
+TEST_F(BadInput, NamedPipeInPlaceOfAnImageIsSkippedAndCounted) {
+  recording_.write();
+  std::filesystem::remove(recording_.image(0, 2));
+  ASSERT_EQ(::mkfifo(recording_.image(0, 2).c_str(), 0600), 0);
+  const nlohmann::json run = expect_success();
+  EXPECT_EQ(run["counters"]["frames_skipped_unreadable"], 1);
+  EXPECT_THAT(warnings_, HasSubstr(recording_.image(0, 2).string() + ": is a named pipe"));
+}
+
+TEST_F(BadInput, OneEyeThatSeesNothingIsNamed) {
+  recording_.write();
+  recording_.uniform = true;
+  for (int frame = 0; frame < recording_.frames; ++frame) {
+    recording_.write_image_of_size(0, frame, SmallRecording::kWidth, SmallRecording::kHeight);
+  }
+  expect_error(kBadData, recording_.image(0, 0).string() + ": its lower 256 of 256 rows are of one value");
+}
+
+TEST_F(BadInput, ImagesTooSmallForFeatures) {
+  for (const auto& [width, height] : {std::pair{1, 1}, {32, 32}, {63, 65}, {65, 47}}) {
+    std::filesystem::remove_all(recording_.root);
+    recording_.width_px = width;
+    recording_.height_px = height;
+    recording_.write();
+    std::ofstream(recording_.calibration()) << "P0: 30 0 0 0 0 30 0 0 0 0 1 0\nP1: 30 0 0 -15 0 30 0 0 0 0 1 0\n";
+    expect_error(kBadData, recording_.sequence().string() + ": its images of ");
+  }
+}
+
+TEST_F(BadInput, TimesThatAreTwiceTheSameOrInAnotherUnit) {
+  recording_.write();
+  const std::filesystem::path times = recording_.sequence() / "times.txt";
+  std::ofstream(times) << "0\n0.1\n0.1\n0.3\n0.4\n0.5\n";
+  expect_error(kBadData, times.string() + ": frame 000002 does not come after");
+  std::ofstream(times) << "0\n1e-7\n2e-7\n3e-7\n4e-7\n5e-7\n";
+  expect_error(kBadData, times.string() + ": frames are 100 ns apart (median)");
+}
+
+TEST_F(BadInput, FramesLostBeforeTheFirstAreCountedFromIt) {
+  recording_.write();
+  for (const int frame : {0, 1}) {
+    std::filesystem::remove(recording_.image(1, frame));
+  }
+  expect_success();
+  EXPECT_THAT(warnings_, HasSubstr("frames_lost 2x since frame 2"));
+}
+
 TEST_F(BadInput, MissingSideIsSkippedAndCounted) {
   recording_.write();
   std::filesystem::remove(recording_.image(1, 4));
@@ -171,10 +231,15 @@ TEST_F(BadInput, SingleFrameGivesASinglePose) {
 
 TEST_F(BadInput, NothingToSeeIsReportedAsSuch) {
   recording_.uniform = true;
-  recording_.write();
-  const nlohmann::json run = expect_success({"--segmentation", "motion"});
-  EXPECT_EQ(run["frames"], recording_.frames);
-  EXPECT_GT(run["counters"]["background_lost_frames"], 0);
+  for (const std::uint8_t brightness : std::array<std::uint8_t, 3>{0, 128, 255}) {
+    SCOPED_TRACE("brightness " + std::to_string(brightness));
+    recording_.brightness = brightness;
+    recording_.write();
+    const nlohmann::json run = expect_success({"--segmentation", "motion"});
+    EXPECT_EQ(run["frames"], recording_.frames);
+    EXPECT_GT(run["counters"]["background_lost_frames"], 0);
+    EXPECT_NE(run["health"]["worst"], "ok");
+  }
 }
 
 TEST_F(BadInput, MissingMaskFolder) {
@@ -192,7 +257,7 @@ TEST_F(BadInput, UnknownConfigurationKey) {
   const std::filesystem::path config = scratch_.path() / "mine.yaml";
   std::ofstream(config) << "# mine\nfeatures:\n  max_featurse: 100\n";
   expect_error(kConfig,
-               config.string() + ":3: unknown key \"features.max_featurse\"; did you mean \"features.max_features\"?",
+               config.string() + ":3: unknown key \"features.max_featurse\"; did you mean features.max_features?",
                {"--config", config.string()});
 }
 

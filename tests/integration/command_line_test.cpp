@@ -143,6 +143,19 @@ TEST_F(CommandLine, PlanListsThePartsAndRefusesASmallBudget) {
   EXPECT_THAT(refused.err, HasSubstr("too small"));
 }
 
+TEST_F(CommandLine, WithoutABudgetAPlanIsAsLargeAsItNeedsToBe) {
+  const ProgramResult large = run_kinetrace({"plan", "--size", "1920x1080"});
+  EXPECT_EQ(large.exit_code, 0) << large.err;
+  EXPECT_THAT(large.out, HasSubstr("memory.budget_mib is 0: what the plan needs"));
+  // A board's budget, and one's own, hold.
+  for (const std::vector<std::string>& given :
+       {std::vector<std::string>{"--board", "wearable-512"}, {"--set", "memory.budget_mib=64"}}) {
+    std::vector<std::string> plan{"plan", "--size", "1920x1080"};
+    plan.insert(plan.end(), given.begin(), given.end());
+    EXPECT_EQ(run_kinetrace(plan).exit_code, 78);
+  }
+}
+
 TEST_F(CommandLine, CameraFollowsTheSceneInMetres) {
   recording_.frames = 12;
   recording_.write();
@@ -178,7 +191,9 @@ TEST_F(CommandLine, JsonIsTheOnlyOutputAndComplete) {
     EXPECT_GT(run["stage_ms"]["pyramid"][figure], 0.0);
   }
   EXPECT_LE(run["stage_ms"]["pyramid"]["median"], run["frame_ms"]["median"]);
-  EXPECT_EQ(run["config"]["memory"]["budget_mib"], 64.0);
+  EXPECT_EQ(run["config"]["memory"]["budget_mib"], 0.0);
+  EXPECT_GT(run["planned_bytes"], 1 << 20);
+  EXPECT_EQ(run["budget_bytes"], run["planned_bytes"]);
 }
 
 TEST_F(CommandLine, NothingOfOursAllocatesAfterStart) {

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "program.hpp"
+#include "small_recording.hpp"
 #include "temp_folder.hpp"
 #include "truth_run.hpp"
 
@@ -171,12 +172,69 @@ TEST_F(Evaluate, NamesTheFileThatIsMissingOrDamaged) {
   EXPECT_EQ(damaged.exit_code, 65);
   EXPECT_THAT(damaged.err, HasSubstr("0000000004.png"));
   fs::remove(image);
-  EXPECT_EQ(evaluate(truth).exit_code, 66);
+  EXPECT_THAT(evaluate(truth).err, HasSubstr("instances_left 9 mask images"));
 
   std::ofstream(truth / "camera_poses.txt") << "1 0 0 0\n";
   EXPECT_THAT(evaluate(truth).err, HasSubstr("camera_poses.txt, line 1"));
+  for (const char* name : {"run.json", "camera.tum"}) {
+    fs::remove(run() / name);
+  }
+  const ProgramResult no_run = evaluate(world_->truth());
+  EXPECT_EQ(no_run.exit_code, 66);
+  EXPECT_THAT(no_run.err, HasSubstr("run.json"));
+}
+
+TEST_F(Evaluate, TakesAFolderWhoseRunWasKilledAndSaysSo) {
   fs::remove(run() / "run.json");
-  EXPECT_THAT(evaluate(truth).err, HasSubstr("run.json"));
+  const ProgramResult result = evaluate(world_->truth(), {"--json"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("warning: " + run().string() + ": the run did not end in good order"));
+  const json found = json::parse(result.out, nullptr, false);
+  EXPECT_EQ(found["camera"]["frames"], TruthRun::kFrames);
+  EXPECT_EQ(found["notes"].size(), 1U);
+}
+
+TEST_F(Evaluate, SaysWhichFramesHaveNoTruth) {
+  const fs::path poses = scratch_.path() / "poses.txt";
+  std::ifstream whole(world_->truth() / "camera_poses.txt");
+  std::ofstream part(poses);
+  std::string line;
+  for (int i = 0; i < 6 && std::getline(whole, line); ++i) {
+    part << line << '\n';
+  }
+  part.close();
+  const ProgramResult result = evaluate(poses);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("a camera pose for 6 of the run's 10 frames"));
+}
+
+TEST_F(Evaluate, ReplacesItsFileAsAWhole) {
+  ASSERT_EQ(evaluate(world_->truth(), {"--quiet"}).exit_code, 0);
+  fs::permissions(run() / "evaluation.json", fs::perms::owner_read);
+  EXPECT_EQ(evaluate(world_->truth(), {"--quiet"}).exit_code, 0);
+  EXPECT_FALSE(fs::exists(run() / "evaluation.json.tmp"));
+}
+
+TEST_F(Evaluate, RefusesMaskImagesOfAnotherSizeBeforeTheyTakeMemory) {
+  const fs::path truth = copied_truth();
+  forge_png_size(truth / "masks" / "instances_left" / "0000000004.png", 65535, 65535);
+  const ProgramResult result = evaluate(truth);
+  EXPECT_EQ(result.exit_code, 65);
+  EXPECT_THAT(result.err, HasSubstr("0000000004.png"));
+}
+
+TEST_F(Evaluate, RefusesWhatIsNoFileAndNamesIt) {
+  const auto expect_refused = [&](const std::vector<std::string>& more, const fs::path& culprit) {
+    const ProgramResult result = evaluate(world_->truth(), more);
+    EXPECT_EQ(result.exit_code, 65);
+    EXPECT_THAT(result.err, HasSubstr(culprit.string() + ": is a "));
+    EXPECT_THAT(result.err, HasSubstr("not a file; give the path of a file"));
+  };
+  expect_refused({"--truth-body-camera", scratch_.path().string()}, scratch_.path());
+  expect_refused({"--truth-body-camera", "/dev/zero"}, "/dev/zero");
+  fs::remove(run() / "run.json");
+  fs::create_directory(run() / "run.json");
+  expect_refused({}, run() / "run.json");
 }
 
 TEST_F(Evaluate, RefusesTruthOfAnotherRecording) {

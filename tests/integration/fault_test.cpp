@@ -196,6 +196,8 @@ TEST_F(Fault, LateFramesAreLeftOut) {
   expect_no_allocations(reordered);
   EXPECT_EQ(reordered.frames(), all_but({14}));
   EXPECT_EQ(reordered.count("frames_repeated"), 1);
+  const FaultyRun last = run("reorder@" + std::to_string(kFrames - 1));
+  EXPECT_EQ(last.frames(), all_but({})) << "nothing follows that it could come after";
 }
 
 TEST_F(Fault, CutOffImagesAreLeftOut) {
@@ -203,6 +205,9 @@ TEST_F(Fault, CutOffImagesAreLeftOut) {
   expect_no_allocations(cut);
   EXPECT_EQ(cut.frames(), all_but({14, 15}));
   EXPECT_EQ(cut.count("frames_damaged"), 2);
+  const FaultyRun a_little = run("corrupt@14-15:5");
+  EXPECT_EQ(a_little.frames(), all_but({14, 15}));
+  EXPECT_EQ(a_little.count("frames_damaged"), 2);
 }
 
 TEST_F(Fault, EyesOutOfStepAreNoticed) {

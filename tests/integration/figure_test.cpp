@@ -1,7 +1,12 @@
 // The command `kinetrace figure` as a user meets it.
 #include <algorithm>
+#include <chrono>
+#include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <string>
+#include <sys/stat.h>
+#include <thread>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -17,6 +22,7 @@ namespace {
 
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 class Figure : public ::testing::Test {
  protected:
@@ -97,6 +103,75 @@ TEST_F(Figure, WrongUseIsSaidInOneLine) {
   expect({"figure", run, "--dataset", "kitti-odometry:" + scratch_.path().string()}, 66, scratch_.path().string());
   expect({"figure", scratch_.path().string()}, 66, "run.json");
   expect({"figure", run, "--out", "/no/such/folder/x.png"}, 74, "/no/such/folder/x.png");
+}
+
+TEST_F(Figure, ARunOfAContainerHasItsImages) {
+  const std::filesystem::path container = scratch_.path() / "container";
+  const std::filesystem::path camera = scratch_.path() / "camera.yaml";
+  std::ofstream(camera) << "source: files\nfiles:\n  layout: kitti-odometry\n  path: " << recording_.sequence().string()
+                        << "\n";
+  const ProgramResult record =
+      run_kinetrace({"record", "--camera", camera.string(), "--out", container.string(), "--container"});
+  ASSERT_EQ(record.exit_code, 0) << record.err;
+  const ProgramResult run = run_kinetrace({"run", "--dataset", "container:" + container.string(), "--segmentation",
+                                           "motion", "--quiet", "--out", run_.string()});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const std::filesystem::path overlay = scratch_.path() / "overlay";
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{},
+        {"--overlay", overlay.string()},
+        {"--dataset", "container:" + container.string(), "--overlay", overlay.string()}}) {
+    const ProgramResult result = figure(more);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.err, IsEmpty());
+  }
+  EXPECT_FALSE(std::filesystem::is_empty(overlay));
+}
+
+TEST_F(Figure, ARunThatWasKilledIsDrawnWithItsImagesAndAWarning) {
+  Program run({"run", "--dataset", recording_.dataset(), "--segmentation", "motion", "--quiet", "--loop", "10000",
+               "--out", run_.string()});
+  const auto has_rows = [&] {
+    std::error_code error;
+    return std::filesystem::exists(run_ / ".spool" / "run.json", error) &&
+           std::filesystem::file_size(run_ / "objects.csv", error) > 0 &&
+           std::filesystem::file_size(run_ / "camera.tum", error) > 2000;
+  };
+  for (int i = 0; i < 600 && !has_rows(); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  const ProgramResult second = run_kinetrace(
+      {"run", "--dataset", recording_.dataset(), "--segmentation", "motion", "--quiet", "--out", run_.string()});
+  EXPECT_EQ(second.exit_code, 73);
+  EXPECT_THAT(second.err, HasSubstr("another run writes into it"));
+  const ProgramResult meanwhile = figure({"--frame", "2"});
+  EXPECT_EQ(meanwhile.exit_code, 0) << meanwhile.err;
+  EXPECT_THAT(meanwhile.err, HasSubstr("a run is still writing into it"));
+  run.send(SIGKILL);
+  EXPECT_EQ(run.wait().exit_code, 128 + SIGKILL);
+  const ProgramResult after = figure({"--frame", "2"});
+  EXPECT_EQ(after.exit_code, 0) << after.err;
+  EXPECT_THAT(after.err, HasSubstr("the run did not end in good order"));
+  EXPECT_THAT(after.err, Not(HasSubstr("no images")));
+  expect_size(run_ / "figure.png", 1600, 1200);
+}
+
+TEST_F(Figure, PointsThatAreNoFileAreRefusedAndNamed) {
+  const std::filesystem::path points = run_ / "points" / "background.ply";
+  std::filesystem::remove(points);
+  const auto expect_refused = [&] {
+    const ProgramResult result = figure();
+    EXPECT_EQ(result.exit_code, 65);
+    EXPECT_THAT(result.err, HasSubstr(points.string() + ": is a "));
+    EXPECT_THAT(result.err, HasSubstr("not a file; give the path of a file"));
+    std::filesystem::remove(points);
+  };
+  std::filesystem::create_symlink("/dev/zero", points);
+  expect_refused();
+  ASSERT_EQ(::mkfifo(points.c_str(), 0600), 0);
+  expect_refused();
+  std::ofstream(points) << "ply\n" << std::string(1 << 20, 'x');
+  EXPECT_EQ(figure().exit_code, 65);
 }
 
 }  // namespace

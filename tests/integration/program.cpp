@@ -73,4 +73,11 @@ ProgramResult Program::wait() {
   return {exit_code, take_file(out_path_), take_file(err_path_)};
 }
 
+ProgramResult run_in_shell(const std::string& line) {
+  const std::string out = unique_path(".out");
+  const std::string err = unique_path(".err");
+  const int exit_code = await_end(start_program({"bash", "-c", "kinetrace=" KINETRACE_PROGRAM "; " + line}, out, err));
+  return {exit_code, take_file(out), take_file(err)};
+}
+
 }  // namespace kinetrace::test

@@ -41,6 +41,9 @@ class Program {
   return Program(arguments, group).wait();
 }
 
+/// A line of bash, in which $kinetrace stands for the program.
+[[nodiscard]] ProgramResult run_in_shell(const std::string& line);
+
 /// What `run.json` or another report says was allocated after the start; 0 in a program with sanitizers, which counts
 /// nothing.
 template <typename Json>

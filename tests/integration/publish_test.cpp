@@ -55,6 +55,18 @@ TEST_F(Publish, WithoutTheInterfaceTheRunGoesOnAndHealthSaysSo) {
   EXPECT_THAT(run["health"]["reasons"].dump(), HasSubstr("not_published"));
 }
 
+TEST_F(Publish, TooFewOpenFilesAreAnError) {
+  const std::string file = config("");
+  // With fewer the program's own libraries cannot be loaded.
+  for (const int files : {6, 7, 8, 10, 12, 14}) {
+    const ProgramResult result =
+        run_in_shell("ulimit -n " + std::to_string(files) + "; exec $kinetrace run --quiet --dataset " +
+                     recording_.dataset() + " --out " + out_.string() + " --publish " + file);
+    EXPECT_THAT(result.exit_code, ::testing::AnyOf(65, 66, 73, 74, 78)) << files << " files";
+    EXPECT_THAT(result.err, HasSubstr("error: ")) << files << " files";
+  }
+}
+
 TEST_F(Publish, WhatCannotBePublishedIsRefusedBeforeAnythingIsMade) {
   const ProgramResult missing = run((scratch_.path() / "nowhere.yaml").string());
   EXPECT_EQ(missing.exit_code, 66);

@@ -41,9 +41,9 @@ double texture(double x, double y, int wall) {
   return top * (1.0 - ay) + bottom * ay;
 }
 
-std::vector<std::uint8_t> render(int width, int height, double eye_x_m, bool uniform) {
-  std::vector<std::uint8_t> pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 128);
-  for (int y = 0; y < height && !uniform; ++y) {
+std::vector<std::uint8_t> render(int width, int height, double eye_x_m, const SmallRecording& look) {
+  std::vector<std::uint8_t> pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), look.brightness);
+  for (int y = 0; y < height && !look.uniform; ++y) {
     const int wall = y < height / 2 ? 0 : 1;
     const double depth = wall == 0 ? kUpperDepth : kLowerDepth;
     const double shift = SmallRecording::kFocal * eye_x_m / depth;
@@ -97,7 +97,7 @@ void SmallRecording::write() const {
     times << 0.1 * frame << "\n";
     for (int eye = 0; eye < 2; ++eye) {
       const double eye_x_m = frame * kStep + eye * kBaseline;
-      write_png(image(eye, frame), render(width_px, height_px, eye_x_m, uniform), width_px, height_px);
+      write_png(image(eye, frame), render(width_px, height_px, eye_x_m, *this), width_px, height_px);
     }
   }
 }
@@ -112,7 +112,7 @@ void SmallRecording::write_calibration(const std::string& left_tx, const std::st
 }
 
 void SmallRecording::write_image_of_size(int eye, int frame, int width, int height) const {
-  write_png(image(eye, frame), render(width, height, frame * kStep + eye * kBaseline, uniform), width, height);
+  write_png(image(eye, frame), render(width, height, frame * kStep + eye * kBaseline, *this), width, height);
 }
 
 void truncate_file(const std::filesystem::path& path, std::uintmax_t bytes) {

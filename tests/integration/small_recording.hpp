@@ -18,7 +18,8 @@ struct SmallRecording {
   int frames = 6;
   int width_px = kWidth;
   int height_px = kHeight;
-  bool uniform = false;  ///< Grey everywhere: nothing to see.
+  bool uniform = false;           ///< The same everywhere: nothing to see.
+  std::uint8_t brightness = 128;  ///< Of what is uniform.
 
   [[nodiscard]] std::filesystem::path sequence() const { return root / "sequences" / "00"; }
   [[nodiscard]] std::filesystem::path calibration() const { return sequence() / "calib.txt"; }

@@ -1,5 +1,6 @@
 // USB cameras through V4L2 and through libcamera: what the pixels prove about pairs, faults, unplugging.
 #include <algorithm>
+#include <cstdlib>
 #include <fcntl.h>
 #include <thread>
 
@@ -315,6 +316,74 @@ TEST_P(Uvc, AnUnpluggedEyeIsLostAtOnceAndTakenBackWhenItReturns) {
 
 INSTANTIATE_TEST_SUITE_P(V4l2, Uvc, ::testing::Values(CaptureBackend::kV4l2));
 INSTANTIATE_TEST_SUITE_P(Libcamera, Uvc, ::testing::Values(CaptureBackend::kLibcamera));
+
+class UvcUnplugging : public Uvc {};
+
+// KINETRACE_VM_ROUNDS makes them more.
+int rounds() {
+  constexpr int kFew = 2;
+  const char* asked = std::getenv("KINETRACE_VM_ROUNDS");
+  return asked != nullptr ? std::atoi(asked) : kFew;
+}
+
+TEST_P(UvcUnplugging, AnEyeIsUnpluggedAgainAndAgain) {
+  LiveBench bench(stereo());
+  ASSERT_TRUE(bench.camera().open());
+  ASSERT_TRUE(bench.camera().start());
+  PairChecker checker(bench.camera());
+  for (int round = 0; round < rounds(); ++round) {
+    SCOPED_TRACE("round " + std::to_string(round));
+    SimulatedUvcCamera& eye = round % 2 == 0 ? pair_.right : pair_.left;
+    checker.expect_pairs(1 + round % 3);
+    eye.unplug();
+    ASSERT_EQ(checker.last_error().code, ErrorCode::kDisconnected);
+    eye.plug();
+    ASSERT_TRUE(checker.recovers());
+  }
+  checker.expect_pairs(3);
+  EXPECT_EQ(bench.camera().counters().recoveries, static_cast<std::uint64_t>(rounds()));
+}
+
+// As of a rig whose eyes share a hub or a cable.
+TEST_P(UvcUnplugging, BothEyesAreUnpluggedAgainAndAgain) {
+  LiveBench bench(stereo());
+  ASSERT_TRUE(bench.camera().open());
+  ASSERT_TRUE(bench.camera().start());
+  PairChecker checker(bench.camera());
+  for (int round = 0; round < rounds(); ++round) {
+    SCOPED_TRACE("round " + std::to_string(round));
+    checker.expect_pairs(1);
+    std::thread other([this] { pair_.left.unplug(); });
+    pair_.right.unplug();
+    other.join();
+    ASSERT_EQ(checker.last_error().code, ErrorCode::kDisconnected);
+    pair_.left.plug();
+    pair_.right.plug();
+    ASSERT_TRUE(checker.recovers());
+  }
+  checker.expect_pairs(3);
+}
+
+// What unplugging meets that nothing has told of yet.
+TEST_P(UvcUnplugging, ClosingRacesWithUnplugging) {
+  for (int round = 0; round < rounds(); ++round) {
+    SCOPED_TRACE("round " + std::to_string(round));
+    UvcPair::wait_until_listed(GetParam(), 2);
+    LiveBench bench(stereo());
+    ASSERT_TRUE(bench.camera().open());
+    ASSERT_TRUE(bench.camera().start());
+    PairChecker(bench.camera()).expect_pairs(1);
+    std::thread unplugging([this] { pair_.right.unplug(); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(3 * (round % 8)));
+    bench.camera().close();
+    unplugging.join();
+    pair_.right.plug();
+  }
+  UvcPair::wait_until_listed(GetParam(), 2);
+}
+
+INSTANTIATE_TEST_SUITE_P(V4l2, UvcUnplugging, ::testing::Values(CaptureBackend::kV4l2));
+INSTANTIATE_TEST_SUITE_P(Libcamera, UvcUnplugging, ::testing::Values(CaptureBackend::kLibcamera));
 
 TEST(UvcV4l2, ASerialNumberFindsItsCamera) {
   UvcPair& pair = UvcPair::instance();

@@ -2,7 +2,9 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
+#include "kinetrace/core/nearest_name.hpp"
 #include "scenes/clearance.hpp"
 
 namespace kinetrace::simulator {
@@ -43,13 +45,16 @@ std::span<const SceneEntry> scenes() {
 
 Result<Scene> make_scene(std::string_view name, std::uint32_t world) {
   std::string known;
+  std::vector<std::string_view> names;
   for (const SceneEntry& entry : kScenes) {
     if (name == entry.name) {
       return make_world(entry, world);
     }
     known += (known.empty() ? "" : ", ") + std::string(entry.name);
+    names.emplace_back(entry.name);
   }
-  return fail(ErrorCode::kInvalidArgument, "no scene '" + std::string(name) + "'; there are " + known);
+  return fail(ErrorCode::kInvalidArgument,
+              "no scene '" + std::string(name) + "'; there are " + known + did_you_mean(name, names));
 }
 
 }  // namespace kinetrace::simulator

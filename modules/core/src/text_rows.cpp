@@ -3,15 +3,16 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <utility>
+
+#include "kinetrace/core/input_file.hpp"
 
 namespace kinetrace {
 namespace {
 
 constexpr std::string_view kBlanks = " \t\r\f\v";
+constexpr std::size_t kLongestRow = std::size_t{1} << 24U;
 constexpr double kRotationTolerance = 0.01;  // Text of few digits is a rotation only nearly.
 
 std::string quoted(std::string_view word) {
@@ -83,27 +84,29 @@ std::optional<std::int64_t> parse_integer(std::string_view text) {
 
 std::optional<std::int64_t> parse_time_ns(std::string_view text) {
   constexpr std::size_t kFewestNanosecondDigits = 16;
-  if (text.size() >= kFewestNanosecondDigits && text.find_first_not_of("0123456789") == std::string_view::npos) {
-    return parse_integer(text);
-  }
-  return parse_seconds_ns(text);
+  // The difference of any two still fits into 64 bits.
+  constexpr std::int64_t kLatest_ns = std::numeric_limits<std::int64_t>::max() / 2;
+  const bool is_nanoseconds =
+      text.size() >= kFewestNanosecondDigits && text.find_first_not_of("0123456789") == std::string_view::npos;
+  const std::optional<std::int64_t> time_ns = is_nanoseconds ? parse_integer(text) : parse_seconds_ns(text);
+  return time_ns && *time_ns >= -kLatest_ns && *time_ns <= kLatest_ns ? time_ns : std::nullopt;
 }
 
 Result<TextRows> TextRows::open(const std::filesystem::path& path, Separator separator) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) {
-    return fail(ErrorCode::kNotFound, path.string() + ": no such file; check the path");
-  }
-  std::ifstream file(path, std::ios::binary);
-  std::vector<char> content{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (!file) {
-    return fail(ErrorCode::kIo, path.string() + ": cannot be read; check its permissions");
+  Result<std::string> content = InputFile::read_whole(path);
+  if (!content) {
+    return Unexpected(content.error());
   }
   TextRows rows;
   rows.path_ = path;
   rows.separator_ = separator;
-  rows.content_ = std::move(content);
+  rows.content_.assign(content->begin(), content->end());
   return rows;
+}
+
+void TextRows::leave_out_unfinished_row() {
+  const auto last = std::find(content_.rbegin(), content_.rend(), '\n');
+  content_.erase(last.base(), content_.end());
 }
 
 std::vector<std::size_t> TextRows::columns(const std::vector<std::string_view>& names) {
@@ -132,6 +135,10 @@ bool TextRows::next() {
     const std::string_view row = trimmed(rest.substr(0, length));
     position_ += length + 1;
     ++line_;
+    if (length > kLongestRow) {
+      reject("the row has " + std::to_string(length) + " characters");
+      return false;
+    }
     if (row.empty() || row.front() == '#') {
       continue;
     }

@@ -135,6 +135,7 @@ Json objects_json(const Evaluation& evaluation) {
 
 Json scores_json(const MaskScores& scores) {
   const auto percent_of = [](double share) { return 100.0 * share; };
+  const auto of_truth = [&](double share) { return scores.mots.has_truth() ? Json(percent_of(share)) : Json(nullptr); };
   return {{"hota", percent_of(scores.hota.hota())},
           {"deta", percent_of(scores.hota.deta())},
           {"assa", percent_of(scores.hota.assa())},
@@ -143,8 +144,8 @@ Json scores_json(const MaskScores& scores) {
           {"detpr", percent_of(scores.hota.detpr())},
           {"assre", percent_of(scores.hota.assre())},
           {"asspr", percent_of(scores.hota.asspr())},
-          {"smotsa", percent_of(scores.mots.smotsa())},
-          {"motsa", percent_of(scores.mots.motsa())},
+          {"smotsa", of_truth(scores.mots.smotsa())},
+          {"motsa", of_truth(scores.mots.motsa())},
           {"motsp", percent_of(scores.mots.motsp())},
           {"id_switches", scores.mots.id_switches},
           {"tp", scores.mots.tp},
@@ -154,6 +155,7 @@ Json scores_json(const MaskScores& scores) {
 
 Json masks_json(const MaskReport& masks) {
   Json json = scores_json(masks.combined);
+  json["classless"] = masks.is_classless;
   json["any_class"] = scores_json(masks.any_class);
   json["classes"] = Json::object();
   for (const auto& [class_id, scores] : masks.classes) {
@@ -168,6 +170,7 @@ std::string evaluation_json(const Evaluation& evaluation) {
   const Json json = {{"run", evaluation.run},
                      {"truth", evaluation.truth},
                      {"truth_format", evaluation.truth_format},
+                     {"notes", evaluation.notes},
                      {"camera", camera_json(evaluation)},
                      {"objects", evaluation.objects ? objects_json(evaluation) : Json(nullptr)},
                      {"masks", evaluation.masks ? masks_json(*evaluation.masks) : Json(nullptr)}};

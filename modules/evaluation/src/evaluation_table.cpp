@@ -147,6 +147,11 @@ void add_each_object(Lines& lines, const ObjectMetrics& metrics) {
 }
 
 void add_scores(Lines& lines, const std::string& name, const MaskScores& scores) {
+  if (!scores.mots.has_truth()) {
+    lines.add("  %-24s %8s: the truth has no such mask, the run %lld", name.c_str(), "none",
+              static_cast<long long>(scores.mots.fp));
+    return;
+  }
   lines.add("  %-24s %8.2f %8.2f %8.2f %8.2f %8.2f %8lld", name.c_str(), 100.0 * scores.hota.hota(),
             100.0 * scores.hota.deta(), 100.0 * scores.hota.assa(), 100.0 * scores.mots.smotsa(),
             100.0 * scores.mots.motsa(), static_cast<long long>(scores.mots.id_switches));
@@ -158,8 +163,13 @@ void add_masks(Lines& lines, const MaskReport& masks) {
   for (const auto& [class_id, scores] : masks.classes) {
     add_scores(lines, std::string(ClassName(class_id).view()), scores);
   }
-  add_scores(lines, "all classes", masks.combined);
+  if (!masks.is_classless) {
+    add_scores(lines, "all classes", masks.combined);
+  }
   add_scores(lines, "whatever class", masks.any_class);
+  if (masks.is_classless) {
+    lines.add("  %s", "the run's masks have no class (moving regions), so there are no scores by class");
+  }
 }
 
 }  // namespace

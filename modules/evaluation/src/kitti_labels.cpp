@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "kinetrace/core/detections.hpp"
@@ -9,6 +10,8 @@ namespace kinetrace::evaluation {
 namespace {
 
 constexpr std::uint16_t kOtherClass = 3;
+constexpr std::size_t kFields = 17;
+constexpr std::size_t kFieldsWithScore = 18;
 constexpr double kMoving_mps = 1.0;  // Labels are noisy: a parked car seems to move by some decimetres.
 
 struct KittiType {
@@ -74,9 +77,19 @@ Result<ObjectsByFrame> read_kitti_labels(const std::filesystem::path& path, cons
     return Unexpected(rows.error());
   }
   ObjectsByFrame objects;
+  std::set<std::pair<std::int64_t, std::int64_t>> labelled;  // Frame and track.
+  bool is_empty = true;
   while (rows->next()) {
+    is_empty = false;
+    if (rows->size() != kFields && rows->size() != kFieldsWithScore) {
+      rows->reject("expected 17 fields, or 18 with a score, found " + std::to_string(rows->size()));
+      break;
+    }
     const std::int64_t frame = rows->integer(0);
     const std::string_view name = rows->text(2);
+    if (name != "DontCare" && !labelled.emplace(frame, rows->integer(1)).second) {
+      rows->reject("frame " + std::to_string(frame) + " has track " + std::to_string(rows->integer(1)) + " twice");
+    }
     const auto type = std::find_if(kTypes.begin(), kTypes.end(), [&](const KittiType& t) { return t.name == name; });
     const auto time = source.frame_times_ns.find(frame);
     if (name == "DontCare" || time == source.frame_times_ns.end()) {
@@ -89,6 +102,9 @@ Result<ObjectsByFrame> read_kitti_labels(const std::filesystem::path& path, cons
     if (const std::optional<Se3> T_world_cam = camera.at(frame, time->second, source.time_tolerance_ns)) {
       objects[frame].push_back(read_label(*rows, *type, *T_world_cam));
     }
+  }
+  if (is_empty) {
+    rows->reject("the file holds no label");
   }
   if (!rows->status()) {
     return Unexpected(rows->status().error());

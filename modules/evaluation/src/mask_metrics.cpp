@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "kinetrace/core/detections.hpp"
 #include "kinetrace/evaluation/matching.hpp"
 #include "mask_clear.hpp"
 #include "mask_hota.hpp"
@@ -96,6 +97,8 @@ double MotsScores::motsp() const noexcept {
 struct MaskMetrics::Impl {
   std::map<std::uint16_t, Accumulator> classes;
   Accumulator any_class;
+  bool has_masks = false;  ///< The result, so far.
+  bool knows_classes = false;
 };
 
 MaskMetrics::MaskMetrics() : impl_(std::make_unique<Impl>()) {}
@@ -113,6 +116,10 @@ Status MaskMetrics::add(const InstanceMasks& truth, const InstanceMasks& result)
       impl_->classes.try_emplace(instance.class_id);
     }
   }
+  for (const MaskInstance& instance : result.instances) {
+    impl_->has_masks = true;
+    impl_->knows_classes = impl_->knows_classes || instance.class_id != kUnknownClass;
+  }
   for (auto& [class_id, accumulator] : impl_->classes) {
     accumulator.add(class_id, truth, result, *overlap);
   }
@@ -122,6 +129,12 @@ Status MaskMetrics::add(const InstanceMasks& truth, const InstanceMasks& result)
 
 MaskReport MaskMetrics::report() const {
   MaskReport report;
+  report.any_class = impl_->any_class.scores();
+  report.is_classless = impl_->has_masks && !impl_->knows_classes;
+  if (report.is_classless) {
+    report.combined = report.any_class;
+    return report;
+  }
   for (const auto& [class_id, accumulator] : impl_->classes) {
     const MaskScores scores = accumulator.scores();
     report.combined.mots = report.combined.mots + scores.mots;
@@ -131,7 +144,6 @@ MaskReport MaskMetrics::report() const {
     }
     report.classes.emplace(class_id, scores);
   }
-  report.any_class = impl_->any_class.scores();
   return report;
 }
 

@@ -6,16 +6,19 @@
 namespace kinetrace::evaluation {
 namespace {
 
+/// `fields`: of each row, since rows of one format may pass for those of another; 0: as many as the first has.
 template <typename ReadPose>
-Result<TrueCamera> read_rows(const std::filesystem::path& path, TextRows::Separator separator, bool by_time,
-                             const ReadPose& read_pose) {
+Result<TrueCamera> read_rows(const std::filesystem::path& path, TextRows::Separator separator, std::size_t fields,
+                             bool by_time, const ReadPose& read_pose) {
   Result<TextRows> rows = TextRows::open(path, separator);
   if (!rows) {
     return Unexpected(rows.error());
   }
   TrueCamera camera;
   camera.by_time = by_time;
+  rows->expect_fields(fields);
   while (rows->next()) {
+    rows->expect_fields(rows->size());
     const auto number = static_cast<std::int64_t>(camera.poses.size());
     const TrueCamera::Pose pose{by_time ? rows->time_ns(0) : number, read_pose(*rows)};
     if (!camera.poses.empty() && pose.key <= camera.poses.back().key) {
@@ -30,13 +33,6 @@ Result<TrueCamera> read_rows(const std::filesystem::path& path, TextRows::Separa
     return fail(ErrorCode::kBadFormat, path.string() + ": holds no pose");
   }
   return camera;
-}
-
-// Rows of one format may pass for those of another, so their length must be right.
-void expect_numbers(std::size_t count, TextRows& rows) {
-  if (rows.size() != count) {
-    rows.reject("expected " + std::to_string(count) + " numbers, found " + std::to_string(rows.size()));
-  }
 }
 
 }  // namespace
@@ -66,21 +62,15 @@ std::optional<Se3> TrueCamera::at(std::int64_t frame, std::int64_t timestamp_ns,
 }
 
 Result<TrueCamera> read_kitti_poses(const std::filesystem::path& path) {
-  return read_rows(path, TextRows::Separator::kBlanks, false, [](TextRows& rows) {
-    expect_numbers(12, rows);
-    return rows.matrix_pose(0);
-  });
+  return read_rows(path, TextRows::Separator::kBlanks, 12, false, [](TextRows& rows) { return rows.matrix_pose(0); });
 }
 
 Result<TrueCamera> read_tum(const std::filesystem::path& path) {
-  return read_rows(path, TextRows::Separator::kBlanks, true, [](TextRows& rows) {
-    expect_numbers(8, rows);
-    return rows.pose(1);
-  });
+  return read_rows(path, TextRows::Separator::kBlanks, 8, true, [](TextRows& rows) { return rows.pose(1); });
 }
 
 Result<TrueCamera> read_euroc(const std::filesystem::path& path, const Se3& T_body_cam) {
-  return read_rows(path, TextRows::Separator::kComma, true, [&](TextRows& rows) {
+  return read_rows(path, TextRows::Separator::kComma, 0, true, [&](TextRows& rows) {
     // Unlike elsewhere the real part of the quaternion comes first.
     return rows.pose(1, TextRows::QuaternionOrder::kRealFirst) * T_body_cam;
   });

@@ -1,3 +1,5 @@
+#include <set>
+#include <string>
 #include <utility>
 
 #include "kinetrace/core/detections.hpp"
@@ -23,8 +25,13 @@ Result<ObjectsByFrame> read_simulator_objects(const std::filesystem::path& path)
   const std::vector<std::size_t> column = rows->columns(
       {"frame", "object_id", "class", "moving", "rigid", "tx", "vx", "vy", "vz", "height", "visible_px", "height_px"});
   ObjectsByFrame objects;
+  std::set<std::pair<std::int64_t, std::int64_t>> known;  // Frame and object.
   while (rows->next()) {
+    const std::int64_t frame = rows->integer(column[0]);
     const std::int64_t id = rows->integer(column[1]);
+    if (!known.emplace(frame, id).second) {
+      rows->reject("frame " + std::to_string(frame) + " has object " + std::to_string(id) + " twice");
+    }
     if (!std::in_range<std::uint32_t>(id)) {
       rows->reject("object_id " + std::to_string(id) + " is out of range");
     }
@@ -40,8 +47,11 @@ Result<ObjectsByFrame> read_simulator_objects(const std::filesystem::path& path)
     located.center_m = object.T_world_obj * Eigen::Vector3d(0.0, -rows->number(column[9]) / 2.0, 0.0);
     object.height_px = static_cast<int>(rows->integer(column[11]));
     if (rows->integer(column[10]) > 0) {
-      objects[rows->integer(column[0])].push_back(located);
+      objects[frame].push_back(located);
     }
+  }
+  if (!rows->ends_with_whole_row()) {
+    rows->reject("the last row is cut off; copy the truth again");
   }
   if (!rows->status()) {
     return Unexpected(rows->status().error());

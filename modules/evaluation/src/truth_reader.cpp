@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "kinetrace/core/input_file.hpp"
 #include "kinetrace/core/text_rows.hpp"
 #include "kinetrace/evaluation/truth.hpp"
 #include "truth_files.hpp"
@@ -82,8 +83,8 @@ Result<Place> find_truth(const TruthSource& source) {
                                              ": holds neither a simulator's truth nor EuRoC's; name the file of poses "
                                              "or labels");
   }
-  if (!is_file(path)) {
-    return fail(ErrorCode::kNotFound, path.string() + ": no such file or folder; check the path");
+  if (const Result<InputFile> usable = InputFile::open(path.c_str()); !usable) {
+    return Unexpected(usable.error());
   }
   const std::optional<TruthFormat> format = source.format ? source.format : format_of_file(path);
   if (!format || *format == TruthFormat::kSimulator) {
@@ -125,6 +126,26 @@ Result<TrueCamera> read_camera(const Place& place, const TruthSource& source) {
   return read_camera(*camera, source);
 }
 
+// The simulator writes one pose for each frame; with one too few or too many all that follow are another frame's.
+Status check_pose_count(const Place& place, const Truth& truth) {
+  const auto poses = static_cast<std::int64_t>(truth.camera.poses.size());
+  const std::string has = (place.path / "camera_poses.txt").string() + ": has " + std::to_string(poses) + " rows, ";
+  if (!truth.objects.empty() && truth.objects.rbegin()->first >= poses) {
+    return fail(ErrorCode::kBadFormat, has + "objects.csv goes on until frame " +
+                                           std::to_string(truth.objects.rbegin()->first) + "; copy the truth again");
+  }
+  std::int64_t images = 0;
+  std::error_code error;
+  for (fs::directory_iterator entry(truth.mask_folder, error), end; !error && entry != end; entry.increment(error)) {
+    images += entry->path().extension() == ".png" ? 1 : 0;
+  }
+  if (images > 0 && images != poses) {
+    return fail(ErrorCode::kBadFormat,
+                has + truth.mask_folder.string() + " " + std::to_string(images) + " mask images; copy the truth again");
+  }
+  return {};
+}
+
 Status read_objects(const Place& place, const TruthSource& source, Truth& truth) {
   Result<ObjectsByFrame> objects;
   if (place.format == TruthFormat::kSimulator) {
@@ -144,7 +165,7 @@ Status read_objects(const Place& place, const TruthSource& source, Truth& truth)
   }
   truth.objects = std::move(*objects);
   truth.has_objects = true;
-  return {};
+  return place.format == TruthFormat::kSimulator ? check_pose_count(place, truth) : Status{};
 }
 
 }  // namespace

@@ -189,6 +189,12 @@ Result<FeatureFrame> FeatureFrontEnd::track(std::span<const FeaturePrediction> b
   return state_->publish();
 }
 
+std::size_t FeatureFrontEnd::count_corners() noexcept {
+  state_->occupancy.clear();
+  state_->corner_finder.clear();
+  return state_->corner_finder.find(state_->current().level(0), {}, state_->occupancy, state_->workers).size();
+}
+
 Result<FeatureFrame> FeatureFrontEnd::replenish(LabelView left_labels, const GuessedMasks& guessed) {
   if (state_->step != Step::kNeedsReplenish) {
     return fail(ErrorCode::kIllegalState, "features: replenish needs track before it");

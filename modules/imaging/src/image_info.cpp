@@ -6,13 +6,15 @@
 #include <span>
 #include <string>
 
-#include "file_bytes.hpp"
+#include "image_file.hpp"
 #include "pgm_decoder.hpp"
 
 namespace kinetrace::imaging {
 namespace {
 
-constexpr int kMaxSide = 65535;  // What JPEG can say; no camera comes near it, so more means damage.
+// Deflate packs no more than 1032 bytes into one (zlib's technical details); the codings of JPEG need at least a bit
+// for a block of 64 samples. So what a header claims is bounded by the file, before anybody takes memory for it.
+constexpr std::uint64_t kMaxCompression = 1032;
 
 std::uint32_t big_endian(const std::uint8_t* bytes, int count) {
   std::uint32_t value = 0;
@@ -26,19 +28,34 @@ Unexpected<Error> truncated(const char* path) {
   return file_error(ErrorCode::kBadFormat, path, "ends within its header; copy it again or remove it");
 }
 
-Result<ImageInfo> checked_size(const char* path, ImageInfo info, std::uint32_t width, std::uint32_t height) {
-  if (width == 0 || height == 0 || width > kMaxSide || height > kMaxSide) {
-    return file_error(ErrorCode::kBadFormat, path,
-                      "its header claims " + std::to_string(width) + "x" + std::to_string(height) +
-                          " pixels, which no camera delivers; the file is damaged");
+// What a header claims.
+struct Claim {
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  std::uint32_t bits_per_pixel = 8;
+};
+
+Result<ImageInfo> checked_size(const char* path, const InputFile& file, ImageInfo info, const Claim& claim) {
+  const auto claims = [&](const char* what) {
+    return file_error(
+        ErrorCode::kBadFormat, path,
+        "its header claims " + std::to_string(claim.width) + "x" + std::to_string(claim.height) + " pixels, " + what);
+  };
+  if (claim.width == 0 || claim.height == 0 || claim.width > kMaxImageSide_px || claim.height > kMaxImageSide_px) {
+    static_assert(kMaxImageSide_px == 16384);
+    return claims("which is not within 1 to 16384 each way; the file is damaged, or the image has to be scaled down");
   }
-  info.width = static_cast<int>(width);
-  info.height = static_cast<int>(height);
+  const std::uint64_t row_bytes = (std::uint64_t{claim.width} * claim.bits_per_pixel + 7) / 8;
+  if (row_bytes * claim.height > kMaxCompression * file.size_bytes()) {
+    return claims("which its few bytes cannot hold; the file is damaged, copy it again or remove it");
+  }
+  info.width = static_cast<int>(claim.width);
+  info.height = static_cast<int>(claim.height);
   return info;
 }
 
 // PNG specification, 11.2.2: IHDR is the first chunk, at a fixed place.
-Result<ImageInfo> png_info(const char* path, std::span<const std::uint8_t> head) {
+Result<ImageInfo> png_info(const char* path, const InputFile& file, std::span<const std::uint8_t> head) {
   constexpr std::size_t kHeaderBytes = 26;
   if (head.size() < kHeaderBytes) {
     return truncated(path);
@@ -54,7 +71,11 @@ Result<ImageInfo> png_info(const char* path, std::span<const std::uint8_t> head)
     case 6: info.channels = 4; break;
     default: return file_error(ErrorCode::kBadFormat, path, "has an invalid PNG colour type; the file is damaged");
   }
-  return checked_size(path, info, big_endian(&head[16], 4), big_endian(&head[20], 4));
+  constexpr int kPalette = 3;
+  const int samples = head[25] == kPalette ? 1 : info.channels;
+  return checked_size(path, file, info,
+                      {big_endian(&head[16], 4), big_endian(&head[20], 4),
+                       static_cast<std::uint32_t>(samples) * static_cast<std::uint32_t>(info.bit_depth)});
 }
 
 // JPEG (ITU T.81, B.1.1): walk the marker segments up to the start of frame, which holds the size.
@@ -76,7 +97,7 @@ Result<ImageInfo> jpeg_info(const char* path, const InputFile& file) {
       info.format = ImageFormat::kJpeg;
       info.bit_depth = segment[4];
       info.channels = segment[9];
-      return checked_size(path, info, big_endian(&segment[7], 2), big_endian(&segment[5], 2));
+      return checked_size(path, file, info, {big_endian(&segment[7], 2), big_endian(&segment[5], 2)});
     }
     if (marker == 0xD9 || marker == 0xDA) {  // End of image, start of scan: no frame came before.
       break;
@@ -86,7 +107,7 @@ Result<ImageInfo> jpeg_info(const char* path, const InputFile& file) {
   return truncated(path);
 }
 
-Result<ImageInfo> pgm_info(const char* path, std::span<const std::uint8_t> head) {
+Result<ImageInfo> pgm_info(const char* path, const InputFile& file, std::span<const std::uint8_t> head) {
   const Result<PgmHeader> header = parse_pgm_header(path, head);
   if (!header) {
     return Unexpected(header.error());
@@ -95,13 +116,13 @@ Result<ImageInfo> pgm_info(const char* path, std::span<const std::uint8_t> head)
   info.format = ImageFormat::kPgm;
   info.channels = 1;
   info.bit_depth = header->max_value > 255 ? 16 : 8;
-  return checked_size(path, info, header->width, header->height);
+  return checked_size(path, file, info, {header->width, header->height, static_cast<std::uint32_t>(info.bit_depth)});
 }
 
 }  // namespace
 
 Result<ImageInfo> read_image_info(const char* path) {
-  const Result<InputFile> file = InputFile::open(path);
+  const Result<InputFile> file = open_image(path);
   if (!file) {
     return Unexpected(file.error());
   }
@@ -112,13 +133,13 @@ Result<ImageInfo> read_image_info(const char* path) {
     return head.size() >= magic.size() && std::equal(magic.begin(), magic.end(), head.begin());
   };
   if (begins_with(kPngMagic)) {
-    return png_info(path, head);
+    return png_info(path, *file, head);
   }
   if (head.size() >= 3 && head[0] == 0xFF && head[1] == 0xD8 && head[2] == 0xFF) {
     return jpeg_info(path, *file);
   }
   if (head.size() >= 2 && head[0] == 'P' && head[1] == '5') {
-    return pgm_info(path, head);
+    return pgm_info(path, *file, head);
   }
   if (head.size() < kPngMagic.size() && std::equal(head.begin(), head.end(), kPngMagic.begin())) {
     return truncated(path);

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "file_bytes.hpp"
+#include "image_file.hpp"
 #include "pgm_decoder.hpp"
 #include "png_decoder.hpp"
 
@@ -16,14 +16,14 @@ std::string size_text(int width, int height) {
 }  // namespace
 
 Status ImageReaderConfig::validate() const {
-  constexpr int kMaxSide = 16384;
+  static_assert(kMaxImageSide_px == 16384);
   constexpr std::size_t kMinFile = 1024;
   constexpr std::size_t kMaxFile = std::size_t{1} << 30;
-  if (max_width_px < 1 || max_width_px > kMaxSide) {
+  if (max_width_px < 1 || max_width_px > kMaxImageSide_px) {
     return fail(ErrorCode::kInvalidConfig,
                 "image_reader.max_width_px must be in [1, 16384], got " + std::to_string(max_width_px));
   }
-  if (max_height_px < 1 || max_height_px > kMaxSide) {
+  if (max_height_px < 1 || max_height_px > kMaxImageSide_px) {
     return fail(ErrorCode::kInvalidConfig,
                 "image_reader.max_height_px must be in [1, 16384], got " + std::to_string(max_height_px));
   }
@@ -64,6 +64,19 @@ Result<ImageReader> ImageReader::create(const ImageReaderConfig& config, Arena& 
   return reader;
 }
 
+Result<ImageInfo> ImageReader::inspect(const char* path) const {
+  return read_image_info(path).and_then([&](const ImageInfo& info) { return within_limits(path, info); });
+}
+
+Result<ImageInfo> ImageReader::within_limits(const char* path, const ImageInfo& info) const {
+  if (info.width > config_.max_width_px || info.height > config_.max_height_px) {
+    return file_error(ErrorCode::kBadFormat, path,
+                      "is " + size_text(info.width, info.height) + " pixels, at most " +
+                          size_text(config_.max_width_px, config_.max_height_px) + " are read here; scale it down");
+  }
+  return info;
+}
+
 Result<std::span<const std::uint8_t>> ImageReader::load(const char* path, int width, int height, ImageInfo& info) {
   const Result<ImageInfo> header = read_image_info(path);
   if (!header) {
@@ -75,19 +88,17 @@ Result<std::span<const std::uint8_t>> ImageReader::load(const char* path, int wi
                       "is " + size_text(info.width, info.height) + " pixels, expected " + size_text(width, height) +
                           "; all images of a sequence must have one size");
   }
-  if (info.width > config_.max_width_px || info.height > config_.max_height_px) {
-    return file_error(ErrorCode::kCapacity, path,
-                      "is " + size_text(info.width, info.height) + " pixels, the reader was made for at most " +
-                          size_text(config_.max_width_px, config_.max_height_px) + "; raise image_reader.max_*_px");
+  if (const auto readable = within_limits(path, info); !readable) {
+    return Unexpected(readable.error());
   }
-  const Result<InputFile> file = InputFile::open(path);
+  const Result<InputFile> file = open_image(path);
   if (!file) {
     return Unexpected(file.error());
   }
   if (file->size_bytes() > storage_.file.size()) {
-    return file_error(ErrorCode::kCapacity, path,
-                      "has " + std::to_string(file->size_bytes()) + " bytes, the reader was made for at most " +
-                          std::to_string(storage_.file.size()) + "; raise image_reader.max_file_bytes");
+    return file_error(ErrorCode::kBadFormat, path,
+                      "has " + std::to_string(file->size_bytes()) + " bytes, at most " +
+                          std::to_string(storage_.file.size()) + " are read of an image here; compress it");
   }
   const std::size_t got = file->read(0, storage_.file.first(file->size_bytes()));
   if (got < file->size_bytes()) {

@@ -5,7 +5,7 @@
 
 #include <turbojpeg.h>
 
-#include "file_bytes.hpp"
+#include "image_file.hpp"
 #include "kinetrace/core/allocation_counter.hpp"
 
 namespace kinetrace::imaging {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "file_bytes.hpp"
+#include "image_file.hpp"
 
 namespace kinetrace::imaging {
 namespace {

@@ -8,7 +8,7 @@
 
 #include <spng.h>
 
-#include "file_bytes.hpp"
+#include "image_file.hpp"
 #include "kinetrace/core/allocation_counter.hpp"
 
 namespace kinetrace::imaging {

@@ -2,13 +2,15 @@
 
 #include <cstddef>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <string>
 
 #include <spng.h>
 
-#include "file_bytes.hpp"
+#include "image_file.hpp"
 #include "kinetrace/core/allocation_counter.hpp"
+#include "kinetrace/core/files.hpp"
 
 namespace kinetrace::imaging {
 namespace {
@@ -85,19 +87,20 @@ Status write(const char* path, ImageView<const Pixel> image, PixelFormat format,
     return file_error(ErrorCode::kInvalidArgument, path, "cannot be written: the image is empty");
   }
   const ForeignCall foreign;
-  std::unique_ptr<std::FILE, FileClose> file(std::fopen(path, "wb"));
+  const std::filesystem::path staged = staged_path(path);
+  std::unique_ptr<std::FILE, FileClose> file(std::fopen(staged.c_str(), "wb"));
   if (!file) {
     return file_error(ErrorCode::kIo, path, "cannot be created; check that the folder exists and is writable");
   }
   const int code = encode(file.get(), image, format, effort);
   const bool flushed = std::fclose(file.release()) == 0;
   if (code != SPNG_OK || !flushed) {
-    (void)std::remove(path);
+    discard_staged(staged, path);
     return file_error(ErrorCode::kIo, path,
                       std::string("cannot be written (") + (code != SPNG_OK ? spng_strerror(code) : "close failed") +
                           "); check the free space");
   }
-  return {};
+  return put_in_place(staged, path);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "jump_watch.hpp"
 #include "kept_paths.hpp"
 #include "kinetrace/features/feature_front_end.hpp"
 #include "kinetrace/segmentation/segmenter.hpp"
@@ -89,6 +90,7 @@ struct Pipeline::Impl {
   WindowRefiner refiner;
   KeptPaths paths;
   OutputStorage out;
+  JumpWatch jump_watch{};
   std::size_t unsettled = 0;  ///< Newest frames of the ring that have not been given out as settled.
 
   FrameResult result{};
@@ -106,7 +108,10 @@ struct Pipeline::Impl {
 
   Status check(const RectifiedPair& pair) const;
   std::span<const FeaturePrediction> predict_features(std::int64_t timestamp_ns);
-  Se3 locate_camera(const FeatureFrame& frame);
+  /// `jumped`: the frame shows something else than the one before it.
+  Se3 locate_camera(const FeatureFrame& frame, bool jumped);
+  /// What has been seen is no longer there: all tracks end with this frame.
+  void forget_objects();
   std::span<const tracking::Forecast> forecast_objects(std::int64_t timestamp_ns);
   /// Something that was lost from sight, or hidden, keeps its name when it is seen again.
   void find_again(ObjectState& reborn, const Track& track, const FeatureFrame& frame, LabelView labels,
@@ -239,9 +244,14 @@ Result<const FrameResult*> Pipeline::process(const RectifiedPair& pair, StageObs
     }
   }
   Se3 T_prev_cam;
+  bool jumped = false;
   {
     const StageScope ego_motion(observer, Stage::kEgoMotion);
-    T_prev_cam = self.locate_camera(*frame);
+    jumped = self.jump_watch.has_jumped(*frame, self.previous_features.size(), self.front_end);
+    T_prev_cam = self.locate_camera(*frame, jumped);
+    if (jumped) {
+      self.forget_objects();
+    }
   }
   Result<DetectionFrame> detections;
   {
@@ -250,7 +260,8 @@ Result<const FrameResult*> Pipeline::process(const RectifiedPair& pair, StageObs
         self.segmenter->process({.pair = pair,
                                  .features = frame->features,
                                  .ego_valid = self.started && self.background.estimate().status == BodyStatus::kTracked,
-                                 .T_prev_cam = T_prev_cam});
+                                 .T_prev_cam = T_prev_cam,
+                                 .jumped = jumped});
     if (!detections) {
       return Unexpected(detections.error());
     }
@@ -348,22 +359,36 @@ std::span<const FeaturePrediction> Pipeline::Impl::predict_features(std::int64_t
   return out.predictions;
 }
 
-Se3 Pipeline::Impl::locate_camera(const FeatureFrame& frame) {
+Se3 Pipeline::Impl::locate_camera(const FeatureFrame& frame, bool jumped) {
   if (!background.active()) {
     background.begin(Se3{});
     return {};
   }
   const Se3 T_world_prev = background.history(0).T_body_cam;
-  if (background.locate(frame, kBackground).status == BodyStatus::kTracked) {
+  const bool found = background.locate(frame, kBackground).status == BodyStatus::kTracked;
+  if (found && !jumped) {
     camera_predicted_frames = 0;
   } else {
+    if (found) {
+      // What seemed to be seen again is something else that looks like it.
+      background.refuse_pose();
+    }
     ++camera_predicted_frames;
     ++camera_lost_frames;
     // Known points no longer fit: a new map starts at the predicted pose with this frame's stereo.
     background.begin(background.estimate().T_body_cam,
                      camera_predicted_frames < kCameraLostAfterFrames ? BodyStatus::kPropagated : BodyStatus::kLost);
+    if (jumped) {
+      background.forget_motion();
+    }
   }
   return T_world_prev.inverse() * background.estimate().T_body_cam;
+}
+
+void Pipeline::Impl::forget_objects() {
+  for (std::size_t slot = 0; slot < objects.size(); ++slot) {
+    tracker.abandon(static_cast<std::uint8_t>(slot));
+  }
 }
 
 std::span<const tracking::Forecast> Pipeline::Impl::forecast_objects(std::int64_t timestamp_ns) {
@@ -632,6 +657,7 @@ FrameCounters Pipeline::Impl::counters() const {
   c.detections = s.detections;
   c.detections_dropped = s.detections_dropped + tracker.counters().detections_dropped;
   c.detection_frames_missing = s.frames_missing + s.frames_unreadable;
+  c.mask_files_unreadable = s.files_unreadable;
   c.tracks_born = tracks_born;
   c.tracks_confirmed = tracks_confirmed;
   c.tracks_ended = tracks_ended;
@@ -646,6 +672,11 @@ FrameCounters Pipeline::Impl::counters() const {
     add_points(object.body().counters());
   }
   return c;
+}
+
+std::string_view Pipeline::mask_complaint() const noexcept {
+  const segmentation::Segmenter& segmenter = *impl_->segmenter;
+  return segmenter.warning_count() > 0 ? segmenter.warning(0) : std::string_view();
 }
 
 const FrameResult* Pipeline::drain() {

@@ -6,6 +6,7 @@
 
 #include "kinetrace.h"
 #include "kinetrace/publishing/topics.hpp"
+#include "native_samples.hpp"
 #include "outbox.hpp"
 #include "sequences.hpp"
 #include "topic_reader.hpp"
@@ -83,21 +84,11 @@ Status MaskReceiver::take(const std::function<void(const MaskMessage&)>& visit) 
   if (*ends == nullptr) {
     return {};
   }
-  (*ends)->masks.take<kinetrace_InstanceMasks>([&](const kinetrace_InstanceMasks& message) {
+  (*ends)->masks.take<kinetrace_InstanceMasks>([&](const kinetrace_InstanceMasks& message, std::uint64_t sender) {
     if (message.device != impl_->device) {
       return;
     }
-    std::array<RunLengthMask, kMaxMasksInMessage> masks;
-    const std::size_t count = std::min<std::size_t>(message.masks._length, masks.size());
-    std::transform(message.masks._buffer, message.masks._buffer + count, masks.begin(),
-                   [](const kinetrace_InstanceMask& mask) {
-                     return RunLengthMask{mask.class_id,
-                                          mask.score,
-                                          {mask.x0_px, mask.y0_px, mask.x1_px, mask.y1_px},
-                                          {mask.runs._buffer, mask.runs._length}};
-                   });
-    visit({message.frame, message.timestamp_ns, message.eye == 0 ? Eye::kLeft : Eye::kRight, message.width_px,
-           message.height_px, message.piece, message.pieces, std::span(masks).first(count)});
+    tell(message, sender, visit);
   });
   return {};
 }

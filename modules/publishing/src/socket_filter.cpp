@@ -39,8 +39,8 @@ bool is_of_domain(int socket, int domain) noexcept {
 }
 
 Status attach(int socket, const InterfaceAddress& allowed) {
-  constexpr std::uint32_t kInterfaceIndex = SKF_AD_OFF + SKF_AD_IFINDEX;
-  constexpr std::uint32_t kDestination = SKF_NET_OFF + 16;  // In the IPv4 header.
+  constexpr std::uint32_t kInterfaceIndex = static_cast<std::uint32_t>(SKF_AD_OFF + SKF_AD_IFINDEX);
+  constexpr std::uint32_t kDestination = static_cast<std::uint32_t>(SKF_NET_OFF + 16);  // In the IPv4 header.
   constexpr std::uint32_t kWholePacket = 0xFFFFFFFF;
   in_addr address{};
   inet_pton(AF_INET, allowed.ipv4.c_str(), &address);

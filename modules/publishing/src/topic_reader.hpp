@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "dds_entity.hpp"
@@ -27,8 +28,9 @@ class TopicReader {
   /// Writers that are heard.
   [[nodiscard]] std::uint32_t writers() const noexcept;
 
-  /// Calls `visit(const Message&)` for all that came since the last call, oldest first. The message lives as long as
-  /// the call. `Message` is the C structure of the topic's type.
+  /// Calls `visit(const Message&)` for all that came since the last call, oldest first; or `visit(const Message&,
+  /// writer)`, with a number that is the same for all that one writer sends. The message lives as long as the call.
+  /// `Message` is the C structure of the topic's type.
   template <typename Message, typename Visit>
   void take(Visit&& visit) {
     constexpr std::size_t kAtOnce = 16;
@@ -41,8 +43,14 @@ class TopicReader {
         taken = dds_take(reader_.get(), samples, infos, kAtOnce, kAtOnce);
       }
       for (int i = 0; i < taken; ++i) {
-        if (infos[i].valid_data) {
-          visit(*static_cast<const Message*>(samples[i]));
+        if (!infos[i].valid_data) {
+          continue;
+        }
+        const auto& message = *static_cast<const Message*>(samples[i]);
+        if constexpr (std::is_invocable_v<Visit, const Message&, std::uint64_t>) {
+          visit(message, std::uint64_t{infos[i].publication_handle});
+        } else {
+          visit(message);
         }
       }
       if (taken > 0) {

@@ -27,13 +27,22 @@ std::filesystem::path model_directory(const Workspace& workspace, std::uint32_t 
          (track_id == kBackgroundTrack ? "background" : "object_" + std::to_string(track_id));
 }
 
+/// Which images the model is of.
+std::string_view images_note(const RecordingConfig& config) {
+  return config.images         ? "Images: those in images/ of the run folder."
+         : config.is_rectified ? "Images: the recorded ones, which are rectified."
+                               : "Images: rectified ones, not those recorded; `kinetrace run --images` writes them.";
+}
+
 Status write_cameras(const Workspace& workspace, const std::filesystem::path& directory) {
   Result<BufferedWriter> out = BufferedWriter::create(directory / "cameras.txt", workspace.slice(4));
   if (!out) {
     return Unexpected(out.error());
   }
   const StereoGeometry& geometry = workspace.config.geometry;
-  out->text("# CAMERA_ID MODEL WIDTH HEIGHT fx fy cx cy: the rectified left camera\n1 PINHOLE ");
+  out->text("# CAMERA_ID MODEL WIDTH HEIGHT fx fy cx cy: the rectified left camera\n# ")
+      .text(images_note(workspace.config));
+  out->text("\n1 PINHOLE ");
   out->integer(geometry.width_px).text(" ").integer(geometry.height_px);
   for (const double value :
        {geometry.fx_px, geometry.fy_px, geometry.cx_px + kPixelOrigin, geometry.cy_px + kPixelOrigin}) {
@@ -126,7 +135,7 @@ void write_sightings(ObservationRecord observation, std::uint32_t point_id, Obse
 
 /// Joins observations (sorted by point) with the final points: writes points3D.txt of each body and, to
 /// `marked_path`, all observations again, with kNoPoint where the point is not exported.
-Status write_points(const Workspace& workspace, const std::filesystem::path& marked_path, ConversionCounts& counts) {
+Status write_points(const Workspace& workspace, const std::filesystem::path& marked_path, RunCounts& counts) {
   Observations observations(workspace.observations(), workspace.slice(0));
   SpoolFile<PointRecord> points(workspace.points(), workspace.slice(1));
   ModelWriter model(workspace);
@@ -165,7 +174,7 @@ Status write_points(const Workspace& workspace, const std::filesystem::path& mar
   return marked->close();
 }
 
-/// `stem.png` as recorded for the frame, or the zero-padded frame number.
+/// `stem.png` as recorded for the frame.
 Status write_image_name(SpoolFile<NameRecord>& names, std::int32_t frame, BufferedWriter& out) {
   std::uint64_t first = 0;
   std::uint64_t last = names.size();
@@ -182,11 +191,7 @@ Status write_image_name(SpoolFile<NameRecord>& names, std::int32_t frame, Buffer
     }
     (record->frame < frame ? first : last) = record->frame < frame ? middle + 1 : middle;
   }
-  constexpr std::size_t kDigitsInName = 10;
-  std::string digits = std::to_string(frame);
-  digits.insert(0, kDigitsInName - std::min(kDigitsInName, digits.size()), '0');
-  out.text(digits).text(".png\n");
-  return {};
+  return fail(ErrorCode::kInternal, "no name was recorded for frame " + std::to_string(frame));
 }
 
 /// The line of sightings of one image. Those of earlier images (of bodies without a model) are skipped.
@@ -324,7 +329,7 @@ Status keep_image_observations(const Workspace& workspace) {
   return error ? Status(file_error("replace", path, error.value())) : Status{};
 }
 
-Status write_colmap_models(const Workspace& workspace, ConversionCounts& counts) {
+Status write_colmap_models(const Workspace& workspace, RunCounts& counts) {
   const std::filesystem::path marked_path = workspace.spool("marked.bin");
   if (Status sorted = sort_file<ObservationRecord>(workspace.observations(), workspace.memory, by_point); !sorted) {
     return sorted;

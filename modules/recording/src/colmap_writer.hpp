@@ -11,6 +11,6 @@ namespace kinetrace::recording {
 
 /// Expects final points, poses sorted by body and frame, and image observations. Writes cameras.txt, images.txt and
 /// points3D.txt for the background and for each object that has a point seen in two images.
-[[nodiscard]] Status write_colmap_models(const Workspace& workspace, ConversionCounts& counts);
+[[nodiscard]] Status write_colmap_models(const Workspace& workspace, RunCounts& counts);
 
 }  // namespace kinetrace::recording

@@ -8,13 +8,13 @@
 
 namespace kinetrace::recording {
 
-Result<MaskFrames> MaskFrames::open(const std::filesystem::path& directory) {
-  Result<std::vector<MaskRow>> rows = read_masks(directory);
+Result<MaskFrames> MaskFrames::open(const Run& run) {
+  Result<std::vector<MaskRow>> rows = read_masks(run);
   if (!rows) {
     return Unexpected(rows.error());
   }
   MaskFrames frames;
-  frames.path_ = directory / "mots.txt";
+  frames.path_ = run.directory / "mots.txt";
   frames.rows_ = std::move(*rows);
   if (frames.rows_.empty()) {
     return frames;

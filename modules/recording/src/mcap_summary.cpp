@@ -123,7 +123,14 @@ Status append_chunk_indexes(const McapFile& file, Summary& summary, McapBytes& o
     }
     McapNumbers numbers(prefix);
     const auto opcode = static_cast<McapOpcode>(numbers.next<std::uint8_t>());
-    record.chunk_bytes = kMcapPrefixBytes + numbers.next<std::uint64_t>();
+    const auto content_bytes = numbers.next<std::uint64_t>();
+    // What a disk gives back need not be what was written.
+    if (content_bytes > summary.data_end() || record.offset + kMcapPrefixBytes > summary.data_end() - content_bytes) {
+      return fail(ErrorCode::kIo, file.path.string() +
+                                      ": was read back damaged; it has no index, readers find its "
+                                      "messages from the beginning");
+    }
+    record.chunk_bytes = kMcapPrefixBytes + content_bytes;
     if (opcode != McapOpcode::kChunk) {
       continue;
     }

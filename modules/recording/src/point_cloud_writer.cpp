@@ -6,6 +6,7 @@
 #include "buffered_file.hpp"
 #include "external_sort.hpp"
 #include "spool_reader.hpp"
+#include "stray_points.hpp"
 
 namespace kinetrace::recording {
 namespace {
@@ -137,7 +138,7 @@ Status write_object(const Workspace& workspace, std::uint32_t track_id, Points& 
 
 }  // namespace
 
-Status keep_final_points(const Workspace& workspace) {
+Status keep_final_points(const Workspace& workspace, RunCounts& counts) {
   const std::filesystem::path path = workspace.points();
   if (Status sorted = sort_file<PointRecord>(path, workspace.memory, by_body_and_point); !sorted) {
     return sorted;
@@ -147,21 +148,31 @@ Status keep_final_points(const Workspace& workspace) {
   if (Status opened = points.open(); !opened) {
     return opened;
   }
+  Poses poses(workspace.poses(), workspace.slice(2));
+  if (Status opened = poses.open(); !opened) {
+    return opened;
+  }
   Result<BufferedWriter> kept = BufferedWriter::create(kept_path, workspace.slice(1));
   if (!kept) {
     return Unexpected(kept.error());
   }
+  StrayPoints strays(poses, workspace.config.geometry);
   while (const PointRecord* record = points.peek()) {
     const PointRecord point = *record;
     points.advance();
     const PointRecord* next = points.peek();
     const bool superseded = next != nullptr && next->track_id == point.track_id && next->point_id == point.point_id;
-    if (!superseded && point.observations >= kMinObservations) {
+    if (superseded || point.observations < kMinObservations) {
+      continue;
+    }
+    if (strays.contains(point)) {
+      ++counts.stray_points;
+    } else {
       kept->record(point);
     }
   }
-  if (!points.status()) {
-    return points.status();
+  if (!points.status() || !poses.status()) {
+    return points.status() ? poses.status() : points.status();
   }
   if (Status closed = kept->close(); !closed) {
     return closed;
@@ -171,7 +182,7 @@ Status keep_final_points(const Workspace& workspace) {
   return error ? Status(file_error("replace", path, error.value())) : Status{};
 }
 
-Status write_point_clouds(const Workspace& workspace, ConversionCounts& counts) {
+Status write_point_clouds(const Workspace& workspace, RunCounts& counts) {
   Points points(workspace.points(), workspace.slice(0));
   Poses poses(workspace.poses(), workspace.slice(1));
   if (Status opened = points.open(); !opened) {

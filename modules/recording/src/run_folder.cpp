@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <fstream>
 #include <system_error>
-#include <unistd.h>
 
 #include "buffered_file.hpp"
+#include "kinetrace/core/files.hpp"
 
 namespace kinetrace::recording {
 namespace {
@@ -16,38 +15,40 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kMarker = "Kinetrace run folder";  // First line of README.txt.
 
-enum class Part { kAlways, kMots, kPoints, kColmap };
+enum class Part { kAlways, kMots, kPoints, kColmap, kImages };
 
 struct KnownFile {
-  std::string_view path;  ///< "ID" stands for a track id.
+  std::string_view path;  ///< "ID" stands for a track id, "NAME" for an image's name.
   Part part;
   std::string_view content;
-  std::uint64_t ConversionCounts::*count = nullptr;  ///< How many there are, if not one.
+  std::uint64_t RunCounts::*count = nullptr;  ///< How many there are, if not one.
+  std::uint64_t RunCounts::*rows = nullptr;   ///< How many rows it has, if that is told.
 };
 
-constexpr std::array<KnownFile, 17> kKnownFiles{{
+constexpr std::array<KnownFile, 18> kKnownFiles{{
     {"README.txt", Part::kAlways, "this overview"},
     {"run.json", Part::kAlways, "version, configuration, timings, memory, counters, warnings; written last"},
     {"camera.tum", Part::kAlways, "camera in the world per frame: timestamp tx ty tz qx qy qz qw"},
     {"camera_kitti.txt", Part::kAlways, "the same as KITTI poses: 12 numbers, row-major 3 x 4"},
-    {"objects.csv", Part::kAlways, "every object in every frame: pose, velocity, box, covariance, counts"},
-    {"label_02.txt", Part::kAlways, "the same as KITTI tracking labels, camera frame"},
-    {"mots.txt", Part::kMots, "tracked left masks in KITTI MOTS format"},
-    {"tracks/ID.tum", Part::kAlways, "object ID in the world per frame, as camera.tum", &ConversionCounts::tracks},
+    {"objects.csv", Part::kAlways, "every object in every frame: pose, velocity, box, covariance, counts", nullptr,
+     &RunCounts::object_rows},
+    {"label_02.txt", Part::kAlways, "the same as KITTI tracking labels, camera frame", nullptr, &RunCounts::label_rows},
+    {"mots.txt", Part::kMots, "tracked left masks in KITTI MOTS format", nullptr, &RunCounts::mask_rows},
+    {"tracks/ID.tum", Part::kAlways, "object ID in the world per frame, as camera.tum", &RunCounts::tracks},
+    {"images/NAME.png", Part::kImages, "rectified left images, named as in the COLMAP models", &RunCounts::images},
     {"points/background.ply", Part::kPoints, "background points, world frame"},
     {"points/object_ID.ply", Part::kPoints, "points of object ID at every frame, world frame",
-     &ConversionCounts::object_clouds},
-    {"points/object_ID_model.ply", Part::kPoints, "points of object ID, object frame",
-     &ConversionCounts::object_clouds},
+     &RunCounts::object_clouds},
+    {"points/object_ID_model.ply", Part::kPoints, "points of object ID, object frame", &RunCounts::object_clouds},
     {"colmap/background/cameras.txt", Part::kColmap, "COLMAP text model of the background"},
     {"colmap/background/images.txt", Part::kColmap, "its images"},
     {"colmap/background/points3D.txt", Part::kColmap, "its points"},
-    {"colmap/object_ID/cameras.txt", Part::kColmap, "COLMAP text model of object ID", &ConversionCounts::object_models},
-    {"colmap/object_ID/images.txt", Part::kColmap, "its images", &ConversionCounts::object_models},
-    {"colmap/object_ID/points3D.txt", Part::kColmap, "its points", &ConversionCounts::object_models},
+    {"colmap/object_ID/cameras.txt", Part::kColmap, "COLMAP text model of object ID", &RunCounts::object_models},
+    {"colmap/object_ID/images.txt", Part::kColmap, "its images", &RunCounts::object_models},
+    {"colmap/object_ID/points3D.txt", Part::kColmap, "its points", &RunCounts::object_models},
 }};
-constexpr std::array<std::string_view, 5> kKnownFolders{"tracks", "points", "colmap", "colmap/background",
-                                                        "colmap/object_ID"};
+constexpr std::array<std::string_view, 6> kKnownFolders{
+    "tracks", "images", "points", "colmap", "colmap/background", "colmap/object_ID"};
 
 bool enabled(Part part, const RecordingConfig& config) {
   switch (part) {
@@ -55,30 +56,39 @@ bool enabled(Part part, const RecordingConfig& config) {
     case Part::kMots: return config.mots;
     case Part::kPoints: return config.points;
     case Part::kColmap: return config.colmap;
+    case Part::kImages: return config.images;
   }
   return false;
 }
 
-/// `path` equals `pattern` with digits in the place of "ID".
+/// `path` equals `pattern` with digits in the place of "ID", or any name in that of "NAME".
 bool matches(std::string_view path, std::string_view pattern) {
-  const std::size_t id = pattern.find("ID");
-  if (id == std::string_view::npos) {
-    return path == pattern;
+  for (const std::string_view place : {std::string_view("ID"), std::string_view("NAME")}) {
+    const std::size_t begin = pattern.find(place);
+    if (begin == std::string_view::npos) {
+      continue;
+    }
+    const std::string_view before = pattern.substr(0, begin);
+    const std::string_view after = pattern.substr(begin + place.size());
+    if (path.size() <= before.size() + after.size() || !path.starts_with(before) || !path.ends_with(after)) {
+      return false;
+    }
+    const std::string_view name = path.substr(before.size(), path.size() - before.size() - after.size());
+    return std::all_of(name.begin(), name.end(),
+                       [&](char c) { return place == "ID" ? c >= '0' && c <= '9' : c != '/'; });
   }
-  const std::string_view before = pattern.substr(0, id);
-  const std::string_view after = pattern.substr(id + 2);
-  if (path.size() <= before.size() + after.size() || !path.starts_with(before) || !path.ends_with(after)) {
-    return false;
-  }
-  const std::string_view digits = path.substr(before.size(), path.size() - before.size() - after.size());
-  return std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; });
+  return path == pattern;
 }
 
 bool is_known(std::string_view path) {
   const auto of_file = [&](const KnownFile& file) { return matches(path, file.path); };
   const auto of_folder = [&](std::string_view folder) { return matches(path, folder); };
   // An evaluation or a picture of the earlier run would be taken for one of the new run.
-  return path == "run.json.tmp" || path == "evaluation.json" || path == "figure.png" ||
+  constexpr std::string_view kUnfinished = ".tmp";
+  if (path.ends_with(kUnfinished)) {
+    path.remove_suffix(kUnfinished.size());
+  }
+  return path == "evaluation.json" || path == "figure.png" ||
          std::any_of(kKnownFiles.begin(), kKnownFiles.end(), of_file) ||
          std::any_of(kKnownFolders.begin(), kKnownFolders.end(), of_folder);
 }
@@ -109,7 +119,9 @@ Status remove_earlier_run(const fs::path& directory) {
   if (error) {
     return file_error("list", directory, error.value());
   }
-  // Deepest first, so that folders are empty when their turn comes.
+  // run.json first, so that nothing passes for finished any more; then deepest first, so that folders are empty when
+  // their turn comes.
+  std::stable_partition(known.begin(), known.end(), [](const fs::path& path) { return path.filename() != "run.json"; });
   for (auto path = known.rbegin(); path != known.rend(); ++path) {
     fs::remove(*path, error);
     if (error && error != std::errc::directory_not_empty) {
@@ -119,19 +131,18 @@ Status remove_earlier_run(const fs::path& directory) {
   return {};
 }
 
-Status write_text(const fs::path& path, std::string_view text) {
-  Result<FileHandle> file = open_file(path, OpenMode::kCreate);
-  if (!file) {
-    return Unexpected(file.error());
+Status clear(const fs::path& directory) {
+  std::error_code error;
+  const bool empty = fs::is_empty(directory, error);
+  if (error) {
+    return file_error("list", directory, error.value());
   }
-  if (Status written = write_at(*file, 0, std::as_bytes(std::span(text)), path); !written) {
-    return written;
+  if (!empty && !is_run_folder(directory)) {
+    return fail(ErrorCode::kInvalidArgument, "cannot record to " + directory.string() +
+                                                 ": it holds files that are not an earlier run; name an empty or "
+                                                 "new folder");
   }
-  if (::fsync(file->get()) != 0) {
-    return file_error("write", path, errno);
-  }
-  const int close_error = file->close();
-  return close_error == 0 ? Status{} : Status(file_error("write", path, close_error));
+  return remove_earlier_run(directory);
 }
 
 std::string readme_text(const RecordingConfig& config) {
@@ -150,7 +161,7 @@ std::string readme_text(const RecordingConfig& config) {
 
 }  // namespace
 
-Status prepare_run_folder(const RecordingConfig& config) {
+Result<FolderLock> prepare_run_folder(const RecordingConfig& config) {
   const fs::path& directory = config.directory;
   std::error_code error;
   const fs::file_status status = fs::status(directory, error);
@@ -158,58 +169,43 @@ Status prepare_run_folder(const RecordingConfig& config) {
     return fail(ErrorCode::kInvalidArgument,
                 "cannot record to " + directory.string() + ": it is not a folder; name another one");
   }
-  if (fs::exists(status)) {
-    const bool empty = fs::is_empty(directory, error);
-    if (error) {
-      return file_error("list", directory, error.value());
-    }
-    if (!empty && !is_run_folder(directory)) {
-      return fail(ErrorCode::kInvalidArgument, "cannot record to " + directory.string() +
-                                                   ": it holds files that are not an earlier run; name an empty or "
-                                                   "new folder");
-    }
-    if (Status removed = remove_earlier_run(directory); !removed) {
-      return removed;
+  fs::create_directories(directory, error);
+  if (error) {
+    return file_error("create", directory, error.value());
+  }
+  FolderLock lock = FolderLock::take(directory, FolderUse::kWrite);
+  if (lock.is_refused()) {
+    return fail(ErrorCode::kInvalidArgument, "cannot record to " + directory.string() +
+                                                 ": another run writes into it, or figure or evaluate reads it; wait "
+                                                 "until that has ended, or name another folder");
+  }
+  if (const Status cleared = clear(directory); !cleared) {
+    return Unexpected(cleared.error());
+  }
+  for (const auto& [folder, wanted] : {std::pair(".spool", true), std::pair("tracks", true),
+                                       std::pair("points", config.points), std::pair("images", config.images)}) {
+    if (wanted && !fs::create_directories(directory / folder, error) && error) {
+      return file_error("create", directory / folder, error.value());
     }
   }
-  for (const std::string_view folder : {".spool", "tracks", "points"}) {
-    if (folder != "points" || config.points) {
-      fs::create_directories(directory / folder, error);
-      if (error) {
-        return file_error("create", directory / folder, error.value());
-      }
-    }
+  if (const Status written = replace_file(directory / "README.txt", readme_text(config)); !written) {
+    return Unexpected(written.error());
   }
-  return write_text(directory / "README.txt", readme_text(config));
+  return lock;
 }
 
-std::vector<FileEntry> list_files(const RecordingConfig& config, const ConversionCounts& counts) {
+std::vector<FileEntry> list_files(const RecordingConfig& config, const RunCounts& counts) {
   std::vector<FileEntry> files;
   for (const KnownFile& file : kKnownFiles) {
     const std::uint64_t count = file.count == nullptr ? 1 : counts.*file.count;
     if (enabled(file.part, config) && count > 0) {
       files.push_back({std::string(file.path), count});
+      if (file.rows != nullptr) {
+        files.back().rows = counts.*file.rows;
+      }
     }
   }
   return files;
-}
-
-Status write_atomically(const fs::path& path, std::string_view text) {
-  const fs::path temporary = path.string() + ".tmp";
-  if (Status written = write_text(temporary, text); !written) {
-    return written;
-  }
-  std::error_code error;
-  fs::rename(temporary, path, error);
-  if (error) {
-    return file_error("replace", path, error.value());
-  }
-  // The new name lasts only once the folder itself is on disk.
-  const Result<FileHandle> folder = open_file(path.parent_path(), OpenMode::kRead);
-  if (!folder) {
-    return Unexpected(folder.error());
-  }
-  return ::fsync(folder->get()) == 0 || errno == EINVAL ? Status{} : Status(file_error("write", path, errno));
 }
 
 }  // namespace kinetrace::recording

@@ -59,17 +59,27 @@ Json live_json(const LiveSummary& live) {
           {"published_latency_ms", latency_json(live.published_latency)}};
 }
 
+Json geometry_json(const StereoGeometry& geometry) {
+  return {{"width_px", geometry.width_px},    {"height_px", geometry.height_px}, {"fx_px", geometry.fx_px},
+          {"fy_px", geometry.fy_px},          {"cx_px", geometry.cx_px},         {"cy_px", geometry.cy_px},
+          {"baseline_m", geometry.baseline_m}};
+}
+
 Json files_json(std::span<const FileEntry> files) {
   Json list = Json::array();
   for (const FileEntry& file : files) {
     list.push_back({{"path", file.path}, {"count", file.count}});
+    if (file.rows) {
+      list.back()["rows"] = *file.rows;
+    }
   }
   return list;
 }
 
 }  // namespace
 
-Result<std::string> run_json_text(const RunSummary& summary, std::span<const FileEntry> files) {
+Result<std::string> run_json_text(const RunSummary& summary, const StereoGeometry& geometry,
+                                  std::span<const FileEntry> files, std::uint64_t stray_points) {
   Json config = summary.config_json.empty() ? Json::object() : Json::parse(summary.config_json, nullptr, false);
   if (!config.is_object()) {
     return fail(ErrorCode::kInvalidArgument, "cannot write run.json: the configuration handed over is no JSON object");
@@ -82,6 +92,7 @@ Result<std::string> run_json_text(const RunSummary& summary, std::span<const Fil
     run["dataset"][name] = value;
   }
   run["config"] = std::move(config);
+  run["rectified"] = geometry_json(geometry);
   run["frames"] = summary.frames;
   run["frame_ms"] = timing_json(summary.frame_time);
   run["stage_ms"] = Json::object();
@@ -89,6 +100,11 @@ Result<std::string> run_json_text(const RunSummary& summary, std::span<const Fil
     run["stage_ms"][stage] = timing_json(timing);
   }
   run["rss_peak_bytes"] = summary.rss_peak_bytes;
+  run["planned_bytes"] = summary.planned_bytes;
+  run["budget_bytes"] = summary.budget_bytes;
+  run["found"] = {{"camera_path_m", summary.found.camera_path_m},
+                  {"objects", summary.found.objects},
+                  {"objects_moved", summary.found.objects_moved}};
   run["allocations_after_start"] = nullptr;
   run["foreign_allocations_after_start"] = nullptr;
   if (summary.allocations_after_start) {
@@ -110,6 +126,7 @@ Result<std::string> run_json_text(const RunSummary& summary, std::span<const Fil
     run["live"] = live_json(*summary.live);
   }
   run["warnings"] = summary.warnings;
+  run["stray_points"] = stray_points;
   run["files"] = files_json(files);
   return run.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

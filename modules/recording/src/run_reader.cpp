@@ -2,15 +2,17 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
+#include <limits>
 #include <map>
+#include <set>
 #include <string_view>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
+#include "folder_lock.hpp"
 #include "kinetrace/core/detections.hpp"
 #include "kinetrace/core/text_rows.hpp"
+#include "run_about.hpp"
+#include "run_folder.hpp"
 #include "trajectory_rows.hpp"
 
 namespace kinetrace::recording {
@@ -18,50 +20,89 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Status read_about(const fs::path& path, Run& run) {
-  std::ifstream file(path);
-  if (!file) {
-    return fail(ErrorCode::kNotFound,
-                path.string() + ": no such file; expected the folder of a run that has finished (kinetrace run --out)");
+constexpr std::size_t kTumFields = 8;
+constexpr std::size_t kPoseFields = 12;
+constexpr std::size_t kMaskFields = 6;
+constexpr std::size_t kLabelFields = 18;
+
+/// Opens a file of rows; of one that may still be growing only whole rows count.
+Result<TextRows> open_rows(const fs::path& path, TextRows::Separator separator, bool is_finished) {
+  Result<TextRows> rows = TextRows::open(path, separator);
+  if (rows && !is_finished) {
+    rows->leave_out_unfinished_row();
   }
-  try {
-    const nlohmann::ordered_json about = nlohmann::ordered_json::parse(file);
-    run.dataset = about.at("dataset").value("dataset", "");
-    run.sequence = about.at("dataset").value("sequence", "");
-    run.config_json = about.at("config").dump();
-    run.frames = about.at("frames").get<std::int64_t>();
-  } catch (const nlohmann::json::exception& error) {
-    return fail(ErrorCode::kBadFormat, path.string() + ": is not the run.json of a run (" + error.what() + ")");
+  return rows;
+}
+
+/// After the last row: none is cut, and there are as many as run.json says.
+Status check_end(TextRows& rows, std::size_t found, std::optional<std::int64_t> expected) {
+  if (!rows.ends_with_whole_row()) {
+    rows.reject("the last row is cut off; copy the run folder again");
   }
-  return {};
+  if (expected && std::cmp_not_equal(found, *expected)) {
+    rows.reject("the file ends after " + std::to_string(found) + " rows, run.json tells of " +
+                std::to_string(*expected) + "; copy the run folder again");
+  }
+  return rows.status();
+}
+
+std::optional<std::int64_t> told_rows(const RunAbout& about, const char* file) {
+  const auto found = about.rows.find(file);
+  return found == about.rows.end() ? std::nullopt : std::optional(found->second);
+}
+
+/// Both files round: the one to a micrometre and a billionth, the other to nine digits.
+bool is_same_pose(const Se3& a, const Se3& b) {
+  constexpr double kTolerance = 1e-6;
+  constexpr double kDigits = 1e-8;
+  const double apart_m = (a.translation - b.translation).cwiseAbs().maxCoeff();
+  return apart_m <= kTolerance + kDigits * b.translation.norm() &&
+         (a.rotation - b.rotation).cwiseAbs().maxCoeff() <= kTolerance;
 }
 
 // camera.tum has the times; camera_kitti.txt has the same poses with all digits.
-Status read_camera(const fs::path& directory, Run& run) {
-  Result<TextRows> times = TextRows::open(directory / "camera.tum", TextRows::Separator::kBlanks);
+Status read_camera(const RunAbout& about, Run& run) {
+  Result<TextRows> times = open_rows(run.directory / "camera.tum", TextRows::Separator::kBlanks, run.is_finished);
   if (!times) {
     return Unexpected(times.error());
   }
-  Result<TextRows> poses = TextRows::open(directory / "camera_kitti.txt", TextRows::Separator::kBlanks);
+  Result<TextRows> poses = open_rows(run.directory / "camera_kitti.txt", TextRows::Separator::kBlanks, run.is_finished);
   if (!poses) {
     return Unexpected(poses.error());
   }
+  times->expect_fields(kTumFields);
+  poses->expect_fields(kPoseFields);
   while (times->next()) {
+    if (!poses->next()) {
+      if (run.is_finished) {
+        poses->reject("the file has fewer rows than camera.tum");
+      }
+      break;
+    }
     CameraRow row;
     row.timestamp_ns = times->time_ns(0);
     if (!run.camera.empty() && row.timestamp_ns <= run.camera.back().timestamp_ns) {
       times->reject("the time does not grow from the row before");
     }
-    if (!poses->next()) {
-      poses->reject("the file has fewer rows than camera.tum");
-    }
     row.T_world_cam = poses->matrix_pose(0);
+    if (poses->status() && !is_same_pose(times->pose(1), row.T_world_cam)) {
+      poses->reject("the pose is not that of the same row of camera.tum");
+    }
     run.camera.push_back(row);
+  }
+  if (!run.is_finished) {
+    return times->status() ? poses->status() : times->status();
   }
   if (poses->next()) {
     poses->reject("the file has more rows than camera.tum");
   }
-  return times->status() ? poses->status() : times->status();
+  for (const TextRows* rows : {&*times, &*poses}) {
+    if (!rows->status()) {
+      return rows->status();
+    }
+  }
+  const Status whole = check_end(*times, run.camera.size(), about.frames);
+  return whole ? check_end(*poses, run.camera.size(), about.frames) : whole;
 }
 
 std::uint16_t parse_class(std::string_view name, TextRows& rows) {
@@ -122,7 +163,7 @@ class ColumnReader {
   Integer integer() {
     const std::int64_t value = rows_.integer(places_[next_++]);
     if (!std::in_range<Integer>(value)) {
-      rows_.reject("'" + std::to_string(value) + "' is out of range");
+      rows_.reject(std::to_string(value) + " is out of range");
     }
     return static_cast<Integer>(value);
   }
@@ -141,7 +182,7 @@ class ColumnReader {
 ObjectRow object_row(TextRows& rows, const std::vector<std::size_t>& places) {
   ColumnReader columns(rows, places);
   ObjectRow row;
-  row.frame = columns.integer<std::int64_t>();
+  row.frame = columns.integer<std::int32_t>();
   row.timestamp_ns = columns.integer<std::int64_t>();
   row.track_id = columns.integer<std::uint32_t>();
   row.class_id = parse_class(columns.text(), rows);
@@ -164,20 +205,77 @@ ObjectRow object_row(TextRows& rows, const std::vector<std::size_t>& places) {
   return row;
 }
 
-Status read_objects(const fs::path& path, Run& run) {
-  Result<TextRows> rows = TextRows::open(path, TextRows::Separator::kComma);
+/// What the rows of objects.csv must agree on with each other and with the camera's.
+class ObjectRowCheck {
+ public:
+  explicit ObjectRowCheck(const std::vector<CameraRow>& camera) {
+    for (const CameraRow& row : camera) {
+      camera_times_ns_.insert(row.timestamp_ns);
+    }
+  }
+
+  /// Whether the row is one of a frame that the camera's files have, too. Mistakes are reported to `rows`.
+  bool check(const ObjectRow& row, bool is_finished, TextRows& rows) {
+    if (row.frame < frame_) {
+      rows.reject("the frame number falls from the row before");
+    }
+    if (row.frame != frame_) {
+      tracks_.clear();
+    } else if (row.timestamp_ns != timestamp_ns_) {
+      rows.reject("the time is not that of the same frame's row before");
+    }
+    frame_ = row.frame;
+    timestamp_ns_ = row.timestamp_ns;
+    if (!tracks_.insert(row.track_id).second) {
+      rows.reject("frame " + std::to_string(row.frame) + " has track " + std::to_string(row.track_id) + " twice");
+    }
+    const bool has_camera = camera_times_ns_.contains(row.timestamp_ns);
+    const bool is_ahead = camera_times_ns_.empty() || row.timestamp_ns > *camera_times_ns_.rbegin();
+    if (!has_camera && (is_finished || !is_ahead)) {
+      rows.reject("camera.tum has no frame at this time");
+    }
+    return has_camera;
+  }
+
+ private:
+  std::set<std::int64_t> camera_times_ns_;
+  std::set<std::uint32_t> tracks_;  ///< Of the frame at hand.
+  std::int64_t frame_ = std::numeric_limits<std::int64_t>::min();
+  std::int64_t timestamp_ns_ = 0;
+};
+
+Status read_objects(const RunAbout& about, Run& run) {
+  Result<TextRows> rows = open_rows(run.directory / "objects.csv", TextRows::Separator::kComma, run.is_finished);
   if (!rows) {
     return Unexpected(rows.error());
   }
   const std::vector<std::size_t> places = rows->columns(object_columns());
+  ObjectRowCheck check(run.camera);
   while (rows->next()) {
     const ObjectRow row = object_row(*rows, places);
-    if (!run.objects.empty() && row.frame < run.objects.back().frame) {
-      rows->reject("the frame number falls from the row before");
+    if (rows->status() && check.check(row, run.is_finished, *rows)) {
+      run.objects.push_back(row);
     }
-    run.objects.push_back(row);
   }
-  return rows->status();
+  return run.is_finished ? check_end(*rows, run.objects.size(), told_rows(about, "objects.csv")) : rows->status();
+}
+
+/// Nobody reads the labels back, but a folder with half of them is a damaged one.
+Status check_labels(const RunAbout& about, Run& run) {
+  const std::optional<std::int64_t> told = told_rows(about, "label_02.txt");
+  if (!told || !run.is_finished) {
+    return {};
+  }
+  Result<TextRows> rows = TextRows::open(run.directory / "label_02.txt", TextRows::Separator::kBlanks);
+  if (!rows) {
+    return Unexpected(rows.error());
+  }
+  rows->expect_fields(kLabelFields);
+  std::size_t found = 0;
+  while (rows->next()) {
+    ++found;
+  }
+  return check_end(*rows, found, told);
 }
 
 std::int64_t typical_interval_ns(const std::vector<CameraRow>& camera) {
@@ -203,7 +301,9 @@ void number_frames(Run& run) {
   const std::int64_t interval_ns = typical_interval_ns(run.camera);
   const auto step = [&](std::size_t row) {  // From row - 1 to row.
     const std::int64_t elapsed_ns = run.camera[row].timestamp_ns - run.camera[row - 1].timestamp_ns;
-    return std::max<std::int64_t>(1, (elapsed_ns + interval_ns / 2) / interval_ns);
+    const bool rounds_up = elapsed_ns % interval_ns >= interval_ns - interval_ns / 2;
+    constexpr std::int64_t kFar = std::numeric_limits<std::int32_t>::max();  // Frame numbers have 32 bits.
+    return std::clamp<std::int64_t>(elapsed_ns / interval_ns + (rounds_up ? 1 : 0), 1, kFar);
   };
   std::size_t first_known = run.camera.size();
   for (std::size_t row = 0; row < run.camera.size(); ++row) {
@@ -222,21 +322,35 @@ void number_frames(Run& run) {
   }
 }
 
-MaskRow mask_row(TextRows& rows) {
+constexpr std::int64_t kMaxSide = 8192;  ///< Of images in folders that do not say how large theirs are.
+
+std::string size_text(std::int64_t width_px, std::int64_t height_px) {
+  return std::to_string(width_px) + " x " + std::to_string(height_px);
+}
+
+MaskRow mask_row(const StereoGeometry& rectified, TextRows& rows) {
   MaskRow row;
   row.frame = rows.integer(0);
   const std::int64_t object_id = rows.integer(1);
   const std::int64_t class_id = rows.integer(2);
-  const std::int64_t track_id = mots_track_id(class_id, object_id);
+  const bool are_ids = std::in_range<std::uint16_t>(class_id) && object_id >= 0;
+  const std::int64_t track_id = are_ids ? mots_track_id(class_id, object_id) : -1;
   const std::int64_t height_px = rows.integer(3);
   const std::int64_t width_px = rows.integer(4);
   row.rle = rows.text(5);
-  if (!std::in_range<std::uint16_t>(class_id) || !std::in_range<std::uint32_t>(track_id)) {
+  if (!std::in_range<std::uint32_t>(track_id)) {
     rows.reject("obj_id " + std::to_string(object_id) + " does not fit class_id " + std::to_string(class_id));
   }
-  constexpr std::int64_t kMaxSide = 1 << 16;
-  if (width_px < 1 || width_px > kMaxSide || height_px < 1 || height_px > kMaxSide) {
-    rows.reject("an image of " + std::to_string(width_px) + " x " + std::to_string(height_px) + " pixels");
+  const bool is_size_known = rectified.width_px > 0;
+  const bool fits = is_size_known ? width_px == rectified.width_px && height_px == rectified.height_px
+                                  : width_px > 0 && width_px <= kMaxSide && height_px > 0 && height_px <= kMaxSide;
+  if (!fits) {
+    std::string reason = "a mask of an image of ";
+    reason.append(size_text(width_px, height_px)).append(" pixels");
+    if (is_size_known) {
+      reason.append(", the run's have ").append(size_text(rectified.width_px, rectified.height_px));
+    }
+    rows.reject(reason);
   }
   row.track_id = static_cast<std::uint32_t>(track_id);
   row.class_id = static_cast<std::uint16_t>(class_id);
@@ -245,40 +359,66 @@ MaskRow mask_row(TextRows& rows) {
   return row;
 }
 
+/// run.json, or what a run that has not written it left behind at its start.
+Result<RunAbout> read_about(Run& run, bool is_in_use) {
+  std::error_code error;
+  if (fs::exists(run.directory / "run.json", error)) {
+    return read_run_about(run.directory / "run.json");
+  }
+  if (!fs::exists(run.directory / "camera.tum", error)) {
+    return fail(ErrorCode::kNotFound, (run.directory / "run.json").string() +
+                                          ": no such file; expected the folder of a run (kinetrace run --out)");
+  }
+  run.is_finished = false;
+  run.notes.push_back(run.directory.string() +
+                      (is_in_use ? ": a run is still writing into it; taking what there is so far"
+                                 : ": the run did not end in good order (there is no run.json); taking what there is"));
+  const fs::path begun = run.directory / kBegunPath;
+  return fs::exists(begun, error) ? read_run_about(begun) : RunAbout{};
+}
+
 }  // namespace
 
 Result<Run> read_run(const fs::path& directory) {
   Run run;
   run.directory = directory;
-  Status status = read_about(directory / "run.json", run);
-  if (status) {
-    status = read_camera(directory, run);
+  run.lock = std::make_shared<const FolderLock>(FolderLock::take(directory, FolderUse::kRead));
+  Result<RunAbout> about = read_about(run, run.lock->is_refused());
+  if (!about) {
+    return Unexpected(about.error());
   }
-  if (status) {
-    status = read_objects(directory / "objects.csv", run);
+  for (Status (*read)(const RunAbout&, Run&) : {&read_camera, &read_objects, &check_labels}) {
+    if (const Status done = read(*about, run); !done) {
+      return Unexpected(done.error());
+    }
   }
-  if (!status) {
-    return Unexpected(status.error());
-  }
+  run.mask_rows = told_rows(*about, "mots.txt");
+  run.dataset = std::move(about->dataset);
+  run.sequence = std::move(about->sequence);
+  run.cameras = std::move(about->cameras);
+  run.config_json = std::move(about->config_json);
+  run.rectified = about->rectified;
   number_frames(run);
   return run;
 }
 
-Result<std::vector<MaskRow>> read_masks(const fs::path& directory) {
+Result<std::vector<MaskRow>> read_masks(const Run& run) {
   std::vector<MaskRow> masks;
-  const fs::path path = directory / "mots.txt";
-  if (std::error_code error; !fs::exists(path, error)) {
+  const fs::path path = run.directory / "mots.txt";
+  if (std::error_code error; !run.mask_rows && !fs::exists(path, error)) {
     return masks;
   }
-  Result<TextRows> rows = TextRows::open(path, TextRows::Separator::kBlanks);
+  Result<TextRows> rows = open_rows(path, TextRows::Separator::kBlanks, run.is_finished);
   if (!rows) {
     return Unexpected(rows.error());
   }
+  rows->expect_fields(kMaskFields);
   while (rows->next()) {
-    masks.push_back(mask_row(*rows));
+    masks.push_back(mask_row(run.rectified, *rows));
   }
-  if (!rows->status()) {
-    return Unexpected(rows->status().error());
+  const Status whole = run.is_finished ? check_end(*rows, masks.size(), run.mask_rows) : rows->status();
+  if (!whole) {
+    return Unexpected(whole.error());
   }
   std::stable_sort(masks.begin(), masks.end(), [](const MaskRow& a, const MaskRow& b) { return a.frame < b.frame; });
   return masks;

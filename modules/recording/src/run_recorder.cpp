@@ -1,6 +1,7 @@
 #include "kinetrace/recording/run_recorder.hpp"
 
 #include <array>
+#include <cstdio>
 #include <cstring>
 #include <limits>
 #include <string>
@@ -9,6 +10,8 @@
 #include "buffered_file.hpp"
 #include "colmap_writer.hpp"
 #include "external_sort.hpp"
+#include "kinetrace/core/files.hpp"
+#include "kinetrace/imaging/png_writer.hpp"
 #include "point_cloud_writer.hpp"
 #include "run_folder.hpp"
 #include "run_json.hpp"
@@ -64,12 +67,14 @@ Status RecordingConfig::validate() const {
 
 struct RunRecorder::Impl {
   RecordingConfig config;
+  FolderLock lock;
   std::span<std::byte> memory;  ///< Write buffers during the run, working memory of the conversion afterwards.
   BufferedWriter camera_tum, camera_kitti, objects, labels, mots;
   BufferedWriter poses, observations, points, names;
   std::int64_t newest_frame = -1;
   std::int64_t settled_frame = -1;
   int frames_since_flush = 0;
+  RunCounts counts;
   bool finished = false;
   Status first_error;
 
@@ -78,13 +83,16 @@ struct RunRecorder::Impl {
   Status check_settled(const FrameResult& result) const;
   Status append(const FrameResult& result);
   void append_newest(const FrameResult& result) noexcept;
-  void append_name(const RectifiedPair& pair) noexcept;
+  [[nodiscard]] NameRecord image_name(const RectifiedPair& pair) const noexcept;
+  Status write_image(const RectifiedPair& pair);
   void append_retired(const FrameResult& result) noexcept;
   void append_settled(const FrameEstimate& frame) noexcept;
   void append_object(const FrameEstimate& frame, const ObjectResult& object) noexcept;
   Status flush_when_due();
   Status close_files();
-  Result<ConversionCounts> convert() const;
+  Status convert();
+  Status write_about(const RunSummary& summary, const std::filesystem::path& name,
+                     std::span<const FileEntry> files) const;
 
   [[nodiscard]] std::array<BufferedWriter*, 9> writers() noexcept {
     return {&camera_tum, &camera_kitti, &objects, &labels, &mots, &poses, &observations, &points, &names};
@@ -165,6 +173,11 @@ Status RunRecorder::Impl::append(const FrameResult& result) {
   newest_frame = result.newest.frame_index;
   if (is_new) {
     append_newest(result);
+    if (config.images) {
+      if (Status written = write_image(result.pair); !written) {
+        return written;
+      }
+    }
   }
   append_retired(result);
   if (result.has_settled) {
@@ -175,8 +188,10 @@ Status RunRecorder::Impl::append(const FrameResult& result) {
 }
 
 void RunRecorder::Impl::append_newest(const FrameResult& result) noexcept {
-  write_mots_rows(result, mots);
-  append_name(result.pair);
+  if (config.mots) {
+    counts.mask_rows += static_cast<std::uint64_t>(write_mots_rows(result, mots));
+  }
+  names.record(image_name(result.pair));
   for (const BodyGeometry& body : result.bodies) {
     ObservationRecord record{.track_id = body.track_id, .frame = static_cast<std::int32_t>(newest_frame)};
     for (const PointObservation& observation : body.observations) {
@@ -189,14 +204,26 @@ void RunRecorder::Impl::append_newest(const FrameResult& result) noexcept {
   }
 }
 
-void RunRecorder::Impl::append_name(const RectifiedPair& pair) noexcept {
+NameRecord RunRecorder::Impl::image_name(const RectifiedPair& pair) const noexcept {
   NameRecord record{.frame = static_cast<std::int32_t>(newest_frame)};
-  // A name that does not fit, or would break the line it is written to, gives way to the frame number.
-  const bool usable = pair.name.find_first_of(" \t\r\n") == std::string_view::npos;
-  if (!pair.name.empty() && pair.name.size() < record.stem.size() && usable) {
+  const std::string_view suffix = config.is_rectified ? "" : kRectifiedSuffix;
+  // A name that does not fit, or would break the line or the path it is written to, gives way to the frame number.
+  const bool is_usable = !pair.name.empty() && pair.name.size() + suffix.size() < record.stem.size() &&
+                         pair.name.find_first_of(" \t\r\n/") == std::string_view::npos;
+  if (is_usable) {
     std::memcpy(record.stem.data(), pair.name.data(), pair.name.size());
-    names.record(record);
+    std::memcpy(record.stem.data() + pair.name.size(), suffix.data(), suffix.size());
+  } else {
+    std::snprintf(record.stem.data(), record.stem.size(), "%010d%s", record.frame, suffix.data());
   }
+  return record;
+}
+
+Status RunRecorder::Impl::write_image(const RectifiedPair& pair) {
+  const NameRecord name = image_name(pair);
+  const std::filesystem::path path = config.directory / "images" / (std::string(name.stem.data()) + ".png");
+  ++counts.images;
+  return imaging::write_png_gray8(path.c_str(), pair.left, imaging::PngEffort::kFast);
 }
 
 void RunRecorder::Impl::append_retired(const FrameResult& result) noexcept {
@@ -236,18 +263,22 @@ void RunRecorder::Impl::append_object(const FrameEstimate& frame, const ObjectRe
     return;
   }
   write_object_row(frame, object, objects);
+  ++counts.object_rows;
   if (object.status == BodyStatus::kLost) {
     return;
   }
-  write_label_row(frame, object, labels);
+  counts.label_rows += write_label_row(frame, object, labels) ? 1 : 0;
   const bool tracked = object.status == BodyStatus::kTracked;
+  const Eigen::Vector3f box_center_m = (object.T_world_obj.inverse() * object.box.center_m).cast<float>();
   poses.record(PoseRecord{.track_id = object.track_id,
                           .frame = static_cast<std::int32_t>(frame.frame_index),
                           .timestamp_ns = frame.timestamp_ns,
                           .body_tracked = tracked ? 1U : 0U,
                           .world_tracked = tracked && frame.camera.status == BodyStatus::kTracked ? 1U : 0U,
                           .T_body_cam = StoredPose::from(object.T_obj_cam),
-                          .T_world_body = StoredPose::from(object.T_world_obj)});
+                          .T_world_body = StoredPose::from(object.T_world_obj),
+                          .box_center_m = {box_center_m.x(), box_center_m.y(), box_center_m.z()},
+                          .box_radius_m = static_cast<float>(object.box.size_m.norm() / 2.0)});
 }
 
 Status RunRecorder::Impl::flush_when_due() {
@@ -279,41 +310,41 @@ Status RunRecorder::Impl::close_files() {
   return first;
 }
 
-Result<ConversionCounts> RunRecorder::Impl::convert() const {
+Status RunRecorder::Impl::convert() {
   const Workspace workspace{config, memory};
-  ConversionCounts counts;
   if (config.colmap) {
     if (Status kept = keep_image_observations(workspace); !kept) {
-      return Unexpected(kept.error());
+      return kept;
     }
   }
   if (Status sorted = sort_file<PoseRecord>(workspace.poses(), memory, by_body_and_frame); !sorted) {
-    return Unexpected(sorted.error());
+    return sorted;
   }
   if (Status tracks = write_tracks(workspace, counts); !tracks) {
-    return Unexpected(tracks.error());
+    return tracks;
   }
   if (config.points || config.colmap) {
-    if (Status kept = keep_final_points(workspace); !kept) {
-      return Unexpected(kept.error());
+    if (Status kept = keep_final_points(workspace, counts); !kept) {
+      return kept;
     }
   }
   if (config.points) {
     if (Status clouds = write_point_clouds(workspace, counts); !clouds) {
-      return Unexpected(clouds.error());
+      return clouds;
     }
   }
   if (config.colmap) {
     if (Status models = write_colmap_models(workspace, counts); !models) {
-      return Unexpected(models.error());
+      return models;
     }
   }
-  std::error_code error;
-  std::filesystem::remove_all(config.directory / ".spool", error);
-  if (error) {
-    return file_error("remove", config.directory / ".spool", error.value());
-  }
-  return counts;
+  return {};
+}
+
+Status RunRecorder::Impl::write_about(const RunSummary& summary, const std::filesystem::path& name,
+                                      std::span<const FileEntry> files) const {
+  const Result<std::string> text = run_json_text(summary, config.geometry, files, counts.stray_points);
+  return text ? replace_file(config.directory / name, *text) : Unexpected(text.error());
 }
 
 RunRecorder::RunRecorder(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -337,13 +368,19 @@ Result<RunRecorder> RunRecorder::create(const RecordingConfig& config, Arena& ar
                                           " bytes of working memory, which the arena does not have; raise the memory "
                                           "budget or lower recording.conversion_kib");
   }
-  if (Status prepared = prepare_run_folder(config); !prepared) {
-    return Unexpected(prepared.error());
+  Result<FolderLock> lock = prepare_run_folder(config);
+  if (!lock) {
+    return Unexpected(lock.error());
   }
+  impl->lock = std::move(*lock);
   if (Status opened = impl->open_files(); !opened) {
     return Unexpected(opened.error());
   }
   return RunRecorder(std::move(impl));
+}
+
+Status RunRecorder::begin(const RunSummary& summary) {
+  return impl_->write_about(summary, kBegunPath, {});
 }
 
 Status RunRecorder::record(const FrameResult& result) {
@@ -369,15 +406,17 @@ Status RunRecorder::finish(const RunSummary& summary) {
   if (!impl_->first_error || !closed) {
     return impl_->first_error ? closed : impl_->first_error;
   }
-  const Result<ConversionCounts> counts = impl_->convert();
-  if (!counts) {
-    return Unexpected(counts.error());
+  if (const Status converted = impl_->convert(); !converted) {
+    return converted;
   }
-  const Result<std::string> text = run_json_text(summary, list_files(impl_->config, *counts));
-  if (!text) {
-    return Unexpected(text.error());
+  const std::vector<FileEntry> files = list_files(impl_->config, impl_->counts);
+  if (const Status written = impl_->write_about(summary, "run.json", files); !written) {
+    return written;
   }
-  return write_atomically(impl_->config.directory / "run.json", *text);
+  const std::filesystem::path spool = impl_->config.directory / ".spool";
+  std::error_code error;
+  std::filesystem::remove_all(spool, error);
+  return error ? Status(file_error("remove", spool, error.value())) : Status{};
 }
 
 }  // namespace kinetrace::recording

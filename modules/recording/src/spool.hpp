@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string_view>
 #include <tuple>
 
 #include <Eigen/Core>
@@ -43,6 +44,8 @@ struct PoseRecord {
   std::uint32_t world_tracked = 0;  ///< 1: so does the camera's pose (the paper's condition for a trajectory point).
   StoredPose T_body_cam;
   StoredPose T_world_body;
+  std::array<float, 3> box_center_m{};  ///< Body frame.
+  float box_radius_m = 0.F;             ///< Half the diagonal; 0 without a box.
 };
 
 /// Sighting number `index` of a body in a frame.
@@ -66,11 +69,14 @@ struct PointRecord {
   std::uint16_t intensity = 0;
 };
 
-/// File stem of a frame's image, zero padded. Frames without a name have no record.
+/// File stem of a frame's rectified image, zero padded.
 struct NameRecord {
   std::int32_t frame = 0;
-  std::array<char, 60> stem{};
+  std::array<char, 76> stem{};
 };
+/// What the stem of a recorded image is followed by where that one is not rectified: nobody is to take the one for the
+/// other.
+inline constexpr std::string_view kRectifiedSuffix = "_rectified";
 
 inline bool by_body_and_frame(const PoseRecord& a, const PoseRecord& b) {
   return std::tie(a.track_id, a.frame) < std::tie(b.track_id, b.frame);
@@ -104,8 +110,13 @@ struct Workspace {
   [[nodiscard]] std::filesystem::path names() const { return spool("names.bin"); }
 };
 
-/// What the conversion made.
-struct ConversionCounts {
+/// How much of what a run left behind.
+struct RunCounts {
+  std::uint64_t object_rows = 0;
+  std::uint64_t label_rows = 0;
+  std::uint64_t mask_rows = 0;
+  std::uint64_t images = 0;
+  std::uint64_t stray_points = 0;  ///< That were left out.
   std::uint64_t tracks = 0;
   std::uint64_t object_clouds = 0;
   std::uint64_t object_models = 0;

@@ -8,7 +8,7 @@
 
 namespace kinetrace::recording {
 
-Status write_tracks(const Workspace& workspace, ConversionCounts& counts) {
+Status write_tracks(const Workspace& workspace, RunCounts& counts) {
   SpoolFile<PoseRecord> poses(workspace.poses(), workspace.slice(0));
   if (Status opened = poses.open(); !opened) {
     return opened;

@@ -6,6 +6,6 @@
 namespace kinetrace::recording {
 
 /// `poses` sorted by body and frame. One file per object.
-[[nodiscard]] Status write_tracks(const Workspace& workspace, ConversionCounts& counts);
+[[nodiscard]] Status write_tracks(const Workspace& workspace, RunCounts& counts);
 
 }  // namespace kinetrace::recording

@@ -99,9 +99,9 @@ void write_object_row(const FrameEstimate& frame, const ObjectResult& object, Bu
   out.text("\n");
 }
 
-void write_label_row(const FrameEstimate& frame, const ObjectResult& object, BufferedWriter& out) noexcept {
+bool write_label_row(const FrameEstimate& frame, const ObjectResult& object, BufferedWriter& out) noexcept {
   if (object.status == BodyStatus::kLost || object.box_px.empty()) {
-    return;
+    return false;
   }
   const KittiPlacement placement = kitti_placement(object.box, frame.camera.T_world_cam);
   out.integer(frame.frame_index).text(" ").integer(object.track_id).text(" ").text(kitti_type(object.class_id));
@@ -116,6 +116,7 @@ void write_label_row(const FrameEstimate& frame, const ObjectResult& object, Buf
   write_position(placement.location_m, " ", out);
   out.text(" ").fixed(placement.rotation_y_rad, kMetreDecimals);
   out.text(" ").general(kitti_score(object.status), kSignificantDigits).text("\n");
+  return true;
 }
 
 std::int64_t mots_object_id(std::uint16_t class_id, std::uint32_t track_id) noexcept {

@@ -29,7 +29,7 @@ void write_tum_row(std::int64_t timestamp_ns, const StoredPose& pose, BufferedWr
 void write_kitti_row(const Se3& T_world_cam, BufferedWriter& out) noexcept;
 void write_object_row(const FrameEstimate& frame, const ObjectResult& object, BufferedWriter& out) noexcept;
 /// Nothing is written for an object that is lost or has no pixel in the image: KITTI labels list what is visible.
-void write_label_row(const FrameEstimate& frame, const ObjectResult& object, BufferedWriter& out) noexcept;
+bool write_label_row(const FrameEstimate& frame, const ObjectResult& object, BufferedWriter& out) noexcept;
 /// One line per confirmed or propagated track that has a pixel; returns their number.
 int write_mots_rows(const FrameResult& result, BufferedWriter& out) noexcept;
 inline constexpr std::int64_t kMotsIdsPerClass = 1000;

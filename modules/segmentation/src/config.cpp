@@ -1,6 +1,10 @@
 #include "kinetrace/segmentation/config.hpp"
 
+#include <algorithm>
+#include <array>
+
 #include "kinetrace/core/config_check.hpp"
+#include "kinetrace/core/nearest_name.hpp"
 
 namespace kinetrace::segmentation {
 
@@ -76,9 +80,13 @@ Result<SegmentationConfig> parse_segmentation(std::string_view text) {
       return config;
     }
   }
+  std::array<std::string_view, kSegmentationModes.size()> names;
+  std::transform(kSegmentationModes.begin(), kSegmentationModes.end(), names.begin(),
+                 [](SegmentationMode mode) { return to_string(mode); });
   return fail(ErrorCode::kInvalidArgument,
               "segmentation \"" + std::string(text) +
-                  "\" is none of: none, motion, onnx[:MODEL.yaml], dds, masks:LEFT_DIR[,RIGHT_DIR]");
+                  "\" is none of: motion, none, masks:LEFT_DIR[,RIGHT_DIR], onnx[:MODEL.yaml], dds" +
+                  did_you_mean(text.substr(0, text.find(':')), names));
 }
 
 }  // namespace kinetrace::segmentation

@@ -107,9 +107,11 @@ int InstanceRelabeler::number(MaskEncoding encoding, std::span<const ListedInsta
   }
   detections.clear();
   int dropped = values_beyond_capacity_;
+  ignores_all_ = !instances_.empty();
   for (const Instance& instance : instances_) {
     std::uint16_t& label = index_of_value_[instance.value];
     const Meaning what = meaning(instance.value, encoding, listed);
+    ignores_all_ = ignores_all_ && what.is_ignored;
     if (what.is_ignored) {
       label = kIgnoreLabel;
     } else if (instance.area_px < min_area_px) {

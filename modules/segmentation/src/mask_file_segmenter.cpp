@@ -142,29 +142,40 @@ Result<DetectionFrame> MaskFileSegmenter::process(const SegmentationInput& input
   }
   ++counters_.frames;
   counters_.frames_missing += left_.state == FileState::kMissing ? 1U : 0U;
-  counters_.frames_unreadable +=
-      left_.state == FileState::kUnreadable || right_.state == FileState::kUnreadable ? 1U : 0U;
+  for (Eye* eye : {&left_, &right_}) {
+    if (eye->state == FileState::kLoaded) {
+      relabel(*eye, input.pair.name);
+    }
+  }
+  counters_.frames_unreadable += left_.state == FileState::kUnreadable ? 1U : 0U;
+  for (const Eye* eye : {&left_, &right_}) {
+    counters_.files_unreadable += eye->state == FileState::kUnreadable ? 1U : 0U;
+  }
   DetectionFrame frame;
   if (left_.state != FileState::kLoaded) {
     return frame;
   }
-  relabel(left_);
   frame.available = true;
   frame.left_labels = left_.labels;
   frame.left = left_.detections.span();
   counters_.detections += left_.detections.size();
   if (right_.state == FileState::kLoaded) {
-    relabel(right_);
     frame.right_labels = right_.labels;
     frame.right = right_.detections.span();
   }
   return frame;
 }
 
-void MaskFileSegmenter::relabel(Eye& eye) noexcept {
+void MaskFileSegmenter::relabel(Eye& eye, std::string_view stem) noexcept {
   const int dropped = relabeler_.relabel(eye.values, eye.encoding, config_.max_objects, config_.min_area_px, eye.labels,
                                          eye.detections);
   counters_.detections_dropped += static_cast<std::uint64_t>(dropped);
+  // Of a mask that tells objects from the rest alone, 255 is all there is.
+  if (eye.encoding == MaskEncoding::kInstance && relabeler_.ignores_all()) {
+    eye.state = FileState::kUnreadable;
+    warnings_.add({eye.directory, "/", stem, kExtension,
+                   ": holds nothing but 255, which 8-bit masks mean to be ignored; number its objects from 1"});
+  }
 }
 
 void MaskFileSegmenter::reset() {

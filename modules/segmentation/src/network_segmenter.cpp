@@ -87,6 +87,9 @@ Result<DetectionFrame> NetworkSegmenter::process(const SegmentationInput& input)
                 "segmentation: load() was not called for frame " + std::to_string(input.pair.frame_index));
   }
   ++counters_.frames;
+  if (input.jumped) {
+    forget_earlier_frames();
+  }
   DetectionFrame frame;
   if (under_way_ && under_way_->age_frames == 0 && config_.onnx.latency_frames == 0) {
     collect();
@@ -100,6 +103,15 @@ Result<DetectionFrame> NetworkSegmenter::process(const SegmentationInput& input)
     warp_.remember(input.features);
   }
   return frame;
+}
+
+void NetworkSegmenter::forget_earlier_frames() noexcept {
+  if (collected_ != nullptr && collected_as_.age_frames > 0) {
+    collected_ = nullptr;
+  }
+  if (under_way_ && under_way_->age_frames > 0) {
+    under_way_->is_wanted = false;
+  }
 }
 
 void NetworkSegmenter::deliver(const SegmentationInput& input, DetectionFrame& frame) noexcept {

@@ -43,6 +43,15 @@ TEST_F(Health, IsOkWhileNothingIsWrong) {
   EXPECT_TRUE(monitor_.entries().empty());
 }
 
+TEST_F(Health, WhatWasLostBeforeTheFirstFrameCountsFromThatOn) {
+  counters_.gaps = 8;
+  process(8);
+  process(9);
+  ASSERT_EQ(monitor_.entries().size(), 1U);
+  EXPECT_EQ(monitor_.entries()[0].first_frame, 8);
+  EXPECT_EQ(monitor_.entries()[0].last_frame, 8);
+}
+
 TEST_F(Health, IsDegradedForAWhileAfterEachTrouble) {
   process(0);
   process(1);

@@ -15,6 +15,12 @@ using std::chrono::milliseconds;
 
 constexpr std::uint32_t kWidth = 100;
 constexpr std::uint32_t kHeight = 50;
+constexpr std::uint64_t kHonest = 17;
+constexpr std::uint64_t kOther = 18;
+
+constexpr std::int64_t time_of(std::int64_t frame) {
+  return 1000 + 100 * frame;
+}
 
 /// A message with masks of one pixel each.
 struct Sent {
@@ -24,8 +30,33 @@ struct Sent {
 
   explicit Sent(std::int64_t frame, std::size_t count = 1, Eye eye = Eye::kLeft, std::uint32_t piece = 0,
                 std::uint32_t pieces = 1)
-      : masks(count, {kVehicleClass, 1.F, {3, 4, 4, 5}, runs}), message{frame,   0,     eye,    kWidth,
-                                                                        kHeight, piece, pieces, masks} {}
+      : masks(count, {kVehicleClass, 1.F, {3, 4, 4, 5}, runs}),
+        message{.sender = kHonest,
+                .frame_index = frame,
+                .timestamp_ns = time_of(frame),
+                .eye = eye,
+                .width_px = kWidth,
+                .height_px = kHeight,
+                .piece = piece,
+                .pieces = pieces,
+                .masks = masks} {}
+  Sent(const Sent&) = delete;
+  Sent& operator=(const Sent&) = delete;
+  Sent(Sent&&) noexcept = default;
+
+  Sent& from(std::uint64_t sender) {
+    message.sender = sender;
+    return *this;
+  }
+  Sent& at(std::int64_t timestamp_ns) {
+    message.timestamp_ns = timestamp_ns;
+    return *this;
+  }
+  /// Of another size than asked for.
+  Sent& damaged() {
+    message.width_px = kWidth + 1;
+    return *this;
+  }
 };
 
 class MaskMailboxTest : public ::testing::Test {
@@ -41,6 +72,7 @@ class MaskMailboxTest : public ::testing::Test {
   static void request(MaskMailbox& mailbox, std::int64_t frame) {
     RectifiedPair pair;
     pair.frame_index = frame;
+    pair.timestamp_ns = time_of(frame);
     mailbox.request(pair);
   }
   static const MaskSet* take(MaskMailbox& mailbox, std::int64_t frame) {
@@ -159,21 +191,22 @@ TEST_F(MaskMailboxTest, DropsAndCountsWhatComesLate) {
   EXPECT_EQ(mailbox.await(8), nullptr);
 }
 
-TEST_F(MaskMailboxTest, KeepsRoomForTheFrameThatIsWaitedFor) {
+TEST_F(MaskMailboxTest, HasRoomForTheFrameThatIsWaitedForWhateverIsAheadOfIt) {
   MaskMailbox& mailbox = make();
   request(mailbox, 5);
-  // Far ahead, as many as there are; one place is left for frame 5.
-  for (std::int64_t frame = 100; frame < 100 + std::int64_t{MaskMailbox::kFrames}; ++frame) {
+  for (std::int64_t frame = 100; frame <= 100 + std::int64_t{MaskMailbox::kFrames}; ++frame) {
     mailbox.offer(Sent(frame).message);
   }
   EXPECT_EQ(mailbox.counters().messages_early, 1U);
+  // In place of the one farthest ahead.
   mailbox.offer(Sent(5).message);
+  EXPECT_EQ(mailbox.counters().messages_early, 2U);
   EXPECT_NE(mailbox.await(5), nullptr);
   // Frames that the pipeline leaves out make room.
   EXPECT_NE(take(mailbox, 102), nullptr);
   mailbox.offer(Sent(103).message);
   mailbox.offer(Sent(104).message);
-  EXPECT_EQ(mailbox.counters().messages_early, 1U);
+  EXPECT_EQ(mailbox.counters().messages_early, 2U);
   EXPECT_NE(take(mailbox, 104), nullptr);
 }
 
@@ -208,6 +241,69 @@ TEST_F(MaskMailboxTest, RefusesFramesWithAnythingWrong) {
   EXPECT_TRUE(is_refused([](Sent& s) { s.message.piece = 1; })) << "of one";
   EXPECT_TRUE(is_refused([](Sent& s) { s.runs.assign({1, 1}); })) << "two pixels in a box of one";
   EXPECT_TRUE(is_refused([](Sent& s) { s.masks[1].box_px.x1 = 101; }));
+}
+
+TEST_F(MaskMailboxTest, ASenderSpoilsNothingButItsOwn) {
+  MaskMailbox& mailbox = make(false, milliseconds(10'000));
+  mailbox.set_senders(2);
+  request(mailbox, 7);
+  mailbox.offer(Sent(7, 1, Eye::kLeft, 0, 2).message);
+  mailbox.offer(Sent(7).from(kOther).damaged().message);
+  mailbox.offer(Sent(7, 1, Eye::kLeft, 1, 2).message);
+  const MaskSet* masks = mailbox.await(7);
+  ASSERT_NE(masks, nullptr);
+  EXPECT_EQ(masks->left.size(), 2U);
+  EXPECT_EQ(mailbox.counters().messages_invalid, 1U);
+}
+
+TEST_F(MaskMailboxTest, PutsTogetherWhatOneSenderHasSent) {
+  MaskMailbox& mailbox = make();
+  mailbox.set_senders(2);
+  mailbox.offer(Sent(7, 1, Eye::kLeft, 0, 2).message);
+  mailbox.offer(Sent(7, 5, Eye::kLeft, 1, 2).from(kOther).message);
+  EXPECT_EQ(take(mailbox, 7), nullptr) << "half of each";
+  mailbox.offer(Sent(7, 2, Eye::kLeft, 1, 2).message);
+  const MaskSet* masks = mailbox.await(7);
+  ASSERT_NE(masks, nullptr);
+  EXPECT_EQ(masks->left.size(), 3U);
+}
+
+TEST_F(MaskMailboxTest, SendersOfBadMessagesLeaveRoomHoweverMany) {
+  MaskMailbox& mailbox = make();
+  mailbox.set_senders(100);
+  request(mailbox, 7);
+  for (std::uint64_t sender = 0; sender < 3 * MaskMailbox::kFrames; ++sender) {
+    mailbox.offer(Sent(7).from(100 + sender).damaged().message);
+  }
+  mailbox.offer(Sent(7).message);
+  EXPECT_NE(mailbox.await(7), nullptr);
+  EXPECT_EQ(mailbox.counters().messages_invalid, 3 * MaskMailbox::kFrames);
+}
+
+TEST_F(MaskMailboxTest, RefusesMasksOfAnotherTimeThanTheFrameTheyName) {
+  MaskMailbox& mailbox = make();
+  request(mailbox, 7);
+  mailbox.offer(Sent(7).at(0).message);
+  mailbox.offer(Sent(7).from(kOther).at(time_of(7) + 1).message);
+  EXPECT_EQ(mailbox.await(7), nullptr);
+  EXPECT_EQ(mailbox.counters().messages_of_other_run, 2U);
+  EXPECT_EQ(mailbox.counters().messages_invalid, 0U);
+  mailbox.offer(Sent(7, 3).message);
+  const MaskSet* masks = mailbox.await(7);
+  ASSERT_NE(masks, nullptr);
+  EXPECT_EQ(masks->left.size(), 3U);
+}
+
+TEST_F(MaskMailboxTest, RefusesMasksOfAnotherTimeThatCameBeforeTheyWereAskedFor) {
+  MaskMailbox& mailbox = make();
+  // One sender that answers two runs.
+  mailbox.offer(Sent(7, 1, Eye::kLeft, 0, 2).at(0).message);
+  mailbox.offer(Sent(7, 1, Eye::kLeft, 1, 2).at(0).message);
+  mailbox.offer(Sent(7, 3).message);
+  const MaskSet* masks = take(mailbox, 7);
+  ASSERT_NE(masks, nullptr);
+  EXPECT_EQ(masks->left.size(), 3U);
+  EXPECT_EQ(mailbox.counters().messages_of_other_run, 2U);
 }
 
 TEST_F(MaskMailboxTest, RefusesAFrameWhosePiecesContradictEachOther) {

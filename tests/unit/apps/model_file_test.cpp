@@ -47,6 +47,27 @@ use: {car: vehicle, person: person, sky: ignore}
 thresholds: {score: 0.3, overlap: 0.6}
 )";
 
+TEST_F(ModelFile, ANetworkOfRenderedPicturesIsForRenderedPicturesOnly) {
+  const auto real = read(kGood);
+  ASSERT_TRUE(real);
+  EXPECT_EQ(model_caution(*real, folder_.path()), std::nullopt);
+
+  const auto rendered = read(std::string(kGood) + "trained_on: rendered\n");
+  ASSERT_TRUE(rendered) << rendered.error().message;
+  const std::filesystem::path pictures = folder_.path() / "2026" / "drive" / "image_00" / "data";
+  std::filesystem::create_directories(pictures);
+  for (const std::filesystem::path& seen : {pictures, folder_.path(), std::filesystem::path()}) {
+    EXPECT_THAT(model_caution(*rendered, seen).value_or(""), HasSubstr("net.onnx was trained on rendered pictures"));
+  }
+  // As kinetrace-simulate leaves it.
+  std::filesystem::create_directories(folder_.path() / "truth");
+  std::ofstream(folder_.path() / "truth" / "objects.csv").flush();
+  for (const std::filesystem::path& seen : {pictures / "0.png", pictures, folder_.path()}) {
+    EXPECT_EQ(model_caution(*rendered, seen), std::nullopt) << seen;
+  }
+  expect_refused(std::string(kGood) + "trained_on: dreams\n", "trained_on must be one of: real, rendered", 7);
+}
+
 TEST_F(ModelFile, SaysAllThatANetworkNeeds) {
   const auto model = read(kGood);
   ASSERT_TRUE(model) << model.error().message;

@@ -1,6 +1,8 @@
 // What monitor remembers of what it hears.
 #include "monitor_state.hpp"
 
+#include <cmath>
+#include <limits>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -118,6 +120,45 @@ TEST(MonitorState, HearsOnlyTheDeviceThatIsWanted) {
   state.hear(health);
   EXPECT_EQ(state.devices().size(), 1U);
   EXPECT_EQ(state.messages(), 1U);
+}
+
+TEST(MonitorState, TakesAnyTimes) {
+  for (const std::int64_t extreme :
+       {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max()}) {
+    MonitorState state("");
+    state.set_time(0, -1 - extreme);
+    HeardCamera camera;
+    camera.device = "front";
+    camera.handed_over_ns = extreme;
+    state.hear(camera);
+    const std::vector<ObjectResult> seen{object(1)};
+    state.hear(HeardObjects{"front", 1, -1 - extreme, 0, 1, seen});
+    state.hear(HeardObjects{"front", 2, extreme, 0, 1, seen});
+    const MonitoredDevice& device = state.devices()[0];
+    EXPECT_NEAR(std::abs(device.delay_ms), 18446744073709.55, 1.0);
+    EXPECT_NEAR(std::abs(device.objects[0].age_s), 18446744073.7, 0.1);
+  }
+}
+
+TEST(MonitorTable, ShowsNoTerminalWhatOthersSend) {
+  MonitorState state("");
+  const std::string name = "\x1b[31mEVIL\x1b]0;pwn\x07";
+  HeardHealth health;
+  health.device = name;
+  health.camera =
+      "\xc2\x9b"
+      "2J";
+  const std::vector<publishing::HeardReason> reasons{{"a\nb\xff", 1, 0, 0}};
+  health.reasons = reasons;
+  state.hear(health);
+  const std::string table = monitor_table(state, 0);
+  EXPECT_THAT(table, HasSubstr("\\x1b[31mEVIL\\x1b]0;pwn\\x07: poses"));
+  EXPECT_THAT(table, HasSubstr("camera \\xc2\\x9b2J, a\\x0ab\\xff 1x\n"));
+  const std::string json = rates_json(state.devices()[0], 0);
+  EXPECT_THAT(json, HasSubstr("\\u001b[31mEVIL"));
+  health.device = "\xc2\x9b";
+  state.hear(health);
+  EXPECT_THAT(rates_json(state.devices()[1], 0), HasSubstr("\"\\u009b\""));
 }
 
 TEST(MonitorTable, SaysWhatWasNotHeardYet) {

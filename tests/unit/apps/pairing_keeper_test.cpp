@@ -40,7 +40,8 @@ class NoddingRig {
       config.right->device = "r";
     }
     camera_.emplace(hal::LiveStereoCamera::create(config, arena_, machine_).value());
-    keeper_.emplace(hal::SyncMonitor::create({}, kWidth, kHeight, arena_).value(), &*camera_);
+    monitor_.emplace(hal::SyncMonitor::create({}, kWidth, kHeight, arena_).value());
+    keeper_.emplace(&*camera_);
     EXPECT_TRUE(camera_->open() && camera_->start());
   }
 
@@ -69,13 +70,15 @@ class NoddingRig {
   void look(const StereoFrame& frame, int left_shot, int right_shot) {
     const auto left = hal::test::wall(kWidth, kHeight, 0.0, nod(left_shot));
     const auto right = hal::test::wall(kWidth, kHeight, kDisparity, nod(right_shot));
-    keeper_->process({.frame_index = frame.frame_index,
-                      .timestamp_ns = frame.timestamp_ns,
-                      .name = {},
-                      .left = {left.data(), kWidth, kHeight, kWidth},
-                      .right = {right.data(), kWidth, kHeight, kWidth},
-                      .geometry = {}},
-                     health_);
+    const bool is_new = monitor_->process({.frame_index = frame.frame_index,
+                                           .timestamp_ns = frame.timestamp_ns,
+                                           .name = {},
+                                           .left = {left.data(), kWidth, kHeight, kWidth},
+                                           .right = {right.data(), kWidth, kHeight, kWidth},
+                                           .geometry = {}});
+    if (is_new && keeper_->process(monitor_->report(), health_)) {
+      monitor_->restart();
+    }
   }
 
   FakeMachine machine_;
@@ -83,6 +86,7 @@ class NoddingRig {
   FakeSensor& right_ = machine_.add({.path = "r", .stable_id = "r"});
   Arena arena_{std::size_t{4} << 20U};
   std::optional<hal::LiveStereoCamera> camera_;
+  std::optional<hal::SyncMonitor> monitor_;
   std::optional<PairingKeeper> keeper_;
   HealthMonitor health_;
 };

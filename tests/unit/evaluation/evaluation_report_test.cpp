@@ -25,6 +25,9 @@ Evaluation perfect_evaluation() {
   evaluation.camera = evaluate_camera(pairs);
   evaluation.objects = evaluate_objects(perfect_scene(), {});
   evaluation.masks = MaskMetrics().report();
+  for (MaskScores* scores : {&evaluation.masks->combined, &evaluation.masks->any_class}) {
+    scores->mots.tp = 1;
+  }
   return evaluation;
 }
 
@@ -86,6 +89,24 @@ TEST(EvaluationJson, HasNullForWhatCouldNotBeMeasured) {
   EXPECT_TRUE(json["camera"]["ate"]["se3"]["rmse"].is_null());
   EXPECT_TRUE(json["objects"].is_null());
   EXPECT_TRUE(json["masks"].is_null());
+}
+
+TEST(EvaluationJson, HasNoScoreOfAClassThatTheTruthDoesNotHave) {
+  Evaluation evaluation = perfect_evaluation();
+  evaluation.masks->classes[2].mots.fp = 183;
+  const nlohmann::json json = json_of(evaluation);
+  EXPECT_TRUE(json["masks"]["classes"]["pedestrian"]["smotsa"].is_null());
+  EXPECT_EQ(json["masks"]["classes"]["pedestrian"]["fp"], 183);
+  EXPECT_EQ(json["masks"]["classless"], false);
+  EXPECT_THAT(evaluation_table(evaluation),
+              AllOf(HasSubstr("none: the truth has no such mask, the run 183"), Not(HasSubstr("-18300"))));
+}
+
+TEST(EvaluationTable, SaysWhereMasksHaveNoClass) {
+  Evaluation evaluation = perfect_evaluation();
+  evaluation.masks->is_classless = true;
+  EXPECT_THAT(evaluation_table(evaluation),
+              AllOf(HasSubstr("whatever class"), HasSubstr("have no class"), Not(HasSubstr("all classes"))));
 }
 
 TEST(EvaluationTable, SaysNoneForWhatCouldNotBeMeasured) {

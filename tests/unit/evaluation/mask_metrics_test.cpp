@@ -12,6 +12,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "kinetrace/core/detections.hpp"
+
 namespace kinetrace::evaluation {
 namespace {
 
@@ -29,6 +31,14 @@ class Drawing {
         instances_.push_back({label, c, static_cast<std::uint16_t>(c >= 'a' ? 1 : 2)});
       }
     }
+  }
+  /// As regions that were found by motion.
+  [[nodiscard]] Drawing without_classes() const {
+    Drawing drawing = *this;
+    for (MaskInstance& instance : drawing.instances_) {
+      instance.class_id = kUnknownClass;
+    }
+    return drawing;
   }
   [[nodiscard]] InstanceMasks masks() const {
     const int width = static_cast<int>(labels_.size());
@@ -192,6 +202,21 @@ TEST(MaskMetrics, AWrongClassMatchesOnlyWhereClassesAreDisregarded) {
   EXPECT_DOUBLE_EQ(report.combined.mots.motsa(), -1.0);
   EXPECT_EQ(report.combined.hota.hota(), 0.0);
   EXPECT_DOUBLE_EQ(report.any_class.hota.hota(), 1.0);
+}
+
+TEST(MaskMetrics, AResultWithoutClassesIsScoredWhateverTheClass) {
+  MaskMetrics metrics;
+  const Drawing truth("aaBB..");
+  const Drawing result = Drawing("xxYYzz").without_classes();
+  ASSERT_TRUE(metrics.add(truth.masks(), result.masks()));
+  const MaskReport report = metrics.report();
+  EXPECT_TRUE(report.is_classless);
+  EXPECT_TRUE(report.classes.empty());
+  EXPECT_EQ(report.combined.mots.tp, 2);
+  EXPECT_EQ(report.combined.mots.fp, 1);
+  EXPECT_DOUBLE_EQ(report.combined.mots.motsa(), 0.5);
+  EXPECT_FALSE(evaluate({{"aa", "xx"}, {"..", ".."}}).is_classless);
+  EXPECT_FALSE(evaluate({{"aa", ".."}}).is_classless) << "without a mask there is nothing to be without a class";
 }
 
 TEST(MaskMetrics, CombinedWeighsClassesByTheirMasks) {

@@ -1,5 +1,6 @@
 #include <fstream>
 #include <numbers>
+#include <sys/stat.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -142,7 +143,7 @@ TEST_F(TruthReader, TurnsKittiLabelsIntoTheWorld) {
 
 TEST_F(TruthReader, NamesFileAndLineOfAMistake) {
   EXPECT_THAT(error_of(source(write("a.txt", std::string(kIdentity) + "1 0 0 0 0 1 0 0 0 0 1\n"))).message,
-              HasSubstr("a.txt, line 2: expected 12 numbers, found 11"));
+              HasSubstr("a.txt, line 2: expected 12 fields, found 11"));
   EXPECT_THAT(error_of(source(write("b.txt", std::string(kIdentity) + "1 0 0 0 0 1 0 0 0 0 1 nan\n"))).message,
               HasSubstr("b.txt, line 2: 'nan' is no finite number"));
   EXPECT_THAT(error_of(source(write("c.txt", "1 0 0 0 0 0 0 1\n\n# note\n1 0 0 0 0 0 0 1\n"))).message,
@@ -155,6 +156,52 @@ TEST_F(TruthReader, NamesFileAndLineOfAMistake) {
               HasSubstr("objects.csv, line 2: expected 23 fields, found 6"));
   write("sim/objects.csv", "frame,object_id\n");
   EXPECT_THAT(error_of(source((folder_.path() / "sim").string())).message, HasSubstr("column 'class' is missing"));
+}
+
+TEST_F(TruthReader, RefusesRowsThatAreDoubledCutOrMissing) {
+  TruthSource labels;
+  const auto label_error = [&](const std::string& text) {
+    labels.path = write("labels.txt", text);
+    labels.format = TruthFormat::kKittiTracking;
+    labels.camera = write("poses.txt", kIdentity);
+    labels.frame_times_ns = {{0, 0}};
+    return error_of(labels).message;
+  };
+  const std::string car = "0 2 Car 0 0 -1.5 100 50 140.5 90.5 1.5 1.6 4 1 2 10 0.5";
+  EXPECT_THAT(label_error(""), HasSubstr("labels.txt, line 0: the file holds no label"));
+  EXPECT_THAT(label_error(car + "\n" + car + "\n"), HasSubstr("line 2: frame 0 has track 2 twice"));
+  EXPECT_THAT(label_error("0 2 Car 0 -1.5 100 50 140.5 90.5 1.5 1.6 4 1 2 10 0.5\n"),
+              HasSubstr("line 1: expected 17 fields, or 18 with a score, found 16"));
+  EXPECT_THAT(error_of(source(write("e.csv", "1,0,0,0,1,0,0,0,5\n2,0,0,0,1,0,0,0\n"))).message,
+              HasSubstr("sensor.yaml"));
+  TruthSource euroc = source(write("e.csv", "1,0,0,0,1,0,0,0,5\n2,0,0,0,1,0,0,0\n"));
+  euroc.T_body_cam = Se3{};
+  EXPECT_THAT(error_of(euroc).message, HasSubstr("e.csv, line 2: expected 9 fields, found 8"));
+}
+
+TEST_F(TruthReader, RefusesASimulatorsFolderWhosePartsDoNotFit) {
+  const std::string row = "0,5,3,car,1,1,1,2,10,0,0,0,1,0.1,0.2,0.3,4,1.5,2,900,45,0,0\n";
+  const auto folder_error = [&](const std::string& poses, const std::string& rows) {
+    write("sim/camera_poses.txt", poses);
+    write("sim/objects.csv", kObjectsHeader + rows);
+    return error_of(source((folder_.path() / "sim").string())).message;
+  };
+  EXPECT_THAT(folder_error(kIdentity, row + row), HasSubstr("objects.csv, line 3: frame 0 has object 3 twice"));
+  EXPECT_THAT(folder_error(kIdentity, row.substr(0, row.size() - 1)), HasSubstr("the last row is cut off"));
+  EXPECT_THAT(folder_error(kIdentity, row + "1" + row.substr(1)),
+              HasSubstr("camera_poses.txt: has 1 rows, objects.csv goes on until frame 1"));
+  write("sim/masks/instances_left/0000000000.png", "");
+  EXPECT_THAT(folder_error(std::string(kIdentity) + kIdentity, row), HasSubstr("has 2 rows"));
+  write("sim/masks/instances_left/0000000001.png", "");
+  EXPECT_TRUE(read_truth(source((folder_.path() / "sim").string())));
+}
+
+TEST_F(TruthReader, RefusesWhatIsNoFile) {
+  const std::filesystem::path pipe = folder_.path() / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  for (const std::filesystem::path& path : {pipe, std::filesystem::path("/dev/zero")}) {
+    EXPECT_THAT(error_of(source(path.string())).message, HasSubstr(path.string() + ": is a "));
+  }
 }
 
 TEST_F(TruthReader, SaysWhatItDoesNotRecognise) {

@@ -106,8 +106,8 @@ class OverlayFiles : public ::testing::Test {
   void open_all(int images) {
     write_run(small_street(), scratch_.path() / "run", write_recording(scratch_.path() / "recording", images));
     run_ = std::make_unique<FigureRun>(std::move(*FigureRun::open(scratch_.path() / "run")));
-    masks_ = std::make_unique<recording::MaskFrames>(std::move(*recording::MaskFrames::open(scratch_.path() / "run")));
-    images_ = std::make_unique<RecordedImages>(std::move(*RecordedImages::open(scratch_.path() / "run", "")));
+    masks_ = std::make_unique<recording::MaskFrames>(std::move(*recording::MaskFrames::open(run_->run())));
+    images_ = std::make_unique<RecordedImages>(std::move(*RecordedImages::open(run_->run(), "")));
   }
   test::TempFolder scratch_;
   std::filesystem::path out_ = scratch_.path() / "a" / "overlay";

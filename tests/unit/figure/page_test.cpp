@@ -23,9 +23,9 @@ class Page : public ::testing::Test {
     Result<FigureRun> run = FigureRun::open(run_folder_);
     EXPECT_TRUE(run) << run.error().message;
     run_ = std::make_unique<FigureRun>(std::move(*run));
-    Result<recording::MaskFrames> masks = recording::MaskFrames::open(run_folder_);
+    Result<recording::MaskFrames> masks = recording::MaskFrames::open(run_->run());
     EXPECT_TRUE(masks) << masks.error().message;
-    Result<RecordedImages> images = RecordedImages::open(run_folder_, moved_to);
+    Result<RecordedImages> images = RecordedImages::open(run_->run(), moved_to);
     return make_scene(*run_, choice, images ? &*images : nullptr, images ? "" : images.error().message, *masks);
   }
 
@@ -157,20 +157,17 @@ TEST_F(Page, DamagedPointsAreAnError) {
   EXPECT_THAT(scene.error().message, HasSubstr("background.ply"));
 }
 
-TEST(RecordedGeometry, IsColmapsWhereThatFits) {
-  const test::TempFolder scratch;
+TEST(RecordedGeometry, IsTheRunsWhereItSaysSo) {
   const std::vector<std::uint8_t> pixels(32 * 16);
   const LabelView labels{pixels.data(), 32, 16, 32};
-  EXPECT_EQ(recorded_geometry(scratch.path(), labels).width_px, 32);
-  EXPECT_DOUBLE_EQ(recorded_geometry(scratch.path(), labels).fx_px, 16.0);
-  EXPECT_GT(recorded_geometry(scratch.path(), {}).width_px, 0);
-  std::ofstream(scratch.file("colmap/background/cameras.txt")) << "# c\n1 PINHOLE 32 16 40 41 16.5 8.5\n";
-  const StereoGeometry geometry = recorded_geometry(scratch.path(), labels);
-  EXPECT_DOUBLE_EQ(geometry.fx_px, 40.0);
-  EXPECT_DOUBLE_EQ(geometry.cx_px, 16.0);
-  EXPECT_DOUBLE_EQ(geometry.cy_px, 8.0);
-  std::ofstream(scratch.file("colmap/background/cameras.txt")) << "1 PINHOLE 64 16 40 41 16.5 8.5\n";
-  EXPECT_EQ(recorded_geometry(scratch.path(), labels).width_px, 32) << "of another camera";
+  recording::Run run;
+  EXPECT_EQ(recorded_geometry(run, labels).width_px, 32);
+  EXPECT_DOUBLE_EQ(recorded_geometry(run, labels).fx_px, 16.0);
+  EXPECT_GT(recorded_geometry(run, {}).width_px, 0);
+  run.rectified = {
+      .fx_px = 40.0, .fy_px = 41.0, .cx_px = 16.0, .cy_px = 8.0, .baseline_m = 0.5, .width_px = 32, .height_px = 16};
+  EXPECT_DOUBLE_EQ(recorded_geometry(run, labels).fx_px, 40.0);
+  EXPECT_DOUBLE_EQ(recorded_geometry(run, labels).cy_px, 8.0);
 }
 
 }  // namespace

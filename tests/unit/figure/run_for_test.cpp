@@ -58,7 +58,6 @@ recording::Run straight_drive(int frames) {
   recording::Run run;
   run.directory = "drive";
   run.sequence = "drive";
-  run.frames = frames;
   for (int i = 0; i < frames; ++i) {
     recording::CameraRow row;
     row.frame = i;

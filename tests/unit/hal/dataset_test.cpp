@@ -2,6 +2,7 @@
 #include "kinetrace/hal/dataset.hpp"
 
 #include <filesystem>
+#include <sys/stat.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -24,7 +25,7 @@ void expect_error(const Result<Dataset>& dataset, ErrorCode code, const std::str
 }
 
 TEST(ParseLayout, KnowsEveryNameItPrints) {
-  for (const char* name : {"kitti-raw", "kitti-odometry", "kitti-tracking", "euroc", "cityscapes", "folder"}) {
+  for (const std::string_view name : layout_names()) {
     const auto layout = parse_layout(name);
     ASSERT_TRUE(layout);
     EXPECT_EQ(to_string(*layout), name);
@@ -33,6 +34,7 @@ TEST(ParseLayout, KnowsEveryNameItPrints) {
   ASSERT_FALSE(unknown);
   EXPECT_EQ(unknown.error().code, ErrorCode::kInvalidArgument);
   EXPECT_THAT(unknown.error().message, HasSubstr("unknown dataset layout 'kitti'; use kitti-raw,"));
+  EXPECT_THAT(parse_layout("citiscapes").error().message, HasSubstr("; did you mean cityscapes?"));
 }
 
 TEST(OpenDataset, ListsFramesWithNumbersAndTimes) {
@@ -63,7 +65,7 @@ TEST(OpenDataset, NamesAMissingFolder) {
 
 TEST(OpenDataset, RejectsAnImpossibleRate) {
   const test::Recording recording(1);
-  for (const double rate_hz : {-1.0, 1001.0, std::nan("")}) {
+  for (const double rate_hz : {-1.0, 1e-5, 1001.0, std::nan("")}) {
     expect_error(
         open_dataset({.layout = DatasetLayout::kKittiOdometry, .path = recording.path(), .frame_rate_hz = rate_hz}),
         ErrorCode::kInvalidArgument, "dataset.frame_rate_hz");
@@ -124,13 +126,47 @@ TEST(OpenDataset, RejectsDamagedTimes) {
   const test::Recording recording(3);
   const std::string times = (recording.path() / "times.txt").string();
   test::write_text(times, "0\n1\n");
-  expect_error(recording.open(), ErrorCode::kBadFormat, times + ": has 2 times, but there is a frame number 2");
+  expect_error(recording.open(), ErrorCode::kBadFormat, times + ": has 2 times for 3 frames up to number 2");
   test::write_text(times, "0\nxx\n2\n");
   expect_error(recording.open(), ErrorCode::kBadFormat, times + ": entry 2 'xx' is no time");
   test::write_text(times, "0\n2\n1\n");
-  expect_error(recording.open(), ErrorCode::kBadFormat, "frame 000002 does not come after");
+  expect_error(recording.open(), ErrorCode::kBadFormat, times + ": frame 000002 does not come after");
+  test::write_text(times, "0\n1\n1\n");
+  expect_error(recording.open(), ErrorCode::kBadFormat, times + ": frame 000002 does not come after");
   test::write_text(times, "");
   expect_error(recording.open(), ErrorCode::kBadFormat, times + ": is empty");
+}
+
+TEST(OpenDataset, RejectsTimesInAnotherUnit) {
+  const test::Recording recording(3);
+  const std::string times = (recording.path() / "times.txt").string();
+  const std::string fast = times + ": frames are 1 ns apart (median)";
+  test::write_text(times, "1403715273262142976\n1403715273262142977\n1403715273262142978\n");
+  expect_error(recording.open(), ErrorCode::kBadFormat, fast.c_str());
+  const std::string slow = times + ": frames are 3e+08 s apart (median)";
+  test::write_text(times, "0\n3e8\n6e8\n");
+  expect_error(recording.open(), ErrorCode::kBadFormat, slow.c_str());
+  test::write_text(times, "0\n0.0005\n0.001\n");
+  const auto odd = recording.open();
+  ASSERT_TRUE(odd);
+  EXPECT_THAT(odd->notes, ElementsAre(HasSubstr("frames are 500000 ns apart (median), which is faster than 1000 Hz")));
+  test::write_text(times, "0\n100\n200\n");
+  const auto milliseconds = recording.open();
+  ASSERT_TRUE(milliseconds);
+  EXPECT_THAT(milliseconds->notes, ElementsAre(HasSubstr("frames are 100 s apart (median), too far to follow")));
+  const test::Recording longer(4);
+  test::write_text((longer.path() / "times.txt").string(), "0\n0.1\n0.2\n3e8\n");
+  const auto jump = longer.open();
+  ASSERT_TRUE(jump) << jump.error().message;
+  EXPECT_THAT(jump->notes, ElementsAre(HasSubstr("1 of the steps between frames are shorter than 0.1 ms or longer")));
+}
+
+TEST(OpenDataset, NamesWhatIsNoFileOfTimes) {
+  const test::Recording recording(3);
+  const std::filesystem::path times = recording.path() / "times.txt";
+  std::filesystem::remove(times);
+  ASSERT_EQ(::mkfifo(times.c_str(), 0600), 0);
+  expect_error(recording.open(), ErrorCode::kBadFormat, times.string() + ": is a named pipe");
 }
 
 TEST(OpenDataset, RejectsAnEmptySequence) {

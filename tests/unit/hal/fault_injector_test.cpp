@@ -71,6 +71,11 @@ TEST_F(Faulty, Reorders) {
   EXPECT_THAT(play("reorder@2", 6), ElementsAre(0, 1, 3, 2, 4, 5));
 }
 
+TEST_F(Faulty, GivesOutWhatItHeldBackAtTheEnd) {
+  EXPECT_THAT(play("reorder@5", 6), ElementsAre(0, 1, 2, 3, 4, 5));
+  EXPECT_EQ(camera_->counters().frames_delivered, 6U);
+}
+
 TEST_F(Faulty, IsStuck) {
   EXPECT_THAT(play("stuck@2-4", 6), ElementsAre(0, 1, -1, -1, -1, 5));
   EXPECT_EQ(camera_->counters().stalls, 1U);

@@ -1,6 +1,7 @@
 #include "kinetrace/hal/file_stereo_camera.hpp"
 
 #include <filesystem>
+#include <sys/stat.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -195,6 +196,37 @@ TEST(FileStereoCamera, ValidatesItsConfiguration) {
   EXPECT_EQ(code_of({.passes = 0}), ErrorCode::kInvalidConfig);
   EXPECT_EQ(code_of({.max_warnings = -1}), ErrorCode::kInvalidConfig);
   EXPECT_EQ(FileStereoCamera::create(Dataset{}, {}, arena).error().code, ErrorCode::kInvalidArgument);
+}
+
+TEST(FileStereoCamera, SkipsWhatIsNoFile) {
+  const test::Recording recording(3);
+  std::filesystem::remove(recording.left(1));
+  ASSERT_EQ(::mkfifo(recording.left(1).c_str(), 0600), 0);
+  Playing playing(recording.open().value());
+  EXPECT_EQ(playing.camera.next(kTimeout)->frame_index, 0);
+  EXPECT_EQ(playing.camera.next(kTimeout)->frame_index, 2);
+  EXPECT_EQ(playing.camera.counters().skipped_unreadable, 1U);
+  EXPECT_THAT(playing.camera.warnings(), ::testing::ElementsAre(HasSubstr(recording.left(1) + ": is a named pipe")));
+}
+
+TEST(FileStereoCamera, NamesTheFilesOfAFrame) {
+  const test::Recording recording(2);
+  const Playing playing(recording.open().value(), {.passes = 3});
+  EXPECT_EQ(playing.camera.image_name(1, true), recording.left(1));
+  EXPECT_EQ(playing.camera.image_name(4, false), recording.right(0)) << "in the third pass";
+}
+
+TEST(FileStereoCamera, RefusesMorePassesThanFrameNumbersAndTimesAllow) {
+  const test::Recording recording(2);
+  test::write_text((recording.path() / "times.txt").string(), "4611680000000000000\n4611680000100000000\n");
+  const auto dataset = recording.open();
+  ASSERT_TRUE(dataset) << dataset.error().message;
+  Arena arena(std::size_t{1} << 20);
+  EXPECT_TRUE(FileStereoCamera::create(*dataset, {.passes = 10'000}, arena));
+  const auto refused = FileStereoCamera::create(*dataset, {.passes = 1'000'000}, arena);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kInvalidConfig);
+  EXPECT_THAT(refused.error().message, HasSubstr("sequence: can be played"));
 }
 
 }  // namespace

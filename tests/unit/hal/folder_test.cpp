@@ -10,6 +10,7 @@
 namespace kinetrace::hal {
 namespace {
 
+using ::testing::Contains;
 using ::testing::HasSubstr;
 
 std::string matrix(const std::string& key, int rows, int cols, const std::string& data) {
@@ -95,6 +96,16 @@ TEST_F(Folder, ReadsAnOpencvCalibrationOfTwoFilesWithoutSize) {
   EXPECT_EQ(dataset->calibration.left.width_px, 48);
   EXPECT_THAT(dataset->calibration.source, HasSubstr("extrinsics.yml, "));
   EXPECT_NEAR(Rectifier::rectified_geometry(dataset->calibration, {})->baseline_m, 0.2, 1e-9);
+}
+
+TEST_F(Folder, RefusesTwoOpencvCalibrationsThatSayTheSameThing) {
+  add_images("image_0", "image_1");
+  const std::string intrinsics = "%YAML:1.0\n---\n" + opencv_intrinsics("K", "D");
+  add_text("stereo.yml", intrinsics + opencv_extrinsics("-0.2, 0., 0."));
+  add_text("old.yml", intrinsics + opencv_extrinsics("-0.1, 0., 0."));
+  expect_error(ErrorCode::kBadCalibration, "both hold K1");
+  add_text("old.yml", "%YAML:1.0\n---\n" + opencv_extrinsics("-0.1, 0., 0."));
+  expect_error(ErrorCode::kBadCalibration, "both hold R");
 }
 
 TEST_F(Folder, ReadsAnOpencvFisheyeCalibration) {
@@ -212,6 +223,64 @@ TEST_F(Folder, TakesTimesFromFileNamesOrATimesFile) {
   const auto by_file = open();
   ASSERT_TRUE(by_file) << by_file.error().message;
   EXPECT_EQ(by_file->frames[0].timestamp_ns, 500'000'000);
+}
+
+// Images of these names, without a list of times.
+class Named : public Folder {
+ protected:
+  Result<Dataset> open_named(const std::vector<std::string>& names) {
+    for (const char* side : {"left", "right"}) {
+      std::filesystem::remove_all(folder_.path() / side);
+      for (const std::string& name : names) {
+        test::write_image(folder_.file(std::string(side) + "/" + name + ".png"), 5);
+      }
+    }
+    add_text("s.yaml", kalibr("none", "-0.1"));
+    return open();
+  }
+  /// Number and time of the second frame.
+  std::pair<std::int64_t, std::int64_t> second(const std::vector<std::string>& names) {
+    const auto dataset = open_named(names);
+    EXPECT_TRUE(dataset) << dataset.error().message;
+    return dataset ? std::pair(dataset->frames[1].frame_index, dataset->frames[1].timestamp_ns) : std::pair(-1L, -1L);
+  }
+};
+
+TEST_F(Named, DatesAreTimes) {
+  EXPECT_EQ(second({"img_20260101123057", "img_20260101123059", "img_20260101123101"}),
+            std::pair(1L, 1767270659000000000L));
+  EXPECT_EQ(second({"20260101123057100", "20260101123057200"}), std::pair(1L, 1767270657200000000L));
+}
+
+TEST_F(Named, DigitsAreTimesOnlyAtStepsThatACameraHas) {
+  EXPECT_EQ(second({"1399381444704913", "1399381444767413"}), std::pair(1L, 1399381444767413000L)) << "microseconds";
+  EXPECT_EQ(second({"0000000000000011", "0000000000000012"}), std::pair(12L, 1'200'000'000L)) << "a frame number";
+  EXPECT_EQ(second({"00000000000001", "00000000000002"}), std::pair(2L, 200'000'000L)) << "no date";
+}
+
+TEST_F(Named, WhatIsNoFrameNumberIsNumberedInOrder) {
+  for (const std::vector<std::string>& names : {std::vector<std::string>{"4000000000", "4000000001"},
+                                                {"2147483646", "2147483647"},
+                                                {"4611686018427387904", "9223372036854775807"},
+                                                {"99999999999999999998", "99999999999999999999"}}) {
+    const auto dataset = open_named(names);
+    ASSERT_TRUE(dataset) << dataset.error().message;
+    EXPECT_EQ(dataset->frames[1].frame_index, 1);
+    EXPECT_EQ(dataset->frames[1].timestamp_ns, 100'000'000);
+    EXPECT_THAT(dataset->notes, Contains(HasSubstr("left: the names of the images hold no frame numbers up to")));
+  }
+}
+
+TEST_F(Named, AListOfTimesComesBeforeTheNames) {
+  add_text("times.txt", "7\n7.5\n");
+  EXPECT_EQ(second({"20260101123057", "20260101123058"}), std::pair(1L, 7'500'000'000L));
+  EXPECT_EQ(second({"4000000000", "4000000001"}), std::pair(1L, 7'500'000'000L));
+  add_text("times.txt", "7\n7.5\n8\n");
+  EXPECT_FALSE(open_named({"4000000000", "4000000001"})) << "which of them?";
+  const auto by_name = open_named({"1403715273262142976", "1403715273312142976"});
+  ASSERT_TRUE(by_name) << by_name.error().message;
+  EXPECT_EQ(by_name->frames[1].timestamp_ns, 1403715273312142976);
+  EXPECT_THAT(by_name->notes, Contains(HasSubstr("times.txt: has 3 times for 2 frames")));
 }
 
 TEST_F(Folder, FindsSequencesBelow) {

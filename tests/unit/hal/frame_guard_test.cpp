@@ -79,17 +79,31 @@ TEST_F(Guarded, SkipsAnImageThatWasCutOff) {
   std::copy_n(whole.left.data, pixels.size() / 2, pixels.begin());
   StereoFrame cut = whole;
   cut.right.data = pixels.data();
-  EXPECT_TRUE(looks_cut_off(cut));
-  EXPECT_FALSE(looks_cut_off(whole));
-  StereoFrame dark = cut;
-  dark.left = dark.right;
-  EXPECT_FALSE(looks_cut_off(dark)) << "what both eyes see is no damage";
+  StereoFrame dark = camera_.frame(3);
+  dark.left.data = dark.right.data = pixels.data();
   camera_.give_frames(0, 0);
   camera_.give(cut);
   camera_.give_frames(2, 2);
+  camera_.give(dark);
   play();
-  EXPECT_THAT(indices_, ElementsAre(0, 2));
+  EXPECT_THAT(indices_, ElementsAre(0, 2, 3)) << "what both eyes see is no damage";
   EXPECT_EQ(guard_->counters().skipped_unreadable, 1U);
+}
+
+TEST_F(Guarded, TheEndOfAStreamThatWasOfNoUseNamesTheFirstImage) {
+  const std::vector<std::uint8_t> black(ScriptedCamera::kWidth * ScriptedCamera::kHeight, 0);
+  for (const std::int64_t index : {7, 8}) {
+    StereoFrame frame = camera_.frame(index);
+    frame.left.data = black.data();
+    camera_.give(frame);
+  }
+  begin(false);
+  const Result<StereoFrame> end = guard_->next(kTimeout);
+  ASSERT_FALSE(end);
+  EXPECT_EQ(end.error().code, ErrorCode::kBadFormat);
+  EXPECT_THAT(
+      end.error().message,
+      ::testing::HasSubstr("the first: scripted: left image of frame 7: its lower 48 of 48 rows are of one value"));
 }
 
 TEST_F(Guarded, TakesNeitherSkyNorNightForDamage) {
@@ -108,7 +122,7 @@ TEST_F(Guarded, TakesNeitherSkyNorNightForDamage) {
       StereoFrame frame = whole;
       frame.left.data = flat.data();
       frame.right.data = noisy.data();
-      EXPECT_FALSE(looks_cut_off(frame)) << value << is_lower;
+      EXPECT_FALSE(CutOffDetector().examine(frame)) << value << is_lower;
     }
   }
   // Nor a sky that one eye alone sees: what breaks off is the end.
@@ -116,7 +130,7 @@ TEST_F(Guarded, TakesNeitherSkyNorNightForDamage) {
   std::fill_n(sky.begin(), sky.size() / 2, std::uint8_t{255});
   StereoFrame frame = whole;
   frame.right.data = sky.data();
-  EXPECT_FALSE(looks_cut_off(frame));
+  EXPECT_FALSE(CutOffDetector().examine(frame));
 }
 
 TEST_F(Guarded, MendsTimesByTheFrameNumbers) {

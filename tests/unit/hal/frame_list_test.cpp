@@ -50,6 +50,21 @@ TEST(FrameList, RefusesWhatDoesNotIncrease) {
   EXPECT_EQ(frames.size(), 1U);
 }
 
+TEST(FrameList, RefusesNumbersAndTimesThatNothingElseHolds) {
+  const auto refuses = [](std::int64_t index, std::int64_t time_ns) {
+    FrameList frames({"/data/left", ".png"}, {"/data/right", ".png"}, "/data/times.txt");
+    const Status added = frames.add({index, time_ns, "a", "a"});
+    EXPECT_TRUE(added || added.error().message.starts_with("/data/times.txt: frame a has the number"));
+    return !added;
+  };
+  EXPECT_FALSE(refuses(FrameList::kMaxFrameIndex, FrameList::kMaxTime_ns));
+  EXPECT_FALSE(refuses(0, FrameList::kMinTime_ns));
+  EXPECT_TRUE(refuses(-1, 0));
+  EXPECT_TRUE(refuses(FrameList::kMaxFrameIndex + 1, 0));
+  EXPECT_TRUE(refuses(0, FrameList::kMaxTime_ns + 1));
+  EXPECT_TRUE(refuses(0, FrameList::kMinTime_ns - 1));
+}
+
 TEST(FrameList, PeriodIsPerFrameNumberAndRobust) {
   FrameList frames = two_folders();
   ASSERT_TRUE(frames.add({0, 0, "0", "0"}));

@@ -1,9 +1,11 @@
 // What is recorded is read back as a dataset: images, numbers, times and calibration.
 #include "kinetrace/hal/raw_recorder.hpp"
 
+#include <array>
 #include <csignal>
 #include <fstream>
 #include <functional>
+#include <limits>
 #include <numeric>
 #include <sys/resource.h>
 
@@ -187,6 +189,8 @@ TEST_F(Raw, IsReadableUpToTheLastWholeRecordWhereverItIsCut) {
     std::vector<std::int64_t> indices(kept);
     std::iota(indices.begin(), indices.end(), 0);
     expect_frames(*dataset, indices);
+    const bool is_torn = missing % record_size != 0;
+    EXPECT_EQ(dataset->notes.size(), is_torn ? 1U : 0U) << missing << " bytes missing";
   }
   for (const std::size_t left :
        {kContainerHeaderBytes + 5, kContainerHeaderBytes - 1, std::size_t{3}, std::size_t{0}}) {
@@ -220,6 +224,26 @@ TEST_F(Raw, ADamagedRecordCostsOnlyItself) {
   const Dataset dataset = open(DatasetLayout::kContainer).value();
   EXPECT_EQ(dataset.frames.size(), 3U);
   expect_frames(dataset, {0, 3});
+}
+
+TEST_F(Raw, ARecordWhoseNumberOrTimeCannotBeIsDamaged) {
+  record(config(RawFormat::kContainer), {0, 1, 2, 3});
+  {
+    std::fstream file(segments().front(), std::ios::in | std::ios::out | std::ios::binary);
+    const auto overwrite = [&file](std::size_t number, const RecordHeader& header) {
+      std::array<std::byte, kRecordHeaderBytes> bytes{};
+      encode_record_header(header, bytes);
+      file.seekp(static_cast<std::streamoff>(kContainerHeaderBytes + number * record_bytes(48, 32)));
+      file.write(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    };
+    overwrite(1, {-1, 100'000'000, 0});
+    overwrite(2, {std::numeric_limits<std::int64_t>::max(), 200'000'000, 0});
+    overwrite(3, {3, std::numeric_limits<std::int64_t>::max(), 0});
+  }
+  const Dataset dataset = open(DatasetLayout::kContainer).value();
+  EXPECT_EQ(dataset.frames.size(), 1U);
+  ASSERT_EQ(dataset.notes.size(), 1U);
+  EXPECT_TRUE(dataset.notes[0].starts_with("3 records are damaged")) << dataset.notes[0];
 }
 
 TEST_F(Raw, TheNewestFileMayBeCutBeforeItsHeaderIsWhole) {

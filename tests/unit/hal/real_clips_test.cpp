@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
+#include "kinetrace/hal/cut_off_detector.hpp"
 #include "kinetrace/hal/file_stereo_camera.hpp"
 #include "kinetrace/hal/rectifier.hpp"
 
@@ -28,15 +29,20 @@ class RealClips : public ::testing::Test {
       return {};
     }
     Arena arena(FileStereoCamera::required_bytes(*dataset, {}) + Rectifier::required_bytes(dataset->calibration, {}));
+    CutOffDetector cut_off;
+    CutOffDetector rectified_cut_off;  // Black borders are no damage.
     Rectifier rectifier = Rectifier::create(dataset->calibration, {}, arena).value();
     FileStereoCamera camera = FileStereoCamera::create(*dataset, {}, arena).value();
     EXPECT_TRUE(camera.open() && camera.start());
     while (const auto frame = camera.next(std::chrono::milliseconds(100))) {
+      EXPECT_FALSE(cut_off.examine(*frame)) << frame->name;
       const auto pair = rectifier.process(*frame);
       if (!pair) {
         ADD_FAILURE() << pair.error().message;
         break;
       }
+      EXPECT_FALSE(rectified_cut_off.examine({pair->frame_index, pair->timestamp_ns, {}, pair->left, pair->right}))
+          << frame->name;
       EXPECT_EQ(pair->left.width, rectifier.geometry().width_px);
       if (camera.counters().frames_delivered == 1) {
         EXPECT_GT(row_agreement(*pair), 0.8);

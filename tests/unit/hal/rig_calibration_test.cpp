@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "rig_for_test.hpp"
+#include "whole_pixels.hpp"
 
 namespace kinetrace::hal {
 namespace {
@@ -53,6 +54,25 @@ TEST(RigCalibration, RejectsValuesThatAreNoNumbers) {
   rig = test::rectified_rig();
   rig.rectified->baseline_m = nan;
   expect_rejected(rig, "baseline is nan");
+}
+
+TEST(RigCalibration, RejectsSizesThatNoImageHas) {
+  RigCalibration rig = test::given_rig();
+  rig.given->width_px = rig.given->height_px = std::numeric_limits<int>::max();
+  expect_rejected(rig, "rectified image size 2147483647x2147483647 is beyond 16384x16384");
+  rig = test::radial_rig();
+  rig.left.height_px = 16385;
+  expect_rejected(rig, "left image size");
+  rig = test::rectified_rig();
+  rig.rectified->width_px = 16385;
+  expect_rejected(rig, "rectified image size");
+}
+
+TEST(WholePixels, FitsEveryNumberIntoAnInteger) {
+  EXPECT_EQ(whole_pixels(639.7), 640);
+  EXPECT_EQ(whole_pixels(1e300), std::numeric_limits<int>::max());
+  EXPECT_EQ(whole_pixels(-1.0), 0);
+  EXPECT_EQ(whole_pixels(std::nan("")), 0);
 }
 
 TEST(RigCalibration, RejectsImpossibleIntrinsics) {

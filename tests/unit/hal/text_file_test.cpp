@@ -25,9 +25,36 @@ TEST(ParseTime, ReadsSecondsAndNanoseconds) {
   EXPECT_NEAR(static_cast<double>(*parse_time_ns("1403715273.262142976") - 1403715273262142976), 0, 300);
 }
 
+TEST(ParseTime, ReadsDatesWithoutSeparators) {
+  EXPECT_EQ(parse_calendar_ns("20110926140603"), 1317045963000000000);
+  EXPECT_EQ(parse_calendar_ns("20110926140603368"), 1317045963368000000);
+  EXPECT_EQ(parse_calendar_ns("20110926240603"), std::nullopt);
+  EXPECT_EQ(parse_calendar_ns("00000000000012"), std::nullopt);
+  EXPECT_EQ(parse_calendar_ns("2011092614060"), std::nullopt);
+}
+
 TEST(ParseTime, RefusesEverythingElse) {
-  for (const char* text :
-       {"", "x", "1.0 2.0", "nan", "inf", "1e300", "2011-13-26 14:06:03", "2011-09-26", "2011-09-26 14:06:03x1"}) {
+  for (const char* text : {"",
+                           "x",
+                           "1.0 2.0",
+                           "nan",
+                           "inf",
+                           "1e300",
+                           "2011-13-26 14:06:03",
+                           "2011-09-26",
+                           "2011-09-26 14:06:03x1",
+                           "2011-09-26 14:06:03.",
+                           "2011-09-26 99:00:00",
+                           "2011-09-26 14:60:00",
+                           "2011-09-26 14:06:60",
+                           "2011-02-29 14:06:03",
+                           "2011-09-26 14-06-03",
+                           "2011-09-26 -4:06:03",
+                           "1969-12-31 23:59:59",
+                           "2400-01-01 00:00:00",
+                           "9999-12-31 23:59:59.999999999",
+                           "9223372036854775807",
+                           "5e9"}) {
     EXPECT_FALSE(parse_time_ns(text)) << text;
   }
 }
@@ -88,6 +115,48 @@ TEST_F(Yaml, RejectsDuplicatesAndWhatIsNoMap) {
   expect_error(load("a: 1\nb:\n  c: 1\n  c: 2\n"), "'b.c' is there twice");
   expect_error(load("a: [1, 2\n"), "no valid YAML");
   expect_error(load("just text\n"), "no YAML map");
+}
+
+TEST_F(Yaml, ReplacesAliases) {
+  const auto document = load("cam0: {size: &size [752, 480]}\ncam1: {size: *size}\n");
+  ASSERT_TRUE(document) << document.error().message;
+  EXPECT_THAT(document->numbers("cam1.size").value(), ElementsAre(752, 480));
+}
+
+TEST_F(Yaml, RejectsAliasesOfThemselves) {
+  expect_error(load("a: 1\nself: &a {b: *a}\n"), "'self.b.b");
+  expect_error(load("T: &t [*t, 0, 0]\n"), "'T' is nested more than 16 levels deep");
+}
+
+TEST_F(Yaml, RejectsAliasesThatMultiplyWithEveryLine) {
+  const auto bomb = [](int lines, int times, const char* open, const char* key, const char* close) {
+    std::string text = "a0: &a0 [1, 2]\n";
+    for (int line = 1; line < lines; ++line) {
+      text.append("a" + std::to_string(line) + ": &a" + std::to_string(line) + " ").append(open);
+      for (int i = 0; i < times; ++i) {
+        text.append(i == 0 ? "" : ", ");
+        if (*key != '\0') text.append(key).append(std::to_string(i)).append(": ");
+        text.append("*a" + std::to_string(line - 1));
+      }
+      text.append(close).append("\n");
+    }
+    return text;
+  };
+  expect_error(load(bomb(40, 2, "[", "", "]")), "levels deep; does an alias (*) contain itself?");
+  expect_error(load(bomb(12, 8, "[", "", "]")), "holds more than 1048576 values once its aliases (*) are replaced");
+  expect_error(load(bomb(12, 8, "{", "x", "}")), "holds more than 1048576 values once its aliases (*) are replaced");
+}
+
+TEST_F(Yaml, RejectsTreesThatAreNestedWithoutEnd) {
+  expect_error(load("a: " + std::string(100'000, '[')), "no valid YAML");
+  expect_error(load("a: " + std::string(100'000, '{')), "no valid YAML");
+}
+
+TEST_F(Yaml, RejectsFilesThatAreNoCalibrationBySize) {
+  test::write_text(path_, "a: " + std::string(std::size_t{1} << 20, '1') + "\n");
+  const auto document = YamlDocument::load(path_);
+  ASSERT_FALSE(document);
+  EXPECT_THAT(document.error().message, HasSubstr(path_ + ": has 1048580 bytes; at most 1048576"));
 }
 
 TEST_F(Yaml, RejectsTransformsWithAnotherLastRow) {

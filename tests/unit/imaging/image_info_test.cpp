@@ -96,6 +96,19 @@ TEST_F(ReadImageInfo, RejectsImpossibleSizes) {
   png[19] = 0;
   expect_error(png, ErrorCode::kBadFormat, "0x4");
   expect_error(text_bytes("P5\n999999999 2\n255\n"), ErrorCode::kBadFormat, "999999999x2");
+  expect_error(text_bytes("P5\n16385 2\n255\n"), ErrorCode::kBadFormat, "not within 1 to 16384");
+}
+
+TEST_F(ReadImageInfo, RejectsMorePixelsThanTheFileCanHold) {
+  Bytes png = test::encode_png({0, 8, false}, 4, 4, Bytes(16));
+  png[18] = png[22] = 0x10;
+  expect_error(png, ErrorCode::kBadFormat, "claims 4100x4100 pixels, which its few bytes cannot hold");
+  expect_error(text_bytes("P5\n9999 9999\n255\n"), ErrorCode::kBadFormat, "few bytes");
+  // The most that deflate and JPEG make of one value is less.
+  EXPECT_TRUE(info_of(test::encode_png({0, 1, false}, 2048, 2048, Bytes(2048 * 2048 / 8))));
+  EXPECT_TRUE(info_of(test::encode_png({0, 16, false}, 512, 512, Bytes(512 * 512 * 2))));
+  EXPECT_TRUE(info_of(test::encode_jpeg_gray(2048, 2048, Bytes(2048 * 2048))));
+  EXPECT_TRUE(info_of(test::encode_jpeg_rgb(2048, 2048, Bytes(2048 * 2048 * 3))));
 }
 
 }  // namespace

@@ -223,7 +223,18 @@ TEST_F(Reading, WrongSizeNamesBothSizes) {
 TEST_F(Reading, HugeHeaderIsRefusedBeforeDecoding) {
   Bytes png = test::encode_png({0, 8, false}, kWidth, kHeight, ramp(kPixels));
   png[16] = 0x70;
-  expect_refused(png, ErrorCode::kBadFormat, "no camera delivers");
+  expect_refused(png, ErrorCode::kBadFormat, "its header claims 1879048205x11 pixels");
+}
+
+TEST_F(Reading, LargerThanTheReaderIsRefusedByItsHeader) {
+  test::write_file(path_, test::encode_png({0, 8, false}, kWidth, kHeight, ramp(kPixels)));
+  EXPECT_TRUE(reader_.inspect(path_.c_str()));
+  const int side = small_config().max_width_px + 1;
+  test::write_file(path_, test::encode_png({0, 8, false}, side, 1, ramp(static_cast<std::size_t>(side))));
+  const Result<ImageInfo> refused = reader_.inspect(path_.c_str());
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kBadFormat);
+  EXPECT_THAT(refused.error().message, HasSubstr(path_ + ": is " + std::to_string(side) + "x1 pixels, at most"));
 }
 
 TEST_F(Reading, FileAtTheLimitIsReadAndOneByteMoreIsRefused) {
@@ -232,7 +243,7 @@ TEST_F(Reading, FileAtTheLimitIsReadAndOneByteMoreIsRefused) {
   std::copy(header.begin(), header.end(), pgm.begin());
   expect_gray(pgm, [](std::size_t) { return 7; });
   pgm.push_back(7);
-  expect_refused(pgm, ErrorCode::kCapacity, "image_reader.max_file_bytes");
+  expect_refused(pgm, ErrorCode::kBadFormat, "are read of an image here");
 }
 
 TEST_F(Reading, LabelsRefuseColourAndJpeg) {

@@ -49,6 +49,14 @@ TEST_F(OnnxSummaryTest, UnevenSplitsAreFoundAndEvenOnesAreFine) {
   EXPECT_FALSE(summary_of(graph(4))->has_uneven_split);
 }
 
+TEST_F(OnnxSummaryTest, TensorsWithoutAValueAreEmpty) {
+  for (const int type : {1, 7}) {
+    const std::string empty = field(8, "roi") + number(2, type) + field(4, "") + field(7, "") + field(9, "");
+    const Result<OnnxSummary> summary = summary_of(field(7, field(5, empty)) + field(8, number(2, 12)));
+    EXPECT_TRUE(summary) << summary.error().message;
+  }
+}
+
 TEST_F(OnnxSummaryTest, WhatIsNoModelIsRefusedWhereverItEnds) {
   const std::string whole = field(7, field(1, field(4, "Conv"))) + field(8, number(2, 12));
   ASSERT_TRUE(summary_of(whole));

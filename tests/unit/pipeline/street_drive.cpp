@@ -63,6 +63,7 @@ void write_masks(const RenderedPair& pair, int frame, const std::filesystem::pat
 
 pipeline::PipelineConfig small_config() {
   pipeline::PipelineConfig config;
+  config.segmentation.mode = segmentation::SegmentationMode::kNone;
   config.features.bucket_px = 12;
   config.features.max_features = 700;
   config.features.max_background_features = 400;

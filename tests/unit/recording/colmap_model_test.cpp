@@ -19,6 +19,12 @@ void record_all(const RecordingConfig& recording, const SyntheticRunConfig& run)
   ASSERT_TRUE(finished) << finished.error().message;
 }
 
+RecordingConfig rectified_recording(const std::filesystem::path& directory) {
+  RecordingConfig config = recording_config(directory);
+  config.is_rectified = true;
+  return config;
+}
+
 /// Largest distance between a sighting and its point seen through the model's own camera: catches a wrong direction of
 /// the poses, a shifted pixel origin and mixed-up ids at once.
 double largest_reprojection_error_px(const ColmapModel& model) {
@@ -55,7 +61,7 @@ TEST(ColmapModel, BackgroundAndObjectsReproject) {
 
 TEST(ColmapModel, CameraIsTheLeftOneWithColmapsPixelOrigin) {
   const TemporaryFolder folder;
-  record_all(recording_config(folder.path()), {.frames = 3});
+  record_all(rectified_recording(folder.path()), {.frames = 3});
   const ColmapModel model = read_colmap(folder.path() / "colmap/background");
   const std::array<double, 6> expected{320.0, 120.0, 200.0, 210.0, 161.75, 59.0};
   EXPECT_EQ(model.camera, expected);
@@ -69,7 +75,7 @@ TEST(ColmapModel, CameraIsTheLeftOneWithColmapsPixelOrigin) {
 
 TEST(ColmapModel, ImagesKeepTheirRecordedNames) {
   const TemporaryFolder folder;
-  record_all(recording_config(folder.path()),
+  record_all(rectified_recording(folder.path()),
              {.frames = 9, .objects = {{.track_id = 1, .first_frame = 4}}, .name_prefix = "left_"});
   const ColmapModel model = read_colmap(folder.path() / "colmap/background");
   EXPECT_EQ(model.images.at(1).name, "left_0.png");
@@ -79,11 +85,20 @@ TEST(ColmapModel, ImagesKeepTheirRecordedNames) {
 
 TEST(ColmapModel, NamesThatWouldBreakTheFileGiveWayToNumbers) {
   const TemporaryFolder folder;
-  record_all(recording_config(folder.path()), {.frames = 2, .name_prefix = "with space "});
+  record_all(rectified_recording(folder.path()), {.frames = 2, .name_prefix = "with space "});
   EXPECT_EQ(read_colmap(folder.path() / "colmap/background").images.at(2).name, "0000000001.png");
   const TemporaryFolder other;
-  record_all(recording_config(other.path()), {.frames = 2, .name_prefix = std::string(60, 'x')});
+  record_all(rectified_recording(other.path()), {.frames = 2, .name_prefix = std::string(80, 'x')});
   EXPECT_EQ(read_colmap(other.path() / "colmap/background").images.at(2).name, "0000000001.png");
+}
+
+/// A model that named the raw images would be taken for one of these, whose camera is another.
+TEST(ColmapModel, NamesNoImageThatItIsNotOf) {
+  const TemporaryFolder folder;
+  record_all(recording_config(folder.path()), {.frames = 3, .name_prefix = "left_"});
+  EXPECT_EQ(read_colmap(folder.path() / "colmap/background").images.at(1).name, "left_0_rectified.png");
+  EXPECT_NE(read_text(folder.path() / "colmap/background/cameras.txt").find("`kinetrace run --images` writes them"),
+            std::string::npos);
 }
 
 TEST(ColmapModel, OnlyFramesWithAPoseOfTheirOwnAreImages) {

@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 class RunMasks : public ::testing::Test {
  protected:
   void write(const std::string& text) { std::ofstream(folder_.path() / "mots.txt") << text; }
-  Result<MaskFrames> open() { return MaskFrames::open(folder_.path()); }
+  Result<MaskFrames> open() { return MaskFrames::open({.directory = folder_.path()}); }
   /// The message that reading frame 0 fails with.
   std::string error_of(const std::string& text, ErrorCode code) {
     write(text);
@@ -121,7 +121,7 @@ TEST_F(RunMasks, ReadsWhatTheRecorderWrote) {
   SyntheticRun run(config);
   ASSERT_TRUE(run.play(*fixture.recorder));
   ASSERT_TRUE(fixture.recorder->finish({}));
-  Result<MaskFrames> frames = MaskFrames::open(folder_.path() / "run");
+  Result<MaskFrames> frames = MaskFrames::open({.directory = folder_.path() / "run"});
   ASSERT_TRUE(frames) << frames.error().message;
   EXPECT_EQ(frames->at(4)->masks.size(), 1U);
   const MaskFrame frame = *frames->at(5);

@@ -155,6 +155,23 @@ TEST_F(Mcap, NoticesEveryFlippedBit) {
   }
 }
 
+TEST_F(Mcap, HasNoIndexWhereTheDiskGivesBackAnotherLength) {
+  // Of the file's first record: beyond the end, beyond all numbers, and one that leads back to where the record begins.
+  for (const std::uint64_t length : {std::uint64_t{1'000'000}, ~std::uint64_t{0}, ~std::uint64_t{0} - 8}) {
+    std::filesystem::remove(path());
+    McapWriter writer = make();
+    fill(writer);
+    std::fstream file(path(), std::ios::binary | std::ios::in | std::ios::out);
+    constexpr std::streamoff kLengthAt = 8 + 1;
+    file.seekp(kLengthAt);
+    file.write(reinterpret_cast<const char*>(&length), sizeof length).flush();
+    const Status finished = writer.finish();
+    ASSERT_FALSE(finished) << length;
+    EXPECT_EQ(finished.error().code, ErrorCode::kIo);
+    EXPECT_THAT(finished.error().message, AllOf(HasSubstr(path()), HasSubstr("no index")));
+  }
+}
+
 TEST_F(Mcap, WithoutAnyMessageIsAFileToo) {
   McapWriter writer = make();
   ASSERT_TRUE(writer.finish());

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <set>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "run_readers.hpp"
@@ -9,6 +10,8 @@
 
 namespace kinetrace::recording {
 namespace {
+
+using ::testing::ElementsAre;
 
 void record_all(const RecordingConfig& recording, const SyntheticRunConfig& run) {
   RecorderFixture fixture(recording);
@@ -125,6 +128,43 @@ TEST(PointClouds, APointMadeAgainFromTheSameFeatureCountsInItsLastPosition) {
   ASSERT_EQ(ply.vertices.size(), 1U);
   EXPECT_EQ(ply.vertices[0].position_m.z(), 3.F);
   EXPECT_EQ(ply.vertices[0].frame, 2);
+}
+
+/// An object 10 m or 60 m ahead, 4.6 m from corner to corner of its box, with points up to 24 m behind it.
+std::vector<float> kept_depths_m(double object_depth_m) {
+  const TemporaryFolder folder;
+  RecorderFixture fixture(recording_config(folder.path()));
+  EXPECT_TRUE(fixture.recorder);
+  std::vector<BodyPoint> points;
+  for (const float z : {-2.F, 0.F, 2.F, 2.8F, 4.5F, 6.F, 24.F}) {
+    points.push_back(
+        {.id = static_cast<std::uint32_t>(points.size() + 1), .position_m = {0.F, 0.F, z}, .observations = 3});
+  }
+  ObjectResult object;
+  object.track_id = 5;
+  object.status = BodyStatus::kTracked;
+  object.T_world_obj.translation.z() = object_depth_m;
+  object.T_obj_cam.translation.z() = -object_depth_m;
+  object.box = {{0.0, 0.0, object_depth_m}, {4.0, 1.5, 1.8}, 0.0};
+  BodyGeometry body;
+  body.track_id = 5;
+  body.retired = points;
+  FrameResult result = settled_frame(0, std::span(&body, 1));
+  result.settled.objects = std::span(&object, 1);
+  EXPECT_TRUE(fixture.recorder->record(result));
+  EXPECT_TRUE(fixture.recorder->finish({}));
+  std::vector<float> depths_m;
+  for (const auto& vertex : read_ply(folder.path() / "points/object_5_model.ply").vertices) {
+    depths_m.push_back(vertex.position_m.z());
+  }
+  const std::string left_out = "\"stray_points\": " + std::to_string(points.size() - depths_m.size());
+  EXPECT_NE(read_text(folder.path() / "run.json").find(left_out), std::string::npos) << left_out;
+  return depths_m;
+}
+
+TEST(PointClouds, PointsThatCannotBeTheirObjectsAreLeftOut) {
+  EXPECT_THAT(kept_depths_m(10.0), ElementsAre(-2.F, 0.F, 2.F, 2.8F)) << "depth is certain to decimetres";
+  EXPECT_THAT(kept_depths_m(60.0), ElementsAre(-2.F, 0.F, 2.F, 2.8F, 4.5F)) << "certain to no more than its length";
 }
 
 }  // namespace

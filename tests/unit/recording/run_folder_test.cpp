@@ -1,13 +1,16 @@
 // What happens to the folder itself: made, cleared of an earlier run, refused, and full disks.
 #include "run_folder.hpp"
 
+#include <array>
 #include <csignal>
 #include <fstream>
 #include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <gtest/gtest.h>
 
+#include "kinetrace/imaging/image_info.hpp"
 #include "run_readers.hpp"
 #include "synthetic_run.hpp"
 
@@ -77,6 +80,56 @@ TEST(RunFolder, AnAbandonedRunIsReplaced) {
   EXPECT_FALSE(fs::exists(folder.path() / "run.json"));
   EXPECT_TRUE(record_all(recording_config(folder.path()), {}));
   EXPECT_TRUE(fs::exists(folder.path() / "run.json"));
+}
+
+TEST(RunFolder, ASecondRunIsRefusedBeforeAnythingIsRemoved) {
+  const TemporaryFolder folder;
+  const RecorderFixture first(recording_config(folder.path() / "run"));
+  ASSERT_TRUE(first.recorder);
+  const std::string before = read_text(folder.path() / "run/objects.csv");
+  const RecorderFixture second(recording_config(folder.path() / "run"));
+  ASSERT_FALSE(second.recorder);
+  EXPECT_EQ(second.recorder.error().code, ErrorCode::kInvalidArgument);
+  EXPECT_NE(second.recorder.error().message.find("another run writes into it"), std::string::npos);
+  EXPECT_EQ(read_text(folder.path() / "run/objects.csv"), before);
+  EXPECT_TRUE(fs::exists(folder.path() / "run/.spool/poses.bin"));
+}
+
+TEST(RunFolder, TheLockEndsWithTheProcessHoweverThatEnds) {
+  const TemporaryFolder folder;
+  std::array<int, 2> ready{};
+  ASSERT_EQ(::pipe(ready.data()), 0);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const RecorderFixture recorder(recording_config(folder.path()));
+    const char begun = recorder.recorder ? 'y' : 'n';
+    [[maybe_unused]] const ssize_t told = ::write(ready[1], &begun, 1);
+    ::pause();
+  }
+  char begun = 'n';
+  ASSERT_EQ(::read(ready[0], &begun, 1), 1);
+  EXPECT_EQ(begun, 'y');
+  EXPECT_FALSE(record_all(recording_config(folder.path()), {}));
+  ::kill(child, SIGKILL);
+  ::waitpid(child, nullptr, 0);
+  EXPECT_TRUE(record_all(recording_config(folder.path()), {}));
+}
+
+TEST(RunFolder, ImagesAreThoseOfTheModelsAndGiveWayToTheNextRun) {
+  const TemporaryFolder folder;
+  RecordingConfig recording = recording_config(folder.path());
+  recording.images = true;
+  ASSERT_TRUE(record_all(recording, {.frames = 3, .name_prefix = "left_"}));
+  for (int frame = 0; frame < 3; ++frame) {
+    const fs::path image = folder.path() / "images" / ("left_" + std::to_string(frame) + "_rectified.png");
+    const auto info = imaging::read_image_info(image.c_str());
+    ASSERT_TRUE(info) << info.error().message;
+    EXPECT_EQ(info->width, SyntheticRun::kWidth);
+    EXPECT_NE(read_text(folder.path() / "colmap/background/images.txt").find(image.filename().string()),
+              std::string::npos);
+  }
+  ASSERT_TRUE(record_all(recording_config(folder.path()), {.frames = 3}));
+  EXPECT_FALSE(fs::exists(folder.path() / "images"));
 }
 
 TEST(RunFolder, PartsThatAreSwitchedOffAreRemovedFromAnEarlierRun) {
@@ -201,15 +254,6 @@ TEST(RunFolder, AFullDiskAtTheEndIsReported) {
     EXPECT_NE(finished.error().message.find(folder.path().string()), std::string::npos) << finished.error().message;
     EXPECT_FALSE(fs::exists(folder.path() / "run.json"));
   }
-}
-
-TEST(WriteAtomically, KeepsTheOldFileWhenTheDiskIsFull) {
-  const TemporaryFolder folder;
-  const fs::path path = folder.path() / "run.json";
-  ASSERT_TRUE(write_atomically(path, "old\n"));
-  const FileSizeLimit limit(1);
-  EXPECT_FALSE(write_atomically(path, "new and longer\n"));
-  EXPECT_EQ(read_text(path), "old\n");
 }
 
 }  // namespace

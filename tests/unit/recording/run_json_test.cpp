@@ -5,13 +5,15 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "synthetic_run.hpp"
+
 namespace kinetrace::recording {
 namespace {
 
 using Json = nlohmann::json;
 
 Json parse(const RunSummary& summary) {
-  const Result<std::string> text = run_json_text(summary, {});
+  const Result<std::string> text = run_json_text(summary, {}, {});
   EXPECT_TRUE(text);
   return Json::parse(*text);
 }
@@ -66,7 +68,7 @@ TEST(RunJson, AnEmptySummaryIsStillComplete) {
   EXPECT_EQ(run["stage_ms"], Json::object());
   EXPECT_EQ(run["warnings"], Json::array());
   EXPECT_TRUE(run["allocations_after_start"].is_null()) << "not counted is not the same as none";
-  EXPECT_EQ(run["counters"].size(), 16U);
+  EXPECT_EQ(run["counters"].size(), 17U);
 }
 
 TEST(RunJson, EscapesWhatJsonCannotHold) {
@@ -87,7 +89,7 @@ TEST(RunJson, RefusesAConfigurationThatIsNoObject) {
   for (const char* config : {"{", "[1]", "3", "{\"a\":1} x"}) {
     RunSummary summary;
     summary.config_json = config;
-    const Result<std::string> text = run_json_text(summary, {});
+    const Result<std::string> text = run_json_text(summary, {}, {});
     ASSERT_FALSE(text) << config;
     EXPECT_EQ(text.error().code, ErrorCode::kInvalidArgument);
   }
@@ -96,8 +98,9 @@ TEST(RunJson, RefusesAConfigurationThatIsNoObject) {
 TEST(RunJson, ListsTheFilesOfTheRun) {
   RecordingConfig config;
   config.mots = false;
-  const std::vector<FileEntry> files = list_files(config, {.tracks = 3, .object_clouds = 2, .object_models = 0});
-  const Json run = Json::parse(*run_json_text({}, files));
+  const std::vector<FileEntry> files =
+      list_files(config, {.object_rows = 40, .tracks = 3, .object_clouds = 2, .object_models = 0});
+  const Json run = Json::parse(*run_json_text({}, SyntheticRun::geometry(), files));
   const auto count = [&run](const char* path) {
     for (const Json& file : run["files"]) {
       if (file["path"] == path) {
@@ -111,6 +114,11 @@ TEST(RunJson, ListsTheFilesOfTheRun) {
   EXPECT_EQ(count("camera.tum"), 1);
   EXPECT_EQ(count("mots.txt"), 0);
   EXPECT_EQ(count("colmap/object_ID/images.txt"), 0);
+  EXPECT_EQ(count("images/NAME.png"), 0);
+  const auto objects = std::find_if(run["files"].begin(), run["files"].end(),
+                                    [](const Json& file) { return file["path"] == "objects.csv"; });
+  EXPECT_EQ(objects->at("rows"), 40);
+  EXPECT_EQ(run["rectified"]["width_px"], SyntheticRun::kWidth);
 }
 
 }  // namespace

@@ -215,6 +215,7 @@ const FrameResult* SyntheticRun::next() {
   result_.tracks = tracks_;
   result_.left_labels = draining ? LabelView{} : LabelView{labels_.data(), kWidth, kHeight, kWidth};
   name_ = config_.name_prefix + std::to_string(newest);
+  result_.pair.left = {labels_.data(), kWidth, kHeight, kWidth};
   result_.pair.name = config_.name_prefix.empty() ? std::string_view{} : std::string_view(name_);
   return &result_;
 }

@@ -34,6 +34,16 @@ TEST(ParseSegmentation, NamesTheFormsForAnythingElse) {
   }
 }
 
+TEST(ParseSegmentation, OffersTheNearestForm) {
+  EXPECT_THAT(parse_segmentation("moton").error().message, HasSubstr("; did you mean motion?"));
+  EXPECT_THAT(parse_segmentation("mask:/data").error().message, HasSubstr("; did you mean masks?"));
+  EXPECT_THAT(parse_segmentation("telepathy").error().message, ::testing::Not(HasSubstr("did you mean")));
+}
+
+TEST(SegmentationConfig, FindsObjectsByTheirMotion) {
+  EXPECT_EQ(SegmentationConfig{}.mode, SegmentationMode::kMotion);
+}
+
 TEST(SegmentationConfig, AcceptsItsDefaults) {
   EXPECT_TRUE(SegmentationConfig{}.validate().has_value());
 }

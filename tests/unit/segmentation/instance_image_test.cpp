@@ -1,5 +1,6 @@
 #include "kinetrace/segmentation/instance_image.hpp"
 
+#include <algorithm>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -99,6 +100,21 @@ TEST_F(InstanceRelabelerTest, KeepsTheLargestAtCapacityAndIgnoresTheRest) {
   ASSERT_EQ(detections_.size(), 4U);
   EXPECT_EQ(label(0, 0), kIgnoreLabel);
   EXPECT_EQ(label(40, 0), 1);
+}
+
+TEST_F(InstanceRelabelerTest, HoldsNoneSixtyFourAndNotTheSixtyFifth) {
+  for (int count : {0, kMaxObjects, kMaxObjects + 1}) {
+    std::fill(values_.begin(), values_.end(), std::uint16_t{0});
+    for (int k = 0; k < count; ++k) {
+      // The last one is the smallest.
+      fill(6 * (k % 10), 5 * (k / 10), k < kMaxObjects ? 4 : 3, 4, static_cast<std::uint16_t>(1001 + k));
+    }
+    const int held = std::min(count, kMaxObjects);
+    EXPECT_EQ(relabel(MaskEncoding::kMots, kMaxObjects), count - held) << count;
+    EXPECT_EQ(detections_.size(), static_cast<std::size_t>(held)) << count;
+  }
+  EXPECT_EQ(label(0, 0), 1);
+  EXPECT_EQ(label(6 * (kMaxObjects % 10), 5 * (kMaxObjects / 10)), kIgnoreLabel) << "seen, but nobody's";
 }
 
 TEST_F(InstanceRelabelerTest, DropsInstancesBelowTheSmallestArea) {

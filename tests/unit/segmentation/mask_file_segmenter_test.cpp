@@ -183,12 +183,14 @@ TEST_F(MaskFileSegmenterTest, NeedsExactlyTheBytesItAnnounces) {
 }
 
 TEST(NoSegmenter, SaysThatNothingIsThere) {
+  SegmentationConfig none;
+  none.mode = SegmentationMode::kNone;
   Arena arena(1);
-  const auto segmenter = make_segmenter({}, kGeometry, 100, arena).value();
+  const auto segmenter = make_segmenter(none, kGeometry, 100, arena).value();
   const DetectionFrame frame = segmenter->process({}).value();
   EXPECT_TRUE(frame.available);
   EXPECT_TRUE(frame.left.empty());
-  EXPECT_EQ(required_bytes({}, kGeometry, 100), 0U);
+  EXPECT_EQ(required_bytes(none, kGeometry, 100), 0U);
 }
 
 }  // namespace

@@ -47,7 +47,7 @@ class NetworkSegmenterTest : public ::testing::Test {
     segmenter_ = make_segmenter(config_, kGeometry, 10, *arena_, {.external = nullptr, .network = &network_}).value();
   }
   /// Three features in the mask move a pixel to the right with every frame.
-  DetectionFrame run(std::int64_t index) {
+  DetectionFrame run(std::int64_t index, bool jumped = false) {
     for (std::uint16_t i = 0; i < 3; ++i) {
       features_[i].id = i + 1U;
       features_[i].slot = i;
@@ -57,6 +57,7 @@ class NetworkSegmenterTest : public ::testing::Test {
     SegmentationInput input;
     input.pair.frame_index = index;
     input.features = features_;
+    input.jumped = jumped;
     segmenter_->load(input.pair, tracks_);
     return segmenter_->process(input).value();
   }
@@ -166,6 +167,28 @@ TEST_F(NetworkSegmenterTest, AfterAResetWhatWasUnderWayIsNotUsed) {
   EXPECT_FALSE(run(1).available);
   EXPECT_EQ(network_.offered, (std::vector<std::int64_t>{0, 1}));
   EXPECT_TRUE(run(2).available);
+}
+
+TEST_F(NetworkSegmenterTest, AcrossAJumpNoMasksAreCarried) {
+  make(2);
+  EXPECT_FALSE(run(0).available);
+  EXPECT_FALSE(run(1).available);
+  EXPECT_FALSE(run(2, true).available) << "of frame 0";
+  EXPECT_EQ(network_.offered, (std::vector<std::int64_t>{0, 2}));
+  EXPECT_FALSE(run(3).available);
+  EXPECT_TRUE(run(4).available) << "of frame 2";
+  network_.is_done = false;
+  EXPECT_FALSE(run(5).available);
+  EXPECT_FALSE(run(6).available);
+  EXPECT_FALSE(run(7, true).available);
+  network_.is_done = true;
+  EXPECT_FALSE(run(8).available) << "of frame 4";
+}
+
+TEST_F(NetworkSegmenterTest, AJumpLeavesMasksOfItsOwnFrame) {
+  make(0);
+  EXPECT_TRUE(run(0).available);
+  EXPECT_TRUE(run(1, true).available);
 }
 
 TEST_F(NetworkSegmenterTest, FramesThatWereNotLoadedAreRefused) {

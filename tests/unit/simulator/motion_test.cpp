@@ -169,6 +169,7 @@ TEST(Scenes, NamesThoseThereAreWhenAskedForAnother) {
   EXPECT_EQ(scene.error().code, ErrorCode::kInvalidArgument);
   EXPECT_NE(scene.error().message.find("moon"), std::string::npos);
   EXPECT_NE(scene.error().message.find("pure-rotation"), std::string::npos);
+  EXPECT_NE(make_scene("strete").error().message.find("did you mean street?"), std::string::npos);
 }
 
 }  // namespace

@@ -42,6 +42,8 @@ TEST(Options, RefusesWhatItCannotDo) {
   expect_usage(parse(std::array{"kinetrace-simulate", "street", "--out", "x", "--samples", "5"}), "--samples");
   expect_usage(parse(std::array{"kinetrace-simulate", "street", "--out", "x", "--frames", "0"}), "--frames");
   expect_usage(parse(std::array{"kinetrace-simulate", "street", "--out", "x", "--degrade", "much"}), "--degrade");
+  expect_usage(parse(std::array{"kinetrace-simulate", "street", "--out", "x", "--fraems", "3"}),
+               "--fraems: no such option; did you mean --frames?");
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,6 +28,8 @@ enum class DatasetLayout : std::uint8_t {
   kContainer
 };
 
+/// Of all layouts, as parse_layout understands them.
+[[nodiscard]] KINETRACE_API std::span<const std::string_view> layout_names() noexcept;
 [[nodiscard]] KINETRACE_API std::string_view to_string(DatasetLayout layout) noexcept;
 /// From "kitti-raw", "kitti-odometry", "kitti-tracking", "euroc", "cityscapes", "folder" or "container". Errors:
 /// kInvalidArgument.

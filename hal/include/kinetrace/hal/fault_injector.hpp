@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -46,6 +47,9 @@ struct FaultPlan {
   [[nodiscard]] bool empty() const noexcept { return faults.empty(); }
 };
 
+/// Of all kinds, as parse_faults understands them.
+[[nodiscard]] KINETRACE_API std::span<const std::string_view> fault_kind_names() noexcept;
+
 /// From "KIND@FIRST[-LAST][%PERCENT][:VALUE]", several with commas, and "seed=N" among them:
 /// "drop@10-12,clock@40:-5,duplicate@0-999%10,seed=7". Errors: kInvalidArgument, with the part that is wrong.
 [[nodiscard]] KINETRACE_API Result<FaultPlan> parse_faults(std::string_view text);
@@ -69,6 +73,9 @@ class KINETRACE_API FaultInjector final : public StereoCamera {
   [[nodiscard]] Status stop() override;
   [[nodiscard]] Status recover() override;
   void close() noexcept override;
+  [[nodiscard]] std::string image_name(std::int64_t frame_index, bool is_left) const override {
+    return camera_->image_name(frame_index, is_left);
+  }
 
   [[nodiscard]] CameraState state() const noexcept override { return state_.value_or(camera_->state()); }
   [[nodiscard]] const CameraInfo& info() const noexcept override { return camera_->info(); }

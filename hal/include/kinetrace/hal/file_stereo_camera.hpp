@@ -42,10 +42,16 @@ class KINETRACE_API FileStereoCamera final : public StereoCamera {
   [[nodiscard]] Status stop() override;
   [[nodiscard]] Status recover() override;
   void close() noexcept override { state_ = CameraState::kClosed; }
+  [[nodiscard]] std::string image_name(std::int64_t frame_index, bool is_left) const override;
 
   [[nodiscard]] CameraState state() const noexcept override { return state_; }
   [[nodiscard]] const CameraInfo& info() const noexcept override { return info_; }
   [[nodiscard]] const CameraCounters& counters() const noexcept override { return counters_; }
+
+  [[nodiscard]] const Dataset& dataset() const noexcept { return dataset_; }
+  /// Any frame of the recording, by its place in the list, in any state and without moving on; for tools. Its images
+  /// live until the next call of this or `next`. Errors: those of decoding it.
+  [[nodiscard]] Result<StereoFrame> frame_at(std::size_t place);
 
   /// Why frames were skipped since start(): the first `max_warnings` messages, one line each.
   [[nodiscard]] const std::vector<std::string>& warnings() const noexcept { return warnings_; }
@@ -58,7 +64,7 @@ class KINETRACE_API FileStereoCamera final : public StereoCamera {
   explicit FileStereoCamera(Dataset dataset, const FileCameraConfig& config, imaging::ImageReader reader,
                             const Storage& storage);
   static void carve(const Dataset& dataset, Arena& arena, Storage& storage);
-  [[nodiscard]] Status decode(const FrameList::Frame& frame);
+  [[nodiscard]] Status decode(std::size_t place);
   [[nodiscard]] const char* compose_path(const FrameFolder& folder, std::string_view stem);
   [[nodiscard]] StereoFrame deliver(const FrameList::Frame& frame);
   void advance();

@@ -4,9 +4,12 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <string>
 
 #include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
+#include "kinetrace/hal/cut_off_detector.hpp"
 #include "kinetrace/hal/stereo_camera.hpp"
 #include "kinetrace/hal/timeline_guard.hpp"
 
@@ -19,12 +22,9 @@ struct FrameGuardConfig {
   bool mend_times = true;
 };
 
-/// True if the lower third or more of one eye's image is of one single value where the other eye sees something: what
-/// is left of an image whose transfer broke off. Looks at a few hundred pixels.
-[[nodiscard]] KINETRACE_API bool looks_cut_off(const StereoFrame& frame) noexcept;
-
 /// Passes on the frames of another camera in order, each once, with times that advance. Skipped and counted are frames
-/// that came before, of another size than announced, or cut off. States are those of the camera behind.
+/// that came before, of another size than announced, or cut off (CutOffDetector). States are those of the camera
+/// behind. The end of a stream of which nothing passed is kBadFormat, with the first image that was of no use.
 class KINETRACE_API FrameGuard final : public StereoCamera {
  public:
   FrameGuard(std::unique_ptr<StereoCamera> camera, const FrameGuardConfig& config);
@@ -36,6 +36,9 @@ class KINETRACE_API FrameGuard final : public StereoCamera {
   [[nodiscard]] Status stop() override { return camera_->stop(); }
   [[nodiscard]] Status recover() override { return camera_->recover(); }
   void close() noexcept override { camera_->close(); }
+  [[nodiscard]] std::string image_name(std::int64_t frame_index, bool is_left) const override {
+    return camera_->image_name(frame_index, is_left);
+  }
 
   [[nodiscard]] CameraState state() const noexcept override { return camera_->state(); }
   [[nodiscard]] const CameraInfo& info() const noexcept override { return camera_->info(); }
@@ -43,6 +46,15 @@ class KINETRACE_API FrameGuard final : public StereoCamera {
   [[nodiscard]] const CameraCounters& counters() const noexcept override;
 
  private:
+  struct Unusable {
+    std::int64_t frame_index = 0;
+    bool is_left = false;
+    int width_px = 0;
+    int height_px = 0;
+    int missing_rows = 0;  ///< 0: another size.
+  };
+  void note_unusable(const Unusable& unusable) noexcept;
+  [[nodiscard]] Error explain(Error end) const;
   /// Counts why, if the frame is not to pass.
   [[nodiscard]] bool passes(const StereoFrame& frame) noexcept;
   [[nodiscard]] double period_ns() const noexcept;
@@ -51,6 +63,8 @@ class KINETRACE_API FrameGuard final : public StereoCamera {
   std::unique_ptr<StereoCamera> camera_;
   FrameGuardConfig config_;
   TimelineGuard timeline_;
+  CutOffDetector cut_off_;
+  std::optional<Unusable> first_unusable_;
   CameraCounters own_;
   mutable CameraCounters sum_;
   bool begun_ = false;

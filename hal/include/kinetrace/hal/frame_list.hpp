@@ -30,11 +30,26 @@ class KINETRACE_API FrameList {
     [[nodiscard]] bool complete() const noexcept { return !left_stem.empty() && !right_stem.empty(); }
   };
 
-  FrameList() = default;
-  FrameList(FrameFolder left, FrameFolder right) : left_(std::move(left)), right_(std::move(right)) {}
+  static constexpr std::int64_t kMaxFrameIndex = INT32_MAX - 1;
+  /// Of a nanosecond clock: 1933 to 2116 if that counts from 1970. Any two times in between can be subtracted.
+  static constexpr std::int64_t kMinTime_ns = -(std::int64_t{1} << 60);
+  static constexpr std::int64_t kMaxTime_ns = std::int64_t{1} << 62;
+  [[nodiscard]] static constexpr bool holds_time(std::int64_t timestamp_ns) noexcept {
+    return timestamp_ns >= kMinTime_ns && timestamp_ns <= kMaxTime_ns;
+  }
+  [[nodiscard]] static constexpr bool holds(std::int64_t frame_index, std::int64_t timestamp_ns) noexcept {
+    return frame_index >= 0 && frame_index <= kMaxFrameIndex && holds_time(timestamp_ns);
+  }
 
-  /// Appends a frame; equal stems are stored once. Errors: kBadFormat if index or time do not increase, kCapacity
-  /// beyond 4 GiB of stems.
+  FrameList() = default;
+  /// `times_source`: where numbers and times come from, for errors; the left folder if it is empty.
+  FrameList(FrameFolder left, FrameFolder right, std::string times_source = {})
+      : left_(std::move(left)),
+        right_(std::move(right)),
+        times_source_(times_source.empty() ? left_.folder : std::move(times_source)) {}
+
+  /// Appends a frame; equal stems are stored once. Errors: kBadFormat if index or time do not increase or are none that
+  /// the list holds, kCapacity beyond 4 GiB of stems.
   [[nodiscard]] Status add(const Frame& frame);
 
   [[nodiscard]] std::size_t size() const noexcept { return entries_.size(); }
@@ -48,6 +63,7 @@ class KINETRACE_API FrameList {
 
   [[nodiscard]] const FrameFolder& left() const noexcept { return left_; }
   [[nodiscard]] const FrameFolder& right() const noexcept { return right_; }
+  [[nodiscard]] const std::string& times_source() const noexcept { return times_source_; }
 
  private:
   static constexpr std::uint32_t kNoStem = UINT32_MAX;
@@ -62,6 +78,7 @@ class KINETRACE_API FrameList {
 
   FrameFolder left_;
   FrameFolder right_;
+  std::string times_source_;
   std::string stems_;
   std::vector<Entry> entries_;
   std::size_t longest_stem_ = 0;

@@ -99,6 +99,11 @@ class KINETRACE_API StereoCamera {
   /// Gives the device back. Allowed in every state.
   virtual void close() noexcept = 0;
 
+  /// What an image is called in messages: its file where it has one.
+  [[nodiscard]] virtual std::string image_name(std::int64_t frame_index, bool is_left) const {
+    return info().name + (is_left ? ": left" : ": right") + " image of frame " + std::to_string(frame_index);
+  }
+
   [[nodiscard]] virtual CameraState state() const noexcept = 0;
   [[nodiscard]] virtual const CameraInfo& info() const noexcept = 0;
   [[nodiscard]] virtual const CameraCounters& counters() const noexcept = 0;

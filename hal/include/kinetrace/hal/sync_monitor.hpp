@@ -30,12 +30,17 @@ enum class SyncVerdict : std::uint8_t {
 
 struct SyncReport {
   SyncVerdict verdict = SyncVerdict::kUnknown;
+  SyncVerdict latest = SyncVerdict::kUnknown;  ///< What the last measurement says by itself.
   int agreeing = 0;  ///< Of the last `kVotes` measurements which could tell, those that say so.
   int measurements = 0;
   int matches = 0;                  ///< Of the last measurement.
+  int searched = 0;                 ///< Patches with texture, for which a match was sought.
   int frames_apart = 0;             ///< Of its two pairs: 1; 2 or 3 tell less, and more nothing, though it says 4.
   double residual_px = 0.0;         ///< Median distance of matches from their epipolar line, of the last measurement.
   double signed_residual_px = 0.0;  ///< Median of right row less left row.
+  int in_front = 0;                 ///< Matches with a disparity above a pixel, of the last measurement.
+  int beyond_infinity = 0;          ///< ... below minus one pixel: nothing real is there.
+  double disparity_px = 0.0;        ///< Median.
 };
 
 /// In a rectified pair matches lie in one row. If one image is older than the other and the rig has moved meanwhile,
@@ -45,19 +50,24 @@ struct SyncReport {
 /// with the camera, the three are compared with what even motion between them would give. A miscalibrated rig has a
 /// residual in all three and is not mistaken for late. Rigs that only slide sideways show nothing.
 ///
-/// Works on images of half the size: at most `kPoints` patches of 16x8 pixels, +-12 px of rows, sums of absolute
-/// differences. About a millisecond for 640x480 in every `interval_frames`-th frame, less than .2 ms in the one before,
-/// nothing in others. Memory from the arena: one image pair. Never allocates.
+/// The first `kEarlyLooks` measurements come sooner, of one frame alone: they tell nothing of time.
+///
+/// Works on images of half the size: at most 64 patches of 16x8 pixels, +-12 px of rows, sums of absolute
+/// differences. Disparities of one frame are searched on both sides of infinity. About 1.3 ms for 640x480 in every
+/// `interval_frames`-th frame, less than .2 ms in the one before, nothing in others. Memory from the arena: one image
+/// pair. Never allocates.
 class KINETRACE_API SyncMonitor {
  public:
-  static constexpr int kPoints = 64;
   static constexpr std::size_t kVotes = 8;
+  static constexpr int kEarlyLooks = 3;
 
   [[nodiscard]] static std::size_t required_bytes(const SyncMonitorConfig& config, int width_px, int height_px);
   /// Errors: kInvalidConfig, kCapacity.
   [[nodiscard]] static Result<SyncMonitor> create(const SyncMonitorConfig& config, int width_px, int height_px,
                                                   Arena& arena);
 
+  /// Whether process() will look at the next pair; the images of others may be left out.
+  [[nodiscard]] bool wants_pair() const noexcept { return next_look() != Look::kNone; }
   /// True if this pair was measured, so that the report is new.
   bool process(const RectifiedPair& pair) noexcept;
   [[nodiscard]] const SyncReport& report() const noexcept { return report_; }
@@ -74,10 +84,18 @@ class KINETRACE_API SyncMonitor {
     int matches = 0;
     double median_px = 0.0;
     double signed_px = 0.0;
+    int searched = 0;
+    int in_front = 0;
+    int beyond_infinity = 0;
+    double disparity_px = 0.0;
   };
   SyncMonitor(const SyncMonitorConfig& config, const Storage& storage) : config_(config), storage_(storage) {}
+  enum class Look : std::uint8_t { kNone, kEarly, kBefore, kNow };
+  [[nodiscard]] Look next_look() const noexcept;
+  /// Of one frame alone: what is measured before the eyes can be compared in time.
+  [[nodiscard]] Residual look(const RectifiedPair& pair) noexcept;
   static void carve(int width_px, int height_px, Arena& arena, Storage& storage);
-  [[nodiscard]] Residual measure(GrayView left, GrayView right) const noexcept;
+  [[nodiscard]] Residual measure(GrayView left, GrayView right, int least_disparity_px) const noexcept;
   void vote(const Residual& same, const Residual& right_late, const Residual& right_early) noexcept;
   void vote_by_motion(const Residual& same, const Residual& right_late, const Residual& right_early,
                       int frames_apart) noexcept;

@@ -79,8 +79,9 @@ struct FrameCounters {
   std::uint64_t features_dropped = 0;  ///< Corners not taken: feature capacity reached.
   std::uint64_t stereo_matched = 0;
   std::uint64_t detections = 0;
-  std::uint64_t detections_dropped = 0;  ///< Instances beyond max_objects or too small.
-  std::uint64_t detection_frames_missing = 0;
+  std::uint64_t detections_dropped = 0;        ///< Instances beyond max_objects or too small.
+  std::uint64_t detection_frames_missing = 0;  ///< Frames without detections: no mask came, or it cannot be used.
+  std::uint64_t mask_files_unreadable = 0;     ///< Damaged, or of another size or type.
   std::uint64_t tracks_born = 0;
   std::uint64_t tracks_confirmed = 0;
   std::uint64_t tracks_ended = 0;
@@ -95,7 +96,7 @@ struct FrameCounterName {
   std::uint64_t FrameCounters::*member;
 };
 /// All of FrameCounters, by the names under which users see them.
-inline constexpr std::array<FrameCounterName, 16> kFrameCounterNames{{
+inline constexpr std::array<FrameCounterName, 17> kFrameCounterNames{{
     {"frames", &FrameCounters::frames},
     {"features_tracked", &FrameCounters::features_tracked},
     {"features_lost", &FrameCounters::features_lost},
@@ -105,6 +106,7 @@ inline constexpr std::array<FrameCounterName, 16> kFrameCounterNames{{
     {"detections", &FrameCounters::detections},
     {"detections_dropped", &FrameCounters::detections_dropped},
     {"detection_frames_missing", &FrameCounters::detection_frames_missing},
+    {"mask_files_unreadable", &FrameCounters::mask_files_unreadable},
     {"tracks_born", &FrameCounters::tracks_born},
     {"tracks_confirmed", &FrameCounters::tracks_confirmed},
     {"tracks_ended", &FrameCounters::tracks_ended},

@@ -33,23 +33,32 @@ enum class HealthReason : std::uint8_t {
   kFramesOutdated,    ///< Left out because processing could not follow.
   kClockJumped,       ///< Times that could not be, mended.
   kEyesOutOfStep,     ///< Left and right are not from the same moment.
+  kEyesIdentical,     ///< Left and right are the same image.
+  kEyesExchanged,     ///< The left image is the right eye's.
+  kEyesUnrelated,     ///< Left and right show different things.
+  kNoParallax,        ///< Left and right show no disparity.
+  kCalibrationOff,    ///< The calibration does not fit the images.
+  kImagesFrozen,      ///< An eye delivers the same image again and again.
   kPoseLost,          ///< Frames in which the camera's own motion was not found.
   kRecordingStopped,  ///< Raw images are not recorded any more.
   kMasksMissing,      ///< Frames that were to have masks and had none: a network is slow, fails, or is not there.
+  kMasksUnreadable,   ///< Mask files that are damaged, or of another size or type.
   kNotPublished,      ///< Results that reached nobody, since network or DDS were not there.
   // Frames for which less was done, since deadlines were missed:
   kShedsIterations,  ///< Of bundle adjustment.
   kShedsPoints,
   kShedsObjects,
 };
-inline constexpr std::size_t kHealthReasonCount = 16;
+inline constexpr std::size_t kHealthReasonCount = 23;
 
 [[nodiscard]] constexpr std::string_view to_string(HealthReason reason) noexcept {
   constexpr std::array<std::string_view, kHealthReasonCount> kNames{
-      "camera_stalled",       "camera_lost",     "frames_lost",   "frames_repeated",  "frames_damaged",
-      "frames_of_wrong_size", "frames_outdated", "clock_jumped",  "eyes_out_of_step", "pose_lost",
-      "recording_stopped",    "masks_missing",   "not_published", "sheds_iterations", "sheds_points",
-      "sheds_objects"};
+      "camera_stalled",    "camera_lost",          "frames_lost",      "frames_repeated",
+      "frames_damaged",    "frames_of_wrong_size", "frames_outdated",  "clock_jumped",
+      "eyes_out_of_step",  "eyes_identical",       "eyes_exchanged",   "eyes_unrelated",
+      "no_parallax",       "calibration_off",      "images_frozen",    "pose_lost",
+      "recording_stopped", "masks_missing",        "masks_unreadable", "not_published",
+      "sheds_iterations",  "sheds_points",         "sheds_objects"};
   return kNames[static_cast<std::size_t>(reason)];
 }
 

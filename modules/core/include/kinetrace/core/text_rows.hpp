@@ -18,7 +18,7 @@ namespace kinetrace {
 /// The whole of `text` as a number; none if it is not one or not finite.
 [[nodiscard]] KINETRACE_API std::optional<double> parse_number(std::string_view text);
 [[nodiscard]] KINETRACE_API std::optional<std::int64_t> parse_integer(std::string_view text);
-/// Nanoseconds from an integer of 16 digits or more (nanoseconds), or else from seconds.
+/// Nanoseconds from an integer of 16 digits or more (nanoseconds), or else from seconds; none beyond 146 years.
 [[nodiscard]] KINETRACE_API std::optional<std::int64_t> parse_time_ns(std::string_view text);
 
 /// Walks through the rows of a text file. Blank lines and lines that begin with '#' are left out. The first mistake
@@ -37,12 +37,20 @@ class KINETRACE_API TextRows {
   TextRows& operator=(const TextRows&) = delete;
   ~TextRows() = default;
 
-  /// Reads the whole file. Errors: kNotFound, kIo.
+  /// Reads the whole file. Errors: those of read_file.
   [[nodiscard]] static Result<TextRows> open(const std::filesystem::path& path, Separator separator);
+
+  /// Whether the last row ends with a line break; one that does not may have been cut.
+  [[nodiscard]] bool ends_with_whole_row() const noexcept { return content_.empty() || content_.back() == '\n'; }
+  /// For files that are still being written, or whose writer was stopped. Before the first `next`.
+  void leave_out_unfinished_row();
 
   /// Takes the next row as the names of the columns; from then on every row has as many fields. Returns where `names`
   /// are. Mistakes: a name that is missing.
   [[nodiscard]] std::vector<std::size_t> columns(const std::vector<std::string_view>& names);
+
+  /// From now on every row has as many fields.
+  void expect_fields(std::size_t count) noexcept { expected_fields_ = count; }
 
   /// To the next row; false at the end and after a mistake.
   [[nodiscard]] bool next();

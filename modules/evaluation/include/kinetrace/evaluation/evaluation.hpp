@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "kinetrace/evaluation/camera_metrics.hpp"
 #include "kinetrace/evaluation/mask_metrics.hpp"
@@ -20,6 +21,7 @@ struct Evaluation {
   std::string run;
   std::string truth;
   std::string truth_format;
+  std::vector<std::string> notes;  ///< What a reader of the figures should know, one line each.
   CameraMetrics camera;
   /// By how many deg the camera's estimated frame was turned, see camera_rotation; none if it was not.
   std::optional<double> camera_rotation_deg;

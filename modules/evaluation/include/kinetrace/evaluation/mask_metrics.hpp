@@ -51,6 +51,7 @@ struct MotsScores {
   std::int64_t id_switches = 0;  ///< Matched to another track than when the object was matched last.
   double soft_tp = 0.0;          ///< Sum of the intersections over union of the true positives.
 
+  [[nodiscard]] bool has_truth() const noexcept { return tp + fn > 0; }  ///< Without, MOTSA has no meaning.
   [[nodiscard]] double motsa() const noexcept;   ///< (TP - FP - IDS) / (TP + FN), at most 1, may be negative.
   [[nodiscard]] double smotsa() const noexcept;  ///< The same with the soft TP above the line.
   [[nodiscard]] double motsp() const noexcept;   ///< Soft TP / TP; 0 without any.
@@ -62,9 +63,12 @@ struct MaskScores {
 };
 
 struct MaskReport {
-  std::map<std::uint16_t, MaskScores> classes;  ///< Each class of truth or result against itself alone.
-  MaskScores combined;   ///< The classes together, each by its number of masks (TrackEval's cls_comb_det_av).
-  MaskScores any_class;  ///< Classes disregarded: for regions of unknown class, as found by motion.
+  /// The result says of no mask what it is (regions found by motion): it can only be scored whatever the class.
+  bool is_classless = false;
+  std::map<std::uint16_t, MaskScores> classes;  ///< Each class against itself alone; none if classless.
+  MaskScores combined;   ///< The classes together, each by its number of masks (TrackEval's cls_comb_det_av); if
+                         ///< classless, any_class.
+  MaskScores any_class;  ///< Classes disregarded.
 };
 
 /// Takes a sequence frame by frame. First, of each class, result masks that match no true mask (at 0.5) and lie by more

@@ -71,6 +71,10 @@ class FeatureFrontEnd {
   /// die here. The span of the result lives until the next call. Errors: kIllegalState without `begin_frame`.
   [[nodiscard]] Result<FeatureFrame> track(std::span<const FeaturePrediction> by_slot);
 
+  /// Between `track` and `replenish`: in how many buckets of the background's grid this frame shows a corner, whether
+  /// or not there is a feature. Takes as long as detecting does.
+  [[nodiscard]] std::size_t count_corners() noexcept;
+
   /// Which bodies' masks are guesses, by label: features may stay in them, but no new ones are looked for.
   using GuessedMasks = std::bitset<256>;
 

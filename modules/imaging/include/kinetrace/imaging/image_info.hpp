@@ -8,6 +8,8 @@
 
 namespace kinetrace::imaging {
 
+inline constexpr int kMaxImageSide_px = 16384;
+
 enum class ImageFormat : std::uint8_t { kPng, kPgm, kJpeg };
 
 /// Header of an image file.
@@ -20,7 +22,9 @@ struct ImageInfo {
 };
 
 /// Reads the header of a PNG, PGM (P5) or JPEG file; the content decides which, not the name. Never allocates unless it
-/// fails. Errors: kNotFound, kIo, kBadFormat (empty, truncated, not an image), kUnsupported (another image format).
+/// fails. Memory for the pixels may be taken by what it says: a file holds at least a thousandth of them.
+/// Errors: kNotFound, kIo, kBadFormat (no regular file, empty, truncated, more than 16384 pixels wide or high, more
+/// pixels than a file of its length can hold), kUnsupported (another image format).
 [[nodiscard]] KINETRACE_API Result<ImageInfo> read_image_info(const char* path);
 
 }  // namespace kinetrace::imaging

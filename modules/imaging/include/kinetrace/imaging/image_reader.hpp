@@ -34,11 +34,15 @@ class KINETRACE_API ImageReader {
   /// Errors: kInvalidConfig, kCapacity (arena too small).
   [[nodiscard]] static Result<ImageReader> create(const ImageReaderConfig& config, Arena& arena);
 
+  /// The header of a file that this reader can read. Errors: as read_image_info; kBadFormat (larger than the reader was
+  /// made for), naming the file and its size: before memory is taken for its pixels.
+  [[nodiscard]] Result<ImageInfo> inspect(const char* path) const;
+
   /// Decodes to 8-bit luminance. `target` must have the size of the image. Colour becomes Rec. 601 luma; 16-bit samples
   /// keep their upper byte (PGM with another maxval: scaled to 255); 1, 2 and 4-bit gray is scaled to 0..255; alpha is
   /// ignored. On an error the pixels of `target` are unspecified.
-  /// Errors, all naming the file: kNotFound, kIo, kBadFormat (empty, truncated, damaged), kUnsupported (another
-  /// format), kInvalidArgument (size differs from the target), kCapacity (larger than the reader was made for).
+  /// Errors, all naming the file: kNotFound, kIo, kBadFormat (empty, truncated, damaged, larger than the reader was
+  /// made for), kUnsupported (another format), kInvalidArgument (size differs from the target).
   [[nodiscard]] Status read_gray(const char* path, MutableGrayView target);
 
   /// Decodes to 8-bit colour; grey images have three equal samples. Otherwise as read_gray; kUnsupported for PGM.
@@ -55,6 +59,7 @@ class KINETRACE_API ImageReader {
     std::span<std::uint8_t> row;
   };
   static void carve(const ImageReaderConfig& config, Arena& arena, Storage& storage);
+  [[nodiscard]] Result<ImageInfo> within_limits(const char* path, const ImageInfo& info) const;
   /// Reads the whole file into the storage and checks its header against the reader's and the target's size.
   [[nodiscard]] Result<std::span<const std::uint8_t>> load(const char* path, int width, int height, ImageInfo& info);
 

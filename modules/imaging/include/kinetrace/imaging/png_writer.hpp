@@ -14,8 +14,8 @@ namespace kinetrace::imaging {
 /// wide areas.
 enum class PngEffort : std::uint8_t { kSmall, kFast, kFlat };
 
-/// Each writes one file, replacing an existing one. Errors: kInvalidArgument (empty image), kIo (cannot be created or
-/// written; the file is then removed).
+/// Each writes one file, replacing an existing one as a whole or not at all. Errors: kInvalidArgument (empty image),
+/// kIo (cannot be created or written).
 [[nodiscard]] KINETRACE_API Status write_png_gray8(const char* path, GrayView image,
                                                    PngEffort effort = PngEffort::kSmall);
 [[nodiscard]] KINETRACE_API Status write_png_gray16(const char* path, ImageView<const std::uint16_t> image,

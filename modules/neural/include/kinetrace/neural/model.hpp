@@ -66,11 +66,15 @@ struct KINETRACE_API ModelThresholds {
   float overlap = 0.5F;  ///< Intersection over union of boxes of one class above which the weaker one goes.
 };
 
+/// What a network learnt from; it finds little in pictures of the other kind.
+enum class TrainingPictures : std::uint8_t { kReal, kRendered };
+
 /// A network in a file, and how to use it.
 struct KINETRACE_API ModelConfig {
   ModelFamily family = ModelFamily::kYolov8Seg;
   std::string file;   ///< .onnx, or .pb for Mask R-CNN.
   std::string graph;  ///< .pbtxt beside a .pb; may be empty.
+  TrainingPictures trained_on = TrainingPictures::kReal;
   ModelInput input;
   std::vector<ModelClass> classes;  ///< In the order of the network.
   ModelThresholds thresholds;

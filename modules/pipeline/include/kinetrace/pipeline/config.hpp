@@ -27,7 +27,7 @@ namespace kinetrace::pipeline {
 }
 
 struct MemoryConfig {
-  double budget_mib = 64.0;     ///< Of the whole process at its peak; a plan that does not fit is refused at start.
+  double budget_mib = 0.0;      ///< Of the whole process at its peak; a larger plan is refused. 0: what the plan needs.
   double libraries_mib = 20.0;  ///< Set aside for code and libraries.
 };
 
@@ -108,7 +108,7 @@ void visit_fields(Config& config, Visitor&& visit) {
   visit("features.mask_border_px", f.mask_border_px, "a feature this near a mask border keeps its body, px");
 
   auto& s = config.segmentation;
-  visit("segmentation.mode", s.mode, "none, masks, motion, dds or onnx");
+  visit("segmentation.mode", s.mode, "motion, none (objects are not looked for), masks, onnx or dds");
   visit("segmentation.left_dir", s.left_dir, "masks: folder of left masks, named like the left images");
   visit("segmentation.right_dir", s.right_dir, "masks: folder of right masks, may be empty");
   visit("segmentation.max_objects", s.max_objects, "instances per frame; the largest stay");
@@ -194,7 +194,8 @@ void visit_fields(Config& config, Visitor&& visit) {
   visit("refinement.initial_damping", r.initial_damping, "Levenberg-Marquardt damping, relative");
   visit("refinement.relative_cost_tolerance", r.relative_cost_tolerance, "converged below this relative change");
 
-  visit("memory.budget_mib", config.memory.budget_mib, "of the whole process at its peak, MiB");
+  visit("memory.budget_mib", config.memory.budget_mib,
+        "of the whole process at its peak, MiB; a plan that needs more is refused; 0: as much as the plan needs");
   visit("memory.libraries_mib", config.memory.libraries_mib, "set aside for code and libraries, MiB");
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string_view>
 
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/core/effort.hpp"
@@ -41,6 +42,9 @@ class KINETRACE_API Pipeline {
 
   /// Bounds what the next frames cost, until called again. Without a call everything is as configured.
   void limit(const Effort& effort) noexcept;
+
+  /// The first mask file that was missing or could not be used: which, and why. Empty if there was none.
+  [[nodiscard]] std::string_view mask_complaint() const noexcept;
 
   /// After the last frame: call until it returns nullptr. Each call gives one more settled frame (`has_settled` true,
   /// `newest` repeats the last frame, images empty); the last ones also carry, as retired, every point still alive.

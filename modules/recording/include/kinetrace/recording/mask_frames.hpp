@@ -33,9 +33,8 @@ class KINETRACE_API MaskFrames {
  public:
   static constexpr std::size_t kMaxMasksPerFrame = kIgnoreLabel - 1;
 
-  /// `directory` is a run folder; without mots.txt no frame has masks. Errors: those of read_masks; kBadFormat (images
-  /// of different sizes).
-  [[nodiscard]] static Result<MaskFrames> open(const std::filesystem::path& directory);
+  /// Without mots.txt no frame has masks. Errors: those of read_masks; kBadFormat (images of different sizes).
+  [[nodiscard]] static Result<MaskFrames> open(const Run& run);
 
   /// Errors, with file, frame and track: kBadFormat (malformed run lengths, two masks on one pixel, the same track
   /// twice), kCapacity (more than kMaxMasksPerFrame masks).

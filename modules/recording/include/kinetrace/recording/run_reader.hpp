@@ -1,8 +1,10 @@
-// Reads a finished run folder back. For host-side tools; allocates.
+// Reads a run folder back. For host-side tools; allocates.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,8 +13,11 @@
 #include "kinetrace/core/frame_result.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/core/se3.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
 
 namespace kinetrace::recording {
+
+class FolderLock;
 
 /// A settled camera pose.
 struct CameraRow {
@@ -52,21 +57,29 @@ struct MaskRow {
 
 /// What a run folder holds as rows. World = first left rectified camera.
 struct Run {
-  std::filesystem::path directory;
-  std::string dataset;      ///< "LAYOUT:PATH" as it was given; the path may be relative to where the run was made.
-  std::string sequence;     ///< Name of the sequence.
-  std::string config_json;  ///< The configuration, a JSON object.
-  std::int64_t frames = 0;  ///< Processed.
-  std::vector<CameraRow> camera;   ///< By frame.
-  std::vector<ObjectRow> objects;  ///< By frame, then as in the file.
+  std::filesystem::path directory = {};
+  std::string dataset = {};      ///< "LAYOUT:PATH" as it was given; the path may be relative to where the run was made.
+  std::string sequence = {};     ///< Name of the sequence.
+  std::string cameras = {};      ///< "gray", "color", or empty.
+  std::string config_json = {};  ///< The configuration, a JSON object; empty where it is not known.
+  StereoGeometry rectified = {};                ///< All zero where it is not known.
+  bool is_finished = true;                      ///< It ended in good order, and all of its files are there.
+  std::vector<CameraRow> camera = {};           ///< By frame.
+  std::vector<ObjectRow> objects = {};          ///< By frame, then as in the file.
+  std::optional<std::int64_t> mask_rows = {};   ///< Of mots.txt; none where it is not known.
+  std::vector<std::string> notes = {};          ///< What the user should know about what has been read, one line each.
+  std::shared_ptr<const FolderLock> lock = {};  ///< Keeps new runs out of the folder while it is read.
 };
 
-/// Reads run.json, camera.tum, camera_kitti.txt and objects.csv. The camera files have no frame numbers: they come from
-/// the time stamps of objects.csv, and between and beyond those from the interval between frames. Errors, each with
-/// file and line: kNotFound (no such folder; no run.json, so the run did not finish), kBadFormat.
+/// Reads run.json, camera.tum, camera_kitti.txt and objects.csv, and compares what they say of the same. The camera
+/// files have no frame numbers: they come from the time stamps of objects.csv, and between and beyond those from the
+/// interval between frames. Of a run that was stopped, or that is still going on, that is what had been written so far:
+/// the frames that all files have, with a note. Errors, each with file and line: kNotFound (no folder of a run),
+/// kBadFormat (damaged, or files that do not fit each other), kIo.
 [[nodiscard]] KINETRACE_API Result<Run> read_run(const std::filesystem::path& directory);
 
-/// Reads mots.txt, ordered by frame; empty if the run wrote none. Errors: kBadFormat with file and line.
-[[nodiscard]] KINETRACE_API Result<std::vector<MaskRow>> read_masks(const std::filesystem::path& directory);
+/// Reads mots.txt, ordered by frame; empty if the run wrote none. Errors: kBadFormat with file and line (also: another
+/// image size or number of rows than the run's).
+[[nodiscard]] KINETRACE_API Result<std::vector<MaskRow>> read_masks(const Run& run);
 
 }  // namespace kinetrace::recording

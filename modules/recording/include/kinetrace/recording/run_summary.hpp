@@ -39,6 +39,14 @@ struct LiveSummary {
   LatencySummary published_latency{};  ///< ... and until it was with the network, where it was published.
 };
 
+/// What was found, by final estimates.
+struct FoundSummary {
+  std::uint64_t poses = 0;          ///< Of the camera.
+  double camera_path_m = 0.0;       ///< From pose to pose.
+  std::uint64_t objects = 0;        ///< That had a pose.
+  std::uint64_t objects_moved = 0;  ///< Of these: whose speed differed significantly from zero.
+};
+
 /// Filled in by the application after the last frame, when allocation is allowed again.
 struct RunSummary {
   std::string version;
@@ -50,6 +58,9 @@ struct RunSummary {
   /// The most that libraries allocated in one frame, by stage; empty when the program does not count.
   std::vector<std::pair<std::string, std::uint64_t>> stage_foreign_allocations;
   std::uint64_t rss_peak_bytes = 0;
+  std::uint64_t planned_bytes = 0;  ///< What all parts may take together.
+  std::uint64_t budget_bytes = 0;   ///< What they were allowed to; without a budget, what was planned.
+  FoundSummary found;
   std::optional<AllocationCounts> allocations_after_start;  ///< Absent when the program does not count.
   FrameCounters counters;
   std::vector<std::pair<std::string, std::uint64_t>> camera_counters;  ///< Added to the counters under their names.

@@ -1,6 +1,7 @@
 // Where instance masks come from, and how.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -19,6 +20,10 @@ enum class SegmentationMode : std::uint8_t {
   kOnnx,    ///< A neural network in this process, see DelayedMaskSource.
 };
 
+inline constexpr std::array<SegmentationMode, 5> kSegmentationModes{SegmentationMode::kMotion, SegmentationMode::kNone,
+                                                                    SegmentationMode::kMasks, SegmentationMode::kOnnx,
+                                                                    SegmentationMode::kDds};
+
 [[nodiscard]] constexpr std::string_view to_string(SegmentationMode mode) noexcept {
   switch (mode) {
     case SegmentationMode::kNone: return "none";
@@ -32,8 +37,7 @@ enum class SegmentationMode : std::uint8_t {
 
 /// For configuration files; false, and nothing changed, if `text` is none of the names.
 [[nodiscard]] constexpr bool from_string(std::string_view text, SegmentationMode& mode) noexcept {
-  for (const SegmentationMode candidate : {SegmentationMode::kNone, SegmentationMode::kMasks, SegmentationMode::kMotion,
-                                           SegmentationMode::kDds, SegmentationMode::kOnnx}) {
+  for (const SegmentationMode candidate : kSegmentationModes) {
     if (text == to_string(candidate)) {
       mode = candidate;
       return true;
@@ -84,7 +88,7 @@ struct KINETRACE_API NetworkConfig {
 
 /// One aggregate for all modes.
 struct KINETRACE_API SegmentationConfig {
-  SegmentationMode mode = SegmentationMode::kNone;
+  SegmentationMode mode = SegmentationMode::kMotion;
   std::string left_dir;   ///< Mode kMasks: folder of left masks, `<stem of the left image>.png`.
   std::string right_dir;  ///< Mode kMasks: folder of right masks; empty when there are none.
   int max_objects = 32;   ///< Instances per frame and image, [1, kMaxObjects]; the largest stay, the rest is counted.

@@ -40,6 +40,8 @@ class InstanceRelabeler {
   int relabel(ImageView<const std::uint16_t> source, MaskEncoding encoding, int max_objects, int min_area_px,
               MutableLabelView labels, FixedVector<Detection>& detections,
               std::span<const ListedInstance> listed = {}) noexcept;
+  /// Whether all that the last image holds is marked as to be ignored.
+  [[nodiscard]] bool ignores_all() const noexcept { return ignores_all_; }
 
  private:
   struct Instance {
@@ -54,6 +56,7 @@ class InstanceRelabeler {
   std::span<std::uint16_t> index_of_value_;  ///< 0 = not seen, else 1 + index in `instances_`.
   FixedVector<Instance> instances_;
   int values_beyond_capacity_ = 0;
+  bool ignores_all_ = false;
 };
 
 }  // namespace kinetrace::segmentation

@@ -57,7 +57,7 @@ class MaskFileSegmenter final : public Segmenter {
   static void carve(const SegmentationConfig& config, const StereoGeometry& geometry, Arena& arena,
                     MaskFileSegmenter& segmenter);
   void load_eye(Eye& eye, std::string_view stem);
-  void relabel(Eye& eye) noexcept;
+  void relabel(Eye& eye, std::string_view stem) noexcept;
 
   static constexpr std::size_t kMaxPathBytes = 4096;
 

@@ -40,7 +40,7 @@ class NetworkSegmenter final : public Segmenter {
   struct UnderWay {
     PixelBox region_px;  ///< Empty: the whole image, and the right one too if it is looked at.
     int age_frames = 0;
-    bool is_wanted = true;  ///< False after reset().
+    bool is_wanted = true;  ///< False after reset() or a jump.
   };
 
   NetworkSegmenter() = default;
@@ -49,6 +49,8 @@ class NetworkSegmenter final : public Segmenter {
   [[nodiscard]] PixelBox next_region(std::span<const Track> tracks) noexcept;
   /// Asks the network whether it is done; what it says is kept for process().
   void collect() noexcept;
+  /// Masks of the present frame alone are still wanted.
+  void forget_earlier_frames() noexcept;
   void deliver(const SegmentationInput& input, DetectionFrame& frame) noexcept;
 
   SegmentationConfig config_;

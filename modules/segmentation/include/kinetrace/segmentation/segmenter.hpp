@@ -26,13 +26,15 @@ struct SegmentationInput {
                                       ///< previous frame.
   bool ego_valid = false;             ///< False: no ego motion for this frame (lost, or the very first frame).
   Se3 T_prev_cam;                     ///< Left camera of this frame in the left camera of the previous frame.
+  bool jumped = false;                ///< Shows something else than the frame before: masks of earlier ones are void.
 };
 
 /// Running totals since start (reset() keeps them).
 struct SegmentationCounters {
   std::uint64_t frames = 0;              ///< Frames processed.
   std::uint64_t frames_missing = 0;      ///< Frames for which there was no mask file, no ego motion, nothing in time.
-  std::uint64_t frames_unreadable = 0;   ///< Mask files that could not be used: damaged, wrong size.
+  std::uint64_t frames_unreadable = 0;   ///< Frames whose left mask file could not be used: damaged, wrong size.
+  std::uint64_t files_unreadable = 0;    ///< Mask files of both eyes that could not be used.
   std::uint64_t detections = 0;          ///< Left instances delivered.
   std::uint64_t detections_dropped = 0;  ///< Instances beyond max_objects or below min_area_px, both images.
 };

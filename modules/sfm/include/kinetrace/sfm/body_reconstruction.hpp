@@ -48,6 +48,8 @@ class BodyReconstruction {
   /// are retired with this frame.
   void begin(const Se3& T_body_cam, BodyStatus status = BodyStatus::kTracked);
   [[nodiscard]] bool active() const noexcept { return active_; }
+  /// How the camera moved holds no more: the next pose is taken as it is found.
+  void forget_motion() noexcept { last_tracked_ns_.reset(); }
   /// Ends the reconstruction; its remaining points are in `estimate().retired` until the next begin() or reset().
   void end();
   /// Forgets everything, as after create; counters go on.

@@ -1,0 +1,37 @@
+// What a run does about input that cannot be used.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+namespace kinetrace::app {
+
+enum class InputPolicy : std::uint8_t {
+  kStop,  ///< Ends the run: exchanged or identical eyes, masks of which none fits.
+  kWarn,  ///< Says so and goes on.
+};
+
+[[nodiscard]] constexpr std::string_view to_string(InputPolicy policy) noexcept {
+  return policy == InputPolicy::kStop ? "stop" : "warn";
+}
+[[nodiscard]] constexpr bool from_string(std::string_view text, InputPolicy& policy) noexcept {
+  for (const InputPolicy candidate : {InputPolicy::kStop, InputPolicy::kWarn}) {
+    if (to_string(candidate) == text) {
+      policy = candidate;
+      return true;
+    }
+  }
+  return false;
+}
+
+struct InputConfig {
+  InputPolicy unusable = InputPolicy::kStop;
+};
+
+template <typename Visitor>
+void visit_fields(InputConfig& config, Visitor&& visit) {
+  visit("input.unusable", config.unusable,
+        "stop or warn: what to do where input cannot be used (exchanged or identical eyes, no mask file that fits)");
+}
+
+}  // namespace kinetrace::app

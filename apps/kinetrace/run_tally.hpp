@@ -1,0 +1,48 @@
+// What a run has found, in a few numbers.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include <Eigen/Core>
+
+#include "kinetrace/core/body.hpp"
+#include "kinetrace/core/frame_result.hpp"
+#include "kinetrace/recording/run_summary.hpp"
+
+namespace kinetrace::app {
+
+/// Adds up final estimates, frame after frame. An object counts once it has a pose, and as moved once its speed
+/// differed significantly from zero. Never allocates.
+class RunTally {
+ public:
+  void add(const FrameEstimate& settled) noexcept;
+  void add_camera(const Eigen::Vector3d& position_m) noexcept;
+  void add_object(std::uint32_t track_id, BodyStatus status, bool moving) noexcept;
+
+  [[nodiscard]] const recording::FoundSummary& found() const noexcept { return found_; }
+
+ private:
+  struct Seen {
+    std::uint32_t track_id = 0;  ///< 0: none.
+    bool moved = false;
+    std::uint64_t last = 0;
+  };
+  /// Far more than are alive at once. One that was not seen for longest makes room: it would have to come back after so
+  /// many others to be counted again.
+  static constexpr std::size_t kRemembered = 512;
+
+  [[nodiscard]] Seen& seen(std::uint32_t track_id) noexcept;
+
+  recording::FoundSummary found_;
+  Eigen::Vector3d camera_m_ = Eigen::Vector3d::Zero();
+  std::array<Seen, kRemembered> seen_{};
+  std::uint64_t rows_ = 0;
+};
+
+/// "camera: 13.21 m in 20 frames; objects: 5, of which 3 moved". `looked_for`: false where segmentation is none.
+[[nodiscard]] std::string found_text(const recording::FoundSummary& found, bool looked_for);
+
+}  // namespace kinetrace::app

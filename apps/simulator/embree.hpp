@@ -1,0 +1,83 @@
+// What rays ask of Embree, in the words of its versions 3 and 4; the only place that knows the difference.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+#include KINETRACE_EMBREE_HEADER  // Of the version that CMakeLists.txt has found.
+
+namespace kinetrace::simulator {
+
+/// Packets as wide as an AVX2 register, which Embree takes as they are; wider ones it would copy.
+inline constexpr std::size_t kGroupWidth = 8;
+
+#if RTC_VERSION_MAJOR >= 4
+
+/// A ray whose far end lies before its origin asks nothing: it is beyond the packet's end, or has met something.
+struct ActiveRays {
+  alignas(32) std::array<int, kGroupWidth> valid;
+
+  explicit ActiveRays(const RTCRay8& rays) noexcept {
+    for (std::size_t i = 0; i < kGroupWidth; ++i) {
+      valid[i] = rays.tfar[i] >= 0.F ? -1 : 0;
+    }
+  }
+};
+
+/// What the rays, which point about the same way, meet first.
+inline void intersect(RTCScene scene, std::span<RTCRayHit8> groups) {
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+  for (RTCRayHit8& group : groups) {
+    rtcIntersect8(ActiveRays(group.ray).valid.data(), scene, &group, &arguments);
+  }
+}
+
+/// Rays that meet anything get a far end of minus infinity.
+inline void occlude(RTCScene scene, std::span<RTCRay8> groups) {
+  RTCOccludedArguments arguments;
+  rtcInitOccludedArguments(&arguments);
+  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+  for (RTCRay8& group : groups) {
+    rtcOccluded8(ActiveRays(group).valid.data(), scene, &group, &arguments);
+  }
+}
+
+inline void occlude(RTCScene scene, RTCRay& ray) {
+  rtcOccluded1(scene, &ray);
+}
+
+#else
+
+inline RTCIntersectContext coherent_context() {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  return context;
+}
+
+/// What the rays, which point about the same way, meet first.
+inline void intersect(RTCScene scene, std::span<RTCRayHit8> groups) {
+  RTCIntersectContext context = coherent_context();
+  rtcIntersectNM(scene, &context, reinterpret_cast<RTCRayHitN*>(groups.data()), kGroupWidth,
+                 static_cast<unsigned>(groups.size()), sizeof groups[0]);
+}
+
+/// Rays that meet anything get a far end of minus infinity.
+inline void occlude(RTCScene scene, std::span<RTCRay8> groups) {
+  RTCIntersectContext context = coherent_context();
+  rtcOccludedNM(scene, &context, reinterpret_cast<RTCRayN*>(groups.data()), kGroupWidth,
+                static_cast<unsigned>(groups.size()), sizeof groups[0]);
+}
+
+inline void occlude(RTCScene scene, RTCRay& ray) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(scene, &context, &ray);
+}
+
+#endif
+
+}  // namespace kinetrace::simulator

@@ -1,0 +1,112 @@
+#include "kinetrace/hal/input_monitor.hpp"
+
+#include <algorithm>
+
+namespace kinetrace::hal {
+namespace {
+
+// Noise of half a grey level changes a pixel in a third of the frames at least; a thousand pixels equal by chance do
+// not occur. Three frames in a row leave room for a driver that hands out one image twice.
+constexpr int kEqualFrames = 3;
+// Fewer matches than this in a grid of 64 are seldom right in common.
+constexpr int kFewestMatches = 12;
+// Matches that say the same, of all that could.
+constexpr double kNearlyAll = 0.9;
+// More than mismatches on repeated texture make up.
+constexpr double kMany = 0.25;
+constexpr double kRowsApart_px = 1.0;
+// A calibration that is off by more is of another rig: what lies farther beyond infinity is on the wrong side of it.
+constexpr double kLargestYaw_rad = 0.0087;  // Half a degree.
+// Of patches with texture: in good pairs a quarter finds its match at the least, by chance one in thirty.
+constexpr int kManyPatches = 32;  // Half of all.
+constexpr double kHardlyAny = 0.1;
+
+}  // namespace
+
+void ImageSample::take(GrayView image) noexcept {
+  constexpr int kLeastContrast = 8;
+  auto value = values_.begin();
+  for (int row = 0; row < kRows; ++row) {
+    const std::uint8_t* pixels = image.row((2 * row + 1) * image.height / (2 * kRows));
+    for (int column = 0; column < kColumns; ++column) {
+      *value++ = pixels[(2 * column + 1) * image.width / (2 * kColumns)];
+    }
+  }
+  const auto [darkest, brightest] = std::minmax_element(values_.begin(), values_.end());
+  has_texture_ = *brightest - *darkest >= kLeastContrast;
+}
+
+void FaultVotes::cast(bool faulty) noexcept {
+  faulty_[count_++ % kVotes] = faulty;
+}
+
+bool FaultVotes::hold() const noexcept {
+  const std::size_t faulty = faulty_.count();
+  return faulty >= kFewest && 4 * faulty >= 3 * std::min(count_, kVotes);
+}
+
+Result<InputMonitor> InputMonitor::create(const SyncMonitorConfig& config, int width_px, int height_px, Arena& arena) {
+  const Result<SyncMonitor> sync = SyncMonitor::create(config, width_px, height_px, arena);
+  if (!sync) {
+    return Unexpected(sync.error());
+  }
+  return InputMonitor(*sync);
+}
+
+bool InputMonitor::process(const StereoFrame& frame, const RectifiedPair& pair) noexcept {
+  sample(frame);
+  if (!sync_.process(pair)) {
+    return false;
+  }
+  judge(sync_.report(), pair.geometry.fx_px);
+  return true;
+}
+
+void InputMonitor::Eye::see(const ImageSample& now) noexcept {
+  unchanged = begun && now.has_texture() && now == last ? unchanged + 1 : 0;
+  begun = true;
+  last = now;
+}
+
+void InputMonitor::sample(const StereoFrame& frame) noexcept {
+  ImageSample left;
+  ImageSample right;
+  left.take(frame.left);
+  right.take(frame.right);
+  identical_ = left.has_texture() && left == right ? identical_ + 1 : 0;
+  left_.see(left);
+  right_.see(right);
+  set(InputFault::kEyesIdentical, identical_ >= kEqualFrames);
+  set(InputFault::kLeftFrozen, left_.unchanged >= kEqualFrames);
+  set(InputFault::kRightFrozen, right_.unchanged >= kEqualFrames);
+}
+
+void InputMonitor::judge(const SyncReport& report, double focal_px) noexcept {
+  set(InputFault::kEyesOutOfStep,
+      report.verdict == SyncVerdict::kRightLate || report.verdict == SyncVerdict::kRightEarly);
+  if (report.searched >= kManyPatches) {
+    vote(InputFault::kEyesUnrelated, report.matches < kHardlyAny * report.searched);
+  }
+  if (report.matches < kFewestMatches) {
+    return;
+  }
+  const double all = report.matches;
+  const int shifted = report.in_front + report.beyond_infinity;
+  vote(InputFault::kNoParallax, shifted < (1.0 - kNearlyAll) * all);
+  const bool exchanged = report.beyond_infinity >= kFewestMatches && report.beyond_infinity > kNearlyAll * shifted &&
+                         report.disparity_px < -kLargestYaw_rad * focal_px;
+  vote(InputFault::kEyesExchanged, exchanged);
+  vote(InputFault::kBeyondInfinity, !exchanged && report.beyond_infinity > kMany * all);
+  // Rows differ as well where the eyes show different moments.
+  if (report.latest == SyncVerdict::kInStep || report.latest == SyncVerdict::kUnknown) {
+    vote(InputFault::kRowsApart, report.residual_px > kRowsApart_px);
+  }
+}
+
+void InputMonitor::vote(InputFault fault, bool faulty) noexcept {
+  FaultVotes& votes = votes_[static_cast<std::size_t>(fault)];
+  votes.cast(faulty);
+  set(fault, votes.hold());
+}
+
+}  // namespace kinetrace::hal

@@ -1,0 +1,23 @@
+// Files written so that a reader finds the old content or the new one. For host-side tools; allocates.
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+#include "kinetrace/core/export.hpp"
+#include "kinetrace/core/result.hpp"
+
+namespace kinetrace {
+
+/// Writes `content` in the place of `path` as a whole or not at all, even if power fails meanwhile. Devices and pipes
+/// are written to as they are. Errors: kIo; what was there before is then still there.
+[[nodiscard]] KINETRACE_API Status replace_file(const std::filesystem::path& path, std::string_view content);
+
+/// For writers that take a name: where to write what shall replace `path`, and the rename once it is written.
+/// `staged_path` is `path` itself where that is a device or a pipe. Errors: kIo; the staged file is then removed.
+[[nodiscard]] KINETRACE_API std::filesystem::path staged_path(const std::filesystem::path& path);
+[[nodiscard]] KINETRACE_API Status put_in_place(const std::filesystem::path& staged, const std::filesystem::path& path);
+/// Removes what was staged for `path` and could not be written. A device or a pipe that was written to stays.
+KINETRACE_API void discard_staged(const std::filesystem::path& staged, const std::filesystem::path& path);
+
+}  // namespace kinetrace

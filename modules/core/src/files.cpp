@@ -1,0 +1,120 @@
+#include "kinetrace/core/files.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <fcntl.h>
+#include <string>
+#include <system_error>
+#include <unistd.h>
+#include <utility>
+
+namespace kinetrace {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Descriptor {
+ public:
+  Descriptor(const fs::path& path, int flags) noexcept : value_(::open(path.c_str(), flags | O_CLOEXEC, 0666)) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (value_ >= 0) {
+      ::close(value_);
+    }
+  }
+  [[nodiscard]] int get() const noexcept { return value_; }
+  [[nodiscard]] bool close() noexcept { return ::close(std::exchange(value_, -1)) == 0; }
+
+ private:
+  int value_;
+};
+
+std::string reason(int error_number) {
+  return std::generic_category().message(error_number);
+}
+
+Unexpected<Error> not_written(const fs::path& path, int error_number) {
+  const bool is_full = error_number == ENOSPC || error_number == EDQUOT || error_number == EFBIG;
+  return fail(ErrorCode::kIo, path.string() + ": cannot be written (" + reason(error_number) + "); " +
+                                  (is_full ? "free space" : "check the folder and its permissions"));
+}
+
+/// Returns 0 or the error number.
+int write_all(int descriptor, std::string_view content) noexcept {
+  while (!content.empty()) {
+    const ssize_t written = ::write(descriptor, content.data(), content.size());
+    if (written < 0 && errno != EINTR) {
+      return errno;
+    }
+    content.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(written, 0)));
+  }
+  return 0;
+}
+
+int write_whole(const fs::path& path, std::string_view content) {
+  Descriptor file(path, O_WRONLY | O_CREAT | O_TRUNC);
+  if (file.get() < 0) {
+    return errno;
+  }
+  if (const int error = write_all(file.get(), content); error != 0) {
+    return error;
+  }
+  // Pipes and devices cannot be synchronised.
+  if (::fsync(file.get()) != 0 && errno != EINVAL && errno != EROFS) {
+    return errno;
+  }
+  return file.close() ? 0 : errno;
+}
+
+/// A link stays one: what it points to is replaced.
+fs::path target_of(const fs::path& path) {
+  std::error_code error;
+  const bool is_link = fs::is_symlink(path, error);
+  const fs::path target = is_link ? fs::canonical(path, error) : path;
+  return error ? path : target;
+}
+
+}  // namespace
+
+fs::path staged_path(const fs::path& path) {
+  std::error_code error;
+  const fs::path target = target_of(path);
+  const fs::file_status status = fs::status(target, error);
+  return fs::exists(status) && !fs::is_regular_file(status) ? target : fs::path(target.string() + ".tmp");
+}
+
+Status put_in_place(const fs::path& staged, const fs::path& path) {
+  const fs::path target = target_of(path);
+  if (staged == target || ::rename(staged.c_str(), target.c_str()) == 0) {
+    return {};
+  }
+  const int error_number = errno;
+  discard_staged(staged, path);
+  return not_written(path, error_number);
+}
+
+void discard_staged(const fs::path& staged, const fs::path& path) {
+  if (staged != target_of(path)) {
+    ::unlink(staged.c_str());
+  }
+}
+
+Status replace_file(const fs::path& path, std::string_view content) {
+  const fs::path staged = staged_path(path);
+  if (const int error_number = write_whole(staged, content); error_number != 0) {
+    discard_staged(staged, path);
+    return not_written(path, error_number);
+  }
+  if (Status placed = put_in_place(staged, path); !placed) {
+    return placed;
+  }
+  // The new name lasts only once the folder itself is on disk.
+  const fs::path folder = staged.has_parent_path() ? staged.parent_path() : fs::path(".");
+  if (const Descriptor opened(folder, O_RDONLY | O_DIRECTORY); opened.get() >= 0 && ::fsync(opened.get()) != 0) {
+    return errno == EINVAL ? Status{} : Status(not_written(path, errno));
+  }
+  return {};
+}
+
+}  // namespace kinetrace

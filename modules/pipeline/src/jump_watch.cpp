@@ -1,0 +1,26 @@
+#include "jump_watch.hpp"
+
+namespace kinetrace::pipeline {
+namespace {
+
+constexpr std::size_t kLeastFeatures = 50;  // Fewer may all be lost at once.
+// Of a frame's features the next one has more than half, or else, across a cut, at most a tenth.
+constexpr std::size_t kFoundAgainOneOf = 5;
+constexpr std::size_t kAsMuchToSee = 4;     // A corner for every so many features.
+constexpr std::int64_t kStepPercent = 150;  // Of the step before; longer ones show that frames are missing.
+
+}  // namespace
+
+bool JumpWatch::has_jumped(const FeatureFrame& tracked, std::size_t before,
+                           features::FeatureFrontEnd& front_end) noexcept {
+  const std::optional<std::int64_t> last_step_ns = last_step_ns_;
+  if (last_timestamp_ns_) {
+    last_step_ns_ = tracked.timestamp_ns - *last_timestamp_ns_;
+  }
+  last_timestamp_ns_ = tracked.timestamp_ns;
+  const bool is_next = last_step_ns && *last_step_ns_ / kStepPercent <= *last_step_ns / 100;
+  return is_next && before >= kLeastFeatures && tracked.features.size() * kFoundAgainOneOf < before &&
+         front_end.count_corners() * kAsMuchToSee >= before;
+}
+
+}  // namespace kinetrace::pipeline

@@ -1,0 +1,44 @@
+#include "kinetrace/recording/json_text.hpp"
+
+#include <algorithm>
+#include <string_view>
+
+#include "kinetrace/core/input_file.hpp"
+
+namespace kinetrace::recording {
+namespace {
+
+/// Levels of objects and lists; brackets within strings are none.
+int depth_of(std::string_view text) {
+  int depth = 0;
+  int deepest = 0;
+  bool in_string = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (in_string && c == '\\') {
+      ++i;
+    } else if (c == '"') {
+      in_string = !in_string;
+    } else if (!in_string && (c == '{' || c == '[')) {
+      deepest = std::max(deepest, ++depth);
+    } else if (!in_string && (c == '}' || c == ']')) {
+      --depth;
+    }
+  }
+  return deepest;
+}
+
+}  // namespace
+
+Result<std::string> read_json_text(const std::filesystem::path& path) {
+  constexpr std::size_t kMostBytes = std::size_t{1} << 26U;
+  constexpr int kDeepest = 64;
+  Result<std::string> text = InputFile::read_whole(path, kMostBytes);
+  if (text && depth_of(*text) > kDeepest) {
+    return fail(ErrorCode::kBadFormat,
+                path.string() + ": is nested more than " + std::to_string(kDeepest) + " deep; write it anew");
+  }
+  return text;
+}
+
+}  // namespace kinetrace::recording

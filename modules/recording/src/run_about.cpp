@@ -1,0 +1,64 @@
+#include "run_about.hpp"
+
+#include <cstdint>
+
+#include <nlohmann/json.hpp>
+
+#include "kinetrace/recording/json_text.hpp"
+
+namespace kinetrace::recording {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// A number with a fraction or an exponent is none, whatever its value.
+std::int64_t whole_number(const Json& json) {
+  return json.get_ref<const std::int64_t&>();
+}
+
+StereoGeometry geometry_of(const Json& json) {
+  return {.fx_px = json.at("fx_px").get<double>(),
+          .fy_px = json.at("fy_px").get<double>(),
+          .cx_px = json.at("cx_px").get<double>(),
+          .cy_px = json.at("cy_px").get<double>(),
+          .baseline_m = json.at("baseline_m").get<double>(),
+          .width_px = static_cast<int>(whole_number(json.at("width_px"))),
+          .height_px = static_cast<int>(whole_number(json.at("height_px")))};
+}
+
+RunAbout about_of(const Json& json) {
+  RunAbout about;
+  const Json& dataset = json.at("dataset");
+  about.dataset = dataset.value("dataset", "");
+  about.sequence = dataset.value("sequence", "");
+  about.cameras = dataset.value("cameras", "");
+  about.config_json = json.at("config").dump();
+  about.frames = whole_number(json.at("frames"));
+  if (const auto rectified = json.find("rectified"); rectified != json.end()) {
+    about.rectified = geometry_of(*rectified);
+  }
+  if (const auto files = json.find("files"); files != json.end()) {
+    for (const Json& file : *files) {
+      if (const auto rows = file.find("rows"); rows != file.end()) {
+        about.rows.emplace(file.at("path").get<std::string>(), whole_number(*rows));
+      }
+    }
+  }
+  return about;
+}
+
+}  // namespace
+
+Result<RunAbout> read_run_about(const std::filesystem::path& path) {
+  const Result<std::string> text = read_json_text(path);
+  if (!text) {
+    return Unexpected(text.error());
+  }
+  try {
+    return about_of(Json::parse(*text));
+  } catch (const nlohmann::json::exception& error) {
+    return fail(ErrorCode::kBadFormat, path.string() + ": is not the run.json of a run (" + error.what() + ")");
+  }
+}
+
+}  // namespace kinetrace::recording

@@ -1,0 +1,27 @@
+// run.json read back.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
+
+namespace kinetrace::recording {
+
+struct RunAbout {
+  std::string dataset;
+  std::string sequence;
+  std::string cameras;
+  std::string config_json;
+  std::int64_t frames = 0;
+  StereoGeometry rectified;                  ///< All zero where it is not said.
+  std::map<std::string, std::int64_t> rows;  ///< By file; those that are not listed are not known.
+};
+
+/// Errors: those of read_json_text; kBadFormat (not what a run writes).
+[[nodiscard]] Result<RunAbout> read_run_about(const std::filesystem::path& path);
+
+}  // namespace kinetrace::recording

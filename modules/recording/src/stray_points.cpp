@@ -1,0 +1,69 @@
+#include "stray_points.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace kinetrace::recording {
+namespace {
+
+constexpr double kUnseen = 1.25;  // The box leaves out the outermost points, and sides that were never seen.
+constexpr double kDeviations = 2.0;
+constexpr double kLeastError_px = 0.5;  // Few sightings agree with each other better than with the truth.
+
+}  // namespace
+
+bool StrayPoints::contains(const PointRecord& point) {
+  if (point.track_id != track_id_) {
+    go_to(point.track_id);
+  }
+  const double surely_m = kUnseen * radius_m_;
+  const double apart_m = (Eigen::Vector3f(point.position_m.data()).cast<double>() - center_m_).norm();
+  if (radius_m_ == 0.0 || apart_m <= surely_m) {
+    return false;
+  }
+  // A point whose depth is less certain than the object is long does not tell where on the object it lies.
+  return apart_m > surely_m + std::min(kDeviations * depth_deviation_m(point), radius_m_);
+}
+
+void StrayPoints::go_to(std::uint32_t track_id) {
+  track_id_ = track_id;
+  radius_m_ = 0.0;
+  poses_.seek(last_);
+  while (poses_.peek() != nullptr && poses_.peek()->track_id < track_id) {
+    poses_.advance();
+  }
+  first_ = poses_.position();
+  for (const PoseRecord* pose = poses_.peek(); pose != nullptr && pose->track_id == track_id; pose = poses_.peek()) {
+    if (const auto radius_m = static_cast<double>(pose->box_radius_m); radius_m > radius_m_) {
+      radius_m_ = radius_m;
+      center_m_ = Eigen::Vector3f(pose->box_center_m.data()).cast<double>();
+    }
+    poses_.advance();
+  }
+  last_ = poses_.position();
+}
+
+/// Of a stereo sighting from where the camera was when the point left the map: z^2 / (f b) for each pixel of disparity.
+double StrayPoints::depth_deviation_m(const PointRecord& point) {
+  std::uint64_t after = first_;
+  for (std::uint64_t end = last_; after < end;) {
+    const std::uint64_t middle = after + (end - after) / 2;
+    poses_.seek(middle);
+    const PoseRecord* pose = poses_.peek();
+    if (pose == nullptr) {
+      return 0.0;
+    }
+    (pose->frame <= point.frame ? after : end) = pose->frame <= point.frame ? middle + 1 : middle;
+  }
+  poses_.seek(std::max(after, first_ + 1) - 1);
+  const PoseRecord* pose = poses_.peek();
+  if (pose == nullptr) {
+    return 0.0;
+  }
+  const Eigen::Vector3d p_cam = pose->T_body_cam.pose().inverse() * center_m_;
+  const double disparity_error_px = std::numbers::sqrt2 * std::max(static_cast<double>(point.error_px), kLeastError_px);
+  return p_cam.z() * p_cam.z() / (geometry_.fx_px * geometry_.baseline_m) * disparity_error_px;
+}
+
+}  // namespace kinetrace::recording

@@ -1,0 +1,15 @@
+// A configuration file; what is accepted is written and read back.
+#include "config_file.hpp"
+
+#include "app_config.hpp"
+#include "fuzz_target.hpp"
+
+void kinetrace::fuzz::try_input(std::string_view input) {
+  app::AppConfig config;
+  const app::ConfigFields fields = fields_of(config);
+  if (app::read_config_text("config.yaml", input, fields)) {
+    const std::string yaml = app::to_yaml(fields);
+    require(app::read_config_text("again.yaml", yaml, fields).has_value() && app::to_yaml(fields) == yaml);
+    static_cast<void>(app::to_json(fields));
+  }
+}

@@ -1,0 +1,13 @@
+// What --set says, one a line.
+#include "app_config.hpp"
+#include "config_file.hpp"
+#include "fuzz_target.hpp"
+#include "text_file.hpp"
+
+void kinetrace::fuzz::try_input(std::string_view input) {
+  app::AppConfig config;
+  const app::ConfigFields fields = fields_of(config);
+  for (const std::string_view line : hal::content_lines(input)) {
+    static_cast<void>(app::apply_setting(line, fields));
+  }
+}

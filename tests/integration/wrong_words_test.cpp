@@ -1,0 +1,99 @@
+// A word that is not known is named, and the nearest one that is known is offered.
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "program.hpp"
+#include "temp_folder.hpp"
+
+namespace kinetrace::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr int kUsage = 64;
+constexpr int kNoInput = 66;
+constexpr int kConfig = 78;
+
+/// One line on standard error that holds `text`.
+void expect_refused(const std::vector<std::string>& arguments, int exit_code, const std::string& text) {
+  const ProgramResult result = run_kinetrace(arguments);
+  EXPECT_EQ(result.exit_code, exit_code) << result.err;
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  EXPECT_THAT(result.err, HasSubstr(text));
+}
+
+std::vector<std::string> run_with(const std::vector<std::string>& more) {
+  std::vector<std::string> arguments{"run", "--dataset", "folder:nowhere", "--out", "nowhere"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+TEST(WrongWords, OptionIsNamedWithTheNearest) {
+  expect_refused(run_with({"--segmantation", "motion"}), kUsage,
+                 "error: --segmantation: no such option; did you mean --segmentation?");
+  expect_refused(run_with({"--segmantation=motion"}), kUsage, "--segmantation: no such option; did you mean");
+  expect_refused({"study", "object-size", ".", "--out", "x", "--windws", "3"}, kUsage, "did you mean --windows?");
+  // Of its groups, too, and although what it should have been is missing.
+  expect_refused({"run", "--dateset", "folder:x", "--out", "y"}, kUsage,
+                 "--dateset: no such option; did you mean --dataset?");
+  expect_refused({"run", "--dataset", "folder:x", "--outt", "y"}, kUsage,
+                 "--outt: no such option; did you mean --out?");
+  expect_refused({"--versoin"}, kUsage, "--versoin: no such option; did you mean --version?");
+}
+
+TEST(WrongWords, OptionThatIsNearNoneOfTheCommandIsNamed) {
+  expect_refused({"config", "--overlay", "x"}, kUsage,
+                 "--overlay: no such option of kinetrace config; see kinetrace config --help");
+}
+
+TEST(WrongWords, CommandIsNamedWithTheNearest) {
+  expect_refused({"rnu", "--out", "x"}, kUsage, "error: rnu: no such command; did you mean run?");
+  expect_refused({"sumary", "x"}, kUsage, "did you mean summary?");
+  expect_refused({"study", "objectsize", "x"}, kUsage, "objectsize: no such command; did you mean object-size?");
+  expect_refused({"levitate"}, kUsage, "levitate: no such command; see kinetrace --help");
+  expect_refused({"plan", "street"}, kUsage, "\"street\" is one argument too many; see kinetrace plan --help");
+}
+
+TEST(WrongWords, WhatIsMissingIsSaidWithTheCommandsHelp) {
+  expect_refused({"run", "--out", "x"}, kUsage, "see kinetrace run --help");
+  expect_refused({}, kUsage, "see kinetrace --help");
+}
+
+TEST(WrongWords, LayoutBoardSegmentationAndFault) {
+  expect_refused({"run", "--dataset", "kiti-raw:x", "--out", "y"}, kUsage, "did you mean kitti-raw?");
+  expect_refused({"plan", "--board", "raspbery-pi-5"}, kConfig, "did you mean raspberry-pi-5?");
+  expect_refused(run_with({"--segmentation", "moton"}), kUsage, "did you mean motion?");
+  expect_refused(run_with({"--segmentation", "mask:left"}), kUsage, "did you mean masks?");
+  TempFolder folder;
+  const std::string camera = folder.file("camera.yaml");
+  std::ofstream(camera) << "source: files\nfiles: {path: x}\nfaults: duplicat@3\n";
+  expect_refused({"record", "--camera", camera, "--out", "y"}, kConfig, "did you mean duplicate?");
+}
+
+TEST(WrongWords, KeyOfTheConfiguration) {
+  expect_refused({"config", "--set", "memory.budgt_mib=3"}, kConfig, "did you mean memory.budget_mib?");
+  expect_refused({"config", "--set", "segmentation.mode=moton"}, kConfig, "did you mean motion?");
+}
+
+TEST(WrongWords, AFileThatIsNotThereIsToldByItsKind) {
+  expect_refused({"record", "--camera", "nope.yaml", "--out", "y"}, kNoInput,
+                 "nope.yaml: no such camera file; give one that says which devices");
+  expect_refused({"config", "--config", "nope.yaml"}, kNoInput, "nope.yaml: no such configuration file");
+}
+
+TEST(WrongWords, AnEmptyConfigurationIsNoConfiguration) {
+  TempFolder folder;
+  const std::string file = folder.file("empty.yaml");
+  std::ofstream(file).flush();
+  expect_refused({"config", "--config", file}, kConfig,
+                 file + ": is empty; `kinetrace config` prints one with all keys");
+}
+
+}  // namespace
+}  // namespace kinetrace::test

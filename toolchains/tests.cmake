@@ -1,0 +1,28 @@
+# Tests are built where what they need is installed (packages-test.txt); whoever only builds the programs does not have it. What is not
+# built is said: nobody should look for tests that are not there.
+# kinetrace_choose(KIND PACKAGE...): what AUTO means for KINETRACE_BUILD_KIND, where it is not ON or OFF.
+macro(kinetrace_choose kind)
+  set(missing "")
+  if(KINETRACE_BUILD_${kind} STREQUAL "AUTO")
+    foreach(package ${ARGN})
+      find_package(${package} QUIET)
+      if(NOT ${package}_FOUND)
+        list(APPEND missing ${package})
+      endif()
+    endforeach()
+    string(COMPARE EQUAL "${missing}" "" KINETRACE_BUILD_${kind})
+  endif()
+  if(NOT KINETRACE_BUILD_${kind})
+    string(TOLOWER ${kind} words)
+    list(JOIN missing ", " missing)
+    string(REGEX REPLACE "(.+)" " (missing: \\1)" missing "${missing}")
+    message(NOTICE "The ${words} are not built${missing}; `tests/run` installs what they need, builds and runs them")
+  endif()
+endmacro()
+
+set(readers "")
+if(TARGET kinetrace_publishing AND NOT KINETRACE_SANITIZED AND NOT CMAKE_CROSSCOMPILING)
+  set(readers fastcdr fastrtps)
+endif()
+kinetrace_choose(TESTS GTest ${readers})
+kinetrace_choose(BENCHMARKS benchmark)
