@@ -132,11 +132,13 @@ TEST_F(Yaml, RejectsAliasesThatMultiplyWithEveryLine) {
   const auto bomb = [](int lines, int times, const char* open, const char* key, const char* close) {
     std::string text = "a0: &a0 [1, 2]\n";
     for (int line = 1; line < lines; ++line) {
-      text.append("a" + std::to_string(line) + ": &a" + std::to_string(line) + " ").append(open);
+      const std::string number = std::to_string(line);
+      text.append("a").append(number).append(": &a").append(number).append(" ").append(open);
       for (int i = 0; i < times; ++i) {
         text.append(i == 0 ? "" : ", ");
-        if (*key != '\0') text.append(key).append(std::to_string(i)).append(": ");
-        text.append("*a" + std::to_string(line - 1));
+        if (*key != '\0')
+          text.append(key).append(std::to_string(i)).append(": ");
+        text.append("*a").append(std::to_string(line - 1));
       }
       text.append(close).append("\n");
     }
