@@ -136,8 +136,9 @@ TEST_F(Yaml, RejectsAliasesThatMultiplyWithEveryLine) {
       text.append("a").append(number).append(": &a").append(number).append(" ").append(open);
       for (int i = 0; i < times; ++i) {
         text.append(i == 0 ? "" : ", ");
-        if (*key != '\0')
+        if (*key != '\0') {
           text.append(key).append(std::to_string(i)).append(": ");
+        }
         text.append("*a").append(std::to_string(line - 1));
       }
       text.append(close).append("\n");
