@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "dataset_builder.hpp"
+#include "calibration_reader.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/hal/rig_calibration.hpp"
 #include "yaml_document.hpp"

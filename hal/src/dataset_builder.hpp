@@ -3,10 +3,10 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
+#include "calibration_reader.hpp"
 #include "image_folder.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/hal/dataset.hpp"
@@ -23,14 +23,6 @@ struct SequenceFiles {
   /// the newest images may be missing: only frames with a whole line count.
   std::filesystem::path frame_times_path{};
 };
-
-struct ImageSize {
-  int width_px = 0;
-  int height_px = 0;
-};
-
-/// Makes the rig's calibration once the size of the images is known.
-using CalibrationReader = std::function<Result<RigCalibration>(const ImageSize&)>;
 
 /// Pairs images by stem and gives every stem its number and time. The digits that the stems end with are times, if all
 /// of them are dates (YYYYMMDDhhmmss, also with milliseconds) or 16 to 19 digits of nanoseconds, or 16 of microseconds,

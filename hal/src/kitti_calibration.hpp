@@ -9,7 +9,7 @@
 
 #include <Eigen/Core>
 
-#include "dataset_builder.hpp"
+#include "calibration_reader.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/hal/rig_calibration.hpp"
 
