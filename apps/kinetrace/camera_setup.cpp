@@ -34,6 +34,13 @@ Outcome<hal::DatasetSpec> dataset_spec(const SourceOptions& options) {
   return spec;
 }
 
+// LAYOUT:PATH as run.json keeps it: the same recording from whatever folder it is read.
+std::string source_text(const std::string& layout, const std::filesystem::path& path) {
+  std::error_code error;
+  const std::filesystem::path absolute = std::filesystem::absolute(path, error).lexically_normal();
+  return layout + ":" + (error ? path : absolute).string();
+}
+
 // What the features need; said here, where the recording can be named.
 Status check_size(const hal::Dataset& dataset, const hal::DatasetSpec& spec) {
   constexpr int kMinWidth_px = 64;
@@ -71,7 +78,7 @@ Outcome<CameraSetup> from_dataset(const SourceOptions& options) {
   if (setup) {
     setup->passes = options.passes;
     setup->images = "recording " + options.dataset;
-    setup->description = {{"dataset", options.dataset},
+    setup->description = {{"dataset", source_text(options.dataset.substr(0, options.dataset.find(':')), spec->path)},
                           {"sequence", setup->dataset->name},
                           {"calibration", setup->calibration.source},
                           {"cameras", options.cameras.empty() ? "auto" : options.cameras}};
@@ -87,7 +94,7 @@ Outcome<CameraSetup> from_files(const CameraConfig& config) {
   Outcome<CameraSetup> setup = recorded(*spec);
   if (setup) {
     setup->passes = config.loop;
-    setup->description = {{"dataset", config.layout + ":" + config.path}, {"sequence", setup->dataset->name}};
+    setup->description = {{"dataset", source_text(config.layout, spec->path)}, {"sequence", setup->dataset->name}};
   }
   return setup;
 }

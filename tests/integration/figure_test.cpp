@@ -77,6 +77,19 @@ TEST_F(Figure, OverlayIsAPictureOfEachFrame) {
   }
 }
 
+// A run that names its recording from the folder it is started in is drawn from any other.
+TEST_F(Figure, ARelativeRecordingIsFoundFromAnyFolder) {
+  const std::filesystem::path here = std::filesystem::current_path();
+  std::filesystem::current_path(scratch_.path());
+  const ProgramResult run =
+      run_kinetrace({"run", "--dataset", "kitti-odometry:" + std::filesystem::relative(recording_.sequence()).string(),
+                     "--quiet", "--out", run_.string()});
+  std::filesystem::current_path(here);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const ProgramResult drawn = figure({"--overlay", (scratch_.path() / "overlay").string()});
+  EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+}
+
 TEST_F(Figure, WithoutItsRecordingIsDrawnWithAWarning) {
   std::filesystem::remove_all(recording_.root);
   const ProgramResult result = figure();
