@@ -17,7 +17,7 @@ void align_centre(const Plane& image, const AlignOptions& options, PatchTemplate
   AlignOptions near = options;
   near.max_shift_px = kMostShift_px;
   near.converged_px = kConverged_px;
-  kernels().patch.narrow(&patch);
+  kernels().patch_template.narrow(&patch);
   Eigen::Vector2f found = position;
   if (kernels().patch.align(image, patch, near, &found.x(), &found.y()) && patch_inside(image, found)) {
     position = found;

@@ -1,27 +1,21 @@
 #include "kinetrace/features/feature_front_end.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
 
 #include "appearance_entry.hpp"
-#include "corner_finder.hpp"
 #include "feature_follower.hpp"
+#include "feature_population.hpp"
 #include "feature_slot.hpp"
-#include "image_pyramid.hpp"
+#include "frame_images.hpp"
 #include "kernels.hpp"
-#include "mask_membership.hpp"
 #include "stereo_matcher.hpp"
 
 namespace kinetrace::features {
 namespace {
 
-// A body with fewer features than this is not choosy about them.
-constexpr int kFewFeatures = 10;
-// One with fewer than this takes any, so that it has a position at all.
-constexpr int kHardlyAnyFeatures = 3;
 // A remembered point looks like itself from this much nearer or farther. From where it is larger than it was by more
 // than this, the image is looked at in half its size: it was not seen so finely before.
 constexpr float kLeastSizeRatio = 0.5F;
@@ -34,12 +28,6 @@ constexpr int kSmallestHeight = 48;
 
 enum class Step : std::uint8_t { kNeedsFrame, kNeedsTrack, kNeedsReplenish };
 
-void take_gradient(const Plane& image, PaddedImage& gradient) noexcept {
-  const MutableGrayView pixels = gradient.pixels();
-  kernels().pyramid.horizontal_gradient(image, pixels.data, pixels.stride);
-  gradient.pad();
-}
-
 std::string size_text(int width, int height) {
   return std::to_string(width) + " x " + std::to_string(height);
 }
@@ -48,61 +36,34 @@ std::string size_text(int width, int height) {
 
 /// Everything, in the arena. Trivially destructible: it owns nothing.
 struct FeatureFrontEnd::State {
-  FeatureConfig config;
   Workers* workers = nullptr;
   int width_px = 0;
   int height_px = 0;
   FeatureFollower follower;
   StereoMatcher matcher;
-  CornerFinder corner_finder;
-  OccupancyMap occupancy;
-
-  ImagePyramid pyramids[2];  ///< Left, of this and the previous frame in turn.
-  int newest = 0;
-  PaddedImage right;
-  PaddedImage left_gradient;
-  PaddedImage right_gradient;
-  std::span<std::uint16_t> scratch;
+  FeaturePopulation population;
+  FrameImages images;
 
   std::span<FeatureSlot> slots;
-  std::span<std::uint16_t> order;  ///< Slots to be worked on.
   FixedVector<Feature> published;
-  std::uint32_t next_id = 1;
   std::int64_t frame_index = 0;
   std::int64_t timestamp_ns = 0;
   Step step = Step::kNeedsFrame;
   FeatureCounters counters;
-  double limit = 1.0;  ///< Part of the features configured for each body.
 
   [[nodiscard]] static State carve(const FeatureConfig& config, int width_px, int height_px, Arena& arena);
-  [[nodiscard]] const ImagePyramid& current() const noexcept { return pyramids[newest]; }
-  [[nodiscard]] const ImagePyramid& previous() const noexcept { return pyramids[1 - newest]; }
-  [[nodiscard]] StereoImages stereo_images() const noexcept;
+  [[nodiscard]] const ImagePyramid& current() const noexcept { return images.current(); }
 
   void take_in(const RectifiedPair& pair) noexcept;
-  void bury_rejected() noexcept;
+  void end_rejected() noexcept;
   void remember_previous() noexcept;
-  void take_in_left(GrayView image) noexcept;
-  void take_in_right(GrayView image) noexcept;
   void follow_others_and_match(std::span<const FeaturePrediction> by_slot) noexcept;
   /// Features in these slots with the right image.
   void match(std::span<const std::uint16_t> in_slots, std::span<const FeaturePrediction> by_slot) noexcept;
   void share_matching(std::span<const std::uint16_t> in_slots, std::span<const FeaturePrediction> by_slot) noexcept;
   void count_matches(std::span<const std::uint16_t> in_slots) noexcept;
-  void reconcile_with(LabelView labels) noexcept;
-  /// Remembers which pixels around each feature are its body's own, for aligning it from now on.
-  void mask_patches(LabelView labels) noexcept;
-  [[nodiscard]] std::array<int, 256> count_features() const noexcept;
-  [[nodiscard]] int most_features(std::uint8_t body) const noexcept;
-  /// Whether a feature's patch tells about its body. A body with few others takes what there is.
-  [[nodiscard]] static bool fit_for_body(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body,
-                                         int others) noexcept;
-  void thin_out() noexcept;
-  void populate(std::span<const Corner> corners, LabelView labels, const GuessedMasks& guessed) noexcept;
-  /// Without its right match.
-  void create(FeatureSlot& slot, const Corner& corner, LabelView labels) noexcept;
-  /// Writes the slots of live features to `order`.
-  [[nodiscard]] std::span<std::uint16_t> list_alive() noexcept;
+  /// New features, with what the right image shows of them.
+  void create_features(LabelView labels, const GuessedMasks& guessed) noexcept;
   /// Correlation of what is seen at a feature with a remembered patch; `at` moves to where they fit best. 0: not alike.
   [[nodiscard]] float likeness(const FeatureSlot& slot, const AppearanceMemory::Entry& entry,
                                Eigen::Vector2f& at) const noexcept;
@@ -113,23 +74,13 @@ FeatureFrontEnd::State FeatureFrontEnd::State::carve(const FeatureConfig& config
                                                      Arena& arena) {
   const auto capacity = static_cast<std::size_t>(config.max_features);
   State state;
-  state.config = config;
   state.width_px = width_px;
   state.height_px = height_px;
   state.follower = FeatureFollower(config, arena);
   state.matcher = StereoMatcher(config);
-  state.corner_finder = CornerFinder(config, arena, width_px, height_px);
-  state.occupancy = OccupancyMap(arena, width_px, height_px, config.min_distance_px);
-  for (ImagePyramid& pyramid : state.pyramids) {
-    pyramid = ImagePyramid(arena, width_px, height_px, config.pyramid_levels);
-  }
-  state.right = PaddedImage(arena, width_px, height_px);
-  state.left_gradient = PaddedImage(arena, width_px, height_px);
-  state.right_gradient = PaddedImage(arena, width_px, height_px);
-  constexpr std::size_t kSpill = 32;
-  state.scratch = arena.take<std::uint16_t>(static_cast<std::size_t>(width_px) + kSpill);
+  state.population = FeaturePopulation(config, arena, width_px, height_px);
+  state.images = FrameImages(arena, width_px, height_px, config.pyramid_levels);
   state.slots = arena.take<FeatureSlot>(capacity);
-  state.order = arena.take<std::uint16_t>(capacity);
   state.published = FixedVector<Feature>(arena, capacity);
   return state;
 }
@@ -180,19 +131,17 @@ Result<FeatureFrame> FeatureFrontEnd::track(std::span<const FeaturePrediction> b
   if (state_->step != Step::kNeedsTrack) {
     return fail(ErrorCode::kIllegalState, "features: track needs begin_frame before it");
   }
-  state_->bury_rejected();
+  state_->end_rejected();
   state_->remember_previous();
-  state_->follower.follow_predicted(state_->previous(), state_->current(), by_slot, state_->slots, state_->counters,
-                                    state_->workers);
+  state_->follower.follow_predicted(state_->images.previous(), state_->current(), by_slot, state_->slots,
+                                    state_->counters, state_->workers);
   state_->follow_others_and_match(by_slot);
   state_->step = Step::kNeedsReplenish;
   return state_->publish();
 }
 
 std::size_t FeatureFrontEnd::count_corners() noexcept {
-  state_->occupancy.clear();
-  state_->corner_finder.clear();
-  return state_->corner_finder.find(state_->current().level(0), {}, state_->occupancy, state_->workers).size();
+  return state_->population.count_corners(state_->current().level(0), state_->workers);
 }
 
 Result<FeatureFrame> FeatureFrontEnd::replenish(LabelView left_labels, const GuessedMasks& guessed) {
@@ -204,12 +153,10 @@ Result<FeatureFrame> FeatureFrontEnd::replenish(LabelView left_labels, const Gue
                                                  size_text(left_labels.width, left_labels.height) +
                                                  " pixels, expected " + size_text(state_->width_px, state_->height_px));
   }
-  state_->reconcile_with(left_labels);
-  state_->thin_out();
-  state_->mask_patches(left_labels);
-  state_->populate(
-      state_->corner_finder.find(state_->current().level(0), left_labels, state_->occupancy, state_->workers),
-      left_labels, guessed);
+  state_->population.reconcile_with(left_labels, state_->slots, state_->counters);
+  state_->population.thin_out(state_->slots, state_->counters);
+  state_->population.mask_patches(left_labels, state_->slots, state_->workers);
+  state_->create_features(left_labels, guessed);
   state_->step = Step::kNeedsFrame;
   return state_->publish();
 }
@@ -223,7 +170,7 @@ void FeatureFrontEnd::reject(std::span<const std::uint16_t> slots) noexcept {
 }
 
 void FeatureFrontEnd::limit(double part) noexcept {
-  state_->limit = part;
+  state_->population.limit(part);
 }
 
 void FeatureFrontEnd::remember(std::span<const KnownPoint> points, AppearanceMemory& memory) const noexcept {
@@ -289,19 +236,10 @@ void FeatureFrontEnd::reset() noexcept {
   state_->step = Step::kNeedsFrame;
 }
 
-StereoImages FeatureFrontEnd::State::stereo_images() const noexcept {
-  return {current().level(0), right.plane(), left_gradient.plane(), right_gradient.plane()};
-}
-
 void FeatureFrontEnd::State::take_in(const RectifiedPair& pair) noexcept {
   frame_index = pair.frame_index;
   timestamp_ns = pair.timestamp_ns;
-  newest = 1 - newest;
-  in_pieces(workers, 2, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t eye = begin; eye < end; ++eye) {
-      eye == 0 ? take_in_left(pair.left) : take_in_right(pair.right);
-    }
-  });
+  images.take_in(pair, workers);
   for (FeatureSlot& slot : slots) {
     if (slot.state == SlotState::kDead) {
       slot.state = SlotState::kFree;
@@ -309,28 +247,7 @@ void FeatureFrontEnd::State::take_in(const RectifiedPair& pair) noexcept {
   }
 }
 
-void FeatureFrontEnd::State::take_in_left(GrayView image) noexcept {
-  pyramids[newest].build(image, scratch);
-  take_gradient(current().level(0), left_gradient);
-}
-
-void FeatureFrontEnd::State::take_in_right(GrayView image) noexcept {
-  copy_image(image, right.pixels());
-  right.pad();
-  take_gradient(right.plane(), right_gradient);
-}
-
-std::span<std::uint16_t> FeatureFrontEnd::State::list_alive() noexcept {
-  std::size_t alive = 0;
-  for (std::size_t i = 0; i < slots.size(); ++i) {
-    if (slots[i].state == SlotState::kAlive) {
-      order[alive++] = static_cast<std::uint16_t>(i);
-    }
-  }
-  return order.first(alive);
-}
-
-void FeatureFrontEnd::State::bury_rejected() noexcept {
+void FeatureFrontEnd::State::end_rejected() noexcept {
   for (FeatureSlot& slot : slots) {
     if (slot.state == SlotState::kAlive && slot.rejected) {
       slot.end(counters.rejected);
@@ -353,7 +270,7 @@ void FeatureFrontEnd::State::follow_others_and_match(std::span<const FeaturePred
   in_pieces(workers, 1 + groups, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t piece = begin; piece < end; ++piece) {
       if (piece == 0) {
-        follower.follow_others(previous(), current(), by_slot, slots, counters);
+        follower.follow_others(images.previous(), current(), by_slot, slots, counters);
       } else {
         const std::size_t first = (piece - 1) * kFeaturesAtOnce;
         match(found.subspan(first, std::min(kFeaturesAtOnce, found.size() - first)), by_slot);
@@ -372,12 +289,12 @@ void FeatureFrontEnd::State::share_matching(std::span<const std::uint16_t> in_sl
 
 void FeatureFrontEnd::State::match(std::span<const std::uint16_t> in_slots,
                                    std::span<const FeaturePrediction> by_slot) noexcept {
-  const StereoImages images = stereo_images();
+  const StereoImages stereo = images.stereo();
   for (const std::uint16_t i : in_slots) {
     const Feature& feature = slots[i].feature;
     const float before = feature.had_right() ? feature.previous_left_px.x() - feature.previous_u_right_px : -1.F;
     const bool predicted = i < by_slot.size() && by_slot[i].known && by_slot[i].disparity_px >= 0.F;
-    static_cast<void>(matcher.match(images, predicted ? by_slot[i].disparity_px : before, slots[i]));
+    static_cast<void>(matcher.match(stereo, predicted ? by_slot[i].disparity_px : before, slots[i]));
   }
 }
 
@@ -387,132 +304,16 @@ void FeatureFrontEnd::State::count_matches(std::span<const std::uint16_t> in_slo
       in_slots.begin(), in_slots.end(), [this](std::uint16_t slot) { return slots[slot].feature.has_right(); }));
 }
 
-void FeatureFrontEnd::State::reconcile_with(LabelView labels) noexcept {
-  if (labels.empty()) {
-    for (FeatureSlot& slot : slots) {
-      if (slot.state == SlotState::kAlive && slot.feature.body != kBackgroundLabel) {
-        slot.end(counters.lost_body);
-      }
-    }
-    return;
-  }
-  std::array<int, 256> population = count_features();
-  for (FeatureSlot& slot : slots) {
-    const Feature& feature = slot.feature;
-    if (slot.state == SlotState::kAlive &&
-        (!still_member(labels, feature.left_px, feature.body, config.mask_border_px) ||
-         !fit_for_body(labels, feature.left_px, feature.body, population[feature.body] - 1))) {
-      --population[feature.body];
-      slot.end(counters.lost_body);
-    }
-  }
-}
-
-void FeatureFrontEnd::State::mask_patches(LabelView labels) noexcept {
-  const std::span<const std::uint16_t> alive = list_alive();
-  in_pieces(workers, alive.size(), kFeaturesAtOnce, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      FeatureSlot& slot = slots[alive[i]];
-      slot.own = labels.empty() ? kWholePatch : own_pixels(labels, slot.feature.left_px, slot.feature.body);
-    }
-  });
-}
-
-std::array<int, 256> FeatureFrontEnd::State::count_features() const noexcept {
-  std::array<int, 256> population{};
-  for (const FeatureSlot& slot : slots) {
-    population[slot.feature.body] += slot.state == SlotState::kAlive ? 1 : 0;
-  }
-  return population;
-}
-
-int FeatureFrontEnd::State::most_features(std::uint8_t body) const noexcept {
-  const int configured = body == kBackgroundLabel ? config.max_background_features : config.max_features_per_object;
-  return std::min(configured, static_cast<int>(std::ceil(limit * configured)));
-}
-
-bool FeatureFrontEnd::State::fit_for_body(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body,
-                                          int others) noexcept {
-  return labels.empty() || others < kHardlyAnyFeatures ||
-         (clear_of_other_objects(labels, position_px, body) &&
-          (others < kFewFeatures || well_inside(labels, position_px, body)));
-}
-
-void FeatureFrontEnd::State::thin_out() noexcept {
-  const std::span<std::uint16_t> alive = list_alive();
-  // Ids grow with time: the smaller one is the older feature.
-  std::sort(alive.begin(), alive.end(),
-            [this](std::uint16_t a, std::uint16_t b) { return slots[a].feature.id < slots[b].feature.id; });
-  occupancy.clear();
-  corner_finder.clear();
-  std::array<int, 256> population{};
-  for (const std::uint16_t index : alive) {
-    FeatureSlot& slot = slots[index];
-    const Eigen::Vector2f& position = slot.feature.left_px;
-    if (population[slot.feature.body] >= most_features(slot.feature.body)) {
-      slot.end(counters.lost_limit);
-      continue;
-    }
-    if (occupancy.upon(position.x(), position.y())) {
-      slot.end(counters.lost_crowded);
-      continue;
-    }
-    ++population[slot.feature.body];
-    occupancy.add(position);
-    corner_finder.occupy(position, slot.feature.body);
-  }
-}
-
-void FeatureFrontEnd::State::populate(std::span<const Corner> corners, LabelView labels,
-                                      const GuessedMasks& guessed) noexcept {
-  std::array<int, 256> population = count_features();
-  auto free_slot = slots.begin();
-  std::size_t created = 0;
-  for (const Corner& corner : corners) {
-    if (occupancy.near(corner.x, corner.y)) {
-      continue;  // A corner taken before it lies just across the border of the bucket.
-    }
-    if (guessed[corner.body] || !fit_for_body(labels, {corner.x, corner.y}, corner.body, population[corner.body])) {
-      continue;
-    }
-    free_slot = std::find_if(free_slot, slots.end(), [](const FeatureSlot& s) { return s.state == SlotState::kFree; });
-    if (free_slot == slots.end() || population[corner.body] >= most_features(corner.body)) {
-      ++counters.dropped;
-      continue;
-    }
-    ++population[corner.body];
-    create(*free_slot, corner, labels);
-    order[created++] = free_slot->feature.slot;
-    occupancy.add(free_slot->feature.left_px);
-  }
+void FeatureFrontEnd::State::create_features(LabelView labels, const GuessedMasks& guessed) noexcept {
+  const std::span<const std::uint16_t> created =
+      population.create(current().level(0), labels, guessed, slots, counters, workers);
   // Nothing is known of them yet.
-  share_matching(order.first(created), {});
-  count_matches(order.first(created));
-  for (const std::uint16_t index : order.first(created)) {
+  share_matching(created, {});
+  count_matches(created);
+  for (const std::uint16_t index : created) {
     Feature& feature = slots[index].feature;
     feature.previous_v_px = feature.v_px;
   }
-}
-
-void FeatureFrontEnd::State::create(FeatureSlot& slot, const Corner& corner, LabelView labels) noexcept {
-  const auto index = static_cast<std::uint16_t>(&slot - slots.data());
-  // The patch spans an even number of columns: half a pixel to the right its samples are whole pixels.
-  const Eigen::Vector2f position(static_cast<float>(corner.x) + 0.5F, static_cast<float>(corner.y));
-  slot.state = SlotState::kAlive;
-  slot.rejected = false;
-  slot.from_reference = kNoWarp;
-  slot.zoom = 1.F;
-  slot.to_right = kNoWarp;
-  slot.own = labels.empty() ? kWholePatch : own_pixels(labels, position, corner.body);
-  slot.reference.take(current().level(0), position.x(), position.y());
-  Feature& feature = slot.feature;
-  feature = {};
-  feature.id = next_id++;
-  feature.slot = index;
-  feature.body = corner.body;
-  feature.left_px = position;
-  feature.previous_left_px = position;
-  ++counters.created;
 }
 
 float FeatureFrontEnd::State::likeness(const FeatureSlot& slot, const AppearanceMemory::Entry& entry,
@@ -524,7 +325,8 @@ float FeatureFrontEnd::State::likeness(const FeatureSlot& slot, const Appearance
   const Plane image = current().level(level);
   at = {to_level(slot.feature.left_px.x(), level), to_level(slot.feature.left_px.y(), level)};
   PatchTemplate patch;
-  if (!kernels().patch.sample_warped(entry.patch.plane(), entry.patch.x(), entry.patch.y(), warp, entry.own, &patch) ||
+  if (!kernels().patch_template.sample_warped(entry.patch.plane(), entry.patch.x(), entry.patch.y(), warp, entry.own,
+                                              &patch) ||
       !kernels().patch.align(image, patch, kRecognise, &at.x(), &at.y())) {
     return 0.F;
   }

@@ -17,13 +17,20 @@ struct PyramidKernels {
   void (*horizontal_gradient)(const Plane& source, std::uint8_t* target, int stride);
 };
 
-/// Sub-pixel alignment of 16 x 11 patches.
-struct PatchKernels {
+/// Templates of 16 x 11 patches.
+struct PatchTemplateKernels {
   /// Samples `source` around (x, y), which must lie within the image. At least one sample of `mask` is set.
   void (*sample)(const Plane& source, float x, float y, const PatchMask& mask, PatchTemplate* out);
   /// The same through a warp. False when a sample would fall outside the image and its margin.
   bool (*sample_warped)(const Plane& source, float x, float y, const PatchWarp& warp, const PatchMask& mask,
                         PatchTemplate* out);
+  /// From now on aligning looks at the middle of the patch: a window weighs its samples that falls to zero at its rim.
+  /// What is left of the template is for `align` and `fit`. Unchanged where the middle has no samples that count.
+  void (*narrow)(PatchTemplate* patch);
+};
+
+/// Sub-pixel alignment of an image with a template.
+struct PatchKernels {
   /// Inverse-compositional Gauss-Newton over the translation (Baker and Matthews 2004). False when it leaves the
   /// neighbourhood of the start, or the template constrains nothing.
   bool (*align)(const Plane& image, const PatchTemplate& patch, const AlignOptions& options, float* x, float* y);
@@ -31,9 +38,6 @@ struct PatchKernels {
   /// One Gauss-Newton step of the warp the template was sampled with, the translation held.
   PatchFit (*refine_warp)(const Plane& image, const PatchTemplate& patch, float x, float y, const WarpOptions& options,
                           PatchWarp* warp);
-  /// From now on aligning looks at the middle of the patch: a window weighs its samples that falls to zero at its rim.
-  /// What is left of the template is for `align` and `fit`. Unchanged where the middle has no samples that count.
-  void (*narrow)(PatchTemplate* patch);
 };
 
 /// Exhaustive searches.
@@ -61,6 +65,7 @@ struct CornerKernels {
 
 struct Kernels {
   PyramidKernels pyramid;
+  PatchTemplateKernels patch_template;
   PatchKernels patch;
   SearchKernels search;
   CornerKernels corner;

@@ -151,7 +151,8 @@ bool StereoMatcher::refine(const StereoImages& images, int disparity, int row_of
   PatchFit fit{};
   PatchTemplate patch;
   for (int pass = 0; pass < passes; ++pass) {
-    if (!kernels().patch.sample_warped(images.left, feature.left_px.x(), feature.left_px.y(), warp, slot.own, &patch) ||
+    if (!kernels().patch_template.sample_warped(images.left, feature.left_px.x(), feature.left_px.y(), warp, slot.own,
+                                                &patch) ||
         !kernels().patch.align(images.right, patch, options, &right.x(), &right.y()) ||
         !patch_inside(images.right, right)) {
       return false;

@@ -65,11 +65,11 @@ bool sample_zoomed(const Plane& image, const Vector2f& position, float zoom, con
   // Less moves no sample by a quarter of a pixel.
   constexpr float kNoticeable = 0.03F;
   if (std::abs(zoom - 1.F) < kNoticeable) {
-    kernels().patch.sample(image, position.x(), position.y(), own, &patch);
+    kernels().patch_template.sample(image, position.x(), position.y(), own, &patch);
     return true;
   }
-  return kernels().patch.sample_warped(image, position.x(), position.y(), {1.F / zoom, 0.F, 0.F, 1.F / zoom}, own,
-                                       &patch);
+  return kernels().patch_template.sample_warped(image, position.x(), position.y(), {1.F / zoom, 0.F, 0.F, 1.F / zoom},
+                                                own, &patch);
 }
 
 /// The patch of `source` around `from` aligned with `target` near `guess`. The guess stays where alignment fails.
@@ -90,7 +90,7 @@ Vector2f search(const ImagePyramid& previous, const ImagePyramid& current, const
   const Plane image = current.level(level);
   const Vector2f at = level_position(from, level);
   PatchTemplate patch;
-  kernels().patch.sample(previous.level(level), at.x(), at.y(), kWholePatch, &patch);
+  kernels().patch_template.sample(previous.level(level), at.x(), at.y(), kWholePatch, &patch);
   const Vector2f centre = level_position(around, level);
   const int x = std::clamp(static_cast<int>(std::floor(centre.x())), 0, image.width - 1);
   const int y = std::clamp(static_cast<int>(std::lround(centre.y())), 0, image.height - 1);
@@ -183,8 +183,8 @@ TemporalTracker::Refined TemporalTracker::refine_against_reference(const Plane& 
   PatchFit fit{};
   PatchTemplate patch;
   for (int pass = 0; pass < kReferencePasses; ++pass) {
-    if (!kernels().patch.sample_warped(slot.reference.plane(), slot.reference.x(), slot.reference.y(), result.warp,
-                                       slot.own, &patch) ||
+    if (!kernels().patch_template.sample_warped(slot.reference.plane(), slot.reference.x(), slot.reference.y(),
+                                                result.warp, slot.own, &patch) ||
         patch.strength < config_.min_patch_strength ||
         !kernels().patch.align(current, patch, kFine, &result.position_px.x(), &result.position_px.y()) ||
         !patch_inside(current, result.position_px)) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 
+#include "camera_state.hpp"
 #include "kept_paths.hpp"
 #include "kinetrace/core/detections.hpp"
 #include "kinetrace/core/feature_frame.hpp"
@@ -21,15 +22,6 @@
 #include "stereo_sighting.hpp"
 
 namespace kinetrace::pipeline {
-
-/// What the camera does in this frame, for composing (METHOD eq. 2).
-struct CameraState {
-  Se3 T_world_cam;
-  std::optional<Se3> T_world_cam_before;  ///< Of the frame before, where it had a pose.
-  Matrix6d covariance = Matrix6d::Zero();
-  double scatter_px = 0.0;  ///< Of the background's measurements.
-  bool valid = false;       ///< A pair of object and background counts only where both have a pose (paper).
-};
 
 /// A track's object from birth to end. Its frame is fixed at birth: origin at the median of its stereo points, axes
 /// parallel to the world's. Pose source per frame, in this order: own reconstruction (tracked), stereo position

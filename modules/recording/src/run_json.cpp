@@ -76,6 +76,20 @@ Json files_json(std::span<const FileEntry> files) {
   return list;
 }
 
+/// Null where nobody has counted.
+void add_allocations(const RunSummary& summary, Json& run) {
+  run["allocations_after_start"] = nullptr;
+  run["foreign_allocations_after_start"] = nullptr;
+  if (summary.allocations_after_start) {
+    run["allocations_after_start"] = summary.allocations_after_start->own;
+    run["foreign_allocations_after_start"] = summary.allocations_after_start->foreign;
+  }
+  run["foreign_allocations_per_frame_max"] = Json::object();
+  for (const auto& [stage, count] : summary.stage_foreign_allocations) {
+    run["foreign_allocations_per_frame_max"][stage] = count;
+  }
+}
+
 }  // namespace
 
 Result<std::string> run_json_text(const RunSummary& summary, const StereoGeometry& geometry,
@@ -105,16 +119,7 @@ Result<std::string> run_json_text(const RunSummary& summary, const StereoGeometr
   run["found"] = {{"camera_path_m", summary.found.camera_path_m},
                   {"objects", summary.found.objects},
                   {"objects_moved", summary.found.objects_moved}};
-  run["allocations_after_start"] = nullptr;
-  run["foreign_allocations_after_start"] = nullptr;
-  if (summary.allocations_after_start) {
-    run["allocations_after_start"] = summary.allocations_after_start->own;
-    run["foreign_allocations_after_start"] = summary.allocations_after_start->foreign;
-  }
-  run["foreign_allocations_per_frame_max"] = Json::object();
-  for (const auto& [stage, count] : summary.stage_foreign_allocations) {
-    run["foreign_allocations_per_frame_max"][stage] = count;
-  }
+  add_allocations(summary, run);
   run["counters"] = counters_json(summary);
   run["health"] = health_json(summary.health);
   if (summary.pairing) {

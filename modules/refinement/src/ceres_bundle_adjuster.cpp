@@ -148,6 +148,31 @@ Status check_batch(const BatchProblem& batch) {
   return check_geometry(batch.geometry);
 }
 
+std::vector<bool> fixed_frames(const BatchProblem& batch) {
+  std::vector<bool> fixed(batch.T_body_cam.size(), false);
+  for (const std::uint32_t frame : batch.fixed_frames) {
+    fixed[frame] = true;
+  }
+  return fixed;
+}
+
+/// Adds what each observation and each turn says; points are eliminated before poses. The losses outlive the problem.
+void add_residuals(BatchProblem& batch, std::vector<PoseBlock>& poses, ceres::LossFunction& loss,
+                   ceres::LossFunction& turn_loss, ceres::Problem& problem, ceres::ParameterBlockOrdering& ordering) {
+  for (const BatchObservation& seen : batch.observations) {
+    double* point = batch.points_m[seen.point].data();
+    problem.AddResidualBlock(new ReprojectionCost(batch.geometry, seen.observation), &loss, poses[seen.frame].data(),
+                             point);
+    ordering.AddElementToGroup(point, 0);
+    ordering.AddElementToGroup(poses[seen.frame].data(), 1);
+  }
+  for (std::size_t k = 1; k < batch.turns.size(); ++k) {
+    problem.AddResidualBlock(new TurnCost(batch.turns[k]), &turn_loss, poses[k - 1].data(), poses[k].data());
+    ordering.AddElementToGroup(poses[k - 1].data(), 1);
+    ordering.AddElementToGroup(poses[k].data(), 1);
+  }
+}
+
 Result<BundleSummary> solve(const CeresBundleConfig& config, BatchProblem& batch) {
   std::vector<PoseBlock> poses(batch.T_body_cam.size());
   for (std::size_t k = 0; k < poses.size(); ++k) {
@@ -163,22 +188,8 @@ Result<BundleSummary> solve(const CeresBundleConfig& config, BatchProblem& batch
   ceres::Problem problem(problem_options);
   ceres::Solver::Options options = solver_options(config, poses.size());
   options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  for (const BatchObservation& seen : batch.observations) {
-    double* point = batch.points_m[seen.point].data();
-    problem.AddResidualBlock(new ReprojectionCost(batch.geometry, seen.observation), &loss, poses[seen.frame].data(),
-                             point);
-    options.linear_solver_ordering->AddElementToGroup(point, 0);
-    options.linear_solver_ordering->AddElementToGroup(poses[seen.frame].data(), 1);
-  }
-  for (std::size_t k = 1; k < batch.turns.size(); ++k) {
-    problem.AddResidualBlock(new TurnCost(batch.turns[k]), &turn_loss, poses[k - 1].data(), poses[k].data());
-    options.linear_solver_ordering->AddElementToGroup(poses[k - 1].data(), 1);
-    options.linear_solver_ordering->AddElementToGroup(poses[k].data(), 1);
-  }
-  std::vector<bool> fixed(poses.size(), false);
-  for (const std::uint32_t frame : batch.fixed_frames) {
-    fixed[frame] = true;
-  }
+  add_residuals(batch, poses, loss, turn_loss, problem, *options.linear_solver_ordering);
+  const std::vector<bool> fixed = fixed_frames(batch);
   for (std::size_t k = 0; k < poses.size(); ++k) {
     if (problem.HasParameterBlock(poses[k].data())) {
       problem.SetManifold(poses[k].data(), &manifold);
@@ -206,10 +217,7 @@ Result<BundleSummary> solve(const CeresBundleConfig& config, BatchProblem& batch
 }
 
 bool has_free_frame(const BatchProblem& batch) {
-  std::vector<bool> fixed(batch.T_body_cam.size(), false);
-  for (const std::uint32_t frame : batch.fixed_frames) {
-    fixed[frame] = true;
-  }
+  const std::vector<bool> fixed = fixed_frames(batch);
   return std::find(fixed.begin(), fixed.end(), false) != fixed.end();
 }
 

@@ -253,8 +253,6 @@ void MotionClusters::summarise() {
       ++votes[c][features_[i].body];
     }
   }
-  std::array<std::int16_t, kMaxClusters> order{};
-  std::iota(order.begin(), order.end(), std::int16_t{0});
   for (std::size_t c = 0; c < clusters_.size(); ++c) {
     if (clusters_[c].features > 0) {
       clusters_[c].covariance = information[c].inverse();
@@ -263,6 +261,12 @@ void MotionClusters::summarise() {
           static_cast<std::uint8_t>(std::max_element(votes[c].begin(), votes[c].end()) - votes[c].begin());
     }
   }
+  sort_by_size();
+}
+
+void MotionClusters::sort_by_size() {
+  std::array<std::int16_t, kMaxClusters> order{};
+  std::iota(order.begin(), order.end(), std::int16_t{0});
   const std::size_t total = clusters_.size();
   std::sort(order.begin(), order.begin() + total, [&](std::int16_t a, std::int16_t b) {
     const int features_a = clusters_[static_cast<std::size_t>(a)].features;

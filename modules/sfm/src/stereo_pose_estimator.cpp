@@ -177,6 +177,81 @@ int classify(const StereoGeometry& geometry, const Se3& pose, std::span<const Po
   return count;
 }
 
+/// What one call of estimate() works on.
+struct PoseProblem {
+  const StereoGeometry& geometry;
+  ReprojectionModel<double> model;
+  std::span<const PoseObservation> observations;
+  const PosePrior& prior;
+  double sigma_px;
+};
+
+/// Pose that fits three observations, found from `pose`; false when they do not fix one.
+bool solve_three(const PoseProblem& problem, const std::array<std::size_t, 3>& pick, Se3& pose) {
+  bool solved = true;
+  for (int iteration = 0; iteration < 5 && solved; ++iteration) {
+    NormalEquations normal;
+    for (const std::size_t i : pick) {
+      accumulate(problem.model, pose, problem.observations[i], problem.sigma_px,
+                 std::numeric_limits<double>::infinity(), normal);
+    }
+    solved = normal.used == 3 && step(normal, 1e-3, pose).has_value();
+  }
+  return solved;
+}
+
+/// The best of the prior and of poses from samples of three (RANSAC), by the observations of `voting`.
+Se3 search_pose(const PoseProblem& voting, double gate2, int max_hypotheses) {
+  const std::size_t n = voting.observations.size();
+  Se3 best_pose = voting.prior.T_cam_body;
+  Score best = score_pose(voting.geometry, best_pose, voting.observations, voting.sigma_px, gate2);
+  Sampler sampler(static_cast<std::uint32_t>(n));
+  int needed = hypotheses_needed(best, max_hypotheses);
+  for (int hypothesis = 0; hypothesis < needed; ++hypothesis) {
+    Se3 pose = best_pose;
+    if (!solve_three(voting, sample_three(sampler, n), pose)) {
+      continue;
+    }
+    Score score = score_pose(voting.geometry, pose, voting.observations, voting.sigma_px, gate2);
+    score.cost += prior_cost(voting.prior, pose) * static_cast<double>(score.scored) / static_cast<double>(n);
+    if (score.cost < best.cost) {
+      best = score;
+      best_pose = pose;
+      needed = hypotheses_needed(best, max_hypotheses);
+    }
+  }
+  return best_pose;
+}
+
+/// Robust Gauss-Newton over the inliers; none when their system is singular. Returns the last normal equations.
+std::optional<NormalEquations> refine_pose(const PoseProblem& problem, std::span<const std::uint8_t> inlier,
+                                           Se3& pose) {
+  NormalEquations normal;
+  for (int iteration = 0; iteration < 4; ++iteration) {
+    normal = NormalEquations{};
+    for (std::size_t i = 0; i < problem.observations.size(); ++i) {
+      if (inlier[i] != 0) {
+        accumulate(problem.model, pose, problem.observations[i], problem.sigma_px, kHuberSigmas, normal);
+      }
+    }
+    add_prior(problem.prior, pose, normal);
+    const std::optional<Vector6d> moved = step(normal, 1e-6, pose);
+    if (!moved) {
+      return std::nullopt;
+    }
+    if (moved->cwiseAbs().maxCoeff() < kConverged) {
+      break;
+    }
+  }
+  return normal;
+}
+
+Matrix6d covariance_of(const NormalEquations& normal) {
+  Matrix6d h = normal.hessian();
+  h.diagonal().array() += kTinyInformation;
+  return h.ldlt().solve(Matrix6d::Identity());
+}
+
 }  // namespace
 
 double reprojection_chi2(const StereoGeometry& geometry, const Se3& T_cam_body, const PoseObservation& o,
@@ -197,75 +272,36 @@ PoseEstimate StereoPoseEstimator::estimate(std::span<const PoseObservation> obse
   PoseEstimate out;
   out.T_cam_body = prior.T_cam_body;
   std::fill(inlier.begin(), inlier.end(), std::uint8_t{0});
-  const std::span<const PoseObservation> voting = observations.first(voters);
-  if (voting.size() < 3) {
+  const PoseProblem problem{geometry_, model_of(geometry_), observations, prior, sigma_px};
+  PoseProblem voting = problem;
+  voting.observations = observations.first(voters);
+  if (voting.observations.size() < 3) {
     return out;
   }
-  const ReprojectionModel<double> model = model_of(geometry_);
   const double gate2 = config_.gate_sigma * config_.gate_sigma;
   // Points carry errors of their own while hypotheses are ranked; the final gate is the configured one.
   const double search_gate2 = 4.0 * gate2;
-
-  Se3 best_pose = prior.T_cam_body;
-  Score best = score_pose(geometry_, best_pose, voting, sigma_px, search_gate2);
-  Sampler sampler(static_cast<std::uint32_t>(voting.size()));
-  int needed = hypotheses_needed(best, config_.max_hypotheses);
-  for (int hypothesis = 0; hypothesis < needed; ++hypothesis) {
-    Se3 pose = best_pose;
-    const std::array<std::size_t, 3> pick = sample_three(sampler, voting.size());
-    bool solved = true;
-    for (int iteration = 0; iteration < 5 && solved; ++iteration) {
-      NormalEquations normal;
-      for (const std::size_t i : pick) {
-        accumulate(model, pose, voting[i], sigma_px, std::numeric_limits<double>::infinity(), normal);
-      }
-      solved = normal.used == 3 && step(normal, 1e-3, pose).has_value();
-    }
-    if (!solved) {
-      continue;
-    }
-    Score score = score_pose(geometry_, pose, voting, sigma_px, search_gate2);
-    score.cost += prior_cost(prior, pose) * static_cast<double>(score.scored) / static_cast<double>(voting.size());
-    if (score.cost < best.cost) {
-      best = score;
-      best_pose = pose;
-      needed = hypotheses_needed(best, config_.max_hypotheses);
-    }
-  }
+  Se3 pose = search_pose(voting, search_gate2, config_.max_hypotheses);
 
   // Two rounds with a narrowing gate: the first absorbs what three points could not know.
-  NormalEquations last;
+  std::optional<NormalEquations> last;
   for (const double round_gate2 : {search_gate2, gate2}) {
-    if (classify(geometry_, best_pose, observations, sigma_px, round_gate2, inlier) < 3) {
+    if (classify(geometry_, pose, observations, sigma_px, round_gate2, inlier) < 3) {
       return out;
     }
-    for (int iteration = 0; iteration < 4; ++iteration) {
-      last = NormalEquations{};
-      for (std::size_t i = 0; i < observations.size(); ++i) {
-        if (inlier[i] != 0) {
-          accumulate(model, best_pose, observations[i], sigma_px, kHuberSigmas, last);
-        }
-      }
-      add_prior(prior, best_pose, last);
-      const std::optional<Vector6d> moved = step(last, 1e-6, best_pose);
-      if (!moved) {
-        return out;
-      }
-      if (moved->cwiseAbs().maxCoeff() < kConverged) {
-        break;
-      }
+    last = refine_pose(problem, inlier, pose);
+    if (!last) {
+      return out;
     }
   }
-  best_pose = best_pose.orthonormalised();
-  out.inliers = classify(geometry_, best_pose, observations, sigma_px, gate2, inlier);
+  pose = pose.orthonormalised();
+  out.inliers = classify(geometry_, pose, observations, sigma_px, gate2, inlier);
   out.agreeing_voters =
       static_cast<int>(std::count(inlier.begin(), inlier.begin() + static_cast<std::ptrdiff_t>(voters), 1));
-  out.valid = out.inliers >= 3 && best_pose.is_finite();
+  out.valid = out.inliers >= 3 && pose.is_finite();
   if (out.valid) {
-    out.T_cam_body = best_pose;
-    Matrix6d h = last.hessian();
-    h.diagonal().array() += kTinyInformation;
-    out.covariance = h.ldlt().solve(Matrix6d::Identity());
+    out.T_cam_body = pose;
+    out.covariance = covariance_of(*last);
   }
   return out;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -101,33 +102,8 @@ bool StereoPositionFilter::update(const Eigen::Vector3d& uvd_px, int features, c
     restart_at(uvd_px, sigma_px, T_world_cam, surface_sigma_m);
     return true;
   }
-  const Se3 T_cam_world = T_world_cam.inverse();
-  Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
-  const Eigen::Vector3d prior = position_;
-  Eigen::Vector3d at = prior;  // Where the measurement is linearised.
-  Eigen::Matrix<double, 6, 3> gain = Eigen::Matrix<double, 6, 3>::Zero();
-  Eigen::Matrix3d slope = Eigen::Matrix3d::Zero();
-  Vector6d correction = Vector6d::Zero();
-  bool plausible = true;
-  for (int i = 0; i < kIterations && plausible; ++i) {
-    const Eigen::Vector3d p_cam = T_cam_world * at;
-    plausible = p_cam.z() > kMinDepth_m;
-    if (!plausible) {
-      break;
-    }
-    const Prediction predicted = predict_stereo(geometry_, p_cam);
-    slope = predicted.derivative * T_cam_world.rotation;
-    noise = sigma_px * sigma_px * Eigen::Matrix3d::Identity() +
-            surface_sigma_m * surface_sigma_m * slope * slope.transpose();
-    const Eigen::Matrix3d spread = slope * covariance_.topLeftCorner<3, 3>() * slope.transpose() + noise;
-    const Eigen::Vector3d innovation = uvd_px - predicted.uvd_px - slope * (prior - at);
-    const Eigen::LDLT<Eigen::Matrix3d> solver(spread);
-    plausible = i > 0 || innovation.dot(solver.solve(innovation)) <= kGate;
-    gain = solver.solve(slope * covariance_.topRows<3>()).transpose();
-    correction = gain * innovation;
-    at = prior + correction.head<3>();
-  }
-  if (!plausible) {
+  const std::optional<StereoCorrection> found = find_correction(uvd_px, sigma_px, T_world_cam, surface_sigma_m);
+  if (!found) {
     if (++skipped_ < kMaxSkipped) {
       return false;
     }
@@ -136,13 +112,42 @@ bool StereoPositionFilter::update(const Eigen::Vector3d& uvd_px, int features, c
     return true;
   }
   skipped_ = 0;
-  position_ += correction.head<3>();
-  velocity_ += correction.tail<3>();
+  position_ += found->correction.head<3>();
+  velocity_ += found->correction.tail<3>();
   // Joseph's form stays symmetric and positive.
   Matrix6d keep = Matrix6d::Identity();
-  keep.leftCols<3>() -= gain * slope;
-  covariance_ = keep * covariance_ * keep.transpose() + gain * noise * gain.transpose();
+  keep.leftCols<3>() -= found->gain * found->slope;
+  covariance_ = keep * covariance_ * keep.transpose() + found->gain * found->noise * found->gain.transpose();
   return true;
+}
+
+// Iterated: the measurement is linearised where the correction before it leads.
+std::optional<StereoPositionFilter::StereoCorrection> StereoPositionFilter::find_correction(
+    const Eigen::Vector3d& uvd_px, double sigma_px, const Se3& T_world_cam, double surface_sigma_m) const noexcept {
+  const Se3 T_cam_world = T_world_cam.inverse();
+  StereoCorrection found;
+  Eigen::Vector3d at = position_;
+  for (int i = 0; i < kIterations; ++i) {
+    const Eigen::Vector3d p_cam = T_cam_world * at;
+    if (!(p_cam.z() > kMinDepth_m)) {
+      return std::nullopt;
+    }
+    const Prediction predicted = predict_stereo(geometry_, p_cam);
+    found.slope = predicted.derivative * T_cam_world.rotation;
+    found.noise = sigma_px * sigma_px * Eigen::Matrix3d::Identity() +
+                  surface_sigma_m * surface_sigma_m * found.slope * found.slope.transpose();
+    const Eigen::Matrix3d spread =
+        found.slope * covariance_.topLeftCorner<3, 3>() * found.slope.transpose() + found.noise;
+    const Eigen::Vector3d innovation = uvd_px - predicted.uvd_px - found.slope * (position_ - at);
+    const Eigen::LDLT<Eigen::Matrix3d> solver(spread);
+    if (i == 0 && !(innovation.dot(solver.solve(innovation)) <= kGate)) {
+      return std::nullopt;
+    }
+    found.gain = solver.solve(found.slope * covariance_.topRows<3>()).transpose();
+    found.correction = found.gain * innovation;
+    at = position_ + found.correction.head<3>();
+  }
+  return found;
 }
 
 void StereoPositionFilter::update_direction(const Eigen::Vector2d& uv_px, const Se3& T_world_cam,

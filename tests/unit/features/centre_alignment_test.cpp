@@ -32,7 +32,7 @@ struct Found {
 
 Found find(const Picture& from, const Picture& to, const Vector2f& at, const PatchMask& mask, const Vector2f& start) {
   PatchTemplate patch;
-  kernels().patch.sample(from.plane(), at.x(), at.y(), mask, &patch);
+  kernels().patch_template.sample(from.plane(), at.x(), at.y(), mask, &patch);
   Found found{start, start};
   EXPECT_TRUE(kernels().patch.align(to.plane(), patch, kExactly, &found.whole.x(), &found.whole.y()));
   found.centre = found.whole;
@@ -117,7 +117,7 @@ TEST(CentreAlignment, LeavesThePositionWhereTheMiddleHoldsNothing) {
   PatchMask rim{{}, false};
   std::fill(std::begin(rim.rows), std::end(rim.rows), std::uint16_t{0x0001});
   PatchTemplate patch;
-  kernels().patch.sample(picture.plane(), 100.5F, 40.F, rim, &patch);
+  kernels().patch_template.sample(picture.plane(), 100.5F, 40.F, rim, &patch);
   Vector2f position(100.9F, 40.2F);
   align_centre(picture.plane(), kExactly, patch, position);
   EXPECT_EQ(position, Vector2f(100.9F, 40.2F));
@@ -127,7 +127,7 @@ TEST(CentreAlignment, DoesNotGoToAnotherPlace) {
   const Texture texture(51);
   const Picture picture(std::cref(texture));
   PatchTemplate patch;
-  kernels().patch.sample(picture.plane(), 100.5F, 40.F, kWholePatch, &patch);
+  kernels().patch_template.sample(picture.plane(), 100.5F, 40.F, kWholePatch, &patch);
   // Further off than what it may mend.
   Vector2f position(103.F, 40.F);
   align_centre(picture.plane(), kExactly, patch, position);

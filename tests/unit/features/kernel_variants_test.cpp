@@ -70,7 +70,7 @@ TEST_F(KernelVariants, AlignToTheSamePosition) {
     PatchFit fits[2] = {};
     int k = 0;
     for (const Kernels* set : {&fast_, &plain_}) {
-      ASSERT_TRUE(set->patch.sample_warped(image, x, 60.4F, warp, mask, &patch));
+      ASSERT_TRUE(set->patch_template.sample_warped(image, x, 60.4F, warp, mask, &patch));
       positions[k][0] = x + 1.2F;
       positions[k][1] = 59.7F;
       ASSERT_TRUE(set->patch.align(image, patch, options, &positions[k][0], &positions[k][1]));
@@ -96,8 +96,8 @@ TEST_F(KernelVariants, NarrowToTheSameWindow) {
     float positions[2][2] = {};
     int k = 0;
     for (const Kernels* set : {&fast_, &plain_}) {
-      set->patch.sample(image, x, 60.4F, i % 2 == 0 ? kWholePatch : left_part, &patch);
-      set->patch.narrow(&patch);
+      set->patch_template.sample(image, x, 60.4F, i % 2 == 0 ? kWholePatch : left_part, &patch);
+      set->patch_template.narrow(&patch);
       positions[k][0] = x + 0.7F;
       positions[k][1] = 59.9F;
       ASSERT_TRUE(set->patch.align(image, patch, options, &positions[k][0], &positions[k][1]));
@@ -111,7 +111,7 @@ TEST_F(KernelVariants, NarrowToTheSameWindow) {
 TEST_F(KernelVariants, SearchToTheSameOffset) {
   PatchTemplate patch{};
   for (const Kernels* set : {&fast_, &plain_}) {
-    set->patch.sample(pyramid_.level(1), 50.F, 30.F, kWholePatch, &patch);
+    set->patch_template.sample(pyramid_.level(1), 50.F, 30.F, kWholePatch, &patch);
     const OffsetMatch match = set->search.correlate(pyramid_.level(1), patch, 45, 33, 8, 6);
     // Whole pixels on the one side, halves on the other: the centre of a patch lies between columns.
     EXPECT_NEAR(static_cast<float>(match.dx), 4.5F, 0.6F);

@@ -36,7 +36,7 @@ PatchMask own_columns() {
 Vector2f found(const Picture& from, const Picture& to, const Vector2f& at, const PatchMask& mask,
                const Vector2f& start) {
   PatchTemplate patch;
-  kernels().patch.sample(from.plane(), at.x(), at.y(), mask, &patch);
+  kernels().patch_template.sample(from.plane(), at.x(), at.y(), mask, &patch);
   Vector2f position = start;
   const bool aligned = kernels().patch.align(to.plane(), patch, kExactly, &position.x(), &position.y());
   return aligned ? position : Vector2f(-1e3F, -1e3F);
@@ -99,13 +99,13 @@ TEST(MaskedPatch, LooksLikeItselfWhateverIsBesideItAndHoweverBright) {
   const auto elsewhere = surface(own, contour, Vector2d::Zero(), std::cref(other));
   const Picture darker([&](const Vector2d& p) { return 0.6 * elsewhere(p) + 20.0; });
   PatchTemplate patch;
-  kernels().patch.sample(plain.plane(), at.x(), at.y(), own_columns(), &patch);
+  kernels().patch_template.sample(plain.plane(), at.x(), at.y(), own_columns(), &patch);
   EXPECT_NEAR(kernels().patch.fit(plain.plane(), patch, at.x(), at.y()).correlation, 1.F, 1e-4F);
   EXPECT_NEAR(kernels().patch.fit(plain.plane(), patch, at.x(), at.y()).residual_rms, 0.F, 0.05F);
   const PatchFit fit = kernels().patch.fit(darker.plane(), patch, at.x(), at.y());
   EXPECT_GT(fit.correlation, 0.999F);
   EXPECT_LT(fit.residual_rms, 0.6F) << "rounding to whole gray values";
-  kernels().patch.sample(plain.plane(), at.x(), at.y(), kWholePatch, &patch);
+  kernels().patch_template.sample(plain.plane(), at.x(), at.y(), kWholePatch, &patch);
   EXPECT_LT(kernels().patch.fit(darker.plane(), patch, at.x(), at.y()).correlation, 0.9F);
 }
 

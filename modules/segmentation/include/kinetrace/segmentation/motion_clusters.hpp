@@ -65,6 +65,8 @@ class MotionClusters {
   void join_bodies();
   void absorb();
   void summarise();
+  /// Largest first; empty ones are dropped.
+  void sort_by_size();
   template <typename Visit>
   void for_each_neighbour(std::size_t i, Visit&& visit) const;
   [[nodiscard]] float reach_px(std::size_t i) const noexcept;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include <Eigen/Core>
 
@@ -62,6 +63,17 @@ class StereoPositionFilter {
   void restart_at(const Eigen::Vector3d& uvd_px, double sigma_px, const Se3& T_world_cam,
                   double surface_sigma_m) noexcept;
   [[nodiscard]] Matrix6d process_noise(double dt_s) const noexcept;
+  /// What a stereo position changes, and by what.
+  struct StereoCorrection {
+    Vector6d correction = Vector6d::Zero();
+    Eigen::Matrix<double, 6, 3> gain = Eigen::Matrix<double, 6, 3>::Zero();
+    Eigen::Matrix3d slope = Eigen::Matrix3d::Zero();  ///< Derivative of the measurement by position.
+    Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
+  };
+  /// None for an implausible position.
+  [[nodiscard]] std::optional<StereoCorrection> find_correction(const Eigen::Vector3d& uvd_px, double sigma_px,
+                                                                const Se3& T_world_cam,
+                                                                double surface_sigma_m) const noexcept;
   /// Takes in a measurement in the image, px, unless it is `gate` or more away (squared, in sigmas). `slope`: its
   /// derivative by position and velocity.
   void correct(const Eigen::Vector2d& innovation, const Eigen::Matrix<double, 2, 6>& slope,

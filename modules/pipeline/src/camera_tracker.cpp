@@ -1,0 +1,57 @@
+#include "camera_tracker.hpp"
+
+#include <optional>
+
+namespace kinetrace::pipeline {
+namespace {
+
+constexpr int kCameraLostAfterFrames = 3;
+
+}  // namespace
+
+Se3 CameraTracker::locate(const FeatureFrame& frame, bool jumped) {
+  if (!background_.active()) {
+    background_.begin(Se3{});
+    return {};
+  }
+  const Se3 T_world_prev = background_.history(0).T_body_cam;
+  const bool found = background_.locate(frame, kBackgroundLabel).status == BodyStatus::kTracked;
+  if (found && !jumped) {
+    camera_predicted_frames_ = 0;
+  } else {
+    if (found) {
+      // What seemed to be seen again is something else that looks like it.
+      background_.refuse_pose();
+    }
+    ++camera_predicted_frames_;
+    ++camera_lost_frames_;
+    // Known points no longer fit: a new map starts at the predicted pose with this frame's stereo.
+    background_.begin(background_.estimate().T_body_cam,
+                      camera_predicted_frames_ < kCameraLostAfterFrames ? BodyStatus::kPropagated : BodyStatus::kLost);
+    if (jumped) {
+      background_.forget_motion();
+    }
+  }
+  return T_world_prev.inverse() * background_.estimate().T_body_cam;
+}
+
+CameraState CameraTracker::state(std::size_t age) const {
+  const SettledPose pose = background_.history(age);
+  CameraState camera{.T_world_cam = pose.T_body_cam,
+                     .T_world_cam_before = std::nullopt,
+                     .covariance = pose.covariance,
+                     .scatter_px = background_.scatter_px(),
+                     .valid = pose.status == BodyStatus::kTracked};
+  if (age + 1 < background_.history_size()) {
+    const SettledPose before = background_.history(age + 1);
+    camera.T_world_cam_before = before.status == BodyStatus::kTracked ? std::optional(before.T_body_cam) : std::nullopt;
+  }
+  return camera;
+}
+
+CameraResult CameraTracker::result(std::size_t age) const {
+  const SettledPose pose = background_.history(age);
+  return {pose.status, pose.T_body_cam, rotation_position_covariance(pose.T_body_cam, pose.covariance), pose.inliers};
+}
+
+}  // namespace kinetrace::pipeline

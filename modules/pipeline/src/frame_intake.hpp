@@ -1,0 +1,38 @@
+// Which pairs the pipeline takes: of the right size, in order of time, of one sequence.
+#pragma once
+
+#include <cstdint>
+
+#include "kinetrace/core/frame.hpp"
+#include "kinetrace/core/result.hpp"
+
+namespace kinetrace::pipeline {
+
+class FrameIntake {
+ public:
+  explicit FrameIntake(const StereoGeometry& geometry) : geometry_(geometry) {}
+
+  /// Errors: kInvalidArgument (size differs from the geometry, time does not advance), kIllegalState (after close()).
+  [[nodiscard]] Status check(const RectifiedPair& pair) const;
+  /// This pair has been processed.
+  void count(const RectifiedPair& pair) noexcept {
+    ++frames_;
+    last_timestamp_ns_ = pair.timestamp_ns;
+  }
+  /// No more pairs; true the first time.
+  bool close() noexcept {
+    const bool first = !closed_;
+    closed_ = true;
+    return first;
+  }
+
+  [[nodiscard]] std::uint64_t frames() const noexcept { return frames_; }
+
+ private:
+  StereoGeometry geometry_;
+  std::int64_t last_timestamp_ns_ = 0;
+  std::uint64_t frames_ = 0;
+  bool closed_ = false;
+};
+
+}  // namespace kinetrace::pipeline

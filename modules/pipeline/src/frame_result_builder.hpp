@@ -1,0 +1,40 @@
+// Fills in the result that one frame shows to the outside.
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/frame_result.hpp"
+#include "kinetrace/pipeline/config.hpp"
+#include "kinetrace/sfm/body_reconstruction.hpp"
+#include "object_state.hpp"
+#include "result_ring.hpp"
+
+namespace kinetrace::pipeline {
+
+/// Copies what is confirmed, so that what is kept may go on changing.
+class FrameResultBuilder {
+ public:
+  /// Memory: two rows and one body an object. The arena may turn out exhausted.
+  FrameResultBuilder(const PipelineConfig& config, Arena& arena);
+
+  void set_newest(const KeptFrame& frame);
+  /// Null: no frame has become final.
+  void set_settled(const KeptFrame* frame);
+  void set_bodies(const sfm::BodyReconstruction& background, std::span<const ObjectState> objects);
+  void clear_bodies() noexcept { result_.bodies = {}; }
+  void set_frame(const RectifiedPair& pair, const TrackFrame& tracks, const FrameCounters& counters);
+  /// There is no frame any more: without tracks and images.
+  void clear_frame() noexcept;
+
+  [[nodiscard]] const FrameResult& result() const noexcept { return result_; }
+
+ private:
+  std::span<ObjectResult> newest_objects_;
+  std::span<ObjectResult> settled_objects_;
+  std::span<BodyGeometry> bodies_;
+  FrameResult result_;
+};
+
+}  // namespace kinetrace::pipeline

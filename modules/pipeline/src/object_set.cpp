@@ -1,0 +1,146 @@
+#include "object_set.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace kinetrace::pipeline {
+
+Result<ObjectSet> ObjectSet::create(const PipelineConfig& config, const StereoGeometry& geometry, Arena& arena) {
+  std::vector<ObjectState> slots;
+  slots.reserve(static_cast<std::size_t>(config.tracking.max_objects));
+  for (int i = 0; i < config.tracking.max_objects; ++i) {
+    auto object = ObjectState::create(config, geometry, arena);
+    if (!object) {
+      return Unexpected(object.error());
+    }
+    slots.push_back(std::move(*object));
+  }
+  return ObjectSet(std::move(slots));
+}
+
+std::size_t ObjectSet::required_bytes(const PipelineConfig& config) {
+  return ObjectState::required_bytes(config) * static_cast<std::size_t>(config.tracking.max_objects);
+}
+
+void ObjectSet::forecast(std::int64_t timestamp_ns, const Se3& T_world_cam,
+                         std::span<tracking::Forecast> by_slot) const {
+  for (std::size_t slot = 0; slot < slots_.size(); ++slot) {
+    by_slot[slot] = slots_[slot].alive() ? slots_[slot].forecast(timestamp_ns, T_world_cam) : tracking::Forecast{};
+  }
+}
+
+void ObjectSet::take_tracks(const TrackFrame& tracks) {
+  for (const Track& track : tracks.tracks) {
+    if (track.id > newest_track_id_) {
+      newest_track_id_ = track.id;
+      ++counters_.born;
+    }
+    const ObjectState& object = slots_[track.slot];
+    const bool was_confirmed = object.track().id == track.id && object.confirmed();
+    counters_.confirmed += track.state == TrackState::kConfirmed && !was_confirmed ? 1U : 0U;
+  }
+  for (const Track& track : tracks.ended) {
+    ++counters_.ended;
+    slots_[track.slot].end();
+  }
+}
+
+std::optional<ReidentifiedObject> ObjectSet::reidentify(const Track& track, const FeatureFrame& frame, LabelView labels,
+                                                        const CameraState& camera) {
+  ObjectState& candidate = slots_[track.slot];
+  if (candidate.track().id != track.id) {
+    candidate.begin(track);
+  }
+  if (candidate.placed()) {
+    return std::nullopt;
+  }
+  const std::optional<Eigen::Vector3d> position_m = candidate.sighted_position(frame, labels, camera);
+  ObjectState* const lost = find_lost(candidate, track, position_m, camera);
+  if (lost == nullptr) {
+    return std::nullopt;
+  }
+  candidate.continue_from(*lost, position_m);
+  lost->hand_over();
+  return ReidentifiedObject{lost->track().slot, lost->track().id};
+}
+
+ObjectState* ObjectSet::find_lost(const ObjectState& candidate, const Track& track,
+                                  const std::optional<Eigen::Vector3d>& position_m, const CameraState& camera) {
+  ObjectState* nearest = nullptr;
+  double least = 1.0;
+  for (ObjectState& lost : slots_) {
+    if (&lost == &candidate) {
+      continue;
+    }
+    const std::optional<double> part = lost.placed() && position_m ? lost.may_have_gone_to(*position_m, track, camera)
+                                                                   : lost.may_be_seen_as(track, camera);
+    if (part && *part <= least) {
+      nearest = &lost;
+      least = *part;
+    }
+  }
+  return nearest;
+}
+
+bool ObjectSet::may_be_lost_object(const Track& track, const CameraState& camera) const {
+  return !slots_[track.slot].placed() && std::any_of(slots_.begin(), slots_.end(), [&](const ObjectState& lost) {
+    return lost.track().slot != track.slot && lost.may_come_back_as(track, camera);
+  });
+}
+
+bool ObjectSet::observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera,
+                        const features::FeatureFrontEnd& front_end) {
+  ObjectState& object = slots_[track.slot];
+  Track named = track;
+  named.id = object.track().id;
+  object.observe(named, frame, labels, camera, front_end);
+  return !object.estranged();
+}
+
+std::size_t ObjectSet::list_windows(std::span<BodyRefinement> windows) {
+  std::size_t count = 0;
+  for (ObjectState& object : slots_) {
+    if (object.alive() && object.reconstructing()) {
+      windows[count++] = {&object.body(), {}};
+    }
+  }
+  return count;
+}
+
+void ObjectSet::conclude(std::span<const BodyRefinement> windows, const CameraState& camera) {
+  std::size_t count = 0;
+  for (ObjectState& object : slots_) {
+    if (object.alive()) {
+      object.conclude(object.reconstructing() ? windows[count++].summary : BundleSummary{}, camera);
+    }
+  }
+}
+
+void ObjectSet::remember(const FeatureFrame& frame, const features::FeatureFrontEnd& front_end) {
+  for (ObjectState& object : slots_) {
+    if (object.alive()) {
+      object.remember(frame, front_end);
+    }
+  }
+}
+
+void ObjectSet::release(std::span<const Track> ended) {
+  for (ObjectState& object : slots_) {
+    if (object.handed_over()) {
+      object.release();
+    }
+  }
+  for (const Track& track : ended) {
+    slots_[track.slot].release();
+  }
+}
+
+void ObjectSet::end() {
+  for (ObjectState& object : slots_) {
+    if (object.in_use()) {
+      object.end();
+    }
+  }
+}
+
+}  // namespace kinetrace::pipeline

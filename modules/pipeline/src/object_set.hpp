@@ -1,0 +1,85 @@
+// All objects, by track slot.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "kinetrace/core/frame_result.hpp"
+#include "object_state.hpp"
+#include "window_refiner.hpp"
+
+namespace kinetrace::pipeline {
+
+/// Running totals since creation.
+struct TrackCounters {
+  std::uint64_t born = 0;
+  std::uint64_t confirmed = 0;
+  std::uint64_t ended = 0;
+};
+
+/// An object that was lost and goes on in another slot.
+struct ReidentifiedObject {
+  std::uint8_t earlier_slot = 0;
+  std::uint32_t track_id = 0;
+};
+
+/// The objects of the tracker's tracks, from their masks to their trajectories. It never calls the tracker: what it
+/// learns about a track's identity is returned, for the pipeline to pass on.
+class ObjectSet {
+ public:
+  /// Errors: as sfm::BodyReconstruction::create. Sized once; nothing is allocated afterwards.
+  [[nodiscard]] static Result<ObjectSet> create(const PipelineConfig& config, const StereoGeometry& geometry,
+                                                Arena& arena);
+  [[nodiscard]] static std::size_t required_bytes(const PipelineConfig& config);
+
+  [[nodiscard]] std::span<ObjectState> slots() noexcept { return slots_; }
+  [[nodiscard]] std::span<const ObjectState> slots() const noexcept { return slots_; }
+
+  /// Where each object is expected to be seen, by slot.
+  void forecast(std::int64_t timestamp_ns, const Se3& T_world_cam, std::span<tracking::Forecast> by_slot) const;
+  /// Counts this frame's tracks, and ends the objects whose tracks have ended.
+  void take_tracks(const TrackFrame& tracks);
+
+  // Then, for each track in turn:
+
+  /// Whether a track without a place yet shows an object that was lost, which then goes on under it; the object of a
+  /// new track begins here.
+  [[nodiscard]] std::optional<ReidentifiedObject> reidentify(const Track& track, const FeatureFrame& frame,
+                                                             LabelView labels, const CameraState& camera);
+  /// Whether a track without a place yet may turn out to be an object that left the image.
+  [[nodiscard]] bool may_be_lost_object(const Track& track, const CameraState& camera) const;
+  /// Pose of this frame; false if the track has passed to another object.
+  [[nodiscard]] bool observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera,
+                             const features::FeatureFrontEnd& front_end);
+
+  // Then, for all of them:
+
+  /// Writes the bodies whose windows are to be adjusted and returns how many there are, at most one an object.
+  [[nodiscard]] std::size_t list_windows(std::span<BodyRefinement> windows);
+  /// `windows`: as listed, adjusted.
+  void conclude(std::span<const BodyRefinement> windows, const CameraState& camera);
+  /// Takes note of what objects look like.
+  void remember(const FeatureFrame& frame, const features::FeatureFrontEnd& front_end);
+  /// The slots of objects that go on in another one or whose tracks have ended, once their points have been reported.
+  void release(std::span<const Track> ended);
+  /// No more frames.
+  void end();
+
+  [[nodiscard]] const TrackCounters& counters() const noexcept { return counters_; }
+
+ private:
+  explicit ObjectSet(std::vector<ObjectState> slots) : slots_(std::move(slots)) {}
+  /// The lost object that a track seen at `position_m`, if stereo tells, fits best; null without any.
+  [[nodiscard]] ObjectState* find_lost(const ObjectState& candidate, const Track& track,
+                                       const std::optional<Eigen::Vector3d>& position_m, const CameraState& camera);
+
+  std::vector<ObjectState> slots_;
+  TrackCounters counters_;
+  std::uint32_t newest_track_id_ = 0;
+};
+
+}  // namespace kinetrace::pipeline
