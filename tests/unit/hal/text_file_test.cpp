@@ -132,11 +132,14 @@ TEST_F(Yaml, RejectsAliasesThatMultiplyWithEveryLine) {
   const auto bomb = [](int lines, int times, const char* open, const char* key, const char* close) {
     std::string text = "a0: &a0 [1, 2]\n";
     for (int line = 1; line < lines; ++line) {
-      text.append("a" + std::to_string(line) + ": &a" + std::to_string(line) + " ").append(open);
+      const std::string number = std::to_string(line);
+      text.append("a").append(number).append(": &a").append(number).append(" ").append(open);
       for (int i = 0; i < times; ++i) {
         text.append(i == 0 ? "" : ", ");
-        if (*key != '\0') text.append(key).append(std::to_string(i)).append(": ");
-        text.append("*a" + std::to_string(line - 1));
+        if (*key != '\0') {
+          text.append(key).append(std::to_string(i)).append(": ");
+        }
+        text.append("*a").append(std::to_string(line - 1));
       }
       text.append(close).append("\n");
     }
@@ -148,12 +151,12 @@ TEST_F(Yaml, RejectsAliasesThatMultiplyWithEveryLine) {
 }
 
 TEST_F(Yaml, RejectsTreesThatAreNestedWithoutEnd) {
-  expect_error(load("a: " + std::string(100'000, '[')), "no valid YAML");
-  expect_error(load("a: " + std::string(100'000, '{')), "no valid YAML");
+  expect_error(load(std::string("a: ").append(100'000, '[')), "no valid YAML");
+  expect_error(load(std::string("a: ").append(100'000, '{')), "no valid YAML");
 }
 
 TEST_F(Yaml, RejectsFilesThatAreNoCalibrationBySize) {
-  test::write_text(path_, "a: " + std::string(std::size_t{1} << 20, '1') + "\n");
+  test::write_text(path_, std::string("a: ").append(std::size_t{1} << 20, '1') + "\n");
   const auto document = YamlDocument::load(path_);
   ASSERT_FALSE(document);
   EXPECT_THAT(document.error().message, HasSubstr(path_ + ": has 1048580 bytes; at most 1048576"));
