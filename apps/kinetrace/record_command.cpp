@@ -76,6 +76,35 @@ class RecordWatch {
   InputWatch watch_;
 };
 
+/// Records the camera's frames until it, the user or the disk ends it. `watch` may be null.
+Status play_into(RecordingThread& raw, hal::StereoCamera& frames, const CameraSetup& setup,
+                 const RecordOptions& options, RecordWatch* watch) {
+  HealthMonitor health;
+  Progress progress(!options.quiet, frames.info().frame_count);
+  catch_interrupts();
+  const Warn warn = [&progress](const std::string& warning) {
+    progress.clear();
+    print_warning(warning);
+  };
+  const CameraLoop loop{frames, options.until, setup.is_camera, health, progress};
+  Status played = play_camera(loop, [&](const StereoFrame& frame) -> Status {
+    if (Status recorded = record_frame(raw, frame, !setup.live); !recorded) {
+      return recorded;
+    }
+    progress.show(raw.written(), 0);
+    if (watch != nullptr) {
+      watch->process(frame, health, warn);
+    }
+    return {};
+  });
+  progress.clear();
+  raw.finish();
+  if (const std::optional<Error> failed = raw.stopped_by(); played && failed) {
+    played = Unexpected(*failed);
+  }
+  return played;
+}
+
 Outcome<Recorded> record(const RecordOptions& options) {
   const Outcome<CameraSetup> setup = camera_setup(options.source);
   if (!setup) {
@@ -109,28 +138,7 @@ Outcome<Recorded> record(const RecordOptions& options) {
   if (!raw) {
     return Unexpected(raw.error());
   }
-  HealthMonitor health;
-  Progress progress(!options.quiet, frames.info().frame_count);
-  catch_interrupts();
-  const CameraLoop loop{frames, options.until, setup->is_camera, health, progress};
-  Status played = play_camera(loop, [&](const StereoFrame& frame) -> Status {
-    if (Status recorded = record_frame(**raw, frame, !setup->live); !recorded) {
-      return recorded;
-    }
-    progress.show((*raw)->written(), 0);
-    if (watch) {
-      watch->process(frame, health, [&progress](const std::string& warning) {
-        progress.clear();
-        print_warning(warning);
-      });
-    }
-    return {};
-  });
-  progress.clear();
-  (*raw)->finish();
-  if (const std::optional<Error> failed = (*raw)->stopped_by(); played && failed) {
-    played = Unexpected(*failed);
-  }
+  const Status played = play_into(**raw, frames, *setup, options, watch ? &*watch : nullptr);
   const Recorded recorded{(*raw)->written(), (*raw)->dropped(), frames.counters()};
   if (!played) {
     print_warning(std::to_string(recorded.written) + " frames were recorded before");

@@ -93,7 +93,7 @@ Status CaptureStream::start() {
   stamp_ns_.reset();
   rate_.reset();
   ++generation_;
-  heard_ns_ = environment_->now_ns();
+  last_image_ns_ = environment_->now_ns();
   note_empty();
   return device_->start();
 }
@@ -174,7 +174,7 @@ Result<std::optional<SyncFrame>> CaptureStream::bear(const Error& error) {
 // An image came at some time between that when the device had none and that when we took it: while we were held up, it
 // waited.
 std::int64_t CaptureStream::believable_time_ns(const CapturedImage& image, CameraCounters& counters) noexcept {
-  const Arrival arrival{empty_ns_, heard_ns_};
+  const Arrival arrival{empty_ns_, last_image_ns_};
   const TimelineGuard::Evidence evidence{.expected_ns = arrival.latest_ns - arrival_.latest_ns,
                                          .shortest_ns = arrival.earliest_ns - arrival_.latest_ns,
                                          .longest_ns = arrival.latest_ns - arrival_.earliest_ns};
@@ -196,7 +196,7 @@ Result<std::optional<SyncFrame>> CaptureStream::take(CameraCounters& counters) {
   if (!image) {
     return bear(image.error());
   }
-  heard_ns_ = environment_->now_ns();
+  last_image_ns_ = environment_->now_ns();
   restarts_in_a_row_ = 0;
   if (const Status as_asked = check_rate(*image); !as_asked) {
     device_->release(image->slot);

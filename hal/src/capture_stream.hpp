@@ -49,7 +49,7 @@ class CaptureStream {
   /// Grows whenever start() made all slots handed out before invalid.
   [[nodiscard]] int generation() const noexcept { return generation_; }
   [[nodiscard]] int wait_fd() const noexcept { return device_->wait_fd(); }
-  [[nodiscard]] std::int64_t heard_ns() const noexcept { return heard_ns_; }
+  [[nodiscard]] std::int64_t last_image_ns() const noexcept { return last_image_ns_; }
   /// Of the newest image, as far as the device tells it.
   [[nodiscard]] std::int64_t exposure_ns() const noexcept { return exposure_ns_; }
   /// "left eye (name of the device)".
@@ -86,8 +86,8 @@ class CaptureStream {
   TimelineGuard timeline_;
   RateMeter rate_;
   ImageNumbering numbering_;
-  std::int64_t heard_ns_ = 0;  ///< When the last image was taken, damaged ones included.
-  std::int64_t empty_ns_ = 0;  ///< When the device was last known to have none.
+  std::int64_t last_image_ns_ = 0;  ///< When the last image was taken, damaged ones included.
+  std::int64_t empty_ns_ = 0;       ///< When the device was last known to have none.
   struct Arrival {
     std::int64_t earliest_ns = 0;
     std::int64_t latest_ns = 0;  ///< When it was taken.

@@ -1,23 +1,20 @@
 #include "kinetrace/hal/live_stereo_camera.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "camera_state_machine.hpp"
 #include "capture_stream.hpp"
 #include "messages.hpp"
-#include "missed_frames.hpp"
+#include "stereo_pairer.hpp"
 
 namespace kinetrace::hal {
 namespace {
 
 constexpr double kNanosecondsPerMs = 1e6;
-// How long a device is left alone that reports itself ready and has nothing.
-constexpr std::int64_t kBreath_ns = 1'000'000;
 
 std::int64_t from_ms(double milliseconds) {
   return std::llround(milliseconds * kNanosecondsPerMs);
@@ -37,10 +34,19 @@ SyncConfig sync_config(const LiveCameraConfig& config) {
   return {.period_ns = period, .tolerance_ns = std::min(from_ms(config.pair_tolerance_ms), period / 2)};
 }
 
-CameraInfo info_of(const LiveCameraConfig& config, std::string name) {
-  const int eyes_in_image = config.right ? 1 : 2;
-  return {.name = std::move(name),
-          .width_px = config.left.width_px / eyes_in_image,
+CameraTimeouts timeouts_of(const LiveCameraConfig& config) {
+  const bool is_triggered = config.left.trigger == TriggerMode::kExternal ||
+                            (config.right && config.right->trigger == TriggerMode::kExternal);
+  return {.stall_ns = from_ms(config.stall_timeout_ms),
+          .lost_ns = is_triggered ? std::nullopt : std::optional(from_ms(config.lost_timeout_ms)),
+          .reopen_first_ns = from_ms(config.reopen_first_ms),
+          .reopen_longest_ns = from_ms(config.reopen_longest_ms)};
+}
+
+CameraInfo info_of(const LiveCameraConfig& config) {
+  const int views_in_image = config.right ? 1 : 2;
+  return {.name = config.right ? concat(config.left.device, " + ", config.right->device) : config.left.device,
+          .width_px = config.left.width_px / views_in_image,
           .height_px = config.left.height_px,
           .nominal_rate_hz = config.left.rate_hz,
           .frame_count = std::nullopt};
@@ -52,63 +58,52 @@ struct LiveStereoCamera::Impl {
   LiveCameraConfig config;
   CaptureEnvironment* environment;
   std::vector<CaptureStream> streams;  ///< Left and right, or the one with both.
-  FrameSynchronizer synchronizer;
-  MissedFrames missed;
   CameraInfo info;
-  CameraState state = CameraState::kClosed;
   CameraCounters counters{};
-  std::array<int, 2> generations{};
-  std::optional<SyncPair> held{};       ///< Its views are with the caller.
-  std::optional<SyncPair> candidate{};  ///< The newest pair so far.
-  std::int64_t delivered_ns = 0;        ///< When the last frame was handed out, or the streams started.
-  std::uint64_t unreadable_until_then = 0;
+  CameraStateMachine states;
+  StereoPairer pairer;
+  std::uint64_t unreadable_at_last_frame = 0;
   std::int64_t last_time_ns = 0;
   std::int64_t last_index = -1;
-  std::int64_t pause_ns = 0;  ///< Between attempts to reopen.
-  std::int64_t next_attempt_ns = 0;
 
   Impl(const LiveCameraConfig& config_, std::vector<CaptureStream> streams_, CaptureEnvironment& environment_)
       : config(config_),
         environment(&environment_),
         streams(std::move(streams_)),
-        synchronizer(sync_config(config)),
-        info(info_of(config,
-                     config.right ? concat(config.left.device, " + ", config.right->device) : config.left.device)) {}
+        info(info_of(config)),
+        states(timeouts_of(config)),
+        pairer(streams, environment_, sync_config(config), config.left.buffers, counters) {}
+  Impl(const Impl&) = delete;  // The pairer refers to streams and counters.
+  Impl& operator=(const Impl&) = delete;
 
-  [[nodiscard]] bool side_by_side() const { return streams.size() == 1; }
-  [[nodiscard]] Status require(bool allowed, const char* call) const;
+  /// `success` is what `call` leads to.
+  [[nodiscard]] Status require(CameraEvent success, const char* call) const;
+  void handle(CameraEvent event);
+
   [[nodiscard]] Status open_streams();
   [[nodiscard]] Status start_streams();
   Status stop_streams();
   void close_streams();
 
-  void release(const SyncPair& pair);
-  void release_all();
-  [[nodiscard]] Result<bool> gather();
-  [[nodiscard]] Result<bool> take_image(std::size_t eye);
-  /// Returns how many streams have been started again since the last call.
-  std::uint64_t look_at_restarts();
-  void offer(const SyncPair& pair);
-  void note_delivery();
-  void collect_drops();
-  [[nodiscard]] std::optional<StereoFrame> deliver();
   [[nodiscard]] bool advance_to(std::int64_t time_ns);
+  [[nodiscard]] std::optional<StereoFrame> deliver();
 
-  std::array<WaitHandle, 2> wait_until(std::int64_t time_ns);
-  [[nodiscard]] std::int64_t patience_ns() const;
-  [[nodiscard]] std::int64_t limit_ns() const;
-  [[nodiscard]] bool never_lost_by_silence() const;
-  [[nodiscard]] Error silence(std::int64_t now_ns) const;
+  [[nodiscard]] std::int64_t longest_exposure_ns() const;
+  [[nodiscard]] Error no_data_error(std::int64_t now_ns) const;
   [[nodiscard]] Error timeout(std::int64_t now_ns);
   [[nodiscard]] Error lose(Error cause);
 };
 
-Status LiveStereoCamera::Impl::require(bool allowed, const char* call) const {
-  if (!allowed) {
+Status LiveStereoCamera::Impl::require(CameraEvent success, const char* call) const {
+  if (!states.accepts(success)) {
     return fail(ErrorCode::kIllegalState, concat(info.name, ": ", call, " is not allowed while the camera is ",
-                                                 to_string(state), "; see the states of StereoCamera"));
+                                                 to_string(states.state()), "; see the states of StereoCamera"));
   }
   return {};
+}
+
+void LiveStereoCamera::Impl::handle(CameraEvent event) {
+  states.handle(event, environment->now_ns());
 }
 
 Status LiveStereoCamera::Impl::open_streams() {
@@ -118,7 +113,7 @@ Status LiveStereoCamera::Impl::open_streams() {
       return opened;
     }
   }
-  info.name = side_by_side() ? streams[0].name() : concat(streams[0].name(), " + ", streams[1].name());
+  info.name = pairer.side_by_side() ? streams[0].name() : concat(streams[0].name(), " + ", streams[1].name());
   return {};
 }
 
@@ -128,9 +123,8 @@ Status LiveStereoCamera::Impl::start_streams() {
       return started;
     }
   }
-  static_cast<void>(look_at_restarts());  // These are the first starts.
-  missed.restart();
-  note_delivery();
+  pairer.begin();
+  unreadable_at_last_frame = counters.skipped_unreadable;
   return {};
 }
 
@@ -146,125 +140,10 @@ Status LiveStereoCamera::Impl::stop_streams() {
 }
 
 void LiveStereoCamera::Impl::close_streams() {
-  release_all();
+  pairer.release_all();
   for (CaptureStream& stream : streams) {
     stream.close();
   }
-}
-
-void LiveStereoCamera::Impl::release(const SyncPair& pair) {
-  streams[0].release(pair.left.slot);
-  if (!side_by_side()) {
-    streams[1].release(pair.right.slot);
-  }
-}
-
-void LiveStereoCamera::Impl::release_all() {
-  for (std::optional<SyncPair>* pair : {&held, &candidate}) {
-    if (*pair) {
-      release(**pair);
-      pair->reset();
-    }
-  }
-}
-
-// A stream that was started again has taken all its buffers back: nothing of it may be used or released any more.
-std::uint64_t LiveStereoCamera::Impl::look_at_restarts() {
-  std::uint64_t restarts = 0;
-  for (std::size_t eye = 0; eye < streams.size(); ++eye) {
-    if (generations[eye] == streams[eye].generation()) {
-      continue;
-    }
-    generations[eye] = streams[eye].generation();
-    ++restarts;
-    synchronizer.forget(eye == 0 ? Eye::kLeft : Eye::kRight);
-    counters.skipped_missing_side += candidate ? 1 : 0;
-    if (candidate && !side_by_side()) {
-      const bool left_is_gone = eye == 0;
-      streams[left_is_gone ? 1 : 0].release(left_is_gone ? candidate->right.slot : candidate->left.slot);
-    }
-    candidate.reset();
-  }
-  return restarts;
-}
-
-void LiveStereoCamera::Impl::offer(const SyncPair& pair) {
-  if (candidate) {
-    release(*candidate);
-    ++counters.skipped_outdated;
-  }
-  candidate = pair;
-}
-
-// Only what reaches the caller ends a silence: images that cannot be read or used are as good as none.
-void LiveStereoCamera::Impl::note_delivery() {
-  delivered_ns = environment->now_ns();
-  unreadable_until_then = counters.skipped_unreadable;
-}
-
-void LiveStereoCamera::Impl::collect_drops() {
-  while (const std::optional<SyncDrop> drop = synchronizer.next_drop()) {
-    const bool is_stale = drop->reason == SyncDrop::Reason::kStale;
-    ++(is_stale ? counters.skipped_repeated : counters.skipped_missing_side);
-    streams[static_cast<std::size_t>(drop->eye)].release(drop->frame.slot);
-  }
-  counters.pairing_slips = synchronizer.counters().slips;
-}
-
-// Whether the device had a usable image.
-Result<bool> LiveStereoCamera::Impl::take_image(std::size_t eye) {
-  const Result<std::optional<SyncFrame>> frame = streams[eye].take(counters);
-  counters.stream_restarts += look_at_restarts();
-  missed.see(eye == 0 ? Eye::kLeft : Eye::kRight, streams[eye].image_number());
-  if (!frame) {
-    return Unexpected(frame.error());
-  }
-  if (!*frame) {
-    return false;
-  }
-  if (side_by_side()) {
-    offer({**frame, **frame});
-    return true;
-  }
-  synchronizer.add(eye == 0 ? Eye::kLeft : Eye::kRight, **frame);
-  while (const std::optional<SyncPair> pair = synchronizer.next_pair()) {
-    offer(*pair);
-  }
-  collect_drops();
-  return true;
-}
-
-std::array<WaitHandle, 2> LiveStereoCamera::Impl::wait_until(std::int64_t time_ns) {
-  std::array<WaitHandle, 2> handles{};
-  for (std::size_t eye = 0; eye < streams.size(); ++eye) {
-    handles[eye].fd = streams[eye].wait_fd();
-  }
-  environment->wait(std::span(handles).first(streams.size()), time_ns);
-  return handles;
-}
-
-// Everything the devices have, alternating between them; at most so much as they can have queued. True if one of them
-// reported itself ready and had nothing: to wait for it then would be no waiting.
-Result<bool> LiveStereoCamera::Impl::gather() {
-  bool any_ready = true;
-  bool any_empty = false;
-  for (int round = 0; any_ready && round < config.left.buffers; ++round) {
-    const std::array<WaitHandle, 2> handles = wait_until(0);
-    any_ready = false;
-    for (std::size_t eye = 0; eye < streams.size(); ++eye) {
-      if (!handles[eye].ready) {
-        streams[eye].note_empty();
-        continue;
-      }
-      any_ready = true;
-      const Result<bool> taken = take_image(eye);
-      if (!taken) {
-        return Unexpected(taken.error());
-      }
-      any_empty = any_empty || !*taken;
-    }
-  }
-  return any_empty;
 }
 
 // Later than everything before, in whole periods; false if it is not later.
@@ -281,58 +160,44 @@ bool LiveStereoCamera::Impl::advance_to(std::int64_t time_ns) {
   return true;
 }
 
+// The newest pair as a frame; none if there is no pair, or none that can be used.
 std::optional<StereoFrame> LiveStereoCamera::Impl::deliver() {
-  held = std::exchange(candidate, std::nullopt);
-  Result<GrayView> left = streams[0].luminance(held->left.slot);
-  Result<GrayView> right = side_by_side() ? left : streams[1].luminance(held->right.slot);
-  const bool is_readable = left && right;
-  if (!is_readable || !advance_to(held->left.time_ns)) {
-    ++(is_readable ? counters.skipped_repeated : counters.skipped_unreadable);
-    release(*held);
-    held.reset();
+  const std::optional<SyncPair> pair = pairer.take();
+  if (!pair) {
     return std::nullopt;
   }
-  if (side_by_side()) {
-    left->width /= 2;
-    right->width = left->width;
-    right->data += left->width;
+  const std::optional<StereoViews> views = pairer.views(*pair);
+  if (!views || !advance_to(pair->left.time_ns)) {
+    ++(views ? counters.skipped_repeated : counters.skipped_unreadable);
+    pairer.release_taken();
+    return std::nullopt;
   }
   ++counters.frames_delivered;
-  counters.gaps += missed.deliver(held->left.sequence, held->right.sequence);
-  note_delivery();
-  state = CameraState::kStreaming;
-  return StereoFrame{last_index, last_time_ns, {}, *left, *right};
+  pairer.count_gaps(*pair);
+  unreadable_at_last_frame = counters.skipped_unreadable;
+  handle(CameraEvent::kFrame);
+  return StereoFrame{last_index, last_time_ns, {}, views->left, views->right};
 }
 
-std::int64_t LiveStereoCamera::Impl::patience_ns() const {
+std::int64_t LiveStereoCamera::Impl::longest_exposure_ns() const {
   std::int64_t longest_ns = 0;
   for (const CaptureStream& stream : streams) {
     longest_ns = std::max(longest_ns, stream.exposure_ns());
   }
-  return from_ms(config.stall_timeout_ms) + longest_ns;
+  return longest_ns;
 }
 
-// The longest silence that is borne.
-std::int64_t LiveStereoCamera::Impl::limit_ns() const {
-  return never_lost_by_silence() ? std::numeric_limits<std::int64_t>::max() / 2
-                                 : patience_ns() + from_ms(config.lost_timeout_ms);
-}
-
-bool LiveStereoCamera::Impl::never_lost_by_silence() const {
-  return config.left.trigger == TriggerMode::kExternal ||
-         (config.right && config.right->trigger == TriggerMode::kExternal);
-}
-
-// Names the eye that has been silent for longest, if one has been; else why images did not become frames.
-Error LiveStereoCamera::Impl::silence(std::int64_t now_ns) const {
-  const auto quietest = std::min_element(streams.begin(), streams.end(),
-                                         [](const auto& a, const auto& b) { return a.heard_ns() < b.heard_ns(); });
-  const std::int64_t silent_ns = now_ns - quietest->heard_ns();
-  const std::int64_t without_frame_ns = now_ns - delivered_ns;
+// Names the camera whose last image is the oldest, if that explains the stall; else why images did not become frames.
+Error LiveStereoCamera::Impl::no_data_error(std::int64_t now_ns) const {
+  const auto oldest = std::min_element(streams.begin(), streams.end(), [](const auto& a, const auto& b) {
+    return a.last_image_ns() < b.last_image_ns();
+  });
+  const std::int64_t without_image_ns = now_ns - oldest->last_image_ns();
+  const std::int64_t without_frame_ns = now_ns - states.last_frame_ns();
   const std::string for_so_long = concat(" for ", seconds_text(without_frame_ns), " s; ");
-  const std::uint64_t unreadable = counters.skipped_unreadable - unreadable_until_then;
-  if (2 * silent_ns >= without_frame_ns) {
-    return {ErrorCode::kTimeout, concat(quietest->described(), ": no image for ", seconds_text(silent_ns),
+  const std::uint64_t unreadable = counters.skipped_unreadable - unreadable_at_last_frame;
+  if (2 * without_image_ns >= without_frame_ns) {
+    return {ErrorCode::kTimeout, concat(oldest->described(), ": no image for ", seconds_text(without_image_ns),
                                         " s; check cable, power and trigger")};
   }
   if (unreadable > 0) {
@@ -340,7 +205,7 @@ Error LiveStereoCamera::Impl::silence(std::int64_t now_ns) const {
             concat(info.name, ": ", std::to_string(unreadable), " images came damaged and no good pair", for_so_long,
                    "check the cables, lower rate or size, or use a port of its own for each camera")};
   }
-  if (side_by_side()) {
+  if (pairer.side_by_side()) {
     return {ErrorCode::kTimeout,
             concat(info.name, ": images come, but none is new", for_so_long, "unplug the camera and plug it in again")};
   }
@@ -351,23 +216,22 @@ Error LiveStereoCamera::Impl::silence(std::int64_t now_ns) const {
 
 Error LiveStereoCamera::Impl::lose(Error cause) {
   close_streams();
-  state = CameraState::kLost;
+  handle(CameraEvent::kLost);
   ++counters.losses;
-  pause_ns = from_ms(config.reopen_first_ms);
-  next_attempt_ns = environment->now_ns() + pause_ns;
   return {ErrorCode::kDisconnected, std::move(cause.message)};
 }
 
+// What next() ends with where there is no frame.
 Error LiveStereoCamera::Impl::timeout(std::int64_t now_ns) {
-  const std::int64_t silent_ns = now_ns - delivered_ns;
-  if (silent_ns > limit_ns()) {
-    return lose(silence(now_ns));
+  const std::optional<CameraEvent> expired = states.expired(now_ns, longest_exposure_ns());
+  if (expired == CameraEvent::kLost) {
+    return lose(no_data_error(now_ns));
   }
-  if (silent_ns > patience_ns() && state == CameraState::kStreaming) {
-    state = CameraState::kStalled;
+  if (expired == CameraEvent::kStallTimeout) {
+    handle(CameraEvent::kStallTimeout);
     ++counters.stalls;
   }
-  return silence(now_ns);
+  return no_data_error(now_ns);
 }
 
 std::size_t LiveStereoCamera::required_bytes(const LiveCameraConfig& config) {
@@ -410,85 +274,71 @@ LiveStereoCamera::~LiveStereoCamera() {
 
 Status LiveStereoCamera::open() {
   Impl& self = *impl_;
-  Status status = self.require(self.state == CameraState::kClosed, "open()");
+  Status status = self.require(CameraEvent::kOpened, "open()");
   if (status) {
     status = self.open_streams();
   }
   if (status) {
-    self.state = CameraState::kConfigured;
+    self.handle(CameraEvent::kOpened);
   }
   return status;
 }
 
 Status LiveStereoCamera::start() {
   Impl& self = *impl_;
-  if (Status legal = self.require(self.state == CameraState::kConfigured, "start()"); !legal) {
+  if (Status legal = self.require(CameraEvent::kStarted, "start()"); !legal) {
     return legal;
   }
   self.counters = {};
-  self.synchronizer = FrameSynchronizer(sync_config(self.config));
+  self.pairer.reset();
   self.last_index = -1;
   if (Status started = self.start_streams(); !started) {
     static_cast<void>(self.stop_streams());  // Why it did not start says more.
     return started;
   }
-  self.state = CameraState::kStreaming;
+  self.handle(CameraEvent::kStarted);
   return {};
 }
 
 Result<StereoFrame> LiveStereoCamera::next(std::chrono::milliseconds timeout) {
   Impl& self = *impl_;
-  const bool allowed = self.state == CameraState::kStreaming || self.state == CameraState::kStalled ||
-                       self.state == CameraState::kRecovering;
-  if (const Status legal = self.require(allowed, "next()"); !legal) {
+  if (const Status legal = self.require(CameraEvent::kFrame, "next()"); !legal) {
     return Unexpected(legal.error());
   }
-  if (self.held) {
-    self.release(*self.held);
-    self.held.reset();
-  }
+  self.pairer.release_taken();
   const std::int64_t until_ns = self.environment->now_ns() + std::chrono::nanoseconds(timeout).count();
   for (;;) {
-    const Result<bool> was_empty = self.gather();
-    if (!was_empty) {
-      return Unexpected(self.lose(was_empty.error()));
+    if (const Status gathered = self.pairer.gather(); !gathered) {
+      return Unexpected(self.lose(gathered.error()));
     }
-    if (self.candidate) {
-      if (const std::optional<StereoFrame> frame = self.deliver()) {
-        return *frame;
-      }
+    if (const std::optional<StereoFrame> frame = self.deliver()) {
+      return *frame;
     }
     const std::int64_t now_ns = self.environment->now_ns();
-    if (now_ns >= until_ns || now_ns - self.delivered_ns > self.limit_ns()) {
+    const std::int64_t deadline_ns = std::min(until_ns, self.states.loss_due_ns(self.longest_exposure_ns()));
+    if (now_ns >= deadline_ns) {
       return Unexpected(self.timeout(now_ns));
     }
-    if (*was_empty) {
-      self.environment->wait({}, now_ns + kBreath_ns);
-    } else {
-      self.wait_until(std::min(until_ns, self.delivered_ns + self.limit_ns() + 1));
-    }
+    self.pairer.wait(now_ns, deadline_ns);
   }
 }
 
 Status LiveStereoCamera::stop() {
   Impl& self = *impl_;
-  const bool allowed = self.state == CameraState::kStreaming || self.state == CameraState::kStalled ||
-                       self.state == CameraState::kRecovering;
-  if (Status legal = self.require(allowed, "stop()"); !legal) {
+  if (Status legal = self.require(CameraEvent::kStopped, "stop()"); !legal) {
     return legal;
   }
-  self.release_all();
-  self.state = CameraState::kConfigured;
+  self.pairer.release_all();
+  self.handle(CameraEvent::kStopped);
   return self.stop_streams();
 }
 
 Status LiveStereoCamera::recover() {
   Impl& self = *impl_;
-  if (Status legal = self.require(self.state == CameraState::kLost, "recover()"); !legal) {
+  if (Status legal = self.require(CameraEvent::kReopened, "recover()"); !legal) {
     return legal;
   }
-  const std::int64_t now_ns = self.environment->now_ns();
-  if (now_ns < self.next_attempt_ns) {
+  if (!self.states.is_reopen_due(self.environment->now_ns())) {
     return fail(ErrorCode::kDisconnected, self.info.name + ": still gone; the next attempt is not yet due");
   }
   Status status = self.open_streams();
@@ -497,22 +347,21 @@ Status LiveStereoCamera::recover() {
   }
   if (!status) {
     self.close_streams();
-    self.pause_ns = std::min(2 * self.pause_ns, from_ms(self.config.reopen_longest_ms));
-    self.next_attempt_ns = self.environment->now_ns() + self.pause_ns;
+    self.handle(CameraEvent::kReopenFailed);
     return fail(ErrorCode::kDisconnected, status.error().message);
   }
+  self.handle(CameraEvent::kReopened);
   ++self.counters.recoveries;
-  self.state = CameraState::kRecovering;
   return {};
 }
 
 void LiveStereoCamera::close() noexcept {
   impl_->close_streams();
-  impl_->state = CameraState::kClosed;
+  impl_->handle(CameraEvent::kClosed);
 }
 
 CameraState LiveStereoCamera::state() const noexcept {
-  return impl_->state;
+  return impl_->states.state();
 }
 const CameraInfo& LiveStereoCamera::info() const noexcept {
   return impl_->info;
@@ -522,19 +371,14 @@ const CameraCounters& LiveStereoCamera::counters() const noexcept {
 }
 
 bool LiveStereoCamera::move_pairing(int frames) noexcept {
-  if (impl_->side_by_side()) {
-    return false;
-  }
-  impl_->synchronizer.move(frames);
-  ++impl_->counters.pairing_moves;
-  return true;
+  return impl_->pairer.move(frames);
 }
 
 PairingStatus LiveStereoCamera::pairing() const noexcept {
-  const FrameSynchronizer& pairing = impl_->synchronizer;
-  return {.offset_ms = static_cast<double>(pairing.offset_ns()) / kNanosecondsPerMs,
-          .drift_ppm = pairing.drift() * 1e6,
-          .relearned = pairing.counters().relocks};
+  const FrameSynchronizer& synchronizer = impl_->pairer.synchronizer();
+  return {.offset_ms = static_cast<double>(synchronizer.offset_ns()) / kNanosecondsPerMs,
+          .drift_ppm = synchronizer.drift() * 1e6,
+          .relearned = synchronizer.counters().relocks};
 }
 
 }  // namespace kinetrace::hal

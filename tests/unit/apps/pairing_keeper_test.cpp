@@ -30,15 +30,7 @@ class NoddingRig {
  public:
   explicit NoddingRig(bool side_by_side = false) : left_(machine_.add({.path = "l", .stable_id = "l"})) {
     left_.side_by_side = side_by_side;
-    hal::LiveCameraConfig config;
-    config.left.device = "l";
-    config.left.width_px = 64;
-    config.left.height_px = 32;
-    config.left.rate_hz = 1e9 / static_cast<double>(left_.period_ns);
-    if (!side_by_side) {
-      config.right = config.left;
-      config.right->device = "r";
-    }
+    const hal::LiveCameraConfig config = hal::test::live_config("l", side_by_side ? "" : "r", 64, 32);
     camera_.emplace(hal::LiveStereoCamera::create(config, arena_, machine_).value());
     monitor_.emplace(hal::SyncMonitor::create({}, kWidth, kHeight, arena_).value());
     keeper_.emplace(&*camera_);

@@ -58,11 +58,7 @@ TEST(HalAllocations, ALiveCameraNeedsNoneWhateverItDrops) {
     shot.lost = shot.number % 7 == 0;
     shot.damaged = shot.number % 11 == 0;
   };
-  LiveCameraConfig config;
-  config.left.device = "left";
-  config.left.rate_hz = 1e9 / static_cast<double>(left.period_ns);
-  config.right = config.left;
-  config.right->device = "right";
+  const LiveCameraConfig config = test::live_config("left", "right");
   Arena arena(LiveStereoCamera::required_bytes(config) + SyncMonitor::required_bytes({}, 640, 480) +
               2 * Arena::kAlignment);
   auto live = LiveStereoCamera::create(config, arena, machine).value();

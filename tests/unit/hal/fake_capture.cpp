@@ -159,6 +159,19 @@ class FakeDevice final : public CaptureDevice {
   std::vector<Shot> filled_;
 };
 
+LiveCameraConfig live_config(const std::string& left, const std::string& right, int width_px, int height_px) {
+  LiveCameraConfig config;
+  config.left.device = left;
+  config.left.width_px = width_px;
+  config.left.height_px = height_px;
+  config.left.rate_hz = 1e9 / static_cast<double>(FakeSensor{}.period_ns);
+  if (!right.empty()) {
+    config.right = config.left;
+    config.right->device = right;
+  }
+  return config;
+}
+
 FakeSensor& FakeMachine::add(FakeSensor sensor) {
   sensors_.push_back(std::make_unique<FakeSensor>(std::move(sensor)));
   sensors_.back()->phase_ns += now_ns_;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "capture_environment.hpp"
+#include "kinetrace/hal/live_camera_config.hpp"
 
 namespace kinetrace::hal::test {
 
@@ -57,6 +58,10 @@ struct FakeSensor {
   int in_use = 0;  ///< Buffers that are with the camera.
   int most_in_use = 0;
 };
+
+/// Of fake sensors at these paths, at their rate; `right` empty: of one that delivers both views side by side.
+[[nodiscard]] LiveCameraConfig live_config(const std::string& left, const std::string& right, int width_px = 640,
+                                           int height_px = 480);
 
 class FakeMachine final : public CaptureEnvironment {
  public:

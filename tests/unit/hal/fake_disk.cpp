@@ -1,5 +1,6 @@
 #include "fake_disk.hpp"
 
+#include <csignal>
 #include <sys/statvfs.h>
 #include <utility>
 
@@ -27,6 +28,18 @@ std::uint64_t FakeDisk::free_bytes() const {
     used += entry.is_regular_file() ? entry.file_size() : 0;
   }
   return used < bytes_ ? bytes_ - used : 0;
+}
+
+FileSizeLimit::FileSizeLimit(rlim_t bytes) {
+  getrlimit(RLIMIT_FSIZE, &before_);
+  handler_ = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit limit{bytes, before_.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &limit);
+}
+
+FileSizeLimit::~FileSizeLimit() {
+  setrlimit(RLIMIT_FSIZE, &before_);
+  static_cast<void>(std::signal(SIGXFSZ, handler_));
 }
 
 }  // namespace kinetrace::hal::test

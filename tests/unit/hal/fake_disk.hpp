@@ -1,8 +1,9 @@
-// A disk of a known size, as far as statvfs() tells.
+// Disks that are full: of a known size, as far as statvfs() tells, or that take no more.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <sys/resource.h>
 
 namespace kinetrace::hal::test {
 
@@ -19,6 +20,19 @@ class FakeDisk {
  private:
   std::filesystem::path folder_;
   std::uint64_t bytes_;
+};
+
+/// While it lives, no file may grow beyond so much, as on a disk that is full: writes come back short, then fail.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes);
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+  ~FileSizeLimit();
+
+ private:
+  rlimit before_{};
+  void (*handler_)(int) = nullptr;
 };
 
 }  // namespace kinetrace::hal::test

@@ -15,12 +15,7 @@ class LiveBench final : public CameraBench {
   LiveBench(bool side_by_side, Wrapped wrapped) : arena_(std::size_t{4} << 20U) {
     machine_.add({.path = "left", .stable_id = "left id", .side_by_side = side_by_side});
     machine_.add({.path = "right", .stable_id = "right id"});
-    LiveCameraConfig config;
-    config.left.device = "left";
-    if (!side_by_side) {
-      config.right = config.left;
-      config.right->device = "right";
-    }
+    const LiveCameraConfig config = live_config("left", side_by_side ? "" : "right");
     camera_ = std::make_unique<LiveStereoCamera>(LiveStereoCamera::create(config, arena_, machine_).value());
     if (wrapped == Wrapped::kGuarded) {
       camera_ = std::make_unique<FrameGuard>(std::move(camera_), FrameGuardConfig{});

@@ -151,12 +151,12 @@ TEST_F(Yaml, RejectsAliasesThatMultiplyWithEveryLine) {
 }
 
 TEST_F(Yaml, RejectsTreesThatAreNestedWithoutEnd) {
-  expect_error(load("a: " + std::string(100'000, '[')), "no valid YAML");
-  expect_error(load("a: " + std::string(100'000, '{')), "no valid YAML");
+  expect_error(load(std::string("a: ").append(100'000, '[')), "no valid YAML");
+  expect_error(load(std::string("a: ").append(100'000, '{')), "no valid YAML");
 }
 
 TEST_F(Yaml, RejectsFilesThatAreNoCalibrationBySize) {
-  test::write_text(path_, "a: " + std::string(std::size_t{1} << 20, '1') + "\n");
+  test::write_text(path_, std::string("a: ").append(std::size_t{1} << 20, '1') + "\n");
   const auto document = YamlDocument::load(path_);
   ASSERT_FALSE(document);
   EXPECT_THAT(document.error().message, HasSubstr(path_ + ": has 1048580 bytes; at most 1048576"));

@@ -20,7 +20,7 @@ namespace kinetrace::hal {
 ///     kConfigured  start() -> kStreaming,  close() -> kClosed
 ///     kStreaming   next(): frame           -> kStreaming
 ///                          kEndOfStream    -> kStreaming (and again on every further call, until stop)
-///                          kTimeout        -> kStreaming, or kStalled once the camera has been silent for too long
+///                          kTimeout        -> kStreaming, or kStalled after the stall timeout
 ///                          kDisconnected   -> kLost
 ///                  stop()  -> kConfigured, close() -> kClosed
 ///     kStalled     next(): as in kStreaming, kTimeout -> kStalled; a frame leads back to kStreaming
@@ -60,7 +60,7 @@ struct CameraCounters {
   std::uint64_t pairing_slips = 0;    ///< The eyes drifted apart by half a period: each now has another partner.
   std::uint64_t pairing_moves = 0;    ///< The images showed that the eyes were a frame apart: mended from then on.
   std::uint64_t stream_restarts = 0;  ///< Times that a device's stream failed and was started again by itself.
-  std::uint64_t stalls = 0;           ///< Times that the camera fell silent.
+  std::uint64_t stalls = 0;           ///< Times that the stall timeout passed without a frame.
   std::uint64_t losses = 0;           ///< Times that a device was lost.
   std::uint64_t recoveries = 0;       ///< Times that it was taken back.
 };
