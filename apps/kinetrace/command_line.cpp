@@ -245,6 +245,10 @@ void add_figure(CLI::App& app, FigureOptions& options) {
       .add_option("--overlay", options.overlay,
                   "Also writes every frame into this folder, with masks, boxes, speeds and trails drawn in")
       ->type_name("DIR");
+  figure
+      .add_option("--film", options.film,
+                  "The same, above the trajectories so far, 720 pixels wide: pictures of a film")
+      ->type_name("DIR");
   figure.add_option("--dataset", options.dataset, "Where the recording lies now, if not where the run was made")
       ->type_name("LAYOUT:PATH");
   figure.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");

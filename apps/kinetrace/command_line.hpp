@@ -126,6 +126,7 @@ struct FigureOptions {
   std::optional<std::uint32_t> object;  ///< None: the one that shows best in that frame.
   std::filesystem::path out;            ///< PNG file; empty: figure.png in the run folder.
   std::filesystem::path overlay;        ///< Folder for a picture of each frame; empty: none.
+  std::filesystem::path film;           ///< The same, with the trajectories so far below; empty: none.
   std::string dataset;                  ///< "LAYOUT:PATH" where the recording lies now; empty: where it was.
   bool quiet = false;
 };

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "commands.hpp"
+#include "figure_film.hpp"
 #include "figure_overlay.hpp"
 #include "figure_page.hpp"
 #include "figure_scene.hpp"
@@ -40,7 +41,7 @@ Outcome<Source> open_source(const FigureOptions& options) {
     return source;
   }
   // Who names a recording, or wants pictures of it, needs it; a figure is of use without.
-  if (!options.dataset.empty() || !options.overlay.empty()) {
+  if (!options.dataset.empty() || !options.overlay.empty() || !options.film.empty()) {
     return failure(images.error());
   }
   source.image_problem = images.error().message;
@@ -62,19 +63,26 @@ Outcome<figure::Scene> draw_figure(const FigureOptions& options, Source& source,
   return std::move(*scene);
 }
 
-Outcome<std::int64_t> draw_overlays(const FigureOptions& options, Source& source) {
+using FrameWriter = decltype(&figure::write_overlay);
+
+/// A picture of each frame into the folder. Returns an exit code.
+int write_frames(FrameWriter write, const FigureOptions& options, Source& source,
+                 const std::filesystem::path& directory) {
   Progress progress(!options.quiet, static_cast<std::int64_t>(source.run.run().camera.size()));
   catch_interrupts();
-  const Result<std::int64_t> written = figure::write_overlay(source.run, *source.images, source.masks, options.overlay,
-                                                             [&](std::int64_t frames, int objects) {
-                                                               progress.show(frames, objects);
-                                                               return interrupted_by() == 0;
-                                                             });
+  const Result<std::int64_t> written =
+      write(source.run, *source.images, source.masks, directory, [&](std::int64_t frames, int objects) {
+        progress.show(frames, objects);
+        return interrupted_by() == 0;
+      });
   progress.clear();
   if (!written) {
-    return failure(written.error());
+    return report(to_failure(written.error()));
   }
-  return *written;
+  if (!options.quiet) {
+    std::printf("%lld pictures in %s\n", static_cast<long long>(*written), directory.c_str());
+  }
+  return interrupted_by() == 0 ? 0 : kSignalBase + interrupted_by();
 }
 
 }  // namespace
@@ -92,17 +100,14 @@ int figure_command(const FigureOptions& options) {
   if (!options.quiet) {
     std::printf("Figure of frame %lld in %s\n", static_cast<long long>(scene->frame), file.c_str());
   }
-  if (options.overlay.empty()) {
-    return 0;
+  int exit_code = 0;
+  if (!options.overlay.empty()) {
+    exit_code = write_frames(&figure::write_overlay, options, *source, options.overlay);
   }
-  const Outcome<std::int64_t> written = draw_overlays(options, *source);
-  if (!written) {
-    return report(written.error());
+  if (exit_code == 0 && !options.film.empty()) {
+    exit_code = write_frames(&figure::write_film, options, *source, options.film);
   }
-  if (!options.quiet) {
-    std::printf("%lld pictures in %s\n", static_cast<long long>(*written), options.overlay.c_str());
-  }
-  return interrupted_by() == 0 ? 0 : kSignalBase + interrupted_by();
+  return exit_code;
 }
 
 }  // namespace kinetrace::app

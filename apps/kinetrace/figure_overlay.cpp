@@ -135,28 +135,28 @@ void draw_status(Canvas& canvas, const OverlayFrame& frame) {
   const drawing::TextStyle style{
       .size_px = kTextSize_px * frame.line_px, .color = drawing::kPaper, .vertical = drawing::VerticalAnchor::kMiddle};
   const double height = 2.0 * style.size_px;
-  const Rect strip{0.0, frame.place.rect.bottom() - height, text_width(text, style) + 2.0 * style.size_px, height};
+  const Rect strip{frame.place.rect.x, frame.place.rect.bottom() - height,
+                   text_width(text, style) + 2.0 * style.size_px, height};
   canvas.rectangle(strip, drawing::kInk, 0.65);
   canvas.text({strip.x + style.size_px, strip.center().y()}, text, style);
 }
 
 }  // namespace
 
-Canvas draw_overlay(const FigureRun& run, std::int64_t frame_number, GrayView image, const StereoGeometry& geometry,
-                    const std::vector<TrackMask>& masks) {
-  const Rect whole{0.0, 0.0, static_cast<double>(image.width), static_cast<double>(image.height)};
-  Canvas canvas(image.width, image.height, drawing::kPaper);
-  canvas.image(image, whole);
+void draw_overlay(Canvas& canvas, const Rect& area, const FigureRun& run, std::int64_t frame_number, GrayView image,
+                  const StereoGeometry& geometry, const std::vector<TrackMask>& masks) {
+  canvas.image(image, area);
   const recording::CameraRow* camera = run.camera_at(frame_number);
   if (camera == nullptr) {
-    return canvas;
+    return;
   }
+  canvas.clip(area);
   const OverlayFrame frame{run,
                            frame_number,
                            *camera,
                            geometry,
-                           {whole, image.width, image.height},
-                           std::clamp(image.width / 900.0, 1.0, 2.2)};
+                           {area, image.width, image.height},
+                           std::clamp(area.width / 900.0, 1.0, 2.2)};
   std::map<std::uint32_t, Seen> seen;
   for (const TrackMask& mask : masks) {
     seen[mask.track_id].mask = &mask;
@@ -176,16 +176,25 @@ Canvas draw_overlay(const FigureRun& run, std::int64_t frame_number, GrayView im
   }
   draw_names(canvas, frame, seen);
   draw_status(canvas, frame);
+  canvas.unclip();
+}
+
+Canvas draw_overlay(const FigureRun& run, std::int64_t frame, GrayView image, const StereoGeometry& geometry,
+                    const std::vector<TrackMask>& masks) {
+  Canvas canvas(image.width, image.height, drawing::kPaper);
+  const Rect whole{0.0, 0.0, static_cast<double>(image.width), static_cast<double>(image.height)};
+  draw_overlay(canvas, whole, run, frame, image, geometry, masks);
   return canvas;
 }
 
-Result<std::int64_t> write_overlay(const FigureRun& run, RecordedImages& images, recording::MaskFrames& masks,
-                                   const std::filesystem::path& directory,
-                                   const std::function<bool(std::int64_t, int)>& progress) {
+Result<std::int64_t> write_frames(const FigureRun& run, RecordedImages& images, recording::MaskFrames& masks,
+                                  const std::filesystem::path& directory, const FrameDrawing& draw,
+                                  const std::function<bool(std::int64_t, int)>& progress) {
   std::error_code error;
   std::filesystem::create_directories(directory, error);
   if (!std::filesystem::is_directory(directory)) {
-    return fail(ErrorCode::kIo, directory.string() + ": cannot be made; --overlay needs a folder that can be written");
+    return fail(ErrorCode::kIo,
+                directory.string() + ": cannot be made; --overlay and --film need a folder that can be written");
   }
   std::int64_t written = 0;
   for (const recording::CameraRow& camera : run.run().camera) {
@@ -202,7 +211,7 @@ Result<std::int64_t> write_overlay(const FigureRun& run, RecordedImages& images,
       return Unexpected(labels.error());
     }
     const std::vector<TrackMask> parts = separate(*labels);
-    const Canvas canvas = draw_overlay(run, camera.frame, *image, images.geometry(), parts);
+    const Canvas canvas = draw(camera.frame, *image, parts);
     if (const Status saved = canvas.write_png(directory / (stem + ".png"), imaging::PngEffort::kFast); !saved) {
       return Unexpected(saved.error());
     }
@@ -212,6 +221,15 @@ Result<std::int64_t> write_overlay(const FigureRun& run, RecordedImages& images,
     }
   }
   return written;
+}
+
+Result<std::int64_t> write_overlay(const FigureRun& run, RecordedImages& images, recording::MaskFrames& masks,
+                                   const std::filesystem::path& directory,
+                                   const std::function<bool(std::int64_t, int)>& progress) {
+  const auto draw = [&](std::int64_t frame, GrayView image, const std::vector<TrackMask>& parts) {
+    return draw_overlay(run, frame, image, images.geometry(), parts);
+  };
+  return write_frames(run, images, masks, directory, draw, progress);
 }
 
 }  // namespace kinetrace::figure

@@ -35,6 +35,8 @@ struct TrajectoryAreas {
 [[nodiscard]] double path_elongation(const Scene& scene);
 /// Returns what the views had to leave out or change, to be said beside them; empty if nothing.
 std::string draw_trajectories(drawing::Canvas& canvas, const TrajectoryAreas& areas, const Scene& scene);
+/// The view from above with the paths up to the scene's frame. What it covers is that of the whole run, z to the right.
+void draw_trajectories_so_far(drawing::Canvas& canvas, const drawing::Rect& area, const Scene& scene);
 
 /// A scale bar of a round number of metres, with its length, ending at `right_end`.
 void draw_scale_bar(drawing::Canvas& canvas, const drawing::Point& right_end, double pixels_per_metre,

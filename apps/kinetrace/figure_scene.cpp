@@ -77,6 +77,10 @@ StereoGeometry recorded_geometry(const recording::Run& run, LabelView labels) {
   return geometry;
 }
 
+Result<Cloud> background_of(const recording::Run& run) {
+  return cloud_if_written(run, "background.ply", kMaxBackgroundPoints);
+}
+
 std::vector<TrackMask> separate(const recording::MaskFrame& frame) {
   std::vector<TrackMask> masks;
   for (const recording::FrameMask& from : frame.masks) {
@@ -130,7 +134,7 @@ Result<Scene> make_scene(const FigureRun& run, const SceneChoice& choice, Record
                                                  "; --dataset must name the recording that the run was made from");
   }
   scene.masks = separate(*frame_masks);
-  Result<Cloud> background = cloud_if_written(run.run(), "background.ply", kMaxBackgroundPoints);
+  Result<Cloud> background = background_of(run.run());
   if (!background) {
     return Unexpected(background.error());
   }

@@ -59,6 +59,9 @@ struct SceneChoice {
 /// masks, or 2:1.
 [[nodiscard]] StereoGeometry recorded_geometry(const recording::Run& run, LabelView labels);
 
+/// The background's points; none where the run has not written them. Errors: those of read_cloud.
+[[nodiscard]] Result<Cloud> background_of(const recording::Run& run);
+
 /// The masks of a frame one by one.
 [[nodiscard]] std::vector<TrackMask> separate(const recording::MaskFrame& frame);
 

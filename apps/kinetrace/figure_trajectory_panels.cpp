@@ -46,13 +46,13 @@ Eigen::Vector3d middle_of(const TrackRows& track) {
   return row.T_world_obj.inverse() * row.box.center_m;
 }
 
-Path path_of(const TrackRows& track, std::size_t& longest_step) {
+Path path_of(const TrackRows& track, std::int64_t last, std::size_t& longest_step) {
   const std::size_t step = every_nth(track.rows.size(), kPathPoints);
   longest_step = std::max(longest_step, step);
   Path path{&track, {}, {}};
   const Eigen::Vector3d middle = middle_of(track);
   std::int64_t last_frame = track.rows.front()->frame;
-  for (std::size_t i = 0; i < track.rows.size(); i += step) {
+  for (std::size_t i = 0; i < track.rows.size() && track.rows[i]->frame <= last; i += step) {
     const recording::ObjectRow& row = *track.rows[i];
     const bool is_lost = row.status == BodyStatus::kLost;
     const bool has_gap = is_lost || row.frame - last_frame > static_cast<std::int64_t>(2 * step);
@@ -74,15 +74,16 @@ bool is_in(const TrackRows& track, std::int64_t frame) {
   return track.rows.front()->frame <= frame && frame <= track.rows.back()->frame;
 }
 
-Paths paths_of(const Scene& scene) {
+/// The paths up to the frame `last`.
+Paths paths_of(const Scene& scene, std::int64_t last) {
   Paths paths;
   const auto& camera = scene.run->run().camera;
   paths.longest_step = every_nth(camera.size(), kPathPoints);
-  for (std::size_t i = 0; i < camera.size(); i += paths.longest_step) {
+  for (std::size_t i = 0; i < camera.size() && camera[i].frame <= last; i += paths.longest_step) {
     paths.camera.push_back(camera[i].T_world_cam.translation);
   }
   for (const TrackRows& track : scene.run->tracks()) {
-    paths.objects.push_back(path_of(track, paths.longest_step));
+    paths.objects.push_back(path_of(track, last, paths.longest_step));
   }
   std::stable_sort(paths.objects.begin(), paths.objects.end(), [&](const Path& a, const Path& b) {
     const bool a_is_here = is_in(*a.track, scene.frame);
@@ -90,6 +91,10 @@ Paths paths_of(const Scene& scene) {
     return a_is_here != b_is_here ? a_is_here : a.track->rows.size() > b.track->rows.size();
   });
   return paths;
+}
+
+Paths paths_of(const Scene& scene) {
+  return paths_of(scene, scene.run->last_frame());
 }
 
 /// What a view must show along one axis: the camera's way and that of moving objects but for single wild points, and
@@ -289,15 +294,20 @@ Range shown_z(const Scene& scene, const Paths& paths) {
   return with_boxes(range_along(paths, 2).at_least(kLeast_m), scene, 2).widened(0.04);
 }
 
-PlanView draw_top(Canvas& canvas, const Rect& area, const Scene& scene, const Paths& paths, bool stacked) {
-  const Range x = shown_x(scene, paths);
-  const Range z = shown_z(scene, paths);
-  PlanView plan = stacked ? PlanView::lying(area, x, z) : PlanView(area, x, z);
+void draw_plan(Canvas& canvas, const PlanView& plan, const Scene& scene, const Paths& paths) {
+  const Rect& area = plan.area();
   plan.draw_axes(canvas);
   draw_now(canvas, plan, scene);
   draw_world(
       canvas, area, scene, paths, [&](const Eigen::Vector3d& p) { return plan.to_canvas(p); }, bar_place(area), true);
   draw_bar(canvas, area, plan.pixels_per_metre());
+}
+
+PlanView draw_top(Canvas& canvas, const Rect& area, const Scene& scene, const Paths& paths, bool stacked) {
+  const Range x = shown_x(scene, paths);
+  const Range z = shown_z(scene, paths);
+  PlanView plan = stacked ? PlanView::lying(area, x, z) : PlanView(area, x, z);
+  draw_plan(canvas, plan, scene, paths);
   return plan;
 }
 
@@ -341,6 +351,13 @@ std::string draw_trajectories(Canvas& canvas, const TrajectoryAreas& areas, cons
     note += (note.empty() ? "" : "; ") + ("paths: every " + std::to_string(paths.longest_step) + "th pose");
   }
   return note;
+}
+
+void draw_trajectories_so_far(Canvas& canvas, const Rect& area, const Scene& scene) {
+  const Paths whole = paths_of(scene);
+  const Range x = range_along(whole, 0).at_least(kLeast_m).widened(0.15);
+  const Range z = range_along(whole, 2).at_least(kLeast_m).widened(0.08);
+  draw_plan(canvas, PlanView::lying(area, x, z), scene, paths_of(scene, scene.frame));
 }
 
 }  // namespace kinetrace::figure

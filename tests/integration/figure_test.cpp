@@ -90,6 +90,18 @@ TEST_F(Figure, ARelativeRecordingIsFoundFromAnyFolder) {
   EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
 }
 
+TEST_F(Figure, AFilmHasEveryFrameAboveTheTrajectories) {
+  const std::filesystem::path film = scratch_.path() / "film";
+  const ProgramResult result = figure({"--film", film.string()});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  constexpr int kWidth = 720;
+  constexpr int kBelow = 284;
+  for (int i = 0; i < recording_.frames; ++i) {
+    expect_size(film / recording_.image(0, i).filename(), kWidth,
+                kWidth * SmallRecording::kHeight / SmallRecording::kWidth + kBelow);
+  }
+}
+
 TEST_F(Figure, WithoutItsRecordingIsDrawnWithAWarning) {
   std::filesystem::remove_all(recording_.root);
   const ProgramResult result = figure();
