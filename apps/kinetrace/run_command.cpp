@@ -10,14 +10,14 @@
 #include "camera_setup.hpp"
 #include "commands.hpp"
 #include "config_file.hpp"
-#include "frame_player.hpp"
+#include "frame_processor.hpp"
 #include "interrupt.hpp"
 #include "kinetrace/core/config_check.hpp"
 #include "memory.hpp"
 #include "messages.hpp"
 #include "network_setup.hpp"
 #include "progress.hpp"
-#include "run_chain.hpp"
+#include "run_components.hpp"
 #include "run_publishing.hpp"
 #include "run_report.hpp"
 #include "thread_stacks.hpp"
@@ -114,7 +114,7 @@ Outcome<RunReport> run(const RunOptions& options) {
   if (const Status begun = chain->recorder.begin(report.summary()); !begun) {
     return failure(begun.error());
   }
-  FramePlayer player(*chain, report);
+  FrameProcessor player(*chain, report);
   if (is_live(config->live, *setup)) {
     if (const Status live = player.go_live(*config, *setup, camera.info().nominal_rate_hz, arena); !live) {
       return failure(live.error());
@@ -125,9 +125,9 @@ Outcome<RunReport> run(const RunOptions& options) {
     expected = std::min<std::int64_t>(options.until.max_frames, expected.value_or(options.until.max_frames));
   }
   Progress progress(!options.quiet, expected);
-  const CameraLoop loop{camera, options.until, setup->is_camera, report.health, progress, &player.capture_clock(), [&] {
-                          player.pass_silence();
-                        }};
+  const CameraLoop loop{camera,   options.until,           setup->is_camera,         report.health,
+                        progress, &player.capture_clock(), [&] {
+                          player.on_idle(); }};
   const std::function<Status(const StereoFrame&)> visit = [&](const StereoFrame& frame) {
     Status done = player.play(frame);
     const Processed so_far = player.processed();

@@ -6,7 +6,7 @@
 
 #include "kinetrace/core/allocation_counter.hpp"
 #include "live_run.hpp"
-#include "run_chain.hpp"
+#include "run_components.hpp"
 #include "run_report.hpp"
 #include "stage_clock.hpp"
 
@@ -31,16 +31,16 @@ class Progressed {
 
 /// A run's frames, one after the other in one thread, or with processing beside capture (live). Calls come from the
 /// thread that captures; `chain` and `report` outlive it.
-class FramePlayer {
+class FrameProcessor {
  public:
-  FramePlayer(Chain& chain, RunReport& report) : chain_(chain), report_(report) {}
+  FrameProcessor(Chain& chain, RunReport& report) : chain_(chain), report_(report) {}
 
   /// Live from now on; once, before the first frame. Errors: those of LiveRun::create.
   [[nodiscard]] Status go_live(const AppConfig& config, const CameraSetup& setup, double rate_hz, Arena& arena);
   /// Errors: those of the parts of the chain; live, those of an earlier frame.
   [[nodiscard]] Status play(const StereoFrame& frame);
   /// While no frame comes. Live, the other thread tells health.
-  void pass_silence();
+  void on_idle();
   /// After the last frame. Errors: those of processing what waited, and of masks of which none fitted.
   [[nodiscard]] Status finish();
 

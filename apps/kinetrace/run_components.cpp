@@ -1,4 +1,4 @@
-#include "run_chain.hpp"
+#include "run_components.hpp"
 
 #include <utility>
 

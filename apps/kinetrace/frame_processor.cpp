@@ -1,4 +1,4 @@
-#include "frame_player.hpp"
+#include "frame_processor.hpp"
 
 #include <utility>
 
@@ -7,7 +7,7 @@
 
 namespace kinetrace::app {
 
-Status FramePlayer::go_live(const AppConfig& config, const CameraSetup& setup, double rate_hz, Arena& arena) {
+Status FrameProcessor::go_live(const AppConfig& config, const CameraSetup& setup, double rate_hz, Arena& arena) {
   capture_clock_ = std::make_unique<StageClock>();
   LiveRun::Processing processing{.process =
                                      [this](const RectifiedPair& pair, std::int64_t exposed_ns) {
@@ -31,7 +31,7 @@ Status FramePlayer::go_live(const AppConfig& config, const CameraSetup& setup, d
   return {};
 }
 
-Status FramePlayer::play(const StereoFrame& frame) {
+Status FrameProcessor::play(const StereoFrame& frame) {
   if (live_) {
     live_->await(frame);
   }
@@ -49,14 +49,14 @@ Status FramePlayer::play(const StereoFrame& frame) {
   return offered;
 }
 
-Status FramePlayer::finish() {
+Status FrameProcessor::finish() {
   if (Status ended = live_ ? live_->finish() : Status{}; !ended) {
     return ended;
   }
   return chain_.mask_files ? chain_.mask_files->finish(chain_.pipeline.mask_complaint(), warn_) : Status{};
 }
 
-void FramePlayer::pass_silence() {
+void FrameProcessor::on_idle() {
   // Waiting for a camera that has gone, or is silent, is what a run is to do then. While frames come, only results
   // count.
   if (report_.health.camera() != hal::CameraState::kStreaming) {
@@ -68,7 +68,7 @@ void FramePlayer::pass_silence() {
   }
 }
 
-Processed FramePlayer::processed() const {
+Processed FrameProcessor::processed() const {
   Processed processed = progressed_.get();
   if (live_) {
     processed.allocations = allocations_at_last_offer_;
@@ -76,7 +76,7 @@ Processed FramePlayer::processed() const {
   return processed;
 }
 
-Result<RectifiedPair> FramePlayer::prepare(const StereoFrame& frame) {
+Result<RectifiedPair> FrameProcessor::prepare(const StereoFrame& frame) {
   record_raw(frame);
   Result<RectifiedPair> pair = [&] {
     const StageScope scope(&capture_clock(), Stage::kRectify);
@@ -92,7 +92,7 @@ Result<RectifiedPair> FramePlayer::prepare(const StereoFrame& frame) {
 }
 
 // Recording must not stop anything else.
-void FramePlayer::record_raw(const StereoFrame& frame) {
+void FrameProcessor::record_raw(const StereoFrame& frame) {
   if (!chain_.raw) {
     return;
   }
@@ -107,7 +107,7 @@ void FramePlayer::record_raw(const StereoFrame& frame) {
   }
 }
 
-Status FramePlayer::process(const RectifiedPair& pair, std::int64_t exposed_ns) {
+Status FrameProcessor::process(const RectifiedPair& pair, std::int64_t exposed_ns) {
   const Result<const FrameResult*> result = chain_.pipeline.process(pair, clock_.get());
   if (!result) {
     return Unexpected(result.error());
@@ -134,7 +134,7 @@ Status FramePlayer::process(const RectifiedPair& pair, std::int64_t exposed_ns) 
   return recorded;
 }
 
-Status FramePlayer::note_masks(const FrameResult& result) {
+Status FrameProcessor::note_masks(const FrameResult& result) {
   if (chain_.mask_files) {
     return chain_.mask_files->process(result.counters, result.newest.timestamp_ns, chain_.pipeline.mask_complaint(),
                                       report_.health, warn_);
@@ -146,7 +146,7 @@ Status FramePlayer::note_masks(const FrameResult& result) {
   return {};
 }
 
-void FramePlayer::hand_over(const FrameResult& result, std::int64_t exposed_ns) {
+void FrameProcessor::hand_over(const FrameResult& result, std::int64_t exposed_ns) {
   if (!chain_.publishing) {
     return;
   }
@@ -156,7 +156,7 @@ void FramePlayer::hand_over(const FrameResult& result, std::int64_t exposed_ns) 
   chain_.publishing->offer(result, exposed_ns);
 }
 
-void FramePlayer::tell_health() {
+void FrameProcessor::tell_health() {
   if (chain_.publishing) {
     chain_.publishing->offer_health(report_.health, progressed_.get().counters);
   }
