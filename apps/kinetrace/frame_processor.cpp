@@ -7,23 +7,23 @@
 
 namespace kinetrace::app {
 
-Status FrameProcessor::go_live(const AppConfig& config, const CameraSetup& setup, double rate_hz, Arena& arena) {
+Status FrameProcessor::go_live(const RunSetup& setup, double rate_hz, Arena& arena) {
   capture_clock_ = std::make_unique<StageClock>();
   LiveRun::Processing processing{.process =
                                      [this](const RectifiedPair& pair, std::int64_t exposed_ns) {
                                        clock_->begin_frame();
-                                       return process(pair, exposed_ns);
+                                       return process_pair(pair, exposed_ns);
                                      },
                                  .idle = [this] { tell_health(); },
-                                 .limit = [this](const Effort& effort) { chain_.pipeline.limit(effort); },
-                                 .max_objects = config.pipeline.tracking.max_objects};
-  auto live = LiveRun::create(config.live, rate_hz, !setup.live, chain_.rectifier.geometry(), std::move(processing),
-                              report_.health, arena);
+                                 .limit = [this](const Effort& effort) { components_.pipeline.limit(effort); },
+                                 .max_objects = setup.config.pipeline.tracking.max_objects};
+  auto live = LiveRun::create(setup.config.live, rate_hz, !setup.camera.live, components_.rectifier.geometry(),
+                              std::move(processing), report_.health, arena);
   if (!live) {
     return Unexpected(live.error());
   }
   live_ = std::move(*live);
-  if (const int priority = config.live.realtime_priority; priority > 0) {
+  if (const int priority = setup.config.live.realtime_priority; priority > 0) {
     if (const Status allowed = request_realtime(priority); !allowed) {
       report_.warn_now(allowed.error().message + ". Going on without");
     }
@@ -31,7 +31,7 @@ Status FrameProcessor::go_live(const AppConfig& config, const CameraSetup& setup
   return {};
 }
 
-Status FrameProcessor::play(const StereoFrame& frame) {
+Status FrameProcessor::process(const StereoFrame& frame) {
   if (live_) {
     live_->await(frame);
   }
@@ -41,7 +41,7 @@ Status FrameProcessor::play(const StereoFrame& frame) {
     return Unexpected(pair.error());
   }
   if (!live_) {
-    return process(*pair, 0);  // A recording was exposed long ago.
+    return process_pair(*pair, 0);  // A recording was exposed long ago.
   }
   capture_clock().end_frame();
   Status offered = live_->offer(*pair);
@@ -53,15 +53,16 @@ Status FrameProcessor::finish() {
   if (Status ended = live_ ? live_->finish() : Status{}; !ended) {
     return ended;
   }
-  return chain_.mask_files ? chain_.mask_files->finish(chain_.pipeline.mask_complaint(), warn_) : Status{};
+  return components_.mask_files ? components_.mask_files->finish(components_.pipeline.mask_complaint(), warn_)
+                                : Status{};
 }
 
 void FrameProcessor::on_idle() {
   // Waiting for a camera that has gone, or is silent, is what a run is to do then. While frames come, only results
   // count.
   if (report_.health.camera() != hal::CameraState::kStreaming) {
-    chain_.service->progress(steady_time_ns());
-    chain_.service->tell(report_.health.condition());
+    components_.service->progress(steady_time_ns());
+    components_.service->tell(report_.health.condition());
   }
   if (!live_) {
     tell_health();
@@ -81,10 +82,10 @@ Result<RectifiedPair> FrameProcessor::prepare(const StereoFrame& frame) {
   Result<RectifiedPair> pair = [&] {
     const StageScope scope(&capture_clock(), Stage::kRectify);
     // Live, the workers belong to the thread that processes.
-    return chain_.rectifier.process(frame, live_ ? nullptr : chain_.workers.get());
+    return components_.rectifier.process(frame, live_ ? nullptr : components_.workers.get());
   }();
   if (pair) {
-    if (const Status usable = chain_.input.process(frame, *pair, report_.health, warn_); !usable) {
+    if (const Status usable = components_.input.process(frame, *pair, report_.health, warn_); !usable) {
       return Unexpected(usable.error());
     }
   }
@@ -93,22 +94,22 @@ Result<RectifiedPair> FrameProcessor::prepare(const StereoFrame& frame) {
 
 // Recording must not stop anything else.
 void FrameProcessor::record_raw(const StereoFrame& frame) {
-  if (!chain_.raw) {
+  if (!components_.raw) {
     return;
   }
-  if (chain_.waits_for_disk) {
-    chain_.raw->wait_for_room();
+  if (components_.waits_for_disk) {
+    components_.raw->wait_for_room();
   }
-  chain_.raw->offer(frame);
-  if (const std::optional<Error> stopped = chain_.raw->stopped_by()) {
+  components_.raw->offer(frame);
+  if (const std::optional<Error> stopped = components_.raw->stopped_by()) {
     report_.warn_now(raw_stopped(*stopped));
     report_.health.note(HealthReason::kRecordingStopped);
-    chain_.raw_ended = std::move(chain_.raw);
+    components_.raw_ended = std::move(components_.raw);
   }
 }
 
-Status FrameProcessor::process(const RectifiedPair& pair, std::int64_t exposed_ns) {
-  const Result<const FrameResult*> result = chain_.pipeline.process(pair, clock_.get());
+Status FrameProcessor::process_pair(const RectifiedPair& pair, std::int64_t exposed_ns) {
+  const Result<const FrameResult*> result = components_.pipeline.process(pair, clock_.get());
   if (!result) {
     return Unexpected(result.error());
   }
@@ -118,7 +119,7 @@ Status FrameProcessor::process(const RectifiedPair& pair, std::int64_t exposed_n
   }
   hand_over(**result, exposed_ns);
   clock_->end_frame();
-  Status recorded = chain_.recorder.record(**result);
+  Status recorded = components_.recorder.record(**result);
   if ((*result)->has_settled) {
     report_.add_settled((*result)->settled);
   }
@@ -126,20 +127,20 @@ Status FrameProcessor::process(const RectifiedPair& pair, std::int64_t exposed_n
                    .objects_now = static_cast<int>((*result)->newest.objects.size()),
                    .counters = (*result)->counters,
                    .allocations = allocation_counts()});
-  chain_.service->progress(steady_time_ns());
-  chain_.service->tell(report_.health.condition());
-  if (chain_.publishing) {
-    chain_.publishing->send();
+  components_.service->progress(steady_time_ns());
+  components_.service->tell(report_.health.condition());
+  if (components_.publishing) {
+    components_.publishing->send();
   }
   return recorded;
 }
 
 Status FrameProcessor::note_masks(const FrameResult& result) {
-  if (chain_.mask_files) {
-    return chain_.mask_files->process(result.counters, result.newest.timestamp_ns, chain_.pipeline.mask_complaint(),
-                                      report_.health, warn_);
+  if (components_.mask_files) {
+    return components_.mask_files->process(result.counters, result.newest.timestamp_ns,
+                                           components_.pipeline.mask_complaint(), report_.health, warn_);
   }
-  if (chain_.masks || chain_.network) {
+  if (components_.masks || components_.network) {
     report_.health.note(HealthReason::kMasksMissing, result.counters.detection_frames_missing - mask_frames_missing_);
     mask_frames_missing_ = result.counters.detection_frames_missing;
   }
@@ -147,18 +148,18 @@ Status FrameProcessor::note_masks(const FrameResult& result) {
 }
 
 void FrameProcessor::hand_over(const FrameResult& result, std::int64_t exposed_ns) {
-  if (!chain_.publishing) {
+  if (!components_.publishing) {
     return;
   }
   const StageScope scope(clock_.get(), Stage::kPublish);
-  report_.health.note(HealthReason::kNotPublished, chain_.publishing->is_connected() ? 0 : 1);
-  chain_.publishing->offer_health(report_.health, result.counters);
-  chain_.publishing->offer(result, exposed_ns);
+  report_.health.note(HealthReason::kNotPublished, components_.publishing->is_connected() ? 0 : 1);
+  components_.publishing->offer_health(report_.health, result.counters);
+  components_.publishing->offer(result, exposed_ns);
 }
 
 void FrameProcessor::tell_health() {
-  if (chain_.publishing) {
-    chain_.publishing->offer_health(report_.health, progressed_.get().counters);
+  if (components_.publishing) {
+    components_.publishing->offer_health(report_.health, progressed_.get().counters);
   }
 }
 

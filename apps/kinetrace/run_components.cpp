@@ -8,89 +8,105 @@
 namespace kinetrace::app {
 namespace {
 
-// What is there only where it is asked for.
-Outcome<void> add_extras(Chain& chain, const CameraSetup& setup, const RunOptions& options, Arena& arena) {
-  if (!options.raw.out.empty()) {
-    const double rate_hz = setup.live ? setup.live->left.rate_hz : setup.dataset->nominal_rate_hz;
-    auto raw = RecordingThread::create(raw_recorder_config(options.raw, setup.calibration, rate_hz), arena);
-    if (!raw) {
-      return Unexpected(raw.error());
-    }
-    chain.raw = std::move(*raw);
-    chain.waits_for_disk = !setup.live;
-  }
-  if (chain.masks) {
-    chain.publishing->receive_masks(*chain.masks);
-  }
-  return {};
+// Null unless masks come from another process.
+std::unique_ptr<MaskMailbox> make_mailbox(const AppConfig& config, const StereoGeometry& geometry, Arena& arena) {
+  const std::optional<MaskMailboxConfig> wanted = mask_mailbox_config(config, geometry);
+  return wanted ? std::make_unique<MaskMailbox>(*wanted, arena) : nullptr;
 }
 
-}  // namespace
-
-Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup, const PublishingSetup* publishing,
-                          std::unique_ptr<NetworkThread> network, const RunOptions& options, Arena& arena) {
-  auto camera = setup.make(arena);
-  if (!camera) {
-    return failure(camera.error());
-  }
-  auto rectifier = hal::Rectifier::create(setup.calibration, config.rectification, arena);
-  if (!rectifier) {
-    return failure(rectifier.error());
-  }
-  std::unique_ptr<MaskMailbox> masks;
-  if (const std::optional<MaskMailboxConfig> wanted = mask_mailbox_config(config, rectifier->geometry())) {
-    masks = std::make_unique<MaskMailbox>(*wanted, arena);
-  }
-  const auto monitor =
-      hal::InputMonitor::create({}, rectifier->geometry().width_px, rectifier->geometry().height_px, arena);
+Result<InputWatch> make_input_watch(const RunSetup& setup, const GuardedCamera& camera, const StereoGeometry& geometry,
+                                    Arena& arena) {
+  const auto monitor = hal::InputMonitor::create({}, geometry.width_px, geometry.height_px, arena);
   if (!monitor) {
-    return failure(monitor.error());
+    return Unexpected(monitor.error());
   }
-  InputWatch input(*monitor, PairingKeeper(camera->live), config.input.unusable,
-                   {setup.images, setup.calibration.source});
-  auto workers = std::make_unique<WorkerThreads>(config.processing.workers());
-  auto pipeline = pipeline::Pipeline::create(config.pipeline, rectifier->geometry(), arena,
-                                             {.external = masks.get(), .network = network.get()}, workers.get());
-  if (!pipeline) {
-    return failure(pipeline.error());
-  }
-  std::unique_ptr<RunPublishing> published;
-  if (publishing != nullptr) {
-    auto started = publishing->start(rectifier->geometry(), arena);
-    if (!started) {
-      return Unexpected(started.error());
-    }
-    published = std::move(*started);
-  }
-  // Last, so that nothing is made or replaced in the run folder unless everything else is ready.
-  recording::RecordingConfig recording = recording_config(config, rectifier->geometry(), options.out);
-  recording.images = options.images;
-  recording.is_rectified = rectifier->passes_through();
-  auto recorder = recording::RunRecorder::create(recording, arena);
+  return InputWatch(*monitor, PairingKeeper(camera.live), setup.config.input.unusable,
+                    {setup.camera.images, setup.camera.calibration.source});
+}
+
+// Null unless asked for.
+Outcome<std::unique_ptr<RunPublishing>> start_publishing(const PublishingSetup* setup, const StereoGeometry& geometry,
+                                                         Arena& arena) {
+  return setup == nullptr ? nullptr : setup->start(geometry, arena);
+}
+
+std::optional<MaskFileWatch> make_mask_file_watch(const AppConfig& config) {
+  const bool from_files = config.pipeline.segmentation.mode == segmentation::SegmentationMode::kMasks;
+  return from_files ? std::optional<MaskFileWatch>(config.input.unusable) : std::nullopt;
+}
+
+Outcome<recording::RunRecorder> make_recorder(const RunSetup& setup, const hal::Rectifier& rectifier, Arena& arena) {
+  recording::RecordingConfig config = recording_config(setup.config, rectifier.geometry(), setup.options.out);
+  config.images = setup.options.images;
+  config.is_rectified = rectifier.passes_through();
+  auto recorder = recording::RunRecorder::create(config, arena);
   if (!recorder) {
     const bool is_ours =
         recorder.error().code == ErrorCode::kInvalidConfig || recorder.error().code == ErrorCode::kCapacity;
     return is_ours ? failure(recorder.error()) : Unexpected(Failure{ExitCode::kCannotCreate, recorder.error().message});
   }
-  Chain chain{std::move(*camera),
-              *rectifier,
-              std::move(workers),
-              std::move(network),
-              std::move(masks),
-              std::move(*pipeline),
-              std::move(*recorder),
-              std::move(input),
-              {},
-              {},
-              {}};
-  chain.publishing = std::move(published);
-  if (config.pipeline.segmentation.mode == segmentation::SegmentationMode::kMasks) {
-    chain.mask_files.emplace(config.input.unusable);
+  return std::move(*recorder);
+}
+
+// Null unless asked for.
+Outcome<std::unique_ptr<RecordingThread>> make_raw(const RunSetup& setup, Arena& arena) {
+  const RawOutputOptions& raw = setup.options.raw;
+  if (raw.out.empty()) {
+    return nullptr;
   }
-  if (const Outcome<void> added = add_extras(chain, setup, options, arena); !added) {
-    return Unexpected(added.error());
+  return RecordingThread::create(raw_recorder_config(raw, setup.camera.calibration, setup.camera.rate_hz()), arena);
+}
+
+}  // namespace
+
+Outcome<RunComponents> make_components(RunSetup& setup, Arena& arena) {
+  auto camera = setup.camera.make(arena);
+  if (!camera) {
+    return failure(camera.error());
   }
-  return chain;
+  auto rectifier = hal::Rectifier::create(setup.camera.calibration, setup.config.rectification, arena);
+  if (!rectifier) {
+    return failure(rectifier.error());
+  }
+  std::unique_ptr<MaskMailbox> masks = make_mailbox(setup.config, rectifier->geometry(), arena);
+  Result<InputWatch> input = make_input_watch(setup, *camera, rectifier->geometry(), arena);
+  if (!input) {
+    return failure(input.error());
+  }
+  auto workers = std::make_unique<WorkerThreads>(setup.config.processing.workers());
+  auto pipeline = pipeline::Pipeline::create(setup.config.pipeline, rectifier->geometry(), arena,
+                                             {.external = masks.get(), .network = setup.network.get()}, workers.get());
+  if (!pipeline) {
+    return failure(pipeline.error());
+  }
+  auto publishing = start_publishing(setup.publishing.get(), rectifier->geometry(), arena);
+  if (!publishing) {
+    return Unexpected(publishing.error());
+  }
+  // Last, so that nothing is made or replaced in a folder unless everything else is ready.
+  auto recorder = make_recorder(setup, *rectifier, arena);
+  if (!recorder) {
+    return Unexpected(recorder.error());
+  }
+  auto raw = make_raw(setup, arena);
+  if (!raw) {
+    return Unexpected(raw.error());
+  }
+  if (masks) {
+    (*publishing)->receive_masks(*masks);
+  }
+  return RunComponents{.camera = std::move(*camera),
+                       .rectifier = *rectifier,
+                       .workers = std::move(workers),
+                       .network = std::move(setup.network),
+                       .masks = std::move(masks),
+                       .pipeline = std::move(*pipeline),
+                       .recorder = std::move(*recorder),
+                       .input = std::move(*input),
+                       .mask_files = make_mask_file_watch(setup.config),
+                       .raw = std::move(*raw),
+                       .waits_for_disk = !setup.camera.live,
+                       .publishing = std::move(*publishing)};
 }
 
 }  // namespace kinetrace::app
