@@ -4,12 +4,12 @@
 #include <string>
 
 #include "board_config.hpp"
-#include "command_line.hpp"
 #include "config_fields.hpp"
 #include "input_config.hpp"
 #include "kinetrace/hal/rectifier.hpp"
 #include "kinetrace/pipeline/config.hpp"
 #include "live_config.hpp"
+#include "shared_options.hpp"
 
 namespace kinetrace::app {
 

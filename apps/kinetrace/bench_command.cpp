@@ -5,6 +5,8 @@
 #include <optional>
 #include <string>
 
+#include <CLI/CLI.hpp>
+
 #include "app_config.hpp"
 #include "bench_report.hpp"
 #include "camera_setup.hpp"
@@ -14,11 +16,21 @@
 #include "kinetrace/core/files.hpp"
 #include "kinetrace/hal/rectifier.hpp"
 #include "messages.hpp"
+#include "shared_options.hpp"
 #include "stage_clock.hpp"
 #include "study_play.hpp"
 
 namespace kinetrace::app {
 namespace {
+
+struct BenchOptions {
+  SourceOptions source;  ///< A recording.
+  std::string segmentation;
+  ConfigSource config;
+  int repeat = 3;
+  std::string out;      ///< JSON; empty: none.
+  std::string against;  ///< An earlier one; empty: no comparison.
+};
 
 std::string processor_name() {
   std::ifstream file("/proc/cpuinfo");
@@ -68,8 +80,6 @@ Outcome<BenchReport> measure(const BenchOptions& options) {
                      .stages = clock->stage_times()};
 }
 
-}  // namespace
-
 int bench_command(const BenchOptions& options) {
   // First, so that nobody waits for a comparison that cannot be made.
   std::optional<BenchReport> before;
@@ -91,6 +101,28 @@ int bench_command(const BenchOptions& options) {
     }
   }
   return 0;
+}
+
+void add_options(CLI::App& bench, BenchOptions& options) {
+  bench.add_option("--dataset", options.source.dataset, "A recording, as for run")
+      ->type_name("LAYOUT:PATH")
+      ->required();
+  bench.add_option("--sequence", options.source.sequence, "Sequence, where the path holds several");
+  bench.add_option("--segmentation", options.segmentation, "Where objects come from, as for run")->type_name("HOW");
+  add_config_options(bench, options.config);
+  bench.add_option("--repeat", options.repeat, "Plays the recording this often")
+      ->type_name("N")
+      ->check(CLI::Range(1, 10'000))
+      ->capture_default_str();
+  bench.add_option("--out", options.out, "Writes the times as JSON, for --against")->type_name("FILE");
+  bench.add_option("--against", options.against, "Shows what has changed since this file was written")
+      ->type_name("FILE");
+}
+
+}  // namespace
+
+Action add_bench(CLI::App& command) {
+  return bind_options(command, add_options, bench_command);
 }
 
 }  // namespace kinetrace::app

@@ -27,7 +27,7 @@ class Player {
         break;
       }
       if (!frame) {
-        pass_silence();
+        on_idle();
       }
       if (Status went_on = frame ? visit_(*frame) : bear(frame.error()); !went_on) {
         return went_on;
@@ -49,9 +49,9 @@ class Player {
     return loop_.camera.next(kFrameTimeout);
   }
 
-  void pass_silence() const {
-    if (loop_.silence) {
-      loop_.silence();
+  void on_idle() const {
+    if (loop_.on_idle) {
+      loop_.on_idle();
     }
   }
 
@@ -73,7 +73,7 @@ class Player {
     while (!is_over()) {
       const bool is_back = loop_.camera.recover().has_value();
       loop_.health.observe(loop_.camera.state(), loop_.camera.counters());
-      pass_silence();
+      on_idle();
       if (is_back) {
         print_warning(loop_.camera.info().name + ": is back");
         return;

@@ -3,13 +3,13 @@
 
 #include <functional>
 
-#include "command_line.hpp"
 #include "health_monitor.hpp"
 #include "kinetrace/core/frame.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/core/stage.hpp"
 #include "kinetrace/hal/stereo_camera.hpp"
 #include "progress.hpp"
+#include "shared_options.hpp"
 
 namespace kinetrace::app {
 
@@ -20,7 +20,7 @@ struct CameraLoop {
   HealthMonitor& health;
   Progress& progress;
   StageObserver* observer = nullptr;  ///< Of Stage::kCapture.
-  std::function<void()> silence{};    ///< Called now and then while no frame comes; may be empty.
+  std::function<void()> on_idle{};    ///< Called now and then while no frame comes; may be empty.
 };
 
 /// Calls `visit` with every frame until the recording ends, a limit is reached or a signal came. A camera that says

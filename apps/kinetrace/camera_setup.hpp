@@ -10,13 +10,14 @@
 #include <vector>
 
 #include "camera_config.hpp"
-#include "command_line.hpp"
+#include "failure.hpp"
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/hal/dataset.hpp"
 #include "kinetrace/hal/fault_injector.hpp"
 #include "kinetrace/hal/file_stereo_camera.hpp"
 #include "kinetrace/hal/frame_guard.hpp"
 #include "kinetrace/hal/live_stereo_camera.hpp"
+#include "shared_options.hpp"
 
 namespace kinetrace::app {
 
@@ -42,6 +43,8 @@ struct CameraSetup {
   std::vector<std::pair<std::string, std::string>> description;  ///< For run.json.
   std::vector<std::string> notes;
 
+  /// As the recording or the camera file says.
+  [[nodiscard]] double rate_hz() const { return live ? live->left.rate_hz : dataset->nominal_rate_hz; }
   [[nodiscard]] std::size_t required_bytes() const;
   /// Errors: kCapacity, kUnsupported, kInvalidArgument.
   [[nodiscard]] Result<GuardedCamera> make(Arena& arena) const;

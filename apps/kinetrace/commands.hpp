@@ -1,50 +1,59 @@
-// What the program can do; each returns the exit code for the shell.
+// The commands of the program. A command is one file, declared here, and one row of the table in command_line.cpp.
 #pragma once
 
-#include "command_line.hpp"
+#include <functional>
+#include <memory>
+
+// NOLINTNEXTLINE(readability-identifier-naming): theirs.
+namespace CLI {
+class App;
+}
 
 namespace kinetrace::app {
 
+/// What is left to do once the command line has been read. Returns the exit code for the shell.
+using Action = std::function<int()>;
+
+/// For a command whose options are the fields of one struct: `add_options` binds them, `carry_out` is given them.
+template <typename Options>
+[[nodiscard]] Action bind_options(CLI::App& command, void (*add_options)(CLI::App&, Options&),
+                                  int (*carry_out)(const Options&)) {
+  const auto options = std::make_shared<Options>();
+  add_options(command, *options);
+  return [options, carry_out] { return carry_out(*options); };
+}
+
+// Each adds the options of its command, and returns what the command does with them.
+
 /// Plays a recording or a camera through the whole chain into a run folder.
-[[nodiscard]] int run_command(const RunOptions& options);
-
+[[nodiscard]] Action add_run(CLI::App& command);
 /// Records raw images.
-[[nodiscard]] int record_command(const RecordOptions& options);
-
+[[nodiscard]] Action add_record(CLI::App& command);
 /// Looks for what is wrong with cameras, calibration and memory.
-[[nodiscard]] int doctor_command(const DoctorOptions& options);
-
-/// Prints the memory plan.
-[[nodiscard]] int plan_command(const PlanOptions& options);
-
+[[nodiscard]] Action add_doctor(CLI::App& command);
 /// Times the stages on a recording.
-[[nodiscard]] int bench_command(const BenchOptions& options);
-
+[[nodiscard]] Action add_bench(CLI::App& command);
+/// Prints the memory plan.
+[[nodiscard]] Action add_plan(CLI::App& command);
 /// Prints the configuration as commented YAML.
-[[nodiscard]] int config_command(const ConfigOptions& options);
-
+[[nodiscard]] Action add_config(CLI::App& command);
 /// Compares a run with ground truth.
-[[nodiscard]] int evaluate_command(const EvaluateOptions& options);
-
+[[nodiscard]] Action add_evaluate(CLI::App& command);
 /// Measures how an object's reconstruction depends on its size in the image and on the frames it is made from.
-[[nodiscard]] int study_command(const StudyOptions& options);
-
-/// Shows what a running Kinetrace publishes, and records it.
-[[nodiscard]] int monitor_command(const MonitorOptions& options);
-
-/// Sends masks from files to a run that asks for them.
-[[nodiscard]] int mask_command(const MaskOptions& options);
-
-/// Tries a neural network on images.
-[[nodiscard]] int segment_command(const SegmentOptions& options);
-
+[[nodiscard]] Action add_study(CLI::App& command);
 /// Prints what a run found.
-[[nodiscard]] int summary_command(const SummaryOptions& options);
-
+[[nodiscard]] Action add_summary(CLI::App& command);
 /// Draws the result figure of a run and, if asked for, every frame with what was found in it.
-[[nodiscard]] int figure_command(const FigureOptions& options);
-
+[[nodiscard]] Action add_figure(CLI::App& command);
 /// Makes keys, certificates and permissions for DDS Security.
-[[nodiscard]] int keys_command(const KeysOptions& options);
+[[nodiscard]] Action add_keys(CLI::App& command);
+/// Shows what a running Kinetrace publishes, and records it.
+[[nodiscard]] Action add_monitor(CLI::App& command);
+/// Sends masks from files to a run that asks for them.
+[[nodiscard]] Action add_masks(CLI::App& command);
+/// Tries a neural network on images.
+[[nodiscard]] Action add_segment(CLI::App& command);
+/// Prints the command line as a manual page or as completion for a shell.
+[[nodiscard]] Action add_reference(CLI::App& command);
 
 }  // namespace kinetrace::app

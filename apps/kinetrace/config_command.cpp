@@ -1,11 +1,20 @@
 #include <cstdio>
 
+#include <CLI/CLI.hpp>
+
 #include "app_config.hpp"
 #include "commands.hpp"
 #include "config_file.hpp"
 #include "messages.hpp"
+#include "shared_options.hpp"
 
 namespace kinetrace::app {
+
+namespace {
+
+struct ConfigOptions {
+  ConfigSource config;
+};
 
 int config_command(const ConfigOptions& options) {
   Result<AppConfig> config = load_config(options.config);
@@ -15,6 +24,16 @@ int config_command(const ConfigOptions& options) {
   std::printf("# Kinetrace configuration: every key with its value. Keys left out keep their default.\n%s",
               to_yaml(fields_of(*config)).c_str());
   return 0;
+}
+
+void add_options(CLI::App& config, ConfigOptions& options) {
+  add_config_options(config, options.config);
+}
+
+}  // namespace
+
+Action add_config(CLI::App& command) {
+  return bind_options(command, add_options, config_command);
 }
 
 }  // namespace kinetrace::app

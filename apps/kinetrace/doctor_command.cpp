@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include <CLI/CLI.hpp>
+
 #include "app_config.hpp"
 #include "camera_loop.hpp"
 #include "camera_setup.hpp"
@@ -24,9 +26,17 @@
 #include "messages.hpp"
 #include "printable.hpp"
 #include "run_publishing.hpp"
+#include "shared_options.hpp"
 
 namespace kinetrace::app {
 namespace {
+
+struct DoctorOptions {
+  std::string camera;    ///< Camera file; empty: only list the devices.
+  std::string publish;   ///< As for a run.
+  double seconds = 2.0;  ///< Watch the images for so long.
+  ConfigSource config;
+};
 
 constexpr double kNanosecondsPerMs = 1e6;
 
@@ -269,19 +279,13 @@ void examine_camera(const DoctorOptions& options, const AppConfig& config, Findi
     findings.failed("config", setup.error().message);
     return;
   }
-  std::unique_ptr<PublishingSetup> publishing;
-  if (!options.publish.empty()) {
-    // What is wrong with it has been said; its memory is not counted then.
-    auto made = publishing_setup(options.publish, config.pipeline.tracking.max_objects);
-    publishing = made ? std::move(*made) : nullptr;
-  }
+  // What is wrong with it has been said; its memory is not counted then.
+  auto publishing = optional_publishing(options.publish, config.pipeline.tracking.max_objects).value_or(nullptr);
   // A rate is measured on times as they come, not on such as were brought back to that rate.
   setup->mends_times = false;
   catch_interrupts();
   examine(*setup, config, options, publishing.get(), findings);
 }
-
-}  // namespace
 
 int doctor_command(const DoctorOptions& options) {
   const Result<AppConfig> config = load_config(options.config);
@@ -300,6 +304,22 @@ int doctor_command(const DoctorOptions& options) {
                 kRate_hz, findings);
   }
   return findings.all_held() ? 0 : static_cast<int>(ExitCode::kConditionHolds);
+}
+
+void add_options(CLI::App& doctor, DoctorOptions& options) {
+  doctor.add_option("CAMERA", options.camera, "Camera file; without it, the devices of this machine are listed");
+  doctor.add_option("--publish", options.publish, "The file that the run will publish by; without it, DDS by default");
+  doctor.add_option("--seconds", options.seconds, "Watches the images for so long")
+      ->type_name("S")
+      ->check(CLI::Range(0.1, 3600.0))
+      ->capture_default_str();
+  add_config_options(doctor, options.config);
+}
+
+}  // namespace
+
+Action add_doctor(CLI::App& command) {
+  return bind_options(command, add_options, doctor_command);
 }
 
 }  // namespace kinetrace::app

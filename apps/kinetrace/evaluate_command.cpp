@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include <CLI/CLI.hpp>
 #include <yaml-cpp/yaml.h>
 
 #include "commands.hpp"
@@ -16,6 +17,19 @@ namespace {
 
 namespace fs = std::filesystem;
 using evaluation::Evaluation;
+
+struct EvaluateOptions {
+  std::filesystem::path run;
+  std::filesystem::path truth;
+  std::string truth_format;            ///< Empty: by what is there.
+  std::filesystem::path truth_camera;  ///< Poses for truth that has none; empty: none.
+  std::filesystem::path truth_masks;   ///< Folder of mask images; empty: the truth's own.
+  std::filesystem::path body_camera;   ///< EuRoC's sensor.yaml; empty: found beside the truth.
+  std::string association;             ///< "masks", "boxes", "centres", or empty for the best there is.
+  std::vector<std::string> fail_if;
+  bool json = false;
+  bool quiet = false;
+};
 
 constexpr double kGate_m = 3.0;
 
@@ -150,8 +164,6 @@ int check_conditions(const std::vector<evaluation::Condition>& conditions, const
   return code;
 }
 
-}  // namespace
-
 int evaluate_command(const EvaluateOptions& options) {
   const Result<std::vector<evaluation::Condition>> conditions = parse_conditions(options.fail_if);
   if (!conditions) {
@@ -172,6 +184,43 @@ int evaluate_command(const EvaluateOptions& options) {
     return report(to_failure(written.error()));
   }
   return check_conditions(*conditions, json);
+}
+
+void add_options(CLI::App& evaluate, EvaluateOptions& options) {
+  evaluate.add_option("RUN", options.run, "Run folder")->required();
+  evaluate.add_option("--truth", options.truth, "Folder or file with the truth")->type_name("PATH")->required();
+  evaluate
+      .add_option("--truth-format", options.truth_format,
+                  "What it is, where that cannot be seen: simulator, kitti-tracking, kitti-poses, tum or euroc")
+      ->check(CLI::IsMember({"simulator", "kitti-tracking", "kitti-poses", "tum", "euroc"}));
+  evaluate.add_option("--truth-camera", options.truth_camera, "Camera poses for truth that has only labels")
+      ->type_name("FILE");
+  evaluate.add_option("--truth-masks", options.truth_masks, "True masks of the left images, KITTI MOTS PNG")
+      ->type_name("DIR");
+  evaluate
+      .add_option("--truth-body-camera", options.body_camera,
+                  "For EuRoC: sensor.yaml of the left camera, where it is not beside the truth")
+      ->type_name("FILE");
+  evaluate
+      .add_option("--association", options.association,
+                  "Tracks are matched with objects by masks, boxes in the image, or centres in space; without it, by "
+                  "the first of these that run and truth both have")
+      ->check(CLI::IsMember({"masks", "boxes", "centres"}));
+  evaluate
+      .add_option("--fail-if", options.fail_if,
+                  "Exit code 1 if the condition holds, such as 'camera.t_rel>1.0': names of evaluation.json joined by "
+                  "dots, one of > >= < <= ==, a number. What does not exist is an error (64), and so is what could "
+                  "not be measured (65). May be repeated")
+      ->type_name("CONDITION")
+      ->allow_extra_args(false);
+  evaluate.add_flag("--json", options.json, "Prints evaluation.json on standard output instead of the table");
+  evaluate.add_flag("--quiet", options.quiet, "Prints nothing but errors and conditions that hold");
+}
+
+}  // namespace
+
+Action add_evaluate(CLI::App& command) {
+  return bind_options(command, add_options, evaluate_command);
 }
 
 }  // namespace kinetrace::app

@@ -2,6 +2,8 @@
 #include <memory>
 #include <utility>
 
+#include <CLI/CLI.hpp>
+
 #include "commands.hpp"
 #include "figure_film.hpp"
 #include "figure_overlay.hpp"
@@ -13,6 +15,17 @@
 
 namespace kinetrace::app {
 namespace {
+
+struct FigureOptions {
+  std::filesystem::path run;
+  std::optional<std::int64_t> frame;    ///< None: the frame that shows most.
+  std::optional<std::uint32_t> object;  ///< None: the one that shows best in that frame.
+  std::filesystem::path out;            ///< PNG file; empty: figure.png in the run folder.
+  std::filesystem::path overlay;        ///< Folder for a picture of each frame; empty: none.
+  std::filesystem::path film;           ///< The same, with the trajectories so far below; empty: none.
+  std::string dataset;                  ///< "LAYOUT:PATH" where the recording lies now; empty: where it was.
+  bool quiet = false;
+};
 
 /// A run folder, opened for drawing.
 struct Source {
@@ -85,8 +98,6 @@ int write_frames(FrameWriter write, const FigureOptions& options, Source& source
   return interrupted_by() == 0 ? 0 : kSignalBase + interrupted_by();
 }
 
-}  // namespace
-
 int figure_command(const FigureOptions& options) {
   Outcome<Source> source = open_source(options);
   if (!source) {
@@ -108,6 +119,34 @@ int figure_command(const FigureOptions& options) {
     exit_code = write_frames(&figure::write_film, options, *source, options.film);
   }
   return exit_code;
+}
+
+void add_options(CLI::App& figure, FigureOptions& options) {
+  figure.add_option("RUN", options.run, "Run folder")->required();
+  figure.add_option("--frame", options.frame, "Which frame; without it, the one that shows most of the moving objects")
+      ->type_name("N");
+  figure
+      .add_option("--object", options.object,
+                  "Whose reconstruction; without it, of the object that shows best in the frame")
+      ->type_name("ID");
+  figure.add_option("--out", options.out, "PNG file; without it, figure.png in the run folder")->type_name("FILE");
+  figure
+      .add_option("--overlay", options.overlay,
+                  "Also writes every frame into this folder, with masks, boxes, speeds and trails drawn in")
+      ->type_name("DIR");
+  figure
+      .add_option("--film", options.film,
+                  "The same, above the trajectories so far, 720 pixels wide: pictures of a film")
+      ->type_name("DIR");
+  figure.add_option("--dataset", options.dataset, "Where the recording lies now, if not where the run was made")
+      ->type_name("LAYOUT:PATH");
+  figure.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
+}
+
+}  // namespace
+
+Action add_figure(CLI::App& command) {
+  return bind_options(command, add_options, figure_command);
 }
 
 }  // namespace kinetrace::app

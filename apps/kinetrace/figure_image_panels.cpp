@@ -140,7 +140,10 @@ void draw_background_segmentation(Canvas& canvas, const Rect& area, const Scene&
   draw_frame(canvas, place);
 }
 
-void draw_object_table(Canvas& canvas, const Rect& area, const Scene& scene) {
+namespace {
+
+// Largest in the image first.
+std::vector<const recording::ObjectRow*> visible_objects(const Scene& scene) {
   std::vector<const recording::ObjectRow*> objects;
   for (const recording::ObjectRow& object : scene.run->objects_at(scene.frame)) {
     if (object.status != BodyStatus::kLost) {
@@ -149,47 +152,60 @@ void draw_object_table(Canvas& canvas, const Rect& area, const Scene& scene) {
   }
   std::stable_sort(objects.begin(), objects.end(),
                    [](const auto* a, const auto* b) { return a->pixel_height > b->pixel_height; });
+  return objects;
+}
+
+using Cells = std::array<std::string, 6>;
+
+Cells cells_of(const recording::ObjectRow& object, const recording::CameraRow& camera) {
+  return {track_name(object.class_id, object.track_id),
+          object.moving ? with_unit(object.velocity_mps.norm(), 1, "m/s") : std::string("static"),
+          with_unit((object.box.center_m - camera.T_world_cam.translation).norm(), 1, "m"),
+          object.pixel_height > 0 ? with_unit(object.pixel_height, 0, "px") : std::string("-"),
+          std::to_string(object.point_count),
+          status_words(object.status)};
+}
+
+double column_x(const Rect& area, double share) {
+  return area.x + share * area.width;
+}
+
+void draw_cells(Canvas& canvas, const Rect& area, double y, const Cells& cells, Color color) {
+  constexpr std::array<double, 6> kPlaces{0.085, 0.42, 0.56, 0.68, 0.79, 0.83};
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const bool is_text = i == 0 || i + 1 == cells.size();
+    TextStyle style{.size_px = 9.0, .color = color, .vertical = VerticalAnchor::kMiddle};
+    style.horizontal = is_text ? style.horizontal : HorizontalAnchor::kRight;
+    canvas.text({column_x(area, kPlaces[i]), y}, cells[i], style);
+  }
+}
+
+}  // namespace
+
+void draw_object_table(Canvas& canvas, const Rect& area, const Scene& scene) {
+  const std::vector<const recording::ObjectRow*> objects = visible_objects(scene);
   canvas.rectangle(area, drawing::kPanel);
   canvas.outline(area, {.color = drawing::kFrame, .width_px = 1.0});
   if (objects.empty()) {
     say(canvas, area, "no objects in this frame", "");
     return;
   }
-  const TextStyle left{.size_px = 9.0, .vertical = VerticalAnchor::kMiddle};
-  TextStyle right = left;
-  right.horizontal = HorizontalAnchor::kRight;
-  const auto at = [&](double share) { return area.x + share * area.width; };
-  const auto row = [&](double y, const std::array<std::string, 6>& cells, Color color) {
-    constexpr std::array<double, 6> kPlaces{0.085, 0.42, 0.56, 0.68, 0.79, 0.83};
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      const bool is_text = i == 0 || i + 1 == cells.size();
-      TextStyle style = is_text ? left : right;
-      style.color = color;
-      canvas.text({at(kPlaces[i]), y}, cells[i], style);
-    }
-  };
   double y = area.y + 16.0;
-  row(y, {"object", "speed", "distance", "height", "points", "pose"}, drawing::kMuted);
+  draw_cells(canvas, area, y, {"object", "speed", "distance", "height", "points", "pose"}, drawing::kMuted);
   canvas.line({area.x + 10.0, y + 11.0}, {area.right() - 10.0, y + 11.0}, {.color = drawing::kFrame, .width_px = 1.0});
   y += 4.0;
   const auto room = static_cast<std::size_t>(std::max(1.0, std::floor((area.bottom() - y - 14.0) / kRow_px)));
   const std::size_t shown = objects.size() <= room ? objects.size() : room - 1;
   const recording::CameraRow& camera = *scene.run->camera_at(scene.frame);
   for (std::size_t i = 0; i < shown; ++i) {
-    const recording::ObjectRow& object = *objects[i];
     y += kRow_px;
-    const drawing::LineStyle style = drawing::track_style(object.track_id);
-    canvas.line({at(0.018), y}, {at(0.068), y}, {.color = style.color, .width_px = 3.0, .dash = style.dash});
-    row(y,
-        {track_name(object.class_id, object.track_id),
-         object.moving ? with_unit(object.velocity_mps.norm(), 1, "m/s") : std::string("static"),
-         with_unit((object.box.center_m - camera.T_world_cam.translation).norm(), 1, "m"),
-         object.pixel_height > 0 ? with_unit(object.pixel_height, 0, "px") : std::string("-"),
-         std::to_string(object.point_count), status_words(object.status)},
-        drawing::kInk);
+    const drawing::LineStyle style = drawing::track_style(objects[i]->track_id);
+    canvas.line({column_x(area, 0.018), y}, {column_x(area, 0.068), y},
+                {.color = style.color, .width_px = 3.0, .dash = style.dash});
+    draw_cells(canvas, area, y, cells_of(*objects[i], camera), drawing::kInk);
   }
   if (shown < objects.size()) {
-    canvas.text({at(0.085), y + kRow_px}, "and " + std::to_string(objects.size() - shown) + " more",
+    canvas.text({column_x(area, 0.085), y + kRow_px}, "and " + std::to_string(objects.size() - shown) + " more",
                 {.size_px = 9.0, .color = drawing::kMuted, .vertical = VerticalAnchor::kMiddle});
   }
 }

@@ -11,9 +11,9 @@
 #include <unistd.h>
 
 #include "authority.hpp"
-#include "commands.hpp"
 #include "dds_permissions.hpp"
 #include "messages.hpp"
+#include "network_command_line.hpp"
 
 namespace kinetrace::app {
 namespace {

@@ -1,5 +1,5 @@
-#include "commands.hpp"
 #include "messages.hpp"
+#include "network_command_line.hpp"
 
 namespace kinetrace::app {
 

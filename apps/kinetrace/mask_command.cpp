@@ -5,13 +5,13 @@
 #include <utility>
 #include <vector>
 
-#include "commands.hpp"
 #include "gray16_images.hpp"
 #include "interrupt.hpp"
 #include "kinetrace/publishing/mask_exchange.hpp"
 #include "mask_files.hpp"
 #include "messages.hpp"
 #include "network.hpp"
+#include "network_command_line.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -115,13 +115,15 @@ class MaskServer {
 
 Outcome<void> send_masks(const MaskOptions& options) {
   const MaskNaming naming = options.by_order ? MaskNaming::kOrder : MaskNaming::kNumber;
-  Result<MaskFiles> left = find_mask_files(options.left_dir, naming);
+  const std::size_t comma = options.folders.find(',');
+  Result<MaskFiles> left = find_mask_files(options.folders.substr(0, comma), naming);
   if (!left) {
     return failure(left.error());
   }
   MaskFiles right_files;
-  if (!options.right_dir.empty()) {
-    Result<MaskFiles> right = find_mask_files(options.right_dir, naming);
+  if (const std::string right_dir = comma == std::string::npos ? "" : options.folders.substr(comma + 1);
+      !right_dir.empty()) {
+    Result<MaskFiles> right = find_mask_files(right_dir, naming);
     if (!right) {
       return failure(right.error());
     }

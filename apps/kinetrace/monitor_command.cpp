@@ -6,13 +6,13 @@
 #include <string>
 #include <unistd.h>
 
-#include "commands.hpp"
 #include "interrupt.hpp"
 #include "kinetrace/publishing/ros_reader.hpp"
 #include "kinetrace/recording/mcap_writer.hpp"
 #include "messages.hpp"
 #include "monitor_output.hpp"
 #include "network.hpp"
+#include "network_command_line.hpp"
 
 namespace kinetrace::app {
 namespace {

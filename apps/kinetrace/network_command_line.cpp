@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "command_footer.hpp"
+#include "commands.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -38,11 +38,7 @@ void add_listening_time(CLI::App& command, double& seconds) {
       ->check(CLI::Range(0.001, 1e9));
 }
 
-}  // namespace
-
-void add_keys(CLI::App& app, KeysOptions& options) {
-  CLI::App& keys = *app.add_subcommand(
-      "keys", "Makes an authority, identities and permissions for DDS Security; never overwrites any");
+void add_keys_options(CLI::App& keys, KeysOptions& options) {
   keys.add_option("--out", options.out,
                   "New folder, laid out as a keystore of ROS 2; one made earlier gets further identities")
       ->type_name("DIR")
@@ -65,16 +61,14 @@ void add_keys(CLI::App& app, KeysOptions& options) {
       ->type_name("NAME")
       ->check(CLI::Validator(dds_prefix_error, "", "prefix"))
       ->capture_default_str();
-  keys.footer(kFooter);
 }
 
-void add_monitor(CLI::App& app, MonitorOptions& options, std::string& record) {
-  CLI::App& monitor = *app.add_subcommand(
-      "monitor", "Shows what a running Kinetrace publishes: objects, health and rates; records it for ROS 2");
+void add_monitor_options(CLI::App& monitor, MonitorOptions& options) {
   add_network_options(monitor, options.network);
   monitor.add_option("--device", options.network.device, "Only this device; without it, all that are heard")
       ->type_name("NAME");
-  monitor.add_option("--record", record, "Records the ROS 2 topics into a new MCAP file, readable however it ends")
+  monitor
+      .add_option("--record", options.record, "Records the ROS 2 topics into a new MCAP file, readable however it ends")
       ->type_name("FILE.mcap");
   add_listening_time(monitor, options.seconds);
   monitor.add_option("--messages", options.messages, "Ends after N messages of Kinetrace's own topics")
@@ -87,10 +81,10 @@ void add_monitor(CLI::App& app, MonitorOptions& options, std::string& record) {
       "others as of run. Ctrl-C is no failure.");
 }
 
-void add_masks(CLI::App& app, MaskOptions& options, std::string& folders) {
-  CLI::App& masks = *app.add_subcommand(
-      "masks", "Sends masks from files to a run with --segmentation dds; shows how a network elsewhere does it");
-  masks.add_option("MASKS", folders, "Folders of KITTI MOTS PNG files")->type_name("LEFT_DIR[,RIGHT_DIR]")->required();
+void add_masks_options(CLI::App& masks, MaskOptions& options) {
+  masks.add_option("MASKS", options.folders, "Folders of KITTI MOTS PNG files")
+      ->type_name("LEFT_DIR[,RIGHT_DIR]")
+      ->required();
   masks.add_flag("--by-order", options.by_order, "The first file by name is frame 0; without it, names are numbers");
   add_network_options(masks, options.network);
   masks.add_option("--device", options.network.device, "The run's dds.device instead of the file's")->type_name("NAME");
@@ -98,11 +92,18 @@ void add_masks(CLI::App& app, MaskOptions& options, std::string& folders) {
   masks.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
 }
 
-MaskOptions with_folders(MaskOptions options, const std::string& folders) {
-  const std::size_t comma = folders.find(',');
-  options.left_dir = folders.substr(0, comma);
-  options.right_dir = comma == std::string::npos ? "" : folders.substr(comma + 1);
-  return options;
+}  // namespace
+
+Action add_keys(CLI::App& command) {
+  return bind_options(command, add_keys_options, keys_command);
+}
+
+Action add_monitor(CLI::App& command) {
+  return bind_options(command, add_monitor_options, monitor_command);
+}
+
+Action add_masks(CLI::App& command) {
+  return bind_options(command, add_masks_options, mask_command);
 }
 
 }  // namespace kinetrace::app

@@ -1,9 +1,9 @@
 // Of a program that has been built without DDS.
 #include <string>
 
-#include "commands.hpp"
 #include "doctor_network.hpp"
 #include "messages.hpp"
+#include "network_command_line.hpp"
 
 namespace kinetrace::app {
 namespace {

@@ -4,15 +4,24 @@
 #include <string>
 #include <vector>
 
+#include <CLI/CLI.hpp>
+
 #include "app_config.hpp"
 #include "commands.hpp"
 #include "memory.hpp"
 #include "messages.hpp"
 #include "network_setup.hpp"
 #include "setting_costs.hpp"
+#include "shared_options.hpp"
 
 namespace kinetrace::app {
 namespace {
+
+struct PlanOptions {
+  ConfigSource config;
+  std::string publish;  ///< As for a run.
+  std::string size;     ///< "WxH"; empty: as the configuration says.
+};
 
 // A raw recording of the given size, as the most demanding kind: it has to be rectified.
 hal::Dataset raw_recording(int width_px, int height_px) {
@@ -72,12 +81,41 @@ void print_costs(const std::vector<SettingCost>& costs) {
   }
 }
 
-// The DDS settings of a run with `config`; null without --publish.
-Outcome<std::unique_ptr<PublishingSetup>> publishing_of(const PlanOptions& options, const AppConfig& config) {
-  if (options.publish.empty()) {
-    return nullptr;
+struct ImageSize {
+  int width_px = 0;  ///< 0: as the configuration says.
+  int height_px = 0;
+};
+
+Outcome<ImageSize> parse_size(const std::string& text) {
+  ImageSize size;
+  if (text.empty()) {
+    return size;
   }
-  return publishing_setup(options.publish, config.pipeline.tracking.max_objects);
+  char rest = 0;
+  // NOLINTNEXTLINE(cert-err34-c): values beyond int's range are refused by the bounds below.
+  const int fields = std::sscanf(text.c_str(), "%5dx%5d%c", &size.width_px, &size.height_px, &rest);
+  const auto is_usable = [](int side_px) { return side_px >= 64 && side_px <= 8192; };
+  if (fields != 2 || !is_usable(size.width_px) || !is_usable(size.height_px)) {
+    return Unexpected(Failure{ExitCode::kUsage, "--size " + text + ": expected WIDTHxHEIGHT, 64 to 8192 pixels each"});
+  }
+  return size;
+}
+
+// With the size of images that was asked for.
+Outcome<AppConfig> config_of(const PlanOptions& options) {
+  const Outcome<ImageSize> size = parse_size(options.size);
+  if (!size) {
+    return Unexpected(size.error());
+  }
+  Result<AppConfig> config = load_config(options.config);
+  if (!config) {
+    return failure(config.error());
+  }
+  if (size->width_px > 0) {
+    config->board.image_width_px = size->width_px;
+    config->board.image_height_px = size->height_px;
+  }
+  return std::move(*config);
 }
 
 // What a run takes beside its arena, made once for all plans.
@@ -91,7 +129,7 @@ CameraSetup raw_camera(const AppConfig& config) {
 }
 
 Outcome<Parts> parts_of(const PlanOptions& options, const AppConfig& config) {
-  Outcome<std::unique_ptr<PublishingSetup>> publishing = publishing_of(options, config);
+  auto publishing = optional_publishing(options.publish, config.pipeline.tracking.max_objects);
   if (!publishing) {
     return Unexpected(publishing.error());
   }
@@ -116,27 +154,17 @@ Result<RunMemory> plan_for(AppConfig config, const Parts& parts) {
 }
 
 std::vector<SettingCost> costs_of(AppConfig config, const Parts& parts) {
-  ConfigFields fields = fields_of(config);
-  if (parts.publishing) {
-    const ConfigFields more = parts.publishing->fields();
-    fields.insert(fields.end(), more.begin(), more.end());
-  }
+  const ConfigFields fields = all_fields(fields_of(config), parts.publishing.get());
   return setting_costs(fields, [&]() -> Result<double> {
     const Result<RunMemory> plan = plan_for(config, parts);
     return plan ? Result<double>(static_cast<double>(plan->total_bytes())) : Unexpected(plan.error());
   });
 }
 
-}  // namespace
-
 int plan_command(const PlanOptions& options) {
-  Result<AppConfig> config = load_config(options.config);
+  const Outcome<AppConfig> config = config_of(options);
   if (!config) {
-    return report(to_failure(config.error()));
-  }
-  if (options.width_px > 0) {
-    config->board.image_width_px = options.width_px;
-    config->board.image_height_px = options.height_px;
+    return report(config.error());
   }
   const Outcome<Parts> parts = parts_of(options, *config);
   if (!parts) {
@@ -150,6 +178,20 @@ int plan_command(const PlanOptions& options) {
   print_costs(costs_of(*config, *parts));
   const Status fits = check_budget(*plan, config->pipeline.memory);
   return fits ? 0 : report(to_failure(fits.error()));
+}
+
+void add_options(CLI::App& plan, PlanOptions& options) {
+  add_config_options(plan, options.config);
+  add_publish_option(plan, options.publish);
+  plan.add_option("--size", options.size,
+                  "Size of one eye's images; without it, the board's (board.image_width_px, ..._height_px)")
+      ->type_name("WxH");
+}
+
+}  // namespace
+
+Action add_plan(CLI::App& command) {
+  return bind_options(command, add_options, plan_command);
 }
 
 }  // namespace kinetrace::app

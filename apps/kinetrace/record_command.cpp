@@ -4,6 +4,8 @@
 #include <string>
 #include <utility>
 
+#include <CLI/CLI.hpp>
+
 #include "camera_loop.hpp"
 #include "camera_setup.hpp"
 #include "commands.hpp"
@@ -14,19 +16,23 @@
 #include "messages.hpp"
 #include "progress.hpp"
 #include "recording_thread.hpp"
+#include "shared_options.hpp"
 
 namespace kinetrace::app {
 namespace {
+
+struct RecordOptions {
+  SourceOptions source;
+  UntilOptions until;
+  RawOutputOptions raw;
+  bool quiet = false;
+};
 
 struct Recorded {
   std::int64_t written = 0;
   std::uint64_t dropped = 0;
   hal::CameraCounters counters;
 };
-
-double rate_of(const CameraSetup& setup) {
-  return setup.live ? setup.live->left.rate_hz : setup.dataset->nominal_rate_hz;
-}
 
 // With nothing else to go on for, a recording that has stopped is the end.
 Status record_frame(RecordingThread& raw, const StereoFrame& frame, bool waits_for_disk) {
@@ -76,17 +82,17 @@ class RecordWatch {
   InputWatch watch_;
 };
 
-/// Records the camera's frames until it, the user or the disk ends it. `watch` may be null.
-Status play_into(RecordingThread& raw, hal::StereoCamera& frames, const CameraSetup& setup,
-                 const RecordOptions& options, RecordWatch* watch) {
+// What the camera sends until the recording ends; `watch` may be null.
+Status record_frames(const RecordOptions& options, const CameraSetup& setup, hal::StereoCamera& camera,
+                     RecordingThread& raw, RecordWatch* watch) {
   HealthMonitor health;
-  Progress progress(!options.quiet, frames.info().frame_count);
-  catch_interrupts();
+  Progress progress(!options.quiet, camera.info().frame_count);
   const Warn warn = [&progress](const std::string& warning) {
     progress.clear();
     print_warning(warning);
   };
-  const CameraLoop loop{frames, options.until, setup.is_camera, health, progress};
+  catch_interrupts();
+  const CameraLoop loop{camera, options.until, setup.is_camera, health, progress};
   Status played = play_camera(loop, [&](const StereoFrame& frame) -> Status {
     if (Status recorded = record_frame(raw, frame, !setup.live); !recorded) {
       return recorded;
@@ -99,10 +105,8 @@ Status play_into(RecordingThread& raw, hal::StereoCamera& frames, const CameraSe
   });
   progress.clear();
   raw.finish();
-  if (const std::optional<Error> failed = raw.stopped_by(); played && failed) {
-    played = Unexpected(*failed);
-  }
-  return played;
+  const std::optional<Error> failed = raw.stopped_by();
+  return played && failed ? Unexpected(*failed) : played;
 }
 
 Outcome<Recorded> record(const RecordOptions& options) {
@@ -110,7 +114,7 @@ Outcome<Recorded> record(const RecordOptions& options) {
   if (!setup) {
     return Unexpected(setup.error());
   }
-  const hal::RawRecorderConfig config = raw_recorder_config(options.raw, setup->calibration, rate_of(*setup));
+  const hal::RawRecorderConfig config = raw_recorder_config(options.raw, setup->calibration, setup->rate_hz());
   // What cannot be rectified can be recorded, to be calibrated later.
   const Result<std::size_t> watch_bytes = RecordWatch::required_bytes(*setup);
   if (!watch_bytes) {
@@ -138,7 +142,7 @@ Outcome<Recorded> record(const RecordOptions& options) {
   if (!raw) {
     return Unexpected(raw.error());
   }
-  const Status played = play_into(**raw, frames, *setup, options, watch ? &*watch : nullptr);
+  const Status played = record_frames(options, *setup, frames, **raw, watch ? &*watch : nullptr);
   const Recorded recorded{(*raw)->written(), (*raw)->dropped(), frames.counters()};
   if (!played) {
     print_warning(std::to_string(recorded.written) + " frames were recorded before");
@@ -146,8 +150,6 @@ Outcome<Recorded> record(const RecordOptions& options) {
   }
   return recorded;
 }
-
-}  // namespace
 
 int record_command(const RecordOptions& options) {
   const Outcome<Recorded> recorded = record(options);
@@ -163,6 +165,20 @@ int record_command(const RecordOptions& options) {
                 options.raw.out.c_str(), std::to_string(lost.gaps + lost.skipped_missing_side).c_str());
   }
   return interrupted_by() == 0 ? 0 : kSignalBase + interrupted_by();
+}
+
+void add_options(CLI::App& record, RecordOptions& options) {
+  add_source_options(record, options.source);
+  CLI::Option* out = record.add_option("--out", options.raw.out, "New folder")->type_name("DIR")->required();
+  add_until_options(record, options.until);
+  add_raw_options(record, options.raw, out);
+  record.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
+}
+
+}  // namespace
+
+Action add_record(CLI::App& command) {
+  return bind_options(command, add_options, record_command);
 }
 
 }  // namespace kinetrace::app

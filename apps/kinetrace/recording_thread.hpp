@@ -10,10 +10,11 @@
 #include <optional>
 #include <thread>
 
-#include "command_line.hpp"
+#include "failure.hpp"
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/core/frame.hpp"
 #include "kinetrace/hal/raw_recorder.hpp"
+#include "shared_options.hpp"
 
 namespace kinetrace::app {
 

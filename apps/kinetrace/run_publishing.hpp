@@ -75,4 +75,19 @@ class PublishingSetup {
 /// where the program has been built without DDS.
 [[nodiscard]] Outcome<std::unique_ptr<PublishingSetup>> publishing_setup(const std::string& file, int max_objects);
 
+/// The same for what --publish says: null without it.
+[[nodiscard]] inline Outcome<std::unique_ptr<PublishingSetup>> optional_publishing(const std::string& file,
+                                                                                   int max_objects) {
+  return file.empty() ? nullptr : publishing_setup(file, max_objects);
+}
+
+/// With those of publishing behind them, unless it is null.
+[[nodiscard]] inline ConfigFields all_fields(ConfigFields fields, PublishingSetup* publishing) {
+  if (publishing != nullptr) {
+    const ConfigFields more = publishing->fields();
+    fields.insert(fields.end(), more.begin(), more.end());
+  }
+  return fields;
+}
+
 }  // namespace kinetrace::app

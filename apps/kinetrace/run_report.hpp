@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "camera_setup.hpp"
-#include "command_line.hpp"
 #include "health_monitor.hpp"
 #include "kinetrace/core/allocation_counter.hpp"
 #include "kinetrace/core/frame_result.hpp"
@@ -18,6 +17,7 @@
 #include "memory.hpp"
 #include "network_thread.hpp"
 #include "recording_thread.hpp"
+#include "run_options.hpp"
 #include "run_publishing.hpp"
 #include "run_tally.hpp"
 #include "stage_clock.hpp"

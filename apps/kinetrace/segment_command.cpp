@@ -7,6 +7,8 @@
 #include <system_error>
 #include <vector>
 
+#include <CLI/CLI.hpp>
+
 #include "commands.hpp"
 #include "drawing/canvas.hpp"
 #include "drawing/color.hpp"
@@ -25,6 +27,14 @@ namespace {
 namespace fs = std::filesystem;
 using neural::InstanceNetwork;
 using Masks = std::span<const RunLengthMask>;
+
+struct SegmentOptions {
+  std::vector<std::filesystem::path> images;  ///< Files, or folders of files.
+  std::filesystem::path model;                ///< YAML; empty: the one that comes with Kinetrace.
+  std::filesystem::path out;
+  int threads = 1;
+  bool quiet = false;
+};
 
 constexpr std::uint16_t kMotsClass = 1000;
 
@@ -152,11 +162,32 @@ Outcome<void> segment(const SegmentOptions& options) {
   return {};
 }
 
-}  // namespace
-
 int segment_command(const SegmentOptions& options) {
   const Outcome<void> done = segment(options);
   return done ? 0 : report(done.error());
+}
+
+void add_options(CLI::App& segment, SegmentOptions& options) {
+  segment.add_option("IMAGES", options.images, "PNG, JPEG or PGM files, or folders of them")->required();
+  segment
+      .add_option("--model", options.model,
+                  "YAML file that describes the network; without it, the one that comes with Kinetrace, which knows "
+                  "simulated pictures only")
+      ->type_name("MODEL.yaml");
+  segment
+      .add_option("--out", options.out, "Folder for masks/STEM.png (KITTI MOTS) and overlay/STEM.png; made if needed")
+      ->type_name("DIR")
+      ->required();
+  segment.add_option("--threads", options.threads, "Threads that the network uses")
+      ->check(CLI::Range(1, 16))
+      ->capture_default_str();
+  segment.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
+}
+
+}  // namespace
+
+Action add_segment(CLI::App& command) {
+  return bind_options(command, add_options, segment_command);
 }
 
 }  // namespace kinetrace::app

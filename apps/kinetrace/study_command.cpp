@@ -3,12 +3,15 @@
 #include <set>
 #include <system_error>
 
+#include <CLI/CLI.hpp>
+
 #include "app_config.hpp"
 #include "commands.hpp"
 #include "failure.hpp"
 #include "interrupt.hpp"
 #include "kinetrace/hal/dataset.hpp"
 #include "messages.hpp"
+#include "shared_options.hpp"
 #include "study_play.hpp"
 #include "study_summary.hpp"
 
@@ -16,6 +19,16 @@ namespace kinetrace::app {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// `study object-size`.
+struct StudyOptions {
+  std::vector<std::filesystem::path> recordings;  ///< Folders made by kinetrace-simulate.
+  std::vector<int> windows{1, 5, 10, 20};         ///< Frames of an object's window.
+  std::string masks = "detections";               ///< Or "instances": the exact ones.
+  ConfigSource config;
+  std::filesystem::path out;
+  bool quiet = false;
+};
 
 /// The only drive in a folder made by kinetrace-simulate.
 Outcome<fs::path> find_drive(const fs::path& recording) {
@@ -144,8 +157,6 @@ bool nothing_studied(const std::vector<StudyRun>& runs) {
   return std::all_of(runs.begin(), runs.end(), [](const StudyRun& run) { return run.rows.empty(); });
 }
 
-}  // namespace
-
 int study_command(const StudyOptions& options) {
   if (const Status made = make_folder(options.out); !made) {
     return report({ExitCode::kCannotCreate, made.error().message});
@@ -168,6 +179,35 @@ int study_command(const StudyOptions& options) {
   }
   std::fputs(study_tables(*runs).c_str(), stdout);
   return static_cast<int>(ExitCode::kOk);
+}
+
+void add_options(CLI::App& study, StudyOptions& options) {
+  study.require_subcommand(1);
+  CLI::App& object_size = *study.add_subcommand(
+      "object-size", "Errors of objects by their size in the image and by the frames they are reconstructed from");
+  object_size
+      .add_option("RECORDING", options.recordings,
+                  "Folders made by kinetrace-simulate, best of the scene `receding` with several seeds")
+      ->required()
+      ->check(CLI::ExistingDirectory);
+  object_size.add_option("--out", options.out, "Folder for frames.csv, bins.csv and object_size.png")
+      ->type_name("DIR")
+      ->required();
+  object_size.add_option("--windows", options.windows, "Frames of an object's window; 1 is single-frame stereo")
+      ->delimiter(',')
+      ->check(CLI::Range(1, 32))
+      ->capture_default_str();
+  object_size.add_option("--masks", options.masks, "detections: as a network gives them; instances: exact")
+      ->check(CLI::IsMember({"detections", "instances"}))
+      ->capture_default_str();
+  add_config_options(object_size, options.config);
+  object_size.add_flag("--quiet", options.quiet, "Does not say what is being run");
+}
+
+}  // namespace
+
+Action add_study(CLI::App& command) {
+  return bind_options(command, add_options, study_command);
 }
 
 }  // namespace kinetrace::app

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
@@ -23,6 +24,11 @@ namespace {
 using Json = nlohmann::ordered_json;
 using recording::ObjectRow;
 using recording::Run;
+
+struct SummaryOptions {
+  std::filesystem::path run;
+  bool json = false;
+};
 
 constexpr std::array<BodyStatus, 3> kWithPose{BodyStatus::kTracked, BodyStatus::kStereoOnly, BodyStatus::kPropagated};
 
@@ -145,8 +151,6 @@ void print_json(const RunTable& table) {
   std::printf("%s\n", json.dump(2).c_str());
 }
 
-}  // namespace
-
 int summary_command(const SummaryOptions& options) {
   const Result<Run> run = recording::read_run(options.run);
   if (!run) {
@@ -158,6 +162,17 @@ int summary_command(const SummaryOptions& options) {
   const RunTable table = table_of(*run);
   options.json ? print_json(table) : print_table(table);
   return 0;
+}
+
+void add_options(CLI::App& summary, SummaryOptions& options) {
+  summary.add_option("RUN", options.run, "Run folder")->required();
+  summary.add_flag("--json", options.json, "Prints the same as JSON");
+}
+
+}  // namespace
+
+Action add_summary(CLI::App& command) {
+  return bind_options(command, add_options, summary_command);
 }
 
 }  // namespace kinetrace::app

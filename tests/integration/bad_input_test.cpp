@@ -22,12 +22,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr int kUsage = 64;
-constexpr int kBadData = 65;
-constexpr int kNoInput = 66;
-constexpr int kCannotCreate = 73;
-constexpr int kConfig = 78;
-
 class BadInput : public ::testing::Test {
  protected:
   ProgramResult run(std::vector<std::string> more = {}) {
@@ -38,11 +32,7 @@ class BadInput : public ::testing::Test {
   /// Runs; expects one line on standard error that holds `culprit`, and this exit code.
   void expect_error(int exit_code, const std::string& culprit, const std::vector<std::string>& more = {}) {
     const ProgramResult result = run(more);
-    EXPECT_EQ(result.exit_code, exit_code) << result.err;
-    EXPECT_EQ(result.out, "");
-    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
-    EXPECT_EQ(result.err.rfind("kinetrace: error: ", 0), 0U) << result.err;
-    EXPECT_THAT(result.err, HasSubstr(culprit));
+    expect_refusal(result, exit_code, culprit);
   }
   /// Runs; expects success and gives back run.json. Warnings go to `warnings_`.
   nlohmann::json expect_success(const std::vector<std::string>& more = {}) {

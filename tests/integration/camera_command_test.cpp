@@ -23,12 +23,6 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-std::string text_of(const std::filesystem::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
-
 /// Waits until the file has content; false after far too long.
 bool grows(const std::filesystem::path& path) {
   constexpr auto kFarTooLong = std::chrono::minutes(2);

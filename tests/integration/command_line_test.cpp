@@ -24,12 +24,6 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-std::string text_of(const std::filesystem::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
-
 class CommandLine : public ::testing::Test {
  protected:
   std::vector<std::string> run_arguments(const std::filesystem::path& out, std::vector<std::string> more = {}) {
@@ -51,29 +45,6 @@ TEST_F(CommandLine, HelpListsCommandsAndExitCodes) {
                                HasSubstr("Exit codes: 0 done, 1 a condition of --fail-if holds or a check")));
   EXPECT_THAT(result.err, IsEmpty());
   EXPECT_THAT(run_kinetrace({"run", "--help"}).out, HasSubstr("--dataset LAYOUT:PATH"));
-}
-
-TEST_F(CommandLine, BenchTimesStagesAndComparesThemWithEarlierOnes) {
-  recording_.write();
-  const std::string file = scratch_.file("bench.json");
-  const std::vector<std::string> bench{"bench", "--dataset", recording_.dataset(), "--repeat", "2"};
-  std::vector<std::string> first = bench;
-  first.insert(first.end(), {"--out", file});
-  const ProgramResult result = run_kinetrace(first);
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.out, ::testing::AllOf(HasSubstr("track_features"), HasSubstr("12 frames"), HasSubstr("frame ")));
-  const nlohmann::json written = nlohmann::json::parse(text_of(file));
-  EXPECT_EQ(written["frame_ms"]["count"], 2 * recording_.frames);
-  EXPECT_GT(written["stage_ms"]["track_features"]["median"], 0.0);
-  EXPECT_FALSE(std::filesystem::exists(out_));
-
-  std::vector<std::string> second = bench;
-  second.insert(second.end(), {"--against", file});
-  EXPECT_THAT(run_kinetrace(second).out, ::testing::AllOf(HasSubstr("before: "), HasSubstr(" %")));
-  second.back() = scratch_.file("none.json");
-  const ProgramResult absent = run_kinetrace(second);
-  EXPECT_EQ(absent.exit_code, 66);
-  EXPECT_THAT(absent.err, HasSubstr("none.json"));
 }
 
 TEST_F(CommandLine, VersionIsOneLine) {

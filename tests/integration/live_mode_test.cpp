@@ -28,12 +28,6 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-std::string text_of(const std::filesystem::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
-
 class LiveMode : public ::testing::Test {
  protected:
   void SetUp() override { recording_.write(); }

@@ -1,5 +1,6 @@
 #include "program.hpp"
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <fcntl.h>
@@ -12,14 +13,16 @@
 #include <unistd.h>
 #include <utility>
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
 namespace kinetrace::test {
 namespace {
 
 std::string take_file(const std::string& path) {
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
+  std::string text = text_of(path);
   std::remove(path.c_str());
-  return text.str();
+  return text;
 }
 
 std::string unique_path(const char* stem) {
@@ -78,6 +81,20 @@ ProgramResult run_in_shell(const std::string& line) {
   const std::string err = unique_path(".err");
   const int exit_code = await_end(start_program({"bash", "-c", "kinetrace=" KINETRACE_PROGRAM "; " + line}, out, err));
   return {exit_code, take_file(out), take_file(err)};
+}
+
+void expect_refusal(const ProgramResult& result, int exit_code, const std::string& culprit) {
+  EXPECT_EQ(result.exit_code, exit_code) << result.err;
+  EXPECT_EQ(result.out, "");
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  EXPECT_EQ(result.err.rfind("kinetrace: error: ", 0), 0U) << result.err;
+  EXPECT_THAT(result.err, ::testing::HasSubstr(culprit));
+}
+
+std::string text_of(const std::filesystem::path& path) {
+  std::ostringstream text;
+  text << std::ifstream(path, std::ios::binary).rdbuf();
+  return text.str();
 }
 
 }  // namespace kinetrace::test

@@ -1,6 +1,7 @@
 // Runs the built kinetrace as a user would.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <sys/types.h>
 #include <vector>
@@ -8,6 +9,13 @@
 #include "control_group.hpp"
 
 namespace kinetrace::test {
+
+// Exit codes, after sysexits.h.
+inline constexpr int kUsage = 64;
+inline constexpr int kBadData = 65;
+inline constexpr int kNoInput = 66;
+inline constexpr int kCannotCreate = 73;
+inline constexpr int kConfig = 78;
 
 /// Starts `command`, whose program may be one of the PATH, with its output in these files. Throws where that fails.
 [[nodiscard]] pid_t start_program(std::vector<std::string> command, const std::string& out_path,
@@ -43,6 +51,13 @@ class Program {
 
 /// A line of bash, in which $kinetrace stands for the program.
 [[nodiscard]] ProgramResult run_in_shell(const std::string& line);
+
+/// Expects that the program refused to work: this exit code, nothing on standard output, and one line on standard
+/// error, which holds `culprit`.
+void expect_refusal(const ProgramResult& result, int exit_code, const std::string& culprit);
+
+/// What a file holds; empty if there is none.
+[[nodiscard]] std::string text_of(const std::filesystem::path& path);
 
 /// What `run.json` or another report says was allocated after the start; 0 in a program with sanitizers, which counts
 /// nothing.

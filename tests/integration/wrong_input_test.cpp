@@ -22,8 +22,6 @@ namespace fs = std::filesystem;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-constexpr int kBadData = 65;
-
 class WrongInput : public ::testing::Test {
  protected:
   WrongInput() {

@@ -1,11 +1,9 @@
 // A word that is not known is named, and the nearest one that is known is offered.
-#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <vector>
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "program.hpp"
@@ -14,18 +12,8 @@
 namespace kinetrace::test {
 namespace {
 
-using ::testing::HasSubstr;
-
-constexpr int kUsage = 64;
-constexpr int kNoInput = 66;
-constexpr int kConfig = 78;
-
-/// One line on standard error that holds `text`.
 void expect_refused(const std::vector<std::string>& arguments, int exit_code, const std::string& text) {
-  const ProgramResult result = run_kinetrace(arguments);
-  EXPECT_EQ(result.exit_code, exit_code) << result.err;
-  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
-  EXPECT_THAT(result.err, HasSubstr(text));
+  expect_refusal(run_kinetrace(arguments), exit_code, text);
 }
 
 std::vector<std::string> run_with(const std::vector<std::string>& more) {

@@ -78,12 +78,8 @@ void visit_body(Body& body, Visitor& visit, const std::array<std::string_view, 1
   visit(keys[11], body.keyframe_overlap, "... unless the keyframe saw less than this part of the frame's points");
 }
 
-}  // namespace detail
-
-/// Calls `visit(key, field, description)` for every setting; keys are dotted, fields are bool, int, float, double,
-/// std::string or an enumeration with to_string and from_string.
 template <typename Config, typename Visitor>
-void visit_fields(Config& config, Visitor&& visit) {
+void visit_features(Config& config, Visitor& visit) {
   auto& f = config.features;
   visit("features.max_features", f.max_features, "feature slots over all bodies");
   visit("features.max_background_features", f.max_background_features, "of these, at most for the background");
@@ -106,7 +102,10 @@ void visit_fields(Config& config, Visitor&& visit) {
   visit("features.max_row_difference_px", f.max_row_difference_px, "between the eyes, px");
   visit("features.uniqueness_ratio", f.uniqueness_ratio, "second-best cost over best cost of a left-right match");
   visit("features.mask_border_px", f.mask_border_px, "a feature this near a mask border keeps its body, px");
+}
 
+template <typename Config, typename Visitor>
+void visit_segmentation(Config& config, Visitor& visit) {
   auto& s = config.segmentation;
   visit("segmentation.mode", s.mode, "motion, none (objects are not looked for), masks, onnx or dds");
   visit("segmentation.left_dir", s.left_dir, "masks: folder of left masks, named like the left images");
@@ -124,21 +123,28 @@ void visit_fields(Config& config, Visitor&& visit) {
   visit("segmentation.onnx.right", s.onnx.right, "look at the right image too, for twice the time");
   visit("segmentation.onnx.regions", s.onnx.regions,
         "after each whole image so many regions around tracks, seen twice as large");
-  visit("segmentation.motion.sigma_px", s.motion.sigma_px, "standard deviation of a feature's coordinates, px");
-  visit("segmentation.motion.ego_sigma_px", s.motion.ego_sigma_px, "error of the ego motion seen as image motion, px");
-  visit("segmentation.motion.bias_disparity_px", s.motion.bias_disparity_px, "slowly varying error of disparity, px");
-  visit("segmentation.motion.window_frames", s.motion.window_frames, "frames over which a velocity is fitted");
-  visit("segmentation.motion.min_disparity_px", s.motion.min_disparity_px, "features farther away have no say, px");
-  visit("segmentation.motion.min_speed_mps", s.motion.min_speed_mps, "slower regions are not called moving, m/s");
-  visit("segmentation.motion.min_speed_ratio", s.motion.min_speed_ratio,
-        "regions slower than this part of the camera's speed are not called moving");
-  visit("segmentation.motion.significance", s.motion.significance, "speed over its standard deviation");
-  visit("segmentation.motion.min_features", s.motion.min_features, "features of a moving region");
-  visit("segmentation.motion.link_distance_m", s.motion.link_distance_m, "features farther apart do not join, m");
-  visit("segmentation.motion.confirm_frames", s.motion.confirm_frames,
-        "frames a region must move in before it is reported");
-  visit("segmentation.motion.hold_frames", s.motion.hold_frames, "frames a region is kept after it stopped");
+}
 
+template <typename Config, typename Visitor>
+void visit_motion_segmentation(Config& config, Visitor& visit) {
+  auto& m = config.segmentation.motion;
+  visit("segmentation.motion.sigma_px", m.sigma_px, "standard deviation of a feature's coordinates, px");
+  visit("segmentation.motion.ego_sigma_px", m.ego_sigma_px, "error of the ego motion seen as image motion, px");
+  visit("segmentation.motion.bias_disparity_px", m.bias_disparity_px, "slowly varying error of disparity, px");
+  visit("segmentation.motion.window_frames", m.window_frames, "frames over which a velocity is fitted");
+  visit("segmentation.motion.min_disparity_px", m.min_disparity_px, "features farther away have no say, px");
+  visit("segmentation.motion.min_speed_mps", m.min_speed_mps, "slower regions are not called moving, m/s");
+  visit("segmentation.motion.min_speed_ratio", m.min_speed_ratio,
+        "regions slower than this part of the camera's speed are not called moving");
+  visit("segmentation.motion.significance", m.significance, "speed over its standard deviation");
+  visit("segmentation.motion.min_features", m.min_features, "features of a moving region");
+  visit("segmentation.motion.link_distance_m", m.link_distance_m, "features farther apart do not join, m");
+  visit("segmentation.motion.confirm_frames", m.confirm_frames, "frames a region must move in before it is reported");
+  visit("segmentation.motion.hold_frames", m.hold_frames, "frames a region is kept after it stopped");
+}
+
+template <typename Config, typename Visitor>
+void visit_tracking(Config& config, Visitor& visit) {
   auto& t = config.tracking;
   visit("tracking.max_objects", t.max_objects, "tracks alive at once");
   visit("tracking.confirm_frames", t.confirm_frames, "matched frames until a track is confirmed");
@@ -153,18 +159,20 @@ void visit_fields(Config& config, Visitor&& visit) {
         "part of a detection on live tracks above which it is not born");
   visit("tracking.ransac_threshold_px", t.ransac_threshold_px, "support of an object's similarity, px");
   visit("tracking.ransac_iterations", t.ransac_iterations, "samples of an object's similarity");
+}
 
-  detail::visit_body(
-      config.background, visit,
-      {"background.max_points", "background.window_frames", "background.min_inliers", "background.min_inlier_ratio",
-       "background.measurement_sigma_px", "background.min_measurement_sigma_px", "background.gate_sigma",
-       "background.ransac_max_hypotheses", "background.min_disparity_px", "background.min_parallax_deg",
-       "background.keyframe_motion_px", "background.keyframe_overlap"});
-  detail::visit_body(config.object, visit,
-                     {"object.max_points", "object.window_frames", "object.min_inliers", "object.min_inlier_ratio",
-                      "object.measurement_sigma_px", "object.min_measurement_sigma_px", "object.gate_sigma",
-                      "object.ransac_max_hypotheses", "object.min_disparity_px", "object.min_parallax_deg",
-                      "object.keyframe_motion_px", "object.keyframe_overlap"});
+template <typename Config, typename Visitor>
+void visit_bodies(Config& config, Visitor& visit) {
+  visit_body(config.background, visit,
+             {"background.max_points", "background.window_frames", "background.min_inliers",
+              "background.min_inlier_ratio", "background.measurement_sigma_px", "background.min_measurement_sigma_px",
+              "background.gate_sigma", "background.ransac_max_hypotheses", "background.min_disparity_px",
+              "background.min_parallax_deg", "background.keyframe_motion_px", "background.keyframe_overlap"});
+  visit_body(config.object, visit,
+             {"object.max_points", "object.window_frames", "object.min_inliers", "object.min_inlier_ratio",
+              "object.measurement_sigma_px", "object.min_measurement_sigma_px", "object.gate_sigma",
+              "object.ransac_max_hypotheses", "object.min_disparity_px", "object.min_parallax_deg",
+              "object.keyframe_motion_px", "object.keyframe_overlap"});
   visit("object.turn_rate_radps", config.object.turn_rate_radps,
         "how fast an object usually turns, rad/s; more must show; 0: nothing is expected");
   visit("object.stereo_only_min_features", config.objects.stereo_only_min_features,
@@ -172,7 +180,10 @@ void visit_fields(Config& config, Visitor&& visit) {
   visit("object.lost_after_frames", config.objects.lost_after_frames,
         "predicted frames in a row until an object is lost");
   visit("object.rigid_pedestrians", config.objects.rigid_pedestrians, "reconstruct people like vehicles");
+}
 
+template <typename Config, typename Visitor>
+void visit_trajectory(Config& config, Visitor& visit) {
   auto& j = config.trajectory;
   visit("trajectory.velocity_window_frames", j.velocity_window_frames,
         "velocity is fitted over so many frames before and after");
@@ -187,16 +198,38 @@ void visit_fields(Config& config, Visitor&& visit) {
   visit("trajectory.smoothing_turn_radps2", j.smoothing_turn_radps2, "... and of its angular acceleration, rad/s^2");
   visit("trajectory.box_percentile", j.box_percentile, "points cut off at either end of a box's axes");
   visit("trajectory.min_box_size_m", j.min_box_size_m, "smallest edge of a box, m");
+}
 
+template <typename Config, typename Visitor>
+void visit_refinement(Config& config, Visitor& visit) {
   auto& r = config.refinement;
   visit("refinement.max_iterations", r.max_iterations, "damped steps tried per body and frame");
   visit("refinement.robust_threshold_sigmas", r.robust_threshold_sigmas, "residual that weighs half (Cauchy loss)");
   visit("refinement.initial_damping", r.initial_damping, "Levenberg-Marquardt damping, relative");
   visit("refinement.relative_cost_tolerance", r.relative_cost_tolerance, "converged below this relative change");
+}
 
+template <typename Config, typename Visitor>
+void visit_memory(Config& config, Visitor& visit) {
   visit("memory.budget_mib", config.memory.budget_mib,
         "of the whole process at its peak, MiB; a plan that needs more is refused; 0: as much as the plan needs");
   visit("memory.libraries_mib", config.memory.libraries_mib, "set aside for code and libraries, MiB");
+}
+
+}  // namespace detail
+
+/// Calls `visit(key, field, description)` for every setting; keys are dotted, fields are bool, int, float, double,
+/// std::string or an enumeration with to_string and from_string.
+template <typename Config, typename Visitor>
+void visit_fields(Config& config, Visitor&& visit) {
+  detail::visit_features(config, visit);
+  detail::visit_segmentation(config, visit);
+  detail::visit_motion_segmentation(config, visit);
+  detail::visit_tracking(config, visit);
+  detail::visit_bodies(config, visit);
+  detail::visit_trajectory(config, visit);
+  detail::visit_refinement(config, visit);
+  detail::visit_memory(config, visit);
 }
 
 }  // namespace kinetrace::pipeline

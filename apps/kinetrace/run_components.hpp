@@ -1,10 +1,9 @@
-// The parts of a run.
+// The components of a run.
 #pragma once
 
 #include <memory>
 #include <optional>
 
-#include "app_config.hpp"
 #include "camera_setup.hpp"
 #include "failure.hpp"
 #include "input_watch.hpp"
@@ -17,13 +16,14 @@
 #include "network_thread.hpp"
 #include "recording_thread.hpp"
 #include "run_publishing.hpp"
+#include "run_setup.hpp"
 #include "service_notifier.hpp"
 #include "worker_threads.hpp"
 
 namespace kinetrace::app {
 
 /// In the order that a frame passes them. All memory is taken when they are made.
-struct Chain {
+struct RunComponents {
   GuardedCamera camera;
   hal::Rectifier rectifier;
   std::unique_ptr<WorkerThreads> workers;  ///< Share what takes longest in a frame.
@@ -32,18 +32,15 @@ struct Chain {
   pipeline::Pipeline pipeline;
   recording::RunRecorder recorder;
   InputWatch input;
-  std::optional<MaskFileWatch> mask_files{};     ///< Where masks come from files.
+  std::optional<MaskFileWatch> mask_files;       ///< Where masks come from files.
   std::unique_ptr<RecordingThread> raw;          ///< Null unless asked for.
   std::unique_ptr<RecordingThread> raw_ended{};  ///< What became of it where it stopped early.
   bool waits_for_disk = false;                   ///< Recordings do; a camera would lose frames meanwhile.
-  std::unique_ptr<RunPublishing> publishing{};   ///< Null unless asked for.
+  std::unique_ptr<RunPublishing> publishing;     ///< Null unless asked for.
   std::unique_ptr<ServiceNotifier> service = std::make_unique<ServiceNotifier>();
 };
 
-/// Makes everything else, the run folder last. `publishing` and `network` may be null. Failures name what could not be
-/// made.
-[[nodiscard]] Outcome<Chain> make_chain(const AppConfig& config, const CameraSetup& setup,
-                                        const PublishingSetup* publishing, std::unique_ptr<NetworkThread> network,
-                                        const RunOptions& options, Arena& arena);
+/// Makes all of them, the run folder last; takes the setup's network. Failures name what could not be made.
+[[nodiscard]] Outcome<RunComponents> make_components(RunSetup& setup, Arena& arena);
 
 }  // namespace kinetrace::app

@@ -6,7 +6,7 @@
 
 #include "kinetrace/core/allocation_counter.hpp"
 #include "live_run.hpp"
-#include "run_chain.hpp"
+#include "run_components.hpp"
 #include "run_report.hpp"
 #include "stage_clock.hpp"
 
@@ -30,17 +30,17 @@ class Progressed {
 };
 
 /// A run's frames, one after the other in one thread, or with processing beside capture (live). Calls come from the
-/// thread that captures; `chain` and `report` outlive it.
-class FramePlayer {
+/// thread that captures; `components` and `report` outlive it.
+class FrameProcessor {
  public:
-  FramePlayer(Chain& chain, RunReport& report) : chain_(chain), report_(report) {}
+  FrameProcessor(RunComponents& components, RunReport& report) : components_(components), report_(report) {}
 
   /// Live from now on; once, before the first frame. Errors: those of LiveRun::create.
-  [[nodiscard]] Status go_live(const AppConfig& config, const CameraSetup& setup, double rate_hz, Arena& arena);
-  /// Errors: those of the parts of the chain; live, those of an earlier frame.
-  [[nodiscard]] Status play(const StereoFrame& frame);
+  [[nodiscard]] Status go_live(const RunSetup& setup, double rate_hz, Arena& arena);
+  /// Errors: those of the components; live, those of an earlier frame.
+  [[nodiscard]] Status process(const StereoFrame& frame);
   /// While no frame comes. Live, the other thread tells health.
-  void pass_silence();
+  void on_idle();
   /// After the last frame. Errors: those of processing what waited, and of masks of which none fitted.
   [[nodiscard]] Status finish();
 
@@ -54,12 +54,12 @@ class FramePlayer {
   [[nodiscard]] Result<RectifiedPair> prepare(const StereoFrame& frame);
   void record_raw(const StereoFrame& frame);
   /// `exposed_ns`: steady clock at mid-exposure, 0 where that is not known.
-  [[nodiscard]] Status process(const RectifiedPair& pair, std::int64_t exposed_ns);
+  [[nodiscard]] Status process_pair(const RectifiedPair& pair, std::int64_t exposed_ns);
   void hand_over(const FrameResult& result, std::int64_t exposed_ns);
   [[nodiscard]] Status note_masks(const FrameResult& result);
   void tell_health();
 
-  Chain& chain_;
+  RunComponents& components_;
   RunReport& report_;
   Warn warn_ = [this](const std::string& warning) { report_.warn_now(warning); };
   Progressed progressed_;
