@@ -7,6 +7,7 @@
 
 #include "jump_watch.hpp"
 #include "kept_paths.hpp"
+#include "kinetrace/core/dwell_time.hpp"
 #include "kinetrace/features/feature_front_end.hpp"
 #include "kinetrace/segmentation/segmenter.hpp"
 #include "kinetrace/sfm/body_reconstruction.hpp"
@@ -19,10 +20,10 @@ namespace kinetrace::pipeline {
 namespace {
 
 constexpr std::uint8_t kBackground = kBackgroundLabel;
-constexpr int kCameraLostAfterFrames = 3;
+constexpr std::int64_t kCameraLostAfter_ns = 200'000'000;
 // Frames that are final but still say how an object has moved into the window.
 constexpr std::size_t kSettledFramesKept = 2;
-constexpr int kTrustedPredictions = 2;  // Masks predicted for more frames than this are guesses.
+constexpr std::int64_t kTrustedPrediction_ns = 200'000'000;  // Masks predicted for longer are guesses.
 
 std::size_t as_size(int n) {
   return static_cast<std::size_t>(n);
@@ -60,7 +61,7 @@ std::size_t ring_frames(const PipelineConfig& config) {
 features::FeatureFrontEnd::GuessedMasks guessed_masks(const TrackFrame& tracks) {
   features::FeatureFrontEnd::GuessedMasks guessed;
   for (const Track& track : tracks.tracks) {
-    guessed[track.label()] = track.missed_frames > kTrustedPredictions;
+    guessed[track.label()] = track.missed_ns > kTrustedPrediction_ns;
   }
   return guessed;
 }
@@ -98,7 +99,7 @@ struct Pipeline::Impl {
   std::int64_t last_timestamp_ns = 0;
   bool started = false;
   bool drained = false;
-  int camera_predicted_frames = 0;
+  DwellTime camera_predicted{};
   std::uint64_t frames = 0;
   std::uint64_t camera_lost_frames = 0;
   std::uint64_t tracks_born = 0;
@@ -113,8 +114,8 @@ struct Pipeline::Impl {
   /// What has been seen is no longer there: all tracks end with this frame.
   void forget_objects();
   std::span<const tracking::Forecast> forecast_objects(std::int64_t timestamp_ns);
-  /// Something that was lost from sight, or hidden, keeps its name when it is seen again.
-  void find_again(ObjectState& reborn, const Track& track, const FeatureFrame& frame, LabelView labels,
+  /// Something that was lost from sight, or hidden, keeps its name when it is seen again: whether it is.
+  bool find_again(ObjectState& reborn, const Track& track, const FeatureFrame& frame, LabelView labels,
                   const CameraState& camera);
   /// A new track may turn out to be something that left the image.
   [[nodiscard]] bool may_come_back(const Track& reborn, const CameraState& camera) const;
@@ -269,7 +270,8 @@ Result<const FrameResult*> Pipeline::process(const RectifiedPair& pair, StageObs
   Result<TrackFrame> tracks;
   {
     const StageScope track(observer, Stage::kTrackObjects);
-    tracks = self.tracker.process(*detections, frame->features, self.forecast_objects(pair.timestamp_ns));
+    tracks =
+        self.tracker.process(pair.timestamp_ns, *detections, frame->features, self.forecast_objects(pair.timestamp_ns));
     if (!tracks) {
       return Unexpected(tracks.error());
     }
@@ -367,17 +369,17 @@ Se3 Pipeline::Impl::locate_camera(const FeatureFrame& frame, bool jumped) {
   const Se3 T_world_prev = background.history(0).T_body_cam;
   const bool found = background.locate(frame, kBackground).status == BodyStatus::kTracked;
   if (found && !jumped) {
-    camera_predicted_frames = 0;
+    camera_predicted.reset();
   } else {
     if (found) {
       // What seemed to be seen again is something else that looks like it.
       background.refuse_pose();
     }
-    ++camera_predicted_frames;
+    camera_predicted.add_frame(frame.timestamp_ns - last_timestamp_ns);
     ++camera_lost_frames;
     // Known points no longer fit: a new map starts at the predicted pose with this frame's stereo.
     background.begin(background.estimate().T_body_cam,
-                     camera_predicted_frames < kCameraLostAfterFrames ? BodyStatus::kPropagated : BodyStatus::kLost);
+                     camera_predicted.exceeds(kCameraLostAfter_ns) ? BodyStatus::kLost : BodyStatus::kPropagated);
     if (jumped) {
       background.forget_motion();
     }
@@ -418,7 +420,7 @@ CameraResult Pipeline::Impl::camera_result(std::size_t age) const {
   return {pose.status, pose.T_body_cam, rotation_position_covariance(pose.T_body_cam, pose.covariance), pose.inliers};
 }
 
-void Pipeline::Impl::find_again(ObjectState& reborn, const Track& track, const FeatureFrame& frame, LabelView labels,
+bool Pipeline::Impl::find_again(ObjectState& reborn, const Track& track, const FeatureFrame& frame, LabelView labels,
                                 const CameraState& camera) {
   const std::optional<Eigen::Vector3d> position_m = reborn.sighted_position(frame, labels, camera);
   ObjectState* nearest = nullptr;
@@ -435,12 +437,13 @@ void Pipeline::Impl::find_again(ObjectState& reborn, const Track& track, const F
     }
   }
   if (nearest == nullptr) {
-    return;
+    return false;
   }
   reborn.continue_from(*nearest, position_m);
   tracker.join(nearest->track().slot, reborn.track().slot);
   out.ring.move_slot(nearest->track().id, reborn.track().slot);
   nearest->hand_over();
+  return true;
 }
 
 bool Pipeline::Impl::may_come_back(const Track& reborn, const CameraState& camera) const {
@@ -452,20 +455,21 @@ bool Pipeline::Impl::may_come_back(const Track& reborn, const CameraState& camer
 void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tracks) {
   background.extend(frame, kBackground);
   const CameraState camera = camera_at(0);
-  for (const Track& track : tracks.tracks) {
+  for (std::size_t i = 0; i < tracker.tracks().size(); ++i) {
+    Track track = tracker.tracks()[i];
     ObjectState& object = objects[track.slot];
     if (object.track().id != track.id) {
       object.begin(track);
     }
-    if (!object.placed()) {
-      find_again(object, track, frame, tracks.left_labels, camera);
+    if (!object.placed() && find_again(object, track, frame, tracks.left_labels, camera)) {
+      track = tracker.track_in(track.slot);
+      --i;  // It has taken the place of the earlier track, which came before.
     }
     if (!object.placed() && may_come_back(track, camera)) {
       tracker.withhold(track.slot);
+      track = tracker.track_in(track.slot);
     }
-    Track named = track;
-    named.id = object.track().id;
-    object.observe(named, frame, tracks.left_labels, camera, front_end);
+    object.observe(track, frame, tracks.left_labels, camera, front_end);
     if (object.estranged()) {
       tracker.abandon(track.slot);
     }
@@ -628,7 +632,7 @@ void Pipeline::Impl::publish(const RectifiedPair& pair, const TrackFrame& tracks
     publish_settled();
   }
   publish_bodies(&tracks);
-  result.tracks = tracks.tracks;
+  result.tracks = tracker.tracks();
   result.pair = pair;
   result.left_labels = tracks.left_labels;
   result.right_labels = tracks.right_labels;
