@@ -8,6 +8,7 @@
 #include "config_file.hpp"
 #include "kinetrace/core/config_check.hpp"
 #include "kinetrace/segmentation/config.hpp"
+#include "messages.hpp"
 
 namespace kinetrace::app {
 
@@ -38,20 +39,24 @@ Status AppConfig::validate() const {
 Result<AppConfig> load_config(const ConfigSource& source, const std::string& segmentation) {
   AppConfig config;
   const ConfigFields fields = fields_of(config);
+  ConfigNotes notes;
   if (!source.board.empty()) {
     if (const Status status = apply_board(source.board, fields); !status) {
       return Unexpected(status.error());
     }
   }
   if (!source.file.empty()) {
-    if (const Status status = read_config_file(source.file, fields); !status) {
+    if (const Status status = read_config_file(source.file, fields, {}, &notes); !status) {
       return Unexpected(status.error());
     }
   }
   for (const std::string& setting : source.settings) {
-    if (const Status status = apply_setting(setting, fields); !status) {
+    if (const Status status = apply_setting(setting, fields, &notes); !status) {
       return Unexpected(status.error());
     }
+  }
+  for (const std::string& note : notes) {
+    print_warning(note);
   }
   if (!segmentation.empty()) {
     const auto choice = segmentation::parse_segmentation(segmentation);

@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "kinetrace/core/nearest_name.hpp"
+#include "renamed_keys.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -59,6 +60,13 @@ bool parse_number(std::string_view text, Number& number) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
+template <typename Number>
+std::string number_text(Number number) {
+  std::array<char, 32> digits{};
+  const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), number);
+  return error == std::errc() ? std::string(digits.data(), end) : std::string();
+}
+
 // Values from text; false, and nothing changed, if the text is no value of the type.
 struct Assign {
   std::string_view text;
@@ -96,9 +104,7 @@ struct Text {
   std::string operator()(const EnumReference& value) const { return std::string(value.get(value.value)); }
   template <typename Number>
   std::string operator()(const Number* value) const {
-    std::array<char, 32> digits{};
-    const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), *value);
-    return error == std::errc() ? std::string(digits.data(), end) : std::string();
+    return number_text(*value);
   }
 };
 
@@ -114,12 +120,28 @@ struct Expectation {
   }
 };
 
+Status set_renamed_field(const ConfigFields& fields, std::string_view was, std::string_view is, std::string_view text,
+                         ConfigNotes* notes) {
+  int frames = 0;
+  if (!parse_number(text, frames)) {
+    return fail(ErrorCode::kInvalidConfig, std::string(was) + " must be a whole number, got \"" + std::string(text) +
+                                               "\"; it is called " + std::string(is) + " now, in seconds");
+  }
+  const std::string seconds = number_text(frames / kFramesPerSecond);
+  if (notes != nullptr) {
+    notes->push_back(std::string(was) + " is now " + std::string(is) + ": " + std::string(text) +
+                     " frames are read as " + seconds + " s");
+  }
+  return set_field(fields, is, seconds);
+}
+
 }  // namespace
 
-Status set_field(const ConfigFields& fields, std::string_view key, std::string_view text) {
+Status set_field(const ConfigFields& fields, std::string_view key, std::string_view text, ConfigNotes* notes) {
   const auto field = std::find_if(fields.begin(), fields.end(), [&](const ConfigField& f) { return f.key == key; });
   if (field == fields.end()) {
-    return unknown_key(fields, key);
+    const std::string_view present = present_key(key);
+    return present == key ? unknown_key(fields, key) : set_renamed_field(fields, key, present, text, notes);
   }
   if (!std::visit(Assign{text}, field->value)) {
     return fail(ErrorCode::kInvalidConfig, field->key + " must be " +

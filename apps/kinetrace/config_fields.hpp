@@ -29,6 +29,8 @@ struct ConfigField {
   }
 };
 using ConfigFields = std::vector<ConfigField>;
+/// Sentences for the user about what was read though it should be written otherwise.
+using ConfigNotes = std::vector<std::string>;
 
 template <typename Value>
 [[nodiscard]] auto reference_to(Value& value) {
@@ -52,8 +54,10 @@ template <typename Config>
 }
 
 /// Sets the field `key` from text as written in a file or on the command line.
+/// A key of an earlier version (renamed_keys.hpp) sets the one that has taken its place, and `notes` say so.
 /// Errors: kInvalidConfig (unknown key, with the nearest known one; not a value of the field's type; not finite).
-[[nodiscard]] Status set_field(const ConfigFields& fields, std::string_view key, std::string_view text);
+[[nodiscard]] Status set_field(const ConfigFields& fields, std::string_view key, std::string_view text,
+                               ConfigNotes* notes = nullptr);
 
 /// True if `key` is the name of a group of fields: "features" for "features.max_features".
 [[nodiscard]] bool is_section(const ConfigFields& fields, std::string_view key);

@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <yaml-cpp/yaml.h>
 
+#include "renamed_keys.hpp"
+
 namespace kinetrace::app {
 namespace {
 
@@ -20,7 +22,8 @@ std::string at_line(const std::string& name, const YAML::Mark& mark) {
 // Walks the maps of one file, from the outermost inwards.
 class FileReader {
  public:
-  FileReader(const std::string& name, const ConfigFields& fields) : name_(name), fields_(fields) {}
+  FileReader(const std::string& name, const ConfigFields& fields, ConfigNotes* notes)
+      : name_(name), fields_(fields), notes_(notes) {}
 
   Status read_map(const YAML::Node& map, const std::string& prefix) {
     for (const auto& entry : map) {
@@ -36,7 +39,7 @@ class FileReader {
 
  private:
   Status read_entry(const YAML::Node& at, const std::string& key, const YAML::Node& value) {
-    const auto [first, is_new] = line_of_.emplace(key, at.Mark().line + 1);
+    const auto [first, is_new] = line_of_.emplace(present_key(key), at.Mark().line + 1);
     if (!is_new) {
       return error(at, "\"" + key + "\" is already given in line " + std::to_string(first->second) + "; keep one");
     }
@@ -45,7 +48,7 @@ class FileReader {
     }
     // Sets an empty text where the value is none, so that an unknown key is named first.
     const bool is_plain = value.IsScalar();
-    if (Status status = set_field(fields_, key, is_plain ? value.Scalar() : std::string()); !status) {
+    if (Status status = set_field(fields_, key, is_plain ? value.Scalar() : std::string(), notes_); !status) {
       return error(at, status.error().message);
     }
     return is_plain ? Status{} : error(at, key + " must be one value, not a list, a map or nothing");
@@ -67,6 +70,7 @@ class FileReader {
 
   const std::string& name_;
   const ConfigFields& fields_;
+  ConfigNotes* notes_;
   std::map<std::string, int> line_of_;
 };
 
@@ -112,7 +116,8 @@ Result<std::string> read_text(const std::filesystem::path& path, const std::stri
   return text.str();
 }
 
-Status read_config_text(const std::string& name, std::string_view text, const ConfigFields& fields) {
+Status read_config_text(const std::string& name, std::string_view text, const ConfigFields& fields,
+                        ConfigNotes* notes) {
   try {
     const YAML::Node root = YAML::Load(std::string(text));
     if (root.IsNull()) {
@@ -121,13 +126,14 @@ Status read_config_text(const std::string& name, std::string_view text, const Co
     if (!root.IsMap()) {
       return fail(ErrorCode::kInvalidConfig, at_line(name, root.Mark()) + "expected lines of `key: value`");
     }
-    return FileReader(name, fields).read_map(root, "");
+    return FileReader(name, fields, notes).read_map(root, "");
   } catch (const YAML::Exception& error) {
     return fail(ErrorCode::kInvalidConfig, at_line(name, error.mark) + "not valid YAML: " + error.msg);
   }
 }
 
-Status read_config_file(const std::filesystem::path& path, const ConfigFields& fields, const ConfigFileKind& kind) {
+Status read_config_file(const std::filesystem::path& path, const ConfigFields& fields, const ConfigFileKind& kind,
+                        ConfigNotes* notes) {
   const Result<std::string> text = read_text(path, kind.missing, kind.unfit);
   if (!text) {
     return Unexpected(text.error());
@@ -135,15 +141,15 @@ Status read_config_file(const std::filesystem::path& path, const ConfigFields& f
   if (text->find_first_not_of(" \t\r\n") == std::string::npos) {
     return fail(ErrorCode::kInvalidConfig, path.string() + ": " + kind.empty);
   }
-  return read_config_text(path.string(), *text, fields);
+  return read_config_text(path.string(), *text, fields, notes);
 }
 
-Status apply_setting(std::string_view setting, const ConfigFields& fields) {
+Status apply_setting(std::string_view setting, const ConfigFields& fields, ConfigNotes* notes) {
   const std::size_t equals = setting.find('=');
   if (equals == std::string_view::npos || equals == 0) {
     return fail(ErrorCode::kInvalidConfig, "--set " + std::string(setting) + ": expected key=value");
   }
-  Status status = set_field(fields, setting.substr(0, equals), setting.substr(equals + 1));
+  Status status = set_field(fields, setting.substr(0, equals), setting.substr(equals + 1), notes);
   if (!status) {
     return fail(status.error().code, "--set: " + status.error().message);
   }

@@ -88,16 +88,17 @@ void track_8_objects(benchmark::State& state) {
   }
   const StereoGeometry& g = frames[0].geometry;
   tracking::TrackerConfig config;
-  config.max_missed_frames = 1000;
+  config.max_missed_s = 100.0;
   Arena arena(tracking::StereoTracker::required_bytes(config, g.width_px, g.height_px));
   auto tracker = tracking::StereoTracker::create(config, g.width_px, g.height_px, arena).value();
+  std::int64_t timestamp_ns = 0;
   const auto process = [&](const Boxes& boxes, bool available) {
     DetectionFrame frame = boxes.frame(available);
     if (with_right) {
       frame.right_labels = frame.left_labels;
       frame.right = frame.left;
     }
-    benchmark::DoNotOptimize(tracker.process(frame, boxes.features));
+    benchmark::DoNotOptimize(tracker.process(timestamp_ns += kUsualInterval_ns, frame, boxes.features));
   };
   for ([[maybe_unused]] auto _ : state) {
     state.PauseTiming();

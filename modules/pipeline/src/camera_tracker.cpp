@@ -5,11 +5,11 @@
 namespace kinetrace::pipeline {
 namespace {
 
-constexpr int kCameraLostAfterFrames = 3;
+constexpr std::int64_t kLostAfter_ns = 200'000'000;
 
 }  // namespace
 
-Se3 CameraTracker::locate(const FeatureFrame& frame, bool jumped) {
+Se3 CameraTracker::locate(const FeatureFrame& frame, std::int64_t interval_ns, bool jumped) {
   if (!background_.active()) {
     background_.begin(Se3{});
     return {};
@@ -17,17 +17,17 @@ Se3 CameraTracker::locate(const FeatureFrame& frame, bool jumped) {
   const Se3 T_world_prev = background_.history(0).T_body_cam;
   const bool found = background_.locate(frame, kBackgroundLabel).status == BodyStatus::kTracked;
   if (found && !jumped) {
-    camera_predicted_frames_ = 0;
+    predicted_.reset();
   } else {
     if (found) {
       // What seemed to be seen again is something else that looks like it.
       background_.refuse_pose();
     }
-    ++camera_predicted_frames_;
+    predicted_.add_frame(interval_ns);
     ++camera_lost_frames_;
     // Known points no longer fit: a new map starts at the predicted pose with this frame's stereo.
     background_.begin(background_.estimate().T_body_cam,
-                      camera_predicted_frames_ < kCameraLostAfterFrames ? BodyStatus::kPropagated : BodyStatus::kLost);
+                      predicted_.exceeds(kLostAfter_ns) ? BodyStatus::kLost : BodyStatus::kPropagated);
     if (jumped) {
       background_.forget_motion();
     }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "camera_state.hpp"
+#include "kinetrace/core/dwell_time.hpp"
 #include "kinetrace/core/feature_frame.hpp"
 #include "kinetrace/core/frame_result.hpp"
 #include "kinetrace/sfm/body_reconstruction.hpp"
@@ -19,8 +20,8 @@ class CameraTracker {
   explicit CameraTracker(sfm::BodyReconstruction background) : background_(std::move(background)) {}
 
   /// The pose of this frame from known points; returns T_prev_cam, the motion since the frame before. `jumped`: the
-  /// frame shows something else than the one before it, so that what seems to be known is not.
-  [[nodiscard]] Se3 locate(const FeatureFrame& frame, bool jumped);
+  /// frame shows something else than the one before it, `interval_ns` earlier, so that what seems to be known is not.
+  [[nodiscard]] Se3 locate(const FeatureFrame& frame, std::int64_t interval_ns, bool jumped);
   /// This frame joins the window, with the features that are the background's by the newest masks.
   void extend(const FeatureFrame& frame) { background_.extend(frame, kBackgroundLabel); }
   void end() { background_.end(); }
@@ -38,7 +39,7 @@ class CameraTracker {
 
  private:
   sfm::BodyReconstruction background_;
-  int camera_predicted_frames_ = 0;
+  DwellTime predicted_;
   std::uint64_t camera_lost_frames_ = 0;
 };
 

@@ -32,7 +32,7 @@ Status PipelineConfig::validate() const {
            require_range("features.motion_bucket_px", motion_bucket_px, 8, 256),
            require_range("background.window_frames", background.window_frames, 3, kMaxWindowFrames),
            require_range("object.stereo_only_min_features", objects.stereo_only_min_features, 1, 1000),
-           require_range("object.lost_after_frames", objects.lost_after_frames, 1, 10000),
+           require_range("object.lost_after_s", objects.lost_after_s, 0.0, 1000.0),
            require_range("memory.budget_mib", memory.budget_mib, 0.0, 1e6),
            require_range("memory.libraries_mib", memory.libraries_mib, 0.0, 1e6),
        }) {

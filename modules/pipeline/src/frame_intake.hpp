@@ -27,6 +27,8 @@ class FrameIntake {
   }
 
   [[nodiscard]] std::uint64_t frames() const noexcept { return frames_; }
+  /// Of the last pair that was counted.
+  [[nodiscard]] std::int64_t last_timestamp_ns() const noexcept { return last_timestamp_ns_; }
 
  private:
   StereoGeometry geometry_;

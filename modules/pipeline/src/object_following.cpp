@@ -14,10 +14,11 @@ constexpr double kStartSigma_m = 0.5;    // Of the position handed to the stereo
 /// Of something that is back, coasting tells the place better than the middle of what is seen of it, up to this many
 /// times as unsure: it errs on no side.
 constexpr double kWorthCoasting = 2.0;
-/// Found for so many frames in a row, something shows whether it still rests.
-constexpr int kSureOfItsMotion = 5;
+/// Found for longer without a break, something shows whether it still rests.
+constexpr std::int64_t kSureOfItsMotion_ns = 400'000'000;
 constexpr double kSightedSigma_px = 0.3;
-constexpr int kSureOfItsMask = 5;  // Frames matched in a row: where it is may be wrong, what it is is not.
+/// Matched for longer without a break: where it is may be wrong, what it is is not.
+constexpr std::int64_t kSureOfItsMask_ns = 400'000'000;
 constexpr double kElsewhereSigmas = 3.0;
 constexpr double kLikelySigmas = 2.0;
 constexpr double kSlow_mps = 1.0;  // Common errors of what is seen of something amount to that far away.
@@ -39,8 +40,8 @@ void ObjectState::start_filter() {
   // Out of sight, what showed no motion is best looked for where it was, unless it seemed to have one that was not sure
   // yet. What had been resting before it was found again for a few frames has hardly begun to move just then: that is
   // its place being put right.
-  const bool stays =
-      !goes_on && ((shows_no_motion() && !seems_to_move(motion)) || (rested_ && tracked_run_ < kSureOfItsMotion));
+  const bool stays = !goes_on && ((shows_no_motion() && !seems_to_move(motion)) ||
+                                  (rested_ && !tracked_run_.exceeds(kSureOfItsMotion_ns)));
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   if (motion.moving && !stays) {
     velocity_mps = motion.velocity_mps;
@@ -93,7 +94,7 @@ void ObjectState::follow_without_body(const StereoSighting& sighting, const Came
     // The middle of what is seen of it says that it is still there, but not better than its reconstruction where.
     filter_ = before;
   }
-  if (seen && !still_there && filter_.jumped() && reconstructed_ && matched_run_ < kSureOfItsMask) {
+  if (seen && !still_there && filter_.jumped() && reconstructed_ && !matched_run_.exceeds(kSureOfItsMask_ns)) {
     filter_ = before;
     estranged_ = true;
     seen = false;
@@ -182,15 +183,21 @@ void ObjectState::coast(bool sighted) {
   filter_.start(timestamp_ns_, middle_m(), T_world_obj_.rotation * velocity.tail<3>(), spread, at_rest);
   set_covariance(turn_rad * turn_rad, spread);
   // What is detected where it is expected is not lost, however little of it is seen.
-  predicted_frames_ = (at_rest || sighted) && track_.missed_frames == 0 ? 0 : predicted_frames_;
+  if ((at_rest || sighted) && track_.missed_frames == 0) {
+    predicted_.reset();
+  }
   count_prediction(false);
 }
 
 void ObjectState::count_prediction(bool seen) noexcept {
-  predicted_frames_ = seen ? 0 : predicted_frames_ + 1;
-  unseen_s_ = seen ? 0.0 : unseen_s_;
-  status_ = seen ? BodyStatus::kStereoOnly
-                 : (predicted_frames_ > config_.lost_after_frames ? BodyStatus::kLost : BodyStatus::kPropagated);
+  if (seen) {
+    predicted_.reset();
+    unseen_s_ = 0.0;
+    status_ = BodyStatus::kStereoOnly;
+    return;
+  }
+  predicted_.add_frame(interval_ns_);
+  status_ = predicted_.exceeds(lost_after_ns_) ? BodyStatus::kLost : BodyStatus::kPropagated;
 }
 
 }  // namespace kinetrace::pipeline

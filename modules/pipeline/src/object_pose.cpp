@@ -19,14 +19,15 @@ constexpr double kExpectedFloor_m = 0.02;  // Error of where a smoothed pose put
 constexpr double kReachableGate = 36.0;    // Chi-square of six numbers.
 constexpr double kUnanimousPart = 0.9;     // So many of its points cannot all have passed to something else.
 constexpr double kFarOffIt_m = 2.0;        // An origin farther from the middle of what is seen is on something else.
-constexpr int kMostUnsureFrames = 15;
+constexpr std::int64_t kMaxUnsure_ns = 1'500'000'000;
 // A reconstruction scatters no more than the background's, up to reflections and what moves on it. More means that it
 // holds on to a wrong relief: seen from afar, a thing with a wrong relief and a wrong rotation looks nearly right.
 constexpr double kIllScatter_px = 0.3;
 constexpr double kIllScatterRatio = 2.0;
 constexpr int kIllFrames = 4;
+// In frames: each one is another chance to fit.
 constexpr double kMostContradictions = 3.0;  // Then what was reconstructed is not what is seen.
-constexpr int kSettledScatterFrames = 6;
+constexpr int kSettledScatterFrames = 6;     // Samples of the scatter.
 
 }  // namespace
 
@@ -138,6 +139,7 @@ void ObjectState::begin_body(const StereoSighting& sighting, const CameraState& 
     unsure_ = !recognise(camera, front_end);
     frame_change_ = unsure_ ? FrameChange::kNone : FrameChange::kRefined;
     unsure_frames_ = 0;
+    unsure_time_.reset();
   }
   body_.begin(T_world_obj_.inverse() * camera.T_world_cam, status_);
 }
@@ -149,9 +151,11 @@ void ObjectState::make_sure(const CameraState& camera, const features::FeatureFr
     unsure_ = false;
     correction_ = FrameCorrection{T_obj_guessed_world * T_world_obj_, static_cast<std::size_t>(unsure_frames_) + 1};
     body_.begin(T_world_obj_.inverse() * camera.T_world_cam, status_);
-  } else if (++unsure_frames_ > kMostUnsureFrames) {
-    unsure_ = false;  // It looks too different by now: the guess stands.
+    return;
   }
+  ++unsure_frames_;
+  unsure_time_.add_frame(interval_ns_);
+  unsure_ = !unsure_time_.exceeds(kMaxUnsure_ns);  // Later it looks too different: the guess stands.
 }
 
 }  // namespace kinetrace::pipeline

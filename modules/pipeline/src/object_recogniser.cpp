@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kRememberedPoints = 64;
 constexpr std::size_t kLeastRecognised = 4;
 constexpr std::size_t kEnoughRecognised = 8;  // Four or five may agree on a pose by chance.
-constexpr int kFramesBetweenNotes = 4;
+constexpr std::int64_t kBetweenNotes_ns = 300'000'000;
 // At first, points half a metre from the middle move so far by a turn of some degrees, and stereo errs as well.
 constexpr double kRoughRadius_m = 0.15;
 constexpr float kSurelyAlike = 0.85F;
@@ -63,12 +63,12 @@ ObjectRecogniser::ObjectRecogniser(const StereoGeometry& geometry, Arena& arena)
 
 void ObjectRecogniser::clear() noexcept {
   memory_.clear();
-  frames_since_note_ = 0;
+  since_note_.reset();
 }
 
 void ObjectRecogniser::swap(ObjectRecogniser& other) noexcept {
   memory_.swap(other.memory_);
-  std::swap(frames_since_note_, other.frames_since_note_);
+  std::swap(since_note_, other.since_note_);
 }
 
 bool ObjectRecogniser::knows_it() const noexcept {
@@ -76,8 +76,9 @@ bool ObjectRecogniser::knows_it() const noexcept {
 }
 
 void ObjectRecogniser::remember(const sfm::BodyReconstruction& body, const FeatureFrame& frame, std::uint8_t label,
-                                const features::FeatureFrontEnd& front_end) {
-  if (++frames_since_note_ < kFramesBetweenNotes || body.history_size() < kSettledBodyFrames) {
+                                const features::FeatureFrontEnd& front_end, std::int64_t interval_ns) {
+  since_note_.add_frame(interval_ns);
+  if (!since_note_.exceeds(kBetweenNotes_ns) || body.history_size() < kSettledBodyFrames) {
     return;
   }
   std::array<features::KnownPoint, kRememberedPoints> points;
@@ -91,7 +92,7 @@ void ObjectRecogniser::remember(const sfm::BodyReconstruction& body, const Featu
   }
   if (count >= kLeastRecognised) {
     front_end.remember(std::span(points).first(count), memory_);
-    frames_since_note_ = 0;
+    since_note_.reset();
   }
 }
 

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/dwell_time.hpp"
 #include "kinetrace/core/feature_frame.hpp"
 #include "kinetrace/core/se3.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
@@ -15,7 +16,7 @@
 
 namespace kinetrace::pipeline {
 
-/// A reconstruction that has lasted for so many frames has found its shape.
+/// A reconstruction with so many frames in its window has found its shape: views to adjust, not a time.
 inline constexpr std::size_t kSettledBodyFrames = 6;
 
 /// Where an object may be, and how far off that is.
@@ -25,9 +26,9 @@ struct PoseGuess {
   double place_sigma_m = 0.0;   ///< Along each axis.
 };
 
-/// Every few frames it takes note of how points of the reconstruction look. After the object's return, points that look
-/// alike and have all moved alike tell its pose in its old frame: what is half outside the image or half hidden has its
-/// middle elsewhere, its points have not.
+/// Every few tenths of a second it takes note of how points of the reconstruction look. After the object's return,
+/// points that look alike and have all moved alike tell its pose in its old frame: what is half outside the image or
+/// half hidden has its middle elsewhere, its points have not.
 class ObjectRecogniser {
  public:
   /// Memory: 56 kB.
@@ -38,9 +39,10 @@ class ObjectRecogniser {
   /// Enough has been noted to recognise it by.
   [[nodiscard]] bool knows_it() const noexcept;
 
-  /// Call in every frame in which the object is well seen; takes note when it is time.
+  /// Call in every frame in which the object is well seen, `interval_ns` after the one before; takes note when it is
+  /// time.
   void remember(const sfm::BodyReconstruction& body, const FeatureFrame& frame, std::uint8_t label,
-                const features::FeatureFrontEnd& front_end);
+                const features::FeatureFrontEnd& front_end, std::int64_t interval_ns);
   /// T_obj_cam of this frame, given where it is about: within three standard deviations (half of it vertically).
   /// Nothing if fewer than eight points agree, or only on a turn that it cannot have made.
   [[nodiscard]] std::optional<Se3> recognise(const PoseGuess& guess, sfm::BodyReconstruction& body, std::uint8_t label,
@@ -67,7 +69,7 @@ class ObjectRecogniser {
 
   StereoGeometry geometry_;
   features::AppearanceMemory memory_;
-  int frames_since_note_ = 0;
+  DwellTime since_note_;
 };
 
 }  // namespace kinetrace::pipeline

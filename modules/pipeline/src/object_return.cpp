@@ -12,16 +12,16 @@ namespace {
 
 // How far from where it is expected a lost object may be found again: that it stood still or went on is half the truth.
 // Where it should be in plain sight, a detection has only been missed, and what appears beside it is something else.
-constexpr int kLeastMissedInSight = 4;
-constexpr int kLeastMissedHidden = 1;
+constexpr std::int64_t kMissedInSight_ns = 300'000'000;
+constexpr std::int64_t kMissedHidden_ns = 0;
 constexpr double kReachOfWay = 0.5;
 constexpr double kMostReach_m = 3.0;
 constexpr double kTieBreak = 0.01;
 // What has only a direction is found within so much of it, and more as the camera goes on.
 constexpr double kDirectionReach_px = 8.0;
-constexpr double kDirectionDrift_px = 1.0;
-// What comes in over the border of the image shows itself to stereo within so many frames.
-constexpr int kMostUnnamedFrames = 5;
+constexpr double kDirectionDrift_pxps = 10.0;
+// What comes in over the border of the image shows itself to stereo within this time.
+constexpr std::int64_t kMaxUnnamed_ns = 600'000'000;
 
 /// From a point to the nearest pixel of a box.
 double gap_px(const Eigen::Vector2d& point_px, const PixelBox& box) {
@@ -52,15 +52,15 @@ Eigen::Vector3d ObjectState::off_body(const Eigen::Vector3d& sighted_m, const Ei
   return outside_m.norm() < off_m.norm() ? outside_m : off_m;
 }
 
-bool ObjectState::waited_for(const Track& reborn, int least_missed) const noexcept {
-  return alive() && confirmed_ && track_.class_id == reborn.class_id && track_.missed_frames >= least_missed &&
+bool ObjectState::waited_for(const Track& reborn, std::int64_t missed_ns) const noexcept {
+  return alive() && confirmed_ && track_.class_id == reborn.class_id && track_.missed_ns > missed_ns &&
          track_.missed_frames > reborn.age_frames;
 }
 
 std::optional<double> ObjectState::may_have_gone_to(const Eigen::Vector3d& position_m, const Track& reborn,
                                                     const CameraState& camera) const {
   const bool hidden = !in_view_ || mostly_covered();
-  if (!placed_ || !waited_for(reborn, hidden ? kLeastMissedHidden : kLeastMissedInSight)) {
+  if (!placed_ || !waited_for(reborn, hidden ? kMissedHidden_ns : kMissedInSight_ns)) {
     return std::nullopt;
   }
   const Eigen::Vector3d expected_m = filter_.initialised() ? filter_.position_m() : middle_m();
@@ -89,18 +89,18 @@ std::optional<double> ObjectState::may_have_gone_to(const Eigen::Vector3d& posit
 
 std::optional<double> ObjectState::may_be_seen_as(const Track& reborn, const CameraState& camera) const {
   const tracking::Forecast expected = forecast_direction(camera.T_world_cam);
-  if (placed_ || !waited_for(reborn, kLeastMissedInSight) || !expected.known || expected.depth_m <= 0.0) {
+  if (placed_ || !waited_for(reborn, kMissedInSight_ns) || !expected.known || expected.depth_m <= 0.0) {
     return std::nullopt;
   }
-  const double part =
-      gap_px(expected.point_px, reborn.box_px) / (kDirectionReach_px + kDirectionDrift_px * track_.missed_frames);
+  const double unseen_s = 1e-9 * static_cast<double>(timestamp_ns_ - matched_timestamp_ns_);
+  const double part = gap_px(expected.point_px, reborn.box_px) / (kDirectionReach_px + kDirectionDrift_pxps * unseen_s);
   return part <= 1.0 ? std::optional<double>(part) : std::nullopt;
 }
 
 bool ObjectState::may_come_back_as(const Track& reborn, const CameraState& camera) const {
   const PixelBox& box = reborn.box_px;
   const bool at_border = box.x0 <= 0 || box.y0 <= 0 || box.x1 >= geometry_.width_px || box.y1 >= geometry_.height_px;
-  if (!placed_ || !at_border || reborn.age_frames > kMostUnnamedFrames || !waited_for(reborn, kLeastMissedHidden)) {
+  if (!placed_ || !at_border || reborn.age_ns > kMaxUnnamed_ns || !waited_for(reborn, kMissedHidden_ns)) {
     return false;
   }
   const Eigen::Vector3d p_cam =
@@ -123,7 +123,7 @@ void ObjectState::continue_from(ObjectState& earlier, const std::optional<Eigen:
   placed_ = true;
   reconstructed_ = earlier.reconstructed_;
   frame_fixed_ = earlier.frame_fixed_;
-  tracked_frames_ = earlier.tracked_frames_;
+  tracked_ = earlier.tracked_;
   known_timestamp_ns_ = earlier.known_timestamp_ns_;
   has_moved_ = earlier.has_moved_;
   width_m_ = earlier.width_m_;

@@ -91,9 +91,7 @@ bool ObjectSet::may_be_lost_object(const Track& track, const CameraState& camera
 bool ObjectSet::observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera,
                         const features::FeatureFrontEnd& front_end) {
   ObjectState& object = slots_[track.slot];
-  Track named = track;
-  named.id = object.track().id;
-  object.observe(named, frame, labels, camera, front_end);
+  object.observe(track, frame, labels, camera, front_end);
   return !object.estranged();
 }
 

@@ -11,12 +11,13 @@ namespace kinetrace::pipeline {
 namespace {
 
 // At rest is what has been shown not to be faster than this, not what has not been shown to move.
-constexpr std::size_t kLeastRestSamples = 8;
+constexpr std::size_t kLeastRestSamples = 8;  // Of a statistic, so not a time.
 constexpr double kMostRestSpeed_mps = 0.4;
 constexpr double kRestSigmas = 2.0;
-constexpr double kAreaKept = 0.97;     // From frame to frame.
+constexpr double kAreaKept = 0.97;  // In a tenth of a second.
+constexpr double kAreaKeptIn_s = 0.1;
 constexpr double kVeryFar_m = 1000.0;  // Nothing shows how far.
-constexpr std::size_t kLately = 5;     // Frames ago.
+constexpr std::size_t kLately = 5;     // Frames ago: velocity is fitted over as many after it.
 // Disparities of one surface err in common, and differently as it comes nearer. Without a reconstruction, what is
 // followed is the middle of what is seen, which wanders as the object turns and as others hide it.
 constexpr double kDisparityWander_px = 0.03;
@@ -50,6 +51,7 @@ std::size_t ObjectState::required_bytes(const PipelineConfig& config) {
 ObjectState::ObjectState(const PipelineConfig& config, const StereoGeometry& geometry, sfm::BodyReconstruction body,
                          Arena& arena)
     : config_(config.objects),
+      lost_after_ns_(to_ns(config.objects.lost_after_s)),
       surface_sigma_m_(config.trajectory.surface_sigma_m),
       min_points_(config.object.min_inliers),
       min_disparity_px_(config.object.min_disparity_px),
@@ -73,22 +75,23 @@ void ObjectState::begin(const Track& track) {
   extended_ = false;
   placed_ = false;
   direction_world_.reset();
-  matched_run_ = 0;
+  matched_run_.reset();
   known_motion_.reset();
   reconstructed_ = false;
   frame_fixed_ = false;
-  tracked_frames_ = 0;
-  tracked_run_ = 0;
+  tracked_.reset();
+  tracked_run_.reset();
   rested_ = false;
   has_moved_ = false;
   width_m_ = 0.0;
   area_m2_ = 0.0;
   recogniser_.clear();
   unsure_ = false;
-  predicted_frames_ = 0;
+  predicted_.reset();
   contradictions_ = 0.0;
   unseen_s_ = 0.0;
   timestamp_ns_ = 0;
+  observed_ = false;
   status_ = BodyStatus::kInitializing;
   stereo_offset_m_.setZero();
   motion_.reset();
@@ -153,7 +156,8 @@ void ObjectState::measure_uncovered_part(const CameraState& camera) {
   }
   const double metre_px = depth_m / std::sqrt(geometry_.fx_px * geometry_.fy_px);
   const double area_m2 = track_.area_px * metre_px * metre_px;
-  area_m2_ = std::max(area_m2, kAreaKept * area_m2_);
+  const double kept = std::pow(kAreaKept, 1e-9 * static_cast<double>(interval_ns_) / kAreaKeptIn_s);
+  area_m2_ = std::max(area_m2, kept * area_m2_);
   uncovered_part_ = static_cast<float>(area_m2 / area_m2_);
 }
 
@@ -205,13 +209,19 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
   track_ = track;
   confirmed_ = confirmed_ || track.state == TrackState::kConfirmed;
   interval_s_ = timestamp_ns_ > 0 ? 1e-9 * static_cast<double>(frame.timestamp_ns - timestamp_ns_) : 0.0;
+  interval_ns_ = observed_ ? frame.timestamp_ns - timestamp_ns_ : kUsualInterval_ns;
+  observed_ = true;
   timestamp_ns_ = frame.timestamp_ns;
   extended_ = false;
   frame_change_ = FrameChange::kNone;
   correction_.reset();
   measure_uncovered_part(camera);
-  matched_run_ = track.missed_frames == 0 ? matched_run_ + 1 : 0;
-  matched_timestamp_ns_ = track.missed_frames == 0 ? timestamp_ns_ : matched_timestamp_ns_;
+  if (track.missed_frames == 0) {
+    matched_run_.add_frame(interval_ns_);
+    matched_timestamp_ns_ = timestamp_ns_;
+  } else {
+    matched_run_.reset();
+  }
   StereoSighting sighting = sight(frame, labels);
   if (!rigid() && track_.area_px > 0) {
     sight_by_outline(labels, camera, sighting);
@@ -226,14 +236,14 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
     reconstructed_ = true;
     frame_fixed_ = true;
     known_timestamp_ns_ = unsure_ ? known_timestamp_ns_ : timestamp_ns_;
-    ++tracked_frames_;
-    predicted_frames_ = 0;
+    tracked_.add_frame(interval_ns_);
+    predicted_.reset();
     unseen_s_ = 0.0;
     if (filter_.initialised()) {
       rested_ = filter_.at_rest();
-      tracked_run_ = 0;
+      tracked_run_.reset();
     }
-    ++tracked_run_;
+    tracked_run_.add_frame(interval_ns_);
     filter_.reset();
     if (unsure_) {
       make_sure(camera, front_end);

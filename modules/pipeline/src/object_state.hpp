@@ -9,6 +9,7 @@
 #include "camera_state.hpp"
 #include "kept_paths.hpp"
 #include "kinetrace/core/detections.hpp"
+#include "kinetrace/core/dwell_time.hpp"
 #include "kinetrace/core/feature_frame.hpp"
 #include "kinetrace/core/frame_result.hpp"
 #include "kinetrace/core/track_frame.hpp"
@@ -81,7 +82,7 @@ class ObjectState {
   /// After conclude(): takes note of what its points look like, now and then.
   void remember(const FeatureFrame& frame, const features::FeatureFrontEnd& front_end) {
     if (status_ == BodyStatus::kTracked && !unsure_) {
-      recogniser_.remember(body_, frame, track_.label(), front_end);
+      recogniser_.remember(body_, frame, track_.label(), front_end, interval_ns_);
     }
   }
   /// After refinement: final newest estimate of this frame.
@@ -113,7 +114,7 @@ class ObjectState {
 
  private:
   static constexpr float kClearlyVisible = 0.6F;  ///< Where more is hidden, what is seen may well be what hides it.
-  static constexpr int kWellKnownFrames = 6;
+  static constexpr std::int64_t kWellKnown_ns = 500'000'000;
 
   ObjectState(const PipelineConfig& config, const StereoGeometry& geometry, sfm::BodyReconstruction body, Arena& arena);
 
@@ -143,11 +144,11 @@ class ObjectState {
   }
   /// What stands in front of it need not be an object: how much of the area that it has lately shown is seen now.
   void measure_uncovered_part(const CameraState& camera);
-  /// A track of its class that was born after it was last detected, `least_missed` frames ago or more.
-  [[nodiscard]] bool waited_for(const Track& reborn, int least_missed) const noexcept;
+  /// A track of its class that was born after it was last detected, longer than `missed_ns` ago.
+  [[nodiscard]] bool waited_for(const Track& reborn, std::int64_t missed_ns) const noexcept;
   [[nodiscard]] bool shows_no_motion() const noexcept;
   /// Its reconstruction has lasted: how it moves is known well enough to go on without seeing it.
-  [[nodiscard]] bool well_known() const noexcept { return tracked_frames_ >= kWellKnownFrames && known_motion_; }
+  [[nodiscard]] bool well_known() const noexcept { return tracked_.exceeds(kWellKnown_ns) && known_motion_; }
   /// The reconstruction has not fitted for so long that its points must be wrong.
   [[nodiscard]] bool ill_fitting(const CameraState& camera);
   /// Of something too far away for stereo: where it was last seen, if only the camera turns.
@@ -204,6 +205,7 @@ class ObjectState {
   [[nodiscard]] Eigen::Matrix3d reference_covariance(const Se3& T_world_obj, const Matrix6d& covariance) const;
 
   ObjectConfig config_;
+  std::int64_t lost_after_ns_;
   double surface_sigma_m_;
   int min_points_;
   double min_disparity_px_;
@@ -221,14 +223,14 @@ class ObjectState {
   std::optional<FrameCorrection> correction_;
   bool reconstructed_ = false;  ///< Has been tracked by its reconstruction since birth.
   double unseen_s_ = 0.0;
-  int ill_fitting_frames_ = 0;   ///< In a row.
+  int ill_fitting_frames_ = 0;   ///< In a row: each is a new fit, so they are counted.
   double contradictions_ = 0.0;  ///< Frames without a pose although points were seen; a frame with one takes half back.
   bool has_moved_ = false;       ///< Has been found moving since birth.
   int sighted_features_ = 0;     ///< By stereo, in this frame.
-  int tracked_frames_ = 0;       ///< By its reconstruction, since birth.
-  int tracked_run_ = 0;          ///< Frames in a row in which its reconstruction was found, now or last.
+  DwellTime tracked_;            ///< By its reconstruction, since birth.
+  DwellTime tracked_run_;        ///< Without a break in which its reconstruction was found, now or last.
   bool rested_ = false;          ///< Before that run.
-  int predicted_frames_ = 0;     ///< In a row.
+  DwellTime predicted_;          ///< Without a break.
   BodyStatus status_ = BodyStatus::kInitializing;
   sfm::BodyReconstruction body_;
   /// From the smoothed path, at previous_timestamp_ns_.
@@ -251,13 +253,16 @@ class ObjectState {
   Eigen::Vector3d last_seen_m_ = Eigen::Vector3d::Zero();      ///< Its stereo position when a detection last showed it.
   std::optional<Eigen::Vector3d> direction_world_;             ///< From the camera, while it has no place.
   ObjectRecogniser recogniser_;
-  int matched_run_ = 0;    ///< Frames in a row in which a detection showed it.
+  DwellTime matched_run_;  ///< Without a break in which detections showed it.
   bool unsure_ = false;    ///< Its frame has been guessed on its return.
-  int unsure_frames_ = 0;  ///< Tracked since then.
+  int unsure_frames_ = 0;  ///< Tracked since then: frames to be corrected once it is known.
+  DwellTime unsure_time_;  ///< The same as a time.
   double area_m2_ = 0.0;   ///< Of its mask, across the line of sight, as large as it has lately been.
   float uncovered_part_ = 1.F;
-  double width_m_ = 0.0;                    ///< Across the line of sight, when last seen whole.
-  std::int64_t timestamp_ns_ = 0;           ///< 0 before the first frame.
+  double width_m_ = 0.0;           ///< Across the line of sight, when last seen whole.
+  std::int64_t timestamp_ns_ = 0;  ///< 0 before the first frame.
+  bool observed_ = false;          ///< Since birth.
+  std::int64_t interval_ns_ = kUsualInterval_ns;
   double interval_s_ = 0.0;                 ///< Since the frame before; 0 in the first one.
   std::int64_t known_timestamp_ns_ = 0;     ///< When its pose was last known for sure, in a reconstruction.
   std::int64_t matched_timestamp_ns_ = 0;   ///< When a detection last confirmed where it is.

@@ -20,13 +20,13 @@
 namespace kinetrace::pipeline {
 namespace {
 
-constexpr int kTrustedPredictions = 2;  // Masks predicted for more frames than this are guesses.
+constexpr std::int64_t kTrustedPrediction_ns = 200'000'000;  // Masks predicted for longer are guesses.
 
 /// Predicted masks: what lies in them may be something else.
 features::FeatureFrontEnd::GuessedMasks guessed_masks(const TrackFrame& tracks) {
   features::FeatureFrontEnd::GuessedMasks guessed;
   for (const Track& track : tracks.tracks) {
-    guessed[track.label()] = track.missed_frames > kTrustedPredictions;
+    guessed[track.label()] = track.missed_ns > kTrustedPrediction_ns;
   }
   return guessed;
 }
@@ -184,7 +184,7 @@ Result<FeatureFrame> Pipeline::Impl::track_features(std::int64_t timestamp_ns, S
 EgoMotion Pipeline::Impl::locate_camera(const FeatureFrame& frame, StageObserver* observer) {
   const StageScope stage(observer, Stage::kEgoMotion);
   const bool jumped = jump_watch.has_jumped(frame, previous_features.size(), front_end);
-  const EgoMotion ego{camera.locate(frame, jumped), jumped};
+  const EgoMotion ego{camera.locate(frame, frame.timestamp_ns - intake.last_timestamp_ns(), jumped), jumped};
   if (jumped) {
     end_tracks();
   }
@@ -211,7 +211,7 @@ Result<TrackFrame> Pipeline::Impl::track_objects(const DetectionFrame& detection
                                                  std::int64_t timestamp_ns, StageObserver* observer) {
   const StageScope stage(observer, Stage::kTrackObjects);
   objects.forecast(timestamp_ns, camera.T_world_cam(), scratch.forecasts);
-  Result<TrackFrame> tracks = tracker.process(detections, frame.features, scratch.forecasts);
+  Result<TrackFrame> tracks = tracker.process(timestamp_ns, detections, frame.features, scratch.forecasts);
   if (tracks) {
     objects.take_tracks(*tracks);
   }
@@ -232,13 +232,17 @@ void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tr
   const StageScope stage(observer, Stage::kSfm);
   camera.extend(frame);
   const CameraState now = camera.state(0);
-  for (const Track& track : tracks.tracks) {
+  for (std::size_t i = 0; i < tracker.tracks().size(); ++i) {
+    Track track = tracker.tracks()[i];
     if (const auto lost = objects.reidentify(track, frame, tracks.left_labels, now)) {
       tracker.join(lost->earlier_slot, track.slot);
       results.move_slot(lost->track_id, track.slot);
+      track = tracker.track_in(track.slot);
+      --i;  // It has taken the place of the earlier track, which came before.
     }
     if (objects.may_be_lost_object(track, now)) {
       tracker.withhold(track.slot);
+      track = tracker.track_in(track.slot);
     }
     if (!objects.observe(track, frame, tracks.left_labels, now, front_end)) {
       tracker.abandon(track.slot);
@@ -269,7 +273,7 @@ void Pipeline::Impl::conclude(const RectifiedPair& pair, const TrackFrame& track
   output.set_settled(results.settle());
   output.set_bodies(camera.background(), objects.slots());
   objects.release(tracks.ended);
-  output.set_frame(pair, tracks, counters());
+  output.set_frame(pair, {tracks.left_labels, tracks.right_labels, tracker.tracks(), tracks.ended}, counters());
   reject_outliers();
 }
 

@@ -21,7 +21,7 @@ Status MotionConfig::validate() const {
       check_range("segmentation.motion.min_features", min_features, 3, 1000),
       check_range("segmentation.motion.link_distance_m", link_distance_m, 0.05, 100.0),
       check_range("segmentation.motion.confirm_frames", confirm_frames, 1, 100),
-      check_range("segmentation.motion.hold_frames", hold_frames, 0, 10000),
+      check_range("segmentation.motion.hold_s", hold_s, 0.0, 1000.0),
   });
 }
 

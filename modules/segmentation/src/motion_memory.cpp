@@ -36,15 +36,16 @@ void MotionMemory::reset() noexcept {
   proved_.clear();
 }
 
-void MotionMemory::update(std::span<const Feature> features, std::span<const FeatureMotion> motions,
-                          std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature,
+void MotionMemory::update(std::int64_t interval_ns, std::span<const Feature> features,
+                          std::span<const FeatureMotion> motions, std::span<const MotionCluster> clusters,
+                          std::span<const std::int16_t> cluster_of_feature,
                           std::span<const std::uint32_t> inherited_region) {
   ++frame_;
   const std::span<const Feature> known = features.first(motions.size());
   recall(known, inherited_region);
   assign_clusters(clusters, cluster_of_feature);
   settle_features(known, motions, cluster_of_feature);
-  drop_stale();
+  drop_stale(interval_ns);
   memorise(known, motions);
 }
 
@@ -168,15 +169,20 @@ void MotionMemory::settle_features(std::span<const Feature> features, std::span<
   }
 }
 
-void MotionMemory::drop_stale() {
+void MotionMemory::drop_stale(std::int64_t interval_ns) {
+  const std::int64_t hold_ns = to_ns(config_.hold_s);
   std::array<std::int16_t, kMaxRegions> new_index{};
   std::size_t kept = 0;
   for (std::size_t r = 0; r < regions_.size(); ++r) {
     MotionRegion region = regions_[r];
     const std::uint32_t idle_frames = frame_ - region.last_moving_frame;
+    if (region.moving) {
+      region.idle.reset();
+    } else {
+      region.idle.add_frame(interval_ns);
+    }
     const bool confirmed = region.moving_frames >= config_.confirm_frames;
-    const bool alive = confirmed ? idle_frames <= static_cast<std::uint32_t>(config_.hold_frames) &&
-                                       region.features >= kMinHeldFeatures
+    const bool alive = confirmed ? !region.idle.exceeds(hold_ns) && region.features >= kMinHeldFeatures
                                  : idle_frames <= kUnconfirmedGapFrames;
     region.reported = confirmed && alive;
     new_index[r] = alive ? static_cast<std::int16_t>(kept) : std::int16_t{-1};

@@ -54,6 +54,8 @@ Result<DetectionFrame> MotionSegmenter::process(const SegmentationInput& input) 
       reset();
     }
   }
+  const std::int64_t interval_ns = started_ ? input.pair.timestamp_ns - timestamp_ns_ : kUsualInterval_ns;
+  timestamp_ns_ = input.pair.timestamp_ns;
   started_ = true;
   const std::span<const FeatureMotion> motions =
       evidence_.update(input.features, input.pair.left, input.T_prev_cam, input.pair.timestamp_ns);
@@ -61,7 +63,7 @@ Result<DetectionFrame> MotionSegmenter::process(const SegmentationInput& input) 
     return DetectionFrame{};
   }
   const std::span<const MotionCluster> clusters = clusters_.find(input.features, motions, evidence_.ego_speed_mps());
-  memory_.update(input.features, motions, clusters, clusters_.cluster_of_feature(),
+  memory_.update(interval_ns, input.features, motions, clusters, clusters_.cluster_of_feature(),
                  mask_.inherited_regions(input.features));
   counters_.detections_dropped += static_cast<std::uint64_t>(mask_.draw(input.features, motions, memory_));
   counters_.detections += mask_.detections().size();

@@ -74,6 +74,9 @@ bool StereoTracker::start_track(const DetectionFrame& detections, std::size_t in
   instance.detection = static_cast<int>(index);
   owner_[index] = instance.track.slot;
   instance.matched_frames = 1;
+  instance.matched_timestamp_ns = timestamp_ns_;
+  instance.age.add_frame(interval_ns_);
+  instance.track.age_ns = instance.age.ns();
   instance.votes.add(detection.class_id);
   instance.track.class_id = instance.votes.winner();
   ++counters_.born;
@@ -115,7 +118,7 @@ void StereoTracker::make_room(int for_area_px) noexcept {
       smallest = &instance;
     }
     if (!instance.alive() || instance.detection >= 0 ||
-        (!tentative && instance.track.missed_frames * 2 <= config_.max_missed_frames)) {
+        (!tentative && !instance.missed.exceeds(limits_.missed_ns / 2))) {
       continue;
     }
     if (victim == nullptr || rank(instance) > rank(*victim)) {

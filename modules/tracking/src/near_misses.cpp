@@ -15,8 +15,8 @@ constexpr double kHardlyOnIt = 0.1;
 constexpr std::size_t kFewestTellingDepth = 3;
 /// A detection may lie beside where its object was expected, by this part of the object's size,
 constexpr double kReachOfSize = 0.5;
-/// ... and so much more for each frame in which it has been missed,
-constexpr double kReachPerFrame = 0.1;
+/// ... and so much more for each second since it was last detected,
+constexpr double kReachPerSecond = 1.0;
 constexpr double kMostReach_px = 20.0;
 /// ... and be larger, or where all of it should be in sight smaller, than expected by this factor.
 constexpr double kMostSizeRatio = 2.0;
@@ -122,7 +122,7 @@ bool StereoTracker::is_behind_camera(const TrackInstance& instance) noexcept {
 
 bool StereoTracker::features_lie_elsewhere(const TrackInstance& instance, const Detection& detection) noexcept {
   const FeatureVotes& votes = instance.votes_of_features;
-  return instance.track.missed_frames < kForeignAfterFrames && votes.total >= kFewestElsewhere &&
+  return !instance.missed.exceeds(kForeignAfter_ns) && votes.total >= kFewestElsewhere &&
          votes.on_label[detection.label] < kHardlyOnIt * votes.total;
 }
 
@@ -177,15 +177,16 @@ bool StereoTracker::comes_further_in(const PixelBox& box, const PixelBox& seen) 
   return (same_rows && (left || right)) || (same_columns && (top || bottom));
 }
 
-bool StereoTracker::nearly_met(const TrackInstance& instance, const Detection& detection, double gap_px) noexcept {
+bool StereoTracker::nearly_met(const TrackInstance& instance, const Detection& detection,
+                               double gap_px) const noexcept {
   const double whole_px = std::max(instance.predicted_px, 1);
   const double size_ratio = detection.area_px / whole_px;
   if (size_ratio > kMostSizeRatio) {
     return false;
   }
-  const int missed = instance.track.missed_frames;
-  // The longer it has not been seen, the less is known where it is.
-  const double reach_px = std::min((kReachOfSize + kReachPerFrame * missed) * std::sqrt(whole_px), kMostReach_px);
+  // The longer it has not been seen, the less is known where it is. As long as it was not by the frame before.
+  const double missed_s = 1e-9 * static_cast<double>(timestamp_ns_ - interval_ns_ - instance.matched_timestamp_ns);
+  const double reach_px = std::min((kReachOfSize + kReachPerSecond * missed_s) * std::sqrt(whole_px), kMostReach_px);
   const double on_it = part_on(instance, detection);
   const bool whole_in_image = instance.mask_part_in_image >= kWholeInImage;
   if (instance.overlap.area_px < kMostlyHidden * whole_px) {
@@ -195,7 +196,7 @@ bool StereoTracker::nearly_met(const TrackInstance& instance, const Detection& d
   const bool may_slip =
       !instance.motion_from_flow || part_shared(instance.mask.current_box(), detection.box_px) >= kLeastPartShared;
   const bool slipped = may_slip && gap_px <= reach_px && size_ratio >= 1.0 / kMostSizeRatio &&
-                       missed < kForeignAfterFrames && instance.mask_part_in_image >= kLeastVisiblePart;
+                       !instance.missed.exceeds(kForeignAfter_ns) && instance.mask_part_in_image >= kLeastVisiblePart;
   const bool cut_short = whole_in_image && on_it >= kLeastPartOnIt && size_ratio >= kLeastSizeRatio;
   return slipped || cut_short;
 }

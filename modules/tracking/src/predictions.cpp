@@ -34,6 +34,8 @@ void StereoTracker::predict(std::span<const Feature> features) {
       continue;
     }
     ++instance.track.age_frames;
+    instance.age.add_frame(interval_ns_);
+    instance.track.age_ns = instance.age.ns();
     instance.motion = flow_may_be_foreign(instance) ? shift_of(instance) : predict_motion(instance, features);
     if (instance.motion_from_flow || !place_by_forecast(instance)) {
       instance.mask.move(instance.motion);
@@ -42,8 +44,8 @@ void StereoTracker::predict(std::span<const Feature> features) {
 }
 
 bool StereoTracker::flow_may_be_foreign(const TrackInstance& instance) const noexcept {
-  const int missed = instance.track.missed_frames;
-  return instance.forecast.known && (missed >= kForeignAfterFrames || (missed > 0 && out_of_sight(instance)));
+  const bool missed = instance.track.missed_frames > 0;
+  return instance.forecast.known && (instance.missed.exceeds(kForeignAfter_ns) || (missed && out_of_sight(instance)));
 }
 
 double StereoTracker::expected_growth(const TrackInstance& instance) noexcept {

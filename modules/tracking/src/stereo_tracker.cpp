@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <numeric>
 #include <string>
 
 #include "expectations.hpp"
@@ -13,8 +14,8 @@ namespace {
 
 /// Features looked at per object; more say nothing new about four parameters.
 constexpr std::size_t kMaxFeaturesPerObject = 256;
-/// A network may err in the class of a frame, but what comes back after this many has to be of the same.
-constexpr int kForgetsClassFrames = 2;
+/// A network may err in the class of a frame, but what comes back after longer has to be of the same.
+constexpr std::int64_t kForgetsClass_ns = 100'000'000;
 /// A mask is still found where it is expected if it overlaps its prediction so far.
 constexpr double kStillFits = 0.6;
 constexpr double kLeastPartToClaim = 0.2;
@@ -105,6 +106,7 @@ Result<StereoTracker> StereoTracker::create(const TrackerConfig& config, int wid
                                           " bytes; size it with StereoTracker::required_bytes");
   }
   tracker.config_ = config;
+  tracker.limits_ = {to_ns(config.max_missed_s), to_ns(config.max_unseen_s), to_ns(config.max_tentative_missed_s)};
   tracker.width_px_ = width_px;
   tracker.height_px_ = height_px;
   return tracker;
@@ -116,6 +118,7 @@ void StereoTracker::reset() noexcept {
   }
   published_.clear();
   ended_.clear();
+  started_ = false;
 }
 
 Status StereoTracker::check(const DetectionFrame& detections) const {
@@ -134,12 +137,12 @@ Status StereoTracker::check(const DetectionFrame& detections) const {
 }
 
 // P_{i+1,ln} <- T_i; A <- overlap of P and D_{i+1,l}; Kuhn-Munkres; T_{i+1,l}; P_{i+1,lr} <- T_{i+1,l}; Kuhn-Munkres.
-Result<TrackFrame> StereoTracker::process(const DetectionFrame& detections, std::span<const Feature> features,
-                                          std::span<const Forecast> forecasts) {
+Result<TrackFrame> StereoTracker::process(std::int64_t timestamp_ns, const DetectionFrame& detections,
+                                          std::span<const Feature> features, std::span<const Forecast> forecasts) {
   if (const Status sizes = check(detections); !sizes) {
     return Unexpected(sizes.error());
   }
-  begin_frame();
+  begin_frame(timestamp_ns);
   take_forecasts(forecasts);
   predict(features);
   draw_predictions(detections.available ? detections.left_labels : LabelView{});
@@ -152,8 +155,11 @@ Result<TrackFrame> StereoTracker::process(const DetectionFrame& detections, std:
   return TrackFrame{left_, right_, published_.span(), ended_.span()};
 }
 
-void StereoTracker::begin_frame() noexcept {
+void StereoTracker::begin_frame(std::int64_t timestamp_ns) noexcept {
   ++frame_;
+  interval_ns_ = started_ ? timestamp_ns - timestamp_ns_ : kUsualInterval_ns;
+  timestamp_ns_ = timestamp_ns;
+  started_ = true;
   ended_.clear();
   for (TrackInstance& instance : slots_) {
     if (instance.slot_state == TrackInstance::Slot::kEnded) {
@@ -177,17 +183,19 @@ void StereoTracker::join(std::uint8_t earlier, std::uint8_t reborn) noexcept {
   to.track.id = from.track.id;
   to.track.state = from.track.state == TrackState::kTentative ? to.track.state : TrackState::kConfirmed;
   to.track.age_frames = from.track.age_frames;
+  to.track.age_ns = from.track.age_ns;
+  to.age = from.age;
   to.matched_frames += from.matched_frames;
   to.votes = from.votes;
   from.slot_state = TrackInstance::Slot::kFree;
-  for (Track& track : published_) {
-    if (track.slot == earlier) {
-      track.area_px = 0;
-      track.box_px = {};
-    } else if (track.slot == reborn) {
-      track = to.track;
-    }
-  }
+  LabelTable without_earlier;
+  std::iota(without_earlier.begin(), without_earlier.end(), std::uint8_t{0});
+  without_earlier[from.track.label()] = kBackgroundLabel;
+  relabel(left_, without_earlier, left_);
+  relabel(right_, without_earlier, right_);
+  for (Track& track : published_) { if (track.slot == earlier) { track.area_px = 0; track.box_px = {}; } }
+  std::replace_if(
+      published_.begin(), published_.end(), [reborn](const Track& track) { return track.slot == reborn; }, to.track);
 }
 
 void StereoTracker::withhold(std::uint8_t slot) noexcept {
@@ -203,8 +211,8 @@ void StereoTracker::add_affinities(const TrackInstance& instance, const Predicti
         intersection_over_union(predicted.on_label[detections[v].label], predicted.area_px, detections[v].area_px);
     const FeatureVotes& features = instance.votes_of_features;
     const double votes = features.on_label[detections[v].label] / (features.total + kVotesPrior);
-    const bool could_be = instance.track.missed_frames < kForgetsClassFrames ||
-                          classes_agree(instance.track.class_id, detections[v].class_id);
+    const bool could_be =
+        !instance.missed.exceeds(kForgetsClass_ns) || classes_agree(instance.track.class_id, detections[v].class_id);
     if (could_be && (overlap >= config_.min_overlap || votes >= kMinVotes)) {
       affinity_(instance.track.slot, static_cast<int>(v)) = overlap + votes;
     }
@@ -282,8 +290,8 @@ void StereoTracker::claim(const Assignment& match) noexcept {
 
 void StereoTracker::accept_match(TrackInstance& instance, const Detection& detection) noexcept {
   ++instance.matched_frames;
-  instance.tentative_missed_frames = 0;
-  instance.missed_in_sight_frames = 0;
+  instance.tentative_missed.reset();
+  instance.missed_in_sight.reset();
   instance.votes.add(detection.class_id);
   instance.track.class_id = instance.votes.winner();
   const bool was_tentative = instance.track.state == TrackState::kTentative;
@@ -292,6 +300,9 @@ void StereoTracker::accept_match(TrackInstance& instance, const Detection& detec
   if (!instance.motion_from_flow) {
     learn_motion(instance, detection);
   }
+  instance.matched_timestamp_ns = timestamp_ns_;
+  instance.missed.reset();
+  instance.track.missed_ns = 0;
   instance.track.missed_frames = 0;
 }
 
@@ -318,22 +329,28 @@ void StereoTracker::learn_motion(TrackInstance& instance, const Detection& detec
 void StereoTracker::accept_miss(TrackInstance& instance, bool was_looked_for) noexcept {
   Track& track = instance.track;
   ++track.missed_frames;
+  instance.missed.add_frame(interval_ns_);
+  track.missed_ns = instance.missed.ns();
   const bool tentative = track.state == TrackState::kTentative;
-  instance.tentative_missed_frames += tentative && was_looked_for ? 1 : 0;
+  if (tentative && was_looked_for) {
+    instance.tentative_missed.add_frame(interval_ns_);
+  }
   track.state = state_of(instance, config_);
   const bool placed = !tentative && instance.forecast.known;
-  instance.missed_in_sight_frames += placed && out_of_sight(instance) ? 0 : 1;
+  if (!placed || !out_of_sight(instance)) {
+    instance.missed_in_sight.add_frame(interval_ns_);
+  }
   const bool gone =
-      !placed && (instance.predicted_px < config_.min_area_px || track.missed_frames > config_.max_missed_frames);
-  if (track.missed_frames > config_.max_unseen_frames + config_.max_missed_frames || gone ||
-      (tentative && instance.tentative_missed_frames > config_.max_tentative_missed_frames)) {
+      !placed && (instance.predicted_px < config_.min_area_px || instance.missed.exceeds(limits_.missed_ns));
+  if (instance.missed.exceeds(limits_.unseen_ns + limits_.missed_ns) || gone ||
+      (tentative && instance.tentative_missed.exceeds(limits_.tentative_missed_ns))) {
     end(instance);
   }
 }
 
 bool StereoTracker::may_claim(const TrackInstance& instance) const noexcept {
   const bool nearly_outside = instance.track.missed_frames > 0 && instance.mask_part_in_image < kLeastPartToClaim;
-  return !nearly_outside && instance.missed_in_sight_frames <= config_.max_missed_frames;
+  return !nearly_outside && !instance.missed_in_sight.exceeds(limits_.missed_ns);
 }
 
 bool StereoTracker::out_of_sight(const TrackInstance& instance) const noexcept {
@@ -372,7 +389,7 @@ void StereoTracker::draw_left(const DetectionFrame& detections) noexcept {
       instance.track.area_px = detection.area_px;
       continue;
     }
-    if (instance.track.missed_frames > config_.max_missed_frames) {
+    if (instance.missed.exceeds(limits_.missed_ns)) {
       // It waits to be seen again; what it would cover is a guess that may not take pixels from anything.
       instance.track.box_px = {};
       instance.track.area_px = 0;
@@ -456,6 +473,10 @@ void StereoTracker::publish() noexcept {
       (void)published_.push_back(instance.track);  // as many places as slots
     }
   }
+  sort_published();
+}
+
+void StereoTracker::sort_published() noexcept {
   std::sort(published_.begin(), published_.end(), [](const Track& a, const Track& b) { return a.id < b.id; });
 }
 

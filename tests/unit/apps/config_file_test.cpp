@@ -194,5 +194,40 @@ TEST_F(ConfigFile, SettingChangesOneFieldAndNamesItsErrors) {
   EXPECT_THAT(apply_setting("bulb.count=1", fields).error().message, HasSubstr("did you mean bulbs.count?"));
 }
 
+/// Some of the settings that were counted in frames.
+struct Waits {
+  double missed_s = 1.0;
+  double unseen_s = 7.5;
+};
+
+template <typename Visitor>
+void visit_fields(Waits& waits, Visitor&& visit) {
+  visit("tracking.max_missed_s", waits.missed_s, "...");
+  visit("tracking.max_unseen_s", waits.unseen_s, "...");
+}
+
+TEST(RenamedKeys, AreReadAsSecondsAndTheNewNameIsTold) {
+  Waits waits;
+  const ConfigFields fields = fields_of(waits);
+  ConfigNotes notes;
+  ASSERT_TRUE(read_config_text("old.yaml", "tracking: {max_missed_frames: 3}\n", fields, &notes));
+  ASSERT_TRUE(apply_setting("tracking.max_unseen_frames=41", fields, &notes));
+  EXPECT_EQ(waits.missed_s, 0.3);
+  EXPECT_EQ(waits.unseen_s, 4.1);
+  EXPECT_EQ(notes,
+            (ConfigNotes{"tracking.max_missed_frames is now tracking.max_missed_s: 3 frames are read as 0.3 s",
+                         "tracking.max_unseen_frames is now tracking.max_unseen_s: 41 frames are read as 4.1 s"}));
+}
+
+TEST(RenamedKeys, AreRefusedBesideTheNewNameAndWithAPartOfAFrame) {
+  Waits waits;
+  const ConfigFields fields = fields_of(waits);
+  EXPECT_THAT(
+      read_config_text("old.yaml", "tracking:\n  max_missed_s: 1\n  max_missed_frames: 3\n", fields).error().message,
+      HasSubstr("old.yaml:3: \"tracking.max_missed_frames\" is already given in line 2"));
+  EXPECT_THAT(apply_setting("tracking.max_missed_frames=2.5", fields).error().message,
+              HasSubstr("must be a whole number, got \"2.5\"; it is called tracking.max_missed_s now, in seconds"));
+}
+
 }  // namespace
 }  // namespace kinetrace::app

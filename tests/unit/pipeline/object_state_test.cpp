@@ -42,6 +42,7 @@ class ObjectStateTest : public ::testing::Test {
     track.class_id = kVehicleClass;
     track.state = missed_frames > 0 ? TrackState::kPropagated : TrackState::kConfirmed;
     track.missed_frames = missed_frames;
+    track.missed_ns = missed_frames > 0 ? missed_frames * kFrame_ns - kFrame_ns / 2 : 0;
     track.box_px = missed_frames > 0 ? PixelBox{} : box_px;
     track.area_px = track.box_px.width() * track.box_px.height();
     return track;
@@ -215,6 +216,7 @@ TEST_F(ObjectStateTest, MayComeBackOverTheBorderThatItLeftBy) {
   EXPECT_TRUE(object_.may_come_back_as(seen_before, camera_));
   Track for_long = reborn(at_left);
   for_long.age_frames = 6;
+  for_long.age_ns = 6 * kFrame_ns + kFrame_ns / 2;
   EXPECT_FALSE(object_.may_come_back_as(for_long, camera_)) << "stereo would have seen it";
   camera_.T_world_cam.rotation.setIdentity();
   EXPECT_FALSE(object_.may_come_back_as(reborn(at_left), camera_)) << "expected in the image";

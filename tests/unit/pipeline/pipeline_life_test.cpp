@@ -143,8 +143,8 @@ class EndingTrack : public ::testing::Test {
       masks_.write(pair, frame);
     }
     PipelineConfig config = short_window(small_config(masks_));
-    config.tracking.max_missed_frames = 2;
-    config.tracking.max_unseen_frames = 2;
+    config.tracking.max_missed_s = 0.2;
+    config.tracking.max_unseen_s = 0.2;
     run_ = std::make_unique<PipelineRun>(config);
     run_->drive(street_, 0, kFrames);
     run_->drain();

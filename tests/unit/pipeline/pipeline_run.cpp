@@ -55,6 +55,9 @@ const FrameResult& PipelineRun::step(const RectifiedPair& pair) {
   const FrameResult& now = *result.value();
   keep_settled(now);
   newest.push_back(kept(now.newest));
+  const auto not_ascending = [](const Track& a, const Track& b) { return a.id >= b.id; };
+  EXPECT_EQ(std::adjacent_find(now.tracks.begin(), now.tracks.end(), not_ascending), now.tracks.end())
+      << "tracks of frame " << now.newest.frame_index;
   tracks.emplace_back(now.tracks.begin(), now.tracks.end());
   points.push_back(points_of(now));
   return now;

@@ -134,7 +134,7 @@ TEST(MotionSegmenter, GivesOneDetectionForALongTruckWithFeaturesAtItsEnds) {
 
 TEST(MotionSegmenter, KeepsAnObjectThatStopsForAWhile) {
   MotionConfig motion;
-  motion.hold_frames = 12;
+  motion.hold_s = 1.2;
   test::WorldConfig world = street();
   world.max_track_frames = 60;
   world.min_track_frames = 40;

@@ -35,7 +35,7 @@ TEST(TrackerAllocations, AreNone) {
       frame.left = frame.right = detections;
     }
     const std::uint64_t before = allocation_counts().own;
-    const bool processed = tracker.process(frame, features).has_value();
+    const bool processed = tracker.process(i * kUsualInterval_ns, frame, features).has_value();
     own += allocation_counts().own - before;
     EXPECT_TRUE(processed);
   }

@@ -115,17 +115,19 @@ class TrackerScene {
   std::vector<std::uint8_t> label_order;  ///< Label of each shape, default 1, 2, ...
   double feature_noise_px = 0.0;
   std::vector<Forecast> forecasts;  ///< By slot.
+  std::int64_t interval_ns = kUsualInterval_ns;
 
   /// Truth label of shape k is k + 1.
   const TrackFrame& step(std::span<const Shape> shapes) {
     draw(shapes);
     std::vector<Feature> features = place_features(shapes);
-    frame_ = tracker_.process(detections_, features, forecasts).value();
+    frame_ = tracker_.process(next_timestamp_ns(), detections_, features, forecasts).value();
     previous_.assign(shapes.begin(), shapes.end());
     has_previous_ = true;
     return frame_;
   }
 
+  [[nodiscard]] std::int64_t next_timestamp_ns() { return timestamp_ns_ += interval_ns; }
   [[nodiscard]] StereoTracker& tracker() { return tracker_; }
   [[nodiscard]] const DetectionFrame& detections() const { return detections_; }
   [[nodiscard]] const TrackFrame& frame() const { return frame_; }
@@ -256,6 +258,7 @@ class TrackerScene {
   std::vector<Shape> previous_;
   bool has_previous_ = false;
   std::uint64_t state_ = 42;
+  std::int64_t timestamp_ns_ = 0;
 };
 
 }  // namespace kinetrace::tracking

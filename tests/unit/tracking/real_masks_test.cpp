@@ -102,7 +102,7 @@ TEST_P(RealMasks, KeepTheirIds) {
     input.pair.name = stems_[i];
     segmenter->load(input.pair, {});
     const DetectionFrame detections = segmenter->process(input).value();
-    const TrackFrame frame = tracker.process(detections, {}).value();
+    const TrackFrame frame = tracker.process(static_cast<std::int64_t>(i) * kUsualInterval_ns, detections, {}).value();
     ASSERT_TRUE(reader.read_gray16(true_file(stems_[i]).c_str(), truth()).has_value());
     score(frame, tally, frames_seen);
   }

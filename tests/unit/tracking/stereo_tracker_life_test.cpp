@@ -1,5 +1,6 @@
 // Birth, confirmation, propagation, end; ids, slots and capacity.
 #include <set>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,6 +13,10 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr Shape kCar{.x = 100.0, .y = 100.0};
+
+/// Of the default settings, at 10 Hz.
+constexpr int kMissedFrames = 10;
+constexpr int kUnseenFrames = 75;
 
 Shape shifted(Shape shape, double dx, double dy = 0.0) {
   shape.x += dx;
@@ -32,7 +37,7 @@ TEST(StereoTracker, AcceptsDetectionsWithoutALabelImage) {
   TrackerScene scene;
   DetectionFrame nothing;
   nothing.available = true;
-  EXPECT_TRUE(scene.tracker().process(nothing, {}).has_value());
+  EXPECT_TRUE(scene.tracker().process(scene.next_timestamp_ns(), nothing, {}).has_value());
 }
 
 TEST(StereoTracker, ConfirmsInTheThirdMatchedFrame) {
@@ -112,7 +117,7 @@ TEST(StereoTracker, PropagatesATentativeTrackWhereTheImageWasNotSearched) {
 
 TEST(StereoTracker, EndsATrackOfWhichNoDetectionIsEverAvailable) {
   TrackerConfig config;
-  config.max_missed_frames = 3;
+  config.max_missed_s = 0.3;
   TrackerScene scene(config);
   scene.step(std::array{kCar});
   scene.available = false;
@@ -139,8 +144,8 @@ TEST(StereoTracker, EndsATrackThatLeavesTheImage) {
 TEST(StereoTracker, NeverReusesAnIdAndASlotOnlyInALaterFrame) {
   TrackerConfig config;
   config.max_objects = 1;
-  config.max_missed_frames = 0;
-  config.max_tentative_missed_frames = 0;
+  config.max_missed_s = 0.0;
+  config.max_tentative_missed_s = 0.0;
   TrackerScene scene(config, 0);
   std::set<std::uint32_t> ids;
   for (int i = 0; i < 20; ++i) {
@@ -203,9 +208,8 @@ TEST(StereoTracker, KeepsTheIdOfWhatComesBackIntoTheImage) {
 }
 
 TEST(StereoTracker, ForgetsWhatStaysOutsideTheImageTooLong) {
-  TrackerConfig config;
-  TrackerScene scene(config);
-  look_away(scene, config.max_unseen_frames + config.max_missed_frames + 2, true);
+  TrackerScene scene;
+  look_away(scene, kUnseenFrames + kMissedFrames + 2, true);
   ASSERT_EQ(scene.frame().tracks.size(), 1U);
   EXPECT_EQ(scene.frame().tracks[0].id, 2U);
 }
@@ -231,13 +235,11 @@ void miss_in_sight(TrackerScene& scene, int missed, bool with_forecast = true) {
 }
 
 TEST(StereoTracker, WaitsWhereItShouldBeInSightButClaimsNoPixels) {
-  const TrackerConfig config;
-  TrackerScene scene(config);
-  miss_in_sight(scene, config.max_missed_frames);
+  TrackerScene scene;
+  miss_in_sight(scene, kMissedFrames);
   ASSERT_EQ(scene.frame().tracks.size(), 1U);
   EXPECT_GT(scene.frame().tracks[0].area_px, 0) << "still shows its prediction";
-  for (int missed = config.max_missed_frames + 1; missed <= config.max_missed_frames + config.max_unseen_frames;
-       ++missed) {
+  for (int missed = kMissedFrames + 1; missed <= kMissedFrames + kUnseenFrames; ++missed) {
     const TrackFrame& frame = scene.step(std::array{kCar});
     ASSERT_EQ(frame.tracks.size(), 1U) << missed;
     EXPECT_EQ(frame.tracks[0].id, 1U);
@@ -251,24 +253,46 @@ TEST(StereoTracker, WaitsWhereItShouldBeInSightButClaimsNoPixels) {
   EXPECT_EQ(last.ended[0].id, 1U);
 }
 
+/// Seconds from the last detection of a car that should be in sight until its mask is no longer shown, and until it
+/// ends.
+std::pair<double, double> waits_s(std::int64_t interval_ns) {
+  TrackerScene scene;
+  scene.interval_ns = interval_ns;
+  miss_in_sight(scene, 0);
+  scene.detected = {false};
+  double shown_s = 0.0;
+  double alive_s = 0.0;
+  while (scene.step(std::array{kCar}).ended.empty() && alive_s < 20.0) {
+    alive_s += 1e-9 * static_cast<double>(interval_ns);
+    shown_s = scene.frame().tracks[0].area_px > 0 ? alive_s : shown_s;
+  }
+  return {shown_s, alive_s};
+}
+
+TEST(StereoTracker, WaitsAsManySecondsAtEveryRate) {
+  for (const int rate_hz : {5, 10, 30}) {
+    const auto [shown_s, alive_s] = waits_s(1'000'000'000 / rate_hz);
+    EXPECT_NEAR(shown_s, 1.0, 1e-3) << rate_hz << " Hz";
+    EXPECT_NEAR(alive_s, 8.5, 0.5 / rate_hz + 1e-3) << rate_hz << " Hz";
+  }
+}
+
 TEST(StereoTracker, EndsWhatIsMissedInSightWithoutAForecast) {
-  const TrackerConfig config;
-  TrackerScene scene(config);
-  miss_in_sight(scene, config.max_missed_frames, false);
+  TrackerScene scene;
+  miss_in_sight(scene, kMissedFrames, false);
   ASSERT_EQ(scene.frame().tracks.size(), 1U);
   EXPECT_EQ(scene.step(std::array{kCar}).ended.size(), 1U);
 }
 
 TEST(StereoTracker, ClaimsADetectionWhereItIsPredictedAndNoneOnceItWaits) {
-  const TrackerConfig config;
-  for (const int missed : {config.max_missed_frames, config.max_missed_frames + 1}) {
-    TrackerScene scene(config, 0);  // Features that were its own would vote for it.
+  for (const int missed : {kMissedFrames, kMissedFrames + 1}) {
+    TrackerScene scene({}, 0);  // Features that were its own would vote for it.
     miss_in_sight(scene, missed);
     scene.detected = {true};
     const TrackFrame& frame = scene.step(std::array{kCar});
     const Track* shown = scene.track_of(0);
     ASSERT_NE(shown, nullptr) << missed;
-    const bool waits = missed > config.max_missed_frames;
+    const bool waits = missed > kMissedFrames;
     EXPECT_EQ(frame.tracks.size(), waits ? 2U : 1U) << missed;
     EXPECT_EQ(shown->id, waits ? 2U : 1U) << missed;
     EXPECT_GT(scene.left_iou(*shown, 0), 0.99) << missed;
@@ -276,9 +300,8 @@ TEST(StereoTracker, ClaimsADetectionWhereItIsPredictedAndNoneOnceItWaits) {
 }
 
 TEST(StereoTracker, HidesNothingWhereItWaitsInSight) {
-  const TrackerConfig config;
-  TrackerScene scene(config);
-  miss_in_sight(scene, config.max_missed_frames + 1);
+  TrackerScene scene;
+  miss_in_sight(scene, kMissedFrames + 1);
   scene.detected = {true};
   scene.forecasts.assign(2, forecast_of(kCar));
   for (int i = 0; i < 5; ++i) {
@@ -291,9 +314,8 @@ TEST(StereoTracker, HidesNothingWhereItWaitsInSight) {
 }
 
 TEST(StereoTracker, GoesOnAfterWaitingInSightWhenJoined) {
-  const TrackerConfig config;
-  TrackerScene scene(config);
-  miss_in_sight(scene, config.max_missed_frames + 5);
+  TrackerScene scene;
+  miss_in_sight(scene, kMissedFrames + 5);
   scene.detected = {true};
   scene.step(std::array{kCar});
   ASSERT_EQ(scene.frame().tracks.size(), 2U);
@@ -344,9 +366,13 @@ TEST(StereoTracker, GoesOnUnderTheEarlierIdAfterJoining) {
   scene.detected = {false, true};
   scene.step(std::array{kCar, other});
   ASSERT_EQ(scene.frame().tracks.size(), 2U);
-  scene.tracker().join(scene.frame().tracks[0].slot, scene.frame().tracks[1].slot);
-  EXPECT_EQ(scene.frame().tracks[1].id, 1U) << "in the frame that was given out, too";
-  EXPECT_EQ(scene.frame().tracks[0].area_px, 0);
+  const Track earlier = scene.frame().tracks[0];
+  ASSERT_GT(area_of(scene.frame().left_labels, earlier.label()), 0);
+  scene.tracker().join(earlier.slot, scene.frame().tracks[1].slot);
+  ASSERT_EQ(scene.tracker().tracks().size(), 1U) << "in this frame, too";
+  EXPECT_EQ(scene.tracker().tracks()[0].id, 1U);
+  EXPECT_EQ(scene.tracker().tracks()[0].missed_frames, 0);
+  EXPECT_EQ(area_of(scene.frame().left_labels, earlier.label()), 0) << "nothing is left of where it was expected";
   const TrackFrame& frame = scene.step(std::array{kCar, other});
   ASSERT_EQ(frame.tracks.size(), 1U);
   EXPECT_EQ(frame.tracks[0].id, 1U);
@@ -441,7 +467,7 @@ TEST(StereoTracker, RefusesMasksOfAnotherSize) {
   DetectionFrame frame;
   frame.available = true;
   frame.left_labels = {pixels.data(), 10, 10, 10};
-  const auto result = scene.tracker().process(frame, {});
+  const auto result = scene.tracker().process(scene.next_timestamp_ns(), frame, {});
   ASSERT_FALSE(result.has_value());
   EXPECT_EQ(result.error().code, ErrorCode::kInvalidArgument);
   EXPECT_THAT(result.error().message, HasSubstr("10x10"));
@@ -453,7 +479,7 @@ TEST(StereoTracker, RefusesMoreDetectionsThanLabels) {
   DetectionFrame frame;
   frame.available = true;
   frame.left = many;
-  EXPECT_EQ(scene.tracker().process(frame, {}).error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(scene.tracker().process(scene.next_timestamp_ns(), frame, {}).error().code, ErrorCode::kInvalidArgument);
 }
 
 TEST(StereoTracker, NamesTheKeyThatIsOutOfRange) {

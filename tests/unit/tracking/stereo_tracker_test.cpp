@@ -86,7 +86,7 @@ TEST(StereoTracker, FollowsItsFeaturesDespiteForeignOnesOnItsMask) {
     f.left_px = f.previous_left_px + Eigen::Vector2f(i % 3 == 0 ? 0.F : 12.F, 0.F);
     features.push_back(f);
   }
-  const TrackFrame frame = scene.tracker().process({}, features).value();
+  const TrackFrame frame = scene.tracker().process(scene.next_timestamp_ns(), {}, features).value();
   Labels truth;
   truth.draw(car, 1);
   EXPECT_GE(mask_iou(frame.left_labels, 1, std::as_const(truth).view(), 1), 0.97);
@@ -209,7 +209,7 @@ TEST(StereoTracker, PassesIgnoredPixelsOn) {
   Labels with_ignored = scene.left_labels();
   with_ignored.draw({.x = 500.0, .y = 50.0}, kIgnoreLabel);
   detections.left_labels = std::as_const(with_ignored).view();
-  const TrackFrame frame = scene.tracker().process(detections, {}).value();
+  const TrackFrame frame = scene.tracker().process(scene.next_timestamp_ns(), detections, {}).value();
   EXPECT_EQ(area_of(frame.left_labels, kIgnoreLabel), area_of(std::as_const(with_ignored).view(), kIgnoreLabel));
   EXPECT_EQ(area_of(frame.left_labels, 1), detections.left[0].area_px);
 }
@@ -271,7 +271,7 @@ TEST(StereoTracker, AttachesTheRightDetectionAndNotTheDistractorBesideIt) {
   DetectionFrame detections = scene.detections();
   detections.right_labels = std::as_const(right).view();
   detections.right = right_detections;
-  const TrackFrame frame = scene.tracker().process(detections, {}).value();
+  const TrackFrame frame = scene.tracker().process(scene.next_timestamp_ns(), detections, {}).value();
   ASSERT_EQ(frame.tracks.size(), 1U);
   EXPECT_TRUE(frame.tracks[0].has_right);
   EXPECT_EQ(mask_iou(frame.right_labels, frame.tracks[0].label(), std::as_const(right).view(), 2), 1.0);

@@ -21,12 +21,14 @@ struct Track {
   std::uint8_t slot = 0;  ///< In [0, max_objects), reused after the track has ended. Its mask label is slot + 1.
   std::uint16_t class_id = 0;
   TrackState state = TrackState::kTentative;
-  bool has_right = false;    ///< A right mask is attached in this frame.
-  int age_frames = 0;        ///< Frames since birth.
-  int missed_frames = 0;     ///< Frames since the last matched detection.
-  float visible_part = 1.F;  ///< Of the mask expected: detected, in the image and not behind others, for both eyes.
-  PixelBox box_px;           ///< Of the left mask; empty when nothing of it is in the image.
-  int area_px = 0;           ///< Of the left mask.
+  bool has_right = false;      ///< A right mask is attached in this frame.
+  int age_frames = 0;          ///< Frames since birth.
+  int missed_frames = 0;       ///< Frames since the last matched detection.
+  std::int64_t age_ns = 0;     ///< Dwell time (see dwell_time.hpp) since birth,
+  std::int64_t missed_ns = 0;  ///< ... and without a detection.
+  float visible_part = 1.F;    ///< Of the mask expected: detected, in the image and not behind others, for both eyes.
+  PixelBox box_px;             ///< Of the left mask; empty when nothing of it is in the image.
+  int area_px = 0;             ///< Of the left mask.
 
   [[nodiscard]] std::uint8_t label() const noexcept { return static_cast<std::uint8_t>(slot + 1); }
 };
@@ -35,7 +37,7 @@ struct Track {
 struct TrackFrame {
   LabelView left_labels;          ///< Track::label() per pixel, kBackgroundLabel or kIgnoreLabel elsewhere.
   LabelView right_labels;         ///< The same in the right image.
-  std::span<const Track> tracks;  ///< Alive, in ascending id.
+  std::span<const Track> tracks;  ///< Alive, in ascending id, each id once.
   std::span<const Track> ended;   ///< Ended with this frame, with the last state they had.
 };
 

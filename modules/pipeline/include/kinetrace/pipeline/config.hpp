@@ -34,7 +34,7 @@ struct MemoryConfig {
 /// How objects are made from tracks.
 struct ObjectConfig {
   int stereo_only_min_features = 2;  ///< Stereo features that give an object too small for SfM its position.
-  int lost_after_frames = 10;        ///< Predicted frames in a row after which an object counts as lost.
+  double lost_after_s = 1.0;         ///< An object that is predicted for longer counts as lost.
   bool rigid_pedestrians = false;    ///< Reconstruct people too; off, they get a trajectory from stereo.
 };
 
@@ -140,7 +140,7 @@ void visit_motion_segmentation(Config& config, Visitor& visit) {
   visit("segmentation.motion.min_features", m.min_features, "features of a moving region");
   visit("segmentation.motion.link_distance_m", m.link_distance_m, "features farther apart do not join, m");
   visit("segmentation.motion.confirm_frames", m.confirm_frames, "frames a region must move in before it is reported");
-  visit("segmentation.motion.hold_frames", m.hold_frames, "frames a region is kept after it stopped");
+  visit("segmentation.motion.hold_s", m.hold_s, "a region is kept so long after it stopped, s");
 }
 
 template <typename Config, typename Visitor>
@@ -148,11 +148,11 @@ void visit_tracking(Config& config, Visitor& visit) {
   auto& t = config.tracking;
   visit("tracking.max_objects", t.max_objects, "tracks alive at once");
   visit("tracking.confirm_frames", t.confirm_frames, "matched frames until a track is confirmed");
-  visit("tracking.max_missed_frames", t.max_missed_frames,
-        "frames without a detection during which a track shows its prediction");
-  visit("tracking.max_unseen_frames", t.max_unseen_frames,
-        "frames for which one whose place is known then waits to be found again");
-  visit("tracking.max_tentative_missed_frames", t.max_tentative_missed_frames, "the same for a tentative track");
+  visit("tracking.max_missed_s", t.max_missed_s, "time without a detection in which a track shows its prediction, s");
+  visit("tracking.max_unseen_s", t.max_unseen_s,
+        "time for which one whose place is known then waits to be found again, s");
+  visit("tracking.max_tentative_missed_s", t.max_tentative_missed_s,
+        "time without a detection after which a tentative track ends, s");
   visit("tracking.min_area_px", t.min_area_px, "smaller detections are not born, smaller tracks end, px");
   visit("tracking.min_overlap", t.min_overlap, "intersection over union of prediction and detection");
   visit("tracking.duplicate_overlap", t.duplicate_overlap,
@@ -177,8 +177,7 @@ void visit_bodies(Config& config, Visitor& visit) {
         "how fast an object usually turns, rad/s; more must show; 0: nothing is expected");
   visit("object.stereo_only_min_features", config.objects.stereo_only_min_features,
         "stereo features that give a small object its position");
-  visit("object.lost_after_frames", config.objects.lost_after_frames,
-        "predicted frames in a row until an object is lost");
+  visit("object.lost_after_s", config.objects.lost_after_s, "time of prediction after which an object is lost, s");
   visit("object.rigid_pedestrians", config.objects.rigid_pedestrians, "reconstruct people like vehicles");
 }
 

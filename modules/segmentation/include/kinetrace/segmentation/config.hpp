@@ -59,7 +59,7 @@ struct KINETRACE_API MotionConfig {
   int min_features = 5;            ///< Features of a moving region, >= 3; three will do if they leave no doubt.
   double link_distance_m = 1.5;    ///< Features farther apart do not join, unless others lie between them.
   int confirm_frames = 3;          ///< Frames a region must move in before it is reported.
-  int hold_frames = 20;            ///< Frames a reported region is kept after it stopped moving.
+  double hold_s = 2.0;             ///< A reported region is kept so long after it stopped moving.
 
   [[nodiscard]] Status validate() const;
 };

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/dwell_time.hpp"
 #include "kinetrace/core/feature_frame.hpp"
 #include "kinetrace/core/fixed_vector.hpp"
 #include "kinetrace/segmentation/config.hpp"
@@ -24,6 +25,7 @@ struct MotionRegion {
   Eigen::Matrix3f covariance = Eigen::Matrix3f::Zero();
   int moving_frames = 0;
   std::uint32_t last_moving_frame = 0;
+  DwellTime idle;         ///< Without motion.
   bool moving = false;    ///< In this frame.
   bool reported = false;  ///< Confirmed, and moving or stopped not long ago.
   int features = 0;       ///< In this frame.
@@ -31,8 +33,8 @@ struct MotionRegion {
   int shrunk_frames = 0;  ///< Frames in a row in which the outline was not believed.
 };
 
-/// A region is confirmed after `confirm_frames` frames in motion and kept for `hold_frames` frames after the last one
-/// by the features that made it: an object that halts does not vanish at once.
+/// A region is confirmed after `confirm_frames` frames in motion and kept for `hold_s` after the last one by the
+/// features that made it: an object that halts does not vanish at once.
 class MotionMemory {
  public:
   static constexpr std::size_t kMaxRegions = MotionClusters::kMaxClusters;
@@ -42,7 +44,8 @@ class MotionMemory {
 
   /// `inherited_region` (parallel to the features): id of the region on whose mask a feature was found that nothing is
   /// known about yet, else 0. Tracking a new object replaces its features, so the old ones cannot carry a region on.
-  void update(std::span<const Feature> features, std::span<const FeatureMotion> motions,
+  /// `interval_ns`: since the frame before.
+  void update(std::int64_t interval_ns, std::span<const Feature> features, std::span<const FeatureMotion> motions,
               std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature,
               std::span<const std::uint32_t> inherited_region);
   void reset() noexcept;
@@ -70,7 +73,7 @@ class MotionMemory {
   void assign_clusters(std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature);
   void settle_features(std::span<const Feature> features, std::span<const FeatureMotion> motions,
                        std::span<const std::int16_t> cluster_of_feature);
-  void drop_stale();
+  void drop_stale(std::int64_t interval_ns);
   void memorise(std::span<const Feature> features, std::span<const FeatureMotion> motions);
   [[nodiscard]] bool contradicts(const FeatureMotion& motion, const MotionRegion& region) const;
 

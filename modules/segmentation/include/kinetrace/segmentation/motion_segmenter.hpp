@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 
 #include "kinetrace/segmentation/motion_clusters.hpp"
@@ -33,6 +34,7 @@ class MotionSegmenter final : public Segmenter {
                     MotionSegmenter& segmenter);
 
   bool started_ = false;
+  std::int64_t timestamp_ns_ = 0;  ///< Of the last frame.
   MotionEvidence evidence_;
   MotionClusters clusters_;
   MotionMemory memory_;

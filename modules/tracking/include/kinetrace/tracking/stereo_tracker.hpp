@@ -1,6 +1,7 @@
 // Stereo multiple object tracking on pixel level (Bullinger et al. 2018, sec. 2.1).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -53,17 +54,17 @@ struct TrackerCounters {
 /// is none of these.
 ///
 /// Life: a detection that no track claims is born tentative, confirmed when matched in `confirm_frames` frames,
-/// propagated by its prediction for `max_missed_frames`, and ended then. A confirmed track with a forecast waits for
-/// another `max_unseen_frames`, so that a thing keeps its name when the camera looks away or something passes in front
+/// propagated by its prediction for `max_missed_s`, and ended then. A confirmed track with a forecast waits for
+/// another `max_unseen_s`, so that a thing keeps its name when the camera looks away or something passes in front
 /// of it: while it is outside the image or hidden by others it may claim a detection by its forecast mask; where it
 /// should have been in sight, only join() brings it back. Without a forecast a track ends as soon as its mask leaves
 /// the image or shrinks below `min_area_px`. Frames without detections (`available == false`) propagate every track and
-/// count as missed for confirmed ones only towards `max_missed_frames`. Births at capacity: the largest detections
+/// count as missed for confirmed ones only towards `max_missed_s`. Births at capacity: the largest detections
 /// first; a track that is tentative and unmatched, or else has been propagated for more than half of
-/// `max_missed_frames`, ends to make room for the next frame; else the smallest track, if the detection is more than
+/// `max_missed_s`, ends to make room for the next frame; else the smallest track, if the detection is more than
 /// twice its size; the rest is dropped and counted.
 ///
-/// Pixels: matched tracks show their detection, others, for `max_missed_frames`, what of their prediction nobody else
+/// Pixels: matched tracks show their detection, others, for `max_missed_s`, what of their prediction nobody else
 /// claims. Detected pixels that belong to no track are kIgnoreLabel.
 ///
 /// Memory: 3 label images and max_objects + 1 bit images. Nothing is allocated after creation.
@@ -74,11 +75,11 @@ class StereoTracker {
   [[nodiscard]] static Result<StereoTracker> create(const TrackerConfig& config, int width_px, int height_px,
                                                     Arena& arena);
 
-  /// One frame. `features` are tracked into this frame, their `body` is the label in the previous frame's result.
-  /// `forecasts`: by slot, of this frame; may be shorter. The result lives until the next call. Errors:
-  /// kInvalidArgument (label images of another size).
-  [[nodiscard]] Result<TrackFrame> process(const DetectionFrame& detections, std::span<const Feature> features,
-                                           std::span<const Forecast> forecasts = {});
+  /// One frame, later than the one before it. `features` are tracked into this frame, their `body` is the label in the
+  /// previous frame's result. `forecasts`: by slot, of this frame; may be shorter. The result lives until the next call
+  /// of this or join(). Errors: kInvalidArgument (label images of another size).
+  [[nodiscard]] Result<TrackFrame> process(std::int64_t timestamp_ns, const DetectionFrame& detections,
+                                           std::span<const Feature> features, std::span<const Forecast> forecasts = {});
 
   /// From the next frame on, only so many tracks are alive at once. Of those beyond, what has not been detected for
   /// longest ends first, then the smallest; births follow the rule for capacity.
@@ -88,15 +89,20 @@ class StereoTracker {
   /// on may be born again under its own id. Slots without a live track are ignored.
   void abandon(std::uint8_t slot) noexcept;
 
-  /// The track in slot `reborn`, new in this frame, is the thing that the one in slot `earlier` has lost: it goes on
-  /// under that track's id, class votes and state, and the earlier slot becomes free without an end being told.
+  /// The track in slot `reborn` is the thing that the one in slot `earlier`, born before it, has lost: it goes on
+  /// under that track's id, class votes and state, and takes its place in tracks(); that track, and all that was shown
+  /// of it in this frame, is gone without an end being told, and its slot is free.
   void join(std::uint8_t earlier, std::uint8_t reborn) noexcept;
 
   /// The track in this slot may turn out to be an earlier one: in this frame it is told as tentative.
   void withhold(std::uint8_t slot) noexcept;
 
-  /// As of the last frame.
+  /// As of the last frame, and what has been joined and withheld since: alive, in ascending id, each id once.
   [[nodiscard]] std::span<const Track> tracks() const noexcept { return published_.span(); }
+  /// The one in this slot, which there is.
+  [[nodiscard]] const Track& track_in(std::uint8_t slot) const noexcept {
+    return *std::find_if(published_.begin(), published_.end(), [slot](const Track& t) { return t.slot == slot; });
+  }
   [[nodiscard]] const TrackerCounters& counters() const noexcept { return counters_; }
 
   /// Ends everything without saying so; ids go on, counters stay.
@@ -107,7 +113,7 @@ class StereoTracker {
   static void carve(const TrackerConfig& config, int width_px, int height_px, Arena& arena, StereoTracker& tracker);
   [[nodiscard]] Status check(const DetectionFrame& detections) const;
 
-  void begin_frame() noexcept;
+  void begin_frame(std::int64_t timestamp_ns) noexcept;
   void take_forecasts(std::span<const Forecast> forecasts) noexcept;
   void predict(std::span<const Feature> features);
   /// Puts the mask to where the forecast expects it; false without one, and for what passes by too near for one.
@@ -146,8 +152,8 @@ class StereoTracker {
                                            std::span<const DisparitySample> seen) noexcept;
   /// It is expected nearly all outside the image, and a detection lies along the border over which it would come.
   [[nodiscard]] bool reaches_over_border(const TrackInstance& instance, const Detection& detection) const noexcept;
-  [[nodiscard]] static bool nearly_met(const TrackInstance& instance, const Detection& detection,
-                                       double gap_px) noexcept;
+  [[nodiscard]] bool nearly_met(const TrackInstance& instance, const Detection& detection,
+                                double gap_px) const noexcept;
   /// Seen a moment ago, and a detection is where it was, though it was expected elsewhere.
   [[nodiscard]] bool still_there(const TrackInstance& instance, const Detection& detection) const noexcept;
   /// Of what the image's border cuts off, seen in `box` a moment ago, `seen` shows a bit more or less.
@@ -183,6 +189,7 @@ class StereoTracker {
   /// not seen of it says nothing about its shape.
   [[nodiscard]] bool misses_what_hides(const TrackInstance& instance) const noexcept;
   void publish() noexcept;
+  void sort_published() noexcept;
 
   /// The stereo features whose pixel carries `label`, as samples_.first(n).
   [[nodiscard]] std::span<const DisparitySample> gather_samples(LabelView labels, std::uint8_t label,
@@ -194,13 +201,24 @@ class StereoTracker {
   [[nodiscard]] static bool nearer(const TrackInstance& a, const TrackInstance& b) noexcept;
   [[nodiscard]] static bool looks_nearer(const TrackInstance& a, const TrackInstance& b) noexcept;
 
+  /// The settings that are times.
+  struct Limits {
+    std::int64_t missed_ns = 0;
+    std::int64_t unseen_ns = 0;
+    std::int64_t tentative_missed_ns = 0;
+  };
+
   TrackerConfig config_;
+  Limits limits_;
   TrackerCounters counters_;
   int width_px_ = 0;
   int height_px_ = 0;
   int most_tracks_ = std::numeric_limits<int>::max();
   std::uint32_t next_id_ = 1;
   std::uint32_t frame_ = 0;
+  bool started_ = false;
+  std::int64_t timestamp_ns_ = 0;                 ///< Of this frame, or the last one.
+  std::int64_t interval_ns_ = kUsualInterval_ns;  ///< Since the frame before.
 
   MutableLabelView left_;
   MutableLabelView right_;

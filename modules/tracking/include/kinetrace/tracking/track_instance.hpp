@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "kinetrace/core/detections.hpp"
+#include "kinetrace/core/dwell_time.hpp"
 #include "kinetrace/core/track_frame.hpp"
 #include "kinetrace/tracking/disparity_plane.hpp"
 #include "kinetrace/tracking/forecast.hpp"
@@ -47,8 +48,11 @@ struct TrackInstance {
   Slot slot_state = Slot::kFree;
   Track track;
   int matched_frames = 0;
-  int tentative_missed_frames = 0;
-  int missed_in_sight_frames = 0;  ///< Of track.missed_frames, those in which a detection could be expected.
+  DwellTime age;
+  DwellTime missed;            ///< Without a detection.
+  DwellTime tentative_missed;  ///< Of that, where it was looked for.
+  DwellTime missed_in_sight;   ///< Of that, where a detection could be expected.
+  std::int64_t matched_timestamp_ns = 0;
   ClassVotes votes;
 
   ReferenceMask mask;

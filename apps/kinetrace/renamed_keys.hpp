@@ -1,0 +1,33 @@
+// Keys of earlier versions that are still read.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+namespace kinetrace::app {
+
+/// Both are times: the old key counts frames of a camera at 10 Hz, the new one seconds.
+struct RenamedKey {
+  std::string_view was;
+  std::string_view is;
+};
+
+inline constexpr double kFramesPerSecond = 10.0;
+
+inline constexpr std::array<RenamedKey, 5> kRenamedKeys{{
+    {"segmentation.motion.hold_frames", "segmentation.motion.hold_s"},
+    {"tracking.max_missed_frames", "tracking.max_missed_s"},
+    {"tracking.max_unseen_frames", "tracking.max_unseen_s"},
+    {"tracking.max_tentative_missed_frames", "tracking.max_tentative_missed_s"},
+    {"object.lost_after_frames", "object.lost_after_s"},
+}};
+
+/// The name that `key` has now.
+[[nodiscard]] constexpr std::string_view present_key(std::string_view key) noexcept {
+  const auto* const renamed =
+      std::find_if(kRenamedKeys.begin(), kRenamedKeys.end(), [key](const RenamedKey& k) { return k.was == key; });
+  return renamed == kRenamedKeys.end() ? key : renamed->is;
+}
+
+}  // namespace kinetrace::app
