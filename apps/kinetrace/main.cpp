@@ -3,10 +3,10 @@
 #include <optional>
 #include <string>
 
-#include "command_line.hpp"
-#include "exit_codes.hpp"
-#include "messages.hpp"
-#include "standard_files.hpp"
+#include "cli/command_line.hpp"
+#include "cli/exit_codes.hpp"
+#include "cli/messages.hpp"
+#include "cli/standard_files.hpp"
 
 namespace kinetrace::app {
 namespace {

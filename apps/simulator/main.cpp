@@ -7,11 +7,11 @@
 #include <string>
 #include <utility>
 
+#include "cli/progress.hpp"
+#include "cli/standard_files.hpp"
 #include "options.hpp"
-#include "progress.hpp"
 #include "recording_writer.hpp"
 #include "scenes/scenes.hpp"
-#include "standard_files.hpp"
 #include "stereo_simulator.hpp"
 
 namespace kinetrace::simulator {

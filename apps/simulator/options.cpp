@@ -6,8 +6,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "command_errors.hpp"
-#include "command_reference.hpp"
+#include "cli/command_errors.hpp"
+#include "cli/command_reference.hpp"
 #include "scenes/scenes.hpp"
 
 namespace kinetrace::simulator {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "failure.hpp"
+#include "cli/failure.hpp"
 #include "recording_writer.hpp"
 #include "stereo_simulator.hpp"
 

@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-#include "publishing_thread.hpp"
+#include "dds/publishing_thread.hpp"
 #include "sample_results.hpp"
 #include "test_domain.hpp"
 

@@ -8,8 +8,8 @@
 
 #include <gtest/gtest.h>
 
-#include "capture_device.hpp"
-#include "luminance_reader.hpp"
+#include "capture/capture_device.hpp"
+#include "capture/luminance_reader.hpp"
 
 namespace kinetrace::hal::test {
 

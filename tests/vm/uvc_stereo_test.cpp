@@ -9,10 +9,10 @@
 
 #include "backends.hpp"
 #include "capture.hpp"
+#include "capture/v4l2/v4l2_node.hpp"
 #include "live_bench.hpp"
-#include "owned_fd.hpp"
+#include "util/owned_fd.hpp"
 #include "uvc/uvc_pair.hpp"
-#include "v4l2_node.hpp"
 
 namespace kinetrace::hal::test {
 namespace {

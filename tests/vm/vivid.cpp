@@ -6,7 +6,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include "v4l2_node.hpp"
+#include "capture/v4l2/v4l2_node.hpp"
 
 namespace kinetrace::hal::test {
 

@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "capture.hpp"
-#include "v4l2_file.hpp"
-#include "v4l2_node.hpp"
+#include "capture/v4l2/v4l2_file.hpp"
+#include "capture/v4l2/v4l2_node.hpp"
 #include "vivid.hpp"
 
 namespace kinetrace::hal::test {

@@ -1,5 +1,5 @@
 // The calibration in a container's header; what is accepted is read back to the same text.
-#include "calibration_text.hpp"
+#include "formats/calibration_text.hpp"
 
 #include "fuzz_target.hpp"
 

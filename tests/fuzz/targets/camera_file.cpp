@@ -1,5 +1,5 @@
 // A camera file.
-#include "camera_config.hpp"
+#include "camera/camera_config.hpp"
 #include "fuzz_target.hpp"
 #include "memory_folder.hpp"
 

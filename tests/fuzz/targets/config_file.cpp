@@ -1,7 +1,7 @@
 // A configuration file; what is accepted is written and read back.
-#include "config_file.hpp"
+#include "config/config_file.hpp"
 
-#include "app_config.hpp"
+#include "config/app_config.hpp"
 #include "fuzz_target.hpp"
 
 void kinetrace::fuzz::try_input(std::string_view input) {

@@ -1,8 +1,8 @@
 // What --set says, one a line.
-#include "app_config.hpp"
-#include "config_file.hpp"
+#include "config/app_config.hpp"
+#include "config/config_file.hpp"
 #include "fuzz_target.hpp"
-#include "text_file.hpp"
+#include "util/text_file.hpp"
 
 void kinetrace::fuzz::try_input(std::string_view input) {
   app::AppConfig config;

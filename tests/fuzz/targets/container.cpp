@@ -4,7 +4,7 @@
 #include <fuzzer/FuzzedDataProvider.h>
 #include <vector>
 
-#include "container_file.hpp"
+#include "formats/container_file.hpp"
 #include "fuzz_target.hpp"
 #include "kinetrace/hal/dataset.hpp"
 #include "memory_folder.hpp"

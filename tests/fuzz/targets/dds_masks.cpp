@@ -4,8 +4,8 @@
 
 #include "dds_sample.hpp"
 #include "fuzz_target.hpp"
-#include "mask_mailbox.hpp"
 #include "native_samples.hpp"
+#include "segmentation/mask_mailbox.hpp"
 
 namespace {
 

@@ -1,10 +1,10 @@
 // Results of strangers over DDS, as `kinetrace monitor` hears and prints them: any order, any numbers, any text.
 #include <string>
 
+#include "dds/monitor_output.hpp"
+#include "dds/monitor_state.hpp"
 #include "dds_sample.hpp"
 #include "fuzz_target.hpp"
-#include "monitor_output.hpp"
-#include "monitor_state.hpp"
 #include "native_samples.hpp"
 
 namespace {

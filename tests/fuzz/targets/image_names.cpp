@@ -8,7 +8,7 @@
 #include "kinetrace/hal/dataset.hpp"
 #include "memory_folder.hpp"
 #include "small_image.hpp"
-#include "text_file.hpp"
+#include "util/text_file.hpp"
 
 namespace {
 

@@ -1,5 +1,5 @@
 // KITTI's calibration text: of the raw recordings, and of the benchmarks.
-#include "kitti_calibration.hpp"
+#include "calibration/kitti_calibration.hpp"
 
 #include "fuzz_target.hpp"
 #include "memory_folder.hpp"

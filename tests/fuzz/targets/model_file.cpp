@@ -1,5 +1,5 @@
 // The YAML file beside a neural network.
-#include "model_file.hpp"
+#include "segmentation/model_file.hpp"
 
 #include "fuzz_target.hpp"
 #include "memory_folder.hpp"

@@ -1,7 +1,7 @@
 // Numbers, times and dates in text, as recordings and run folders have them.
 #include "fuzz_target.hpp"
 #include "kinetrace/core/text_rows.hpp"
-#include "text_file.hpp"
+#include "util/text_file.hpp"
 
 void kinetrace::fuzz::try_input(std::string_view input) {
   for (const std::string_view line : hal::content_lines(input)) {

@@ -1,5 +1,5 @@
 // A point cloud of a run folder: PLY.
-#include "figure_points.hpp"
+#include "figure/figure_points.hpp"
 #include "fuzz_target.hpp"
 #include "memory_folder.hpp"
 

@@ -1,7 +1,7 @@
 // The file that says what is published.
+#include "dds/publish_config_file.hpp"
 #include "fuzz_target.hpp"
 #include "memory_folder.hpp"
-#include "publish_config_file.hpp"
 
 void kinetrace::fuzz::try_input(std::string_view input) {
   static MemoryFolder folder;

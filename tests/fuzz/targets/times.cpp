@@ -1,7 +1,7 @@
 // Files of times: timestamps.txt, and the recorder's frames.txt.
 #include "fuzz_target.hpp"
 #include "memory_folder.hpp"
-#include "text_file.hpp"
+#include "util/text_file.hpp"
 
 void kinetrace::fuzz::try_input(std::string_view input) {
   static MemoryFolder folder;

@@ -1,4 +1,4 @@
-#include "figure_overlay.hpp"
+#include "figure/figure_overlay.hpp"
 #include "kinetrace/imaging/image_info.hpp"
 #include "pixels.hpp"
 #include "run_for_test.hpp"

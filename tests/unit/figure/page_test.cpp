@@ -1,6 +1,6 @@
 #include <fstream>
 
-#include "figure_page.hpp"
+#include "figure/figure_page.hpp"
 #include "pixels.hpp"
 #include "run_for_test.hpp"
 #include "temp_folder.hpp"

@@ -1,6 +1,6 @@
 #include <fstream>
 
-#include "figure_points.hpp"
+#include "figure/figure_points.hpp"
 #include "run_for_test.hpp"
 #include "temp_folder.hpp"
 

@@ -1,4 +1,4 @@
-#include "figure_choice.hpp"
+#include "figure/figure_choice.hpp"
 #include "run_for_test.hpp"
 #include "temp_folder.hpp"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "figure_run.hpp"
+#include "figure/figure_run.hpp"
 #include "kinetrace/recording/run_reader.hpp"
 
 namespace kinetrace::figure {

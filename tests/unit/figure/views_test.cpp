@@ -1,8 +1,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "figure_plan.hpp"
-#include "figure_views.hpp"
+#include "figure/figure_plan.hpp"
+#include "figure/figure_views.hpp"
 
 namespace kinetrace::figure {
 namespace {

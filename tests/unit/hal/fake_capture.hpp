@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "capture_environment.hpp"
+#include "capture/capture_environment.hpp"
 #include "kinetrace/hal/live_camera_config.hpp"
 
 namespace kinetrace::hal::test {

@@ -13,7 +13,7 @@
 
 #include <gtest/gtest.h>
 
-#include "container_file.hpp"
+#include "formats/container_file.hpp"
 #include "kinetrace/hal/dataset.hpp"
 #include "kinetrace/hal/file_stereo_camera.hpp"
 #include "kinetrace/hal/raw_recorder.hpp"

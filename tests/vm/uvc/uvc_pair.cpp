@@ -5,7 +5,7 @@
 #include <thread>
 #include <vector>
 
-#include "capture_device.hpp"
+#include "capture/capture_device.hpp"
 
 namespace kinetrace::hal::test {
 namespace {

@@ -28,8 +28,8 @@ struct PairingStatus {
 /// luminance lies in the device's buffer are viewed there, without a copy: a pair's two buffers go back to the devices
 /// with the next call.
 ///
-/// No frame for longer than `stall_timeout_ms`, with the exposure time on top, is kStalled; `lost_timeout_ms` more, or a
-/// device that reports to be gone, is kLost with an error that names the camera: pairs end when one camera does. Both
+/// No frame for longer than `stall_timeout_ms`, with the exposure time on top, is kStalled; `lost_timeout_ms` more, or
+/// a device that reports to be gone, is kLost with an error that names the camera: pairs end when one camera does. Both
 /// devices are then closed; `recover` may be called as often as one likes, tries at growing intervals, and looks for
 /// the same devices by their stable id, wherever they have reappeared. Devices that follow a trigger line are never
 /// lost for want of images. Times and frame numbers go on where they were: frames are numbered by time, in nominal

@@ -1,0 +1,121 @@
+#include "camera/input_watch.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+namespace kinetrace::app {
+namespace {
+
+using hal::InputFault;
+
+struct FaultRule {
+  InputFault fault;
+  HealthReason reason;
+  bool every_frame;   ///< Seen in every frame, not only at close looks.
+  bool ends_the_run;  ///< Nothing computed from such images is right.
+};
+// Eyes out of step are noted by PairingKeeper.
+constexpr std::array<FaultRule, hal::kInputFaultCount> kRules{{
+    {InputFault::kEyesIdentical, HealthReason::kEyesIdentical, true, true},
+    {InputFault::kEyesExchanged, HealthReason::kEyesExchanged, false, true},
+    {InputFault::kEyesUnrelated, HealthReason::kEyesUnrelated, false, false},
+    {InputFault::kNoParallax, HealthReason::kNoParallax, false, false},
+    {InputFault::kBeyondInfinity, HealthReason::kCalibrationOff, false, false},
+    {InputFault::kRowsApart, HealthReason::kCalibrationOff, false, false},
+    {InputFault::kEyesOutOfStep, HealthReason::kEyesOutOfStep, false, false},
+    {InputFault::kLeftFrozen, HealthReason::kImagesFrozen, true, false},
+    {InputFault::kRightFrozen, HealthReason::kImagesFrozen, true, false},
+}};
+
+std::string text(const char* format, double value) {
+  std::array<char, 64> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), format, value);
+  return buffer.data();
+}
+
+}  // namespace
+
+Status InputWatch::process(const StereoFrame& frame, const RectifiedPair& pair, HealthMonitor& health,
+                           const Warn& warn) {
+  const bool looked_closely = monitor_.process(frame, pair);
+  if (looked_closely && pairing_.process(monitor_.sync(), health)) {
+    monitor_.restart_sync();
+  }
+  for (const FaultRule& rule : kRules) {
+    if (!monitor_.holds(rule.fault)) {
+      continue;
+    }
+    if (rule.fault != InputFault::kEyesOutOfStep && (looked_closely || rule.every_frame)) {
+      health.note(rule.reason);
+    }
+    const auto index = static_cast<std::size_t>(rule.fault);
+    if (said_[index] || !is_worth_saying(rule.fault)) {
+      continue;
+    }
+    said_.set(index);
+    std::string what = describe(rule.fault, monitor_, names_, pair.geometry);
+    if (rule.ends_the_run && policy_ == InputPolicy::kStop) {
+      return fail(ErrorCode::kBadFormat, what + " (input.unusable: warn goes on)");
+    }
+    warn(what);
+  }
+  return {};
+}
+
+// One cause, one line: identical eyes have no parallax either; a late eye of two devices is mended.
+bool InputWatch::is_worth_saying(InputFault fault) const noexcept {
+  switch (fault) {
+    case InputFault::kNoParallax: return !monitor_.holds(InputFault::kEyesIdentical);
+    case InputFault::kEyesOutOfStep: return !pairing_.can_mend();
+    case InputFault::kRightFrozen: return !monitor_.holds(InputFault::kLeftFrozen);
+    default: return true;
+  }
+}
+
+std::string describe(InputFault fault, const hal::InputMonitor& monitor, const InputNames& names,
+                     const StereoGeometry& geometry) {
+  const hal::SyncReport& seen = monitor.sync();
+  const std::string of_matches = " of " + std::to_string(seen.matches) + " matches";
+  const std::string calibrate = "calibrate again (" + names.calibration + ")";
+  switch (fault) {
+    case InputFault::kEyesIdentical:
+      return names.images + ": left and right images are equal bit by bit; give each eye its own images or device";
+    case InputFault::kEyesExchanged:
+      return names.images + ": left and right are exchanged, " + std::to_string(seen.beyond_infinity) + of_matches +
+             " have a negative disparity; exchange the images or devices of the two eyes";
+    case InputFault::kEyesUnrelated:
+      return names.images + ": only " + std::to_string(seen.matches) + " of " + std::to_string(seen.searched) +
+             " patches of the left image are found in the right one: the images are of different moments or places, " +
+             "turned, or out of focus; look at a pair of them";
+    case InputFault::kNoParallax:
+      return names.images + ": left and right show no disparity of a pixel or more: either both eyes come from one " +
+             "camera, or everything is farther away than " +
+             text("%.0f m, too far for this baseline", geometry.fx_px * geometry.baseline_m);
+    case InputFault::kBeyondInfinity:
+      return names.images + ": " + std::to_string(seen.beyond_infinity) + of_matches +
+             " have a disparity below zero, where nothing can be: the calibration's yaw does not fit these images, or "
+             "the eyes are exchanged; " +
+             calibrate;
+    case InputFault::kRowsApart:
+      return names.images + ": matches lie " + text("%.1f px", seen.residual_px) +
+             " off their row: the calibration does not fit these images; " + calibrate;
+    case InputFault::kEyesOutOfStep:
+      return names.images + ": " + to_string(seen.verdict) +
+             ": depths are wrong wherever something moves; pair images of the same moment, or trigger both eyes "
+             "together";
+    case InputFault::kLeftFrozen:
+    case InputFault::kRightFrozen:
+      return names.images + ": " +
+             (monitor.holds(InputFault::kLeftFrozen) && monitor.holds(InputFault::kRightFrozen) ? "both images are"
+              : fault == InputFault::kLeftFrozen                                                ? "the left image is"
+                                                 : "the right image is") +
+             " the same bit by bit in every frame: the camera has stopped, or one image was stored again and again; "
+             "restart the camera or record again";
+  }
+  return names.images;
+}
+
+}  // namespace kinetrace::app

@@ -1,0 +1,41 @@
+#include "camera/libcamera_loader.hpp"
+
+#include <cstdlib>
+#include <filesystem>
+#include <system_error>
+
+#include "cli/messages.hpp"
+#include "cli/program_folder.hpp"
+#include "kinetrace/hal/libcamera_backend.hpp"
+
+namespace kinetrace::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool load_once() {
+  // What is wrong we say ourselves; whoever wants to see more has set it already.
+  setenv("LIBCAMERA_LOG_LEVELS", "*:ERROR", 0);
+  std::error_code error;
+  const fs::path folder = program_folder();
+  // Of a build, and of an installation (bin/kinetrace).
+  for (const char* place : {"kinetrace-libcamera.so", "../lib/kinetrace/kinetrace-libcamera.so"}) {
+    const fs::path plugin = folder / place;
+    if (!fs::exists(plugin, error)) {
+      continue;
+    }
+    if (const Status loaded = hal::load_libcamera_plugin(plugin); !loaded) {
+      print_warning(loaded.error().message);
+    }
+    return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+void load_libcamera() {
+  [[maybe_unused]] static const bool found = load_once();
+}
+
+}  // namespace kinetrace::app

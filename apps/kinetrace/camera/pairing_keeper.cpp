@@ -1,0 +1,25 @@
+#include "camera/pairing_keeper.hpp"
+
+namespace kinetrace::app {
+
+bool PairingKeeper::process(const hal::SyncReport& report, HealthMonitor& health) noexcept {
+  switch (report.verdict) {
+    case hal::SyncVerdict::kUnknown: break;
+    case hal::SyncVerdict::kInStep: moves_ = 0; break;
+    case hal::SyncVerdict::kRightLate:
+    case hal::SyncVerdict::kRightEarly: health.note(HealthReason::kEyesOutOfStep); return mend(report);
+  }
+  return false;
+}
+
+bool PairingKeeper::mend(const hal::SyncReport& report) noexcept {
+  if (!can_mend() || report.agreeing < kSure) {
+    return false;
+  }
+  // The right image of a moment comes a frame later than the left one, or earlier.
+  const bool moved = camera_->move_pairing(report.verdict == hal::SyncVerdict::kRightLate ? 1 : -1);
+  moves_ += moved ? 1 : 0;
+  return moved;
+}
+
+}  // namespace kinetrace::app

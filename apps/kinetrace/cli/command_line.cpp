@@ -1,0 +1,76 @@
+#include "cli/command_line.hpp"
+
+#include <array>
+#include <map>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "cli/command_errors.hpp"
+
+namespace kinetrace::app {
+namespace {
+
+struct Command {
+  const char* name;
+  const char* description;
+  Action (*add)(CLI::App& command);
+};
+
+// In the order of --help. Completion, the manual page and suggestions for wrong words are made from it too.
+constexpr std::array kCommands{
+    Command{"run", "Reconstructs trajectories from a recording or a camera into a run folder", add_run},
+    Command{"record", "Records a camera's synchronised raw images, without processing", add_record},
+    Command{"doctor", "Checks cameras, timing, calibration, memory and DDS; says what to do about each failure",
+            add_doctor},
+    Command{"bench", "Times every stage on a recording, alone or against an earlier version; writes no run folder",
+            add_bench},
+    Command{"plan", "Prints who takes how much memory, and whether the budget holds it", add_plan},
+    Command{"config", "Prints the whole configuration as commented YAML", add_config},
+    Command{"evaluate", "Compares a run with ground truth; writes evaluation.json into the run folder", add_evaluate},
+    Command{"study", "Measures how well the method does as conditions change", add_study},
+    Command{"summary", "Prints what a run found: the camera's path, and a table of objects", add_summary},
+    Command{"figure", "Draws the result figure of a run as a PNG, 1600 pixels wide", add_figure},
+    Command{"keys", "Makes an authority, identities and permissions for DDS Security; never overwrites any", add_keys},
+    Command{"monitor", "Shows what a running Kinetrace publishes: objects, health and rates; records it for ROS 2",
+            add_monitor},
+    Command{"masks", "Sends masks from files to a run with --segmentation dds; shows how a network elsewhere does it",
+            add_masks},
+    Command{"segment", "Tries a neural network on images: writes the masks it finds, and draws them", add_segment},
+    Command{"reference", "Prints this command line as a manual page or for bash", add_reference},
+};
+
+// Ends the help of every command but those with a footer of their own.
+constexpr const char* kFooter = R"(
+Exit codes: 0 done, 1 a condition of --fail-if holds or a check of doctor failed, 64 wrong command line, 65 damaged or unusable recording,
+calibration or truth, 66 input not found, 70 internal error, 73 run folder cannot be made, 74 reading or writing failed,
+78 wrong configuration or memory budget too small; 128 + n when signal n ended a run early (what was computed is
+written).)";
+
+}  // namespace
+
+Outcome<Action> parse_command_line(int argc, const char* const* argv) {
+  CLI::App program(
+      "Kinetrace: a stereo camera or recording in, metric 3-D trajectories of the camera and of every object out.",
+      "kinetrace");
+  program.set_version_flag("--version", std::string("kinetrace ") + KINETRACE_VERSION);
+  program.require_subcommand(1);
+  program.footer(kFooter);
+  std::map<const CLI::App*, Action> actions;
+  for (const Command& each : kCommands) {
+    CLI::App& command = *program.add_subcommand(each.name, each.description);
+    actions[&command] = each.add(command);
+  }
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) {
+      program.exit(error);
+      return [] { return 0; };
+    }
+    return Unexpected(Failure{ExitCode::kUsage, command_error(program, error)});
+  }
+  return actions.at(program.get_subcommands().front());
+}
+
+}  // namespace kinetrace::app

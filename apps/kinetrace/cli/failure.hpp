@@ -1,0 +1,29 @@
+// How a command fails: what to print and what to tell the shell.
+#pragma once
+
+#include <string>
+#include <utility>
+
+#include "cli/exit_codes.hpp"
+#include "kinetrace/core/result.hpp"
+
+namespace kinetrace::app {
+
+struct Failure {
+  ExitCode code = ExitCode::kInternal;
+  std::string message;  ///< One line: the thing that failed and the remedy.
+};
+
+template <typename T>
+using Outcome = Expected<T, Failure>;
+
+[[nodiscard]] inline Failure to_failure(Error error) {
+  return {exit_code(error.code), std::move(error.message)};
+}
+
+/// `return failure(result.error())` from any function that returns an Outcome.
+[[nodiscard]] inline Unexpected<Failure> failure(Error error) {
+  return Unexpected(to_failure(std::move(error)));
+}
+
+}  // namespace kinetrace::app

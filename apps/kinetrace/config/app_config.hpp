@@ -1,0 +1,64 @@
+// The whole configuration of the program: everything a file or --set can say.
+#pragma once
+
+#include <string>
+
+#include "cli/shared_options.hpp"
+#include "config/board_config.hpp"
+#include "config/config_fields.hpp"
+#include "config/input_config.hpp"
+#include "config/live_config.hpp"
+#include "kinetrace/hal/rectifier.hpp"
+#include "kinetrace/pipeline/config.hpp"
+
+namespace kinetrace::app {
+
+/// What goes into the run folder; see RecordingConfig.
+struct OutputConfig {
+  bool mots = true;
+  bool points = true;
+  bool colmap = true;
+};
+
+/// How a frame is worked on.
+struct ProcessingConfig {
+  int threads = 2;  ///< That share a frame's work, [1, 4]; not those of capture, networks and publishing.
+
+  /// As many as there are cores for.
+  [[nodiscard]] int workers() const;
+  /// Errors: kInvalidConfig.
+  [[nodiscard]] Status validate() const;
+};
+
+struct AppConfig {
+  BoardConfig board;
+  hal::RectifierConfig rectification;
+  OutputConfig output;
+  InputConfig input;
+  LiveConfig live;
+  ProcessingConfig processing;
+  pipeline::PipelineConfig pipeline;
+
+  [[nodiscard]] Status validate() const;
+};
+
+template <typename Visitor>
+void visit_fields(AppConfig& config, Visitor&& visit) {
+  visit_fields(config.board, visit);
+  visit("rectification.keep_borders", config.rectification.keep_borders,
+        "0 cuts away pixels without image data, 1 keeps every source pixel; where the calibration leaves the choice");
+  visit("output.mots", config.output.mots, "write mots.txt: the tracked masks");
+  visit("output.points", config.output.points, "write points/: coloured point clouds");
+  visit("output.colmap", config.output.colmap, "write colmap/: one COLMAP model per body");
+  visit_fields(config.input, visit);
+  visit_fields(config.live, visit);
+  visit("processing.threads", config.processing.threads,
+        "share the work of a frame, as far as there are cores; the result is the same with any number");
+  pipeline::visit_fields(config.pipeline, visit);
+}
+
+/// Defaults, then the board, the file and the settings; checked as a whole. `segmentation` as on the command line,
+/// empty for the configured one. Errors: kInvalidConfig, kNotFound, kIo, kInvalidArgument (segmentation).
+[[nodiscard]] Result<AppConfig> load_config(const ConfigSource& source, const std::string& segmentation = "");
+
+}  // namespace kinetrace::app

@@ -1,0 +1,45 @@
+// Configuration files: YAML in, commented YAML and JSON out.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "config/config_fields.hpp"
+
+namespace kinetrace::app {
+
+/// What a file is to be, for messages.
+struct ConfigFileKind {
+  std::string missing = "no such configuration file; `kinetrace config` prints one";
+  std::string unfit = "not a configuration file (a YAML text below 1 MiB)";
+  std::string empty = "is empty; `kinetrace config` prints one with all keys";
+};
+
+/// Reads a YAML file of nested maps into `fields`; keys that it does not name keep their value. A file is believed only
+/// as a whole: on an error some fields may already be set, so the caller gives up.
+/// Errors, with file and line: kNotFound, kIo, kInvalidConfig (unknown or repeated key, wrong type, not finite, not
+/// YAML; nothing in it, as a full disk leaves files; one of comments alone is a file of defaults).
+/// `notes`: see set_field().
+[[nodiscard]] Status read_config_file(const std::filesystem::path& path, const ConfigFields& fields,
+                                      const ConfigFileKind& kind = {}, ConfigNotes* notes = nullptr);
+
+/// The same for a text; errors call it `name`.
+[[nodiscard]] Status read_config_text(const std::string& name, std::string_view text, const ConfigFields& fields,
+                                      ConfigNotes* notes = nullptr);
+
+/// A text below 1 MiB. Errors: kNotFound and kInvalidConfig (too large, no file), with what the path is not and the
+/// remedy as `missing` and `unfit` say; kIo.
+[[nodiscard]] Result<std::string> read_text(const std::filesystem::path& path, const std::string& missing,
+                                            const std::string& unfit);
+
+/// Applies one `key=value` of the command line. Errors: kInvalidConfig.
+[[nodiscard]] Status apply_setting(std::string_view setting, const ConfigFields& fields, ConfigNotes* notes = nullptr);
+
+/// All fields as YAML, each with its comment; `read_config_file` reads it back to the same values.
+[[nodiscard]] std::string to_yaml(const ConfigFields& fields);
+
+/// All fields as one JSON object, nested by section.
+[[nodiscard]] std::string to_json(const ConfigFields& fields);
+
+}  // namespace kinetrace::app

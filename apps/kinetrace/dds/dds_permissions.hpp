@@ -1,0 +1,36 @@
+// What DDS Security is told about a domain and about who may do what in it.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "dds/authority.hpp"
+
+namespace kinetrace::app {
+
+enum class DdsRole {
+  kDevice,     ///< Publishes results, reads masks.
+  kViewer,     ///< Reads results.
+  kSegmenter,  ///< Publishes masks, reads results.
+};
+
+[[nodiscard]] constexpr std::string_view to_string(DdsRole role) noexcept {
+  switch (role) {
+    case DdsRole::kDevice: return "device";
+    case DdsRole::kViewer: return "viewer";
+    case DdsRole::kSegmenter: return "segmenter";
+  }
+  return "viewer";
+}
+
+/// For every domain: only known participants, everything encrypted.
+[[nodiscard]] std::string governance_xml();
+
+/// What the identity "CN=name" may do; everything else is denied. `ros_prefix` as dds.ros2.prefix.
+[[nodiscard]] std::string permissions_xml(std::string_view name, DdsRole role, std::string_view ros_prefix,
+                                          const Validity& validity);
+
+/// "2027-01-31T12:00:00", UTC.
+[[nodiscard]] std::string utc_text(std::int64_t time_s);
+
+}  // namespace kinetrace::app

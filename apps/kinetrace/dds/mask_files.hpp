@@ -1,0 +1,31 @@
+// Mask files as run lengths, by frame number.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/publishing/mask_exchange.hpp"
+#include "study/gray16_images.hpp"
+
+namespace kinetrace::app {
+
+/// How files are told which frame they are of.
+enum class MaskNaming : std::uint8_t {
+  kNumber,  ///< The file's name is the frame's number, as in KITTI.
+  kOrder,   ///< The first file, by name, is frame 0.
+};
+
+/// The .png files of a folder by the frame they belong to. Errors: kNotFound (no folder, no such file), kBadFormat (a
+/// name that is no number).
+[[nodiscard]] Result<std::map<std::int64_t, std::filesystem::path>> find_mask_files(const std::filesystem::path& folder,
+                                                                                    MaskNaming naming);
+
+/// The masks of a KITTI MOTS image (16 bit): its values in ascending order, each as one mask; 10000 becomes
+/// kIgnoreClass.
+[[nodiscard]] std::vector<publishing::MaskSender::Image::Mask> masks_of(ImageView<const std::uint16_t> image);
+
+}  // namespace kinetrace::app

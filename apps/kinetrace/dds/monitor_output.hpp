@@ -1,0 +1,40 @@
+// How `kinetrace monitor` shows what it hears.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "dds/monitor_state.hpp"
+#include "kinetrace/publishing/result_reader.hpp"
+
+namespace kinetrace::app {
+
+/// The table: a few lines of each device and one of each object.
+[[nodiscard]] std::string monitor_table(const MonitorState& state, std::int64_t steady_ns);
+
+/// Prints each message of a wanted device as one JSON object on a line of standard output, before handing it on.
+class JsonPrinter final : public publishing::ResultListener {
+ public:
+  /// Falls silent after `max_messages`; 0: never. `state` outlives it.
+  JsonPrinter(MonitorState& state, std::uint64_t max_messages) : state_(state), max_messages_(max_messages) {}
+  void hear(const publishing::HeardCamera& camera) override;
+  void hear(const publishing::HeardObjects& objects) override;
+  void hear(const publishing::HeardHealth& health) override;
+  void hear(const publishing::HeardCalibration& calibration) override;
+
+ private:
+  /// Hands the message on; true if it is to be printed.
+  template <typename Heard>
+  [[nodiscard]] bool pass_on(const Heard& heard) {
+    state_.hear(heard);
+    return state_.wants(heard.device) && (max_messages_ == 0 || state_.messages() <= max_messages_);
+  }
+
+  MonitorState& state_;
+  std::uint64_t max_messages_;
+};
+
+/// One line of JSON with the rates of a device.
+[[nodiscard]] std::string rates_json(const MonitoredDevice& device, std::int64_t steady_ns);
+
+}  // namespace kinetrace::app

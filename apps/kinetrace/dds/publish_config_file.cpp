@@ -1,0 +1,28 @@
+#include "dds/publish_config_file.hpp"
+
+#include <string>
+
+#include "config/config_fields.hpp"
+#include "config/config_file.hpp"
+
+namespace kinetrace::app {
+
+Result<publishing::PublishConfig> load_publish_config(const std::filesystem::path& path) {
+  publishing::PublishConfig config;
+  if (const Status read = read_config_file(path, fields_of(config)); !read) {
+    return Unexpected(read.error());
+  }
+  publishing::SecurityConfig& security = config.security;
+  for (std::string* file : {&config.xml, &security.identity_ca, &security.certificate, &security.private_key,
+                            &security.permissions_ca, &security.governance, &security.permissions, &security.plugins}) {
+    if (!file->empty()) {
+      *file = (path.parent_path() / *file).string();  // An absolute path stays as it is.
+    }
+  }
+  if (const Status valid = config.validate(); !valid) {
+    return fail(valid.error().code, path.string() + ": " + valid.error().message);
+  }
+  return config;
+}
+
+}  // namespace kinetrace::app

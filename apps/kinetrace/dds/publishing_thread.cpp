@@ -1,0 +1,128 @@
+#include "dds/publishing_thread.hpp"
+
+#include <pthread.h>
+#include <sched.h>
+
+#include "kinetrace/core/allocation_counter.hpp"
+#include "live/clocks.hpp"
+
+namespace kinetrace::app {
+namespace {
+
+// How long the network may change unnoticed while no result comes.
+constexpr int kIdle_ms = 200;
+
+// A thread of this kind never takes the processor from the one that wakes it: on a busy machine the pipeline would
+// otherwise pay for sending. Where the system refuses, it does.
+void let_others_go_first() {
+  const sched_param none{};
+  ::pthread_setschedparam(::pthread_self(), SCHED_BATCH, &none);
+}
+
+}  // namespace
+
+std::size_t PublishingThread::required_bytes(const publishing::PublishConfig& config) {
+  return publishing::ResultMailbox::required_bytes(config) + publishing::Publisher::required_bytes(config) +
+         Arena::kAlignment;
+}
+
+Result<std::unique_ptr<PublishingThread>> PublishingThread::create(const publishing::PublishConfig& config,
+                                                                   const StereoGeometry& geometry, Tell tell,
+                                                                   Arena& arena) {
+  auto mailbox = publishing::ResultMailbox::create(config, arena);
+  if (!mailbox) {
+    return Unexpected(mailbox.error());
+  }
+  auto publisher = publishing::Publisher::create(config, geometry, arena);
+  if (!publisher) {
+    return Unexpected(publisher.error());
+  }
+  std::unique_ptr<PublishingThread> made(
+      new PublishingThread(std::move(*mailbox), std::move(*publisher), config.device, std::move(tell)));
+  if (!made->news_.is_open()) {
+    return fail(ErrorCode::kIo, "publishing needs one more open file than the process may have; raise its limit");
+  }
+  made->thread_ = std::thread([thread = made.get()] { thread->run(); });
+  return made;
+}
+
+PublishingThread::PublishingThread(std::unique_ptr<publishing::ResultMailbox> mailbox,
+                                   std::unique_ptr<publishing::Publisher> publisher, std::string device, Tell tell)
+    : mailbox_(std::move(mailbox)),
+      publisher_(std::move(publisher)),
+      tell_(std::move(tell)),
+      device_(std::move(device)) {}
+
+void PublishingThread::offer(const FrameResult& result, std::int64_t exposed_ns) noexcept {
+  mailbox_->offer(result, system_time_ns(), exposed_ns);
+}
+
+void PublishingThread::offer_settled(const FrameResult& result) noexcept {
+  mailbox_->offer_settled(result);
+}
+
+void PublishingThread::offer_health(const HealthMonitor& health, const FrameCounters& counters) noexcept {
+  mailbox_->offer_health({.frame_index = health.frame(),
+                          .handed_over_ns = system_time_ns(),
+                          .state = health.state(),
+                          .camera = to_string(health.camera()),
+                          .entries = health.all(),
+                          .counters = counters});
+}
+
+void PublishingThread::send() noexcept {
+  news_.signal();
+}
+
+bool PublishingThread::is_connected() const noexcept {
+  return publisher_->state() == publishing::LinkState::kConnected;
+}
+
+void PublishingThread::receive_masks(MaskMailbox& mailbox) {
+  masks_ = std::make_unique<MaskThread>(publisher_->link(), device_, mailbox, tell_);
+}
+
+void PublishingThread::serve() {
+  const publishing::PublishedFrame* sent = publisher_->serve(*mailbox_, steady_time_ns());
+  if (sent != nullptr && sent->exposed_ns != 0) {
+    latency_.add(steady_time_ns() - sent->exposed_ns);
+  }
+  while (const std::optional<std::string> notice = publisher_->take_notice()) {
+    tell_(*notice);
+  }
+}
+
+void PublishingThread::run() {
+  let_others_go_first();
+  while (!ends_) {
+    news_.wait(kIdle_ms);
+    serve();
+  }
+  serve();
+}
+
+void PublishingThread::finish() noexcept {
+  if (!thread_.joinable()) {
+    return;
+  }
+  masks_.reset();
+  mailbox_->end_trajectories();
+  ends_ = true;
+  news_.signal();
+  thread_.join();
+}
+
+std::vector<std::pair<std::string, std::uint64_t>> PublishingThread::counters() const {
+  const publishing::MailboxCounters handed_over = mailbox_->counters();
+  std::vector<std::pair<std::string, std::uint64_t>> all{
+      {"dds_frames_offered", handed_over.offered},
+      {"dds_frames_superseded", handed_over.superseded},
+      {"dds_trajectory_poses_dropped", handed_over.trajectory_poses_dropped}};
+  const publishing::PublishCounters sent = publisher_->counters();
+  for (const auto& [name, member] : publishing::kPublishCounterNames) {
+    all.emplace_back(name, sent.*member);
+  }
+  return all;
+}
+
+}  // namespace kinetrace::app

@@ -1,0 +1,226 @@
+#include <algorithm>
+#include <cstdio>
+
+#include <CLI/CLI.hpp>
+#include <yaml-cpp/yaml.h>
+
+#include "cli/commands.hpp"
+#include "cli/messages.hpp"
+#include "evaluation/evaluate_input.hpp"
+#include "kinetrace/core/files.hpp"
+#include "kinetrace/core/input_file.hpp"
+#include "kinetrace/evaluation/condition.hpp"
+#include "kinetrace/evaluation/evaluation.hpp"
+
+namespace kinetrace::app {
+namespace {
+
+namespace fs = std::filesystem;
+using evaluation::Evaluation;
+
+struct EvaluateOptions {
+  std::filesystem::path run;
+  std::filesystem::path truth;
+  std::string truth_format;            ///< Empty: by what is there.
+  std::filesystem::path truth_camera;  ///< Poses for truth that has none; empty: none.
+  std::filesystem::path truth_masks;   ///< Folder of mask images; empty: the truth's own.
+  std::filesystem::path body_camera;   ///< EuRoC's sensor.yaml; empty: found beside the truth.
+  std::string association;             ///< "masks", "boxes", "centres", or empty for the best there is.
+  std::vector<std::string> fail_if;
+  bool json = false;
+  bool quiet = false;
+};
+
+constexpr double kGate_m = 3.0;
+
+Result<std::vector<evaluation::Condition>> parse_conditions(const std::vector<std::string>& texts) {
+  std::vector<evaluation::Condition> conditions;
+  for (const std::string& text : texts) {
+    Result<evaluation::Condition> condition = evaluation::parse_condition(text);
+    if (!condition) {
+      return Unexpected(condition.error());
+    }
+    conditions.push_back(std::move(*condition));
+  }
+  return conditions;
+}
+
+// EuRoC's sensor.yaml: T_BS, 16 numbers row by row.
+Result<Se3> read_body_camera(const fs::path& path) {
+  const Result<std::string> text = InputFile::read_whole(path);
+  if (!text) {
+    return Unexpected(text.error());
+  }
+  try {
+    const auto values = YAML::Load(*text)["T_BS"]["data"].as<std::vector<double>>();
+    if (values.size() == 16) {
+      const Eigen::Matrix4d matrix = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values.data());
+      return Se3{matrix.topLeftCorner<3, 3>(), matrix.topRightCorner<3, 1>()}.orthonormalised();
+    }
+  } catch (const YAML::Exception& error) {
+    return fail(ErrorCode::kBadFormat, path.string() + ": has no T_BS with 16 numbers (" + error.what() + ")");
+  }
+  return fail(ErrorCode::kBadFormat, path.string() + ": T_BS does not have 16 numbers");
+}
+
+// Beside EuRoC's truth unless it is named.
+fs::path find_body_camera(const EvaluateOptions& options) {
+  if (!options.body_camera.empty()) {
+    return options.body_camera;
+  }
+  const fs::path sensor = fs::path("cam0") / "sensor.yaml";
+  const fs::path& truth = options.truth;
+  for (const fs::path& path : {truth / "mav0" / sensor, truth / sensor, truth.parent_path() / sensor,
+                               truth.parent_path().parent_path() / sensor}) {
+    if (std::error_code error; fs::is_regular_file(path, error)) {
+      return path;
+    }
+  }
+  return {};
+}
+
+Result<evaluation::TruthSource> truth_source(const EvaluateOptions& options, const recording::Run& run) {
+  evaluation::TruthSource source;
+  source.path = options.truth;
+  source.camera = options.truth_camera;
+  source.masks = options.truth_masks;
+  for (const auto& [name, format] : evaluation::kTruthFormats) {
+    if (name == options.truth_format) {
+      source.format = format;
+    }
+  }
+  if (const fs::path body_camera = find_body_camera(options); !body_camera.empty()) {
+    const Result<Se3> T_body_cam = read_body_camera(body_camera);
+    if (!T_body_cam) {
+      return Unexpected(T_body_cam.error());
+    }
+    source.T_body_cam = *T_body_cam;
+  }
+  for (const recording::CameraRow& row : run.camera) {
+    source.frame_times_ns[row.frame] = row.timestamp_ns;
+  }
+  return source;
+}
+
+std::optional<evaluation::Association> wanted_association(const std::string& name) {
+  using evaluation::Association;
+  for (const Association association : {Association::kMasks, Association::kBoxes, Association::kCentres}) {
+    if (name == to_string(association)) {
+      return association;
+    }
+  }
+  return std::nullopt;
+}
+
+Result<Evaluation> evaluate(const EvaluateOptions& options) {
+  const Result<recording::Run> run = recording::read_run(options.run);
+  if (!run) {
+    return Unexpected(run.error());
+  }
+  const Result<evaluation::TruthSource> source = truth_source(options, *run);
+  if (!source) {
+    return Unexpected(source.error());
+  }
+  const Result<evaluation::Truth> truth = evaluation::read_truth(*source);
+  if (!truth) {
+    return Unexpected(truth.error());
+  }
+  Result<EvaluationInput> input =
+      match_up(*run, *truth, source->time_tolerance_ns, wanted_association(options.association), kGate_m);
+  if (!input) {
+    return Unexpected(input.error());
+  }
+  Evaluation evaluation;
+  evaluation.notes = run->notes;
+  evaluation.notes.insert(evaluation.notes.end(), input->notes.begin(), input->notes.end());
+  evaluation.run = options.run.string();
+  evaluation.truth = options.truth.string();
+  evaluation.truth_format = to_string(truth->format);
+  evaluation.camera = evaluation::evaluate_camera(input->camera);
+  evaluation.camera_rotation_deg = input->camera_rotation_deg;
+  evaluation.association = input->association;
+  evaluation.object_config.truth_is_complete = truth->is_complete;
+  if (truth->has_objects) {
+    evaluation.objects = evaluation::evaluate_objects(input->objects, evaluation.object_config);
+  }
+  evaluation.masks = std::move(input->masks);
+  return evaluation;
+}
+
+/// The exit code after all conditions; each that holds or cannot be checked is reported.
+int check_conditions(const std::vector<evaluation::Condition>& conditions, const std::string& json) {
+  int code = 0;
+  for (const evaluation::Condition& condition : conditions) {
+    const Result<evaluation::ConditionOutcome> outcome = evaluation::check(condition, json);
+    if (!outcome) {
+      return report(to_failure(outcome.error()));
+    }
+    if (outcome->holds) {
+      char value[32];
+      std::snprintf(value, sizeof value, "%.6g", outcome->value);
+      code = report({ExitCode::kConditionHolds, condition.text + ": " + condition.path + " is " + value});
+    }
+  }
+  return code;
+}
+
+int evaluate_command(const EvaluateOptions& options) {
+  const Result<std::vector<evaluation::Condition>> conditions = parse_conditions(options.fail_if);
+  if (!conditions) {
+    return report(to_failure(conditions.error()));
+  }
+  const Result<Evaluation> evaluation = evaluate(options);
+  if (!evaluation) {
+    return report(to_failure(evaluation.error()));
+  }
+  for (const std::string& note : evaluation->notes) {
+    print_warning(note);
+  }
+  const std::string json = evaluation::evaluation_json(*evaluation);
+  if (!options.quiet) {
+    std::fputs(options.json ? json.c_str() : evaluation::evaluation_table(*evaluation).c_str(), stdout);
+  }
+  if (const Status written = replace_file(options.run / "evaluation.json", json); !written) {
+    return report(to_failure(written.error()));
+  }
+  return check_conditions(*conditions, json);
+}
+
+void add_options(CLI::App& evaluate, EvaluateOptions& options) {
+  evaluate.add_option("RUN", options.run, "Run folder")->required();
+  evaluate.add_option("--truth", options.truth, "Folder or file with the truth")->type_name("PATH")->required();
+  evaluate
+      .add_option("--truth-format", options.truth_format,
+                  "What it is, where that cannot be seen: simulator, kitti-tracking, kitti-poses, tum or euroc")
+      ->check(CLI::IsMember({"simulator", "kitti-tracking", "kitti-poses", "tum", "euroc"}));
+  evaluate.add_option("--truth-camera", options.truth_camera, "Camera poses for truth that has only labels")
+      ->type_name("FILE");
+  evaluate.add_option("--truth-masks", options.truth_masks, "True masks of the left images, KITTI MOTS PNG")
+      ->type_name("DIR");
+  evaluate
+      .add_option("--truth-body-camera", options.body_camera,
+                  "For EuRoC: sensor.yaml of the left camera, where it is not beside the truth")
+      ->type_name("FILE");
+  evaluate
+      .add_option("--association", options.association,
+                  "Tracks are matched with objects by masks, boxes in the image, or centres in space; without it, by "
+                  "the first of these that run and truth both have")
+      ->check(CLI::IsMember({"masks", "boxes", "centres"}));
+  evaluate
+      .add_option("--fail-if", options.fail_if,
+                  "Exit code 1 if the condition holds, such as 'camera.t_rel>1.0': names of evaluation.json joined by "
+                  "dots, one of > >= < <= ==, a number. What does not exist is an error (64), and so is what could "
+                  "not be measured (65). May be repeated")
+      ->type_name("CONDITION")
+      ->allow_extra_args(false);
+  evaluate.add_flag("--json", options.json, "Prints evaluation.json on standard output instead of the table");
+  evaluate.add_flag("--quiet", options.quiet, "Prints nothing but errors and conditions that hold");
+}
+
+}  // namespace
+
+Action add_evaluate(CLI::App& command) {
+  return bind_options(command, add_options, evaluate_command);
+}
+
+}  // namespace kinetrace::app

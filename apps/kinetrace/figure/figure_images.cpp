@@ -1,0 +1,110 @@
+#include "figure/figure_images.hpp"
+
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+namespace kinetrace::figure {
+namespace {
+
+Result<hal::Dataset> open_recording(const recording::Run& run, const std::string& dataset) {
+  const std::size_t colon = dataset.find(':');
+  if (colon == std::string::npos || colon + 1 == dataset.size()) {
+    return fail(ErrorCode::kInvalidArgument, "dataset " + dataset + ": expected LAYOUT:PATH");
+  }
+  const auto layout = hal::parse_layout(dataset.substr(0, colon));
+  if (!layout) {
+    return Unexpected(layout.error());
+  }
+  hal::DatasetSpec spec;
+  spec.layout = *layout;
+  spec.path = dataset.substr(colon + 1);
+  if (run.cameras == "gray" || run.cameras == "color") {
+    spec.cameras = run.cameras == "gray" ? hal::CameraChoice::kGray : hal::CameraChoice::kColor;
+  }
+  // The name of the sequence chooses among several; where there is one, not every layout knows it by that name.
+  Result<hal::Dataset> alone = hal::open_dataset(spec);
+  if (alone || alone.error().code != ErrorCode::kInvalidArgument || run.sequence.empty()) {
+    return alone;
+  }
+  spec.sequence = run.sequence;
+  return hal::open_dataset(spec);
+}
+
+/// As the run was configured.
+hal::RectifierConfig rectification_of(const recording::Run& run) {
+  hal::RectifierConfig rectification;
+  const nlohmann::json config = nlohmann::json::parse(run.config_json, nullptr, false);
+  const nlohmann::json::json_pointer key("/rectification/keep_borders");
+  if (config.is_object() && config.contains(key) && config.at(key).is_number()) {
+    rectification.keep_borders = config.at(key).get<double>();
+  }
+  return rectification;
+}
+
+/// Place of a frame in the list, or its size.
+std::size_t find_frame(const hal::FrameList& frames, std::int64_t number) {
+  std::size_t low = 0;
+  std::size_t high = frames.size();
+  while (low < high) {
+    const std::size_t middle = (low + high) / 2;
+    if (frames[middle].frame_index < number) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  return low < frames.size() && frames[low].frame_index == number ? low : frames.size();
+}
+
+}  // namespace
+
+RecordedImages::RecordedImages(std::unique_ptr<Arena> arena, hal::FileStereoCamera camera, hal::Rectifier rectifier)
+    : arena_(std::move(arena)), camera_(std::move(camera)), rectifier_(rectifier) {}
+
+Result<RecordedImages> RecordedImages::open(const recording::Run& run, const std::string& moved_to) {
+  if (run.dataset.empty() && moved_to.empty()) {
+    return fail(ErrorCode::kBadFormat, run.directory.string() + ": does not say which recording the run was made from");
+  }
+  Result<hal::Dataset> dataset = open_recording(run, moved_to.empty() ? run.dataset : moved_to);
+  if (!dataset) {
+    return Unexpected(dataset.error());
+  }
+  const hal::RectifierConfig rectification = rectification_of(run);
+  auto arena = std::make_unique<Arena>(hal::FileStereoCamera::required_bytes(*dataset, {}) +
+                                       hal::Rectifier::required_bytes(dataset->calibration, rectification) +
+                                       2 * Arena::kAlignment);
+  auto rectifier = hal::Rectifier::create(dataset->calibration, rectification, *arena);
+  if (!rectifier) {
+    return Unexpected(rectifier.error());
+  }
+  auto camera = hal::FileStereoCamera::create(std::move(*dataset), {}, *arena);
+  if (!camera) {
+    return Unexpected(camera.error());
+  }
+  return RecordedImages(std::move(arena), std::move(*camera), *rectifier);
+}
+
+std::string RecordedImages::stem(std::int64_t frame) const {
+  const std::size_t place = find_frame(frames(), frame);
+  return place == frames().size() ? std::string() : std::string(frames()[place].left_stem);
+}
+
+Result<GrayView> RecordedImages::left(std::int64_t frame) {
+  const std::size_t place = find_frame(frames(), frame);
+  if (place == frames().size() || !frames()[place].complete()) {
+    return fail(ErrorCode::kNotFound, "the recording in " + frames().left().folder + " has no frame " +
+                                          std::to_string(frame) + " with the images of both eyes");
+  }
+  const Result<StereoFrame> raw = camera_.frame_at(place);
+  if (!raw) {
+    return Unexpected(raw.error());
+  }
+  const Result<RectifiedPair> pair = rectifier_.process(*raw);
+  if (!pair) {
+    return Unexpected(pair.error());
+  }
+  return pair->left;
+}
+
+}  // namespace kinetrace::figure

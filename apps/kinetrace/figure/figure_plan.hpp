@@ -1,0 +1,45 @@
+// Views along an axis, to scale, in metres.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "drawing/axes.hpp"
+#include "drawing/canvas.hpp"
+#include "figure/figure_views.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
+
+namespace kinetrace::figure {
+
+/// The x-z plane seen from above: against y, which points down. z runs up the page, or to the right where that shows
+/// everything larger; x is then its right-hand side in either case, never mirrored.
+class PlanView {
+ public:
+  /// `area` excludes the margins of the axes.
+  PlanView(const drawing::Rect& area, const drawing::Range& x, const drawing::Range& z);
+  /// With z to the right, whatever is larger.
+  [[nodiscard]] static PlanView lying(const drawing::Rect& area, const drawing::Range& x, const drawing::Range& z);
+
+  void draw_axes(drawing::Canvas& canvas) const { axes_.draw(canvas); }
+  [[nodiscard]] const drawing::Rect& area() const noexcept { return axes_.area(); }
+  [[nodiscard]] drawing::Point to_canvas(const Eigen::Vector3d& p) const;
+  [[nodiscard]] Line2 to_canvas(const Line3& line) const;
+  [[nodiscard]] double pixels_per_metre() const noexcept { return pixels_per_metre_; }
+  /// What z covers, wider than asked for where there was room.
+  [[nodiscard]] const drawing::Range& z_range() const noexcept { return z_; }
+
+ private:
+  PlanView(const drawing::Rect& area, const drawing::Range& x, const drawing::Range& z, bool z_to_the_right);
+
+  bool z_to_the_right_;
+  drawing::Range z_;
+  double pixels_per_metre_;
+  drawing::Axes axes_;
+};
+
+/// A camera from above: the triangle of its field of view, `depth_m` deep.
+[[nodiscard]] Line3 camera_wedge(const Se3& T_world_cam, const StereoGeometry& geometry, double depth_m);
+
+}  // namespace kinetrace::figure

@@ -1,0 +1,89 @@
+// Live mode: processing beside capture, the newest frame first, within a deadline.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "camera/health_monitor.hpp"
+#include "config/live_config.hpp"
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/effort.hpp"
+#include "kinetrace/core/frame.hpp"
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/recording/run_summary.hpp"
+#include "live/load_shedder.hpp"
+#include "live/pipeline_thread.hpp"
+
+namespace kinetrace::app {
+
+/// A recording at the pace at which it was taken, or a multiple.
+class Pacer {
+ public:
+  explicit Pacer(double speed) noexcept : speed_(speed) {}
+  /// Waits until a frame of this time is due, or a signal came. Returns when it was due, on the steady clock, or when
+  /// it came if that was later; then later ones are due later too.
+  std::int64_t wait_for(std::int64_t timestamp_ns);
+
+ private:
+  double speed_;
+  std::optional<std::int64_t> first_timestamp_ns_;
+  std::int64_t first_due_ns_ = 0;
+};
+
+/// Owns the thread in which pairs are processed. While a pair is processed the newest other one waits; the one that
+/// waited before is left out and counted. What is processed is as without this class, and in the same order.
+class LiveRun {
+ public:
+  struct Processing {
+    PipelineThread::Process process;
+    std::function<void()> idle;                ///< Now and then while nothing comes.
+    std::function<void(const Effort&)> limit;  ///< Between two calls of `process`.
+    int max_objects = 0;                       ///< As configured.
+  };
+
+  [[nodiscard]] static std::size_t required_bytes(const StereoGeometry& geometry) {
+    return PipelineThread::required_bytes(geometry);
+  }
+  /// `paces`: frames come as fast as they are read, and are given the pace of their times; else times are of the
+  /// steady clock. All calls of `processing` are made by one thread; `health` outlives this. Errors: those of
+  /// PipelineThread::create.
+  [[nodiscard]] static Result<std::unique_ptr<LiveRun>> create(const LiveConfig& config, double nominal_rate_hz,
+                                                               bool paces, const StereoGeometry& geometry,
+                                                               Processing processing, HealthMonitor& health,
+                                                               Arena& arena);
+
+  /// Before a frame is worked on: waits until it is due where frames have no pace of their own.
+  void await(const StereoFrame& frame);
+  /// Errors: those of `process`, of an earlier pair.
+  [[nodiscard]] Status offer(const RectifiedPair& pair);
+  /// Processes what waits. Errors: those of `process`.
+  [[nodiscard]] Status finish() noexcept { return thread_->finish(); }
+
+  /// After finish().
+  [[nodiscard]] recording::LiveSummary summary() const noexcept;
+
+ private:
+  LiveRun(const LiveConfig& config, double nominal_rate_hz, bool paces, Processing processing, HealthMonitor& health);
+  Status process(const RectifiedPair& pair, std::int64_t exposed_ns);
+  void adapt(std::chrono::steady_clock::duration took);
+
+  Processing processing_;
+  HealthMonitor& health_;
+  std::optional<Pacer> pacer_;
+  std::int64_t due_ns_ = 0;
+  std::uint64_t left_out_ = 0;
+  bool sheds_;
+  double deadline_ms_;
+  // Of the processing thread.
+  LoadShedder shedder_;
+  recording::LatencyHistogram latency_;
+  std::uint64_t late_ = 0;
+  int worst_level_ = 0;
+  std::unique_ptr<PipelineThread> thread_;  ///< Last, so that it ends first.
+};
+
+}  // namespace kinetrace::app

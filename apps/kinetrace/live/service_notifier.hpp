@@ -1,0 +1,47 @@
+// What systemd is told of a run that it supervises.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <string_view>
+#include <sys/socket.h>
+#include <sys/un.h>
+
+#include "camera/health_monitor.hpp"
+
+namespace kinetrace::app {
+
+/// Speaks the protocol of sd_notify(3): state changes as text in a datagram to $NOTIFY_SOCKET. Without that variable
+/// nothing is sent. Its own implementation, as systemd's documentation suggests for programs that need nothing else of
+/// libsystemd, which would cost a megabyte. Calls never wait and never allocate, and may come from any thread.
+class ServiceNotifier {
+ public:
+  /// Reads NOTIFY_SOCKET, WATCHDOG_USEC and WATCHDOG_PID.
+  ServiceNotifier() noexcept;
+  ServiceNotifier(const ServiceNotifier&) = delete;
+  ServiceNotifier& operator=(const ServiceNotifier&) = delete;
+  ~ServiceNotifier();
+
+  /// Something was really done. The first time the service is ready; from then on the watchdog is fed, at most four
+  /// times in its interval. `now_ns`: steady clock.
+  void progress(std::int64_t now_ns) noexcept;
+  /// Tells how the run is, in one line that `systemctl status` shows, whenever that has changed.
+  void tell(const Condition& now) noexcept;
+  void stopping() noexcept { send("STOPPING=1"); }
+
+ private:
+  void send(std::string_view state) const noexcept;
+
+  int socket_ = -1;
+  sockaddr_un address_{};
+  socklen_t address_bytes_ = 0;
+  std::int64_t feed_every_ns_ = 0;  ///< 0: there is no watchdog.
+  std::atomic<bool> is_ready_ = false;
+  std::atomic<std::int64_t> fed_at_ns_ = 0;
+  std::mutex telling_;
+  std::optional<Condition> told_;
+};
+
+}  // namespace kinetrace::app

@@ -1,0 +1,73 @@
+// From a camera's frame to results recorded and on their way.
+#pragma once
+
+#include <memory>
+#include <mutex>
+
+#include "kinetrace/core/allocation_counter.hpp"
+#include "live/live_run.hpp"
+#include "live/stage_clock.hpp"
+#include "run/run_components.hpp"
+#include "run/run_report.hpp"
+
+namespace kinetrace::app {
+
+/// What the thread that processes and the one that captures both look at.
+class Progressed {
+ public:
+  void set(const Processed& value) {
+    const std::lock_guard lock(mutex_);
+    value_ = value;
+  }
+  [[nodiscard]] Processed get() const {
+    const std::lock_guard lock(mutex_);
+    return value_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  Processed value_;
+};
+
+/// A run's frames, one after the other in one thread, or with processing beside capture (live). Calls come from the
+/// thread that captures; `components` and `report` outlive it.
+class FrameProcessor {
+ public:
+  FrameProcessor(RunComponents& components, RunReport& report) : components_(components), report_(report) {}
+
+  /// Live from now on; once, before the first frame. Errors: those of LiveRun::create.
+  [[nodiscard]] Status go_live(const RunSetup& setup, double rate_hz, Arena& arena);
+  /// Errors: those of the components; live, those of an earlier frame.
+  [[nodiscard]] Status process(const StereoFrame& frame);
+  /// While no frame comes. Live, the other thread tells health.
+  void on_idle();
+  /// After the last frame. Errors: those of processing what waited, and of masks of which none fitted.
+  [[nodiscard]] Status finish();
+
+  [[nodiscard]] Processed processed() const;
+  [[nodiscard]] StageClock& capture_clock() noexcept { return capture_clock_ ? *capture_clock_ : *clock_; }
+  [[nodiscard]] const StageClock& clock() const noexcept { return *clock_; }
+  /// Null if not live.
+  [[nodiscard]] const LiveRun* live() const noexcept { return live_.get(); }
+
+ private:
+  [[nodiscard]] Result<RectifiedPair> prepare(const StereoFrame& frame);
+  void record_raw(const StereoFrame& frame);
+  /// `exposed_ns`: steady clock at mid-exposure, 0 where that is not known.
+  [[nodiscard]] Status process_pair(const RectifiedPair& pair, std::int64_t exposed_ns);
+  void hand_over(const FrameResult& result, std::int64_t exposed_ns);
+  [[nodiscard]] Status note_masks(const FrameResult& result);
+  void tell_health();
+
+  RunComponents& components_;
+  RunReport& report_;
+  Warn warn_ = [this](const std::string& warning) { report_.warn_now(warning); };
+  Progressed progressed_;
+  std::unique_ptr<StageClock> clock_ = std::make_unique<StageClock>();
+  AllocationCounts allocations_at_last_offer_;
+  std::uint64_t mask_frames_missing_ = 0;      ///< So far.
+  std::unique_ptr<StageClock> capture_clock_;  ///< Null: the same.
+  std::unique_ptr<LiveRun> live_;              ///< Last, so that its thread ends first.
+};
+
+}  // namespace kinetrace::app

@@ -1,0 +1,79 @@
+// The command that everything else is for.
+#include <memory>
+#include <utility>
+
+#include <CLI/CLI.hpp>
+
+#include "cli/commands.hpp"
+#include "cli/messages.hpp"
+#include "live/thread_stacks.hpp"
+#include "run/run_components.hpp"
+#include "run/run_options.hpp"
+#include "run/run_report.hpp"
+#include "run/run_session.hpp"
+#include "run/run_setup.hpp"
+
+namespace kinetrace::app {
+namespace {
+
+Outcome<RunReport> run(const RunOptions& options) {
+  Outcome<RunSetup> setup = RunSetup::create(options);
+  if (!setup) {
+    return Unexpected(setup.error());
+  }
+  if (const Status limited = limit_thread_stacks(); !limited) {
+    return failure(limited.error());
+  }
+  Arena arena(setup->memory.arena.total_bytes());
+  Outcome<RunComponents> components = make_components(*setup, arena);
+  if (!components) {
+    return Unexpected(components.error());
+  }
+  RunSession session(*setup, *components);
+  if (const Status begun = session.begin(arena); !begun) {
+    return failure(begun.error());
+  }
+  if (const Status ended = session.finish(session.play()); !ended) {
+    return failure(ended.error());
+  }
+  return std::move(session.report());
+}
+
+int run_command(const RunOptions& options) {
+  const Outcome<RunReport> outcome = run(options);
+  if (!outcome) {
+    return report(outcome.error());
+  }
+  outcome->print();
+  return outcome->summary().exit_status;
+}
+
+void add_options(CLI::App& run, RunOptions& options) {
+  add_source_options(run, options.source);
+  run.add_option("--segmentation", options.segmentation,
+                 "Where objects come from: motion (the default), none (they are not looked for), mask files (KITTI "
+                 "MOTS PNG) as masks:LEFT_DIR[,RIGHT_DIR], a "
+                 "neural network as onnx[:MODEL.yaml], or dds: masks that another process sends, see kinetrace masks")
+      ->type_name("HOW");
+  add_config_options(run, options.config);
+  run.add_option("--out", options.out, "Run folder; made, or replaced if it is an earlier run's")
+      ->type_name("DIR")
+      ->required();
+  run.add_flag("--images", options.images,
+               "Also writes the rectified left images into the run folder: those that its COLMAP models are of");
+  add_until_options(run, options.until);
+  CLI::Option* raw =
+      run.add_option("--record", options.raw.out, "Also records the raw images, into a new folder")->type_name("DIR");
+  add_raw_options(run, options.raw, raw);
+  add_publish_option(run, options.publish);
+  run.add_flag("--json", options.json, "Prints run.json on standard output instead of the summary");
+  run.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
+}
+
+}  // namespace
+
+Action add_run(CLI::App& command) {
+  return bind_options(command, add_options, run_command);
+}
+
+}  // namespace kinetrace::app

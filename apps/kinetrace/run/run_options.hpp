@@ -1,0 +1,25 @@
+// What a run is asked to do.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "cli/shared_options.hpp"
+
+namespace kinetrace::app {
+
+struct RunOptions {
+  SourceOptions source;
+  UntilOptions until;
+  std::string segmentation;  ///< "motion", "none", "onnx[:MODEL]", "dds", "masks:LEFT[,RIGHT]", or empty for the
+                             ///< configured one.
+  ConfigSource config;
+  std::filesystem::path out;
+  bool images = false;  ///< Also the rectified left images.
+  RawOutputOptions raw;
+  std::string publish;  ///< File with keys dds.*; empty: nothing is published.
+  bool json = false;
+  bool quiet = false;
+};
+
+}  // namespace kinetrace::app

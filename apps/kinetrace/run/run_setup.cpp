@@ -1,0 +1,64 @@
+#include "run/run_setup.hpp"
+
+#include <utility>
+
+#include "config/config_file.hpp"
+#include "kinetrace/hal/rectifier.hpp"
+#include "segmentation/network_setup.hpp"
+
+namespace kinetrace::app {
+namespace {
+
+Outcome<std::unique_ptr<PublishingSetup>> publishing_of(const RunOptions& options, const AppConfig& config) {
+  if (options.publish.empty() && config.pipeline.segmentation.mode == segmentation::SegmentationMode::kDds) {
+    return Unexpected(Failure{ExitCode::kUsage,
+                              "segmentation dds needs --publish FILE: it says in which DDS domain "
+                              "and for which device masks come"});
+  }
+  return optional_publishing(options.publish, config.pipeline.tracking.max_objects);
+}
+
+}  // namespace
+
+Outcome<RunSetup> RunSetup::create(const RunOptions& options) {
+  Result<AppConfig> config = load_config(options.config, options.segmentation);
+  if (!config) {
+    return failure(config.error());
+  }
+  Outcome<CameraSetup> camera = camera_setup(options.source);
+  if (!camera) {
+    return Unexpected(camera.error());
+  }
+  Outcome<std::unique_ptr<PublishingSetup>> publishing = publishing_of(options, *config);
+  if (!publishing) {
+    return Unexpected(publishing.error());
+  }
+  const auto geometry = hal::Rectifier::rectified_geometry(camera->calibration, config->rectification);
+  if (!geometry) {
+    return failure(geometry.error());
+  }
+  Result<std::unique_ptr<NetworkThread>> network =
+      start_network(*config, *geometry, !app::is_live(config->live, *camera));
+  if (!network) {
+    return failure(network.error());
+  }
+  Result<RunMemory> memory = plan_memory(*config, *camera, options.raw, publishing->get(), network->get());
+  if (!memory) {
+    return failure(memory.error());
+  }
+  if (const Status fits = check_budget(*memory, config->pipeline.memory); !fits) {
+    return failure(fits.error());
+  }
+  return RunSetup{.options = options,
+                  .config = std::move(*config),
+                  .camera = std::move(*camera),
+                  .publishing = std::move(*publishing),
+                  .network = std::move(*network),
+                  .memory = std::move(*memory)};
+}
+
+std::string RunSetup::settings_json() {
+  return to_json(all_fields(fields_of(config), publishing.get()));
+}
+
+}  // namespace kinetrace::app

@@ -1,0 +1,193 @@
+// A neural network on single images, so that a model can be looked at before it flies.
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "cli/commands.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/messages.hpp"
+#include "cli/printable.hpp"
+#include "drawing/canvas.hpp"
+#include "drawing/color.hpp"
+#include "kinetrace/core/class_name.hpp"
+#include "kinetrace/imaging/png_writer.hpp"
+#include "kinetrace/neural/instance_network.hpp"
+#include "segmentation/model_file.hpp"
+#include "segmentation/picture_file.hpp"
+
+namespace kinetrace::app {
+namespace {
+
+namespace fs = std::filesystem;
+using neural::InstanceNetwork;
+using Masks = std::span<const RunLengthMask>;
+
+struct SegmentOptions {
+  std::vector<std::filesystem::path> images;  ///< Files, or folders of files.
+  std::filesystem::path model;                ///< YAML; empty: the one that comes with Kinetrace.
+  std::filesystem::path out;
+  int threads = 1;
+  bool quiet = false;
+};
+
+constexpr std::uint16_t kMotsClass = 1000;
+
+/// Calls visit(x, y) for every pixel of a mask.
+template <typename Visit>
+void for_each_pixel(const RunLengthMask& mask, Visit&& visit) {
+  const int width = mask.box_px.width();
+  int at = 0;
+  bool inside = false;
+  for (const std::uint16_t run : mask.runs) {
+    for (int end = at + run; at < end; ++at) {
+      if (inside) {
+        visit(mask.box_px.x0 + at % width, mask.box_px.y0 + at / width);
+      }
+    }
+    inside = !inside;
+  }
+}
+
+Status write_masks(const fs::path& path, Masks masks, GrayView image) {
+  std::vector<std::uint16_t> pixels(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
+  std::uint16_t instance = 0;
+  for (const RunLengthMask& mask : masks) {
+    const auto value = static_cast<std::uint16_t>(
+        mask.class_id == kIgnoreClass ? kIgnoreClass * kMotsClass : mask.class_id * kMotsClass + ++instance);
+    for_each_pixel(mask, [&](int x, int y) {
+      std::uint16_t& pixel =
+          pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x)];
+      pixel = pixel == 0 ? value : pixel;  // Earlier masks lie over later ones.
+    });
+  }
+  return imaging::write_png_gray16(path.c_str(), {pixels.data(), image.width, image.height, image.width});
+}
+
+Status draw_masks(const fs::path& path, Masks masks, GrayView image) {
+  drawing::Canvas canvas(image.width, image.height, drawing::kPaper);
+  const drawing::Rect whole{0.0, 0.0, static_cast<double>(image.width), static_cast<double>(image.height)};
+  canvas.image(image, whole);
+  std::vector<std::uint8_t> pixels(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
+  const GrayView view{pixels.data(), image.width, image.height, image.width};
+  std::uint32_t id = 0;
+  for (const RunLengthMask& mask : masks) {
+    const drawing::Color colour = drawing::track_style(++id).color;
+    std::fill(pixels.begin(), pixels.end(), std::uint8_t{0});
+    for_each_pixel(mask, [&](int x, int y) {
+      pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x)] = 1;
+    });
+    canvas.mask(view, whole, colour, 0.4);
+    canvas.mask_outline(view, whole, {.color = colour, .width_px = 1.5});
+    std::array<char, 64> label{};
+    std::snprintf(label.data(), label.size(), "%s %.2f", ClassName(mask.class_id).c_str(),
+                  static_cast<double>(mask.score));
+    canvas.text({static_cast<double>(mask.box_px.x0), static_cast<double>(std::max(12, mask.box_px.y0 - 4))},
+                label.data(), {.size_px = 8.0, .color = colour, .bold = true, .halo_px = 2.0});
+  }
+  return canvas.write_png(path, imaging::PngEffort::kFast);
+}
+
+/// Where the results go. Errors: kCannotCreate.
+Outcome<void> make_folders(const fs::path& out) {
+  for (const char* name : {"masks", "overlay"}) {
+    std::error_code error;
+    fs::create_directories(out / name, error);
+    if (error) {
+      return Unexpected(Failure{ExitCode::kCannotCreate, (out / name).string() + ": " + error.message()});
+    }
+  }
+  return {};
+}
+
+Status write_results(const SegmentOptions& options, const fs::path& file, Masks masks, GrayView image) {
+  const std::string name = file.stem().string() + ".png";
+  if (Status written = write_masks(options.out / "masks" / name, masks, image); !written) {
+    return written;
+  }
+  return draw_masks(options.out / "overlay" / name, masks, image);
+}
+
+Outcome<void> segment(const SegmentOptions& options) {
+  const Result<neural::ModelConfig> model = load_model(options.model);
+  if (!model) {
+    return failure(model.error());
+  }
+  const Result<std::vector<fs::path>> files = picture_files(options.images);
+  if (!files) {
+    return failure(files.error());
+  }
+  const neural::NetworkOptions network_options{.threads = options.threads,
+                                               .max_width_px = PictureFiles::kMaxSide_px,
+                                               .max_height_px = PictureFiles::kMaxSide_px};
+  Arena arena(InstanceNetwork::required_bytes(*model, network_options));
+  const auto network = InstanceNetwork::create(*model, network_options, arena);
+  if (!network) {
+    return failure(network.error());
+  }
+  for (const fs::path& file : *files) {
+    if (const auto caution = model_caution(*model, file)) {
+      print_warning(*caution);
+      break;
+    }
+  }
+  if (Outcome<void> made = make_folders(options.out); !made) {
+    return made;
+  }
+  PictureFiles pictures;
+  catch_interrupts();
+  for (auto file = files->begin(); file != files->end() && interrupted_by() == 0; ++file) {
+    const Result<PictureFiles::Loaded> loaded = pictures.read(*file);
+    if (!loaded) {
+      return failure(loaded.error());
+    }
+    const auto begun = std::chrono::steady_clock::now();
+    const Result<Masks> masks = (*network)->segment(loaded->picture);
+    const double took_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun).count();
+    if (!masks) {
+      return failure(masks.error());
+    }
+    if (const Status written = write_results(options, *file, *masks, loaded->gray); !written) {
+      return failure(written.error());
+    }
+    if (!options.quiet) {
+      std::printf("%s: %zu instances in %.1f ms\n", printable(file->native()).c_str(), masks->size(), took_ms);
+    }
+  }
+  return {};
+}
+
+int segment_command(const SegmentOptions& options) {
+  const Outcome<void> done = segment(options);
+  return done ? 0 : report(done.error());
+}
+
+void add_options(CLI::App& segment, SegmentOptions& options) {
+  segment.add_option("IMAGES", options.images, "PNG, JPEG or PGM files, or folders of them")->required();
+  segment
+      .add_option("--model", options.model,
+                  "YAML file that describes the network; without it, the one that comes with Kinetrace, which knows "
+                  "simulated pictures only")
+      ->type_name("MODEL.yaml");
+  segment
+      .add_option("--out", options.out, "Folder for masks/STEM.png (KITTI MOTS) and overlay/STEM.png; made if needed")
+      ->type_name("DIR")
+      ->required();
+  segment.add_option("--threads", options.threads, "Threads that the network uses")
+      ->check(CLI::Range(1, 16))
+      ->capture_default_str();
+  segment.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
+}
+
+}  // namespace
+
+Action add_segment(CLI::App& command) {
+  return bind_options(command, add_options, segment_command);
+}
+
+}  // namespace kinetrace::app

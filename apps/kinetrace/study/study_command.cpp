@@ -1,0 +1,213 @@
+#include <algorithm>
+#include <cstdio>
+#include <set>
+#include <system_error>
+
+#include <CLI/CLI.hpp>
+
+#include "cli/commands.hpp"
+#include "cli/failure.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/messages.hpp"
+#include "cli/shared_options.hpp"
+#include "config/app_config.hpp"
+#include "kinetrace/hal/dataset.hpp"
+#include "study/study_play.hpp"
+#include "study/study_summary.hpp"
+
+namespace kinetrace::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// `study object-size`.
+struct StudyOptions {
+  std::vector<std::filesystem::path> recordings;  ///< Folders made by kinetrace-simulate.
+  std::vector<int> windows{1, 5, 10, 20};         ///< Frames of an object's window.
+  std::string masks = "detections";               ///< Or "instances": the exact ones.
+  ConfigSource config;
+  std::filesystem::path out;
+  bool quiet = false;
+};
+
+/// The only drive in a folder made by kinetrace-simulate.
+Outcome<fs::path> find_drive(const fs::path& recording) {
+  std::vector<fs::path> drives;
+  std::error_code error;
+  for (fs::recursive_directory_iterator entry(recording, error), end; !error && entry != end; entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (entry.depth() == 1 && (name.ends_with("_sync") || name.ends_with("_extract"))) {
+      drives.push_back(entry->path());
+    }
+    if (entry.depth() == 1) {
+      entry.disable_recursion_pending();
+    }
+  }
+  if (drives.size() != 1) {
+    return Unexpected(Failure{ExitCode::kNoInput, recording.string() + ": expected one drive and its truth, as "
+                                                                       "kinetrace-simulate receding --out makes them"});
+  }
+  return drives.front();
+}
+
+struct Recording {
+  std::string name;
+  hal::Dataset dataset;
+  std::string segmentation;
+  StudyTruth truth;
+};
+
+Outcome<Recording> open_recording(const fs::path& path, const std::string& masks) {
+  const Outcome<fs::path> drive = find_drive(path);
+  if (!drive) {
+    return Unexpected(drive.error());
+  }
+  hal::DatasetSpec spec;
+  spec.layout = hal::DatasetLayout::kKittiRaw;
+  spec.path = *drive;
+  Result<hal::Dataset> dataset = hal::open_dataset(spec);
+  if (!dataset) {
+    return failure(dataset.error());
+  }
+  Result<StudyTruth> truth = StudyTruth::open(path);
+  if (!truth) {
+    return failure(truth.error());
+  }
+  const fs::path folder = path / "truth" / "masks";
+  return Recording{path.string(), std::move(*dataset),
+                   "masks:" + (folder / (masks + "_left")).string() + "," + (folder / (masks + "_right")).string(),
+                   std::move(*truth)};
+}
+
+/// One configuration of the study.
+struct Variant {
+  std::string name;
+  int window_frames = 0;  ///< 0: the configuration as it is.
+};
+
+std::vector<Variant> variants(const StudyOptions& options) {
+  std::vector<Variant> all;
+  for (const int window : std::set<int>(options.windows.begin(), options.windows.end())) {
+    all.push_back({std::to_string(window), window});
+  }
+  all.push_back({"default", 0});
+  return all;
+}
+
+// Every frame is kept, so that a window is that many frames and not keyframes, which gather what others saw. The
+// background is the same in all variants.
+void apply(const Variant& variant, const StudyOptions& options, pipeline::PipelineConfig& config) {
+  if (variant.window_frames > 0) {
+    const int longest = *std::max_element(options.windows.begin(), options.windows.end());
+    config.background.window_frames = std::max(config.background.window_frames, longest);
+    config.object.window_frames = variant.window_frames;
+    config.object.keyframe_motion_px = 0.0;
+  }
+}
+
+Outcome<StudyRun> run_variant(const StudyOptions& options, Recording& recording, const Variant& variant) {
+  Result<AppConfig> config = load_config(options.config, recording.segmentation);
+  if (!config) {
+    return failure(config.error());
+  }
+  apply(variant, options, config->pipeline);
+  if (const Status valid = config->validate(); !valid) {
+    return failure(valid.error());
+  }
+  StudyErrors errors(recording.truth);
+  const Status played =
+      play_recording(recording.dataset, *config, [&](const FrameResult& result) { return errors.add(result); });
+  if (!played) {
+    return failure(played.error());
+  }
+  return StudyRun{recording.name, variant.name, errors.rows()};
+}
+
+Outcome<std::vector<StudyRun>> run_all(const StudyOptions& options) {
+  std::vector<StudyRun> runs;
+  for (const fs::path& path : options.recordings) {
+    Outcome<Recording> recording = open_recording(path, options.masks);
+    if (!recording) {
+      return Unexpected(recording.error());
+    }
+    for (const Variant& variant : variants(options)) {
+      if (!options.quiet) {
+        std::fprintf(stderr, "%s, window %s\n", recording->name.c_str(), variant.name.c_str());
+      }
+      Outcome<StudyRun> run = run_variant(options, *recording, variant);
+      if (!run) {
+        return Unexpected(run.error());
+      }
+      runs.push_back(std::move(*run));
+      if (interrupted_by() != 0) {
+        return runs;
+      }
+    }
+  }
+  return runs;
+}
+
+Status make_folder(const fs::path& directory) {
+  std::error_code error;
+  fs::create_directories(directory, error);
+  return error ? fail(ErrorCode::kIo, directory.string() + ": cannot be made (" + error.message() + ")") : Status{};
+}
+
+bool nothing_studied(const std::vector<StudyRun>& runs) {
+  return std::all_of(runs.begin(), runs.end(), [](const StudyRun& run) { return run.rows.empty(); });
+}
+
+int study_command(const StudyOptions& options) {
+  if (const Status made = make_folder(options.out); !made) {
+    return report({ExitCode::kCannotCreate, made.error().message});
+  }
+  catch_interrupts();
+  const Outcome<std::vector<StudyRun>> runs = run_all(options);
+  if (!runs) {
+    return report(runs.error());
+  }
+  if (interrupted_by() != 0) {
+    return kSignalBase + interrupted_by();
+  }
+  if (nothing_studied(*runs)) {
+    return report({ExitCode::kBadData, "no rigid object moves in these recordings; simulate the scene receding"});
+  }
+  for (const auto& write : {write_study_csv, write_study_plot}) {
+    if (const Status written = write(*runs, options.out); !written) {
+      return report(to_failure(written.error()));
+    }
+  }
+  std::fputs(study_tables(*runs).c_str(), stdout);
+  return static_cast<int>(ExitCode::kOk);
+}
+
+void add_options(CLI::App& study, StudyOptions& options) {
+  study.require_subcommand(1);
+  CLI::App& object_size = *study.add_subcommand(
+      "object-size", "Errors of objects by their size in the image and by the frames they are reconstructed from");
+  object_size
+      .add_option("RECORDING", options.recordings,
+                  "Folders made by kinetrace-simulate, best of the scene `receding` with several seeds")
+      ->required()
+      ->check(CLI::ExistingDirectory);
+  object_size.add_option("--out", options.out, "Folder for frames.csv, bins.csv and object_size.png")
+      ->type_name("DIR")
+      ->required();
+  object_size.add_option("--windows", options.windows, "Frames of an object's window; 1 is single-frame stereo")
+      ->delimiter(',')
+      ->check(CLI::Range(1, 32))
+      ->capture_default_str();
+  object_size.add_option("--masks", options.masks, "detections: as a network gives them; instances: exact")
+      ->check(CLI::IsMember({"detections", "instances"}))
+      ->capture_default_str();
+  add_config_options(object_size, options.config);
+  object_size.add_flag("--quiet", options.quiet, "Does not say what is being run");
+}
+
+}  // namespace
+
+Action add_study(CLI::App& command) {
+  return bind_options(command, add_options, study_command);
+}
+
+}  // namespace kinetrace::app

@@ -1,0 +1,67 @@
+// Errors of an object's reconstruction, frame by frame.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "kinetrace/core/frame_result.hpp"
+#include "study/study_truth.hpp"
+
+namespace kinetrace::app {
+
+/// What became of one object in one frame. What could not be measured is none.
+///
+/// Errors are those of the object relative to the camera: estimates are brought into the world by the true camera, and
+/// before smoothing, so that they tell of the object's reconstruction alone. Poses are settled ones; points are those
+/// that the newest frame and one before it have seen, as they were known then.
+struct StudyRow {
+  std::int64_t frame = 0;
+  std::uint32_t object_id = 0;
+  double distance_m = 0.0;     ///< From the camera to the centre of the object's box.
+  int height_px = 0;           ///< Of what can be seen of the object.
+  std::uint32_t track_id = 0;  ///< 0: no track's mask has half of its union in common with the object's.
+  BodyStatus status = BodyStatus::kLost;
+  int points = 0;  ///< Whose true depth is known.
+  /// Distance of the box centre from the truth, after the constant offset in the object's frame that fits the whole
+  /// track best (least squares, weighted by distance^-4 as stereo's variance grows).
+  std::optional<double> position_m = {};
+  std::optional<double> center_m = {};    ///< Distance of the estimated box's centre from the true one; no offset.
+  std::optional<double> motion_m = {};    ///< From the frame before, in the true body frame; see ObjectErrors::motion.
+  std::optional<double> motion_deg = {};  ///< ... its rotation.
+  std::optional<double> depth_bias_m = {};  ///< Median over the points of depth minus true depth: no offset.
+  std::optional<double> depth_m = {};       ///< Median over the points of the magnitude of the same difference.
+  std::optional<double> shape_m = {};       ///< ... of what remains without the bias.
+  std::optional<double> wrong_points = {};  ///< Part of the points that are off by more than a fifth of the distance.
+};
+
+/// Takes the results of one run in order and compares them with the truth.
+class StudyErrors {
+ public:
+  /// `truth` outlives the object.
+  explicit StudyErrors(StudyTruth& truth) : truth_(truth) {}
+
+  /// Errors: those of the truth's images; kInvalidArgument (the run's images have another size).
+  [[nodiscard]] Status add(const FrameResult& result);
+  /// All rows, by object and frame. Call after the pipeline has been drained.
+  [[nodiscard]] std::vector<StudyRow> rows() const;
+
+ private:
+  struct Sample {
+    StudyRow row;
+    evaluation::LocatedObject truth;
+    Se3 T_world_cam_true;
+    std::optional<Se3> T_world_obj;  ///< Where tracked.
+  };
+  using Key = std::pair<std::uint32_t, std::int64_t>;  ///< Object, frame.
+
+  [[nodiscard]] Status begin_frame(const FrameResult& result);
+  void settle(const FrameEstimate& settled);
+
+  StudyTruth& truth_;
+  std::map<Key, Sample> samples_;
+};
+
+}  // namespace kinetrace::app

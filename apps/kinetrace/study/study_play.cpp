@@ -1,0 +1,105 @@
+#include "study/study_play.hpp"
+
+#include <chrono>
+#include <utility>
+
+#include "cli/interrupt.hpp"
+#include "kinetrace/hal/file_stereo_camera.hpp"
+#include "kinetrace/hal/rectifier.hpp"
+#include "kinetrace/pipeline/pipeline.hpp"
+#include "live/worker_threads.hpp"
+#include "plan/memory.hpp"
+#include "segmentation/network_setup.hpp"
+
+namespace kinetrace::app {
+namespace {
+
+constexpr std::chrono::milliseconds kFrameTimeout(2000);
+
+/// Everything but the camera.
+struct Processing {
+  WorkerThreads& workers;
+  hal::Rectifier& rectifier;
+  pipeline::Pipeline& pipeline;
+};
+
+// From rectification to trajectories; timed where there is a clock.
+Result<const FrameResult*> process(const StereoFrame& frame, Processing& processing, StageClock* clock) {
+  if (clock != nullptr) {
+    clock->begin_frame();
+  }
+  const Result<RectifiedPair> pair = [&] {
+    const StageScope scope(clock, Stage::kRectify);
+    return processing.rectifier.process(frame, &processing.workers);
+  }();
+  Result<const FrameResult*> result = pair ? processing.pipeline.process(*pair, clock) : Unexpected(pair.error());
+  if (clock != nullptr) {
+    clock->end_frame();
+  }
+  return result;
+}
+
+Status play(hal::FileStereoCamera& camera, Processing processing,
+            const std::function<Status(const FrameResult&)>& visit, StageClock* clock) {
+  for (const Status& status : {camera.open(), camera.start()}) {
+    if (!status) {
+      return status;
+    }
+  }
+  while (interrupted_by() == 0) {
+    const Result<StereoFrame> frame = [&] {
+      const StageScope scope(clock, Stage::kCapture);
+      return camera.next(kFrameTimeout);
+    }();
+    if (!frame && frame.error().code == ErrorCode::kEndOfStream) {
+      break;
+    }
+    const Result<const FrameResult*> result = frame ? process(*frame, processing, clock) : Unexpected(frame.error());
+    Status visited = result ? visit(**result) : Unexpected(result.error());
+    if (!visited) {
+      return visited;
+    }
+  }
+  while (const FrameResult* result = processing.pipeline.drain()) {
+    if (Status visited = visit(*result); !visited) {
+      return visited;
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+Status play_recording(const hal::Dataset& dataset, const AppConfig& config,
+                      const std::function<Status(const FrameResult&)>& visit, StageClock* clock) {
+  const auto geometry = hal::Rectifier::rectified_geometry(dataset.calibration, config.rectification);
+  if (!geometry) {
+    return Unexpected(geometry.error());
+  }
+  const Result<std::unique_ptr<NetworkThread>> network = start_network(config, *geometry, true);
+  if (!network) {
+    return Unexpected(network.error());
+  }
+  const Result<RunMemory> plan = plan_memory(config, recording_setup(dataset));
+  if (!plan) {
+    return Unexpected(plan.error());
+  }
+  Arena arena(plan->arena.total_bytes());
+  auto camera = hal::FileStereoCamera::create(dataset, {}, arena);
+  if (!camera) {
+    return Unexpected(camera.error());
+  }
+  auto rectifier = hal::Rectifier::create(dataset.calibration, config.rectification, arena);
+  if (!rectifier) {
+    return Unexpected(rectifier.error());
+  }
+  WorkerThreads workers(config.processing.workers());
+  auto pipeline = pipeline::Pipeline::create(config.pipeline, rectifier->geometry(), arena,
+                                             {.external = nullptr, .network = network->get()}, &workers);
+  if (!pipeline) {
+    return Unexpected(pipeline.error());
+  }
+  return play(*camera, {workers, *rectifier, *pipeline}, visit, clock);
+}
+
+}  // namespace kinetrace::app

@@ -1,0 +1,161 @@
+#include <algorithm>
+
+#include "calibration/calibration_files.hpp"
+#include "util/first_error.hpp"
+#include "util/messages.hpp"
+#include "util/whole_pixels.hpp"
+
+namespace kinetrace::hal {
+namespace {
+
+using Keys = std::vector<std::string>;
+
+Keys intrinsics_keys(const std::string& eye) {
+  return {"K" + eye, "M" + eye, "cameraMatrix" + eye, "camera_matrix_" + eye, "CM" + eye};
+}
+Keys distortion_keys(const std::string& eye) {
+  return {"D" + eye, "distCoeffs" + eye, "distortion_coefficients_" + eye, "dist_coeffs_" + eye};
+}
+
+// A value that may stand in any of the files under any of the spellings.
+struct Place {
+  const YamlDocument* file;
+  std::string key;
+};
+
+Result<Place> find(const std::vector<YamlDocument>& files, const Keys& keys) {
+  for (const YamlDocument& file : files) {
+    if (std::string key = file.first_of(keys); !key.empty()) {
+      return Place{&file, std::move(key)};
+    }
+  }
+  return files.front().error(keys.front(),
+                             concat("is missing (looked for ", listed(keys), "); save the whole calibration"));
+}
+
+// Files of one calibration share it; where both say the same thing, they are two, and either may be the old one.
+Status say_it_once(const std::vector<YamlDocument>& files, const Keys& keys) {
+  const YamlDocument* first = nullptr;
+  for (const YamlDocument& file : files) {
+    if (file.first_of(keys).empty()) {
+      continue;
+    }
+    if (first != nullptr) {
+      return fail(ErrorCode::kBadCalibration,
+                  concat(first->path().string(), " and ", file.path().string(), " both hold ", keys.front(),
+                         "; keep the calibration of these images alone"));
+    }
+    first = &file;
+  }
+  return {};
+}
+
+Result<Eigen::Matrix3d> find_matrix3(const std::vector<YamlDocument>& files, const Keys& keys) {
+  return find(files, keys).and_then([](const Place& place) { return place.file->matrix3(place.key); });
+}
+
+bool is_fisheye(const std::vector<YamlDocument>& files) {
+  const auto place = find(files, {"distortion_model", "camera_model", "model"});
+  const auto name = place ? place->file->text(place->key) : Result<std::string>(std::string());
+  return name && (*name == "fisheye" || *name == "equidistant" || *name == "KANNALA_BRANDT");
+}
+
+Result<ImageSize> image_size(const std::vector<YamlDocument>& files, const ImageSize& of_images) {
+  const auto to_size = [](double width, double height) { return ImageSize{whole_pixels(width), whole_pixels(height)}; };
+  if (const auto place = find(files, {"imageSize", "image_size", "size", "resolution"})) {
+    return place->file->numbers(place->key, 2).transform([&](const std::vector<double>& v) {
+      return to_size(v[0], v[1]);
+    });
+  }
+  const auto width = find(files, {"image_width", "width"});
+  const auto height = find(files, {"image_height", "height"});
+  if (!width || !height) {
+    return of_images;
+  }
+  const auto width_px = width->file->numbers(width->key, 1);
+  const auto height_px = height->file->numbers(height->key, 1);
+  if (const Error* error = first_error(width_px, height_px)) {
+    return Unexpected(*error);
+  }
+  return to_size(width_px->front(), height_px->front());
+}
+
+Result<CameraModel> read_camera(const std::vector<YamlDocument>& files, const std::string& eye, LensModel lens,
+                                const ImageSize& size) {
+  const auto K = find_matrix3(files, intrinsics_keys(eye));
+  const auto place = find(files, distortion_keys(eye));
+  if (const Error* error = first_error(K, place)) {
+    return Unexpected(*error);
+  }
+  const auto coefficients = place->file->numbers(place->key);
+  if (!coefficients) {
+    return Unexpected(coefficients.error());
+  }
+  CameraModel camera{.lens = lens,
+                     .width_px = size.width_px,
+                     .height_px = size.height_px,
+                     .fx_px = (*K)(0, 0),
+                     .fy_px = (*K)(1, 1),
+                     .cx_px = (*K)(0, 2),
+                     .cy_px = (*K)(1, 2)};
+  if (const Status set = set_distortion(camera, *coefficients, *place->file, place->key); !set) {
+    return Unexpected(set.error());
+  }
+  return camera;
+}
+
+}  // namespace
+
+Status set_distortion(CameraModel& camera, const std::vector<double>& coefficients, const YamlDocument& file,
+                      std::string_view key) {
+  const std::size_t known = camera.lens == LensModel::kEquidistant ? 4 : camera.distortion.size();
+  const bool usual = coefficients.empty() || coefficients.size() == 4 || coefficients.size() == 5 ||
+                     coefficients.size() == 8 || coefficients.size() == 12 || coefficients.size() == 14;
+  if (!usual) {
+    return file.error(key, concat("must be 4, 5 or 8 numbers, got ", std::to_string(coefficients.size())));
+  }
+  for (std::size_t i = 0; i < coefficients.size(); ++i) {
+    if (i < known) {
+      camera.distortion[i] = coefficients[i];
+    } else if (coefficients[i] != 0.0) {
+      return file.error(key,
+                        concat("has more than ", std::to_string(known),
+                               " coefficients (thin prism, tilt), which is not supported; calibrate without them"));
+    }
+  }
+  return {};
+}
+
+bool is_opencv_stereo(const YamlDocument& file) {
+  return !file.first_of(intrinsics_keys("1")).empty() || (file.has("R") && file.has("T"));
+}
+
+Result<RigCalibration> read_opencv_stereo(const std::vector<YamlDocument>& files, const ImageSize& size) {
+  for (const Keys& keys : {intrinsics_keys("1"), intrinsics_keys("2"), Keys{"R"}, Keys{"T"}}) {
+    if (const Status once = say_it_once(files, keys); !once) {
+      return Unexpected(once.error());
+    }
+  }
+  const LensModel lens = is_fisheye(files) ? LensModel::kEquidistant : LensModel::kRadialTangential;
+  const auto stored_size = image_size(files, size);
+  if (!stored_size) {
+    return Unexpected(stored_size.error());
+  }
+  const auto left = read_camera(files, "1", lens, *stored_size);
+  const auto right = read_camera(files, "2", lens, *stored_size);
+  const auto R = find_matrix3(files, {"R"});
+  const auto T = find(files, {"T"}).and_then([](const Place& place) { return place.file->numbers(place.key, 3); });
+  if (const Error* error = first_error(left, right, R, T)) {
+    return Unexpected(*error);
+  }
+  RigCalibration rig;
+  for (const YamlDocument& file : files) {
+    rig.source += (rig.source.empty() ? "" : ", ") + file.path().string();
+  }
+  rig.left = *left;
+  rig.right = *right;
+  rig.T_right_left = {*R, {(*T)[0], (*T)[1], (*T)[2]}};
+  return rig;
+}
+
+}  // namespace kinetrace::hal

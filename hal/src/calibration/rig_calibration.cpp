@@ -1,0 +1,197 @@
+#include "kinetrace/hal/rig_calibration.hpp"
+
+#include <cmath>
+#include <string_view>
+
+#include "util/messages.hpp"
+
+namespace kinetrace::hal {
+namespace {
+
+constexpr int kMaxSide_px = 16384;
+constexpr double kMaxBaseline_m = 10.0;
+constexpr double kMinBaseline_m = 1e-4;
+constexpr double kRotationTolerance = 5e-3;   // Matrices written with three digits still pass.
+constexpr double kMaxAxisTilt = 0.1;          // Of the baseline against the rows of images called rectified.
+constexpr double kMinForwardAgreement = 0.7;  // Cosine between the eyes' viewing directions: 45 degrees.
+constexpr double kIntrinsicsTolerance_px = 0.01;
+
+using Projection = Eigen::Matrix<double, 3, 4>;
+
+Unexpected<Error> bad(const std::string& source, const std::string& what) {
+  return fail(ErrorCode::kBadCalibration, source + ": " + what);
+}
+
+Status check_focal(const std::string& source, std::string_view eye, std::string_view key, double value) {
+  if (!std::isfinite(value) || value <= 0) {
+    return bad(source, concat(eye, " focal length ", key, " must be a positive number, got ", number(value),
+                              "; calibrate again"));
+  }
+  return {};
+}
+
+Status check_principal(const std::string& source, std::string_view eye, std::string_view key, double value, int size) {
+  if (!std::isfinite(value) || value < -0.5 * size || value > 1.5 * size) {
+    return bad(source, concat(eye, " principal point ", key, " = ", number(value), " lies far outside the image of ",
+                              std::to_string(size), " px; check the order of the intrinsics and the image size"));
+  }
+  return {};
+}
+
+Status check_pinhole(const std::string& source, std::string_view eye, double fx, double fy, double cx, double cy,
+                     int width, int height) {
+  if (width <= 0 || height <= 0) {
+    return bad(source, concat(eye, " image size is missing; give width and height in pixels"));
+  }
+  if (width > kMaxSide_px || height > kMaxSide_px) {
+    return bad(source, concat(eye, " image size ", size_text(width, height), " is beyond ",
+                              size_text(kMaxSide_px, kMaxSide_px), " pixels; correct the size"));
+  }
+  Status status = check_focal(source, eye, "fx", fx);
+  if (status) {
+    status = check_focal(source, eye, "fy", fy);
+  }
+  if (status) {
+    status = check_principal(source, eye, "cx", cx, width);
+  }
+  if (status) {
+    status = check_principal(source, eye, "cy", cy, height);
+  }
+  return status;
+}
+
+Status check_camera(const std::string& source, std::string_view eye, const CameraModel& camera) {
+  Status pinhole = check_pinhole(source, eye, camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px, camera.width_px,
+                                 camera.height_px);
+  if (!pinhole) {
+    return pinhole;
+  }
+  for (const double coefficient : camera.distortion) {
+    if (!std::isfinite(coefficient)) {
+      return bad(source, concat(eye, " distortion holds a value that is no number; calibrate again"));
+    }
+  }
+  return {};
+}
+
+// Repairs what writing with few digits has done, rejects what is no rotation.
+Status repair_rotation(const std::string& source, std::string_view name, Eigen::Matrix3d& rotation) {
+  const double deviation = (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  if (!rotation.allFinite() || deviation > kRotationTolerance || rotation.determinant() <= 0) {
+    return bad(source, concat(name, " is no rotation matrix (R^T R deviates from the identity by ", number(deviation),
+                              "); check that it is complete and row-major"));
+  }
+  rotation = orthonormalised(rotation);
+  return {};
+}
+
+// `offset`: centre of the right eye seen from the left one.
+Status check_baseline(const std::string& source, const Eigen::Vector3d& offset, double max_tilt) {
+  const double length = offset.norm();
+  if (!std::isfinite(length) || length < kMinBaseline_m) {
+    return bad(source, concat("the baseline is ", number(length),
+                              " m; the translation between the eyes is missing or zero in the calibration"));
+  }
+  const double across = offset.tail<2>().norm();
+  if (across > max_tilt * std::abs(offset.x())) {
+    return bad(source,
+               concat("the baseline is not horizontal (right eye at x ", number(offset.x()), ", y ", number(offset.y()),
+                      ", z ", number(offset.z()), " m from the left one); this needs eyes side by side"));
+  }
+  if (offset.x() < 0) {
+    return bad(source, concat("the baseline is negative (", number(offset.x()),
+                              " m): left and right look swapped; exchange the two cameras"));
+  }
+  if (length > kMaxBaseline_m) {
+    return bad(source, concat("the baseline is ", number(length),
+                              " m; translations must be in metres, was this calibrated in millimetres?"));
+  }
+  return {};
+}
+
+Status check_geometry(const std::string& source, const StereoGeometry& geometry) {
+  const Status pinhole = check_pinhole(source, "rectified", geometry.fx_px, geometry.fy_px, geometry.cx_px,
+                                       geometry.cy_px, geometry.width_px, geometry.height_px);
+  return pinhole ? check_baseline(source, {geometry.baseline_m, 0.0, 0.0}, 1.0) : pinhole;
+}
+
+Status validate_given(const std::string& source, RectifyingTransforms& given) {
+  Status status = repair_rotation(source, "the left rectifying rotation", given.R_left);
+  if (status) {
+    status = repair_rotation(source, "the right rectifying rotation", given.R_right);
+  }
+  if (status) {
+    const auto geometry =
+        geometry_from_projections(given.P_left, given.P_right, given.width_px, given.height_px, source);
+    status = geometry ? Status{} : Unexpected(geometry.error());
+  }
+  return status;
+}
+
+Status validate_transform(const std::string& source, Se3& T_right_left) {
+  if (Status rotation = repair_rotation(source, "the rotation between the eyes", T_right_left.rotation); !rotation) {
+    return rotation;
+  }
+  if (T_right_left.rotation(2, 2) < kMinForwardAgreement) {
+    return bad(source,
+               "the eyes look in different directions (more than 45 degrees apart); check the rotation between them");
+  }
+  return check_baseline(source, T_right_left.inverse().translation, 1.0);
+}
+
+// Centre of the camera P = K [I | t] in the common frame: -K^-1 P[:, 3].
+Eigen::Vector3d centre(const Projection& P) {
+  return -(P.leftCols<3>().inverse() * P.col(3));
+}
+
+}  // namespace
+
+Status RigCalibration::validate() {
+  if (rectified) {
+    return check_geometry(source, *rectified);
+  }
+  Status status = check_camera(source, "left", left);
+  if (status) {
+    status = check_camera(source, "right", right);
+  }
+  if (status && (left.width_px != right.width_px || left.height_px != right.height_px)) {
+    status = bad(source, concat("the eyes have different image sizes, left ", size_text(left.width_px, left.height_px),
+                                ", right ", size_text(right.width_px, right.height_px), "; both must be the same"));
+  }
+  if (status) {
+    status = given ? validate_given(source, *given) : validate_transform(source, T_right_left);
+  }
+  return status;
+}
+
+Result<StereoGeometry> geometry_from_projections(const Projection& P_left, const Projection& P_right, int width_px,
+                                                 int height_px, const std::string& source) {
+  if (!P_left.allFinite() || !P_right.allFinite()) {
+    return bad(source, "a projection matrix holds a value that is no number; calibrate again");
+  }
+  StereoGeometry geometry{.fx_px = P_left(0, 0),
+                          .fy_px = P_left(1, 1),
+                          .cx_px = P_left(0, 2),
+                          .cy_px = P_left(1, 2),
+                          .width_px = width_px,
+                          .height_px = height_px};
+  if (const Status pinhole = check_pinhole(source, "rectified", geometry.fx_px, geometry.fy_px, geometry.cx_px,
+                                           geometry.cy_px, width_px, height_px);
+      !pinhole) {
+    return Unexpected(pinhole.error());
+  }
+  const double difference = (P_left.leftCols<3>() - P_right.leftCols<3>()).cwiseAbs().maxCoeff();
+  if (difference > kIntrinsicsTolerance_px) {
+    return bad(source, concat("the projection matrices of left and right differ by ", number(difference),
+                              " px in focal length or principal point; rectify with equal ones (zero disparity at "
+                              "infinity)"));
+  }
+  const Eigen::Vector3d offset = centre(P_right) - centre(P_left);
+  if (const Status baseline = check_baseline(source, offset, kMaxAxisTilt); !baseline) {
+    return Unexpected(baseline.error());
+  }
+  geometry.baseline_m = offset.x();
+  return geometry;
+}
+
+}  // namespace kinetrace::hal

@@ -1,0 +1,65 @@
+#include "capture/completed_queue.hpp"
+
+#include <algorithm>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+namespace kinetrace::hal {
+
+CompletedQueue::CompletedQueue(std::size_t capacity) : event_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
+  items_.reserve(capacity);
+}
+
+void CompletedQueue::push(const Item& item) noexcept {
+  const std::lock_guard lock(mutex_);
+  if (items_.size() < items_.capacity()) {
+    items_.push_back(item);
+    raise();
+  }
+}
+
+std::optional<CompletedQueue::Item> CompletedQueue::pop() noexcept {
+  const std::lock_guard lock(mutex_);
+  const auto first = std::min_element(items_.begin(), items_.end(),
+                                      [](const Item& a, const Item& b) { return a.sequence < b.sequence; });
+  if (first == items_.end()) {
+    return std::nullopt;
+  }
+  const Item item = *first;
+  items_.erase(first);
+  lower_if_idle();
+  return item;
+}
+
+void CompletedQueue::end() noexcept {
+  const std::lock_guard lock(mutex_);
+  ended_ = true;
+  raise();
+}
+
+bool CompletedQueue::ended() const noexcept {
+  const std::lock_guard lock(mutex_);
+  return ended_;
+}
+
+void CompletedQueue::clear() noexcept {
+  const std::lock_guard lock(mutex_);
+  items_.clear();
+  lower_if_idle();
+}
+
+void CompletedQueue::raise() noexcept {
+  const std::uint64_t one = 1;
+  // Fails only where the counter is full, that is, where the descriptor is readable anyway.
+  [[maybe_unused]] const ssize_t written = write(event_.get(), &one, sizeof one);
+}
+
+void CompletedQueue::lower_if_idle() noexcept {
+  if (items_.empty() && !ended_) {
+    std::uint64_t count = 0;
+    // Fails only where it is not readable already.
+    [[maybe_unused]] const ssize_t got = read(event_.get(), &count, sizeof count);
+  }
+}
+
+}  // namespace kinetrace::hal

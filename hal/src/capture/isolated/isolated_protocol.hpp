@@ -1,0 +1,59 @@
+// What the two ends of an isolated capture backend say to each other.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "capture/capture_device.hpp"
+#include "capture/isolated/packet_socket.hpp"
+
+namespace kinetrace::hal {
+
+/// Calls, each answered by a status and what it returns.
+enum class IsolatedCall : std::uint8_t { kList, kOpen, kStart, kStop };
+
+/// An answer: whatever is listed, it has to fit.
+inline constexpr std::size_t kMostAnswerBytes = std::size_t{64} * 1024;
+/// Buffers of a device.
+inline constexpr int kMostSlots = 32;
+
+/// An image that waits in its buffer, or why none will come. Its descriptor comes with the first image of each buffer.
+struct IsolatedEvent {
+  std::uint64_t stream = 0;  ///< How often the stream was started until then.
+  bool is_image = false;
+  bool damaged = false;
+  int slot = -1;
+  std::int64_t sequence = 0;
+  std::int64_t timestamp_ns = 0;
+  std::uint64_t offset_bytes = 0;  ///< In the buffer.
+  std::uint64_t size_bytes = 0;
+  std::optional<std::int64_t> exposure_ns{};
+  ErrorCode error = ErrorCode::kInternal;
+  std::array<char, 400> message{};  ///< Of the error; ends with a zero.
+};
+
+/// A buffer that is given back.
+struct IsolatedRelease {
+  std::uint64_t stream = 0;
+  int slot = -1;
+};
+
+template <typename T>
+[[nodiscard]] std::span<const std::byte> packet_of(const T& value) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  return std::as_bytes(std::span(&value, 1));
+}
+
+void put(PacketWriter& packet, const CaptureConfig& config);
+void put(PacketWriter& packet, const CaptureInfo& info);
+void put(PacketWriter& packet, const std::vector<CaptureListing>& listings);
+void put(PacketWriter& packet, const Status& status);
+[[nodiscard]] CaptureConfig take_config(PacketReader& packet);
+[[nodiscard]] CaptureInfo take_info(PacketReader& packet);
+[[nodiscard]] std::vector<CaptureListing> take_listings(PacketReader& packet);
+[[nodiscard]] Status take_status(PacketReader& packet);
+
+}  // namespace kinetrace::hal

@@ -1,0 +1,74 @@
+#include "kinetrace/hal/raw_recorder.hpp"
+
+#include <string>
+#include <sys/statvfs.h>
+#include <system_error>
+
+#include "kinetrace/core/config_check.hpp"
+#include "recording/append_file.hpp"
+#include "recording/raw_recorders.hpp"
+#include "util/messages.hpp"
+
+namespace kinetrace::hal {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Never into a folder with anything in it: a recording cannot be taken again.
+Status make_empty_folder(const fs::path& directory) {
+  std::error_code error;
+  fs::create_directories(directory, error);
+  if (error) {
+    return fail(ErrorCode::kIo, concat(directory.string(), ": cannot be made: ", error.message()));
+  }
+  if (!fs::is_empty(directory, error) || error) {
+    return fail(ErrorCode::kInvalidArgument,
+                directory.string() + ": is not empty; recordings are never written over, name a new folder");
+  }
+  return {};
+}
+
+}  // namespace
+
+Status RawRecorderConfig::validate() const {
+  if (directory.empty()) {
+    return fail(ErrorCode::kInvalidConfig, "the folder of the raw recording has no name");
+  }
+  return first_failure(
+      {check_range("rate_hz", rate_hz, 0.0, 1e5),
+       check_range<std::uint64_t>("segment_bytes", segment_bytes, 1U << 20U, std::uint64_t{1} << 50U)});
+}
+
+Status check_space(const fs::path& folder, std::uint64_t keep_free_bytes, std::uint64_t needed_bytes) {
+  struct statvfs disk {};
+  if (statvfs(folder.c_str(), &disk) != 0) {
+    return fail(ErrorCode::kIo, folder.string() + ": has gone; check the drive");
+  }
+  const std::uint64_t free_bytes = static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize;
+  if (free_bytes < needed_bytes || free_bytes - needed_bytes < keep_free_bytes) {
+    return fail(ErrorCode::kIo, concat(folder.string(), ": the disk is full (", std::to_string(keep_free_bytes >> 20U),
+                                       " MiB are kept free); make room"));
+  }
+  return {};
+}
+
+std::size_t RawRecorder::required_bytes(const RawRecorderConfig& config) {
+  return config.format == RawFormat::kContainer ? container_recorder_bytes(config) : 0;
+}
+
+Result<std::unique_ptr<RawRecorder>> RawRecorder::create(const RawRecorderConfig& config, Arena& arena) {
+  for (const Status& status : {config.validate(), make_empty_folder(config.directory)}) {
+    if (!status) {
+      return Unexpected(status.error());
+    }
+  }
+  auto recorder =
+      config.format == RawFormat::kContainer ? make_container_recorder(config, arena) : make_kitti_recorder(config);
+  // The folders made, the calibration and the first headers: without them the frames would be of no use.
+  if (const Status lasts = sync_disk_of(config.directory.c_str()); recorder && !lasts) {
+    return Unexpected(lasts.error());
+  }
+  return recorder;
+}
+
+}  // namespace kinetrace::hal

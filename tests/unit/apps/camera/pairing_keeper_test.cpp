@@ -1,0 +1,127 @@
+// A camera whose one eye is late, before a wall, nodding: the images alone show it, and the camera is to be mended.
+#include "camera/pairing_keeper.hpp"
+
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+
+#include <gtest/gtest.h>
+
+#include "fake_capture.hpp"
+#include "wall_for_test.hpp"
+
+namespace kinetrace::app {
+namespace {
+
+using hal::test::FakeMachine;
+using hal::test::FakeSensor;
+
+constexpr int kWidth = 320;
+constexpr int kHeight = 240;
+constexpr double kDisparity = 24.0;
+constexpr std::chrono::milliseconds kTimeout{200};
+
+double nod(int shot) {
+  return 6.0 * std::sin(shot * 0.9);
+}
+
+/// Plays the camera, and paints what a nodding rig saw at the shots that its frames tell.
+class NoddingRig {
+ public:
+  explicit NoddingRig(bool side_by_side = false) : left_(machine_.add({.path = "l", .stable_id = "l"})) {
+    left_.side_by_side = side_by_side;
+    const hal::LiveCameraConfig config = hal::test::live_config("l", side_by_side ? "" : "r", 64, 32);
+    camera_.emplace(hal::LiveStereoCamera::create(config, arena_, machine_).value());
+    monitor_.emplace(hal::SyncMonitor::create({}, kWidth, kHeight, arena_).value());
+    keeper_.emplace(&*camera_);
+    EXPECT_TRUE(camera_->open() && camera_->start());
+  }
+
+  FakeSensor& right() { return right_; }
+  const hal::CameraCounters& counters() const { return camera_->counters(); }
+  std::uint64_t noted() const { return health_.entries().empty() ? 0 : health_.entries()[0].count; }
+
+  /// How many of so many frames show two moments.
+  int torn(int frames, int later_in_left_half = 0) {
+    int torn = 0;
+    for (int i = 0; i < frames; ++i) {
+      const auto frame = camera_->next(kTimeout);
+      if (!frame) {
+        ADD_FAILURE() << frame.error().message;
+        return frames;
+      }
+      const int left_shot = frame->left.at(0, 0) - later_in_left_half;
+      const int right_shot = frame->right.at(0, 0) - (camera_->info().width_px < 64 ? 100 : 0);
+      torn += left_shot != right_shot ? 1 : 0;
+      look(*frame, left_shot, right_shot);
+    }
+    return torn;
+  }
+
+ private:
+  void look(const StereoFrame& frame, int left_shot, int right_shot) {
+    const auto left = hal::test::wall(kWidth, kHeight, 0.0, nod(left_shot));
+    const auto right = hal::test::wall(kWidth, kHeight, kDisparity, nod(right_shot));
+    const bool is_new = monitor_->process({.frame_index = frame.frame_index,
+                                           .timestamp_ns = frame.timestamp_ns,
+                                           .name = {},
+                                           .left = {left.data(), kWidth, kHeight, kWidth},
+                                           .right = {right.data(), kWidth, kHeight, kWidth},
+                                           .geometry = {}});
+    if (is_new && keeper_->process(monitor_->report(), health_)) {
+      monitor_->restart();
+    }
+  }
+
+  FakeMachine machine_;
+  FakeSensor& left_;
+  FakeSensor& right_ = machine_.add({.path = "r", .stable_id = "r"});
+  Arena arena_{std::size_t{4} << 20U};
+  std::optional<hal::LiveStereoCamera> camera_;
+  std::optional<hal::SyncMonitor> monitor_;
+  std::optional<PairingKeeper> keeper_;
+  HealthMonitor health_;
+};
+
+TEST(PairingKeeper, LeavesEyesAloneThatAreInStep) {
+  NoddingRig rig;
+  EXPECT_EQ(rig.torn(80), 0);
+  EXPECT_EQ(rig.counters().pairing_moves, 0U);
+  EXPECT_EQ(rig.noted(), 0U);
+}
+
+TEST(PairingKeeper, MendsAnEyeThatIsOneFrameLateAndKeepsAccountOfIt) {
+  for (const int lag : {1, -1}) {
+    NoddingRig rig;
+    rig.right().lag_shots = lag;
+    EXPECT_EQ(rig.torn(20), 20) << "not yet sure";
+    EXPECT_EQ(rig.counters().pairing_moves, 0U);
+    EXPECT_LE(rig.torn(40), 20);
+    EXPECT_EQ(rig.torn(60), 0) << "right eye late by " << lag;
+    EXPECT_EQ(rig.counters().pairing_moves, 1U);
+    EXPECT_EQ(rig.counters().skipped_missing_side, 1U) << "the one image without a partner";
+    EXPECT_EQ(rig.counters().gaps, 0U);
+    EXPECT_GE(rig.noted(), 4U);
+  }
+}
+
+TEST(PairingKeeper, MendsTheWayBackToo) {
+  NoddingRig rig;
+  rig.right().lag_shots = 1;
+  static_cast<void>(rig.torn(60));
+  EXPECT_EQ(rig.torn(20), 0);
+  rig.right().lag_shots = 0;
+  static_cast<void>(rig.torn(60));
+  EXPECT_EQ(rig.torn(20), 0);
+  EXPECT_EQ(rig.counters().pairing_moves, 2U);
+}
+
+TEST(PairingKeeper, OnlyNotesWhatCannotBeMended) {
+  NoddingRig rig(true);
+  EXPECT_EQ(rig.torn(80, 1), 80) << "one image has both eyes";
+  EXPECT_EQ(rig.counters().pairing_moves, 0U);
+  EXPECT_GE(rig.noted(), 8U);
+}
+
+}  // namespace
+}  // namespace kinetrace::app
