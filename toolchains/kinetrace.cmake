@@ -98,7 +98,7 @@ if(CMAKE_CROSSCOMPILING)
 endif()
 
 # kinetrace_test(NAME [ALONE] SOURCES ... LIBS ... [LABELS ...]): a GoogleTest program with its tests registered one by one, labelled
-# with its folder below tests/ ("unit") unless told otherwise. ALONE: what it tests is about time; nothing else runs meanwhile, and
+# with its folder below tests/ ("unit") unless set otherwise. ALONE: what it tests is about time; nothing else runs meanwhile, and
 # emulated, where time is another, its label is "time" only.
 function(kinetrace_test name)
   cmake_parse_arguments(ARG "ALONE" "" "SOURCES;LIBS;LABELS" ${ARGN})

@@ -13,7 +13,7 @@
 
 namespace kinetrace::simulator {
 
-enum class Eye : int { kLeft = 0, kRight = 1 };
+enum class View : int { kLeft = 0, kRight = 1 };
 
 /// Pinhole with radial-tangential distortion k1 k2 p1 p2 k3 (D. Brown, "Close-range camera calibration", 1971), turned
 /// against the rectified camera: p_rect = R_rect * p_raw.
@@ -46,18 +46,19 @@ struct CameraRig {
 
 /// Cameras that deliver rectified pictures.
 [[nodiscard]] CameraRig ideal_rig(const StereoGeometry& rectified);
-/// Cameras as they come from a workshop: barrel distortion, eyes a degree askew, principal points off centre. Their
+/// Cameras as they come from a workshop: barrel distortion, cameras a degree askew, principal points off centre. Their
 /// pictures cover the whole rectified image.
 [[nodiscard]] CameraRig distorted_rig(const StereoGeometry& rectified);
 
-/// Where an eye really is and looks: rays (x, y, 1) of the calibrated eye leave along (x + shift.x, y + shift.y, 1).
-struct EyePose {
-  Se3 T_scene_eye;
+/// Where a camera really is and looks: rays (x, y, 1) of the calibrated camera leave along (x + shift.x, y + shift.y,
+/// 1).
+struct ViewPose {
+  Se3 T_scene_view;
   Eigen::Vector2f principal_shift = Eigen::Vector2f::Zero();  ///< In normalised image coordinates.
 };
 
-/// Which way each sample of each pixel looks: normalised image coordinates in the rectified frame of the eye. Samples
-/// of a pixel lie on a turned grid, so that no two share a row or a column.
+/// Which way each sample of each pixel looks: normalised image coordinates in the rectified frame of the camera.
+/// Samples of a pixel lie on a turned grid, so that no two share a row or a column.
 class SampleRays {
  public:
   SampleRays(const RawCamera& camera, int samples_per_side);

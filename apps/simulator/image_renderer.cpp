@@ -15,11 +15,11 @@ using Eigen::Vector3f;
 
 class TileRenderer {
  public:
-  TileRenderer(const RayWorld& world, const SampleRays& rays, const EyePose& eye)
+  TileRenderer(const RayWorld& world, const SampleRays& rays, const ViewPose& view)
       : world_(world),
         texture_origin_(world.scene().texture_origin_m),
         rays_(rays),
-        sampler_(world, rays, eye),
+        sampler_(world, rays, view),
         queue_(world.scene().light) {}
 
   // Radiance of the tile whose upper left pixel is (x0, y0), added to `radiance`.
@@ -79,7 +79,7 @@ class TileRenderer {
   void shade_mixed(std::size_t slot, const Share& share) {
     const std::span<const Sample> samples = sampler_.samples(slot);
     const Share each = share.times(1.F / static_cast<float>(samples.size()));
-    std::array<const Sample*, kMostSamples> sorted;  // Clearing it would take longer than filling it.
+    std::array<const Sample*, kMaxSamples> sorted;  // Clearing it would take longer than filling it.
     std::transform(samples.begin(), samples.end(), sorted.begin(), [](const Sample& sample) { return &sample; });
     const auto end = sorted.begin() + samples.size();
     for (auto first = sorted.begin(); first != end;) {
@@ -172,12 +172,12 @@ class TileRenderer {
 
 }  // namespace
 
-void add_radiance(const RayWorld& world, const SampleRays& rays, const EyePose& eye, int threads, float weight,
+void add_radiance(const RayWorld& world, const SampleRays& rays, const ViewPose& view, int threads, float weight,
                   Image<float>& radiance, TruthImages* truth) {
   const int columns = (rays.width() + kTileSide_px - 1) / kTileSide_px;
   const int rows = (rays.height() + kTileSide_px - 1) / kTileSide_px;
   for_each_index(rows, threads, [&](int row) {
-    TileRenderer tile(world, rays, eye);
+    TileRenderer tile(world, rays, view);
     for (int column = 0; column < columns; ++column) {
       tile.render(column * kTileSide_px, row * kTileSide_px, weight, radiance);
       if (truth != nullptr) {

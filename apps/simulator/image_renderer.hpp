@@ -8,10 +8,10 @@
 
 namespace kinetrace::simulator {
 
-/// Adds `weight` times the light that falls on each pixel of an eye. A pixel is the mean over its
+/// Adds `weight` times the light that falls on each pixel of a camera. A pixel is the mean over its
 /// samples: a surface's texture is filtered to the pixel's size on it, its outlines and shadows are sampled. If `truth`
 /// is given, it becomes what the rays through the pixels' centres meet, as of render_truth with the same lens.
-void add_radiance(const RayWorld& world, const SampleRays& rays, const EyePose& eye, int threads, float weight,
+void add_radiance(const RayWorld& world, const SampleRays& rays, const ViewPose& view, int threads, float weight,
                   Image<float>& radiance, TruthImages* truth = nullptr);
 
 }  // namespace kinetrace::simulator

@@ -129,7 +129,7 @@ Lanes bumps_at(const Octaves& bumps, const std::array<int, kLanes>& columns, int
 }
 
 // Looks up each pixel a little beside itself; how far changes smoothly over the picture.
-Image<std::uint16_t> wandering_borders(const Image<std::uint16_t>& labels, double border_px, std::uint32_t stream) {
+Image<std::uint16_t> noisy_borders(const Image<std::uint16_t>& labels, double border_px, std::uint32_t stream) {
   // In units of pixels.
   const Octaves bumps(12.F, 0.6F, 3, stream);
   const auto reach_px = static_cast<float>(border_px) * 0.7F;
@@ -196,7 +196,7 @@ Image<std::uint16_t> shuffled_masks(const Image<std::uint16_t>& labels, std::uin
 
 Image<std::uint16_t> degraded_masks(const Image<std::uint16_t>& labels, const DegradationSettings& settings,
                                     std::uint32_t stream) {
-  Image<std::uint16_t> result = wandering_borders(labels, settings.border_px, hash_of(stream, 1));
+  Image<std::uint16_t> result = noisy_borders(labels, settings.border_px, hash_of(stream, 1));
   std::vector<std::uint16_t> found;
   for (const auto& [label, area] : areas(result)) {
     // Keyed by the object, so that adding one to a scene leaves the others' misses as they were.

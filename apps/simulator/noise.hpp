@@ -10,10 +10,10 @@ namespace kinetrace::simulator {
 /// Up to eight octaves of value noise (K. Perlin, "An image synthesizer", SIGGRAPH 1985), each half as large as the one
 /// before.
 struct Octaves {
-  static constexpr int kMost = 8;
+  static constexpr int kMax = 8;
   // Plain arrays: kernels call nothing of the standard library.
-  float frequency[kMost]{};  ///< Lattice cells per metre.
-  float amplitude[kMost]{};
+  float frequency[kMax]{};  ///< Lattice cells per metre.
+  float amplitude[kMax]{};
   int count;  ///< How many there are.
   std::uint32_t seed;
 

@@ -9,9 +9,9 @@ constexpr std::uint32_t kStepY = 0xd8163841U;
 constexpr std::uint32_t kStepZ = 0xcb1ab31fU;
 
 // Lattices of neighbouring octaves must not share their planes.
-constexpr float kShift[Octaves::kMost] = {0.37F, 5.71F, 11.13F, 17.59F, 23.83F, 31.07F, 37.41F, 43.93F};
-constexpr std::uint32_t kKey[Octaves::kMost] = {0x1U,        0x9e3779b9U, 0x3c6ef372U, 0xdaa66d2bU,
-                                                0x78dde6e4U, 0x1715609dU, 0xb54cda56U, 0x5384540fU};
+constexpr float kShift[Octaves::kMax] = {0.37F, 5.71F, 11.13F, 17.59F, 23.83F, 31.07F, 37.41F, 43.93F};
+constexpr std::uint32_t kKey[Octaves::kMax] = {0x1U,        0x9e3779b9U, 0x3c6ef372U, 0xdaa66d2bU,
+                                               0x78dde6e4U, 0x1715609dU, 0xb54cda56U, 0x5384540fU};
 
 Floats smooth(Floats t) noexcept {
   return t * t * t * (t * (t * 6.F - 15.F) + 10.F);
@@ -19,7 +19,7 @@ Floats smooth(Floats t) noexcept {
 
 // The first step of a corner's hash. It takes the parts of a key one by one: folded and then joined by exclusive or,
 // they are what they would be joined and then folded.
-WordVector folded(WordVector key) noexcept {
+WordVector merged(WordVector key) noexcept {
   return key ^ (key >> 15);
 }
 
@@ -44,12 +44,12 @@ Floats value_noise(const Vec3& point, std::uint32_t seed) noexcept {
   const WordVector place_x = to_words(truncated(cell.x)) * kStepX + seed;
   const WordVector place_y = to_words(truncated(cell.y)) * kStepY;
   const WordVector place_z = to_words(truncated(cell.z)) * kStepZ;
-  const WordVector kx = folded(place_x);
-  const WordVector ky = folded(place_y);
-  const WordVector kz = folded(place_z);
-  const WordVector kx1 = folded(place_x + kStepX);
-  const WordVector ky1 = folded(place_y + kStepY);
-  const WordVector kz1 = folded(place_z + kStepZ);
+  const WordVector kx = merged(place_x);
+  const WordVector ky = merged(place_y);
+  const WordVector kz = merged(place_z);
+  const WordVector kx1 = merged(place_x + kStepX);
+  const WordVector ky1 = merged(place_y + kStepY);
+  const WordVector kz1 = merged(place_z + kStepZ);
   const Floats near_low = blend(corner(kx ^ ky ^ kz), corner(kx1 ^ ky ^ kz), tx);
   const Floats near_high = blend(corner(kx ^ ky1 ^ kz), corner(kx1 ^ ky1 ^ kz), tx);
   const Floats far_low = blend(corner(kx ^ ky ^ kz1), corner(kx1 ^ ky ^ kz1), tx);

@@ -9,7 +9,7 @@
 
 namespace kinetrace::simulator {
 
-/// All objects of the scene, in view or not. `truth` is that of the left eye.
+/// All objects of the scene, in view or not. `truth` is that of the left camera.
 [[nodiscard]] std::vector<ObjectTruth> observe_objects(const RayWorld& world, const StereoGeometry& geometry,
                                                        const TruthImages& truth, double time_s, const Se3& T_scene_cam,
                                                        const Se3& T_world_scene);

@@ -52,7 +52,7 @@ void add_camera(CLI::App& app, Options& options, int& samples) {
   app.add_option("--noise", sensor.noise_levels, "Sensor noise at half range, standard deviation in grey levels")
       ->type_name("SIGMA")
       ->capture_default_str();
-  app.add_option("--gain", sensor.right_gain, "Sensitivity of the right eye relative to the left one")
+  app.add_option("--gain", sensor.right_gain, "Sensitivity of the right camera relative to the left one")
       ->capture_default_str();
   app.add_option("--vignetting", sensor.vignetting, "Part of the light that is lost in the corners")
       ->capture_default_str();
@@ -61,7 +61,7 @@ void add_camera(CLI::App& app, Options& options, int& samples) {
       ->type_name("MS")
       ->capture_default_str();
   app.add_option("--drift", options.simulator.drift_mrad,
-                 "Slow wandering of the right eye that the calibration does not know: of its direction, and half as "
+                 "Slow drifting of the right camera that the calibration does not know: of its direction, and half as "
                  "much of its principal point, milliradians")
       ->type_name("MRAD")
       ->capture_default_str();

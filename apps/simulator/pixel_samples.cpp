@@ -19,18 +19,18 @@ constexpr std::uint32_t kSky = TileGrid::kOutside - 2;
 
 }  // namespace
 
-TileSampler::TileSampler(const RayWorld& world, const SampleRays& rays, const EyePose& eye)
-    : R_scene_eye_(eye.T_scene_eye.rotation.cast<float>()),
-      origin_(eye.T_scene_eye.translation.cast<float>()),
+TileSampler::TileSampler(const RayWorld& world, const SampleRays& rays, const ViewPose& view)
+    : R_scene_view_(view.T_scene_view.rotation.cast<float>()),
+      origin_(view.T_scene_view.translation.cast<float>()),
       to_sun_(world.scene().light.to_sun.normalized()),
-      principal_shift_(eye.principal_shift),
+      principal_shift_(view.principal_shift),
       world_(world),
       rays_(rays),
       count_(static_cast<std::size_t>(rays.samples())),
-      actors_in_view_(world.actors_in_view(eye.T_scene_eye)),
+      actors_in_view_(world.actors_in_view(view.T_scene_view)),
       samples_(kTilePixels * (count_ + 1)) {
   for (std::size_t i = 0; i < RayPacket::kSize; ++i) {
-    eye_queue_.packet.set_origin(i, origin_);
+    view_queue_.packet.set_origin(i, origin_);
   }
   for (std::size_t slot = 0; slot < kTilePixels; ++slot) {
     pixels_[slot].probe = probe_of(slot);
@@ -136,11 +136,11 @@ void TileSampler::locate_samples(std::size_t slot) {
 
 void TileSampler::queue_ray(std::size_t slot, std::size_t index) {
   const Pixel& pixel = pixels_[slot];
-  RayPacket& packet = eye_queue_.packet;
+  RayPacket& packet = view_queue_.packet;
   const auto place = static_cast<Eigen::Index>(packet.count);
   queued_x_[place] = rays_.xs(pixel.x, pixel.y)[index];
   queued_y_[place] = rays_.ys(pixel.x, pixel.y)[index];
-  eye_queue_.samples[packet.count] = &sample_of(slot, index);
+  view_queue_.samples[packet.count] = &sample_of(slot, index);
   if (++packet.count == RayPacket::kSize) {
     trace_queue();
   }
@@ -212,20 +212,20 @@ void TileSampler::continue_samples(std::size_t slot) {
 void TileSampler::aim_queue() {
   const Column x = queued_x_ + principal_shift_.x();
   const Column y = queued_y_ + principal_shift_.y();
-  RayPacket& packet = eye_queue_.packet;
+  RayPacket& packet = view_queue_.packet;
   const std::array<float*, 3> along{packet.direction_x.data(), packet.direction_y.data(), packet.direction_z.data()};
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     Column::Map(along[static_cast<std::size_t>(axis)]) =
-        R_scene_eye_(axis, 0) * x + R_scene_eye_(axis, 1) * y + R_scene_eye_(axis, 2);
+        R_scene_view_(axis, 0) * x + R_scene_view_(axis, 1) * y + R_scene_view_(axis, 2);
   }
 }
 
 void TileSampler::trace_queue() {
   aim_queue();
-  RayPacket& packet = eye_queue_.packet;
+  RayPacket& packet = view_queue_.packet;
   world_.trace(packet, reach_);
   for (std::size_t i = 0; i < packet.count; ++i) {
-    Sample& sample = *eye_queue_.samples[i];
+    Sample& sample = *view_queue_.samples[i];
     sample.direction = {packet.direction_x[i], packet.direction_y[i], packet.direction_z[i]};
     sample.paint = nullptr;
     sample.in_sun = 0.F;

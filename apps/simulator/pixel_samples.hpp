@@ -35,7 +35,7 @@ struct alignas(64) Sample {
 };
 
 /// As many as a pixel may have.
-inline constexpr std::size_t kMostSamples = 16;
+inline constexpr std::size_t kMaxSamples = 16;
 
 /// On the same smooth piece of the same surface.
 [[nodiscard]] inline bool alike(const Sample& a, const Sample& b) {
@@ -61,7 +61,7 @@ inline constexpr float kElongated = 1.8F;
 class TileSampler {
  public:
   /// All must outlive the sampler.
-  TileSampler(const RayWorld& world, const SampleRays& rays, const EyePose& eye);
+  TileSampler(const RayWorld& world, const SampleRays& rays, const ViewPose& view);
 
   /// Traces and shadows the tile whose upper left pixel is (x0, y0).
   void trace(int x0, int y0);
@@ -130,12 +130,12 @@ class TileSampler {
   [[nodiscard]] const Sample& probe(std::size_t slot) const noexcept { return sample_of(slot, pixels_[slot].probe); }
   static std::size_t probe_of(std::size_t slot) noexcept;
 
-  Queue eye_queue_;  // All rays start at the eye.
+  Queue view_queue_;  // All rays start at the camera.
   Queue sun_queue_;
-  Column queued_x_ = Column::Zero();  // Of the eye queue's rays, normalised image coordinates.
+  Column queued_x_ = Column::Zero();  // Of the camera queue's rays, normalised image coordinates.
   Column queued_y_ = Column::Zero();
   TileGrid grid_;
-  Eigen::Matrix3f R_scene_eye_;
+  Eigen::Matrix3f R_scene_view_;
   Eigen::Vector3f origin_;
   Eigen::Vector3f to_sun_;
   Eigen::Vector2f principal_shift_;
@@ -155,19 +155,19 @@ inline SurfaceStrip TileSampler::continued(std::size_t slot) const {
   const Pixel& pixel = pixels_[slot];
   const Sample& known = centre(slot);
   const RayWorld::UvSlope& uv_slope = world_.parts()[0].uv_slopes[known.triangle];
-  const Eigen::Vector3f from_eye = known.distance * known.direction;
-  const float height = known.face_normal.dot(from_eye);
+  const Eigen::Vector3f from_view = known.distance * known.direction;
+  const float height = known.face_normal.dot(from_view);
   const StripLanes x = StripLanes::Map(rays_.xs(pixel.x, pixel.y)) + principal_shift_.x();
   const StripLanes y = StripLanes::Map(rays_.ys(pixel.x, pixel.y)) + principal_shift_.y();
   const auto along = [&](int axis) -> StripLanes {
-    return R_scene_eye_(axis, 0) * x + R_scene_eye_(axis, 1) * y + R_scene_eye_(axis, 2);
+    return R_scene_view_(axis, 0) * x + R_scene_view_(axis, 1) * y + R_scene_view_(axis, 2);
   };
   const auto dot = [](const auto& a, const Strip3& b) -> StripLanes { return a[0] * b.x + a[1] * b.y + a[2] * b.z; };
   SurfaceStrip strip;
   strip.ray = {along(0), along(1), along(2)};
   const StripLanes distance = height / dot(known.face_normal, strip.ray);
-  const Strip3 step{distance * strip.ray.x - from_eye.x(), distance * strip.ray.y - from_eye.y(),
-                    distance * strip.ray.z - from_eye.z()};
+  const Strip3 step{distance * strip.ray.x - from_view.x(), distance * strip.ray.y - from_view.y(),
+                    distance * strip.ray.z - from_view.z()};
   strip.position = {step.x + known.local.position.x(), step.y + known.local.position.y(),
                     step.z + known.local.position.z()};
   strip.u = known.local.uv.x() + dot(uv_slope.row(0), step);

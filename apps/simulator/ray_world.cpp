@@ -61,7 +61,7 @@ std::size_t groups_of(const RayPacket& packet) {
   return (packet.count + kWidth - 1) / kWidth;
 }
 
-// The rays from `first` on. What lies beyond the packet's end is told apart by a range without any distance.
+// The rays from `first` on. What lies beyond the packet's end is distinguished by a range without any distance.
 template <typename Rays>
 void fill_rays(const RayPacket& packet, std::size_t first, Rays& rays) {
   std::memcpy(rays.org_x, &packet.origin_x[first], sizeof rays.org_x);
@@ -132,14 +132,14 @@ void read_hits(const RTCRayHit8& rays, std::size_t first, RayPacket& packet) {
   }
 }
 
-// The whole view for a box that reaches behind the eye; empty for one that lies there.
-Eigen::AlignedBox2f view_of(const Eigen::AlignedBox3f& box, const Eigen::Isometry3f& T_eye_part) {
+// The whole view for a box that reaches behind the camera; empty for one that lies there.
+Eigen::AlignedBox2f view_of(const Eigen::AlignedBox3f& box, const Eigen::Isometry3f& T_view_part) {
   constexpr float kNearest_m = 0.01F;
   Eigen::AlignedBox2f view;
   bool before = false;
   bool behind = false;
   for (int i = 0; i < 8; ++i) {
-    const Eigen::Vector3f corner = T_eye_part * box.corner(static_cast<Eigen::AlignedBox3f::CornerType>(i));
+    const Eigen::Vector3f corner = T_view_part * box.corner(static_cast<Eigen::AlignedBox3f::CornerType>(i));
     before = before || corner.z() > kNearest_m;
     behind = behind || corner.z() <= kNearest_m;
     view.extend(Eigen::Vector2f(corner.hnormalized()));
@@ -258,15 +258,15 @@ bool RayWorld::near_outline(const RayPacket& packet) const {
                      [&](const Eigen::AlignedBox2f& outline) { return outline.intersects(box); });
 }
 
-std::vector<Eigen::AlignedBox2f> RayWorld::actors_in_view(const Se3& T_scene_eye) const {
+std::vector<Eigen::AlignedBox2f> RayWorld::actors_in_view(const Se3& T_scene_view) const {
   std::vector<Eigen::AlignedBox2f> views;
-  const Eigen::Matrix3f R_eye_scene = T_scene_eye.rotation.transpose().cast<float>();
-  const Eigen::Vector3f eye = T_scene_eye.translation.cast<float>();
+  const Eigen::Matrix3f R_view_scene = T_scene_view.rotation.transpose().cast<float>();
+  const Eigen::Vector3f camera = T_scene_view.translation.cast<float>();
   for (std::size_t i = 1; i < parts_.size(); ++i) {
-    Eigen::Isometry3f T_eye_part;
-    T_eye_part.linear() = R_eye_scene * parts_[i].R_scene_part;
-    T_eye_part.translation() = R_eye_scene * (parts_[i].t_scene_part - eye);
-    if (const Eigen::AlignedBox2f view = view_of(parts_[i].box, T_eye_part); !view.isEmpty()) {
+    Eigen::Isometry3f T_view_part;
+    T_view_part.linear() = R_view_scene * parts_[i].R_scene_part;
+    T_view_part.translation() = R_view_scene * (parts_[i].t_scene_part - camera);
+    if (const Eigen::AlignedBox2f view = view_of(parts_[i].box, T_view_part); !view.isEmpty()) {
       views.push_back(view);
     }
   }

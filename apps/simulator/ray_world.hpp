@@ -81,8 +81,9 @@ class RayWorld {
   [[nodiscard]] bool meets_part(std::size_t part, const Eigen::Vector3f& origin,
                                 const Eigen::Vector3f& direction) const;
 
-  /// Where actors may be in the view of an eye that looks along z: outside these rectangles of (x / z, y / z) none is.
-  [[nodiscard]] std::vector<Eigen::AlignedBox2f> actors_in_view(const Se3& T_scene_eye) const;
+  /// Where actors may be in the view of a camera that looks along z: outside these rectangles of (x / z, y / z) none
+  /// is.
+  [[nodiscard]] std::vector<Eigen::AlignedBox2f> actors_in_view(const Se3& T_scene_view) const;
 
   [[nodiscard]] std::span<const Part> parts() const noexcept { return parts_; }
   /// Index into Scene::actors plus one of the actor that a part belongs to; 0 for the static world.

@@ -45,7 +45,7 @@ struct Scene {
   std::string name;
   Mesh world;
   std::vector<Actor> actors;
-  Trajectory T_scene_cam;  ///< Left eye of the rectified rig.
+  Trajectory T_scene_cam;  ///< Left camera of the rectified rig.
   Light light;
   /// Where the world's textures have their origin; whole metres.
   Eigen::Vector3f texture_origin_m = Eigen::Vector3f::Zero();

@@ -10,12 +10,12 @@ namespace {
 
 // The surroundings as a mirror shows them: sky above a skyline of houses, street below. Only its outline matters.
 Floats surroundings(const Daylight& light, const Vec3& direction) {
-  constexpr float kHighestRoof = 0.38F;
+  constexpr float kMaxRoof = 0.38F;
   constexpr float kStreetEdge = 0.04F;
   const Floats up = -direction.y;
   const float street = 0.25F * (light.sun + light.ambient);
   const Floats sky = light.sky * (0.9F - 0.3F * up);
-  const Mask below_roofs = up < kHighestRoof;
+  const Mask below_roofs = up < kMaxRoof;
   const Mask before_houses = below_roofs & (up > -kStreetEdge);
   const Floats without_houses = select(below_roofs, street, sky);
   if (!any(before_houses)) {

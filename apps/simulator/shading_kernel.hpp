@@ -1,5 +1,5 @@
-// Light that surfaces and the sky send to the eye, eight rays at a time; compiled for each instruction set, which all
-// give the same to the last bit.
+// Light that surfaces and the sky send to the camera, eight rays at a time; compiled for each instruction set, which
+// all give the same to the last bit.
 #pragma once
 
 #include "noise.hpp"
@@ -20,7 +20,7 @@ struct Daylight {
 struct ShadingKernel {
   /// As fractal_noise.
   void (*noise)(const Octaves& octaves, const Lanes3& points, const Lanes& footprint_m, Lanes& values);
-  /// Light that leaves surfaces towards the eye.
+  /// Light that leaves surfaces towards the camera.
   void (*shade)(const Paint& paint, const SurfacePack& points, const Daylight& light, Lanes& radiance);
   /// Brightness of the sky in some directions, of any length, y down.
   void (*shade_sky)(const Lanes3& directions, const Daylight& light, Lanes& radiance);

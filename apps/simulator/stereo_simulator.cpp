@@ -15,7 +15,7 @@
 namespace kinetrace::simulator {
 namespace {
 
-constexpr std::array<Eye, 2> kEyes{Eye::kLeft, Eye::kRight};
+constexpr std::array<View, 2> kViews{View::kLeft, View::kRight};
 // The epoch of the recordings: 2026-01-01 00:00:00 UTC.
 constexpr std::int64_t kStart_ns = 1'767'225'600'000'000'000;
 
@@ -61,27 +61,28 @@ struct StereoSimulator::State {
         world(scene),
         T_world_scene(scene.T_scene_cam(0.0).inverse()) {}
 
-  [[nodiscard]] Se3 T_scene_eye(Eye eye, double time_s) const {
+  [[nodiscard]] Se3 T_scene_view(View view, double time_s) const {
     Se3 pose = scene.T_scene_cam(time_s);
-    if (eye == Eye::kRight) {
+    if (view == View::kRight) {
       pose.translation += pose.rotation.col(0) * scene.rig.baseline_m;
     }
     return pose;
   }
 
-  // Where the eye really looks: the right one's direction and principal point wander from their calibration.
-  [[nodiscard]] EyePose true_eye(Eye eye, double time_s) const {
-    EyePose pose{T_scene_eye(eye, time_s)};
-    if (eye == Eye::kRight && settings.drift_mrad > 0.0) {
+  // Where the camera really looks: the right one's direction and principal point drift from their calibration.
+  [[nodiscard]] ViewPose true_pose(View view, double time_s) const {
+    ViewPose pose{T_scene_view(view, time_s)};
+    if (view == View::kRight && settings.drift_mrad > 0.0) {
       constexpr double kPeriod_s = 9.0;
       Random random(settings.seed, 31);
-      Eigen::Matrix<double, 5, 1> wander;
-      for (int i = 0; i < wander.size(); ++i) {
-        wander[i] = 1e-3 * settings.drift_mrad *
-                    std::sin(6.283185307179586 * (time_s / kPeriod_s * random.uniform(0.7, 1.3) + random.unit()));
+      Eigen::Matrix<double, 5, 1> correlated_covariance;
+      for (int i = 0; i < correlated_covariance.size(); ++i) {
+        correlated_covariance[i] =
+            1e-3 * settings.drift_mrad *
+            std::sin(6.283185307179586 * (time_s / kPeriod_s * random.uniform(0.7, 1.3) + random.unit()));
       }
-      pose.T_scene_eye.rotation = pose.T_scene_eye.rotation * so3_exp(wander.head<3>());
-      pose.principal_shift = (0.5 * wander.tail<2>()).cast<float>();
+      pose.T_scene_view.rotation = pose.T_scene_view.rotation * so3_exp(correlated_covariance.head<3>());
+      pose.principal_shift = (0.5 * correlated_covariance.tail<2>()).cast<float>();
     }
     return pose;
   }
@@ -106,9 +107,9 @@ struct StereoSimulator::State {
 
   // As many as it takes for streaks instead of copies side by side.
   [[nodiscard]] int instants_at(double time_s) const {
-    constexpr double kFewest = 4.0;
-    constexpr double kMost = 24.0;
-    return settings.shutter_ms > 0.0 ? static_cast<int>(std::clamp(std::ceil(streak_px(time_s)), kFewest, kMost)) : 1;
+    constexpr double kMin = 4.0;
+    constexpr double kMax = 24.0;
+    return settings.shutter_ms > 0.0 ? static_cast<int>(std::clamp(std::ceil(streak_px(time_s)), kMin, kMax)) : 1;
   }
 
   // With an open shutter, the mean of several instants about `time_s`.
@@ -119,10 +120,10 @@ struct StereoSimulator::State {
     for (int i = 0; i < instants; ++i) {
       const double instant_s = time_s + 1e-3 * settings.shutter_ms * ((i + 0.5) / instants - 0.5);
       world.set_time(instant_s);
-      for (const Eye eye : kEyes) {
-        const auto side = static_cast<std::size_t>(eye);
-        add_radiance(world, rays[side], true_eye(eye, instant_s), settings.threads, 1.F / static_cast<float>(instants),
-                     light[side], truth != nullptr ? &(*truth)[side] : nullptr);
+      for (const View view : kViews) {
+        const auto side = static_cast<std::size_t>(view);
+        add_radiance(world, rays[side], true_pose(view, instant_s), settings.threads,
+                     1.F / static_cast<float>(instants), light[side], truth != nullptr ? &(*truth)[side] : nullptr);
       }
     }
     return light;
@@ -136,8 +137,9 @@ struct StereoSimulator::State {
 
   void find_truth(double time_s, std::array<TruthImages, 2>& truth) {
     world.set_time(time_s);
-    for (const Eye eye : kEyes) {
-      truth[static_cast<std::size_t>(eye)] = render_truth(world, scene.rig, T_scene_eye(eye, time_s), settings.threads);
+    for (const View view : kViews) {
+      truth[static_cast<std::size_t>(view)] =
+          render_truth(world, scene.rig, T_scene_view(view, time_s), settings.threads);
     }
   }
 
@@ -173,7 +175,7 @@ SimulatedFrame StereoSimulator::frame(int index) {
   SimulatedFrame frame;
   frame.index = index;
   frame.timestamp_ns = kStart_ns + std::llround(1e9 * time_s);
-  frame.T_world_cam = s.T_world_scene * s.T_scene_eye(Eye::kLeft, time_s);
+  frame.T_world_cam = s.T_world_scene * s.T_scene_view(View::kLeft, time_s);
   const TruthImages empty(s.scene.rig.width_px, s.scene.rig.height_px);
   std::array<TruthImages, 2> truth{empty, empty};
   std::array<Image<float>, 2> light = s.collect_light(time_s, s.picture_shows_truth() ? &truth : nullptr);
@@ -181,10 +183,10 @@ SimulatedFrame StereoSimulator::frame(int index) {
     s.find_truth(time_s, truth);
   }
   frame.objects =
-      observe_objects(s.world, s.scene.rig, truth[0], time_s, s.T_scene_eye(Eye::kLeft, time_s), s.T_world_scene);
-  for (const Eye eye : kEyes) {
-    const auto side = static_cast<std::size_t>(eye);
-    const double gain = eye == Eye::kRight ? s.settings.sensor.right_gain : 1.0;
+      observe_objects(s.world, s.scene.rig, truth[0], time_s, s.T_scene_view(View::kLeft, time_s), s.T_world_scene);
+  for (const View view : kViews) {
+    const auto side = static_cast<std::size_t>(view);
+    const double gain = view == View::kRight ? s.settings.sensor.right_gain : 1.0;
     frame.pictures[side] = expose(std::move(light[side]), s.settings.sensor, gain * s.scene.light.exposure,
                                   hash_of(s.settings.seed, index, side), s.settings.threads);
     frame.instances[side] = mots_labels(truth[side].actors, s.scene.actors);

@@ -21,7 +21,7 @@ struct SimulatorSettings {
   int threads = 2;
   bool distortion = false;  ///< Raw pictures of crooked lenses, to be rectified.
   double shutter_ms = 0.0;  ///< > 0: what moves in that time is blurred.
-  /// Amplitude of a slow wandering of the right eye that no calibration knows: of its direction, and half as much of
+  /// Amplitude of a slow drifting of the right camera that no calibration knows: of its direction, and half as much of
   /// its principal point.
   double drift_mrad = 0.0;
   SensorSettings sensor;
@@ -29,7 +29,7 @@ struct SimulatorSettings {
   [[nodiscard]] Status validate() const;
 };
 
-/// Truth about one object in one frame. World = left rectified eye of frame 0.
+/// Truth about one object in one frame. World = left rectified camera of frame 0.
 struct ObjectTruth {
   int id = 0;  ///< 1, 2, ... constant over the sequence.
   std::uint16_t class_id = 0;

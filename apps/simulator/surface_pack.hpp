@@ -31,7 +31,7 @@ struct alignas(32) SurfacePack {
   alignas(32) Lanes v{};
   alignas(32) Lanes footprint_m{};  ///< Size of a pixel there.
   Lanes3 scene_normal;              ///< Unit length, towards the viewer, scene frame.
-  Lanes3 ray;                       ///< From the eye, of any length, scene frame.
+  Lanes3 ray;                       ///< From the camera, of any length, scene frame.
   alignas(32) Lanes in_sun{};       ///< Part of the sun that is not blocked.
 };
 
@@ -51,7 +51,7 @@ struct Strip3 {
 };
 
 struct SurfaceStrip {
-  Strip3 ray;       ///< From the eye, of any length, scene frame.
+  Strip3 ray;       ///< From the camera, of any length, scene frame.
   Strip3 position;  ///< In the frame of the body.
   StripLanes u;     ///< Metres along and up the face.
   StripLanes v;

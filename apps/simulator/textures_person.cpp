@@ -6,7 +6,7 @@
 namespace kinetrace::simulator::KINETRACE_KERNEL_ISA {
 namespace {
 
-Floats folded(Floats albedo, const Octaves& folds, const Points& point) {
+Floats merged(Floats albedo, const Octaves& folds, const Points& point) {
   return albedo * max(0.3F, 1.F + 0.3F * fractal_noise(folds, point.position, point.footprint_m));
 }
 
@@ -24,17 +24,17 @@ Floats shirt(const Paint& paint, const Points& point) {
     case 2: pattern = band(p.z, -0.1F, 0.1F, width_m) * band(p.y, -0.42F, -0.28F, width_m); break;
     default: break;
   }
-  return folded(mix(base, other, pattern), folds, point);
+  return merged(mix(base, other, pattern), folds, point);
 }
 
 Floats trousers(const Paint& paint, const Points& point) {
   static const Octaves folds(0.2F, 0.78F, 7, 503);
-  return folded(0.05F + 0.22F * paint_value(paint.seed, 1), folds, point);
+  return merged(0.05F + 0.22F * paint_value(paint.seed, 1), folds, point);
 }
 
 Floats hair(const Paint& paint, const Points& point) {
   static const Octaves strands(0.05F, 0.8F, 5, 504);
-  return folded(0.03F + 0.2F * paint_value(paint.seed, 1), strands, point);
+  return merged(0.03F + 0.2F * paint_value(paint.seed, 1), strands, point);
 }
 
 Floats skin(const Points& point) {

@@ -20,11 +20,11 @@ Eigen::Vector2f pixel_ray(const StereoGeometry& g, int x, int y) {
 
 class CentreTracer {
  public:
-  CentreTracer(const RayWorld& world, const StereoGeometry& geometry, const Se3& T_scene_eye)
+  CentreTracer(const RayWorld& world, const StereoGeometry& geometry, const Se3& T_scene_view)
       : world_(world),
         geometry_(geometry),
-        origin_(T_scene_eye.translation.cast<float>()),
-        R_scene_eye_(T_scene_eye.rotation.cast<float>()) {}
+        origin_(T_scene_view.translation.cast<float>()),
+        R_scene_view_(T_scene_view.rotation.cast<float>()) {}
 
   // The tile whose upper left pixel is (x0, y0).
   void trace(int x0, int y0, TruthImages& truth) const {
@@ -41,7 +41,7 @@ class CentreTracer {
   }
 
   [[nodiscard]] bool meets(std::size_t part, int x, int y) const {
-    return world_.meets_part(part, origin_, R_scene_eye_ * pixel_ray(geometry_, x, y).homogeneous());
+    return world_.meets_part(part, origin_, R_scene_view_ * pixel_ray(geometry_, x, y).homogeneous());
   }
 
  private:
@@ -51,7 +51,7 @@ class CentreTracer {
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       const auto& [x, y] = pixels[i];
       packet.set_origin(i, origin_);
-      packet.set_direction(i, R_scene_eye_ * pixel_ray(geometry_, x, y).homogeneous());
+      packet.set_direction(i, R_scene_view_ * pixel_ray(geometry_, x, y).homogeneous());
     }
     world_.trace(packet);
     for (std::size_t i = 0; i < pixels.size(); ++i) {
@@ -67,7 +67,7 @@ class CentreTracer {
   const RayWorld& world_;
   StereoGeometry geometry_;
   Vector3f origin_;
-  Eigen::Matrix3f R_scene_eye_;
+  Eigen::Matrix3f R_scene_view_;
 };
 
 std::vector<std::size_t> parts_of(const RayWorld& world, int actor) {
@@ -82,9 +82,9 @@ std::vector<std::size_t> parts_of(const RayWorld& world, int actor) {
 
 }  // namespace
 
-TruthImages render_truth(const RayWorld& world, const StereoGeometry& geometry, const Se3& T_scene_eye, int threads) {
+TruthImages render_truth(const RayWorld& world, const StereoGeometry& geometry, const Se3& T_scene_view, int threads) {
   TruthImages truth(geometry.width_px, geometry.height_px);
-  const CentreTracer tracer(world, geometry, T_scene_eye);
+  const CentreTracer tracer(world, geometry, T_scene_view);
   for_each_index((geometry.height_px + kTileSide_px - 1) / kTileSide_px, threads, [&](int row) {
     for (int x = 0; x < geometry.width_px; x += kTileSide_px) {
       tracer.trace(x, kTileSide_px * row, truth);
@@ -93,9 +93,9 @@ TruthImages render_truth(const RayWorld& world, const StereoGeometry& geometry, 
   return truth;
 }
 
-int unoccluded_pixels(const RayWorld& world, const StereoGeometry& geometry, const Se3& T_scene_eye, int actor,
+int unoccluded_pixels(const RayWorld& world, const StereoGeometry& geometry, const Se3& T_scene_view, int actor,
                       const PixelBox& search_px) {
-  const CentreTracer tracer(world, geometry, T_scene_eye);
+  const CentreTracer tracer(world, geometry, T_scene_view);
   const std::vector<std::size_t> parts = parts_of(world, actor);
   // A large object is counted on a coarser grid: one pixel in four.
   const int step = search_px.width() * search_px.height() > 4000 ? 2 : 1;

@@ -18,12 +18,12 @@ struct TruthImages {
   Image<float> depth_m;         ///< Along the optical axis; 0 for the sky.
 };
 
-/// Truth of the rectified image of an eye at `T_scene_eye`.
-[[nodiscard]] TruthImages render_truth(const RayWorld& world, const StereoGeometry& geometry, const Se3& T_scene_eye,
+/// Truth of the rectified image of a camera at `T_scene_view`.
+[[nodiscard]] TruthImages render_truth(const RayWorld& world, const StereoGeometry& geometry, const Se3& T_scene_view,
                                        int threads);
 
 /// How many pixels of the rectified image an actor would cover if nothing stood before it.
-[[nodiscard]] int unoccluded_pixels(const RayWorld& world, const StereoGeometry& geometry, const Se3& T_scene_eye,
+[[nodiscard]] int unoccluded_pixels(const RayWorld& world, const StereoGeometry& geometry, const Se3& T_scene_view,
                                     int actor, const PixelBox& search_px);
 
 }  // namespace kinetrace::simulator

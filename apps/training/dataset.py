@@ -54,13 +54,13 @@ def read_view(picture: pathlib.Path, instances: pathlib.Path) -> View:
     return View(*read)
 
 
-def views_of(recording: pathlib.Path, eyes: tuple[str, ...] = ("left", "right")) -> list[tuple[pathlib.Path, pathlib.Path]]:
+def views_of(recording: pathlib.Path, views: tuple[str, ...] = ("left", "right")) -> list[tuple[pathlib.Path, pathlib.Path]]:
     """Paths of the pictures of a simulated recording, each with that of its instances, in order of time."""
     folders = {"left": "image_00", "right": "image_01"}
     pairs = []
-    for eye in eyes:
-        for picture in sorted(recording.glob(f"*/*/{folders[eye]}/data/*.png")):
-            pairs.append((picture, recording / "truth" / "masks" / f"instances_{eye}" / picture.name))
+    for view in views:
+        for picture in sorted(recording.glob(f"*/*/{folders[view]}/data/*.png")):
+            pairs.append((picture, recording / "truth" / "masks" / f"instances_{view}" / picture.name))
     return pairs
 
 

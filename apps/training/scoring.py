@@ -17,7 +17,7 @@ class Counts(NamedTuple):
 
     there: int = 0  # above the height
     found: int = 0  # of those, by a mask that fits
-    told: int = 0  # by the network, above the height
+    reported: int = 0  # by the network, above the height
     right: int = 0  # of those, fitting an instance of whatever height
     iou: float = 0.0  # summed over those found
 
@@ -28,7 +28,7 @@ class Counts(NamedTuple):
         return self.found / self.there if self.there else float("nan")
 
     def precision(self) -> float:
-        return self.right / self.told if self.told else float("nan")
+        return self.right / self.reported if self.reported else float("nan")
 
     def mean_iou(self) -> float:
         return self.iou / self.found if self.found else float("nan")
@@ -69,6 +69,6 @@ def count(found: list[Instance], instances: np.ndarray, class_of: int) -> Counts
     truth = true_masks(instances, class_of)
     of_found, of_truth = match(masks, truth)
     there = [index for index, mask in enumerate(truth) if height_of(mask) > MIN_HEIGHT_PX]
-    told = [index for index, mask in enumerate(masks) if height_of(mask) > MIN_HEIGHT_PX]
-    return Counts(len(there), sum(index in of_truth for index in there), len(told), sum(index in of_found for index in told),
+    reported = [index for index, mask in enumerate(masks) if height_of(mask) > MIN_HEIGHT_PX]
+    return Counts(len(there), sum(index in of_truth for index in there), len(reported), sum(index in of_found for index in reported),
                   sum(of_truth.get(index, 0.0) for index in there))

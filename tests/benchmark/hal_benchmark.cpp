@@ -114,7 +114,7 @@ void BM_RectifyPairFloatTables(benchmark::State& state) {
   }
   cv::Mat target;
   for (auto _ : state) {
-    for (int eye = 0; eye < 2; ++eye) {
+    for (int view = 0; view < 2; ++view) {
       cv::remap(image, target, map_x, map_y, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
       benchmark::DoNotOptimize(target.data);
     }

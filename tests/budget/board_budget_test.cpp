@@ -1,5 +1,5 @@
 // What a board integrator is promised: so many objects at such an image size within so much memory, results published
-// over DDS, with the kernel as the judge.
+// over DDS, with the kernel as the assess.
 #include <algorithm>
 #include <fstream>
 #include <string>
@@ -97,10 +97,10 @@ TEST_P(BoardBudget, HoldsInAGroupOfThatMuchMemory) {
   EXPECT_EQ(run["allocations_after_start"], 0);
   EXPECT_GT(run["counters"]["dds_frames"], 0);
   // Measured: five for each of four image files that are inflated. Ceres and OpenCV have no part in a run.
-  constexpr int kMostOfCapture = 24;
+  constexpr int kMaxOfCapture = 24;
   ASSERT_FALSE(run["foreign_allocations_per_frame_max"].empty());
   for (const auto& [stage, most] : run["foreign_allocations_per_frame_max"].items()) {
-    EXPECT_LE(most, stage == "capture" ? kMostOfCapture : 0) << stage;
+    EXPECT_LE(most, stage == "capture" ? kMaxOfCapture : 0) << stage;
   }
   if (!group) {
     GTEST_SKIP() << "the kernel does not let this process make control groups; peak memory was checked";

@@ -16,7 +16,7 @@ namespace kinetrace::test {
 namespace {
 
 constexpr int kFrames = 100'000;
-constexpr int kSettledIn = 1000;
+constexpr int kSteadyFrom = 1000;
 constexpr std::uint64_t kMaxGrowthBytes = 1U << 18U;  // 2.6 bytes a frame.
 constexpr int kWidth = 64;
 constexpr int kHeight = 48;
@@ -34,7 +34,7 @@ void play_and_expect_flat(const hal::Dataset& dataset, int passes) {
     ASSERT_TRUE(frame) << i << ": " << frame.error().message;
     ASSERT_GT(frame->frame_index, last_index);
     last_index = frame->frame_index;
-    if (i == kSettledIn) {
+    if (i == kSteadyFrom) {
       early_bytes = resident_bytes();
     }
   }
@@ -81,9 +81,9 @@ TEST(LongRecording, AHundredThousandFramesOfImageFilesTakeNoMore) {
   const TempFolder folder;
   std::vector<std::uint8_t> pixels;
   for (int i = 0; i < kRecorded; ++i) {
-    for (const char* eye : {"image_0", "image_1"}) {
-      std::filesystem::create_directories(folder.path() / eye);
-      std::ofstream file(folder.path() / eye / (std::to_string(100 + i) + ".pgm"), std::ios::binary);
+    for (const char* view : {"image_0", "image_1"}) {
+      std::filesystem::create_directories(folder.path() / view);
+      std::ofstream file(folder.path() / view / (std::to_string(100 + i) + ".pgm"), std::ios::binary);
       const GrayView image = noise(pixels, i).left;
       file << "P5\n" << kWidth << " " << kHeight << "\n255\n";
       file.write(reinterpret_cast<const char*>(image.data), kWidth * kHeight);

@@ -19,7 +19,7 @@
 namespace kinetrace::test {
 namespace {
 
-constexpr int kSettledIn = 20;  // Frames after which every part has touched its memory.
+constexpr int kSteadyFrom = 20;  // Frames after which every part has touched its memory.
 constexpr std::uint64_t kMaxGrowthBytes = 1U << 19U;
 
 struct Growth {
@@ -28,7 +28,7 @@ struct Growth {
   std::uint64_t late_bytes = 0;
 };
 
-/// Plays the recording as the program does and measures after frame kSettledIn and after the last one.
+/// Plays the recording as the program does and measures after frame kSteadyFrom and after the last one.
 Growth play(const BudgetRecording& recording, const std::filesystem::path& out) {
   const std::size_t colon = recording.dataset.find(':');
   hal::Dataset dataset = hal::open_dataset({.layout = hal::parse_layout(recording.dataset.substr(0, colon)).value(),
@@ -53,7 +53,7 @@ Growth play(const BudgetRecording& recording, const std::filesystem::path& out) 
     }
     const FrameResult* result = pipeline.process(rectifier.process(*frame).value()).value();
     EXPECT_TRUE(recorder.record(*result).has_value());
-    if (++growth.frames == kSettledIn) {
+    if (++growth.frames == kSteadyFrom) {
       growth.early_bytes = resident_bytes();
     }
   }
@@ -69,7 +69,7 @@ void expect_flat(const BudgetRecording& recording) {
     GTEST_SKIP() << "this system does not tell the memory of a process";
   }
   EXPECT_LE(growth.late_bytes, growth.early_bytes + kMaxGrowthBytes)
-      << "from " << growth.early_bytes << " to " << growth.late_bytes << " bytes in " << growth.frames - kSettledIn
+      << "from " << growth.early_bytes << " to " << growth.late_bytes << " bytes in " << growth.frames - kSteadyFrom
       << " frames";
 }
 
@@ -129,8 +129,8 @@ TEST(MemoryGrowth, FramesWithoutEndInWhichTracksAreBornAndEndTakeNoMore) {
     std::printf(" %llu", static_cast<unsigned long long>(bytes / 1024));
   }
   std::printf("\n");
-  constexpr std::uint64_t kMostGrowth_bytes = 1U << 18U;
-  EXPECT_LE(resident.back(), resident[1] + kMostGrowth_bytes);
+  constexpr std::uint64_t kMaxGrowth_bytes = 1U << 18U;
+  EXPECT_LE(resident.back(), resident[1] + kMaxGrowth_bytes);
 }
 
 TEST(MemoryGrowth, ARenderedStreetPlayedAgainAndAgainTakesNoMore) {

@@ -35,8 +35,8 @@ int main(int, char** argv) {
   must(camera.open());
   must(camera.start());
   while (const Result<StereoFrame> frame = camera.next(std::chrono::seconds(1))) {
-    print(must(pipeline.process(must(rectifier.process(*frame))))->settled);
+    print(must(pipeline.process(must(rectifier.process(*frame))))->finalised);
   }
   while (const FrameResult* result = pipeline.drain())
-    print(result->settled);
+    print(result->finalised);
 }

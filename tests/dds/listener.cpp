@@ -53,8 +53,8 @@ bool knows_writer(const Listened& listened) {
   return dds_get_subscription_matched_status(listened.reader, &status) == DDS_RETCODE_OK && status.current_count > 0;
 }
 
-// A reader can know a writer that has not heard of it yet. The calibration is sent as soon as its writer has heard of
-// the reader that was made last, and readers are heard of in the order in which they were made.
+// A reader can know a writer that has not seen it yet. The calibration is sent as soon as its writer has seen
+// the reader that was made last, and readers are seen in the order in which they were made.
 bool is_known_to_writers(const Listened& made_last) {
   return made_last.messages > 0;
 }

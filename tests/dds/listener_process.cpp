@@ -60,8 +60,8 @@ std::string ListenerProcess::read_line(int timeout_ms) {
 }
 
 bool ListenerProcess::wait_until_matched() {
-  constexpr int kPatience_ms = 20'000;
-  return read_line(kPatience_ms) == "matched";
+  constexpr int kTimeout_ms = 20'000;
+  return read_line(kTimeout_ms) == "matched";
 }
 
 void ListenerProcess::freeze() const {
@@ -73,12 +73,12 @@ void ListenerProcess::thaw() const {
 }
 
 std::map<std::string, long> ListenerProcess::finish() {
-  constexpr int kPatience_ms = 10'000;
+  constexpr int kTimeout_ms = 10'000;
   // What was sent last is still under way.
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
   ::kill(pid_, SIGTERM);
   std::map<std::string, long> messages;
-  for (std::string line = read_line(kPatience_ms); !line.empty(); line = read_line(kPatience_ms)) {
+  for (std::string line = read_line(kTimeout_ms); !line.empty(); line = read_line(kTimeout_ms)) {
     std::istringstream fields(line);
     std::string topic;
     fields >> topic >> messages[topic];

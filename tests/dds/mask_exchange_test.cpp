@@ -33,7 +33,7 @@ struct KeptMessage {
   std::uint64_t sender = 0;
   std::int64_t frame_index = 0;
   std::int64_t timestamp_ns = 0;
-  Eye eye = Eye::kLeft;
+  View view = View::kLeft;
   std::uint32_t width_px = 0;
   std::uint32_t piece = 0;
   std::uint32_t pieces = 0;
@@ -70,7 +70,7 @@ class MaskExchange : public ::testing::Test {
     return false;
   }
   void keep(const MaskMessage& message) {
-    KeptMessage kept{message.sender,   message.frame_index, message.timestamp_ns, message.eye,
+    KeptMessage kept{message.sender,   message.frame_index, message.timestamp_ns, message.view,
                      message.width_px, message.piece,       message.pieces,       {}};
     for (const RunLengthMask& mask : message.masks) {
       kept.masks.push_back({mask.class_id, mask.score, mask.box_px, {mask.runs.begin(), mask.runs.end()}});
@@ -78,7 +78,7 @@ class MaskExchange : public ::testing::Test {
     messages_.push_back(std::move(kept));
   }
   [[nodiscard]] static MaskSender::Image image() {
-    return {.frame_index = 7, .timestamp_ns = 700, .eye = Eye::kRight, .width_px = kWidth, .height_px = kHeight};
+    return {.frame_index = 7, .timestamp_ns = 700, .view = View::kRight, .width_px = kWidth, .height_px = kHeight};
   }
 
   std::unique_ptr<Link> link_;
@@ -115,7 +115,7 @@ TEST_F(MaskExchange, MasksArriveAsTheyWere) {
   const KeptMessage& message = messages_[0];
   EXPECT_EQ(message.frame_index, 7);
   EXPECT_EQ(message.timestamp_ns, 700);
-  EXPECT_EQ(message.eye, Eye::kRight);
+  EXPECT_EQ(message.view, View::kRight);
   EXPECT_EQ(message.width_px, 64U);
   EXPECT_EQ(message.pieces, 1U);
   ASSERT_EQ(message.masks.size(), 2U);
@@ -182,7 +182,7 @@ TEST_F(MaskExchange, TellsSendersApart) {
                           [this](const KeptMessage& message) { return message.sender != messages_[0].sender; }));
 }
 
-TEST_F(MaskExchange, MasksForAnotherDeviceAreNotHeard) {
+TEST_F(MaskExchange, MasksForAnotherDeviceAreNotReceived) {
   MaskSender other(*link_, "rear");
   ASSERT_TRUE(other.send(image()));
   ASSERT_TRUE(until([this] { return receiver_->senders() == 2; }));

@@ -61,7 +61,7 @@ class MasksOverDds : public ::testing::Test {
                                run_folder(name).string(), "--quiet"});
     return run_kinetrace(more);
   }
-  /// Over DDS, with masks of both eyes; patient enough for a busy machine.
+  /// Over DDS, with masks of both views; patient enough for a busy machine.
   [[nodiscard]] ProgramResult run_over_dds(const char* name, std::vector<std::string> more = {}) const {
     more.insert(more.begin(), {"--segmentation", "dds", "--publish", network_, "--set", "segmentation.dds.right=true",
                                "--set", "segmentation.dds.timeout_ms=30000"});
@@ -216,11 +216,11 @@ TEST_F(MasksOverDds, BadMessagesOfAnotherSenderSpoilNothing) {
   EXPECT_EQ(client.wait().exit_code, 0);
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_GT(counters("dds").at("mask_messages_invalid"), 0);
-  // Until both are heard of, the first frame may have been given up.
+  // Until both are seen, the first frame may have been given up.
   EXPECT_GE(counters("dds").at("mask_frames_taken"), TruthRun::kFrames - 1);
 }
 
-TEST_F(MasksOverDds, MasksOfAnotherRunAreRefusedAndTold) {
+TEST_F(MasksOverDds, MasksOfAnotherRunAreRefusedAndReported) {
   const Answerer of_another_run(domain_, [](const MaskRequest& request) {
     return publishing::MaskSender::Image{.frame_index = request.frame_index,
                                          .timestamp_ns = request.timestamp_ns - 1,

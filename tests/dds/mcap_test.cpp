@@ -51,7 +51,7 @@ std::vector<json> decoded(const std::string& how, const std::filesystem::path& f
 class McapTools : public ::testing::Test {
  protected:
   static constexpr int kFrames = 3;
-  static constexpr std::int64_t kFirstHeard_ns = 1'900'000'000'000'000'000;
+  static constexpr std::int64_t kFirstReceived_ns = 1'900'000'000'000'000'000;
 
   void SetUp() override {
     if (!std::filesystem::exists(KINETRACE_MCAP_TOOLS "/installed")) {
@@ -67,16 +67,16 @@ class McapTools : public ::testing::Test {
     }
     const auto take = [&] {
       return reader.take([&](const publishing::RosMessage& message) {
-        ++heard_[reader.topics()[message.topic].name];
-        return writer.write(channels[message.topic], heard_ns_ += 1'000'000, message.sent_ns, message.cdr);
+        ++received_[reader.topics()[message.topic].name];
+        return writer.write(channels[message.topic], received_ns_ += 1'000'000, message.sent_ns, message.cdr);
       });
     };
     const auto take_until = [&](const char* topic, int count) {
-      for (int i = 0; i < 100 && heard_[topic] < count; ++i) {
+      for (int i = 0; i < 100 && received_[topic] < count; ++i) {
         ASSERT_TRUE(take());
         fixture.publisher().link().wait(20'000'000);
       }
-      ASSERT_GE(heard_[topic], count) << topic;
+      ASSERT_GE(received_[topic], count) << topic;
     };
     take_until("/tf_static", 1);
     for (int frame = 0; frame < kFrames; ++frame) {
@@ -96,8 +96,8 @@ class McapTools : public ::testing::Test {
 
   TempFolder folder_;
   std::filesystem::path file_ = folder_.path() / "run.mcap";
-  std::map<std::string, int> heard_;
-  std::int64_t heard_ns_ = kFirstHeard_ns;
+  std::map<std::string, int> received_;
+  std::int64_t received_ns_ = kFirstReceived_ns;
 };
 
 TEST_F(McapTools, DecodesEveryMessageByTheDefinitionInTheFile) {
@@ -110,7 +110,7 @@ TEST_F(McapTools, DecodesEveryMessageByTheDefinitionInTheFile) {
     first.emplace(topic, message);
     EXPECT_TRUE(message.at("same").get<bool>()) << topic << " as " << message.at("type");
   }
-  EXPECT_EQ(by_topic, heard_);
+  EXPECT_EQ(by_topic, received_);
   ASSERT_THAT(by_topic, SizeIs(8));
 
   const json& odometry = first["/kinetrace/odometry"].at("value");
@@ -149,11 +149,11 @@ TEST_F(McapTools, ReadsTimesAndSequenceNumbers) {
   for (const json& message : decoded("indexed", file_)) {
     EXPECT_EQ(message.at("sequence"), next[message.at("topic").get<std::string>()]++);
     const std::int64_t log_ns = std::stoll(message.at("log_time").get<std::string>());
-    EXPECT_GT(log_ns, std::max(last_ns, kFirstHeard_ns));
+    EXPECT_GT(log_ns, std::max(last_ns, kFirstReceived_ns));
     EXPECT_GT(std::stoll(message.at("publish_time").get<std::string>()), 1'600'000'000'000'000'000);
     last_ns = log_ns;
   }
-  EXPECT_EQ(last_ns, heard_ns_);
+  EXPECT_EQ(last_ns, received_ns_);
 }
 
 TEST_F(McapTools, ReadsAFileThatWasCutUpToItsLastWholeMessage) {

@@ -169,19 +169,19 @@ TEST_F(Monitor, EndsAfterSoManyMessages) {
   EXPECT_EQ(lines_of(result.out).size(), 3U) << result.out;
 }
 
-TEST_F(Monitor, SaysWhatToDoWhereNothingIsHeard) {
+TEST_F(Monitor, SaysWhatToDoWhereNothingIsReceived) {
   const std::string silent = std::to_string(std::stoi(publisher_.domain()) < 200 ? 221 : 19);
   const ProgramResult result = run_kinetrace({"monitor", "--domain", silent, "--seconds", "0.5"});
   EXPECT_EQ(result.exit_code, 74);
   EXPECT_THAT(result.out, IsEmpty());
-  EXPECT_THAT(result.err, AllOf(HasSubstr("nothing heard from Kinetrace in domain " + silent + " on lo"),
+  EXPECT_THAT(result.err, AllOf(HasSubstr("nothing received from Kinetrace in domain " + silent + " on lo"),
                                 HasSubstr("kinetrace run --publish"), HasSubstr("dds.interface")));
 }
 
-TEST_F(Monitor, NamesTheDeviceThatIsHeardInstead) {
+TEST_F(Monitor, NamesTheDeviceThatIsReceivedInstead) {
   const ProgramResult result = monitor({"--device", "rear", "--seconds", "4"});
   EXPECT_EQ(result.exit_code, 74);
-  EXPECT_THAT(result.err, AllOf(HasSubstr("nothing heard of device rear"), HasSubstr("but of front")));
+  EXPECT_THAT(result.err, AllOf(HasSubstr("nothing seen device rear"), HasSubstr("but of front")));
 }
 
 TEST_F(Monitor, RecordsAnMcapFileThatCtrlCCloses) {

@@ -22,30 +22,30 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// Keeps copies of what it is told.
+/// Keeps copies of what it is reported.
 class Notebook final : public ResultListener {
  public:
-  void hear(const HeardCamera& heard) override { cameras.push_back(heard); }
-  void hear(const HeardObjects& heard) override {
+  void receive(const ReceivedCamera& received) override { cameras.push_back(received); }
+  void receive(const ReceivedObjects& received) override {
     ++object_messages;
-    objects.insert(objects.end(), heard.objects.begin(), heard.objects.end());
+    objects.insert(objects.end(), received.objects.begin(), received.objects.end());
   }
-  void hear(const HeardHealth& heard) override {
-    healths.push_back(heard.state);
-    camera_state = heard.camera;
-    for (const HeardReason& reason : heard.reasons) {
+  void receive(const ReceivedHealth& received) override {
+    healths.push_back(received.state);
+    camera_state = received.camera;
+    for (const ReceivedReason& reason : received.reasons) {
       reasons[std::string(reason.name)] = reason.count;
     }
-    for (const HeardCounter& counter : heard.counters) {
+    for (const ReceivedCounter& counter : received.counters) {
       counters[std::string(counter.name)] = counter.value;
     }
   }
-  void hear(const HeardCalibration& heard) override {
-    device = heard.device;
-    calibrations.push_back(heard.geometry);
+  void receive(const ReceivedCalibration& received) override {
+    device = received.device;
+    calibrations.push_back(received.geometry);
   }
 
-  std::vector<HeardCamera> cameras;  // But for their device, which has gone.
+  std::vector<ReceivedCamera> cameras;  // But for their device, which has gone.
   std::vector<ObjectResult> objects;
   int object_messages = 0;
   std::vector<HealthState> healths;
@@ -97,7 +97,7 @@ TEST_F(Readers, PosesAndObjectsComeBackAsTheyWere) {
   ASSERT_TRUE(hear_until([&] { return !notes_.calibrations.empty(); }));
   fixture_.publish(SampleResult({.objects = 2}, 7));
   ASSERT_TRUE(hear_until([&] { return !notes_.cameras.empty() && notes_.object_messages > 0; }));
-  const HeardCamera& camera = notes_.cameras[0];
+  const ReceivedCamera& camera = notes_.cameras[0];
   EXPECT_EQ(camera.frame_index, 7);
   EXPECT_EQ(camera.timestamp_ns, SampleResult::timestamp_ns(7));
   EXPECT_EQ(camera.handed_over_ns, PublisherFixture::kHandedOver_ns);
@@ -108,18 +108,18 @@ TEST_F(Readers, PosesAndObjectsComeBackAsTheyWere) {
 
   ASSERT_EQ(notes_.objects.size(), 2U);
   const ObjectResult object = SampleResult::object(2, 7);
-  const ObjectResult& heard = notes_.objects[1];
-  EXPECT_EQ(heard.track_id, 2U);
-  EXPECT_EQ(heard.class_id, object.class_id);
-  EXPECT_EQ(heard.status, object.status);
-  EXPECT_EQ(heard.moving, object.moving);
-  EXPECT_TRUE(heard.T_world_obj.translation.isApprox(object.T_world_obj.translation, 1e-12));
-  EXPECT_TRUE(heard.covariance.isApprox(object.covariance, 1e-6));
-  EXPECT_TRUE(heard.velocity_mps.isApprox(object.velocity_mps, 1e-6));
-  EXPECT_TRUE(heard.box.size_m.isApprox(object.box.size_m, 1e-6));
-  EXPECT_NEAR(heard.box.yaw_rad, object.box.yaw_rad, 1e-6);
-  EXPECT_EQ(heard.box_px.y1, object.box_px.y1);
-  EXPECT_EQ(heard.point_count, object.point_count);
+  const ObjectResult& received = notes_.objects[1];
+  EXPECT_EQ(received.track_id, 2U);
+  EXPECT_EQ(received.class_id, object.class_id);
+  EXPECT_EQ(received.status, object.status);
+  EXPECT_EQ(received.moving, object.moving);
+  EXPECT_TRUE(received.T_world_obj.translation.isApprox(object.T_world_obj.translation, 1e-12));
+  EXPECT_TRUE(received.covariance.isApprox(object.covariance, 1e-6));
+  EXPECT_TRUE(received.velocity_mps.isApprox(object.velocity_mps, 1e-6));
+  EXPECT_TRUE(received.box.size_m.isApprox(object.box.size_m, 1e-6));
+  EXPECT_NEAR(received.box.yaw_rad, object.box.yaw_rad, 1e-6);
+  EXPECT_EQ(received.box_px.y1, object.box_px.y1);
+  EXPECT_EQ(received.point_count, object.point_count);
 }
 
 TEST(ResultReader, HearsAllPiecesOfManyObjects) {

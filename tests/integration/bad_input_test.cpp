@@ -106,7 +106,7 @@ TEST_F(BadInput, NoBaseline) {
   expect_error(kBadData, "calib.txt");
 }
 
-TEST_F(BadInput, EyesOfDifferentSize) {
+TEST_F(BadInput, CamerasOfDifferentSize) {
   recording_.write();
   for (int frame = 0; frame < recording_.frames; ++frame) {
     recording_.write_image_of_size(1, frame, SmallRecording::kWidth / 2, SmallRecording::kHeight);
@@ -164,7 +164,7 @@ TEST_F(BadInput, NamedPipeInPlaceOfAnImageIsSkippedAndCounted) {
   EXPECT_THAT(warnings_, HasSubstr(recording_.image(0, 2).string() + ": is a named pipe"));
 }
 
-TEST_F(BadInput, OneEyeThatSeesNothingIsNamed) {
+TEST_F(BadInput, OneCameraThatSeesNothingIsNamed) {
   recording_.write();
   recording_.uniform = true;
   for (int frame = 0; frame < recording_.frames; ++frame) {

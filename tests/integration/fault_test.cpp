@@ -210,11 +210,11 @@ TEST_F(Fault, CutOffImagesAreLeftOut) {
   EXPECT_EQ(a_little.count("frames_damaged"), 2);
 }
 
-TEST_F(Fault, EyesOutOfStepAreNoticed) {
-  // So long that it must be seen. Depths from eyes that look at different moments are wrong, and so is the path.
+TEST_F(Fault, CamerasOutOfStepAreNoticed) {
+  // So long that it must be seen. Depths from views that look at different moments are wrong, and so is the path.
   const FaultyRun late = run("desync@8-35", false);
   EXPECT_EQ(late.frames(), all_but({}));
-  EXPECT_GE(late.count("eyes_out_of_step"), 1);
+  EXPECT_GE(late.count("views_out_of_step"), 1);
   EXPECT_EQ(late.report["health"]["worst"], "degraded");
 }
 

@@ -39,9 +39,9 @@ struct CameraErrors {
 
 CameraErrors camera_errors(const Followed& followed) {
   CameraErrors errors;
-  for (std::size_t i = 1; i < followed.settled.size(); ++i) {
-    const FollowedFrame& before = followed.settled[i - 1];
-    const FollowedFrame& now = followed.settled[i];
+  for (std::size_t i = 1; i < followed.finalised.size(); ++i) {
+    const FollowedFrame& before = followed.finalised[i - 1];
+    const FollowedFrame& now = followed.finalised[i];
     if (!is_tracked(before) || !is_tracked(now)) {
       continue;
     }
@@ -57,7 +57,7 @@ CameraErrors camera_errors(const Followed& followed) {
 
 std::set<std::uint32_t> moving_ids(const Followed& followed) {
   std::set<std::uint32_t> ids;
-  for (const FollowedFrame& frame : followed.settled) {
+  for (const FollowedFrame& frame : followed.finalised) {
     for (const ObjectResult& object : frame.objects) {
       if (object.moving) {
         ids.insert(object.track_id);
@@ -95,7 +95,7 @@ TEST(HardScenes, ARigThatOnlyTurnsStaysWhereItIs) {
     EXPECT_EQ(errors.steps, 39);
     EXPECT_LT(errors.worst_m, 0.02);
     EXPECT_LT(errors.worst_deg, 0.05);
-    EXPECT_LT(followed.settled.back().camera.T_world_cam.translation.norm(), 0.05);
+    EXPECT_LT(followed.finalised.back().camera.T_world_cam.translation.norm(), 0.05);
     EXPECT_LE(moving_ids(followed).size(), 1U) << "one car crosses";
   }
 }
@@ -103,20 +103,20 @@ TEST(HardScenes, ARigThatOnlyTurnsStaysWhereItIs) {
 TEST(HardScenes, ATruckThatFillsTheViewDoesNotTakeTheCameraAlong) {
   const Sequence truck("object-fills-image", 60);
   // The truck moves 0.3 to 0.5 m from frame to frame, the camera 0.03 m; a dozen points are seen beside the truck.
-  constexpr double kMost_m = 0.25;
-  constexpr double kMost_deg = 0.5;
+  constexpr double kMax_m = 0.25;
+  constexpr double kMax_deg = 0.5;
   const Followed masked = truck->follow(truck->masked());
   // Of the 59 steps; how one processor or another rounds decides about the last ones.
   EXPECT_GE(camera_errors(masked).steps, 56) << "a mask leaves hardly a doubt";
-  EXPECT_LT(camera_errors(masked).worst_m, kMost_m);
-  EXPECT_LT(camera_errors(masked).worst_deg, kMost_deg);
+  EXPECT_LT(camera_errors(masked).worst_m, kMax_m);
+  EXPECT_LT(camera_errors(masked).worst_deg, kMax_deg);
   EXPECT_EQ(moving_ids(masked).size(), 1U);
   // Without masks the camera is lost where the truck has most of the features, and found again.
   const Followed by_motion = truck->follow(SimulatedSequence::by_motion());
   EXPECT_GT(camera_errors(by_motion).steps, 35);
-  EXPECT_LT(camera_errors(by_motion).worst_m, kMost_m);
-  EXPECT_LT(camera_errors(by_motion).worst_deg, kMost_deg);
-  EXPECT_TRUE(is_tracked(by_motion.settled.back()));
+  EXPECT_LT(camera_errors(by_motion).worst_m, kMax_m);
+  EXPECT_LT(camera_errors(by_motion).worst_deg, kMax_deg);
+  EXPECT_TRUE(is_tracked(by_motion.finalised.back()));
 }
 
 TEST(HardScenes, WhereNothingMovesNothingIsSaidToMove) {
@@ -138,7 +138,7 @@ TEST(HardScenes, SixtyFourObjectsAtOnceAreFollowedWithinTheirCapacity) {
   };
   const auto most_objects = [](const Followed& followed) {
     std::size_t most = 0;
-    for (const FollowedFrame& frame : followed.settled) {
+    for (const FollowedFrame& frame : followed.finalised) {
       most = std::max(most, frame.objects.size());
     }
     return most;

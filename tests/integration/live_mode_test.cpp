@@ -143,12 +143,12 @@ TEST_F(LiveMode, KilledItHasLostNothingThatWasFinal) {
   EXPECT_EQ(lines("camera.tum"), recording_.frames);
 }
 
-/// Hears until `manager` is told something that is `wanted`; false where that takes too long.
-bool is_told(const ServiceManager& manager, const std::function<bool(const std::string&)>& wanted) {
+/// Hears until `manager` is reported something that is `wanted`; false where that takes too long.
+bool is_reported(const ServiceManager& manager, const std::function<bool(const std::string&)>& wanted) {
   const auto given_up_at = std::chrono::steady_clock::now() + std::chrono::minutes(2);
   while (std::chrono::steady_clock::now() < given_up_at) {
-    const std::vector<std::string> heard = manager.heard();
-    if (std::any_of(heard.begin(), heard.end(), wanted)) {
+    const std::vector<std::string> received = manager.received();
+    if (std::any_of(received.begin(), received.end(), wanted)) {
       return true;
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -178,11 +178,11 @@ TEST_F(LiveMode, StarvedOfProcessorItShedsAndReturnsWhenItCan) {
   const std::string speed = std::to_string(std::min(100.0, kPeriod_ms / (0.6 * starved_ms)));
   const ServiceManager manager;
   Program program(command("live", {"live.mode=on", "live.speed=" + speed}, 1'000'000), &*group);
-  EXPECT_TRUE(is_told(manager, [](const std::string& text) {
+  EXPECT_TRUE(is_reported(manager, [](const std::string& text) {
     return text.starts_with("STATUS=degraded") && text.find("sheds_") != std::string::npos;
   }));
   group->release_processor();
-  EXPECT_TRUE(is_told(manager, [](const std::string& text) { return text == "STATUS=ok"; }));
+  EXPECT_TRUE(is_reported(manager, [](const std::string& text) { return text == "STATUS=ok"; }));
   program.send(SIGTERM);
   const ProgramResult result = program.wait();
   ASSERT_EQ(result.exit_code, 128 + SIGTERM) << result.err;
@@ -246,11 +246,11 @@ TEST_F(LiveMode, ItsManagerHearsOfProgressAndTheEnd) {
   const ServiceManager manager;
   setenv("WATCHDOG_USEC", "400000", 1);
   ASSERT_EQ(run("live", {"live.mode=on", "live.speed=1"}).exit_code, 0);
-  const std::vector<std::string> heard = manager.heard();
-  ASSERT_GE(heard.size(), 4U);
-  EXPECT_EQ(heard[0], "READY=1");
-  EXPECT_EQ(heard[1], "WATCHDOG=1");
-  EXPECT_EQ(heard.back(), "STOPPING=1");
+  const std::vector<std::string> received = manager.received();
+  ASSERT_GE(received.size(), 4U);
+  EXPECT_EQ(received[0], "READY=1");
+  EXPECT_EQ(received[1], "WATCHDOG=1");
+  EXPECT_EQ(received.back(), "STOPPING=1");
 }
 
 TEST_F(LiveMode, SettingsThatCannotBeAreNamed) {

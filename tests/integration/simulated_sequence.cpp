@@ -17,7 +17,7 @@
 namespace kinetrace::test {
 namespace {
 
-constexpr std::uint64_t kSettledIn = 5;  // Frames after which every part has taken its memory.
+constexpr std::uint64_t kSteadyFrom = 5;  // Frames after which every part has taken its memory.
 
 void expect_done(const Status& status) {
   if (!status) {
@@ -69,11 +69,11 @@ Followed SimulatedSequence::follow(const pipeline::PipelineConfig& config) const
   Followed followed;
   const auto keep = [&](const FrameResult& result) {
     followed.counters = result.counters;
-    if (result.has_settled) {
-      const auto index = static_cast<std::size_t>(result.settled.frame_index);
-      followed.settled.push_back({T_world_cam_.at(index),
-                                  result.settled.camera,
-                                  {result.settled.objects.begin(), result.settled.objects.end()}});
+    if (result.has_finalised) {
+      const auto index = static_cast<std::size_t>(result.finalised.frame_index);
+      followed.finalised.push_back({T_world_cam_.at(index),
+                                    result.finalised.camera,
+                                    {result.finalised.objects.begin(), result.finalised.objects.end()}});
     }
   };
   for (;;) {
@@ -85,7 +85,7 @@ Followed SimulatedSequence::follow(const pipeline::PipelineConfig& config) const
     const RectifiedPair pair = rectifier.process(*frame).value();
     const std::uint64_t before = allocation_counts().own;
     const FrameResult* result = pipeline.process(pair).value();
-    if (result->counters.frames > kSettledIn) {
+    if (result->counters.frames > kSteadyFrom) {
       EXPECT_EQ(allocation_counts().own, before) << "frame " << frame->frame_index;
     }
     keep(*result);
@@ -93,7 +93,7 @@ Followed SimulatedSequence::follow(const pipeline::PipelineConfig& config) const
   while (const FrameResult* result = pipeline.drain()) {
     keep(*result);
   }
-  EXPECT_EQ(followed.settled.size(), T_world_cam_.size());
+  EXPECT_EQ(followed.finalised.size(), T_world_cam_.size());
   return followed;
 }
 

@@ -19,7 +19,7 @@ struct FollowedFrame {
 };
 
 struct Followed {
-  std::vector<FollowedFrame> settled;
+  std::vector<FollowedFrame> finalised;
   FrameCounters counters;
 };
 

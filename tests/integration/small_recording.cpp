@@ -41,12 +41,12 @@ double texture(double x, double y, int wall) {
   return top * (1.0 - ay) + bottom * ay;
 }
 
-std::vector<std::uint8_t> render(int width, int height, double eye_x_m, const SmallRecording& look) {
+std::vector<std::uint8_t> render(int width, int height, double view_x_m, const SmallRecording& look) {
   std::vector<std::uint8_t> pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), look.brightness);
   for (int y = 0; y < height && !look.uniform; ++y) {
     const int wall = y < height / 2 ? 0 : 1;
     const double depth = wall == 0 ? kUpperDepth : kLowerDepth;
-    const double shift = SmallRecording::kFocal * eye_x_m / depth;
+    const double shift = SmallRecording::kFocal * view_x_m / depth;
     for (int x = 0; x < width; ++x) {
       const double value = 20.0 + 215.0 * texture(x + shift, y, wall);
       pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] =
@@ -82,10 +82,10 @@ void put_big_endian(std::uint32_t value, char* at) {
 
 }  // namespace
 
-std::filesystem::path SmallRecording::image(int eye, int frame) const {
+std::filesystem::path SmallRecording::image(int view, int frame) const {
   std::array<char, 16> name{};
   std::snprintf(name.data(), name.size(), "%06d.png", frame);
-  return sequence() / ("image_" + std::to_string(eye)) / name.data();
+  return sequence() / ("image_" + std::to_string(view)) / name.data();
 }
 
 void SmallRecording::write() const {
@@ -95,9 +95,9 @@ void SmallRecording::write() const {
   std::ofstream times(sequence() / "times.txt");
   for (int frame = 0; frame < frames; ++frame) {
     times << 0.1 * frame << "\n";
-    for (int eye = 0; eye < 2; ++eye) {
-      const double eye_x_m = frame * kStep + eye * kBaseline;
-      write_png(image(eye, frame), render(width_px, height_px, eye_x_m, *this), width_px, height_px);
+    for (int view = 0; view < 2; ++view) {
+      const double view_x_m = frame * kStep + view * kBaseline;
+      write_png(image(view, frame), render(width_px, height_px, view_x_m, *this), width_px, height_px);
     }
   }
 }
@@ -105,14 +105,14 @@ void SmallRecording::write() const {
 void SmallRecording::write_calibration(const std::string& left_tx, const std::string& right_tx) const {
   std::ofstream file(calibration());
   const std::array<std::string, 2> tx{left_tx, right_tx};
-  for (std::size_t eye = 0; eye < 2; ++eye) {
-    file << "P" << eye << ": " << kFocal << " 0 " << width_px / 2 << " " << tx[eye] << " 0 " << kFocal << " "
+  for (std::size_t view = 0; view < 2; ++view) {
+    file << "P" << view << ": " << kFocal << " 0 " << width_px / 2 << " " << tx[view] << " 0 " << kFocal << " "
          << height_px / 2 << " 0 0 0 1 0\n";
   }
 }
 
-void SmallRecording::write_image_of_size(int eye, int frame, int width, int height) const {
-  write_png(image(eye, frame), render(width, height, frame * kStep + eye * kBaseline, *this), width, height);
+void SmallRecording::write_image_of_size(int view, int frame, int width, int height) const {
+  write_png(image(view, frame), render(width, height, frame * kStep + view * kBaseline, *this), width, height);
 }
 
 void truncate_file(const std::filesystem::path& path, std::uintmax_t bytes) {

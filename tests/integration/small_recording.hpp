@@ -23,15 +23,15 @@ struct SmallRecording {
 
   [[nodiscard]] std::filesystem::path sequence() const { return root / "sequences" / "00"; }
   [[nodiscard]] std::filesystem::path calibration() const { return sequence() / "calib.txt"; }
-  /// Eye 0 is left, 1 right.
-  [[nodiscard]] std::filesystem::path image(int eye, int frame) const;
+  /// View 0 is left, 1 right.
+  [[nodiscard]] std::filesystem::path image(int view, int frame) const;
   [[nodiscard]] std::string dataset() const { return "kitti-odometry:" + sequence().string(); }
 
   void write() const;
   /// Replaces calib.txt by one with these entries P[0][3] of the left and the right camera, as text.
   void write_calibration(const std::string& left_tx, const std::string& right_tx) const;
   /// Replaces an image by one of another size.
-  void write_image_of_size(int eye, int frame, int width, int height) const;
+  void write_image_of_size(int view, int frame, int width, int height) const;
 };
 
 /// Cuts a file to its first `bytes` bytes.

@@ -71,8 +71,8 @@ struct TrueFrame {
     result.newest.camera.status = BodyStatus::kTracked;
     result.newest.camera.T_world_cam = T_run_world * frame.T_world_cam;
     result.newest.objects = objects;
-    result.has_settled = true;
-    result.settled = result.newest;
+    result.has_finalised = true;
+    result.finalised = result.newest;
     result.tracks = tracks;
     result.left_labels = {labels.data(), instances.width(), instances.height(), instances.width()};
   }

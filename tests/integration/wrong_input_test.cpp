@@ -44,8 +44,8 @@ class WrongInput : public ::testing::Test {
     }
     return 0;
   }
-  void replace(int eye, int frame, int by_eye, int by_frame) const {
-    fs::copy_file(recording_.image(by_eye, by_frame), recording_.image(eye, frame),
+  void replace(int view, int frame, int by_view, int by_frame) const {
+    fs::copy_file(recording_.image(by_view, by_frame), recording_.image(view, frame),
                   fs::copy_options::overwrite_existing);
   }
   /// Writes a mask for each frame, by its index.
@@ -74,7 +74,7 @@ TEST_F(WrongInput, AGoodRecordingHasNone) {
   EXPECT_EQ(report()["health"]["worst"], "ok");
 }
 
-TEST_F(WrongInput, ExchangedEyesEndTheRun) {
+TEST_F(WrongInput, ExchangedCamerasEndTheRun) {
   fs::rename(recording_.sequence() / "image_0", recording_.sequence() / "x");
   fs::rename(recording_.sequence() / "image_1", recording_.sequence() / "image_0");
   fs::rename(recording_.sequence() / "x", recording_.sequence() / "image_1");
@@ -83,21 +83,21 @@ TEST_F(WrongInput, ExchangedEyesEndTheRun) {
   EXPECT_THAT(result.err, AllOf(HasSubstr(recording_.dataset()), HasSubstr("exchanged")));
   EXPECT_LT(report()["frames"], 20) << "within two seconds";
   EXPECT_EQ(report()["exit_status"], kBadData);
-  EXPECT_GE(noted("eyes_exchanged"), 1);
+  EXPECT_GE(noted("views_exchanged"), 1);
   const ProgramResult anyway = run({"--set", "input.unusable=warn"});
   EXPECT_EQ(anyway.exit_code, 0);
   EXPECT_THAT(anyway.err, HasSubstr("exchanged"));
   EXPECT_EQ(report()["frames"], recording_.frames);
 }
 
-TEST_F(WrongInput, OneImageInBothEyesEndsTheRun) {
+TEST_F(WrongInput, OneImageInBothCamerasEndsTheRun) {
   for (int frame = 0; frame < recording_.frames; ++frame) {
     replace(1, frame, 0, frame);
   }
   const ProgramResult result = run();
   EXPECT_EQ(result.exit_code, kBadData);
   EXPECT_THAT(result.err, AllOf(HasSubstr(recording_.dataset()), HasSubstr("equal bit by bit")));
-  EXPECT_GE(noted("eyes_identical"), 1);
+  EXPECT_GE(noted("views_identical"), 1);
 }
 
 TEST_F(WrongInput, AFrozenCameraIsSaidOnceAndNoted) {

@@ -69,7 +69,7 @@ TEST(WrongWords, KeyOfTheConfiguration) {
   expect_refused({"config", "--set", "segmentation.mode=moton"}, kConfig, "did you mean motion?");
 }
 
-TEST(WrongWords, AFileThatIsNotThereIsToldByItsKind) {
+TEST(WrongWords, AFileThatIsNotThereIsReportedByItsKind) {
   expect_refused({"record", "--camera", "nope.yaml", "--out", "y"}, kNoInput,
                  "nope.yaml: no such camera file; give one that says which devices");
   expect_refused({"config", "--config", "nope.yaml"}, kNoInput, "nope.yaml: no such configuration file");

@@ -18,13 +18,13 @@ namespace {
 
 void keep(const FrameResult& result, ClipRun& run) {
   run.counters = result.counters;
-  if (!result.has_settled) {
+  if (!result.has_finalised) {
     return;
   }
-  run.frames.push_back(result.settled.frame_index);
-  run.camera.push_back(result.settled.camera);
-  for (const ObjectResult& object : result.settled.objects) {
-    run.objects[object.track_id].push_back({result.settled.frame_index, object, result.settled.camera.T_world_cam});
+  run.frames.push_back(result.finalised.frame_index);
+  run.camera.push_back(result.finalised.camera);
+  for (const ObjectResult& object : result.finalised.objects) {
+    run.objects[object.track_id].push_back({result.finalised.frame_index, object, result.finalised.camera.T_world_cam});
   }
 }
 

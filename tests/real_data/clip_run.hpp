@@ -18,7 +18,7 @@ namespace kinetrace::test {
 /// none.
 [[nodiscard]] std::optional<std::filesystem::path> data_folder();
 
-/// One settled row of one object.
+/// One finalised row of one object.
 struct ObjectRow {
   std::int64_t frame = 0;
   ObjectResult object;
@@ -27,8 +27,8 @@ struct ObjectRow {
 
 struct ClipRun {
   std::vector<std::int64_t> frames;
-  std::vector<CameraResult> camera;                         ///< Settled, one per frame.
-  std::map<std::uint32_t, std::vector<ObjectRow>> objects;  ///< Settled rows by track id, in order of time.
+  std::vector<CameraResult> camera;                         ///< Finalised, one per frame.
+  std::map<std::uint32_t, std::vector<ObjectRow>> objects;  ///< Finalised rows by track id, in order of time.
   FrameCounters counters;
 };
 

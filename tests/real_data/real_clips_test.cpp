@@ -103,16 +103,16 @@ TEST_F(RealClips, StreetTruckIsOneMovingTrackAndNothingElseMoves) {
   const auto in_range = [](const ObjectRow& row) { return row.frame >= 8 && row.frame <= 40; };
   EXPECT_GE(std::count_if(rows.begin(), rows.end(), in_range), 20) << "most of 33 frames";
   int coming_towards_us = 0;
-  int judged = 0;
+  int assessed = 0;
   for (const ObjectRow& row : rows) {
     if (in_range(row) && row.object.status == BodyStatus::kTracked) {
-      ++judged;
+      ++assessed;
       const double speed = row.object.velocity_mps.norm();
       coming_towards_us += row.object.velocity_mps.z() < 0.0 && speed > 3.0 && speed < 7.0 ? 1 : 0;
     }
   }
-  EXPECT_GE(judged, 16);
-  EXPECT_GE(coming_towards_us, judged * 9 / 10);
+  EXPECT_GE(assessed, 16);
+  EXPECT_GE(coming_towards_us, assessed * 9 / 10);
   for (const auto& [id, other] : run.objects) {
     if (id != truck) {
       EXPECT_LE(moving_frames(other), 5) << "track " << id << " from frame " << other.front().frame;
@@ -141,7 +141,7 @@ TEST_F(RealClips, StreetParkedCarsWithMasksStandStill) {
 }
 
 TEST_F(RealClips, StreetTruckWithMasksMovesInEveryFrameInWhichItIsTracked) {
-  // Its path begins anew when the image cuts it off; what was told of its motion until then stands.
+  // Its path begins anew when the image cuts it off; what was reported of its motion until then stands.
   const ClipRun run = run_clip(street(data_), with_masks(data_ / "masks/kitti_raw_0039"));
   int trucks = 0;
   for (const auto& [id, rows] : run.objects) {

@@ -98,9 +98,9 @@ float NoiseTexture::sample(const Eigen::Vector2f& texels, float footprint) const
   return mix(bilinear(finer, texels), bilinear(finer + 1, texels), level - static_cast<float>(finer));
 }
 
-/// One eye's image while it is drawn.
+/// One view's image while it is drawn.
 struct RenderedWorld::Canvas {
-  Se3 T_world_eye;
+  Se3 T_world_view;
   std::span<std::uint8_t> pixels;
   std::span<std::uint8_t> labels;
   std::vector<float> depth_m;
@@ -117,14 +117,14 @@ RenderedPair RenderedWorld::render(const Se3& T_world_cam, std::span<const Rende
   RenderedPair pair = blank_pair(geometry_, 0);
   Se3 T_left_right;
   T_left_right.translation.x() = geometry_.baseline_m;
-  draw_eye(T_world_cam, boxes, pair.left, pair.left_labels);
-  draw_eye(T_world_cam * T_left_right, boxes, pair.right, pair.right_labels);
+  draw_view(T_world_cam, boxes, pair.left, pair.left_labels);
+  draw_view(T_world_cam * T_left_right, boxes, pair.right, pair.right_labels);
   return pair;
 }
 
-void RenderedWorld::draw_eye(const Se3& T_world_eye, std::span<const RenderedBox> boxes,
-                             std::vector<std::uint8_t>& pixels, std::vector<std::uint8_t>& labels) const {
-  Canvas canvas{T_world_eye, pixels, labels, std::vector<float>(pixels.size(), std::numeric_limits<float>::max())};
+void RenderedWorld::draw_view(const Se3& T_world_view, std::span<const RenderedBox> boxes,
+                              std::vector<std::uint8_t>& pixels, std::vector<std::uint8_t>& labels) const {
+  Canvas canvas{T_world_view, pixels, labels, std::vector<float>(pixels.size(), std::numeric_limits<float>::max())};
   draw_street(canvas);
   int offset = 0;
   for (const RenderedBox& box : boxes) {
@@ -133,12 +133,12 @@ void RenderedWorld::draw_eye(const Se3& T_world_eye, std::span<const RenderedBox
 }
 
 void RenderedWorld::draw_street(Canvas& canvas) const {
-  const Eigen::Vector3d& origin = canvas.T_world_eye.translation;
+  const Eigen::Vector3d& origin = canvas.T_world_view.translation;
   std::size_t i = 0;
   for (int v = 0; v < geometry_.height_px; ++v) {
     for (int u = 0; u < geometry_.width_px; ++u, ++i) {
       const Eigen::Vector3d ray =
-          canvas.T_world_eye.rotation *
+          canvas.T_world_view.rotation *
           Eigen::Vector3d((u - geometry_.cx_px) / geometry_.fx_px, (v - geometry_.cy_px) / geometry_.fy_px, 1.0);
       // The nearest of the road, the wall on the ray's side and the wall ahead; `axis` is the plane's normal.
       double depth = (kEnd_m - origin.z()) / ray.z();
@@ -167,15 +167,15 @@ void RenderedWorld::draw_street(Canvas& canvas) const {
 }
 
 void RenderedWorld::draw_box(const RenderedBox& box, int texture_offset, Canvas& canvas) const {
-  const Se3 T_box_eye = box.T_world_box.inverse() * canvas.T_world_eye;
+  const Se3 T_box_view = box.T_world_box.inverse() * canvas.T_world_view;
   const Eigen::Vector3d half = 0.5 * box.size_m;
-  // Where its corners are in the image; a box beside the eye may be anywhere.
+  // Where its corners are in the image; a box beside the view may be anywhere.
   PixelBox region;
   bool beside = false;
   for (int corner = 0; corner < 8; ++corner) {
     const Eigen::Vector3d sign((corner & 1) != 0 ? 1.0 : -1.0, (corner & 2) != 0 ? 1.0 : -1.0,
                                (corner & 4) != 0 ? 1.0 : -1.0);
-    const Eigen::Vector3d p = T_box_eye.inverse() * half.cwiseProduct(sign);
+    const Eigen::Vector3d p = T_box_view.inverse() * half.cwiseProduct(sign);
     beside = beside || p.z() < 0.1;
     const Eigen::Vector3d uvr = geometry_.project(p);
     if (!beside) {
@@ -185,11 +185,11 @@ void RenderedWorld::draw_box(const RenderedBox& box, int texture_offset, Canvas&
   region = beside ? PixelBox{0, 0, geometry_.width_px, geometry_.height_px}
                   : PixelBox{std::max(0, region.x0), std::max(0, region.y0), std::min(geometry_.width_px, region.x1),
                              std::min(geometry_.height_px, region.y1)};
-  const Eigen::Vector3d& origin = T_box_eye.translation;
+  const Eigen::Vector3d& origin = T_box_view.translation;
   for (int v = region.y0; v < region.y1; ++v) {
     for (int u = region.x0; u < region.x1; ++u) {
-      const Eigen::Vector3d ray = T_box_eye.rotation * Eigen::Vector3d((u - geometry_.cx_px) / geometry_.fx_px,
-                                                                       (v - geometry_.cy_px) / geometry_.fy_px, 1.0);
+      const Eigen::Vector3d ray = T_box_view.rotation * Eigen::Vector3d((u - geometry_.cx_px) / geometry_.fx_px,
+                                                                        (v - geometry_.cy_px) / geometry_.fy_px, 1.0);
       // Slab by slab: where the ray has entered all three, and not left any.
       double enter = 0.0;
       double leave = std::numeric_limits<double>::max();

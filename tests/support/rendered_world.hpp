@@ -1,4 +1,4 @@
-// A street of textured planes and boxes, ray-cast into both eyes of a stereo rig. Geometry is exact and the same
+// A street of textured planes and boxes, ray-cast into both views of a stereo rig. Geometry is exact and the same
 // everywhere, pixels are deterministic, and a small pair takes a few milliseconds.
 #pragma once
 
@@ -35,7 +35,7 @@ struct RenderedBox {
   std::uint8_t label = 0;
 };
 
-/// Both eyes' pixels, and which box each of them shows.
+/// Both views' pixels, and which box each of them shows.
 struct RenderedPair {
   StereoGeometry geometry;
   std::vector<std::uint8_t> left;
@@ -89,8 +89,8 @@ class RenderedWorld {
   struct Canvas;
   void draw_street(Canvas& canvas) const;
   void draw_box(const RenderedBox& box, int texture_offset, Canvas& canvas) const;
-  void draw_eye(const Se3& T_world_eye, std::span<const RenderedBox> boxes, std::vector<std::uint8_t>& pixels,
-                std::vector<std::uint8_t>& labels) const;
+  void draw_view(const Se3& T_world_view, std::span<const RenderedBox> boxes, std::vector<std::uint8_t>& pixels,
+                 std::vector<std::uint8_t>& labels) const;
 
   StereoGeometry geometry_;
   NoiseTexture texture_;

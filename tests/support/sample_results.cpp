@@ -63,8 +63,8 @@ SampleResult::SampleResult(const SampleContent& content, std::int64_t frame) {
                    timestamp_ns(frame),
                    {BodyStatus::kTracked, T_world_cam(frame), 1e-4 * Matrix6d::Identity(), 200},
                    objects};
-  result.has_settled = true;
-  result.settled = result.newest;
+  result.has_finalised = true;
+  result.finalised = result.newest;
   result.bodies = bodies;
   result.counters.frames = static_cast<std::uint64_t>(frame) + 1;
 }

@@ -16,7 +16,7 @@ struct SampleContent {
 };
 
 /// The result of one frame at 30 Hz: the camera drives ahead at 3 m/s and turns a little; objects have ids 1, 2, ...
-/// and their own place, speed and class. The settled frame is the newest one.
+/// and their own place, speed and class. The finalised frame is the newest one.
 class SampleResult {
  public:
   explicit SampleResult(const SampleContent& content, std::int64_t frame = 0);

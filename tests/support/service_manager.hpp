@@ -36,7 +36,7 @@ class ServiceManager {
     }
   }
   /// What came since the last call.
-  [[nodiscard]] std::vector<std::string> heard() const {
+  [[nodiscard]] std::vector<std::string> received() const {
     std::vector<std::string> all;
     std::array<char, 512> text{};
     for (ssize_t size = recv(socket_, text.data(), text.size(), 0); size > 0;

@@ -39,7 +39,7 @@ struct WorldConfig {
   double noise_persistence = 0.0;  ///< Part of a track's error that stays from frame to frame, [0, 1).
   int min_track_frames = 5;        ///< Tracks last between these, uniform, unless the point leaves the image.
   int max_track_frames = 25;
-  double right_ratio = 0.9;        ///< Part of the sightings that have a right match.
+  double right_ratio = 0.9;        ///< Part of the observations that have a right match.
   double wrong_track_ratio = 0.0;  ///< Part of the tracks that slide over the image at 2..8 px a frame.
   double wrong_right_ratio = 0.0;  ///< Part of the right matches that are anywhere.
   double frame_interval_s = 0.1;

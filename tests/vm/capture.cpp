@@ -32,7 +32,7 @@ Picture take_picture(CaptureDevice& device, const CaptureConfig& config) {
   Arena arena(LuminanceReader::required_bytes(config) + 1);
   LuminanceReader reader = LuminanceReader::create(config, arena).value();
   for (;;) {
-    const auto image = device.next(kPatience);
+    const auto image = device.next(kMaxLateFrames);
     if (!image) {
       throw std::runtime_error(image.error().message);
     }

@@ -14,7 +14,7 @@
 namespace kinetrace::hal::test {
 
 /// An emulated machine may be slow; nothing here measures time.
-inline constexpr std::chrono::milliseconds kPatience{10'000};
+inline constexpr std::chrono::milliseconds kMaxLateFrames{10'000};
 
 /// A device, not yet open. Throws std::runtime_error where the backend is missing.
 [[nodiscard]] std::unique_ptr<CaptureDevice> make_device(const CaptureConfig& config);

@@ -26,8 +26,8 @@ class LiveProgram : public ::testing::Test {
  protected:
   void SetUp() override {
     constexpr int kColourSquares = 4;
-    for (const hal::test::VividControls* eye : {&left_, &right_}) {
-      eye->set("Test Pattern", kColourSquares);
+    for (const hal::test::VividControls* view : {&left_, &right_}) {
+      view->set("Test Pattern", kColourSquares);
     }
     std::ofstream(file("rig.yaml")) << "cam0:\n"
                                     << lens() << "cam1:\n"
@@ -77,7 +77,7 @@ TEST_F(LiveProgram, RunIsLiveAndSaysThatTheCameraStreamed) {
   EXPECT_EQ(report["frames"].get<int>() + live["frames_left_out"].get<int>(), 5);
   EXPECT_EQ(live["latency_ms"]["count"], report["frames"]);
   EXPECT_GT(live["latency_ms"]["p50"], 0.0) << "exposure is before the result";
-  EXPECT_LT(live["latency_ms"]["max"], 60'000.0) << "both are told by one clock";
+  EXPECT_LT(live["latency_ms"]["max"], 60'000.0) << "both are reported by one clock";
   EXPECT_EQ(report["health"]["camera"], "streaming");
   EXPECT_EQ(report["counters"]["camera_losses"], 0);
 }

@@ -27,8 +27,8 @@ class Uvc : public ::testing::TestWithParam<CaptureBackend> {
     }
     UvcPair::wait_until_listed(GetParam(), 2);
   }
-  [[nodiscard]] CaptureConfig config(int eye, PixelFormat format = PixelFormat::kGrey8) const {
-    return pair_.config(GetParam(), eye, format);
+  [[nodiscard]] CaptureConfig config(int view, PixelFormat format = PixelFormat::kGrey8) const {
+    return pair_.config(GetParam(), view, format);
   }
   [[nodiscard]] LiveCameraConfig stereo(PixelFormat format = PixelFormat::kGrey8) const {
     return live_config(config(0, format), config(1, format));
@@ -46,20 +46,20 @@ std::string path_of(const SimulatedUvcCamera& camera) {
   return node ? node->path : node.error().message;
 }
 
-/// Checks frames of a camera: each later than the one before, each with two eyes of one moment.
+/// Checks frames of a camera: each later than the one before, each with two cameras of one moment.
 class PairChecker {
  public:
   explicit PairChecker(StereoCamera& camera) : camera_(camera) {}
 
   Result<StereoFrame> next() {
-    Result<StereoFrame> frame = camera_.next(kPatience);
+    Result<StereoFrame> frame = camera_.next(kMaxLateFrames);
     if (frame) {
       const auto left = read_mark(frame->left);
       const auto right = read_mark(frame->right);
       EXPECT_TRUE(left && right) << "the picture is not what the camera sent";
       if (left && right) {
-        EXPECT_EQ(left->eye, 0);
-        EXPECT_EQ(right->eye, 1);
+        EXPECT_EQ(left->view, 0);
+        EXPECT_EQ(right->view, 1);
         EXPECT_EQ(left->index, right->index) << "left and right are of different moments";
         EXPECT_GT(left->index, index_);
         index_ = left->index;
@@ -117,13 +117,13 @@ class PairChecker {
 
 TEST_P(Uvc, EveryFormatCarriesThePicture) {
   for (const PixelFormat format : {PixelFormat::kGrey8, PixelFormat::kYuyv, PixelFormat::kMjpeg}) {
-    for (const int eye : {0, 1}) {
-      SCOPED_TRACE(std::string(to_string(format)) + " eye " + std::to_string(eye));
-      const CaptureConfig wanted = config(eye, format);
+    for (const int view : {0, 1}) {
+      SCOPED_TRACE(std::string(to_string(format)) + " camera " + std::to_string(view));
+      const CaptureConfig wanted = config(view, format);
       const Picture picture = take_picture(*make_streaming(wanted), wanted);
       EXPECT_EQ(picture.width, 320);
       EXPECT_EQ(picture.height, 240);
-      EXPECT_EQ(mark_of(picture).eye, eye);
+      EXPECT_EQ(mark_of(picture).view, view);
     }
   }
 }
@@ -186,7 +186,7 @@ TEST_P(Uvc, FramesThatBothSensorsLoseAreGapsThoughTheDriverCountsNone) {
   checker.expect_pairs(3);
 }
 
-TEST_P(Uvc, OneDeviceWithBothEyesIsSplitWithoutACopy) {
+TEST_P(Uvc, OneDeviceWithBothCamerasIsSplitWithoutACopy) {
   CaptureConfig both = config(0);
   both.width_px = 640;
   LiveBench bench(live_config(both, std::nullopt));
@@ -247,7 +247,7 @@ TEST_P(Uvc, AModeItLacksIsAnErrorThatPrintsBoth) {
               ::testing::AllOf(::testing::HasSubstr("700x240"), ::testing::ContainsRegex(" set [^;]*640x240")));
 }
 
-TEST_P(Uvc, ASecondUserIsToldThatItIsBusy) {
+TEST_P(Uvc, ASecondUserIsReportedThatItIsBusy) {
   const auto first = make_streaming(config(0));
   const auto second = make_device(config(0));
   const Status opened = second->open();
@@ -258,7 +258,7 @@ TEST_P(Uvc, ASecondUserIsToldThatItIsBusy) {
 
 TEST_P(Uvc, AStallIsATimeoutAndEnds) {
   const auto device = make_streaming(config(0));
-  ASSERT_TRUE(device->next(kPatience));
+  ASSERT_TRUE(device->next(kMaxLateFrames));
   pair_.left.set_stalled(true);
   Error error{ErrorCode::kInternal, {}};
   for (int i = 0; i < kVeryMany && error.code == ErrorCode::kInternal; ++i) {
@@ -271,10 +271,10 @@ TEST_P(Uvc, AStallIsATimeoutAndEnds) {
   }
   EXPECT_EQ(error.code, ErrorCode::kTimeout);
   pair_.left.set_stalled(false);
-  EXPECT_TRUE(device->next(kPatience));
+  EXPECT_TRUE(device->next(kMaxLateFrames));
 }
 
-TEST_P(Uvc, AStalledEyeEndsPairsUntilItComesBack) {
+TEST_P(Uvc, AStalledCameraEndsPairsUntilItComesBack) {
   LiveBench bench(stereo());
   ASSERT_TRUE(bench.camera().open());
   ASSERT_TRUE(bench.camera().start());
@@ -283,14 +283,14 @@ TEST_P(Uvc, AStalledEyeEndsPairsUntilItComesBack) {
   pair_.right.set_stalled(true);
   const Error error = checker.last_error();
   EXPECT_EQ(error.code, ErrorCode::kDisconnected);
-  EXPECT_THAT(error.message, ::testing::HasSubstr("right eye"));
+  EXPECT_THAT(error.message, ::testing::HasSubstr("right camera"));
   EXPECT_EQ(bench.camera().state(), CameraState::kLost);
   pair_.right.set_stalled(false);
   ASSERT_TRUE(checker.recovers());
   checker.expect_pairs(3);
 }
 
-TEST_P(Uvc, AnUnpluggedEyeIsLostAtOnceAndTakenBackWhenItReturns) {
+TEST_P(Uvc, AnUnpluggedCameraIsLostAtOnceAndTakenBackWhenItReturns) {
   LiveBench bench(stereo());
   ASSERT_TRUE(bench.camera().open());
   ASSERT_TRUE(bench.camera().start());
@@ -302,7 +302,7 @@ TEST_P(Uvc, AnUnpluggedEyeIsLostAtOnceAndTakenBackWhenItReturns) {
   pair_.right.unplug();
   const Error error = checker.last_error();
   EXPECT_EQ(error.code, ErrorCode::kDisconnected);
-  EXPECT_THAT(error.message, ::testing::HasSubstr("right eye"));
+  EXPECT_THAT(error.message, ::testing::HasSubstr("right camera"));
   EXPECT_EQ(bench.camera().state(), CameraState::kLost);
   UvcPair::wait_until_listed(GetParam(), 1);
   EXPECT_THAT(checker.why_not_back(), ::testing::HasSubstr("there are: "));
@@ -326,26 +326,26 @@ int rounds() {
   return asked != nullptr ? std::atoi(asked) : kFew;
 }
 
-TEST_P(UvcUnplugging, AnEyeIsUnpluggedAgainAndAgain) {
+TEST_P(UvcUnplugging, ACameraIsUnpluggedAgainAndAgain) {
   LiveBench bench(stereo());
   ASSERT_TRUE(bench.camera().open());
   ASSERT_TRUE(bench.camera().start());
   PairChecker checker(bench.camera());
   for (int round = 0; round < rounds(); ++round) {
     SCOPED_TRACE("round " + std::to_string(round));
-    SimulatedUvcCamera& eye = round % 2 == 0 ? pair_.right : pair_.left;
+    SimulatedUvcCamera& view = round % 2 == 0 ? pair_.right : pair_.left;
     checker.expect_pairs(1 + round % 3);
-    eye.unplug();
+    view.unplug();
     ASSERT_EQ(checker.last_error().code, ErrorCode::kDisconnected);
-    eye.plug();
+    view.plug();
     ASSERT_TRUE(checker.recovers());
   }
   checker.expect_pairs(3);
   EXPECT_EQ(bench.camera().counters().recoveries, static_cast<std::uint64_t>(rounds()));
 }
 
-// As of a rig whose eyes share a hub or a cable.
-TEST_P(UvcUnplugging, BothEyesAreUnpluggedAgainAndAgain) {
+// As of a rig whose cameras share a hub or a cable.
+TEST_P(UvcUnplugging, BothCamerasAreUnpluggedAgainAndAgain) {
   LiveBench bench(stereo());
   ASSERT_TRUE(bench.camera().open());
   ASSERT_TRUE(bench.camera().start());
@@ -364,7 +364,7 @@ TEST_P(UvcUnplugging, BothEyesAreUnpluggedAgainAndAgain) {
   checker.expect_pairs(3);
 }
 
-// What unplugging meets that nothing has told of yet.
+// What unplugging meets that nothing has reported of yet.
 TEST_P(UvcUnplugging, ClosingRacesWithUnplugging) {
   for (int round = 0; round < rounds(); ++round) {
     SCOPED_TRACE("round " + std::to_string(round));
@@ -408,7 +408,7 @@ TEST(UvcV4l2, ImagesTellTheExposureThatAutomaticsChose) {
   make_streaming(config)->close();
   config.exposure_us.reset();
   const auto device = make_streaming(config);
-  const auto image = device->next(kPatience);
+  const auto image = device->next(kMaxLateFrames);
   ASSERT_TRUE(image) << image.error().message;
   EXPECT_EQ(image->exposure_ns, 7'000'000);
 }

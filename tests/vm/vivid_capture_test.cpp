@@ -31,7 +31,7 @@ template <typename Wanted>
 bool comes(CaptureDevice& device, Wanted wanted) {
   constexpr int kVeryMany = 300;
   for (int i = 0; i < kVeryMany; ++i) {
-    const auto image = device.next(kPatience);
+    const auto image = device.next(kMaxLateFrames);
     if (!image) {
       ADD_FAILURE() << image.error().message;
       return false;
@@ -55,10 +55,10 @@ int video_level(int full) {
 }
 
 /// The error that ends a stream; images before it are given back.
-Error last_error(CaptureDevice& device, milliseconds patience = kPatience) {
+Error last_error(CaptureDevice& device, milliseconds timeouts = kMaxLateFrames) {
   constexpr int kVeryMany = 300;
   for (int i = 0; i < kVeryMany; ++i) {
-    const auto image = device.next(patience);
+    const auto image = device.next(timeouts);
     if (!image) {
       return image.error();
     }
@@ -73,15 +73,15 @@ TEST_F(Vivid, TwoCamerasStreamAtOnceAndInOrder) {
   std::array<std::int64_t, 2> sequence{-1, -1};
   std::array<std::int64_t, 2> time_ns{};
   for (int i = 0; i < 10; ++i) {
-    for (std::size_t eye = 0; eye < 2; ++eye) {
-      CaptureDevice& device = eye == 0 ? *left : *right;
-      const auto image = device.next(kPatience);
+    for (std::size_t view = 0; view < 2; ++view) {
+      CaptureDevice& device = view == 0 ? *left : *right;
+      const auto image = device.next(kMaxLateFrames);
       ASSERT_TRUE(image) << image.error().message;
       EXPECT_FALSE(image->damaged);
-      EXPECT_GT(image->sequence, sequence[eye]);
-      EXPECT_GT(image->timestamp_ns, time_ns[eye]);
-      sequence[eye] = image->sequence;
-      time_ns[eye] = image->timestamp_ns;
+      EXPECT_GT(image->sequence, sequence[view]);
+      EXPECT_GT(image->timestamp_ns, time_ns[view]);
+      sequence[view] = image->sequence;
+      time_ns[view] = image->timestamp_ns;
       device.release(image->slot);
     }
   }
@@ -161,7 +161,7 @@ TEST_F(Vivid, NV12InTwoPlanesIsTakenWhereTheDeviceHasIt) {
   format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE;
   ASSERT_EQ(file->call(VIDIOC_G_FMT, &format), 0);
   EXPECT_EQ(format.fmt.pix_mp.num_planes, 2);
-  const auto image = device->next(kPatience);
+  const auto image = device->next(kMaxLateFrames);
   ASSERT_TRUE(image) << image.error().message;
   EXPECT_FALSE(image->damaged);
   EXPECT_EQ(image->data.size(), format.fmt.pix_mp.plane_fmt[0].sizeimage) << "luminance alone";
@@ -169,7 +169,7 @@ TEST_F(Vivid, NV12InTwoPlanesIsTakenWhereTheDeviceHasIt) {
 
 TEST_F(Vivid, ExportsItsBuffers) {
   const auto device = make_streaming(config_);
-  const auto image = device->next(kPatience);
+  const auto image = device->next(kMaxLateFrames);
   ASSERT_TRUE(image) << image.error().message;
   ASSERT_TRUE(image->dmabuf_fd);
   const std::size_t length = image->data.size();
@@ -234,7 +234,7 @@ TEST_F(Vivid, GainIsReadBack) {
   EXPECT_EQ(device->info().gain, 77.0);
 }
 
-TEST_F(Vivid, ASecondUserIsToldThatItIsBusy) {
+TEST_F(Vivid, ASecondUserIsReportedThatItIsBusy) {
   const auto first = make_streaming(config_);
   CaptureConfig other = config_;
   other.width_px = 640;
@@ -290,7 +290,7 @@ TEST_F(Vivid, RefusedBuffersFailTheOpeningAloneOnce) {
 
 TEST_F(Vivid, ABufferThatTheDriverRefusesIsOfferedAgain) {
   const auto device = make_streaming(config_);
-  auto image = device->next(kPatience);
+  auto image = device->next(kMaxLateFrames);
   ASSERT_TRUE(image);
   const int refused = image->slot;
   controls_.set("Inject VIDIOC_QBUF Error", 1);
@@ -345,7 +345,7 @@ TEST_F(Vivid, ImagesThatAreKeptCostNewOnesAndNothingElse) {
   const auto device = make_streaming(config_);
   std::vector<int> kept;
   for (int i = 0; i < config_.buffers; ++i) {
-    const auto image = device->next(kPatience);
+    const auto image = device->next(kMaxLateFrames);
     ASSERT_TRUE(image) << image.error().message;
     kept.push_back(image->slot);
   }

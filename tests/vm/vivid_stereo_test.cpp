@@ -24,7 +24,7 @@ class VividStereo : public ::testing::Test {
 
   /// The next frame, later than all before.
   Result<StereoFrame> frame() {
-    Result<StereoFrame> next = camera_.next(kPatience);
+    Result<StereoFrame> next = camera_.next(kMaxLateFrames);
     if (next) {
       EXPECT_GT(next->frame_index, index_);
       EXPECT_GT(next->timestamp_ns, time_ns_);
@@ -66,7 +66,7 @@ class VividStereo : public ::testing::Test {
   std::int64_t time_ns_ = -1;
 };
 
-TEST_F(VividStereo, EachEyeShowsItsOwnDevice) {
+TEST_F(VividStereo, EachCameraShowsItsOwnDevice) {
   constexpr int kBlack = 5;
   constexpr int kWhite = 6;
   left_.set("Test Pattern", kBlack);
@@ -105,21 +105,21 @@ TEST_F(VividStereo, RefusedBuffersDisturbNothing) {
   }
 }
 
-TEST_F(VividStereo, AFatalErrorOfOneEyeIsMended) {
+TEST_F(VividStereo, AFatalErrorOfOneCameraIsMended) {
   left_.set("Inject Fatal Streaming Error", 1);
   for (int i = 0; i < 10; ++i) {
     const auto next = frame();
     ASSERT_TRUE(next) << next.error().message;
   }
   EXPECT_EQ(camera_.counters().losses, 0U);
-  EXPECT_EQ(camera_.counters().stream_restarts, 1U) << "of one eye, once";
+  EXPECT_EQ(camera_.counters().stream_restarts, 1U) << "of one camera, once";
 }
 
-TEST_F(VividStereo, AStuckEyeEndsPairsIsNamedAndComesBack) {
+TEST_F(VividStereo, AStuckCameraEndsPairsIsNamedAndComesBack) {
   right_.set("Percentage of Dropped Buffers", 100);
   Error error = last_error();
   EXPECT_EQ(error.code, ErrorCode::kDisconnected);
-  EXPECT_THAT(error.message, ::testing::HasSubstr("right eye"));
+  EXPECT_THAT(error.message, ::testing::HasSubstr("right camera"));
   EXPECT_EQ(camera_.state(), CameraState::kLost);
   right_.set("Percentage of Dropped Buffers", 0);
   for (int attempt = 0; attempt < kVeryMany && !camera_.recover(); ++attempt) {
@@ -130,11 +130,11 @@ TEST_F(VividStereo, AStuckEyeEndsPairsIsNamedAndComesBack) {
   EXPECT_EQ(camera_.state(), CameraState::kStreaming);
 }
 
-TEST_F(VividStereo, ADisconnectedEyeIsALossThatNamesIt) {
+TEST_F(VividStereo, ADisconnectedCameraIsALossThatNamesIt) {
   left_.set("Disconnect", 1);
   const Error error = last_error();
   EXPECT_EQ(error.code, ErrorCode::kDisconnected);
-  EXPECT_THAT(error.message, ::testing::HasSubstr("left eye"));
+  EXPECT_THAT(error.message, ::testing::HasSubstr("left camera"));
   EXPECT_EQ(camera_.state(), CameraState::kLost);
   Status away = camera_.recover();
   for (int i = 0; i < kVeryMany && !away && away.error().message.find("not yet due") != std::string::npos; ++i) {
@@ -150,7 +150,7 @@ TEST_F(VividStereo, FramesTakeNoMemoryOfOurOwn) {
   int frames = 0;
   const AllocationCounts before = allocation_counts();
   for (int i = 0; i < 30; ++i) {
-    frames += camera_.next(kPatience) ? 1 : 0;
+    frames += camera_.next(kMaxLateFrames) ? 1 : 0;
   }
   const AllocationCounts after = allocation_counts();
   EXPECT_EQ(frames, 30);

@@ -17,7 +17,7 @@ std::string relative_to(const std::filesystem::path& file, const std::string& pa
   return path.empty() ? path : (file.parent_path() / path).string();
 }
 
-// A number that nobody would look at is believed to be set.
+// A number that nobody would look at is accepted to be set.
 Status check_settings(const CameraConfig& config) {
   struct Setting {
     const char* name;
@@ -71,7 +71,7 @@ bool from_string(std::string_view text, CameraKind& kind) noexcept {
 }
 
 hal::LiveCameraConfig CameraConfig::live() const {
-  hal::LiveCameraConfig live = patience;
+  hal::LiveCameraConfig live = timeouts;
   live.left = image;
   live.left.backend = source == CameraKind::kLibcamera ? hal::CaptureBackend::kLibcamera : hal::CaptureBackend::kV4l2;
   live.left.exposure_us = auto_exposure ? std::nullopt : std::optional(exposure_us);

@@ -25,13 +25,13 @@ struct CameraConfig {
   std::string faults;
 
   std::string left_device;
-  std::string right_device;  ///< Empty: the left one has both eyes.
+  std::string right_device;  ///< Empty: the left one has both views.
   hal::CaptureConfig image;  ///< Of either device, but for its name.
   bool auto_exposure = true;
   double exposure_us = kNotGiven;
   bool auto_gain = true;
   double gain = kNotGiven;
-  hal::LiveCameraConfig patience;  ///< Pairing and time-outs.
+  hal::LiveCameraConfig timeouts;  ///< Pairing and time-outs.
 
   std::string layout = "folder";
   std::string path;
@@ -51,9 +51,9 @@ void visit_fields(CameraConfig& config, Visitor&& visit) {
         "of the rig, relative to this file: OpenCV, Kalibr, ROS or KITTI; files bring their own");
   visit("faults", config.faults, "faults to inject, for tests; as run --fault");
   visit("devices.left", config.left_device, "path, bus id, serial number or libcamera's id");
-  visit("devices.right", config.right_device, "the same; empty where the left device delivers both eyes side by side");
+  visit("devices.right", config.right_device, "the same; empty where the left device delivers both views side by side");
   visit("image.format", config.image.format, "grey8, grey10, grey16, yuyv, nv12 or mjpeg");
-  visit("image.width_px", config.image.width_px, "as a device delivers: both eyes together where it has both");
+  visit("image.width_px", config.image.width_px, "as a device delivers: both views together where it has both");
   visit("image.height_px", config.image.height_px, "rows");
   visit("image.rate_hz", config.image.rate_hz, "frames a second");
   visit("image.auto_exposure", config.auto_exposure, "the device decides");
@@ -62,12 +62,12 @@ void visit_fields(CameraConfig& config, Visitor&& visit) {
   visit("image.gain", config.gain, "gain without auto_gain, in the device's own unit");
   visit("image.trigger", config.image.trigger, "free_running or external");
   visit("image.buffers", config.image.buffers, "image buffers asked of the driver, at least 5");
-  visit("pairing.tolerance_ms", config.patience.pair_tolerance_ms,
-        "the eyes' mid-exposure times differ by at most this, after the learnt offset; at most half a period");
-  visit("patience.stall_ms", config.patience.stall_timeout_ms, "no pair for so long, exposure on top: stalled");
-  visit("patience.lost_ms", config.patience.lost_timeout_ms, "stalled for so long: lost, closed and looked for again");
-  visit("patience.reopen_first_ms", config.patience.reopen_first_ms, "first pause between attempts; it doubles up to");
-  visit("patience.reopen_longest_ms", config.patience.reopen_longest_ms, "... this");
+  visit("pairing.tolerance_ms", config.timeouts.pair_tolerance_ms,
+        "the views' mid-exposure times differ by at most this, after the learnt offset; at most half a period");
+  visit("patience.stall_ms", config.timeouts.stall_timeout_ms, "no pair for so long, exposure on top: stalled");
+  visit("patience.lost_ms", config.timeouts.lost_timeout_ms, "stalled for so long: lost, closed and looked for again");
+  visit("patience.reopen_first_ms", config.timeouts.reopen_first_ms, "first pause between attempts; it doubles up to");
+  visit("patience.reopen_longest_ms", config.timeouts.reopen_longest_ms, "... this");
   visit("files.layout", config.layout,
         "kitti-raw, kitti-odometry, kitti-tracking, euroc, cityscapes, folder or container");
   visit("files.path", config.path, "relative to this file");

@@ -29,7 +29,7 @@ class Player {
       if (!frame) {
         on_idle();
       }
-      if (Status went_on = frame ? visit_(*frame) : bear(frame.error()); !went_on) {
+      if (Status went_on = frame ? visit_(*frame) : handle_error(frame.error()); !went_on) {
         return went_on;
       }
       frames_ += frame ? 1 : 0;
@@ -56,7 +56,7 @@ class Player {
   }
 
   // Whatever passes is no error.
-  Status bear(const Error& error) {
+  Status handle_error(const Error& error) {
     if (error.code == ErrorCode::kTimeout) {
       return {};
     }

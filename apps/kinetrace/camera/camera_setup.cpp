@@ -10,7 +10,7 @@ std::size_t aligned(std::size_t bytes) {
   return (bytes + Arena::kAlignment - 1) / Arena::kAlignment * Arena::kAlignment;
 }
 
-int eye_width_px(const hal::LiveCameraConfig& live) {
+int view_width_px(const hal::LiveCameraConfig& live) {
   return live.right ? live.left.width_px : live.left.width_px / 2;
 }
 
@@ -106,13 +106,13 @@ Outcome<CameraSetup> from_devices(const CameraConfig& config) {
   CameraSetup setup;
   setup.live = config.live();
   auto calibration =
-      hal::read_rig_calibration(config.calibration, eye_width_px(*setup.live), setup.live->left.height_px);
+      hal::read_rig_calibration(config.calibration, view_width_px(*setup.live), setup.live->left.height_px);
   if (!calibration) {
     return failure(calibration.error());
   }
   setup.calibration = std::move(*calibration);
   setup.description = {{"devices", setup.live->right ? config.left_device + ", " + config.right_device
-                                                     : config.left_device + ", both eyes"}};
+                                                     : config.left_device + ", both views"}};
   return setup;
 }
 

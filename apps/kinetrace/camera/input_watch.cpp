@@ -17,15 +17,15 @@ struct FaultRule {
   bool every_frame;   ///< Seen in every frame, not only at close looks.
   bool ends_the_run;  ///< Nothing computed from such images is right.
 };
-// Eyes out of step are noted by PairingKeeper.
+// Views out of step are noted by PairingKeeper.
 constexpr std::array<FaultRule, hal::kInputFaultCount> kRules{{
-    {InputFault::kEyesIdentical, HealthReason::kEyesIdentical, true, true},
-    {InputFault::kEyesExchanged, HealthReason::kEyesExchanged, false, true},
-    {InputFault::kEyesUnrelated, HealthReason::kEyesUnrelated, false, false},
+    {InputFault::kViewsIdentical, HealthReason::kViewsIdentical, true, true},
+    {InputFault::kViewsExchanged, HealthReason::kViewsExchanged, false, true},
+    {InputFault::kViewsUnrelated, HealthReason::kViewsUnrelated, false, false},
     {InputFault::kNoParallax, HealthReason::kNoParallax, false, false},
     {InputFault::kBeyondInfinity, HealthReason::kCalibrationOff, false, false},
     {InputFault::kRowsApart, HealthReason::kCalibrationOff, false, false},
-    {InputFault::kEyesOutOfStep, HealthReason::kEyesOutOfStep, false, false},
+    {InputFault::kViewsOutOfStep, HealthReason::kViewsOutOfStep, false, false},
     {InputFault::kLeftFrozen, HealthReason::kImagesFrozen, true, false},
     {InputFault::kRightFrozen, HealthReason::kImagesFrozen, true, false},
 }};
@@ -48,7 +48,7 @@ Status InputWatch::process(const StereoFrame& frame, const RectifiedPair& pair, 
     if (!monitor_.holds(rule.fault)) {
       continue;
     }
-    if (rule.fault != InputFault::kEyesOutOfStep && (looked_closely || rule.every_frame)) {
+    if (rule.fault != InputFault::kViewsOutOfStep && (looked_closely || rule.every_frame)) {
       health.note(rule.reason);
     }
     const auto index = static_cast<std::size_t>(rule.fault);
@@ -65,11 +65,11 @@ Status InputWatch::process(const StereoFrame& frame, const RectifiedPair& pair, 
   return {};
 }
 
-// One cause, one line: identical eyes have no parallax either; a late eye of two devices is mended.
+// One cause, one line: identical views have no parallax either; a late view of two devices is mended.
 bool InputWatch::is_worth_saying(InputFault fault) const noexcept {
   switch (fault) {
-    case InputFault::kNoParallax: return !monitor_.holds(InputFault::kEyesIdentical);
-    case InputFault::kEyesOutOfStep: return !pairing_.can_mend();
+    case InputFault::kNoParallax: return !monitor_.holds(InputFault::kViewsIdentical);
+    case InputFault::kViewsOutOfStep: return !pairing_.can_mend();
     case InputFault::kRightFrozen: return !monitor_.holds(InputFault::kLeftFrozen);
     default: return true;
   }
@@ -81,30 +81,30 @@ std::string describe(InputFault fault, const hal::InputMonitor& monitor, const I
   const std::string of_matches = " of " + std::to_string(seen.matches) + " matches";
   const std::string calibrate = "calibrate again (" + names.calibration + ")";
   switch (fault) {
-    case InputFault::kEyesIdentical:
-      return names.images + ": left and right images are equal bit by bit; give each eye its own images or device";
-    case InputFault::kEyesExchanged:
+    case InputFault::kViewsIdentical:
+      return names.images + ": left and right images are equal bit by bit; give each view its own images or device";
+    case InputFault::kViewsExchanged:
       return names.images + ": left and right are exchanged, " + std::to_string(seen.beyond_infinity) + of_matches +
-             " have a negative disparity; exchange the images or devices of the two eyes";
-    case InputFault::kEyesUnrelated:
+             " have a negative disparity; exchange the images or devices of the two views";
+    case InputFault::kViewsUnrelated:
       return names.images + ": only " + std::to_string(seen.matches) + " of " + std::to_string(seen.searched) +
              " patches of the left image are found in the right one: the images are of different moments or places, " +
              "turned, or out of focus; look at a pair of them";
     case InputFault::kNoParallax:
-      return names.images + ": left and right show no disparity of a pixel or more: either both eyes come from one " +
+      return names.images + ": left and right show no disparity of a pixel or more: either both views come from one " +
              "camera, or everything is farther away than " +
              text("%.0f m, too far for this baseline", geometry.fx_px * geometry.baseline_m);
     case InputFault::kBeyondInfinity:
       return names.images + ": " + std::to_string(seen.beyond_infinity) + of_matches +
              " have a disparity below zero, where nothing can be: the calibration's yaw does not fit these images, or "
-             "the eyes are exchanged; " +
+             "the views are exchanged; " +
              calibrate;
     case InputFault::kRowsApart:
       return names.images + ": matches lie " + text("%.1f px", seen.residual_px) +
              " off their row: the calibration does not fit these images; " + calibrate;
-    case InputFault::kEyesOutOfStep:
+    case InputFault::kViewsOutOfStep:
       return names.images + ": " + to_string(seen.verdict) +
-             ": depths are wrong wherever something moves; pair images of the same moment, or trigger both eyes "
+             ": depths are wrong wherever something moves; pair images of the same moment, or trigger both views "
              "together";
     case InputFault::kLeftFrozen:
     case InputFault::kRightFrozen:

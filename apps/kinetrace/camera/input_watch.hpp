@@ -26,8 +26,9 @@ struct InputNames {
 [[nodiscard]] std::string describe(hal::InputFault fault, const hal::InputMonitor& monitor, const InputNames& names,
                                    const StereoGeometry& geometry);
 
-/// Each fault that hal::InputMonitor finds is noted in health every time, and said once. Exchanged and identical eyes
-/// end the run if `policy` says so: nothing computed from them is right. Eyes out of step are mended where they can be.
+/// Each fault that hal::InputMonitor finds is noted in health every time, and said once. Exchanged and identical views
+/// end the run if `policy` says so: nothing computed from them is right. Views out of step are mended where they can
+/// be.
 class InputWatch {
  public:
   InputWatch(const hal::InputMonitor& monitor, const PairingKeeper& pairing, InputPolicy policy, InputNames names)

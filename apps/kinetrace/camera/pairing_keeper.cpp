@@ -7,7 +7,7 @@ bool PairingKeeper::process(const hal::SyncReport& report, HealthMonitor& health
     case hal::SyncVerdict::kUnknown: break;
     case hal::SyncVerdict::kInStep: moves_ = 0; break;
     case hal::SyncVerdict::kRightLate:
-    case hal::SyncVerdict::kRightEarly: health.note(HealthReason::kEyesOutOfStep); return mend(report);
+    case hal::SyncVerdict::kRightEarly: health.note(HealthReason::kViewsOutOfStep); return mend(report);
   }
   return false;
 }

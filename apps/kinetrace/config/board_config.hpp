@@ -13,7 +13,7 @@ struct BoardConfig {
   std::string name{};         ///< Empty: no board in particular.
   int cores = 0;              ///< 0: not said, as below.
   int memory_mib = 0;         ///< All that it has.
-  int image_width_px = 1242;  ///< Of one eye.
+  int image_width_px = 1242;  ///< Of one view.
   int image_height_px = 375;
 
   [[nodiscard]] Status validate() const {
@@ -29,8 +29,8 @@ void visit_fields(BoardConfig& config, Visitor&& visit) {
   visit("board.name", config.name, "the board that this is made for; none: no board in particular");
   visit("board.cores", config.cores, "of its processor; 0: not said");
   visit("board.memory_mib", config.memory_mib, "all that it has, MiB; 0: not said");
-  visit("board.image_width_px", config.image_width_px, "of one eye, px; what `kinetrace plan` plans for");
-  visit("board.image_height_px", config.image_height_px, "of one eye, px");
+  visit("board.image_width_px", config.image_width_px, "of one view, px; what `kinetrace plan` plans for");
+  visit("board.image_height_px", config.image_height_px, "of one view, px");
 }
 
 }  // namespace kinetrace::app

@@ -16,7 +16,7 @@ struct ConfigFileKind {
   std::string empty = "is empty; `kinetrace config` prints one with all keys";
 };
 
-/// Reads a YAML file of nested maps into `fields`; keys that it does not name keep their value. A file is believed only
+/// Reads a YAML file of nested maps into `fields`; keys that it does not name keep their value. A file is accepted only
 /// as a whole: on an error some fields may already be set, so the caller gives up.
 /// Errors, with file and line: kNotFound, kIo, kInvalidConfig (unknown or repeated key, wrong type, not finite, not
 /// YAML; nothing in it, as a full disk leaves files; one of comments alone is a file of defaults).

@@ -7,7 +7,7 @@
 namespace kinetrace::app {
 
 enum class InputPolicy : std::uint8_t {
-  kStop,  ///< Ends the run: exchanged or identical eyes, masks of which none fits.
+  kStop,  ///< Ends the run: exchanged or identical views, masks of which none fits.
   kWarn,  ///< Says so and goes on.
 };
 
@@ -31,7 +31,7 @@ struct InputConfig {
 template <typename Visitor>
 void visit_fields(InputConfig& config, Visitor&& visit) {
   visit("input.unusable", config.unusable,
-        "stop or warn: what to do where input cannot be used (exchanged or identical eyes, no mask file that fits)");
+        "stop or warn: what to do where input cannot be used (exchanged or identical views, no mask file that fits)");
 }
 
 }  // namespace kinetrace::app

@@ -30,14 +30,14 @@ bool from_string(std::string_view text, LiveMode& mode) noexcept {
 }
 
 Status LiveConfig::validate() const {
-  constexpr double kLongest_ms = 10'000.0;
+  constexpr double kMax_ms = 10'000.0;
   constexpr double kSlowest = 0.01;
   constexpr double kFastest = 100.0;
-  if (Status deadline = check("live.deadline_ms", deadline_ms, 0.0, kLongest_ms); !deadline) {
+  if (Status deadline = check("live.deadline_ms", deadline_ms, 0.0, kMax_ms); !deadline) {
     return deadline;
   }
-  constexpr double kHighestPriority = 99.0;
-  if (Status priority = check("live.realtime_priority", realtime_priority, 0.0, kHighestPriority); !priority) {
+  constexpr double kMaxPriority = 99.0;
+  if (Status priority = check("live.realtime_priority", realtime_priority, 0.0, kMaxPriority); !priority) {
     return priority;
   }
   return check("live.speed", speed, kSlowest, kFastest);

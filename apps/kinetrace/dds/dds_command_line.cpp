@@ -9,9 +9,9 @@ namespace {
 
 // Names of folders and of certificates at once.
 std::string dds_name_error(const std::string& name) {
-  constexpr std::size_t kLongest = 31;
+  constexpr std::size_t kMax = 31;
   const bool is_clean =
-      !name.empty() && name.size() <= kLongest && name.front() != '.' &&
+      !name.empty() && name.size() <= kMax && name.front() != '.' &&
       name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-") == std::string::npos;
   return is_clean ? "" : "\"" + name + "\" is no name: 1 to 31 letters, digits or any of _ . -, the first no dot";
 }
@@ -65,7 +65,7 @@ void add_keys_options(CLI::App& keys, KeysOptions& options) {
 
 void add_monitor_options(CLI::App& monitor, MonitorOptions& options) {
   add_network_options(monitor, options.network);
-  monitor.add_option("--device", options.network.device, "Only this device; without it, all that are heard")
+  monitor.add_option("--device", options.network.device, "Only this device; without it, all that are received")
       ->type_name("NAME");
   monitor
       .add_option("--record", options.record, "Records the ROS 2 topics into a new MCAP file, readable however it ends")
@@ -77,7 +77,7 @@ void add_monitor_options(CLI::App& monitor, MonitorOptions& options) {
   monitor.add_flag("--json", options.json, "Prints each message as one line of JSON, and rates once a second");
   monitor.add_flag("--quiet", options.quiet, "Prints nothing but warnings, errors and what --json prints of messages");
   monitor.footer(
-      "\nExit codes: 0 something was heard; 74 nothing was, or writing failed; 73 the file cannot be made; "
+      "\nExit codes: 0 something was received; 74 nothing was, or writing failed; 73 the file cannot be made; "
       "others as of run. Ctrl-C is no failure.");
 }
 

@@ -1,4 +1,4 @@
-// What DDS Security is told about a domain and about who may do what in it.
+// What DDS Security is reported about a domain and about who may do what in it.
 #pragma once
 
 #include <string>

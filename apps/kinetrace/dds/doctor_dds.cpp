@@ -21,7 +21,7 @@ std::string described(const PublishConfig& config, const Link& link) {
   const bool is_secured = config.security.mode == publishing::SecurityMode::kRequired;
   const std::size_t others = link.others();
   return where(config) + (is_secured ? ", secured" : ", not secured") + "; " + std::to_string(others) +
-         (others == 1 ? " other participant" : " other participants") + " heard of";
+         (others == 1 ? " other participant" : " other participants") + " seen";
 }
 
 NetworkFinding listened(const PublishConfig& config, Link& link) {

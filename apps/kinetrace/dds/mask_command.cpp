@@ -74,11 +74,11 @@ class MaskServer {
     }
     // Both are read before either is sent: a run cannot use one of two.
     std::vector<MaskSender::Image> images;
-    for (const auto& [eye, file] : {std::pair{Eye::kLeft, left}, std::pair{Eye::kRight, right}}) {
-      if (eye == Eye::kRight && (!request.right || file == right_.end())) {
+    for (const auto& [view, file] : {std::pair{View::kLeft, left}, std::pair{View::kRight, right}}) {
+      if (view == View::kRight && (!request.right || file == right_.end())) {
         continue;
       }
-      Result<MaskSender::Image> image = read(request, eye, file->second);
+      Result<MaskSender::Image> image = read(request, view, file->second);
       if (!image) {
         return Unexpected(image.error());
       }
@@ -92,12 +92,13 @@ class MaskServer {
     return Answer::kSent;
   }
 
-  [[nodiscard]] Result<MaskSender::Image> read(const MaskRequest& request, Eye eye, const std::filesystem::path& file) {
+  [[nodiscard]] Result<MaskSender::Image> read(const MaskRequest& request, View view,
+                                               const std::filesystem::path& file) {
     const Result<ImageView<const std::uint16_t>> image = images_.read(file);
     if (!image) {
       return Unexpected(image.error());
     }
-    return MaskSender::Image{request.frame_index, request.timestamp_ns, eye,
+    return MaskSender::Image{request.frame_index, request.timestamp_ns, view,
                              image->width,        image->height,        masks_of(*image)};
   }
 

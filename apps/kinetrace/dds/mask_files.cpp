@@ -32,9 +32,9 @@ Result<std::vector<fs::path>> png_files(const fs::path& folder) {
 
 /// Appends runs, a longer one split by one of length 0.
 void push_run(std::size_t length, std::vector<std::uint16_t>& runs) {
-  constexpr std::size_t kLongest = std::numeric_limits<std::uint16_t>::max();
-  for (; length > kLongest; length -= kLongest) {
-    runs.push_back(kLongest);
+  constexpr std::size_t kMax = std::numeric_limits<std::uint16_t>::max();
+  for (; length > kMax; length -= kMax) {
+    runs.push_back(kMax);
     runs.push_back(0);
   }
   runs.push_back(static_cast<std::uint16_t>(length));

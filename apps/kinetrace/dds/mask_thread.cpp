@@ -30,10 +30,10 @@ Status MaskThread::serve() {
 void MaskThread::tell_of_refused() {
   const MaskCounters counters = mailbox_.counters();
   constexpr const char* kRefused = "messages with masks are refused: ";
-  if (counters.messages_of_other_run > 0 && !std::exchange(told_of_other_run_, true)) {
+  if (counters.messages_of_other_run > 0 && !std::exchange(reported_other_run_, true)) {
     tell_(kRefused + std::string(kMasksOfOtherRun));
   }
-  if (counters.messages_invalid > 0 && !std::exchange(told_of_invalid_, true)) {
+  if (counters.messages_invalid > 0 && !std::exchange(reported_invalid_, true)) {
     tell_(kRefused + std::string(kMasksInvalid));
   }
 }
@@ -41,9 +41,9 @@ void MaskThread::tell_of_refused() {
 void MaskThread::run() {
   // How long a new sender may stay unnoticed.
   constexpr std::int64_t kAtMost_ns = 50'000'000;
-  bool was_told = false;
+  bool was_reported = false;
   while (!ends_) {
-    if (const Status served = serve(); !served && !std::exchange(was_told, true)) {
+    if (const Status served = serve(); !served && !std::exchange(was_reported, true)) {
       tell_("masks: " + served.error().message);
     }
     tell_of_refused();

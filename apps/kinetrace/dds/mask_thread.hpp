@@ -32,8 +32,8 @@ class MaskThread {
   publishing::MaskReceiver receiver_;
   MaskMailbox& mailbox_;
   std::function<void(const std::string& line)> tell_;
-  bool told_of_other_run_ = false;
-  bool told_of_invalid_ = false;
+  bool reported_other_run_ = false;
+  bool reported_invalid_ = false;
   std::atomic<bool> ends_ = false;
   std::thread thread_;
 };

@@ -94,14 +94,14 @@ class Display {
   std::int64_t next_ns_ = 0;
 };
 
-std::string nothing_heard(const publishing::PublishConfig& config, const MonitorState& state,
-                          const std::string& wanted) {
+std::string nothing_received(const publishing::PublishConfig& config, const MonitorState& state,
+                             const std::string& wanted) {
   const std::string where = "domain " + std::to_string(config.domain) + " on " + config.interface;
   if (!state.other_device().empty()) {
-    return "nothing heard of device " + wanted + " in " + where + ", but of " + state.other_device() +
+    return "nothing seen device " + wanted + " in " + where + ", but of " + state.other_device() +
            "; choose it with --device, or leave --device out";
   }
-  return "nothing heard from Kinetrace in " + where +
+  return "nothing received from Kinetrace in " + where +
          "; is `kinetrace run --publish` at work there, with the same dds.domain, a connected dds.interface and "
          "files of the same dds.security, and with dds.native?";
 }
@@ -121,26 +121,26 @@ class Monitor {
 
   Outcome<void> run() {
     begin_ns_ = steady_time_ns();
-    Status heard;
-    while (heard && !is_over()) {
+    Status received;
+    while (received && !is_over()) {
       state_.set_time(steady_time_ns(), system_time_ns());
-      heard = take();
+      received = take();
       display_.show(state_, steady_time_ns());
-      warn_of_silence();
+      warn_of_no_data();
       serve(link_);
     }
     display_.show(state_, steady_time_ns(), true);
     // Whatever ended it, the file gets its index.
     if (recording_) {
       const Status finished = recording_->finish();
-      heard = heard ? finished : heard;
+      received = received ? finished : received;
       report_recording();
     }
-    if (!heard) {
-      return failure(heard.error());
+    if (!received) {
+      return failure(received.error());
     }
     if (is_silent()) {
-      return Unexpected(Failure{ExitCode::kIo, nothing_heard(config_, state_, options_.network.device)});
+      return Unexpected(Failure{ExitCode::kIo, nothing_received(config_, state_, options_.network.device)});
     }
     return {};
   }
@@ -161,11 +161,11 @@ class Monitor {
   [[nodiscard]] bool is_silent() const {
     return state_.messages() == 0 && (!recording_ || recording_->counters().messages == 0);
   }
-  void warn_of_silence() {
-    constexpr std::int64_t kPatience_ns = 3 * kSecond_ns;
-    if (!has_warned_ && is_silent() && steady_time_ns() - begin_ns_ > kPatience_ns) {
+  void warn_of_no_data() {
+    constexpr std::int64_t kTimeout_ns = 3 * kSecond_ns;
+    if (!has_warned_ && is_silent() && steady_time_ns() - begin_ns_ > kTimeout_ns) {
       has_warned_ = true;
-      print_warning(nothing_heard(config_, state_, options_.network.device) + " Listening on");
+      print_warning(nothing_received(config_, state_, options_.network.device) + " Listening on");
     }
   }
   void report_recording() const {

@@ -36,7 +36,7 @@ std::string camera_line(const MonitoredDevice& device) {
 
 std::string health_line(const MonitoredDevice& device) {
   if (!device.health) {
-    return "  health      not heard yet\n";
+    return "  health      not received yet\n";
   }
   std::string line = "  health      " + text(to_string(*device.health));
   if (!device.camera_state.empty()) {
@@ -50,7 +50,7 @@ std::string health_line(const MonitoredDevice& device) {
 
 std::string calibration_line(const MonitoredDevice& device) {
   if (!device.calibration) {
-    return "  calibration not heard yet\n";
+    return "  calibration not received yet\n";
   }
   const StereoGeometry& rig = *device.calibration;
   return formatted("  calibration %dx%d px, f %.1f px, baseline %.4f m\n", rig.width_px, rig.height_px, rig.fx_px,
@@ -121,7 +121,7 @@ std::string monitor_table(const MonitorState& state, std::int64_t steady_ns) {
   return table;
 }
 
-void JsonPrinter::hear(const publishing::HeardCamera& camera) {
+void JsonPrinter::receive(const publishing::ReceivedCamera& camera) {
   if (pass_on(camera)) {
     print({{"topic", "camera_pose"},
            {"device", camera.device},
@@ -134,7 +134,7 @@ void JsonPrinter::hear(const publishing::HeardCamera& camera) {
   }
 }
 
-void JsonPrinter::hear(const publishing::HeardObjects& objects) {
+void JsonPrinter::receive(const publishing::ReceivedObjects& objects) {
   if (!pass_on(objects)) {
     return;
   }
@@ -151,19 +151,19 @@ void JsonPrinter::hear(const publishing::HeardObjects& objects) {
          {"objects", std::move(list)}});
 }
 
-void JsonPrinter::hear(const publishing::HeardHealth& health) {
+void JsonPrinter::receive(const publishing::ReceivedHealth& health) {
   if (!pass_on(health)) {
     return;
   }
   ordered_json reasons = ordered_json::array();
-  for (const publishing::HeardReason& reason : health.reasons) {
+  for (const publishing::ReceivedReason& reason : health.reasons) {
     reasons.push_back({{"name", reason.name},
                        {"count", reason.count},
                        {"first_frame", reason.first_frame},
                        {"last_frame", reason.last_frame}});
   }
   ordered_json counters = ordered_json::object();
-  for (const publishing::HeardCounter& counter : health.counters) {
+  for (const publishing::ReceivedCounter& counter : health.counters) {
     counters[std::string(counter.name)] = counter.value;
   }
   print({{"topic", "health"},
@@ -175,7 +175,7 @@ void JsonPrinter::hear(const publishing::HeardHealth& health) {
          {"counters", std::move(counters)}});
 }
 
-void JsonPrinter::hear(const publishing::HeardCalibration& calibration) {
+void JsonPrinter::receive(const publishing::ReceivedCalibration& calibration) {
   if (pass_on(calibration)) {
     const StereoGeometry& rig = calibration.geometry;
     print({{"topic", "calibration"},

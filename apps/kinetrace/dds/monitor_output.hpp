@@ -17,17 +17,17 @@ class JsonPrinter final : public publishing::ResultListener {
  public:
   /// Falls silent after `max_messages`; 0: never. `state` outlives it.
   JsonPrinter(MonitorState& state, std::uint64_t max_messages) : state_(state), max_messages_(max_messages) {}
-  void hear(const publishing::HeardCamera& camera) override;
-  void hear(const publishing::HeardObjects& objects) override;
-  void hear(const publishing::HeardHealth& health) override;
-  void hear(const publishing::HeardCalibration& calibration) override;
+  void receive(const publishing::ReceivedCamera& camera) override;
+  void receive(const publishing::ReceivedObjects& objects) override;
+  void receive(const publishing::ReceivedHealth& health) override;
+  void receive(const publishing::ReceivedCalibration& calibration) override;
 
  private:
   /// Hands the message on; true if it is to be printed.
-  template <typename Heard>
-  [[nodiscard]] bool pass_on(const Heard& heard) {
-    state_.hear(heard);
-    return state_.wants(heard.device) && (max_messages_ == 0 || state_.messages() <= max_messages_);
+  template <typename Received>
+  [[nodiscard]] bool pass_on(const Received& received) {
+    state_.receive(received);
+    return state_.wants(received.device) && (max_messages_ == 0 || state_.messages() <= max_messages_);
   }
 
   MonitorState& state_;

@@ -20,15 +20,15 @@ void RateWindow::add(std::int64_t now_ns) noexcept {
 double RateWindow::rate_hz(std::int64_t now_ns) const noexcept {
   std::int64_t first_ns = now_ns;
   std::int64_t last_ns = now_ns - kWindow_ns;
-  int heard = 0;
+  int received = 0;
   for (std::size_t i = 0; i < std::min(count_, times_.size()); ++i) {
     if (now_ns - times_[i] <= kWindow_ns) {
       first_ns = std::min(first_ns, times_[i]);
       last_ns = std::max(last_ns, times_[i]);
-      ++heard;
+      ++received;
     }
   }
-  return heard < 2 || last_ns <= first_ns ? 0.0 : (heard - 1) * 1e9 / static_cast<double>(last_ns - first_ns);
+  return received < 2 || last_ns <= first_ns ? 0.0 : (received - 1) * 1e9 / static_cast<double>(last_ns - first_ns);
 }
 
 void MonitorState::set_time(std::int64_t steady_ns, std::int64_t system_ns) noexcept {
@@ -56,7 +56,7 @@ std::optional<std::size_t> MonitorState::index_of(std::string_view device) {
   return devices_.size() - 1;
 }
 
-void MonitorState::hear(const publishing::HeardCamera& camera) {
+void MonitorState::receive(const publishing::ReceivedCamera& camera) {
   const std::optional<std::size_t> index = index_of(camera.device);
   if (!index) {
     return;
@@ -84,7 +84,7 @@ double MonitorState::age_s(Memory& memory, std::uint32_t track_id, std::int64_t 
   return 0.0;
 }
 
-void MonitorState::hear(const publishing::HeardObjects& objects) {
+void MonitorState::receive(const publishing::ReceivedObjects& objects) {
   const std::optional<std::size_t> index = index_of(objects.device);
   if (!index) {
     return;
@@ -92,7 +92,7 @@ void MonitorState::hear(const publishing::HeardObjects& objects) {
   Memory& memory = memories_[*index];
   if (memory.pieces_of != objects.frame_index || objects.piece == 0) {
     memory.pieces_of = objects.frame_index;
-    memory.pieces_heard = 0;
+    memory.pieces_received = 0;
     memory.pieces.clear();
   }
   for (const ObjectResult& object : objects.objects) {
@@ -101,7 +101,7 @@ void MonitorState::hear(const publishing::HeardObjects& objects) {
     }
     memory.pieces.push_back({object, age_s(memory, object.track_id, objects.timestamp_ns)});
   }
-  if (++memory.pieces_heard == objects.pieces) {
+  if (++memory.pieces_received == objects.pieces) {
     std::sort(memory.pieces.begin(), memory.pieces.end(),
               [](const MonitoredObject& a, const MonitoredObject& b) { return a.result.track_id < b.result.track_id; });
     devices_[*index].objects = memory.pieces;
@@ -109,7 +109,7 @@ void MonitorState::hear(const publishing::HeardObjects& objects) {
   }
 }
 
-void MonitorState::hear(const publishing::HeardHealth& health) {
+void MonitorState::receive(const publishing::ReceivedHealth& health) {
   const std::optional<std::size_t> index = index_of(health.device);
   if (!index) {
     return;
@@ -118,12 +118,12 @@ void MonitorState::hear(const publishing::HeardHealth& health) {
   device.health = health.state;
   device.camera_state = health.camera;
   device.reasons.clear();
-  for (const publishing::HeardReason& reason : health.reasons) {
+  for (const publishing::ReceivedReason& reason : health.reasons) {
     device.reasons.push_back({std::string(reason.name), reason.count});
   }
 }
 
-void MonitorState::hear(const publishing::HeardCalibration& calibration) {
+void MonitorState::receive(const publishing::ReceivedCalibration& calibration) {
   if (const std::optional<std::size_t> index = index_of(calibration.device)) {
     devices_[*index].calibration = calibration.geometry;
   }

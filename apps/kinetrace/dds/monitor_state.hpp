@@ -1,4 +1,4 @@
-// What has been heard of each device: the rows of `kinetrace monitor`.
+// What has been seen each device: the rows of `kinetrace monitor`.
 #pragma once
 
 #include <array>
@@ -31,7 +31,7 @@ class RateWindow {
 
 struct MonitoredObject {
   ObjectResult result;
-  double age_s = 0.0;  ///< Since it was heard of first, by the source's clock.
+  double age_s = 0.0;  ///< Since it was seen first, by the source's clock.
 };
 
 struct MonitoredReason {
@@ -65,18 +65,18 @@ class MonitorState final : public publishing::ResultListener {
   /// `device` empty: all.
   explicit MonitorState(std::string device) : wanted_(std::move(device)) {}
 
-  /// The clocks for what is heard from now on.
+  /// The clocks for what is received from now on.
   void set_time(std::int64_t steady_ns, std::int64_t system_ns) noexcept;
 
-  void hear(const publishing::HeardCamera& camera) override;
-  void hear(const publishing::HeardObjects& objects) override;
-  void hear(const publishing::HeardHealth& health) override;
-  void hear(const publishing::HeardCalibration& calibration) override;
+  void receive(const publishing::ReceivedCamera& camera) override;
+  void receive(const publishing::ReceivedObjects& objects) override;
+  void receive(const publishing::ReceivedHealth& health) override;
+  void receive(const publishing::ReceivedCalibration& calibration) override;
 
   [[nodiscard]] bool wants(std::string_view device) const noexcept { return wanted_.empty() || wanted_ == device; }
-  /// In the order they were heard first.
+  /// In the order they were received first.
   [[nodiscard]] const std::vector<MonitoredDevice>& devices() const noexcept { return devices_; }
-  /// Some device that was heard but is not wanted; empty if there is none.
+  /// Some device that was received but is not wanted; empty if there is none.
   [[nodiscard]] const std::string& other_device() const noexcept { return other_; }
   /// Messages of wanted devices, of any topic.
   [[nodiscard]] std::uint64_t messages() const noexcept { return messages_; }
@@ -90,7 +90,7 @@ class MonitorState final : public publishing::ResultListener {
     std::vector<FirstSeen> first_seen;  ///< A ring once full; parallel to `devices_`.
     std::size_t oldest = 0;
     std::int64_t pieces_of = -1;  ///< Frame whose pieces are being put together.
-    std::uint32_t pieces_heard = 0;
+    std::uint32_t pieces_received = 0;
     std::vector<MonitoredObject> pieces;
   };
   /// Index in `devices_`; none for what is not wanted or beyond the capacity.

@@ -57,8 +57,8 @@ void PublishingThread::offer(const FrameResult& result, std::int64_t exposed_ns)
   mailbox_->offer(result, system_time_ns(), exposed_ns);
 }
 
-void PublishingThread::offer_settled(const FrameResult& result) noexcept {
-  mailbox_->offer_settled(result);
+void PublishingThread::offer_finalised(const FrameResult& result) noexcept {
+  mailbox_->offer_finalised(result);
 }
 
 void PublishingThread::offer_health(const HealthMonitor& health, const FrameCounters& counters) noexcept {

@@ -38,7 +38,7 @@ class PublishingThread final : public RunPublishing {
   PublishingThread& operator=(PublishingThread&&) = delete;
 
   void offer(const FrameResult& result, std::int64_t exposed_ns) noexcept override;
-  void offer_settled(const FrameResult& result) noexcept override;
+  void offer_finalised(const FrameResult& result) noexcept override;
   void offer_health(const HealthMonitor& health, const FrameCounters& counters) noexcept override;
   void send() noexcept override;
   [[nodiscard]] bool is_connected() const noexcept override;

@@ -141,7 +141,7 @@ Status watch(const CameraSetup& setup, const GuardedCamera& camera, const Doctor
   });
   // Rows and pairing have lines of their own.
   for (const hal::InputFault fault :
-       {hal::InputFault::kEyesIdentical, hal::InputFault::kEyesExchanged, hal::InputFault::kEyesUnrelated,
+       {hal::InputFault::kViewsIdentical, hal::InputFault::kViewsExchanged, hal::InputFault::kViewsUnrelated,
         hal::InputFault::kNoParallax, hal::InputFault::kBeyondInfinity, hal::InputFault::kLeftFrozen,
         hal::InputFault::kRightFrozen}) {
     if (monitor->holds(fault)) {
@@ -152,7 +152,7 @@ Status watch(const CameraSetup& setup, const GuardedCamera& camera, const Doctor
   return played;
 }
 
-void judge_timing(const Watched& watched, const GuardedCamera& camera, Findings& findings) {
+void assess_timing(const Watched& watched, const GuardedCamera& camera, Findings& findings) {
   const double nominal_hz = camera.camera->info().nominal_rate_hz;
   constexpr double kTolerance = 0.1;
   findings.check(std::abs(watched.rate_hz() - nominal_hz) <= kTolerance * nominal_hz, "rate",
@@ -188,21 +188,21 @@ std::string pairing_text(const hal::SyncReport& pairing) {
                                   : seen + apart;
 }
 
-void judge_images(const Watched& watched, Findings& findings) {
-  constexpr int kFewestMatches = 12;
-  constexpr double kLargest_px = 1.0;
+void assess_images(const Watched& watched, Findings& findings) {
+  constexpr int kMinMatches = 12;
+  constexpr double kMax_px = 1.0;
   const hal::SyncReport& pairing = watched.pairing;
   for (const std::string& fault : watched.faults) {
     findings.failed("images", fault);
   }
-  if (pairing.measurements == 0 || pairing.matches < kFewestMatches) {
+  if (pairing.measurements == 0 || pairing.matches < kMinMatches) {
     findings.failed("images", std::to_string(pairing.matches) +
-                                  " matches between the eyes; point both at something with texture, in light");
+                                  " matches between the views; point both at something with texture, in light");
     return;
   }
   const double residual_px = watched.residual_sum_px / pairing.measurements;
   findings.check(
-      residual_px <= kLargest_px, "calibration",
+      residual_px <= kMax_px, "calibration",
       text("matches lie %.2f px off their row", residual_px) + ", " + std::to_string(pairing.matches) + " matches",
       "calibrate again in this mode");
   const bool is_off =
@@ -211,20 +211,20 @@ void judge_images(const Watched& watched, Findings& findings) {
                  "trigger both cameras together; `kinetrace run` mends this for two devices");
 }
 
-void judge_geometry(const StereoGeometry& geometry, const hal::RigCalibration& calibration, Findings& findings) {
+void assess_geometry(const StereoGeometry& geometry, const hal::RigCalibration& calibration, Findings& findings) {
   findings.ok("rig", calibration.source + ": " + std::to_string(geometry.width_px) + "x" +
                          std::to_string(geometry.height_px) + text(", focal length %.1f px", geometry.fx_px) +
                          text(", baseline %.4f m", geometry.baseline_m));
 }
 
-void judge_model(const AppConfig& config, const StereoGeometry& geometry, double rate_hz, Findings& findings) {
+void assess_model(const AppConfig& config, const StereoGeometry& geometry, double rate_hz, Findings& findings) {
   if (config.pipeline.segmentation.mode == segmentation::SegmentationMode::kOnnx) {
     const ModelFinding model = examine_model(config, geometry, rate_hz);
     model.holds ? findings.ok("network", model.detail) : findings.failed("network", model.detail);
   }
 }
 
-void judge_memory(const RunMemory& plan, const pipeline::MemoryConfig& memory, Findings& findings) {
+void assess_memory(const RunMemory& plan, const pipeline::MemoryConfig& memory, Findings& findings) {
   constexpr double kMib = 1024.0 * 1024.0;
   const Status fits = check_budget(plan, memory);
   const std::string planned =
@@ -243,8 +243,8 @@ void examine(const CameraSetup& setup, const AppConfig& config, const DoctorOpti
     findings.failed("rig", geometry ? plan.error().message : geometry.error().message);
     return;
   }
-  judge_geometry(*geometry, setup.calibration, findings);
-  judge_memory(*plan, config.pipeline.memory, findings);
+  assess_geometry(*geometry, setup.calibration, findings);
+  assess_memory(*plan, config.pipeline.memory, findings);
 
   Arena arena(setup.required_bytes() + hal::Rectifier::required_bytes(setup.calibration, config.rectification) +
               hal::InputMonitor::required_bytes(kMonitor, geometry->width_px, geometry->height_px) +
@@ -266,9 +266,9 @@ void examine(const CameraSetup& setup, const AppConfig& config, const DoctorOpti
     findings.failed("stream", seen.error().message);
     return;
   }
-  judge_timing(watched, *camera, findings);
-  judge_images(watched, findings);
-  judge_model(config, *geometry, camera->camera->info().nominal_rate_hz, findings);
+  assess_timing(watched, *camera, findings);
+  assess_images(watched, findings);
+  assess_model(config, *geometry, camera->camera->info().nominal_rate_hz, findings);
 }
 
 void examine_camera(const DoctorOptions& options, const AppConfig& config, Findings& findings) {
@@ -300,8 +300,8 @@ int doctor_command(const DoctorOptions& options) {
     examine_camera(options, *config, findings);
   } else {
     constexpr double kRate_hz = 10.0;  // Without a camera, a common one.
-    judge_model(*config, {.width_px = config->board.image_width_px, .height_px = config->board.image_height_px},
-                kRate_hz, findings);
+    assess_model(*config, {.width_px = config->board.image_width_px, .height_px = config->board.image_height_px},
+                 kRate_hz, findings);
   }
   return findings.all_held() ? 0 : static_cast<int>(ExitCode::kConditionHolds);
 }

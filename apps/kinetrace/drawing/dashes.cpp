@@ -60,8 +60,8 @@ void append_pattern(const Point& a, const Point& b, const Interval& part, double
     const double phase = std::fmod(travelled + at, pattern.period_px);
     const bool inked = phase < pattern.ink_px;
     // A step of at least this much always makes progress.
-    constexpr double kLeast_px = 1e-6;
-    const double next = std::min(end, at + std::max((inked ? pattern.ink_px : pattern.period_px) - phase, kLeast_px));
+    constexpr double kMin_px = 1e-6;
+    const double next = std::min(end, at + std::max((inked ? pattern.ink_px : pattern.period_px) - phase, kMin_px));
     if (inked) {
       segments.push_back({a + (b - a) * (at / length), a + (b - a) * (next / length)});
     }

@@ -1,4 +1,4 @@
-// What a figure shows unless it is told.
+// What a figure shows unless it is reported.
 #pragma once
 
 #include <cstdint>

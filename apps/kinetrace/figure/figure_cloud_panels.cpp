@@ -28,8 +28,8 @@ class Toner {
       grays.push_back(point.gray);
     }
     constexpr double kIgnored = 0.03;
-    constexpr double kLeastContrast = 32.0;
-    range_ = drawing::quantile_range(grays, kIgnored).value_or(Range{0.0, 255.0}).at_least(kLeastContrast);
+    constexpr double kMinContrast = 32.0;
+    range_ = drawing::quantile_range(grays, kIgnored).value_or(Range{0.0, 255.0}).at_least(kMinContrast);
   }
   [[nodiscard]] Color operator()(std::uint8_t gray) const {
     constexpr double kDarkest = 12.0;
@@ -192,9 +192,9 @@ std::pair<Range, Range> ground_ranges(const std::vector<Eigen::Vector3d>& seen, 
     x.push_back(p.x());
     z.push_back(p.z());
   }
-  constexpr double kLeast_m = 1.0;
-  return {drawing::quantile_range(x, share).value_or(Range{-1.0, 1.0}).at_least(kLeast_m),
-          drawing::quantile_range(z, share).value_or(Range{-1.0, 1.0}).at_least(kLeast_m)};
+  constexpr double kMin_m = 1.0;
+  return {drawing::quantile_range(x, share).value_or(Range{-1.0, 1.0}).at_least(kMin_m),
+          drawing::quantile_range(z, share).value_or(Range{-1.0, 1.0}).at_least(kMin_m)};
 }
 
 Range hull(const Range& a, const Range& b) {

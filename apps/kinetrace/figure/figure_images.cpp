@@ -94,7 +94,7 @@ Result<GrayView> RecordedImages::left(std::int64_t frame) {
   const std::size_t place = find_frame(frames(), frame);
   if (place == frames().size() || !frames()[place].complete()) {
     return fail(ErrorCode::kNotFound, "the recording in " + frames().left().folder + " has no frame " +
-                                          std::to_string(frame) + " with the images of both eyes");
+                                          std::to_string(frame) + " with the images of both views");
   }
   const Result<StereoFrame> raw = camera_.frame_at(place);
   if (!raw) {

@@ -80,8 +80,8 @@ bool next_line(std::ifstream& file, std::string& line) {
   std::array<char, 256> characters{};
   file.getline(characters.data(), characters.size());
   line = characters.data();
-  constexpr std::streamoff kLongestHeader = 1 << 16;
-  return file.good() && file.tellg() < kLongestHeader;
+  constexpr std::streamoff kMaxHeader = 1 << 16;
+  return file.good() && file.tellg() < kMaxHeader;
 }
 
 Result<VertexLayout> read_header(std::ifstream& file, const std::filesystem::path& path) {

@@ -8,7 +8,7 @@
 namespace kinetrace::figure {
 namespace {
 
-// More cannot be told apart in a figure.
+// More cannot be distinguished in a figure.
 constexpr std::size_t kMaxBackgroundPoints = 60'000;
 constexpr std::size_t kMaxObjectPoints = 20'000;
 

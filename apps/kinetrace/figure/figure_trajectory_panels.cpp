@@ -22,7 +22,7 @@ constexpr std::size_t kPathPoints = 3000;
 constexpr std::size_t kLabels = 24;
 constexpr double kMaxStretch = 50.0;
 constexpr std::size_t kBackgroundPoints = 15'000;
-constexpr double kLeast_m = 2.0;  ///< The smallest extent that is shown.
+constexpr double kMin_m = 2.0;  ///< The smallest extent that is shown.
 constexpr double kLabelSize_px = 8.5;
 
 /// One track's way through the world: of the point of its body that was the middle of its box in the end.
@@ -288,10 +288,10 @@ Range with_boxes(const Range& range, const Scene& scene, Eigen::Index axis) {
 }
 
 Range shown_x(const Scene& scene, const Paths& paths) {
-  return with_boxes(range_along(paths, 0).at_least(kLeast_m), scene, 0).widened(0.1);
+  return with_boxes(range_along(paths, 0).at_least(kMin_m), scene, 0).widened(0.1);
 }
 Range shown_z(const Scene& scene, const Paths& paths) {
-  return with_boxes(range_along(paths, 2).at_least(kLeast_m), scene, 2).widened(0.04);
+  return with_boxes(range_along(paths, 2).at_least(kMin_m), scene, 2).widened(0.04);
 }
 
 void draw_plan(Canvas& canvas, const PlanView& plan, const Scene& scene, const Paths& paths) {
@@ -313,7 +313,7 @@ PlanView draw_top(Canvas& canvas, const Rect& area, const Scene& scene, const Pa
 
 /// Returns by how much heights are stretched.
 double draw_side(Canvas& canvas, const Rect& area, const Scene& scene, const Paths& paths, Range z, bool stacked) {
-  const Range y = range_along(paths, 1).at_least(kLeast_m / 2).widened(0.2);
+  const Range y = range_along(paths, 1).at_least(kMin_m / 2).widened(0.2);
   if (!stacked) {
     z = z.at_least(y.size() * area.width / area.height);
   }
@@ -355,8 +355,8 @@ std::string draw_trajectories(Canvas& canvas, const TrajectoryAreas& areas, cons
 
 void draw_trajectories_so_far(Canvas& canvas, const Rect& area, const Scene& scene) {
   const Paths whole = paths_of(scene);
-  const Range x = range_along(whole, 0).at_least(kLeast_m).widened(0.15);
-  const Range z = range_along(whole, 2).at_least(kLeast_m).widened(0.08);
+  const Range x = range_along(whole, 0).at_least(kMin_m).widened(0.15);
+  const Range z = range_along(whole, 2).at_least(kMin_m).widened(0.08);
   draw_plan(canvas, PlanView::lying(area, x, z), scene, paths_of(scene, scene.frame));
 }
 

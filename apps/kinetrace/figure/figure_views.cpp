@@ -102,25 +102,25 @@ Eigen::Matrix3d axes_of(const Onlooker::Direction& direction) {
 }  // namespace
 
 Onlooker::Onlooker(const Direction& direction, const Subject& subject, const drawing::Rect& area)
-    : R_eye_(axes_of(direction)) {
+    : R_view_(axes_of(direction)) {
   const Range nothing{-0.5, 0.5};
   Eigen::Vector3d middle;
   Eigen::Vector3d size;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    const Range range = range_of(subject, nothing, [&](const Eigen::Vector3d& p) { return R_eye_.row(axis).dot(p); });
-    constexpr double kLeast_m = 0.05;
+    const Range range = range_of(subject, nothing, [&](const Eigen::Vector3d& p) { return R_view_.row(axis).dot(p); });
+    constexpr double kMin_m = 0.05;
     middle[axis] = range.center();
-    size[axis] = std::max(range.size(), kLeast_m);
+    size[axis] = std::max(range.size(), kMin_m);
   }
   // From so far, the nearest things look about 1.6 times as large as the farthest.
   middle_distance_m_ = 0.5 * size.norm() + 1.6 * size.z();
-  eye_ = R_eye_.transpose() * (middle - Eigen::Vector3d(0.0, 0.0, middle_distance_m_));
+  view_ = R_view_.transpose() * (middle - Eigen::Vector3d(0.0, 0.0, middle_distance_m_));
 
-  // In the image plane one unit before the eye; what is beside or behind the eye does not count.
+  // In the image plane one unit before the view; what is beside or behind the view does not count.
   const auto seen_range = [&](Eigen::Index axis) {
     constexpr double kMargin = 0.05;
     const auto seen = [&](const Eigen::Vector3d& p) {
-      const Eigen::Vector3d q = R_eye_ * (p - eye_);
+      const Eigen::Vector3d q = R_view_ * (p - view_);
       return q.z() > 0.1 * middle_distance_m_ ? q[axis] / q.z() : std::numeric_limits<double>::quiet_NaN();
     };
     return range_of(subject, nothing, seen).at_least(1e-3).widened(kMargin);
@@ -132,7 +132,7 @@ Onlooker::Onlooker(const Direction& direction, const Subject& subject, const dra
 }
 
 drawing::Point Onlooker::to_canvas(const Eigen::Vector3d& p) const {
-  const Eigen::Vector3d q = R_eye_ * (p - eye_);
+  const Eigen::Vector3d q = R_view_ * (p - view_);
   if (!(q.z() > 0.02 * middle_distance_m_)) {
     return drawing::Point::Constant(std::numeric_limits<double>::quiet_NaN());
   }

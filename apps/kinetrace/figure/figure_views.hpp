@@ -1,4 +1,4 @@
-// From the world into pictures: boxes through the camera, point clouds through an onlooker's eyes.
+// From the world into pictures: boxes through the camera, point clouds through an onlooker's views.
 #pragma once
 
 #include <array>
@@ -65,14 +65,14 @@ class Onlooker {
 
   /// Not finite for what lies behind the onlooker.
   [[nodiscard]] drawing::Point to_canvas(const Eigen::Vector3d& p) const;
-  [[nodiscard]] double distance_m(const Eigen::Vector3d& p) const { return (R_eye_ * (p - eye_)).z(); }
+  [[nodiscard]] double distance_m(const Eigen::Vector3d& p) const { return (R_view_ * (p - view_)).z(); }
   [[nodiscard]] Line2 to_canvas(const Line3& line) const;
   /// Pixels that a metre takes at the middle of what is seen.
   [[nodiscard]] double pixels_per_metre() const { return scale_ / middle_distance_m_; }
 
  private:
-  Eigen::Matrix3d R_eye_;  ///< Rows: right, down, forward.
-  Eigen::Vector3d eye_;
+  Eigen::Matrix3d R_view_;  ///< Rows: right, down, forward.
+  Eigen::Vector3d view_;
   double middle_distance_m_ = 1.0;
   double scale_ = 1.0;
   drawing::Point origin_ = drawing::Point::Zero();

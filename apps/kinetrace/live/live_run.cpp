@@ -15,7 +15,7 @@ using Clock = std::chrono::steady_clock;
 }  // namespace
 
 std::int64_t Pacer::wait_for(std::int64_t timestamp_ns) {
-  constexpr std::chrono::nanoseconds kLongestNap = std::chrono::milliseconds(100);
+  constexpr std::chrono::nanoseconds kMaxNap = std::chrono::milliseconds(100);
   const std::int64_t came_ns = steady_time_ns();
   if (!first_timestamp_ns_) {
     first_timestamp_ns_ = timestamp_ns;
@@ -25,7 +25,7 @@ std::int64_t Pacer::wait_for(std::int64_t timestamp_ns) {
   const std::int64_t due_ns = first_due_ns_ + static_cast<std::int64_t>(passed_ns);
   for (std::int64_t left_ns = due_ns - steady_time_ns(); left_ns > 0 && interrupted_by() == 0;
        left_ns = due_ns - steady_time_ns()) {
-    std::this_thread::sleep_for(std::min(kLongestNap, std::chrono::nanoseconds(left_ns)));
+    std::this_thread::sleep_for(std::min(kMaxNap, std::chrono::nanoseconds(left_ns)));
   }
   // A disk that cannot follow moves all that comes later.
   const std::int64_t delay_ns = std::max<std::int64_t>(0, came_ns - due_ns);

@@ -6,7 +6,7 @@
 namespace kinetrace::app {
 namespace {
 
-constexpr int kMostCaution = 16;
+constexpr int kMaxCaution = 16;
 
 struct Level {
   int refinement_iterations;
@@ -32,9 +32,9 @@ bool LoadShedder::update(double processing_ms) noexcept {
   if (frames_since_return_) {
     ++*frames_since_return_;
   }
-  if (late_ >= kPatience && level_ + 1 < kLevels) {
+  if (late_ >= kMaxLateFrames && level_ + 1 < kLevels) {
     if (frames_since_return_) {
-      caution_ = *frames_since_return_ <= kEasyFrames ? std::min(2 * caution_, kMostCaution) : 1;
+      caution_ = *frames_since_return_ <= kEasyFrames ? std::min(2 * caution_, kMaxCaution) : 1;
       frames_since_return_.reset();
     }
     set_level(level_ + 1);

@@ -13,13 +13,13 @@ namespace kinetrace::app {
 /// newest waits. When that goes on, level after level: refinement iterations, points (in two steps), objects (in two
 /// steps; what is unseen and small ends first, see StereoTracker).
 ///
-/// A late frame counts one, a frame in time takes half of one back; at `kPatience` the next level begins. After
+/// A late frame counts one, a frame in time takes half of one back; at `kMaxLateFrames` the next level begins. After
 /// `kEasyFrames` in a row that needed less than `kEasyPart` of the deadline one level is taken back. Where that proves
 /// wrong within as many frames, the next return takes twice as long, up to 16 times.
 class LoadShedder {
  public:
   static constexpr int kLevels = 6;
-  static constexpr double kPatience = 8.0;
+  static constexpr double kMaxLateFrames = 8.0;
   static constexpr int kEasyFrames = 60;
   static constexpr double kEasyPart = 0.6;
 

@@ -23,10 +23,10 @@ std::size_t PipelineThread::required_bytes(const StereoGeometry& geometry) {
 
 PipelineThread::Slot PipelineThread::carve(const StereoGeometry& geometry, Arena& arena) {
   Slot slot;
-  for (MutableGrayView* eye : {&slot.left, &slot.right}) {
+  for (MutableGrayView* view : {&slot.left, &slot.right}) {
     const auto pixels = arena.take<std::uint8_t>(static_cast<std::size_t>(geometry.width_px) *
                                                  static_cast<std::size_t>(geometry.height_px));
-    *eye = {pixels.data(), geometry.width_px, geometry.height_px, geometry.width_px};
+    *view = {pixels.data(), geometry.width_px, geometry.height_px, geometry.width_px};
   }
   slot.name.reserve(kLongName);
   return slot;
@@ -62,7 +62,7 @@ Result<bool> PipelineThread::offer(const RectifiedPair& pair, std::int64_t expos
   slot.pair.name = slot.name;
   slot.pair.left = slot.left;
   slot.pair.right = slot.right;
-  const bool was_left_out = slots_.hand_over();
+  const bool was_left_out = slots_.transfer_identity();
   news_.signal();
   return was_left_out;
 }

@@ -1,4 +1,4 @@
-// What systemd is told of a run that it supervises.
+// What systemd is notified of a run that it supervises.
 #pragma once
 
 #include <atomic>
@@ -41,7 +41,7 @@ class ServiceNotifier {
   std::atomic<bool> is_ready_ = false;
   std::atomic<std::int64_t> fed_at_ns_ = 0;
   std::mutex telling_;
-  std::optional<Condition> told_;
+  std::optional<Condition> reported_;
 };
 
 }  // namespace kinetrace::app

@@ -26,17 +26,17 @@ struct PlanOptions {
 // A raw recording of the given size, as the most demanding kind: it has to be rectified.
 hal::Dataset raw_recording(int width_px, int height_px) {
   hal::Dataset dataset;
-  hal::CameraModel eye;
-  eye.width_px = width_px;
-  eye.height_px = height_px;
-  eye.fx_px = 0.6 * width_px;
-  eye.fy_px = eye.fx_px;
-  eye.cx_px = 0.5 * (width_px - 1);
-  eye.cy_px = 0.5 * (height_px - 1);
-  eye.distortion[0] = -0.1;  // Without any, there would be nothing to rectify.
+  hal::CameraModel view;
+  view.width_px = width_px;
+  view.height_px = height_px;
+  view.fx_px = 0.6 * width_px;
+  view.fy_px = view.fx_px;
+  view.cx_px = 0.5 * (width_px - 1);
+  view.cy_px = 0.5 * (height_px - 1);
+  view.distortion[0] = -0.1;  // Without any, there would be nothing to rectify.
   dataset.calibration.source = "kinetrace plan";
-  dataset.calibration.left = eye;
-  dataset.calibration.right = eye;
+  dataset.calibration.left = view;
+  dataset.calibration.right = view;
   dataset.calibration.T_right_left.translation = {-0.5, 0.0, 0.0};
   // An uncompressed image.
   dataset.max_file_bytes = static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
@@ -184,7 +184,7 @@ void add_options(CLI::App& plan, PlanOptions& options) {
   add_config_options(plan, options.config);
   add_publish_option(plan, options.publish);
   plan.add_option("--size", options.size,
-                  "Size of one eye's images; without it, the board's (board.image_width_px, ..._height_px)")
+                  "Size of one view's images; without it, the board's (board.image_width_px, ..._height_px)")
       ->type_name("WxH");
 }
 

@@ -117,11 +117,11 @@ Status FrameProcessor::process_pair(const RectifiedPair& pair, std::int64_t expo
   if (Status usable = note_masks(**result); !usable) {
     return usable;
   }
-  hand_over(**result, exposed_ns);
+  transfer_identity(**result, exposed_ns);
   clock_->end_frame();
   Status recorded = components_.recorder.record(**result);
-  if ((*result)->has_settled) {
-    report_.add_settled((*result)->settled);
+  if ((*result)->has_finalised) {
+    report_.add_finalised((*result)->finalised);
   }
   progressed_.set({.frames = progressed_.get().frames + 1,
                    .objects_now = static_cast<int>((*result)->newest.objects.size()),
@@ -147,7 +147,7 @@ Status FrameProcessor::note_masks(const FrameResult& result) {
   return {};
 }
 
-void FrameProcessor::hand_over(const FrameResult& result, std::int64_t exposed_ns) {
+void FrameProcessor::transfer_identity(const FrameResult& result, std::int64_t exposed_ns) {
   if (!components_.publishing) {
     return;
   }

@@ -39,11 +39,11 @@ void RunReport::warn_now(const std::string& warning) {
   print_warning(warning);
   const std::lock_guard lock(*mutex_);
   summary_.warnings.push_back(warning);
-  told_.push_back(warning);
+  reported_.push_back(warning);
 }
 
-bool RunReport::was_told(const std::string& warning) const {
-  return std::find(told_.begin(), told_.end(), warning) != told_.end();
+bool RunReport::was_reported(const std::string& warning) const {
+  return std::find(reported_.begin(), reported_.end(), warning) != reported_.end();
 }
 
 void RunReport::add_warnings(const GuardedCamera& camera) {
@@ -118,7 +118,7 @@ void RunReport::add_network(const NetworkThread& network) {
 void RunReport::add_raw(const RecordingThread& raw) {
   summary_.camera_counters.emplace_back("raw_frames_recorded", static_cast<std::uint64_t>(raw.written()));
   summary_.camera_counters.emplace_back("raw_frames_dropped", raw.dropped());
-  if (const std::optional<Error> failure = raw.stopped_by(); failure && !was_told(raw_stopped(*failure))) {
+  if (const std::optional<Error> failure = raw.stopped_by(); failure && !was_reported(raw_stopped(*failure))) {
     summary_.warnings.push_back(raw_stopped(*failure));
   }
 }
@@ -182,7 +182,7 @@ void RunReport::finish(const GuardedCamera& camera, const Processed& processed, 
 
 void RunReport::print() const {
   for (const std::string& warning : summary_.warnings) {
-    if (!was_told(warning)) {
+    if (!was_reported(warning)) {
       print_warning(warning);
     }
   }

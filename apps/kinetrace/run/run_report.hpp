@@ -45,7 +45,7 @@ class RunReport {
   /// What is planned, and allowed.
   void set_memory(const RunMemory& plan, const pipeline::MemoryConfig& config);
   /// Every final estimate, in order.
-  void add_settled(const FrameEstimate& settled) noexcept { tally_.add(settled); }
+  void add_finalised(const FrameEstimate& finalised) noexcept { tally_.add(finalised); }
   /// Before the first frame, when everything has been made.
   void start();
   /// Says it at once, and keeps it for run.json. From any thread.
@@ -70,7 +70,7 @@ class RunReport {
   void print() const;
 
  private:
-  [[nodiscard]] bool was_told(const std::string& warning) const;
+  [[nodiscard]] bool was_reported(const std::string& warning) const;
   void add_warnings(const GuardedCamera& camera);
   void add_health();
 
@@ -82,7 +82,7 @@ class RunReport {
   double seconds_ = 0.0;
   recording::RunSummary summary_;
   std::unique_ptr<std::mutex> mutex_ = std::make_unique<std::mutex>();  ///< While frames are processed.
-  std::vector<std::string> told_;  ///< Those of summary_.warnings that the user has read already.
+  std::vector<std::string> reported_;  ///< Those of summary_.warnings that the user has read already.
 };
 
 }  // namespace kinetrace::app

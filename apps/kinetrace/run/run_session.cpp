@@ -17,8 +17,8 @@ namespace {
 
 // A recording waits for nobody, and would be over before whoever makes masks has been found.
 void wait_for_masks(MaskMailbox& masks) {
-  constexpr int kPatience_s = 10;
-  const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(kPatience_s);
+  constexpr int kTimeout_s = 10;
+  const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(kTimeout_s);
   while (interrupted_by() == 0 && !masks.wait_for_sender(std::chrono::milliseconds(100))) {
     if (std::chrono::steady_clock::now() > give_up) {
       print_warning(
@@ -97,12 +97,12 @@ Status RunSession::finish(Status played) {
 // The estimates that were still open.
 Status RunSession::finalize() {
   while (const FrameResult* result = components_.pipeline.drain()) {
-    report_.add_settled(result->settled);
+    report_.add_finalised(result->finalised);
     if (Status status = components_.recorder.record(*result); !status) {
       return status;
     }
     if (components_.publishing) {
-      components_.publishing->offer_settled(*result);
+      components_.publishing->offer_finalised(*result);
     }
   }
   return {};

@@ -5,9 +5,9 @@
 
 namespace kinetrace::app {
 
-void RunTally::add(const FrameEstimate& settled) noexcept {
-  add_camera(settled.camera.T_world_cam.translation);
-  for (const ObjectResult& object : settled.objects) {
+void RunTally::add(const FrameEstimate& finalised) noexcept {
+  add_camera(finalised.camera.T_world_cam.translation);
+  for (const ObjectResult& object : finalised.objects) {
     add_object(object.track_id, object.status, object.moving);
   }
 }

@@ -18,7 +18,7 @@ namespace kinetrace::app {
 /// differed significantly from zero. Never allocates.
 class RunTally {
  public:
-  void add(const FrameEstimate& settled) noexcept;
+  void add(const FrameEstimate& finalised) noexcept;
   void add_camera(const Eigen::Vector3d& position_m) noexcept;
   void add_object(std::uint32_t track_id, BodyStatus status, bool moving) noexcept;
 

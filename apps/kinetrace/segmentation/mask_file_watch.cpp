@@ -14,10 +14,10 @@ Status MaskFileWatch::process(const FrameCounters& counters, std::int64_t timest
     said_unreadable_ = true;
     warn("a mask file cannot be used, and its frame has no detections: " + std::string(complaint));
   }
-  if (judged_ || timestamp_ns - *first_ns_ < kJudged_ns) {
+  if (assessed_ || timestamp_ns - *first_ns_ < kAssessed_ns) {
     return {};
   }
-  judged_ = true;
+  assessed_ = true;
   if (counters.detection_frames_missing < counters.frames) {
     return {};
   }

@@ -12,11 +12,11 @@
 
 namespace kinetrace::app {
 
-/// The first mask file that cannot be used is said at once. Where not one fits within `kJudged_ns` though some are
+/// The first mask file that cannot be used is said at once. Where not one fits within `kAssessed_ns` though some are
 /// there, or none is there in the whole recording, the input cannot be used.
 class MaskFileWatch {
  public:
-  static constexpr std::int64_t kJudged_ns = 2'000'000'000;
+  static constexpr std::int64_t kAssessed_ns = 2'000'000'000;
 
   explicit MaskFileWatch(InputPolicy policy) : policy_(policy) {}
 
@@ -34,7 +34,7 @@ class MaskFileWatch {
   FrameCounters last_;
   std::optional<std::int64_t> first_ns_;
   bool said_unreadable_ = false;
-  bool judged_ = false;
+  bool assessed_ = false;
 };
 
 }  // namespace kinetrace::app

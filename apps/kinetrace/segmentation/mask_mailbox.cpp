@@ -4,11 +4,11 @@
 
 namespace kinetrace::app {
 
-bool MaskMailbox::Eyeful::is_whole() const noexcept {
+bool MaskMailbox::ViewMasks::is_whole() const noexcept {
   return pieces > 0 && pieces_seen == (~std::uint64_t{0} >> (kMaxPieces - pieces));
 }
 
-void MaskMailbox::Eyeful::clear() noexcept {
+void MaskMailbox::ViewMasks::clear() noexcept {
   masks.clear();
   runs.clear();
   pieces_seen = 0;
@@ -22,9 +22,9 @@ bool MaskMailbox::Slot::is_of(const MaskMessage& message) const noexcept {
 
 void MaskMailbox::carve(const MaskMailboxConfig& config, Arena& arena, Slots& slots) {
   for (Slot& slot : slots) {
-    for (std::size_t eye = 0; eye < (config.right ? 2U : 1U); ++eye) {
-      slot.eyes[eye].masks = FixedVector<RunLengthMask>(arena, kMaxMasks);
-      slot.eyes[eye].runs = FixedVector<std::uint16_t>(arena, kMaxRuns);
+    for (std::size_t view = 0; view < (config.right ? 2U : 1U); ++view) {
+      slot.views[view].masks = FixedVector<RunLengthMask>(arena, kMaxMasks);
+      slot.views[view].runs = FixedVector<std::uint16_t>(arena, kMaxRuns);
     }
   }
 }
@@ -71,7 +71,7 @@ const MaskSet* MaskMailbox::await(std::int64_t frame_index) noexcept {
   const bool in_time = changed_.wait_for(lock, config_.timeout, is_decided);
   if (const Slot* slot = find_whole(frame_index)) {
     ++counters_.frames_taken;
-    taken_ = {slot->eyes[0].masks.span(), slot->eyes[1].masks.span()};
+    taken_ = {slot->views[0].masks.span(), slot->views[1].masks.span()};
     return &taken_;
   }
   ++(in_time && senders_ == 0 ? counters_.frames_unsent : counters_.frames_timed_out);
@@ -81,7 +81,7 @@ const MaskSet* MaskMailbox::await(std::int64_t frame_index) noexcept {
 bool MaskMailbox::is_valid(const MaskMessage& message) const noexcept {
   const bool is_expected = message.width_px == static_cast<std::uint32_t>(config_.width_px) &&
                            message.height_px == static_cast<std::uint32_t>(config_.height_px) &&
-                           (message.eye == Eye::kLeft || config_.right) && message.pieces >= 1 &&
+                           (message.view == View::kLeft || config_.right) && message.pieces >= 1 &&
                            message.pieces <= kMaxPieces && message.piece < message.pieces;
   return is_expected && std::all_of(message.masks.begin(), message.masks.end(), [this](const RunLengthMask& mask) {
            return fits(mask, config_.width_px, config_.height_px);
@@ -89,7 +89,7 @@ bool MaskMailbox::is_valid(const MaskMessage& message) const noexcept {
 }
 
 bool MaskMailbox::is_whole(const Slot& slot) const noexcept {
-  return !slot.is_bad && slot.eyes[0].is_whole() && (!config_.right || slot.eyes[1].is_whole());
+  return !slot.is_bad && slot.views[0].is_whole() && (!config_.right || slot.views[1].is_whole());
 }
 
 const MaskMailbox::Slot* MaskMailbox::find_whole(std::int64_t frame_index) const noexcept {
@@ -119,7 +119,7 @@ MaskMailbox::Slot* MaskMailbox::dispensable() noexcept {
   return found;
 }
 
-MaskMailbox::Slot* MaskMailbox::claim(const MaskMessage& message) noexcept {
+MaskMailbox::Slot* MaskMailbox::reserve_slot(const MaskMessage& message) noexcept {
   const auto first = [this](auto&& condition) {
     auto* slot = std::find_if(slots_.begin(), slots_.end(), condition);
     return slot == slots_.end() ? nullptr : slot;
@@ -141,34 +141,34 @@ MaskMailbox::Slot* MaskMailbox::claim(const MaskMessage& message) noexcept {
   slot->frame_index = message.frame_index;
   slot->timestamp_ns = message.timestamp_ns;
   slot->messages = 0;
-  for (Eyeful& eye : slot->eyes) {
-    eye.clear();
+  for (ViewMasks& view : slot->views) {
+    view.clear();
   }
   return slot;
 }
 
 // False if it contradicts what came before, or there is no room for all of it.
-bool MaskMailbox::store(const MaskMessage& message, Eyeful& eye) noexcept {
-  if (eye.pieces != 0 && eye.pieces != message.pieces) {
+bool MaskMailbox::store(const MaskMessage& message, ViewMasks& view) noexcept {
+  if (view.pieces != 0 && view.pieces != message.pieces) {
     return false;
   }
-  eye.pieces = message.pieces;
+  view.pieces = message.pieces;
   const std::uint64_t bit = std::uint64_t{1} << message.piece;
-  if ((eye.pieces_seen & bit) != 0) {
+  if ((view.pieces_seen & bit) != 0) {
     return true;  // Sent twice.
   }
-  eye.pieces_seen |= bit;
+  view.pieces_seen |= bit;
   for (const RunLengthMask& mask : message.masks) {
-    const std::size_t first = eye.runs.size();
-    if (eye.masks.full() || mask.runs.size() > eye.runs.capacity() - first) {
+    const std::size_t first = view.runs.size();
+    if (view.masks.full() || mask.runs.size() > view.runs.capacity() - first) {
       return false;
     }
     for (const std::uint16_t run : mask.runs) {
-      static_cast<void>(eye.runs.push_back(run));
+      static_cast<void>(view.runs.push_back(run));
     }
     RunLengthMask kept = mask;
-    kept.runs = eye.runs.span().subspan(first);
-    static_cast<void>(eye.masks.push_back(kept));
+    kept.runs = view.runs.span().subspan(first);
+    static_cast<void>(view.masks.push_back(kept));
   }
   return true;
 }
@@ -185,7 +185,7 @@ void MaskMailbox::offer(const MaskMessage& message) noexcept {
       ++counters_.messages_of_other_run;
       return;
     }
-    Slot* slot = claim(message);
+    Slot* slot = reserve_slot(message);
     if (slot == nullptr) {
       ++counters_.messages_early;
       return;
@@ -194,7 +194,7 @@ void MaskMailbox::offer(const MaskMessage& message) noexcept {
     if (slot->is_bad || is_whole(*slot)) {
       return;  // Decided; the pipeline may be reading it.
     }
-    if (!is_valid(message) || !store(message, slot->eyes[message.eye == Eye::kLeft ? 0 : 1])) {
+    if (!is_valid(message) || !store(message, slot->views[message.view == View::kLeft ? 0 : 1])) {
       ++counters_.messages_invalid;
       slot->is_bad = true;
     }

@@ -33,7 +33,7 @@ struct MaskCounters {
   std::uint64_t messages_late = 0;          ///< Of these: of a frame that is over ...
   std::uint64_t messages_early = 0;         ///< ... of one ahead for which there is no room ...
   std::uint64_t messages_of_other_run = 0;  ///< ... of another time than the frame they name ...
-  std::uint64_t messages_invalid = 0;       ///< ... or not what they should be: size, eye, pieces, run lengths, amount.
+  std::uint64_t messages_invalid = 0;  ///< ... or not what they should be: size, view, pieces, run lengths, amount.
 };
 
 /// Why messages are refused, and what to do.
@@ -44,7 +44,7 @@ inline constexpr std::string_view kMasksInvalid =
     "another image size than the request tells, pieces or runs that do not add up, or too many of them";
 
 /// Holds masks of a few frames, each whole only with all its pieces, until the pipeline asks. One thread offers, one
-/// awaits. All memory is taken at the start. What arrives is checked here: nothing that a network brings is believed.
+/// awaits. All memory is taken at the start. What arrives is checked here: nothing that a network brings is accepted.
 /// Pieces are put together by sender: what one sends spoils nothing but its own, and the first to be whole is taken.
 /// Masks of another time than the frame they name are of another run.
 class MaskMailbox final : public MaskSource {
@@ -78,7 +78,7 @@ class MaskMailbox final : public MaskSource {
   [[nodiscard]] MaskCounters counters() const;
 
  private:
-  struct Eyeful {
+  struct ViewMasks {
     FixedVector<RunLengthMask> masks;
     FixedVector<std::uint16_t> runs;
     std::uint64_t pieces_seen = 0;  ///< One bit each.
@@ -94,7 +94,7 @@ class MaskMailbox final : public MaskSource {
     std::int64_t frame_index = 0;
     std::int64_t timestamp_ns = 0;
     std::uint64_t messages = 0;
-    std::array<Eyeful, 2> eyes;
+    std::array<ViewMasks, 2> views;
     [[nodiscard]] bool is_of(const MaskMessage& message) const noexcept;
   };
 
@@ -108,12 +108,12 @@ class MaskMailbox final : public MaskSource {
   [[nodiscard]] bool is_given_up(std::int64_t frame_index) const noexcept;
   /// The message's slot, or a new one; null where there is no room. For the frame that is waited for there is, unless
   /// as many senders as there are slots have begun with it.
-  [[nodiscard]] Slot* claim(const MaskMessage& message) noexcept;
+  [[nodiscard]] Slot* reserve_slot(const MaskMessage& message) noexcept;
   /// What makes room for the frame that is waited for: what is bad, else the frame farthest ahead; null if nothing
   /// does.
   [[nodiscard]] Slot* dispensable() noexcept;
   void release_for(const RectifiedPair& pair) noexcept;
-  [[nodiscard]] static bool store(const MaskMessage& message, Eyeful& eye) noexcept;
+  [[nodiscard]] static bool store(const MaskMessage& message, ViewMasks& view) noexcept;
 
   const MaskMailboxConfig config_;
   std::function<void()> ask_;

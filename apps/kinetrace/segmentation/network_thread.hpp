@@ -22,13 +22,13 @@ struct NetworkThreadConfig {
   bool right = false;  ///< Looks at the right image too.
   bool waits = true;   ///< Recordings wait for masks; a camera would lose frames meanwhile.
   /// Then it counts as hanging, and nobody waits for it any more.
-  std::chrono::milliseconds patience{5000};
+  std::chrono::milliseconds timeouts{5000};
 };
 
 struct NetworkThreadCounters {
   std::uint64_t frames = 0;  ///< Answered.
   std::uint64_t failed = 0;  ///< Of these: with an error.
-  double median_ms = 0.0;    ///< Of a frame, both eyes, over the last 256.
+  double median_ms = 0.0;    ///< Of a frame, both views, over the last 256.
   double longest_ms = 0.0;
 };
 

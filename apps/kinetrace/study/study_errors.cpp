@@ -58,9 +58,9 @@ std::vector<double> depth_errors(const FrameResult& result, std::uint32_t track_
       position_of.emplace(point.id, point.position_m.cast<double>());
     }
   }
-  for (const PointObservation& sighting : body->observations) {
-    const auto point = position_of.find(sighting.point_id);
-    const auto true_depth_m = images.depth_at(double{sighting.u_left_px}, double{sighting.v_px}, true_label);
+  for (const PointObservation& observation : body->observations) {
+    const auto point = position_of.find(observation.point_id);
+    const auto true_depth_m = images.depth_at(double{observation.u_left_px}, double{observation.v_px}, true_label);
     if (point != position_of.end() && true_depth_m) {
       errors.push_back((T_cam_obj * point->second).z() - *true_depth_m);
     }
@@ -83,13 +83,13 @@ void measure_points(const std::vector<double>& errors_m, StudyRow& row) {
 }  // namespace
 
 Status StudyErrors::add(const FrameResult& result) {
-  if (!result.pair.left.empty()) {  // Empty while draining: only settled poses come.
+  if (!result.pair.left.empty()) {  // Empty while draining: only finalised poses come.
     if (Status begun = begin_frame(result); !begun) {
       return begun;
     }
   }
-  if (result.has_settled) {
-    settle(result.settled);
+  if (result.has_finalised) {
+    finalise(result.finalised);
   }
   return {};
 }
@@ -130,12 +130,12 @@ Status StudyErrors::begin_frame(const FrameResult& result) {
   return {};
 }
 
-void StudyErrors::settle(const FrameEstimate& settled) {
+void StudyErrors::finalise(const FrameEstimate& finalised) {
   for (auto& [key, sample] : samples_) {
-    if (key.second != settled.frame_index) {
+    if (key.second != finalised.frame_index) {
       continue;
     }
-    const ObjectResult* object = find_object(settled.objects, sample.row.track_id);
+    const ObjectResult* object = find_object(finalised.objects, sample.row.track_id);
     if (object == nullptr) {
       continue;
     }

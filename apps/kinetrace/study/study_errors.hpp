@@ -15,7 +15,7 @@ namespace kinetrace::app {
 /// What became of one object in one frame. What could not be measured is none.
 ///
 /// Errors are those of the object relative to the camera: estimates are brought into the world by the true camera, and
-/// before smoothing, so that they tell of the object's reconstruction alone. Poses are settled ones; points are those
+/// before smoothing, so that they tell of the object's reconstruction alone. Poses are finalised ones; points are those
 /// that the newest frame and one before it have seen, as they were known then.
 struct StudyRow {
   std::int64_t frame = 0;
@@ -58,7 +58,7 @@ class StudyErrors {
   using Key = std::pair<std::uint32_t, std::int64_t>;  ///< Object, frame.
 
   [[nodiscard]] Status begin_frame(const FrameResult& result);
-  void settle(const FrameEstimate& settled);
+  void finalise(const FrameEstimate& finalised);
 
   StudyTruth& truth_;
   std::map<Key, Sample> samples_;

@@ -44,8 +44,8 @@ bool overlap(const Place& a, const Place& b) {
 bool somebody_meets_at(const Scene& scene, double time_s) {
   constexpr double kCameraReach_m = 0.7;
   constexpr double kFlyOver_m = 1.0;
-  const Eigen::Vector3d eye = scene.T_scene_cam(time_s).translation;
-  const Place camera{on_ground(eye), {kCameraReach_m, 0.0}, {0.0, kCameraReach_m}, -eye.y()};
+  const Eigen::Vector3d view = scene.T_scene_cam(time_s).translation;
+  const Place camera{on_ground(view), {kCameraReach_m, 0.0}, {0.0, kCameraReach_m}, -view.y()};
   std::vector<Place> places;
   for (const Actor& actor : scene.actors) {
     const Place place = place_of(actor, time_s);

@@ -130,9 +130,9 @@ Actor vehicle(VehicleKind kind, std::uint16_t seed, Trajectory trajectory) {
 
 Actor driven_vehicle(const Variation& variation, VehicleKind kind, std::uint16_t seed, GroundPath path,
                      SpeedProfile speed, double start_m) {
-  constexpr double kMostAside_m = 0.2;
+  constexpr double kMaxAside_m = 0.2;
   Trajectory way = drive(std::move(path), variation.paced(std::move(speed), seed), start_m);
-  return vehicle(kind, variation.look(seed), variation.aside(std::move(way), kMostAside_m, seed));
+  return vehicle(kind, variation.look(seed), variation.aside(std::move(way), kMaxAside_m, seed));
 }
 
 void add_parked(Scene& scene, const Variation& variation, const ParkingSpot& spot, std::uint16_t seed) {
@@ -152,11 +152,11 @@ void add_parked(Scene& scene, const Variation& variation, const ParkingSpot& spo
 }
 
 Actor passer_by(const Variation& variation, GroundPath path, SpeedProfile speed, double start_m, std::uint16_t seed) {
-  constexpr double kMostAside_m = 0.12;
+  constexpr double kMaxAside_m = 0.12;
   Actor actor = walking_person(std::move(path), variation.paced(std::move(speed), seed), start_m, variation.look(seed),
                                variation.height_m(seed));
   actor.T_scene_obj =
-      variation.aside(raised(std::move(actor.T_scene_obj), static_cast<double>(kCurb_m)), kMostAside_m, seed);
+      variation.aside(raised(std::move(actor.T_scene_obj), static_cast<double>(kCurb_m)), kMaxAside_m, seed);
   return actor;
 }
 

@@ -55,18 +55,18 @@ bool Variation::is_empty(std::uint32_t key) const noexcept {
 }
 
 double Variation::place_m(double first_m, std::uint32_t key) const noexcept {
-  constexpr double kMost_m = 0.8;
-  return first_m + liberty_ * kMost_m * draw(6, key);
+  constexpr double kMax_m = 0.8;
+  return first_m + liberty_ * kMax_m * draw(6, key);
 }
 
 double Variation::height_m(std::uint32_t key) const noexcept {
-  constexpr double kMost_m = 0.16;
-  return kPersonHeight_m + liberty_ * kMost_m * draw(7, key);
+  constexpr double kMax_m = 0.16;
+  return kPersonHeight_m + liberty_ * kMax_m * draw(7, key);
 }
 
 SpeedProfile Variation::paced(SpeedProfile speed, std::uint32_t key) const {
-  constexpr double kMost = 0.07;
-  return speed.scaled(1.0 - 0.5 * kMost * liberty_ * (1.0 + draw(8, key)));
+  constexpr double kMax = 0.07;
+  return speed.scaled(1.0 - 0.5 * kMax * liberty_ * (1.0 + draw(8, key)));
 }
 
 Trajectory Variation::aside(Trajectory trajectory, double most_m, std::uint32_t key) const {

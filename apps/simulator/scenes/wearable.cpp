@@ -148,11 +148,11 @@ Scene wearable_scene(const Variation& variation) {
   const Trajectory walk = drive(GroundPath(Points{{-0.4, -1.8}, {-0.4, 1}, {-0.6, 3}, {-0.5, 5}, {-0.4, 8}}),
                                 SpeedProfile({{0.0, 0.8}, {3.0, 0.5}, {6.0, 0.8}}), 1.2);
   const Sway bob{{0.02, 0.015, 0.015}, {0.015, 0.02, 0.01}, 0.8, 4.0, variation.seed(13)};
-  const Trajectory eyes = mounted(walk, 1.6, 0.14, bob);
-  scene.T_scene_cam = [eyes](double time_s) {
-    // The neck turns about the vertical, 8 cm behind the eyes.
+  const Trajectory views = mounted(walk, 1.6, 0.14, bob);
+  scene.T_scene_cam = [views](double time_s) {
+    // The neck turns about the vertical, 8 cm behind the cameras.
     const Se3 neck{Eigen::AngleAxisd(head_yaw_rad(time_s), Eigen::Vector3d::UnitY()).toRotationMatrix(), {0, 0, -0.08}};
-    return eyes(time_s) * neck * Se3{Eigen::Matrix3d::Identity(), {0, 0, 0.08}};
+    return views(time_s) * neck * Se3{Eigen::Matrix3d::Identity(), {0, 0, 0.08}};
   };
   return scene;
 }

@@ -27,7 +27,7 @@ namespace kinetrace::hal {
 [[nodiscard]] bool is_kalibr_camchain(const YamlDocument& file);
 [[nodiscard]] Result<RigCalibration> read_kalibr_camchain(const YamlDocument& file);
 
-/// ROS CameraInfo of one eye.
+/// ROS CameraInfo of one view.
 [[nodiscard]] bool is_ros_camera_info(const YamlDocument& file);
 [[nodiscard]] Result<RigCalibration> read_ros_camera_infos(const YamlDocument& left, const YamlDocument& right);
 

@@ -24,18 +24,18 @@ std::vector<YamlDocument> only(const std::vector<YamlDocument>& all, bool (*is_k
 }
 
 Result<RigCalibration> read_ros_pair(const std::vector<YamlDocument>& files) {
-  const auto eye = [&files](std::string_view side) -> const YamlDocument* {
+  const auto view = [&files](std::string_view side) -> const YamlDocument* {
     const auto found = std::find_if(files.begin(), files.end(), [side](const YamlDocument& file) {
       return file.path().stem().string().find(side) != std::string::npos;
     });
     return found == files.end() ? nullptr : &*found;
   };
-  const YamlDocument* left = eye("left");
-  const YamlDocument* right = eye("right");
+  const YamlDocument* left = view("left");
+  const YamlDocument* right = view("right");
   if (left == nullptr || right == nullptr || left == right || files.size() != 2) {
     return fail(
         ErrorCode::kBadCalibration,
-        concat(files.front().path().string(), ": ROS CameraInfo needs one file per eye, left.yaml and right.yaml, in ",
+        concat(files.front().path().string(), ": ROS CameraInfo needs one file per view, left.yaml and right.yaml, in ",
                files.front().path().parent_path().string()));
   }
   return read_ros_camera_infos(*left, *right);

@@ -10,11 +10,11 @@ namespace {
 
 using Keys = std::vector<std::string>;
 
-Keys intrinsics_keys(const std::string& eye) {
-  return {"K" + eye, "M" + eye, "cameraMatrix" + eye, "camera_matrix_" + eye, "CM" + eye};
+Keys intrinsics_keys(const std::string& view) {
+  return {"K" + view, "M" + view, "cameraMatrix" + view, "camera_matrix_" + view, "CM" + view};
 }
-Keys distortion_keys(const std::string& eye) {
-  return {"D" + eye, "distCoeffs" + eye, "distortion_coefficients_" + eye, "dist_coeffs_" + eye};
+Keys distortion_keys(const std::string& view) {
+  return {"D" + view, "distCoeffs" + view, "distortion_coefficients_" + view, "dist_coeffs_" + view};
 }
 
 // A value that may stand in any of the files under any of the spellings.
@@ -80,10 +80,10 @@ Result<ImageSize> image_size(const std::vector<YamlDocument>& files, const Image
   return to_size(width_px->front(), height_px->front());
 }
 
-Result<CameraModel> read_camera(const std::vector<YamlDocument>& files, const std::string& eye, LensModel lens,
+Result<CameraModel> read_camera(const std::vector<YamlDocument>& files, const std::string& view, LensModel lens,
                                 const ImageSize& size) {
-  const auto K = find_matrix3(files, intrinsics_keys(eye));
-  const auto place = find(files, distortion_keys(eye));
+  const auto K = find_matrix3(files, intrinsics_keys(view));
+  const auto place = find(files, distortion_keys(view));
   if (const Error* error = first_error(K, place)) {
     return Unexpected(*error);
   }

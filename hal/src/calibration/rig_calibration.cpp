@@ -13,7 +13,7 @@ constexpr double kMaxBaseline_m = 10.0;
 constexpr double kMinBaseline_m = 1e-4;
 constexpr double kRotationTolerance = 5e-3;   // Matrices written with three digits still pass.
 constexpr double kMaxAxisTilt = 0.1;          // Of the baseline against the rows of images called rectified.
-constexpr double kMinForwardAgreement = 0.7;  // Cosine between the eyes' viewing directions: 45 degrees.
+constexpr double kMinForwardAgreement = 0.7;  // Cosine between the views' viewing directions: 45 degrees.
 constexpr double kIntrinsicsTolerance_px = 0.01;
 
 using Projection = Eigen::Matrix<double, 3, 4>;
@@ -22,53 +22,53 @@ Unexpected<Error> bad(const std::string& source, const std::string& what) {
   return fail(ErrorCode::kBadCalibration, source + ": " + what);
 }
 
-Status check_focal(const std::string& source, std::string_view eye, std::string_view key, double value) {
+Status check_focal(const std::string& source, std::string_view view, std::string_view key, double value) {
   if (!std::isfinite(value) || value <= 0) {
-    return bad(source, concat(eye, " focal length ", key, " must be a positive number, got ", number(value),
+    return bad(source, concat(view, " focal length ", key, " must be a positive number, got ", number(value),
                               "; calibrate again"));
   }
   return {};
 }
 
-Status check_principal(const std::string& source, std::string_view eye, std::string_view key, double value, int size) {
+Status check_principal(const std::string& source, std::string_view view, std::string_view key, double value, int size) {
   if (!std::isfinite(value) || value < -0.5 * size || value > 1.5 * size) {
-    return bad(source, concat(eye, " principal point ", key, " = ", number(value), " lies far outside the image of ",
+    return bad(source, concat(view, " principal point ", key, " = ", number(value), " lies far outside the image of ",
                               std::to_string(size), " px; check the order of the intrinsics and the image size"));
   }
   return {};
 }
 
-Status check_pinhole(const std::string& source, std::string_view eye, double fx, double fy, double cx, double cy,
+Status check_pinhole(const std::string& source, std::string_view view, double fx, double fy, double cx, double cy,
                      int width, int height) {
   if (width <= 0 || height <= 0) {
-    return bad(source, concat(eye, " image size is missing; give width and height in pixels"));
+    return bad(source, concat(view, " image size is missing; give width and height in pixels"));
   }
   if (width > kMaxSide_px || height > kMaxSide_px) {
-    return bad(source, concat(eye, " image size ", size_text(width, height), " is beyond ",
+    return bad(source, concat(view, " image size ", size_text(width, height), " is beyond ",
                               size_text(kMaxSide_px, kMaxSide_px), " pixels; correct the size"));
   }
-  Status status = check_focal(source, eye, "fx", fx);
+  Status status = check_focal(source, view, "fx", fx);
   if (status) {
-    status = check_focal(source, eye, "fy", fy);
+    status = check_focal(source, view, "fy", fy);
   }
   if (status) {
-    status = check_principal(source, eye, "cx", cx, width);
+    status = check_principal(source, view, "cx", cx, width);
   }
   if (status) {
-    status = check_principal(source, eye, "cy", cy, height);
+    status = check_principal(source, view, "cy", cy, height);
   }
   return status;
 }
 
-Status check_camera(const std::string& source, std::string_view eye, const CameraModel& camera) {
-  Status pinhole = check_pinhole(source, eye, camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px, camera.width_px,
+Status check_camera(const std::string& source, std::string_view view, const CameraModel& camera) {
+  Status pinhole = check_pinhole(source, view, camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px, camera.width_px,
                                  camera.height_px);
   if (!pinhole) {
     return pinhole;
   }
   for (const double coefficient : camera.distortion) {
     if (!std::isfinite(coefficient)) {
-      return bad(source, concat(eye, " distortion holds a value that is no number; calibrate again"));
+      return bad(source, concat(view, " distortion holds a value that is no number; calibrate again"));
     }
   }
   return {};
@@ -85,18 +85,18 @@ Status repair_rotation(const std::string& source, std::string_view name, Eigen::
   return {};
 }
 
-// `offset`: centre of the right eye seen from the left one.
+// `offset`: centre of the right view seen from the left one.
 Status check_baseline(const std::string& source, const Eigen::Vector3d& offset, double max_tilt) {
   const double length = offset.norm();
   if (!std::isfinite(length) || length < kMinBaseline_m) {
     return bad(source, concat("the baseline is ", number(length),
-                              " m; the translation between the eyes is missing or zero in the calibration"));
+                              " m; the translation between the views is missing or zero in the calibration"));
   }
   const double across = offset.tail<2>().norm();
   if (across > max_tilt * std::abs(offset.x())) {
-    return bad(source,
-               concat("the baseline is not horizontal (right eye at x ", number(offset.x()), ", y ", number(offset.y()),
-                      ", z ", number(offset.z()), " m from the left one); this needs eyes side by side"));
+    return bad(source, concat("the baseline is not horizontal (right view at x ", number(offset.x()), ", y ",
+                              number(offset.y()), ", z ", number(offset.z()),
+                              " m from the left one); this needs views side by side"));
   }
   if (offset.x() < 0) {
     return bad(source, concat("the baseline is negative (", number(offset.x()),
@@ -129,12 +129,12 @@ Status validate_given(const std::string& source, RectifyingTransforms& given) {
 }
 
 Status validate_transform(const std::string& source, Se3& T_right_left) {
-  if (Status rotation = repair_rotation(source, "the rotation between the eyes", T_right_left.rotation); !rotation) {
+  if (Status rotation = repair_rotation(source, "the rotation between the views", T_right_left.rotation); !rotation) {
     return rotation;
   }
   if (T_right_left.rotation(2, 2) < kMinForwardAgreement) {
     return bad(source,
-               "the eyes look in different directions (more than 45 degrees apart); check the rotation between them");
+               "the views look in different directions (more than 45 degrees apart); check the rotation between them");
   }
   return check_baseline(source, T_right_left.inverse().translation, 1.0);
 }
@@ -155,7 +155,7 @@ Status RigCalibration::validate() {
     status = check_camera(source, "right", right);
   }
   if (status && (left.width_px != right.width_px || left.height_px != right.height_px)) {
-    status = bad(source, concat("the eyes have different image sizes, left ", size_text(left.width_px, left.height_px),
+    status = bad(source, concat("the views have different image sizes, left ", size_text(left.width_px, left.height_px),
                                 ", right ", size_text(right.width_px, right.height_px), "; both must be the same"));
   }
   if (status) {

@@ -22,7 +22,7 @@ class Machine final : public CaptureEnvironment {
 
   void wait(std::span<WaitHandle> handles, std::int64_t until_ns) override {
     constexpr std::int64_t kNanosecondsPerMs = 1'000'000;
-    constexpr std::int64_t kLongest_ms = 60'000;
+    constexpr std::int64_t kMax_ms = 60'000;
     std::array<pollfd, 2> files{};
     const std::size_t count = std::min(handles.size(), files.size());
     for (std::size_t i = 0; i < count; ++i) {
@@ -30,7 +30,7 @@ class Machine final : public CaptureEnvironment {
     }
     // Rounded up: to wake a moment before the time would mean to wait again for nothing.
     const std::int64_t left_ms = (until_ns - now_ns() + kNanosecondsPerMs - 1) / kNanosecondsPerMs;
-    poll(files.data(), count, static_cast<int>(std::clamp<std::int64_t>(left_ms, 0, kLongest_ms)));
+    poll(files.data(), count, static_cast<int>(std::clamp<std::int64_t>(left_ms, 0, kMax_ms)));
     for (std::size_t i = 0; i < count; ++i) {
       handles[i].ready = files[i].revents != 0;
     }

@@ -24,18 +24,18 @@ std::size_t CaptureStream::required_bytes(const CaptureConfig& config) {
   return LuminanceReader::required_bytes(config);
 }
 
-Result<CaptureStream> CaptureStream::create(std::string eye, const CaptureConfig& config, Arena& arena,
+Result<CaptureStream> CaptureStream::create(std::string view, const CaptureConfig& config, Arena& arena,
                                             CaptureEnvironment& environment) {
   auto reader = LuminanceReader::create(config, arena);
   if (!reader) {
     return Unexpected(reader.error());
   }
-  return CaptureStream(std::move(eye), config, std::move(*reader), environment);
+  return CaptureStream(std::move(view), config, std::move(*reader), environment);
 }
 
-CaptureStream::CaptureStream(std::string eye, CaptureConfig config, LuminanceReader reader,
+CaptureStream::CaptureStream(std::string view, CaptureConfig config, LuminanceReader reader,
                              CaptureEnvironment& environment)
-    : eye_(std::move(eye)),
+    : view_(std::move(view)),
       config_(std::move(config)),
       reader_(std::move(reader)),
       environment_(&environment),
@@ -44,7 +44,7 @@ CaptureStream::CaptureStream(std::string eye, CaptureConfig config, LuminanceRea
       numbering_(period_ns(config_)) {}
 
 std::string CaptureStream::described() const {
-  return concat(eye_, " (", name_, ")");
+  return concat(view_, " (", name_, ")");
 }
 
 Status CaptureStream::open() {
@@ -157,7 +157,7 @@ Status CaptureStream::restart(const Error& cause) {
 }
 
 // What next() says where it has no image.
-Result<std::optional<SyncFrame>> CaptureStream::bear(const Error& error) {
+Result<std::optional<SyncFrame>> CaptureStream::initiate_tracks(const Error& error) {
   if (error.code == ErrorCode::kTimeout) {
     note_empty();
     return std::nullopt;
@@ -194,7 +194,7 @@ std::int64_t CaptureStream::number_of(const CapturedImage& image, std::optional<
 Result<std::optional<SyncFrame>> CaptureStream::take(CameraCounters& counters) {
   const Result<CapturedImage> image = device_->next(std::chrono::milliseconds(0));
   if (!image) {
-    return bear(image.error());
+    return initiate_tracks(image.error());
   }
   last_image_ns_ = environment_->now_ns();
   restarts_in_a_row_ = 0;

@@ -25,8 +25,8 @@ namespace kinetrace::hal {
 class CaptureStream {
  public:
   [[nodiscard]] static std::size_t required_bytes(const CaptureConfig& config);
-  /// `eye` is for messages: "left eye".
-  [[nodiscard]] static Result<CaptureStream> create(std::string eye, const CaptureConfig& config, Arena& arena,
+  /// `camera` is for messages: "left camera".
+  [[nodiscard]] static Result<CaptureStream> create(std::string view, const CaptureConfig& config, Arena& arena,
                                                     CaptureEnvironment& environment);
 
   /// Errors: as CaptureDevice::open; kDisconnected where another device than before answers.
@@ -52,16 +52,16 @@ class CaptureStream {
   [[nodiscard]] std::int64_t last_image_ns() const noexcept { return last_image_ns_; }
   /// Of the newest image, as far as the device tells it.
   [[nodiscard]] std::int64_t exposure_ns() const noexcept { return exposure_ns_; }
-  /// "left eye (name of the device)".
+  /// "left camera (name of the device)".
   [[nodiscard]] std::string described() const;
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
 
  private:
   static constexpr std::size_t kMaxSlots = 64;
 
-  CaptureStream(std::string eye, CaptureConfig config, LuminanceReader reader, CaptureEnvironment& environment);
+  CaptureStream(std::string view, CaptureConfig config, LuminanceReader reader, CaptureEnvironment& environment);
   [[nodiscard]] Status restart(const Error& cause);
-  [[nodiscard]] Result<std::optional<SyncFrame>> bear(const Error& error);
+  [[nodiscard]] Result<std::optional<SyncFrame>> initiate_tracks(const Error& error);
   [[nodiscard]] std::int64_t believable_time_ns(const CapturedImage& image, CameraCounters& counters) noexcept;
   std::int64_t number_of(const CapturedImage& image, std::optional<std::int64_t> time_ns) noexcept;
   [[nodiscard]] bool is_the_same(const CaptureInfo& info) const;
@@ -70,7 +70,7 @@ class CaptureStream {
   [[nodiscard]] Status check_rate(const CapturedImage& image);
   [[nodiscard]] std::int64_t mid_exposure_ns(const CapturedImage& image) const noexcept;
 
-  std::string eye_;
+  std::string view_;
   CaptureConfig config_;
   LuminanceReader reader_;
   CaptureEnvironment* environment_;

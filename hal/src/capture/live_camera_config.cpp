@@ -39,13 +39,13 @@ bool find_name(const Names<Enum, kCount>& names, std::string_view text, Enum& va
   return false;
 }
 
-Status validate_eye(const std::string& eye, const CaptureConfig& config) {
+Status validate_view(const std::string& view, const CaptureConfig& config) {
   constexpr int kMaxSide_px = 16384;
   constexpr double kMaxExposure_us = 60e6;
   constexpr double kMaxGain = 1e6;
   if (config.device.empty()) {
     return fail(ErrorCode::kInvalidConfig,
-                "devices." + eye + " is missing; `kinetrace doctor` lists the devices of this machine");
+                "devices." + view + " is missing; `kinetrace doctor` lists the devices of this machine");
   }
   if (config.backend == CaptureBackend::kLibcamera && config.trigger == TriggerMode::kExternal) {
     return fail(ErrorCode::kInvalidConfig,
@@ -60,11 +60,11 @@ Status validate_eye(const std::string& eye, const CaptureConfig& config) {
                         check_range("image.buffers", config.buffers, 5, 32)});
 }
 
-// Both eyes see the same: what differs between them is a mistake.
+// Both cameras see the same: what differs between them is a mistake.
 Status validate_pair(const CaptureConfig& left, const CaptureConfig& right) {
   if (left.device == right.device) {
     return fail(ErrorCode::kInvalidConfig,
-                "devices.right is the left one; name another, or none if one device has both eyes");
+                "devices.right is the left one; name another, or none if one device has both cameras");
   }
   if (left.width_px != right.width_px || left.height_px != right.height_px || left.rate_hz != right.rate_hz) {
     return fail(ErrorCode::kInvalidConfig,
@@ -97,25 +97,25 @@ bool from_string(std::string_view text, TriggerMode& mode) noexcept {
 }
 
 Status LiveCameraConfig::validate() const {
-  constexpr double kLongest_ms = 600e3;
+  constexpr double kMax_ms = 600e3;
   const double half_period_ms = 500.0 / left.rate_hz;
-  Status status = validate_eye("left", left);
+  Status status = validate_view("left", left);
   if (status && right) {
-    status = first_failure({validate_eye("right", *right), validate_pair(left, *right)});
+    status = first_failure({validate_view("right", *right), validate_pair(left, *right)});
   }
   if (status && !right && left.width_px % 2 != 0) {
     status = fail(
         ErrorCode::kInvalidConfig,
-        concat("image.width_px must be even where both eyes are side by side, got ", std::to_string(left.width_px)));
+        concat("image.width_px must be even where both cameras are side by side, got ", std::to_string(left.width_px)));
   }
   if (!status) {
     return status;
   }
   return first_failure({check_range("pairing.tolerance_ms", pair_tolerance_ms, 0.001, half_period_ms),
-                        check_range("patience.stall_ms", stall_timeout_ms, 10.0, kLongest_ms),
-                        check_range("patience.lost_ms", lost_timeout_ms, 10.0, kLongest_ms),
+                        check_range("patience.stall_ms", stall_timeout_ms, 10.0, kMax_ms),
+                        check_range("patience.lost_ms", lost_timeout_ms, 10.0, kMax_ms),
                         check_range("patience.reopen_first_ms", reopen_first_ms, 1.0, reopen_longest_ms),
-                        check_range("patience.reopen_longest_ms", reopen_longest_ms, 1.0, kLongest_ms)});
+                        check_range("patience.reopen_longest_ms", reopen_longest_ms, 1.0, kMax_ms)});
 }
 
 }  // namespace kinetrace::hal

@@ -209,9 +209,9 @@ Error LiveStereoCamera::Impl::no_data_error(std::int64_t now_ns) const {
     return {ErrorCode::kTimeout,
             concat(info.name, ": images come, but none is new", for_so_long, "unplug the camera and plug it in again")};
   }
-  return {ErrorCode::kTimeout,
-          concat(info.name, ": both eyes deliver, but nothing fitted together", for_so_long, "check that both run at ",
-                 number(config.left.rate_hz), " Hz, are triggered together, and pairing.tolerance_ms")};
+  return {ErrorCode::kTimeout, concat(info.name, ": both cameras deliver, but nothing fitted together", for_so_long,
+                                      "check that both run at ", number(config.left.rate_hz),
+                                      " Hz, are triggered together, and pairing.tolerance_ms")};
 }
 
 Error LiveStereoCamera::Impl::lose(Error cause) {
@@ -248,13 +248,13 @@ Result<LiveStereoCamera> LiveStereoCamera::create(const LiveCameraConfig& config
     return Unexpected(valid.error());
   }
   std::vector<CaptureStream> streams;
-  auto left = CaptureStream::create(config.right ? "left eye" : "stereo camera", config.left, arena, environment);
+  auto left = CaptureStream::create(config.right ? "left camera" : "stereo camera", config.left, arena, environment);
   if (!left) {
     return Unexpected(left.error());
   }
   streams.push_back(std::move(*left));
   if (config.right) {
-    auto right = CaptureStream::create("right eye", *config.right, arena, environment);
+    auto right = CaptureStream::create("right camera", *config.right, arena, environment);
     if (!right) {
       return Unexpected(right.error());
     }

@@ -1,4 +1,4 @@
-// Whether a camera takes its images as it was told to, where that shows in the images alone.
+// Whether a camera takes its images as it was asked to, where that shows in the images alone.
 #pragma once
 
 #include <optional>
@@ -8,7 +8,7 @@
 
 namespace kinetrace::hal {
 
-/// What an image was taken with, or is to be. None: not told, or left to the camera.
+/// What an image was taken with, or is to be. None: not reported, or left to the camera.
 struct CaptureSettings {
   std::optional<double> exposure_us{};
   std::optional<double> gain{};

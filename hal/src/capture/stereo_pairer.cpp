@@ -8,8 +8,8 @@ namespace {
 // How long a device is left alone that reports itself ready and has no image.
 constexpr std::int64_t kPollBackoff_ns = 1'000'000;
 
-Eye eye_of(std::size_t camera) {
-  return camera == 0 ? Eye::kLeft : Eye::kRight;
+View view_of(std::size_t camera) {
+  return camera == 0 ? View::kLeft : View::kRight;
 }
 
 }  // namespace
@@ -72,7 +72,7 @@ Status StereoPairer::gather() {
 Result<bool> StereoPairer::take_image(std::size_t camera) {
   const Result<std::optional<SyncFrame>> frame = streams_[camera].take(*counters_);
   counters_->stream_restarts += forget_restarted();
-  missed_.see(eye_of(camera), streams_[camera].image_number());
+  missed_.see(view_of(camera), streams_[camera].image_number());
   if (!frame) {
     return Unexpected(frame.error());
   }
@@ -83,7 +83,7 @@ Result<bool> StereoPairer::take_image(std::size_t camera) {
     offer({**frame, **frame});
     return true;
   }
-  synchronizer_.add(eye_of(camera), **frame);
+  synchronizer_.add(view_of(camera), **frame);
   while (const std::optional<SyncPair> pair = synchronizer_.next_pair()) {
     offer(*pair);
   }
@@ -100,7 +100,7 @@ std::uint64_t StereoPairer::forget_restarted() noexcept {
     }
     generations_[camera] = streams_[camera].generation();
     ++restarts;
-    synchronizer_.forget(eye_of(camera));
+    synchronizer_.forget(view_of(camera));
     counters_->skipped_missing_side += newest_ ? 1 : 0;
     if (newest_ && !side_by_side()) {
       const bool left_is_gone = camera == 0;
@@ -121,7 +121,7 @@ void StereoPairer::count_drops() noexcept {
   while (const std::optional<SyncDrop> drop = synchronizer_.next_drop()) {
     const bool is_stale = drop->reason == SyncDrop::Reason::kStale;
     ++(is_stale ? counters_->skipped_repeated : counters_->skipped_missing_side);
-    streams_[static_cast<std::size_t>(drop->eye)].release(drop->frame.slot);
+    streams_[static_cast<std::size_t>(drop->view)].release(drop->frame.slot);
   }
   counters_->pairing_slips = synchronizer_.counters().slips;
 }

@@ -15,7 +15,7 @@ namespace {
 // No camera known here is faster than 1000 Hz, the highest rate of a DatasetSpec; ten times that is another unit.
 // Frames more than a day apart show no motion that could be followed: such times are wrong, or in another unit as well.
 constexpr std::int64_t kFastestStep_ns = 1'000'000;
-constexpr std::int64_t kShortestStep_ns = kFastestStep_ns / 10;
+constexpr std::int64_t kMinStep_ns = kFastestStep_ns / 10;
 constexpr std::int64_t kSlowestStep_ns = std::int64_t{24} * 3600 * 1'000'000'000;
 
 // Slower than any camera that something is followed with: rather milliseconds that were taken for seconds.
@@ -295,7 +295,7 @@ Result<ImageSize> probe_image_size(const FrameList& frames) {
                                : Error{ErrorCode::kBadFormat,
                                        concat(right_path, ": is ", size_text(right->width, right->height),
                                               " pixels, but the left image is ", size_text(left->width, left->height),
-                                              "; both eyes must have one size")};
+                                              "; both views must have one size")};
     }
   }
   if (!first_problem) {
@@ -339,7 +339,7 @@ std::int64_t median_step_ns(const std::vector<std::int64_t>& times_ns, std::int6
 Status check_steps(Dataset& dataset) {
   const FrameList& frames = dataset.frames;
   const std::int64_t step_ns = frames.median_period_ns(kFastestStep_ns);
-  if (step_ns < kShortestStep_ns || step_ns > kSlowestStep_ns) {
+  if (step_ns < kMinStep_ns || step_ns > kSlowestStep_ns) {
     return fail(ErrorCode::kBadFormat,
                 concat(frames.times_source(), ": frames are ", step_text(step_ns),
                        " apart (median), and no camera takes images at less than 0.1 ms or more than a day; correct "
@@ -356,7 +356,7 @@ Status check_steps(Dataset& dataset) {
   std::size_t odd_steps = 0;
   for (std::size_t i = 1; i < frames.size(); ++i) {
     const std::int64_t odd_ns = frames[i].timestamp_ns - frames[i - 1].timestamp_ns;
-    odd_steps += odd_ns < kShortestStep_ns || odd_ns > kSlowestStep_ns ? 1 : 0;
+    odd_steps += odd_ns < kMinStep_ns || odd_ns > kSlowestStep_ns ? 1 : 0;
   }
   if (odd_steps > 0) {
     dataset.notes.push_back(concat(frames.times_source(), ": ", std::to_string(odd_steps),
@@ -409,10 +409,10 @@ Result<Dataset> finish_dataset(Dataset dataset, double fallback_rate_hz, const C
   return dataset;
 }
 
-Result<EyePair> choose_eyes(const std::filesystem::path& root, CameraChoice choice, const EyePair& gray,
-                            const EyePair& color) {
-  const auto present = [&root](const EyePair& eyes) {
-    return !eyes.left.empty() && is_folder(root / eyes.left) && is_folder(root / eyes.right);
+Result<ViewPair> choose_views(const std::filesystem::path& root, CameraChoice choice, const ViewPair& gray,
+                              const ViewPair& color) {
+  const auto present = [&root](const ViewPair& views) {
+    return !views.left.empty() && is_folder(root / views.left) && is_folder(root / views.right);
   };
   if (choice != CameraChoice::kColor && present(gray)) {
     return gray;
@@ -420,7 +420,7 @@ Result<EyePair> choose_eyes(const std::filesystem::path& root, CameraChoice choi
   if (choice != CameraChoice::kGray && present(color)) {
     return color;
   }
-  const auto named = [](const EyePair& eyes) { return eyes.left + " and " + eyes.right; };
+  const auto named = [](const ViewPair& views) { return views.left + " and " + views.right; };
   std::string looked_for = choice == CameraChoice::kColor ? named(color) : named(gray);
   if (choice == CameraChoice::kAuto) {
     looked_for += ", or " + named(color);

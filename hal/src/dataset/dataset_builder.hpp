@@ -47,15 +47,15 @@ struct SequenceFiles {
                                                            std::int64_t period_ns);
 [[nodiscard]] std::int64_t median_step_ns(const std::vector<std::int64_t>& times_ns, std::int64_t fallback_ns);
 
-/// Folders of the two eyes, e.g. "image_00" and "image_01".
-struct EyePair {
+/// Folders of the two views, e.g. "image_00" and "image_01".
+struct ViewPair {
   std::string left;
   std::string right;
 };
-/// The pair under `root` that `choice` asks for; kAuto takes gray where both eyes are there, else colour.
+/// The pair under `root` that `choice` asks for; kAuto takes gray where both views are there, else colour.
 /// Errors: kNotFound, naming the folders looked for.
-[[nodiscard]] Result<EyePair> choose_eyes(const std::filesystem::path& root, CameraChoice choice, const EyePair& gray,
-                                          const EyePair& color);
+[[nodiscard]] Result<ViewPair> choose_views(const std::filesystem::path& root, CameraChoice choice,
+                                            const ViewPair& gray, const ViewPair& color);
 
 /// `wanted` if it is among the sequences, or the only one if nothing is wanted. Errors: kInvalidArgument, listing them.
 [[nodiscard]] Result<std::string> choose_sequence(const std::filesystem::path& root, const std::string& wanted,

@@ -12,7 +12,7 @@ namespace {
 
 // A file much larger than its pixels is damaged; it is skipped instead of sizing everybody's memory.
 imaging::ImageReaderConfig reader_config(const Dataset& dataset) {
-  constexpr std::size_t kSmallestBuffer = 4096;
+  constexpr std::size_t kMinBuffer = 4096;
   constexpr std::size_t kBytesPerPixel = 8;  // 16-bit colour with alpha, not compressed.
   constexpr std::size_t kHeaders = std::size_t{1} << 20;
   const int width = dataset.calibration.raw_width_px();
@@ -21,7 +21,7 @@ imaging::ImageReaderConfig reader_config(const Dataset& dataset) {
       kBytesPerPixel * static_cast<std::size_t>(width) * static_cast<std::size_t>(height) + kHeaders;
   return {.max_width_px = width,
           .max_height_px = height,
-          .max_file_bytes = std::clamp(dataset.max_file_bytes, kSmallestBuffer, sensible)};
+          .max_file_bytes = std::clamp(dataset.max_file_bytes, kMinBuffer, sensible)};
 }
 
 // What one pass takes of frame numbers and of time.

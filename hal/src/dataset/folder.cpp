@@ -14,30 +14,30 @@ namespace fs = std::filesystem;
 
 constexpr double kRate_hz = 10.0;
 
-const std::array<EyePair, 6>& known_eyes() {
-  static const std::array<EyePair, 6> eyes{{{"left", "right"},
-                                            {"image_0", "image_1"},
-                                            {"cam0", "cam1"},
-                                            {"image_00", "image_01"},
-                                            {"image_2", "image_3"},
-                                            {"image_left", "image_right"}}};
-  return eyes;
+const std::array<ViewPair, 6>& known_views() {
+  static const std::array<ViewPair, 6> views{{{"left", "right"},
+                                              {"image_0", "image_1"},
+                                              {"cam0", "cam1"},
+                                              {"image_00", "image_01"},
+                                              {"image_2", "image_3"},
+                                              {"image_left", "image_right"}}};
+  return views;
 }
 
-Result<EyePair> find_eyes(const fs::path& root) {
+Result<ViewPair> find_views(const fs::path& root) {
   std::vector<std::string> looked_for;
-  for (const EyePair& eyes : known_eyes()) {
-    if (is_folder(root / eyes.left) && is_folder(root / eyes.right)) {
-      return eyes;
+  for (const ViewPair& views : known_views()) {
+    if (is_folder(root / views.left) && is_folder(root / views.right)) {
+      return views;
     }
-    looked_for.push_back(eyes.left + " + " + eyes.right);
+    looked_for.push_back(views.left + " + " + views.right);
   }
   return fail(ErrorCode::kNotFound, concat(root.string(), ": no pair of image folders (looked for ", listed(looked_for),
                                            "); put left images in left and right ones in right"));
 }
 
-fs::path images_below(const fs::path& eye) {
-  return is_folder(eye / "data") ? eye / "data" : eye;
+fs::path images_below(const fs::path& view) {
+  return is_folder(view / "data") ? view / "data" : view;
 }
 
 fs::path times_file(const fs::path& root, const fs::path& left) {
@@ -57,18 +57,18 @@ Result<Dataset> open_folder(const DatasetSpec& spec) {
     return fail(ErrorCode::kInvalidArgument, concat(spec.path.string(), ": no sequence '", spec.sequence,
                                                     "'; choose one: ", listed(subfolders(spec.path))));
   }
-  const auto eyes = find_eyes(root);
-  if (!eyes) {
-    return Unexpected(eyes.error());
+  const auto views = find_views(root);
+  if (!views) {
+    return Unexpected(views.error());
   }
-  const fs::path left_folder = images_below(root / eyes->left);
+  const fs::path left_folder = images_below(root / views->left);
   auto left = list_images(left_folder);
-  auto right = list_images(images_below(root / eyes->right));
+  auto right = list_images(images_below(root / views->right));
   const auto yaml_files = load_yaml_files(root);
   if (const Error* error = first_error(left, right, yaml_files)) {
     return Unexpected(*error);
   }
-  const SequenceFiles files{std::move(*left), std::move(*right), times_file(root, root / eyes->left), kRate_hz};
+  const SequenceFiles files{std::move(*left), std::move(*right), times_file(root, root / views->left), kRate_hz};
   return build_dataset(fs::weakly_canonical(root).filename().string(), files, spec,
                        [&](const ImageSize& size) { return read_yaml_calibration(root, *yaml_files, size); });
 }

@@ -40,25 +40,25 @@ Result<Dataset> open_kitti_odometry(const DatasetSpec& spec) {
   if (!sequence) {
     return Unexpected(sequence.error());
   }
-  const auto eyes = choose_eyes(*sequence, spec.cameras, {"image_0", "image_1"}, {"image_2", "image_3"});
-  if (!eyes) {
-    return Unexpected(eyes.error());
+  const auto views = choose_views(*sequence, spec.cameras, {"image_0", "image_1"}, {"image_2", "image_3"});
+  if (!views) {
+    return Unexpected(views.error());
   }
   if (!is_file(*sequence / "calib.txt")) {
     return fail(ErrorCode::kNotFound,
                 concat("no calibration: looked for ", (*sequence / "calib.txt").string(), "; copy it there"));
   }
   const auto calibration = KittiCalibrationFile::load(*sequence / "calib.txt");
-  auto left = list_images(*sequence / eyes->left);
-  auto right = list_images(*sequence / eyes->right);
+  auto left = list_images(*sequence / views->left);
+  auto right = list_images(*sequence / views->right);
   if (const Error* error = first_error(calibration, left, right)) {
     return Unexpected(*error);
   }
   const SequenceFiles files{std::move(*left), std::move(*right), *sequence / "times.txt", kRate_hz};
   return build_dataset(fs::weakly_canonical(*sequence).filename().string(), files, spec, [&](const ImageSize& size) {
     constexpr std::size_t kIdBegin = 6;  // "image_2" is camera "2" with "P2".
-    return kitti_rectified(*calibration, concat("P", eyes->left.substr(kIdBegin)),
-                           concat("P", eyes->right.substr(kIdBegin)), size);
+    return kitti_rectified(*calibration, concat("P", views->left.substr(kIdBegin)),
+                           concat("P", views->right.substr(kIdBegin)), size);
   });
 }
 

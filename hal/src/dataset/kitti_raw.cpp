@@ -80,28 +80,28 @@ Result<Dataset> open_kitti_raw(const DatasetSpec& spec) {
   if (!drive) {
     return Unexpected(drive.error());
   }
-  const auto eyes = choose_eyes(*drive, spec.cameras, {"image_00", "image_01"}, {"image_02", "image_03"});
-  if (!eyes) {
-    return Unexpected(eyes.error());
+  const auto views = choose_views(*drive, spec.cameras, {"image_00", "image_01"}, {"image_02", "image_03"});
+  if (!views) {
+    return Unexpected(views.error());
   }
   const auto calibration = find_calibration(*drive);
   if (!calibration) {
     return Unexpected(calibration.error());
   }
-  auto left = images_of(*drive / eyes->left);
-  auto right = images_of(*drive / eyes->right);
+  auto left = images_of(*drive / views->left);
+  auto right = images_of(*drive / views->right);
   if (const Error* error = first_error(left, right)) {
     return Unexpected(*error);
   }
   const std::string name = fs::weakly_canonical(*drive).filename().string();
   const SequenceFiles files{.left = std::move(*left),
                             .right = std::move(*right),
-                            .times_path = *drive / eyes->left / "timestamps.txt",
+                            .times_path = *drive / views->left / "timestamps.txt",
                             .rate_hz = kRate_hz,
                             .frame_times_path = *drive / kFrameTimesFile};
   return build_dataset(name, files, spec, [&](const ImageSize& size) {
     constexpr std::size_t kIdBegin = 6;  // "image_00" is camera "00".
-    return kitti_raw_rig(*calibration, eyes->left.substr(kIdBegin), eyes->right.substr(kIdBegin), size,
+    return kitti_raw_rig(*calibration, views->left.substr(kIdBegin), views->right.substr(kIdBegin), size,
                          name.ends_with("_extract"));
   });
 }

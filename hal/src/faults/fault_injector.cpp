@@ -212,7 +212,7 @@ void FaultInjector::cut_off(StereoFrame& frame, std::int64_t number, double perc
   const bool is_left = lot(plan_.seed, FaultKind::kCorrupt, ~number) < 0.5;
   GrayView& image = is_left ? frame.left : frame.right;
   const MutableGrayView spoilt = storage_.spoilt[is_left ? 0 : 1];
-  // Of an eye that also lags behind, the image is there already.
+  // Of a view that also lags behind, the image is there already.
   if (image.data != spoilt.data) {
     copy_image(image, spoilt);
   }

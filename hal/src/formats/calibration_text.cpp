@@ -49,28 +49,28 @@ Eigen::Matrix<double, kRows, kColumns> matrix_at(const Numbers& values, std::siz
   return matrix;
 }
 
-Numbers lens_numbers(const CameraModel& eye) {
-  Numbers values{static_cast<double>(eye.lens),
-                 static_cast<double>(eye.width_px),
-                 static_cast<double>(eye.height_px),
-                 eye.fx_px,
-                 eye.fy_px,
-                 eye.cx_px,
-                 eye.cy_px};
-  values.insert(values.end(), eye.distortion.begin(), eye.distortion.end());
+Numbers lens_numbers(const CameraModel& view) {
+  Numbers values{static_cast<double>(view.lens),
+                 static_cast<double>(view.width_px),
+                 static_cast<double>(view.height_px),
+                 view.fx_px,
+                 view.fy_px,
+                 view.cx_px,
+                 view.cy_px};
+  values.insert(values.end(), view.distortion.begin(), view.distortion.end());
   return values;
 }
 
 CameraModel lens_of(const Numbers& values) {
-  CameraModel eye{.lens = values[0] == 0.0 ? LensModel::kRadialTangential : LensModel::kEquidistant,
-                  .width_px = whole_pixels(values[1]),
-                  .height_px = whole_pixels(values[2]),
-                  .fx_px = values[3],
-                  .fy_px = values[4],
-                  .cx_px = values[5],
-                  .cy_px = values[6]};
-  std::copy(values.begin() + 7, values.end(), eye.distortion.begin());
-  return eye;
+  CameraModel view{.lens = values[0] == 0.0 ? LensModel::kRadialTangential : LensModel::kEquidistant,
+                   .width_px = whole_pixels(values[1]),
+                   .height_px = whole_pixels(values[2]),
+                   .fx_px = values[3],
+                   .fy_px = values[4],
+                   .cx_px = values[5],
+                   .cy_px = values[6]};
+  std::copy(values.begin() + 7, values.end(), view.distortion.begin());
+  return view;
 }
 
 // What the text says, by key, with the number of values that each key must have.
@@ -126,10 +126,10 @@ Eigen::Matrix<double, 3, 4> projection(const StereoGeometry& geometry, double ba
   return P;
 }
 
-bool fits_kitti(const CameraModel& eye) {
+bool fits_kitti(const CameraModel& view) {
   constexpr std::size_t kCoefficients = 5;
-  return eye.lens == LensModel::kRadialTangential &&
-         std::all_of(eye.distortion.begin() + kCoefficients, eye.distortion.end(), [](double d) { return d == 0.0; });
+  return view.lens == LensModel::kRadialTangential &&
+         std::all_of(view.distortion.begin() + kCoefficients, view.distortion.end(), [](double d) { return d == 0.0; });
 }
 
 }  // namespace
@@ -189,18 +189,18 @@ Result<std::string> kitti_calibration_text(const RigCalibration& rig) {
                       .fy_px = geometry.fy_px,
                       .cx_px = geometry.cx_px,
                       .cy_px = geometry.cy_px};
-  const std::array<CameraModel, 2> eyes{rig.rectified ? pinhole : rig.left, rig.rectified ? pinhole : rig.right};
+  const std::array<CameraModel, 2> views{rig.rectified ? pinhole : rig.left, rig.rectified ? pinhole : rig.right};
   const std::array<Eigen::Matrix3d, 2> rotations{plan->R_left, plan->R_right};
   std::string text;
-  for (std::size_t i = 0; i < eyes.size(); ++i) {
+  for (std::size_t i = 0; i < views.size(); ++i) {
     const std::string id = i == 0 ? "_00" : "_01";
-    const CameraModel& eye = eyes[i];
+    const CameraModel& view = views[i];
     const auto size = [](int width_px, int height_px) {
       return Numbers{static_cast<double>(width_px), static_cast<double>(height_px)};
     };
-    text += line("S" + id, size(eye.width_px, eye.height_px));
-    text += line("K" + id, {eye.fx_px, 0, eye.cx_px, 0, eye.fy_px, eye.cy_px, 0, 0, 1});
-    text += line("D" + id, Numbers(eye.distortion.begin(), eye.distortion.begin() + 5));
+    text += line("S" + id, size(view.width_px, view.height_px));
+    text += line("K" + id, {view.fx_px, 0, view.cx_px, 0, view.fy_px, view.cy_px, 0, 0, 1});
+    text += line("D" + id, Numbers(view.distortion.begin(), view.distortion.begin() + 5));
     text += line("S_rect" + id, size(geometry.width_px, geometry.height_px));
     text += line("R_rect" + id, flat(rotations[i]));
     text += line("P_rect" + id, flat(projection(geometry, i == 0 ? 0.0 : geometry.baseline_m)));

@@ -67,7 +67,7 @@ Error FrameGuard::explain(Error end) const {
   const std::string reason =
       first.missing_rows > 0
           ? concat("its lower ", std::to_string(first.missing_rows), " of ", std::to_string(first.height_px),
-                   " rows are of one value, while the other eye sees something there; was the lens covered or the "
+                   " rows are of one value, while the other view sees something there; was the lens covered or the "
                    "transfer cut off?")
           : concat("is ", size_text(first.width_px, first.height_px), " pixels, expected ",
                    size_text(info().width_px, info().height_px));
@@ -80,8 +80,8 @@ std::int64_t FrameGuard::expected_step_ns(const StereoFrame& frame) const noexce
 }
 
 double FrameGuard::period_ns() const noexcept {
-  constexpr double kLowest_hz = 1e-3;
-  return 1e9 / std::max(info().nominal_rate_hz, kLowest_hz);
+  constexpr double kMin_hz = 1e-3;
+  return 1e9 / std::max(info().nominal_rate_hz, kMin_hz);
 }
 
 Result<StereoFrame> FrameGuard::next(std::chrono::milliseconds timeout) {

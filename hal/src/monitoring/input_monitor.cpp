@@ -9,14 +9,14 @@ namespace {
 // not occur. Three frames in a row leave room for a driver that hands out one image twice.
 constexpr int kEqualFrames = 3;
 // Fewer matches than this in a grid of 64 are seldom right in common.
-constexpr int kFewestMatches = 12;
+constexpr int kMinMatches = 12;
 // Matches that say the same, of all that could.
 constexpr double kNearlyAll = 0.9;
 // More than mismatches on repeated texture make up.
 constexpr double kMany = 0.25;
 constexpr double kRowsApart_px = 1.0;
 // A calibration that is off by more is of another rig: what lies farther beyond infinity is on the wrong side of it.
-constexpr double kLargestYaw_rad = 0.0087;  // Half a degree.
+constexpr double kMaxYaw_rad = 0.0087;  // Half a degree.
 // Of patches with texture: in good pairs a quarter finds its match at the least, by chance one in thirty.
 constexpr int kManyPatches = 32;  // Half of all.
 constexpr double kHardlyAny = 0.1;
@@ -24,7 +24,7 @@ constexpr double kHardlyAny = 0.1;
 }  // namespace
 
 void ImageSample::take(GrayView image) noexcept {
-  constexpr int kLeastContrast = 8;
+  constexpr int kMinContrast = 8;
   auto value = values_.begin();
   for (int row = 0; row < kRows; ++row) {
     const std::uint8_t* pixels = image.row((2 * row + 1) * image.height / (2 * kRows));
@@ -33,7 +33,7 @@ void ImageSample::take(GrayView image) noexcept {
     }
   }
   const auto [darkest, brightest] = std::minmax_element(values_.begin(), values_.end());
-  has_texture_ = *brightest - *darkest >= kLeastContrast;
+  has_texture_ = *brightest - *darkest >= kMinContrast;
 }
 
 void FaultVotes::cast(bool faulty) noexcept {
@@ -42,7 +42,7 @@ void FaultVotes::cast(bool faulty) noexcept {
 
 bool FaultVotes::hold() const noexcept {
   const std::size_t faulty = faulty_.count();
-  return faulty >= kFewest && 4 * faulty >= 3 * std::min(count_, kVotes);
+  return faulty >= kMin && 4 * faulty >= 3 * std::min(count_, kVotes);
 }
 
 Result<InputMonitor> InputMonitor::create(const SyncMonitorConfig& config, int width_px, int height_px, Arena& arena) {
@@ -58,11 +58,11 @@ bool InputMonitor::process(const StereoFrame& frame, const RectifiedPair& pair) 
   if (!sync_.process(pair)) {
     return false;
   }
-  judge(sync_.report(), pair.geometry.fx_px);
+  assess(sync_.report(), pair.geometry.fx_px);
   return true;
 }
 
-void InputMonitor::Eye::see(const ImageSample& now) noexcept {
+void InputMonitor::View::see(const ImageSample& now) noexcept {
   unchanged = begun && now.has_texture() && now == last ? unchanged + 1 : 0;
   begun = true;
   last = now;
@@ -76,28 +76,28 @@ void InputMonitor::sample(const StereoFrame& frame) noexcept {
   identical_ = left.has_texture() && left == right ? identical_ + 1 : 0;
   left_.see(left);
   right_.see(right);
-  set(InputFault::kEyesIdentical, identical_ >= kEqualFrames);
+  set(InputFault::kViewsIdentical, identical_ >= kEqualFrames);
   set(InputFault::kLeftFrozen, left_.unchanged >= kEqualFrames);
   set(InputFault::kRightFrozen, right_.unchanged >= kEqualFrames);
 }
 
-void InputMonitor::judge(const SyncReport& report, double focal_px) noexcept {
-  set(InputFault::kEyesOutOfStep,
+void InputMonitor::assess(const SyncReport& report, double focal_px) noexcept {
+  set(InputFault::kViewsOutOfStep,
       report.verdict == SyncVerdict::kRightLate || report.verdict == SyncVerdict::kRightEarly);
   if (report.searched >= kManyPatches) {
-    vote(InputFault::kEyesUnrelated, report.matches < kHardlyAny * report.searched);
+    vote(InputFault::kViewsUnrelated, report.matches < kHardlyAny * report.searched);
   }
-  if (report.matches < kFewestMatches) {
+  if (report.matches < kMinMatches) {
     return;
   }
   const double all = report.matches;
   const int shifted = report.in_front + report.beyond_infinity;
   vote(InputFault::kNoParallax, shifted < (1.0 - kNearlyAll) * all);
-  const bool exchanged = report.beyond_infinity >= kFewestMatches && report.beyond_infinity > kNearlyAll * shifted &&
-                         report.disparity_px < -kLargestYaw_rad * focal_px;
-  vote(InputFault::kEyesExchanged, exchanged);
+  const bool exchanged = report.beyond_infinity >= kMinMatches && report.beyond_infinity > kNearlyAll * shifted &&
+                         report.disparity_px < -kMaxYaw_rad * focal_px;
+  vote(InputFault::kViewsExchanged, exchanged);
   vote(InputFault::kBeyondInfinity, !exchanged && report.beyond_infinity > kMany * all);
-  // Rows differ as well where the eyes show different moments.
+  // Rows differ as well where the views show different moments.
   if (report.latest == SyncVerdict::kInStep || report.latest == SyncVerdict::kUnknown) {
     vote(InputFault::kRowsApart, report.residual_px > kRowsApart_px);
   }

@@ -89,11 +89,11 @@ struct Patch {
 // The best textured patch of a cell; none if the cell is blank.
 std::optional<Patch> choose(GrayView image, int column, int row) noexcept {
   constexpr int kStep = 8;
-  constexpr int kLeastTexture = 4 * (kPatchWidth - 1) * (kPatchHeight - 1);
+  constexpr int kMinTexture = 4 * (kPatchWidth - 1) * (kPatchHeight - 1);
   const int width = image.width - kPatchWidth;
   const int height = image.height - kPatchHeight - 2 * kMaxRows;
   std::optional<Patch> best;
-  int most = kLeastTexture;
+  int most = kMinTexture;
   for (int y = row * height / PatchMatches::kRowsOfCells; y < (row + 1) * height / PatchMatches::kRowsOfCells;
        y += kStep) {
     for (int x = column * width / PatchMatches::kColumnsOfCells;

@@ -1,4 +1,4 @@
-// Patches of the left image found again in the right one, coarsely and quickly, to judge pairs by.
+// Patches of the left image found again in the right one, coarsely and quickly, to assess pairs by.
 #pragma once
 
 #include <array>
@@ -33,7 +33,7 @@ inline constexpr int kMaxDisparity_px = 512;
 /// Rows up and down that are searched, in pixels of full-size images.
 inline constexpr int kMaxRowShift_px = 12;
 
-/// `source` at half its size, each row without its brightness, so that eyes of different gain compare.
+/// `source` at half its size, each row without its brightness, so that views of different gain compare.
 void prepare_patches(GrayView source, MutableGrayView target) noexcept;
 
 /// Patches of 16x8 pixels of prepared images, by sums of absolute differences; a match is a fifth better than any other

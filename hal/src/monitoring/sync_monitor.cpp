@@ -9,7 +9,7 @@
 namespace kinetrace::hal {
 namespace {
 
-constexpr int kFewestMatches = 8;
+constexpr int kMinMatches = 8;
 // In pixels of the full images: the median of good matches is .1 px, .3 px at the most.
 constexpr double kSurelyOff_px = 0.25;
 constexpr double kMuchBetter = 0.5;
@@ -136,12 +136,12 @@ SyncMonitor::Residual SyncMonitor::measure(GrayView left, GrayView right, int le
 }
 
 void SyncMonitor::vote(const Residual& same, const Residual& right_late, const Residual& right_early) noexcept {
-  if (std::max({same.matches, right_late.matches, right_early.matches}) < kFewestMatches) {
+  if (std::max({same.matches, right_late.matches, right_early.matches}) < kMinMatches) {
     return;
   }
   // Images that do not match at all are as far off as can be seen.
   const auto effective_px = [](const Residual& residual) {
-    return residual.matches >= kFewestMatches ? residual.median_px : kMaxRowShift_px;
+    return residual.matches >= kMinMatches ? residual.median_px : kMaxRowShift_px;
   };
   const double same_px = effective_px(same);
   const double late_px = effective_px(right_late);
@@ -155,11 +155,11 @@ void SyncMonitor::vote(const Residual& same, const Residual& right_late, const R
 }
 
 // The true partner of a late image is not there: frames in between were skipped. But if rows move by v from frame to
-// frame, eyes in step differ by 0, and by n v over n frames either way; with the right eye one frame late it is v, and
-// (n - 1) v and (n + 1) v over n frames.
+// frame, views in step differ by 0, and by n v over n frames either way; with the right view one frame late it is v,
+// and (n - 1) v and (n + 1) v over n frames.
 void SyncMonitor::vote_by_motion(const Residual& same, const Residual& right_late, const Residual& right_early,
                                  int frames_apart) noexcept {
-  if (std::min({same.matches, right_late.matches, right_early.matches}) < kFewestMatches) {
+  if (std::min({same.matches, right_late.matches, right_early.matches}) < kMinMatches) {
     return;
   }
   const double motion_px = (right_late.median_px + right_early.median_px) / (2.0 * frames_apart);
@@ -186,13 +186,13 @@ void SyncMonitor::restart() noexcept {
 void SyncMonitor::cast(SyncVerdict verdict_now) noexcept {
   report_.latest = verdict_now;
   votes_[vote_count_++ % kVotes] = verdict_now;
-  constexpr auto kFewestVotes = static_cast<std::ptrdiff_t>(3);
+  constexpr auto kMinVotes = static_cast<std::ptrdiff_t>(3);
   const std::size_t count = std::min(vote_count_, kVotes);
   report_.verdict = SyncVerdict::kUnknown;
   report_.agreeing = 0;
   for (const SyncVerdict verdict : {SyncVerdict::kInStep, SyncVerdict::kRightLate, SyncVerdict::kRightEarly}) {
     const auto votes = std::count(votes_.begin(), votes_.begin() + static_cast<std::ptrdiff_t>(count), verdict);
-    if (votes >= kFewestVotes && 4 * votes >= 3 * static_cast<std::ptrdiff_t>(count)) {
+    if (votes >= kMinVotes && 4 * votes >= 3 * static_cast<std::ptrdiff_t>(count)) {
       report_.verdict = verdict;
       report_.agreeing = static_cast<int>(votes);
     }

@@ -24,7 +24,7 @@ class ContainerRecorder final : public RawRecorder {
         header_(std::move(header)),
         record_(record),
         folder_(config.directory.string()) {
-    path_.reserve(folder_.size() + kLongestName);
+    path_.reserve(folder_.size() + kMaxName);
   }
 
   Status begin_segment() {
@@ -33,7 +33,7 @@ class ContainerRecorder final : public RawRecorder {
         return synced;
       }
     }
-    std::array<char, kLongestName> name{};
+    std::array<char, kMaxName> name{};
     std::snprintf(name.data(), name.size(), "/%06d%s", segments_, kContainerSuffix);
     path_.assign(folder_).append(name.data());
     auto file = AppendFile::create(path_.c_str());
@@ -79,7 +79,7 @@ class ContainerRecorder final : public RawRecorder {
   std::int64_t frames() const noexcept override { return frames_; }
 
  private:
-  static constexpr std::size_t kLongestName = 32;
+  static constexpr std::size_t kMaxName = 32;
 
   Status fill_record(const StereoFrame& frame) {
     std::byte* at = record_.data() + kRecordHeaderBytes;

@@ -24,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
-constexpr std::array<const char*, 2> kEyes{"image_00", "image_01"};
+constexpr std::array<const char*, 2> kViews{"image_00", "image_01"};
 
 // "2011-09-26 14:06:03.368359168\n".
 using LineText = std::array<char, 48>;
@@ -64,16 +64,16 @@ class KittiRecorder final : public RawRecorder {
         drive_(std::move(drive)),
         width_px_(config.calibration.raw_width_px()),
         height_px_(config.calibration.raw_height_px()),
-        path_(drive_.string().size() + kLongestName),
+        path_(drive_.string().size() + kMaxName),
         unfinished_path_(path_.size()) {}
 
   Status begin(const std::string& calibration) {
-    for (std::size_t eye = 0; eye < kEyes.size(); ++eye) {
+    for (std::size_t view = 0; view < kViews.size(); ++view) {
       std::error_code error;
-      if (fs::create_directories(drive_ / kEyes[eye] / "data", error); error) {
+      if (fs::create_directories(drive_ / kViews[view] / "data", error); error) {
         return fail(ErrorCode::kIo, concat(drive_.string(), ": cannot be made: ", error.message()));
       }
-      if (Status made = make(drive_ / kEyes[eye] / "timestamps.txt", "", lines_[eye]); !made) {
+      if (Status made = make(drive_ / kViews[view] / "timestamps.txt", "", lines_[view]); !made) {
         return made;
       }
     }
@@ -104,10 +104,10 @@ class KittiRecorder final : public RawRecorder {
   std::int64_t frames() const noexcept override { return frames_; }
 
  private:
-  static constexpr std::size_t kLongestName = 64;
+  static constexpr std::size_t kMaxName = 64;
   /// Of a frame: headers, checksums, lines of times, and what incompressible images grow by.
   static constexpr std::uint64_t kBytesBesidePixels = 16384;
-  static constexpr std::size_t kFrameTimes = kEyes.size();
+  static constexpr std::size_t kFrameTimes = kViews.size();
 
   static Status make(const fs::path& path, std::string_view content, AppendFile& file) {
     auto made = AppendFile::create(path.c_str());
@@ -134,7 +134,7 @@ class KittiRecorder final : public RawRecorder {
 
   // All or nothing.
   Status write_whole(const StereoFrame& frame) {
-    std::array<std::uint64_t, kEyes.size() + 1> bytes_before{};
+    std::array<std::uint64_t, kViews.size() + 1> bytes_before{};
     for (std::size_t i = 0; i < lines_.size(); ++i) {
       bytes_before[i] = lines_[i].bytes();
     }
@@ -149,8 +149,8 @@ class KittiRecorder final : public RawRecorder {
       for (std::size_t i = 0; i < lines_.size(); ++i) {
         lines_[i].cut(bytes_before[i]);
       }
-      for (std::size_t eye = 0; eye < kEyes.size(); ++eye) {
-        compose_paths(eye, frame.frame_index);
+      for (std::size_t view = 0; view < kViews.size(); ++view) {
+        compose_paths(view, frame.frame_index);
         static_cast<void>(::unlink(path_.data()));
       }
       written.error().message += "; what was recorded before is whole";
@@ -158,16 +158,16 @@ class KittiRecorder final : public RawRecorder {
     return written;
   }
 
-  void compose_paths(std::size_t eye, std::int64_t number) {
+  void compose_paths(std::size_t view, std::int64_t number) {
     for (const auto& [path, suffix] : {std::pair{&path_, "png"}, std::pair{&unfinished_path_, "part"}}) {
-      std::snprintf(path->data(), path->size(), "%s/%s/data/%010lld.%s", drive_.c_str(), kEyes[eye],
+      std::snprintf(path->data(), path->size(), "%s/%s/data/%010lld.%s", drive_.c_str(), kViews[view],
                     static_cast<long long>(number), suffix);
     }
   }
 
   // An image has its name once it is whole.
-  Status write_image(std::size_t eye, std::int64_t number, const GrayView& image) {
-    compose_paths(eye, number);
+  Status write_image(std::size_t view, std::int64_t number, const GrayView& image) {
+    compose_paths(view, number);
     Status written = imaging::write_png_gray8(unfinished_path_.data(), image, imaging::PngEffort::kFast);
     if (written && std::rename(unfinished_path_.data(), path_.data()) != 0) {
       return fail(ErrorCode::kIo, concat(path_.data(), ": ", std::strerror(errno)));
@@ -198,8 +198,8 @@ class KittiRecorder final : public RawRecorder {
   int height_px_;
   std::vector<char> path_;
   std::vector<char> unfinished_path_;
-  std::array<AppendFile, kEyes.size() + 1> lines_;  ///< Times of both eyes, and times by frame number.
-  std::optional<std::int64_t> epoch_ns_;            ///< Added to all times.
+  std::array<AppendFile, kViews.size() + 1> lines_;  ///< Times of both views, and times by frame number.
+  std::optional<std::int64_t> epoch_ns_;             ///< Added to all times.
   std::int64_t frames_ = 0;
   std::optional<Error> stopped_;
 };

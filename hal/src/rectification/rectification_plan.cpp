@@ -19,7 +19,7 @@ void plan_from_given(RectificationPlan& plan) {
           .value();
 }
 
-// Bouguet's method: each eye turns half the rotation between them, then both turn until the baseline is their x axis.
+// Bouguet's method: each view turns half the rotation between them, then both turn until the baseline is their x axis.
 void plan_from_rig(RectificationPlan& plan, double keep_borders) {
   const RigCalibration& rig = plan.calibration;
   const cv::Matx33d K_left = camera_matrix(rig.left);
@@ -94,7 +94,7 @@ Result<RectificationPlan> plan_rectification(const RigCalibration& calibration, 
   }
   if (!calibration.given && calibration.left.lens != calibration.right.lens) {
     return fail(ErrorCode::kUnsupported,
-                calibration.source + ": the eyes have different lens models; use one for both");
+                calibration.source + ": the views have different lens models; use one for both");
   }
   if (calibration.given) {
     plan_from_given(plan);

@@ -1,4 +1,4 @@
-// Which rotation and camera matrix each eye is rectified with.
+// Which rotation and camera matrix each view is rectified with.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@ namespace kinetrace::hal {
 
 struct RectificationPlan {
   RigCalibration calibration;  ///< Validated.
-  StereoGeometry geometry;     ///< Of the result; its camera matrix is that of both eyes.
+  StereoGeometry geometry;     ///< Of the result; its camera matrix is that of both views.
   Eigen::Matrix3d R_left = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d R_right = Eigen::Matrix3d::Identity();
   bool passes_through = false;  ///< Nothing to do: the images are rectified.

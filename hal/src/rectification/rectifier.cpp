@@ -55,7 +55,7 @@ Place within(int position, int fraction, int size) {
 }
 
 // From OpenCV's tables, in place.
-void settle_tables(std::span<std::int16_t> positions, std::span<std::uint16_t> fractions, int width, int height) {
+void align_tables(std::span<std::int16_t> positions, std::span<std::uint16_t> fractions, int width, int height) {
   constexpr int kBitsPerAxis = 5;
   constexpr int kBitsPerByte = 8;
   for (std::size_t i = 0; i < fractions.size(); ++i) {
@@ -76,12 +76,12 @@ Status RectifierConfig::validate() const {
   return {};
 }
 
-void Rectifier::carve(const StereoGeometry& geometry, Arena& arena, std::array<Eye, 2>& eyes) {
+void Rectifier::carve(const StereoGeometry& geometry, Arena& arena, std::array<View, 2>& views) {
   const auto pixels = static_cast<std::size_t>(geometry.width_px) * static_cast<std::size_t>(geometry.height_px);
-  for (Eye& eye : eyes) {
-    eye.position = arena.take<std::int16_t>(2 * pixels);
-    eye.fraction = arena.take<std::uint16_t>(pixels);
-    eye.image = take_image<std::uint8_t>(arena, geometry.width_px, geometry.height_px);
+  for (View& view : views) {
+    view.position = arena.take<std::int16_t>(2 * pixels);
+    view.fraction = arena.take<std::uint16_t>(pixels);
+    view.image = take_image<std::uint8_t>(arena, geometry.width_px, geometry.height_px);
   }
 }
 
@@ -91,8 +91,8 @@ std::size_t Rectifier::required_bytes(const RigCalibration& calibration, const R
     return 0;
   }
   return measure_bytes([&plan](Arena& arena) {
-    std::array<Eye, 2> eyes;
-    carve(plan->geometry, arena, eyes);
+    std::array<View, 2> views;
+    carve(plan->geometry, arena, views);
   });
 }
 
@@ -118,7 +118,7 @@ Result<Rectifier> Rectifier::create(const RigCalibration& calibration, const Rec
                 concat(calibration.source, ": images of ", size_text(rectifier.raw_width_px_, rectifier.raw_height_px_),
                        " pixels cannot be rectified; give the size of the camera's images"));
   }
-  carve(plan->geometry, arena, rectifier.eyes_);
+  carve(plan->geometry, arena, rectifier.views_);
   if (arena.exhausted()) {
     return fail(ErrorCode::kCapacity,
                 concat("the arena does not hold the rectifier's ", std::to_string(required_bytes(calibration, config)),
@@ -131,11 +131,11 @@ Result<Rectifier> Rectifier::create(const RigCalibration& calibration, const Rec
     const std::array<const CameraModel*, 2> cameras{&plan->calibration.left, &plan->calibration.right};
     const std::array<Eigen::Matrix3d, 2> rotations{plan->R_left, plan->R_right};
     for (std::size_t i = 0; i < cameras.size(); ++i) {
-      const Eye& eye = rectifier.eyes_[i];
+      const View& view = rectifier.views_[i];
       fill_tables(*cameras[i], rotations[i], plan->geometry,
-                  position_table(eye.position, eye.image.width, eye.image.height),
-                  fraction_table(eye.fraction, eye.image.width, eye.image.height));
-      settle_tables(eye.position, eye.fraction, rectifier.raw_width_px_, rectifier.raw_height_px_);
+                  position_table(view.position, view.image.width, view.image.height),
+                  fraction_table(view.fraction, view.image.width, view.image.height));
+      align_tables(view.position, view.fraction, rectifier.raw_width_px_, rectifier.raw_height_px_);
     }
   } catch (const cv::Exception& exception) {
     return fail(ErrorCode::kInternal,
@@ -144,13 +144,13 @@ Result<Rectifier> Rectifier::create(const RigCalibration& calibration, const Rec
   return rectifier;
 }
 
-void Rectifier::look_up(GrayView source, const Eye& eye, int begin, int end) noexcept {
+void Rectifier::look_up(GrayView source, const View& view, int begin, int end) noexcept {
   const LookupKernel kernel = lookup_kernel();
-  const auto width = static_cast<std::size_t>(eye.image.width);
+  const auto width = static_cast<std::size_t>(view.image.width);
   for (int y = begin; y < end; ++y) {
     const std::size_t first = width * static_cast<std::size_t>(y);
-    const LookupRow row{&eye.position[2 * first], &eye.fraction[first], eye.image.width};
-    kernel(source.data, source.stride, row, eye.image.row(y));
+    const LookupRow row{&view.position[2 * first], &view.fraction[first], view.image.width};
+    kernel(source.data, source.stride, row, view.image.row(y));
   }
 }
 
@@ -170,15 +170,15 @@ Result<RectifiedPair> Rectifier::process(const StereoFrame& frame, Workers* work
   // The rows of the left image, then those of the right one.
   const std::size_t height = static_cast<std::size_t>(geometry_.height_px);
   const std::array sources{frame.left, frame.right};
-  in_pieces(workers, height * eyes_.size(), kRowsAtOnce, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = 0; i < eyes_.size(); ++i) {
+  in_pieces(workers, height * views_.size(), kRowsAtOnce, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = 0; i < views_.size(); ++i) {
       const std::size_t first = std::clamp(begin, i * height, (i + 1) * height) - i * height;
       const std::size_t last = std::clamp(end, i * height, (i + 1) * height) - i * height;
-      look_up(sources[i], eyes_[i], static_cast<int>(first), static_cast<int>(last));
+      look_up(sources[i], views_[i], static_cast<int>(first), static_cast<int>(last));
     }
   });
-  pair.left = eyes_[0].image;
-  pair.right = eyes_[1].image;
+  pair.left = views_[0].image;
+  pair.right = views_[1].image;
   return pair;
 }
 

@@ -20,20 +20,20 @@ constexpr double kMaxDrift = 1e-3;
 constexpr double kSlipPeriods = 0.6;
 constexpr int kStaleUntilRestart = 3;
 
-Eye other(Eye eye) {
-  return eye == Eye::kLeft ? Eye::kRight : Eye::kLeft;
+View other(View view) {
+  return view == View::kLeft ? View::kRight : View::kLeft;
 }
 
-std::size_t index(Eye eye) {
-  return static_cast<std::size_t>(eye);
+std::size_t index(View view) {
+  return static_cast<std::size_t>(view);
 }
 
 }  // namespace
 
 Status SyncConfig::validate() const {
-  constexpr std::int64_t kLongestPeriod_ns = 1'000'000'000'000;
+  constexpr std::int64_t kMaxPeriod_ns = 1'000'000'000'000;
   return first_failure(
-      {check_range<std::int64_t>("period_ns", period_ns, 2, kLongestPeriod_ns),
+      {check_range<std::int64_t>("period_ns", period_ns, 2, kMaxPeriod_ns),
        check_range<std::int64_t>("tolerance_ns", tolerance_ns, 1, std::max<std::int64_t>(period_ns / 2, 1))});
 }
 
@@ -66,11 +66,11 @@ double FrameSynchronizer::misfit_ns(const SyncFrame& left, const SyncFrame& righ
   return static_cast<double>(right.time_ns - left.time_ns - jump_ns_) - predicted_offset_ns(left.time_ns);
 }
 
-void FrameSynchronizer::drop(Eye eye, const SyncFrame& frame, SyncDrop::Reason reason) noexcept {
+void FrameSynchronizer::drop(View view, const SyncFrame& frame, SyncDrop::Reason reason) noexcept {
   assert(drop_count_ < kMaxDrops);
-  drops_[drop_count_++] = {eye, frame, reason};
-  counters_.unpaired[index(eye)] += reason == SyncDrop::Reason::kStale ? 0 : 1;
-  counters_.stale[index(eye)] += reason == SyncDrop::Reason::kStale ? 1 : 0;
+  drops_[drop_count_++] = {view, frame, reason};
+  counters_.unpaired[index(view)] += reason == SyncDrop::Reason::kStale ? 0 : 1;
+  counters_.stale[index(view)] += reason == SyncDrop::Reason::kStale ? 1 : 0;
 }
 
 std::optional<SyncDrop> FrameSynchronizer::next_drop() noexcept {
@@ -95,44 +95,44 @@ bool FrameSynchronizer::is_stale(Stream& stream, const SyncFrame& frame) noexcep
   return !(is_new && went_back) && ++stream.stale_in_a_row < kStaleUntilRestart;
 }
 
-void FrameSynchronizer::restart(Eye eye) noexcept {
-  Stream& restarted = stream(eye);
+void FrameSynchronizer::restart(View view) noexcept {
+  Stream& restarted = stream(view);
   while (restarted.count > 0) {
-    drop(eye, restarted.pop(), SyncDrop::Reason::kReset);
+    drop(view, restarted.pop(), SyncDrop::Reason::kReset);
   }
   restarted.remembered = 0;
   restarted.stale_in_a_row = 0;
   ++counters_.clock_jumps;
 }
 
-void FrameSynchronizer::forget(Eye eye) noexcept {
-  stream(eye) = Stream{};
+void FrameSynchronizer::forget(View view) noexcept {
+  stream(view) = Stream{};
 }
 
-void FrameSynchronizer::add(Eye eye, const SyncFrame& frame) noexcept {
-  Stream& own = stream(eye);
+void FrameSynchronizer::add(View view, const SyncFrame& frame) noexcept {
+  Stream& own = stream(view);
   if (is_stale(own, frame)) {
-    drop(eye, frame, SyncDrop::Reason::kStale);
+    drop(view, frame, SyncDrop::Reason::kStale);
     return;
   }
   if (own.last && frame.time_ns <= own.last->time_ns) {
-    restart(eye);
+    restart(view);
   }
   if (own.count == kWaiting) {
-    drop_front(eye);
+    drop_front(view);
   }
   own.waiting[own.count++] = frame;
   own.last = frame;
   own.remember(frame.time_ns);
   ++own.since_pair;
-  if (own.since_pair >= kRelockAfter && stream(other(eye)).since_pair >= kRelockAfter) {
+  if (own.since_pair >= kRelockAfter && stream(other(view)).since_pair >= kRelockAfter) {
     relock();
   }
 }
 
 std::optional<SyncPair> FrameSynchronizer::next_pair() noexcept {
-  Stream& left = stream(Eye::kLeft);
-  Stream& right = stream(Eye::kRight);
+  Stream& left = stream(View::kLeft);
+  Stream& right = stream(View::kRight);
   const auto tolerance_ns = static_cast<double>(config_.tolerance_ns);
   while (left.count > 0 && right.count > 0) {
     const double misfit = misfit_ns(left.front(), right.front());
@@ -141,9 +141,9 @@ std::optional<SyncPair> FrameSynchronizer::next_pair() noexcept {
     const bool next_left_is_nearer =
         left.count > 1 && std::abs(misfit_ns(left.waiting[1], right.front())) < std::abs(misfit);
     if (misfit < -tolerance_ns || next_right_is_nearer) {
-      drop_front(Eye::kRight);
+      drop_front(View::kRight);
     } else if (misfit > tolerance_ns || next_left_is_nearer) {
-      drop_front(Eye::kLeft);
+      drop_front(View::kLeft);
     } else {
       const SyncPair pair{left.pop(), right.pop()};
       ++counters_.pairs;
@@ -173,8 +173,8 @@ void FrameSynchronizer::learn(const SyncPair& pair) noexcept {
 
 // How far each remembered left time is from right ones, modulo the period: if all agree, that is the offset.
 void FrameSynchronizer::relock() noexcept {
-  Stream& left = stream(Eye::kLeft);
-  Stream& right = stream(Eye::kRight);
+  Stream& left = stream(View::kLeft);
+  Stream& right = stream(View::kRight);
   left.since_pair = 0;
   right.since_pair = 0;
   const std::int64_t newest_ns = right.times_ns[right.remembered - 1] - left.times_ns[left.remembered - 1];

@@ -16,22 +16,22 @@ void MissedFrames::advance(std::int64_t places) noexcept {
   }
 }
 
-void MissedFrames::see(Eye eye, std::int64_t number) noexcept {
-  if (!begun_ || place_of(eye, number) < 1) {
+void MissedFrames::see(View view, std::int64_t number) noexcept {
+  if (!begun_ || place_of(view, number) < 1) {
     return;
   }
   const auto window = static_cast<std::int64_t>(kWindow);
-  if (const std::int64_t beyond = place_of(eye, number) - window; beyond > 0) {
+  if (const std::int64_t beyond = place_of(view, number) - window; beyond > 0) {
     advance(beyond);
   }
-  seen_.set(static_cast<std::size_t>(place_of(eye, number) - 1));
+  seen_.set(static_cast<std::size_t>(place_of(view, number) - 1));
 }
 
 std::uint64_t MissedFrames::deliver(std::int64_t left_number, std::int64_t right_number) noexcept {
   if (begun_) {
-    see(Eye::kLeft, left_number);
-    see(Eye::kRight, right_number);
-    advance(std::max<std::int64_t>({place_of(Eye::kLeft, left_number), place_of(Eye::kRight, right_number), 0}));
+    see(View::kLeft, left_number);
+    see(View::kRight, right_number);
+    advance(std::max<std::int64_t>({place_of(View::kLeft, left_number), place_of(View::kRight, right_number), 0}));
   } else {
     seen_.reset();
     missed_ = 0;

@@ -9,11 +9,11 @@ namespace kinetrace::hal {
 /// A number of pixels as it was written; 0 if it is negative or no number, the largest int if it is beyond that.
 /// Whether it is a size that images have, RigCalibration::validate says.
 [[nodiscard]] inline int whole_pixels(double value) {
-  constexpr double kMost = std::numeric_limits<int>::max();
+  constexpr double kMax = std::numeric_limits<int>::max();
   if (!(value > 0.0)) {
     return 0;
   }
-  return value < kMost ? static_cast<int>(std::lround(value)) : std::numeric_limits<int>::max();
+  return value < kMax ? static_cast<int>(std::lround(value)) : std::numeric_limits<int>::max();
 }
 
 }  // namespace kinetrace::hal

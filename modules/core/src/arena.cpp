@@ -14,12 +14,12 @@ Arena::Arena(std::size_t capacity_bytes)
 
 std::byte* Arena::reserve(std::size_t count, std::size_t element_bytes) noexcept {
   // A count that overflows (a negative setting turned unsigned) must not wrap round to a small request.
-  constexpr std::size_t kLargest = std::numeric_limits<std::size_t>::max() / kAlignment * kAlignment;
-  const bool too_large = count > (kLargest - kAlignment) / element_bytes;
+  constexpr std::size_t kMax = std::numeric_limits<std::size_t>::max() / kAlignment * kAlignment;
+  const bool too_large = count > (kMax - kAlignment) / element_bytes;
   const std::size_t rounded_bytes =
-      too_large ? kLargest : (count * element_bytes + kAlignment - 1) / kAlignment * kAlignment;
+      too_large ? kMax : (count * element_bytes + kAlignment - 1) / kAlignment * kAlignment;
   if (measuring()) {
-    used_bytes_ = rounded_bytes > kLargest - used_bytes_ ? kLargest : used_bytes_ + rounded_bytes;
+    used_bytes_ = rounded_bytes > kMax - used_bytes_ ? kMax : used_bytes_ + rounded_bytes;
     return nullptr;
   }
   if (rounded_bytes > capacity_bytes_ - used_bytes_) {

@@ -12,7 +12,7 @@ namespace kinetrace {
 namespace {
 
 constexpr std::string_view kBlanks = " \t\r\f\v";
-constexpr std::size_t kLongestRow = std::size_t{1} << 24U;
+constexpr std::size_t kMaxRow = std::size_t{1} << 24U;
 constexpr double kRotationTolerance = 0.01;  // Text of few digits is a rotation only nearly.
 
 std::string quoted(std::string_view word) {
@@ -47,7 +47,7 @@ std::optional<int> parse_exponent(std::string_view text) {
 // that on some processors.
 std::optional<std::int64_t> parse_seconds_ns(std::string_view text) {
   constexpr int kNanosecondPlaces = 9;
-  constexpr int kMostPlaces = 40;
+  constexpr int kMaxPlaces = 40;
   const bool negative = text.starts_with('-');
   text.remove_prefix(negative ? 1 : 0);
   const std::size_t end = std::min(text.find_first_of("eE"), text.size());
@@ -55,7 +55,7 @@ std::optional<std::int64_t> parse_seconds_ns(std::string_view text) {
   const std::size_t point = std::min(text.substr(0, end).find('.'), end);
   std::string digits(text.substr(0, point));
   digits.append(text.substr(std::min(point + 1, end), end - std::min(point + 1, end)));
-  if (!exponent || *exponent < -kMostPlaces || *exponent > kMostPlaces || digits.empty() ||
+  if (!exponent || *exponent < -kMaxPlaces || *exponent > kMaxPlaces || digits.empty() ||
       digits.find_first_not_of("0123456789") != std::string::npos) {
     return std::nullopt;
   }
@@ -83,11 +83,11 @@ std::optional<std::int64_t> parse_integer(std::string_view text) {
 }
 
 std::optional<std::int64_t> parse_time_ns(std::string_view text) {
-  constexpr std::size_t kFewestNanosecondDigits = 16;
+  constexpr std::size_t kMinNanosecondDigits = 16;
   // The difference of any two still fits into 64 bits.
   constexpr std::int64_t kLatest_ns = std::numeric_limits<std::int64_t>::max() / 2;
   const bool is_nanoseconds =
-      text.size() >= kFewestNanosecondDigits && text.find_first_not_of("0123456789") == std::string_view::npos;
+      text.size() >= kMinNanosecondDigits && text.find_first_not_of("0123456789") == std::string_view::npos;
   const std::optional<std::int64_t> time_ns = is_nanoseconds ? parse_integer(text) : parse_seconds_ns(text);
   return time_ns && *time_ns >= -kLatest_ns && *time_ns <= kLatest_ns ? time_ns : std::nullopt;
 }
@@ -135,7 +135,7 @@ bool TextRows::next() {
     const std::string_view row = trimmed(rest.substr(0, length));
     position_ += length + 1;
     ++line_;
-    if (length > kLongestRow) {
+    if (length > kMaxRow) {
       reject("the row has " + std::to_string(length) + " characters");
       return false;
     }

@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::array<double, 8> kKittiLengths_m{100, 200, 300, 400, 500, 600, 700, 800};
 constexpr std::array<double, 5> kShortLengths_m{5, 10, 20, 50, 100};
-constexpr double kLeastSpread_m = 0.1;  // A camera that stands has no scale: noise would be fitted to noise.
-constexpr double kLongPath_m = 200.0;   // Two of KITTI's lengths at least.
+constexpr double kMinSpread_m = 0.1;   // A camera that stands has no scale: noise would be fitted to noise.
+constexpr double kLongPath_m = 200.0;  // Two of KITTI's lengths at least.
 
 /// What is wrong with the estimated motion from `a` to `b`.
 Se3 relative_error(const PosePair& a, const PosePair& b) {
@@ -61,7 +61,7 @@ AbsoluteErrors absolute_errors(std::span<const PosePair> pairs) {
     return distances((alignment.topLeftCorner<3, 3>() * estimate).colwise() + alignment.topRightCorner<3, 1>(), truth);
   };
   errors.se3 = aligned(false);
-  if (spread_m(truth) > kLeastSpread_m && spread_m(estimate) > 0.0) {
+  if (spread_m(truth) > kMinSpread_m && spread_m(estimate) > 0.0) {
     errors.sim3 = aligned(true);
   }
   return errors;

@@ -17,9 +17,9 @@ Eigen::Matrix3d camera_rotation(std::span<const PosePair> pairs) {
                    so3_log(motion.rotation) * so3_log(true_motion.rotation).transpose();
   }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  constexpr double kLeastRatio = 1e-6;
+  constexpr double kMinRatio = 1e-6;
   const Eigen::Vector3d& strengths = svd.singularValues();
-  if (!(strengths[1] > kLeastRatio * strengths[0])) {
+  if (!(strengths[1] > kMinRatio * strengths[0])) {
     return Eigen::Matrix3d::Identity();
   }
   const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;

@@ -122,13 +122,13 @@ void add_all_objects(Lines& lines, const ObjectMetrics& metrics, const ObjectCon
 }
 
 std::string tracks_text(const std::vector<std::uint32_t>& track_ids) {
-  constexpr std::size_t kMost = 4;
+  constexpr std::size_t kMax = 4;
   std::string text;
-  for (std::size_t i = 0; i < std::min(track_ids.size(), kMost); ++i) {
+  for (std::size_t i = 0; i < std::min(track_ids.size(), kMax); ++i) {
     text += i > 0 ? "," : "";
     text += std::to_string(track_ids[i]);
   }
-  return text.append(track_ids.size() > kMost ? ",..." : text.empty() ? "none" : "");
+  return text.append(track_ids.size() > kMax ? ",..." : text.empty() ? "none" : "");
 }
 
 void add_each_object(Lines& lines, const ObjectMetrics& metrics) {

@@ -12,7 +12,7 @@ namespace kinetrace::evaluation {
 namespace {
 
 /// One object in one frame, with what is said about it.
-struct Sighting {
+struct Observation {
   std::int64_t frame = 0;
   const TrueObject* truth = nullptr;
   double distance_m = 0.0;                        ///< From the camera.
@@ -21,7 +21,7 @@ struct Sighting {
   const TrackEstimate* estimate = nullptr;        ///< Null without a pose, and if it is lost.
 };
 
-using Timelines = std::map<std::uint32_t, std::vector<Sighting>>;  // By object.
+using Timelines = std::map<std::uint32_t, std::vector<Observation>>;  // By object.
 
 Timelines timelines_of(std::span<const ObjectFrame> frames, std::span<const FrameAssociation> associations) {
   Timelines timelines;
@@ -29,62 +29,62 @@ Timelines timelines_of(std::span<const ObjectFrame> frames, std::span<const Fram
     const ObjectFrame& frame = frames[f];
     for (std::size_t object = 0; object < frame.truth.size(); ++object) {
       const TrueObject& truth = frame.truth[object];
-      Sighting sighting;
-      sighting.frame = frame.frame;
-      sighting.truth = &truth;
-      sighting.distance_m = (truth.T_world_obj.translation - frame.T_world_cam_true.translation).norm();
+      Observation observation;
+      observation.frame = frame.frame;
+      observation.truth = &truth;
+      observation.distance_m = (truth.T_world_obj.translation - frame.T_world_cam_true.translation).norm();
       if (const std::optional<std::size_t> matched = associations[f].matched[object]) {
-        sighting.matched_track_id = frame.tracks[*matched].track_id;
+        observation.matched_track_id = frame.tracks[*matched].track_id;
       }
       if (const std::optional<std::size_t> followed = associations[f].followed[object]) {
         const TrackInFrame& track = frame.tracks[*followed];
-        sighting.track_id = track.track_id;
+        observation.track_id = track.track_id;
         if (track.estimate && track.estimate->status != BodyStatus::kLost) {
-          sighting.estimate = &*track.estimate;
+          observation.estimate = &*track.estimate;
         }
       }
-      timelines[truth.id].push_back(sighting);
+      timelines[truth.id].push_back(observation);
     }
   }
   return timelines;
 }
 
-bool is_tall(const Sighting& sighting, const ObjectConfig& config) {
-  return sighting.truth->height_px > config.min_height_px;
+bool is_tall(const Observation& observation, const ObjectConfig& config) {
+  return observation.truth->height_px > config.min_height_px;
 }
 
-bool asks_for_motion(const Sighting& sighting, const ObjectConfig& config) {
-  return is_tall(sighting, config) && sighting.truth->moving && sighting.truth->rigid &&
-         sighting.distance_m <= config.motion_range_m;
+bool asks_for_motion(const Observation& observation, const ObjectConfig& config) {
+  return is_tall(observation, config) && observation.truth->moving && observation.truth->rigid &&
+         observation.distance_m <= config.motion_range_m;
 }
 
-void add_identity(const std::vector<Sighting>& timeline, const ObjectConfig& config, ObjectReport& report) {
+void add_identity(const std::vector<Observation>& timeline, const ObjectConfig& config, ObjectReport& report) {
   ObjectErrors& errors = report.errors;
   std::optional<std::uint32_t> last_track;
   bool interrupted = false;
-  for (const Sighting& sighting : timeline) {
+  for (const Observation& observation : timeline) {
     ++errors.visible_frames;
-    if (is_tall(sighting, config)) {
+    if (is_tall(observation, config)) {
       ++errors.tall_frames;
-      errors.covered_frames += sighting.estimate != nullptr ? 1 : 0;
+      errors.covered_frames += observation.estimate != nullptr ? 1 : 0;
     }
-    if (!sighting.matched_track_id) {
+    if (!observation.matched_track_id) {
       interrupted = last_track.has_value();
       continue;
     }
     ++errors.matched_frames;
     errors.fragmentations += interrupted ? 1 : 0;
-    errors.id_switches += last_track && *last_track != *sighting.matched_track_id ? 1 : 0;
-    if (last_track != sighting.matched_track_id) {
-      report.track_ids.push_back(*sighting.matched_track_id);
+    errors.id_switches += last_track && *last_track != *observation.matched_track_id ? 1 : 0;
+    if (last_track != observation.matched_track_id) {
+      report.track_ids.push_back(*observation.matched_track_id);
     }
-    last_track = sighting.matched_track_id;
+    last_track = observation.matched_track_id;
     interrupted = false;
   }
 }
 
 /// Error of the estimated motion in the true body frame.
-Se3 motion_error(const Sighting& before, const Sighting& now) {
+Se3 motion_error(const Observation& before, const Observation& now) {
   const Se3 H = now.estimate->T_world_obj * before.estimate->T_world_obj.inverse();
   const Se3& L_before = before.truth->T_world_obj;
   const Se3 B = L_before.inverse() * H * L_before;
@@ -92,15 +92,15 @@ Se3 motion_error(const Sighting& before, const Sighting& now) {
   return B_true.inverse() * B;
 }
 
-std::size_t source_of(const Sighting& before, const Sighting& now) {
-  const auto rank = [](const Sighting& sighting) {
-    return std::find(kPoseSources.begin(), kPoseSources.end(), sighting.estimate->status) - kPoseSources.begin();
+std::size_t source_of(const Observation& before, const Observation& now) {
+  const auto rank = [](const Observation& observation) {
+    return std::find(kPoseSources.begin(), kPoseSources.end(), observation.estimate->status) - kPoseSources.begin();
   };
   const auto weaker = static_cast<std::size_t>(std::max(rank(before), rank(now)));
   return std::min(weaker, kPoseSources.size() - 1);
 }
 
-MotionSample motion_sample(const Sighting& before, const Sighting& now) {
+MotionSample motion_sample(const Observation& before, const Observation& now) {
   const Se3 error = motion_error(before, now);
   return {.frame = now.frame,
           .object_id = now.truth->id,
@@ -112,11 +112,11 @@ MotionSample motion_sample(const Sighting& before, const Sighting& now) {
           .height_px = now.truth->height_px};
 }
 
-void add_motions(const std::vector<Sighting>& timeline, const ObjectConfig& config, ObjectErrors& errors,
+void add_motions(const std::vector<Observation>& timeline, const ObjectConfig& config, ObjectErrors& errors,
                  std::vector<MotionSample>& samples) {
   for (std::size_t i = 1; i < timeline.size(); ++i) {
-    const Sighting& before = timeline[i - 1];
-    const Sighting& now = timeline[i];
+    const Observation& before = timeline[i - 1];
+    const Observation& now = timeline[i];
     if (now.frame != before.frame + 1 || !asks_for_motion(before, config) || !asks_for_motion(now, config)) {
       continue;
     }
@@ -133,13 +133,13 @@ void add_motions(const std::vector<Sighting>& timeline, const ObjectConfig& conf
   }
 }
 
-void add_velocities(const std::vector<Sighting>& timeline, const ObjectConfig& config, ObjectErrors& errors) {
-  for (const Sighting& sighting : timeline) {
-    if (sighting.estimate == nullptr || !asks_for_motion(sighting, config)) {
+void add_velocities(const std::vector<Observation>& timeline, const ObjectConfig& config, ObjectErrors& errors) {
+  for (const Observation& observation : timeline) {
+    if (observation.estimate == nullptr || !asks_for_motion(observation, config)) {
       continue;
     }
-    const TrackEstimate& estimate = *sighting.estimate;
-    const Eigen::Vector3d& velocity_mps = sighting.truth->velocity_mps;
+    const TrackEstimate& estimate = *observation.estimate;
+    const Eigen::Vector3d& velocity_mps = observation.truth->velocity_mps;
     errors.speed_mps.add(std::abs(estimate.velocity_mps.norm() - velocity_mps.norm()));
     ++errors.moving_rows;
     if (estimate.moving) {
@@ -151,15 +151,16 @@ void add_velocities(const std::vector<Sighting>& timeline, const ObjectConfig& c
   }
 }
 
-void add_distances(const std::vector<Sighting>& timeline, const ObjectConfig& config, ObjectErrors& errors) {
+void add_distances(const std::vector<Observation>& timeline, const ObjectConfig& config, ObjectErrors& errors) {
   std::map<std::uint32_t, std::vector<Eigen::Vector3d>> offsets_of_track;  // In the true body frame.
-  for (const Sighting& sighting : timeline) {
-    if (sighting.estimate == nullptr || !is_tall(sighting, config) || sighting.distance_m > config.distance_range_m) {
+  for (const Observation& observation : timeline) {
+    if (observation.estimate == nullptr || !is_tall(observation, config) ||
+        observation.distance_m > config.distance_range_m) {
       continue;
     }
-    errors.center_m.add((sighting.estimate->center_m - sighting.truth->center_m).norm());
-    const Se3& L = sighting.truth->T_world_obj;
-    offsets_of_track[sighting.track_id].push_back(L.inverse() * sighting.estimate->T_world_obj.translation);
+    errors.center_m.add((observation.estimate->center_m - observation.truth->center_m).norm());
+    const Se3& L = observation.truth->T_world_obj;
+    offsets_of_track[observation.track_id].push_back(L.inverse() * observation.estimate->T_world_obj.translation);
   }
   for (const auto& [track_id, offsets] : offsets_of_track) {
     if (offsets.size() < config.min_track_rows) {
@@ -176,13 +177,13 @@ void add_distances(const std::vector<Sighting>& timeline, const ObjectConfig& co
   }
 }
 
-ObjectReport report_on(std::uint32_t id, const std::vector<Sighting>& timeline, const ObjectConfig& config,
+ObjectReport report_on(std::uint32_t id, const std::vector<Observation>& timeline, const ObjectConfig& config,
                        std::vector<MotionSample>& motions) {
   ObjectReport report;
   report.id = id;
   report.class_id = timeline.front().truth->class_id;
   report.rigid = timeline.front().truth->rigid;
-  report.moving = std::any_of(timeline.begin(), timeline.end(), [](const Sighting& s) { return s.truth->moving; });
+  report.moving = std::any_of(timeline.begin(), timeline.end(), [](const Observation& s) { return s.truth->moving; });
   add_identity(timeline, config, report);
   add_motions(timeline, config, report.errors, motions);
   add_velocities(timeline, config, report.errors);

@@ -7,7 +7,7 @@ namespace kinetrace::features {
 namespace {
 
 // The two sides of a contour are hardly further apart where both still look like the patch; beyond, it is another one.
-constexpr float kMostShift_px = 1.5F;
+constexpr float kMaxShift_px = 1.5F;
 constexpr float kConverged_px = 0.01F;
 
 }  // namespace
@@ -15,7 +15,7 @@ constexpr float kConverged_px = 0.01F;
 void align_centre(const Plane& image, const AlignOptions& options, PatchTemplate& patch,
                   Eigen::Vector2f& position) noexcept {
   AlignOptions near = options;
-  near.max_shift_px = kMostShift_px;
+  near.max_shift_px = kMaxShift_px;
   near.converged_px = kConverged_px;
   kernels().patch_template.narrow(&patch);
   Eigen::Vector2f found = position;

@@ -39,7 +39,7 @@ void eigenvalue_row(const std::int32_t* xx, const std::int32_t* xy, const std::i
                     float* eigenvalues) {
   // 25 pixels; differences over two pixels are twice the gradient.
   // Below this ratio of the eigenvalues it is an edge, along which nothing can be located.
-  constexpr float kLeastRatio = 0.1F;
+  constexpr float kMinRatio = 0.1F;
   constexpr float kScale = 1.F / (25.F * 4.F);
   for (int x = x0; x < x1; x += kLanes) {
     const Floats a = window_sum(xx + x);
@@ -50,7 +50,7 @@ void eigenvalue_row(const std::int32_t* xx, const std::int32_t* xy, const std::i
     const Floats half_spread = square_root(half_difference * half_difference + b * b);
     const Floats smaller = half_sum - half_spread;
     const Floats larger = half_sum + half_spread;
-    store(eigenvalues + x, smaller > kLeastRatio * larger ? smaller * kScale : Floats{});
+    store(eigenvalues + x, smaller > kMinRatio * larger ? smaller * kScale : Floats{});
   }
 }
 

@@ -26,28 +26,28 @@ class RangeCheck {
   Status status_;
 };
 
-constexpr int kMostFeatures = 4000;
+constexpr int kMaxFeatures = 4000;
 // Below any gradient that 8-bit pixels can show.
-constexpr float kSmallestStrength = 0.1F;
-constexpr float kLargestStrength = 128.F;
+constexpr float kMinStrength = 0.1F;
+constexpr float kMaxStrength = 128.F;
 
 }  // namespace
 
 Status FeatureConfig::validate() const {
   RangeCheck check;
-  check.within("max_features", max_features, 50, kMostFeatures)
-      .within("max_background_features", max_background_features, 0, kMostFeatures)
-      .within("max_features_per_object", max_features_per_object, 0, kMostFeatures)
+  check.within("max_features", max_features, 50, kMaxFeatures)
+      .within("max_background_features", max_background_features, 0, kMaxFeatures)
+      .within("max_features_per_object", max_features_per_object, 0, kMaxFeatures)
       .within("pyramid_levels", pyramid_levels, 1, 6)
       .within("bucket_px", bucket_px, 8, 256)
       .within("object_bucket_px", object_bucket_px, 4, 64)
       .within("min_distance_px", min_distance_px, 4, 64)
-      .within("min_corner_strength", min_corner_strength, kSmallestStrength, kLargestStrength)
-      .within("min_object_corner_strength", min_object_corner_strength, kSmallestStrength, kLargestStrength)
+      .within("min_corner_strength", min_corner_strength, kMinStrength, kMaxStrength)
+      .within("min_object_corner_strength", min_object_corner_strength, kMinStrength, kMaxStrength)
       .within("forward_backward_px", forward_backward_px, 0.01F, 10.F)
       .within("min_correlation", min_correlation, 0.1F, 1.F)
       .within("max_residual", max_residual, 0.F, 255.F)
-      .within("min_patch_strength", min_patch_strength, kSmallestStrength, kLargestStrength)
+      .within("min_patch_strength", min_patch_strength, kMinStrength, kMaxStrength)
       .within("max_disparity_px", max_disparity_px, 16, 256)
       .within("min_disparity_px", min_disparity_px, 0.01F, 16.F)
       .within("max_row_difference_px", max_row_difference_px, 0.F, 8.F)

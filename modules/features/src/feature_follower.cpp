@@ -8,14 +8,14 @@ enum class Attempt : std::uint8_t { kFirst, kSecond };
 /// Size is inverse to depth, and so is disparity.
 float predicted_zoom(const Feature& feature, const FeaturePrediction& prediction) noexcept {
   // A tenth of a pixel of noise in this is still small; beyond the factor something is wrong.
-  constexpr float kLeastDisparity_px = 4.F;
-  constexpr float kMostZoom = 2.F;
+  constexpr float kMinDisparity_px = 4.F;
+  constexpr float kMaxZoom = 2.F;
   const float before_px = feature.previous_left_px.x() - feature.previous_u_right_px;
-  if (!feature.had_right() || before_px < kLeastDisparity_px || !(prediction.disparity_px >= kLeastDisparity_px)) {
+  if (!feature.had_right() || before_px < kMinDisparity_px || !(prediction.disparity_px >= kMinDisparity_px)) {
     return 1.F;
   }
   const float zoom = prediction.disparity_px / before_px;
-  return zoom > 1.F / kMostZoom && zoom < kMostZoom ? zoom : 1.F;
+  return zoom > 1.F / kMaxZoom && zoom < kMaxZoom ? zoom : 1.F;
 }
 
 /// Null where there is none.

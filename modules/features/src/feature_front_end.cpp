@@ -18,13 +18,13 @@ namespace {
 
 // A remembered point looks like itself from this much nearer or farther. From where it is larger than it was by more
 // than this, the image is looked at in half its size: it was not seen so finely before.
-constexpr float kLeastSizeRatio = 0.5F;
-constexpr float kMostSizeRatio = 2.8F;
+constexpr float kMinSizeRatio = 0.5F;
+constexpr float kMaxSizeRatio = 2.8F;
 constexpr float kHalvedFromRatio = 1.4F;
 constexpr AlignOptions kRecognise{
     .max_iterations = 8, .converged_px = 0.03F, .max_shift_px = 4.F, .preferred_row = 0.F, .row_weight = 0.F};
-constexpr int kSmallestWidth = 64;
-constexpr int kSmallestHeight = 48;
+constexpr int kMinWidth = 64;
+constexpr int kMinHeight = 48;
 
 enum class Step : std::uint8_t { kNeedsFrame, kNeedsTrack, kNeedsReplenish };
 
@@ -63,10 +63,10 @@ struct FeatureFrontEnd::State {
   void share_matching(std::span<const std::uint16_t> in_slots, std::span<const FeaturePrediction> by_slot) noexcept;
   void count_matches(std::span<const std::uint16_t> in_slots) noexcept;
   /// New features, with what the right image shows of them.
-  void create_features(LabelView labels, const GuessedMasks& guessed) noexcept;
+  void create_features(LabelView labels, const PredictedMasks& predicted_masks) noexcept;
   /// Correlation of what is seen at a feature with a remembered patch; `at` moves to where they fit best. 0: not alike.
-  [[nodiscard]] float likeness(const FeatureSlot& slot, const AppearanceMemory::Entry& entry,
-                               Eigen::Vector2f& at) const noexcept;
+  [[nodiscard]] float appearance_similarity(const FeatureSlot& slot, const AppearanceMemory::Entry& entry,
+                                            Eigen::Vector2f& at) const noexcept;
   [[nodiscard]] FeatureFrame publish() noexcept;
 };
 
@@ -97,10 +97,10 @@ Result<FeatureFrontEnd> FeatureFrontEnd::create(const FeatureConfig& config, int
   if (Status valid = config.validate(); !valid) {
     return Unexpected(std::move(valid.error()));
   }
-  if (width_px < kSmallestWidth || height_px < kSmallestHeight) {
+  if (width_px < kMinWidth || height_px < kMinHeight) {
     return fail(ErrorCode::kInvalidArgument, "features: images of " + size_text(width_px, height_px) +
-                                                 " pixels are too small; at least " +
-                                                 size_text(kSmallestWidth, kSmallestHeight) + " are needed");
+                                                 " pixels are too small; at least " + size_text(kMinWidth, kMinHeight) +
+                                                 " are needed");
   }
   State state = State::carve(config, width_px, height_px, arena);
   const std::span<State> home = arena.take<State>(1);
@@ -144,7 +144,7 @@ std::size_t FeatureFrontEnd::count_corners() noexcept {
   return state_->population.count_corners(state_->current().level(0), state_->workers);
 }
 
-Result<FeatureFrame> FeatureFrontEnd::replenish(LabelView left_labels, const GuessedMasks& guessed) {
+Result<FeatureFrame> FeatureFrontEnd::replenish(LabelView left_labels, const PredictedMasks& predicted_masks) {
   if (state_->step != Step::kNeedsReplenish) {
     return fail(ErrorCode::kIllegalState, "features: replenish needs track before it");
   }
@@ -156,7 +156,7 @@ Result<FeatureFrame> FeatureFrontEnd::replenish(LabelView left_labels, const Gue
   state_->population.reconcile_with(left_labels, state_->slots, state_->counters);
   state_->population.thin_out(state_->slots, state_->counters);
   state_->population.mask_patches(left_labels, state_->slots, state_->workers);
-  state_->create_features(left_labels, guessed);
+  state_->create_features(left_labels, predicted_masks);
   state_->step = Step::kNeedsFrame;
   return state_->publish();
 }
@@ -193,12 +193,12 @@ void FeatureFrontEnd::remember(std::span<const KnownPoint> points, AppearanceMem
   }
 }
 
-std::size_t FeatureFrontEnd::recognise(const AppearanceMemory& memory, std::span<const ExpectedSighting> expected,
+std::size_t FeatureFrontEnd::recognise(const AppearanceMemory& memory, std::span<const ExpectedObservation> expected,
                                        const RecognitionGate& gate, std::uint8_t body,
                                        std::span<RecognisedPoint> found) const noexcept {
   const auto may_be = [&](const Feature& feature, std::size_t i) {
     const float zoom = feature.disparity_px() / memory.entries_[i].disparity_px;
-    return zoom > kLeastSizeRatio && zoom < kMostSizeRatio &&
+    return zoom > kMinSizeRatio && zoom < kMaxSizeRatio &&
            std::abs(feature.left_px.x() - expected[i].x()) <= gate.reach_px.x() &&
            std::abs(feature.left_px.y() - expected[i].y()) <= gate.reach_px.y();
   };
@@ -210,7 +210,7 @@ std::size_t FeatureFrontEnd::recognise(const AppearanceMemory& memory, std::span
     }
     for (std::size_t i = 0; i < memory.size() && count < found.size(); ++i) {
       Eigen::Vector2f at = feature.left_px;
-      if (may_be(feature, i) && state_->likeness(slot, memory.entries_[i], at) >= gate.least_likeness) {
+      if (may_be(feature, i) && state_->appearance_similarity(slot, memory.entries_[i], at) >= gate.min_similarity) {
         found[count++] = {slot.feature.slot,
                           static_cast<std::uint16_t>(i),
                           memory.entries_[i].p_body,
@@ -304,9 +304,9 @@ void FeatureFrontEnd::State::count_matches(std::span<const std::uint16_t> in_slo
       in_slots.begin(), in_slots.end(), [this](std::uint16_t slot) { return slots[slot].feature.has_right(); }));
 }
 
-void FeatureFrontEnd::State::create_features(LabelView labels, const GuessedMasks& guessed) noexcept {
+void FeatureFrontEnd::State::create_features(LabelView labels, const PredictedMasks& predicted_masks) noexcept {
   const std::span<const std::uint16_t> created =
-      population.create(current().level(0), labels, guessed, slots, counters, workers);
+      population.create(current().level(0), labels, predicted_masks, slots, counters, workers);
   // Nothing is known of them yet.
   share_matching(created, {});
   count_matches(created);
@@ -316,8 +316,8 @@ void FeatureFrontEnd::State::create_features(LabelView labels, const GuessedMask
   }
 }
 
-float FeatureFrontEnd::State::likeness(const FeatureSlot& slot, const AppearanceMemory::Entry& entry,
-                                       Eigen::Vector2f& at) const noexcept {
+float FeatureFrontEnd::State::appearance_similarity(const FeatureSlot& slot, const AppearanceMemory::Entry& entry,
+                                                    Eigen::Vector2f& at) const noexcept {
   const float size_ratio = slot.feature.disparity_px() / entry.disparity_px;
   const int level = size_ratio > kHalvedFromRatio && current().levels() > 1 ? 1 : 0;
   const float shrink = static_cast<float>(1 << level) / size_ratio;

@@ -27,8 +27,8 @@ FrameImages::FrameImages(Arena& arena, int width_px, int height_px, int pyramid_
 void FrameImages::take_in(const RectifiedPair& pair, Workers* workers) noexcept {
   newest_ = 1 - newest_;
   in_pieces(workers, 2, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t eye = begin; eye < end; ++eye) {
-      eye == 0 ? take_in_left(pair.left) : take_in_right(pair.right);
+    for (std::size_t view = begin; view < end; ++view) {
+      view == 0 ? take_in_left(pair.left) : take_in_right(pair.right);
     }
   });
 }

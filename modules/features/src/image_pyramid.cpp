@@ -54,9 +54,9 @@ void ImagePyramid::build(GrayView image, std::span<std::uint16_t> scratch) noexc
 }
 
 int ImagePyramid::supported_levels(int width, int height, int wanted) noexcept {
-  constexpr int kSmallestSide = 16;
+  constexpr int kMinSide = 16;
   int levels = 1;
-  while (levels < std::min(wanted, kMaxPyramidLevels) && (std::min(width, height) >> levels) >= kSmallestSide) {
+  while (levels < std::min(wanted, kMaxPyramidLevels) && (std::min(width, height) >> levels) >= kMinSide) {
     ++levels;
   }
   return levels;

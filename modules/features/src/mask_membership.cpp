@@ -13,7 +13,7 @@ namespace {
 // Part of the patch on either side of the feature that must not be another object's.
 constexpr float kClearPart = 0.7F;
 // Of the four sides of a feature, so many must be the object's own.
-constexpr std::ptrdiff_t kLeastOwnSides = 2;
+constexpr std::ptrdiff_t kMinOwnSides = 2;
 
 std::uint8_t nearest_label(LabelView labels, float x, float y) noexcept {
   return labels.at(std::clamp(static_cast<int>(std::lround(x)), 0, labels.width - 1),
@@ -31,7 +31,7 @@ std::array<std::uint8_t, 4> labels_beside(LabelView labels, const Eigen::Vector2
 }
 
 // With fewer pixels of its own, a patch is aligned as a whole.
-constexpr int kLeastOwnPixels = kPatchPixels / 4;
+constexpr int kMinOwnPixels = kPatchPixels / 4;
 constexpr std::uint32_t kPatchColumns = (1U << kPatchWidth) - 1U;
 
 /// The common case, quickly: a patch and its border of one pixel lie in the image and all belong to the body.
@@ -81,7 +81,7 @@ PatchMask own_pixels(LabelView labels, const Eigen::Vector2f& position_px, std::
     count += std::popcount(own);
     mask.whole = mask.whole && own == kPatchColumns;
   }
-  mask.whole = mask.whole || count < kLeastOwnPixels;
+  mask.whole = mask.whole || count < kMinOwnPixels;
   return mask;
 }
 
@@ -110,7 +110,7 @@ bool clear_of_other_objects(LabelView labels, const Eigen::Vector2f& position_px
 
 bool well_inside(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body) noexcept {
   const std::array<std::uint8_t, 4> sides = labels_beside(labels, position_px);
-  return body == kBackgroundLabel || std::count(sides.begin(), sides.end(), body) >= kLeastOwnSides;
+  return body == kBackgroundLabel || std::count(sides.begin(), sides.end(), body) >= kMinOwnSides;
 }
 
 }  // namespace kinetrace::features

@@ -14,9 +14,9 @@ struct PatchGate {
 };
 
 [[nodiscard]] inline bool looks_alike(const PatchFit& fit, const PatchGate& gate) noexcept {
-  constexpr float kLeastCorrelation = 0.5F;
+  constexpr float kMinCorrelation = 0.5F;
   return fit.correlation >= gate.min_correlation ||
-         (fit.residual_rms <= gate.max_residual && fit.correlation >= kLeastCorrelation);
+         (fit.residual_rms <= gate.max_residual && fit.correlation >= kMinCorrelation);
 }
 
 /// True if a full patch around the position lies in the image.

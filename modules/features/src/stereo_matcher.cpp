@@ -10,10 +10,10 @@
 namespace kinetrace::features {
 namespace {
 
-constexpr int kLargestDisparity = 256;
+constexpr int kMaxDisparity = 256;
 // Below zero nothing is there, but a minimum at zero needs a neighbour on its other side.
-constexpr int kSmallestDisparity = -2;
-constexpr int kMaxCosts = kLargestDisparity - 2 * kSmallestDisparity + 1;
+constexpr int kMinDisparity = -2;
+constexpr int kMaxCosts = kMaxDisparity - 2 * kMinDisparity + 1;
 // Nothing costs less than this: a gray level and a half of noise a pixel.
 constexpr float kNoiseCost = 1.5F * static_cast<float>(kPatchPixels);
 // Costs this near the best one belong to the same minimum.
@@ -38,11 +38,11 @@ constexpr WarpOptions kSlantOptions{.prior_weight = kNoise_gray * kNoise_gray / 
 constexpr int kPassesKnown = 1;
 constexpr int kPassesNew = 3;
 // A change of the slant that moves the patch's corners by less than this (times 7.5) is not worth another pass.
-constexpr float kSettledSlant = 0.03F;
+constexpr float kConvergedSlant = 0.03F;
 // A surface seen more obliquely than this looks too different in the two images.
-constexpr float kLeastWidthRatio = 0.5F;
-constexpr float kMostWidthRatio = 2.F;
-constexpr float kMostShear = 1.F;
+constexpr float kMinWidthRatio = 0.5F;
+constexpr float kMaxWidthRatio = 2.F;
+constexpr float kMaxShear = 1.F;
 
 using Costs = std::array<std::uint16_t, kMaxCosts>;
 
@@ -88,8 +88,8 @@ bool StereoMatcher::match(const StereoImages& images, float expected_disparity_p
       return true;
     }
   }
-  const Range all = clipped(static_cast<float>(kSmallestDisparity),
-                            static_cast<float>(config_.max_disparity_px - kSmallestDisparity), x);
+  const Range all =
+      clipped(static_cast<float>(kMinDisparity), static_cast<float>(config_.max_disparity_px - kMinDisparity), x);
   slot.to_right = kNoWarp;
   const std::size_t rows = feature.age_frames == 0 ? kRowOffsets.size() : 1;
   return std::any_of(kRowOffsets.begin(), kRowOffsets.begin() + rows, [&](int row_offset) {
@@ -100,8 +100,8 @@ bool StereoMatcher::match(const StereoImages& images, float expected_disparity_p
 }
 
 StereoMatcher::Range StereoMatcher::clipped(float from, float to, int x) const noexcept {
-  const auto least = static_cast<float>(kSmallestDisparity);
-  const auto most = static_cast<float>(config_.max_disparity_px - kSmallestDisparity);
+  const auto least = static_cast<float>(kMinDisparity);
+  const auto most = static_cast<float>(config_.max_disparity_px - kMinDisparity);
   // The right patch stays in the image.
   return {static_cast<int>(std::floor(std::clamp(from, least, most))),
           std::min(static_cast<int>(std::ceil(std::clamp(to, least, most))), x - kPatchWidth / 2)};
@@ -109,9 +109,9 @@ StereoMatcher::Range StereoMatcher::clipped(float from, float to, int x) const n
 
 bool StereoMatcher::search(const StereoImages& images, const Feature& feature, Range range, int row_offset, bool unique,
                            int& disparity) const noexcept {
-  constexpr int kLeastCosts = 3;
+  constexpr int kMinCosts = 3;
   const int count = range.count();
-  if (count < kLeastCosts) {
+  if (count < kMinCosts) {
     return false;
   }
   const int x = static_cast<int>(std::floor(feature.left_px.x()));
@@ -159,7 +159,7 @@ bool StereoMatcher::refine(const StereoImages& images, int disparity, int row_of
     }
     const PatchWarp before = warp;
     fit = kernels().patch.refine_warp(images.right, patch, right.x(), right.y(), kSlantOptions, &warp);
-    if (largest_change(before, warp) < kSettledSlant) {
+    if (largest_change(before, warp) < kConvergedSlant) {
       break;
     }
   }
@@ -173,7 +173,7 @@ bool StereoMatcher::refine(const StereoImages& images, int disparity, int row_of
       std::abs(right.y() - feature.left_px.y()) > config_.max_row_difference_px) {
     return false;
   }
-  const bool plausible = warp.xx > kLeastWidthRatio && warp.xx < kMostWidthRatio && std::abs(warp.xy) < kMostShear;
+  const bool plausible = warp.xx > kMinWidthRatio && warp.xx < kMaxWidthRatio && std::abs(warp.xy) < kMaxShear;
   slot.to_right = plausible ? warp : kNoWarp;
   feature.u_right_px = right.x();
   feature.v_px = 0.5F * (feature.left_px.y() + right.y());

@@ -37,7 +37,7 @@ constexpr WarpOptions kWarpOptions{.prior_weight = kNoise_gray * kNoise_gray / (
 
 // A change of the warp that moves the patch's corners by more than a fifth of a pixel is worth another pass.
 constexpr int kReferencePasses = 3;
-constexpr float kSettledWarp = 0.03F;
+constexpr float kConvergedWarp = 0.03F;
 
 float determinant(const PatchWarp& warp) noexcept {
   return warp.xx * warp.yy - warp.xy * warp.yx;
@@ -193,7 +193,7 @@ TemporalTracker::Refined TemporalTracker::refine_against_reference(const Plane& 
     const PatchWarp before = result.warp;
     fit = kernels().patch.refine_warp(current, patch, result.position_px.x(), result.position_px.y(), kWarpOptions,
                                       &result.warp);
-    if (largest_change(before, result.warp) < kSettledWarp) {
+    if (largest_change(before, result.warp) < kConvergedWarp) {
       break;
     }
   }

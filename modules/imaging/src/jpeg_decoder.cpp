@@ -14,12 +14,12 @@ namespace {
 // Decoding stops at the first warning. Where that is about a few bytes before the end mark, all pixels are there: the
 // decoder looks for the mark after the last row. More bytes than alignment explains are rows that were not decoded.
 bool is_padding(const char* warning) {
-  constexpr unsigned kMostBytes = 16;
+  constexpr unsigned kMaxBytes = 16;
   constexpr unsigned kEndOfImage = 0xd9;
   unsigned bytes = 0;
   unsigned marker = 0;
   return std::sscanf(warning, "Corrupt JPEG data: %u extraneous bytes before marker 0x%x", &bytes, &marker) == 2 &&
-         bytes <= kMostBytes && marker == kEndOfImage;
+         bytes <= kMaxBytes && marker == kEndOfImage;
 }
 
 Unexpected<Error> damaged(const char* name, const char* reason) {

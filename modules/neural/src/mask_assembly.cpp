@@ -115,10 +115,10 @@ float MaskAssembly::value_at(double input_x, const Window& window) const noexcep
 }
 
 bool MaskAssembly::add_run(std::size_t length) noexcept {
-  constexpr std::size_t kLongest = std::numeric_limits<std::uint16_t>::max();
-  for (; length > kLongest; length -= kLongest) {
+  constexpr std::size_t kMax = std::numeric_limits<std::uint16_t>::max();
+  for (; length > kMax; length -= kMax) {
     // Goes on after nothing of the other kind.
-    if (!runs_.push_back(static_cast<std::uint16_t>(kLongest)) || !runs_.push_back(0)) {
+    if (!runs_.push_back(static_cast<std::uint16_t>(kMax)) || !runs_.push_back(0)) {
       return false;
     }
   }

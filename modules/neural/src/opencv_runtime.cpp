@@ -20,8 +20,8 @@ namespace {
 std::string reason_of(const cv::Exception& exception) {
   std::string reason = exception.err;
   std::replace(reason.begin(), reason.end(), '\n', ' ');
-  constexpr std::size_t kLongest = 200;
-  return reason.size() > kLongest ? reason.substr(0, kLongest) + "..." : reason;
+  constexpr std::size_t kMax = 200;
+  return reason.size() > kMax ? reason.substr(0, kMax) + "..." : reason;
 }
 
 Unexpected<Error> failed(const std::string& file, const cv::Exception& exception) {

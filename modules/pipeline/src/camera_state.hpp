@@ -12,8 +12,8 @@ struct CameraState {
   Se3 T_world_cam;
   std::optional<Se3> T_world_cam_before;  ///< Of the frame before, where it had a pose.
   Matrix6d covariance = Matrix6d::Zero();
-  double scatter_px = 0.0;  ///< Of the background's measurements.
-  bool valid = false;       ///< A pair of object and background counts only where both have a pose (paper).
+  double residual_sigma_px = 0.0;  ///< Of the background's measurements.
+  bool valid = false;              ///< A pair of object and background counts only where both have a pose (paper).
 };
 
 }  // namespace kinetrace::pipeline

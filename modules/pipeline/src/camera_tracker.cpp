@@ -36,21 +36,21 @@ Se3 CameraTracker::locate(const FeatureFrame& frame, std::int64_t interval_ns, b
 }
 
 CameraState CameraTracker::state(std::size_t age) const {
-  const SettledPose pose = background_.history(age);
+  const FinalisedPose pose = background_.history(age);
   CameraState camera{.T_world_cam = pose.T_body_cam,
                      .T_world_cam_before = std::nullopt,
                      .covariance = pose.covariance,
-                     .scatter_px = background_.scatter_px(),
+                     .residual_sigma_px = background_.residual_sigma_px(),
                      .valid = pose.status == BodyStatus::kTracked};
   if (age + 1 < background_.history_size()) {
-    const SettledPose before = background_.history(age + 1);
+    const FinalisedPose before = background_.history(age + 1);
     camera.T_world_cam_before = before.status == BodyStatus::kTracked ? std::optional(before.T_body_cam) : std::nullopt;
   }
   return camera;
 }
 
 CameraResult CameraTracker::result(std::size_t age) const {
-  const SettledPose pose = background_.history(age);
+  const FinalisedPose pose = background_.history(age);
   return {pose.status, pose.T_body_cam, rotation_position_covariance(pose.T_body_cam, pose.covariance), pose.inliers};
 }
 

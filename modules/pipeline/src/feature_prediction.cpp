@@ -5,7 +5,7 @@
 namespace kinetrace::pipeline {
 namespace {
 
-/// A body without motion yet, or a mover not yet told from the background: its features go on as they went in the
+/// A body without motion yet, or a mover not yet reported from the background: its features go on as they went in the
 /// image.
 void predict_unexplained(std::span<const Feature> previous, const sfm::BodyReconstruction& background,
                          std::span<FeaturePrediction> by_slot) {

@@ -6,14 +6,14 @@ namespace kinetrace::pipeline {
 namespace {
 
 // Frames that are final but still say how an object has moved into the window.
-constexpr std::size_t kSettledFramesKept = 2;
+constexpr std::size_t kFinalFramesBuffered = 2;
 
 std::size_t ring_frames(const PipelineConfig& config) {
-  return static_cast<std::size_t>(config.background.window_frames) + 1 + kSettledFramesKept;
+  return static_cast<std::size_t>(config.background.window_frames) + 1 + kFinalFramesBuffered;
 }
 
 /// The track of a kept object has not ended since.
-bool is_of(const KeptObject& entry, const ObjectState& object) {
+bool is_of(const BufferedObject& entry, const ObjectState& object) {
   return object.alive() && object.track().id == entry.result.track_id;
 }
 
@@ -28,19 +28,19 @@ void FixedLagResults::push(const RectifiedPair& pair, std::span<const ObjectStat
   if (ring_.full()) {
     ring_.pop_oldest();
   }
-  KeptFrame& kept = ring_.push();
-  ++unsettled_;
+  BufferedFrame& kept = ring_.push();
+  ++pending_;
   kept.frame_index = pair.frame_index;
   kept.timestamp_ns = pair.timestamp_ns;
   for (std::size_t slot = 0; slot < objects.size(); ++slot) {
     const ObjectState& object = objects[slot];
-    if (object.alive() && object.status() != BodyStatus::kInitializing && !object.out_of_sight()) {
-      KeptObject& entry = kept.objects[kept.object_count++];
-      entry = KeptObject{.result = {}, .slot = static_cast<std::uint8_t>(slot), .confirmed = false};
+    if (object.alive() && object.status() != BodyStatus::kInitializing && !object.is_out_of_view()) {
+      BufferedObject& entry = kept.objects[kept.object_count++];
+      entry = BufferedObject{.result = {}, .slot = static_cast<std::uint8_t>(slot), .confirmed = false};
       object.report(entry.result);
       entry.change = object.frame_change();
       if (object.correction()) {
-        KeptPaths::correct(ring_, unsettled_, object.track().id, *object.correction());
+        TrajectoryBuffer::correct(ring_, pending_, object.track().id, *object.correction());
       }
     }
   }
@@ -53,11 +53,11 @@ void FixedLagResults::revise(const CameraTracker& camera, std::span<ObjectState>
 }
 
 void FixedLagResults::revise_poses(const CameraTracker& camera, std::span<ObjectState> objects) {
-  for (std::size_t age = 0; age < unsettled_; ++age) {
-    KeptFrame& kept = ring_.frame(age);
+  for (std::size_t age = 0; age < pending_; ++age) {
+    BufferedFrame& kept = ring_.frame(age);
     kept.camera = camera.result(age);
     const CameraState then = camera.state(age);
-    for (KeptObject& entry : kept.objects.first(kept.object_count)) {
+    for (BufferedObject& entry : kept.objects.first(kept.object_count)) {
       ObjectState& object = objects[entry.slot];
       if (is_of(entry, object)) {
         object.revise(age, then, entry.result);
@@ -71,16 +71,16 @@ void FixedLagResults::revise_poses(const CameraTracker& camera, std::span<Object
 }
 
 void FixedLagResults::smooth_paths(std::span<ObjectState> objects) {
-  for (std::size_t age = 0; age < unsettled_; ++age) {
-    KeptFrame& kept = ring_.frame(age);
-    for (const KeptObject& entry : kept.objects.first(kept.object_count)) {
+  for (std::size_t age = 0; age < pending_; ++age) {
+    BufferedFrame& kept = ring_.frame(age);
+    for (const BufferedObject& entry : kept.objects.first(kept.object_count)) {
       const std::uint32_t track_id = entry.result.track_id;
-      if (!KeptPaths::ends_at(ring_, track_id, age)) {
+      if (!TrajectoryBuffer::ends_at(ring_, track_id, age)) {
         continue;
       }
       ObjectState& object = objects[entry.slot];
       const bool at_rest = object.track().id == track_id && object.at_rest();
-      if (const std::optional<PathEnd> end = paths_.smooth(ring_, unsettled_, track_id, age, at_rest)) {
+      if (const std::optional<PathEnd> end = paths_.smooth(ring_, pending_, track_id, age, at_rest)) {
         object.learn_motion(end->T_world_obj, end->velocity);
       }
     }
@@ -88,9 +88,9 @@ void FixedLagResults::smooth_paths(std::span<ObjectState> objects) {
 }
 
 void FixedLagResults::describe_motions(std::span<const ObjectState> objects) {
-  for (std::size_t age = 0; age < unsettled_; ++age) {
-    KeptFrame& kept = ring_.frame(age);
-    for (KeptObject& entry : kept.objects.first(kept.object_count)) {
+  for (std::size_t age = 0; age < pending_; ++age) {
+    BufferedFrame& kept = ring_.frame(age);
+    for (BufferedObject& entry : kept.objects.first(kept.object_count)) {
       const ObjectState& object = objects[entry.slot];
       if (is_of(entry, object)) {
         object.describe_motion(age, entry.result);

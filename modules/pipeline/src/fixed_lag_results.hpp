@@ -6,11 +6,11 @@
 #include <span>
 
 #include "camera_tracker.hpp"
-#include "kept_paths.hpp"
 #include "kinetrace/core/frame.hpp"
 #include "kinetrace/pipeline/config.hpp"
 #include "object_state.hpp"
 #include "result_ring.hpp"
+#include "trajectory_buffer.hpp"
 
 namespace kinetrace::pipeline {
 
@@ -27,22 +27,24 @@ class FixedLagResults {
   /// The object with this track id goes on in another slot.
   void move_slot(std::uint32_t track_id, std::uint8_t slot) noexcept { ring_.move_slot(track_id, slot); }
 
-  [[nodiscard]] const KeptFrame& newest() noexcept { return ring_.frame(0); }
-  /// The frame that has left the window with the newest one: final, and given out once. Null while none has.
-  [[nodiscard]] const KeptFrame* settle() noexcept { return unsettled_ > window_frames_ ? settle_oldest() : nullptr; }
-  /// The oldest frame of the window, where no more frames come; null once all have been given out.
-  [[nodiscard]] const KeptFrame* drain() noexcept { return unsettled_ > 0 ? settle_oldest() : nullptr; }
+  [[nodiscard]] const BufferedFrame& newest() noexcept { return ring_.frame(0); }
+  /// The frame that has left the window with the newest one: final, and published once. Null while none has.
+  [[nodiscard]] const BufferedFrame* finalise() noexcept {
+    return pending_ > window_frames_ ? finalise_oldest() : nullptr;
+  }
+  /// The oldest frame of the window, where no more frames come; null once all have been published.
+  [[nodiscard]] const BufferedFrame* drain() noexcept { return pending_ > 0 ? finalise_oldest() : nullptr; }
 
  private:
-  [[nodiscard]] const KeptFrame* settle_oldest() noexcept { return &ring_.frame(--unsettled_); }
+  [[nodiscard]] const BufferedFrame* finalise_oldest() noexcept { return &ring_.frame(--pending_); }
   void revise_poses(const CameraTracker& camera, std::span<ObjectState> objects);
   void smooth_paths(std::span<ObjectState> objects);
   void describe_motions(std::span<const ObjectState> objects);
 
   std::size_t window_frames_;
-  KeptPaths paths_;
+  TrajectoryBuffer paths_;
   ResultRing ring_;
-  std::size_t unsettled_ = 0;  ///< Newest frames of the ring that have not been given out as settled.
+  std::size_t pending_ = 0;  ///< Newest frames of the ring that have not been published as finalised.
 };
 
 }  // namespace kinetrace::pipeline

@@ -5,10 +5,10 @@
 namespace kinetrace::pipeline {
 
 Status FrameIntake::check(const RectifiedPair& pair) const {
-  for (const GrayView& eye : {pair.left, pair.right}) {
-    if (eye.empty() || eye.width != geometry_.width_px || eye.height != geometry_.height_px) {
+  for (const GrayView& view : {pair.left, pair.right}) {
+    if (view.empty() || view.width != geometry_.width_px || view.height != geometry_.height_px) {
       return fail(ErrorCode::kInvalidArgument, "frame " + std::to_string(pair.frame_index) + " has an image of " +
-                                                   std::to_string(eye.width) + "x" + std::to_string(eye.height) +
+                                                   std::to_string(view.width) + "x" + std::to_string(view.height) +
                                                    ", the pipeline was made for " + std::to_string(geometry_.width_px) +
                                                    "x" + std::to_string(geometry_.height_px));
     }

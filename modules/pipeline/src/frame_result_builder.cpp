@@ -4,9 +4,9 @@ namespace kinetrace::pipeline {
 namespace {
 
 /// `objects` holds the confirmed ones of the frame afterwards.
-FrameEstimate confirmed_part(const KeptFrame& frame, std::span<ObjectResult> objects) {
+FrameEstimate confirmed_part(const BufferedFrame& frame, std::span<ObjectResult> objects) {
   std::size_t count = 0;
-  for (const KeptObject& entry : frame.objects.first(frame.object_count)) {
+  for (const BufferedObject& entry : frame.objects.first(frame.object_count)) {
     if (entry.confirmed) {
       objects[count++] = entry.result;
     }
@@ -23,18 +23,18 @@ BodyGeometry geometry_of(std::uint32_t track_id, BodyStatus status, const BodyEs
 FrameResultBuilder::FrameResultBuilder(const PipelineConfig& config, Arena& arena) {
   const auto objects = static_cast<std::size_t>(config.tracking.max_objects);
   newest_objects_ = arena.take<ObjectResult>(objects);
-  settled_objects_ = arena.take<ObjectResult>(objects);
+  finalised_objects_ = arena.take<ObjectResult>(objects);
   bodies_ = arena.take<BodyGeometry>(objects + 1);
 }
 
-void FrameResultBuilder::set_newest(const KeptFrame& frame) {
+void FrameResultBuilder::set_newest(const BufferedFrame& frame) {
   result_.newest = confirmed_part(frame, newest_objects_);
 }
 
-void FrameResultBuilder::set_settled(const KeptFrame* frame) {
-  result_.has_settled = frame != nullptr;
+void FrameResultBuilder::set_finalised(const BufferedFrame* frame) {
+  result_.has_finalised = frame != nullptr;
   if (frame != nullptr) {
-    result_.settled = confirmed_part(*frame, settled_objects_);
+    result_.finalised = confirmed_part(*frame, finalised_objects_);
   }
 }
 

@@ -19,9 +19,9 @@ class FrameResultBuilder {
   /// Memory: two rows and one body an object. The arena may turn out exhausted.
   FrameResultBuilder(const PipelineConfig& config, Arena& arena);
 
-  void set_newest(const KeptFrame& frame);
+  void set_newest(const BufferedFrame& frame);
   /// Null: no frame has become final.
-  void set_settled(const KeptFrame* frame);
+  void set_finalised(const BufferedFrame* frame);
   void set_bodies(const sfm::BodyReconstruction& background, std::span<const ObjectState> objects);
   void clear_bodies() noexcept { result_.bodies = {}; }
   void set_frame(const RectifiedPair& pair, const TrackFrame& tracks, const FrameCounters& counters);
@@ -32,7 +32,7 @@ class FrameResultBuilder {
 
  private:
   std::span<ObjectResult> newest_objects_;
-  std::span<ObjectResult> settled_objects_;
+  std::span<ObjectResult> finalised_objects_;
   std::span<BodyGeometry> bodies_;
   FrameResult result_;
 };

@@ -7,19 +7,20 @@
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/core/feature_frame.hpp"
 #include "kinetrace/pipeline/config.hpp"
-#include "kinetrace/tracking/forecast.hpp"
+#include "kinetrace/tracking/prediction.hpp"
 #include "window_refiner.hpp"
 
 namespace kinetrace::pipeline {
 
 struct FrameScratch {
-  std::span<FeaturePrediction> predictions;  ///< By feature slot.
-  std::span<tracking::Forecast> forecasts;   ///< By track slot.
-  std::span<BodyRefinement> refinements;     ///< The background's, then those of the objects that take part.
+  std::span<FeaturePrediction> predictions;                  ///< By feature slot.
+  std::span<tracking::ObjectPrediction> object_predictions;  ///< By track slot.
+  std::span<BodyRefinement> refinements;  ///< The background's, then those of the objects that take part.
 
   FrameScratch(const PipelineConfig& config, Arena& arena)
       : predictions(arena.take<FeaturePrediction>(static_cast<std::size_t>(config.features.max_features))),
-        forecasts(arena.take<tracking::Forecast>(static_cast<std::size_t>(config.tracking.max_objects))),
+        object_predictions(
+            arena.take<tracking::ObjectPrediction>(static_cast<std::size_t>(config.tracking.max_objects))),
         refinements(arena.take<BodyRefinement>(static_cast<std::size_t>(config.tracking.max_objects) + 1)) {}
 };
 

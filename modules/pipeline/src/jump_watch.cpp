@@ -3,7 +3,7 @@
 namespace kinetrace::pipeline {
 namespace {
 
-constexpr std::size_t kLeastFeatures = 50;  // Fewer may all be lost at once.
+constexpr std::size_t kMinFeatures = 50;  // Fewer may all be lost at once.
 // Of a frame's features the next one has more than half, or else, across a cut, at most a tenth.
 constexpr std::size_t kFoundAgainOneOf = 5;
 constexpr std::size_t kAsMuchToSee = 4;     // A corner for every so many features.
@@ -19,7 +19,7 @@ bool JumpWatch::has_jumped(const FeatureFrame& tracked, std::size_t before,
   }
   last_timestamp_ns_ = tracked.timestamp_ns;
   const bool is_next = last_step_ns && *last_step_ns_ / kStepPercent <= *last_step_ns / 100;
-  return is_next && before >= kLeastFeatures && tracked.features.size() * kFoundAgainOneOf < before &&
+  return is_next && before >= kMinFeatures && tracked.features.size() * kFoundAgainOneOf < before &&
          front_end.count_corners() * kAsMuchToSee >= before;
 }
 

@@ -8,7 +8,7 @@ inline constexpr double kReconstructedSigma_m = 0.05;
 /// Age of the velocity that a smoothed path ends with.
 inline constexpr double kVelocityLag_s = 0.3;
 /// What an acceleration is multiplied by to say how far off a place is after so long, s^2.
-inline double square_of_time(double unseen_s) noexcept {
+inline double acceleration_gain_s2(double unseen_s) noexcept {
   return unseen_s * (0.5 * unseen_s + kVelocityLag_s);
 }
 /// Error of a smoothed pose itself.

@@ -7,13 +7,13 @@
 #include <span>
 #include <utility>
 
-#include "shift_group.hpp"
+#include "translation_consensus.hpp"
 
 namespace kinetrace::pipeline {
 namespace {
 
 constexpr std::size_t kRememberedPoints = 64;
-constexpr std::size_t kLeastRecognised = 4;
+constexpr std::size_t kMinRecognised = 4;
 constexpr std::size_t kEnoughRecognised = 8;  // Four or five may agree on a pose by chance.
 constexpr std::int64_t kBetweenNotes_ns = 300'000'000;
 // At first, points half a metre from the middle move so far by a turn of some degrees, and stereo errs as well.
@@ -27,7 +27,7 @@ constexpr int kRefinements = 2;
 constexpr double kDisparitySigma_px = 0.2;
 constexpr double kNearest_m = 0.5;
 constexpr double kPlaceSigma_m = 0.02;  // Of a remembered point on its object.
-constexpr double kMostSigmas = 3.0;     // Farther from the guess it is something else that looks alike.
+constexpr double kMaxSigmas = 3.0;      // Farther from the guess it is something else that looks alike.
 constexpr float kNowhere_px = -1e6F;
 
 /// An object's remembered point, and where it is seen again.
@@ -72,13 +72,13 @@ void ObjectRecogniser::swap(ObjectRecogniser& other) noexcept {
 }
 
 bool ObjectRecogniser::knows_it() const noexcept {
-  return memory_.size() >= kLeastRecognised;
+  return memory_.size() >= kMinRecognised;
 }
 
 void ObjectRecogniser::remember(const sfm::BodyReconstruction& body, const FeatureFrame& frame, std::uint8_t label,
                                 const features::FeatureFrontEnd& front_end, std::int64_t interval_ns) {
   since_note_.add_frame(interval_ns);
-  if (!since_note_.exceeds(kBetweenNotes_ns) || body.history_size() < kSettledBodyFrames) {
+  if (!since_note_.exceeds(kBetweenNotes_ns) || body.history_size() < kMinBodyFrames) {
     return;
   }
   std::array<features::KnownPoint, kRememberedPoints> points;
@@ -90,64 +90,66 @@ void ObjectRecogniser::remember(const sfm::BodyReconstruction& body, const Featu
       points[count++] = {feature.slot, place->cast<float>()};
     }
   }
-  if (count >= kLeastRecognised) {
+  if (count >= kMinRecognised) {
     front_end.remember(std::span(points).first(count), memory_);
     since_note_.reset();
   }
 }
 
-std::size_t ObjectRecogniser::find_likenesses(const Se3& T_cam_obj, const Sieve& sieve, std::uint8_t label,
-                                              const features::FeatureFrontEnd& front_end,
-                                              std::span<features::RecognisedPoint> found) const {
-  std::array<features::ExpectedSighting, kRememberedPoints> expected;
+std::size_t ObjectRecogniser::find_appearance_matches(const Se3& T_cam_obj, const MatchGate& match_gate,
+                                                      std::uint8_t label, const features::FeatureFrontEnd& front_end,
+                                                      std::span<features::RecognisedPoint> found) const {
+  std::array<features::ExpectedObservation, kRememberedPoints> expected;
   for (std::size_t i = 0; i < memory_.size(); ++i) {
     const Eigen::Vector3d p_cam = T_cam_obj * memory_.p_body(i).cast<double>();
-    expected[i] = features::ExpectedSighting(kNowhere_px, kNowhere_px);
+    expected[i] = features::ExpectedObservation(kNowhere_px, kNowhere_px);
     if (p_cam.z() >= kNearest_m) {
       expected[i] = geometry_.project(p_cam).head<2>().cast<float>();
     }
   }
   const double px_per_m = geometry_.fx_px / std::max(T_cam_obj.translation.z(), kNearest_m);
-  const Eigen::Vector2f reach_px = (px_per_m * Eigen::Vector2d(sieve.reach_m, 0.5 * sieve.reach_m)).cast<float>();
-  return front_end.recognise(memory_, std::span(expected).first(memory_.size()), {reach_px, sieve.least_likeness},
+  const Eigen::Vector2f reach_px =
+      (px_per_m * Eigen::Vector2d(match_gate.reach_m, 0.5 * match_gate.reach_m)).cast<float>();
+  return front_end.recognise(memory_, std::span(expected).first(memory_.size()), {reach_px, match_gate.min_similarity},
                              label, found);
 }
 
 std::optional<ObjectRecogniser::Agreement> ObjectRecogniser::agreement(
-    const Se3& T_obj_cam, const Sieve& sieve, const PoseGuess& guess, sfm::BodyReconstruction& body, std::uint8_t label,
-    const features::FeatureFrontEnd& front_end) const {
+    const Se3& T_obj_cam, const MatchGate& match_gate, const PoseGuess& guess, sfm::BodyReconstruction& body,
+    std::uint8_t label, const features::FeatureFrontEnd& front_end) const {
   const Se3 T_cam_obj = T_obj_cam.inverse();
-  std::array<features::RecognisedPoint, ShiftGroup::kMaxMembers> found;
-  const std::size_t count = find_likenesses(T_cam_obj, sieve, label, front_end, found);
+  std::array<features::RecognisedPoint, TranslationConsensus::kMaxMembers> found;
+  const std::size_t count = find_appearance_matches(T_cam_obj, match_gate, label, front_end, found);
 
   // It has turned little while it was away, so all of it has moved alike, as far as stereo can tell depths.
-  const double weight = depth_weight(std::max(T_cam_obj.translation.z(), kNearest_m), sieve.radius_m, geometry_);
-  std::array<Likeness, ShiftGroup::kMaxMembers> likenesses;
+  const double weight = depth_weight(std::max(T_cam_obj.translation.z(), kNearest_m), match_gate.radius_m, geometry_);
+  std::array<AppearanceMatch, TranslationConsensus::kMaxMembers> matches;
   for (std::size_t i = 0; i < count; ++i) {
     Eigen::Vector3d shift_cam_m = T_cam_obj.rotation * shift_of(found[i], T_obj_cam, geometry_);
     shift_cam_m.z() *= weight;
-    likenesses[i] = {found[i].slot, found[i].point, shift_cam_m};
+    matches[i] = {found[i].slot, found[i].point, shift_cam_m};
   }
-  const ShiftGroup group = largest_group(std::span(likenesses).first(count), sieve.reach_m, sieve.radius_m);
-  if (group.count < kLeastRecognised) {
+  const TranslationConsensus group =
+      largest_group(std::span(matches).first(count), match_gate.reach_m, match_gate.radius_m);
+  if (group.count < kMinRecognised) {
     return std::nullopt;
   }
-  std::array<sfm::PoseObservation, ShiftGroup::kMaxMembers> observations;
+  std::array<sfm::PoseObservation, TranslationConsensus::kMaxMembers> observations;
   for (std::size_t k = 0; k < group.count; ++k) {
     observations[k] = observation_of(found[group.members[k]], geometry_);
   }
   // Far away depth is less sure than the guess, which then decides.
   const std::optional<Se3> pose = body.pose_from(std::span(observations).first(group.count), expectation_of(guess),
-                                                 static_cast<int>(kLeastRecognised));
-  const bool turned_too_far = pose && so3_log(pose->rotation * guess.T_obj_cam.rotation.transpose()).norm() >
-                                          kMostSigmas * guess.turn_sigma_rad;
+                                                 static_cast<int>(kMinRecognised));
+  const bool turned_too_far =
+      pose && so3_log(pose->rotation * guess.T_obj_cam.rotation.transpose()).norm() > kMaxSigmas * guess.turn_sigma_rad;
   return !pose || turned_too_far ? std::nullopt : std::optional<Agreement>({*pose, group.count});
 }
 
 std::optional<Se3> ObjectRecogniser::recognise(const PoseGuess& guess, sfm::BodyReconstruction& body,
                                                std::uint8_t label, const features::FeatureFrontEnd& front_end) const {
-  const Sieve rough{kMostSigmas * guess.place_sigma_m, kRoughRadius_m, kSurelyAlike};
-  const Sieve fine{kFineReach_m, kFineRadius_m, kRatherAlike};
+  const MatchGate rough{kMaxSigmas * guess.place_sigma_m, kRoughRadius_m, kSurelyAlike};
+  const MatchGate fine{kFineReach_m, kFineRadius_m, kRatherAlike};
   std::optional<Agreement> found = agreement(guess.T_obj_cam, rough, guess, body, label, front_end);
   for (int i = 0; i < kRefinements && found; ++i) {
     found = agreement(found->T_obj_cam, fine, guess, body, label, front_end);

@@ -1,4 +1,4 @@
-// Recognises an object that has been out of sight by what its points looked like.
+// Recognises an object that has been out of view by what its points looked like.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@
 namespace kinetrace::pipeline {
 
 /// A reconstruction with so many frames in its window has found its shape: views to adjust, not a time.
-inline constexpr std::size_t kSettledBodyFrames = 6;
+inline constexpr std::size_t kMinBodyFrames = 6;
 
 /// Where an object may be, and how far off that is.
 struct PoseGuess {
@@ -49,23 +49,24 @@ class ObjectRecogniser {
                                              const features::FeatureFrontEnd& front_end) const;
 
  private:
-  /// Which likenesses count, seen from a pose.
-  struct Sieve {
+  /// Which matches count, seen from a pose.
+  struct MatchGate {
     double reach_m = 0.0;   ///< From where the pose puts a point; half of it vertically.
     double radius_m = 0.0;  ///< Those that moved alike agree so well; in depth as far as stereo can tell.
-    float least_likeness = 0.F;
+    float min_similarity = 0.F;
   };
   struct Agreement {
     Se3 T_obj_cam;
     std::size_t points = 0;
   };
-  /// The pose on which most of the likenesses around `T_obj_cam` agree, weighed against the guess.
-  [[nodiscard]] std::optional<Agreement> agreement(const Se3& T_obj_cam, const Sieve& sieve, const PoseGuess& guess,
-                                                   sfm::BodyReconstruction& body, std::uint8_t label,
+  /// The pose on which most of the matches around `T_obj_cam` agree, weighed against the guess.
+  [[nodiscard]] std::optional<Agreement> agreement(const Se3& T_obj_cam, const MatchGate& match_gate,
+                                                   const PoseGuess& guess, sfm::BodyReconstruction& body,
+                                                   std::uint8_t label,
                                                    const features::FeatureFrontEnd& front_end) const;
-  [[nodiscard]] std::size_t find_likenesses(const Se3& T_cam_obj, const Sieve& sieve, std::uint8_t label,
-                                            const features::FeatureFrontEnd& front_end,
-                                            std::span<features::RecognisedPoint> found) const;
+  [[nodiscard]] std::size_t find_appearance_matches(const Se3& T_cam_obj, const MatchGate& match_gate,
+                                                    std::uint8_t label, const features::FeatureFrontEnd& front_end,
+                                                    std::span<features::RecognisedPoint> found) const;
 
   StereoGeometry geometry_;
   features::AppearanceMemory memory_;

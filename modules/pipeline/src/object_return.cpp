@@ -12,10 +12,10 @@ namespace {
 
 // How far from where it is expected a lost object may be found again: that it stood still or went on is half the truth.
 // Where it should be in plain sight, a detection has only been missed, and what appears beside it is something else.
-constexpr std::int64_t kMissedInSight_ns = 300'000'000;
+constexpr std::int64_t kMissedInView_ns = 300'000'000;
 constexpr std::int64_t kMissedHidden_ns = 0;
 constexpr double kReachOfWay = 0.5;
-constexpr double kMostReach_m = 3.0;
+constexpr double kMaxReach_m = 3.0;
 constexpr double kTieBreak = 0.01;
 // What has only a direction is found within so much of it, and more as the camera goes on.
 constexpr double kDirectionReach_px = 8.0;
@@ -32,17 +32,17 @@ double gap_px(const Eigen::Vector2d& point_px, const PixelBox& box) {
 
 }  // namespace
 
-std::optional<Eigen::Vector3d> ObjectState::sighted_position(const FeatureFrame& frame, LabelView labels,
-                                                             const CameraState& camera) const {
-  const StereoSighting sighting = sight(frame, labels);
-  if (sighting.features < config_.stereo_only_min_features || !camera.valid) {
+std::optional<Eigen::Vector3d> ObjectState::observed_position(const FeatureFrame& frame, LabelView labels,
+                                                              const CameraState& camera) const {
+  const StereoObservation observation = observe_stereo(frame, labels);
+  if (observation.features < config_.stereo_only_min_features || !camera.valid) {
     return std::nullopt;
   }
-  return camera.T_world_cam * position_in_camera(geometry_, sighting);
+  return camera.T_world_cam * position_in_camera(geometry_, observation);
 }
 
-Eigen::Vector3d ObjectState::off_body(const Eigen::Vector3d& sighted_m, const Eigen::Vector3d& about_m) const {
-  Eigen::Vector3d off_m = sighted_m - about_m;
+Eigen::Vector3d ObjectState::off_body(const Eigen::Vector3d& observed_m, const Eigen::Vector3d& about_m) const {
+  Eigen::Vector3d off_m = observed_m - about_m;
   if (!box_.known()) {
     return off_m;
   }
@@ -52,15 +52,15 @@ Eigen::Vector3d ObjectState::off_body(const Eigen::Vector3d& sighted_m, const Ei
   return outside_m.norm() < off_m.norm() ? outside_m : off_m;
 }
 
-bool ObjectState::waited_for(const Track& reborn, std::int64_t missed_ns) const noexcept {
-  return alive() && confirmed_ && track_.class_id == reborn.class_id && track_.missed_ns > missed_ns &&
-         track_.missed_frames > reborn.age_frames;
+bool ObjectState::is_reid_candidate(const Track& redetected, std::int64_t missed_ns) const noexcept {
+  return alive() && confirmed_ && track_.class_id == redetected.class_id && track_.missed_ns > missed_ns &&
+         track_.missed_frames > redetected.age_frames;
 }
 
-std::optional<double> ObjectState::may_have_gone_to(const Eigen::Vector3d& position_m, const Track& reborn,
-                                                    const CameraState& camera) const {
-  const bool hidden = !in_view_ || mostly_covered();
-  if (!placed_ || !waited_for(reborn, hidden ? kMissedHidden_ns : kMissedInSight_ns)) {
+std::optional<double> ObjectState::position_gate(const Eigen::Vector3d& position_m, const Track& redetected,
+                                                 const CameraState& camera) const {
+  const bool hidden = !in_view_ || mostly_occluded();
+  if (!placed_ || !is_reid_candidate(redetected, hidden ? kMissedHidden_ns : kMissedInView_ns)) {
     return std::nullopt;
   }
   const Eigen::Vector3d expected_m = filter_.initialised() ? filter_.position_m() : middle_m();
@@ -74,9 +74,8 @@ std::optional<double> ObjectState::may_have_gone_to(const Eigen::Vector3d& posit
   const double unseen_s = 1e-9 * static_cast<double>(timestamp_ns_ - matched_timestamp_ns_);
   const double depth_m = (camera.T_world_cam.inverse() * position_m).z();
   // Of what is half hidden when it goes and when it comes, the middle may lie anywhere on it.
-  const double reach_m =
-      std::min(std::max(kReachAtRest_m, width_m_) + kReachOfWay * speed_mps * unseen_s, kMostReach_m);
-  // Depth is as unsure as its square.
+  const double reach_m = std::min(std::max(kReachAtRest_m, width_m_) + kReachOfWay * speed_mps * unseen_s, kMaxReach_m);
+  // Depth is as uncertain as its square.
   const Eigen::Vector3d off_m = camera.T_world_cam.rotation.transpose() * off_body(position_m, nearest_m);
   const double part =
       std::hypot(off_m.head<2>().norm() / reach_m, off_m.z() / (reach_m + 2.0 * depth_sigma_m(depth_m)));
@@ -87,20 +86,22 @@ std::optional<double> ObjectState::may_have_gone_to(const Eigen::Vector3d& posit
   return std::min(1.0, part + kTieBreak * (position_m - nearest_m).norm() / reach_m);
 }
 
-std::optional<double> ObjectState::may_be_seen_as(const Track& reborn, const CameraState& camera) const {
-  const tracking::Forecast expected = forecast_direction(camera.T_world_cam);
-  if (placed_ || !waited_for(reborn, kMissedInSight_ns) || !expected.known || expected.depth_m <= 0.0) {
+std::optional<double> ObjectState::bearing_gate(const Track& redetected, const CameraState& camera) const {
+  const tracking::ObjectPrediction expected = predict_direction(camera.T_world_cam);
+  if (placed_ || !is_reid_candidate(redetected, kMissedInView_ns) || !expected.known || expected.depth_m <= 0.0) {
     return std::nullopt;
   }
   const double unseen_s = 1e-9 * static_cast<double>(timestamp_ns_ - matched_timestamp_ns_);
-  const double part = gap_px(expected.point_px, reborn.box_px) / (kDirectionReach_px + kDirectionDrift_pxps * unseen_s);
+  const double part =
+      gap_px(expected.point_px, redetected.box_px) / (kDirectionReach_px + kDirectionDrift_pxps * unseen_s);
   return part <= 1.0 ? std::optional<double>(part) : std::nullopt;
 }
 
-bool ObjectState::may_come_back_as(const Track& reborn, const CameraState& camera) const {
-  const PixelBox& box = reborn.box_px;
+bool ObjectState::may_come_back_as(const Track& redetected, const CameraState& camera) const {
+  const PixelBox& box = redetected.box_px;
   const bool at_border = box.x0 <= 0 || box.y0 <= 0 || box.x1 >= geometry_.width_px || box.y1 >= geometry_.height_px;
-  if (!placed_ || !at_border || reborn.age_ns > kMaxUnnamed_ns || !waited_for(reborn, kMissedHidden_ns)) {
+  if (!placed_ || !at_border || redetected.age_ns > kMaxUnnamed_ns ||
+      !is_reid_candidate(redetected, kMissedHidden_ns)) {
     return false;
   }
   const Eigen::Vector3d p_cam =

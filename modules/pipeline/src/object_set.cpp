@@ -22,10 +22,11 @@ std::size_t ObjectSet::required_bytes(const PipelineConfig& config) {
   return ObjectState::required_bytes(config) * static_cast<std::size_t>(config.tracking.max_objects);
 }
 
-void ObjectSet::forecast(std::int64_t timestamp_ns, const Se3& T_world_cam,
-                         std::span<tracking::Forecast> by_slot) const {
+void ObjectSet::prediction(std::int64_t timestamp_ns, const Se3& T_world_cam,
+                           std::span<tracking::ObjectPrediction> by_slot) const {
   for (std::size_t slot = 0; slot < slots_.size(); ++slot) {
-    by_slot[slot] = slots_[slot].alive() ? slots_[slot].forecast(timestamp_ns, T_world_cam) : tracking::Forecast{};
+    by_slot[slot] =
+        slots_[slot].alive() ? slots_[slot].prediction(timestamp_ns, T_world_cam) : tracking::ObjectPrediction{};
   }
 }
 
@@ -54,13 +55,13 @@ std::optional<ReidentifiedObject> ObjectSet::reidentify(const Track& track, cons
   if (candidate.placed()) {
     return std::nullopt;
   }
-  const std::optional<Eigen::Vector3d> position_m = candidate.sighted_position(frame, labels, camera);
+  const std::optional<Eigen::Vector3d> position_m = candidate.observed_position(frame, labels, camera);
   ObjectState* const lost = find_lost(candidate, track, position_m, camera);
   if (lost == nullptr) {
     return std::nullopt;
   }
   candidate.continue_from(*lost, position_m);
-  lost->hand_over();
+  lost->transfer_identity();
   return ReidentifiedObject{lost->track().slot, lost->track().id};
 }
 
@@ -72,8 +73,8 @@ ObjectState* ObjectSet::find_lost(const ObjectState& candidate, const Track& tra
     if (&lost == &candidate) {
       continue;
     }
-    const std::optional<double> part = lost.placed() && position_m ? lost.may_have_gone_to(*position_m, track, camera)
-                                                                   : lost.may_be_seen_as(track, camera);
+    const std::optional<double> part =
+        lost.placed() && position_m ? lost.position_gate(*position_m, track, camera) : lost.bearing_gate(track, camera);
     if (part && *part <= least) {
       nearest = &lost;
       least = *part;
@@ -92,7 +93,7 @@ bool ObjectSet::observe(const Track& track, const FeatureFrame& frame, LabelView
                         const features::FeatureFrontEnd& front_end) {
   ObjectState& object = slots_[track.slot];
   object.observe(track, frame, labels, camera, front_end);
-  return !object.estranged();
+  return !object.identity_switched();
 }
 
 std::size_t ObjectSet::list_windows(std::span<BodyRefinement> windows) {

@@ -40,7 +40,8 @@ class ObjectSet {
   [[nodiscard]] std::span<const ObjectState> slots() const noexcept { return slots_; }
 
   /// Where each object is expected to be seen, by slot.
-  void forecast(std::int64_t timestamp_ns, const Se3& T_world_cam, std::span<tracking::Forecast> by_slot) const;
+  void prediction(std::int64_t timestamp_ns, const Se3& T_world_cam,
+                  std::span<tracking::ObjectPrediction> by_slot) const;
   /// Counts this frame's tracks, and ends the objects whose tracks have ended.
   void take_tracks(const TrackFrame& tracks);
 

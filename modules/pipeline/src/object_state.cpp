@@ -11,21 +11,21 @@ namespace kinetrace::pipeline {
 namespace {
 
 // At rest is what has been shown not to be faster than this, not what has not been shown to move.
-constexpr std::size_t kLeastRestSamples = 8;  // Of a statistic, so not a time.
-constexpr double kMostRestSpeed_mps = 0.4;
+constexpr std::size_t kMinRestSamples = 8;  // Of a statistic, so not a time.
+constexpr double kMaxRestSpeed_mps = 0.4;
 constexpr double kRestSigmas = 2.0;
 constexpr double kAreaKept = 0.97;  // In a tenth of a second.
 constexpr double kAreaKeptIn_s = 0.1;
 constexpr double kVeryFar_m = 1000.0;  // Nothing shows how far.
 constexpr std::size_t kLately = 5;     // Frames ago: velocity is fitted over as many after it.
 // Disparities of one surface err in common, and differently as it comes nearer. Without a reconstruction, what is
-// followed is the middle of what is seen, which wanders as the object turns and as others hide it.
-constexpr double kDisparityWander_px = 0.03;
-constexpr double kSidewaysWander = 0.3;
+// followed is the middle of what is seen, which drifts as the object turns and as others hide it.
+constexpr double kCorrelatedDisparityError_px = 0.03;
+constexpr double kLateralCorrelatedError = 0.3;
 constexpr double kOutlineSigma_m = 0.03;
 constexpr int kTellingFeatures = 4;  // Fewer may all lie on something else; they show no new mover.
 constexpr double kAnywhere_m = 100.0;
-constexpr double kLeastVisible = 0.2;
+constexpr double kMinVisible = 0.2;
 
 double yaw_of(const Eigen::Vector3d& direction) {
   return std::atan2(-direction.z(), direction.x());
@@ -70,7 +70,7 @@ void ObjectState::begin(const Track& track) {
   track_ = track;
   confirmed_ = false;
   ended_ = false;
-  estranged_ = false;
+  identity_switched_ = false;
   handed_over_ = false;
   extended_ = false;
   placed_ = false;
@@ -86,9 +86,9 @@ void ObjectState::begin(const Track& track) {
   width_m_ = 0.0;
   area_m2_ = 0.0;
   recogniser_.clear();
-  unsure_ = false;
+  pose_ambiguous_ = false;
   predicted_.reset();
-  contradictions_ = 0.0;
+  inconsistency_count_ = 0.0;
   unseen_s_ = 0.0;
   timestamp_ns_ = 0;
   observed_ = false;
@@ -99,9 +99,9 @@ void ObjectState::begin(const Track& track) {
   box_.reset();
 }
 
-tracking::Forecast ObjectState::forecast(std::int64_t timestamp_ns, const Se3& T_world_cam) const {
+tracking::ObjectPrediction ObjectState::prediction(std::int64_t timestamp_ns, const Se3& T_world_cam) const {
   if (!placed_) {
-    return forecast_direction(T_world_cam);
+    return predict_direction(T_world_cam);
   }
   const trajectory::MotionEstimate motion = motion_.at(0);
   const double dt_s = 1e-9 * static_cast<double>(timestamp_ns - timestamp_ns_);
@@ -112,7 +112,7 @@ tracking::Forecast ObjectState::forecast(std::int64_t timestamp_ns, const Se3& T
   return {true, geometry_.project(p_cam).head<2>(), p_cam.z()};
 }
 
-tracking::Forecast ObjectState::forecast_direction(const Se3& T_world_cam) const {
+tracking::ObjectPrediction ObjectState::predict_direction(const Se3& T_world_cam) const {
   if (!direction_world_) {
     return {};
   }
@@ -138,18 +138,19 @@ void ObjectState::end() {
   }
 }
 
-void ObjectState::sight_by_outline(LabelView labels, const CameraState& camera, StereoSighting& sighting) const {
+void ObjectState::observe_by_outline(LabelView labels, const CameraState& camera,
+                                     StereoObservation& observation) const {
   const PixelBox& box = track_.box_px;
-  sighting.uvd_px.x() = mean_column(labels, box, track_.label());
+  observation.uvd_px.x() = mean_column(labels, box, track_.label());
   if (box.y0 > 0) {
-    sighting.uvd_px.y() = box.y0;
+    observation.uvd_px.y() = box.y0;
   } else if (filter_.initialised()) {
-    sighting.uvd_px.y() = geometry_.project(camera.T_world_cam.inverse() * filter_.position_m()).y();
+    observation.uvd_px.y() = geometry_.project(camera.T_world_cam.inverse() * filter_.position_m()).y();
   }
 }
 
-void ObjectState::measure_uncovered_part(const CameraState& camera) {
-  uncovered_part_ = 1.F;
+void ObjectState::measure_visible_fraction(const CameraState& camera) {
+  visible_fraction_ = 1.F;
   const double depth_m = (camera.T_world_cam.inverse() * middle_m()).z();
   if (!placed_ || track_.missed_frames > 0 || cut_off() || depth_m <= 0.0) {
     return;
@@ -158,20 +159,20 @@ void ObjectState::measure_uncovered_part(const CameraState& camera) {
   const double area_m2 = track_.area_px * metre_px * metre_px;
   const double kept = std::pow(kAreaKept, 1e-9 * static_cast<double>(interval_ns_) / kAreaKeptIn_s);
   area_m2_ = std::max(area_m2, kept * area_m2_);
-  uncovered_part_ = static_cast<float>(area_m2 / area_m2_);
+  visible_fraction_ = static_cast<float>(area_m2 / area_m2_);
 }
 
-bool ObjectState::place(const StereoSighting& sighting, const CameraState& camera) {
-  if (sighting.agreeing < config_.stereo_only_min_features || !camera.valid) {
+bool ObjectState::place(const StereoObservation& observation, const CameraState& camera) {
+  if (observation.agreeing < config_.stereo_only_min_features || !camera.valid) {
     return false;
   }
-  const Eigen::Vector3d sighted_m = camera.T_world_cam * position_in_camera(geometry_, sighting);
-  StereoSighting middle = sighting;
+  const Eigen::Vector3d observed_m = camera.T_world_cam * position_in_camera(geometry_, observation);
+  StereoObservation middle = observation;
   if (!rigid()) {
     middle.uvd_px.y() = 0.5 * (track_.box_px.y0 + track_.box_px.y1);
   }
   T_world_obj_ = {Eigen::Matrix3d::Identity(), camera.T_world_cam * position_in_camera(geometry_, middle)};
-  stereo_offset_m_ = T_world_obj_.translation - sighted_m;
+  stereo_offset_m_ = T_world_obj_.translation - observed_m;
   placed_ = true;
   return true;
 }
@@ -189,13 +190,13 @@ Eigen::Vector3d ObjectState::reference_m() const {
 }
 
 bool ObjectState::shows_no_motion() const noexcept {
-  return reconstructed_ && motion_.size() >= kLeastRestSamples && !motion_.at(0).moving;
+  return reconstructed_ && motion_.size() >= kMinRestSamples && !motion_.at(0).moving;
 }
 
 bool ObjectState::at_rest() const noexcept {
   const trajectory::MotionEstimate motion = motion_.at(0);
   return shows_no_motion() &&
-         motion.velocity_mps.norm() + kRestSigmas * std::sqrt(motion.covariance.trace()) < kMostRestSpeed_mps;
+         motion.velocity_mps.norm() + kRestSigmas * std::sqrt(motion.covariance.trace()) < kMaxRestSpeed_mps;
 }
 
 void ObjectState::set_covariance(double rotation_rad2, const Eigen::Matrix3d& position_m2) noexcept {
@@ -215,19 +216,19 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
   extended_ = false;
   frame_change_ = FrameChange::kNone;
   correction_.reset();
-  measure_uncovered_part(camera);
+  measure_visible_fraction(camera);
   if (track.missed_frames == 0) {
     matched_run_.add_frame(interval_ns_);
     matched_timestamp_ns_ = timestamp_ns_;
   } else {
     matched_run_.reset();
   }
-  StereoSighting sighting = sight(frame, labels);
+  StereoObservation observation = observe_stereo(frame, labels);
   if (!rigid() && track_.area_px > 0) {
-    sight_by_outline(labels, camera, sighting);
+    observe_by_outline(labels, camera, observation);
   }
-  sighted_features_ = sighting.features;
-  if (!placed_ && !place(sighting, camera)) {
+  observed_features_ = observation.features;
+  if (!placed_ && !place(observation, camera)) {
     note_direction(camera);
     return;
   }
@@ -235,7 +236,7 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
     status_ = BodyStatus::kTracked;
     reconstructed_ = true;
     frame_fixed_ = true;
-    known_timestamp_ns_ = unsure_ ? known_timestamp_ns_ : timestamp_ns_;
+    known_timestamp_ns_ = pose_ambiguous_ ? known_timestamp_ns_ : timestamp_ns_;
     tracked_.add_frame(interval_ns_);
     predicted_.reset();
     unseen_s_ = 0.0;
@@ -245,24 +246,24 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
     }
     tracked_run_.add_frame(interval_ns_);
     filter_.reset();
-    if (unsure_) {
-      make_sure(camera, front_end);
+    if (pose_ambiguous_) {
+      resolve_pose(camera, front_end);
     }
   } else {
-    follow_without_body(sighting, camera);
-    if (rigid() && !estranged_ && camera.valid && sighting.features >= min_points_ &&
-        !(mostly_covered() && reconstructed_)) {
+    follow_without_body(observation, camera);
+    if (rigid() && !identity_switched_ && camera.valid && observation.features >= min_points_ &&
+        !(mostly_occluded() && reconstructed_)) {
       // Enough points to build on, but none known that fit.
-      begin_body(sighting, camera, front_end);
+      begin_body(observation, camera, front_end);
     }
   }
   if (body_.active()) {
     body_.extend(frame, track.label(), camera.valid ? &camera.T_world_cam.rotation : nullptr);
     extended_ = true;
   }
-  if (status_ == BodyStatus::kTracked && sighting.features > 0) {
+  if (status_ == BodyStatus::kTracked && observation.features > 0) {
     const Se3 T_world_obj = camera.T_world_cam * body_.estimate().T_body_cam.inverse();
-    stereo_offset_m_ = -(T_world_obj.inverse() * (camera.T_world_cam * position_in_camera(geometry_, sighting)));
+    stereo_offset_m_ = -(T_world_obj.inverse() * (camera.T_world_cam * position_in_camera(geometry_, observation)));
   }
 }
 
@@ -282,37 +283,39 @@ Eigen::Matrix3d ObjectState::reference_covariance(const Se3& T_world_obj, const 
   return to_reference * covariance * to_reference.transpose();
 }
 
-double ObjectState::surface_wander_m(double depth_m) const {
-  const double visible = std::clamp(static_cast<double>(track_.visible_part), kLeastVisible, 1.0);
+double ObjectState::extent_sigma_m(double depth_m) const {
+  const double visible = std::clamp(static_cast<double>(track_.visible_part), kMinVisible, 1.0);
   const double seen_width_m = track_.box_px.width() * depth_m / geometry_.fx_px;
   // Masks tell how much of it is hidden, unless it has just come back; how wide it once was tells then.
   const double hidden_width_m = std::max(seen_width_m * (1.0 / visible - 1.0), width_m_ - seen_width_m);
   return (rigid() ? surface_sigma_m_ : kOutlineSigma_m) + 0.5 * std::max(hidden_width_m, 0.0);
 }
 
-Eigen::Matrix3d ObjectState::position_wander() const {
+Eigen::Matrix3d ObjectState::position_correlated_covariance() const {
   const Eigen::Vector3d from_camera_m = T_world_obj_.rotation * -T_obj_cam_.translation;
   const double depth_m = std::max(T_obj_cam_.inverse().translation.z(), 0.0);
   // The less of it is seen, the fewer points share the error, and the farther its middle is from them.
-  const double visible = std::clamp(static_cast<double>(track_.visible_part), kLeastVisible, 1.0);
+  const double visible = std::clamp(static_cast<double>(track_.visible_part), kMinVisible, 1.0);
   const Eigen::Vector3d along_ray_m =
-      kDisparityWander_px / visible * depth_m / (geometry_.fx_px * geometry_.baseline_m) * from_camera_m;
-  Eigen::Matrix3d wander = along_ray_m * along_ray_m.transpose();
-  wander.diagonal().array() += kSidewaysWander * kSidewaysWander * along_ray_m.squaredNorm();
+      kCorrelatedDisparityError_px / visible * depth_m / (geometry_.fx_px * geometry_.baseline_m) * from_camera_m;
+  Eigen::Matrix3d correlated_covariance = along_ray_m * along_ray_m.transpose();
+  correlated_covariance.diagonal().array() +=
+      kLateralCorrelatedError * kLateralCorrelatedError * along_ray_m.squaredNorm();
   // What is predicted goes on as it went: that shows no new mover either.
   const bool seen =
-      status_ == BodyStatus::kTracked || (status_ == BodyStatus::kStereoOnly && sighted_features_ >= kTellingFeatures);
+      status_ == BodyStatus::kTracked || (status_ == BodyStatus::kStereoOnly && observed_features_ >= kTellingFeatures);
   if (!seen && !has_moved_) {
-    wander.diagonal().array() += kAnywhere_m * kAnywhere_m;
+    correlated_covariance.diagonal().array() += kAnywhere_m * kAnywhere_m;
   } else if (status_ == BodyStatus::kStereoOnly) {
-    const double surface_m = 0.5 * surface_wander_m(depth_m);
-    wander.diagonal().array() += surface_m * surface_m;
+    const double surface_m = 0.5 * extent_sigma_m(depth_m);
+    correlated_covariance.diagonal().array() += surface_m * surface_m;
   }
-  return wander;
+  return correlated_covariance;
 }
 
 void ObjectState::push_motion() {
-  motion_.push({timestamp_ns_, T_world_obj_, reference_covariance(T_world_obj_, covariance_), position_wander()});
+  motion_.push(
+      {timestamp_ns_, T_world_obj_, reference_covariance(T_world_obj_, covariance_), position_correlated_covariance()});
   previous_timestamp_ns_ = timestamp_ns_;
   const trajectory::MotionEstimate motion = motion_.at(0);
   has_moved_ = has_moved_ || motion.moving;
@@ -343,7 +346,7 @@ void ObjectState::conclude(const BundleSummary& refinement, const CameraState& c
   if (track_.missed_frames == 0 && !half_hidden()) {
     width_m_ = track_.box_px.width() * p_cam.z() / geometry_.fx_px;
   }
-  if ((track_.missed_frames == 0 && !mostly_covered()) || motion_.size() == 0) {
+  if ((track_.missed_frames == 0 && !mostly_occluded()) || motion_.size() == 0) {
     last_seen_m_ = middle_m();
   }
   in_view_ = p_cam.z() > 0.0 && u_px >= 0.0 && u_px < geometry_.width_px;
@@ -365,7 +368,7 @@ void ObjectState::report(ObjectResult& result) const {
 
 void ObjectState::revise(std::size_t age, const CameraState& camera, ObjectResult& result) {
   if (result.status == BodyStatus::kTracked && body_.active() && age < body_.history_size()) {
-    const SettledPose pose = body_.history(age);
+    const FinalisedPose pose = body_.history(age);
     result.T_obj_cam = pose.T_body_cam;
     const trajectory::PoseWithCovariance world =
         trajectory::compose({camera.T_world_cam, camera.covariance}, {pose.T_body_cam, pose.covariance});
@@ -380,7 +383,7 @@ void ObjectState::revise(std::size_t age, const CameraState& camera, ObjectResul
 void ObjectState::describe_motion(std::size_t age, ObjectResult& result) const {
   result.box = box_.known() ? box_.box_in_world(result.T_world_obj) : Box3{.center_m = result.T_world_obj.translation};
   if (age > 0 && age >= motion_.size()) {
-    return;  // The path has begun anew since: what was told of the motion before stands.
+    return;  // The path has begun anew since: what was reported of the motion before stands.
   }
   const trajectory::MotionEstimate motion = motion_.at(age);
   // Without a reconstruction, a velocity that is not significant is that of the seen surface, not of the object.

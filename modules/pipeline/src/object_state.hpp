@@ -7,7 +7,6 @@
 #include <span>
 
 #include "camera_state.hpp"
-#include "kept_paths.hpp"
 #include "kinetrace/core/detections.hpp"
 #include "kinetrace/core/dwell_time.hpp"
 #include "kinetrace/core/feature_frame.hpp"
@@ -15,12 +14,13 @@
 #include "kinetrace/core/track_frame.hpp"
 #include "kinetrace/pipeline/config.hpp"
 #include "kinetrace/sfm/body_reconstruction.hpp"
-#include "kinetrace/tracking/forecast.hpp"
+#include "kinetrace/tracking/prediction.hpp"
 #include "kinetrace/trajectory/box_estimator.hpp"
 #include "kinetrace/trajectory/object_motion.hpp"
 #include "kinetrace/trajectory/stereo_position_filter.hpp"
 #include "object_recogniser.hpp"
-#include "stereo_sighting.hpp"
+#include "stereo_observation.hpp"
+#include "trajectory_buffer.hpp"
 
 namespace kinetrace::pipeline {
 
@@ -42,16 +42,16 @@ class ObjectState {
   /// Its position has been known at least once.
   [[nodiscard]] bool placed() const noexcept { return placed_; }
   /// What the track lies on is not where this object can be: it has passed to another object.
-  [[nodiscard]] bool estranged() const noexcept { return estranged_; }
+  [[nodiscard]] bool identity_switched() const noexcept { return identity_switched_; }
 
   void begin(const Track& track);
   /// Where the object's origin is expected at `timestamp_ns`, the camera of that time given. Unknown before it has a
   /// place.
-  [[nodiscard]] tracking::Forecast forecast(std::int64_t timestamp_ns, const Se3& T_world_cam) const;
+  [[nodiscard]] tracking::ObjectPrediction prediction(std::int64_t timestamp_ns, const Se3& T_world_cam) const;
   /// The track has ended; points still alive are in `body().estimate().retired`.
   void end();
-  /// As end(); the object goes on in another slot, and this one is free once its points have been told.
-  void hand_over() {
+  /// As end(); the object goes on in another slot, and this one is free once its points have been reported.
+  void transfer_identity() {
     end();
     handed_over_ = true;
   }
@@ -60,28 +60,28 @@ class ObjectState {
   void release() noexcept { track_ = Track{}; }
 
   /// Where stereo sees the object of a new track, in the world; nothing without enough features or a camera pose.
-  [[nodiscard]] std::optional<Eigen::Vector3d> sighted_position(const FeatureFrame& frame, LabelView labels,
-                                                                const CameraState& camera) const;
-  /// Whether this object, out of sight, may be what the new track `reborn` sees at `position_m`: the distance as a part
-  /// of what it may have gone meanwhile, at most one. Nothing if it is in sight or of another class, or was still
+  [[nodiscard]] std::optional<Eigen::Vector3d> observed_position(const FeatureFrame& frame, LabelView labels,
+                                                                 const CameraState& camera) const;
+  /// Whether this object, out of view, may be what the new track `redetected` sees at `position_m`: the distance as a
+  /// part of what it may have gone meanwhile, at most one. Nothing if it is in view or of another class, or was still
   /// detected when the new track already was.
-  [[nodiscard]] std::optional<double> may_have_gone_to(const Eigen::Vector3d& position_m, const Track& reborn,
-                                                       const CameraState& camera) const;
-  /// The same for an object of which only the direction is known: whether `reborn` may show it where it is.
-  [[nodiscard]] std::optional<double> may_be_seen_as(const Track& reborn, const CameraState& camera) const;
-  /// Whether `reborn`, of which stereo sees nothing yet, may be this object that comes back over the border of the
+  [[nodiscard]] std::optional<double> position_gate(const Eigen::Vector3d& position_m, const Track& redetected,
+                                                    const CameraState& camera) const;
+  /// The same for an object of which only the direction is known: whether `redetected` may show it where it is.
+  [[nodiscard]] std::optional<double> bearing_gate(const Track& redetected, const CameraState& camera) const;
+  /// Whether `redetected`, of which stereo sees nothing yet, may be this object that comes back over the border of the
   /// image: for some frames, until stereo tells, it has no name.
-  [[nodiscard]] bool may_come_back_as(const Track& reborn, const CameraState& camera) const;
+  [[nodiscard]] bool may_come_back_as(const Track& redetected, const CameraState& camera) const;
   /// This slot's new track is the object that `earlier` has lost: its name and frame go on. Call before observe().
   void continue_from(ObjectState& earlier, const std::optional<Eigen::Vector3d>& position_m);
 
-  /// Pose of this frame, and sightings added to the window.
+  /// Pose of this frame, and observations added to the window.
   /// `labels`: the masks of the left image, by track label.
   void observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera,
                const features::FeatureFrontEnd& front_end);
   /// After conclude(): takes note of what its points look like, now and then.
   void remember(const FeatureFrame& frame, const features::FeatureFrontEnd& front_end) {
-    if (status_ == BodyStatus::kTracked && !unsure_) {
+    if (status_ == BodyStatus::kTracked && !pose_ambiguous_) {
       recogniser_.remember(body_, frame, track_.label(), front_end, interval_ns_);
     }
   }
@@ -103,7 +103,7 @@ class ObjectState {
   [[nodiscard]] const sfm::BodyReconstruction& body() const noexcept { return body_; }
   [[nodiscard]] BodyStatus status() const noexcept { return status_; }
   /// Not seen for so long, or so far outside the image, that there is nothing to report.
-  [[nodiscard]] bool out_of_sight() const noexcept {
+  [[nodiscard]] bool is_out_of_view() const noexcept {
     return track_.area_px == 0 && (status_ == BodyStatus::kLost || !in_view_);
   }
   [[nodiscard]] FrameChange frame_change() const noexcept { return frame_change_; }
@@ -118,88 +118,88 @@ class ObjectState {
 
   ObjectState(const PipelineConfig& config, const StereoGeometry& geometry, sfm::BodyReconstruction body, Arena& arena);
 
-  [[nodiscard]] StereoSighting sight(const FeatureFrame& frame, LabelView labels) const {
-    return pipeline::sight(frame, labels, track_.label(), min_disparity_px_);
+  [[nodiscard]] StereoObservation observe_stereo(const FeatureFrame& frame, LabelView labels) const {
+    return pipeline::observe_stereo(frame, labels, track_.label(), min_disparity_px_);
   }
   /// Where features happen to lie on something that bends and swings says little about where it is: its head and the
   /// middle of its outline stay where they are. Depth remains that of the features. What the image's border cuts off is
   /// taken from where the object was.
-  void sight_by_outline(LabelView labels, const CameraState& camera, StereoSighting& sighting) const;
+  void observe_by_outline(LabelView labels, const CameraState& camera, StereoObservation& observation) const;
   /// A class vote that changes later does not undo a reconstruction that works.
   [[nodiscard]] bool rigid() const noexcept {
     return config_.rigid_pedestrians || body_.active() || track_.class_id != kPedestrianClass;
   }
   /// Much of the object is outside the image or behind something: the middle of what is left of it says little about
   /// the whole, and may be what hides it.
-  [[nodiscard]] bool half_hidden() const noexcept { return cut_off() || mostly_covered(); }
-  /// From the nearest point of its box to `sighted_m`, were the middle of what has been seen of it at `about_m`.
+  [[nodiscard]] bool half_hidden() const noexcept { return cut_off() || mostly_occluded(); }
+  /// From the nearest point of its box to `observed_m`, were the middle of what has been seen of it at `about_m`.
   /// Another end of it may come into sight than the one that went.
-  [[nodiscard]] Eigen::Vector3d off_body(const Eigen::Vector3d& sighted_m, const Eigen::Vector3d& about_m) const;
+  [[nodiscard]] Eigen::Vector3d off_body(const Eigen::Vector3d& observed_m, const Eigen::Vector3d& about_m) const;
   /// By the image's border.
   [[nodiscard]] bool cut_off() const noexcept {
     return track_.box_px.x0 <= 1 || track_.box_px.x1 >= geometry_.width_px - 1;
   }
-  [[nodiscard]] bool mostly_covered() const noexcept {
-    return std::min(track_.visible_part, uncovered_part_) < kClearlyVisible;
+  [[nodiscard]] bool mostly_occluded() const noexcept {
+    return std::min(track_.visible_part, visible_fraction_) < kClearlyVisible;
   }
   /// What stands in front of it need not be an object: how much of the area that it has lately shown is seen now.
-  void measure_uncovered_part(const CameraState& camera);
+  void measure_visible_fraction(const CameraState& camera);
   /// A track of its class that was born after it was last detected, longer than `missed_ns` ago.
-  [[nodiscard]] bool waited_for(const Track& reborn, std::int64_t missed_ns) const noexcept;
+  [[nodiscard]] bool is_reid_candidate(const Track& redetected, std::int64_t missed_ns) const noexcept;
   [[nodiscard]] bool shows_no_motion() const noexcept;
   /// Its reconstruction has lasted: how it moves is known well enough to go on without seeing it.
   [[nodiscard]] bool well_known() const noexcept { return tracked_.exceeds(kWellKnown_ns) && known_motion_; }
   /// The reconstruction has not fitted for so long that its points must be wrong.
-  [[nodiscard]] bool ill_fitting(const CameraState& camera);
+  [[nodiscard]] bool fails_residual_check(const CameraState& camera);
   /// Of something too far away for stereo: where it was last seen, if only the camera turns.
-  [[nodiscard]] tracking::Forecast forecast_direction(const Se3& T_world_cam) const;
+  [[nodiscard]] tracking::ObjectPrediction predict_direction(const Se3& T_world_cam) const;
   void note_direction(const CameraState& camera);
-  [[nodiscard]] bool place(const StereoSighting& sighting, const CameraState& camera);
+  [[nodiscard]] bool place(const StereoObservation& observation, const CameraState& camera);
   [[nodiscard]] bool locate(const FeatureFrame& frame, const CameraState& camera);
   [[nodiscard]] bool find_pose(const FeatureFrame& frame, const CameraState& camera);
-  void count_contradiction(bool found) noexcept;
+  void count_inconsistency(bool found) noexcept;
   /// Where the object is expected now if it goes on as it went, and how far it may be off: a vehicle's acceleration
   /// since its velocity was measured. Nothing before it has shown how it moves.
   [[nodiscard]] std::optional<sfm::BodyReconstruction::Expectation> expected_pose(const CameraState& camera) const;
   /// The middle of what has been seen of it, in the world.
   [[nodiscard]] Eigen::Vector3d middle_m() const { return T_world_obj_ * -stereo_offset_m_; }
   /// Nearly all known points agree with the pose found, and they are many.
-  [[nodiscard]] bool unanimous() const;
+  [[nodiscard]] bool has_inlier_consensus() const;
   /// Whether the object can have come from where it was to where the reconstruction sees it now.
-  [[nodiscard]] bool reachable(const sfm::BodyReconstruction::Expectation& expected) const;
+  [[nodiscard]] bool passes_innovation_gate(const sfm::BodyReconstruction::Expectation& expected) const;
   /// Puts it where its remembered points are; false if too few are recognised.
   bool recognise(const CameraState& camera, const features::FeatureFrontEnd& front_end);
   /// The reconstruction (re)starts where the object is taken to be.
-  void begin_body(const StereoSighting& sighting, const CameraState& camera,
+  void begin_body(const StereoObservation& observation, const CameraState& camera,
                   const features::FeatureFrontEnd& front_end);
   /// Its frame has been guessed on its return; true once it is known for sure.
-  void make_sure(const CameraState& camera, const features::FeatureFrontEnd& front_end);
+  void resolve_pose(const CameraState& camera, const features::FeatureFrontEnd& front_end);
   [[nodiscard]] Eigen::Vector3d reference_m() const;
   void start_filter();
-  /// Goes on as it last went. `sighted`: stereo sees it there, if not enough of it to say where it is.
-  void coast(bool sighted);
+  /// Goes on as it last went. `observed`: stereo sees it there, if not enough of it to say where it is.
+  void coast(bool observed);
   /// (u, v, disparity) to follow. Of what is half hidden, the middle of what is seen may be anywhere on it: only how
   /// far that lies outside its box says that it is elsewhere.
-  [[nodiscard]] Eigen::Vector3d part_seen(const StereoSighting& sighting, const CameraState& camera) const;
+  [[nodiscard]] Eigen::Vector3d part_seen(const StereoObservation& observation, const CameraState& camera) const;
   /// What stereo sees lies on or near the box of this object.
-  [[nodiscard]] bool lies_on_it(const StereoSighting& sighting, const CameraState& camera) const;
+  [[nodiscard]] bool lies_on_it(const StereoObservation& observation, const CameraState& camera) const;
   /// There is a known motion, and the object was not at rest.
-  [[nodiscard]] bool goes_on() const noexcept;
+  [[nodiscard]] bool keeps_motion() const noexcept;
   /// Where it is now if it went on as it is known to.
-  [[nodiscard]] Se3 coasted() const;
+  [[nodiscard]] Se3 coasted_pose() const;
   /// Stereo sees many points far from there.
-  [[nodiscard]] bool seen_elsewhere(const StereoSighting& sighting, const CameraState& camera) const;
+  [[nodiscard]] bool seen_elsewhere(const StereoObservation& observation, const CameraState& camera) const;
   [[nodiscard]] double depth_sigma_m(double depth_m) const;
   /// How far off that may be by now.
   [[nodiscard]] double coasting_sigma_m() const;
   void set_covariance(double rotation_rad2, const Eigen::Matrix3d& position_m2) noexcept;
   void count_prediction(bool seen) noexcept;
-  void follow_without_body(const StereoSighting& sighting, const CameraState& camera);
+  void follow_without_body(const StereoObservation& observation, const CameraState& camera);
   void compose_newest(const CameraState& camera);
   /// How far the middle of what is seen may lie from where it was: over the surface, and by what is hidden.
-  [[nodiscard]] double surface_wander_m(double depth_m) const;
-  /// See trajectory::MotionSample::wander.
-  [[nodiscard]] Eigen::Matrix3d position_wander() const;
+  [[nodiscard]] double extent_sigma_m(double depth_m) const;
+  /// See trajectory::MotionSample::drift.
+  [[nodiscard]] Eigen::Matrix3d position_correlated_covariance() const;
   void push_motion();
   /// Of the point whose path is followed, in the world.
   [[nodiscard]] Eigen::Matrix3d reference_covariance(const Se3& T_world_obj, const Matrix6d& covariance) const;
@@ -215,7 +215,7 @@ class ObjectState {
   bool ended_ = false;
   bool extended_ = false;
   bool in_view_ = true;  ///< Where it is expected lies in the image.
-  bool estranged_ = false;
+  bool identity_switched_ = false;
   bool handed_over_ = false;
   bool placed_ = false;       ///< T_world_obj_ has been set since birth.
   bool frame_fixed_ = false;  ///< Its axes and origin have been shown in a reconstruction and never move again.
@@ -223,14 +223,15 @@ class ObjectState {
   std::optional<FrameCorrection> correction_;
   bool reconstructed_ = false;  ///< Has been tracked by its reconstruction since birth.
   double unseen_s_ = 0.0;
-  int ill_fitting_frames_ = 0;   ///< In a row: each is a new fit, so they are counted.
-  double contradictions_ = 0.0;  ///< Frames without a pose although points were seen; a frame with one takes half back.
-  bool has_moved_ = false;       ///< Has been found moving since birth.
-  int sighted_features_ = 0;     ///< By stereo, in this frame.
-  DwellTime tracked_;            ///< By its reconstruction, since birth.
-  DwellTime tracked_run_;        ///< Without a break in which its reconstruction was found, now or last.
-  bool rested_ = false;          ///< Before that run.
-  DwellTime predicted_;          ///< Without a break.
+  int failed_residual_frames_ = 0;  ///< In a row: each is a new fit, so they are counted.
+  double inconsistency_count_ =
+      0.0;                     ///< Frames without a pose although points were seen; a frame with one takes half back.
+  bool has_moved_ = false;     ///< Has been found moving since birth.
+  int observed_features_ = 0;  ///< By stereo, in this frame.
+  DwellTime tracked_;          ///< By its reconstruction, since birth.
+  DwellTime tracked_run_;      ///< Without a break in which its reconstruction was found, now or last.
+  bool rested_ = false;        ///< Before that run.
+  DwellTime predicted_;        ///< Without a break.
   BodyStatus status_ = BodyStatus::kInitializing;
   sfm::BodyReconstruction body_;
   /// From the smoothed path, at previous_timestamp_ns_.
@@ -253,12 +254,12 @@ class ObjectState {
   Eigen::Vector3d last_seen_m_ = Eigen::Vector3d::Zero();      ///< Its stereo position when a detection last showed it.
   std::optional<Eigen::Vector3d> direction_world_;             ///< From the camera, while it has no place.
   ObjectRecogniser recogniser_;
-  DwellTime matched_run_;  ///< Without a break in which detections showed it.
-  bool unsure_ = false;    ///< Its frame has been guessed on its return.
-  int unsure_frames_ = 0;  ///< Tracked since then: frames to be corrected once it is known.
-  DwellTime unsure_time_;  ///< The same as a time.
-  double area_m2_ = 0.0;   ///< Of its mask, across the line of sight, as large as it has lately been.
-  float uncovered_part_ = 1.F;
+  DwellTime matched_run_;        ///< Without a break in which detections showed it.
+  bool pose_ambiguous_ = false;  ///< Its frame has been guessed on its return.
+  int ambiguous_frames_ = 0;     ///< Tracked since then: frames to be corrected once it is known.
+  DwellTime uncertain_time_;     ///< The same as a time.
+  double area_m2_ = 0.0;         ///< Of its mask, across the line of sight, as large as it has lately been.
+  float visible_fraction_ = 1.F;
   double width_m_ = 0.0;           ///< Across the line of sight, when last seen whole.
   std::int64_t timestamp_ns_ = 0;  ///< 0 before the first frame.
   bool observed_ = false;          ///< Since birth.

@@ -23,12 +23,12 @@ namespace {
 constexpr std::int64_t kTrustedPrediction_ns = 200'000'000;  // Masks predicted for longer are guesses.
 
 /// Predicted masks: what lies in them may be something else.
-features::FeatureFrontEnd::GuessedMasks guessed_masks(const TrackFrame& tracks) {
-  features::FeatureFrontEnd::GuessedMasks guessed;
+features::FeatureFrontEnd::PredictedMasks predicted_masks(const TrackFrame& tracks) {
+  features::FeatureFrontEnd::PredictedMasks predicted;
   for (const Track& track : tracks.tracks) {
-    guessed[track.label()] = track.missed_ns > kTrustedPrediction_ns;
+    predicted[track.label()] = track.missed_ns > kTrustedPrediction_ns;
   }
-  return guessed;
+  return predicted;
 }
 
 /// How the camera has moved since the frame before.
@@ -193,7 +193,7 @@ EgoMotion Pipeline::Impl::locate_camera(const FeatureFrame& frame, StageObserver
 
 void Pipeline::Impl::end_tracks() {
   for (std::size_t slot = 0; slot < objects.slots().size(); ++slot) {
-    tracker.abandon(static_cast<std::uint8_t>(slot));
+    tracker.terminate(static_cast<std::uint8_t>(slot));
   }
 }
 
@@ -210,8 +210,8 @@ Result<DetectionFrame> Pipeline::Impl::segment(const RectifiedPair& pair, const 
 Result<TrackFrame> Pipeline::Impl::track_objects(const DetectionFrame& detections, const FeatureFrame& frame,
                                                  std::int64_t timestamp_ns, StageObserver* observer) {
   const StageScope stage(observer, Stage::kTrackObjects);
-  objects.forecast(timestamp_ns, camera.T_world_cam(), scratch.forecasts);
-  Result<TrackFrame> tracks = tracker.process(timestamp_ns, detections, frame.features, scratch.forecasts);
+  objects.prediction(timestamp_ns, camera.T_world_cam(), scratch.object_predictions);
+  Result<TrackFrame> tracks = tracker.process(timestamp_ns, detections, frame.features, scratch.object_predictions);
   if (tracks) {
     objects.take_tracks(*tracks);
   }
@@ -220,14 +220,14 @@ Result<TrackFrame> Pipeline::Impl::track_objects(const DetectionFrame& detection
 
 Result<FeatureFrame> Pipeline::Impl::replenish(const TrackFrame& tracks, StageObserver* observer) {
   const StageScope stage(observer, Stage::kReplenish);
-  Result<FeatureFrame> frame = front_end.replenish(tracks.left_labels, guessed_masks(tracks));
+  Result<FeatureFrame> frame = front_end.replenish(tracks.left_labels, predicted_masks(tracks));
   if (frame) {
     previous_features = frame->features;
   }
   return frame;
 }
 
-// The tracker is told what becomes of a track's identity before the object is observed under it.
+// The tracker is reported what becomes of a track's identity before the object is observed under it.
 void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tracks, StageObserver* observer) {
   const StageScope stage(observer, Stage::kSfm);
   camera.extend(frame);
@@ -235,17 +235,17 @@ void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tr
   for (std::size_t i = 0; i < tracker.tracks().size(); ++i) {
     Track track = tracker.tracks()[i];
     if (const auto lost = objects.reidentify(track, frame, tracks.left_labels, now)) {
-      tracker.join(lost->earlier_slot, track.slot);
+      tracker.merge_tracks(lost->earlier_slot, track.slot);
       results.move_slot(lost->track_id, track.slot);
       track = tracker.track_in(track.slot);
       --i;  // It has taken the place of the earlier track, which came before.
     }
     if (objects.may_be_lost_object(track, now)) {
-      tracker.withhold(track.slot);
+      tracker.defer_confirmation(track.slot);
       track = tracker.track_in(track.slot);
     }
     if (!objects.observe(track, frame, tracks.left_labels, now, front_end)) {
-      tracker.abandon(track.slot);
+      tracker.terminate(track.slot);
     }
   }
 }
@@ -270,7 +270,7 @@ void Pipeline::Impl::conclude(const RectifiedPair& pair, const TrackFrame& track
   results.push(pair, objects.slots());
   results.revise(camera, objects.slots());
   output.set_newest(results.newest());
-  output.set_settled(results.settle());
+  output.set_finalised(results.finalise());
   output.set_bodies(camera.background(), objects.slots());
   objects.release(tracks.ended);
   output.set_frame(pair, {tracks.left_labels, tracks.right_labels, tracker.tracks(), tracks.ended}, counters());
@@ -331,11 +331,11 @@ const FrameResult* Pipeline::drain() {
   } else {
     self.output.clear_bodies();
   }
-  const KeptFrame* const settled = self.results.drain();
-  if (settled == nullptr) {
+  const BufferedFrame* const finalised = self.results.drain();
+  if (finalised == nullptr) {
     return nullptr;
   }
-  self.output.set_settled(settled);
+  self.output.set_finalised(finalised);
   return &self.output.result();
 }
 

@@ -10,31 +10,31 @@
 
 namespace kinetrace::pipeline {
 
-/// What becomes of the axes and the origin that an object's path is told by.
+/// What becomes of the axes and the origin that an object's path is reported by.
 enum class FrameChange : std::uint8_t {
   kNone,
-  kRefined,   ///< Put onto its points: what was told before is about the same point, as far as that was known.
-  kReplaced,  ///< What was told before is about another point.
+  kRefined,   ///< Put onto its points: what was reported before is about the same point, as far as that was known.
+  kReplaced,  ///< What was reported before is about another point.
 };
 
 /// An object in a kept frame. `confirmed` turns true for its past frames too, once its track is confirmed.
-struct KeptObject {
+struct BufferedObject {
   ObjectResult result;
   std::uint8_t slot = 0;
   bool confirmed = false;
   FrameChange change = FrameChange::kNone;  ///< Of the object's frame, against the frame before.
 };
 
-struct KeptFrame {
+struct BufferedFrame {
   std::int64_t frame_index = 0;
   std::int64_t timestamp_ns = 0;
   CameraResult camera;
-  std::span<KeptObject> objects;  ///< First `object_count` are in use.
+  std::span<BufferedObject> objects;  ///< First `object_count` are in use.
   std::size_t object_count = 0;
 
   /// The object with this track id; null if this frame does not have it.
-  [[nodiscard]] KeptObject* find(std::uint32_t track_id) const noexcept {
-    for (KeptObject& entry : objects.first(object_count)) {
+  [[nodiscard]] BufferedObject* find(std::uint32_t track_id) const noexcept {
+    for (BufferedObject& entry : objects.first(object_count)) {
       if (entry.result.track_id == track_id) {
         return &entry;
       }
@@ -47,8 +47,9 @@ struct KeptFrame {
 class ResultRing {
  public:
   ResultRing() = default;
-  ResultRing(Arena& arena, std::size_t capacity, std::size_t max_objects) : frames_(arena.take<KeptFrame>(capacity)) {
-    const std::span<KeptObject> objects = arena.take<KeptObject>(capacity * max_objects);
+  ResultRing(Arena& arena, std::size_t capacity, std::size_t max_objects)
+      : frames_(arena.take<BufferedFrame>(capacity)) {
+    const std::span<BufferedObject> objects = arena.take<BufferedObject>(capacity * max_objects);
     for (std::size_t i = 0; i < frames_.size(); ++i) {
       frames_[i].objects = objects.subspan(i * max_objects, max_objects);
     }
@@ -56,12 +57,12 @@ class ResultRing {
 
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
   [[nodiscard]] bool full() const noexcept { return size_ == frames_.size(); }
-  [[nodiscard]] KeptFrame& frame(std::size_t age) noexcept {
+  [[nodiscard]] BufferedFrame& frame(std::size_t age) noexcept {
     return frames_[(head_ + frames_.size() - age) % frames_.size()];
   }
 
   /// A new newest frame without objects; the caller has made room.
-  KeptFrame& push() noexcept {
+  BufferedFrame& push() noexcept {
     head_ = (head_ + 1) % frames_.size();
     ++size_;
     frames_[head_].object_count = 0;
@@ -71,14 +72,14 @@ class ResultRing {
   /// The object with this track id goes on in another slot.
   void move_slot(std::uint32_t track_id, std::uint8_t slot) noexcept {
     for (std::size_t age = 0; age < size_; ++age) {
-      if (KeptObject* entry = frame(age).find(track_id)) {
+      if (BufferedObject* entry = frame(age).find(track_id)) {
         entry->slot = slot;
       }
     }
   }
 
  private:
-  std::span<KeptFrame> frames_;
+  std::span<BufferedFrame> frames_;
   std::size_t head_ = 0;
   std::size_t size_ = 0;
 };

@@ -10,10 +10,10 @@ using refinement::FixedBundleAdjuster;
 
 namespace {
 
-constexpr int kFewestFrames = 2;  // That an adjuster can be made for; windows of one are left as they are.
+constexpr int kMinFrames = 2;  // That an adjuster can be made for; windows of one are left as they are.
 
 refinement::FixedBundleConfig for_objects(refinement::FixedBundleConfig config, const sfm::BodyConfig& object) {
-  config.max_frames = std::max(object.window_frames, kFewestFrames);
+  config.max_frames = std::max(object.window_frames, kMinFrames);
   config.max_points = object.max_points;
   return config;
 }

@@ -10,7 +10,7 @@ CameraMotion CameraMotionMeter::update(const PublishedFrame& frame) noexcept {
   }
   CameraMotion motion;
   const std::int64_t elapsed_ns = previous_ ? frame.timestamp_ns - previous_->timestamp_ns : 0;
-  if (elapsed_ns > 0 && elapsed_ns <= kLongestPause_ns) {
+  if (elapsed_ns > 0 && elapsed_ns <= kMaxPause_ns) {
     const double elapsed_s = static_cast<double>(elapsed_ns) * 1e-9;
     const Eigen::Matrix3d R_cam_world = camera.T_world_cam.rotation.transpose();
     const Eigen::Matrix3d turned = camera.T_world_cam.rotation * previous_->T_world_cam.rotation.transpose();

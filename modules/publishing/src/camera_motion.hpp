@@ -24,7 +24,7 @@ struct CameraMotion {
 class CameraMotionMeter {
  public:
   /// Longer pauses, and poses that are only predicted or lost, say nothing.
-  static constexpr std::int64_t kLongestPause_ns = 1'000'000'000;
+  static constexpr std::int64_t kMaxPause_ns = 1'000'000'000;
 
   CameraMotion update(const PublishedFrame& frame) noexcept;
 

@@ -196,15 +196,15 @@ LinkState Link::state() const noexcept {
 
 std::size_t Link::others() const {
   const ForeignCall foreign;
-  constexpr std::size_t kMost = 64;
-  std::array<void*, kMost> heard{};
-  std::array<dds_sample_info_t, kMost> infos{};
+  constexpr std::size_t kMax = 64;
+  std::array<void*, kMax> received{};
+  std::array<dds_sample_info_t, kMax> infos{};
   const Entity reader(dds_create_reader(membership().participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, nullptr, nullptr));
-  const dds_return_t count = reader.exists() ? dds_read(reader.get(), heard.data(), infos.data(), kMost, kMost) : 0;
+  const dds_return_t count = reader.exists() ? dds_read(reader.get(), received.data(), infos.data(), kMax, kMax) : 0;
   const auto alive = std::count_if(infos.begin(), infos.begin() + std::max(count, 0),
                                    [](const auto& info) { return info.instance_state == DDS_ALIVE_INSTANCE_STATE; });
   if (count > 0) {
-    static_cast<void>(dds_return_loan(reader.get(), heard.data(), count));
+    static_cast<void>(dds_return_loan(reader.get(), received.data(), count));
   }
   return static_cast<std::size_t>(std::max<std::ptrdiff_t>(alive - 1, 0));  // Without ourselves.
 }

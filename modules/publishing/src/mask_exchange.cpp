@@ -14,7 +14,7 @@
 namespace kinetrace::publishing {
 namespace {
 
-// Some frames of several pieces each, both eyes.
+// Some frames of several pieces each, both views.
 constexpr TopicQos kMaskQos{.depth = 64};
 constexpr TopicQos kRequestQos{.depth = 1, .keeps_last = true};
 constexpr std::size_t kPieceBytes = 16'000;
@@ -214,7 +214,7 @@ Status MaskSender::send(const Image& image) {
   copy_text(impl_->device, message.device);
   message.frame = image.frame_index;
   message.timestamp_ns = image.timestamp_ns;
-  message.eye = image.eye == Eye::kLeft ? 0 : 1;
+  message.view = image.view == View::kLeft ? 0 : 1;
   message.width_px = static_cast<std::uint32_t>(image.width_px);
   message.height_px = static_cast<std::uint32_t>(image.height_px);
   message.pieces = static_cast<std::uint32_t>(cuts.size() - 1);

@@ -30,52 +30,52 @@ ObjectResult object_of(const kinetrace_TrackedObject& message) noexcept {
 }  // namespace
 
 void tell(const kinetrace_CameraPose& message, ResultListener& listener) {
-  HeardCamera heard;
-  heard.device = message.device;
-  heard.frame_index = message.frame;
-  heard.timestamp_ns = message.timestamp_ns;
-  heard.handed_over_ns = message.handed_over_ns;
-  heard.camera.status = body_status(message.status);
-  heard.camera.T_world_cam = from_wire(message.T_world_cam);
-  heard.camera.covariance = Eigen::Map<const Matrix6d>(message.covariance);  // Symmetric.
-  heard.velocity_mps = from_wire(message.velocity_mps);
-  listener.hear(heard);
+  ReceivedCamera received;
+  received.device = message.device;
+  received.frame_index = message.frame;
+  received.timestamp_ns = message.timestamp_ns;
+  received.handed_over_ns = message.handed_over_ns;
+  received.camera.status = body_status(message.status);
+  received.camera.T_world_cam = from_wire(message.T_world_cam);
+  received.camera.covariance = Eigen::Map<const Matrix6d>(message.covariance);  // Symmetric.
+  received.velocity_mps = from_wire(message.velocity_mps);
+  listener.receive(received);
 }
 
 void tell(const kinetrace_TrackedObjects& message, ResultListener& listener) {
   std::array<ObjectResult, kMaxObjects> objects;
   const std::size_t count = std::min<std::size_t>(message.objects._length, objects.size());
   std::transform(message.objects._buffer, message.objects._buffer + count, objects.begin(), object_of);
-  listener.hear(HeardObjects{message.device, message.frame, message.timestamp_ns, message.piece, message.pieces,
-                             std::span(objects).first(count)});
+  listener.receive(ReceivedObjects{message.device, message.frame, message.timestamp_ns, message.piece, message.pieces,
+                                   std::span(objects).first(count)});
 }
 
 void tell(const kinetrace_Health& message, ResultListener& listener) {
-  std::array<HeardReason, 32> reasons;  // Bounds in the IDL.
-  std::array<HeardCounter, 64> counters;
+  std::array<ReceivedReason, 32> reasons;  // Bounds in the IDL.
+  std::array<ReceivedCounter, 64> counters;
   const std::size_t reason_count = std::min<std::size_t>(message.reasons._length, reasons.size());
   const std::size_t counter_count = std::min<std::size_t>(message.counters._length, counters.size());
   std::transform(message.reasons._buffer, message.reasons._buffer + reason_count, reasons.begin(),
                  [](const kinetrace_HealthReason& r) {
-                   return HeardReason{r.name, r.count, r.first_frame, r.last_frame};
+                   return ReceivedReason{r.name, r.count, r.first_frame, r.last_frame};
                  });
   std::transform(message.counters._buffer, message.counters._buffer + counter_count, counters.begin(),
                  [](const kinetrace_Counter& c) {
-                   return HeardCounter{c.name, c.value};
+                   return ReceivedCounter{c.name, c.value};
                  });
-  listener.hear(HeardHealth{message.device, message.frame, health_state(message.state), message.camera,
-                            std::span(reasons).first(reason_count), std::span(counters).first(counter_count)});
+  listener.receive(ReceivedHealth{message.device, message.frame, health_state(message.state), message.camera,
+                                  std::span(reasons).first(reason_count), std::span(counters).first(counter_count)});
 }
 
 void tell(const kinetrace_Calibration& message, ResultListener& listener) {
-  listener.hear(HeardCalibration{message.device,
-                                 {.fx_px = message.fx_px,
-                                  .fy_px = message.fy_px,
-                                  .cx_px = message.cx_px,
-                                  .cy_px = message.cy_px,
-                                  .baseline_m = message.baseline_m,
-                                  .width_px = static_cast<int>(message.width_px),
-                                  .height_px = static_cast<int>(message.height_px)}});
+  listener.receive(ReceivedCalibration{message.device,
+                                       {.fx_px = message.fx_px,
+                                        .fy_px = message.fy_px,
+                                        .cx_px = message.cx_px,
+                                        .cy_px = message.cy_px,
+                                        .baseline_m = message.baseline_m,
+                                        .width_px = static_cast<int>(message.width_px),
+                                        .height_px = static_cast<int>(message.height_px)}});
 }
 
 void tell(const kinetrace_InstanceMasks& message, std::uint64_t sender,
@@ -89,7 +89,7 @@ void tell(const kinetrace_InstanceMasks& message, std::uint64_t sender,
                                         {mask.x0_px, mask.y0_px, mask.x1_px, mask.y1_px},
                                         {mask.runs._buffer, mask.runs._length}};
                  });
-  visit({sender, message.frame, message.timestamp_ns, message.eye == 0 ? Eye::kLeft : Eye::kRight, message.width_px,
+  visit({sender, message.frame, message.timestamp_ns, message.view == 0 ? View::kLeft : View::kRight, message.width_px,
          message.height_px, message.piece, message.pieces, std::span(masks).first(count)});
 }
 

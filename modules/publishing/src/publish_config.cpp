@@ -27,9 +27,9 @@ Status check_name(std::string_view key, std::string_view name, std::string_view 
 
 /// Names of ROS 2: parts joined by /, each beginning with a letter or _.
 Status check_prefix(const std::string& prefix) {
-  constexpr std::size_t kLongest = 63;
+  constexpr std::size_t kMax = 63;
   bool part_begins = true;
-  bool is_clean = prefix.empty() || (prefix.back() != '/' && prefix.size() <= kLongest);
+  bool is_clean = prefix.empty() || (prefix.back() != '/' && prefix.size() <= kMax);
   for (const char c : prefix) {
     const bool is_digit = c >= '0' && c <= '9';
     is_clean = is_clean && (part_begins ? c == '_' || (is_alphanumeric(c) && !is_digit)
@@ -45,10 +45,10 @@ Status check_prefix(const std::string& prefix) {
 }
 
 Status check_peers(std::string_view peers) {
-  constexpr std::size_t kLongest = 63;
+  constexpr std::size_t kMax = 63;
   while (!peers.empty()) {
     const std::size_t comma = std::min(peers.find(','), peers.size());
-    if (Status valid = check_name("each of dds.peers", peers.substr(0, comma), ".:-", kLongest); !valid) {
+    if (Status valid = check_name("each of dds.peers", peers.substr(0, comma), ".:-", kMax); !valid) {
       return valid;
     }
     peers.remove_prefix(std::min(comma + 1, peers.size()));
@@ -57,14 +57,14 @@ Status check_peers(std::string_view peers) {
 }
 
 Status check_frames(const RosConfig& ros) {
-  constexpr std::size_t kLongest = 63;
+  constexpr std::size_t kMax = 63;
   const std::array<std::pair<std::string_view, std::string_view>, 4> frames{
       {{"dds.ros2.odom_frame", ros.odom_frame},
        {"dds.ros2.base_frame", ros.base_frame},
        {"dds.ros2.left_frame", ros.left_frame},
        {"dds.ros2.right_frame", ros.right_frame}}};
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    if (Status valid = check_name(frames[i].first, frames[i].second, "_-/.", kLongest); !valid) {
+    if (Status valid = check_name(frames[i].first, frames[i].second, "_-/.", kMax); !valid) {
       return valid;
     }
     for (std::size_t j = 0; j < i; ++j) {
@@ -111,9 +111,9 @@ Status PublishConfig::validate() const {
     return fail(ErrorCode::kInvalidConfig,
                 "dds.native and dds.ros2.enabled are both false; nothing would be published");
   }
-  constexpr std::size_t kLongestInterface = 15;  // IFNAMSIZ - 1.
+  constexpr std::size_t kMaxInterface = 15;  // IFNAMSIZ - 1.
   return first_failure({check_range("dds.domain", domain, 0, kMaxDomain),
-                        check_name("dds.interface", interface, "_.:@-", kLongestInterface), check_peers(peers),
+                        check_name("dds.interface", interface, "_.:@-", kMaxInterface), check_peers(peers),
                         check_name("dds.device", device, "_.-", kMaxDeviceLength),
                         check_range("dds.bytes_per_second", bytes_per_second, 10'000, 1'000'000'000),
                         check_range("dds.piece_bytes", piece_bytes, kMinPieceBytes, kMaxPieceBytes),

@@ -74,7 +74,7 @@ struct Publisher::Impl {
   std::uint64_t made_in = 0;       ///< Number of the membership that the topics belong to, or failed in.
   std::optional<std::string> notice{};
   std::optional<std::int64_t> next_health_ns{};
-  HealthState told_state = HealthState::kOk;
+  HealthState reported_state = HealthState::kOk;
   std::atomic<bool> has_topics = false;
   std::atomic<std::uint64_t> frames = 0;
   std::atomic<std::uint64_t> frames_without_link = 0;
@@ -184,12 +184,12 @@ void Publisher::publish(const PublishedFrame& frame, std::int64_t now_ns) {
 void Publisher::publish(const PublishedHealth& health, std::int64_t now_ns) {
   Impl& self = *impl_;
   self.outbox.refill(now_ns);
-  const bool is_due = !self.next_health_ns || now_ns >= *self.next_health_ns || health.state != self.told_state;
+  const bool is_due = !self.next_health_ns || now_ns >= *self.next_health_ns || health.state != self.reported_state;
   if (!self.topics || !is_due) {
     return;
   }
   self.next_health_ns = now_ns + kHealthEvery_ns;
-  self.told_state = health.state;
+  self.reported_state = health.state;
   const PublishCounters sent = counters();
   self.topics->for_each([&](const auto& topics) { topics.publish(health, sent, self.outbox); });
 }

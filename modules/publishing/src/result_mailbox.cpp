@@ -43,23 +43,23 @@ Result<std::unique_ptr<ResultMailbox>> ResultMailbox::create(const PublishConfig
 
 void ResultMailbox::offer(const FrameResult& result, std::int64_t handed_over_ns, std::int64_t exposed_ns) noexcept {
   frames_.slot().assign(result, handed_over_ns, exposed_ns);
-  if (frames_.hand_over()) {
+  if (frames_.transfer_identity()) {
     superseded_.fetch_add(1, kRelaxed);
   }
   offered_.fetch_add(1, kRelaxed);
-  offer_settled(result);
+  offer_finalised(result);
 }
 
-void ResultMailbox::offer_settled(const FrameResult& result) noexcept {
-  if (result.has_settled) {
-    offer_poses(result.settled);
+void ResultMailbox::offer_finalised(const FrameResult& result) noexcept {
+  if (result.has_finalised) {
+    offer_poses(result.finalised);
     end_where_gone(result);
   }
 }
 
 void ResultMailbox::offer_health(const PublishedHealth& health) noexcept {
   health_.slot() = health;
-  health_.hand_over();
+  health_.transfer_identity();
 }
 
 void ResultMailbox::push(const TrajectoryEvent& event) noexcept {
@@ -85,15 +85,15 @@ void ResultMailbox::remember(const ObjectResult& object, std::int64_t frame) noe
   }
 }
 
-void ResultMailbox::offer_poses(const FrameEstimate& settled) noexcept {
-  for (const ObjectResult& object : settled.objects) {
-    remember(object, settled.frame_index);
+void ResultMailbox::offer_poses(const FrameEstimate& finalised) noexcept {
+  for (const ObjectResult& object : finalised.objects) {
+    remember(object, finalised.frame_index);
     push({.ends = false,
           .track_id = object.track_id,
           .class_id = object.class_id,
           .status = object.status,
-          .frame_index = settled.frame_index,
-          .timestamp_ns = settled.timestamp_ns,
+          .frame_index = finalised.frame_index,
+          .timestamp_ns = finalised.timestamp_ns,
           .T_world_obj = object.T_world_obj,
           .velocity_mps = object.velocity_mps});
   }
@@ -104,7 +104,7 @@ void ResultMailbox::end_where_gone(const FrameResult& result) noexcept {
     OpenTrajectory& open = open_[i];
     if (is_alive(result, open.track_id)) {
       open.last_alive_frame = result.newest.frame_index;
-    } else if (result.settled.frame_index >= open.last_alive_frame) {
+    } else if (result.finalised.frame_index >= open.last_alive_frame) {
       // All frames in which it may have been seen are final.
       push_end(open);
       open_.swap_remove(i);

@@ -21,7 +21,7 @@ struct TrajectoryPart {
   std::span<kinetrace_TrajectoryPose> poses;
 };
 
-/// Bounded: while more trajectories are open than there is room for, the one without news for longest is given out as
+/// Bounded: while more trajectories are open than there is room for, the one without news for longest is published as
 /// it is and its count forgotten.
 class TrajectoryPieces {
  public:
@@ -34,7 +34,7 @@ class TrajectoryPieces {
   void add(const TrajectoryEvent& event, Send&& send) noexcept {
     Open* open = find(event.track_id);
     if (event.ends) {
-      if (open != nullptr) {  // Else it was given out before, for lack of room.
+      if (open != nullptr) {  // Else it was published before, for lack of room.
         TrajectoryPart last = give_out(*open);
         last.finished = true;
         send(last);

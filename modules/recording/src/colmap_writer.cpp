@@ -115,8 +115,8 @@ bool same_point(const ObservationRecord& a, const ObservationRecord* b) {
 }
 
 /// Passes on `observation` and those of the same point behind it, with `point_id`; lists them in `points3d` if given.
-void write_sightings(ObservationRecord observation, std::uint32_t point_id, Observations& observations,
-                     BufferedWriter* points3d, BufferedWriter& marked) {
+void write_observations(ObservationRecord observation, std::uint32_t point_id, Observations& observations,
+                        BufferedWriter* points3d, BufferedWriter& marked) {
   const ObservationRecord key = observation;
   for (;;) {
     if (points3d != nullptr) {
@@ -153,7 +153,7 @@ Status write_points(const Workspace& workspace, const std::filesystem::path& mar
     const PointRecord* point = find_point(points, first);
     observations.advance();
     if (point == nullptr || !same_point(first, observations.peek())) {
-      write_sightings(first, kNoPoint, observations, nullptr, *marked);
+      write_observations(first, kNoPoint, observations, nullptr, *marked);
       continue;
     }
     if (first.track_id != model.track_id()) {
@@ -163,7 +163,7 @@ Status write_points(const Workspace& workspace, const std::filesystem::path& mar
       ++counts.object_models;
     }
     write_point(*point, model.points());
-    write_sightings(first, first.point_id, observations, &model.points(), *marked);
+    write_observations(first, first.point_id, observations, &model.points(), *marked);
     model.points().text("\n");
   }
   for (const Status& status : {observations.status(), points.status(), model.points().close()}) {
@@ -194,7 +194,7 @@ Status write_image_name(SpoolFile<NameRecord>& names, std::int32_t frame, Buffer
   return fail(ErrorCode::kInternal, "no name was recorded for frame " + std::to_string(frame));
 }
 
-/// The line of sightings of one image. Those of earlier images (of bodies without a model) are skipped.
+/// The line of observations of one image. Those of earlier images (of bodies without a model) are skipped.
 Status write_image_points(const PoseRecord& pose, Observations& observations, BufferedWriter& out) {
   const auto image = std::tie(pose.track_id, pose.frame);
   const ObservationRecord* observation = observations.peek();

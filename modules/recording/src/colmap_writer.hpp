@@ -5,7 +5,7 @@
 
 namespace kinetrace::recording {
 
-/// Reduces the spooled observations to those in frames whose settled pose is the body's own ("images"). Expects
+/// Reduces the spooled observations to those in frames whose finalised pose is the body's own ("images"). Expects
 /// observations and poses in the order in which they were recorded.
 [[nodiscard]] Status keep_image_observations(const Workspace& workspace);
 

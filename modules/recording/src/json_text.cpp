@@ -31,12 +31,12 @@ int depth_of(std::string_view text) {
 }  // namespace
 
 Result<std::string> read_json_text(const std::filesystem::path& path) {
-  constexpr std::size_t kMostBytes = std::size_t{1} << 26U;
-  constexpr int kDeepest = 64;
-  Result<std::string> text = InputFile::read_whole(path, kMostBytes);
-  if (text && depth_of(*text) > kDeepest) {
+  constexpr std::size_t kMaxBytes = std::size_t{1} << 26U;
+  constexpr int kMaxDepth = 64;
+  Result<std::string> text = InputFile::read_whole(path, kMaxBytes);
+  if (text && depth_of(*text) > kMaxDepth) {
     return fail(ErrorCode::kBadFormat,
-                path.string() + ": is nested more than " + std::to_string(kDeepest) + " deep; write it anew");
+                path.string() + ": is nested more than " + std::to_string(kMaxDepth) + " deep; write it anew");
   }
   return text;
 }

@@ -22,7 +22,7 @@ struct KnownFile {
   Part part;
   std::string_view content;
   std::uint64_t RunCounts::*count = nullptr;  ///< How many there are, if not one.
-  std::uint64_t RunCounts::*rows = nullptr;   ///< How many rows it has, if that is told.
+  std::uint64_t RunCounts::*rows = nullptr;   ///< How many rows it has, if that is reported.
 };
 
 constexpr std::array<KnownFile, 18> kKnownFiles{{

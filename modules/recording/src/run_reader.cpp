@@ -46,7 +46,7 @@ Status check_end(TextRows& rows, std::size_t found, std::optional<std::int64_t> 
   return rows.status();
 }
 
-std::optional<std::int64_t> told_rows(const RunAbout& about, const char* file) {
+std::optional<std::int64_t> reported_rows(const RunAbout& about, const char* file) {
   const auto found = about.rows.find(file);
   return found == about.rows.end() ? std::nullopt : std::optional(found->second);
 }
@@ -257,13 +257,13 @@ Status read_objects(const RunAbout& about, Run& run) {
       run.objects.push_back(row);
     }
   }
-  return run.is_finished ? check_end(*rows, run.objects.size(), told_rows(about, "objects.csv")) : rows->status();
+  return run.is_finished ? check_end(*rows, run.objects.size(), reported_rows(about, "objects.csv")) : rows->status();
 }
 
 /// Nobody reads the labels back, but a folder with half of them is a damaged one.
 Status check_labels(const RunAbout& about, Run& run) {
-  const std::optional<std::int64_t> told = told_rows(about, "label_02.txt");
-  if (!told || !run.is_finished) {
+  const std::optional<std::int64_t> reported = reported_rows(about, "label_02.txt");
+  if (!reported || !run.is_finished) {
     return {};
   }
   Result<TextRows> rows = TextRows::open(run.directory / "label_02.txt", TextRows::Separator::kBlanks);
@@ -275,7 +275,7 @@ Status check_labels(const RunAbout& about, Run& run) {
   while (rows->next()) {
     ++found;
   }
-  return check_end(*rows, found, told);
+  return check_end(*rows, found, reported);
 }
 
 std::int64_t typical_interval_ns(const std::vector<CameraRow>& camera) {
@@ -392,7 +392,7 @@ Result<Run> read_run(const fs::path& directory) {
       return Unexpected(done.error());
     }
   }
-  run.mask_rows = told_rows(*about, "mots.txt");
+  run.mask_rows = reported_rows(*about, "mots.txt");
   run.dataset = std::move(about->dataset);
   run.sequence = std::move(about->sequence);
   run.cameras = std::move(about->cameras);

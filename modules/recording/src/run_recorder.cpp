@@ -72,7 +72,7 @@ struct RunRecorder::Impl {
   BufferedWriter camera_tum, camera_kitti, objects, labels, mots;
   BufferedWriter poses, observations, points, names;
   std::int64_t newest_frame = -1;
-  std::int64_t settled_frame = -1;
+  std::int64_t finalised_frame = -1;
   int frames_since_flush = 0;
   RunCounts counts;
   bool finished = false;
@@ -80,13 +80,13 @@ struct RunRecorder::Impl {
 
   Status open_files();
   Status check(const FrameResult& result) const;
-  Status check_settled(const FrameResult& result) const;
+  Status check_finalised(const FrameResult& result) const;
   Status append(const FrameResult& result);
   void append_newest(const FrameResult& result) noexcept;
   [[nodiscard]] NameRecord image_name(const RectifiedPair& pair) const noexcept;
   Status write_image(const RectifiedPair& pair);
   void append_retired(const FrameResult& result) noexcept;
-  void append_settled(const FrameEstimate& frame) noexcept;
+  void append_finalised(const FrameEstimate& frame) noexcept;
   void append_object(const FrameEstimate& frame, const ObjectResult& object) noexcept;
   Status flush_when_due();
   Status close_files();
@@ -139,27 +139,29 @@ Status RunRecorder::Impl::check(const FrameResult& result) const {
   if (frame < newest_frame) {
     return bad_frame(frame, "frame " + std::to_string(newest_frame) + " came before; record in ascending order");
   }
-  return result.has_settled ? check_settled(result) : Status{};
+  return result.has_finalised ? check_finalised(result) : Status{};
 }
 
-Status RunRecorder::Impl::check_settled(const FrameResult& result) const {
-  const FrameEstimate& settled = result.settled;
-  if (settled.frame_index <= settled_frame || settled.frame_index > result.newest.frame_index) {
-    return bad_frame(settled.frame_index, "it settles out of order, after frame " + std::to_string(settled_frame));
+Status RunRecorder::Impl::check_finalised(const FrameResult& result) const {
+  const FrameEstimate& finalised = result.finalised;
+  if (finalised.frame_index <= finalised_frame || finalised.frame_index > result.newest.frame_index) {
+    return bad_frame(finalised.frame_index,
+                     "it finalises out of order, after frame " + std::to_string(finalised_frame));
   }
-  if (settled.objects.size() > static_cast<std::size_t>(config.max_objects)) {
-    return fail(ErrorCode::kCapacity, "cannot record frame " + std::to_string(settled.frame_index) + ": " +
-                                          std::to_string(settled.objects.size()) +
+  if (finalised.objects.size() > static_cast<std::size_t>(config.max_objects)) {
+    return fail(ErrorCode::kCapacity, "cannot record frame " + std::to_string(finalised.frame_index) + ": " +
+                                          std::to_string(finalised.objects.size()) +
                                           " objects exceed recording.max_objects " +
                                           std::to_string(config.max_objects) + "; raise it");
   }
-  if (!settled.camera.T_world_cam.is_finite()) {
-    return bad_frame(settled.frame_index, "the camera's pose is not finite");
+  if (!finalised.camera.T_world_cam.is_finite()) {
+    return bad_frame(finalised.frame_index, "the camera's pose is not finite");
   }
-  for (const ObjectResult& object : settled.objects) {
+  for (const ObjectResult& object : finalised.objects) {
     const bool finite = object.T_world_obj.is_finite() && object.T_obj_cam.is_finite();
     if (object.status != BodyStatus::kInitializing && !finite) {
-      return bad_frame(settled.frame_index, "the pose of object " + std::to_string(object.track_id) + " is not finite");
+      return bad_frame(finalised.frame_index,
+                       "the pose of object " + std::to_string(object.track_id) + " is not finite");
     }
   }
   return {};
@@ -180,9 +182,9 @@ Status RunRecorder::Impl::append(const FrameResult& result) {
     }
   }
   append_retired(result);
-  if (result.has_settled) {
-    settled_frame = result.settled.frame_index;
-    append_settled(result.settled);
+  if (result.has_finalised) {
+    finalised_frame = result.finalised.frame_index;
+    append_finalised(result.finalised);
   }
   return flush_when_due();
 }
@@ -241,7 +243,7 @@ void RunRecorder::Impl::append_retired(const FrameResult& result) noexcept {
   }
 }
 
-void RunRecorder::Impl::append_settled(const FrameEstimate& frame) noexcept {
+void RunRecorder::Impl::append_finalised(const FrameEstimate& frame) noexcept {
   const Se3& T_world_cam = frame.camera.T_world_cam;
   write_tum_row(frame.timestamp_ns, StoredPose::from(T_world_cam), camera_tum);
   write_kitti_row(T_world_cam, camera_kitti);

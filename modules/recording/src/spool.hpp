@@ -35,7 +35,7 @@ struct StoredPose {
   }
 };
 
-/// Settled pose of one body in one frame.
+/// Finalised pose of one body in one frame.
 struct PoseRecord {
   std::uint32_t track_id = kBackgroundTrack;
   std::int32_t frame = 0;
@@ -48,7 +48,7 @@ struct PoseRecord {
   float box_radius_m = 0.F;             ///< Half the diagonal; 0 without a box.
 };
 
-/// Sighting number `index` of a body in a frame.
+/// Observation number `index` of a body in a frame.
 struct ObservationRecord {
   std::uint32_t track_id = kBackgroundTrack;
   std::uint32_t point_id = kNoPoint;

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kUnseen = 1.25;  // The box leaves out the outermost points, and sides that were never seen.
 constexpr double kDeviations = 2.0;
-constexpr double kLeastError_px = 0.5;  // Few sightings agree with each other better than with the truth.
+constexpr double kMinError_px = 0.5;  // Few observations agree with each other better than with the truth.
 
 }  // namespace
 
@@ -44,7 +44,8 @@ void StrayPoints::go_to(std::uint32_t track_id) {
   last_ = poses_.position();
 }
 
-/// Of a stereo sighting from where the camera was when the point left the map: z^2 / (f b) for each pixel of disparity.
+/// Of a stereo observation from where the camera was when the point left the map: z^2 / (f b) for each pixel of
+/// disparity.
 double StrayPoints::depth_deviation_m(const PointRecord& point) {
   std::uint64_t after = first_;
   for (std::uint64_t end = last_; after < end;) {
@@ -62,7 +63,7 @@ double StrayPoints::depth_deviation_m(const PointRecord& point) {
     return 0.0;
   }
   const Eigen::Vector3d p_cam = pose->T_body_cam.pose().inverse() * center_m_;
-  const double disparity_error_px = std::numbers::sqrt2 * std::max(static_cast<double>(point.error_px), kLeastError_px);
+  const double disparity_error_px = std::numbers::sqrt2 * std::max(static_cast<double>(point.error_px), kMinError_px);
   return p_cam.z() * p_cam.z() / (geometry_.fx_px * geometry_.baseline_m) * disparity_error_px;
 }
 

@@ -1,4 +1,4 @@
-// tracks/ID.tum from the settled poses.
+// tracks/ID.tum from the finalised poses.
 #pragma once
 
 #include "spool.hpp"

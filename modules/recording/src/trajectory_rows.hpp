@@ -1,4 +1,4 @@
-// The lines of the text files that grow with every settled frame.
+// The lines of the text files that grow with every finalised frame.
 #pragma once
 
 #include <cstdint>

@@ -66,8 +66,8 @@ KINETRACE_INLINE Vector3 transform(const KernelPose& pose, const PointLanes& poi
           r[6] * point.x + r[7] * point.y + r[8] * point.z + pose.translation[2]};
 }
 
-/// One frame's sightings of eight points, linearised. Unused members cost nothing once inlined.
-struct Sighting {
+/// One frame's observations of eight points, linearised. Unused members cost nothing once inlined.
+struct Observation {
   Vector3 p;         ///< Camera frame.
   Int8 in_front;     ///< Lanes that are seen and in front of the camera.
   Float8 loss;       ///< Robust loss.
@@ -88,9 +88,9 @@ KINETRACE_INLINE Lens lens_of(const KernelProblem& problem) {
           splat(problem.behind_loss)};
 }
 
-KINETRACE_INLINE Sighting look(const Lens& lens, const KernelPose& pose, const PointLanes& point,
-                               const ObservationLanes& seen) {
-  Sighting s;
+KINETRACE_INLINE Observation look(const Lens& lens, const KernelPose& pose, const PointLanes& point,
+                                  const ObservationLanes& seen) {
+  Observation s;
   s.p = transform(pose, point);
   const Float8 zero{};
   const Int8 is_seen = seen.left_weight > zero;
@@ -124,7 +124,7 @@ KINETRACE_INLINE Sighting look(const Lens& lens, const KernelPose& pose, const P
 }
 
 /// G = M R by columns: column c is M times column c of the rotation.
-KINETRACE_INLINE Vector3 coupling_column(const Sighting& s, const float* rotation, int c) {
+KINETRACE_INLINE Vector3 coupling_column(const Observation& s, const float* rotation, int c) {
   const float rx = rotation[c];
   const float ry = rotation[3 + c];
   const float rz = rotation[6 + c];
@@ -139,7 +139,7 @@ struct PointHessian {
   Float8 gradient[3] = {};
 };
 
-KINETRACE_INLINE void add_to_point(const Sighting& s, const float* rotation, const Vector3 coupling[3],
+KINETRACE_INLINE void add_to_point(const Observation& s, const float* rotation, const Vector3 coupling[3],
                                    PointHessian& point) {
   int k = 0;
   for (int r = 0; r < 3; ++r) {
@@ -150,7 +150,7 @@ KINETRACE_INLINE void add_to_point(const Sighting& s, const float* rotation, con
   }
 }
 
-KINETRACE_INLINE void add_to_frame(const Sighting& s, FrameSums& frame) {
+KINETRACE_INLINE void add_to_frame(const Observation& s, FrameSums& frame) {
   const Vector3& p = s.p;
   const Float8 n[3][3] = {{p.y * s.mxz, p.y * s.myz - p.z * s.myy, p.y * s.mzz - p.z * s.myz},
                           {p.z * s.mxx - p.x * s.mxz, -p.x * s.myz, p.z * s.mxz - p.x * s.mzz},
@@ -222,7 +222,7 @@ struct GroupCouplings {
   Coupling coupling[kMaxFrames];
 };
 
-KINETRACE_INLINE void store_coupling(const Sighting& s, const Vector3 coupling[3], Coupling& w) {
+KINETRACE_INLINE void store_coupling(const Observation& s, const Vector3 coupling[3], Coupling& w) {
   for (int c = 0; c < 3; ++c) {
     const Vector3 torque = cross(s.p, coupling[c]);
     w.row[0][c] = torque.x;
@@ -268,7 +268,7 @@ Double8 eliminate_group(const KernelProblem& problem, const Lens& lens, const Po
   for (std::uint32_t rest = group.frames; rest != 0; rest &= rest - 1, ++seen) {
     const int frame = __builtin_ctz(rest);
     const KernelPose& pose = problem.poses[frame];
-    const Sighting s = look(lens, pose, points, *seen);
+    const Observation s = look(lens, pose, points, *seen);
     loss += s.loss;
     const Vector3 coupling[3] = {coupling_column(s, pose.rotation, 0), coupling_column(s, pose.rotation, 1),
                                  coupling_column(s, pose.rotation, 2)};
@@ -321,7 +321,7 @@ KINETRACE_INLINE PointLanes point_step(const KernelProblem& problem, const Lens&
   for (std::uint32_t rest = group.frames; rest != 0; rest &= rest - 1, ++seen) {
     const int frame = __builtin_ctz(rest);
     const KernelPose& pose = problem.poses[frame];
-    const Sighting s = look(lens, pose, points, *seen);
+    const Observation s = look(lens, pose, points, *seen);
     depth_m = s.in_front ? minimum(depth_m, s.p.z) : depth_m;
     const int place = problem.free_index[frame];
     if (place < 0) {

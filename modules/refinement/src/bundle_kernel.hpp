@@ -13,11 +13,11 @@ inline constexpr int kLaneBytes = 32;  ///< Alignment of every struct of lanes: 
                                        ///< instruction set.
 using Float8 __attribute__((vector_size(32))) = float;
 
-/// The same frame's sightings of the eight points of a group. Weight 0: this lane's point is not seen.
+/// The same frame's observations of the eight points of a group. Weight 0: this lane's point is not seen.
 struct alignas(kLaneBytes) ObservationLanes {
   Float8 u_left_px, v_px, u_right_px;
   Float8 left_weight;   ///< 1 / sigma^2 of u_left and v.
-  Float8 right_weight;  ///< 1 / sigma^2 of u_right, 0 where only the left eye saw the point.
+  Float8 right_weight;  ///< 1 / sigma^2 of u_right, 0 where only the left view saw the point.
 };
 
 /// Eight points in the anchor frame.

@@ -44,13 +44,13 @@ MaskFileSegmenter::~MaskFileSegmenter() = default;
 
 void MaskFileSegmenter::carve(const SegmentationConfig& config, const StereoGeometry& geometry, Arena& arena,
                               MaskFileSegmenter& segmenter) {
-  for (Eye* eye : {&segmenter.left_, &segmenter.right_}) {
-    if (eye == &segmenter.right_ && config.right_dir.empty()) {
+  for (View* view : {&segmenter.left_, &segmenter.right_}) {
+    if (view == &segmenter.right_ && config.right_dir.empty()) {
       continue;
     }
-    eye->values = take_image<std::uint16_t>(arena, geometry.width_px, geometry.height_px);
-    eye->labels = take_image<std::uint8_t>(arena, geometry.width_px, geometry.height_px);
-    eye->detections = FixedVector<Detection>(arena, static_cast<std::size_t>(config.max_objects));
+    view->values = take_image<std::uint16_t>(arena, geometry.width_px, geometry.height_px);
+    view->labels = take_image<std::uint8_t>(arena, geometry.width_px, geometry.height_px);
+    view->detections = FixedVector<Detection>(arena, static_cast<std::size_t>(config.max_objects));
   }
   segmenter.relabeler_ = InstanceRelabeler(arena);
 }
@@ -94,18 +94,18 @@ Result<std::unique_ptr<MaskFileSegmenter>> MaskFileSegmenter::create(const Segme
 }
 
 void MaskFileSegmenter::load(const RectifiedPair& pair, std::span<const Track> /*tracks*/) {
-  load_eye(left_, pair.name);
-  load_eye(right_, pair.name);
+  load_view(left_, pair.name);
+  load_view(right_, pair.name);
   loaded_ = true;
   loaded_frame_index_ = pair.frame_index;
 }
 
-void MaskFileSegmenter::load_eye(Eye& eye, std::string_view stem) {
-  eye.state = FileState::kMissing;
-  if (eye.directory.empty()) {
+void MaskFileSegmenter::load_view(View& view, std::string_view stem) {
+  view.state = FileState::kMissing;
+  if (view.directory.empty()) {
     return;
   }
-  const std::string_view directory = eye.directory;
+  const std::string_view directory = view.directory;
   if (stem.empty() || directory.size() + stem.size() + kExtension.size() + 2 > kMaxPathBytes) {
     warnings_.add({"no mask for the frame \"", stem, "\" in ", directory, ": its name is empty or too long"});
     return;
@@ -121,18 +121,18 @@ void MaskFileSegmenter::load_eye(Eye& eye, std::string_view stem) {
     return;
   }
 
-  eye.state = FileState::kUnreadable;
+  view.state = FileState::kUnreadable;
   const Result<imaging::ImageInfo> info = imaging::read_image_info(path_.data());
   if (!info) {
     warnings_.add({info.error().message});
     return;
   }
-  eye.encoding = info->bit_depth == 16 ? MaskEncoding::kMots : MaskEncoding::kInstance;
-  if (const Status read = reader_->read_gray16(path_.data(), eye.values); !read) {
+  view.encoding = info->bit_depth == 16 ? MaskEncoding::kMots : MaskEncoding::kInstance;
+  if (const Status read = reader_->read_gray16(path_.data(), view.values); !read) {
     warnings_.add({read.error().message});
     return;
   }
-  eye.state = FileState::kLoaded;
+  view.state = FileState::kLoaded;
 }
 
 Result<DetectionFrame> MaskFileSegmenter::process(const SegmentationInput& input) {
@@ -142,14 +142,14 @@ Result<DetectionFrame> MaskFileSegmenter::process(const SegmentationInput& input
   }
   ++counters_.frames;
   counters_.frames_missing += left_.state == FileState::kMissing ? 1U : 0U;
-  for (Eye* eye : {&left_, &right_}) {
-    if (eye->state == FileState::kLoaded) {
-      relabel(*eye, input.pair.name);
+  for (View* view : {&left_, &right_}) {
+    if (view->state == FileState::kLoaded) {
+      relabel(*view, input.pair.name);
     }
   }
   counters_.frames_unreadable += left_.state == FileState::kUnreadable ? 1U : 0U;
-  for (const Eye* eye : {&left_, &right_}) {
-    counters_.files_unreadable += eye->state == FileState::kUnreadable ? 1U : 0U;
+  for (const View* view : {&left_, &right_}) {
+    counters_.files_unreadable += view->state == FileState::kUnreadable ? 1U : 0U;
   }
   DetectionFrame frame;
   if (left_.state != FileState::kLoaded) {
@@ -166,14 +166,14 @@ Result<DetectionFrame> MaskFileSegmenter::process(const SegmentationInput& input
   return frame;
 }
 
-void MaskFileSegmenter::relabel(Eye& eye, std::string_view stem) noexcept {
-  const int dropped = relabeler_.relabel(eye.values, eye.encoding, config_.max_objects, config_.min_area_px, eye.labels,
-                                         eye.detections);
+void MaskFileSegmenter::relabel(View& view, std::string_view stem) noexcept {
+  const int dropped = relabeler_.relabel(view.values, view.encoding, config_.max_objects, config_.min_area_px,
+                                         view.labels, view.detections);
   counters_.detections_dropped += static_cast<std::uint64_t>(dropped);
   // Of a mask that tells objects from the rest alone, 255 is all there is.
-  if (eye.encoding == MaskEncoding::kInstance && relabeler_.ignores_all()) {
-    eye.state = FileState::kUnreadable;
-    warnings_.add({eye.directory, "/", stem, kExtension,
+  if (view.encoding == MaskEncoding::kInstance && relabeler_.ignores_all()) {
+    view.state = FileState::kUnreadable;
+    warnings_.add({view.directory, "/", stem, kExtension,
                    ": holds nothing but 255, which 8-bit masks mean to be ignored; number its objects from 1"});
   }
 }

@@ -6,12 +6,12 @@
 namespace kinetrace::segmentation {
 namespace {
 
-constexpr std::size_t kFewestInside = 3;  ///< Features that can tell a mask's motion by themselves.
-constexpr std::size_t kNeighbours = 8;    ///< Asked where there are fewer.
-constexpr float kAgrees_px = 2.F;         ///< From the median shift...
-constexpr float kAgreesPart = 0.1F;       ///< ... and so much of the mask's size, for what a change of scale does.
-constexpr float kLargestScale = 1.3F;
-constexpr float kSmallestSpread = 0.15F;  ///< Of the features, as part of the mask's size, for a scale to be seen.
+constexpr std::size_t kMinInside = 3;   ///< Features that can tell a mask's motion by themselves.
+constexpr std::size_t kNeighbours = 8;  ///< Asked where there are fewer.
+constexpr float kAgrees_px = 2.F;       ///< From the median shift...
+constexpr float kAgreesPart = 0.1F;     ///< ... and so much of the mask's size, for what a change of scale does.
+constexpr float kMaxScale = 1.3F;
+constexpr float kMinSpread = 0.15F;  ///< Of the features, as part of the mask's size, for a scale to be seen.
 
 float size_of(const PixelBox& box) noexcept {
   return static_cast<float>(std::max(box.width(), box.height()));
@@ -35,15 +35,15 @@ void MaskWarp::remember(std::span<const Feature> features) noexcept {
   }
 }
 
-void MaskWarp::collect(std::span<const Feature> now, Eye eye, ImageView<const std::uint16_t> drawn) noexcept {
+void MaskWarp::collect(std::span<const Feature> now, View view, ImageView<const std::uint16_t> drawn) noexcept {
   motions_.clear();
   for (const Feature& feature : now) {
-    const Sighting& then = then_[feature.slot];
+    const Observation& then = then_[feature.slot];
     if (then.id != feature.id || feature.id == 0) {
       continue;
     }
     Motion motion{0, then.left_px, feature.left_px};
-    if (eye == Eye::kRight) {
+    if (view == View::kRight) {
       motion.then_px.x() = then.u_right_px;
       motion.now_px.x() = feature.u_right_px;
     }
@@ -106,7 +106,7 @@ MaskWarp::Similarity MaskWarp::motion_of(std::uint16_t mask) noexcept {
       static_cast<void>(chosen_.push_back(motion));
     }
   }
-  if (chosen_.size() < kFewestInside) {
+  if (chosen_.size() < kMinInside) {
     return motion_around(box_px);
   }
   const Eigen::Vector2f median = median_shift(chosen_.span());
@@ -122,7 +122,7 @@ MaskWarp::Similarity MaskWarp::motion_of(std::uint16_t mask) noexcept {
     mean_now += chosen_[i].now_px;
     ++i;
   }
-  if (chosen_.size() < kFewestInside) {
+  if (chosen_.size() < kMinInside) {
     return {1.F, median};
   }
   const auto count = static_cast<float>(chosen_.size());
@@ -134,8 +134,8 @@ MaskWarp::Similarity MaskWarp::motion_of(std::uint16_t mask) noexcept {
     both += (motion.then_px - mean_then).dot(motion.now_px - mean_now);
     spread += (motion.then_px - mean_then).squaredNorm();
   }
-  const bool shows_scale = std::sqrt(spread / count) > kSmallestSpread * size_of(box_px) && spread > 0.F;
-  const float scale = shows_scale ? std::clamp(both / spread, 1.F / kLargestScale, kLargestScale) : 1.F;
+  const bool shows_scale = std::sqrt(spread / count) > kMinSpread * size_of(box_px) && spread > 0.F;
+  const float scale = shows_scale ? std::clamp(both / spread, 1.F / kMaxScale, kMaxScale) : 1.F;
   return {scale, mean_now - scale * mean_then};
 }
 
@@ -167,9 +167,9 @@ void MaskWarp::move(std::uint16_t mask, const Similarity& motion, ImageView<std:
   }
 }
 
-void MaskWarp::warp(std::span<const Feature> now, Eye eye, MaskCanvas& canvas) noexcept {
+void MaskWarp::warp(std::span<const Feature> now, View view, MaskCanvas& canvas) noexcept {
   const ImageView<std::uint16_t> drawn = canvas.drawn();
-  collect(now, eye, drawn);
+  collect(now, view, drawn);
   find_boxes(drawn, canvas.mask_count());
   copy_image<std::uint16_t>(drawn, earlier_);
   for (int y = 0; y < drawn.height; ++y) {

@@ -154,14 +154,14 @@ void MotionClusters::pool(std::size_t i) {
   }
   pooled.covariance = information.inverse();
   pooled.velocity_mps = pooled.covariance * weighted;
-  const Verdict verdict = judge(pooled.velocity_mps, pooled.covariance + own.systematic);
+  const Verdict verdict = assess(pooled.velocity_mps, pooled.covariance + own.systematic);
   const bool enough = agreeing >= config_.min_features || verdict == Verdict::kClearlyMoving;
   pooled.verdict = enough ? verdict : Verdict::kStatic;
 }
 
 // Differs from rest significantly, and is faster than the limit beyond reasonable doubt.
-MotionClusters::Verdict MotionClusters::judge(const Eigen::Vector3f& velocity_mps,
-                                              const Eigen::Matrix3f& covariance) const {
+MotionClusters::Verdict MotionClusters::assess(const Eigen::Vector3f& velocity_mps,
+                                               const Eigen::Matrix3f& covariance) const {
   const float chi2 = mahalanobis_sq(velocity_mps, covariance);
   const auto min_chi2 = static_cast<float>(config_.significance * config_.significance);
   const float speed = velocity_mps.norm();

@@ -16,7 +16,7 @@ constexpr float kLeaveChi2 = 4.F;
 /// A member that was never seen to move and whose motion stays unknown for longer has nothing to do with the region.
 /// One that was gets a whole window: when an object brakes, no constant velocity fits for so long.
 constexpr int kMaxUnknownFrames = 4;
-/// An outline that falls below this part of the last one shown is not believed, for this many frames.
+/// An outline that falls below this part of the last one shown is not accepted, for this many frames.
 constexpr float kShrinkRatio = 0.5F;
 constexpr int kMaxShrunkFrames = 6;
 
@@ -44,7 +44,7 @@ void MotionMemory::update(std::int64_t interval_ns, std::span<const Feature> fea
   const std::span<const Feature> known = features.first(motions.size());
   recall(known, inherited_region);
   assign_clusters(clusters, cluster_of_feature);
-  settle_features(known, motions, cluster_of_feature);
+  add_known_features(known, motions, cluster_of_feature);
   drop_stale(interval_ns);
   memorise(known, motions);
 }
@@ -57,14 +57,14 @@ void MotionMemory::memorise(std::span<const Feature> features, std::span<const F
     Membership& m = memory_[features[i].slot];
     const bool continued = m.feature_id == features[i].id;
     const int unknown_frames = motions[i].known ? 0 : 1 + (continued ? m.unknown_frames : 0);
-    const int patience_frames = proved(i) ? config_.window_frames : kMaxUnknownFrames;
-    const std::int16_t r = unknown_frames > patience_frames ? std::int16_t{-1} : region_of_[i];
+    const int timeout_frames = proved(i) ? config_.window_frames : kMaxUnknownFrames;
+    const std::int16_t r = unknown_frames > timeout_frames ? std::int16_t{-1} : region_of_[i];
     m = {features[i].id, r < 0 ? 0U : regions_[static_cast<std::size_t>(r)].id, proved(i),
          static_cast<std::uint8_t>(std::min(unknown_frames, 255))};
   }
 }
 
-bool MotionMemory::believes_outline(std::size_t region, float area_px) noexcept {
+bool MotionMemory::accepts_outline(std::size_t region, float area_px) noexcept {
   MotionRegion& r = regions_[region];
   if (area_px < kShrinkRatio * r.area_px && r.shrunk_frames < kMaxShrunkFrames) {
     ++r.shrunk_frames;
@@ -139,7 +139,7 @@ void MotionMemory::assign_clusters(std::span<const MotionCluster> clusters,
   }
 }
 
-bool MotionMemory::contradicts(const FeatureMotion& motion, const MotionRegion& region) const {
+bool MotionMemory::is_inconsistent(const FeatureMotion& motion, const MotionRegion& region) const {
   const float moving_chi2 = mahalanobis_sq(motion.velocity_mps - region.velocity_mps,
                                            motion.covariance + region.covariance + velocity_slack(region.velocity_mps));
   return moving_chi2 > kSameVelocityChi2 || moving_chi2 > motion.static_chi2 + kLeaveChi2;
@@ -149,15 +149,15 @@ bool MotionMemory::contradicts(const FeatureMotion& motion, const MotionRegion& 
 // feature that has moved with the region leaves when its motion contradicts the moving region (that of a region at rest
 // may: then the object has stopped); one that was only found on the region's mask stands in for the others as long as
 // the region shows no motion, and not for long.
-void MotionMemory::settle_features(std::span<const Feature> features, std::span<const FeatureMotion> motions,
-                                   std::span<const std::int16_t> cluster_of_feature) {
+void MotionMemory::add_known_features(std::span<const Feature> features, std::span<const FeatureMotion> motions,
+                                      std::span<const std::int16_t> cluster_of_feature) {
   for (std::size_t i = 0; i < features.size(); ++i) {
     if (cluster_of_feature[i] >= 0) {
       region_of_[i] = region_of_cluster_[static_cast<std::size_t>(cluster_of_feature[i])];
       proved_[i] = region_of_[i] >= 0 ? 1 : 0;
     } else if (region_of_[i] >= 0) {
       const MotionRegion& region = regions_[static_cast<std::size_t>(region_of_[i])];
-      const bool contradicted = motions[i].known && contradicts(motions[i], region);
+      const bool contradicted = motions[i].known && is_inconsistent(motions[i], region);
       const bool leaves = proved(i)
                               ? region.moving && contradicted
                               : region.moving || contradicted || frame_ - region.last_moving_frame > kMaxUnknownFrames;

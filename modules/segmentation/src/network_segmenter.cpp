@@ -115,21 +115,21 @@ void NetworkSegmenter::forget_earlier_frames() noexcept {
 }
 
 void NetworkSegmenter::deliver(const SegmentationInput& input, DetectionFrame& frame) noexcept {
-  const auto draw = [&](std::span<const RunLengthMask> masks, Eye eye, MaskCanvas& canvas) {
+  const auto draw = [&](std::span<const RunLengthMask> masks, View view, MaskCanvas& canvas) {
     canvas.draw(masks);
     if (collected_as_.age_frames > 0) {
-      warp_.warp(input.features, eye, canvas);
+      warp_.warp(input.features, view, canvas);
     }
     counters_.detections_dropped += static_cast<std::uint64_t>(canvas.finish(config_, relabeler_));
   };
-  draw(collected_->left, Eye::kLeft, left_);
+  draw(collected_->left, View::kLeft, left_);
   frame.available = true;
   frame.searched_px = collected_as_.region_px;
   frame.left_labels = left_.labels();
   frame.left = left_.detections();
   counters_.detections += frame.left.size();
   if (config_.onnx.right && frame.searched_px.empty()) {
-    draw(collected_->right, Eye::kRight, right_);
+    draw(collected_->right, View::kRight, right_);
     frame.right_labels = right_.labels();
     frame.right = right_.detections();
   }

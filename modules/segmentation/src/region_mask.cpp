@@ -134,7 +134,7 @@ void RegionMask::trace_outlines(std::span<const Feature> features, MotionMemory&
     take_members(outline, features, memory);
     build_hull();
     outline.area_px = hull_area(hull_.span());
-    if (memory.believes_outline(r, outline.area_px)) {
+    if (memory.accepts_outline(r, outline.area_px)) {
       (void)outlines_.push_back(outline);  // as many places as regions
     }
   }

@@ -1,4 +1,4 @@
-// The points of a body: how sightings are added, positions found, and wrong points removed.
+// The points of a body: how observations are added, positions found, and wrong points removed.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -18,23 +18,23 @@ constexpr int kDoubtAfter = 2;
 
 }  // namespace
 
-void BodyReconstruction::add_sightings(const FeatureFrame& frame, std::uint8_t label) {
+void BodyReconstruction::add_observations(const FeatureFrame& frame, std::uint8_t label) {
   std::size_t newcomers = 0;
   for (const Feature& feature : frame.features) {
-    if (feature.body != label || !believe(feature)) {
+    if (feature.body != label || !classify_point(feature)) {
       continue;
     }
     const std::size_t row = map_.find(feature);
     if (row == PointMap::kNone) {
       ++newcomers;
     } else if (verdict_[feature.slot] != Verdict::kOutlier) {
-      map_.observe(row, newest_column(), sighting_of(feature));
+      map_.observe(row, newest_column(), observation_of(feature));
     }
   }
   evict_for(newcomers);
   for (const Feature& feature : frame.features) {
     const bool newcomer = feature.body == label && map_.find(feature) == PointMap::kNone;
-    if (!newcomer || doubted(feature) || verdict_[feature.slot] == Verdict::kOutlier) {
+    if (!newcomer || is_suspect(feature) || verdict_[feature.slot] == Verdict::kOutlier) {
       continue;
     }
     const std::size_t row = map_.create(feature);
@@ -42,19 +42,19 @@ void BodyReconstruction::add_sightings(const FeatureFrame& frame, std::uint8_t l
       ++counters_.points_dropped;
       continue;
     }
-    map_.observe(row, newest_column(), sighting_of(feature));
+    map_.observe(row, newest_column(), observation_of(feature));
   }
 }
 
-BundleObservation BodyReconstruction::sighting_of(const Feature& feature) const {
+BundleObservation BodyReconstruction::observation_of(const Feature& feature) const {
   return {feature.left_px.x(), feature.v_px, feature.u_right_px, inverse_sigma()};
 }
 
-bool BodyReconstruction::doubted(const Feature& feature) const {
+bool BodyReconstruction::is_suspect(const Feature& feature) const {
   return disagreeing_id_[feature.slot] == feature.id && disagreements_[feature.slot] > kDoubtAfter;
 }
 
-bool BodyReconstruction::believe(const Feature& feature) {
+bool BodyReconstruction::classify_point(const Feature& feature) {
   const std::size_t slot = feature.slot;
   if (disagreeing_id_[slot] != feature.id) {
     disagreeing_id_[slot] = feature.id;
@@ -64,7 +64,7 @@ bool BodyReconstruction::believe(const Feature& feature) {
     disagreements_[slot] = 0;
   }
   const std::size_t row = map_.find(feature);
-  const bool disagrees = verdict_[slot] == Verdict::kOutlier || (row == PointMap::kNone && doubted(feature));
+  const bool disagrees = verdict_[slot] == Verdict::kOutlier || (row == PointMap::kNone && is_suspect(feature));
   if (disagrees) {
     disagree(slot);
   }
@@ -77,7 +77,7 @@ bool BodyReconstruction::believe(const Feature& feature) {
     ++counters_.points_culled;
     verdict_[slot] = Verdict::kUnknown;
   }
-  return !doubted(feature);
+  return !is_suspect(feature);
 }
 
 void BodyReconstruction::disagree(std::size_t slot) {
@@ -86,7 +86,7 @@ void BodyReconstruction::disagree(std::size_t slot) {
 
 void BodyReconstruction::evict_for(std::size_t newcomers) {
   const std::uint32_t newest = bit(newest_column());
-  // By the column of the last sighting, oldest first; step 0 takes rows without any.
+  // By the column of the last observation, oldest first; step 0 takes rows without any.
   for (int age = 0; age <= static_cast<int>(newest_column()); ++age) {
     for (std::size_t row = map_.size(); row-- > 0;) {
       if (map_.size() + newcomers <= map_.capacity()) {
@@ -108,8 +108,8 @@ BodyReconstruction::ColumnPoses BodyReconstruction::invert_poses() const {
   return T_cam_body;
 }
 
-double BodyReconstruction::sighting_chi2(const Se3& T_cam_body, const Eigen::Vector3d& p_body,
-                                         const BundleObservation& o) const {
+double BodyReconstruction::observation_chi2(const Se3& T_cam_body, const Eigen::Vector3d& p_body,
+                                            const BundleObservation& o) const {
   return reprojection_chi2(geometry_, T_cam_body, {p_body, o.u_left_px, o.v_px, o.u_right_px}, noise_.sigma_px());
 }
 
@@ -138,16 +138,16 @@ void BodyReconstruction::position_new_points() {
     bool agrees = true;
     for (std::uint32_t rest = state.seen; rest != 0 && agrees; rest &= rest - 1) {
       const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-      agrees = sighting_chi2(T_cam_body[k], *position, map_.observations(row)[k]) < gate2;
+      agrees = observation_chi2(T_cam_body[k], *position, map_.observations(row)[k]) < gate2;
     }
     if (agrees) {
       state.positioned = true;
       map_.point(row).position_m = *position;
       ++counters_.points_created;
     } else if (std::popcount(state.seen) > kDoubtAfter) {
-      // Older sightings belong to something else; start again from here.
+      // Older observations belong to something else; start again from here.
       state.seen = bit(newest_column());
-      state.sighted = state.seen;
+      state.observed = state.seen;
       state.observations = 1;
     }
   }
@@ -169,14 +169,14 @@ void BodyReconstruction::reposition_newcomers() {
   }
 }
 
-void BodyReconstruction::judge(std::size_t row, const ColumnPoses& T_cam_body) {
+void BodyReconstruction::assess(std::size_t row, const ColumnPoses& T_cam_body) {
   PointState& state = map_.state(row);
   const double gate2 = config_.gate_sigma * config_.gate_sigma;
   double sum = 0.0;
   int count = 0;
   for (std::uint32_t rest = state.seen; rest != 0; rest &= rest - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-    const double chi2 = sighting_chi2(T_cam_body[k], map_.point(row).position_m, map_.observations(row)[k]);
+    const double chi2 = observation_chi2(T_cam_body[k], map_.point(row).position_m, map_.observations(row)[k]);
     if (chi2 > gate2) {
       map_.forget(row, k);
       if (k == newest_column()) {
@@ -197,7 +197,7 @@ void BodyReconstruction::cull_points() {
       continue;
     }
     const bool seen_before = map_.state(row).seen != 0;
-    judge(row, T_cam_body);
+    assess(row, T_cam_body);
     if (map_.state(row).seen == 0) {
       if (seen_before) {
         ++counters_.points_culled;

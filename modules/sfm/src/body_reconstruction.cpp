@@ -17,7 +17,7 @@ namespace {
 constexpr double kRecognisedSigma_px = 1.0;
 
 // Fewer points that have proved themselves do not decide on a pose.
-constexpr std::size_t kLeastVoters = 5;
+constexpr std::size_t kMinConsensus = 5;
 // Where new points have to decide, they may all lie on something that moves. Then the body's motion may have changed
 // since it was last tracked by no more than this acceleration explains; gentle, since a wrong pose is worse than none.
 constexpr double kUnprovenAcceleration_mps2 = 2.0;
@@ -71,7 +71,7 @@ BodyReconstruction::BodyReconstruction(const BodyConfig& config, const StereoGeo
       live_(arena, as_size(config.max_points)),
       // A restart retires the whole map, and the frame that follows may retire again.
       retired_(arena, 2 * as_size(config.max_points)),
-      sightings_(arena, as_size(config.max_points)),
+      observations_(arena, as_size(config.max_points)),
       rejected_(arena, as_size(config.max_features)) {}
 
 void BodyReconstruction::begin(const Se3& T_body_cam, BodyStatus status) {
@@ -111,7 +111,7 @@ void BodyReconstruction::end() {
   history_.freeze(poses_);
   map_.clear();
   live_.clear();
-  sightings_.clear();
+  observations_.clear();
   rejected_.clear();
   used_columns_ = 0;
   active_ = false;
@@ -132,11 +132,11 @@ Se3 BodyReconstruction::predict(std::int64_t timestamp_ns) const {
   if (history_.size() == 0) {
     return T_body_cam_now_;
   }
-  const SettledPose last = history(0);
+  const FinalisedPose last = history(0);
   if (history_.size() < 2) {
     return last.T_body_cam;
   }
-  const SettledPose before = history(1);
+  const FinalisedPose before = history(1);
   const auto step_ns = static_cast<double>(last.timestamp_ns - before.timestamp_ns);
   const double s = step_ns > 0.0 ? static_cast<double>(timestamp_ns - last.timestamp_ns) / step_ns : 0.0;
   const Se3 motion = before.T_body_cam.inverse() * last.T_body_cam;
@@ -185,8 +185,8 @@ PosePrior BodyReconstruction::prior_from(const Expectation& expected) {
   return prior;
 }
 
-BodyReconstruction::Sighted BodyReconstruction::sight_points(const FeatureFrame& frame, std::uint8_t label) {
-  Sighted sighted;
+BodyReconstruction::ObservedPoints BodyReconstruction::observe_points(const FeatureFrame& frame, std::uint8_t label) {
+  ObservedPoints observed;
   const auto add = [&](int least, int most) {
     for (const Feature& feature : frame.features) {
       const std::size_t row = feature.body == label ? map_.find(feature) : PointMap::kNone;
@@ -197,26 +197,26 @@ BodyReconstruction::Sighted BodyReconstruction::sight_points(const FeatureFrame&
       if (seen < least || seen > most) {
         continue;
       }
-      pose_slots_[sighted.count] = feature.slot;
-      pose_observations_[sighted.count++] = {.p_body = map_.point(row).position_m,
-                                             .u_left_px = feature.left_px.x(),
-                                             .v_px = feature.v_px,
-                                             .u_right_px = feature.u_right_px,
-                                             .variance_ratio = 1.F + 1.F / static_cast<float>(seen)};
+      pose_slots_[observed.count] = feature.slot;
+      pose_observations_[observed.count++] = {.p_body = map_.point(row).position_m,
+                                              .u_left_px = feature.left_px.x(),
+                                              .v_px = feature.v_px,
+                                              .u_right_px = feature.u_right_px,
+                                              .variance_ratio = 1.F + 1.F / static_cast<float>(seen)};
     }
   };
   constexpr int kAny = std::numeric_limits<int>::max();
-  const int proven = config_.vote_after_sightings;
-  add(proven, kAny);
-  sighted.voters = sighted.count;
-  sighted.proven = proven == 0 || sighted.voters >= kLeastVoters;
-  for (const auto& [least, most] : {std::pair{proven - 1, proven - 1}, {0, proven - 2}}) {
+  const int is_proven = config_.min_observations_for_consensus;
+  add(is_proven, kAny);
+  observed.consensus_size = observed.count;
+  observed.is_proven = is_proven == 0 || observed.consensus_size >= kMinConsensus;
+  for (const auto& [least, most] : {std::pair{is_proven - 1, is_proven - 1}, {0, is_proven - 2}}) {
     add(least, most);
-    if (sighted.voters < kLeastVoters) {
-      sighted.voters = sighted.count;
+    if (observed.consensus_size < kMinConsensus) {
+      observed.consensus_size = observed.count;
     }
   }
-  return sighted;
+  return observed;
 }
 
 bool BodyReconstruction::is_plausible(const PoseEstimate& pose) const {
@@ -230,12 +230,12 @@ bool BodyReconstruction::is_plausible(const PoseEstimate& pose) const {
   return unexpected_m <= kUnprovenSlack_m + kGateSigmas * sigma_m + kUnprovenAcceleration_mps2 * untracked_s * step_s;
 }
 
-PoseEstimate BodyReconstruction::find_pose(const Sighted& sighted, const PosePrior& prior, double sigma_px) {
-  PoseEstimate pose = pose_estimator_.estimate(pose_observations_.first(sighted.count), prior, sigma_px,
-                                               pose_inlier_.first(sighted.count), sighted.voters);
-  const auto enough = static_cast<int>(config_.min_inlier_ratio * static_cast<double>(sighted.voters));
-  pose.valid = pose.valid && pose.inliers >= config_.min_inliers && pose.agreeing_voters >= enough &&
-               (sighted.proven || is_plausible(pose));
+PoseEstimate BodyReconstruction::find_pose(const ObservedPoints& observed, const PosePrior& prior, double sigma_px) {
+  PoseEstimate pose = pose_estimator_.estimate(pose_observations_.first(observed.count), prior, sigma_px,
+                                               pose_inlier_.first(observed.count), observed.consensus_size);
+  const auto enough = static_cast<int>(config_.min_inlier_ratio * static_cast<double>(observed.consensus_size));
+  pose.valid = pose.valid && pose.inliers >= config_.min_inliers && pose.agreeing_consensus >= enough &&
+               (observed.is_proven || is_plausible(pose));
   return pose;
 }
 
@@ -263,7 +263,7 @@ void BodyReconstruction::learn_noise(std::span<const PoseObservation> observatio
   noise_.learn(scratch_.first(count));
 }
 
-void BodyReconstruction::distrust_prediction() {
+void BodyReconstruction::inflate_covariance() {
   if (history_.size() == 0) {
     return;
   }
@@ -284,29 +284,29 @@ const BodyEstimate& BodyReconstruction::locate(const FeatureFrame& frame, std::u
   T_body_cam_now_ = expected != nullptr ? expected->T_body_cam : predict(frame.timestamp_ns);
   const PosePrior prior = expected != nullptr ? prior_from(*expected) : PosePrior{T_body_cam_now_.inverse()};
 
-  const Sighted sighted = sight_points(frame, label);
+  const ObservedPoints observed = observe_points(frame, label);
   const double weighted_for_px = noise_.sigma_px();
-  PoseEstimate pose = find_pose(sighted, prior, noise_.sigma_px());
+  PoseEstimate pose = find_pose(observed, prior, noise_.sigma_px());
   if (!pose.valid && noise_.sigma_px() < noise_.most_px()) {
     // The images have become worse all at once, by blur or darkness: what was learnt holds no more.
     noise_.restart();
-    pose = find_pose(sighted, prior, noise_.sigma_px());
+    pose = find_pose(observed, prior, noise_.sigma_px());
   }
   const bool found = pose.valid;
-  estimate_.observations = static_cast<int>(sighted.count);
+  estimate_.observations = static_cast<int>(observed.count);
   estimate_.inliers = pose.inliers;
   if (found) {
     last_tracked_ns_ = timestamp_ns_;
     T_body_cam_now_ = pose.T_cam_body.inverse();
     const Matrix6d ad = adjoint(T_body_cam_now_);
     estimate_.covariance = ad * pose.covariance * ad.transpose();
-    learn_noise(pose_observations_.first(sighted.voters), pose.T_cam_body);
-    for (std::size_t i = 0; i < sighted.count; ++i) {
+    learn_noise(pose_observations_.first(observed.consensus_size), pose.T_cam_body);
+    for (std::size_t i = 0; i < observed.count; ++i) {
       verdict_[pose_slots_[i]] = pose_inlier_[i] != 0 ? Verdict::kInlier : Verdict::kOutlier;
     }
   }
   if (!found) {
-    distrust_prediction();
+    inflate_covariance();
   }
   map_.scale_weights(static_cast<float>(weighted_for_px / noise_.sigma_px()));
   in_window_ = found;
@@ -318,7 +318,7 @@ const BodyEstimate& BodyReconstruction::locate(const FeatureFrame& frame, std::u
 
 void BodyReconstruction::refuse_pose() {
   T_body_cam_now_ = predict(timestamp_ns_);
-  distrust_prediction();
+  inflate_covariance();
   std::fill(verdict_.begin(), verdict_.end(), Verdict::kUnknown);
   in_window_ = false;
   status_now_ = BodyStatus::kPropagated;
@@ -331,13 +331,13 @@ void BodyReconstruction::extend(const FeatureFrame& frame, std::uint8_t label, c
   frame_index_ = frame.frame_index;
   timestamp_ns_ = frame.timestamp_ns;
   rejected_.clear();
-  const SettledPose now{frame_index_,    timestamp_ns_,        status_now_,
-                        T_body_cam_now_, estimate_.covariance, estimate_.inliers};
+  const FinalisedPose now{frame_index_,    timestamp_ns_,        status_now_,
+                          T_body_cam_now_, estimate_.covariance, estimate_.inliers};
   if (!in_window_) {
     history_.push(now, PoseHistory::kFrozen);
     return;
   }
-  make_room();
+  evict_points();
   poses_[newest_column()] = T_body_cam_now_;
   attitudes_[newest_column()] = {R_world_cam != nullptr ? *R_world_cam : Eigen::Matrix3d::Identity(), timestamp_ns_,
                                  R_world_cam != nullptr};
@@ -345,13 +345,13 @@ void BodyReconstruction::extend(const FeatureFrame& frame, std::uint8_t label, c
     std::fill(poses_.begin(), poses_.end(), T_body_cam_now_);
   }
   history_.push(now, newest_column());
-  add_sightings(frame, label);
+  add_observations(frame, label);
   position_new_points();
 }
 
 void BodyReconstruction::publish() {
   live_.clear();
-  sightings_.clear();
+  observations_.clear();
   for (std::size_t row = 0; row < map_.size(); ++row) {
     const PointState& state = map_.state(row);
     if (!state.positioned) {
@@ -361,11 +361,11 @@ void BodyReconstruction::publish() {
         {state.id, map_.point(row).position_m.cast<float>(), state.error_px, state.observations, state.intensity}));
     if ((state.seen & bit(newest_column())) != 0 && in_window_) {
       const BundleObservation& o = map_.observations(row)[newest_column()];
-      static_cast<void>(sightings_.push_back({state.id, o.u_left_px, o.v_px, o.u_right_px}));
+      static_cast<void>(observations_.push_back({state.id, o.u_left_px, o.v_px, o.u_right_px}));
     }
   }
   estimate_.points = live_.span();
-  estimate_.frame_observations = sightings_.span();
+  estimate_.frame_observations = observations_.span();
   estimate_.retired = retired_.span();
 }
 
@@ -387,7 +387,7 @@ const BodyEstimate& BodyReconstruction::conclude(const BundleSummary& refinement
   estimate_.is_keyframe = in_window_ && !newest_redundant_;
   publish();
   if (in_window_) {
-    estimate_.inliers = static_cast<int>(sightings_.size());
+    estimate_.inliers = static_cast<int>(observations_.size());
   }
   history_.update_newest(status_now_, estimate_.covariance, estimate_.inliers);
   return estimate_;

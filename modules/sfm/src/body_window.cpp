@@ -14,13 +14,14 @@ namespace {
 /// few points is known worse than those that follow it: fixed, it would bend the whole window towards itself.
 constexpr double kAnchorShare = 0.8;
 
-/// At least every second pose is fixed. Those have been refined often, by sightings of which the window holds only the
-/// rest; moved by that rest alone, they would get worse (and cost time).
+/// At least every second pose is fixed. Those have been refined often, by observations of which the window holds only
+/// the rest; moved by that rest alone, they would get worse (and cost time).
 constexpr std::size_t kFixedPart = 2;
 
-/// Folded sightings count as at most this many: errors of image tracking repeat from frame to frame when little moves,
-/// so they do not average out for ever. Far fewer would make the map follow the latest frames, and drift with them.
-constexpr float kMaxFoldedSightings = 16.F;
+/// Folded observations count as at most this many: errors of image tracking repeat from frame to frame when little
+/// moves, so they do not average out for ever. Far fewer would make the map follow the latest frames, and drift with
+/// them.
+constexpr float kMaxMergedObservations = 16.F;
 
 }  // namespace
 
@@ -36,8 +37,8 @@ bool BodyReconstruction::newest_is_redundant() const {
       continue;
     }
     ++seen;
-    // What the keyframe was told of later points hangs on the poses of frames that are gone, so it does not count.
-    if ((map_.state(row).sighted & bit(newest - 1)) != 0) {
+    // What the keyframe was reported of later points hangs on the poses of frames that are gone, so it does not count.
+    if ((map_.state(row).observed & bit(newest - 1)) != 0) {
       const std::span<const BundleObservation> o = map_.observations(row);
       scratch_[shared++] =
           std::hypot(o[newest].u_left_px - o[newest - 1].u_left_px, o[newest].v_px - o[newest - 1].v_px);
@@ -51,8 +52,8 @@ bool BodyReconstruction::newest_is_redundant() const {
   return static_cast<double>(*middle) < config_.keyframe_motion_px;
 }
 
-void BodyReconstruction::drop_column(std::size_t column, std::size_t heir) {
-  history_.drop_column(column, poses_, heir);
+void BodyReconstruction::drop_column(std::size_t column, std::size_t target_column) {
+  history_.drop_column(column, poses_, target_column);
   map_.remove_column(column);
   const auto close_gap = [column](auto columns) {
     const auto gap = columns.begin() + static_cast<std::ptrdiff_t>(column);
@@ -62,11 +63,11 @@ void BodyReconstruction::drop_column(std::size_t column, std::size_t heir) {
   close_gap(attitudes_);
 }
 
-void BodyReconstruction::fold_newest() {
+void BodyReconstruction::merge_into_keyframe() {
   const std::size_t newest = newest_column();
   const Se3 T_newest_body = poses_[newest].inverse();
   const Se3 T_keyframe_body = poses_[newest - 1].inverse();
-  const float max_inverse_sigma = std::sqrt(kMaxFoldedSightings) * inverse_sigma();
+  const float max_inverse_sigma = std::sqrt(kMaxMergedObservations) * inverse_sigma();
   for (std::size_t row = 0; row < map_.size(); ++row) {
     const PointState& state = map_.state(row);
     if (!state.positioned || (state.seen & bit(newest)) == 0) {
@@ -82,14 +83,14 @@ void BodyReconstruction::fold_newest() {
     moved.u_left_px += shift_px.x();
     moved.v_px += shift_px.y();
     moved.u_right_px += shift_px.z();
-    map_.fold(row, newest - 1, moved, max_inverse_sigma);
+    map_.merge(row, newest - 1, moved, max_inverse_sigma);
   }
 }
 
-void BodyReconstruction::make_room() {
+void BodyReconstruction::evict_points() {
   const std::size_t newest = newest_column();
   if (newest_redundant_) {
-    fold_newest();
+    merge_into_keyframe();
     drop_column(newest, newest - 1);
     return;
   }
@@ -128,7 +129,7 @@ TurnPrior BodyReconstruction::expected_turn(std::size_t column) const {
 BundleWindow BodyReconstruction::window() {
   for (std::size_t row = 0; row < map_.size(); ++row) {
     const PointState& state = map_.state(row);
-    // One sighting places a point but tells nothing about poses.
+    // One observation places a point but tells nothing about poses.
     map_.point(row).frames = state.positioned && std::popcount(state.seen) >= 2 ? state.seen : 0U;
   }
   for (std::size_t column = 0; column < turns_.size(); ++column) {

@@ -27,7 +27,7 @@ Status BodyConfig::validate(const char* prefix) const {
            require_range(prefix, "window_frames", window_frames, 1, kMaxWindowFrames),
            require_range(prefix, "min_inliers", min_inliers, 4, 1000),
            require_range(prefix, "min_inlier_ratio", min_inlier_ratio, 0.0, 1.0),
-           require_range(prefix, "vote_after_sightings", vote_after_sightings, 0, 1000),
+           require_range(prefix, "min_observations_for_consensus", min_observations_for_consensus, 0, 1000),
            require_range(prefix, "measurement_sigma_px", measurement_sigma_px, 0.01, 10.0),
            require_range(prefix, "min_measurement_sigma_px", min_measurement_sigma_px, 0.01, measurement_sigma_px),
            require_range(prefix, "gate_sigma", gate_sigma, 1.0, 100.0),

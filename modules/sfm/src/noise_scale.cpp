@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kChiSquare3Median = 2.366;  // Of three squared unit Gaussians.
 constexpr double kPoseFreedom = 6.0;         // What the fitted pose has taken out of the residuals.
-constexpr std::size_t kLeastResiduals = 4;
+constexpr std::size_t kMinResiduals = 4;
 // A frame of many residuals changes the running variance by this part, one of kHalfTrusted by half of it.
 constexpr double kRate = 0.3;
 constexpr double kHalfTrusted = 20.0;
@@ -17,7 +17,7 @@ constexpr double kHalfTrusted = 20.0;
 }  // namespace
 
 void NoiseScale::learn(std::span<float> squared_px2) {
-  if (squared_px2.size() < kLeastResiduals) {
+  if (squared_px2.size() < kMinResiduals) {
     return;
   }
   const auto middle = squared_px2.begin() + static_cast<std::ptrdiff_t>(squared_px2.size() / 2);

@@ -57,14 +57,14 @@ void PointMap::clear() noexcept {
 void PointMap::observe(std::size_t row, std::size_t column, const BundleObservation& observation) noexcept {
   table_[row * window_frames_ + column] = observation;
   states_[row].seen |= 1U << column;
-  states_[row].sighted |= 1U << column;
+  states_[row].observed |= 1U << column;
   if (states_[row].observations < 0xFFFF) {
     ++states_[row].observations;
   }
 }
 
-void PointMap::fold(std::size_t row, std::size_t column, const BundleObservation& observation,
-                    float max_inverse_sigma_px) noexcept {
+void PointMap::merge(std::size_t row, std::size_t column, const BundleObservation& observation,
+                     float max_inverse_sigma_px) noexcept {
   BundleObservation& kept = table_[row * window_frames_ + column];
   if ((states_[row].seen >> column & 1U) == 0) {
     kept = observation;
@@ -97,7 +97,7 @@ void PointMap::remove_column(std::size_t column) noexcept {
     BundleObservation* first = table_.data() + row * window_frames_;
     std::copy(first + column + 1, first + window_frames_, first + column);
     states_[row].seen = without(states_[row].seen);
-    states_[row].sighted = without(states_[row].sighted);
+    states_[row].observed = without(states_[row].observed);
   }
 }
 

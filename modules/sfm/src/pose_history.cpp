@@ -4,15 +4,15 @@
 
 namespace kinetrace::sfm {
 
-void PoseHistory::push(const SettledPose& pose, std::size_t column) noexcept {
+void PoseHistory::push(const FinalisedPose& pose, std::size_t column) noexcept {
   head_ = (head_ + 1) % entries_.size();
   entries_[head_] = Entry{pose, column, Se3{}};
   size_ = std::min(size_ + 1, entries_.size());
 }
 
-SettledPose PoseHistory::at(std::size_t age, std::span<const Se3> T_body_cam) const noexcept {
+FinalisedPose PoseHistory::at(std::size_t age, std::span<const Se3> T_body_cam) const noexcept {
   const Entry& e = entry(age);
-  SettledPose pose = e.pose;
+  FinalisedPose pose = e.pose;
   if (e.column != kFrozen) {
     pose.T_body_cam = T_body_cam[e.column] * e.T_column_cam;
   }
@@ -20,21 +20,21 @@ SettledPose PoseHistory::at(std::size_t age, std::span<const Se3> T_body_cam) co
 }
 
 void PoseHistory::update_newest(BodyStatus status, const Matrix6d& covariance, int inliers) noexcept {
-  SettledPose& newest = entry(0).pose;
+  FinalisedPose& newest = entry(0).pose;
   newest.status = status;
   newest.covariance = covariance;
   newest.inliers = inliers;
 }
 
-void PoseHistory::drop_column(std::size_t column, std::span<const Se3> T_body_cam, std::size_t heir) noexcept {
+void PoseHistory::drop_column(std::size_t column, std::span<const Se3> T_body_cam, std::size_t target_column) noexcept {
   for (std::size_t age = 0; age < size_; ++age) {
     Entry& e = entry(age);
     if (e.column == column) {
-      if (heir == kFrozen) {
+      if (target_column == kFrozen) {
         freeze(e, T_body_cam);
       } else {
-        e.T_column_cam = T_body_cam[heir].inverse() * T_body_cam[column] * e.T_column_cam;
-        e.column = heir;
+        e.T_column_cam = T_body_cam[target_column].inverse() * T_body_cam[column] * e.T_column_cam;
+        e.column = target_column;
       }
     }
     if (e.column != kFrozen && e.column > column) {

@@ -268,13 +268,14 @@ double reprojection_chi2(const StereoGeometry& geometry, const Se3& T_cam_body, 
 }
 
 PoseEstimate StereoPoseEstimator::estimate(std::span<const PoseObservation> observations, const PosePrior& prior,
-                                           double sigma_px, std::span<std::uint8_t> inlier, std::size_t voters) const {
+                                           double sigma_px, std::span<std::uint8_t> inlier,
+                                           std::size_t consensus_size) const {
   PoseEstimate out;
   out.T_cam_body = prior.T_cam_body;
   std::fill(inlier.begin(), inlier.end(), std::uint8_t{0});
   const PoseProblem problem{geometry_, model_of(geometry_), observations, prior, sigma_px};
   PoseProblem voting = problem;
-  voting.observations = observations.first(voters);
+  voting.observations = observations.first(consensus_size);
   if (voting.observations.size() < 3) {
     return out;
   }
@@ -296,8 +297,8 @@ PoseEstimate StereoPoseEstimator::estimate(std::span<const PoseObservation> obse
   }
   pose = pose.orthonormalised();
   out.inliers = classify(geometry_, pose, observations, sigma_px, gate2, inlier);
-  out.agreeing_voters =
-      static_cast<int>(std::count(inlier.begin(), inlier.begin() + static_cast<std::ptrdiff_t>(voters), 1));
+  out.agreeing_consensus =
+      static_cast<int>(std::count(inlier.begin(), inlier.begin() + static_cast<std::ptrdiff_t>(consensus_size), 1));
   out.valid = out.inliers >= 3 && pose.is_finite();
   if (out.valid) {
     out.T_cam_body = pose;

@@ -7,7 +7,7 @@
 #include "kinetrace/tracking/stereo_tracker.hpp"
 
 namespace kinetrace::tracking {
-void StereoTracker::bear(const DetectionFrame& detections, std::span<const Feature> features) {
+void StereoTracker::initiate_tracks(const DetectionFrame& detections, std::span<const Feature> features) {
   counters_.detections += owner_.size();
   std::array<std::uint8_t, kMaxObjects> order{};
   std::size_t waiting = 0;
@@ -29,7 +29,7 @@ void StereoTracker::bear(const DetectionFrame& detections, std::span<const Featu
       ++counters_.detections_duplicate;
     } else if (!start_track(detections, v)) {
       ++counters_.detections_dropped;
-      make_room(detections.left[v].area_px);
+      evict_track(detections.left[v].area_px);
     }
   }
 }
@@ -38,7 +38,7 @@ bool StereoTracker::is_duplicate(const DetectionFrame& detections, std::size_t i
                                  std::span<const Feature> features) {
   const Detection& detection = detections.left[index];
   for (const TrackInstance& instance : slots_) {
-    if (!instance.alive() || !may_claim(instance) || owner_[index] == instance.track.slot ||
+    if (!instance.alive() || !is_assignable(instance) || owner_[index] == instance.track.slot ||
         instance.overlap.on_label[detection.label] < config_.duplicate_overlap * detection.area_px ||
         !classes_agree(instance.track.class_id, detection.class_id)) {
       continue;
@@ -92,7 +92,7 @@ int StereoTracker::alive() const noexcept {
       std::count_if(slots_.begin(), slots_.end(), [](const TrackInstance& instance) { return instance.alive(); }));
 }
 
-void StereoTracker::shed() noexcept {
+void StereoTracker::prune_to_capacity() noexcept {
   // As births make room: what is small and has not been seen for long.
   const auto goes_before = [](const TrackInstance& a, const TrackInstance& b) {
     const auto rank = [](const TrackInstance& instance) {
@@ -105,7 +105,7 @@ void StereoTracker::shed() noexcept {
   }
 }
 
-void StereoTracker::make_room(int for_area_px) noexcept {
+void StereoTracker::evict_track(int for_area_px) noexcept {
   TrackInstance* victim = nullptr;
   TrackInstance* smallest = nullptr;
   const auto rank = [](const TrackInstance& instance) {  // tentative before confirmed, then the longest unseen

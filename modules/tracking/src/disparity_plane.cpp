@@ -10,7 +10,7 @@ namespace kinetrace::tracking {
 namespace {
 
 constexpr std::size_t kMinPlaneSamples = 6;
-/// Steeper than any object face that both eyes see.
+/// Steeper than any object face that both views see.
 constexpr float kMaxSlope = 0.5F;
 
 float median(std::span<float> values) noexcept {

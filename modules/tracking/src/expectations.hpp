@@ -12,24 +12,24 @@ namespace kinetrace::tracking {
 inline constexpr std::int64_t kForeignAfter_ns = 100'000'000;
 
 /// Nearer things have no size in the image that a similarity could carry.
-inline constexpr double kMinForecastDepth_m = 0.2;
+inline constexpr double kMinPredictionDepth_m = 0.2;
 
 /// A mask of which less than this is in the image is not replaced by what is left of it, as long as it is still found
 /// where it is expected.
 inline constexpr double kWholeInImage = 0.99;
 
-/// Less than this part of a mask in sight is not enough to be detected.
-inline constexpr double kLeastVisiblePart = 0.3;
+/// Less than this part of a mask in view is not enough to be detected.
+inline constexpr double kMinVisiblePart = 0.3;
 
 /// Of a track that shows so much of its predicted mask, nothing is hidden.
-inline constexpr double kWholeInSight = 0.9;
+inline constexpr double kWhollyInView = 0.9;
 
-inline bool whole_in_sight(const TrackInstance& instance) noexcept {
-  return instance.overlap.area_px >= kWholeInSight * instance.predicted_px;
+inline bool wholly_in_view(const TrackInstance& instance) noexcept {
+  return instance.overlap.area_px >= kWhollyInView * instance.predicted_px;
 }
 
 /// What nothing measures grows or shrinks by no more than this from frame to frame.
-inline constexpr double kMostGrowth = 1.25;
+inline constexpr double kMaxGrowth = 1.25;
 
 /// A disparity by so much greater is that of another thing in front.
 inline bool clearly_nearer(float disparity_px, float than_px) noexcept {

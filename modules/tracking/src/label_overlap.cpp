@@ -88,15 +88,15 @@ void relabel(LabelView source, const LabelTable& table, MutableLabelView target)
   }
 }
 
-LabelRegion claim_free_pixels(LabelView prediction, std::uint8_t label, const PixelBox& region,
-                              MutableLabelView target) noexcept {
+LabelRegion assign_free_pixels(LabelView prediction, std::uint8_t label, const PixelBox& region,
+                               MutableLabelView target) noexcept {
   LabelRegion claimed;
   for (int y = region.y0; y < region.y1; ++y) {
     const std::uint8_t* predicted = prediction.row(y);
     std::uint8_t* shown = target.row(y);
     int first = -1;
     int last = -1;
-    const auto claim = [&](int x, int pixels) {
+    const auto apply_assignment = [&](int x, int pixels) {
       std::fill_n(shown + x, pixels, label);
       first = first < 0 ? x : first;
       last = x + pixels - 1;
@@ -105,12 +105,12 @@ LabelRegion claim_free_pixels(LabelView prediction, std::uint8_t label, const Pi
     int x = region.x0;
     while (x < region.x1) {
       if (x + kStep <= region.x1 && eight_pixels(predicted + x) == eight_of(label) && eight_pixels(shown + x) == 0) {
-        claim(x, kStep);
+        apply_assignment(x, kStep);
         x += kStep;
         continue;
       }
       if (predicted[x] == label && shown[x] == kBackgroundLabel) {
-        claim(x, 1);
+        apply_assignment(x, 1);
       }
       ++x;
     }

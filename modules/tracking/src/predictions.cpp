@@ -10,8 +10,8 @@
 namespace kinetrace::tracking {
 namespace {
 
-/// By how much a mask may grow from when it was seen to where its forecast is now.
-constexpr double kMostForecastScale = 3.0;
+/// By how much a mask may grow from when it was seen to where its prediction is now.
+constexpr double kMaxPredictionScale = 3.0;
 /// Where masks of things behind the camera, or too near, are put.
 constexpr double kFarOutsidePx = 1e6;
 /// Features tell how a thing grows to .3 px over their spread and the root of their number: as much as the nearest of
@@ -36,26 +36,27 @@ void StereoTracker::predict(std::span<const Feature> features) {
     ++instance.track.age_frames;
     instance.age.add_frame(interval_ns_);
     instance.track.age_ns = instance.age.ns();
-    instance.motion = flow_may_be_foreign(instance) ? shift_of(instance) : predict_motion(instance, features);
-    if (instance.motion_from_flow || !place_by_forecast(instance)) {
+    instance.motion = may_follow_occluder(instance) ? shift_of(instance) : predict_motion(instance, features);
+    if (instance.motion_from_flow || !place_by_prediction(instance)) {
       instance.mask.move(instance.motion);
     }
   }
 }
 
-bool StereoTracker::flow_may_be_foreign(const TrackInstance& instance) const noexcept {
+bool StereoTracker::may_follow_occluder(const TrackInstance& instance) const noexcept {
   const bool missed = instance.track.missed_frames > 0;
-  return instance.forecast.known && (instance.missed.exceeds(kForeignAfter_ns) || (missed && out_of_sight(instance)));
+  return instance.prediction.known &&
+         (instance.missed.exceeds(kForeignAfter_ns) || (missed && is_out_of_view(instance)));
 }
 
 double StereoTracker::expected_growth(const TrackInstance& instance) noexcept {
-  const Forecast& then = instance.forecast_before;
-  const Forecast& now = instance.forecast;
+  const ObjectPrediction& then = instance.previous_prediction;
+  const ObjectPrediction& now = instance.prediction;
   const bool placed = then.known && now.known && !then.direction_only && !now.direction_only &&
-                      then.depth_m > kMinForecastDepth_m && now.depth_m > kMinForecastDepth_m;
-  const double learnt = whole_in_sight(instance) ? instance.motion.scale() : 1.0;
+                      then.depth_m > kMinPredictionDepth_m && now.depth_m > kMinPredictionDepth_m;
+  const double learnt = wholly_in_view(instance) ? instance.motion.scale() : 1.0;
   const double growth = placed ? then.depth_m / now.depth_m : learnt;
-  return std::clamp(growth, 1.0 / kMostGrowth, kMostGrowth);
+  return std::clamp(growth, 1.0 / kMaxGrowth, kMaxGrowth);
 }
 
 Similarity StereoTracker::with_growth(const Similarity& motion, double growth,
@@ -69,20 +70,20 @@ Similarity StereoTracker::shift_of(TrackInstance& instance) noexcept {
 }
 
 bool StereoTracker::shows_size(const TrackInstance& instance, std::size_t features) noexcept {
-  return whole_in_sight(instance) ||
+  return wholly_in_view(instance) ||
          std::sqrt(static_cast<double>(features) * instance.overlap.area_px) >= kTellsSize_px;
 }
 
-void StereoTracker::take_forecasts(std::span<const Forecast> forecasts) noexcept {
+void StereoTracker::set_predictions(std::span<const ObjectPrediction> object_predictions) noexcept {
   for (std::size_t slot = 0; slot < slots_.size(); ++slot) {
-    slots_[slot].forecast_before = slots_[slot].forecast;
-    slots_[slot].forecast = slot < forecasts.size() ? forecasts[slot] : Forecast{};
+    slots_[slot].previous_prediction = slots_[slot].prediction;
+    slots_[slot].prediction = slot < object_predictions.size() ? object_predictions[slot] : ObjectPrediction{};
   }
 }
 
-bool StereoTracker::place_by_forecast(TrackInstance& instance) noexcept {
-  const Forecast& now = instance.forecast;
-  const Forecast& then = instance.mask_forecast;
+bool StereoTracker::place_by_prediction(TrackInstance& instance) noexcept {
+  const ObjectPrediction& now = instance.prediction;
+  const ObjectPrediction& then = instance.mask_prediction;
   const bool unseen = instance.track.missed_frames > 0;
   const auto put_outside = [&] {
     instance.mask.place(Similarity::about(then.point_px, 1.0, Eigen::Vector2d(kFarOutsidePx, kFarOutsidePx)));
@@ -98,8 +99,8 @@ bool StereoTracker::place_by_forecast(TrackInstance& instance) noexcept {
     instance.mask.place(Similarity::about(then.point_px, 1.0, now.point_px - then.point_px));
     return true;
   }
-  const bool too_near = then.depth_m <= kMinForecastDepth_m || now.depth_m <= kMinForecastDepth_m ||
-                        now.depth_m <= then.depth_m / kMostForecastScale;
+  const bool too_near = then.depth_m <= kMinPredictionDepth_m || now.depth_m <= kMinPredictionDepth_m ||
+                        now.depth_m <= then.depth_m / kMaxPredictionScale;
   if (!too_near) {
     instance.mask.place(Similarity::about(then.point_px, then.depth_m / now.depth_m, now.point_px - then.point_px));
     return true;
@@ -156,10 +157,10 @@ bool StereoTracker::hides(const TrackInstance& front, const TrackInstance& behin
 bool StereoTracker::nearer(const TrackInstance& a, const TrackInstance& b) noexcept {
   const bool a_hid_b = hides(a, b);
   const bool b_hid_a = hides(b, a);
-  return a_hid_b != b_hid_a ? a_hid_b : looks_nearer(a, b);
+  return a_hid_b != b_hid_a ? a_hid_b : is_nearer(a, b);
 }
 
-bool StereoTracker::looks_nearer(const TrackInstance& a, const TrackInstance& b) noexcept {
+bool StereoTracker::is_nearer(const TrackInstance& a, const TrackInstance& b) noexcept {
   const auto key = [](const TrackInstance& i) { return i.disparity.known ? i.disparity.mean_px : 0.F; };
   if (key(a) != key(b)) {
     return key(a) > key(b);
@@ -189,7 +190,7 @@ void StereoTracker::sort_far_to_near() noexcept {
     for (std::uint64_t rest = waiting; rest != 0; rest &= rest - 1) {
       const TrackInstance& candidate = slots_[static_cast<std::size_t>(std::countr_zero(rest))];
       const bool candidate_hides = (hidden[candidate.track.slot] & waiting) != 0;
-      if (next == nullptr || (candidate_hides != next_hides ? next_hides : looks_nearer(*next, candidate))) {
+      if (next == nullptr || (candidate_hides != next_hides ? next_hides : is_nearer(*next, candidate))) {
         next = &candidate;
         next_hides = candidate_hides;
       }
@@ -217,7 +218,7 @@ void StereoTracker::draw_predictions(LabelView detections) noexcept {
   }
 }
 
-void StereoTracker::learn_order(const DetectionFrame& detections) noexcept {
+void StereoTracker::estimate_occlusion_order(const DetectionFrame& detections) noexcept {
   const auto hidden_by = [&](const TrackInstance& behind, const TrackInstance& front) {
     return front.detection < 0
                ? 0

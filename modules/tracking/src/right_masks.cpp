@@ -115,7 +115,7 @@ void StereoTracker::associate_right(const DetectionFrame& detections) noexcept {
     instance.track.has_right = match[instance.track.slot] >= 0;
     if (!instance.track.has_right) {
       instance.track.has_right =
-          claim_free_pixels(prediction_, instance.track.label(), instance.right_region_px, right_).area_px > 0;
+          assign_free_pixels(prediction_, instance.track.label(), instance.right_region_px, right_).area_px > 0;
     }
   }
 }

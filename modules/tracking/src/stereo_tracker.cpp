@@ -18,9 +18,9 @@ constexpr std::size_t kMaxFeaturesPerObject = 256;
 constexpr std::int64_t kForgetsClass_ns = 100'000'000;
 /// A mask is still found where it is expected if it overlaps its prediction so far.
 constexpr double kStillFits = 0.6;
-constexpr double kLeastPartToClaim = 0.2;
+constexpr double kMinPartToClaim = 0.2;
 /// A detection that lies so far on the whole prediction is a part of it.
-constexpr double kLeastPartOnWhole = 0.5;
+constexpr double kMinPartOnWhole = 0.5;
 /// An image larger than this is a mistake.
 constexpr int kMaxImageSidePx = 16384;
 /// So many features that speak against a match weigh as much as those that speak for it.
@@ -42,7 +42,7 @@ PixelBox slid_to_hold(const PixelBox& seen, const PixelBox& predicted) noexcept 
 }
 
 /// Of a track that nothing is foretold of yet: should it get no place, its direction will be that of its box.
-Forecast direction_of(const PixelBox& box) noexcept {
+ObjectPrediction direction_of(const PixelBox& box) noexcept {
   return {.known = true,
           .point_px = {0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)},
           .depth_m = 0.0,
@@ -138,17 +138,18 @@ Status StereoTracker::check(const DetectionFrame& detections) const {
 
 // P_{i+1,ln} <- T_i; A <- overlap of P and D_{i+1,l}; Kuhn-Munkres; T_{i+1,l}; P_{i+1,lr} <- T_{i+1,l}; Kuhn-Munkres.
 Result<TrackFrame> StereoTracker::process(std::int64_t timestamp_ns, const DetectionFrame& detections,
-                                          std::span<const Feature> features, std::span<const Forecast> forecasts) {
+                                          std::span<const Feature> features,
+                                          std::span<const ObjectPrediction> object_predictions) {
   if (const Status sizes = check(detections); !sizes) {
     return Unexpected(sizes.error());
   }
   begin_frame(timestamp_ns);
-  take_forecasts(forecasts);
+  set_predictions(object_predictions);
   predict(features);
   draw_predictions(detections.available ? detections.left_labels : LabelView{});
   associate(detections, features);
-  learn_order(detections);
-  bear(detections, features);
+  estimate_occlusion_order(detections);
+  initiate_tracks(detections, features);
   draw_left(detections);
   attach_right(detections, features);
   publish();
@@ -164,22 +165,22 @@ void StereoTracker::begin_frame(std::int64_t timestamp_ns) noexcept {
   for (TrackInstance& instance : slots_) {
     if (instance.slot_state == TrackInstance::Slot::kEnded) {
       instance.slot_state = TrackInstance::Slot::kFree;
-    } else if (instance.alive() && instance.abandoned) {
+    } else if (instance.alive() && instance.terminated) {
       end(instance);
     }
   }
-  shed();
+  prune_to_capacity();
 }
 
-void StereoTracker::abandon(std::uint8_t slot) noexcept {
+void StereoTracker::terminate(std::uint8_t slot) noexcept {
   if (slot < slots_.size()) {
-    slots_[slot].abandoned = slots_[slot].alive();
+    slots_[slot].terminated = slots_[slot].alive();
   }
 }
 
-void StereoTracker::join(std::uint8_t earlier, std::uint8_t reborn) noexcept {
+void StereoTracker::merge_tracks(std::uint8_t earlier, std::uint8_t redetected) noexcept {
   TrackInstance& from = slots_[earlier];
-  TrackInstance& to = slots_[reborn];
+  TrackInstance& to = slots_[redetected];
   to.track.id = from.track.id;
   to.track.state = from.track.state == TrackState::kTentative ? to.track.state : TrackState::kConfirmed;
   to.track.age_frames = from.track.age_frames;
@@ -193,12 +194,18 @@ void StereoTracker::join(std::uint8_t earlier, std::uint8_t reborn) noexcept {
   without_earlier[from.track.label()] = kBackgroundLabel;
   relabel(left_, without_earlier, left_);
   relabel(right_, without_earlier, right_);
-  for (Track& track : published_) { if (track.slot == earlier) { track.area_px = 0; track.box_px = {}; } }
+  for (Track& track : published_) {
+    if (track.slot == earlier) {
+      track.area_px = 0;
+      track.box_px = {};
+    }
+  }
   std::replace_if(
-      published_.begin(), published_.end(), [reborn](const Track& track) { return track.slot == reborn; }, to.track);
+      published_.begin(), published_.end(), [redetected](const Track& track) { return track.slot == redetected; },
+      to.track);
 }
 
-void StereoTracker::withhold(std::uint8_t slot) noexcept {
+void StereoTracker::defer_confirmation(std::uint8_t slot) noexcept {
   for (Track& track : published_) {
     track.state = track.slot == slot ? TrackState::kTentative : track.state;
   }
@@ -248,7 +255,7 @@ void StereoTracker::associate(const DetectionFrame& detections, std::span<const 
       continue;
     }
     measure_overlap(prediction_, instance.track.label(), instance.mask.current_box(), labels, instance.overlap);
-    if (may_claim(instance)) {
+    if (is_assignable(instance)) {
       add_affinities(instance, instance.overlap, detections.left.first(columns));
     }
   }
@@ -259,14 +266,14 @@ void StereoTracker::associate(const DetectionFrame& detections, std::span<const 
   for (TrackInstance& instance : slots_) {
     instance.detection = -1;
   }
-  claim(maximum_weight_assignment(affinity_));
+  apply_assignment(maximum_weight_assignment(affinity_));
   affinity_.resize(static_cast<int>(slots_.size()), static_cast<int>(columns));
   for (const TrackInstance& instance : slots_) {
-    if (instance.alive() && instance.detection < 0 && may_claim(instance)) {
-      add_near_misses(instance, detections, features);
+    if (instance.alive() && instance.detection < 0 && is_assignable(instance)) {
+      add_proximity_pairs(instance, detections, features);
     }
   }
-  claim(maximum_weight_assignment(affinity_));
+  apply_assignment(maximum_weight_assignment(affinity_));
   for (TrackInstance& instance : slots_) {
     if (!instance.alive()) {
       continue;
@@ -279,7 +286,7 @@ void StereoTracker::associate(const DetectionFrame& detections, std::span<const 
   }
 }
 
-void StereoTracker::claim(const Assignment& match) noexcept {
+void StereoTracker::apply_assignment(const Assignment& match) noexcept {
   for (TrackInstance& instance : slots_) {
     if (instance.alive() && instance.detection < 0 && match[instance.track.slot] >= 0) {
       instance.detection = match[instance.track.slot];
@@ -313,7 +320,7 @@ void StereoTracker::learn_motion(TrackInstance& instance, const Detection& detec
   const auto touches_border = [&](const PixelBox& box) {
     return box.x0 <= 0 || box.y0 <= 0 || box.x1 >= width_px_ || box.y1 >= height_px_;
   };
-  if (predicted.empty() || !whole_in_sight(instance) || touches_border(predicted) || touches_border(detection.box_px)) {
+  if (predicted.empty() || !wholly_in_view(instance) || touches_border(predicted) || touches_border(detection.box_px)) {
     return;
   }
   const auto center = [](const PixelBox& box) {
@@ -321,7 +328,7 @@ void StereoTracker::learn_motion(TrackInstance& instance, const Detection& detec
   };
   const double frames = instance.track.missed_frames + 1.0;
   const double area_ratio = static_cast<double>(detection.area_px) / instance.overlap.area_px;
-  const double scale = std::clamp(std::pow(area_ratio, 0.5 / frames), 1.0 / kMostGrowth, kMostGrowth);
+  const double scale = std::clamp(std::pow(area_ratio, 0.5 / frames), 1.0 / kMaxGrowth, kMaxGrowth);
   const Eigen::Vector2d shift = (center(detection.box_px) - center(predicted)) / frames;
   instance.motion = Similarity::about(center(predicted), scale, shift) * instance.motion;
 }
@@ -336,8 +343,8 @@ void StereoTracker::accept_miss(TrackInstance& instance, bool was_looked_for) no
     instance.tentative_missed.add_frame(interval_ns_);
   }
   track.state = state_of(instance, config_);
-  const bool placed = !tentative && instance.forecast.known;
-  if (!placed || !out_of_sight(instance)) {
+  const bool placed = !tentative && instance.prediction.known;
+  if (!placed || !is_out_of_view(instance)) {
     instance.missed_in_sight.add_frame(interval_ns_);
   }
   const bool gone =
@@ -348,15 +355,15 @@ void StereoTracker::accept_miss(TrackInstance& instance, bool was_looked_for) no
   }
 }
 
-bool StereoTracker::may_claim(const TrackInstance& instance) const noexcept {
-  const bool nearly_outside = instance.track.missed_frames > 0 && instance.mask_part_in_image < kLeastPartToClaim;
+bool StereoTracker::is_assignable(const TrackInstance& instance) const noexcept {
+  const bool nearly_outside = instance.track.missed_frames > 0 && instance.mask_part_in_image < kMinPartToClaim;
   return !nearly_outside && !instance.missed_in_sight.exceeds(limits_.missed_ns);
 }
 
-bool StereoTracker::out_of_sight(const TrackInstance& instance) const noexcept {
+bool StereoTracker::is_out_of_view(const TrackInstance& instance) const noexcept {
   return instance.predicted_px < config_.min_area_px || instance.overlap.area_px < config_.min_area_px ||
-         instance.mask_part_in_image < kLeastVisiblePart ||
-         instance.overlap.area_px < kLeastVisiblePart * instance.predicted_px;
+         instance.mask_part_in_image < kMinVisiblePart ||
+         instance.overlap.area_px < kMinVisiblePart * instance.predicted_px;
 }
 
 void StereoTracker::end(TrackInstance& instance) noexcept {
@@ -395,7 +402,7 @@ void StereoTracker::draw_left(const DetectionFrame& detections) noexcept {
       instance.track.area_px = 0;
       continue;
     }
-    const LabelRegion shown = claim_free_pixels(prediction_, instance.track.label(), instance.overlap.box_px, left_);
+    const LabelRegion shown = assign_free_pixels(prediction_, instance.track.label(), instance.overlap.box_px, left_);
     instance.track.box_px = shown.box_px;
     instance.track.area_px = shown.area_px;
   }
@@ -412,13 +419,13 @@ void StereoTracker::draw_left(const DetectionFrame& detections) noexcept {
 void StereoTracker::remember_mask(TrackInstance& instance, const Detection& detection) noexcept {
   const double fit =
       intersection_over_union(instance.overlap.on_label[detection.label], instance.overlap.area_px, detection.area_px);
-  const bool cut_off = instance.forecast.known && instance.mask_part_in_image < kWholeInImage;
-  if (((cut_off || !whole_in_sight(instance)) && fit > kStillFits) ||
-      (detection.area_px < instance.predicted_px && part_on(instance, detection) >= kLeastPartOnWhole &&
+  const bool cut_off = instance.prediction.known && instance.mask_part_in_image < kWholeInImage;
+  if (((cut_off || !wholly_in_view(instance)) && fit > kStillFits) ||
+      (detection.area_px < instance.predicted_px && part_on(instance, detection) >= kMinPartOnWhole &&
        misses_what_hides(instance))) {
     return;
   }
-  instance.mask_forecast = instance.forecast.known ? instance.forecast : direction_of(instance.track.box_px);
+  instance.mask_prediction = instance.prediction.known ? instance.prediction : direction_of(instance.track.box_px);
   const std::uint8_t label = instance.track.label();
   PixelBox box = instance.track.box_px;
   // A thing does not grow by being hidden: what was predicted wrongly would, frame by frame.

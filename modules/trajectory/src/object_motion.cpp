@@ -20,7 +20,7 @@ constexpr double kVelocityFloor_mps = 0.05;
 // Two samples cannot show that their covariances are too small.
 constexpr std::size_t kMinMovingSamples = 3;
 constexpr double kStopRatio = 0.5;
-constexpr double kWanderTime_s = 0.5;  // MotionSample::wander takes at least so long.
+constexpr double kErrorCorrelationTime_s = 0.5;  // MotionSample::drift takes at least so long.
 
 double seconds_between(std::int64_t from_ns, std::int64_t to_ns) {
   return 1e-9 * static_cast<double>(to_ns - from_ns);
@@ -85,13 +85,15 @@ MotionEstimate ObjectMotion::at(std::size_t age) const noexcept {
   std::array<PathPoint, kMaxWindow> path;
   std::size_t count = 0;
   TurnRate turn;
-  Eigen::Matrix3d wander = center.wander;  // The largest in the window.
+  Eigen::Matrix3d correlated_covariance = center.correlated_covariance;  // The largest in the window.
   for (std::size_t i = newest; i <= oldest; ++i) {
     const MotionSample& sample = entry(i).sample;
     const double time_s = seconds_between(center.timestamp_ns, sample.timestamp_ns);
     if (std::abs(time_s) <= kMaxTime_s) {
       path[count++] = {time_s, sample.T_world_obj * reference_obj_, information_of(sample.position_covariance)};
-      wander = sample.wander.trace() > wander.trace() ? sample.wander : wander;
+      correlated_covariance = sample.correlated_covariance.trace() > correlated_covariance.trace()
+                                  ? sample.correlated_covariance
+                                  : correlated_covariance;
       turn.add(time_s, so3_log(sample.T_world_obj.rotation * center.T_world_obj.rotation.transpose()).y());
     }
   }
@@ -101,8 +103,8 @@ MotionEstimate ObjectMotion::at(std::size_t age) const noexcept {
   const VelocityFit fit = fit_velocity(std::span<const PathPoint>(path).first(count));
   estimate.covariance = fit.covariance + kVelocityFloor_mps * kVelocityFloor_mps * Eigen::Matrix3d::Identity();
   estimate.yaw_rate_rad_s = turn.rad_s();
-  const double wander_s = std::max(path[0].time_s - path[count - 1].time_s, kWanderTime_s);
-  estimate.covariance += wander / (wander_s * wander_s);
+  const double correlation_s = std::max(path[0].time_s - path[count - 1].time_s, kErrorCorrelationTime_s);
+  estimate.covariance += correlated_covariance / (correlation_s * correlation_s);
   const bool was_moving = entry(age).was_moving || (age + 1 < size_ && entry(age + 1).was_moving);
   const double needed = config_.moving_significance * (was_moving ? kStopRatio : 1.0);
   const double chi_square = fit.velocity_mps.dot(estimate.covariance.ldlt().solve(fit.velocity_mps));

@@ -60,9 +60,9 @@ void StereoPositionFilter::start(std::int64_t timestamp_ns, const Eigen::Vector3
 Matrix6d StereoPositionFilter::process_noise(double dt_s) const noexcept {
   const double acceleration_mps2 = at_rest_ ? kRestAcceleration_mps2 : config_.max_acceleration_mps2;
   const double variance = acceleration_mps2 * acceleration_mps2;
-  const Eigen::Matrix3d eye = Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d view = Eigen::Matrix3d::Identity();
   Matrix6d noise;
-  noise << 0.25 * dt_s * dt_s * eye, 0.5 * dt_s * eye, 0.5 * dt_s * eye, eye;
+  noise << 0.25 * dt_s * dt_s * view, 0.5 * dt_s * view, 0.5 * dt_s * view, view;
   return variance * dt_s * dt_s * noise;
 }
 

@@ -20,10 +20,10 @@ constexpr double kPositionFloor_m = 2e-3;
 // How far from zero the velocity of something at rest may appear to be.
 constexpr double kRestSpeed_mps = 0.05;
 constexpr double kRestTurn_rad_s = 0.01;
-constexpr double kLeastStep_s = 1e-4;
+constexpr double kMinStep_s = 1e-4;
 
 double seconds(const PathNode& from, const PathNode& to) {
-  return std::max(1e-9 * static_cast<double>(to.timestamp_ns - from.timestamp_ns), kLeastStep_s);
+  return std::max(1e-9 * static_cast<double>(to.timestamp_ns - from.timestamp_ns), kMinStep_s);
 }
 
 /// Velocity of the body in its own axes from node a to b, and how it changes with their perturbations.

@@ -61,7 +61,7 @@ TEST_F(OtherVendor, HearsNothingFromAnotherDomain) {
   const Process elsewhere(scene_command({"dds.domain=7"}));
   const Process reader(local_fast_reader_command());
   ASSERT_TRUE(elsewhere.until(at_least("offered", 50)));
-  // Once somebody of its own domain has been heard, the other one would have been too.
+  // Once somebody of its own domain has been received, the other one would have been too.
   const Process scene(scene_command({"dds.ros2.prefix=own"}));
   ASSERT_TRUE(reader.until([](const nlohmann::json& report) { return report["samples"]["rt/tf"] >= 50; }));
   EXPECT_FALSE(reader.report()["writers"].contains("rt/kinetrace/odometry")) << reader.report();

@@ -70,14 +70,14 @@ void Scene::place_objects() {
 }
 
 const FrameResult& Scene::next() {
-  settled_objects_.assign(objects_.begin(), objects_.end() - 1);
+  finalised_objects_.assign(objects_.begin(), objects_.end() - 1);
   if (options_.has_new_ids && frame_ > 0) {
     place_objects();
   }
   result_ = {};
   result_.newest = {frame_, kBegin_ns + frame_ * kStep_ns, camera_at(frame_), objects_};
-  result_.has_settled = frame_ > 0;
-  result_.settled = {frame_ - 1, kBegin_ns + (frame_ - 1) * kStep_ns, camera_at(frame_ - 1), settled_objects_};
+  result_.has_finalised = frame_ > 0;
+  result_.finalised = {frame_ - 1, kBegin_ns + (frame_ - 1) * kStep_ns, camera_at(frame_ - 1), finalised_objects_};
   result_.bodies = bodies_;
   result_.counters.frames = static_cast<std::uint64_t>(++frame_);
   return result_;

@@ -33,7 +33,7 @@ class Scene {
   /// Valid until the next call.
   [[nodiscard]] const FrameResult& next();
   [[nodiscard]] publishing::PublishedHealth health() const;
-  /// Ids given out so far.
+  /// Ids published so far.
   [[nodiscard]] std::uint32_t ids() const noexcept { return next_id_ - kFirstId; }
   [[nodiscard]] static StereoGeometry geometry();
 
@@ -44,7 +44,7 @@ class Scene {
   std::int64_t frame_ = 0;
   std::uint32_t next_id_ = kFirstId;
   std::vector<ObjectResult> objects_;
-  std::vector<ObjectResult> settled_objects_;
+  std::vector<ObjectResult> finalised_objects_;
   std::array<BodyPoint, 2> background_points_;
   BodyPoint object_point_;
   std::vector<BodyGeometry> bodies_;

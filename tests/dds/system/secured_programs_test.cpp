@@ -24,7 +24,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 constexpr int kConfig = 78;
-constexpr int kNothingHeard = 74;
+constexpr int kNothingReceived = 74;
 
 class DdsSecuredPrograms : public ::testing::Test {
  protected:
@@ -50,10 +50,10 @@ class DdsSecuredPrograms : public ::testing::Test {
 TEST_F(DdsSecuredPrograms, MonitorHearsAndRecordsWithTheKeysOfAViewer) {
   const Process scene(scene_command(secured_by(enclave(keys_, "kinetrace"))));
   const fs::path recorded = scratch_.path() / "run.mcap";
-  const Ending heard =
+  const Ending received =
       run_to_end(monitor(settings("viewer"), {"--messages", "60", "--seconds", "60", "--record", recorded.string()}));
-  EXPECT_EQ(heard.exit_code, 0) << heard.err;
-  EXPECT_THAT(heard.out, AllOf(HasSubstr("\"camera\""), HasSubstr("\"objects\"")));
+  EXPECT_EQ(received.exit_code, 0) << received.err;
+  EXPECT_THAT(received.out, AllOf(HasSubstr("\"camera\""), HasSubstr("\"objects\"")));
   EXPECT_GT(fs::file_size(recorded), 20'000U);
 }
 
@@ -64,7 +64,7 @@ TEST_F(DdsSecuredPrograms, MonitorHearsNothingWithoutThem) {
   std::ofstream(unsecured) << "dds:\n  interface: lo\n";
   for (const std::string& other : {unsecured, foreign_settings("viewer")}) {
     const Ending ending = run_to_end(monitor(other, {"--seconds", "5"}));
-    EXPECT_EQ(ending.exit_code, kNothingHeard) << other << ending.err;
+    EXPECT_EQ(ending.exit_code, kNothingReceived) << other << ending.err;
     EXPECT_THAT(ending.out, Not(HasSubstr("\"objects\"")));
   }
   EXPECT_THAT(entitled.out(), HasSubstr("\"objects\"")) << "there was something to hear: " << entitled.err();
@@ -82,8 +82,8 @@ TEST_F(DdsSecuredPrograms, DoctorSaysWhoElseIsThere) {
   ASSERT_TRUE(viewer.until([](const nlohmann::json&) { return true; })) << viewer.err();
   const Ending ending = run_to_end(doctor);
   EXPECT_EQ(ending.exit_code, 0) << ending.out << ending.err;
-  EXPECT_THAT(ending.out, HasSubstr("domain 0 on lo, secured; 3 other participants heard of"))
-      << "strangers are heard too";
+  EXPECT_THAT(ending.out, HasSubstr("domain 0 on lo, secured; 3 other participants seen"))
+      << "strangers are received too";
 }
 
 /// A run whose masks come over the network.

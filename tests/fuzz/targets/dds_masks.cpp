@@ -60,7 +60,7 @@ void offer(FuzzedDataProvider& values, app::MaskMailbox& mailbox, std::int64_t f
   }
   show(message.masks, masks);
   publishing::tell(message, values.ConsumeIntegralInRange(1U, 3U),
-                   [&mailbox](const MaskMessage& heard) { mailbox.offer(heard); });
+                   [&mailbox](const MaskMessage& received) { mailbox.offer(received); });
 }
 
 void take(app::MaskMailbox& mailbox, std::int64_t frame) {
@@ -69,9 +69,9 @@ void take(app::MaskMailbox& mailbox, std::int64_t frame) {
   pair.timestamp_ns = time_of(frame);
   mailbox.request(pair);
   const MaskSet* masks = mailbox.await(frame);
-  for (const auto& eye :
+  for (const auto& view :
        masks == nullptr ? std::array<std::span<const RunLengthMask>, 2>{} : std::array{masks->left, masks->right}) {
-    for (const RunLengthMask& mask : eye) {
+    for (const RunLengthMask& mask : view) {
       require(fits(mask, kWidth, kHeight));
     }
   }

@@ -1,4 +1,5 @@
-// Names of image files, one a line, that numbers or times are read from; lines with '<' are of the left eye alone, with
+// Names of image files, one a line, that numbers or times are read from; lines with '<' are of the left view alone,
+// with
 // '>' of the right one.
 #include <filesystem>
 #include <fstream>

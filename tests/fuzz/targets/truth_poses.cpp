@@ -1,4 +1,4 @@
-// Files of true poses: KITTI's, TUM's and EuRoC's, told apart by their first row.
+// Files of true poses: KITTI's, TUM's and EuRoC's, distinguished by their first row.
 #include "fuzz_target.hpp"
 #include "kinetrace/evaluation/truth.hpp"
 #include "memory_folder.hpp"

@@ -13,7 +13,7 @@ TEST(LatestValue, IsEmptyUntilSomethingIsHandedOver) {
   EXPECT_EQ(latest.fetch(), nullptr);
   latest.slot() = 5;
   EXPECT_EQ(latest.fetch(), nullptr) << "not handed over yet";
-  EXPECT_FALSE(latest.hand_over());
+  EXPECT_FALSE(latest.transfer_identity());
   const int* value = latest.fetch();
   ASSERT_NE(value, nullptr);
   EXPECT_EQ(*value, 5);
@@ -24,7 +24,7 @@ TEST(LatestValue, TheNewestWins) {
   LatestValue<int> latest;
   for (int i = 0; i < 5; ++i) {
     latest.slot() = i;
-    EXPECT_EQ(latest.hand_over(), i > 0) << "supersedes what nobody fetched";
+    EXPECT_EQ(latest.transfer_identity(), i > 0) << "supersedes what nobody fetched";
   }
   EXPECT_EQ(*latest.fetch(), 4);
   EXPECT_EQ(latest.fetch(), nullptr);
@@ -33,11 +33,11 @@ TEST(LatestValue, TheNewestWins) {
 TEST(LatestValue, WhatIsBeingReadIsNotWritten) {
   LatestValue<int> latest;
   latest.slot() = 1;
-  latest.hand_over();
+  latest.transfer_identity();
   const int* reading = latest.fetch();
   for (int i = 2; i < 10; ++i) {
     latest.slot() = i;
-    latest.hand_over();
+    latest.transfer_identity();
     EXPECT_EQ(*reading, 1);
   }
   EXPECT_EQ(*latest.fetch(), 9);
@@ -58,7 +58,7 @@ TEST(LatestValue, ValuesAreWholeAndOnlyGrowNewer) {
       for (long& copy : value.copies) {
         copy = i;
       }
-      latest.hand_over();
+      latest.transfer_identity();
     }
     ends = true;
   });

@@ -34,7 +34,7 @@ TEST(StereoGeometry, TriangulateUndoesProject) {
   }
 }
 
-TEST(StereoGeometry, TheRightEyeIsTheLeftOneMovedByTheBaseline) {
+TEST(StereoGeometry, TheRightCameraIsTheLeftOneMovedByTheBaseline) {
   const Eigen::Vector3d p(-3.0, 1.5, 12.0);
   const Eigen::Vector3d from_right = p - Eigen::Vector3d(kRig.baseline_m, 0.0, 0.0);
   EXPECT_NEAR(kRig.project(p).z(), kRig.project(from_right).x(), 1e-10);

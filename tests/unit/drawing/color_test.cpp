@@ -54,11 +54,11 @@ TEST(TrackStyle, HuesStayApartForColourBlindReaders) {
   Eigen::Matrix3d deutan;
   deutan << 0.367322, 0.860646, -0.227968, 0.280085, 0.672501, 0.047413, -0.011820, 0.042940, 0.968881;
   constexpr int kHues = 6;
-  for (const Eigen::Matrix3d& eye : {Eigen::Matrix3d(Eigen::Matrix3d::Identity()), protan, deutan}) {
+  for (const Eigen::Matrix3d& view : {Eigen::Matrix3d(Eigen::Matrix3d::Identity()), protan, deutan}) {
     for (int i = 0; i < kHues; ++i) {
       for (int j = 0; j < i; ++j) {
-        const Eigen::Vector3d a = lab((eye * linear(line_style(i).color)).cwiseMax(0.0).cwiseMin(1.0));
-        const Eigen::Vector3d b = lab((eye * linear(line_style(j).color)).cwiseMax(0.0).cwiseMin(1.0));
+        const Eigen::Vector3d a = lab((view * linear(line_style(i).color)).cwiseMax(0.0).cwiseMin(1.0));
+        const Eigen::Vector3d b = lab((view * linear(line_style(j).color)).cwiseMax(0.0).cwiseMin(1.0));
         // About 2.3 is just noticeable.
         EXPECT_GT((a - b).norm(), 10.0) << i << " and " << j;
       }

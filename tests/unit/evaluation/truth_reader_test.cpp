@@ -211,7 +211,7 @@ TEST_F(TruthReader, SaysWhatItDoesNotRecognise) {
   EXPECT_EQ(error_of(source("/no/such/place")).code, ErrorCode::kNotFound);
 }
 
-TEST_F(TruthReader, BelievesAFormatThatIsGiven) {
+TEST_F(TruthReader, AcceptsAFormatThatIsGiven) {
   TruthSource wanted = source(write("poses.txt", kIdentity));
   wanted.format = TruthFormat::kTum;
   EXPECT_EQ(error_of(wanted).code, ErrorCode::kBadFormat);

@@ -97,7 +97,7 @@ class AppearanceMemoryTest : public ::testing::Test {
   std::vector<RecognisedPoint> recognise(const AppearanceMemory& memory, const Vector2f& guess_error,
                                          const RecognitionGate& gate, double zoom, std::uint8_t body = kBody,
                                          std::size_t room = 400) {
-    std::vector<ExpectedSighting> expected;
+    std::vector<ExpectedObservation> expected;
     for (std::size_t i = 0; i < memory.size(); ++i) {
       expected.emplace_back(moved(memory.p_body(i).head<2>().cast<double>(), zoom).cast<float>() + guess_error);
     }
@@ -154,7 +154,7 @@ TEST_F(AppearanceMemoryTest, RecognisesFromNearbyWhatItSawCoarsely) {
   }
 }
 
-TEST_F(AppearanceMemoryTest, FindsMoreWhereLessLikenessWillDo) {
+TEST_F(AppearanceMemoryTest, FindsMoreWhereLessSimilarityWillDo) {
   AppearanceMemory memory(30, arena_);
   remember_then_see(memory, near_view_of(texture_, 2.0));
   const auto found = [&](float least) { return recognise(memory, {0.F, 0.F}, {{10.F, 10.F}, least}, 2.0).size(); };
@@ -170,7 +170,7 @@ TEST_F(AppearanceMemoryTest, RecognisesLittleInSomethingElse) {
   EXPECT_LE(recognise(memory, {0.F, 0.F}, {25.F, 15.F}).size(), 4U);
 }
 
-TEST_F(AppearanceMemoryTest, LooksNoFurtherThanToldAndAtOneBodyOnly) {
+TEST_F(AppearanceMemoryTest, LooksNoFurtherThanReportedAndAtOneBodyOnly) {
   AppearanceMemory memory(30, arena_);
   remember_then_see(memory, view_of(texture_, true, 2));
   const auto in_place = [](const std::vector<RecognisedPoint>& found) {

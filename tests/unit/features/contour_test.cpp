@@ -37,7 +37,7 @@ struct Fence {
   [[nodiscard]] StereoImage render(unsigned seed) const {
     const Texture strip(41);
     const Texture wall(42);
-    const auto eye = [&](double strip_px, double wall_px, unsigned noise) {
+    const auto view = [&](double strip_px, double wall_px, unsigned noise) {
       return testing::render(
           kWidth, kHeight,
           [&](const Vector2d& p) {
@@ -46,7 +46,7 @@ struct Fence {
           },
           2.0, noise);
     };
-    return {eye(0.0, 0.0, 2 * seed), eye(strip_disparity_px, wall_disparity_px, 2 * seed + 1)};
+    return {view(0.0, 0.0, 2 * seed), view(strip_disparity_px, wall_disparity_px, 2 * seed + 1)};
   }
 
   [[nodiscard]] Image labels() const {

@@ -97,7 +97,7 @@ inline Image render(int width, int height, const PixelValue& value, double noise
   return image;
 }
 
-/// A plane seen by both eyes: disparity(x, y) = at_centre + gradient . ((x, y) - centre), in left coordinates.
+/// A plane seen by both views: disparity(x, y) = at_centre + gradient . ((x, y) - centre), in left coordinates.
 struct DisparityPlane {
   double at_centre = 10.0;
   Eigen::Vector2d gradient = Eigen::Vector2d::Zero();

@@ -145,7 +145,7 @@ TEST_F(OverlayFiles, LeaveOutFramesWithoutImage) {
   EXPECT_FALSE(std::filesystem::exists(out_ / "000004.png"));
 }
 
-TEST_F(OverlayFiles, EndWhenTold) {
+TEST_F(OverlayFiles, EndWhenReported) {
   open_all(10);
   EXPECT_EQ(*write_overlay(*run_, *images_, *masks_, out_, [](std::int64_t frames, int) { return frames < 3; }), 3);
 }

@@ -172,12 +172,12 @@ void write_cloud(const std::filesystem::path& path, int points_per_side, double 
 
 std::string write_recording(const std::filesystem::path& directory, int frames) {
   const std::vector<std::uint8_t> gray(static_cast<std::size_t>(kImageWidth) * kImageHeight, 90);
-  for (const char* eye : {"image_0", "image_1"}) {
-    std::filesystem::create_directories(directory / eye);
+  for (const char* view : {"image_0", "image_1"}) {
+    std::filesystem::create_directories(directory / view);
     for (int i = 0; i < frames; ++i) {
       std::array<char, 16> name{};
       std::snprintf(name.data(), name.size(), "%06d.png", i);
-      const Status written = imaging::write_png_gray8((directory / eye / name.data()).c_str(),
+      const Status written = imaging::write_png_gray8((directory / view / name.data()).c_str(),
                                                       {gray.data(), kImageWidth, kImageHeight, kImageWidth});
       if (!written) {
         throw std::runtime_error(written.error().message);
@@ -186,8 +186,8 @@ std::string write_recording(const std::filesystem::path& directory, int frames) 
   }
   std::ofstream calibration(directory / "calib.txt");
   std::ofstream times(directory / "times.txt");
-  for (int eye = 0; eye < 2; ++eye) {
-    calibration << 'P' << eye << ": " << kFocal_px << " 0 160 " << (eye == 0 ? 0.0 : -kFocal_px * 0.5) << " 0 "
+  for (int view = 0; view < 2; ++view) {
+    calibration << 'P' << view << ": " << kFocal_px << " 0 160 " << (view == 0 ? 0.0 : -kFocal_px * 0.5) << " 0 "
                 << kFocal_px << " 80 0 0 0 1 0\n";
   }
   for (int i = 0; i < frames; ++i) {

@@ -82,7 +82,7 @@ class FakeDevice final : public CaptureDevice {
                          shot.stamp_ns,
                          shot.damaged,
                          shot.cut ? bytes.first(bytes.size() / 2) : bytes,
-                         sensor_.told_exposure_ns,
+                         sensor_.given_exposure_ns,
                          std::nullopt};
   }
 

@@ -45,7 +45,7 @@ struct FakeSensor {
   std::int64_t taking_ns = 0;  ///< So long does next() need for an image.
   bool falsely_ready = false;  ///< Reports itself ready (poll: POLLERR) though next() has nothing.
   std::optional<double> exposure_us = {};
-  std::optional<std::int64_t> told_exposure_ns = {};  ///< With every image, as automatic exposure has it.
+  std::optional<std::int64_t> given_exposure_ns = {};  ///< With every image, as automatic exposure has it.
   bool tells_rate = true;
   TimestampKind timestamp_kind = TimestampKind::kEndOfExposure;
   bool sequence_counts_losses = true;

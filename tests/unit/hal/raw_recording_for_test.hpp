@@ -46,14 +46,14 @@ class Raw : public ::testing::Test {
     const int height = rig.raw_height_px();
     StereoFrame frame{.frame_index = index, .timestamp_ns = time_ns(index), .name = {}, .left = {}, .right = {}};
     GrayView* views[] = {&frame.left, &frame.right};
-    for (std::size_t eye = 0; eye < 2; ++eye) {
+    for (std::size_t view = 0; view < 2; ++view) {
       // A stride of its own: rows do not touch.
       const int stride = width + 5;
-      pixels_[eye].resize(static_cast<std::size_t>(stride * height));
-      for (std::size_t i = 0; i < pixels_[eye].size(); ++i) {
-        pixels_[eye][i] = static_cast<std::uint8_t>((i * 31 + eye * 77 + static_cast<std::size_t>(index) * 13) % 256);
+      pixels_[view].resize(static_cast<std::size_t>(stride * height));
+      for (std::size_t i = 0; i < pixels_[view].size(); ++i) {
+        pixels_[view][i] = static_cast<std::uint8_t>((i * 31 + view * 77 + static_cast<std::size_t>(index) * 13) % 256);
       }
-      *views[eye] = {pixels_[eye].data(), width, height, stride};
+      *views[view] = {pixels_[view].data(), width, height, stride};
     }
     return frame;
   }

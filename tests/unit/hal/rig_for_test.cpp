@@ -5,7 +5,7 @@
 namespace kinetrace::hal::test {
 namespace {
 
-// Right eye at `offset` in the left eye's frame, turned by `turn_rad`.
+// Right view at `offset` in the left view's frame, turned by `turn_rad`.
 Se3 right_from_left(const Eigen::Vector3d& offset, const Eigen::Vector3d& turn_rad) {
   const Eigen::Matrix3d R = so3_exp(turn_rad);
   return {R, -(R * offset)};

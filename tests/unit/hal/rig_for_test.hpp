@@ -5,7 +5,7 @@
 
 namespace kinetrace::hal::test {
 
-/// EuRoC-like: 752x480, radial-tangential, eyes turned against each other by about a degree.
+/// EuRoC-like: 752x480, radial-tangential, views turned against each other by about a degree.
 [[nodiscard]] RigCalibration radial_rig();
 /// Wide equidistant fisheye lenses, 640x480.
 [[nodiscard]] RigCalibration fisheye_rig();

@@ -48,10 +48,10 @@ class ObjectStateTest : public ::testing::Test {
     return track;
   }
 
-  static Track reborn(const PixelBox& box_px, std::uint16_t class_id = kVehicleClass) {
-    Track reborn = track(box_px, 0, 2);
-    reborn.class_id = class_id;
-    return reborn;
+  static Track redetected(const PixelBox& box_px, std::uint16_t class_id = kVehicleClass) {
+    Track redetected = track(box_px, 0, 2);
+    redetected.class_id = class_id;
+    return redetected;
   }
 
   void observe(ObjectState& object, const Track& seen, std::vector<Feature> features = {}) {
@@ -97,9 +97,9 @@ class ObjectStateTest : public ::testing::Test {
     return seen;
   }
 
-  /// What was told of an object, and what was seen of it, in the last of some frames.
+  /// What was reported of an object, and what was seen of it, in the last of some frames.
   struct Seen {
-    ObjectResult told;
+    ObjectResult reported;
     std::vector<Feature> features;
   };
 
@@ -113,10 +113,10 @@ class ObjectStateTest : public ::testing::Test {
         object.begin(at_the_border(seen.features));
       }
       observe(object, at_the_border(seen.features), seen.features);
-      object.report(seen.told);
-      object.learn_motion(seen.told.T_world_obj, velocity);
+      object.report(seen.reported);
+      object.learn_motion(seen.reported.T_world_obj, velocity);
     }
-    EXPECT_EQ(seen.told.status, BodyStatus::kTracked);
+    EXPECT_EQ(seen.reported.status, BodyStatus::kTracked);
     return seen;
   }
 
@@ -134,19 +134,19 @@ TEST_F(ObjectStateTest, WaitsInItsDirectionWhileItHasNoPlace) {
   const PixelBox box{60, 40, 68, 46};
   object_.begin(track(box));
   observe(object_, track(box));
-  const tracking::Forecast forecast = object_.forecast(time_ns_, camera_.T_world_cam);
-  EXPECT_TRUE(forecast.known && forecast.direction_only);
-  EXPECT_LT((forecast.point_px - Eigen::Vector2d(63.5, 42.5)).norm(), 1e-6);
-  EXPECT_FALSE(object_.may_be_seen_as(reborn(box), camera_)) << "in sight";
+  const tracking::ObjectPrediction prediction = object_.prediction(time_ns_, camera_.T_world_cam);
+  EXPECT_TRUE(prediction.known && prediction.direction_only);
+  EXPECT_LT((prediction.point_px - Eigen::Vector2d(63.5, 42.5)).norm(), 1e-6);
+  EXPECT_FALSE(object_.bearing_gate(redetected(box), camera_)) << "in view";
 
   for (int missed = 1; missed <= 4; ++missed) {
-    EXPECT_FALSE(object_.may_be_seen_as(reborn(box), camera_)) << missed;
+    EXPECT_FALSE(object_.bearing_gate(redetected(box), camera_)) << missed;
     observe(object_, track(box, missed));
   }
-  EXPECT_TRUE(object_.may_be_seen_as(reborn(box), camera_));
-  EXPECT_FALSE(object_.may_be_seen_as(reborn(box, kPedestrianClass), camera_));
-  EXPECT_TRUE(object_.may_be_seen_as(reborn({74, 40, 80, 46}), camera_)) << "within reach";
-  EXPECT_FALSE(object_.may_be_seen_as(reborn({90, 40, 96, 46}), camera_)) << "too far";
+  EXPECT_TRUE(object_.bearing_gate(redetected(box), camera_));
+  EXPECT_FALSE(object_.bearing_gate(redetected(box, kPedestrianClass), camera_));
+  EXPECT_TRUE(object_.bearing_gate(redetected({74, 40, 80, 46}), camera_)) << "within reach";
+  EXPECT_FALSE(object_.bearing_gate(redetected({90, 40, 96, 46}), camera_)) << "too far";
 }
 
 TEST_F(ObjectStateTest, HasNoPlaceWhereItsFeaturesDisagreeHowFarAwayItIs) {
@@ -183,9 +183,9 @@ TEST_F(ObjectStateTest, ItsFeaturesTellHowItMovesWhileMoreAndMoreOfItIsSeen) {
     observe(object_, track(box_of(features)), features);
     camera_.T_world_cam_before = camera_.T_world_cam;
   }
-  const double depth_m = object_.forecast(time_ns_, {}).depth_m;
+  const double depth_m = object_.prediction(time_ns_, {}).depth_m;
   const double shift_px =
-      object_.forecast(time_ns_ + 1'000'000'000, {}).point_px.x() - object_.forecast(time_ns_, {}).point_px.x();
+      object_.prediction(time_ns_ + 1'000'000'000, {}).point_px.x() - object_.prediction(time_ns_, {}).point_px.x();
   EXPECT_NEAR(shift_px * depth_m / geometry_.fx_px, kAcross_mps, 1.0);
 }
 
@@ -203,23 +203,23 @@ TEST_F(ObjectStateTest, MayComeBackOverTheBorderThatItLeftBy) {
   // The camera turns to the right, so that it leaves by the left.
   camera_.T_world_cam.rotation = so3_exp({0.0, 0.1 + half_view_rad, 0.0});
   observe(object_, track({}, 1));
-  EXPECT_TRUE(object_.may_come_back_as(reborn(at_left), camera_));
-  EXPECT_FALSE(object_.may_come_back_as(reborn(at_left, kPedestrianClass), camera_));
-  EXPECT_FALSE(object_.may_come_back_as(reborn(at_right), camera_));
-  EXPECT_FALSE(object_.may_come_back_as(reborn({3, row - 10, 8, row + 10}), camera_)) << "not at the border";
-  Track seen_before = reborn(at_left);
+  EXPECT_TRUE(object_.may_come_back_as(redetected(at_left), camera_));
+  EXPECT_FALSE(object_.may_come_back_as(redetected(at_left, kPedestrianClass), camera_));
+  EXPECT_FALSE(object_.may_come_back_as(redetected(at_right), camera_));
+  EXPECT_FALSE(object_.may_come_back_as(redetected({3, row - 10, 8, row + 10}), camera_)) << "not at the border";
+  Track seen_before = redetected(at_left);
   seen_before.age_frames = 1;
   EXPECT_FALSE(object_.may_come_back_as(seen_before, camera_)) << "beside it, when it was still seen";
   for (int missed = 2; missed < 12; ++missed) {
     observe(object_, track({}, missed));
   }
   EXPECT_TRUE(object_.may_come_back_as(seen_before, camera_));
-  Track for_long = reborn(at_left);
+  Track for_long = redetected(at_left);
   for_long.age_frames = 6;
   for_long.age_ns = 6 * kFrame_ns + kFrame_ns / 2;
   EXPECT_FALSE(object_.may_come_back_as(for_long, camera_)) << "stereo would have seen it";
   camera_.T_world_cam.rotation.setIdentity();
-  EXPECT_FALSE(object_.may_come_back_as(reborn(at_left), camera_)) << "expected in the image";
+  EXPECT_FALSE(object_.may_come_back_as(redetected(at_left), camera_)) << "expected in the image";
 }
 
 TEST_F(ObjectStateTest, IsRatherWhatIsSeenInItsMiddleThanAnywhereOnIt) {
@@ -233,7 +233,7 @@ TEST_F(ObjectStateTest, IsRatherWhatIsSeenInItsMiddleThanAnywhereOnIt) {
     observe(object_, track({}, missed));
   }
   const auto part = [&](double beside_m) {
-    return object_.may_have_gone_to(middle_m + Eigen::Vector3d(beside_m, 0.0, 0.0), reborn({}), camera_).value_or(2.0);
+    return object_.position_gate(middle_m + Eigen::Vector3d(beside_m, 0.0, 0.0), redetected({}), camera_).value_or(2.0);
   };
   EXPECT_LT(part(0.0), part(0.3));
   EXPECT_LT(part(0.3), 0.1) << "both are on it";
@@ -252,13 +252,13 @@ TEST_F(ObjectStateTest, IsNotWhatWasSeenBesideIt) {
     observe(object_, track(box, missed));
     observe(other_, track(box, missed));
   }
-  Track newer = reborn(box);
+  Track newer = redetected(box);
   newer.age_frames = 4;
-  EXPECT_TRUE(object_.may_have_gone_to(middle_m, newer, camera_));
-  EXPECT_TRUE(other_.may_be_seen_as(newer, camera_));
+  EXPECT_TRUE(object_.position_gate(middle_m, newer, camera_));
+  EXPECT_TRUE(other_.bearing_gate(newer, camera_));
   newer.age_frames = 5;
-  EXPECT_FALSE(object_.may_have_gone_to(middle_m, newer, camera_)) << "first seen when this one was last";
-  EXPECT_FALSE(other_.may_be_seen_as(newer, camera_));
+  EXPECT_FALSE(object_.position_gate(middle_m, newer, camera_)) << "first seen when this one was last";
+  EXPECT_FALSE(other_.bearing_gate(newer, camera_));
 }
 
 TEST_F(ObjectStateTest, TurnsTheDirectionWithTheCamera) {
@@ -266,8 +266,8 @@ TEST_F(ObjectStateTest, TurnsTheDirectionWithTheCamera) {
   object_.begin(track(box));
   observe(object_, track(box));
   const Se3 turned{so3_exp({0.0, 0.1, 0.0}), Eigen::Vector3d::Zero()};
-  const tracking::Forecast forecast = object_.forecast(time_ns_, turned);
-  EXPECT_LT(forecast.point_px.x(), 63.5 - 0.09 * geometry_.fx_px);
+  const tracking::ObjectPrediction prediction = object_.prediction(time_ns_, turned);
+  EXPECT_LT(prediction.point_px.x(), 63.5 - 0.09 * geometry_.fx_px);
 }
 
 TEST_F(ObjectStateTest, HandsItsNameAndItsBoxOver) {
@@ -283,8 +283,8 @@ TEST_F(ObjectStateTest, HandsItsNameAndItsBoxOver) {
   object_.describe_motion(0, before);
   ASSERT_GT(before.box.size_m.x(), 1.0);
 
-  Track reborn = track(box_of(features), 0, 2);
-  other_.begin(reborn);
+  Track redetected = track(box_of(features), 0, 2);
+  other_.begin(redetected);
   other_.continue_from(object_, middle_m);
   EXPECT_EQ(other_.track().id, 1U);
   EXPECT_TRUE(other_.placed());
@@ -294,11 +294,11 @@ TEST_F(ObjectStateTest, HandsItsNameAndItsBoxOver) {
   EXPECT_EQ(after.box.size_m, before.box.size_m);
 }
 
-TEST_F(ObjectStateTest, GoesOnAsItWentWhereItsLastPosesAreTooUnsureToShowIt) {
+TEST_F(ObjectStateTest, GoesOnAsItWentWhereItsLastPosesAreTooUncertainToShowIt) {
   // So slow and far that half a second does not show it to move, but a second does.
   const Eigen::Vector3d velocity_mps(0.0, 0.0, 0.8);
   const Vector6d velocity = (Vector6d() << Eigen::Vector3d::Zero(), velocity_mps).finished();
-  ObjectResult told;
+  ObjectResult reported;
   for (int frame = 0; frame < 14; ++frame) {
     const std::vector<Feature> features = front(Eigen::Vector3d(0.2, 0.2, 20.0) + 0.1 * frame * velocity_mps);
     const Track seen = track(box_of(features));
@@ -306,16 +306,16 @@ TEST_F(ObjectStateTest, GoesOnAsItWentWhereItsLastPosesAreTooUnsureToShowIt) {
       object_.begin(seen);
     }
     observe(object_, seen, features);
-    object_.report(told);
-    object_.learn_motion(told.T_world_obj, velocity);
+    object_.report(reported);
+    object_.learn_motion(reported.T_world_obj, velocity);
   }
-  ASSERT_EQ(told.status, BodyStatus::kTracked);
+  ASSERT_EQ(reported.status, BodyStatus::kTracked);
   for (int missed = 1; missed <= 4; ++missed) {
     observe(object_, track({}, missed));
   }
   ObjectResult gone_on;
   object_.report(gone_on);
-  EXPECT_NEAR(gone_on.T_world_obj.translation.z() - told.T_world_obj.translation.z(), 0.4 * velocity_mps.z(), 0.05);
+  EXPECT_NEAR(gone_on.T_world_obj.translation.z() - reported.T_world_obj.translation.z(), 0.4 * velocity_mps.z(), 0.05);
 }
 
 // It leaves over the border of the image, and goes on there as it went.
@@ -330,7 +330,7 @@ TEST_F(ObjectStateTest, UnseenOnlyAnEvidentTurnGoesOn) {
     }
     ObjectResult later;
     object.report(later);
-    return so3_log(last.told.T_world_obj.rotation.transpose() * later.T_world_obj.rotation).norm();
+    return so3_log(last.reported.T_world_obj.rotation.transpose() * later.T_world_obj.rotation).norm();
   };
   EXPECT_NEAR(turned_unseen_rad(object_, 0.05), 0.0, 1e-6);
   EXPECT_NEAR(turned_unseen_rad(other_, 0.3), 0.5 * 0.3, 0.01);
@@ -340,9 +340,9 @@ TEST_F(ObjectStateTest, UnseenOnlyAnEvidentTurnGoesOn) {
 // goes on with that.
 TEST_F(ObjectStateTest, DoesNotCoastAwayFromWhatIsSeen) {
   const Vector6d approaching = (Vector6d() << Eigen::Vector3d::Zero(), Eigen::Vector3d(0.0, 0.0, -8.0)).finished();
-  ObjectResult told = moves_at_the_border(object_, approaching, 12).told;
+  ObjectResult reported = moves_at_the_border(object_, approaching, 12).reported;
   const Vector6d wild = (Vector6d() << Eigen::Vector3d::Zero(), Eigen::Vector3d(-10.0, 0.0, -90.0)).finished();
-  object_.learn_motion(told.T_world_obj, wild);
+  object_.learn_motion(reported.T_world_obj, wild);
   constexpr double kSecond_z_m = 8.0;
   std::vector<Feature> second = front({-0.5, 0.2, kSecond_z_m});
   for (Feature& feature : second) {
@@ -350,8 +350,8 @@ TEST_F(ObjectStateTest, DoesNotCoastAwayFromWhatIsSeen) {
   }
   for (int frame = 0; frame < 10; ++frame) {
     observe(object_, at_the_border(second), second);
-    object_.report(told);
-    EXPECT_NEAR(told.T_world_obj.translation.z(), kSecond_z_m, 4.0) << "frame " << frame;
+    object_.report(reported);
+    EXPECT_NEAR(reported.T_world_obj.translation.z(), kSecond_z_m, 4.0) << "frame " << frame;
   }
 }
 
@@ -365,9 +365,9 @@ TEST_F(ObjectStateTest, CoastsBehindSomethingOnlyWhileThatIsSurerThanWhatIsSeen)
   // Mostly hidden, it turns back, and little of it is seen.
   Eigen::Vector3d middle_m = Eigen::Vector3d(-0.5, 0.2, 15.0) + 0.1 * (kFrames - 1) * velocity.tail<3>();
   const auto off_m = [&] {
-    ObjectResult told;
-    object_.report(told);
-    return std::abs(told.T_world_obj.translation.x() - middle_m.x());
+    ObjectResult reported;
+    object_.report(reported);
+    return std::abs(reported.T_world_obj.translation.x() - middle_m.x());
   };
   double farthest_m = 0.0;
   for (int frame = 0; frame < 30; ++frame) {
@@ -395,7 +395,7 @@ TEST_F(ObjectStateTest, WhatSeemedToMoveDoesNotRestBehindSomething) {
     return Eigen::Vector3d(middle_m + Eigen::Vector3d(0.0, 0.0, frame % 2 == 0 ? 0.8 : -0.8));
   };
   Eigen::Vector3d middle_m(-1.0, 0.2, 34.0);
-  ObjectResult told;
+  ObjectResult reported;
   for (int frame = 0; frame < kSeen; ++frame) {
     middle_m += 0.1 * approach_mps;
     const std::vector<Feature> features = front(seen_at(middle_m, frame));
@@ -403,13 +403,13 @@ TEST_F(ObjectStateTest, WhatSeemedToMoveDoesNotRestBehindSomething) {
       object_.begin(track(box_of(features)));
     }
     observe(object_, track(box_of(features)), features);
-    object_.report(told);
-    object_.describe_motion(0, told);
-    object_.learn_motion(told.T_world_obj, (Vector6d() << Eigen::Vector3d::Zero(), approach_mps).finished());
+    object_.report(reported);
+    object_.describe_motion(0, reported);
+    object_.learn_motion(reported.T_world_obj, (Vector6d() << Eigen::Vector3d::Zero(), approach_mps).finished());
   }
-  ASSERT_EQ(told.status, BodyStatus::kTracked);
-  ASSERT_FALSE(told.moving) << "or it goes on as it surely went";
-  const double offset_m = told.T_world_obj.translation.x() - middle_m.x();
+  ASSERT_EQ(reported.status, BodyStatus::kTracked);
+  ASSERT_FALSE(reported.moving) << "or it goes on as it surely went";
+  const double offset_m = reported.T_world_obj.translation.x() - middle_m.x();
   camera_.T_world_cam_before = camera_.T_world_cam;
   for (int frame = 0; frame < kHidden; ++frame) {
     const std::vector<Feature> before = front(middle_m);
@@ -422,9 +422,9 @@ TEST_F(ObjectStateTest, WhatSeemedToMoveDoesNotRestBehindSomething) {
     Track seen = track(box_of(features));
     seen.visible_part = 0.4F;
     observe(object_, seen, features);
-    object_.report(told);
+    object_.report(reported);
   }
-  EXPECT_NEAR(told.T_world_obj.translation.x() - offset_m, middle_m.x(), 1.0);
+  EXPECT_NEAR(reported.T_world_obj.translation.x() - offset_m, middle_m.x(), 1.0);
 }
 
 TEST_F(ObjectStateTest, WhatRestedStillRestsWhenItIsFoundForAMoment) {
@@ -438,7 +438,7 @@ TEST_F(ObjectStateTest, WhatRestedStillRestsWhenItIsFoundForAMoment) {
   for (int missed = 1; missed <= 20; ++missed) {
     observe(object_, track({}, missed));
   }
-  other_.begin(reborn(box));
+  other_.begin(redetected(box));
   other_.continue_from(object_, middle_m);
   ObjectResult found;
   for (int frame = 0; frame < 3 && found.status != BodyStatus::kTracked; ++frame) {
@@ -461,9 +461,9 @@ TEST_F(ObjectStateTest, WhatComesBackIsWhereItWasCoastingTo) {
   const Eigen::Vector3d velocity_mps(0.0, 0.0, -2.0);
   const Vector6d velocity = (Vector6d() << Eigen::Vector3d::Zero(), velocity_mps).finished();
   const Seen last = moves_at_the_border(object_, velocity, 20);
-  const Eigen::Vector3d told_m = last.told.T_world_obj.translation;
+  const Eigen::Vector3d reported_m = last.reported.T_world_obj.translation;
   int unseen = 0;
-  for (ObjectResult now = last.told; now.status != BodyStatus::kLost; object_.report(now)) {
+  for (ObjectResult now = last.reported; now.status != BodyStatus::kLost; object_.report(now)) {
     observe(object_, at_the_border(last.features));
     ++unseen;
     ASSERT_LT(unseen, 30);
@@ -476,8 +476,8 @@ TEST_F(ObjectStateTest, WhatComesBackIsWhereItWasCoastingTo) {
   ObjectResult back;
   object_.report(back);
   EXPECT_NE(back.status, BodyStatus::kLost);
-  EXPECT_NEAR(back.T_world_obj.translation.z(), told_m.z() + 0.1 * (1 + unseen) * velocity_mps.z(), 0.1);
-  EXPECT_NEAR(back.T_world_obj.translation.x(), told_m.x(), 0.1);
+  EXPECT_NEAR(back.T_world_obj.translation.z(), reported_m.z() + 0.1 * (1 + unseen) * velocity_mps.z(), 0.1);
+  EXPECT_NEAR(back.T_world_obj.translation.x(), reported_m.x(), 0.1);
 }
 
 }  // namespace

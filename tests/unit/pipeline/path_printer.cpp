@@ -1,4 +1,4 @@
-// Prints the settled camera path of a rendered drive with one moving box, and the box's path, so that a test can
+// Prints the finalised camera path of a rendered drive with one moving box, and the box's path, so that a test can
 // compare what different instruction sets make of it.
 #include <cstdio>
 
@@ -14,7 +14,7 @@ int main() {
   const auto print = [](const char* what, std::int64_t frame, const Eigen::Vector3d& p) {
     std::printf("%s %lld %.9f %.9f %.9f\n", what, static_cast<long long>(frame), p.x(), p.y(), p.z());
   };
-  for (const test::KeptEstimate& estimate : run.settled) {
+  for (const test::KeptEstimate& estimate : run.finalised) {
     print("camera", estimate.frame_index, estimate.camera.T_world_cam.translation);
     for (const ObjectResult& object : estimate.objects) {
       print("object", estimate.frame_index, object.T_world_obj.translation);

@@ -38,7 +38,7 @@ std::uint64_t allocations_of(const PipelineConfig& config, const std::vector<Ren
     objects += (*result)->newest.objects.size();
   }
   while (const FrameResult* result = pipeline->drain()) {
-    objects += result->settled.objects.size();
+    objects += result->finalised.objects.size();
   }
   const std::uint64_t allocations = allocation_counts().own - before;
   EXPECT_EQ(objects > 0, config.segmentation.mode != SegmentationMode::kNone);

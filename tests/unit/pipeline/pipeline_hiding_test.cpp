@@ -56,10 +56,10 @@ PipelineRun play(const Stage& stage, int frames) {
   return run;
 }
 
-/// The object's settled row of a frame; fails where there is none.
-const ObjectResult& settled_row(const PipelineRun& run, int frame, std::uint32_t track_id) {
+/// The object's finalised row of a frame; fails where there is none.
+const ObjectResult& finalised_row(const PipelineRun& run, int frame, std::uint32_t track_id) {
   static const ObjectResult nothing;
-  const ObjectResult* const row = run.settled.at(static_cast<std::size_t>(frame)).object(track_id);
+  const ObjectResult* const row = run.finalised.at(static_cast<std::size_t>(frame)).object(track_id);
   EXPECT_NE(row, nullptr) << "frame " << frame;
   return row == nullptr ? nothing : *row;
 }
@@ -68,7 +68,7 @@ const ObjectResult& settled_row(const PipelineRun& run, int frame, std::uint32_t
 std::uint32_t track_near(const PipelineRun& run, int frame, const Vector3d& centre_m) {
   std::uint32_t id = 0;
   double least_m = 1.5;
-  for (const ObjectResult& object : run.settled.at(static_cast<std::size_t>(frame)).objects) {
+  for (const ObjectResult& object : run.finalised.at(static_cast<std::size_t>(frame)).objects) {
     if (const double off_m = (object.T_world_obj.translation - centre_m).norm(); off_m < least_m) {
       id = object.track_id;
       least_m = off_m;
@@ -86,10 +86,10 @@ TEST(PipelineHiding, WhatStandsStillStaysWhereItIsWhileAnotherPassesInFront) {
   };
   const PipelineRun run = play(stage, 44);
   const std::uint32_t id = track_near(run, 6, stands);
-  const Vector3d frame_origin_m = settled_row(run, 6, id).T_world_obj.translation - stands;
+  const Vector3d frame_origin_m = finalised_row(run, 6, id).T_world_obj.translation - stands;
   int hidden = 0;
   for (int frame = 6; frame < 44; ++frame) {
-    const KeptEstimate& now = run.settled.at(static_cast<std::size_t>(frame));
+    const KeptEstimate& now = run.finalised.at(static_cast<std::size_t>(frame));
     const ObjectResult* const row = now.object(id);
     hidden += row == nullptr || row->status != BodyStatus::kTracked ? 1 : 0;
     if (row != nullptr) {
@@ -98,7 +98,7 @@ TEST(PipelineHiding, WhatStandsStillStaysWhereItIsWhileAnotherPassesInFront) {
     }
   }
   EXPECT_GE(hidden, 10);
-  settled_row(run, 43, id);
+  finalised_row(run, 43, id);
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ TEST_F(Jump, CostsTheCameraOneFrame) {
   PipelineRun run(small_config());
   drive(run);
   for (int frame = 0; frame < kBefore + kAfter; ++frame) {
-    EXPECT_EQ(run.settled[static_cast<std::size_t>(frame)].camera.status,
+    EXPECT_EQ(run.finalised[static_cast<std::size_t>(frame)].camera.status,
               frame == kBefore ? BodyStatus::kPropagated : BodyStatus::kTracked)
         << "frame " << frame;
   }
@@ -64,7 +64,7 @@ TEST_F(Jump, CostsTheCameraOneFrame) {
 TEST_F(Jump, IsNoMotion) {
   PipelineRun run(small_config());
   drive(run);
-  const auto T_world_cam = [&](int frame) { return run.settled[static_cast<std::size_t>(frame)].camera.T_world_cam; };
+  const auto T_world_cam = [&](int frame) { return run.finalised[static_cast<std::size_t>(frame)].camera.T_world_cam; };
   EXPECT_LT((T_world_cam(kBefore - 1).inverse() * T_world_cam(kBefore)).translation.norm(), 1.0)
       << "it goes on where it was";
   const int last = kBefore + kAfter - 1;
@@ -95,9 +95,9 @@ TEST_F(JumpWithVehicles, EndsTracksAndBeginsNewOnes) {
   PipelineRun run(small_config(masks_));
   drive(run);
   EXPECT_EQ(run.counters.tracks_ended, 1U);
-  const std::vector<std::uint32_t> ids = test::object_ids(run.settled);
+  const std::vector<std::uint32_t> ids = test::object_ids(run.finalised);
   ASSERT_EQ(ids.size(), 2U);
-  for (const KeptEstimate& estimate : run.settled) {
+  for (const KeptEstimate& estimate : run.finalised) {
     const bool is_after = estimate.frame_index >= kBefore;
     EXPECT_EQ(estimate.object(ids[0]) != nullptr, !is_after) << "frame " << estimate.frame_index;
     EXPECT_TRUE(is_after || estimate.object(ids[1]) == nullptr) << "frame " << estimate.frame_index;
@@ -106,7 +106,7 @@ TEST_F(JumpWithVehicles, EndsTracksAndBeginsNewOnes) {
     ASSERT_EQ(tracks.size(), 1U);
     EXPECT_EQ(tracks[0].id, ids[1]) << "born in the first frame after the jump";
   }
-  const ObjectResult* last = run.settled.back().object(ids[1]);
+  const ObjectResult* last = run.finalised.back().object(ids[1]);
   ASSERT_NE(last, nullptr);
   EXPECT_EQ(last->status, BodyStatus::kTracked);
 }

@@ -1,4 +1,4 @@
-// What a frame's way promises whatever is in the images: errors, order of results, what is given out once.
+// What a frame's way promises whatever is in the images: errors, order of results, what is published once.
 #include <algorithm>
 #include <set>
 
@@ -35,9 +35,9 @@ TEST(Pipeline, RefusesImagesOfAnotherSize) {
   other.height_px -= 2;
   const RenderedPair wrong = test::blank_pair(other, 100);
   const RenderedPair right = test::blank_pair(small_rig(), 100);
-  RectifiedPair right_eye_wrong = right.at(7);
-  right_eye_wrong.right = wrong.view(wrong.right);
-  for (const RectifiedPair& pair : {wrong.at(7), right_eye_wrong}) {
+  RectifiedPair right_view_wrong = right.at(7);
+  right_view_wrong.right = wrong.view(wrong.right);
+  for (const RectifiedPair& pair : {wrong.at(7), right_view_wrong}) {
     const auto result = run.pipeline().process(pair);
     ASSERT_FALSE(result);
     EXPECT_EQ(result.error().code, ErrorCode::kInvalidArgument);
@@ -60,9 +60,9 @@ TEST(Pipeline, RefusesTimeThatDoesNotAdvanceAndGoesOn) {
   }
   run.drive(street, 3, 6);
   run.drain();
-  EXPECT_EQ(run.settled.size(), 6U);
+  EXPECT_EQ(run.finalised.size(), 6U);
   EXPECT_EQ(run.counters.frames, 6U);
-  EXPECT_LT(test::worst_camera_error_m(run.settled), 0.05);
+  EXPECT_LT(test::worst_camera_error_m(run.finalised), 0.05);
 }
 
 TEST(Pipeline, DrainedWithoutAFrameGivesNothing) {
@@ -81,29 +81,29 @@ TEST(Pipeline, TakesNoFrameAfterDraining) {
   EXPECT_EQ(run.pipeline().drain(), nullptr);
 }
 
-TEST(Pipeline, SettlesAFrameOnceItHasLeftTheWindow) {
+TEST(Pipeline, FinalisesAFrameOnceItHasLeftTheWindow) {
   PipelineRun run(short_window(small_config()));
   const StreetDrive street;
   for (int frame = 0; frame < kWindow + 4; ++frame) {
     const FrameResult& result = run.step(street.render(frame).at(frame));
     EXPECT_EQ(result.newest.frame_index, frame);
-    EXPECT_EQ(result.has_settled, frame >= kWindow);
-    if (result.has_settled) {
-      EXPECT_EQ(result.settled.frame_index, frame - kWindow);
+    EXPECT_EQ(result.has_finalised, frame >= kWindow);
+    if (result.has_finalised) {
+      EXPECT_EQ(result.finalised.frame_index, frame - kWindow);
     }
   }
 }
 
-TEST(Pipeline, SettlesEveryFrameOnceAndInOrderOfTime) {
+TEST(Pipeline, FinalisesEveryFrameOnceAndInOrderOfTime) {
   // Fewer frames than the window, as many, one more, and several more.
   for (const int frames : {1, kWindow - 1, kWindow, kWindow + 1, kWindow + 2, kWindow + 7}) {
     PipelineRun run(short_window(small_config()));
     run.drive(StreetDrive(), 0, frames);
-    EXPECT_EQ(static_cast<int>(run.settled.size()), std::max(0, frames - kWindow));
+    EXPECT_EQ(static_cast<int>(run.finalised.size()), std::max(0, frames - kWindow));
     run.drain();
-    ASSERT_EQ(static_cast<int>(run.settled.size()), frames);
+    ASSERT_EQ(static_cast<int>(run.finalised.size()), frames);
     for (int frame = 0; frame < frames; ++frame) {
-      const KeptEstimate& estimate = run.settled[static_cast<std::size_t>(frame)];
+      const KeptEstimate& estimate = run.finalised[static_cast<std::size_t>(frame)];
       EXPECT_EQ(estimate.frame_index, frame);
       EXPECT_EQ(estimate.timestamp_ns, frame * 100'000'000LL);
       EXPECT_EQ(estimate.camera.status, BodyStatus::kTracked);
@@ -116,7 +116,7 @@ TEST(Pipeline, DrainingRepeatsTheNewestFrameAndShowsNoImages) {
   run.drive(StreetDrive(), 0, 3);
   int given = 0;
   while (const FrameResult* result = run.pipeline().drain()) {
-    EXPECT_TRUE(result->has_settled);
+    EXPECT_TRUE(result->has_finalised);
     EXPECT_EQ(result->newest.frame_index, 2);
     EXPECT_TRUE(result->pair.left.empty());
     EXPECT_TRUE(result->pair.right.empty());
@@ -172,8 +172,8 @@ TEST_F(EndingTrack, HasRowsOnlyForFramesInWhichItLives) {
     for (const ObjectResult& object : run_->newest[frame].objects) {
       EXPECT_TRUE(alive(object)) << "newest, frame " << frame;
     }
-    for (const ObjectResult& object : run_->settled[frame].objects) {
-      EXPECT_TRUE(alive(object)) << "settled, frame " << frame;
+    for (const ObjectResult& object : run_->finalised[frame].objects) {
+      EXPECT_TRUE(alive(object)) << "finalised, frame " << frame;
       ++rows;
     }
   }
@@ -181,7 +181,7 @@ TEST_F(EndingTrack, HasRowsOnlyForFramesInWhichItLives) {
 }
 
 TEST_F(EndingTrack, IsNearWhereCameraAndReconstructionPutIt) {
-  for (const KeptEstimate& estimate : run_->settled) {
+  for (const KeptEstimate& estimate : run_->finalised) {
     for (const ObjectResult& object : estimate.objects) {
       const Se3 composed = estimate.camera.T_world_cam * object.T_obj_cam.inverse();
       EXPECT_NEAR((composed.translation - object.T_world_obj.translation).norm(), 0.0, 0.1)
@@ -232,11 +232,11 @@ TEST(Pipeline, GivesTheSameResultsBitForBit) {
     run.drive(street, 0, 12);
     run.drain();
   }
-  ASSERT_EQ(runs[0].settled.size(), runs[1].settled.size());
+  ASSERT_EQ(runs[0].finalised.size(), runs[1].finalised.size());
   std::size_t objects = 0;
-  for (std::size_t i = 0; i < runs[0].settled.size(); ++i) {
-    const KeptEstimate& a = runs[0].settled[i];
-    const KeptEstimate& b = runs[1].settled[i];
+  for (std::size_t i = 0; i < runs[0].finalised.size(); ++i) {
+    const KeptEstimate& a = runs[0].finalised[i];
+    const KeptEstimate& b = runs[1].finalised[i];
     EXPECT_EQ(a.camera.T_world_cam.rotation, b.camera.T_world_cam.rotation);
     EXPECT_EQ(a.camera.T_world_cam.translation, b.camera.T_world_cam.translation);
     EXPECT_EQ(a.camera.covariance, b.camera.covariance);

@@ -67,7 +67,7 @@ Shot left_and_returned(double time_s) {
   return shot;
 }
 
-/// It stands in sight, and nothing detects it for a while.
+/// It stands in view, and nothing detects it for a while.
 Shot standing_unseen(double time_s) {
   Shot shot = street_with_box(time_s);
   shot.detected = time_s < 1.95 || time_s > 4.45;
@@ -126,7 +126,7 @@ Life life_of(const PipelineRun& run, int rate_hz) {
     const ObjectResult* const row = run.newest[frame].object(kId);
     life.lost_s += row == nullptr || row->status == BodyStatus::kLost ? frame_s : 0.0;
   }
-  life.ids = test::object_ids(run.settled).size();
+  life.ids = test::object_ids(run.finalised).size();
   return life;
 }
 

@@ -53,7 +53,7 @@ const FrameResult& PipelineRun::step(const RectifiedPair& pair) {
   const Result<const FrameResult*> result = pipeline_->process(pair);
   EXPECT_TRUE(result) << result.error().message;
   const FrameResult& now = *result.value();
-  keep_settled(now);
+  keep_finalised(now);
   newest.push_back(kept(now.newest));
   const auto not_ascending = [](const Track& a, const Track& b) { return a.id >= b.id; };
   EXPECT_EQ(std::adjacent_find(now.tracks.begin(), now.tracks.end(), not_ascending), now.tracks.end())
@@ -72,16 +72,16 @@ void PipelineRun::drive(const StreetDrive& street, int first, int end) {
 
 void PipelineRun::drain() {
   while (const FrameResult* result = pipeline_->drain()) {
-    keep_settled(*result);
+    keep_finalised(*result);
     const std::vector<PointKey> retired = points_of(*result).retired;
     drained.insert(drained.end(), retired.begin(), retired.end());
   }
 }
 
-void PipelineRun::keep_settled(const FrameResult& result) {
+void PipelineRun::keep_finalised(const FrameResult& result) {
   counters = result.counters;
-  if (result.has_settled) {
-    settled.push_back(kept(result.settled));
+  if (result.has_finalised) {
+    finalised.push_back(kept(result.finalised));
   }
 }
 
@@ -95,9 +95,9 @@ std::vector<std::uint32_t> object_ids(const std::vector<KeptEstimate>& estimates
   return {ids.begin(), ids.end()};
 }
 
-double worst_camera_error_m(const std::vector<KeptEstimate>& settled) {
+double worst_camera_error_m(const std::vector<KeptEstimate>& finalised) {
   double worst = 0.0;
-  for (const KeptEstimate& estimate : settled) {
+  for (const KeptEstimate& estimate : finalised) {
     const Se3 truth = StreetDrive::T_world_cam(static_cast<int>(estimate.frame_index));
     worst = std::max(worst, (estimate.camera.T_world_cam.translation - truth.translation).norm());
   }

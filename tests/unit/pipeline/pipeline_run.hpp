@@ -45,7 +45,7 @@ class PipelineRun {
   [[nodiscard]] pipeline::Pipeline& pipeline() { return *pipeline_; }
   /// Of each frame, as it was when it was the newest.
   std::vector<KeptEstimate> newest;
-  std::vector<KeptEstimate> settled;
+  std::vector<KeptEstimate> finalised;
   /// Of each processed frame.
   std::vector<std::vector<Track>> tracks;
   std::vector<KeptPoints> points;  ///< Of each processed frame.
@@ -53,7 +53,7 @@ class PipelineRun {
   FrameCounters counters;
 
  private:
-  void keep_settled(const FrameResult& result);
+  void keep_finalised(const FrameResult& result);
 
   Arena arena_;
   std::unique_ptr<pipeline::Pipeline> pipeline_;
@@ -62,7 +62,7 @@ class PipelineRun {
 /// Ids of all objects in these estimates, ascending.
 [[nodiscard]] std::vector<std::uint32_t> object_ids(const std::vector<KeptEstimate>& estimates);
 
-/// Largest distance between the settled camera path and the drive's.
-[[nodiscard]] double worst_camera_error_m(const std::vector<KeptEstimate>& settled);
+/// Largest distance between the finalised camera path and the drive's.
+[[nodiscard]] double worst_camera_error_m(const std::vector<KeptEstimate>& finalised);
 
 }  // namespace kinetrace::test

@@ -29,16 +29,16 @@ TEST(PipelineScene, CameraFollowsTheTruthAndNothingMovesInAStaticStreet) {
   PipelineRun run(small_config(SegmentationMode::kMotion));
   run.drive(StreetDrive(), 0, 24);
   run.drain();
-  ASSERT_EQ(run.settled.size(), 24U);
-  for (const KeptEstimate& estimate : run.settled) {
+  ASSERT_EQ(run.finalised.size(), 24U);
+  for (const KeptEstimate& estimate : run.finalised) {
     const Se3 truth = StreetDrive::T_world_cam(static_cast<int>(estimate.frame_index));
     EXPECT_EQ(estimate.camera.status, BodyStatus::kTracked);
     EXPECT_GT(estimate.camera.inliers, 50);
     EXPECT_LT(rotation_error_deg(estimate.camera.T_world_cam, truth), 0.15) << "frame " << estimate.frame_index;
   }
   // Eleven metres of way.
-  EXPECT_LT(test::worst_camera_error_m(run.settled), 0.05);
-  EXPECT_TRUE(test::object_ids(run.settled).empty());
+  EXPECT_LT(test::worst_camera_error_m(run.finalised), 0.05);
+  EXPECT_TRUE(test::object_ids(run.finalised).empty());
   EXPECT_EQ(run.counters.background_lost_frames, 0U);
 }
 
@@ -49,21 +49,21 @@ TEST(PipelineScene, CameraIsWellWhereFramesAreMissing) {
     run.step(street.render(frame).at(frame));
   }
   run.drain();
-  EXPECT_LT(test::worst_camera_error_m(run.settled), 0.05);
+  EXPECT_LT(test::worst_camera_error_m(run.finalised), 0.05);
   EXPECT_EQ(run.counters.background_lost_frames, 0U);
 }
 
 /// Expects exactly one object, and that its path is the mover's, up to the object frame, which is fixed at birth.
-void expect_mover(const PipelineRun& run, const StreetDrive& street, int settled_in, double max_rotation_deg = 5.0) {
-  const std::vector<std::uint32_t> ids = test::object_ids(run.settled);
+void expect_mover(const PipelineRun& run, const StreetDrive& street, int steady_from, double max_rotation_deg = 5.0) {
+  const std::vector<std::uint32_t> ids = test::object_ids(run.finalised);
   ASSERT_EQ(ids.size(), 1U);
   const ObjectResult* first = nullptr;
   int first_frame = 0;
   int rows = 0;
-  for (const KeptEstimate& estimate : run.settled) {
+  for (const KeptEstimate& estimate : run.finalised) {
     const ObjectResult* object = estimate.object(ids[0]);
     const int frame = static_cast<int>(estimate.frame_index);
-    if (object == nullptr || frame < settled_in) {
+    if (object == nullptr || frame < steady_from) {
       continue;
     }
     if (first == nullptr) {
@@ -94,11 +94,11 @@ TEST(PipelineScene, MaskedBoxBecomesOneTrackWithItsVelocity) {
   run.drive(street, 0, 20);
   run.drain();
   expect_mover(run, street, 3);
-  EXPECT_LT(test::worst_camera_error_m(run.settled), 0.05);
+  EXPECT_LT(test::worst_camera_error_m(run.finalised), 0.05);
   // The object is there from the frame of its birth on, once it is confirmed.
-  EXPECT_EQ(run.settled[0].objects.size(), 1U);
+  EXPECT_EQ(run.finalised[0].objects.size(), 1U);
   EXPECT_EQ(run.newest[0].objects.size(), 0U);
-  EXPECT_EQ(run.settled[5].objects[0].class_id, kVehicleClass);
+  EXPECT_EQ(run.finalised[5].objects[0].class_id, kVehicleClass);
 }
 
 TEST(PipelineScene, MaskedBoxMayMoveAcrossTheView) {
@@ -124,8 +124,8 @@ TEST(PipelineScene, PeopleGetTheirPathFromStereoAlone) {
   PipelineRun run(small_config(masks));
   run.drive(street, 0, 20);
   run.drain();
-  ASSERT_EQ(test::object_ids(run.settled).size(), 1U);
-  for (const KeptEstimate& estimate : run.settled) {
+  ASSERT_EQ(test::object_ids(run.finalised).size(), 1U);
+  for (const KeptEstimate& estimate : run.finalised) {
     ASSERT_EQ(estimate.objects.size(), 1U) << "frame " << estimate.frame_index;
     const ObjectResult& object = estimate.objects[0];
     EXPECT_EQ(object.class_id, kPedestrianClass);
@@ -137,7 +137,7 @@ TEST(PipelineScene, PeopleGetTheirPathFromStereoAlone) {
         << "frame " << estimate.frame_index;
     EXPECT_LT(std::sqrt(object.covariance.bottomRightCorner<3, 3>().trace()), 1.5);
   }
-  const ObjectResult& middle = run.settled[10].objects[0];
+  const ObjectResult& middle = run.finalised[10].objects[0];
   EXPECT_TRUE(middle.moving);
   EXPECT_LT((middle.velocity_mps - street.movers()[0].velocity_mps).norm(), 0.5) << middle.velocity_mps.transpose();
 }
@@ -149,7 +149,7 @@ TEST(PipelineScene, MovingBoxIsFoundWithoutMasks) {
   run.drain();
   // A region found by motion holds some ground beside the object, which turns it slowly.
   expect_mover(run, street, 14, 10.0);
-  EXPECT_LT(test::worst_camera_error_m(run.settled), 0.05);
+  EXPECT_LT(test::worst_camera_error_m(run.finalised), 0.05);
 }
 
 TEST(PipelineScene, MissingMasksAreBridged) {
@@ -190,21 +190,21 @@ PipelineRun drive_with_blind_frames(const PipelineConfig& config, const StreetDr
 TEST(PipelineScene, BlindFramesArePropagatedThenLostThenOvercome) {
   for (const std::uint8_t gray : {std::uint8_t{0}, std::uint8_t{128}, std::uint8_t{255}}) {
     const PipelineRun run = drive_with_blind_frames(small_config(), StreetDrive(), 5, gray);
-    ASSERT_EQ(run.settled.size(), 25U);
-    EXPECT_EQ(run.settled[9].camera.status, BodyStatus::kTracked);
-    EXPECT_EQ(run.settled[10].camera.status, BodyStatus::kPropagated);
-    EXPECT_EQ(run.settled[11].camera.status, BodyStatus::kPropagated);
-    EXPECT_EQ(run.settled[13].camera.status, BodyStatus::kLost);
-    EXPECT_EQ(run.settled[14].camera.status, BodyStatus::kLost);
+    ASSERT_EQ(run.finalised.size(), 25U);
+    EXPECT_EQ(run.finalised[9].camera.status, BodyStatus::kTracked);
+    EXPECT_EQ(run.finalised[10].camera.status, BodyStatus::kPropagated);
+    EXPECT_EQ(run.finalised[11].camera.status, BodyStatus::kPropagated);
+    EXPECT_EQ(run.finalised[13].camera.status, BodyStatus::kLost);
+    EXPECT_EQ(run.finalised[14].camera.status, BodyStatus::kLost);
     // The first frame with something to see makes a new map; the next one is tracked on it.
     for (std::size_t frame = 16; frame < 25; ++frame) {
-      EXPECT_EQ(run.settled[frame].camera.status, BodyStatus::kTracked) << "frame " << frame;
+      EXPECT_EQ(run.finalised[frame].camera.status, BodyStatus::kTracked) << "frame " << frame;
     }
     EXPECT_EQ(run.counters.background_lost_frames, 6U);
     // The motion went on as it was.
-    EXPECT_LT(test::worst_camera_error_m(run.settled), 0.3);
+    EXPECT_LT(test::worst_camera_error_m(run.finalised), 0.3);
     // A pose that was only predicted is less sure than one that was measured.
-    EXPECT_GT(run.settled[14].camera.covariance.trace(), 10.0 * run.settled[9].camera.covariance.trace());
+    EXPECT_GT(run.finalised[14].camera.covariance.trace(), 10.0 * run.finalised[9].camera.covariance.trace());
   }
 }
 
@@ -217,13 +217,13 @@ TEST(PipelineScene, ObjectsSurviveABlindFrame) {
     }
   }
   const PipelineRun run = drive_with_blind_frames(small_config(masks), street, 1, 0);
-  const std::vector<std::uint32_t> ids = test::object_ids(run.settled);
+  const std::vector<std::uint32_t> ids = test::object_ids(run.finalised);
   ASSERT_EQ(ids.size(), 1U);
-  const ObjectResult* blind = run.settled[10].object(ids[0]);
+  const ObjectResult* blind = run.finalised[10].object(ids[0]);
   ASSERT_NE(blind, nullptr);
   EXPECT_EQ(blind->status, BodyStatus::kPropagated);
   for (std::size_t frame = 14; frame < 21; ++frame) {
-    const ObjectResult* object = run.settled[frame].object(ids[0]);
+    const ObjectResult* object = run.finalised[frame].object(ids[0]);
     ASSERT_NE(object, nullptr) << "frame " << frame;
     EXPECT_EQ(object->status, BodyStatus::kTracked) << "frame " << frame;
     EXPECT_LT((object->velocity_mps - street.movers()[0].velocity_mps).norm(), 1.5) << "frame " << frame;
@@ -239,12 +239,12 @@ TEST(PipelineScene, NothingToSeeFromTheStartIsNoError) {
   const StreetDrive street;
   run.drive(street, 8, 14);
   run.drain();
-  ASSERT_EQ(run.settled.size(), 14U);
-  EXPECT_EQ(run.settled[7].camera.status, BodyStatus::kLost);
-  EXPECT_EQ(run.settled[7].camera.T_world_cam.translation, Eigen::Vector3d::Zero());
-  EXPECT_TRUE(test::object_ids(run.settled).empty());
+  ASSERT_EQ(run.finalised.size(), 14U);
+  EXPECT_EQ(run.finalised[7].camera.status, BodyStatus::kLost);
+  EXPECT_EQ(run.finalised[7].camera.T_world_cam.translation, Eigen::Vector3d::Zero());
+  EXPECT_TRUE(test::object_ids(run.finalised).empty());
   for (std::size_t frame = 9; frame < 14; ++frame) {
-    EXPECT_EQ(run.settled[frame].camera.status, BodyStatus::kTracked) << "frame " << frame;
+    EXPECT_EQ(run.finalised[frame].camera.status, BodyStatus::kTracked) << "frame " << frame;
   }
 }
 
@@ -274,9 +274,9 @@ TEST(PipelineScene, ObjectsBeyondTheCapacityAreDroppedAndCounted) {
     run.drive(street, 0, 10);
     run.drain();
     EXPECT_EQ(run.counters.detections, 60U);
-    EXPECT_EQ(test::object_ids(run.settled).size(), static_cast<std::size_t>(capacity));
+    EXPECT_EQ(test::object_ids(run.finalised).size(), static_cast<std::size_t>(capacity));
     EXPECT_EQ(run.counters.detections_dropped, capacity == 6 ? 0U : 10U);
-    for (const KeptEstimate& estimate : run.settled) {
+    for (const KeptEstimate& estimate : run.finalised) {
       EXPECT_LE(estimate.objects.size(), static_cast<std::size_t>(capacity));
       for (const ObjectResult& object : estimate.objects) {
         EXPECT_GE(object.label, 1);
@@ -298,7 +298,7 @@ TEST(PipelineScene, DetectionsBeyondTheSegmentersCapacityAreDroppedAndCounted) {
   PipelineRun run(config);
   run.drive(street, 0, 4);
   EXPECT_EQ(run.counters.detections, 8U);
-  EXPECT_EQ(run.counters.detections_dropped, 2U * 4U * 4U) << "four too many, in both eyes, in four frames";
+  EXPECT_EQ(run.counters.detections_dropped, 2U * 4U * 4U) << "four too many, in both views, in four frames";
   EXPECT_EQ(run.tracks.back().size(), 2U);
 }
 
@@ -316,7 +316,7 @@ TEST(PipelineScene, FeatureAndPointCapacitiesAreRespectedAndCounted) {
   EXPECT_GT(run.counters.features_dropped, 0U);
   EXPECT_GT(run.counters.points_dropped, 0U);
   run.drain();
-  EXPECT_LT(test::worst_camera_error_m(run.settled), 0.3);
+  EXPECT_LT(test::worst_camera_error_m(run.finalised), 0.3);
 }
 
 }  // namespace

@@ -16,8 +16,8 @@ void write_image(const std::filesystem::path& path, GrayView image) {
 
 void write_calibration(const std::filesystem::path& sequence, const StereoGeometry& rig) {
   std::ofstream file(sequence / "calib.txt");
-  for (int eye = 0; eye < 2; ++eye) {
-    file << "P" << eye << ": " << rig.fx_px << " 0 " << rig.cx_px << " " << -eye * rig.fx_px * rig.baseline_m << " 0 "
+  for (int view = 0; view < 2; ++view) {
+    file << "P" << view << ": " << rig.fx_px << " 0 " << rig.cx_px << " " << -view * rig.fx_px * rig.baseline_m << " 0 "
          << rig.fy_px << " " << rig.cy_px << " 0 0 0 1 0\n";
   }
 }
@@ -30,8 +30,8 @@ RenderedClip write_rendered_clip(const std::filesystem::path& folder, int frames
 
 RenderedClip write_rendered_clip(const std::filesystem::path& folder, const StreetDrive& street, int frames) {
   const std::filesystem::path sequence = folder / "sequences/00";
-  for (const char* eye : {"image_0", "image_1"}) {
-    std::filesystem::create_directories(sequence / eye);
+  for (const char* view : {"image_0", "image_1"}) {
+    std::filesystem::create_directories(sequence / view);
   }
   write_calibration(sequence, street.geometry());
   std::ofstream times(sequence / "times.txt");

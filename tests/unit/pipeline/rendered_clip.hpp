@@ -8,14 +8,14 @@
 
 namespace kinetrace::test {
 
-/// What `kinetrace run` is told.
+/// What `kinetrace run` is reported.
 struct RenderedClip {
   std::string dataset;       ///< LAYOUT:PATH
   std::string segmentation;  ///< masks:LEFT,RIGHT
   int frames = 0;
 };
 
-/// A drive in KITTI odometry layout, with masks of both eyes.
+/// A drive in KITTI odometry layout, with masks of both views.
 [[nodiscard]] RenderedClip write_rendered_clip(const std::filesystem::path& folder, const StreetDrive& street,
                                                int frames);
 /// With one vehicle.

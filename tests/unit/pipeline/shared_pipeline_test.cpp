@@ -24,7 +24,7 @@ std::vector<KeptEstimate> paths(const StreetDrive& street, const MaskFolder& mas
   PipelineRun run(small_config(masks), small_rig(), workers);
   run.drive(street, 0, kFrames);
   run.drain();
-  return run.settled;
+  return run.finalised;
 }
 
 void expect_same(const Se3& a, const Se3& b) {

@@ -41,7 +41,7 @@ class StreetDrive {
 /// Name of a frame's image and mask files, without folder and extension.
 [[nodiscard]] std::string stem_of(int frame);
 
-/// Writes the masks of both eyes as KITTI MOTS files into `folder`/left and `folder`/right.
+/// Writes the masks of both views as KITTI MOTS files into `folder`/left and `folder`/right.
 void write_masks(const RenderedPair& pair, int frame, const std::filesystem::path& folder,
                  std::uint16_t class_id = kVehicleClass);
 

@@ -55,7 +55,7 @@ TEST(ResultMailbox, GivesOutTheNewestFrameOnce) {
   EXPECT_EQ(box.mailbox->counters().superseded, 2U);
 }
 
-TEST(ResultMailbox, SettledPosesAreNotSuperseded) {
+TEST(ResultMailbox, FinalisedPosesAreNotSuperseded) {
   Mailbox box;
   for (std::int64_t frame = 0; frame < 5; ++frame) {
     box.mailbox->offer(SampleResult({.objects = 2}, frame).result, 5);
@@ -79,16 +79,16 @@ TEST(ResultMailbox, PosesBeyondTheQueueAreCounted) {
   EXPECT_EQ(box.events().size(), 64U);
 }
 
-// A result whose settled frame lags behind by `lag`; `alive` bodies are in the newest frame, `settled` objects in the
-// old.
-void offer(ResultMailbox& mailbox, std::int64_t frame, std::int64_t lag, int alive, int settled) {
+// A result whose finalised frame lags behind by `lag`; `alive` bodies are in the newest frame, `finalised` objects in
+// the old.
+void offer(ResultMailbox& mailbox, std::int64_t frame, std::int64_t lag, int alive, int finalised) {
   SampleResult newest({.objects = alive}, frame);
-  const SampleResult old({.objects = settled}, frame - lag);
-  newest.result.settled = old.result.newest;
+  const SampleResult old({.objects = finalised}, frame - lag);
+  newest.result.finalised = old.result.newest;
   mailbox.offer(newest.result, 5);
 }
 
-TEST(ResultMailbox, ATrajectoryEndsWhenItsLastFrameHasSettled) {
+TEST(ResultMailbox, ATrajectoryEndsWhenItsLastFrameHasFinalised) {
   Mailbox box;
   offer(*box.mailbox, 10, 3, 1, 1);
   offer(*box.mailbox, 11, 3, 0, 1);  // Its track has ended; frames up to 10 may hold it.

@@ -34,7 +34,7 @@ class Socket {
   ~Socket() { close(fd_); }
 
   /// Whether a packet to this address of the machine arrives. What the kernel drops on the loopback it drops at once.
-  [[nodiscard]] bool hears(const std::string& destination) const {
+  [[nodiscard]] bool receives(const std::string& destination) const {
     const sockaddr_in address = at(destination, port_);
     const Socket sender(0, 1);
     EXPECT_EQ(sendto(sender.fd_, "?", 1, 0, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 1);
@@ -57,18 +57,18 @@ class Socket {
 
 TEST(SocketFilter, PassesTheInterfaceAndWhatThisMachineSendsToItsAddress) {
   const Socket socket(kFirstPort, 100);
-  ASSERT_TRUE(socket.hears("127.0.0.1") && socket.hears("127.0.0.2"));
+  ASSERT_TRUE(socket.receives("127.0.0.1") && socket.receives("127.0.0.2"));
   ASSERT_TRUE(confine_sockets(kDomain, {.index = kNoSuchInterface, .ipv4 = "127.0.0.2"}));
-  EXPECT_TRUE(socket.hears("127.0.0.2"));
-  EXPECT_FALSE(socket.hears("127.0.0.1"));
+  EXPECT_TRUE(socket.receives("127.0.0.2"));
+  EXPECT_FALSE(socket.receives("127.0.0.1"));
   ASSERT_TRUE(confine_sockets(kDomain, {.index = if_nametoindex("lo"), .ipv4 = "127.0.0.3"}));
-  EXPECT_TRUE(socket.hears("127.0.0.1"));
+  EXPECT_TRUE(socket.receives("127.0.0.1"));
 }
 
 TEST(SocketFilter, LeavesOtherSocketsAlone) {
   const Socket next_domain(kFirstPort + 250, 100);
   ASSERT_TRUE(confine_sockets(kDomain, {.index = kNoSuchInterface, .ipv4 = "127.0.0.2"}));
-  EXPECT_TRUE(next_domain.hears("127.0.0.1"));
+  EXPECT_TRUE(next_domain.receives("127.0.0.1"));
 }
 
 }  // namespace

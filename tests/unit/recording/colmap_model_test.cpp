@@ -25,8 +25,8 @@ RecordingConfig rectified_recording(const std::filesystem::path& directory) {
   return config;
 }
 
-/// Largest distance between a sighting and its point seen through the model's own camera: catches a wrong direction of
-/// the poses, a shifted pixel origin and mixed-up ids at once.
+/// Largest distance between an observation and its point seen through the model's own camera: catches a wrong direction
+/// of the poses, a shifted pixel origin and mixed-up ids at once.
 double largest_reprojection_error_px(const ColmapModel& model) {
   const auto& [width, height, fx, fy, cx, cy] = model.camera;
   double largest = 0.0;

@@ -102,13 +102,13 @@ TEST(PointClouds, ObjectsWithoutAReconstructionHaveNoTrajectoryPoints) {
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "points/object_3.ply")) << "never reported as an object";
 }
 
-/// One frame, settled at once, whose background retires the given points.
-FrameResult settled_frame(int frame, std::span<const BodyGeometry> bodies) {
+/// One frame, finalised at once, whose background retires the given points.
+FrameResult finalised_frame(int frame, std::span<const BodyGeometry> bodies) {
   FrameResult result;
   result.newest.frame_index = frame;
   result.newest.camera.status = BodyStatus::kTracked;
-  result.has_settled = true;
-  result.settled = result.newest;
+  result.has_finalised = true;
+  result.finalised = result.newest;
   result.bodies = bodies;
   return result;
 }
@@ -121,7 +121,7 @@ TEST(PointClouds, APointMadeAgainFromTheSameFeatureCountsInItsLastPosition) {
     const BodyPoint point{.id = 9, .position_m = {0.F, 0.F, 1.F + static_cast<float>(frame)}, .observations = 3};
     BodyGeometry background;
     background.retired = std::span(&point, 1);
-    ASSERT_TRUE(fixture.recorder->record(settled_frame(frame, std::span(&background, 1))));
+    ASSERT_TRUE(fixture.recorder->record(finalised_frame(frame, std::span(&background, 1))));
   }
   ASSERT_TRUE(fixture.recorder->finish({}));
   const PlyFile ply = read_ply(folder.path() / "points/background.ply");
@@ -149,8 +149,8 @@ std::vector<float> kept_depths_m(double object_depth_m) {
   BodyGeometry body;
   body.track_id = 5;
   body.retired = points;
-  FrameResult result = settled_frame(0, std::span(&body, 1));
-  result.settled.objects = std::span(&object, 1);
+  FrameResult result = finalised_frame(0, std::span(&body, 1));
+  result.finalised.objects = std::span(&object, 1);
   EXPECT_TRUE(fixture.recorder->record(result));
   EXPECT_TRUE(fixture.recorder->finish({}));
   std::vector<float> depths_m;

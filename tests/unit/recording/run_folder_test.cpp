@@ -69,13 +69,13 @@ TEST(RunFolder, EarlierRunsGiveWayAndOtherFilesStay) {
   }
 }
 
-TEST(RunFolder, AnAbandonedRunIsReplaced) {
+TEST(RunFolder, AnTerminatedRunIsReplaced) {
   const TemporaryFolder folder;
   {
-    RecorderFixture abandoned(recording_config(folder.path()));
-    ASSERT_TRUE(abandoned.recorder);
+    RecorderFixture terminated(recording_config(folder.path()));
+    ASSERT_TRUE(terminated.recorder);
     SyntheticRun run({});
-    ASSERT_TRUE(abandoned.recorder->record(*run.next()));
+    ASSERT_TRUE(terminated.recorder->record(*run.next()));
   }
   EXPECT_FALSE(fs::exists(folder.path() / "run.json"));
   EXPECT_TRUE(record_all(recording_config(folder.path()), {}));
@@ -103,7 +103,7 @@ TEST(RunFolder, TheLockEndsWithTheProcessHoweverThatEnds) {
   if (child == 0) {
     const RecorderFixture recorder(recording_config(folder.path()));
     const char begun = recorder.recorder ? 'y' : 'n';
-    [[maybe_unused]] const ssize_t told = ::write(ready[1], &begun, 1);
+    [[maybe_unused]] const ssize_t reported = ::write(ready[1], &begun, 1);
     ::pause();
   }
   char begun = 'n';

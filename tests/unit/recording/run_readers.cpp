@@ -44,14 +44,14 @@ Value take(const std::string& data, std::size_t& offset) {
   return value;
 }
 
-ColmapImage parse_image(const std::vector<std::string>& head, const std::string& sightings) {
+ColmapImage parse_image(const std::vector<std::string>& head, const std::string& observations) {
   require(head.size() == 10 && head[8] == "1", "image line");
   ColmapImage image;
   image.T_cam_body = pose_from(to_double(head[2]), to_double(head[3]), to_double(head[4]), to_double(head[1]),
                                {to_double(head[5]), to_double(head[6]), to_double(head[7])});
   image.name = head[9];
-  const std::vector<std::string> fields = split(sightings, ' ');
-  require(fields.size() % 3 == 0, "sightings line");
+  const std::vector<std::string> fields = split(observations, ' ');
+  require(fields.size() % 3 == 0, "observations line");
   for (std::size_t i = 0; i < fields.size(); i += 3) {
     image.points_px.emplace_back(to_double(fields[i]), to_double(fields[i + 1]));
     image.point_ids.push_back(to_integer(fields[i + 2]));
@@ -76,7 +76,7 @@ void check_references(const ColmapModel& model) {
       referring += id == -1 ? 0 : 1;
     }
   }
-  require(referred == referring, "sightings missing from tracks");
+  require(referred == referring, "observations missing from tracks");
 }
 
 }  // namespace

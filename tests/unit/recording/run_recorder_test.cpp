@@ -133,20 +133,20 @@ TEST(RunRecorder, RefusesFramesOutOfOrder) {
   EXPECT_EQ(recorded.error().message, "cannot record frame 4: frame 5 came before; record in ascending order");
 }
 
-TEST(RunRecorder, RefusesFramesThatSettleTwiceOrTooEarly) {
-  for (const int settled : {1, 3}) {
+TEST(RunRecorder, RefusesFramesThatFinaliseTwiceOrTooEarly) {
+  for (const int finalised : {1, 3}) {
     const TemporaryFolder folder;
     RecorderFixture fixture(recording_config(folder.path()));
     ASSERT_TRUE(fixture.recorder);
     FrameResult result;
-    result.has_settled = true;
+    result.has_finalised = true;
     result.newest.frame_index = 1;
-    result.settled.frame_index = 1;
+    result.finalised.frame_index = 1;
     ASSERT_TRUE(fixture.recorder->record(result));
     result.newest.frame_index = 2;
-    result.settled.frame_index = settled;
+    result.finalised.frame_index = finalised;
     const Status recorded = fixture.recorder->record(result);
-    ASSERT_FALSE(recorded) << settled;
+    ASSERT_FALSE(recorded) << finalised;
     EXPECT_EQ(recorded.error().code, ErrorCode::kInvalidArgument);
   }
 }
@@ -171,10 +171,10 @@ TEST(RunRecorder, RefusesPosesThatAreNotFinite) {
   object.status = BodyStatus::kInitializing;
   object.T_world_obj.translation.x() = std::numeric_limits<double>::quiet_NaN();
   FrameResult result;
-  result.has_settled = true;
-  result.settled.objects = std::span(&object, 1);
+  result.has_finalised = true;
+  result.finalised.objects = std::span(&object, 1);
   EXPECT_TRUE(fixture.recorder->record(result)) << "initializing objects have no pose yet";
-  result.newest.frame_index = result.settled.frame_index = 1;
+  result.newest.frame_index = result.finalised.frame_index = 1;
   object.status = BodyStatus::kTracked;
   const Status recorded = fixture.recorder->record(result);
   ASSERT_FALSE(recorded);

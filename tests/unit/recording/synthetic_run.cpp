@@ -198,17 +198,17 @@ void SyntheticRun::paint_labels(int frame) {
 const FrameResult* SyntheticRun::next() {
   const int frame = step_++;
   const bool draining = frame >= config_.frames;
-  const int settled = frame - config_.settling_lag;
-  if (settled >= config_.frames || config_.frames == 0) {
+  const int finalised = frame - config_.settling_lag;
+  if (finalised >= config_.frames || config_.frames == 0) {
     return nullptr;
   }
   const int newest = std::min(frame, config_.frames - 1);
   estimate(newest, result_.newest, newest_objects_);
-  result_.has_settled = settled >= 0;
-  if (result_.has_settled) {
-    estimate(settled, result_.settled, settled_objects_);
+  result_.has_finalised = finalised >= 0;
+  if (result_.has_finalised) {
+    estimate(finalised, result_.finalised, finalised_objects_);
   }
-  renew_points(frame, settled == config_.frames - 1);
+  renew_points(frame, finalised == config_.frames - 1);
   fill_bodies(newest, !draining);
   result_.bodies = bodies_;
   paint_labels(newest);

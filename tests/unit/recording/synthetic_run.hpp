@@ -89,7 +89,7 @@ class SyntheticRun {
   std::uint32_t next_point_id_ = 1;
   std::vector<LivePoint> live_;
   std::vector<Body> body_data_;  ///< Background, then one per configured object.
-  std::vector<ObjectResult> newest_objects_, settled_objects_;
+  std::vector<ObjectResult> newest_objects_, finalised_objects_;
   std::vector<BodyGeometry> bodies_;
   std::vector<Track> tracks_;
   std::vector<std::uint8_t> labels_;

@@ -40,7 +40,7 @@ class TrajectoryFiles : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(TrajectoryFiles, CameraTumHasEverySettledFrame) {
+TEST_F(TrajectoryFiles, CameraTumHasEveryFinalisedFrame) {
   const std::vector<TumRow> rows = read_tum(file("camera.tum"));
   ASSERT_EQ(rows.size(), static_cast<std::size_t>(kFrames));
   EXPECT_EQ(rows[0].timestamp, "1700000000.000000001");
@@ -66,7 +66,7 @@ TEST_F(TrajectoryFiles, CameraKittiHasTwelveNumbersPerFrame) {
   }
 }
 
-TEST_F(TrajectoryFiles, ObjectsCsvHoldsSettledObjects) {
+TEST_F(TrajectoryFiles, ObjectsCsvHoldsFinalisedObjects) {
   const auto rows = read_csv(file("objects.csv"));
   EXPECT_EQ(rows.size(), 8U + 9U + 4U);
   const std::map<std::string, std::string> classes{{"1", "car"}, {"4", "pedestrian"}, {"1234", "unknown"}};

@@ -11,7 +11,7 @@ namespace {
 TEST(BundleCovariance, MatchesTheScatterOfTheNewestPose) {
   constexpr int kTrials = 300;
   FixedSolver solver(patient_config());
-  Matrix6d scatter = Matrix6d::Zero();
+  Matrix6d residual_sigma = Matrix6d::Zero();
   Matrix6d predicted = Matrix6d::Zero();
   double normalised = 0.0;
   for (int trial = 0; trial < kTrials; ++trial) {
@@ -29,13 +29,13 @@ TEST(BundleCovariance, MatchesTheScatterOfTheNewestPose) {
     const auto summary = solver.adjuster.refine(window);
     ASSERT_TRUE(summary);
     const Vector6d error = left_difference(scene.true_T_body_cam.back(), scene.T_body_cam.back());
-    scatter += error * error.transpose() / kTrials;
+    residual_sigma += error * error.transpose() / kTrials;
     predicted += summary->newest_covariance / kTrials;
     normalised += error.dot(summary->newest_covariance.ldlt().solve(error)) / (6.0 * kTrials);
   }
   EXPECT_NEAR(normalised, 1.0, 0.2);
   for (int i = 0; i < 6; ++i) {
-    EXPECT_NEAR(scatter(i, i) / predicted(i, i), 1.0, 0.3) << i;
+    EXPECT_NEAR(residual_sigma(i, i) / predicted(i, i), 1.0, 0.3) << i;
   }
 }
 

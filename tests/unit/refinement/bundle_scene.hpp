@@ -12,10 +12,10 @@ namespace kinetrace::refinement {
 struct SceneOptions {
   int frames = 10;
   int points = 500;
-  int track_frames = 5;  ///< Length of each point's run of sightings.
+  int track_frames = 5;  ///< Length of each point's run of observations.
   double noise_px = 0.3;
-  double outlier_ratio = 0.0;        ///< Sightings displaced by tens of pixels.
-  double mono_ratio = 0.0;           ///< Sightings without a right match.
+  double outlier_ratio = 0.0;        ///< Observations displaced by tens of pixels.
+  double mono_ratio = 0.0;           ///< Observations without a right match.
   double turn_sigma_rad = 0.0;       ///< 0: nothing is expected of the body's turning.
   double unexpected_turn_rad = 0.0;  ///< From frame to frame, about each axis; the expectation knows nothing of it.
   double min_depth_m = 4.0;

@@ -68,7 +68,7 @@ TEST(CeresBundleAdjuster, RefinesATrajectoryLongerThanAnyWindow) {
   EXPECT_LT(d.angle_rad, 1e-4);
 }
 
-TEST(CeresBundleAdjuster, FixedPosesAndPosesWithoutSightingsStay) {
+TEST(CeresBundleAdjuster, FixedPosesAndPosesWithoutObservationsStay) {
   BatchScene scene = make_batch(20);
   scene.fixed_frames = {0, 7};
   std::erase_if(scene.observations, [](const BatchObservation& o) { return o.frame == 12; });

@@ -89,7 +89,7 @@ TEST(FixedBundleAdjuster, DefaultSettingsImproveANoisyWindow) {
   EXPECT_LT(after.position_m, 0.2 * before.position_m);
   EXPECT_LT(after.angle_rad, 0.2 * before.angle_rad);
   EXPECT_LE(summary->iterations, 6);
-  // 2500 sightings x 3 rows - 500 points x 3 - 9 poses x 6 rows are left to chance, half a sigma^2 each; the loss
+  // 2500 observations x 3 rows - 500 points x 3 - 9 poses x 6 rows are left to chance, half a sigma^2 each; the loss
   // counts a little less.
   const double chance = 0.5 * (7500 - 1500 - 54);
   EXPECT_LT(summary->final_cost, chance);
@@ -153,7 +153,7 @@ TEST(FixedBundleAdjuster, PureMonoWindowKeepsFinite) {
   EXPECT_LT(summary->final_cost, 0.1 * summary->initial_cost);
 }
 
-TEST(FixedBundleAdjuster, PointsWithASingleMonoSightingStayFiniteAndDoNotMovePoses) {
+TEST(FixedBundleAdjuster, PointsWithASingleMonoObservationStayFiniteAndDoNotMovePoses) {
   SceneOptions options;
   options.points = 60;
   BundleScene clean = make_scene(options);

@@ -44,9 +44,9 @@ class MaskWarpTest : public ::testing::Test {
       }
     }
   }
-  std::vector<Detection> warped(Eye eye = Eye::kLeft) {
+  std::vector<Detection> warped(View view = View::kLeft) {
     warp_.remember(then_);
-    warp_.warp(now_, eye, canvas_);
+    warp_.warp(now_, view, canvas_);
     static_cast<void>(canvas_.finish(config_, relabeler_));
     return {canvas_.detections().begin(), canvas_.detections().end()};
   }
@@ -139,7 +139,7 @@ TEST_F(MaskWarpTest, InTheRightImageDisparityCounts) {
   features_in(
       {30, 30, 70, 60}, [](const Eigen::Vector2f& p) -> Eigen::Vector2f { return p + Eigen::Vector2f(4.F, 0.F); },
       13.F);
-  expect_near(warped(Eye::kRight)[0].box_px, {21, 30, 61, 60}, 0);
+  expect_near(warped(View::kRight)[0].box_px, {21, 30, 61, 60}, 0);
 }
 
 TEST_F(MaskWarpTest, WhatLeavesThePictureIsCutOrGone) {

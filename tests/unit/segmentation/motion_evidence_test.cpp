@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::int64_t kIntervalNs = 100'000'000;
 
-/// One feature that sees `p_cam`, with the previous sighting filled in.
+/// One feature that sees `p_cam`, with the previous observation filled in.
 class OneFeature {
  public:
   explicit OneFeature(const StereoGeometry& geometry) : geometry_(geometry) { f_.id = 7; }
@@ -169,7 +169,7 @@ std::vector<std::uint8_t> stripes(const StereoGeometry& g, int period_px) {
   return pixels;
 }
 
-TEST_F(MotionEvidenceTest, DistrustsAFeatureThatTravelsWithTheCameraOverRepetitiveTexture) {
+TEST_F(MotionEvidenceTest, RejectsAFeatureThatTravelsWithTheCameraOverRepetitiveTexture) {
   // The camera moves sideways by just as much that stripes at 20 m shift by one period of 18 px a frame; a track that
   // stays at its place in the image has jumped from stripe to stripe.
   const double step_m = 18.0 * 20.0 / geometry_.fx_px;

@@ -21,7 +21,7 @@ test::WorldConfig street(std::uint32_t seed = 1) {
 
 constexpr double kInterval_s = 0.1;
 
-/// A car seen from its side (moving along x) or its front (moving along z), at eye height less .6 m.
+/// A car seen from its side (moving along x) or its front (moving along z), at view height less .6 m.
 Se3 car_at(const Eigen::Vector3d& position_m, const Eigen::Vector3d& velocity_mps) {
   return test::turned(std::abs(velocity_mps.x()) > std::abs(velocity_mps.z()) ? 0.0 : 1.5707963, position_m);
 }

@@ -227,7 +227,7 @@ TEST(BodyAccuracy, AFarCarDoesNotTalkItselfIntoTurning) {
 }
 
 /// How far off, in degrees, the attitude of a trolley is that comes straight towards a standing rig with 10 cm between
-/// its eyes, 40 frames from first sight.
+/// its views, 40 frames from first sight.
 double trolley_off_deg(double turn_rate_radps, std::uint32_t seed) {
   const StereoGeometry rig{400.0, 400.0, 319.5, 239.5, 0.1, 640, 480};
   SyntheticWorld world({.geometry = rig,
@@ -278,7 +278,7 @@ TEST(BodyAccuracy, ATurningCarIsFollowedThoughItIsNotExpectedToTurn) {
   EXPECT_LT(expected.step_deg.value(), 1.1 * free.step_deg.value() + 0.01);
 }
 
-TEST(BodyAccuracy, BackgroundAndObjectAreToldApartByTheirLabelAlone) {
+TEST(BodyAccuracy, BackgroundAndObjectAreReportedApartByTheirLabelAlone) {
   // Both bodies in the same frames; the object must not pull the background along.
   SyntheticWorld world({.background_features = 300, .seed = 33}, {{.features = 150}});
   BodyDriver background{BodyConfig{}};

@@ -223,7 +223,7 @@ TEST(BodyReconstruction, AWindowOfOneFrameIsSingleFrameStereo) {
     for (std::size_t j = 0; j < e.points.size(); ++j) {
       const PointObservation& o = e.frame_observations[j];
       const double disparity_px = double{o.u_left_px} - double{o.u_right_px};
-      if (disparity_px >= config.min_disparity_px) {  // false without a right sighting
+      if (disparity_px >= config.min_disparity_px) {  // false without a right observation
         const Eigen::Vector3d seen =
             e.T_body_cam * street_rig().triangulate(double{o.u_left_px}, double{o.v_px}, disparity_px);
         EXPECT_LT((e.points[j].position_m.cast<double>() - seen).norm(), 1e-3) << "frame " << i;
@@ -270,33 +270,33 @@ TEST(BodyReconstruction, NothingMovesWithoutANewPose) {
   EXPECT_EQ(window.fixed_frames, (1U << window.T_body_cam.size()) - 1U);
 }
 
-TEST(BodyReconstruction, HistorySettlesAfterTheWindow) {
+TEST(BodyReconstruction, HistoryFinalisesAfterTheWindow) {
   SyntheticWorld world({.wrong_track_ratio = 0.05});
   const BodyConfig config;
   const auto lag = static_cast<std::size_t>(config.window_frames);
   BodyDriver driver{config};
-  double settled_error_m = 0.0;  // Of one step.
-  std::vector<Se3> settled;
+  double finalised_error_m = 0.0;  // Of one step.
+  std::vector<Se3> finalised;
   for (int i = 0; i < 60; ++i) {
     const Se3 truth = driven(kStep_m * i, 0.005);
     driver.step(world.observe(truth));
     ASSERT_LE(driver.body().history_size(), lag + 1);
     if (driver.body().history_size() == lag + 1) {
-      const SettledPose pose = driver.body().history(lag);
+      const FinalisedPose pose = driver.body().history(lag);
       EXPECT_EQ(pose.frame_index, i - config.window_frames);
       EXPECT_EQ(pose.status, BodyStatus::kTracked);
       EXPECT_GT(pose.inliers, 100);
-      settled.push_back(pose.T_body_cam);
+      finalised.push_back(pose.T_body_cam);
     }
-    if (settled.size() >= 2) {
+    if (finalised.size() >= 2) {
       const Se3 step = driven(kStep_m * (i - 1), 0.005).inverse() * truth;
-      settled_error_m =
-          std::max(settled_error_m,
-                   (step.inverse() * (settled[settled.size() - 2].inverse() * settled.back())).translation.norm());
+      finalised_error_m = std::max(
+          finalised_error_m,
+          (step.inverse() * (finalised[finalised.size() - 2].inverse() * finalised.back())).translation.norm());
     }
   }
-  EXPECT_EQ(settled.size(), 60U - lag);
-  EXPECT_LT(settled_error_m, 0.005);
+  EXPECT_EQ(finalised.size(), 60U - lag);
+  EXPECT_LT(finalised_error_m, 0.005);
 }
 
 TEST(BodyReconstruction, ARedundantFrameMakesRoomAndAMovingOneIsKept) {

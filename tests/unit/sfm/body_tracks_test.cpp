@@ -141,7 +141,7 @@ TEST(BodyTracks, EveryPointOfAReusedSlotIsItsOwn) {
   }
 }
 
-TEST(BodyTracks, PointsOfOneEyeComeFromTemporalViews) {
+TEST(BodyTracks, PointsOfOneCameraComeFromTemporalViews) {
   SyntheticWorld world({.background_features = 400, .min_track_frames = 25, .seed = 8});
   BodyDriver driver{BodyConfig{}};
   FeatureFrame frame;
@@ -154,15 +154,15 @@ TEST(BodyTracks, PointsOfOneEyeComeFromTemporalViews) {
     }
     driver.step(frame);
   }
-  std::set<std::uint32_t> one_eyed;
+  std::set<std::uint32_t> seen_by_one_view;
   for (const Feature& f : frame.features) {
     if (f.slot % 4 == 0) {
-      one_eyed.insert(f.id);
+      seen_by_one_view.insert(f.id);
     }
   }
   std::vector<double> relative_error;
   for (const BodyPoint& p : driver.body().estimate().points) {
-    if (one_eyed.contains(p.id) && p.observations >= 6) {
+    if (seen_by_one_view.contains(p.id) && p.observations >= 6) {
       const Eigen::Vector3d& truth = world.point_of(p.id);
       relative_error.push_back((p.position_m.cast<double>() - truth).norm() / (truth - driven(8.8).translation).norm());
     }

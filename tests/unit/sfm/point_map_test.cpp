@@ -100,7 +100,7 @@ TEST_F(PointMapTest, DroppingAColumnMovesTheLaterOnesDown) {
   map_.observe(row, 3, at(103.F));
   map_.remove_column(1);
   EXPECT_EQ(map_.state(row).seen, 0b0101U);
-  EXPECT_EQ(map_.state(row).sighted, 0b0101U);
+  EXPECT_EQ(map_.state(row).observed, 0b0101U);
   EXPECT_EQ(map_.observations(row)[0].u_left_px, 100.F);
   EXPECT_EQ(map_.observations(row)[2].u_left_px, 103.F);
   map_.remove_column(0);
@@ -109,7 +109,7 @@ TEST_F(PointMapTest, DroppingAColumnMovesTheLaterOnesDown) {
   EXPECT_EQ(map_.state(row).seen, 0b0010U);
   map_.remove_column(1);
   EXPECT_EQ(map_.state(row).seen, 0U);
-  EXPECT_EQ(map_.state(row).observations, 3);  // Sightings over its life do not go with columns.
+  EXPECT_EQ(map_.state(row).observations, 3);  // Observations over its life do not go with columns.
 }
 
 TEST(PointMap, DropsTheLastOfThirtyTwoColumns) {
@@ -125,39 +125,39 @@ TEST(PointMap, DropsTheLastOfThirtyTwoColumns) {
   EXPECT_EQ(map.state(row).seen, 1U << 30U);
 }
 
-TEST_F(PointMapTest, ForgetsSingleSightings) {
+TEST_F(PointMapTest, ForgetsSingleObservations) {
   const std::size_t row = map_.create(feature(1, 0));
   map_.observe(row, 0, at(100.F));
   map_.observe(row, 2, at(102.F));
   map_.forget(row, 0);
   EXPECT_EQ(map_.state(row).seen, 0b0100U);
-  EXPECT_EQ(map_.state(row).sighted, 0b0100U);
+  EXPECT_EQ(map_.state(row).observed, 0b0100U);
 }
 
-TEST_F(PointMapTest, FoldingWeighsBothSightings) {
+TEST_F(PointMapTest, FoldingWeighsBothObservations) {
   const std::size_t row = map_.create(feature(1, 0));
   map_.observe(row, 0, {100.F, 50.F, 90.F, 2.F});
-  map_.fold(row, 0, {105.F, 55.F, 95.F, 1.F}, 100.F);
+  map_.merge(row, 0, {105.F, 55.F, 95.F, 1.F}, 100.F);
   const BundleObservation& o = map_.observations(row)[0];
   EXPECT_FLOAT_EQ(o.u_left_px, 101.F);  // Weights 4 and 1.
   EXPECT_FLOAT_EQ(o.v_px, 51.F);
   EXPECT_FLOAT_EQ(o.u_right_px, 91.F);
   EXPECT_FLOAT_EQ(o.inverse_sigma_px, std::sqrt(5.F));
-  map_.fold(row, 0, o, 2.5F);
+  map_.merge(row, 0, o, 2.5F);
   EXPECT_FLOAT_EQ(map_.observations(row)[0].inverse_sigma_px, 2.5F);
   EXPECT_EQ(map_.state(row).observations, 1);
 }
 
-TEST_F(PointMapTest, FoldingTakesThePlaceOfAMissingSightingAndKeepsTheOnlyRightMatch) {
+TEST_F(PointMapTest, FoldingTakesThePlaceOfAMissingObservationAndKeepsTheOnlyRightMatch) {
   const std::size_t row = map_.create(feature(1, 0));
-  map_.fold(row, 2, {100.F, 50.F, kNoRight, 1.F}, 10.F);
+  map_.merge(row, 2, {100.F, 50.F, kNoRight, 1.F}, 10.F);
   EXPECT_EQ(map_.state(row).seen, 0b0100U);
-  EXPECT_EQ(map_.state(row).sighted, 0U);  // Told, not seen by the frame itself.
+  EXPECT_EQ(map_.state(row).observed, 0U);  // Inherited, not seen by the frame itself.
   EXPECT_TRUE(std::isnan(map_.observations(row)[2].u_right_px));
-  map_.fold(row, 2, {102.F, 50.F, 92.F, 1.F}, 10.F);
+  map_.merge(row, 2, {102.F, 50.F, 92.F, 1.F}, 10.F);
   EXPECT_FLOAT_EQ(map_.observations(row)[2].u_left_px, 101.F);
   EXPECT_FLOAT_EQ(map_.observations(row)[2].u_right_px, 92.F);
-  map_.fold(row, 2, {101.F, 50.F, kNoRight, 1.F}, 10.F);
+  map_.merge(row, 2, {101.F, 50.F, kNoRight, 1.F}, 10.F);
   EXPECT_FLOAT_EQ(map_.observations(row)[2].u_right_px, 92.F);
 }
 

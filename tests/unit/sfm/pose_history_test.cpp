@@ -11,11 +11,11 @@ namespace {
 
 using kinetrace::test::driven;
 
-SettledPose frame(std::int64_t index, const Se3& T_body_cam = {}) {
+FinalisedPose frame(std::int64_t index, const Se3& T_body_cam = {}) {
   return {.frame_index = index, .status = BodyStatus::kTracked, .T_body_cam = T_body_cam};
 }
 
-double z(const SettledPose& pose) {
+double z(const FinalisedPose& pose) {
   return pose.T_body_cam.translation.z();
 }
 
@@ -50,14 +50,14 @@ TEST_F(PoseHistoryTest, ADroppedColumnFreezesItsFrameAndShiftsTheLaterOnes) {
   EXPECT_EQ(z(history_.at(0, poses_)), 11.5);
 }
 
-TEST_F(PoseHistoryTest, ARedundantFrameFollowsItsHeirAtTheOldDistance) {
+TEST_F(PoseHistoryTest, ARedundantFrameFollowsItsTargetAtTheOldDistance) {
   history_.push(frame(0), 1);
   history_.push(frame(1), 2);
   history_.drop_column(2, poses_, 1);
   poses_[1] = driven(20.0);
   EXPECT_NEAR(z(history_.at(0, poses_)), 21.0, 1e-12);
   EXPECT_EQ(z(history_.at(1, poses_)), 20.0);
-  // The heir moves down with its column, then freezes with it.
+  // The target column moves down with its column, then freezes with it.
   history_.drop_column(0, poses_, PoseHistory::kFrozen);
   poses_[0] = driven(30.0);
   EXPECT_NEAR(z(history_.at(0, poses_)), 31.0, 1e-12);

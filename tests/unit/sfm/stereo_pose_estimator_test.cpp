@@ -129,24 +129,24 @@ TEST(StereoPoseEstimator, FindsThePoseAmongFortyPercentOutliers) {
   }
 }
 
-TEST(StereoPoseEstimator, VotersDecideAgainstAMajorityThatMoves) {
-  constexpr std::size_t kVoters = 15;
+TEST(StereoPoseEstimator, ConsensusDecideAgainstAMajorityThatMoves) {
+  constexpr std::size_t kConsensus = 15;
   Scene scene(60, 7);
   std::vector<PoseObservation> observations = scene.observe(kSigma_px);
   // All the others lie on one thing that has moved.
   const Eigen::Vector3d step(0.4, 0.0, 0.1);
-  for (std::size_t i = kVoters; i < observations.size(); ++i) {
+  for (std::size_t i = kConsensus; i < observations.size(); ++i) {
     observations[i].p_body += step;
   }
   std::vector<std::uint8_t> inlier(observations.size());
   const PoseEstimate e =
-      scene.estimator().estimate(observations, guess(scene.off_by(0.01, 0.1)), kSigma_px, inlier, kVoters);
+      scene.estimator().estimate(observations, guess(scene.off_by(0.01, 0.1)), kSigma_px, inlier, kConsensus);
   ASSERT_TRUE(e.valid);
   EXPECT_LT(scene.position_error_m(e), 0.1);
-  EXPECT_GE(e.agreeing_voters, 14);
+  EXPECT_GE(e.agreeing_consensus, 14);
   EXPECT_EQ(e.inliers, std::count(inlier.begin(), inlier.end(), 1));
   const PoseEstimate all = scene.estimator().estimate(observations, guess(scene.truth()), kSigma_px, inlier);
-  EXPECT_GT(scene.position_error_m(all), 0.3) << "where all have a vote, the majority is believed";
+  EXPECT_GT(scene.position_error_m(all), 0.3) << "where all have a vote, the majority is accepted";
 }
 
 TEST(StereoPoseEstimator, NothingButOutliersIsHardlyEverAPose) {
@@ -183,7 +183,7 @@ TEST(StereoPoseEstimator, EveryPointBehindTheCameraIsNoPose) {
   EXPECT_FALSE(scene.estimator().estimate(observations, guess(facing_away), kSigma_px, inlier).valid);
 }
 
-TEST(StereoPoseEstimator, OneEyeIsEnoughOncePointsAreKnown) {
+TEST(StereoPoseEstimator, OneCameraIsEnoughOncePointsAreKnown) {
   Scene scene(200, 4);
   auto observations = scene.observe(kSigma_px);
   for (PoseObservation& o : observations) {
@@ -232,7 +232,7 @@ TEST(StereoPoseEstimator, SameInputSameOutputBitForBit) {
   EXPECT_EQ(first_inlier, second_inlier);
 }
 
-TEST(ReprojectionChi2, CountsTwoTermsForOneEyeAndThreeForTwo) {
+TEST(ReprojectionChi2, CountsTwoTermsForOneCameraAndThreeForTwo) {
   const StereoGeometry rig = kinetrace::test::street_rig();
   const Eigen::Vector3d p(1.0, 0.5, 10.0);
   const Eigen::Vector3d uvr = rig.project(p);

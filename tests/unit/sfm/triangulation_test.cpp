@@ -28,7 +28,7 @@ TEST(Triangulate, OneStereoPairPlacesAPoint) {
   EXPECT_LT((*found - p).norm(), 2e-4);
 }
 
-TEST(Triangulate, TemporalViewsOfOneEyePlaceAPoint) {
+TEST(Triangulate, TemporalViewsOfOneCameraPlaceAPoint) {
   const Eigen::Vector3d p(-4.0, 1.0, 15.0);
   const std::array<Se3, 3> poses{driven(0.0), driven(1.0), driven(2.0)};
   std::array<BundleObservation, 3> row;
@@ -54,7 +54,7 @@ TEST(Triangulate, NoParallaxIsNoPoint) {
   const std::array<Se3, 2> standing{Se3{}, Se3{}};
   std::array<BundleObservation, 2> row{seen_from(Se3{}, p, false), seen_from(Se3{}, p, false)};
   EXPECT_FALSE(triangulate(kRig, standing, row, 0b11U, kOneDegree));
-  // One eye, one view.
+  // One view, one view.
   EXPECT_FALSE(triangulate(kRig, standing, row, 0b01U, kOneDegree));
   // No view at all.
   EXPECT_FALSE(triangulate(kRig, standing, row, 0U, kOneDegree));
@@ -79,7 +79,7 @@ TEST(Triangulate, RaysThatMeetBehindACameraAreNoPoint) {
 }
 
 TEST(Triangulate, TheWidestPairOfRaysCountsNotTheFirst) {
-  // Eyes in a row: the angle between the outer ones is enough, that from the first one to any other is not.
+  // Views in a row: the angle between the outer ones is enough, that from the first one to any other is not.
   const Eigen::Vector3d p(0.0, 0.0, 20.0);
   const std::array<Se3, 3> poses{kinetrace::test::turned(0.0, {0.0, 0.0, 0.0}),
                                  kinetrace::test::turned(0.0, {-0.25, 0.0, 0.0}),

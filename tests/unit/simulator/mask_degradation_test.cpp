@@ -60,7 +60,7 @@ TEST(MaskDegradation, KeepsClassesAndMostPixels) {
   }
 }
 
-TEST(MaskDegradation, WandersNoFurtherThanAFewPixels) {
+TEST(MaskDegradation, DriftsNoFurtherThanAFewPixels) {
   const Image<std::uint16_t> degraded = degraded_masks(two_objects(), kSure, 3);
   for (int y = 0; y < degraded.height(); ++y) {
     for (int x = 0; x < degraded.width(); ++x) {
@@ -76,7 +76,7 @@ TEST(MaskDegradation, WandersNoFurtherThanAFewPixels) {
   }
 }
 
-TEST(MaskDegradation, MissesAsOftenAsToldTo) {
+TEST(MaskDegradation, MissesAsOftenAsReportedTo) {
   DegradationSettings settings = kSure;
   settings.miss_probability = 0.05;
   int found = 0;

@@ -134,13 +134,13 @@ TEST_P(SceneMotion, NothingRunsIntoAnythingElse) {
     for (const Actor& actor : scene_.actors) {
       places.push_back(ground_rectangle(actor, t));
     }
-    const Eigen::Vector3d eye = scene_.T_scene_cam(t).translation;
-    const Rectangle camera{{eye.x(), eye.z()}, {0.3, 0.0}, {0.0, 0.3}};
+    const Eigen::Vector3d view = scene_.T_scene_cam(t).translation;
+    const Rectangle camera{{view.x(), view.z()}, {0.3, 0.0}, {0.0, 0.3}};
     for (std::size_t i = 0; i < places.size(); ++i) {
       for (std::size_t j = i + 1; j < places.size(); ++j) {
         ASSERT_FALSE(overlap(places[i], places[j])) << "actors " << i + 1 << ", " << j + 1 << " at " << t;
       }
-      const bool below = -eye.y() > scene_.actors[i].size_lhw_m.y() + 1.0;
+      const bool below = -view.y() > scene_.actors[i].size_lhw_m.y() + 1.0;
       ASSERT_TRUE(below || !overlap(places[i], camera)) << "actor " << i + 1 << " and the camera at " << t;
     }
   }

@@ -28,7 +28,7 @@ class Rays : public ::testing::Test {
     RayPacket packet;
     packet.count = directions.size();
     for (std::size_t i = 0; i < directions.size(); ++i) {
-      packet.set_origin(i, eye_);
+      packet.set_origin(i, view_);
       packet.set_direction(i, directions[i]);
     }
     world_.trace(packet);
@@ -46,7 +46,7 @@ class Rays : public ::testing::Test {
 
   Scene scene_ = make_scene("street", 1).value();
   RayWorld world_{scene_};
-  Eigen::Vector3f eye_ = scene_.T_scene_cam(0.0).translation.cast<float>();
+  Eigen::Vector3f view_ = scene_.T_scene_cam(0.0).translation.cast<float>();
 };
 
 TEST_F(Rays, MeetTheSameInAPacketAsAlone) {

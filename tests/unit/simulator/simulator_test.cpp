@@ -87,7 +87,7 @@ TEST(StereoSimulator, AnOpenShutterBlursWhatMoves) {
   EXPECT_LT(roughness(blurred.frame(kDuringATurn).pictures[0]), 0.8 * roughness(sharp.frame(kDuringATurn).pictures[0]));
 }
 
-TEST(StereoSimulator, DriftTurnsTheRightEyeOnly) {
+TEST(StereoSimulator, DriftTurnsTheRightCameraOnly) {
   SimulatorSettings settings = clean_settings();
   StereoSimulator steady = small_simulator("street", settings, kTiny_px);
   settings.drift_mrad = 3.0;
@@ -204,7 +204,7 @@ TEST(Scenes, NothingMovesInStaticAndDark) {
 TEST(Scenes, PureRotationTurnsWithoutMoving) {
   StereoSimulator simulator = small_simulator("pure-rotation", {}, kTiny_px);
   const Se3 pose = simulator.frame(15).T_world_cam;
-  // The left eye is the centre of the turn.
+  // The left view is the centre of the turn.
   EXPECT_LT(pose.translation.norm(), 1e-9);
   EXPECT_GT(so3_log(pose.rotation).norm(), 0.2);
 }

@@ -80,7 +80,7 @@ TEST_P(SceneTruth, PixelsOfAnObjectLieOnItsMeshAtItsPose) {
   EXPECT_GT(checked, 20);
 }
 
-TEST_P(SceneTruth, BothEyesSeeTheSameSurfaceAtTheDisparity) {
+TEST_P(SceneTruth, BothCamerasSeeTheSameSurfaceAtTheDisparity) {
   StereoSimulator simulator = small_simulator(GetParam(), clean_settings(), kWideEnough_px);
   const SimulatedFrame frame = simulator.frame(10);
   const StereoGeometry& g = simulator.scene().rig;
@@ -88,7 +88,7 @@ TEST_P(SceneTruth, BothEyesSeeTheSameSurfaceAtTheDisparity) {
     return std::optional(Vector3d(u - g.disparity_px(depth_m), v, depth_m));
   });
   EXPECT_GT(fit.count, 20000);
-  EXPECT_GT(fit.expected_share, 0.85);  // The rest is hidden from the right eye, or near an edge.
+  EXPECT_GT(fit.expected_share, 0.85);  // The rest is hidden from the right view, or near an edge.
   EXPECT_LT(fit.mean_abs_levels, 4.0);
   EXPECT_NEAR(fit.offset_px.x(), 0.0, 0.02);
   EXPECT_NEAR(fit.offset_px.y(), 0.0, 0.02);
@@ -184,7 +184,7 @@ TEST(ObjectTruth, MasksLieInTheProjectedBoxes) {
   EXPECT_GT(checked, 4);
 }
 
-// A board of `size_m` across the view, `z_m` ahead at eye height.
+// A board of `size_m` across the view, `z_m` ahead at view height.
 void add_board(Scene& scene, double z_m, double x_m, double size_m) {
   Actor& board = scene.actors.emplace_back();
   board.size_lhw_m = {size_m, size_m, 0.02};

@@ -64,14 +64,14 @@ TEST(HiddenMask, GrowsWithWhatManyFeaturesShow) {
   EXPECT_GT(scene.left_iou(*scene.track_of(1), 1), 0.9);
 }
 
-TEST(HiddenMask, GrowsAsItsForecastComesNearer) {
+TEST(HiddenMask, GrowsAsItsPredictionComesNearer) {
   // It comes nearer behind a wall that does not, and too few features to tell are seen of it.
   TrackerScene scene({}, 4);
   Shape car = kFarCar;
   car.y = 60.0;
   double depth_m = 40.0;
   const auto step = [&] {
-    scene.forecasts = {{}, {.known = true, .point_px = {car.x, car.y}, .depth_m = depth_m}};
+    scene.object_predictions = {{}, {.known = true, .point_px = {car.x, car.y}, .depth_m = depth_m}};
     scene.step(std::array{kWall, car});
   };
   for (int i = 0; i < 15; ++i) {
@@ -89,9 +89,9 @@ TEST(HiddenMask, GrowsAsItsForecastComesNearer) {
   EXPECT_NEAR(scene.track_of(1)->visible_part, kVisiblePart, 0.12);
 }
 
-TEST(HiddenMask, IsVisibleWhereBothEyesSeeIt) {
+TEST(HiddenMask, IsVisibleWhereBothCamerasSeeIt) {
   TrackerScene scene({}, 4);
-  const Shape near_border{.x = 40.0, .y = 100.0, .disparity_px = 40.0};  // The right eye sees half of it.
+  const Shape near_border{.x = 40.0, .y = 100.0, .disparity_px = 40.0};  // The right view sees half of it.
   for (int i = 0; i < 4; ++i) {
     scene.step(std::array{near_border});
   }

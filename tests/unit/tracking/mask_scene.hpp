@@ -114,14 +114,14 @@ class TrackerScene {
   std::vector<bool> detected;             ///< Per shape, default all.
   std::vector<std::uint8_t> label_order;  ///< Label of each shape, default 1, 2, ...
   double feature_noise_px = 0.0;
-  std::vector<Forecast> forecasts;  ///< By slot.
+  std::vector<ObjectPrediction> object_predictions;  ///< By slot.
   std::int64_t interval_ns = kUsualInterval_ns;
 
   /// Truth label of shape k is k + 1.
   const TrackFrame& step(std::span<const Shape> shapes) {
     draw(shapes);
     std::vector<Feature> features = place_features(shapes);
-    frame_ = tracker_.process(next_timestamp_ns(), detections_, features, forecasts).value();
+    frame_ = tracker_.process(next_timestamp_ns(), detections_, features, object_predictions).value();
     previous_.assign(shapes.begin(), shapes.end());
     has_previous_ = true;
     return frame_;

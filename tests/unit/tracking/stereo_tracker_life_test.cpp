@@ -179,14 +179,14 @@ TEST(StereoTracker, HoldsAsManyTracksAsConfigured) {
 }
 
 /// Of a shape's centre; a depth that goes with its disparity.
-Forecast forecast_of(const Shape& shape) {
+ObjectPrediction prediction_of(const Shape& shape) {
   return {true, {shape.x, shape.y}, 100.0 / shape.disparity_px};
 }
 
 /// Three frames in view, then `away` frames outside the image on the right, then back in view.
-void look_away(TrackerScene& scene, int away, bool with_forecast) {
+void look_away(TrackerScene& scene, int away, bool with_prediction) {
   const auto step = [&](const Shape& shape, bool visible) {
-    scene.forecasts.assign(1, with_forecast ? forecast_of(shape) : Forecast{});
+    scene.object_predictions.assign(1, with_prediction ? prediction_of(shape) : ObjectPrediction{});
     scene.detected = {visible};
     scene.step(std::array{shape});
   };
@@ -214,7 +214,7 @@ TEST(StereoTracker, ForgetsWhatStaysOutsideTheImageTooLong) {
   EXPECT_EQ(scene.frame().tracks[0].id, 2U);
 }
 
-TEST(StereoTracker, EndsWhatLeavesTheImageWithoutAForecast) {
+TEST(StereoTracker, EndsWhatLeavesTheImageWithoutAPrediction) {
   TrackerScene scene;
   look_away(scene, 12, false);
   ASSERT_EQ(scene.frame().tracks.size(), 1U);
@@ -223,20 +223,20 @@ TEST(StereoTracker, EndsWhatLeavesTheImageWithoutAForecast) {
 
 /// A confirmed track of a car that is foretold to stand where it is, and of which nothing has been detected for
 /// `missed` frames.
-void miss_in_sight(TrackerScene& scene, int missed, bool with_forecast = true) {
+void miss_in_view(TrackerScene& scene, int missed, bool with_prediction = true) {
   for (int i = 0; i < 4; ++i) {
     scene.step(std::array{kCar});
   }
-  scene.forecasts.assign(1, with_forecast ? forecast_of(kCar) : Forecast{});
+  scene.object_predictions.assign(1, with_prediction ? prediction_of(kCar) : ObjectPrediction{});
   scene.detected = {false};
   for (int i = 0; i < missed; ++i) {
     scene.step(std::array{kCar});
   }
 }
 
-TEST(StereoTracker, WaitsWhereItShouldBeInSightButClaimsNoPixels) {
+TEST(StereoTracker, WaitsWhereItShouldBeInViewButClaimsNoPixels) {
   TrackerScene scene;
-  miss_in_sight(scene, kMissedFrames);
+  miss_in_view(scene, kMissedFrames);
   ASSERT_EQ(scene.frame().tracks.size(), 1U);
   EXPECT_GT(scene.frame().tracks[0].area_px, 0) << "still shows its prediction";
   for (int missed = kMissedFrames + 1; missed <= kMissedFrames + kUnseenFrames; ++missed) {
@@ -253,12 +253,12 @@ TEST(StereoTracker, WaitsWhereItShouldBeInSightButClaimsNoPixels) {
   EXPECT_EQ(last.ended[0].id, 1U);
 }
 
-/// Seconds from the last detection of a car that should be in sight until its mask is no longer shown, and until it
+/// Seconds from the last detection of a car that should be in view until its mask is no longer shown, and until it
 /// ends.
 std::pair<double, double> waits_s(std::int64_t interval_ns) {
   TrackerScene scene;
   scene.interval_ns = interval_ns;
-  miss_in_sight(scene, 0);
+  miss_in_view(scene, 0);
   scene.detected = {false};
   double shown_s = 0.0;
   double alive_s = 0.0;
@@ -277,9 +277,9 @@ TEST(StereoTracker, WaitsAsManySecondsAtEveryRate) {
   }
 }
 
-TEST(StereoTracker, EndsWhatIsMissedInSightWithoutAForecast) {
+TEST(StereoTracker, EndsWhatIsMissedInViewWithoutAPrediction) {
   TrackerScene scene;
-  miss_in_sight(scene, kMissedFrames, false);
+  miss_in_view(scene, kMissedFrames, false);
   ASSERT_EQ(scene.frame().tracks.size(), 1U);
   EXPECT_EQ(scene.step(std::array{kCar}).ended.size(), 1U);
 }
@@ -287,7 +287,7 @@ TEST(StereoTracker, EndsWhatIsMissedInSightWithoutAForecast) {
 TEST(StereoTracker, ClaimsADetectionWhereItIsPredictedAndNoneOnceItWaits) {
   for (const int missed : {kMissedFrames, kMissedFrames + 1}) {
     TrackerScene scene({}, 0);  // Features that were its own would vote for it.
-    miss_in_sight(scene, missed);
+    miss_in_view(scene, missed);
     scene.detected = {true};
     const TrackFrame& frame = scene.step(std::array{kCar});
     const Track* shown = scene.track_of(0);
@@ -299,11 +299,11 @@ TEST(StereoTracker, ClaimsADetectionWhereItIsPredictedAndNoneOnceItWaits) {
   }
 }
 
-TEST(StereoTracker, HidesNothingWhereItWaitsInSight) {
+TEST(StereoTracker, HidesNothingWhereItWaitsInView) {
   TrackerScene scene;
-  miss_in_sight(scene, kMissedFrames + 1);
+  miss_in_view(scene, kMissedFrames + 1);
   scene.detected = {true};
-  scene.forecasts.assign(2, forecast_of(kCar));
+  scene.object_predictions.assign(2, prediction_of(kCar));
   for (int i = 0; i < 5; ++i) {
     const TrackFrame& frame = scene.step(std::array{kCar});
     ASSERT_EQ(frame.tracks.size(), 2U) << i;
@@ -313,14 +313,14 @@ TEST(StereoTracker, HidesNothingWhereItWaitsInSight) {
   }
 }
 
-TEST(StereoTracker, GoesOnAfterWaitingInSightWhenJoined) {
+TEST(StereoTracker, GoesOnAfterWaitingInViewWhenJoined) {
   TrackerScene scene;
-  miss_in_sight(scene, kMissedFrames + 5);
+  miss_in_view(scene, kMissedFrames + 5);
   scene.detected = {true};
   scene.step(std::array{kCar});
   ASSERT_EQ(scene.frame().tracks.size(), 2U);
-  scene.tracker().join(scene.frame().tracks[0].slot, scene.frame().tracks[1].slot);
-  scene.forecasts.clear();
+  scene.tracker().merge_tracks(scene.frame().tracks[0].slot, scene.frame().tracks[1].slot);
+  scene.object_predictions.clear();
   const TrackFrame& frame = scene.step(std::array{kCar});
   ASSERT_EQ(frame.tracks.size(), 1U);
   EXPECT_EQ(frame.tracks[0].id, 1U);
@@ -329,13 +329,13 @@ TEST(StereoTracker, GoesOnAfterWaitingInSightWhenJoined) {
   EXPECT_TRUE(frame.ended.empty());
 }
 
-TEST(StereoTracker, EndsAnAbandonedTrackWithTheNextFrame) {
+TEST(StereoTracker, EndsAnTerminatedTrackWithTheNextFrame) {
   TrackerScene scene;
   for (int i = 0; i < 3; ++i) {
     scene.step(std::array{kCar});
   }
-  scene.tracker().abandon(scene.frame().tracks[0].slot);
-  scene.tracker().abandon(200);
+  scene.tracker().terminate(scene.frame().tracks[0].slot);
+  scene.tracker().terminate(200);
   const TrackFrame& frame = scene.step(std::array{kCar});
   ASSERT_EQ(frame.ended.size(), 1U);
   EXPECT_EQ(frame.ended[0].id, 1U);
@@ -349,7 +349,7 @@ TEST(StereoTracker, TellsAWithheldTrackAsTentativeInThatFrameOnly) {
   for (int i = 0; i < 3; ++i) {
     scene.step(std::array{kCar, other});
   }
-  scene.tracker().withhold(scene.frame().tracks[1].slot);
+  scene.tracker().defer_confirmation(scene.frame().tracks[1].slot);
   EXPECT_EQ(scene.frame().tracks[0].state, TrackState::kConfirmed);
   EXPECT_EQ(scene.frame().tracks[1].state, TrackState::kTentative);
   const TrackFrame& frame = scene.step(std::array{kCar, other});
@@ -368,7 +368,7 @@ TEST(StereoTracker, GoesOnUnderTheEarlierIdAfterJoining) {
   ASSERT_EQ(scene.frame().tracks.size(), 2U);
   const Track earlier = scene.frame().tracks[0];
   ASSERT_GT(area_of(scene.frame().left_labels, earlier.label()), 0);
-  scene.tracker().join(earlier.slot, scene.frame().tracks[1].slot);
+  scene.tracker().merge_tracks(earlier.slot, scene.frame().tracks[1].slot);
   ASSERT_EQ(scene.tracker().tracks().size(), 1U) << "in this frame, too";
   EXPECT_EQ(scene.tracker().tracks()[0].id, 1U);
   EXPECT_EQ(scene.tracker().tracks()[0].missed_frames, 0);

@@ -142,7 +142,7 @@ TEST(StereoTracker, KeepsTheIdsOfCrossingObjects) {
   EXPECT_EQ(scene.track_of(1)->state, TrackState::kConfirmed);
 }
 
-TEST(StereoTracker, KeepsTheLargestPartOfASplitDetectionAndBearsNoDuplicate) {
+TEST(StereoTracker, KeepsTheLargestPartOfASplitDetectionAndToleratesNoDuplicate) {
   TrackerScene scene({}, 0);
   const Shape whole{.x = 200.0, .y = 100.0, .half_width = 60.0, .half_height = 30.0};
   for (int i = 0; i < 3; ++i) {
@@ -162,7 +162,7 @@ TEST(StereoTracker, KeepsTheLargestPartOfASplitDetectionAndBearsNoDuplicate) {
   EXPECT_EQ(area_of(frame.left_labels, kIgnoreLabel), scene.detections().left[1].area_px);
 }
 
-TEST(StereoTracker, BearsAPersonInFrontOfATrackedVehicle) {
+TEST(StereoTracker, ToleratesAPersonInFrontOfATrackedVehicle) {
   TrackerScene scene;
   const Shape truck{.x = 200.0, .y = 100.0, .half_width = 90.0, .half_height = 60.0, .disparity_px = 12.0};
   for (int i = 0; i < 3; ++i) {
@@ -177,7 +177,7 @@ TEST(StereoTracker, BearsAPersonInFrontOfATrackedVehicle) {
   EXPECT_EQ(scene.step(std::array{truck, person}).tracks.size(), 2U);
 }
 
-TEST(StereoTracker, BearsANearerObjectOfUnknownClassInFrontOfATrackedOne) {
+TEST(StereoTracker, ToleratesANearerObjectOfUnknownClassInFrontOfATrackedOne) {
   TrackerScene scene;
   Shape truck{.x = 200.0, .y = 100.0, .half_width = 90.0, .half_height = 60.0, .disparity_px = 12.0};
   truck.class_id = kUnknownClass;

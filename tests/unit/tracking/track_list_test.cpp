@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kShapes = 6;
 constexpr int kFrames = 80;
 
-/// Shapes that wander, are missed now and then, vanish for a while and come back.
+/// Shapes that drift, are missed now and then, vanish for a while and come back.
 class RandomScene {
  public:
   explicit RandomScene(unsigned seed) : random_(seed), scene_(config(), 8) {
@@ -35,9 +35,9 @@ class RandomScene {
     }
     scene_.available = chance(0.95);
     scene_.with_right = chance(0.5);
-    scene_.forecasts.assign(kShapes, {});
-    for (Forecast& forecast : scene_.forecasts) {
-      forecast = {chance(0.7), {uniform(0.0, kWidth), uniform(0.0, kHeight)}, uniform(3.0, 30.0)};
+    scene_.object_predictions.assign(kShapes, {});
+    for (ObjectPrediction& prediction : scene_.object_predictions) {
+      prediction = {chance(0.7), {uniform(0.0, kWidth), uniform(0.0, kHeight)}, uniform(3.0, 30.0)};
     }
     scene_.tracker().limit(chance(0.1) ? 3 : 8);
     scene_.step(shapes_);
@@ -47,19 +47,19 @@ class RandomScene {
   int join_some() {
     int joined = 0;
     for (std::size_t i = 0; i < tracker().tracks().size(); ++i) {
-      const Track reborn = tracker().tracks()[i];
+      const Track redetected = tracker().tracks()[i];
       for (const Track& earlier : tracker().tracks().first(i)) {
-        if (earlier.missed_frames > reborn.age_frames && chance(0.4)) {
-          tracker().join(earlier.slot, reborn.slot);
+        if (earlier.missed_frames > redetected.age_frames && chance(0.4)) {
+          tracker().merge_tracks(earlier.slot, redetected.slot);
           ++joined;
           break;
         }
       }
       if (chance(0.1) && i < tracker().tracks().size()) {
-        tracker().withhold(tracker().tracks()[i].slot);
+        tracker().defer_confirmation(tracker().tracks()[i].slot);
       }
       if (chance(0.02)) {
-        tracker().abandon(reborn.slot);
+        tracker().terminate(redetected.slot);
       }
     }
     return joined;
@@ -84,20 +84,20 @@ class RandomScene {
 };
 
 void expect_sound(const StereoTracker& tracker, const TrackFrame& frame) {
-  std::array<bool, 256> told{};
-  told[kBackgroundLabel] = told[kIgnoreLabel] = true;
+  std::array<bool, 256> reported{};
+  reported[kBackgroundLabel] = reported[kIgnoreLabel] = true;
   std::uint32_t last_id = 0;
   for (const Track& track : tracker.tracks()) {
     EXPECT_GT(track.id, last_id);
     last_id = track.id;
-    EXPECT_FALSE(told[track.label()]) << "a slot twice";
-    told[track.label()] = true;
+    EXPECT_FALSE(reported[track.label()]) << "a slot twice";
+    reported[track.label()] = true;
     EXPECT_EQ(track.missed_frames > 0, track.missed_ns > 0);
     EXPECT_TRUE(std::none_of(frame.ended.begin(), frame.ended.end(), [&](const Track& t) { return t.id == track.id; }));
   }
   for (const LabelView& labels : {frame.left_labels, frame.right_labels}) {
     for (int y = 0; y < labels.height; ++y) {
-      ASSERT_TRUE(std::all_of(labels.row(y), labels.row(y) + labels.width, [&](std::uint8_t l) { return told[l]; }))
+      ASSERT_TRUE(std::all_of(labels.row(y), labels.row(y) + labels.width, [&](std::uint8_t l) { return reported[l]; }))
           << "a label of no track, row " << y;
     }
   }

@@ -77,20 +77,20 @@ TEST(Composition, CovarianceMatchesTheScatterOfPosesAndPoints) {
   const Eigen::Vector3d p_world = composed.pose * p_obj;
   PoseNoise camera_noise(given.T_world_cam.covariance, 1);
   PoseNoise object_noise(given.T_obj_cam.covariance, 2);
-  Matrix6d scatter = Matrix6d::Zero();
-  Eigen::Matrix3d point_scatter = Eigen::Matrix3d::Zero();
+  Matrix6d residual_sigma = Matrix6d::Zero();
+  Eigen::Matrix3d point_residual_sigma = Eigen::Matrix3d::Zero();
   for (int i = 0; i < kTrials; ++i) {
     const Se3 pose = camera_noise(given.T_world_cam.pose) * object_noise(given.T_obj_cam.pose).inverse();
     const Vector6d error = left_difference(composed.pose, pose);
-    scatter += error * error.transpose() / kTrials;
+    residual_sigma += error * error.transpose() / kTrials;
     const Eigen::Vector3d point_error = pose * p_obj - p_world;
-    point_scatter += point_error * point_error.transpose() / kTrials;
+    point_residual_sigma += point_error * point_error.transpose() / kTrials;
   }
-  EXPECT_LT((scatter - composed.covariance).norm(), 0.08 * composed.covariance.norm());
+  EXPECT_LT((residual_sigma - composed.covariance).norm(), 0.08 * composed.covariance.norm());
   const Eigen::Matrix3d point = point_covariance(composed, p_obj);
-  EXPECT_LT((point_scatter - point).norm(), 0.08 * point.norm());
+  EXPECT_LT((point_residual_sigma - point).norm(), 0.08 * point.norm());
   for (int i = 0; i < 6; ++i) {
-    EXPECT_NEAR(scatter(i, i) / composed.covariance(i, i), 1.0, 0.12) << i;
+    EXPECT_NEAR(residual_sigma(i, i) / composed.covariance(i, i), 1.0, 0.12) << i;
   }
 }
 

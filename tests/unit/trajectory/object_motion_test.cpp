@@ -71,7 +71,7 @@ TEST(ObjectMotion, ParkedObjectStandsStill) {
     Path path(0.03, seed);
     for (int i = 0; i < 40; ++i) {
       motion.push(path.sample(i * kFrame_s, {4.0, 1.0, 12.0}));
-      // The newest velocity rests on the past alone; the settled one on both sides.
+      // The newest velocity rests on the past alone; the finalised one on both sides.
       EXPECT_TRUE(i < 5 || motion.at(0).velocity_mps.norm() < 0.45) << i;
       EXPECT_TRUE(i < 15 || motion.at(10).velocity_mps.norm() < 0.15) << i;
       EXPECT_FALSE(motion.at(0).moving);
@@ -91,7 +91,7 @@ TEST(ObjectMotion, ParkedObjectWithTooConfidentCovariancesStandsStill) {
   }
 }
 
-TEST(ObjectMotion, SureLateralMotionCountsThoughDepthIsUnsure) {
+TEST(ObjectMotion, SureLateralMotionCountsThoughDepthIsUncertain) {
   ObjectMotion motion({});
   Path path(0.0);
   std::mt19937 random(3);
@@ -209,54 +209,54 @@ TEST(ObjectMotion, WhatMovedStaysMovingAtSignificanceThatWouldNotStartIt) {
   EXPECT_TRUE(slowed_down.at(0).moving);
 }
 
-/// `count` exact samples of a steady motion, each of which may have wandered by `wander_m` along every axis.
-void push_wandering(ObjectMotion& motion, const Eigen::Vector3d& velocity_mps, const Eigen::Vector3d& wander_m,
-                    int count, double step_s, double start_s = 0.0) {
+/// `count` exact samples of a steady motion, each of which may have wandered by `correlated_error_m` along every axis.
+void push_correlated(ObjectMotion& motion, const Eigen::Vector3d& velocity_mps,
+                     const Eigen::Vector3d& correlated_error_m, int count, double step_s, double start_s = 0.0) {
   for (int i = 0; i < count; ++i) {
     MotionSample sample;
     sample.timestamp_ns = static_cast<std::int64_t>(1e9 * (start_s + i * step_s));
     sample.T_world_obj.translation = velocity_mps * (i * step_s);
     sample.position_covariance = 1e-6 * Eigen::Matrix3d::Identity();
-    sample.wander = wander_m.cwiseAbs2().asDiagonal();
+    sample.correlated_covariance = correlated_error_m.cwiseAbs2().asDiagonal();
     motion.push(sample);
   }
 }
 
 /// Whether such a motion counts as one; what moves faster than .1 m/s may.
-bool moves(const Eigen::Vector3d& velocity_mps, const Eigen::Vector3d& wander_m, int count, double step_s) {
+bool moves(const Eigen::Vector3d& velocity_mps, const Eigen::Vector3d& correlated_error_m, int count, double step_s) {
   TrajectoryConfig config;
   config.min_moving_speed_mps = 0.1;
   ObjectMotion motion(config);
-  push_wandering(motion, velocity_mps, wander_m, count, step_s);
+  push_correlated(motion, velocity_mps, correlated_error_m, count, step_s);
   return motion.at(0).moving;
 }
 
-TEST(ObjectMotion, DriftWithinTheWanderIsNoMotionAndFasterIs) {
+TEST(ObjectMotion, DriftWithinTheDriftIsNoMotionAndFasterIs) {
   // A tenth of a metre over the half second of the window: .2 m/s, and four times that shows a motion.
-  const Eigen::Vector3d wander_m(0.0, 0.0, 0.1);
+  const Eigen::Vector3d correlated_error_m(0.0, 0.0, 0.1);
   EXPECT_TRUE(moves({0.0, 0.0, 0.6}, Eigen::Vector3d::Zero(), 6, kFrame_s));
-  EXPECT_FALSE(moves({0.0, 0.0, 0.6}, wander_m, 6, kFrame_s));
-  EXPECT_TRUE(moves({0.0, 0.0, 1.2}, wander_m, 6, kFrame_s));
-  EXPECT_TRUE(moves({0.6, 0.0, 0.0}, wander_m, 6, kFrame_s)) << "across what wanders";
+  EXPECT_FALSE(moves({0.0, 0.0, 0.6}, correlated_error_m, 6, kFrame_s));
+  EXPECT_TRUE(moves({0.0, 0.0, 1.2}, correlated_error_m, 6, kFrame_s));
+  EXPECT_TRUE(moves({0.6, 0.0, 0.0}, correlated_error_m, 6, kFrame_s)) << "across what drifts";
 }
 
-TEST(ObjectMotion, WhatWandersTakesHalfASecond) {
-  const Eigen::Vector3d wander_m(0.0, 0.0, 0.1);
+TEST(ObjectMotion, WhatDriftsTakesHalfASecond) {
+  const Eigen::Vector3d correlated_error_m(0.0, 0.0, 0.1);
   for (const double step_s : {0.05, 0.1}) {
-    EXPECT_TRUE(moves({0.0, 0.0, 1.2}, wander_m, 3, step_s)) << step_s;
-    EXPECT_FALSE(moves({0.0, 0.0, 0.6}, wander_m, 3, step_s)) << step_s;
+    EXPECT_TRUE(moves({0.0, 0.0, 1.2}, correlated_error_m, 3, step_s)) << step_s;
+    EXPECT_FALSE(moves({0.0, 0.0, 0.6}, correlated_error_m, 3, step_s)) << step_s;
   }
   // Over a whole second it would have to go twice as far.
-  EXPECT_TRUE(moves({0.0, 0.0, 0.6}, wander_m, 6, 2.0 * kFrame_s));
+  EXPECT_TRUE(moves({0.0, 0.0, 0.6}, correlated_error_m, 6, 2.0 * kFrame_s));
 }
 
-TEST(ObjectMotion, WhatWasSeenLongBeforeAGapGivesTheWanderNoTime) {
+TEST(ObjectMotion, WhatWasSeenLongBeforeAGapGivesTheDriftNoTime) {
   TrajectoryConfig config;
   config.min_moving_speed_mps = 0.1;
   ObjectMotion motion(config);
-  const Eigen::Vector3d wander_m(0.0, 0.0, 0.1);
-  push_wandering(motion, Eigen::Vector3d::Zero(), wander_m, 3, kFrame_s);
-  push_wandering(motion, {0.0, 0.0, 0.6}, wander_m, 3, kFrame_s, 60.0);
+  const Eigen::Vector3d correlated_error_m(0.0, 0.0, 0.1);
+  push_correlated(motion, Eigen::Vector3d::Zero(), correlated_error_m, 3, kFrame_s);
+  push_correlated(motion, {0.0, 0.0, 0.6}, correlated_error_m, 3, kFrame_s, 60.0);
   EXPECT_FALSE(motion.at(0).moving);
 }
 

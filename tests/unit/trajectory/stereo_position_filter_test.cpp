@@ -86,12 +86,12 @@ class StereoPositionFilterBehind : public ::testing::Test {
             .before_px = see(camera(frame - 1), corner(frame - 1)).head<2>(),
             .features = 4};
   }
-  /// After eight frames, told of their features' motion or not.
-  [[nodiscard]] StereoPositionFilter filter_after(bool told) const {
+  /// After eight frames, reported of their features' motion or not.
+  [[nodiscard]] StereoPositionFilter filter_after(bool reported) const {
     StereoPositionFilter filter({}, kGeometry);
     for (int frame = 0; frame <= 8; ++frame) {
       filter.predict(frame * kFrame_ns);
-      if (told && frame > 0) {
+      if (reported && frame > 0) {
         filter.update_motion(motion(frame), kFrame_s, camera(frame), camera(frame - 1));
       }
       EXPECT_TRUE(filter.update(see(camera(frame), corner(0)), 4, camera(frame), 2.0));

@@ -97,7 +97,7 @@ TEST_F(TrajectorySmootherTest, ReducesTheErrorOfNoisyMotionSeveralTimes) {
   EXPECT_LT(after.radians, before.radians / 2.0);
 }
 
-TEST_F(TrajectorySmootherTest, BelievesGoodMeasurementsOfABrakingVehicle) {
+TEST_F(TrajectorySmootherTest, AcceptsGoodMeasurementsOfABrakingVehicle) {
   std::vector<PathNode> nodes(kMaxNodes);
   const auto place = [](double time_s) { return 10.0 * time_s - 0.5 * 6.0 * time_s * time_s; };
   for (std::size_t k = 0; k < nodes.size(); ++k) {
@@ -162,7 +162,7 @@ TEST_F(TrajectorySmootherTest, HoldsWhatIsAtRest) {
   for (PathNode& node : nodes) {
     node.measured = {Eigen::Matrix3d::Identity(), kSigma_m * Eigen::Vector3d(unit(engine), unit(engine), unit(engine))};
   }
-  const auto wander = [&](bool at_rest) {
+  const auto correlated_covariance = [&](bool at_rest) {
     smoother_.smooth(nodes, 0, at_rest);
     double way = 0.0;
     for (std::size_t k = 1; k < nodes.size(); ++k) {
@@ -170,7 +170,7 @@ TEST_F(TrajectorySmootherTest, HoldsWhatIsAtRest) {
     }
     return way;
   };
-  EXPECT_LT(wander(true), 0.3 * wander(false));
+  EXPECT_LT(correlated_covariance(true), 0.3 * correlated_covariance(false));
 }
 
 TEST_F(TrajectorySmootherTest, FillsAGapWhereThePathLeadsThroughIt) {

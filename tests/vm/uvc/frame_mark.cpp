@@ -17,7 +17,7 @@ std::uint64_t checksum(std::uint64_t content) {
 }
 
 std::uint64_t encode(const FrameMark& mark) {
-  const std::uint64_t content = ((mark.index & kIndexMask) << kByteBits) | static_cast<std::uint64_t>(mark.eye);
+  const std::uint64_t content = ((mark.index & kIndexMask) << kByteBits) | static_cast<std::uint64_t>(mark.view);
   return (content << kByteBits) | checksum(content);
 }
 

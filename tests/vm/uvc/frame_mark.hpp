@@ -1,4 +1,4 @@
-// Which frame of which eye a picture is, written into the picture itself: what pairs claim, pixels prove.
+// Which frame of which camera a picture is, written into the picture itself: what pairs claim, pixels prove.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@ namespace kinetrace::hal::test {
 
 struct FrameMark {
   std::uint32_t index = 0;  ///< Up to 24 bits.
-  int eye = 0;              ///< 0 left, 1 right.
+  int view = 0;             ///< 0 left, 1 right.
   friend bool operator==(const FrameMark&, const FrameMark&) = default;
 };
 

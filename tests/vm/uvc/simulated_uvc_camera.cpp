@@ -61,8 +61,8 @@ Bytes compress(const Bytes& luminance, int width, int height) {
 
 }  // namespace
 
-SimulatedUvcCamera::SimulatedUvcCamera(int eye)
-    : eye_(eye), function_(eye == 0 ? "Simulated Stereo Left" : "Simulated Stereo Right", serial()) {
+SimulatedUvcCamera::SimulatedUvcCamera(int view)
+    : view_(view), function_(view == 0 ? "Simulated Stereo Left" : "Simulated Stereo Right", serial()) {
   beginning();
 }
 
@@ -73,11 +73,11 @@ SimulatedUvcCamera::~SimulatedUvcCamera() {
 }
 
 std::string SimulatedUvcCamera::serial() const {
-  return "SIM100" + std::to_string(eye_);
+  return "SIM100" + std::to_string(view_);
 }
 
 std::string SimulatedUvcCamera::bus_id() const {
-  return "usb-vhci_hcd.0-" + std::to_string(eye_ + 1);
+  return "usb-vhci_hcd.0-" + std::to_string(view_ + 1);
 }
 
 void SimulatedUvcCamera::plug() {
@@ -96,14 +96,14 @@ void SimulatedUvcCamera::plug() {
   plugged_ = true;
   answering_ = std::thread([this] { answer_requests(); });
   streaming_ = std::thread([this] { stream_frames(); });
-  const std::string device = std::to_string(kBus | (eye_ + 2));
-  write_attribute(
-      "attach", std::to_string(eye_) + " " + std::to_string(ends[1]) + " " + device + " " + std::to_string(kHighSpeed));
+  const std::string device = std::to_string(kBus | (view_ + 2));
+  write_attribute("attach", std::to_string(view_) + " " + std::to_string(ends[1]) + " " + device + " " +
+                                std::to_string(kHighSpeed));
   ::close(ends[1]);
 }
 
 void SimulatedUvcCamera::unplug() {
-  write_attribute("detach", std::to_string(eye_));
+  write_attribute("detach", std::to_string(view_));
   {
     const std::lock_guard lock(mutex_);
     plugged_ = false;
@@ -213,7 +213,7 @@ Bytes SimulatedUvcCamera::make_payload(const UvcFunction::Streaming& streaming, 
     draw_frame({image.data, half, image.height, image.stride}, {index, 0}, function_.brightness());
     draw_frame({image.data + half, half, image.height, image.stride}, {index, 1}, function_.brightness());
   } else {
-    draw_frame(image, {index, eye_}, function_.brightness());
+    draw_frame(image, {index, view_}, function_.brightness());
   }
   Bytes content = luminance;
   if (mode.format == UvcFormat::kYuyv) {

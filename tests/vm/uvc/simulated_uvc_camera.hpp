@@ -21,12 +21,12 @@ namespace kinetrace::hal::test {
 
 /// Its frames carry a FrameMark with the index of the period they fall into, counted from one moment for all cameras of
 /// the process: frames taken at the same time have the same index, whatever happens on their way. Modes wider than two
-/// marks show both eyes side by side. A frame that the host has no room for at its time is lost, so that a frame is
+/// marks show both cameras side by side. A frame that the host has no room for at its time is lost, so that a frame is
 /// never late by more than part of a period.
 class SimulatedUvcCamera {
  public:
-  /// `eye`: 0 or 1; also the port it is plugged into.
-  explicit SimulatedUvcCamera(int eye);
+  /// `camera`: 0 or 1; also the port it is plugged into.
+  explicit SimulatedUvcCamera(int view);
   SimulatedUvcCamera(const SimulatedUvcCamera&) = delete;
   SimulatedUvcCamera& operator=(const SimulatedUvcCamera&) = delete;
   ~SimulatedUvcCamera();
@@ -59,7 +59,7 @@ class SimulatedUvcCamera {
   /// Waits for the host to ask for data; false when unplugged.
   [[nodiscard]] bool wait_for_transfer();
 
-  int eye_;
+  int view_;
   UvcFunction function_;
   std::unique_ptr<UsbipConnection> connection_;
   std::thread answering_;

@@ -20,7 +20,7 @@ struct UvcMode {
   [[nodiscard]] std::uint32_t frame_bytes() const;  ///< At most, where compressed.
 };
 
-/// 640 pixels wide and 240 high: both eyes of 320x240 side by side.
+/// 640 pixels wide and 240 high: both cameras of 320x240 side by side.
 inline constexpr std::array<std::array<int, 2>, 3> kUvcSizes{{{320, 240}, {640, 240}, {640, 480}}};
 /// In units of 100 ns: 30, 15, 5 Hz.
 inline constexpr std::array<std::uint32_t, 3> kUvcIntervals{333'333, 666'666, 2'000'000};

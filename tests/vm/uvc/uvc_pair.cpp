@@ -41,8 +41,8 @@ void UvcPair::wait_until_listed(CaptureBackend backend, std::size_t count) {
                            std::string(to_string(backend)) + ", not " + std::to_string(count));
 }
 
-CaptureConfig UvcPair::config(CaptureBackend backend, int eye, PixelFormat format) const {
-  const std::string name = eye == 0 ? "Simulated Stereo Left" : "Simulated Stereo Right";
+CaptureConfig UvcPair::config(CaptureBackend backend, int view, PixelFormat format) const {
+  const std::string name = view == 0 ? "Simulated Stereo Left" : "Simulated Stereo Right";
   CaptureConfig config;
   config.backend = backend;
   for (const CaptureListing& listing : listings(backend)) {

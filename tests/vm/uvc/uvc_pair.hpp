@@ -17,7 +17,7 @@ class UvcPair {
   SimulatedUvcCamera right{1};
 
   /// A mode that both have, slow enough for an emulated processor.
-  [[nodiscard]] CaptureConfig config(CaptureBackend backend, int eye, PixelFormat format = PixelFormat::kGrey8) const;
+  [[nodiscard]] CaptureConfig config(CaptureBackend backend, int view, PixelFormat format = PixelFormat::kGrey8) const;
   /// Waits until the backend lists `count` cameras. Throws std::runtime_error where that never comes.
   static void wait_until_listed(CaptureBackend backend, std::size_t count);
 

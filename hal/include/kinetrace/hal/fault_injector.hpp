@@ -26,7 +26,7 @@ enum class FaultKind : std::uint8_t {
   kDrop,       ///< "drop": the frame never comes.
   kDuplicate,  ///< "duplicate": the frame comes twice.
   kReorder,    ///< "reorder": the frame comes after the one that follows it.
-  kCorrupt,    ///< "corrupt": the lower VALUE per cent (60) of one eye's image never arrived.
+  kCorrupt,    ///< "corrupt": the lower VALUE per cent (60) of one view's image never arrived.
   kDesync,     ///< "desync": the right image is that of the frame before.
   kClock,      ///< "clock": from the first frame on, times are VALUE seconds later (3600; may be negative).
   kSize,       ///< "size": the images have half the width and height.

@@ -12,7 +12,7 @@
 
 namespace kinetrace::hal {
 
-/// Where one eye's files lie: folder + '/' + stem + suffix.
+/// Where one view's files lie: folder + '/' + stem + suffix.
 struct FrameFolder {
   std::string folder;
   std::string suffix;  ///< From the end of the stem on: ".png", "_leftImg8bit.png".

@@ -11,11 +11,11 @@
 
 namespace kinetrace::hal {
 
-enum class Eye : std::uint8_t { kLeft, kRight };
+enum class View : std::uint8_t { kLeft, kRight };
 
 struct KINETRACE_API SyncConfig {
   std::int64_t period_ns = 33'333'333;    ///< Nominal time between frames.
-  std::int64_t tolerance_ns = 4'000'000;  ///< Of the time between the eyes, after the learnt offset; <= period / 2.
+  std::int64_t tolerance_ns = 4'000'000;  ///< Of the time between the views, after the learnt offset; <= period / 2.
 
   [[nodiscard]] Status validate() const;
 };
@@ -24,7 +24,7 @@ struct KINETRACE_API SyncConfig {
 struct SyncFrame {
   int slot = -1;              ///< The caller's name for it.
   std::int64_t sequence = 0;  ///< Of its own stream; decides only whether a frame is new, never who its partner is.
-  std::int64_t time_ns = 0;   ///< Mid-exposure; both eyes in one clock.
+  std::int64_t time_ns = 0;   ///< Mid-exposure; both views in one clock.
 };
 
 struct SyncPair {
@@ -35,11 +35,11 @@ struct SyncPair {
 /// A frame that will not be paired; the caller gives its buffer back.
 struct SyncDrop {
   enum class Reason : std::uint8_t {
-    kUnpaired,  ///< The other eye has nothing from that time.
+    kUnpaired,  ///< The other view has nothing from that time.
     kStale,     ///< Came again, or later than a newer one.
     kReset,     ///< Its clock jumped back.
   };
-  Eye eye = Eye::kLeft;
+  View view = View::kLeft;
   SyncFrame frame;
   Reason reason = Reason::kUnpaired;
 };
@@ -47,23 +47,23 @@ struct SyncDrop {
 /// Running totals since construction.
 struct SyncCounters {
   std::uint64_t pairs = 0;
-  std::array<std::uint64_t, 2> unpaired{};  ///< By eye.
+  std::array<std::uint64_t, 2> unpaired{};  ///< By view.
   std::array<std::uint64_t, 2> stale{};
   std::uint64_t slips = 0;        ///< The offset outgrew half a period: partners changed by one frame.
   std::uint64_t relocks = 0;      ///< The offset was learnt anew because nothing fitted any more.
-  std::uint64_t clock_jumps = 0;  ///< One eye's times went back.
+  std::uint64_t clock_jumps = 0;  ///< One view's times went back.
 };
 
 /// Pairs two streams by time. Of two frames that do not fit together only the older one is dropped: the newer may still
 /// find its partner. A pair is emitted once, in order of time, and no frame is in two pairs.
 ///
-/// What the times of the eyes differ by constantly (latency of one device's stamps) and how that drifts is learnt with
+/// What the times of the views differ by constantly (latency of one device's stamps) and how that drifts is learnt with
 /// an alpha-beta filter and taken off before tolerance is applied. Where nothing has fitted for `kRelockAfter` frames
-/// of both eyes, the offset is learnt anew from their recent times. The learnt offset stays within about half a period,
-/// unless one eye's clock is off by more than `kJumpPeriods`: then the newest frames of both are taken to belong
-/// together, which may be wrong by one frame; SyncMonitor sees that in the images, and move() mends it.
+/// of both views, the offset is learnt anew from their recent times. The learnt offset stays within about half a
+/// period, unless one view's clock is off by more than `kJumpPeriods`: then the newest frames of both are taken to
+/// belong together, which may be wrong by one frame; SyncMonitor sees that in the images, and move() mends it.
 ///
-/// Never more than `kWaiting` frames of an eye wait. No memory beyond the object, no clock; deterministic.
+/// Never more than `kWaiting` frames of a view wait. No memory beyond the object, no clock; deterministic.
 class KINETRACE_API FrameSynchronizer {
  public:
   static constexpr std::size_t kWaiting = 2;
@@ -74,16 +74,16 @@ class KINETRACE_API FrameSynchronizer {
   explicit FrameSynchronizer(const SyncConfig& config) : config_(config) {}
 
   /// Takes a frame. Afterwards ask for pairs until there is none, then for drops until there is none.
-  void add(Eye eye, const SyncFrame& frame) noexcept;
+  void add(View view, const SyncFrame& frame) noexcept;
   [[nodiscard]] std::optional<SyncPair> next_pair() noexcept;
   [[nodiscard]] std::optional<SyncDrop> next_drop() noexcept;
 
-  /// Partners of left frames are from now on the right ones that come `frames` later than those so far. What one eye
+  /// Partners of left frames are from now on the right ones that come `frames` later than those so far. What one view
   /// has in excess is dropped as unpaired; no frame is used twice.
   void move(int frames) noexcept { jump_ns_ += frames * config_.period_ns; }
 
-  /// Forgets an eye's frames without dropping them: their buffers are gone. What was learnt stays.
-  void forget(Eye eye) noexcept;
+  /// Forgets a view's frames without dropping them: their buffers are gone. What was learnt stays.
+  void forget(View view) noexcept;
 
   [[nodiscard]] const SyncCounters& counters() const noexcept { return counters_; }
   /// What right times are later than left ones, learnt so far.
@@ -109,11 +109,11 @@ class KINETRACE_API FrameSynchronizer {
     void remember(std::int64_t time_ns) noexcept;
   };
 
-  [[nodiscard]] Stream& stream(Eye eye) noexcept { return streams_[static_cast<std::size_t>(eye)]; }
+  [[nodiscard]] Stream& stream(View view) noexcept { return streams_[static_cast<std::size_t>(view)]; }
   [[nodiscard]] bool is_stale(Stream& stream, const SyncFrame& frame) noexcept;
-  void restart(Eye eye) noexcept;
-  void drop(Eye eye, const SyncFrame& frame, SyncDrop::Reason reason) noexcept;
-  void drop_front(Eye eye) noexcept { drop(eye, stream(eye).pop(), SyncDrop::Reason::kUnpaired); }
+  void restart(View view) noexcept;
+  void drop(View view, const SyncFrame& frame, SyncDrop::Reason reason) noexcept;
+  void drop_front(View view) noexcept { drop(view, stream(view).pop(), SyncDrop::Reason::kUnpaired); }
   [[nodiscard]] double predicted_offset_ns(std::int64_t left_time_ns) const noexcept;
   /// How much later the right frame is than it should be.
   [[nodiscard]] double misfit_ns(const SyncFrame& left, const SyncFrame& right) const noexcept;

@@ -15,13 +15,13 @@
 namespace kinetrace::hal {
 
 enum class InputFault : std::uint8_t {
-  kEyesIdentical,   ///< Left and right images are equal bit by bit.
-  kEyesExchanged,   ///< What the left eye sees lies farther left in the left image: all disparities are negative.
-  kEyesUnrelated,   ///< Hardly anything of the left image is in the right one.
+  kViewsIdentical,  ///< Left and right images are equal bit by bit.
+  kViewsExchanged,  ///< What the left view sees lies farther left in the left image: all disparities are negative.
+  kViewsUnrelated,  ///< Hardly anything of the left image is in the right one.
   kNoParallax,      ///< No disparity reaches a pixel: one picture twice, or everything is too far away.
-  kBeyondInfinity,  ///< Some disparities are negative: the calibration turns the eyes against each other.
+  kBeyondInfinity,  ///< Some disparities are negative: the calibration turns the views against each other.
   kRowsApart,       ///< Matches do not lie in one row: the calibration does not fit the images.
-  kEyesOutOfStep,   ///< One eye's images are a frame late.
+  kViewsOutOfStep,  ///< One view's images are a frame late.
   kLeftFrozen,      ///< The left image stays the same bit by bit.
   kRightFrozen,
 };
@@ -32,7 +32,7 @@ class KINETRACE_API ImageSample {
  public:
   /// Looks at `kColumns` x `kRows` pixels.
   void take(GrayView image) noexcept;
-  /// False where nothing can be told: an image of (nearly) one value, as of a covered lens.
+  /// False where nothing can be reported: an image of (nearly) one value, as of a covered lens.
   [[nodiscard]] bool has_texture() const noexcept { return has_texture_; }
   [[nodiscard]] bool operator==(const ImageSample& other) const noexcept { return values_ == other.values_; }
 
@@ -47,10 +47,10 @@ class KINETRACE_API ImageSample {
 class KINETRACE_API FaultVotes {
  public:
   static constexpr std::size_t kVotes = 8;
-  static constexpr std::size_t kFewest = 3;
+  static constexpr std::size_t kMin = 3;
 
   void cast(bool faulty) noexcept;
-  /// At least `kFewest` of the last `kVotes`, and three quarters of them.
+  /// At least `kMin` of the last `kVotes`, and three quarters of them.
   [[nodiscard]] bool hold() const noexcept;
 
  private:
@@ -77,12 +77,12 @@ class KINETRACE_API InputMonitor {
   bool process(const StereoFrame& frame, const RectifiedPair& pair) noexcept;
   [[nodiscard]] bool holds(InputFault fault) const noexcept { return holding_[static_cast<std::size_t>(fault)]; }
   [[nodiscard]] const SyncReport& sync() const noexcept { return sync_.report(); }
-  /// Judges anew whether eyes are in step: they are paired in another way from now on.
+  /// Assesses anew whether views are in step: they are paired in another way from now on.
   void restart_sync() noexcept { sync_.restart(); }
 
  private:
-  /// Of one eye: as it was in the frame before, and for how many frames it has not changed.
-  struct Eye {
+  /// Of one view: as it was in the frame before, and for how many frames it has not changed.
+  struct View {
     ImageSample last;
     bool begun = false;
     int unchanged = 0;
@@ -90,13 +90,13 @@ class KINETRACE_API InputMonitor {
   };
   explicit InputMonitor(const SyncMonitor& sync) : sync_(sync) {}
   void sample(const StereoFrame& frame) noexcept;
-  void judge(const SyncReport& report, double focal_px) noexcept;
+  void assess(const SyncReport& report, double focal_px) noexcept;
   void set(InputFault fault, bool holds) noexcept { holding_[static_cast<std::size_t>(fault)] = holds; }
   void vote(InputFault fault, bool faulty) noexcept;
 
   SyncMonitor sync_;
-  Eye left_;
-  Eye right_;
+  View left_;
+  View right_;
   int identical_ = 0;  ///< Frames in a row.
   std::array<FaultVotes, kInputFaultCount> votes_;
   std::bitset<kInputFaultCount> holding_;

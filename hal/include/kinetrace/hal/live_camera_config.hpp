@@ -44,7 +44,7 @@ struct CaptureConfig {
   /// survive unplugging.
   std::string device;
   PixelFormat format = PixelFormat::kGrey8;
-  int width_px = 640;  ///< As the device delivers: both eyes together where one device carries both.
+  int width_px = 640;  ///< As the device delivers: both views together where one device carries both.
   int height_px = 480;
   double rate_hz = 30.0;
   std::optional<double> exposure_us;  ///< None: automatic.
@@ -55,7 +55,7 @@ struct CaptureConfig {
 
 /// A stereo camera made of one or two devices.
 struct KINETRACE_API LiveCameraConfig {
-  CaptureConfig left;                  ///< Or the one device with both eyes side by side, the left eye on the left.
+  CaptureConfig left;                  ///< Or the one device with both views side by side, the left view on the left.
   std::optional<CaptureConfig> right;  ///< None: side by side.
   /// Mid-exposure times of a pair differ by at most this, after the learnt offset; at most half a period.
   double pair_tolerance_ms = 4.0;

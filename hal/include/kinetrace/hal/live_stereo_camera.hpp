@@ -24,7 +24,7 @@ struct PairingStatus {
 };
 
 /// Pairs the images of two devices by mid-exposure time (FrameSynchronizer), or splits those of one device that
-/// delivers both eyes side by side. `next` gives the newest pair there is; older ones count as outdated. Images whose
+/// delivers both views side by side. `next` gives the newest pair there is; older ones count as outdated. Images whose
 /// luminance lies in the device's buffer are viewed there, without a copy: a pair's two buffers go back to the devices
 /// with the next call.
 ///
@@ -62,7 +62,7 @@ class KINETRACE_API LiveStereoCamera final : public StereoCamera {
   [[nodiscard]] const CameraCounters& counters() const noexcept override;
   [[nodiscard]] PairingStatus pairing() const noexcept;
   /// Left images are from now on paired with right ones that are `frames` later: for whoever sees in the images that
-  /// one eye is late by as much. False, and nothing changed, where both eyes come in one image.
+  /// one view is late by as much. False, and nothing changed, where both views come in one image.
   bool move_pairing(int frames) noexcept;
 
  private:

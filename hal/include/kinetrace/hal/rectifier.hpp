@@ -1,4 +1,4 @@
-// Raw pairs into rectified ones: epipolar lines become rows, both eyes get the same pinhole camera.
+// Raw pairs into rectified ones: epipolar lines become rows, both views get the same pinhole camera.
 #pragma once
 
 #include <array>
@@ -47,23 +47,23 @@ class KINETRACE_API Rectifier {
   [[nodiscard]] Result<RectifiedPair> process(const StereoFrame& frame, Workers* workers = nullptr);
 
  private:
-  /// Look-up table and output of one eye.
-  struct Eye {
+  /// Look-up table and output of one view.
+  struct View {
     std::span<std::int16_t> position;   ///< x, y of the upper left source pixel, per target pixel.
     std::span<std::uint16_t> fraction;  ///< Beyond that, in 1/32 px: of x in the lower byte, of y in the upper one.
     MutableGrayView image;
   };
 
   Rectifier() = default;
-  static void carve(const StereoGeometry& geometry, Arena& arena, std::array<Eye, 2>& eyes);
+  static void carve(const StereoGeometry& geometry, Arena& arena, std::array<View, 2>& views);
   /// Rows [begin, end).
-  static void look_up(GrayView source, const Eye& eye, int begin, int end) noexcept;
+  static void look_up(GrayView source, const View& view, int begin, int end) noexcept;
 
   StereoGeometry geometry_;
   int raw_width_px_ = 0;
   int raw_height_px_ = 0;
   bool passes_through_ = false;
-  std::array<Eye, 2> eyes_;
+  std::array<View, 2> views_;
 };
 
 }  // namespace kinetrace::hal

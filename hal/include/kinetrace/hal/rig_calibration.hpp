@@ -1,4 +1,4 @@
-// What is known about a stereo rig's lenses and how its eyes stand to each other.
+// What is known about a stereo rig's lenses and how its views stand to each other.
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@ enum class LensModel : std::uint8_t {
   kEquidistant,       ///< k1 k2 k3 k4: fisheye, Kannala and Brandt, "A generic camera model", PAMI 2006.
 };
 
-/// One eye: pixel centres at integer coordinates, x right, y down.
+/// One view: pixel centres at integer coordinates, x right, y down.
 struct KINETRACE_API CameraModel {
   LensModel lens = LensModel::kRadialTangential;
   int width_px = 0;
@@ -63,13 +63,13 @@ struct KINETRACE_API RigCalibration {
   [[nodiscard]] int raw_height_px() const noexcept { return rectified ? rectified->height_px : left.height_px; }
 
   /// Rejects, with kBadCalibration naming the source and the remedy: values that are not finite, focal lengths <= 0,
-  /// principal points more than half an image outside, eyes of different sizes, rotations that are none, a baseline
-  /// that is zero, swapped (right eye left of the left one), not horizontal, or beyond 10 m (millimetres?). Rotations
+  /// principal points more than half an image outside, views of different sizes, rotations that are none, a baseline
+  /// that is zero, swapped (right view left of the left one), not horizontal, or beyond 10 m (millimetres?). Rotations
   /// that deviate by rounding are replaced by the nearest rotation.
   [[nodiscard]] Status validate();
 };
 
-/// The calibration of a rig whose eyes deliver images of this size: an OpenCV stereo calibration or Kalibr camchain in
+/// The calibration of a rig whose views deliver images of this size: an OpenCV stereo calibration or Kalibr camchain in
 /// a YAML file, a folder with one of these or a pair of ROS CameraInfo files, or KITTI's calib_cam_to_cam.txt (cameras
 /// 00 and 01). Errors: kNotFound, kBadCalibration (also: for another size).
 [[nodiscard]] KINETRACE_API Result<RigCalibration> read_rig_calibration(const std::filesystem::path& path, int width_px,

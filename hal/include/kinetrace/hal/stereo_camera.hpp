@@ -48,17 +48,17 @@ enum class CameraState : std::uint8_t { kClosed, kConfigured, kStreaming, kStall
 /// used counts once, under the reason why it was not. Frames of which nothing came at all are gaps.
 struct CameraCounters {
   std::uint64_t frames_delivered = 0;
-  std::uint64_t skipped_missing_side = 0;  ///< The other eye had no usable image.
+  std::uint64_t skipped_missing_side = 0;  ///< The other view had no usable image.
   std::uint64_t skipped_unreadable = 0;    ///< An image was damaged.
   std::uint64_t skipped_outdated = 0;      ///< A complete pair, but a newer one was there already.
   std::uint64_t skipped_repeated = 0;      ///< Came again, or later than a newer one.
   std::uint64_t skipped_wrong_size = 0;    ///< Of another size than announced.
-  /// Frames that were due and of which neither eye's image reached us; of a camera that was lost, those until then and
+  /// Frames that were due and of which neither view's image reached us; of a camera that was lost, those until then and
   /// from its first frame afterwards.
   std::uint64_t gaps = 0;
   std::uint64_t clock_jumps = 0;      ///< Times that could not be; what was delivered goes on evenly.
-  std::uint64_t pairing_slips = 0;    ///< The eyes drifted apart by half a period: each now has another partner.
-  std::uint64_t pairing_moves = 0;    ///< The images showed that the eyes were a frame apart: mended from then on.
+  std::uint64_t pairing_slips = 0;    ///< The views drifted apart by half a period: each now has another partner.
+  std::uint64_t pairing_moves = 0;    ///< The images showed that the views were a frame apart: mended from then on.
   std::uint64_t stream_restarts = 0;  ///< Times that a device's stream failed and was started again by itself.
   std::uint64_t stalls = 0;           ///< Times that the stall timeout passed without a frame.
   std::uint64_t losses = 0;           ///< Times that a device was lost.
@@ -68,7 +68,7 @@ struct CameraCounters {
 /// What the camera is. Constant from open() on.
 struct CameraInfo {
   std::string name;
-  int width_px = 0;  ///< Of one eye's images, as delivered (not rectified).
+  int width_px = 0;  ///< Of one view's images, as delivered (not rectified).
   int height_px = 0;
   double nominal_rate_hz = 0.0;
   std::optional<std::int64_t> frame_count;  ///< Frames until the end, skipped ones included; none for live cameras.

@@ -44,7 +44,7 @@ struct SyncReport {
 };
 
 /// In a rectified pair matches lie in one row. If one image is older than the other and the rig has moved meanwhile,
-/// they do not; but they do between that image and the other eye's image of the frame before. So three pairings are
+/// they do not; but they do between that image and the other view's image of the frame before. So three pairings are
 /// measured: of one frame, and either image with the other's predecessor; the verdict is that of most of the recent
 /// measurements which could tell. Where the pair before is two or three frames old, since processing does not keep up
 /// with the camera, the three are compared with what even motion between them would give. A miscalibrated rig has a
@@ -71,7 +71,7 @@ class KINETRACE_API SyncMonitor {
   /// True if this pair was measured, so that the report is new.
   bool process(const RectifiedPair& pair) noexcept;
   [[nodiscard]] const SyncReport& report() const noexcept { return report_; }
-  /// Judges anew: eyes are paired in another way from now on.
+  /// Assesses anew: views are paired in another way from now on.
   void restart() noexcept;
 
  private:
@@ -92,7 +92,7 @@ class KINETRACE_API SyncMonitor {
   SyncMonitor(const SyncMonitorConfig& config, const Storage& storage) : config_(config), storage_(storage) {}
   enum class Look : std::uint8_t { kNone, kEarly, kBefore, kNow };
   [[nodiscard]] Look next_look() const noexcept;
-  /// Of one frame alone: what is measured before the eyes can be compared in time.
+  /// Of one frame alone: what is measured before the views can be compared in time.
   [[nodiscard]] Residual look(const RectifiedPair& pair) noexcept;
   static void carve(int width_px, int height_px, Arena& arena, Storage& storage);
   [[nodiscard]] Residual measure(GrayView left, GrayView right, int least_disparity_px) const noexcept;

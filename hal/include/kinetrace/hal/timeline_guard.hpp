@@ -1,4 +1,4 @@
-// Times that can be believed.
+// Times that can be accepted.
 #pragma once
 
 #include <cstdint>

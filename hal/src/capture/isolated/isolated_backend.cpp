@@ -26,11 +26,8 @@ struct SharedBuffer {
 class IsolatedDevice final : public CaptureDevice {
  public:
   IsolatedDevice(CaptureConfig config, std::string library, std::shared_ptr<IsolatedSpawner> spawner)
-      : config_(std::move(config)),
-        library_(std::move(library)),
-        spawner_(std::move(spawner)),
-        room_(kMostAnswerBytes) {
-    buffers_.resize(kMostSlots);
+      : config_(std::move(config)), library_(std::move(library)), spawner_(std::move(spawner)), room_(kMaxAnswerBytes) {
+    buffers_.resize(kMaxSlots);
   }
   ~IsolatedDevice() override { close(); }
 
@@ -131,7 +128,7 @@ Result<CapturedImage> IsolatedDevice::next(std::chrono::milliseconds timeout) {
     }
     const bool is_current = event.stream == stream_;
     if (event.is_image) {
-      // Of a stream before this one, too: its buffer is told only once.
+      // Of a stream before this one, too: its buffer is reported only once.
       auto image = image_of(event, std::move(got->descriptors[0]));
       if (is_current) {
         return image;
@@ -169,7 +166,7 @@ void IsolatedDevice::release(int slot) noexcept {
 
 std::vector<CaptureListing> list_isolated(const IsolatedSpawner& spawner, const std::string& library) {
   const auto process = spawner.spawn();
-  std::vector<std::byte> room(kMostAnswerBytes);
+  std::vector<std::byte> room(kMaxAnswerBytes);
   PacketReader answer(process ? (*process)->call(PacketWriter().put(IsolatedCall::kList), room)
                               : std::span<const std::byte>());
   const Status status = take_status(answer);

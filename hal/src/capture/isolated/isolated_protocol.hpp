@@ -16,9 +16,9 @@ namespace kinetrace::hal {
 enum class IsolatedCall : std::uint8_t { kList, kOpen, kStart, kStop };
 
 /// An answer: whatever is listed, it has to fit.
-inline constexpr std::size_t kMostAnswerBytes = std::size_t{64} * 1024;
+inline constexpr std::size_t kMaxAnswerBytes = std::size_t{64} * 1024;
 /// Buffers of a device.
-inline constexpr int kMostSlots = 32;
+inline constexpr int kMaxSlots = 32;
 
 /// An image that waits in its buffer, or why none will come. Its descriptor comes with the first image of each buffer.
 struct IsolatedEvent {

@@ -17,8 +17,8 @@ namespace kinetrace::hal {
 namespace {
 
 // Starting a camera takes foreign libraries long, and a loaded machine longer.
-constexpr std::chrono::milliseconds kLongestAnswer{10'000};
-constexpr std::chrono::milliseconds kLongestEnd{2000};
+constexpr std::chrono::milliseconds kMaxAnswer{10'000};
+constexpr std::chrono::milliseconds kMaxEnd{2000};
 constexpr std::chrono::milliseconds kLong = std::chrono::hours(24);
 constexpr std::byte kOrder{1};
 
@@ -87,14 +87,14 @@ IsolatedProcess::IsolatedProcess(PacketSocket calls, PacketSocket images, OwnedF
 
 IsolatedProcess::~IsolatedProcess() {
   syscall(SYS_pidfd_send_signal, process_.get(), SIGKILL, nullptr, 0);
-  wait_readable(process_.get(), kLongestEnd);
+  wait_readable(process_.get(), kMaxEnd);
 }
 
 std::span<const std::byte> IsolatedProcess::call(const PacketWriter& packet, std::span<std::byte> room) const {
   if (!calls_.send(packet.bytes())) {
     return {};
   }
-  const auto got = calls_.receive(room, kLongestAnswer);
+  const auto got = calls_.receive(room, kMaxAnswer);
   return room.first(got ? got->bytes : 0);
 }
 
@@ -132,7 +132,7 @@ Result<std::unique_ptr<IsolatedProcess>> IsolatedSpawner::spawn() const {
   if (!orders_.send(std::span(&kOrder, 1), theirs)) {
     return fail(ErrorCode::kIo, "the process that starts cameras has ended; start the program again");
   }
-  auto got = orders_.receive(std::span(&answer, 1), kLongestAnswer);
+  auto got = orders_.receive(std::span(&answer, 1), kMaxAnswer);
   if (!got || !got->descriptors[0].valid()) {
     return fail(ErrorCode::kIo, "no process for a camera could be started; is the number of processes limited?");
   }

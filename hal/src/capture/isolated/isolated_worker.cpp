@@ -121,8 +121,8 @@ class Worker {
   std::unique_ptr<CaptureDevice> device_;
   std::uint64_t stream_ = 0;
   bool streaming_ = false;
-  std::bitset<kMostSlots> known_;  ///< Buffers whose descriptor the other side has.
-  std::array<std::byte, kMostAnswerBytes> room_{};
+  std::bitset<kMaxSlots> known_;  ///< Buffers whose descriptor the other side has.
+  std::array<std::byte, kMaxAnswerBytes> room_{};
 };
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace {
 
 /// Room for the descriptors that travel with a packet.
 struct alignas(cmsghdr) ControlBytes {
-  std::array<char, CMSG_SPACE(kMostDescriptors * sizeof(int))> bytes{};
+  std::array<char, CMSG_SPACE(kMaxDescriptors * sizeof(int))> bytes{};
 };
 
 iovec as_iovec(std::span<const std::byte> packet) noexcept {
@@ -26,7 +26,7 @@ void take_descriptors(msghdr& message, PacketSize& got) noexcept {
       continue;
     }
     const std::size_t count = (header->cmsg_len - CMSG_LEN(0)) / sizeof(int);
-    for (std::size_t i = 0; i < std::min(count, kMostDescriptors); ++i) {
+    for (std::size_t i = 0; i < std::min(count, kMaxDescriptors); ++i) {
       int descriptor = -1;
       std::memcpy(&descriptor, CMSG_DATA(header) + i * sizeof descriptor, sizeof descriptor);
       got.descriptors[i] = OwnedFd(descriptor);

@@ -72,12 +72,12 @@ class PacketReader {
   bool complete_ = true;
 };
 
-inline constexpr std::size_t kMostDescriptors = 2;
+inline constexpr std::size_t kMaxDescriptors = 2;
 
 /// What receive() got.
 struct PacketSize {
   std::size_t bytes = 0;  ///< Zero: the other end has gone.
-  std::array<OwnedFd, kMostDescriptors> descriptors;
+  std::array<OwnedFd, kMaxDescriptors> descriptors;
 };
 
 /// One end of a socket that keeps packets apart. Never allocates.

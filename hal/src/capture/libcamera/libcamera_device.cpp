@@ -29,8 +29,8 @@ namespace {
 
 // How many there are is up to the camera's pipeline handler, whatever it is asked for. Up to three are held by whoever
 // pairs images; one has to be filled meanwhile.
-constexpr std::size_t kLeastBuffers = 4;
-constexpr std::size_t kMostBuffers = 32;
+constexpr std::size_t kMinBuffers = 4;
+constexpr std::size_t kMaxBuffers = 32;
 constexpr double kUsPerSecond = 1e6;
 
 std::string reason(int code) {
@@ -80,7 +80,7 @@ Result<std::unique_ptr<libcamera::CameraConfiguration>> negotiate(libcamera::Cam
                                               "), libcamera set ", set, "; `kinetrace doctor` lists the modes"));
 }
 
-// Caches hold what was there before the device wrote; drivers that need it are told when reading begins and ends.
+// Caches hold what was there before the device wrote; drivers that need it are reported when reading begins and ends.
 void announce_reading(int dmabuf, std::uint64_t moment) {
   dma_buf_sync sync{};
   sync.flags = moment | DMA_BUF_SYNC_READ;
@@ -90,7 +90,7 @@ void announce_reading(int dmabuf, std::uint64_t moment) {
 /// An open camera. Destroyed in the order that libcamera needs: requests, buffers, then the camera.
 class Session {
  public:
-  explicit Session(std::shared_ptr<libcamera::Camera> camera) : completed_(kMostBuffers), camera_(std::move(camera)) {}
+  explicit Session(std::shared_ptr<libcamera::Camera> camera) : completed_(kMaxBuffers), camera_(std::move(camera)) {}
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
   ~Session();
@@ -192,12 +192,12 @@ Status Session::open(const CaptureConfig& config, CaptureInfo& info) {
     return fail(ErrorCode::kIo, concat(info.name, ": requesting buffers: ", reason(code)));
   }
   const auto& buffers = allocator_->buffers(stream.stream());
-  if (buffers.size() < kLeastBuffers) {
+  if (buffers.size() < kMinBuffers) {
     return fail(ErrorCode::kUnsupported,
                 concat(info.name, ": libcamera gave ", std::to_string(buffers.size()), " buffers, at least ",
-                       std::to_string(kLeastBuffers), " are needed; choose smaller images"));
+                       std::to_string(kMinBuffers), " are needed; choose smaller images"));
   }
-  for (std::size_t i = 0; i < std::min(buffers.size(), kMostBuffers); ++i) {
+  for (std::size_t i = 0; i < std::min(buffers.size(), kMaxBuffers); ++i) {
     if (Status made = make_slot(*buffers[i], info); !made) {
       return made;
     }
@@ -295,7 +295,7 @@ Result<CapturedImage> Session::next(const CaptureInfo& info, std::chrono::millis
     if (!item) {
       break;
     }
-    // Finished later than a newer one that was given out already.
+    // Finished later than a newer one that was published already.
     if (item->sequence > last_sequence_) {
       return image_of(*item, info);
     }

@@ -37,9 +37,9 @@ std::optional<PixelFormat> format_of(__u32 code) {
 // Values of one enumeration ioctl, until the driver says that there are no more.
 template <typename Request>
 std::vector<Request> enumerate(const V4l2File& file, unsigned long code, Request request) {
-  constexpr __u32 kMost = 256;  // A driver that never ends would keep us here.
+  constexpr __u32 kMax = 256;  // A driver that never ends would keep us here.
   std::vector<Request> found;
-  for (request.index = 0; request.index < kMost && file.call(code, &request) == 0; ++request.index) {
+  for (request.index = 0; request.index < kMax && file.call(code, &request) == 0; ++request.index) {
     found.push_back(request);
   }
   return found;

@@ -98,8 +98,8 @@ TEST_F(Health, EveryCounterOfTheCameraHasAReason) {
       {&CameraCounters::skipped_repeated, HealthReason::kFramesRepeated},
       {&CameraCounters::skipped_wrong_size, HealthReason::kFramesOfWrongSize},
       {&CameraCounters::clock_jumps, HealthReason::kClockJumped},
-      {&CameraCounters::pairing_slips, HealthReason::kEyesOutOfStep},
-      {&CameraCounters::pairing_moves, HealthReason::kEyesOutOfStep},
+      {&CameraCounters::pairing_slips, HealthReason::kViewsOutOfStep},
+      {&CameraCounters::pairing_moves, HealthReason::kViewsOutOfStep},
       {&CameraCounters::stream_restarts, HealthReason::kFramesLost},
       {&CameraCounters::stalls, HealthReason::kCameraStalled},
       {&CameraCounters::losses, HealthReason::kCameraLost}};

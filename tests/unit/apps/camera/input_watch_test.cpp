@@ -53,21 +53,21 @@ TEST_F(InputWatchTest, SaysNothingOfAGoodRig) {
   EXPECT_EQ(health_.worst(), HealthState::kOk);
 }
 
-TEST_F(InputWatchTest, ExchangedEyesEndTheRunByName) {
+TEST_F(InputWatchTest, ExchangedCamerasEndTheRunByName) {
   const Status played = play(InputPolicy::kStop, -24.0);
   ASSERT_FALSE(played);
   EXPECT_EQ(played.error().code, ErrorCode::kBadFormat);
   EXPECT_THAT(played.error().message, AllOf(HasSubstr("recording x"), HasSubstr("exchanged")));
-  EXPECT_EQ(noted(HealthReason::kEyesExchanged), 1U);
+  EXPECT_EQ(noted(HealthReason::kViewsExchanged), 1U);
 }
 
 TEST_F(InputWatchTest, OrAreSaidOnceAndNotedAtEveryLook) {
   EXPECT_TRUE(play(InputPolicy::kWarn, -24.0));
   EXPECT_THAT(said_, ElementsAre(HasSubstr("exchanged")));
-  EXPECT_EQ(noted(HealthReason::kEyesExchanged), 8U) << "ten looks in 40 frames, from the third on";
+  EXPECT_EQ(noted(HealthReason::kViewsExchanged), 8U) << "ten looks in 40 frames, from the third on";
 }
 
-TEST_F(InputWatchTest, IdenticalEyesHaveOneCauseAndOneLine) {
+TEST_F(InputWatchTest, IdenticalCamerasHaveOneCauseAndOneLine) {
   EXPECT_TRUE(play(InputPolicy::kWarn, 0.0, true));
   EXPECT_THAT(said_, ElementsAre(HasSubstr("equal bit by bit")));
   EXPECT_EQ(play(InputPolicy::kStop, 0.0, true).error().code, ErrorCode::kBadFormat);

@@ -1,4 +1,4 @@
-// A camera whose one eye is late, before a wall, nodding: the images alone show it, and the camera is to be mended.
+// A camera whose one view is late, before a wall, nodding: the images alone show it, and the camera is to be mended.
 #include "camera/pairing_keeper.hpp"
 
 #include <cmath>
@@ -83,21 +83,21 @@ class NoddingRig {
   HealthMonitor health_;
 };
 
-TEST(PairingKeeper, LeavesEyesAloneThatAreInStep) {
+TEST(PairingKeeper, LeavesCamerasAloneThatAreInStep) {
   NoddingRig rig;
   EXPECT_EQ(rig.torn(80), 0);
   EXPECT_EQ(rig.counters().pairing_moves, 0U);
   EXPECT_EQ(rig.noted(), 0U);
 }
 
-TEST(PairingKeeper, MendsAnEyeThatIsOneFrameLateAndKeepsAccountOfIt) {
+TEST(PairingKeeper, MendsAnCameraThatIsOneFrameLateAndKeepsAccountOfIt) {
   for (const int lag : {1, -1}) {
     NoddingRig rig;
     rig.right().lag_shots = lag;
     EXPECT_EQ(rig.torn(20), 20) << "not yet sure";
     EXPECT_EQ(rig.counters().pairing_moves, 0U);
     EXPECT_LE(rig.torn(40), 20);
-    EXPECT_EQ(rig.torn(60), 0) << "right eye late by " << lag;
+    EXPECT_EQ(rig.torn(60), 0) << "right view late by " << lag;
     EXPECT_EQ(rig.counters().pairing_moves, 1U);
     EXPECT_EQ(rig.counters().skipped_missing_side, 1U) << "the one image without a partner";
     EXPECT_EQ(rig.counters().gaps, 0U);
@@ -118,7 +118,7 @@ TEST(PairingKeeper, MendsTheWayBackToo) {
 
 TEST(PairingKeeper, OnlyNotesWhatCannotBeMended) {
   NoddingRig rig(true);
-  EXPECT_EQ(rig.torn(80, 1), 80) << "one image has both eyes";
+  EXPECT_EQ(rig.torn(80, 1), 80) << "one image has both views";
   EXPECT_EQ(rig.counters().pairing_moves, 0U);
   EXPECT_GE(rig.noted(), 8U);
 }

@@ -206,7 +206,7 @@ void visit_fields(Waits& waits, Visitor&& visit) {
   visit("tracking.max_unseen_s", waits.unseen_s, "...");
 }
 
-TEST(RenamedKeys, AreReadAsSecondsAndTheNewNameIsTold) {
+TEST(RenamedKeys, AreReadAsSecondsAndTheNewNameIsReported) {
   Waits waits;
   const ConfigFields fields = fields_of(waits);
   ConfigNotes notes;

@@ -13,9 +13,9 @@
 namespace kinetrace::app {
 namespace {
 
-using publishing::HeardCamera;
-using publishing::HeardHealth;
-using publishing::HeardObjects;
+using publishing::ReceivedCamera;
+using publishing::ReceivedHealth;
+using publishing::ReceivedObjects;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -30,7 +30,7 @@ ObjectResult object(std::uint32_t id) {
 
 void hear_objects(MonitorState& state, std::int64_t frame, std::vector<ObjectResult> objects, std::uint32_t piece = 0,
                   std::uint32_t pieces = 1) {
-  state.hear(HeardObjects{"front", frame, frame * kSecond_ns, piece, pieces, objects});
+  state.receive(ReceivedObjects{"front", frame, frame * kSecond_ns, piece, pieces, objects});
 }
 
 std::vector<std::uint32_t> ids(const MonitoredDevice& device) {
@@ -73,7 +73,7 @@ TEST(MonitorState, PutsPiecesTogetherAndShowsWholeFramesOnly) {
   EXPECT_THAT(ids(state.devices()[0]), ElementsAre(8));
 }
 
-TEST(MonitorState, AgeIsTheSourcesTimeSinceAnObjectWasHeardFirst) {
+TEST(MonitorState, AgeIsTheSourcesTimeSinceAnObjectWasReceivedFirst) {
   MonitorState state("");
   hear_objects(state, 10, {object(1)});
   hear_objects(state, 12, {object(1), object(2)});
@@ -92,10 +92,10 @@ TEST(MonitorState, ForgetsTheOldestObjectsAndTakesNoMoreDevicesThanItMay) {
   EXPECT_EQ(state.devices()[0].objects[0].age_s, 0.0) << "forgotten";
   EXPECT_EQ(state.devices()[0].objects[1].age_s, 4998.0);
   for (std::size_t i = 0; i < 2 * MonitorState::kMaxDevices; ++i) {
-    HeardCamera camera;
+    ReceivedCamera camera;
     const std::string name = "device" + std::to_string(i);
     camera.device = name;
-    state.hear(camera);
+    state.receive(camera);
   }
   EXPECT_EQ(state.devices().size(), MonitorState::kMaxDevices);
 }
@@ -114,10 +114,10 @@ TEST(MonitorState, HearsOnlyTheDeviceThatIsWanted) {
   EXPECT_TRUE(state.devices().empty());
   EXPECT_EQ(state.messages(), 0U);
   EXPECT_EQ(state.other_device(), "front");
-  HeardHealth health;
+  ReceivedHealth health;
   health.device = "rear";
   health.state = HealthState::kOk;
-  state.hear(health);
+  state.receive(health);
   EXPECT_EQ(state.devices().size(), 1U);
   EXPECT_EQ(state.messages(), 1U);
 }
@@ -127,13 +127,13 @@ TEST(MonitorState, TakesAnyTimes) {
        {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max()}) {
     MonitorState state("");
     state.set_time(0, -1 - extreme);
-    HeardCamera camera;
+    ReceivedCamera camera;
     camera.device = "front";
     camera.handed_over_ns = extreme;
-    state.hear(camera);
+    state.receive(camera);
     const std::vector<ObjectResult> seen{object(1)};
-    state.hear(HeardObjects{"front", 1, -1 - extreme, 0, 1, seen});
-    state.hear(HeardObjects{"front", 2, extreme, 0, 1, seen});
+    state.receive(ReceivedObjects{"front", 1, -1 - extreme, 0, 1, seen});
+    state.receive(ReceivedObjects{"front", 2, extreme, 0, 1, seen});
     const MonitoredDevice& device = state.devices()[0];
     EXPECT_NEAR(std::abs(device.delay_ms), 18446744073709.55, 1.0);
     EXPECT_NEAR(std::abs(device.objects[0].age_s), 18446744073.7, 0.1);
@@ -143,31 +143,31 @@ TEST(MonitorState, TakesAnyTimes) {
 TEST(MonitorTable, ShowsNoTerminalWhatOthersSend) {
   MonitorState state("");
   const std::string name = "\x1b[31mEVIL\x1b]0;pwn\x07";
-  HeardHealth health;
+  ReceivedHealth health;
   health.device = name;
   health.camera =
       "\xc2\x9b"
       "2J";
-  const std::vector<publishing::HeardReason> reasons{{"a\nb\xff", 1, 0, 0}};
+  const std::vector<publishing::ReceivedReason> reasons{{"a\nb\xff", 1, 0, 0}};
   health.reasons = reasons;
-  state.hear(health);
+  state.receive(health);
   const std::string table = monitor_table(state, 0);
   EXPECT_THAT(table, HasSubstr("\\x1b[31mEVIL\\x1b]0;pwn\\x07: poses"));
   EXPECT_THAT(table, HasSubstr("camera \\xc2\\x9b2J, a\\x0ab\\xff 1x\n"));
   const std::string json = rates_json(state.devices()[0], 0);
   EXPECT_THAT(json, HasSubstr("\\u001b[31mEVIL"));
   health.device = "\xc2\x9b";
-  state.hear(health);
+  state.receive(health);
   EXPECT_THAT(rates_json(state.devices()[1], 0), HasSubstr("\"\\u009b\""));
 }
 
-TEST(MonitorTable, SaysWhatWasNotHeardYet) {
+TEST(MonitorTable, SaysWhatWasNotReceivedYet) {
   MonitorState state("");
   hear_objects(state, 1, {});
   const std::string table = monitor_table(state, 0);
   EXPECT_THAT(table, HasSubstr("no pose yet"));
-  EXPECT_THAT(table, HasSubstr("health      not heard yet"));
-  EXPECT_THAT(table, HasSubstr("calibration not heard yet"));
+  EXPECT_THAT(table, HasSubstr("health      not received yet"));
+  EXPECT_THAT(table, HasSubstr("calibration not received yet"));
   EXPECT_THAT(table, Not(HasSubstr("class"))) << "no heading without objects";
 }
 

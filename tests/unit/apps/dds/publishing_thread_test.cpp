@@ -24,15 +24,15 @@ class PublishingThreadTest : public testing::Test {
         config, SampleResult::geometry(),
         [this](const std::string& line) {
           const std::lock_guard lock(mutex_);
-          told_.push_back(line);
+          reported_.push_back(line);
         },
         arena_);
     EXPECT_TRUE(made) << made.error().message;
     return std::move(*made);
   }
-  std::vector<std::string> told() {
+  std::vector<std::string> reported() {
     const std::lock_guard lock(mutex_);
-    return told_;
+    return reported_;
   }
   static std::uint64_t counter(const PublishingThread& thread, const std::string& name) {
     for (const auto& [known, value] : thread.counters()) {
@@ -45,7 +45,7 @@ class PublishingThreadTest : public testing::Test {
 
   Arena arena_;
   std::mutex mutex_;
-  std::vector<std::string> told_;
+  std::vector<std::string> reported_;
 };
 
 TEST_F(PublishingThreadTest, EveryFrameIsPublishedOrSuperseded) {
@@ -67,7 +67,7 @@ TEST_F(PublishingThreadTest, FinishingTwiceIsFinishingOnce) {
   thread->finish();
 }
 
-TEST_F(PublishingThreadTest, WhatReachesNobodyIsCountedAndTold) {
+TEST_F(PublishingThreadTest, WhatReachesNobodyIsCountedAndReported) {
   publishing::PublishConfig config;
   config.interface = "nothere0";
   const auto thread = start(config);
@@ -75,7 +75,7 @@ TEST_F(PublishingThreadTest, WhatReachesNobodyIsCountedAndTold) {
   thread->offer(SampleResult({}).result, 0);
   thread->finish();
   EXPECT_EQ(counter(*thread, "dds_frames_without_link"), 1U);
-  EXPECT_THAT(told(), testing::ElementsAre(testing::HasSubstr("interface nothere0 is not there")));
+  EXPECT_THAT(reported(), testing::ElementsAre(testing::HasSubstr("interface nothere0 is not there")));
 }
 
 TEST_F(PublishingThreadTest, TakesNoMoreMemoryThanItAsksFor) {

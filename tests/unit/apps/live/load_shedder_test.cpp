@@ -44,7 +44,7 @@ TEST(LoadShedder, ShedsInTheDeclaredOrderAndNeverBeyondTheLast) {
   Effort before = shedder.effort();
   HealthReason last = HealthReason::kCameraStalled;
   for (int level = 1; level < LoadShedder::kLevels; ++level) {
-    EXPECT_EQ(frames_until_change(shedder, kLate_ms), static_cast<int>(LoadShedder::kPatience));
+    EXPECT_EQ(frames_until_change(shedder, kLate_ms), static_cast<int>(LoadShedder::kMaxLateFrames));
     EXPECT_EQ(shedder.level(), level);
     const Effort now = shedder.effort();
     EXPECT_LE(now.refinement_iterations, before.refinement_iterations);

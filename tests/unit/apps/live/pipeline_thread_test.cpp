@@ -93,7 +93,7 @@ TEST_F(PipelineThreadTest, ProcessesCopiesInOrder) {
   EXPECT_EQ(gate_.exposed[4], 1004);
 }
 
-TEST_F(PipelineThreadTest, TheNewestWinsAndWhatIsLeftOutIsTold) {
+TEST_F(PipelineThreadTest, TheNewestWinsAndWhatIsLeftOutIsReported) {
   gate_.close();
   EXPECT_EQ(offer(0).value(), false);
   gate_.await_entered(1);
@@ -106,7 +106,7 @@ TEST_F(PipelineThreadTest, TheNewestWinsAndWhatIsLeftOutIsTold) {
   EXPECT_EQ(gate_.names.back(), "frame 3");
 }
 
-TEST_F(PipelineThreadTest, AFailureEndsProcessingAndIsToldToBothSides) {
+TEST_F(PipelineThreadTest, AFailureEndsProcessingAndIsReportedToBothSides) {
   gate_.fails_at = 1;
   EXPECT_EQ(offer(0).value(), false);
   gate_.await_entered(1);

@@ -20,12 +20,12 @@ using Texts = std::vector<std::string>;
 TEST(ServiceNotifier, IsReadyWithTheFirstProgressAndOnlyThen) {
   const ServiceManager manager;
   ServiceNotifier notifier;
-  EXPECT_EQ(manager.heard(), Texts{});
+  EXPECT_EQ(manager.received(), Texts{});
   notifier.progress(kSecond_ns);
   notifier.progress(100 * kSecond_ns);
-  EXPECT_EQ(manager.heard(), Texts{"READY=1"}) << "and there is no watchdog to feed";
+  EXPECT_EQ(manager.received(), Texts{"READY=1"}) << "and there is no watchdog to feed";
   notifier.stopping();
-  EXPECT_EQ(manager.heard(), Texts{"STOPPING=1"});
+  EXPECT_EQ(manager.received(), Texts{"STOPPING=1"});
 }
 
 TEST(ServiceNotifier, FeedsTheWatchdogWithProgressAlone) {
@@ -34,11 +34,11 @@ TEST(ServiceNotifier, FeedsTheWatchdogWithProgressAlone) {
   setenv("WATCHDOG_PID", std::to_string(getpid()).c_str(), 1);
   ServiceNotifier notifier;
   notifier.progress(10 * kSecond_ns);
-  EXPECT_EQ(manager.heard(), (Texts{"READY=1", "WATCHDOG=1"}));
+  EXPECT_EQ(manager.received(), (Texts{"READY=1", "WATCHDOG=1"}));
   notifier.progress(10 * kSecond_ns + kSecond_ns / 2);
-  EXPECT_EQ(manager.heard(), Texts{}) << "not more than four times in its interval";
+  EXPECT_EQ(manager.received(), Texts{}) << "not more than four times in its interval";
   notifier.progress(11 * kSecond_ns);
-  EXPECT_EQ(manager.heard(), Texts{"WATCHDOG=1"});
+  EXPECT_EQ(manager.received(), Texts{"WATCHDOG=1"});
 }
 
 TEST(ServiceNotifier, TheWatchdogOfAnotherProcessIsNotOurs) {
@@ -47,7 +47,7 @@ TEST(ServiceNotifier, TheWatchdogOfAnotherProcessIsNotOurs) {
   setenv("WATCHDOG_PID", "1", 1);
   ServiceNotifier notifier;
   notifier.progress(10 * kSecond_ns);
-  EXPECT_EQ(manager.heard(), Texts{"READY=1"});
+  EXPECT_EQ(manager.received(), Texts{"READY=1"});
 }
 
 TEST(ServiceNotifier, TellsHowTheRunIsWhenThatChanges) {
@@ -56,16 +56,16 @@ TEST(ServiceNotifier, TellsHowTheRunIsWhenThatChanges) {
   Condition now;
   notifier.tell(now);
   notifier.tell(now);
-  EXPECT_EQ(manager.heard(), Texts{"STATUS=ok"});
+  EXPECT_EQ(manager.received(), Texts{"STATUS=ok"});
   now = {HealthState::kDegraded, {}};
   now.reasons.set(static_cast<std::size_t>(HealthReason::kFramesOutdated));
   now.reasons.set(static_cast<std::size_t>(HealthReason::kShedsPoints));
   notifier.tell(now);
-  EXPECT_EQ(manager.heard(), Texts{"STATUS=degraded: frames_outdated, sheds_points"});
+  EXPECT_EQ(manager.received(), Texts{"STATUS=degraded: frames_outdated, sheds_points"});
   now = {HealthState::kLost, {}};
   now.reasons.set();
   notifier.tell(now);
-  const Texts last = manager.heard();
+  const Texts last = manager.received();
   ASSERT_EQ(last.size(), 1U);
   EXPECT_TRUE(last[0].ends_with("sheds_objects")) << last[0];
 }

@@ -1,4 +1,4 @@
-// Masks between two threads: what is believed, kept, waited for and counted.
+// Masks between two threads: what is accepted, kept, waited for and counted.
 #include "segmentation/mask_mailbox.hpp"
 
 #include <memory>
@@ -28,13 +28,13 @@ struct Sent {
   std::vector<RunLengthMask> masks;
   MaskMessage message;
 
-  explicit Sent(std::int64_t frame, std::size_t count = 1, Eye eye = Eye::kLeft, std::uint32_t piece = 0,
+  explicit Sent(std::int64_t frame, std::size_t count = 1, View view = View::kLeft, std::uint32_t piece = 0,
                 std::uint32_t pieces = 1)
       : masks(count, {kVehicleClass, 1.F, {3, 4, 4, 5}, runs}),
         message{.sender = kHonest,
                 .frame_index = frame,
                 .timestamp_ns = time_of(frame),
-                .eye = eye,
+                .view = view,
                 .width_px = kWidth,
                 .height_px = kHeight,
                 .piece = piece,
@@ -151,11 +151,11 @@ TEST_F(MaskMailboxTest, StopsWaitingForASenderThatGoes) {
 
 TEST_F(MaskMailboxTest, WantsAllPiecesInAnyOrderEachOnce) {
   MaskMailbox& mailbox = make();
-  mailbox.offer(Sent(7, 2, Eye::kLeft, 1, 3).message);
-  mailbox.offer(Sent(7, 2, Eye::kLeft, 1, 3).message);
-  mailbox.offer(Sent(7, 1, Eye::kLeft, 0, 3).message);
+  mailbox.offer(Sent(7, 2, View::kLeft, 1, 3).message);
+  mailbox.offer(Sent(7, 2, View::kLeft, 1, 3).message);
+  mailbox.offer(Sent(7, 1, View::kLeft, 0, 3).message);
   EXPECT_EQ(take(mailbox, 7), nullptr) << "the third piece is missing";
-  mailbox.offer(Sent(7, 1, Eye::kLeft, 2, 3).message);
+  mailbox.offer(Sent(7, 1, View::kLeft, 2, 3).message);
   const MaskSet* masks = mailbox.await(7);
   ASSERT_NE(masks, nullptr);
   EXPECT_EQ(masks->left.size(), 4U);
@@ -164,19 +164,19 @@ TEST_F(MaskMailboxTest, WantsAllPiecesInAnyOrderEachOnce) {
 TEST_F(MaskMailboxTest, AsManyPiecesAsThereMayBeAndNotOneMore) {
   MaskMailbox& mailbox = make();
   for (std::uint32_t piece = 0; piece < MaskMailbox::kMaxPieces; ++piece) {
-    mailbox.offer(Sent(7, 1, Eye::kLeft, piece, MaskMailbox::kMaxPieces).message);
+    mailbox.offer(Sent(7, 1, View::kLeft, piece, MaskMailbox::kMaxPieces).message);
   }
   EXPECT_NE(take(mailbox, 7), nullptr);
-  mailbox.offer(Sent(8, 1, Eye::kLeft, 0, MaskMailbox::kMaxPieces + 1).message);
+  mailbox.offer(Sent(8, 1, View::kLeft, 0, MaskMailbox::kMaxPieces + 1).message);
   EXPECT_EQ(take(mailbox, 8), nullptr);
   EXPECT_EQ(mailbox.counters().messages_invalid, 1U);
 }
 
-TEST_F(MaskMailboxTest, WantsBothEyesWhereBothAreAskedFor) {
+TEST_F(MaskMailboxTest, WantsBothCamerasWhereBothAreAskedFor) {
   MaskMailbox& mailbox = make(true);
-  mailbox.offer(Sent(7, 1, Eye::kLeft).message);
+  mailbox.offer(Sent(7, 1, View::kLeft).message);
   EXPECT_EQ(take(mailbox, 7), nullptr);
-  mailbox.offer(Sent(7, 2, Eye::kRight).message);
+  mailbox.offer(Sent(7, 2, View::kRight).message);
   const MaskSet* masks = mailbox.await(7);
   ASSERT_NE(masks, nullptr);
   EXPECT_EQ(masks->left.size(), 1U);
@@ -236,7 +236,7 @@ TEST_F(MaskMailboxTest, RefusesFramesWithAnythingWrong) {
   EXPECT_FALSE(is_refused([](Sent&) {}));
   EXPECT_TRUE(is_refused([](Sent& s) { s.message.width_px = kWidth + 1; }));
   EXPECT_TRUE(is_refused([](Sent& s) { s.message.height_px = kHeight - 1; }));
-  EXPECT_TRUE(is_refused([](Sent& s) { s.message.eye = Eye::kRight; })) << "not asked for";
+  EXPECT_TRUE(is_refused([](Sent& s) { s.message.view = View::kRight; })) << "not asked for";
   EXPECT_TRUE(is_refused([](Sent& s) { s.message.pieces = 0; }));
   EXPECT_TRUE(is_refused([](Sent& s) { s.message.piece = 1; })) << "of one";
   EXPECT_TRUE(is_refused([](Sent& s) { s.runs.assign({1, 1}); })) << "two pixels in a box of one";
@@ -247,9 +247,9 @@ TEST_F(MaskMailboxTest, ASenderSpoilsNothingButItsOwn) {
   MaskMailbox& mailbox = make(false, milliseconds(10'000));
   mailbox.set_senders(2);
   request(mailbox, 7);
-  mailbox.offer(Sent(7, 1, Eye::kLeft, 0, 2).message);
+  mailbox.offer(Sent(7, 1, View::kLeft, 0, 2).message);
   mailbox.offer(Sent(7).from(kOther).damaged().message);
-  mailbox.offer(Sent(7, 1, Eye::kLeft, 1, 2).message);
+  mailbox.offer(Sent(7, 1, View::kLeft, 1, 2).message);
   const MaskSet* masks = mailbox.await(7);
   ASSERT_NE(masks, nullptr);
   EXPECT_EQ(masks->left.size(), 2U);
@@ -259,10 +259,10 @@ TEST_F(MaskMailboxTest, ASenderSpoilsNothingButItsOwn) {
 TEST_F(MaskMailboxTest, PutsTogetherWhatOneSenderHasSent) {
   MaskMailbox& mailbox = make();
   mailbox.set_senders(2);
-  mailbox.offer(Sent(7, 1, Eye::kLeft, 0, 2).message);
-  mailbox.offer(Sent(7, 5, Eye::kLeft, 1, 2).from(kOther).message);
+  mailbox.offer(Sent(7, 1, View::kLeft, 0, 2).message);
+  mailbox.offer(Sent(7, 5, View::kLeft, 1, 2).from(kOther).message);
   EXPECT_EQ(take(mailbox, 7), nullptr) << "half of each";
-  mailbox.offer(Sent(7, 2, Eye::kLeft, 1, 2).message);
+  mailbox.offer(Sent(7, 2, View::kLeft, 1, 2).message);
   const MaskSet* masks = mailbox.await(7);
   ASSERT_NE(masks, nullptr);
   EXPECT_EQ(masks->left.size(), 3U);
@@ -297,8 +297,8 @@ TEST_F(MaskMailboxTest, RefusesMasksOfAnotherTimeThanTheFrameTheyName) {
 TEST_F(MaskMailboxTest, RefusesMasksOfAnotherTimeThatCameBeforeTheyWereAskedFor) {
   MaskMailbox& mailbox = make();
   // One sender that answers two runs.
-  mailbox.offer(Sent(7, 1, Eye::kLeft, 0, 2).at(0).message);
-  mailbox.offer(Sent(7, 1, Eye::kLeft, 1, 2).at(0).message);
+  mailbox.offer(Sent(7, 1, View::kLeft, 0, 2).at(0).message);
+  mailbox.offer(Sent(7, 1, View::kLeft, 1, 2).at(0).message);
   mailbox.offer(Sent(7, 3).message);
   const MaskSet* masks = take(mailbox, 7);
   ASSERT_NE(masks, nullptr);
@@ -308,8 +308,8 @@ TEST_F(MaskMailboxTest, RefusesMasksOfAnotherTimeThatCameBeforeTheyWereAskedFor)
 
 TEST_F(MaskMailboxTest, RefusesAFrameWhosePiecesContradictEachOther) {
   MaskMailbox& mailbox = make();
-  mailbox.offer(Sent(7, 1, Eye::kLeft, 0, 2).message);
-  mailbox.offer(Sent(7, 1, Eye::kLeft, 1, 3).message);
+  mailbox.offer(Sent(7, 1, View::kLeft, 0, 2).message);
+  mailbox.offer(Sent(7, 1, View::kLeft, 1, 3).message);
   EXPECT_EQ(take(mailbox, 7), nullptr);
   EXPECT_EQ(mailbox.counters().messages_invalid, 1U);
 }

@@ -28,7 +28,7 @@ NetworkThreadConfig config(bool waits, bool right = false) {
   return made;
 }
 
-/// A bright square, at different places in both eyes.
+/// A bright square, at different places in both views.
 class Pictures {
  public:
   Pictures() : left_(pixels(72)), right_(pixels(56)) {}
@@ -57,7 +57,7 @@ class Pictures {
       std::vector<std::uint8_t>(static_cast<std::size_t>(kGeometry.width_px * kGeometry.height_px), 10);
 };
 
-TEST(NetworkThread, AnswersForBothEyes) {
+TEST(NetworkThread, AnswersForBothCameras) {
   const auto network = NetworkThread::create(config(true, true), kGeometry);
   ASSERT_TRUE(network) << network.error().message;
   const Pictures pictures;
@@ -72,7 +72,7 @@ TEST(NetworkThread, AnswersForBothEyes) {
   EXPECT_GT((*network)->counters().median_ms, 0.0);
 }
 
-TEST(NetworkThread, OfARegionOnlyWhatTheLeftEyeSeesThere) {
+TEST(NetworkThread, OfARegionOnlyWhatTheLeftCameraSeesThere) {
   const auto network = NetworkThread::create(config(true, true), kGeometry);
   ASSERT_TRUE(network) << network.error().message;
   const Pictures pictures;
@@ -85,7 +85,7 @@ TEST(NetworkThread, OfARegionOnlyWhatTheLeftEyeSeesThere) {
   (*network)->offer(pictures.pair(), {0, 0, 64, 64});
   EXPECT_TRUE((*network)->take().masks->left.empty());
   (*network)->offer(pictures.pair(), {});
-  EXPECT_EQ((*network)->take().masks->right.size(), 1U) << "the whole image is looked at with both eyes again";
+  EXPECT_EQ((*network)->take().masks->right.size(), 1U) << "the whole image is looked at with both views again";
 }
 
 TEST(NetworkThread, AnAnswerStaysWhileTheNextFrameIsWorkedOn) {
@@ -136,7 +136,7 @@ TEST(NetworkThread, WhatIsWrongWithTheModelIsSaidAtTheStart) {
 TEST(NetworkThread, ANetworkThatHangsIsLeftBehind) {
   NetworkThreadConfig hanging = config(true);
   hanging.runtime = KINETRACE_HANGING_RUNTIME;
-  hanging.patience = std::chrono::milliseconds(100);
+  hanging.timeouts = std::chrono::milliseconds(100);
   const auto begun = std::chrono::steady_clock::now();
   {
     const auto network = NetworkThread::create(hanging, kGeometry);

@@ -108,23 +108,23 @@ class ObjectSizeStudy : public ::testing::Test {
       tracks[0].id = kTrackId;
       tracks[0].slot = 2;
       std::vector<BodyPoint> points;
-      std::vector<PointObservation> sightings;
+      std::vector<PointObservation> observations;
       for (std::uint32_t id = 0; id < 8; ++id) {
         const Eigen::Vector3d p_cam(0.1 * id, 0.0, kDepth_m + static_cast<double>(i) + estimate.point_offset_m);
         BodyPoint& point = points.emplace_back();
         point.id = id;
         point.position_m = (object.T_obj_cam * p_cam).cast<float>();
         point.observations = id == 7 ? 1 : 2;
-        sightings.push_back({id, 15.F + static_cast<float>(id), 10.F, 5.F});
+        observations.push_back({id, 15.F + static_cast<float>(id), 10.F, 5.F});
       }
       std::vector<BodyGeometry> bodies(1);
       bodies[0].track_id = kTrackId;
       bodies[0].points = points;
-      bodies[0].observations = sightings;
+      bodies[0].observations = observations;
       FrameResult result;
       result.newest = {frame, frame * 100, {}, {&object, 1}};
-      result.has_settled = true;
-      result.settled = result.newest;
+      result.has_finalised = true;
+      result.finalised = result.newest;
       result.bodies = bodies;
       result.tracks = tracks;
       result.pair.left = view(gray);

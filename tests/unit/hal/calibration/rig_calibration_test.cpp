@@ -92,7 +92,7 @@ TEST(RigCalibration, RejectsImpossibleIntrinsics) {
   expect_rejected(rig, "image size is missing");
 }
 
-TEST(RigCalibration, RejectsEyesOfDifferentSizes) {
+TEST(RigCalibration, RejectsCamerasOfDifferentSizes) {
   RigCalibration rig = test::radial_rig();
   rig.right.width_px = 640;
   expect_rejected(rig, "left 752x480, right 640x480");
@@ -125,7 +125,7 @@ TEST(RigCalibration, RejectsAMissingBaseline) {
   expect_rejected(rig, "missing or zero");
 }
 
-TEST(RigCalibration, RejectsEyesAboveEachOther) {
+TEST(RigCalibration, RejectsCamerasAboveEachOther) {
   RigCalibration rig = test::radial_rig();
   rig.T_right_left.translation = {0, -0.11, 0};
   expect_rejected(rig, "not horizontal");
@@ -140,7 +140,7 @@ TEST(RigCalibration, SuspectsMillimetres) {
   expect_rejected(rig, "millimetres");
 }
 
-TEST(RigCalibration, RejectsEyesThatLookApart) {
+TEST(RigCalibration, RejectsCamerasThatLookApart) {
   RigCalibration rig = test::radial_rig();
   rig.T_right_left.rotation = so3_exp({0, 1.0, 0});
   expect_rejected(rig, "different directions");

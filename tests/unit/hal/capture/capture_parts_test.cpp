@@ -34,7 +34,7 @@ std::string error_after(int images, const CaptureSettings& asked, const CaptureS
   return status ? std::string() : status.error().message;
 }
 
-TEST(SettingsCheck, BelievesWhatIsCloseOrNotTold) {
+TEST(SettingsCheck, AcceptsWhatIsCloseOrNotReported) {
   const CaptureSettings asked{.exposure_us = 5000.0, .gain = 4.0, .period_us = 33'333.0};
   EXPECT_EQ(error_after(100, asked, {}), "");
   EXPECT_EQ(error_after(100, asked, {.exposure_us = 4980.0, .gain = 4.1, .period_us = 33'366.0}), "");
@@ -169,7 +169,7 @@ TEST(CompletedQueue, StaysReadableOnceItsSourceHasGone) {
   CompletedQueue queue(2);
   queue.push({0, 0});
   queue.end();
-  EXPECT_TRUE(queue.pop()) << "what was finished before is still given out";
+  EXPECT_TRUE(queue.pop()) << "what was finished before is still published";
   EXPECT_FALSE(queue.pop());
   EXPECT_TRUE(queue.ended());
   EXPECT_TRUE(is_readable(queue));

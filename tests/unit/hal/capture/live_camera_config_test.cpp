@@ -61,7 +61,7 @@ TEST_F(LiveCamera, RefusesADeviceThatIsNotThere) {
   EXPECT_TRUE(camera_->open()) << "a failed open() leaves nothing behind";
 }
 
-TEST_F(LiveCamera, ARateThatNobodyToldIsMeasuredAndMustBeTheOneAskedFor) {
+TEST_F(LiveCamera, ARateThatNobodyReportedIsMeasuredAndMustBeTheOneAskedFor) {
   for (FakeSensor* sensor : {&left_, &right_}) {
     sensor->tells_rate = false;
     sensor->script = [](Shot& shot) { shot.lost = shot.number % 5 == 0; };
@@ -79,7 +79,7 @@ TEST_F(LiveCamera, ARateThatNobodyToldIsMeasuredAndMustBeTheOneAskedFor) {
     return next;
   }();
   ASSERT_FALSE(frame);
-  EXPECT_THAT(frame.error().message, HasSubstr("right eye"));
+  EXPECT_THAT(frame.error().message, HasSubstr("right camera"));
   EXPECT_THAT(frame.error().message, HasSubstr("asked for 30.303 Hz, the device delivers 15.1515 Hz"));
 }
 

@@ -22,11 +22,11 @@ TEST_F(LiveCamera, StallsThenIsLostAndNamesTheCamera) {
     EXPECT_EQ(frame.error().code, ErrorCode::kTimeout);
   }
   EXPECT_EQ(camera_->state(), CameraState::kStalled);
-  EXPECT_THAT(frame.error().message, HasSubstr("right eye (fake at /dev/video2)"));
+  EXPECT_THAT(frame.error().message, HasSubstr("right camera (fake at /dev/video2)"));
   EXPECT_EQ(camera_->counters().stalls, 1U);
   frame = frame_within(std::chrono::seconds(10));
   EXPECT_EQ(frame.error().code, ErrorCode::kDisconnected);
-  EXPECT_THAT(frame.error().message, HasSubstr("right eye (fake at /dev/video2)"));
+  EXPECT_THAT(frame.error().message, HasSubstr("right camera (fake at /dev/video2)"));
   EXPECT_EQ(camera_->state(), CameraState::kLost);
   EXPECT_LE(machine_.now_ns() - muted_ns, 2100 * kMs);
   EXPECT_EQ(camera_->counters().losses, 1U);
@@ -134,7 +134,7 @@ TEST_F(LiveCamera, AnUnpluggedDeviceIsLostAtOnceAndComesBackUnderAnotherName) {
   const Result<StereoFrame> lost = camera_->next(kTimeout);
   ASSERT_FALSE(lost);
   EXPECT_EQ(lost.error().code, ErrorCode::kDisconnected);
-  EXPECT_THAT(lost.error().message, HasSubstr("left eye"));
+  EXPECT_THAT(lost.error().message, HasSubstr("left camera"));
   EXPECT_EQ(camera_->state(), CameraState::kLost);
 
   // Attempts become rarer, so that a lost camera does not cost a core.

@@ -24,12 +24,12 @@ TEST_F(LiveCamera, TakesTheMiddleOfTheExposure) {
 }
 
 TEST_F(LiveCamera, TakesTheMiddleOfAnExposureThatEachImageTells) {
-  left_.told_exposure_ns = right_.told_exposure_ns = 10 * kMs;
+  left_.given_exposure_ns = right_.given_exposure_ns = 10 * kMs;
   left_.phase_ns = right_.phase_ns = machine_.now_ns() + 7 * kMs;
   begin();
   EXPECT_EQ(camera_->next(kTimeout).value().timestamp_ns, left_.phase_ns - 5 * kMs);
-  // What cannot be true is not believed: no exposure is longer than a period.
-  left_.told_exposure_ns = right_.told_exposure_ns = 900 * kMs;
+  // What cannot be true is not accepted: no exposure is longer than a period.
+  left_.given_exposure_ns = right_.given_exposure_ns = 900 * kMs;
   camera_->close();
   ASSERT_TRUE(camera_->open() && camera_->start());
   const StereoFrame frame = camera_->next(kTimeout).value();
@@ -67,7 +67,7 @@ TEST_F(LiveCamera, AClockThatJumpsAfterAHoldUpIsStillMended) {
   expect_frames(1);  // On its way.
   const StereoFrame after = camera_->next(kTimeout).value();
   EXPECT_NEAR(static_cast<double>(after.timestamp_ns - before_ns), static_cast<double>(2 * left_.period_ns), kMs);
-  EXPECT_EQ(camera_->counters().clock_jumps, 2U) << "one in each eye";
+  EXPECT_EQ(camera_->counters().clock_jumps, 2U) << "one in each camera";
 }
 
 TEST_F(LiveCamera, DtAcrossALossIsTheTimeThatPassed) {
@@ -121,7 +121,7 @@ TEST_F(LiveCamera, AClockThatStepsBackALittleCostsNoFrames) {
     }
     previous_ns = frame->timestamp_ns;
   }
-  EXPECT_EQ(camera_->counters().clock_jumps, 2U) << "one in each eye";
+  EXPECT_EQ(camera_->counters().clock_jumps, 2U) << "one in each camera";
   EXPECT_EQ(camera_->counters().skipped_repeated, 0U);
 }
 

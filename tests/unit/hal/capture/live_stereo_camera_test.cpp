@@ -75,12 +75,12 @@ TEST_F(LiveCamera, CountsLostAndDamagedImagesAndDropsTheirPartners) {
     last_index = frame->frame_index;
   }
   EXPECT_EQ(last_index, 21) << "two frames are missing, and the numbers say so";
-  EXPECT_EQ(camera_->counters().gaps, 0U) << "of each, an image of one eye came";
+  EXPECT_EQ(camera_->counters().gaps, 0U) << "of each, an image of one camera came";
   EXPECT_EQ(camera_->counters().skipped_unreadable, 1U);
   EXPECT_EQ(camera_->counters().skipped_missing_side, 2U);
 }
 
-TEST_F(LiveCamera, FramesThatBothEyesLostAreGapsWhetherOrNotTheDriverCounts) {
+TEST_F(LiveCamera, FramesThatBothCamerasLostAreGapsWhetherOrNotTheDriverCounts) {
   for (const bool counts : {true, false}) {
     for (FakeSensor* sensor : {&left_, &right_}) {
       sensor->sequence_counts_losses = counts;

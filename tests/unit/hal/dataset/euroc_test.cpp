@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// Cameras look along the body's x axis; `y_m` is the eye's place on the body's y axis (left positive).
+// Cameras look along the body's x axis; `y_m` is the view's place on the body's y axis (left positive).
 std::string sensor_yaml(double y_m, const std::string& model = "radial-tangential",
                         const std::string& coefficients = "[-0.28, 0.07, 0.0002, 0.00002]") {
   return "%YAML:1.0\n#General sensor definitions.\nsensor_type: camera\nT_BS:\n  cols: 4\n  rows: 4\n"

@@ -154,7 +154,7 @@ TEST_F(Folder, ReadsAPairOfRosCameraInfos) {
 TEST_F(Folder, ReportsRosProblems) {
   add_images("left", "right");
   add_text("left.yaml", ros_camera("0"));
-  expect_error(ErrorCode::kBadCalibration, "one file per eye");
+  expect_error(ErrorCode::kBadCalibration, "one file per view");
   add_text("right.yaml", ros_camera("-7.6", "thin"));
   expect_error(ErrorCode::kBadCalibration, "'distortion_model' is 'thin'");
 }

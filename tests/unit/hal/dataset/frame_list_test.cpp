@@ -7,7 +7,7 @@ namespace kinetrace::hal {
 namespace {
 
 FrameList two_folders() {
-  return {{"/data/left", ".png"}, {"/data/right_eye", "_right.png"}};
+  return {{"/data/left", ".png"}, {"/data/right_view", "_right.png"}};
 }
 
 TEST(FrameList, IsEmptyAtFirst) {
@@ -77,7 +77,7 @@ TEST(FrameList, PeriodIsPerFrameNumberAndRobust) {
 TEST(FrameList, KnowsItsLongestPath) {
   FrameList frames = two_folders();
   ASSERT_TRUE(frames.add({0, 0, "12345", "12345"}));
-  EXPECT_EQ(frames.longest_path(), std::string("/data/right_eye/12345_right.png").size());
+  EXPECT_EQ(frames.longest_path(), std::string("/data/right_view/12345_right.png").size());
 }
 
 }  // namespace

@@ -32,11 +32,11 @@ class KittiRaw : public ::testing::Test {
   KittiRaw() { test::write_text(folder_.file("2011_09_26/calib_cam_to_cam.txt"), raw_calibration()); }
   std::filesystem::path add_drive(const std::string& name, int width, int height, bool color = false) {
     const std::string drive = "2011_09_26/" + name;
-    const std::string eyes[] = {color ? "/image_02" : "/image_00", color ? "/image_03" : "/image_01"};
-    for (const std::string& eye : eyes) {
-      test::write_image(folder_.file(drive + eye + "/data/0000000000.png"), 1, width, height);
-      test::write_image(folder_.file(drive + eye + "/data/0000000001.png"), 1, width, height);
-      test::write_text(folder_.file(drive + eye + "/timestamps.txt"),
+    const std::string views[] = {color ? "/image_02" : "/image_00", color ? "/image_03" : "/image_01"};
+    for (const std::string& view : views) {
+      test::write_image(folder_.file(drive + view + "/data/0000000000.png"), 1, width, height);
+      test::write_image(folder_.file(drive + view + "/data/0000000001.png"), 1, width, height);
+      test::write_text(folder_.file(drive + view + "/timestamps.txt"),
                        "2011-09-26 14:06:03.300000000\n2011-09-26 14:06:03.403100001\n");
     }
     return folder_.path() / drive;
@@ -155,9 +155,9 @@ TEST(KittiOdometry, NamesTheCalibrationItMisses) {
 class KittiTracking : public ::testing::Test {
  protected:
   KittiTracking() {
-    for (const char* eye : {"image_02", "image_03"}) {
+    for (const char* view : {"image_02", "image_03"}) {
       for (const char* name : {"/0003/000000.png", "/0003/000001.png"}) {
-        test::write_color_image(folder_.file(std::string("training/") + eye + name), 9);
+        test::write_color_image(folder_.file(std::string("training/") + view + name), 9);
       }
     }
     test::write_text(folder_.file("training/calib/0003.txt"),

@@ -39,7 +39,7 @@ class Picture {
 
 class CutOff : public ::testing::Test {
  protected:
-  /// Rows found missing of either eye.
+  /// Rows found missing of either view.
   int examine(const Picture& left, const Picture& right) {
     const auto finding = detector_.examine({0, 0, {}, left.view(), right.view()});
     return finding ? finding->rows : 0;
@@ -56,7 +56,7 @@ TEST_F(CutOff, TwoRowsAreEnough) {
   EXPECT_EQ(examine(whole_, whole_), 0);
 }
 
-TEST_F(CutOff, SaysWhichEye) {
+TEST_F(CutOff, SaysWhichView) {
   ASSERT_FALSE(detector_.examine({0, 0, {}, whole_.view(), whole_.view()}));
   const Picture cut(20);
   EXPECT_TRUE(detector_.examine({1, 0, {}, cut.view(), whole_.view()})->is_left);
@@ -70,7 +70,7 @@ TEST_F(CutOff, ABorderThatIsAlwaysThereIsNone) {
   EXPECT_EQ(examine(Picture(12), Picture(4)), 12) << "two rows more than the border";
   detector_ = {};
   EXPECT_EQ(examine(Picture(10), Picture(10)), 0);
-  EXPECT_EQ(examine(Picture(10), whole_), 0) << "whatever the other eye sees there";
+  EXPECT_EQ(examine(Picture(10), whole_), 0) << "whatever the other view sees there";
 }
 
 TEST_F(CutOff, ADamagedFirstFrameDoesNotHideTheNext) {
@@ -86,10 +86,10 @@ TEST_F(CutOff, AThirdIsDamageInEveryFrame) {
   }
 }
 
-TEST_F(CutOff, WhatNeitherEyeSeesIsNone) {
+TEST_F(CutOff, WhatNeitherCameraSeesIsNone) {
   ASSERT_EQ(examine(whole_, whole_), 0);
   EXPECT_EQ(examine(Picture(20), Picture(20)), 0);
-  EXPECT_EQ(examine(Picture(20, 255), Picture(18, 253)), 20) << "two rows that the other eye sees";
+  EXPECT_EQ(examine(Picture(20, 255), Picture(18, 253)), 20) << "two rows that the other view sees";
   EXPECT_EQ(examine(Picture(20, 255), Picture(19, 253)), 0);
 }
 

@@ -86,7 +86,7 @@ TEST_F(Guarded, SkipsAnImageThatWasCutOff) {
   camera_.give_frames(2, 2);
   camera_.give(dark);
   play();
-  EXPECT_THAT(indices_, ElementsAre(0, 2, 3)) << "what both eyes see is no damage";
+  EXPECT_THAT(indices_, ElementsAre(0, 2, 3)) << "what both views see is no damage";
   EXPECT_EQ(guard_->counters().skipped_unreadable, 1U);
 }
 
@@ -108,7 +108,7 @@ TEST_F(Guarded, TheEndOfAStreamThatWasOfNoUseNamesTheFirstImage) {
 
 TEST_F(Guarded, TakesNeitherSkyNorNightForDamage) {
   const StereoFrame whole = camera_.frame(0);
-  // A third and more of one eye of one value, the other eye with a little noise.
+  // A third and more of one view of one value, the other view with a little noise.
   for (const int value : {0, 252}) {
     for (const bool is_lower : {false, true}) {
       std::vector<std::uint8_t> flat(whole.left.data,
@@ -125,7 +125,7 @@ TEST_F(Guarded, TakesNeitherSkyNorNightForDamage) {
       EXPECT_FALSE(CutOffDetector().examine(frame)) << value << is_lower;
     }
   }
-  // Nor a sky that one eye alone sees: what breaks off is the end.
+  // Nor a sky that one view alone sees: what breaks off is the end.
   std::vector<std::uint8_t> sky(whole.left.data, whole.left.data + ScriptedCamera::kWidth * ScriptedCamera::kHeight);
   std::fill_n(sky.begin(), sky.size() / 2, std::uint8_t{255});
   StereoFrame frame = whole;
@@ -158,7 +158,7 @@ TEST_F(Guarded, ACameraFasterThanAnnouncedKeepsItsTimes) {
   EXPECT_EQ(guard_->counters().clock_jumps, 0U);
 }
 
-TEST_F(Guarded, BelievesTheTimesOfARecordingAslongAsTheyAdvance) {
+TEST_F(Guarded, AcceptsTheTimesOfARecordingAslongAsTheyAdvance) {
   camera_.give_frames(0, 1);
   for (const std::int64_t late_s : {60, 60, -5}) {
     StereoFrame frame = camera_.frame(2 + static_cast<std::int64_t>(indices_.size()));

@@ -76,29 +76,29 @@ TEST(InputMonitor, FindsNothingWrongWithAGoodRig) {
 }
 
 // Within two seconds of 10 frames each.
-TEST(InputMonitor, SeesExchangedEyes) {
+TEST(InputMonitor, SeesExchangedCameras) {
   const Watched watched = watch({.disparity_px = -24.0});
-  EXPECT_EQ(watched.faults(), Faults{InputFault::kEyesExchanged});
-  EXPECT_LT(watched[InputFault::kEyesExchanged], 20);
+  EXPECT_EQ(watched.faults(), Faults{InputFault::kViewsExchanged});
+  EXPECT_LT(watched[InputFault::kViewsExchanged], 20);
 }
 
 TEST(InputMonitor, SeesThemInHalfADozenFrames) {
-  EXPECT_GE(watch({.disparity_px = -24.0}, 6)[InputFault::kEyesExchanged], 0);
+  EXPECT_GE(watch({.disparity_px = -24.0}, 6)[InputFault::kViewsExchanged], 0);
 }
 
-TEST(InputMonitor, SeesEyesThatShowDifferentThings) {
+TEST(InputMonitor, SeesCamerasThatShowDifferentThings) {
   const Watched watched =
       watch({.spoil = [](int frame, const Image&, Image& right) { right = wall(10'000.0 + 500.0 * frame, 300.0); }});
-  EXPECT_EQ(watched.faults(), Faults{InputFault::kEyesUnrelated});
+  EXPECT_EQ(watched.faults(), Faults{InputFault::kViewsUnrelated});
 }
 
-TEST(InputMonitor, SeesOneImageInBothEyes) {
+TEST(InputMonitor, SeesOneImageInBothCameras) {
   const Watched watched = watch({.spoil = [](int, const Image& left, Image& right) { right = left; }});
-  EXPECT_EQ(watched.faults(), (Faults{InputFault::kEyesIdentical, InputFault::kNoParallax}));
-  EXPECT_EQ(watched[InputFault::kEyesIdentical], 2);
+  EXPECT_EQ(watched.faults(), (Faults{InputFault::kViewsIdentical, InputFault::kNoParallax}));
+  EXPECT_EQ(watched[InputFault::kViewsIdentical], 2);
 }
 
-TEST(InputMonitor, SeesThatBothEyesSeeTheSameThoughNotBitByBit) {
+TEST(InputMonitor, SeesThatBothCamerasSeeTheSameThoughNotBitByBit) {
   const Watched watched = watch({.disparity_px = 0.0, .spoil = [](int frame, const Image&, Image& right) {
                                    right[static_cast<std::size_t>(frame) * 97 + 5 * kWidth + 5] ^= 1U;
                                    for (std::uint8_t& pixel : right) {
@@ -108,7 +108,7 @@ TEST(InputMonitor, SeesThatBothEyesSeeTheSameThoughNotBitByBit) {
   EXPECT_EQ(watched.faults(), Faults{InputFault::kNoParallax});
 }
 
-TEST(InputMonitor, SeesACalibrationThatTurnsTheEyesInwards) {
+TEST(InputMonitor, SeesACalibrationThatTurnsTheCamerasInwards) {
   // The lower half of the wall stands near, the upper one far: there, half a degree of yaw is more than its disparity.
   const Watched watched = watch({.spoil = [](int frame, const Image&, Image& right) {
     const Image far = wall(-6.0, nod(frame));
@@ -123,13 +123,13 @@ TEST(InputMonitor, SeesRowsThatAreApart) {
   EXPECT_LT(watched[InputFault::kRowsApart], 20);
 }
 
-TEST(InputMonitor, SeesAnEyeThatIsLate) {
+TEST(InputMonitor, SeesAnCameraThatIsLate) {
   const Watched watched = watch({.right_lag = 1});
-  EXPECT_EQ(watched.faults(), Faults{InputFault::kEyesOutOfStep});
-  EXPECT_LT(watched[InputFault::kEyesOutOfStep], 20);
+  EXPECT_EQ(watched.faults(), Faults{InputFault::kViewsOutOfStep});
+  EXPECT_LT(watched[InputFault::kViewsOutOfStep], 20);
 }
 
-TEST(InputMonitor, SeesWhichEyeIsFrozen) {
+TEST(InputMonitor, SeesWhichCameraIsFrozen) {
   const Image still = wall(24.0, 0.0);
   EXPECT_GE(watch({.spoil = [&](int, Image&, Image& right) { right = still; }})[InputFault::kRightFrozen], 0);
   const Watched left = watch({.spoil = [&](int, Image& image, Image&) { image = still; }});

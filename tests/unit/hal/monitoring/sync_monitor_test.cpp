@@ -1,4 +1,4 @@
-// A textured wall before a rig that nods: which moment each eye shows is known.
+// A textured wall before a rig that nods: which moment each view shows is known.
 #include "kinetrace/hal/sync_monitor.hpp"
 
 #include <cmath>
@@ -24,7 +24,7 @@ struct Rig {
   std::function<double(int)> nod = [](int frame) { return 6.0 * std::sin(frame * 0.9); };  ///< Rows, by frame.
   std::function<double(int)> slide = [](int /*frame*/) { return 0.0; };                    ///< Columns.
   int right_lag = 0;         ///< Frames that the right image is late by; negative: the left one is.
-  double misaligned_px = 0;  ///< What the right eye sees lower.
+  double misaligned_px = 0;  ///< What the right view sees lower.
   bool blank = false;
   int kept_every = 1;  ///< The other frames do not arrive.
 };
@@ -51,7 +51,7 @@ SyncReport watch(const Rig& rig, int frames = 80) {
   return monitor.report();
 }
 
-TEST(SyncMonitor, SeesThatBothEyesShowTheSameMoment) {
+TEST(SyncMonitor, SeesThatBothCamerasShowTheSameMoment) {
   const SyncReport report = watch({});
   EXPECT_EQ(report.verdict, SyncVerdict::kInStep);
   EXPECT_EQ(report.measurements, 22) << "two of them early";
@@ -59,7 +59,7 @@ TEST(SyncMonitor, SeesThatBothEyesShowTheSameMoment) {
   EXPECT_LT(report.residual_px, 0.3);
 }
 
-TEST(SyncMonitor, SeesWhichEyeIsLate) {
+TEST(SyncMonitor, SeesWhichCameraIsLate) {
   EXPECT_EQ(watch({.right_lag = 1}).verdict, SyncVerdict::kRightLate);
   EXPECT_EQ(watch({.right_lag = -1}).verdict, SyncVerdict::kRightEarly);
 }
@@ -104,7 +104,7 @@ TEST(SyncMonitor, CannotTellOverManyFrames) {
   EXPECT_EQ(report.frames_apart, 4);
 }
 
-TEST(SyncMonitor, ChangesItsMindWhenTheEyesDo) {
+TEST(SyncMonitor, ChangesItsMindWhenTheCamerasDo) {
   Arena arena(SyncMonitor::required_bytes({}, kWidth, kHeight));
   SyncMonitor monitor = SyncMonitor::create({.interval_frames = 4}, kWidth, kHeight, arena).value();
   for (int frame = 0; frame < 160; ++frame) {

@@ -34,9 +34,10 @@ TEST_F(Raw, WhatADiskTookBeforeItWasFullIsWholeInKittisLayoutToo) {
       const FileSizeLimit limited(limit);
       for (std::int64_t index = 0; full && index < 1000; ++index) {
         StereoFrame grown = frame(index);
-        for (std::size_t eye = 0; eye < 2; ++eye) {
-          std::fill(pixels_[eye].begin() + std::min<std::ptrdiff_t>((index / 2) * 8 * static_cast<int>(eye + 1), 1000),
-                    pixels_[eye].end(), std::uint8_t{0});
+        for (std::size_t view = 0; view < 2; ++view) {
+          std::fill(
+              pixels_[view].begin() + std::min<std::ptrdiff_t>((index / 2) * 8 * static_cast<int>(view + 1), 1000),
+              pixels_[view].end(), std::uint8_t{0});
         }
         full = recorder->write(grown);
       }
@@ -45,9 +46,9 @@ TEST_F(Raw, WhatADiskTookBeforeItWasFullIsWholeInKittisLayoutToo) {
     EXPECT_EQ(full.error().code, ErrorCode::kIo);
     const std::int64_t whole = recorder->frames();
     const std::filesystem::path drive = raw() / "drive_0001_sync";
-    for (const char* eye : {"image_00", "image_01"}) {
-      EXPECT_EQ(std::distance(std::filesystem::directory_iterator(drive / eye / "data"), {}), whole) << limit;
-      EXPECT_EQ(std::filesystem::file_size(drive / eye / "timestamps.txt"), 30U * static_cast<std::size_t>(whole));
+    for (const char* view : {"image_00", "image_01"}) {
+      EXPECT_EQ(std::distance(std::filesystem::directory_iterator(drive / view / "data"), {}), whole) << limit;
+      EXPECT_EQ(std::filesystem::file_size(drive / view / "timestamps.txt"), 30U * static_cast<std::size_t>(whole));
     }
     if (whole > 0) {
       const Result<Dataset> dataset = open(RawFormat::kKittiRaw);

@@ -96,20 +96,20 @@ Eigen::Vector2d spot_position(GrayView image) {
   return at + Eigen::Vector2d(peak_x, peak_y);
 }
 
-struct Sighting {
+struct Observation {
   Eigen::Vector3d p_left;    // In the raw left camera's frame.
   Eigen::Vector3d measured;  // (u_left, v_left, u_right) after rectification.
   double v_right;
 };
 
 // Points at random depths, projected through both lens models, drawn, rectified and measured.
-std::vector<Sighting> sightings(RigCalibration rig, Rectifier& rectifier, std::size_t count) {
+std::vector<Observation> observations(RigCalibration rig, Rectifier& rectifier, std::size_t count) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> angle(-0.7, 0.7);
   std::uniform_real_distribution<double> depth_m(0.8, 6.0);
   OwnedImage left(rig.left.width_px, rig.left.height_px);
   OwnedImage right(rig.left.width_px, rig.left.height_px);
-  std::vector<Sighting> found;
+  std::vector<Observation> found;
   while (found.size() < count) {
     const double z = depth_m(random);
     const Eigen::Vector3d p_left(z * std::tan(angle(random)), z * std::tan(angle(random)), z);
@@ -136,9 +136,9 @@ std::vector<Sighting> sightings(RigCalibration rig, Rectifier& rectifier, std::s
 }
 
 // The rotation that best turns a's onto b's (Kabsch, 1976).
-Eigen::Matrix3d fitted_rotation(const std::vector<Sighting>& points, const StereoGeometry& geometry) {
+Eigen::Matrix3d fitted_rotation(const std::vector<Observation>& points, const StereoGeometry& geometry) {
   Eigen::Matrix3d correlation = Eigen::Matrix3d::Zero();
-  for (const Sighting& s : points) {
+  for (const Observation& s : points) {
     const Eigen::Vector3d q = geometry.triangulate(s.measured.x(), s.measured.y(), s.measured.x() - s.measured.z());
     correlation += q * s.p_left.transpose();
   }
@@ -164,11 +164,11 @@ TEST_P(RectifierTruth, ProjectedPointsObeyTheRectifiedGeometry) {
   const StereoGeometry& geometry = rectifier->geometry();
   EXPECT_NEAR(geometry.baseline_m, rig.T_right_left.translation.norm(), 1e-6);
 
-  const std::vector<Sighting> points = sightings(rig, *rectifier, 60);
+  const std::vector<Observation> points = observations(rig, *rectifier, 60);
   const Eigen::Matrix3d R_rect = fitted_rotation(points, geometry);
   double worst_row = 0;
   double worst = 0;
-  for (const Sighting& s : points) {
+  for (const Observation& s : points) {
     worst_row = std::max(worst_row, std::abs(s.measured.y() - s.v_right));
     worst = std::max(worst, (s.measured - geometry.project(R_rect * s.p_left)).cwiseAbs().maxCoeff());
     EXPECT_NEAR(s.measured.y(), s.v_right, 0.05) << "rows differ at " << s.measured.transpose();
@@ -247,8 +247,8 @@ TEST(Rectifier, PassesRectifiedPairsThroughWithoutACopy) {
 
 TEST(Rectifier, PassesThroughWhereTheGivenRectificationChangesNothing) {
   RigCalibration rig = test::given_rig();
-  for (CameraModel* eye : {&rig.left, &rig.right}) {
-    *eye = {.width_px = 620, .height_px = 188, .fx_px = 360.8, .fy_px = 360.8, .cx_px = 304.8, .cy_px = 86.4};
+  for (CameraModel* view : {&rig.left, &rig.right}) {
+    *view = {.width_px = 620, .height_px = 188, .fx_px = 360.8, .fy_px = 360.8, .cx_px = 304.8, .cy_px = 86.4};
   }
   rig.given->R_left.setIdentity();
   rig.given->R_right.setIdentity();

@@ -1,4 +1,4 @@
-// Pairing on streams whose true partners are known: shot k of either eye carries the sequence number k.
+// Pairing on streams whose true partners are known: shot k of either view carries the sequence number k.
 #include "kinetrace/hal/frame_synchronizer.hpp"
 
 #include <algorithm>
@@ -18,7 +18,7 @@ constexpr std::int64_t kTolerance = 4 * kMs;
 
 /// One frame on its way.
 struct Arrival {
-  Eye eye = Eye::kLeft;
+  View view = View::kLeft;
   SyncFrame frame;
   std::int64_t at_ns = 0;
 };
@@ -27,10 +27,10 @@ struct Scenario {
   int shots = 300;
   std::int64_t tolerance_ns = kTolerance;
   std::int64_t first_sequence = 0;
-  /// By eye and shot number. Where empty: nominal, and nothing is lost.
-  std::function<std::int64_t(Eye, int)> stamp = [](Eye /*eye*/, int shot) { return shot * kPeriod; };
-  std::function<bool(Eye, int)> lost = [](Eye /*eye*/, int /*shot*/) { return false; };
-  std::function<std::int64_t(Eye, int)> latency = [](Eye /*eye*/, int /*shot*/) { return 5 * kMs; };
+  /// By view and shot number. Where empty: nominal, and nothing is lost.
+  std::function<std::int64_t(View, int)> stamp = [](View /*view*/, int shot) { return shot * kPeriod; };
+  std::function<bool(View, int)> lost = [](View /*view*/, int /*shot*/) { return false; };
+  std::function<std::int64_t(View, int)> latency = [](View /*view*/, int /*shot*/) { return 5 * kMs; };
 };
 
 struct Outcome {
@@ -46,22 +46,22 @@ struct Outcome {
     return static_cast<int>(std::count_if(
         pairs.begin(), pairs.end(), [](const SyncPair& pair) { return pair.left.sequence != pair.right.sequence; }));
   }
-  [[nodiscard]] int dropped(Eye eye) const {
+  [[nodiscard]] int dropped(View view) const {
     return static_cast<int>(
-        std::count_if(drops.begin(), drops.end(), [eye](const SyncDrop& drop) { return drop.eye == eye; }));
+        std::count_if(drops.begin(), drops.end(), [view](const SyncDrop& drop) { return drop.view == view; }));
   }
 };
 
 Outcome play(const Scenario& scenario) {
   std::vector<Arrival> arrivals;
   for (int shot = 0; shot < scenario.shots; ++shot) {
-    for (const Eye eye : {Eye::kLeft, Eye::kRight}) {
-      if (!scenario.lost(eye, shot)) {
+    for (const View view : {View::kLeft, View::kRight}) {
+      if (!scenario.lost(view, shot)) {
         const std::int64_t true_ns = shot * kPeriod;
         arrivals.push_back(
-            {eye,
-             {static_cast<int>(arrivals.size()), scenario.first_sequence + shot, scenario.stamp(eye, shot)},
-             true_ns + scenario.latency(eye, shot)});
+            {view,
+             {static_cast<int>(arrivals.size()), scenario.first_sequence + shot, scenario.stamp(view, shot)},
+             true_ns + scenario.latency(view, shot)});
       }
     }
   }
@@ -70,7 +70,7 @@ Outcome play(const Scenario& scenario) {
   FrameSynchronizer synchronizer({.period_ns = kPeriod, .tolerance_ns = scenario.tolerance_ns});
   Outcome outcome;
   for (const Arrival& arrival : arrivals) {
-    synchronizer.add(arrival.eye, arrival.frame);
+    synchronizer.add(arrival.view, arrival.frame);
     while (const auto pair = synchronizer.next_pair()) {
       outcome.pairs.push_back(*pair);
     }
@@ -103,7 +103,7 @@ Outcome play(const Scenario& scenario) {
   return outcome;
 }
 
-TEST(FrameSynchronizer, PairsEveryShotOfTwoPerfectEyes) {
+TEST(FrameSynchronizer, PairsEveryShotOfTwoPerfectCameras) {
   const Outcome outcome = play({});
   EXPECT_EQ(outcome.pairs.size(), 300U);
   EXPECT_EQ(outcome.wrong(), 0);
@@ -116,18 +116,19 @@ TEST(FrameSynchronizer, NothingIsNothing) {
 }
 
 TEST(FrameSynchronizer, ArrivalOrderSaysNothing) {
-  // The right eye's images take three periods longer: by arrival its partner would be another shot.
-  const Outcome outcome = play(
-      {.latency = [](Eye eye, int shot) { return eye == Eye::kRight ? (shot % 2 == 0 ? 30 : 60) * kMs : 5 * kMs; }});
+  // The right view's images take three periods longer: by arrival its partner would be another shot.
+  const Outcome outcome = play({.latency = [](View view, int shot) {
+    return view == View::kRight ? (shot % 2 == 0 ? 30 : 60) * kMs : 5 * kMs;
+  }});
   EXPECT_EQ(outcome.wrong(), 0);
   EXPECT_GE(outcome.pairs.size(), 295U);
 }
 
-TEST(FrameSynchronizer, BearsJitterWithinTheTolerance) {
+TEST(FrameSynchronizer, ToleratesJitterWithinTheTolerance) {
   std::mt19937 random(7);
   std::uniform_int_distribution<std::int64_t> jitter(-kTolerance / 2 + 1, kTolerance / 2 - 1);
   const Outcome outcome =
-      play({.shots = 2000, .stamp = [&](Eye /*eye*/, int shot) { return shot * kPeriod + jitter(random); }});
+      play({.shots = 2000, .stamp = [&](View /*view*/, int shot) { return shot * kPeriod + jitter(random); }});
   EXPECT_GE(outcome.pairs.size(), 1990U);
   EXPECT_EQ(outcome.wrong(), 0);
   EXPECT_NEAR(outcome.offset_ms, 0.0, 1.0);
@@ -136,13 +137,13 @@ TEST(FrameSynchronizer, BearsJitterWithinTheTolerance) {
 TEST(FrameSynchronizer, DropsOnlyTheOlderOfTwoThatDoNotFit) {
   // Half a period tolerance is where two frames could throw each other away.
   for (const std::int64_t tolerance : {kTolerance, kPeriod / 2}) {
-    const Outcome outcome = play({.shots = 200, .tolerance_ns = tolerance, .lost = [](Eye eye, int shot) {
-                                    return eye == Eye::kLeft ? shot % 10 == 4 : shot % 10 == 7;
+    const Outcome outcome = play({.shots = 200, .tolerance_ns = tolerance, .lost = [](View view, int shot) {
+                                    return view == View::kLeft ? shot % 10 == 4 : shot % 10 == 7;
                                   }});
-    EXPECT_EQ(outcome.pairs.size(), 160U) << "every shot that both eyes have";
+    EXPECT_EQ(outcome.pairs.size(), 160U) << "every shot that both views have";
     EXPECT_EQ(outcome.wrong(), 0);
-    EXPECT_EQ(outcome.dropped(Eye::kLeft), 20);
-    EXPECT_EQ(outcome.dropped(Eye::kRight), 20);
+    EXPECT_EQ(outcome.dropped(View::kLeft), 20);
+    EXPECT_EQ(outcome.dropped(View::kRight), 20);
   }
 }
 
@@ -156,8 +157,8 @@ TEST(FrameSynchronizer, FindsEveryCommonShotUnderRandomLosses) {
       shot = {loses(random), loses(random)};
       common += !shot[0] && !shot[1] ? 1 : 0;
     }
-    const Outcome outcome = play({.shots = 1000, .lost = [&](Eye eye, int shot) {
-                                    return lost[static_cast<std::size_t>(shot)][static_cast<std::size_t>(eye)];
+    const Outcome outcome = play({.shots = 1000, .lost = [&](View view, int shot) {
+                                    return lost[static_cast<std::size_t>(shot)][static_cast<std::size_t>(view)];
                                   }});
     EXPECT_EQ(outcome.wrong(), 0);
     EXPECT_EQ(static_cast<int>(outcome.pairs.size()), common);
@@ -166,8 +167,8 @@ TEST(FrameSynchronizer, FindsEveryCommonShotUnderRandomLosses) {
 
 TEST(FrameSynchronizer, LearnsAConstantOffsetWithinTheToleranceAndBeyond) {
   for (const std::int64_t offset_ms : {-16, -12, -5, -3, 3, 5, 12, 16}) {
-    const Outcome outcome =
-        play({.stamp = [&](Eye eye, int shot) { return shot * kPeriod + (eye == Eye::kRight ? offset_ms * kMs : 0); }});
+    const Outcome outcome = play(
+        {.stamp = [&](View view, int shot) { return shot * kPeriod + (view == View::kRight ? offset_ms * kMs : 0); }});
     EXPECT_EQ(outcome.wrong(), 0) << offset_ms;
     EXPECT_GE(outcome.pairs.size(), 290U) << offset_ms;
     EXPECT_NEAR(outcome.offset_ms, static_cast<double>(offset_ms), 0.1);
@@ -177,11 +178,11 @@ TEST(FrameSynchronizer, LearnsAConstantOffsetWithinTheToleranceAndBeyond) {
 TEST(FrameSynchronizer, AnOffsetOfHalfAPeriodIsOneOffsetUnderJitter) {
   std::mt19937 random(3);
   std::uniform_int_distribution<std::int64_t> jitter(-kMs, kMs);
-  const Outcome outcome = play({.shots = 500, .stamp = [&](Eye eye, int shot) {
-                                  return shot * kPeriod + (eye == Eye::kRight ? kPeriod / 2 : 0) + jitter(random);
+  const Outcome outcome = play({.shots = 500, .stamp = [&](View view, int shot) {
+                                  return shot * kPeriod + (view == View::kRight ? kPeriod / 2 : 0) + jitter(random);
                                 }});
   EXPECT_GE(outcome.pairs.size(), 485U);
-  // Which neighbour is the partner cannot be told; but it must not change.
+  // Which neighbour is the partner cannot be reported; but it must not change.
   const std::int64_t lead = outcome.pairs.back().right.sequence - outcome.pairs.back().left.sequence;
   for (const SyncPair& pair : outcome.pairs) {
     EXPECT_EQ(pair.right.sequence - pair.left.sequence, lead);
@@ -190,8 +191,8 @@ TEST(FrameSynchronizer, AnOffsetOfHalfAPeriodIsOneOffsetUnderJitter) {
 
 TEST(FrameSynchronizer, LearnsDrift) {
   // 50 ppm: 1.65 us a frame.
-  const Outcome outcome = play({.shots = 3000, .stamp = [](Eye eye, int shot) {
-                                  return shot * kPeriod + (eye == Eye::kRight ? shot * 1650 : 0);
+  const Outcome outcome = play({.shots = 3000, .stamp = [](View view, int shot) {
+                                  return shot * kPeriod + (view == View::kRight ? shot * 1650 : 0);
                                 }});
   EXPECT_EQ(outcome.pairs.size(), 3000U);
   EXPECT_EQ(outcome.wrong(), 0);
@@ -199,12 +200,12 @@ TEST(FrameSynchronizer, LearnsDrift) {
   EXPECT_NEAR(outcome.offset_ms, 3000 * 1650e-6, 0.1);
 }
 
-TEST(FrameSynchronizer, EyesThatRunFreelyChangePartnersOnceAPeriod) {
-  // 500 ppm: the right eye falls behind by a period every 2000 shots, and so do its images.
-  const auto behind_ns = [](Eye eye, int shot) { return eye == Eye::kRight ? shot * (kPeriod / 2000) : 0; };
+TEST(FrameSynchronizer, CamerasThatRunFreelyChangePartnersOnceAPeriod) {
+  // 500 ppm: the right view falls behind by a period every 2000 shots, and so do its images.
+  const auto behind_ns = [](View view, int shot) { return view == View::kRight ? shot * (kPeriod / 2000) : 0; };
   const Outcome outcome = play({.shots = 8000,
-                                .stamp = [&](Eye eye, int shot) { return shot * kPeriod + behind_ns(eye, shot); },
-                                .latency = [&](Eye eye, int shot) { return 5 * kMs + behind_ns(eye, shot); }});
+                                .stamp = [&](View view, int shot) { return shot * kPeriod + behind_ns(view, shot); },
+                                .latency = [&](View view, int shot) { return 5 * kMs + behind_ns(view, shot); }});
   EXPECT_EQ(outcome.counters.slips, 4U);
   EXPECT_GE(outcome.pairs.size(), 7990U);
   EXPECT_LE(outcome.drops.size(), 8U);
@@ -214,19 +215,19 @@ TEST(FrameSynchronizer, EyesThatRunFreelyChangePartnersOnceAPeriod) {
 }
 
 TEST(FrameSynchronizer, NeverEmitsAStaleFrame) {
-  // Every fifth frame of the right eye is the one before it, sent again under the next number.
+  // Every fifth frame of the right view is the one before it, sent again under the next number.
   FrameSynchronizer synchronizer({.period_ns = kPeriod, .tolerance_ns = kTolerance});
   int pairs = 0;
   for (int shot = 0; shot < 100; ++shot) {
     const bool repeats = shot % 5 == 4;
-    synchronizer.add(Eye::kLeft, {shot, shot, shot * kPeriod});
-    synchronizer.add(Eye::kRight, {shot, shot, (repeats ? shot - 1 : shot) * kPeriod});
+    synchronizer.add(View::kLeft, {shot, shot, shot * kPeriod});
+    synchronizer.add(View::kRight, {shot, shot, (repeats ? shot - 1 : shot) * kPeriod});
     while (const auto pair = synchronizer.next_pair()) {
       EXPECT_EQ(pair->left.time_ns, pair->right.time_ns);
       ++pairs;
     }
     while (const auto drop = synchronizer.next_drop()) {
-      EXPECT_TRUE(drop->eye == Eye::kLeft || drop->reason == SyncDrop::Reason::kStale);
+      EXPECT_TRUE(drop->view == View::kLeft || drop->reason == SyncDrop::Reason::kStale);
     }
   }
   EXPECT_EQ(pairs, 80);
@@ -236,7 +237,7 @@ TEST(FrameSynchronizer, NeverEmitsAStaleFrame) {
 TEST(FrameSynchronizer, DropsAFrameThatComesOutOfOrder) {
   FrameSynchronizer synchronizer({.period_ns = kPeriod, .tolerance_ns = kTolerance});
   for (const int shot : {0, 1, 3, 2, 4}) {
-    synchronizer.add(Eye::kLeft, {shot, shot, shot * kPeriod});
+    synchronizer.add(View::kLeft, {shot, shot, shot * kPeriod});
   }
   std::vector<std::int64_t> dropped;
   while (const auto drop = synchronizer.next_drop()) {
@@ -245,19 +246,19 @@ TEST(FrameSynchronizer, DropsAFrameThatComesOutOfOrder) {
   EXPECT_THAT(dropped, ::testing::UnorderedElementsAre(0, 1, 2));
 }
 
-TEST(FrameSynchronizer, HoldsNoMoreThanItSaysWhileOneEyeIsSilent) {
-  const Outcome outcome =
-      play({.shots = 400, .lost = [](Eye eye, int shot) { return eye == Eye::kRight && shot >= 100 && shot < 300; }});
-  EXPECT_EQ(outcome.pairs.size(), 200U) << "pairs go on as soon as the silent eye is back";
+TEST(FrameSynchronizer, HoldsNoMoreThanItSaysWhileOneCameraIsSilent) {
+  const Outcome outcome = play(
+      {.shots = 400, .lost = [](View view, int shot) { return view == View::kRight && shot >= 100 && shot < 300; }});
+  EXPECT_EQ(outcome.pairs.size(), 200U) << "pairs go on as soon as the silent view is back";
   EXPECT_EQ(outcome.wrong(), 0);
-  EXPECT_EQ(outcome.dropped(Eye::kLeft), 200);
-  EXPECT_EQ(outcome.dropped(Eye::kRight), 0);
+  EXPECT_EQ(outcome.dropped(View::kLeft), 200);
+  EXPECT_EQ(outcome.dropped(View::kRight), 0);
 }
 
 TEST(FrameSynchronizer, SurvivesJumpsOfOneClock) {
   for (const std::int64_t jump_ms : {-3'600'000, -5'000, -40, 40, 5'000, 3'600'000}) {
-    const Outcome outcome = play({.shots = 400, .stamp = [&](Eye eye, int shot) {
-                                    return shot * kPeriod + (eye == Eye::kRight && shot >= 200 ? jump_ms * kMs : 0);
+    const Outcome outcome = play({.shots = 400, .stamp = [&](View view, int shot) {
+                                    return shot * kPeriod + (view == View::kRight && shot >= 200 ? jump_ms * kMs : 0);
                                   }});
     EXPECT_GE(outcome.pairs.size(), 370U) << jump_ms;
     if (std::abs(jump_ms) > FrameSynchronizer::kJumpPeriods * kPeriod / kMs) {
@@ -267,8 +268,9 @@ TEST(FrameSynchronizer, SurvivesJumpsOfOneClock) {
 }
 
 TEST(FrameSynchronizer, SurvivesBothClocksGoingBackTogether) {
-  const Outcome outcome = play(
-      {.shots = 400, .stamp = [](Eye /*eye*/, int shot) { return shot * kPeriod - (shot >= 200 ? 50'000 * kMs : 0); }});
+  const Outcome outcome = play({.shots = 400, .stamp = [](View /*view*/, int shot) {
+                                  return shot * kPeriod - (shot >= 200 ? 50'000 * kMs : 0);
+                                }});
   EXPECT_GE(outcome.pairs.size(), 390U);
   EXPECT_EQ(outcome.wrong(), 0);
 }
@@ -278,8 +280,8 @@ TEST(FrameSynchronizer, BeginsAnewWhenAStreamCountsFromZeroAgain) {
   int pairs = 0;
   for (int shot = 0; shot < 200; ++shot) {
     // Both devices were opened anew: numbers and, by a reboot of their clocks, times begin again.
-    for (const Eye eye : {Eye::kLeft, Eye::kRight}) {
-      synchronizer.add(eye, {shot, shot % 100, shot % 100 * kPeriod});
+    for (const View view : {View::kLeft, View::kRight}) {
+      synchronizer.add(view, {shot, shot % 100, shot % 100 * kPeriod});
     }
     pairs += synchronizer.next_pair() ? 1 : 0;
     while (synchronizer.next_drop()) {
@@ -293,20 +295,20 @@ TEST(FrameSynchronizer, NumbersMayBeBeyond32Bits) {
   EXPECT_EQ(outcome.pairs.size(), 50U);
 }
 
-TEST(FrameSynchronizer, ForgettingAnEyeDropsNothing) {
+TEST(FrameSynchronizer, ForgettingAnCameraDropsNothing) {
   FrameSynchronizer synchronizer({.period_ns = kPeriod, .tolerance_ns = kTolerance});
-  synchronizer.add(Eye::kLeft, {0, 0, 0});
-  synchronizer.add(Eye::kRight, {0, 0, kPeriod});
-  synchronizer.forget(Eye::kLeft);
+  synchronizer.add(View::kLeft, {0, 0, 0});
+  synchronizer.add(View::kRight, {0, 0, kPeriod});
+  synchronizer.forget(View::kLeft);
   EXPECT_FALSE(synchronizer.next_pair());
   EXPECT_FALSE(synchronizer.next_drop());
-  synchronizer.add(Eye::kLeft, {1, 0, kPeriod});
-  EXPECT_TRUE(synchronizer.next_pair()) << "the other eye still waits";
+  synchronizer.add(View::kLeft, {1, 0, kPeriod});
+  EXPECT_TRUE(synchronizer.next_pair()) << "the other view still waits";
 }
 
-TEST(FrameSynchronizer, TwoEyesOfDifferentRatesPairWhereTheyMeet) {
+TEST(FrameSynchronizer, TwoCamerasOfDifferentRatesPairWhereTheyMeet) {
   const Outcome outcome =
-      play({.shots = 300, .lost = [](Eye eye, int shot) { return eye == Eye::kRight && shot % 2 == 1; }});
+      play({.shots = 300, .lost = [](View view, int shot) { return view == View::kRight && shot % 2 == 1; }});
   EXPECT_EQ(outcome.pairs.size(), 150U);
   EXPECT_EQ(outcome.wrong(), 0);
 }

@@ -40,7 +40,7 @@ TEST(TimelineGuard, ReturnsToTheClockWhenItIsRightAgain) {
   EXPECT_EQ(back.time_ns, 2 * kPeriod);
 }
 
-TEST(TimelineGuard, BelievesWhateverLiesWithinTheEvidence) {
+TEST(TimelineGuard, AcceptsWhateverLiesWithinTheEvidence) {
   constexpr std::int64_t kLong = 40 * kPeriod;
   TimelineGuard guard(kTolerance);
   static_cast<void>(guard.correct(0, 0));

@@ -1,5 +1,5 @@
 // Counts heap allocations, ours and foreign libraries' apart, so that "no allocation after start" is measured and not
-// believed.
+// accepted.
 #pragma once
 
 #include <cstdint>

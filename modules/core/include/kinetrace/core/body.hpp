@@ -43,7 +43,7 @@ struct BodyPoint {
   std::uint8_t intensity = 0;
 };
 
-/// One sighting of a point in the current frame.
+/// One observation of a point in the current frame.
 struct PointObservation {
   std::uint32_t point_id = 0;
   float u_left_px = 0.F;
@@ -52,7 +52,7 @@ struct PointObservation {
 };
 
 /// Pose of the camera relative to a body at one frame, once it has left the window and will not change any more.
-struct SettledPose {
+struct FinalisedPose {
   std::int64_t frame_index = 0;
   std::int64_t timestamp_ns = 0;
   BodyStatus status = BodyStatus::kLost;
@@ -70,7 +70,7 @@ struct BodyEstimate {
   int inliers = 0;                         ///< Those that agree with the pose.
   bool is_keyframe = false;
   std::span<const BodyPoint> points;                     ///< Live points.
-  std::span<const PointObservation> frame_observations;  ///< Inlier sightings of live points in this frame.
+  std::span<const PointObservation> frame_observations;  ///< Inlier observations of live points in this frame.
   std::span<const BodyPoint> retired;  ///< Points that left the map with this frame, in their final position.
 };
 

@@ -16,7 +16,7 @@ namespace kinetrace {
 
 inline constexpr int kMaxWindowFrames = 32;  ///< Frames of a window fit one bit mask.
 
-/// One sighting: v is the mean row of the pair; u_right is NaN where only the left eye saw the point.
+/// One observation: v is the mean row of the pair; u_right is NaN where only the left view saw the point.
 struct BundleObservation {
   float u_left_px = 0.F;
   float v_px = 0.F;

@@ -28,7 +28,7 @@ struct Detection {
 struct DetectionFrame {
   bool available = false;
   PixelBox
-      searched_px;  ///< Part of the left image that was looked at; empty: all of it. What is cut by it is not told.
+      searched_px;  ///< Part of the left image that was looked at; empty: all of it. What is cut by it is not reported.
   LabelView left_labels;
   std::span<const Detection> left;
   LabelView right_labels;  ///< Empty when the source gives no right masks: the tracker derives them.

@@ -120,8 +120,8 @@ static_assert(sizeof(FrameCounters) == kFrameCounterNames.size() * sizeof(std::u
 /// Everything about one processed frame. Spans and views live in the pipeline until its next call.
 struct FrameResult {
   FrameEstimate newest;
-  bool has_settled = false;
-  FrameEstimate settled;  ///< An earlier frame that has just left the window: its estimate is final.
+  bool has_finalised = false;
+  FrameEstimate finalised;  ///< An earlier frame that has just left the window: its estimate is final.
   std::span<const BodyGeometry> bodies;
   std::span<const Track> tracks;
   RectifiedPair pair;

@@ -26,19 +26,19 @@ enum class HealthState : std::uint8_t {
 enum class HealthReason : std::uint8_t {
   kCameraStalled,   ///< No image for longer than there should be.
   kCameraLost,      ///< A device has gone.
-  kFramesLost,      ///< Frames that never came, or with one eye only.
+  kFramesLost,      ///< Frames that never came, or with one view only.
   kFramesRepeated,  ///< Frames that came again or too late.
   kFramesDamaged,   ///< Unreadable or cut off.
   kFramesOfWrongSize,
   kFramesOutdated,    ///< Left out because processing could not follow.
   kClockJumped,       ///< Times that could not be, mended.
-  kEyesOutOfStep,     ///< Left and right are not from the same moment.
-  kEyesIdentical,     ///< Left and right are the same image.
-  kEyesExchanged,     ///< The left image is the right eye's.
-  kEyesUnrelated,     ///< Left and right show different things.
+  kViewsOutOfStep,    ///< Left and right are not from the same moment.
+  kViewsIdentical,    ///< Left and right are the same image.
+  kViewsExchanged,    ///< The left image is the right view's.
+  kViewsUnrelated,    ///< Left and right show different things.
   kNoParallax,        ///< Left and right show no disparity.
   kCalibrationOff,    ///< The calibration does not fit the images.
-  kImagesFrozen,      ///< An eye delivers the same image again and again.
+  kImagesFrozen,      ///< A view delivers the same image again and again.
   kPoseLost,          ///< Frames in which the camera's own motion was not found.
   kRecordingStopped,  ///< Raw images are not recorded any more.
   kMasksMissing,      ///< Frames that were to have masks and had none: a network is slow, fails, or is not there.
@@ -55,7 +55,7 @@ inline constexpr std::size_t kHealthReasonCount = 23;
   constexpr std::array<std::string_view, kHealthReasonCount> kNames{
       "camera_stalled",    "camera_lost",          "frames_lost",      "frames_repeated",
       "frames_damaged",    "frames_of_wrong_size", "frames_outdated",  "clock_jumped",
-      "eyes_out_of_step",  "eyes_identical",       "eyes_exchanged",   "eyes_unrelated",
+      "views_out_of_step", "views_identical",      "views_exchanged",  "views_unrelated",
       "no_parallax",       "calibration_off",      "images_frozen",    "pose_lost",
       "recording_stopped", "masks_missing",        "masks_unreadable", "not_published",
       "sheds_iterations",  "sheds_points",         "sheds_objects"};

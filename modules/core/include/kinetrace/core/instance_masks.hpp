@@ -34,14 +34,14 @@ struct RunLengthMask {
   return std::accumulate(mask.runs.begin(), mask.runs.end(), std::uint64_t{0}) == area;
 }
 
-enum class Eye : std::uint8_t { kLeft, kRight };
+enum class View : std::uint8_t { kLeft, kRight };
 
 /// Masks of one image, or a piece of them, as somebody sent them: nothing is checked.
 struct MaskMessage {
   std::uint64_t sender = 0;  ///< The same for all that one sender writes, and for nobody else's.
   std::int64_t frame_index = 0;
-  std::int64_t timestamp_ns = 0;  ///< As the request for this frame told it.
-  Eye eye = Eye::kLeft;
+  std::int64_t timestamp_ns = 0;  ///< As the request for this frame reported it.
+  View view = View::kLeft;
   std::uint32_t width_px = 0;
   std::uint32_t height_px = 0;
   std::uint32_t piece = 0;   ///< Of the image's masks, from 0 ...

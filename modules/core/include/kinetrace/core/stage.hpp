@@ -34,7 +34,7 @@ inline constexpr std::size_t kStageCount = 12;
   return kNames[static_cast<std::size_t>(stage)];
 }
 
-/// Told when stages begin and end. Modules own no clock, so timing belongs to whoever implements this.
+/// Reported when stages begin and end. Modules own no clock, so timing belongs to whoever implements this.
 class KINETRACE_API StageObserver {
  public:
   StageObserver() = default;

@@ -7,7 +7,7 @@
 
 namespace kinetrace {
 
-/// Geometry of a rectified pair. A point p (camera frame of the left eye: x right, y down, z forward, metres) is seen
+/// Geometry of a rectified pair. A point p (camera frame of the left view: x right, y down, z forward, metres) is seen
 /// at u_left = fx x/z + cx, v = fy y/z + cy in the left image and u_right = u_left - fx baseline / z in the right one.
 struct StereoGeometry {
   double fx_px = 0.0;

@@ -26,7 +26,7 @@ struct Track {
   int missed_frames = 0;       ///< Frames since the last matched detection.
   std::int64_t age_ns = 0;     ///< Dwell time (see dwell_time.hpp) since birth,
   std::int64_t missed_ns = 0;  ///< ... and without a detection.
-  float visible_part = 1.F;    ///< Of the mask expected: detected, in the image and not behind others, for both eyes.
+  float visible_part = 1.F;    ///< Of the mask expected: detected, in the image and not behind others, for both views.
   PixelBox box_px;             ///< Of the left mask; empty when nothing of it is in the image.
   int area_px = 0;             ///< Of the left mask.
 

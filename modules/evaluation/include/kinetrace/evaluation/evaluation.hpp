@@ -1,4 +1,4 @@
-// All that is known about a run against its truth, and how it is told.
+// All that is known about a run against its truth, and how it is reported.
 #pragma once
 
 #include <cstdint>

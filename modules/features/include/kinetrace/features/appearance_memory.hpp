@@ -1,4 +1,4 @@
-// What the points of a body looked like, for recognising them when the body has been out of sight.
+// What the points of a body looked like, for recognising them when the body has been out of view.
 #pragma once
 
 #include <cstddef>
@@ -19,12 +19,12 @@ struct KnownPoint {
 };
 
 /// Where a remembered point is expected: column and row in the left image, px.
-using ExpectedSighting = Eigen::Vector2f;
+using ExpectedObservation = Eigen::Vector2f;
 
 /// What is taken for a remembered point.
 struct RecognitionGate {
   Eigen::Vector2f reach_px{0.F, 0.F};  ///< So far from where it is expected, columns and rows.
-  float least_likeness = 0.85F;        ///< Correlation of the two patches.
+  float min_similarity = 0.85F;        ///< Correlation of the two patches.
 };
 
 /// A remembered point found again.

@@ -76,12 +76,12 @@ class FeatureFrontEnd {
   [[nodiscard]] std::size_t count_corners() noexcept;
 
   /// Which bodies' masks are guesses, by label: features may stay in them, but no new ones are looked for.
-  using GuessedMasks = std::bitset<256>;
+  using PredictedMasks = std::bitset<256>;
 
   /// Reconciles features with the masks and detects new ones in free buckets. `left_labels` may be empty: then all is
   /// background. The result holds all live features, in ascending slot. Errors: kIllegalState without `track`,
   /// kInvalidArgument when the size of the labels differs.
-  [[nodiscard]] Result<FeatureFrame> replenish(LabelView left_labels, const GuessedMasks& guessed = {});
+  [[nodiscard]] Result<FeatureFrame> replenish(LabelView left_labels, const PredictedMasks& predicted = {});
 
   /// These slots turned out to be outliers; their features die at the next `track`. Slots not alive are ignored.
   void reject(std::span<const std::uint16_t> slots) noexcept;
@@ -96,9 +96,9 @@ class FeatureFrontEnd {
   void remember(std::span<const KnownPoint> points, AppearanceMemory& memory) const noexcept;
   /// Compares each live feature of a body with the remembered points expected within the gate's reach of it, aligned
   /// and at the size that its disparity tells: from half as large to 2.8 times. `expected[i]` belongs to point i.
-  /// Writes every likeness to `found`, by feature, at most as many as it holds, and returns how many. Many will be
+  /// Writes every similarity to `found`, by feature, at most as many as it holds, and returns how many. Many will be
   /// wrong.
-  [[nodiscard]] std::size_t recognise(const AppearanceMemory& memory, std::span<const ExpectedSighting> expected,
+  [[nodiscard]] std::size_t recognise(const AppearanceMemory& memory, std::span<const ExpectedObservation> expected,
                                       const RecognitionGate& gate, std::uint8_t body,
                                       std::span<RecognisedPoint> found) const noexcept;
 

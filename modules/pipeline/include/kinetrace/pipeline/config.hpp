@@ -18,7 +18,7 @@ namespace kinetrace::pipeline {
 /// Sizes of an object's reconstruction: few points, a window as long as the background's.
 [[nodiscard]] constexpr sfm::BodyConfig default_object_config() noexcept {
   sfm::BodyConfig config;
-  config.vote_after_sightings = 0;
+  config.min_observations_for_consensus = 0;
   config.max_points = 160;
   config.keyframe_motion_px = 2.0;  // A turning object shows new sides long before it has moved far in the image.
   config.gate_sigma = 3.0;
@@ -99,7 +99,7 @@ void visit_features(Config& config, Visitor& visit) {
   visit("features.max_disparity_px", f.max_disparity_px,
         "left-right search range: nearest distance = fx baseline / this");
   visit("features.min_disparity_px", f.min_disparity_px, "below, a match says nothing, px");
-  visit("features.max_row_difference_px", f.max_row_difference_px, "between the eyes, px");
+  visit("features.max_row_difference_px", f.max_row_difference_px, "between the views, px");
   visit("features.uniqueness_ratio", f.uniqueness_ratio, "second-best cost over best cost of a left-right match");
   visit("features.mask_border_px", f.mask_border_px, "a feature this near a mask border keeps its body, px");
 }
@@ -191,7 +191,7 @@ void visit_trajectory(Config& config, Visitor& visit) {
   visit("trajectory.max_acceleration_mps2", j.max_acceleration_mps2, "process noise of stereo-only objects, m/s^2");
   visit("trajectory.stereo_sigma_px", j.stereo_sigma_px, "standard deviation of a stereo position, px");
   visit("trajectory.surface_sigma_m", j.surface_sigma_m,
-        "how far the middle of what is seen wanders over a stereo-only object, m");
+        "how far the middle of what is seen drifts over a stereo-only object, m");
   visit("trajectory.smoothing_acceleration_mps2", j.smoothing_acceleration_mps2,
         "standard deviation of an object's acceleration, for smoothing its path, m/s^2");
   visit("trajectory.smoothing_turn_radps2", j.smoothing_turn_radps2, "... and of its angular acceleration, rad/s^2");

@@ -46,8 +46,9 @@ class KINETRACE_API Pipeline {
   /// The first mask file that was missing or could not be used: which, and why. Empty if there was none.
   [[nodiscard]] std::string_view mask_complaint() const noexcept;
 
-  /// After the last frame: call until it returns nullptr. Each call gives one more settled frame (`has_settled` true,
-  /// `newest` repeats the last frame, images empty); the last ones also carry, as retired, every point still alive.
+  /// After the last frame: call until it returns nullptr. Each call gives one more finalised frame (`has_finalised`
+  /// true, `newest` repeats the last frame, images empty); the last ones also carry, as retired, every point still
+  /// alive.
   [[nodiscard]] const FrameResult* drain();
 
  private:

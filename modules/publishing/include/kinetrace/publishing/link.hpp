@@ -15,7 +15,7 @@
 namespace kinetrace::publishing {
 
 enum class LinkState : std::uint8_t {
-  kWaiting,    ///< The interface is not there, or has no address: nothing is sent or heard.
+  kWaiting,    ///< The interface is not there, or has no address: nothing is sent or received.
   kConnected,  ///< There is a participant; others come and go as they like.
   kFailed,     ///< The interface is there, but the DDS library refuses; tried again every few seconds.
 };
@@ -74,7 +74,7 @@ class KINETRACE_API Link {
   /// A handle of the DDS library that readers attach to, so that `wait` notices them.
   [[nodiscard]] std::int32_t waitset() const noexcept;
   [[nodiscard]] LinkState state() const noexcept;
-  /// Other participants of the domain that have been heard of; also those that security will refuse.
+  /// Other participants of the domain that have been seen; also those that security will refuse.
   [[nodiscard]] std::size_t others() const;
   /// Participants made after the first one.
   [[nodiscard]] std::uint64_t restarts() const noexcept;

@@ -22,7 +22,7 @@ inline constexpr std::size_t kMaxRunsOfMask = 4096;
 /// The side that wants masks. Calls come from one thread, which is not the pipeline's.
 class KINETRACE_API MaskReceiver {
  public:
-  /// Masks for `device` alone are heard. `link` outlives it.
+  /// Masks for `device` alone are received. `link` outlives it.
   MaskReceiver(Link& link, std::string device);
   MaskReceiver(const MaskReceiver&) = delete;
   MaskReceiver& operator=(const MaskReceiver&) = delete;
@@ -54,7 +54,7 @@ class KINETRACE_API MaskSender {
     };
     std::int64_t frame_index = 0;
     std::int64_t timestamp_ns = 0;
-    Eye eye = Eye::kLeft;
+    View view = View::kLeft;
     int width_px = 0;
     int height_px = 0;
     std::vector<Mask> masks{};

@@ -83,7 +83,7 @@ enum class SecurityMode : std::uint8_t {
 }
 
 /// Files of DDS Security, PEM and S/MIME. All are needed when required; none may be set when off, so that nobody
-/// believes to be protected.
+/// accepts to be protected.
 struct SecurityConfig {
   SecurityMode mode = SecurityMode::kOff;
   std::string identity_ca{};     ///< Certificate of the authority that signed the identities.
@@ -113,7 +113,7 @@ struct KINETRACE_API PublishConfig {
   int bytes_per_second = 4'000'000;  ///< Of user data, counted once per reader; see ByteBudget for what goes first.
   int piece_bytes = 16'000;          ///< Larger messages come in pieces.
   int max_points = 2000;             ///< Points of a frame, over all bodies; more are thinned evenly. 0: none.
-  int trajectory_queue = 2048;       ///< Settled poses that may wait for the publisher; more are dropped and counted.
+  int trajectory_queue = 2048;       ///< Finalised poses that may wait for the publisher; more are dropped and counted.
   int log_lines_per_minute = 12;     ///< Of the DDS library; the rest is counted.
   /// Cyclone DDS configuration file for what the other keys do not offer; empty: the configuration is made from them.
   /// It replaces interface, peers and multicast, and cannot be combined with security.
@@ -140,7 +140,7 @@ void visit_fields(Config& config, Visitor&& visit) {
         "at most, over all readers; poses, objects and health go first, points last");
   visit("dds.piece_bytes", config.piece_bytes, "larger messages come in pieces, 4096 to 20000");
   visit("dds.max_points", config.max_points, "points of a frame, thinned evenly; 0: none");
-  visit("dds.trajectory_queue", config.trajectory_queue, "settled poses that may wait for the publisher");
+  visit("dds.trajectory_queue", config.trajectory_queue, "finalised poses that may wait for the publisher");
   visit("dds.log_lines_per_minute", config.log_lines_per_minute, "of the DDS library; the rest is counted");
   visit("dds.xml", config.xml, "own Cyclone DDS configuration instead of interface, peers and multicast");
   visit("dds.ros2.enabled", config.ros2.enabled, "topics for ROS 2");

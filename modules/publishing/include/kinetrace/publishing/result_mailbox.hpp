@@ -39,8 +39,8 @@ class KINETRACE_API ResultMailbox {
   /// Copies what is to be published. `handed_over_ns` is the system clock (Unix), `exposed_ns` the steady clock at
   /// mid-exposure, 0 where that is not known. At most 50 us for 64 objects and 2000 points.
   void offer(const FrameResult& result, std::int64_t handed_over_ns, std::int64_t exposed_ns = 0) noexcept;
-  /// Of a result that comes only with a settled frame (Pipeline::drain).
-  void offer_settled(const FrameResult& result) noexcept;
+  /// Of a result that comes only with a finalised frame (Pipeline::drain).
+  void offer_finalised(const FrameResult& result) noexcept;
   void offer_health(const PublishedHealth& health) noexcept;
   /// No more results will come: every trajectory that is still open ends.
   void end_trajectories() noexcept;
@@ -62,7 +62,7 @@ class KINETRACE_API ResultMailbox {
   };
 
   ResultMailbox(const PublishConfig& config, Arena& arena);
-  void offer_poses(const FrameEstimate& settled) noexcept;
+  void offer_poses(const FrameEstimate& finalised) noexcept;
   void end_where_gone(const FrameResult& result) noexcept;
   void remember(const ObjectResult& object, std::int64_t frame) noexcept;
   void push(const TrajectoryEvent& event) noexcept;

@@ -1,4 +1,4 @@
-// Kinetrace's own topics, heard: what another Kinetrace publishes.
+// Kinetrace's own topics, received: what another Kinetrace publishes.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ namespace kinetrace::publishing {
 // Frames and units as in FrameResult. Views live as long as the call that they are given to. What this version does
 // not know of a status is the worst one.
 
-struct HeardCamera {
+struct ReceivedCamera {
   std::string_view device;
   std::int64_t frame_index = 0;
   std::int64_t timestamp_ns = 0;
@@ -30,7 +30,7 @@ struct HeardCamera {
 };
 
 /// Objects of one frame, or a piece of them.
-struct HeardObjects {
+struct ReceivedObjects {
   std::string_view device;
   std::int64_t frame_index = 0;
   std::int64_t timestamp_ns = 0;
@@ -39,26 +39,26 @@ struct HeardObjects {
   std::span<const ObjectResult> objects;  ///< Without label and T_obj_cam.
 };
 
-struct HeardReason {
+struct ReceivedReason {
   std::string_view name;
   std::uint64_t count = 0;
   std::int64_t first_frame = 0;
   std::int64_t last_frame = 0;
 };
-struct HeardCounter {
+struct ReceivedCounter {
   std::string_view name;
   std::uint64_t value = 0;
 };
-struct HeardHealth {
+struct ReceivedHealth {
   std::string_view device;
   std::int64_t frame_index = 0;
   HealthState state = HealthState::kLost;
   std::string_view camera;
-  std::span<const HeardReason> reasons;
-  std::span<const HeardCounter> counters;
+  std::span<const ReceivedReason> reasons;
+  std::span<const ReceivedCounter> counters;
 };
 
-struct HeardCalibration {
+struct ReceivedCalibration {
   std::string_view device;
   StereoGeometry geometry;
 };
@@ -71,10 +71,10 @@ class KINETRACE_API ResultListener {
   ResultListener(ResultListener&&) = delete;
   ResultListener& operator=(ResultListener&&) = delete;
   virtual ~ResultListener() = default;
-  virtual void hear(const HeardCamera& camera) = 0;
-  virtual void hear(const HeardObjects& objects) = 0;
-  virtual void hear(const HeardHealth& health) = 0;
-  virtual void hear(const HeardCalibration& calibration) = 0;
+  virtual void receive(const ReceivedCamera& camera) = 0;
+  virtual void receive(const ReceivedObjects& objects) = 0;
+  virtual void receive(const ReceivedHealth& health) = 0;
+  virtual void receive(const ReceivedCalibration& calibration) = 0;
 };
 
 /// Reads poses, objects, health and calibration of all devices in the domain. Points and trajectories are left alone:

@@ -1,4 +1,4 @@
-// ROS 2 topics, heard as they travel: for files that hold what was sent, byte by byte.
+// ROS 2 topics, received as they travel: for files that hold what was sent, byte by byte.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ struct RosTopicDescription {
   std::string qos;         ///< What is offered, in YAML, as players of recordings read it.
 };
 
-/// A message that was heard. The bytes live as long as the call that they are given to.
+/// A message that was received. The bytes live as long as the call that they are given to.
 struct RosMessage {
   std::size_t topic = 0;           ///< Index in the topics.
   std::int64_t sent_ns = 0;        ///< System clock (Unix) of the sender.

@@ -48,9 +48,9 @@ class KINETRACE_API McapWriter {
   /// Returns the channel for `write`. Errors: kIo, kCapacity (65535 channels).
   [[nodiscard]] Result<std::uint16_t> add_topic(const McapTopic& topic);
 
-  /// One message. Times are Unix nanoseconds: when it was heard, and when it was sent. After an error the file ends
+  /// One message. Times are Unix nanoseconds: when it was received, and when it was sent. After an error the file ends
   /// with the message before, and every further call says the same. Errors: kIo, kInvalidArgument (no such channel).
-  [[nodiscard]] Status write(std::uint16_t channel, std::int64_t heard_ns, std::int64_t sent_ns,
+  [[nodiscard]] Status write(std::uint16_t channel, std::int64_t last_image_ns, std::int64_t sent_ns,
                              std::span<const std::byte> cdr);
 
   /// Index and end of the file; nothing can be written afterwards. Errors: kIo.

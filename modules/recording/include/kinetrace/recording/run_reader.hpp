@@ -19,14 +19,14 @@ namespace kinetrace::recording {
 
 class FolderLock;
 
-/// A settled camera pose.
+/// A finalised camera pose.
 struct CameraRow {
   std::int64_t frame = 0;
   std::int64_t timestamp_ns = 0;
   Se3 T_world_cam;
 };
 
-/// A row of objects.csv: one object in one settled frame.
+/// A row of objects.csv: one object in one finalised frame.
 struct ObjectRow {
   std::int64_t frame = 0;
   std::int64_t timestamp_ns = 0;

@@ -20,7 +20,7 @@ struct CeresBundleConfig {
   [[nodiscard]] Status validate() const;
 };
 
-/// One sighting in a batch problem.
+/// One observation in a batch problem.
 struct BatchObservation {
   std::uint32_t point = 0;
   std::uint32_t frame = 0;

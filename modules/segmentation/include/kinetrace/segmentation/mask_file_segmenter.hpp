@@ -18,7 +18,7 @@ class ImageReader;
 
 namespace kinetrace::segmentation {
 
-/// One PNG per frame and eye, named like the image: KITTI MOTS (16 bit) or plain instance numbers (8 bit). Numbers in
+/// One PNG per frame and view, named like the image: KITTI MOTS (16 bit) or plain instance numbers (8 bit). Numbers in
 /// files are detections of one frame, never identities. This is the one class of the module that reads files, and it
 /// does so in load() alone.
 class MaskFileSegmenter final : public Segmenter {
@@ -44,8 +44,8 @@ class MaskFileSegmenter final : public Segmenter {
 
  private:
   enum class FileState : std::uint8_t { kMissing, kUnreadable, kLoaded };
-  struct Eye {
-    std::string directory;  ///< Empty: no masks for this eye.
+  struct View {
+    std::string directory;  ///< Empty: no masks for this view.
     FileState state = FileState::kMissing;
     MaskEncoding encoding = MaskEncoding::kMots;
     ImageView<std::uint16_t> values;
@@ -56,14 +56,14 @@ class MaskFileSegmenter final : public Segmenter {
   MaskFileSegmenter();
   static void carve(const SegmentationConfig& config, const StereoGeometry& geometry, Arena& arena,
                     MaskFileSegmenter& segmenter);
-  void load_eye(Eye& eye, std::string_view stem);
-  void relabel(Eye& eye, std::string_view stem) noexcept;
+  void load_view(View& view, std::string_view stem);
+  void relabel(View& view, std::string_view stem) noexcept;
 
   static constexpr std::size_t kMaxPathBytes = 4096;
 
   SegmentationConfig config_;
-  Eye left_;
-  Eye right_;
+  View left_;
+  View right_;
   InstanceRelabeler relabeler_;
   std::unique_ptr<imaging::ImageReader> reader_;
   std::array<char, kMaxPathBytes> path_{};

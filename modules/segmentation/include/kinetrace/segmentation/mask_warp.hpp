@@ -26,10 +26,10 @@ class MaskWarp {
   /// Where features are in the frame whose masks will come.
   void remember(std::span<const Feature> features) noexcept;
   /// Moves what `canvas` has drawn of that frame to the present one.
-  void warp(std::span<const Feature> now, Eye eye, MaskCanvas& canvas) noexcept;
+  void warp(std::span<const Feature> now, View view, MaskCanvas& canvas) noexcept;
 
  private:
-  struct Sighting {
+  struct Observation {
     std::uint32_t id = 0;
     Eigen::Vector2f left_px{0.F, 0.F};
     float u_right_px = kNoRight;
@@ -45,14 +45,14 @@ class MaskWarp {
     Eigen::Vector2f shift_px{0.F, 0.F};
   };
 
-  void collect(std::span<const Feature> now, Eye eye, ImageView<const std::uint16_t> drawn) noexcept;
+  void collect(std::span<const Feature> now, View view, ImageView<const std::uint16_t> drawn) noexcept;
   void find_boxes(ImageView<const std::uint16_t> drawn, std::size_t masks) noexcept;
   [[nodiscard]] Similarity motion_of(std::uint16_t mask) noexcept;
   [[nodiscard]] Similarity motion_around(const PixelBox& box_px) noexcept;
   [[nodiscard]] Eigen::Vector2f median_shift(std::span<const Motion> motions) noexcept;
   void move(std::uint16_t mask, const Similarity& motion, ImageView<std::uint16_t> target) const noexcept;
 
-  FixedVector<Sighting> then_;  ///< By slot.
+  FixedVector<Observation> then_;  ///< By slot.
   FixedVector<Motion> motions_;
   FixedVector<Motion> chosen_;
   FixedVector<float> sorted_;

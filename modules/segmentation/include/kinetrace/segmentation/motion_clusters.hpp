@@ -58,7 +58,7 @@ class MotionClusters {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(grid_width_) + static_cast<std::size_t>(x);
   }
   void pool(std::size_t i);
-  [[nodiscard]] Verdict judge(const Eigen::Vector3f& velocity_mps, const Eigen::Matrix3f& covariance) const;
+  [[nodiscard]] Verdict assess(const Eigen::Vector3f& velocity_mps, const Eigen::Matrix3f& covariance) const;
   [[nodiscard]] bool moving(std::size_t i) const noexcept { return pooled_[i].verdict != Verdict::kStatic; }
   void join_neighbours();
   void collect();

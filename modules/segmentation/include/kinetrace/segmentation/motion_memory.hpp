@@ -1,4 +1,4 @@
-// Which moving regions are believed, and for how long after they stop.
+// Which moving regions are accepted, and for how long after they stop.
 #pragma once
 
 #include <array>
@@ -30,7 +30,7 @@ struct MotionRegion {
   bool reported = false;  ///< Confirmed, and moving or stopped not long ago.
   int features = 0;       ///< In this frame.
   float area_px = 0.F;    ///< Of its outline when last shown.
-  int shrunk_frames = 0;  ///< Frames in a row in which the outline was not believed.
+  int shrunk_frames = 0;  ///< Frames in a row in which the outline was not accepted.
 };
 
 /// A region is confirmed after `confirm_frames` frames in motion and kept for `hold_s` after the last one by the
@@ -52,7 +52,7 @@ class MotionMemory {
 
   /// Takes note of a region's outline. False if it has shrunk so suddenly that its features, and not the object, must
   /// have gone: such an outline is better not shown for some frames.
-  [[nodiscard]] bool believes_outline(std::size_t region, float area_px) noexcept;
+  [[nodiscard]] bool accepts_outline(std::size_t region, float area_px) noexcept;
 
   [[nodiscard]] std::span<const MotionRegion> regions() const noexcept { return regions_.span(); }
   /// Index of each feature's region in regions(), -1 = none; parallel to the features of the last update.
@@ -71,11 +71,11 @@ class MotionMemory {
   void recall(std::span<const Feature> features, std::span<const std::uint32_t> inherited_region);
   [[nodiscard]] std::int16_t index_of(std::uint32_t region_id) const noexcept;
   void assign_clusters(std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature);
-  void settle_features(std::span<const Feature> features, std::span<const FeatureMotion> motions,
-                       std::span<const std::int16_t> cluster_of_feature);
+  void add_known_features(std::span<const Feature> features, std::span<const FeatureMotion> motions,
+                          std::span<const std::int16_t> cluster_of_feature);
   void drop_stale(std::int64_t interval_ns);
   void memorise(std::span<const Feature> features, std::span<const FeatureMotion> motions);
-  [[nodiscard]] bool contradicts(const FeatureMotion& motion, const MotionRegion& region) const;
+  [[nodiscard]] bool is_inconsistent(const FeatureMotion& motion, const MotionRegion& region) const;
 
   MotionConfig config_;
   std::uint32_t frame_ = 0;

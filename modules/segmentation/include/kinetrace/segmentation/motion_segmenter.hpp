@@ -13,7 +13,7 @@
 
 namespace kinetrace::segmentation {
 
-/// Features -> velocities (MotionEvidence) -> groups (MotionClusters) -> believed regions (MotionMemory) -> masks
+/// Features -> velocities (MotionEvidence) -> groups (MotionClusters) -> accepted regions (MotionMemory) -> masks
 /// (RegionMask). Left masks only; the class is unknown. A frame without ego motion has no detections available and
 /// forgets all evidence, because earlier frames can no longer be related to later ones.
 class MotionSegmenter final : public Segmenter {

@@ -34,7 +34,7 @@ struct SegmentationCounters {
   std::uint64_t frames = 0;              ///< Frames processed.
   std::uint64_t frames_missing = 0;      ///< Frames for which there was no mask file, no ego motion, nothing in time.
   std::uint64_t frames_unreadable = 0;   ///< Frames whose left mask file could not be used: damaged, wrong size.
-  std::uint64_t files_unreadable = 0;    ///< Mask files of both eyes that could not be used.
+  std::uint64_t files_unreadable = 0;    ///< Mask files of both views that could not be used.
   std::uint64_t detections = 0;          ///< Left instances delivered.
   std::uint64_t detections_dropped = 0;  ///< Instances beyond max_objects or below min_area_px, both images.
 };

@@ -25,7 +25,8 @@ namespace kinetrace::sfm {
 struct BodyCounters {
   std::uint64_t points_created = 0;
   std::uint64_t points_culled = 0;
-  std::uint64_t points_evicted = 0;  ///< Retired before their last sighting left the window, to make room for new ones.
+  std::uint64_t points_evicted =
+      0;  ///< Retired before their last observation left the window, to make room for new ones.
   std::uint64_t points_dropped = 0;  ///< Not made: the map was full of points that are still seen.
 };
 
@@ -33,10 +34,10 @@ struct BodyCounters {
 ///
 /// A frame goes through four calls, so that poses are known before masks and new features arrive:
 ///   locate()   pose of this frame from the points known so far,
-///   extend()   this frame joins the window; sightings are added and new points made,
+///   extend()   this frame joins the window; observations are added and new points made,
 ///   window()   what bundle adjustment refines, in place,
 ///   conclude() wrong points are culled; returns the estimate of this frame.
-/// The body frame is given at begin() and never moves. Poses are settled after `window_frames` frames.
+/// The body frame is given at begin() and never moves. Poses are finalised after `window_frames` frames.
 class BodyReconstruction {
  public:
   [[nodiscard]] static Result<BodyReconstruction> create(const BodyConfig& config, const StereoGeometry& geometry,
@@ -87,15 +88,15 @@ class BodyReconstruction {
   [[nodiscard]] const Eigen::Vector3d* place_of(const Feature& feature) const noexcept;
 
   /// How far this body's measurements scatter around its reconstruction, px.
-  [[nodiscard]] double scatter_px() const noexcept { return noise_.sigma_px(); }
+  [[nodiscard]] double residual_sigma_px() const noexcept { return noise_.sigma_px(); }
   /// Frames that this is learnt from; it starts high.
-  [[nodiscard]] int scatter_frames() const noexcept { return noise_.frames(); }
+  [[nodiscard]] int residual_frames() const noexcept { return noise_.frames(); }
 
   [[nodiscard]] const BodyEstimate& estimate() const noexcept { return estimate_; }
   /// Frames since begin() that the history still holds, at most `window_frames` + 1.
   [[nodiscard]] std::size_t history_size() const noexcept { return history_.size(); }
   /// Pose `age` frames ago; it is final once age == window_frames.
-  [[nodiscard]] SettledPose history(std::size_t age) const { return history_.at(age, poses_); }
+  [[nodiscard]] FinalisedPose history(std::size_t age) const { return history_.at(age, poses_); }
   /// Slots of features that kept disagreeing with the body; valid until the next frame.
   [[nodiscard]] std::span<const std::uint16_t> rejected_slots() const noexcept { return rejected_.span(); }
   /// 1 where a feature agreed with the pose found by locate(), by slot.
@@ -110,48 +111,48 @@ class BodyReconstruction {
   BodyReconstruction(const BodyConfig& config, const StereoGeometry& geometry, Arena& arena);
 
   /// What the frame sees of points with a position, into the first of pose_observations_ and pose_slots_.
-  struct Sighted {
+  struct ObservedPoints {
     std::size_t count = 0;
-    std::size_t voters = 0;  ///< The first ones, which decide on the pose.
-    bool proven = false;     ///< All voters have agreed before.
+    std::size_t consensus_size = 0;  ///< The first ones, which decide on the pose.
+    bool is_proven = false;          ///< All points of the consensus set have agreed before.
   };
-  [[nodiscard]] Sighted sight_points(const FeatureFrame& frame, std::uint8_t label);
-  /// Pose that most of the voters agree with; invalid where too few do.
-  [[nodiscard]] PoseEstimate find_pose(const Sighted& sighted, const PosePrior& prior, double sigma_px);
+  [[nodiscard]] ObservedPoints observe_points(const FeatureFrame& frame, std::uint8_t label);
+  /// Pose that most of the consensus set agree with; invalid where too few do.
+  [[nodiscard]] PoseEstimate find_pose(const ObservedPoints& observed, const PosePrior& prior, double sigma_px);
   /// Whether the camera can have come to move like that since it was last tracked.
   [[nodiscard]] bool is_plausible(const PoseEstimate& pose) const;
   [[nodiscard]] static PosePrior prior_from(const Expectation& expected);
   /// Takes the scatter of a located frame into account, for gates and weights from now on.
   void learn_noise(std::span<const PoseObservation> observations, const Se3& T_cam_body);
   /// A prediction may be wrong by as much as the motion it assumes.
-  void distrust_prediction();
+  void inflate_covariance();
 
   /// T_cam_body of the window's columns.
   using ColumnPoses = std::array<Se3, kMaxWindowFrames>;
   static constexpr double kMinDepth_m = 0.1;
 
-  void make_room();
+  void evict_points();
   [[nodiscard]] bool newest_is_redundant() const;
   /// Moves what the newest column has seen into the column before it, as if seen from there, so that a frame that makes
   /// room leaves its knowledge of the points behind.
-  void fold_newest();
-  void drop_column(std::size_t column, std::size_t heir);
-  void add_sightings(const FeatureFrame& frame, std::uint8_t label);
-  [[nodiscard]] BundleObservation sighting_of(const Feature& feature) const;
+  void merge_into_keyframe();
+  void drop_column(std::size_t column, std::size_t target_column);
+  void add_observations(const FeatureFrame& frame, std::uint8_t label);
+  [[nodiscard]] BundleObservation observation_of(const Feature& feature) const;
   /// Takes note of locate()'s verdict; false for a feature that has disagreed too often to be used.
-  bool believe(const Feature& feature);
-  [[nodiscard]] bool doubted(const Feature& feature) const;
+  bool classify_point(const Feature& feature);
+  [[nodiscard]] bool is_suspect(const Feature& feature) const;
   void disagree(std::size_t slot);
   /// At capacity, points that are no longer seen make room for new ones, those last seen longest ago first.
   void evict_for(std::size_t newcomers);
   void position_new_points();
-  /// Points of one sighting move with its pose; in a window of one frame, all points.
+  /// Points of one observation move with its pose; in a window of one frame, all points.
   void reposition_newcomers();
   void cull_points();
-  void judge(std::size_t row, const ColumnPoses& T_cam_body);
+  void assess(std::size_t row, const ColumnPoses& T_cam_body);
   [[nodiscard]] ColumnPoses invert_poses() const;
-  [[nodiscard]] double sighting_chi2(const Se3& T_cam_body, const Eigen::Vector3d& p_body,
-                                     const BundleObservation& sighting) const;
+  [[nodiscard]] double observation_chi2(const Se3& T_cam_body, const Eigen::Vector3d& p_body,
+                                        const BundleObservation& observation) const;
   [[nodiscard]] float inverse_sigma() const { return static_cast<float>(1.0 / noise_.sigma_px()); }
   void retire(std::size_t row);
   void publish();
@@ -199,7 +200,7 @@ class BodyReconstruction {
   std::span<float> scratch_;
   FixedVector<BodyPoint> live_;
   FixedVector<BodyPoint> retired_;
-  FixedVector<PointObservation> sightings_;
+  FixedVector<PointObservation> observations_;
   FixedVector<std::uint16_t> rejected_;
   BodyEstimate estimate_;
   BodyCounters counters_;

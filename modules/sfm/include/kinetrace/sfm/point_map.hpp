@@ -1,4 +1,4 @@
-// The points of one body and their sightings in the window, in the layout that bundle adjustment reads.
+// The points of one body and their observations in the window, in the layout that bundle adjustment reads.
 #pragma once
 
 #include <cstddef>
@@ -15,12 +15,12 @@ namespace kinetrace::sfm {
 struct PointState {
   std::uint32_t id = 0;            ///< Id of the feature it was made from.
   std::uint16_t slot = 0;          ///< Slot of that feature.
-  std::uint16_t observations = 0;  ///< Sightings over its whole life.
+  std::uint16_t observations = 0;  ///< Observations over its whole life.
   std::uint32_t seen = 0;          ///< Window columns that see it, whether it has a position or not.
-  std::uint32_t sighted = 0;       ///< Of these, the columns of frames that saw it themselves; the others were told.
-  float error_px = 0.F;            ///< RMS reprojection error in the window.
+  std::uint32_t observed = 0;  ///< Of these, the columns of frames that saw it themselves; the others were inherited.
+  float error_px = 0.F;        ///< RMS reprojection error in the window.
   std::uint8_t intensity = 0;
-  bool positioned = false;  ///< False: sighted, but not yet triangulated.
+  bool positioned = false;  ///< False: observed, but not yet triangulated.
 };
 
 /// Rows 0..size()-1, each a point with one observation per window column; at most `max_points` rows. Removing a row
@@ -38,20 +38,20 @@ class PointMap {
   [[nodiscard]] bool full() const noexcept { return size_ == states_.size(); }
 
   [[nodiscard]] std::size_t find(const Feature& feature) const noexcept;
-  /// A row for a feature that has none, without position or sightings. kNone at capacity.
+  /// A row for a feature that has none, without position or observations. kNone at capacity.
   [[nodiscard]] std::size_t create(const Feature& feature) noexcept;
   void remove(std::size_t row) noexcept;
   void clear() noexcept;
 
-  /// Records a sighting in window column `column`.
+  /// Records an observation in window column `column`.
   void observe(std::size_t row, std::size_t column, const BundleObservation& observation) noexcept;
   /// Combines `observation` with what column `column` holds of the row, weighted; it takes the place of a missing one.
-  /// The result's weight is at most `max_inverse_sigma_px`. Not counted as a sighting.
-  void fold(std::size_t row, std::size_t column, const BundleObservation& observation,
-            float max_inverse_sigma_px) noexcept;
+  /// The result's weight is at most `max_inverse_sigma_px`. Not counted as an observation.
+  void merge(std::size_t row, std::size_t column, const BundleObservation& observation,
+             float max_inverse_sigma_px) noexcept;
   void forget(std::size_t row, std::size_t column) noexcept {
     states_[row].seen &= ~(1U << column);
-    states_[row].sighted &= ~(1U << column);
+    states_[row].observed &= ~(1U << column);
   }
   /// Multiplies the inverse sigmas of all observations: measurements turned out to scatter differently.
   void scale_weights(float factor) noexcept;

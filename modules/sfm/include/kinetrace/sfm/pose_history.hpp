@@ -22,15 +22,15 @@ class PoseHistory {
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
 
   /// Appends the newest frame, anchored to window column `column` with identity offset.
-  void push(const SettledPose& pose, std::size_t column) noexcept;
+  void push(const FinalisedPose& pose, std::size_t column) noexcept;
   /// Frame `age` frames ago (0 = newest, < size()), resolved against the window's present poses.
-  [[nodiscard]] SettledPose at(std::size_t age, std::span<const Se3> T_body_cam) const noexcept;
+  [[nodiscard]] FinalisedPose at(std::size_t age, std::span<const Se3> T_body_cam) const noexcept;
   /// The newest frame's figures once they are known.
   void update_newest(BodyStatus status, const Matrix6d& covariance, int inliers) noexcept;
 
-  /// Window column `column` is about to be dropped: entries tied to it freeze or, if `heir` is a column, stay tied to
-  /// that one. Afterwards columns above `column` have moved down by one.
-  void drop_column(std::size_t column, std::span<const Se3> T_body_cam, std::size_t heir) noexcept;
+  /// Window column `column` is about to be dropped: entries tied to it freeze or, if `target_column` is a column, stay
+  /// tied to that one. Afterwards columns above `column` have moved down by one.
+  void drop_column(std::size_t column, std::span<const Se3> T_body_cam, std::size_t target_column) noexcept;
   /// Freezes every entry: the window is about to be cleared.
   void freeze(std::span<const Se3> T_body_cam) noexcept;
 
@@ -38,7 +38,7 @@ class PoseHistory {
 
  private:
   struct Entry {
-    SettledPose pose;  ///< Its T_body_cam counts when frozen.
+    FinalisedPose pose;  ///< Its T_body_cam counts when frozen.
     std::size_t column = kFrozen;
     Se3 T_column_cam;
   };

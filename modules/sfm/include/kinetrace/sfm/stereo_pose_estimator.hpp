@@ -13,7 +13,7 @@
 
 namespace kinetrace::sfm {
 
-/// A body point and where the rig sees it; `u_right_px` is NaN when only the left eye does.
+/// A body point and where the rig sees it; `u_right_px` is NaN when only the left view does.
 struct PoseObservation {
   Eigen::Vector3d p_body = Eigen::Vector3d::Zero();
   float u_left_px = 0.F;
@@ -29,7 +29,7 @@ struct PoseEstimate {
   Se3 T_cam_body;
   Matrix6d covariance = Matrix6d::Zero();  ///< Of T_cam_body, left perturbation (rad, m).
   int inliers = 0;
-  int agreeing_voters = 0;  ///< Inliers among the voters.
+  int agreeing_consensus = 0;  ///< Inliers among the consensus set.
 };
 
 /// What is known about the pose before any observation.
@@ -55,10 +55,11 @@ class StereoPoseEstimator {
       : config_(config), geometry_(geometry) {}
 
   /// `inlier` (as long as `observations`) receives 1 for observations that agree with the result, else 0.
-  /// `sigma_px`: standard deviation of a measured coordinate. `voters`: hypotheses are made from and ranked by so many
-  /// of the first observations; the others only refine what these have chosen.
+  /// `sigma_px`: standard deviation of a measured coordinate. `consensus set`: hypotheses are made from and ranked by
+  /// so many of the first observations; the others only refine what these have chosen.
   [[nodiscard]] PoseEstimate estimate(std::span<const PoseObservation> observations, const PosePrior& prior,
-                                      double sigma_px, std::span<std::uint8_t> inlier, std::size_t voters) const;
+                                      double sigma_px, std::span<std::uint8_t> inlier,
+                                      std::size_t consensus_size) const;
   /// All have a vote.
   [[nodiscard]] PoseEstimate estimate(std::span<const PoseObservation> observations, const PosePrior& prior,
                                       double sigma_px, std::span<std::uint8_t> inlier) const {

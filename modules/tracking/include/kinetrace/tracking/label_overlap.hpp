@@ -36,8 +36,8 @@ struct LabelRegion {
 };
 
 /// Gives `label` to the background pixels of `target` in `region` that carry it in `prediction`; says which.
-LabelRegion claim_free_pixels(LabelView prediction, std::uint8_t label, const PixelBox& region,
-                              MutableLabelView target) noexcept;
+LabelRegion assign_free_pixels(LabelView prediction, std::uint8_t label, const PixelBox& region,
+                               MutableLabelView target) noexcept;
 
 /// All pixels of the image become background.
 void clear_labels(MutableLabelView labels) noexcept;

@@ -33,11 +33,11 @@ struct TrackerCounters {
 /// Gives instance masks an identity over time and carries it to the right image.
 ///
 /// Prediction P: each track's last seen mask, moved by the similarity that its features follow (RANSAC); with fewer
-/// than three features by their median displacement; with none to where its forecast says, or, without one or for what
-/// passes too close by for one, by its last motion. Where features do not tell, it grows as its forecast comes nearer.
-/// Features of a track that is hidden, or has not been detected in two frames, have passed to what hides it: its mask
-/// goes where the forecast says. A mask that leaves the image, or of which a part is hidden, is kept whole and comes
-/// back whole; what is not seen of it while something known to hide it is not detected is not taken from it.
+/// than three features by their median displacement; with none to where its prediction says, or, without one or for
+/// what passes too close by for one, by its last motion. Where features do not tell, it grows as its prediction comes
+/// nearer. Features of a track that is hidden, or has not been detected in two frames, have passed to what hides it:
+/// its mask goes where the prediction says. A mask that leaves the image, or of which a part is hidden, is kept whole
+/// and comes back whole; what is not seen of it while something known to hide it is not detected is not taken from it.
 /// Where predictions overlap, the one that has been seen to hide the other does so again (its detection lay where the
 /// other's mask was expected), unless stereo sees it clearly farther away: masks are ragged; before that the one with
 /// the larger disparity; without disparity a track counts as behind all others, and among those the lower edge of the
@@ -49,18 +49,18 @@ struct TrackerCounters {
 /// of two things it is: when one object passes close to another, theirs is the better memory. What is left over on both
 /// sides is matched once more by nearness: a thing of the same class and about the same size beside its prediction, as
 /// a thin one moves by more than its width, or where it was a moment ago (at the border of the image also a bit further
-/// in), whatever was expected of it; a part of one in sight that lies on it, or the first bit of a hidden one on its
+/// in), whatever was expected of it; a part of one in view that lies on it, or the first bit of a hidden one on its
 /// whole mask or beside it, by the more the longer it has been missed. What stereo sees clearly nearer or farther away
 /// is none of these.
 ///
 /// Life: a detection that no track claims is born tentative, confirmed when matched in `confirm_frames` frames,
-/// propagated by its prediction for `max_missed_s`, and ended then. A confirmed track with a forecast waits for
+/// propagated by its prediction for `max_missed_s`, and ended then. A confirmed track with a prediction waits for
 /// another `max_unseen_s`, so that a thing keeps its name when the camera looks away or something passes in front
-/// of it: while it is outside the image or hidden by others it may claim a detection by its forecast mask; where it
-/// should have been in sight, only join() brings it back. Without a forecast a track ends as soon as its mask leaves
-/// the image or shrinks below `min_area_px`. Frames without detections (`available == false`) propagate every track and
-/// count as missed for confirmed ones only towards `max_missed_s`. Births at capacity: the largest detections
-/// first; a track that is tentative and unmatched, or else has been propagated for more than half of
+/// of it: while it is outside the image or hidden by others it may be assigned a detection by its prediction mask;
+/// where it should have been in view, only merge_tracks() brings it back. Without a prediction a track ends as soon as
+/// its mask leaves the image or shrinks below `min_area_px`. Frames without detections (`available == false`) propagate
+/// every track and count as missed for confirmed ones only towards `max_missed_s`. Births at capacity: the largest
+/// detections first; a track that is tentative and unmatched, or else has been propagated for more than half of
 /// `max_missed_s`, ends to make room for the next frame; else the smallest track, if the detection is more than
 /// twice its size; the rest is dropped and counted.
 ///
@@ -76,10 +76,11 @@ class StereoTracker {
                                                     Arena& arena);
 
   /// One frame, later than the one before it. `features` are tracked into this frame, their `body` is the label in the
-  /// previous frame's result. `forecasts`: by slot, of this frame; may be shorter. The result lives until the next call
-  /// of this or join(). Errors: kInvalidArgument (label images of another size).
+  /// previous frame's result. `predictions`: by slot, of this frame; may be shorter. The result lives until the next
+  /// call of this or merge_tracks(). Errors: kInvalidArgument (label images of another size).
   [[nodiscard]] Result<TrackFrame> process(std::int64_t timestamp_ns, const DetectionFrame& detections,
-                                           std::span<const Feature> features, std::span<const Forecast> forecasts = {});
+                                           std::span<const Feature> features,
+                                           std::span<const ObjectPrediction> object_predictions = {});
 
   /// From the next frame on, only so many tracks are alive at once. Of those beyond, what has not been detected for
   /// longest ends first, then the smallest; births follow the rule for capacity.
@@ -87,17 +88,17 @@ class StereoTracker {
 
   /// The track in this slot turned out to have passed to another object: it ends with the next frame, and what it lies
   /// on may be born again under its own id. Slots without a live track are ignored.
-  void abandon(std::uint8_t slot) noexcept;
+  void terminate(std::uint8_t slot) noexcept;
 
-  /// The track in slot `reborn` is the thing that the one in slot `earlier`, born before it, has lost: it goes on
+  /// The track in slot `redetected` is the thing that the one in slot `earlier`, born before it, has lost: it goes on
   /// under that track's id, class votes and state, and takes its place in tracks(); that track, and all that was shown
-  /// of it in this frame, is gone without an end being told, and its slot is free.
-  void join(std::uint8_t earlier, std::uint8_t reborn) noexcept;
+  /// of it in this frame, is gone without an end being reported, and its slot is free.
+  void merge_tracks(std::uint8_t earlier, std::uint8_t redetected) noexcept;
 
-  /// The track in this slot may turn out to be an earlier one: in this frame it is told as tentative.
-  void withhold(std::uint8_t slot) noexcept;
+  /// The track in this slot may turn out to be an earlier one: in this frame it is reported as tentative.
+  void defer_confirmation(std::uint8_t slot) noexcept;
 
-  /// As of the last frame, and what has been joined and withheld since: alive, in ascending id, each id once.
+  /// As of the last frame, and what has been joined and deferred since: alive, in ascending id, each id once.
   [[nodiscard]] std::span<const Track> tracks() const noexcept { return published_.span(); }
   /// The one in this slot, which there is.
   [[nodiscard]] const Track& track_in(std::uint8_t slot) const noexcept {
@@ -114,20 +115,20 @@ class StereoTracker {
   [[nodiscard]] Status check(const DetectionFrame& detections) const;
 
   void begin_frame(std::int64_t timestamp_ns) noexcept;
-  void take_forecasts(std::span<const Forecast> forecasts) noexcept;
+  void set_predictions(std::span<const ObjectPrediction> object_predictions) noexcept;
   void predict(std::span<const Feature> features);
-  /// Puts the mask to where the forecast expects it; false without one, and for what passes by too near for one.
-  [[nodiscard]] static bool place_by_forecast(TrackInstance& instance) noexcept;
+  /// Puts the mask to where the prediction expects it; false without one, and for what passes by too near for one.
+  [[nodiscard]] static bool place_by_prediction(TrackInstance& instance) noexcept;
   /// Outside the image or behind other tracks: no detection can be expected.
-  [[nodiscard]] bool out_of_sight(const TrackInstance& instance) const noexcept;
-  /// Not after it has been missing where it should have been in sight, or while it is nearly outside the image: what is
+  [[nodiscard]] bool is_out_of_view(const TrackInstance& instance) const noexcept;
+  /// Not after it has been missing where it should have been in view, or while it is nearly outside the image: what is
   /// detected there is born anew.
-  [[nodiscard]] bool may_claim(const TrackInstance& instance) const noexcept;
+  [[nodiscard]] bool is_assignable(const TrackInstance& instance) const noexcept;
   /// What hides an object moves otherwise, and its features are taken for the object's.
-  [[nodiscard]] bool flow_may_be_foreign(const TrackInstance& instance) const noexcept;
+  [[nodiscard]] bool may_follow_occluder(const TrackInstance& instance) const noexcept;
   /// So many features, on what was last seen of a mask, show by how much it grows; of a whole one any do.
   [[nodiscard]] static bool shows_size(const TrackInstance& instance, std::size_t features) noexcept;
-  /// By which factor it grows into this frame, where its features do not tell: as its forecast comes nearer, or as it
+  /// By which factor it grows into this frame, where its features do not tell: as its prediction comes nearer, or as it
   /// last grew; a part of it seen behind something else says nothing.
   [[nodiscard]] static double expected_growth(const TrackInstance& instance) noexcept;
   /// The same motion of the centre, with this growth and without a turn.
@@ -138,22 +139,22 @@ class StereoTracker {
   [[nodiscard]] Similarity predict_motion(TrackInstance& instance, std::span<const Feature> features);
   void draw_predictions(LabelView detections) noexcept;
   /// Who hides whom, from what was detected where whole masks were expected.
-  void learn_order(const DetectionFrame& detections) noexcept;
+  void estimate_occlusion_order(const DetectionFrame& detections) noexcept;
   void count_votes(LabelView detections, std::span<const Feature> features) noexcept;
   void associate(const DetectionFrame& detections, std::span<const Feature> features) noexcept;
   void add_affinities(const TrackInstance& instance, const PredictionOverlap& predicted,
                       std::span<const Detection> detections) noexcept;
   /// Detections that no prediction meets, of unclaimed tracks: something thin that has moved by more than its width, a
   /// part of something, or the first bit of what comes out from behind another.
-  void add_near_misses(const TrackInstance& instance, const DetectionFrame& detections,
-                       std::span<const Feature> features) noexcept;
+  void add_proximity_pairs(const TrackInstance& instance, const DetectionFrame& detections,
+                           std::span<const Feature> features) noexcept;
   /// Stereo sees it clearly nearer or farther away than the track was.
   [[nodiscard]] bool lies_at_another_depth(const TrackInstance& instance,
                                            std::span<const DisparitySample> seen) noexcept;
   /// It is expected nearly all outside the image, and a detection lies along the border over which it would come.
   [[nodiscard]] bool reaches_over_border(const TrackInstance& instance, const Detection& detection) const noexcept;
-  [[nodiscard]] bool nearly_met(const TrackInstance& instance, const Detection& detection,
-                                double gap_px) const noexcept;
+  [[nodiscard]] bool passes_proximity_gate(const TrackInstance& instance, const Detection& detection,
+                                           double gap_px) const noexcept;
   /// Seen a moment ago, and a detection is where it was, though it was expected elsewhere.
   [[nodiscard]] bool still_there(const TrackInstance& instance, const Detection& detection) const noexcept;
   /// Of what the image's border cuts off, seen in `box` a moment ago, `seen` shows a bit more or less.
@@ -166,19 +167,19 @@ class StereoTracker {
   /// Where another track of its class is expected to be seen.
   [[nodiscard]] bool lies_on_another(const Detection& detection, const TrackInstance& instance) const noexcept;
   /// Gives tracks without a detection the one that they are matched with.
-  void claim(const Assignment& match) noexcept;
+  void apply_assignment(const Assignment& match) noexcept;
   void accept_match(TrackInstance& instance, const Detection& detection) noexcept;
   void learn_motion(TrackInstance& instance, const Detection& detection) const noexcept;
   void accept_miss(TrackInstance& instance, bool was_looked_for) noexcept;
   void end(TrackInstance& instance) noexcept;
-  void bear(const DetectionFrame& detections, std::span<const Feature> features);
+  void initiate_tracks(const DetectionFrame& detections, std::span<const Feature> features);
   [[nodiscard]] bool is_duplicate(const DetectionFrame& detections, std::size_t index,
                                   std::span<const Feature> features);
   [[nodiscard]] bool start_track(const DetectionFrame& detections, std::size_t index) noexcept;
-  void make_room(int for_area_px) noexcept;
+  void evict_track(int for_area_px) noexcept;
   [[nodiscard]] int alive() const noexcept;
   /// Ends tracks beyond the limit.
-  void shed() noexcept;
+  void prune_to_capacity() noexcept;
   void draw_left(const DetectionFrame& detections) noexcept;
   void remember_mask(TrackInstance& instance, const Detection& detection) noexcept;
   void attach_right(const DetectionFrame& detections, std::span<const Feature> features);
@@ -199,7 +200,7 @@ class StereoTracker {
   [[nodiscard]] static bool hides(const TrackInstance& front, const TrackInstance& behind) noexcept;
   /// Hides it, or else, by disparity, likely to.
   [[nodiscard]] static bool nearer(const TrackInstance& a, const TrackInstance& b) noexcept;
-  [[nodiscard]] static bool looks_nearer(const TrackInstance& a, const TrackInstance& b) noexcept;
+  [[nodiscard]] static bool is_nearer(const TrackInstance& a, const TrackInstance& b) noexcept;
 
   /// The settings that are times.
   struct Limits {

@@ -8,8 +8,8 @@
 #include "kinetrace/core/dwell_time.hpp"
 #include "kinetrace/core/track_frame.hpp"
 #include "kinetrace/tracking/disparity_plane.hpp"
-#include "kinetrace/tracking/forecast.hpp"
 #include "kinetrace/tracking/label_overlap.hpp"
+#include "kinetrace/tracking/prediction.hpp"
 #include "kinetrace/tracking/reference_mask.hpp"
 #include "kinetrace/tracking/similarity.hpp"
 
@@ -56,22 +56,22 @@ struct TrackInstance {
   ClassVotes votes;
 
   ReferenceMask mask;
-  Forecast forecast;                ///< Of the current frame.
-  Forecast forecast_before;         ///< Of the frame before.
-  Forecast mask_forecast;           ///< Of the frame that `mask` was taken from.
-  Similarity motion;                ///< Image motion into the current frame.
-  bool motion_from_flow = false;    ///< `motion` comes from features of this frame.
-  DisparityPlane disparity;         ///< Last known.
-  double mask_part_in_image = 1.0;  ///< Of the predicted mask.
-  int predicted_px = 0;             ///< Pixels of the predicted mask in the image, hidden ones included.
+  ObjectPrediction prediction;           ///< Of the current frame.
+  ObjectPrediction previous_prediction;  ///< Of the frame before.
+  ObjectPrediction mask_prediction;      ///< Of the frame that `mask` was taken from.
+  Similarity motion;                     ///< Image motion into the current frame.
+  bool motion_from_flow = false;         ///< `motion` comes from features of this frame.
+  DisparityPlane disparity;              ///< Last known.
+  double mask_part_in_image = 1.0;       ///< Of the predicted mask.
+  int predicted_px = 0;                  ///< Pixels of the predicted mask in the image, hidden ones included.
   std::array<int, 256>
       whole_on_label{};        ///< Pixels of the whole predicted mask on each detection, hidden ones included.
   std::uint64_t in_front = 0;  ///< Bit s: the track in slot s has been seen to hide this one.
   PredictionOverlap overlap;   ///< Visible part of the predicted mask against the detections.
-  bool abandoned = false;
+  bool terminated = false;
   FeatureVotes votes_of_features;
   int detection = -1;        ///< Index of the matched left detection.
-  double right_shown = 1.0;  ///< Part of the predicted mask seen by the right eye; 1 while its disparity is not known.
+  double right_shown = 1.0;  ///< Part of the predicted mask seen by the right view; 1 while its disparity is not known.
   PixelBox right_region_px;  ///< Of the left mask carried to the right image: what is seen of it there.
 
   [[nodiscard]] bool alive() const noexcept { return slot_state == Slot::kAlive; }

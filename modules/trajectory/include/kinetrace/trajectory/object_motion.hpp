@@ -16,9 +16,9 @@ struct MotionSample {
   std::int64_t timestamp_ns = 0;
   Se3 T_world_obj;
   Eigen::Matrix3d position_covariance = Eigen::Matrix3d::Identity();  ///< Of the reference point in the world, m^2.
-  /// By how much the position may wander over the window while the object stands still, world, m^2: errors that frames
+  /// By how much the position may drift over the window while the object stands still, world, m^2: errors that frames
   /// have in common and that change slowly.
-  Eigen::Matrix3d wander = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d correlated_covariance = Eigen::Matrix3d::Zero();
 };
 
 struct MotionEstimate {
@@ -45,15 +45,15 @@ class ObjectMotion {
   void revise(std::size_t age, const Se3& T_world_obj, const Eigen::Matrix3d& position_covariance) noexcept;
   /// Weighted least squares over the frames around `age`: constant velocity, or constant acceleration where the path
   /// shows it. Significance is that of the velocity vector (root of its chi-square against zero), so that a sure
-  /// lateral motion is not drowned by an unsure depth; an object whose sample or predecessor was found moving when it
-  /// was new stays so down to half the significance. Fewer than three samples, or an age beyond size(): no
-  /// velocity, not moving.
+  /// lateral motion is not drowned by an uncertain depth; an object whose sample or predecessor was found moving when
+  /// it was new stays so down to half the significance. Fewer than three samples, or an age beyond size(): no velocity,
+  /// not moving.
   [[nodiscard]] MotionEstimate at(std::size_t age) const noexcept;
 
  private:
   struct Entry {
     MotionSample sample;
-    bool was_moving = false;  ///< As judged when it was the newest.
+    bool was_moving = false;  ///< As assessed when it was the newest.
   };
 
   [[nodiscard]] std::size_t slot(std::size_t age) const noexcept { return (head_ + kCapacity - age) % kCapacity; }

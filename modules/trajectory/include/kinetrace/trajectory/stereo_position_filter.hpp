@@ -34,20 +34,20 @@ class StereoPositionFilter {
   /// Moves the state to `timestamp_ns` without a measurement. Time that stands still or runs back changes nothing.
   void predict(std::int64_t timestamp_ns) noexcept;
   /// Takes in a stereo position at the time of the last `predict` or `start`: u_left, v and disparity of `features`
-  /// points' medians. Errors of stereo are those of the image, so depth is as unsure as its square (iterated extended
-  /// Kalman filter). An implausible one is skipped (false), unless that happens three times in a row: then the filter
-  /// starts again there. Before `start`, it starts at the first position, at rest. False too without a positive
+  /// points' medians. Errors of stereo are those of the image, so depth is as uncertain as its square (iterated
+  /// extended Kalman filter). An implausible one is skipped (false), unless that happens three times in a row: then the
+  /// filter starts again there. Before `start`, it starts at the first position, at rest. False too without a positive
   /// disparity or features. `surface_sigma_m` is how far the point seen may lie from the one that was followed so far:
-  /// the middle of the visible surface wanders over an object.
+  /// the middle of the visible surface drifts over an object.
   bool update(const Eigen::Vector3d& uvd_px, int features, const Se3& T_world_cam,
               double surface_sigma_m = 0.0) noexcept;
 
-  /// Takes in where it is seen by one eye, at the time of the last `predict` or `start`, its depth being what was
+  /// Takes in where it is seen by one view, at the time of the last `predict` or `start`, its depth being what was
   /// expected: `sigma_m` is how far across the line of sight what is seen may lie from the point that is followed.
   void update_direction(const Eigen::Vector2d& uv_px, const Se3& T_world_cam, double sigma_m) noexcept;
 
   /// Takes in how its features have moved within `interval_s`, up to the time of the last `predict` or `start`. Unlike
-  /// the middle of what is seen, they do not wander as more or less of it comes into sight. Skipped if implausible.
+  /// the middle of what is seen, they do not drift as more or less of it comes into sight. Skipped if implausible.
   void update_motion(const ImageMotion& motion, double interval_s, const Se3& T_world_cam,
                      const Se3& T_world_cam_before) noexcept;
 

@@ -12,7 +12,7 @@ struct KINETRACE_API TrajectoryConfig {
   double moving_significance = 4.0;    ///< Speed over its standard deviation to become moving; half of it to stop.
   double max_acceleration_mps2 = 4.0;  ///< Process noise of the stereo-only filter.
   double stereo_sigma_px = 0.5;        ///< Standard deviation of a stereo position's image coordinates.
-  double surface_sigma_m = 0.25;       ///< How far the middle of what is seen wanders over a stereo-only object.
+  double surface_sigma_m = 0.25;       ///< How far the middle of what is seen drifts over a stereo-only object.
   double smoothing_acceleration_mps2 = 3.0;  ///< Standard deviation of an object's acceleration, in its own axes.
   double smoothing_turn_radps2 = 0.6;        ///< ... and of its angular acceleration.
   double box_percentile = 0.03;              ///< Points cut off at either end of each axis, (0, 0.4).

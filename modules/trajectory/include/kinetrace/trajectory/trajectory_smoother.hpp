@@ -38,7 +38,7 @@ class TrajectorySmoother {
   /// object has moved so far. Fewer than three nodes tell nothing about acceleration: measurements are taken as they
   /// are.
   /// `at_rest`: the object shows no motion; then its velocity is not only steady but nearly zero, so that it does not
-  /// wander with the errors of its reconstruction.
+  /// drift with the errors of its reconstruction.
   void smooth(std::span<PathNode> path, std::size_t fixed, bool at_rest = false) noexcept;
 
  private:

@@ -1,4 +1,4 @@
-#include "stereo_sighting.hpp"
+#include "stereo_observation.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,15 +9,15 @@
 namespace kinetrace::pipeline {
 namespace {
 
-constexpr std::size_t kMaxSightedFeatures = 256;  // Medians over more than this are no better.
+constexpr std::size_t kMaxObservedFeatures = 256;  // Medians over more than this are no better.
 // How far the patch of a feature reaches.
 constexpr int kBesideX_px = 8;
 constexpr int kBesideY_px = 5;
 constexpr double kClearlyNearer = 1.1;
 // Disparities of one object differ by so much, or by this part.
-constexpr double kLeastSpread_px = 0.75;
+constexpr double kMinSpread_px = 0.75;
 constexpr double kSpread = 0.1;
-constexpr std::size_t kDisparity = 2;  // Of a sighting's (u, v, disparity).
+constexpr std::size_t kDisparity = 2;  // Of an observation's (u, v, disparity).
 
 double median(std::span<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -31,7 +31,7 @@ class Medians {
  public:
   using Values = Eigen::Matrix<double, kQuantities, 1>;
 
-  [[nodiscard]] bool full() const noexcept { return count_ == kMaxSightedFeatures; }
+  [[nodiscard]] bool full() const noexcept { return count_ == kMaxObservedFeatures; }
   [[nodiscard]] int count() const noexcept { return static_cast<int>(count_); }
   void add(const Values& values) noexcept {
     for (std::size_t i = 0; i < kQuantities; ++i) {
@@ -56,7 +56,7 @@ class Medians {
   }
 
  private:
-  std::array<std::array<double, kMaxSightedFeatures>, kQuantities> values_;
+  std::array<std::array<double, kMaxObservedFeatures>, kQuantities> values_;
   std::size_t count_ = 0;
 };
 
@@ -88,7 +88,7 @@ class Occluders {
   /// Median; 0 if nothing of it is seen.
   [[nodiscard]] double disparity_of(std::uint8_t other) {
     if (other != known_) {
-      std::array<double, kMaxSightedFeatures> d;
+      std::array<double, kMaxObservedFeatures> d;
       std::size_t count = 0;
       for (const Feature& feature : frame_.features) {
         if (feature.body == other && feature.has_right() && count < d.size()) {
@@ -110,7 +110,8 @@ class Occluders {
 
 }  // namespace
 
-StereoSighting sight(const FeatureFrame& frame, LabelView labels, std::uint8_t label, double min_disparity_px) {
+StereoObservation observe_stereo(const FeatureFrame& frame, LabelView labels, std::uint8_t label,
+                                 double min_disparity_px) {
   Occluders occluders(frame, labels, label);
   Medians<3> place;
   Medians<4> motion;
@@ -125,20 +126,20 @@ StereoSighting sight(const FeatureFrame& frame, LabelView labels, std::uint8_t l
       }
     }
   }
-  StereoSighting sighting;
-  sighting.features = place.count();
-  sighting.uvd_px = place.take();
-  sighting.agreeing = place.count_near(kDisparity, sighting.uvd_px[kDisparity],
-                                       std::max(kLeastSpread_px, kSpread * sighting.uvd_px[kDisparity]));
-  sighting.motion.features = motion.count();
+  StereoObservation observation;
+  observation.features = place.count();
+  observation.uvd_px = place.take();
+  observation.agreeing = place.count_near(kDisparity, observation.uvd_px[kDisparity],
+                                          std::max(kMinSpread_px, kSpread * observation.uvd_px[kDisparity]));
+  observation.motion.features = motion.count();
   const Eigen::Vector4d now_and_moved_px = motion.take();
-  sighting.motion.now_px = now_and_moved_px.head<2>();
-  sighting.motion.before_px = now_and_moved_px.head<2>() - now_and_moved_px.tail<2>();
-  return sighting;
+  observation.motion.now_px = now_and_moved_px.head<2>();
+  observation.motion.before_px = now_and_moved_px.head<2>() - now_and_moved_px.tail<2>();
+  return observation;
 }
 
-Eigen::Vector3d position_in_camera(const StereoGeometry& geometry, const StereoSighting& sighting) {
-  return geometry.triangulate(sighting.uvd_px.x(), sighting.uvd_px.y(), sighting.uvd_px.z());
+Eigen::Vector3d position_in_camera(const StereoGeometry& geometry, const StereoObservation& observation) {
+  return geometry.triangulate(observation.uvd_px.x(), observation.uvd_px.y(), observation.uvd_px.z());
 }
 
 double mean_column(LabelView labels, const PixelBox& box, std::uint8_t label) {

@@ -1,4 +1,4 @@
-#include "kept_paths.hpp"
+#include "trajectory_buffer.hpp"
 
 #include <vector>
 
@@ -25,15 +25,15 @@ Se3 truth(std::size_t frame) {
 }
 
 /// An object that stereo alone followed at first, and astray, and whose reconstruction began with frame `begins`.
-class KeptPathsTest : public ::testing::Test {
+class TrajectoryBufferTest : public ::testing::Test {
  protected:
   static constexpr std::size_t kBegins = 5;
 
   void tell(FrameChange change, const Eigen::Vector3d& astray_m) {
     for (std::size_t frame = 0; frame < kFrames; ++frame) {
-      KeptFrame& kept = ring_.push();
+      BufferedFrame& kept = ring_.push();
       kept.timestamp_ns = static_cast<std::int64_t>(frame) * 100'000'000;
-      KeptObject& entry = kept.objects[kept.object_count++];
+      BufferedObject& entry = kept.objects[kept.object_count++];
       entry = {};
       entry.result.track_id = kTrack;
       entry.result.T_world_obj = truth(frame);
@@ -47,26 +47,28 @@ class KeptPathsTest : public ::testing::Test {
     }
   }
 
-  std::optional<PathEnd> smooth_all(std::size_t unsettled = kFrames) {
+  std::optional<PathEnd> smooth_all(std::size_t pending = kFrames) {
     std::optional<PathEnd> newest;
-    for (std::size_t age = 0; age < unsettled; ++age) {
-      if (KeptPaths::ends_at(ring_, kTrack, age)) {
-        const std::optional<PathEnd> end = paths_.smooth(ring_, unsettled, kTrack, age, false);
+    for (std::size_t age = 0; age < pending; ++age) {
+      if (TrajectoryBuffer::ends_at(ring_, kTrack, age)) {
+        const std::optional<PathEnd> end = paths_.smooth(ring_, pending, kTrack, age, false);
         newest = age == 0 ? end : newest;
       }
     }
     return newest;
   }
 
-  const ObjectResult& told(std::size_t frame) { return ring_.frame(kFrames - 1 - frame).find(kTrack)->result; }
-  double off_m(std::size_t frame) { return (told(frame).T_world_obj.translation - truth(frame).translation).norm(); }
+  const ObjectResult& reported(std::size_t frame) { return ring_.frame(kFrames - 1 - frame).find(kTrack)->result; }
+  double off_m(std::size_t frame) {
+    return (reported(frame).T_world_obj.translation - truth(frame).translation).norm();
+  }
 
   Arena arena_{std::size_t{1} << 18};
   ResultRing ring_{arena_, kFrames, 2};
-  KeptPaths paths_{trajectory::TrajectoryConfig{}, kFrames, arena_};
+  TrajectoryBuffer paths_{trajectory::TrajectoryConfig{}, kFrames, arena_};
 };
 
-TEST_F(KeptPathsTest, LeadsWhatStereoAloneSawToWhereTheReconstructionBegins) {
+TEST_F(TrajectoryBufferTest, LeadsWhatStereoAloneSawToWhereTheReconstructionBegins) {
   tell(FrameChange::kRefined, {0.8, 0.0, -0.8});
   smooth_all();
   for (std::size_t frame = 0; frame < kBegins; ++frame) {
@@ -74,7 +76,7 @@ TEST_F(KeptPathsTest, LeadsWhatStereoAloneSawToWhereTheReconstructionBegins) {
   }
 }
 
-TEST_F(KeptPathsTest, LeavesThePathOfAnotherPointAlone) {
+TEST_F(TrajectoryBufferTest, LeavesThePathOfAnotherPointAlone) {
   tell(FrameChange::kReplaced, {0.8, 0.0, -0.8});
   smooth_all();
   for (std::size_t frame = 0; frame < kBegins; ++frame) {
@@ -82,7 +84,7 @@ TEST_F(KeptPathsTest, LeavesThePathOfAnotherPointAlone) {
   }
 }
 
-TEST_F(KeptPathsTest, LearnsNothingFromBeforeTheReconstruction) {
+TEST_F(TrajectoryBufferTest, LearnsNothingFromBeforeTheReconstruction) {
   tell(FrameChange::kRefined, {3.0, 0.0, -30.0});
   const std::optional<PathEnd> end = smooth_all();
   ASSERT_TRUE(end);
@@ -91,34 +93,34 @@ TEST_F(KeptPathsTest, LearnsNothingFromBeforeTheReconstruction) {
   EXPECT_LT(off_m(kBegins), 1e-6);
 }
 
-TEST_F(KeptPathsTest, ChangesNothingThatHasBeenGivenOut) {
+TEST_F(TrajectoryBufferTest, ChangesNothingThatHasBeenPublished) {
   tell(FrameChange::kRefined, {0.8, 0.0, -0.8});
   smooth_all(kFrames - 2);
   EXPECT_GT(off_m(1), 1.0);
   EXPECT_LT(off_m(kBegins - 1), off_m(1));
 }
 
-TEST_F(KeptPathsTest, CorrectsFramesToldInAGuessedFrame) {
+TEST_F(TrajectoryBufferTest, CorrectsFramesReportedInAGuessedFrame) {
   tell(FrameChange::kNone, Eigen::Vector3d::Zero());
-  const Se3 T_guessed_known{so3_exp({0.0, 0.1, 0.0}), {0.2, 0.0, -0.1}};
-  KeptPaths::correct(ring_, kFrames, kTrack, {T_guessed_known, 3});
+  const Se3 T_provisional_known{so3_exp({0.0, 0.1, 0.0}), {0.2, 0.0, -0.1}};
+  TrajectoryBuffer::correct(ring_, kFrames, kTrack, {T_provisional_known, 3});
   for (std::size_t frame = 0; frame < kFrames; ++frame) {
-    const bool guessed = frame + 1 < kFrames && frame + 4 >= kFrames;
-    const Se3 expected = guessed ? truth(frame) * T_guessed_known : truth(frame);
-    const Se3 off = told(frame).T_obj_cam * expected;  // The camera stands at the world's origin.
+    const bool predicted = frame + 1 < kFrames && frame + 4 >= kFrames;
+    const Se3 expected = predicted ? truth(frame) * T_provisional_known : truth(frame);
+    const Se3 off = reported(frame).T_obj_cam * expected;  // The camera stands at the world's origin.
     EXPECT_LT(off.translation.norm() + so3_log(off.rotation).norm(), 1e-9) << frame;
     EXPECT_EQ(ring_.frame(frame).find(kTrack)->change, FrameChange::kNone);
   }
 }
 
-TEST_F(KeptPathsTest, CutsThePathWhereGuessedFramesHaveBeenGivenOut) {
+TEST_F(TrajectoryBufferTest, CutsThePathWhereGuessedFramesHaveBeenPublished) {
   tell(FrameChange::kNone, Eigen::Vector3d::Zero());
-  KeptPaths::correct(ring_, 4, kTrack, {Se3{Eigen::Matrix3d::Identity(), {0.2, 0.0, 0.0}}, 6});
+  TrajectoryBuffer::correct(ring_, 4, kTrack, {Se3{Eigen::Matrix3d::Identity(), {0.2, 0.0, 0.0}}, 6});
   for (std::size_t age = 0; age < kFrames; ++age) {
     const bool oldest_corrected = age == 3;
     EXPECT_EQ(ring_.frame(age).find(kTrack)->change, oldest_corrected ? FrameChange::kReplaced : FrameChange::kNone);
   }
-  EXPECT_EQ(told(kFrames - 5).T_obj_cam.translation, truth(kFrames - 5).inverse().translation);
+  EXPECT_EQ(reported(kFrames - 5).T_obj_cam.translation, truth(kFrames - 5).inverse().translation);
 }
 
 }  // namespace

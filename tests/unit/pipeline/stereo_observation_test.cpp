@@ -1,5 +1,5 @@
 // Where one frame's stereo sees an object.
-#include "stereo_sighting.hpp"
+#include "stereo_observation.hpp"
 
 #include <algorithm>
 #include <vector>
@@ -12,7 +12,7 @@ namespace kinetrace::pipeline {
 namespace {
 
 constexpr std::uint8_t kLabel = 2;
-constexpr double kLeastDisparity_px = 1.0;
+constexpr double kMinDisparity_px = 1.0;
 
 Feature feature_at(float u, float v, float disparity_px, std::uint8_t label = kLabel) {
   Feature feature;
@@ -23,103 +23,104 @@ Feature feature_at(float u, float v, float disparity_px, std::uint8_t label = kL
   return feature;
 }
 
-StereoSighting sight_of(std::vector<Feature> features, LabelView labels = {}) {
-  return sight({.frame_index = 0, .timestamp_ns = 0, .features = features}, labels, kLabel, kLeastDisparity_px);
+StereoObservation observe_features(std::vector<Feature> features, LabelView labels = {}) {
+  return observe_stereo({.frame_index = 0, .timestamp_ns = 0, .features = features}, labels, kLabel, kMinDisparity_px);
 }
 
-TEST(StereoSighting, SeesNothingInNothing) {
-  const StereoSighting sighting = sight_of({});
-  EXPECT_EQ(sighting.features, 0);
-  EXPECT_TRUE(sighting.uvd_px.isZero());
+TEST(StereoObservation, SeesNothingInNothing) {
+  const StereoObservation observation = observe_features({});
+  EXPECT_EQ(observation.features, 0);
+  EXPECT_TRUE(observation.uvd_px.isZero());
 }
 
-TEST(StereoSighting, OfOneFeatureIsThatFeature) {
-  const StereoSighting sighting = sight_of({feature_at(30.F, 40.F, 5.F)});
-  EXPECT_EQ(sighting.features, 1);
-  EXPECT_EQ(sighting.uvd_px, Eigen::Vector3d(30.0, 40.0, 5.0));
+TEST(StereoObservation, OfOneFeatureIsThatFeature) {
+  const StereoObservation observation = observe_features({feature_at(30.F, 40.F, 5.F)});
+  EXPECT_EQ(observation.features, 1);
+  EXPECT_EQ(observation.uvd_px, Eigen::Vector3d(30.0, 40.0, 5.0));
 }
 
-TEST(StereoSighting, TakesTheMedianOfEachCoordinate) {
+TEST(StereoObservation, TakesTheMedianOfEachCoordinate) {
   // The middle ones belong to three different features.
   std::vector<Feature> features{feature_at(30.F, 90.F, 5.F), feature_at(10.F, 40.F, 6.F), feature_at(20.F, 10.F, 99.F)};
-  EXPECT_EQ(sight_of(features).uvd_px, Eigen::Vector3d(20.0, 40.0, 6.0));
+  EXPECT_EQ(observe_features(features).uvd_px, Eigen::Vector3d(20.0, 40.0, 6.0));
   // Of an even number, the upper one of the two in the middle.
   features.push_back(feature_at(25.F, 50.F, 7.F));
-  const StereoSighting even = sight_of(features);
+  const StereoObservation even = observe_features(features);
   EXPECT_EQ(even.features, 4);
   EXPECT_EQ(even.uvd_px, Eigen::Vector3d(25.0, 50.0, 7.0));
 }
 
-TEST(StereoSighting, LeavesOutOtherBodiesAndWhatHasNoDisparityToSpeakOf) {
+TEST(StereoObservation, LeavesOutOtherBodiesAndWhatHasNoDisparityToSpeakOf) {
   Feature unmatched = feature_at(1.F, 1.F, 1.F);
   unmatched.u_right_px = kNoRight;
-  const StereoSighting sighting =
-      sight_of({feature_at(1.F, 1.F, 50.F, kBackgroundLabel), feature_at(1.F, 1.F, 50.F, kLabel + 1), unmatched,
-                feature_at(1.F, 1.F, 0.875F), feature_at(30.F, 40.F, 1.F)});
-  EXPECT_EQ(sighting.features, 1);
-  EXPECT_EQ(sighting.uvd_px, Eigen::Vector3d(30.0, 40.0, 1.0));
+  const StereoObservation observation =
+      observe_features({feature_at(1.F, 1.F, 50.F, kBackgroundLabel), feature_at(1.F, 1.F, 50.F, kLabel + 1), unmatched,
+                        feature_at(1.F, 1.F, 0.875F), feature_at(30.F, 40.F, 1.F)});
+  EXPECT_EQ(observation.features, 1);
+  EXPECT_EQ(observation.uvd_px, Eigen::Vector3d(30.0, 40.0, 1.0));
 }
 
-TEST(StereoSighting, TellsHowManyAgreeHowFarAwayItIs) {
-  EXPECT_EQ(sight_of({}).agreeing, 0);
-  EXPECT_EQ(sight_of({feature_at(1.F, 1.F, 9.F), feature_at(1.F, 1.F, 7.F)}).agreeing, 1) << "blends with another";
-  EXPECT_EQ(sight_of({feature_at(1.F, 1.F, 3.F), feature_at(1.F, 1.F, 2.5F)}).agreeing, 2) << "noise";
-  EXPECT_EQ(sight_of({feature_at(1.F, 1.F, 40.F), feature_at(1.F, 1.F, 37.F)}).agreeing, 2) << "its two ends";
+TEST(StereoObservation, TellsHowManyAgreeHowFarAwayItIs) {
+  EXPECT_EQ(observe_features({}).agreeing, 0);
+  EXPECT_EQ(observe_features({feature_at(1.F, 1.F, 9.F), feature_at(1.F, 1.F, 7.F)}).agreeing, 1)
+      << "blends with another";
+  EXPECT_EQ(observe_features({feature_at(1.F, 1.F, 3.F), feature_at(1.F, 1.F, 2.5F)}).agreeing, 2) << "noise";
+  EXPECT_EQ(observe_features({feature_at(1.F, 1.F, 40.F), feature_at(1.F, 1.F, 37.F)}).agreeing, 2) << "its two ends";
 }
 
-TEST(StereoSighting, TellsHowTheFeaturesMovedThatWereThereBefore) {
+TEST(StereoObservation, TellsHowTheFeaturesMovedThatWereThereBefore) {
   std::vector<Feature> features{feature_at(30.F, 40.F, 5.F), feature_at(50.F, 60.F, 5.F), feature_at(90.F, 90.F, 5.F)};
   for (std::size_t i = 0; i < 2; ++i) {
     features[i].age_frames = 3;
     features[i].previous_left_px = features[i].left_px - Eigen::Vector2f(4.F, -2.F);
   }
-  const StereoSighting sighting = sight_of(features);
-  EXPECT_EQ(sighting.features, 3);
-  EXPECT_EQ(sighting.motion.features, 2) << "the third is new";
-  EXPECT_EQ(sighting.motion.now_px, Eigen::Vector2d(50.0, 160.0)) << "rows of the left image";
-  EXPECT_EQ(sighting.motion.before_px, Eigen::Vector2d(46.0, 162.0));
+  const StereoObservation observation = observe_features(features);
+  EXPECT_EQ(observation.features, 3);
+  EXPECT_EQ(observation.motion.features, 2) << "the third is new";
+  EXPECT_EQ(observation.motion.now_px, Eigen::Vector2d(50.0, 160.0)) << "rows of the left image";
+  EXPECT_EQ(observation.motion.before_px, Eigen::Vector2d(46.0, 162.0));
 }
 
 /// The object on the left, another one from column 60 on, which is seen at 20 px.
-class StereoSightingBesideAnother : public ::testing::Test {
+class StereoObservationBesideAnother : public ::testing::Test {
  protected:
   static constexpr int kWidth = 100;
   static constexpr int kHeight = 300;
   static constexpr std::uint8_t kOther = kLabel + 1;
 
-  StereoSightingBesideAnother() {
+  StereoObservationBesideAnother() {
     for (std::size_t i = 0; i < labels_.size(); ++i) {
       labels_[i] = i % kWidth < 60 ? kLabel : kOther;
     }
   }
-  [[nodiscard]] StereoSighting sight_with(const Feature& feature) const {
-    return sight_of({feature, feature_at(80.F, 40.F, 19.F, kOther), feature_at(85.F, 45.F, 20.F, kOther),
-                     feature_at(90.F, 50.F, 21.F, kOther)},
-                    {labels_.data(), kWidth, kHeight, kWidth});
+  [[nodiscard]] StereoObservation observe_beside(const Feature& feature) const {
+    return observe_features({feature, feature_at(80.F, 40.F, 19.F, kOther), feature_at(85.F, 45.F, 20.F, kOther),
+                             feature_at(90.F, 50.F, 21.F, kOther)},
+                            {labels_.data(), kWidth, kHeight, kWidth});
   }
   std::vector<std::uint8_t> labels_ = std::vector<std::uint8_t>(std::size_t{kWidth} * kHeight);
 };
 
-TEST_F(StereoSightingBesideAnother, LeavesOutWhatMayLieOnTheContourOfSomethingNearer) {
-  EXPECT_EQ(sight_with(feature_at(54.F, 40.F, 16.F)).features, 0) << "an end of the other, or a blend of both";
-  EXPECT_EQ(sight_with(feature_at(54.F, 40.F, 5.F)).features, 0);
+TEST_F(StereoObservationBesideAnother, LeavesOutWhatMayLieOnTheContourOfSomethingNearer) {
+  EXPECT_EQ(observe_beside(feature_at(54.F, 40.F, 16.F)).features, 0) << "an end of the other, or a blend of both";
+  EXPECT_EQ(observe_beside(feature_at(54.F, 40.F, 5.F)).features, 0);
 }
 
-TEST_F(StereoSightingBesideAnother, TakesWhatLiesWellInsideOrInFront) {
-  EXPECT_EQ(sight_with(feature_at(40.F, 40.F, 16.F)).features, 1) << "far from the contour";
-  EXPECT_EQ(sight_with(feature_at(54.F, 40.F, 30.F)).features, 1) << "nearer than the other";
+TEST_F(StereoObservationBesideAnother, TakesWhatLiesWellInsideOrInFront) {
+  EXPECT_EQ(observe_beside(feature_at(40.F, 40.F, 16.F)).features, 1) << "far from the contour";
+  EXPECT_EQ(observe_beside(feature_at(54.F, 40.F, 30.F)).features, 1) << "nearer than the other";
 }
 
-TEST(StereoSighting, LooksAtNoMoreThan256Features) {
+TEST(StereoObservation, LooksAtNoMoreThan256Features) {
   std::vector<Feature> features(256, feature_at(30.F, 40.F, 5.F));
-  EXPECT_EQ(sight_of(features).features, 256);
+  EXPECT_EQ(observe_features(features).features, 256);
   features.resize(600, feature_at(90.F, 90.F, 90.F));
-  const StereoSighting sighting = sight_of(features);
-  EXPECT_EQ(sighting.features, 256);
-  EXPECT_EQ(sighting.uvd_px, Eigen::Vector3d(30.0, 40.0, 5.0));
+  const StereoObservation observation = observe_features(features);
+  EXPECT_EQ(observation.features, 256);
+  EXPECT_EQ(observation.uvd_px, Eigen::Vector3d(30.0, 40.0, 5.0));
 }
 
-TEST(StereoSighting, LiesWhereTheRigProjectsItFrom) {
+TEST(StereoObservation, LiesWhereTheRigProjectsItFrom) {
   const StereoGeometry rig = test::small_rig();
   const Eigen::Vector3d p_cam(1.5, -0.4, 8.0);
   const Eigen::Vector3d uvr = rig.project(p_cam);

@@ -9,34 +9,34 @@ namespace kinetrace::tracking {
 namespace {
 
 /// So many features that lie elsewhere, and hardly one on it, speak against a detection that is only near.
-constexpr double kFewestElsewhere = 6.0;
+constexpr double kMinElsewhere = 6.0;
 constexpr double kHardlyOnIt = 0.1;
 /// So many stereo features tell how far away a detection is.
-constexpr std::size_t kFewestTellingDepth = 3;
+constexpr std::size_t kMinTellingDepth = 3;
 /// A detection may lie beside where its object was expected, by this part of the object's size,
 constexpr double kReachOfSize = 0.5;
 /// ... and so much more for each second since it was last detected,
 constexpr double kReachPerSecond = 1.0;
-constexpr double kMostReach_px = 20.0;
-/// ... and be larger, or where all of it should be in sight smaller, than expected by this factor.
-constexpr double kMostSizeRatio = 2.0;
-/// Less of an object in sight is hidden: a detection may be any part of it that lies so far on the whole, or beside it.
+constexpr double kMaxReach_px = 20.0;
+/// ... and be larger, or where all of it should be in view smaller, than expected by this factor.
+constexpr double kMaxSizeRatio = 2.0;
+/// Less of an object in view is hidden: a detection may be any part of it that lies so far on the whole, or beside it.
 constexpr double kMostlyHidden = 0.5;
-constexpr double kLeastOnWhole = 0.5;
-/// A detection that shows but a part of an object in sight lies so far on it, and is so large.
-constexpr double kLeastPartOnIt = 0.2;
-constexpr double kLeastSizeRatio = 0.15;
+constexpr double kMinOnWhole = 0.5;
+/// A detection that shows but a part of an object in view lies so far on it, and is so large.
+constexpr double kMinPartOnIt = 0.2;
+constexpr double kMinSizeRatio = 0.15;
 /// Of what is so far outside the image, the next to be seen is a strip along the border over which it comes,
 constexpr double kMostlyOutside = 0.2;
-constexpr int kWidestStrip_px = 25;
+constexpr int kMaxStrip_px = 25;
 /// ... that lies beside it by this part of either.
-constexpr double kLeastBeside = 0.5;
+constexpr double kMinBeside = 0.5;
 /// So far on what another track of its class expects, a detection is a part of that.
-constexpr double kMostOnAnother = 0.3;
+constexpr double kMaxOnAnother = 0.3;
 
 /// Where features say that it has gone, so much of its box or of the detection's is shared.
-constexpr double kLeastPartShared = 0.25;
-/// A detection whose box shares so much with that of the last one, there or where the forecast has moved it to, shows
+constexpr double kMinPartShared = 0.25;
+/// A detection whose box shares so much with that of the last one, there or where the prediction has moved it to, shows
 /// the same, wherever features or masks had it expected.
 constexpr double kStillThere = 0.6;
 
@@ -51,11 +51,11 @@ struct Extent {
   [[nodiscard]] double overlap() const noexcept {
     return std::min(strip_high, expected_high) - std::max(strip_low, expected_low);
   }
-  [[nodiscard]] bool nearly_met() const noexcept { return overlap() >= -kMostReach_px; }
+  [[nodiscard]] bool passes_proximity_gate() const noexcept { return overlap() >= -kMaxReach_px; }
   /// Most of the strip, and of what can be seen of the object in an image of this size.
   [[nodiscard]] bool beside(int image_size) const noexcept {
     const double expected = std::min<double>(expected_high, image_size) - std::max(expected_low, 0.0);
-    return overlap() >= kLeastBeside * std::max(strip_high - strip_low, expected);
+    return overlap() >= kMinBeside * std::max(strip_high - strip_low, expected);
   }
 };
 
@@ -111,32 +111,32 @@ bool StereoTracker::reaches_over_border(const TrackInstance& instance, const Det
   const bool at_end = (strip.y0 == 0 && low.y() < 0.0) || (strip.y1 == height_px_ && high.y() > height_px_);
   const Extent columns{static_cast<double>(strip.x0), static_cast<double>(strip.x1), low.x(), high.x()};
   const Extent rows{static_cast<double>(strip.y0), static_cast<double>(strip.y1), low.y(), high.y()};
-  return (at_side && strip.width() <= kWidestStrip_px && columns.nearly_met() && rows.beside(height_px_)) ||
-         (at_end && strip.height() <= kWidestStrip_px && rows.nearly_met() && columns.beside(width_px_));
+  return (at_side && strip.width() <= kMaxStrip_px && columns.passes_proximity_gate() && rows.beside(height_px_)) ||
+         (at_end && strip.height() <= kMaxStrip_px && rows.passes_proximity_gate() && columns.beside(width_px_));
 }
 
 bool StereoTracker::is_behind_camera(const TrackInstance& instance) noexcept {
-  const Forecast& forecast = instance.forecast;
-  return forecast.known && !forecast.direction_only && forecast.depth_m <= kMinForecastDepth_m;
+  const ObjectPrediction& prediction = instance.prediction;
+  return prediction.known && !prediction.direction_only && prediction.depth_m <= kMinPredictionDepth_m;
 }
 
 bool StereoTracker::features_lie_elsewhere(const TrackInstance& instance, const Detection& detection) noexcept {
   const FeatureVotes& votes = instance.votes_of_features;
-  return !instance.missed.exceeds(kForeignAfter_ns) && votes.total >= kFewestElsewhere &&
+  return !instance.missed.exceeds(kForeignAfter_ns) && votes.total >= kMinElsewhere &&
          votes.on_label[detection.label] < kHardlyOnIt * votes.total;
 }
 
 bool StereoTracker::lies_at_another_depth(const TrackInstance& instance,
                                           std::span<const DisparitySample> seen) noexcept {
-  if (!instance.disparity.known || seen.size() < kFewestTellingDepth) {
+  if (!instance.disparity.known || seen.size() < kMinTellingDepth) {
     return false;
   }
   const float seen_px = fit_disparity(seen, scratch_).mean_px;
   return clearly_nearer(seen_px, instance.disparity.mean_px) || clearly_nearer(instance.disparity.mean_px, seen_px);
 }
 
-void StereoTracker::add_near_misses(const TrackInstance& instance, const DetectionFrame& detections,
-                                    std::span<const Feature> features) noexcept {
+void StereoTracker::add_proximity_pairs(const TrackInstance& instance, const DetectionFrame& detections,
+                                        std::span<const Feature> features) noexcept {
   if (is_behind_camera(instance)) {
     return;
   }
@@ -144,7 +144,7 @@ void StereoTracker::add_near_misses(const TrackInstance& instance, const Detecti
     const Detection& detection = detections.left[v];
     const double gap_px = distance_between(instance.mask.current_box(), detection.box_px);
     if (owner_[v] < 0 && classes_agree(instance.track.class_id, detection.class_id) &&
-        (nearly_met(instance, detection, gap_px) || still_there(instance, detection) ||
+        (passes_proximity_gate(instance, detection, gap_px) || still_there(instance, detection) ||
          reaches_over_border(instance, detection)) &&
         !features_lie_elsewhere(instance, detection) && !lies_on_another(detection, instance) &&
         !lies_at_another_depth(instance, gather_samples(detections.left_labels, detection.label, features))) {
@@ -157,8 +157,8 @@ bool StereoTracker::still_there(const TrackInstance& instance, const Detection& 
   if (instance.track.missed_frames > 0) {
     return false;
   }
-  const Forecast& then = instance.forecast_before;
-  const Forecast& now = instance.forecast;
+  const ObjectPrediction& then = instance.previous_prediction;
+  const ObjectPrediction& now = instance.prediction;
   const bool moved = then.known && now.known && then.direction_only == now.direction_only;
   const Eigen::Vector2d shift_px = moved ? Eigen::Vector2d(now.point_px - then.point_px) : Eigen::Vector2d(0.0, 0.0);
   const PixelBox& box = instance.track.box_px;
@@ -170,34 +170,34 @@ bool StereoTracker::still_there(const TrackInstance& instance, const Detection& 
 bool StereoTracker::comes_further_in(const PixelBox& box, const PixelBox& seen) const noexcept {
   const bool same_rows = intersection_over_union(box.y0, box.y1, seen.y0, seen.y1) >= kStillThere;
   const bool same_columns = intersection_over_union(box.x0, box.x1, seen.x0, seen.x1) >= kStillThere;
-  const bool left = box.x0 == 0 && seen.x0 == 0 && std::abs(seen.x1 - box.x1) <= kMostReach_px;
-  const bool right = box.x1 == width_px_ && seen.x1 == width_px_ && std::abs(seen.x0 - box.x0) <= kMostReach_px;
-  const bool top = box.y0 == 0 && seen.y0 == 0 && std::abs(seen.y1 - box.y1) <= kMostReach_px;
-  const bool bottom = box.y1 == height_px_ && seen.y1 == height_px_ && std::abs(seen.y0 - box.y0) <= kMostReach_px;
+  const bool left = box.x0 == 0 && seen.x0 == 0 && std::abs(seen.x1 - box.x1) <= kMaxReach_px;
+  const bool right = box.x1 == width_px_ && seen.x1 == width_px_ && std::abs(seen.x0 - box.x0) <= kMaxReach_px;
+  const bool top = box.y0 == 0 && seen.y0 == 0 && std::abs(seen.y1 - box.y1) <= kMaxReach_px;
+  const bool bottom = box.y1 == height_px_ && seen.y1 == height_px_ && std::abs(seen.y0 - box.y0) <= kMaxReach_px;
   return (same_rows && (left || right)) || (same_columns && (top || bottom));
 }
 
-bool StereoTracker::nearly_met(const TrackInstance& instance, const Detection& detection,
-                               double gap_px) const noexcept {
+bool StereoTracker::passes_proximity_gate(const TrackInstance& instance, const Detection& detection,
+                                          double gap_px) const noexcept {
   const double whole_px = std::max(instance.predicted_px, 1);
   const double size_ratio = detection.area_px / whole_px;
-  if (size_ratio > kMostSizeRatio) {
+  if (size_ratio > kMaxSizeRatio) {
     return false;
   }
   // The longer it has not been seen, the less is known where it is. As long as it was not by the frame before.
   const double missed_s = 1e-9 * static_cast<double>(timestamp_ns_ - interval_ns_ - instance.matched_timestamp_ns);
-  const double reach_px = std::min((kReachOfSize + kReachPerSecond * missed_s) * std::sqrt(whole_px), kMostReach_px);
+  const double reach_px = std::min((kReachOfSize + kReachPerSecond * missed_s) * std::sqrt(whole_px), kMaxReach_px);
   const double on_it = part_on(instance, detection);
   const bool whole_in_image = instance.mask_part_in_image >= kWholeInImage;
   if (instance.overlap.area_px < kMostlyHidden * whole_px) {
-    return on_it >= kLeastOnWhole || (whole_in_image && gap_px <= reach_px);
+    return on_it >= kMinOnWhole || (whole_in_image && gap_px <= reach_px);
   }
   // Features that have gone astray take it no farther than so.
   const bool may_slip =
-      !instance.motion_from_flow || part_shared(instance.mask.current_box(), detection.box_px) >= kLeastPartShared;
-  const bool slipped = may_slip && gap_px <= reach_px && size_ratio >= 1.0 / kMostSizeRatio &&
-                       !instance.missed.exceeds(kForeignAfter_ns) && instance.mask_part_in_image >= kLeastVisiblePart;
-  const bool cut_short = whole_in_image && on_it >= kLeastPartOnIt && size_ratio >= kLeastSizeRatio;
+      !instance.motion_from_flow || part_shared(instance.mask.current_box(), detection.box_px) >= kMinPartShared;
+  const bool slipped = may_slip && gap_px <= reach_px && size_ratio >= 1.0 / kMaxSizeRatio &&
+                       !instance.missed.exceeds(kForeignAfter_ns) && instance.mask_part_in_image >= kMinVisiblePart;
+  const bool cut_short = whole_in_image && on_it >= kMinPartOnIt && size_ratio >= kMinSizeRatio;
   return slipped || cut_short;
 }
 
@@ -208,7 +208,7 @@ double StereoTracker::part_on(const TrackInstance& instance, const Detection& de
 bool StereoTracker::lies_on_another(const Detection& detection, const TrackInstance& instance) const noexcept {
   return std::any_of(slots_.begin(), slots_.end(), [&](const TrackInstance& other) {
     return other.alive() && &other != &instance && classes_agree(other.track.class_id, detection.class_id) &&
-           other.overlap.on_label[detection.label] > kMostOnAnother * detection.area_px;
+           other.overlap.on_label[detection.label] > kMaxOnAnother * detection.area_px;
   });
 }
 

@@ -7,7 +7,7 @@ namespace kinetrace::tracking {
 
 /// One point of an object, always the same, in the left image of the current frame, from where the object and the
 /// camera are expected to be.
-struct Forecast {
+struct ObjectPrediction {
   bool known = false;
   Eigen::Vector2d point_px = Eigen::Vector2d::Zero();  ///< May lie outside the image.
   double depth_m = 0.0;                                ///< Not positive: behind the camera.

@@ -12,7 +12,7 @@
 
 namespace kinetrace::pipeline {
 
-struct StereoSighting {
+struct StereoObservation {
   int features = 0;                                  ///< With a right match; 0: not seen.
   Eigen::Vector3d uvd_px = Eigen::Vector3d::Zero();  ///< Column, row and disparity of the point that stands for it.
   int agreeing = 0;                                  ///< Features about as far away as that point.
@@ -22,11 +22,11 @@ struct StereoSighting {
 /// The medians of the features with this label and at least `min_disparity_px`. `labels`: the masks of the left image.
 /// A feature whose patch reaches onto another object counts only if it is clearly nearer than that: along a contour
 /// patches follow the one in front, and a sliver of something far away would be seen where its occluder is.
-[[nodiscard]] StereoSighting sight(const FeatureFrame& frame, LabelView labels, std::uint8_t label,
-                                   double min_disparity_px);
+[[nodiscard]] StereoObservation observe_stereo(const FeatureFrame& frame, LabelView labels, std::uint8_t label,
+                                               double min_disparity_px);
 
 /// Camera frame, m.
-[[nodiscard]] Eigen::Vector3d position_in_camera(const StereoGeometry& geometry, const StereoSighting& sighting);
+[[nodiscard]] Eigen::Vector3d position_in_camera(const StereoGeometry& geometry, const StereoObservation& observation);
 
 /// Mean column of the pixels with `label` in `box`; the middle of the box if there are none.
 [[nodiscard]] double mean_column(LabelView labels, const PixelBox& box, std::uint8_t label);

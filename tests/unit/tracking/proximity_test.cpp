@@ -13,7 +13,7 @@ namespace {
 constexpr Shape kPerson{
     .x = 100.0, .y = 100.0, .half_width = 5.0, .half_height = 20.0, .disparity_px = 8.0, .class_id = kPedestrianClass};
 
-Forecast forecast_of(const Shape& shape) {
+ObjectPrediction prediction_of(const Shape& shape) {
   return {.known = true, .point_px = {shape.x, shape.y}, .depth_m = 100.0 / shape.disparity_px};
 }
 
@@ -31,7 +31,7 @@ Shape moved(Shape shape, double dx) {
   return shape;
 }
 
-TEST(NearMiss, SomethingThinMayMoveByMoreThanItsWidth) {
+TEST(ProximityPair, SomethingThinMayMoveByMoreThanItsWidth) {
   for (const double dx : {12.0, -12.0, 18.0}) {
     TrackerScene scene({}, 0);
     const Track* track = slip(scene, moved(kPerson, dx));
@@ -41,14 +41,14 @@ TEST(NearMiss, SomethingThinMayMoveByMoreThanItsWidth) {
   }
 }
 
-TEST(NearMiss, NotByMoreThanPartOfItsSize) {
+TEST(ProximityPair, NotByMoreThanPartOfItsSize) {
   TrackerScene scene({}, 0);
   const Track* track = slip(scene, moved(kPerson, 30.0));
   ASSERT_NE(track, nullptr);
   EXPECT_EQ(track->id, 2U);
 }
 
-TEST(NearMiss, NothingOfAnotherClassOrAnotherSize) {
+TEST(ProximityPair, NothingOfAnotherClassOrAnotherSize) {
   Shape vehicle = moved(kPerson, 14.0);
   vehicle.class_id = kVehicleClass;
   Shape large = moved(kPerson, 24.0);
@@ -61,7 +61,7 @@ TEST(NearMiss, NothingOfAnotherClassOrAnotherSize) {
   }
 }
 
-TEST(NearMiss, EachOfTwoNeighboursKeepsItsName) {
+TEST(ProximityPair, EachOfTwoNeighboursKeepsItsName) {
   TrackerScene scene({}, 0);
   const Shape right = moved(kPerson, 40.0);
   for (int i = 0; i < 4; ++i) {
@@ -83,7 +83,7 @@ class BehindAVan : public ::testing::Test {
   void step(double van_x) {
     Shape van = kVan;
     van.x = van_x;
-    scene_.forecasts = {forecast_of(van), forecast_of(kParked)};  // The larger is born first.
+    scene_.object_predictions = {prediction_of(van), prediction_of(kParked)};  // The larger is born first.
     scene_.step(std::array{kParked, van});
   }
   TrackerScene scene_;
@@ -109,7 +109,7 @@ TEST_F(BehindAVan, TheFirstBitMayComeOutBesideWhereItWasExpected) {
     van.half_height = 90.0;
     Shape expected = kParked;
     expected.y += x > 270 ? 45.0 : 0.0;  // While hidden it is taken to come nearer.
-    scene_.forecasts = {forecast_of(van), forecast_of(expected)};
+    scene_.object_predictions = {prediction_of(van), prediction_of(expected)};
     scene_.step(std::array{kParked, van});
   }
   const Track* track = scene_.track_of(0);
@@ -117,7 +117,7 @@ TEST_F(BehindAVan, TheFirstBitMayComeOutBesideWhereItWasExpected) {
   EXPECT_EQ(track->id, 2U);
 }
 
-TEST(NearMiss, APartOfAThingInSightIsThatThing) {
+TEST(ProximityPair, APartOfAThingInViewIsThatThing) {
   Shape car{.x = 300.0, .y = 100.0, .disparity_px = 6.0};
   Shape part = car;
   part.x += 29.0;
@@ -130,11 +130,11 @@ TEST(NearMiss, APartOfAThingInSightIsThatThing) {
   EXPECT_EQ(track->id, 1U);
 }
 
-TEST(NearMiss, WhatHasNearlyLeftTheImageSlipsOntoNothing) {
+TEST(ProximityPair, WhatHasNearlyLeftTheImageSlipsOntoNothing) {
   TrackerScene scene({}, 0);
   const auto step = [&](double car_x, std::span<const Shape> shapes) {
     const Shape car{.x = car_x, .y = 100.0};
-    scene.forecasts = {forecast_of(car)};
+    scene.object_predictions = {prediction_of(car)};
     scene.step(shapes);
   };
   for (const double x : {60.0, 40.0, 20.0, 0.0}) {
@@ -149,7 +149,7 @@ TEST(NearMiss, WhatHasNearlyLeftTheImageSlipsOntoNothing) {
 std::uint32_t id_at_border(const Shape& strip) {
   TrackerScene scene({}, 0);
   const auto step = [&](double car_x, const Shape& seen) {
-    scene.forecasts = {forecast_of({.x = car_x, .y = 100.0})};
+    scene.object_predictions = {prediction_of({.x = car_x, .y = 100.0})};
     scene.step(std::array{seen});
   };
   for (const double x : {60.0, 40.0, 20.0, 0.0, -20.0}) {
@@ -159,7 +159,7 @@ std::uint32_t id_at_border(const Shape& strip) {
   return scene.track_of(0) == nullptr ? 0 : scene.track_of(0)->id;
 }
 
-TEST(NearMiss, AStripAtTheBorderIsWhatWasExpectedJustOutside) {
+TEST(ProximityPair, AStripAtTheBorderIsWhatWasExpectedJustOutside) {
   const Shape strip{.x = 3.0, .y = 100.0, .half_width = 4.0};
   EXPECT_EQ(id_at_border(strip), 1U);
   Shape of_another_height = strip;
@@ -182,7 +182,7 @@ std::uint32_t id_after_strip(const Shape& strip, const Shape& next) {
   return track == nullptr ? 0 : track->id;
 }
 
-TEST(NearMiss, AStripAtTheBorderComesFurtherIn) {
+TEST(ProximityPair, AStripAtTheBorderComesFurtherIn) {
   const Shape above{.x = 300.0, .y = 0.0, .half_width = 12.0, .half_height = 2.0};
   const Shape below{.x = 300.0, .y = kHeight - 1.0, .half_width = 12.0, .half_height = 2.0};
   const Shape left{.x = 0.0, .y = 100.0, .half_width = 2.0, .half_height = 12.0};
@@ -202,47 +202,47 @@ TEST(NearMiss, AStripAtTheBorderComesFurtherIn) {
 }
 
 /// What is detected beside somebody who is not, four frames on.
-std::uint32_t id_beside(TrackerScene& scene, const Forecast& forecast, double beside_px = 14.0) {
+std::uint32_t id_beside(TrackerScene& scene, const ObjectPrediction& prediction, double beside_px = 14.0) {
   for (int i = 0; i < 4; ++i) {
-    scene.forecasts = {forecast_of(kPerson)};
+    scene.object_predictions = {prediction_of(kPerson)};
     scene.step(std::array{kPerson});
   }
-  scene.forecasts = {forecast};
+  scene.object_predictions = {prediction};
   scene.detected = {false, true};
   scene.step(std::array{kPerson, moved(kPerson, beside_px)});
   return scene.track_of(1) == nullptr ? 0 : scene.track_of(1)->id;
 }
 
-TEST(NearMiss, WhereNoneOfItsFeaturesHasGoneIsAnother) {
+TEST(ProximityPair, WhereNoneOfItsFeaturesHasGoneIsAnother) {
   TrackerScene none({}, 0);
-  EXPECT_EQ(id_beside(none, forecast_of(kPerson)), 1U);
+  EXPECT_EQ(id_beside(none, prediction_of(kPerson)), 1U);
   for (const int features : {3, 24}) {
     TrackerScene scene({}, features);
-    EXPECT_EQ(id_beside(scene, forecast_of(kPerson)), 2U) << features;
+    EXPECT_EQ(id_beside(scene, prediction_of(kPerson)), 2U) << features;
   }
 }
 
-TEST(NearMiss, FewFeaturesThatStayBehindDoNotHoldAnybody) {
+TEST(ProximityPair, FewFeaturesThatStayBehindDoNotHoldAnybody) {
   // Somebody thin walks on, and three features stay on what is behind.
-  const auto id_after = [](double step_px, const Forecast& forecast) {
+  const auto id_after = [](double step_px, const ObjectPrediction& prediction) {
     TrackerScene scene({}, 3);
-    return id_beside(scene, forecast, step_px);
+    return id_beside(scene, prediction, step_px);
   };
-  EXPECT_EQ(id_after(14.0, forecast_of(moved(kPerson, 12.0))), 1U) << "expected there";
-  EXPECT_EQ(id_after(14.0, forecast_of(kPerson)), 2U);
+  EXPECT_EQ(id_after(14.0, prediction_of(moved(kPerson, 12.0))), 1U) << "expected there";
+  EXPECT_EQ(id_after(14.0, prediction_of(kPerson)), 2U);
 }
 
-TEST(NearMiss, WhatIsAtAnotherDepthIsAnother) {
+TEST(ProximityPair, WhatIsAtAnotherDepthIsAnother) {
   const auto id_at = [](double disparity_px) {
     TrackerScene scene({}, 3);
     Shape beside = moved(kPerson, 14.0);
     beside.disparity_px = disparity_px;
     scene.detected = {true, false};
     for (int i = 0; i < 4; ++i) {
-      scene.forecasts = {forecast_of(kPerson)};
+      scene.object_predictions = {prediction_of(kPerson)};
       scene.step(std::array{kPerson, beside});
     }
-    scene.forecasts = {forecast_of(moved(kPerson, 12.0))};
+    scene.object_predictions = {prediction_of(moved(kPerson, 12.0))};
     scene.detected = {false, true};
     scene.step(std::array{kPerson, beside});
     return scene.track_of(1) == nullptr ? 0 : scene.track_of(1)->id;
@@ -252,7 +252,7 @@ TEST(NearMiss, WhatIsAtAnotherDepthIsAnother) {
   EXPECT_EQ(id_at(kPerson.disparity_px - 4.0), 2U) << "farther away";
 }
 
-TEST(NearMiss, FeaturesTakeASlipOnlySoFar) {
+TEST(ProximityPair, FeaturesTakeASlipOnlySoFar) {
   // So round that masks hardly overlap where boxes still do.
   const Shape round{.x = 100.0, .y = 100.0, .half_width = 10.0, .half_height = 10.0, .ellipse = true};
   const auto id_after = [&](double step_px) {
@@ -268,48 +268,49 @@ TEST(NearMiss, FeaturesTakeASlipOnlySoFar) {
   EXPECT_EQ(id_after(19.0), 2U);
 }
 
-TEST(NearMiss, WhatIsBehindTheCameraByNowIsNotBesideIt) {
+TEST(ProximityPair, WhatIsBehindTheCameraByNowIsNotBesideIt) {
   TrackerScene scene({}, 3);
-  Forecast behind = forecast_of(kPerson);
+  ObjectPrediction behind = prediction_of(kPerson);
   behind.depth_m = -0.5;
   EXPECT_EQ(id_beside(scene, behind), 2U);
 }
 
 constexpr Shape kPassing{.x = 60.0, .y = 120.0, .half_width = 60.0, .half_height = 60.0};
 
-Forecast at_depth(const Shape& shape, double depth_m) {
+ObjectPrediction at_depth(const Shape& shape, double depth_m) {
   return {.known = true, .point_px = {shape.x, shape.y}, .depth_m = depth_m};
 }
 
-/// The name of what passes close by, without features, after its forecast has turned from `before` to `forecast` and it
-/// has been missed for so many frames.
-std::uint32_t id_in_passing(const Forecast& forecast, int missed, const Forecast& before = at_depth(kPassing, 0.5)) {
+/// The name of what passes close by, without features, after its prediction has turned from `before` to `prediction`
+/// and it has been missed for so many frames.
+std::uint32_t id_in_passing(const ObjectPrediction& prediction, int missed,
+                            const ObjectPrediction& before = at_depth(kPassing, 0.5)) {
   TrackerScene scene({}, 0);
   for (int i = 0; i < 4; ++i) {
-    scene.forecasts = {before};
+    scene.object_predictions = {before};
     scene.step(std::array{kPassing});
   }
   for (int i = 0; i <= missed; ++i) {
-    scene.forecasts = {forecast};
+    scene.object_predictions = {prediction};
     scene.detected = {i == missed};
     scene.step(std::array{kPassing});
   }
   return scene.track_of(0) == nullptr ? 0 : scene.track_of(0)->id;
 }
 
-TEST(NearMiss, WhatPassesByIsWhereItWasAMomentAgo) {
-  EXPECT_EQ(id_in_passing(at_depth(kPassing, 0.1), 0), 1U) << "too near for a forecast";
+TEST(ProximityPair, WhatPassesByIsWhereItWasAMomentAgo) {
+  EXPECT_EQ(id_in_passing(at_depth(kPassing, 0.1), 0), 1U) << "too near for a prediction";
   EXPECT_EQ(id_in_passing(at_depth(kPassing, -0.3), 0), 1U) << "its middle is behind the camera";
   EXPECT_EQ(id_in_passing(at_depth(moved(kPassing, 300.0), 0.4), 0), 1U) << "expected somewhere else altogether";
 }
 
-TEST(NearMiss, WhatHasPassedByIsNoLongerThere) {
+TEST(ProximityPair, WhatHasPassedByIsNoLongerThere) {
   EXPECT_EQ(id_in_passing(at_depth(kPassing, -0.3), 3), 2U);
   EXPECT_EQ(id_in_passing(at_depth(kPassing, -0.3), 3, at_depth(kPassing, 0.1)), 2U) << "seen too near already";
   EXPECT_EQ(id_in_passing(at_depth(kPassing, -0.3), 3, {}), 2U) << "seen when nothing was expected of it";
 }
 
-TEST(NearMiss, SomebodyInFrontOfACarMaySlip) {
+TEST(ProximityPair, SomebodyInFrontOfACarMaySlip) {
   const Shape car{.x = 100.0, .y = 100.0, .half_width = 60.0, .half_height = 30.0, .disparity_px = 6.0};
   TrackerScene scene({}, 0);
   for (int i = 0; i < 4; ++i) {
@@ -322,27 +323,29 @@ TEST(NearMiss, SomebodyInFrontOfACarMaySlip) {
   EXPECT_EQ(scene.track_of(0)->id, id);
 }
 
-TEST(NearMiss, WhatWasSeenBeforeItsDirectionWasKnownGoesWithIt) {
+TEST(ProximityPair, WhatWasSeenBeforeItsDirectionWasKnownGoesWithIt) {
   TrackerScene scene({}, 0);
   for (int i = 0; i < 3; ++i) {
-    scene.forecasts.clear();
+    scene.object_predictions.clear();
     scene.step(std::array{kPerson});
   }
   scene.detected = {false};
   for (int i = 1; i <= 4; ++i) {
     const Shape there = moved(kPerson, 20.0 * i);
-    scene.forecasts = {{.known = true, .point_px = {there.x, there.y}, .depth_m = 1000.0, .direction_only = true}};
+    scene.object_predictions = {
+        {.known = true, .point_px = {there.x, there.y}, .depth_m = 1000.0, .direction_only = true}};
     scene.step(std::array{there});
   }
   ASSERT_EQ(scene.frame().tracks.size(), 1U);
   EXPECT_GT(scene.left_iou(scene.frame().tracks[0], 0), 0.9);
 }
 
-TEST(NearMiss, WithoutAPlaceItsDirectionWaits) {
+TEST(ProximityPair, WithoutAPlaceItsDirectionWaits) {
   // Far away: only a direction is foretold.
   TrackerScene scene({}, 0);
   const auto step = [&](const Shape& shape, bool visible) {
-    scene.forecasts = {{.known = true, .point_px = {shape.x, shape.y}, .depth_m = 1000.0, .direction_only = true}};
+    scene.object_predictions = {
+        {.known = true, .point_px = {shape.x, shape.y}, .depth_m = 1000.0, .direction_only = true}};
     scene.detected = {visible};
     scene.step(std::array{shape});
   };
@@ -357,17 +360,17 @@ TEST(NearMiss, WithoutAPlaceItsDirectionWaits) {
   EXPECT_EQ(scene.track_of(0)->id, 1U);
 }
 
-TEST(NearMiss, ADirectionAndAPlaceAreNotCompared) {
+TEST(ProximityPair, ADirectionAndAPlaceAreNotCompared) {
   TrackerScene scene({}, 0);
-  const auto step = [&](const Forecast& forecast, bool visible) {
-    scene.forecasts = {forecast};
+  const auto step = [&](const ObjectPrediction& prediction, bool visible) {
+    scene.object_predictions = {prediction};
     scene.detected = {visible};
     scene.step(std::array{kPerson});
   };
   for (int i = 0; i < 4; ++i) {
     step({.known = true, .point_px = {kPerson.x, kPerson.y}, .depth_m = 1000.0, .direction_only = true}, true);
   }
-  step(forecast_of(kPerson), false);
+  step(prediction_of(kPerson), false);
   ASSERT_EQ(scene.frame().tracks.size(), 1U);
   EXPECT_GT(scene.left_iou(scene.frame().tracks[0], 0), 0.99) << "as if it had come a hundred times nearer";
 }

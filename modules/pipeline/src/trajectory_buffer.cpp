@@ -1,0 +1,77 @@
+#include "trajectory_buffer.hpp"
+
+#include <algorithm>
+
+namespace kinetrace::pipeline {
+namespace {
+
+// A shorter path has not shown how the object moves.
+constexpr std::size_t kMinPathNodes = 4;
+
+/// The object in the frame after this one; null if there is none.
+BufferedObject* after(ResultRing& ring, std::uint32_t track_id, std::size_t age) {
+  return age > 0 ? ring.frame(age - 1).find(track_id) : nullptr;
+}
+
+/// The age of the path's oldest frame.
+std::size_t beginning_of(ResultRing& ring, std::uint32_t track_id, std::size_t age) {
+  while (ring.frame(age).find(track_id)->change == FrameChange::kNone && age + 1 < ring.size() &&
+         ring.frame(age + 1).find(track_id) != nullptr) {
+    ++age;
+  }
+  return age;
+}
+
+/// The age of the newest frame that is about the same point.
+std::size_t sequel_of(ResultRing& ring, std::uint32_t track_id, std::size_t age) {
+  for (const BufferedObject* next = after(ring, track_id, age);
+       next != nullptr && next->change != FrameChange::kReplaced; next = after(ring, track_id, age)) {
+    --age;
+  }
+  return age;
+}
+
+}  // namespace
+
+TrajectoryBuffer::TrajectoryBuffer(const trajectory::TrajectoryConfig& config, std::size_t frames, Arena& arena)
+    : smoother_(config, frames, arena), nodes_(arena.take<trajectory::PathNode>(frames)) {}
+
+bool TrajectoryBuffer::ends_at(ResultRing& ring, std::uint32_t track_id, std::size_t age) noexcept {
+  const BufferedObject* const next = after(ring, track_id, age);
+  return next == nullptr || next->change != FrameChange::kNone;
+}
+
+std::optional<PathEnd> TrajectoryBuffer::smooth(ResultRing& ring, std::size_t pending, std::uint32_t track_id,
+                                                std::size_t age, bool at_rest) noexcept {
+  const std::size_t end_age = beginning_of(ring, track_id, age) + 1;
+  const std::span<trajectory::PathNode> path = nodes_.first(end_age - sequel_of(ring, track_id, age));
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const BufferedFrame& kept = ring.frame(end_age - 1 - i);
+    const ObjectResult& object = kept.find(track_id)->result;
+    path[i] = {kept.timestamp_ns, object.T_world_obj, object.covariance, object.T_world_obj};
+  }
+  const std::size_t finalised = end_age > pending ? end_age - pending : 0;
+  smoother_.smooth(path, finalised, at_rest);
+  for (std::size_t i = finalised; i < end_age - age; ++i) {
+    ring.frame(end_age - 1 - i).find(track_id)->result.T_world_obj = path[i].smoothed;
+  }
+  if (age > 0 || path.size() < kMinPathNodes) {
+    return std::nullopt;
+  }
+  return PathEnd{path.back().smoothed, trajectory::body_velocity(path[path.size() - 2], path.back())};
+}
+
+void TrajectoryBuffer::correct(ResultRing& ring, std::size_t pending, std::uint32_t track_id,
+                               const FrameCorrection& correction) noexcept {
+  const Se3 T_known_provisional = correction.T_provisional_known.inverse();
+  const std::size_t end_age = std::min(correction.frames + 1, pending);
+  for (std::size_t age = 1; age < end_age; ++age) {
+    if (BufferedObject* const entry = ring.frame(age).find(track_id)) {
+      entry->result.T_obj_cam = T_known_provisional * entry->result.T_obj_cam;
+      const bool is_path_continued = age + 1 == end_age && end_age <= correction.frames;
+      entry->change = is_path_continued ? FrameChange::kReplaced : entry->change;
+    }
+  }
+}
+
+}  // namespace kinetrace::pipeline
