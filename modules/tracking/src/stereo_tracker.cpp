@@ -194,15 +194,13 @@ void StereoTracker::merge_tracks(std::uint8_t earlier, std::uint8_t redetected) 
   without_earlier[from.track.label()] = kBackgroundLabel;
   relabel(left_, without_earlier, left_);
   relabel(right_, without_earlier, right_);
-  for (Track& track : published_) {
-    if (track.slot == earlier) {
-      track.area_px = 0;
-      track.box_px = {};
-    }
-  }
+  const auto kept = std::remove_if(published_.begin(), published_.end(),
+                                   [earlier](const Track& track) { return track.slot == earlier; });
+  published_.resize(static_cast<std::size_t>(kept - published_.begin()));
   std::replace_if(
       published_.begin(), published_.end(), [redetected](const Track& track) { return track.slot == redetected; },
       to.track);
+  sort_published();
 }
 
 void StereoTracker::defer_confirmation(std::uint8_t slot) noexcept {
