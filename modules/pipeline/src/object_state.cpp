@@ -205,14 +205,13 @@ void ObjectState::set_covariance(double rotation_rad2, const Eigen::Matrix3d& po
   covariance_.bottomRightCorner<3, 3>() = position_m2;
 }
 
-void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera,
-                          const features::FeatureFrontEnd& front_end) {
+void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, const CameraState& camera) {
   track_ = track;
   confirmed_ = confirmed_ || track.state == TrackState::kConfirmed;
-  interval_s_ = timestamp_ns_ > 0 ? 1e-9 * static_cast<double>(frame.timestamp_ns - timestamp_ns_) : 0.0;
-  interval_ns_ = observed_ ? frame.timestamp_ns - timestamp_ns_ : kUsualInterval_ns;
+  interval_s_ = timestamp_ns_ > 0 ? 1e-9 * static_cast<double>(timestamp_ns - timestamp_ns_) : 0.0;
+  interval_ns_ = observed_ ? timestamp_ns - timestamp_ns_ : kUsualInterval_ns;
   observed_ = true;
-  timestamp_ns_ = frame.timestamp_ns;
+  timestamp_ns_ = timestamp_ns;
   extended_ = false;
   frame_change_ = FrameChange::kNone;
   correction_.reset();
@@ -223,6 +222,11 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
   } else {
     matched_run_.reset();
   }
+}
+
+void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera,
+                          const features::FeatureFrontEnd& front_end) {
+  begin_frame(track, frame.timestamp_ns, camera);
   StereoObservation observation = observe_stereo(frame, labels);
   if (!rigid() && track_.area_px > 0) {
     observe_by_outline(labels, camera, observation);

@@ -143,6 +143,8 @@ class ObjectState {
     return std::min(track_.visible_part, visible_fraction_) < kClearlyVisible;
   }
   /// What stands in front of it need not be an object: how much of the area that it has lately shown is seen now.
+  /// The track as it is now, and the time since the frame before.
+  void begin_frame(const Track& track, std::int64_t timestamp_ns, const CameraState& camera);
   void measure_visible_fraction(const CameraState& camera);
   /// A track of its class that was born after it was last detected, longer than `missed_ns` ago.
   [[nodiscard]] bool is_reid_candidate(const Track& redetected, std::int64_t missed_ns) const noexcept;

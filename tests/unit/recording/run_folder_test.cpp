@@ -69,7 +69,7 @@ TEST(RunFolder, EarlierRunsGiveWayAndOtherFilesStay) {
   }
 }
 
-TEST(RunFolder, AnTerminatedRunIsReplaced) {
+TEST(RunFolder, AnAbandonedRunIsReplaced) {
   const TemporaryFolder folder;
   {
     RecorderFixture terminated(recording_config(folder.path()));

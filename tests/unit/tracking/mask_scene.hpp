@@ -36,6 +36,12 @@ struct Shape {
   }
 };
 
+inline Shape shifted(Shape shape, double dx, double dy = 0.0) {
+  shape.x += dx;
+  shape.y += dy;
+  return shape;
+}
+
 /// A label image with storage.
 class Labels {
  public:

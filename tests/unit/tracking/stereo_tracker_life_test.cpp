@@ -1,5 +1,4 @@
-// Birth, confirmation, propagation, end; ids, slots and capacity.
-#include <set>
+// Birth, confirmation, propagation, end; ids and slots.
 #include <utility>
 
 #include <gmock/gmock.h>
@@ -17,12 +16,6 @@ constexpr Shape kCar{.x = 100.0, .y = 100.0};
 /// Of the default settings, at 10 Hz.
 constexpr int kMissedFrames = 10;
 constexpr int kUnseenFrames = 75;
-
-Shape shifted(Shape shape, double dx, double dy = 0.0) {
-  shape.x += dx;
-  shape.y += dy;
-  return shape;
-}
 
 TEST(StereoTracker, IsEmptyWithoutDetections) {
   TrackerScene scene;
@@ -160,22 +153,6 @@ TEST(StereoTracker, NeverReusesAnIdAndASlotOnlyInALaterFrame) {
     }
   }
   EXPECT_EQ(ids.size(), 10U);
-}
-
-std::vector<Shape> row_of_shapes(int count) {
-  std::vector<Shape> shapes;
-  shapes.reserve(static_cast<std::size_t>(count));
-  for (int k = 0; k < count; ++k) {
-    shapes.push_back({.x = 40.0 + 70.0 * k, .y = 100.0, .half_width = 12.0 + k, .half_height = 10.0});
-  }
-  return shapes;
-}
-
-TEST(StereoTracker, HoldsAsManyTracksAsConfigured) {
-  TrackerScene scene;
-  const TrackFrame& frame = scene.step(row_of_shapes(8));
-  EXPECT_EQ(frame.tracks.size(), 8U);
-  EXPECT_EQ(scene.tracker().counters().detections_dropped, 0U);
 }
 
 /// Of a shape's centre; a depth that goes with its disparity.
@@ -329,7 +306,7 @@ TEST(StereoTracker, GoesOnAfterWaitingInViewWhenJoined) {
   EXPECT_TRUE(frame.ended.empty());
 }
 
-TEST(StereoTracker, EndsAnTerminatedTrackWithTheNextFrame) {
+TEST(StereoTracker, EndsATerminatedTrackWithTheNextFrame) {
   TrackerScene scene;
   for (int i = 0; i < 3; ++i) {
     scene.step(std::array{kCar});
@@ -343,7 +320,7 @@ TEST(StereoTracker, EndsAnTerminatedTrackWithTheNextFrame) {
   EXPECT_EQ(frame.tracks[0].id, 2U);
 }
 
-TEST(StereoTracker, TellsAWithheldTrackAsTentativeInThatFrameOnly) {
+TEST(StereoTracker, ReportsADeferredTrackAsTentativeInThatFrameOnly) {
   TrackerScene scene;
   const Shape other = shifted(kCar, 300.0);
   for (int i = 0; i < 3; ++i) {
@@ -378,77 +355,6 @@ TEST(StereoTracker, GoesOnUnderTheEarlierIdAfterJoining) {
   EXPECT_EQ(frame.tracks[0].id, 1U);
   EXPECT_EQ(frame.tracks[0].state, TrackState::kConfirmed);
   EXPECT_TRUE(frame.ended.empty());
-}
-
-TEST(StereoTracker, DropsTheSmallestDetectionBeyondItsCapacity) {
-  TrackerConfig config;
-  config.max_objects = 8;
-  TrackerScene scene(config);
-  const std::vector<Shape> shapes = row_of_shapes(9);
-  const TrackFrame& frame = scene.step(shapes);
-  EXPECT_EQ(frame.tracks.size(), 8U);
-  EXPECT_EQ(scene.track_of(0), nullptr);
-  EXPECT_EQ(scene.tracker().counters().detections_dropped, 1U);
-  EXPECT_EQ(area_of(frame.left_labels, kIgnoreLabel), scene.detections().left[0].area_px);
-  for (std::size_t i = 1; i < frame.tracks.size(); ++i) {
-    EXPECT_LT(frame.tracks[i - 1].id, frame.tracks[i].id);
-  }
-}
-
-TEST(StereoTracker, MakesRoomByEndingALongPropagatedTrack) {
-  TrackerConfig config;
-  config.max_objects = 1;
-  TrackerScene scene(config);
-  const Shape other = shifted(kCar, 300.0);
-  for (int i = 0; i < 3; ++i) {
-    scene.step(std::array{kCar});
-  }
-  scene.detected = {false, true};
-  for (int missed = 1; missed <= 5; ++missed) {
-    EXPECT_EQ(scene.step(std::array{kCar, other}).tracks[0].id, 1U);
-  }
-  EXPECT_EQ(scene.step(std::array{kCar, other}).ended.size(), 1U) << "propagated for more than half of its time";
-  const TrackFrame& frame = scene.step(std::array{kCar, other});
-  ASSERT_EQ(frame.tracks.size(), 1U);
-  EXPECT_EQ(frame.tracks[0].id, 2U);
-}
-
-TEST(StereoTracker, GivesTheSlotOfTheSmallestTrackToADetectionTwiceItsSize) {
-  TrackerConfig config;
-  config.max_objects = 2;
-  TrackerScene scene(config);
-  const Shape small{.x = 60.0, .y = 60.0, .half_width = 10.0, .half_height = 10.0};
-  const Shape large{.x = 400.0, .y = 120.0, .half_width = 60.0, .half_height = 40.0};
-  for (int i = 0; i < 3; ++i) {
-    scene.step(std::array{small, kCar});
-  }
-  const TrackFrame& full = scene.step(std::array{small, kCar, large});
-  ASSERT_EQ(full.ended.size(), 1U);
-  EXPECT_EQ(full.ended[0].id, 2U) << "births go by size";
-  EXPECT_EQ(full.tracks.size(), 1U);
-  EXPECT_EQ(area_of(full.left_labels, full.ended[0].label()), 0) << "nothing is left of the track that has ended";
-  const TrackFrame& after = scene.step(std::array{small, kCar, large});
-  EXPECT_TRUE(after.ended.empty());
-  EXPECT_NE(scene.track_of(2), nullptr);
-  EXPECT_EQ(scene.track_of(0), nullptr);
-}
-
-TEST(StereoTracker, KeepsTheSmallestTrackAgainstADetectionOfItsSize) {
-  TrackerConfig config;
-  config.max_objects = 1;
-  TrackerScene scene(config);
-  for (int i = 0; i < 6; ++i) {
-    const TrackFrame& frame = scene.step(std::array{kCar, shifted(kCar, 300.0)});
-    EXPECT_EQ(frame.tracks[0].id, 1U);
-    EXPECT_TRUE(frame.ended.empty());
-  }
-}
-
-TEST(StereoTracker, DropsDetectionsBelowTheSmallestArea) {
-  TrackerScene scene;
-  const Shape dot{.x = 50.0, .y = 50.0, .half_width = 3.0, .half_height = 3.0};  // 49 px
-  EXPECT_TRUE(scene.step(std::array{dot}).tracks.empty());
-  EXPECT_EQ(scene.tracker().counters().detections_dropped, 1U);
 }
 
 TEST(StereoTracker, ForgetsItsTracksButNotItsIdsOnReset) {
@@ -500,38 +406,6 @@ TEST(StereoTracker, NeedsExactlyTheBytesItAnnounces) {
   EXPECT_EQ(enough.used_bytes(), bytes);
   Arena too_small(bytes - 1);
   EXPECT_EQ(StereoTracker::create({}, kWidth, kHeight, too_small).error().code, ErrorCode::kCapacity);
-}
-
-TEST(StereoTracker, ALimitEndsUnseenAndSmallTracksFirst) {
-  TrackerScene scene;
-  const Shape large{.x = 60.0, .y = 60.0, .half_width = 40.0, .half_height = 30.0};
-  const Shape medium{.x = 240.0, .y = 60.0};
-  const Shape small{.x = 60.0, .y = 180.0, .half_width = 12.0, .half_height = 12.0};
-  const Shape missed{.x = 240.0, .y = 180.0, .half_width = 45.0, .half_height = 35.0};
-  const std::array all{large, medium, small, missed};
-  for (int i = 0; i < 4; ++i) {
-    scene.step(all);
-  }
-  scene.detected = {true, true, true, false};
-  ASSERT_EQ(scene.step(all).tracks.size(), 4U);
-  const std::uint32_t large_id = scene.track_of(0)->id;
-  const std::uint32_t medium_id = scene.track_of(1)->id;
-  const std::uint32_t small_id = scene.track_of(2)->id;
-
-  const auto left_after = [&](int most) {
-    scene.tracker().limit(most);
-    std::set<std::uint32_t> ids;
-    for (const Track& track : scene.step(all).tracks) {
-      ids.insert(track.id);
-    }
-    return ids;
-  };
-  EXPECT_EQ(left_after(3), (std::set{large_id, medium_id, small_id}));
-  EXPECT_EQ(left_after(2), (std::set{large_id, medium_id}));
-  EXPECT_EQ(left_after(2), (std::set{large_id, medium_id})) << "the small one, still detected, is not born";
-  EXPECT_EQ(scene.frame().ended.size(), 0U);
-  scene.detected = {};
-  EXPECT_EQ(left_after(4).size(), 4U) << "what is seen is born again";
 }
 
 }  // namespace
