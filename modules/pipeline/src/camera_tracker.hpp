@@ -27,7 +27,6 @@ class CameraTracker {
   void end() { background_.end(); }
 
   [[nodiscard]] bool tracked() const noexcept { return background_.estimate().status == BodyStatus::kTracked; }
-  [[nodiscard]] const Se3& T_world_cam() const noexcept { return background_.estimate().T_body_cam; }
   /// `age` frames ago, as the window knows it by now.
   [[nodiscard]] CameraState state(std::size_t age) const;
   [[nodiscard]] CameraResult result(std::size_t age) const;

@@ -184,7 +184,7 @@ Result<FeatureFrame> Pipeline::Impl::track_features(std::int64_t timestamp_ns, S
 EgoMotion Pipeline::Impl::locate_camera(const FeatureFrame& frame, StageObserver* observer) {
   const StageScope stage(observer, Stage::kEgoMotion);
   const bool jumped = jump_watch.has_jumped(frame, previous_features.size(), front_end);
-  const EgoMotion ego{camera.locate(frame, frame.timestamp_ns - intake.last_timestamp_ns(), jumped), jumped};
+  EgoMotion ego{camera.locate(frame, frame.timestamp_ns - intake.last_timestamp_ns(), jumped), jumped};
   if (jumped) {
     end_tracks();
   }
@@ -210,7 +210,7 @@ Result<DetectionFrame> Pipeline::Impl::segment(const RectifiedPair& pair, const 
 Result<TrackFrame> Pipeline::Impl::track_objects(const DetectionFrame& detections, const FeatureFrame& frame,
                                                  std::int64_t timestamp_ns, StageObserver* observer) {
   const StageScope stage(observer, Stage::kTrackObjects);
-  objects.prediction(timestamp_ns, camera.T_world_cam(), scratch.object_predictions);
+  objects.prediction(timestamp_ns, camera.background().estimate().T_body_cam, scratch.object_predictions);
   Result<TrackFrame> tracks = tracker.process(timestamp_ns, detections, frame.features, scratch.object_predictions);
   if (tracks) {
     objects.take_tracks(*tracks);

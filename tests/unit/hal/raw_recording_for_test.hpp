@@ -49,7 +49,7 @@ class Raw : public ::testing::Test {
     for (std::size_t view = 0; view < 2; ++view) {
       // A stride of its own: rows do not touch.
       const int stride = width + 5;
-      pixels_[view].resize(static_cast<std::size_t>(stride * height));
+      pixels_[view].resize(static_cast<std::size_t>(stride) * static_cast<std::size_t>(height));
       for (std::size_t i = 0; i < pixels_[view].size(); ++i) {
         pixels_[view][i] = static_cast<std::uint8_t>((i * 31 + view * 77 + static_cast<std::size_t>(index) * 13) % 256);
       }

@@ -99,7 +99,7 @@ TEST_F(LiveCamera, DamagedImagesDoNotMakeACallLonger) {
   left_.script = [](Shot& shot) { shot.cut = true; };
   const std::int64_t begun_ns = machine_.now_ns();
   EXPECT_EQ(camera_->next(kTimeout).error().code, ErrorCode::kTimeout);
-  const std::int64_t queued_ns = 2 * small_cameras().left.buffers * kTaken_ns;
+  const std::int64_t queued_ns = 2 * kTaken_ns * small_cameras().left.buffers;
   EXPECT_LE(machine_.now_ns() - begun_ns, std::chrono::nanoseconds(kTimeout).count() + queued_ns);
 }
 
