@@ -35,6 +35,7 @@ std::string unique_path(const char* stem) {
 
 pid_t start_program(std::vector<std::string> command, const std::string& out_path, const std::string& err_path) {
   std::vector<char*> argv;
+  argv.reserve(command.size() + 1);
   for (std::string& argument : command) {
     argv.push_back(argument.data());
   }

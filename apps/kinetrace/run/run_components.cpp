@@ -10,8 +10,10 @@ namespace {
 
 // Null unless masks come from another process.
 std::unique_ptr<MaskMailbox> make_mailbox(const AppConfig& config, const StereoGeometry& geometry, Arena& arena) {
-  const std::optional<MaskMailboxConfig> wanted = mask_mailbox_config(config, geometry);
-  return wanted ? std::make_unique<MaskMailbox>(*wanted, arena) : nullptr;
+  if (const std::optional<MaskMailboxConfig> wanted = mask_mailbox_config(config, geometry)) {
+    return std::make_unique<MaskMailbox>(*wanted, arena);
+  }
+  return nullptr;
 }
 
 Result<InputWatch> make_input_watch(const RunSetup& setup, const GuardedCamera& camera, const StereoGeometry& geometry,
