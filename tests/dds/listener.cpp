@@ -9,7 +9,8 @@
 #include <cstdlib>
 #include <string>
 
-#include "dds/dds.h"
+#include <dds/dds.h>
+
 #include "kinetrace.h"
 #include "kinetrace/publishing/topics.hpp"
 #include "ros2.h"

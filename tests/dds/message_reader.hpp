@@ -4,7 +4,7 @@
 #include <chrono>
 #include <string>
 
-#include "dds/dds.h"
+#include <dds/dds.h>
 
 namespace kinetrace::test {
 

@@ -8,9 +8,9 @@
 #include <thread>
 #include <vector>
 
+#include <dds/dds.h>
 #include <nlohmann/json.hpp>
 
-#include "dds/dds.h"
 #include "kinetrace.h"
 #include "kinetrace/publishing/topics.hpp"
 

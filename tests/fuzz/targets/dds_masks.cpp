@@ -4,7 +4,7 @@
 
 #include "dds_sample.hpp"
 #include "fuzz_target.hpp"
-#include "native_samples.hpp"
+#include "native/native_samples.hpp"
 #include "segmentation/mask_mailbox.hpp"
 
 namespace {

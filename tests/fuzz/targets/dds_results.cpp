@@ -5,7 +5,7 @@
 #include "dds/monitor_state.hpp"
 #include "dds_sample.hpp"
 #include "fuzz_target.hpp"
-#include "native_samples.hpp"
+#include "native/native_samples.hpp"
 
 namespace {
 
