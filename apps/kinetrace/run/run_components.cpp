@@ -41,6 +41,7 @@ Outcome<recording::RunRecorder> make_recorder(const RunSetup& setup, const hal::
   recording::RecordingConfig config = recording_config(setup.config, rectifier.geometry(), setup.options.out);
   config.images = setup.options.images;
   config.is_rectified = rectifier.passes_through();
+  config.repeats = setup.camera.passes > 1;
   auto recorder = recording::RunRecorder::create(config, arena);
   if (!recorder) {
     const bool is_ours =

@@ -208,9 +208,10 @@ void RunRecorder::Impl::append_newest(const FrameResult& result) noexcept {
 
 NameRecord RunRecorder::Impl::image_name(const RectifiedPair& pair) const noexcept {
   NameRecord record{.frame = static_cast<std::int32_t>(newest_frame)};
-  const std::string_view suffix = config.is_rectified ? "" : kRectifiedSuffix;
-  // A name that does not fit, or would break the line or the path it is written to, gives way to the frame number.
-  const bool is_usable = !pair.name.empty() && pair.name.size() + suffix.size() < record.stem.size() &&
+  const std::string_view suffix = of_recorded_images(config) ? "" : kRectifiedSuffix;
+  // A name that comes twice, does not fit, or would break the line or the path it is written to, gives way to the frame
+  // number.
+  const bool is_usable = !config.repeats && !pair.name.empty() && pair.name.size() + suffix.size() < record.stem.size() &&
                          pair.name.find_first_of(" \t\r\n/") == std::string_view::npos;
   if (is_usable) {
     std::memcpy(record.stem.data(), pair.name.data(), pair.name.size());

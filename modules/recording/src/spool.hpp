@@ -78,6 +78,11 @@ struct NameRecord {
 /// other.
 inline constexpr std::string_view kRectifiedSuffix = "_rectified";
 
+/// True if the COLMAP models are of the recorded images, under their names.
+inline bool of_recorded_images(const RecordingConfig& config) {
+  return config.is_rectified && !config.repeats;
+}
+
 inline bool by_body_and_frame(const PoseRecord& a, const PoseRecord& b) {
   return std::tie(a.track_id, a.frame) < std::tie(b.track_id, b.frame);
 }

@@ -92,6 +92,19 @@ TEST(ColmapModel, NamesThatWouldBreakTheFileGiveWayToNumbers) {
   EXPECT_EQ(read_colmap(other.path() / "colmap/background").images.at(2).name, "0000000001.png");
 }
 
+/// COLMAP takes one image of a name.
+TEST(ColmapModel, FramesOfARecordingThatIsPlayedAgainAreNamedByTheirNumbers) {
+  const TemporaryFolder folder;
+  RecordingConfig config = rectified_recording(folder.path());
+  config.repeats = true;
+  record_all(config, {.frames = 2, .name_prefix = "left_"});
+  const ColmapModel model = read_colmap(folder.path() / "colmap/background");
+  EXPECT_EQ(model.images.at(1).name, "0000000000_rectified.png");
+  EXPECT_EQ(model.images.at(2).name, "0000000001_rectified.png");
+  EXPECT_NE(read_text(folder.path() / "colmap/background/cameras.txt").find("`kinetrace run --images` writes them"),
+            std::string::npos);
+}
+
 /// A model that named the raw images would be taken for one of these, whose camera is another.
 TEST(ColmapModel, NamesNoImageThatItIsNotOf) {
   const TemporaryFolder folder;

@@ -23,6 +23,7 @@ struct KINETRACE_API RecordingConfig {
   bool colmap = true;               ///< Write colmap/.
   bool images = false;              ///< Write images/: the rectified left images, which the COLMAP models are of.
   bool is_rectified = false;        ///< The recorded images are, so that the COLMAP models are of these, too.
+  bool repeats = false;             ///< The recording is played more than once: a name is no longer that of one frame.
   int max_objects = kMaxObjects;    ///< Objects in one frame, in [1, 64].
   int flush_interval_frames = 1;    ///< A run that is killed loses at most so many frames of its text files.
   int conversion_kib = 1024;        ///< Working memory of `finish`, in [64, 262144]; more memory, fewer passes.
