@@ -15,8 +15,9 @@ struct RenamedKey {
 
 inline constexpr double kFramesPerSecond = 10.0;
 
-inline constexpr std::array<RenamedKey, 5> kRenamedKeys{{
+inline constexpr std::array<RenamedKey, 6> kRenamedKeys{{
     {"segmentation.motion.hold_frames", "segmentation.motion.hold_s"},
+    {"segmentation.motion.window_frames", "segmentation.motion.memory_s"},
     {"tracking.max_missed_frames", "tracking.max_missed_s"},
     {"tracking.max_unseen_frames", "tracking.max_unseen_s"},
     {"tracking.max_tentative_missed_frames", "tracking.max_tentative_missed_s"},

@@ -60,7 +60,8 @@ struct FramePass {
   TrackOutcome follow_mispredicted(FeatureSlot& slot, const FeaturePrediction& prediction) const noexcept {
     // Searching far and wide for a feature whose neighbours were all found finds, more often than not, something else.
     if (neighbours.trustworthy(slot.feature.body)) {
-      return follow_neighbours(slot);
+      const TrackOutcome outcome = follow_neighbours(slot);
+      return succeeded(outcome) || slot.feature.age_frames > 0 ? outcome : search_for(slot);
     }
     // The predictions of the whole body are off: a little, or altogether.
     const TrackOutcome outcome = follow_predicted(slot, prediction, Reach::kWide);

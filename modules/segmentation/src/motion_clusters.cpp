@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include <Eigen/LU>
@@ -11,25 +12,30 @@
 namespace kinetrace::segmentation {
 namespace {
 
-constexpr int kCellPx = 32;
+constexpr int kBucketPx = 32;
 constexpr float kMinReachPx = 24.F;
 constexpr float kMaxReachPx = 96.F;
 /// Neighbours looked at per feature, from near to far cells: more add time, not knowledge.
 constexpr int kMaxNeighbours = 24;
-/// A feature whose own velocity is this close to rest needs no second look (3 degrees of freedom: 39 % of static ones
-/// are looked at).
-constexpr float kCandidateChi2 = 3.F;
-/// Share of the neighbours at the same depth that must agree.
-constexpr float kMinAgreement = 0.4F;
+/// Three standard deviations from rest: a hypothesis to be looked at, and one static feature in thirty.
+constexpr float kSeedChi2 = 9.F;
 /// Depth over which one object extends.
 constexpr float kObjectDepthM = 3.F;
-/// Twice the significance and twice the smallest speed leave no doubt, and then this many features are enough.
-constexpr float kClearFactor = 2.F;
-constexpr int kMinClearFeatures = 3;
-/// Standard deviations by which a speed must exceed the smallest one.
-constexpr float kSpeedMarginSigmas = 2.F;
+/// Pairs of neighbours that agree for each one that stands still: among what is tracked wrongly, chance finds one in
+/// one.
+constexpr int kMinPurity = 2;
+/// Fewer features than usual will do where the images around them say the same, by so much.
+constexpr float kSupportNats = 3.F;
+constexpr float kSupportRadiusM = 0.8F;
 /// A feature joins a group when its motion is likelier by this much than rest (difference of chi-squares).
 constexpr float kAbsorbChi2 = 4.F;
+/// What lies between two features and so much farther away, in so many cells in a row, parts them.
+constexpr float kGapDepthM = 1.F;
+/// So does a step in depth.
+constexpr float kStepDepthM = 1.5F;
+constexpr int kGapCells = 2;
+/// Log-likelihood ratio below which something is ground.
+constexpr float kGroundNats = -2.F;
 
 }  // namespace
 
@@ -37,33 +43,41 @@ MotionClusters::MotionClusters(const MotionConfig& config, const StereoGeometry&
                                Arena& arena)
     : config_(config),
       geometry_(geometry),
-      grid_width_(geometry.width_px / kCellPx + 1),
-      grid_height_(geometry.height_px / kCellPx + 1) {
+      grid_width_(geometry.width_px / kBucketPx + 1),
+      grid_height_(geometry.height_px / kBucketPx + 1) {
   const auto n = static_cast<std::size_t>(max_features);
   cell_first_ =
       arena.take<std::int16_t>(static_cast<std::size_t>(grid_width_) * static_cast<std::size_t>(grid_height_));
   next_in_cell_ = arena.take<std::int16_t>(n);
-  pooled_ = arena.take<Pooled>(n);
-  parent_ = arena.take<std::uint16_t>(n);
+  motion_chi2_ = arena.take<float>(n);
+  left_out_ = arena.take<std::uint8_t>(n);
+  seeds_ = FixedVector<std::uint16_t>(arena, n);
+  support_ = FixedVector<std::uint16_t>(arena, n);
   cluster_of_ = FixedVector<std::int16_t>(arena, n);
   clusters_ = FixedVector<MotionCluster>(arena, kMaxClusters);
 }
 
 std::span<const MotionCluster> MotionClusters::find(std::span<const Feature> features,
-                                                    std::span<const FeatureMotion> motions, double ego_speed_mps) {
+                                                    std::span<const FeatureMotion> motions, double ego_speed_mps,
+                                                    const DenseView& dense, const TemporalTest& test,
+                                                    std::span<const std::int16_t> known_region) {
+  dense_ = &dense;
+  test_ = &test;
+  known_region_ = known_region;
   // What goes wrong with static features (sliding along an edge, a depth from the wrong match) grows with the camera's
   // own motion.
   min_speed_mps_ = static_cast<float>(std::max(config_.min_speed_mps, config_.min_speed_ratio * ego_speed_mps));
   features_ = features.first(motions.size());
   motions_ = motions;
   fill_grid();
-  for (std::size_t i = 0; i < features_.size(); ++i) {
-    pool(i);
+  list_seeds();
+  for (const std::uint16_t seed : seeds_) {
+    if (cluster_of_[seed] < 0) {
+      grow_from(seed);
+    }
   }
-  join_neighbours();
-  collect();
   summarise();
-  join_bodies();
+  join_parts();
   summarise();
   absorb();
   summarise();
@@ -73,11 +87,11 @@ std::span<const MotionCluster> MotionClusters::find(std::span<const Feature> fea
 void MotionClusters::fill_grid() {
   std::fill(cell_first_.begin(), cell_first_.end(), std::int16_t{-1});
   for (std::size_t i = features_.size(); i-- > 0;) {
-    if (!motions_[i].known) {
+    if (!motions_[i].known && !motions_[i].fresh) {
       continue;
     }
-    const int x = std::clamp(static_cast<int>(features_[i].left_px.x()) / kCellPx, 0, grid_width_ - 1);
-    const int y = std::clamp(static_cast<int>(features_[i].left_px.y()) / kCellPx, 0, grid_height_ - 1);
+    const int x = std::clamp(static_cast<int>(features_[i].left_px.x()) / kBucketPx, 0, grid_width_ - 1);
+    const int y = std::clamp(static_cast<int>(features_[i].left_px.y()) / kBucketPx, 0, grid_height_ - 1);
     std::int16_t& first = cell_first_[cell_index(x, y)];
     next_in_cell_[i] = first;
     first = static_cast<std::int16_t>(i);
@@ -103,9 +117,9 @@ template <typename Visit>
 void MotionClusters::for_each_neighbour(std::size_t i, Visit&& visit) const {
   const Eigen::Vector2f center = features_[i].left_px;
   const float reach = reach_px(i);
-  const int cx = static_cast<int>(center.x()) / kCellPx;
-  const int cy = static_cast<int>(center.y()) / kCellPx;
-  const int rings = static_cast<int>(std::ceil(reach / kCellPx));
+  const int cx = static_cast<int>(center.x()) / kBucketPx;
+  const int cy = static_cast<int>(center.y()) / kBucketPx;
+  const int rings = static_cast<int>(std::ceil(reach / kBucketPx));
   int seen = 0;
   for (int ring = 0; ring <= rings && seen < kMaxNeighbours; ++ring) {
     for (int y = std::max(0, cy - ring); y <= std::min(grid_height_ - 1, cy + ring); ++y) {
@@ -127,108 +141,160 @@ void MotionClusters::for_each_neighbour(std::size_t i, Visit&& visit) const {
   }
 }
 
-void MotionClusters::pool(std::size_t i) {
-  Pooled& pooled = pooled_[i];
-  pooled = {};
-  const FeatureMotion& own = motions_[i];
-  if (!own.known || own.static_chi2 < kCandidateChi2) {
-    return;
-  }
-  const Eigen::Matrix3f own_covariance = own.covariance + velocity_slack(own.velocity_mps);
-  // The feature's own velocity chose the neighbours; counting it as well would let its noise speak twice.
-  Eigen::Matrix3f information = Eigen::Matrix3f::Zero();
-  Eigen::Vector3f weighted = Eigen::Vector3f::Zero();
-  int near = 1;
-  int agreeing = 1;
-  for_each_neighbour(i, [&](std::size_t j) {
-    const FeatureMotion& other = motions_[j];
-    ++near;
-    if (mahalanobis_sq(other.velocity_mps - own.velocity_mps, own_covariance + other.covariance) < kSameVelocityChi2) {
-      ++agreeing;
-      information += other.information;
-      weighted += other.information * other.velocity_mps;
+// Whether something farther away, or the ground, is seen between two features.
+bool MotionClusters::separated(std::size_t i, std::size_t j) const noexcept {
+  const ImageView<const float> cells = dense_->disparity.disparity_px();
+  const Eigen::Vector2f a = features_[i].left_px / static_cast<float>(kCellPx);
+  const Eigen::Vector2f b = features_[j].left_px / static_cast<float>(kCellPx);
+  const auto fb = static_cast<float>(geometry_.fx_px * geometry_.baseline_m);
+  const float farther_px = fb / (fb / std::min(features_[i].disparity_px(), features_[j].disparity_px()) + kGapDepthM) -
+                           3.F * dense_->disparity.sigma_px();
+  const int steps = static_cast<int>((b - a).cwiseAbs().maxCoeff());
+  int gap = 0;
+  float last = features_[i].disparity_px();
+  for (int k = 1; k < steps; ++k) {
+    const Eigen::Vector2f p = a + (b - a) * (static_cast<float>(k) / static_cast<float>(steps));
+    const int cx = std::clamp(static_cast<int>(p.x()), 0, cells.width - 1);
+    const int cy = std::clamp(static_cast<int>(p.y()), 0, cells.height - 1);
+    const float d = cells.row(cy)[cx];
+    const bool between =
+        d >= 0.F && (d < farther_px || dense_->ground.object_nats(cell_center(cx), cell_center(cy), d,
+                                                                  dense_->disparity.sigma_px()) < kGroundNats);
+    if (d > 0.F) {
+      const float near_px = std::max(d, last);
+      const float step = near_px - fb / (fb / near_px + kStepDepthM);
+      if (std::abs(d - last) > step + 3.F * dense_->disparity.sigma_px()) {
+        return true;
+      }
+      last = d;
     }
-  });
-  if (agreeing < kMinClearFeatures || static_cast<float>(agreeing) < kMinAgreement * static_cast<float>(near)) {
-    return;
+    gap = between ? gap + 1 : 0;
+    if (gap >= kGapCells) {
+      return true;
+    }
   }
-  pooled.covariance = information.inverse();
-  pooled.velocity_mps = pooled.covariance * weighted;
-  const Verdict verdict = assess(pooled.velocity_mps, pooled.covariance + own.systematic);
-  const bool enough = agreeing >= config_.min_features || verdict == Verdict::kClearlyMoving;
-  pooled.verdict = enough ? verdict : Verdict::kStatic;
+  return false;
 }
 
-// Differs from rest significantly, and is faster than the limit beyond reasonable doubt.
-MotionClusters::Verdict MotionClusters::assess(const Eigen::Vector3f& velocity_mps,
-                                               const Eigen::Matrix3f& covariance) const {
-  const float chi2 = mahalanobis_sq(velocity_mps, covariance);
-  const auto min_chi2 = static_cast<float>(config_.significance * config_.significance);
-  const float speed = velocity_mps.norm();
-  const Eigen::Vector3f direction = velocity_mps / speed;
-  const float surely_mps = speed - kSpeedMarginSigmas * std::sqrt(direction.dot(covariance * direction));
-  if (!(chi2 >= min_chi2 && surely_mps >= min_speed_mps_)) {
-    return Verdict::kStatic;
+// Whether clusters `a` and `b` lie on one tracked body, and nothing parts the two of their features that are nearest to
+// each other.
+bool MotionClusters::belong_together(std::int16_t a, std::int16_t b) const {
+  const std::uint8_t body = clusters_[static_cast<std::size_t>(a)].body;
+  if (body == kBackgroundLabel || body != clusters_[static_cast<std::size_t>(b)].body) {
+    return false;
   }
-  const bool clear = chi2 >= kClearFactor * kClearFactor * min_chi2 && surely_mps >= kClearFactor * min_speed_mps_;
-  return clear ? Verdict::kClearlyMoving : Verdict::kMoving;
-}
-
-std::uint16_t MotionClusters::root(std::uint16_t i) noexcept {
-  while (parent_[i] != i) {
-    parent_[i] = parent_[parent_[i]];  // path halving
-    i = parent_[i];
-  }
-  return i;
-}
-
-void MotionClusters::join_neighbours() {
-  std::iota(parent_.begin(), parent_.end(), std::uint16_t{0});
+  float nearest_sq = std::numeric_limits<float>::max();
+  std::size_t from = 0;
+  std::size_t to = 0;
   for (std::size_t i = 0; i < features_.size(); ++i) {
-    if (!moving(i)) {
-      continue;
+    for (std::size_t j = 0; cluster_of_[i] == a && j < features_.size(); ++j) {
+      const float distance_sq = (features_[i].left_px - features_[j].left_px).squaredNorm();
+      if (cluster_of_[j] == b && distance_sq < nearest_sq) {
+        nearest_sq = distance_sq;
+        from = i;
+        to = j;
+      }
     }
-    for_each_neighbour(i, [&](std::size_t j) {
-      if (!moving(j)) {
-        return;
-      }
-      const Eigen::Vector3f difference = pooled_[i].velocity_mps - pooled_[j].velocity_mps;
-      const Eigen::Matrix3f covariance =
-          pooled_[i].covariance + pooled_[j].covariance + velocity_slack(pooled_[i].velocity_mps);
-      if (mahalanobis_sq(difference, covariance) < kSameVelocityChi2) {
-        const std::uint16_t a = root(static_cast<std::uint16_t>(i));
-        const std::uint16_t b = root(static_cast<std::uint16_t>(j));
-        parent_[std::max(a, b)] = std::min(a, b);
-      }
-    });
   }
+  return !separated(from, to);
 }
 
-// Trees of enough features become clusters; at kMaxClusters the rest is left out.
-void MotionClusters::collect() {
+// A seed is a feature that is faster than the limit by itself, systematic errors included.
+void MotionClusters::list_seeds() {
+  seeds_.clear();
+  clusters_.clear();
   cluster_of_.clear();
   cluster_of_.resize(features_.size());
   std::fill(cluster_of_.begin(), cluster_of_.end(), std::int16_t{-1});
-  clusters_.clear();
   for (std::size_t i = 0; i < features_.size(); ++i) {
-    if (!moving(i) || root(static_cast<std::uint16_t>(i)) != i) {
+    const FeatureMotion& m = motions_[i];
+    motion_chi2_[i] = 0.F;
+    // Shadows move over the ground, and so do highlights.
+    const Feature& f = features_[i];
+    left_out_[i] = (m.known || m.fresh) && !dense_->ground.may_hold_object(f.left_px.x(), f.v_px, f.disparity_px(),
+                                                                           dense_->disparity.sigma_px())
+                       ? 1
+                       : 0;
+    if (!(m.known || m.fresh) || m.static_chi2 < kSeedChi2 || left_out_[i] != 0) {
       continue;
     }
-    const auto member = [&](std::size_t j) { return moving(j) && root(static_cast<std::uint16_t>(j)) == i; };
-    int count = 0;
-    int clear = 0;
-    for (std::size_t j = i; j < features_.size(); ++j) {  // a root is the smallest index of its tree
-      count += member(j) ? 1 : 0;
-      clear += member(j) && pooled_[j].verdict == Verdict::kClearlyMoving ? 1 : 0;
-    }
-    const bool enough = count >= config_.min_features || clear >= kMinClearFeatures;
-    if (!enough || !clusters_.push_back({})) {
-      continue;
-    }
-    for (std::size_t j = i; j < features_.size(); ++j) {
-      cluster_of_[j] = member(j) ? static_cast<std::int16_t>(clusters_.size() - 1) : cluster_of_[j];
+    motion_chi2_[i] = distance_to_ball_sq(m.velocity_mps, m.covariance + m.systematic, min_speed_mps_);
+    if (motion_chi2_[i] >= kSeedChi2) {
+      (void)seeds_.push_back(static_cast<std::uint16_t>(i));
     }
   }
+  std::sort(seeds_.begin(), seeds_.end(), [&](std::uint16_t a, std::uint16_t b) {
+    return motion_chi2_[a] != motion_chi2_[b] ? motion_chi2_[a] > motion_chi2_[b] : a < b;
+  });
+}
+
+void MotionClusters::grow_from(std::size_t seed) {
+  Hypothesis h{.seed = seed,
+               .label = static_cast<std::int16_t>(clusters_.size()),
+               .region = known_region_[seed],
+               .information = motions_[seed].information,
+               .weighted = motions_[seed].information * motions_[seed].velocity_mps,
+               .velocity_mps = motions_[seed].velocity_mps,
+               .covariance = motions_[seed].covariance};
+  support_.clear();
+  (void)support_.push_back(static_cast<std::uint16_t>(seed));
+  cluster_of_[seed] = h.label;
+  for (std::size_t k = 0; k < support_.size(); ++k) {
+    const std::size_t from = support_[k];
+    for_each_neighbour(from, [&](std::size_t j) { ask(h, from, j); });
+  }
+  if (!holds(h) || !clusters_.push_back({})) {
+    for (const std::uint16_t i : support_) {
+      cluster_of_[i] = -1;
+    }
+  }
+}
+
+// Whether feature `j`, a neighbour of `from`, moves with the hypothesis, stands still, or has no opinion.
+void MotionClusters::ask(Hypothesis& h, std::size_t from, std::size_t j) {
+  if (cluster_of_[j] == h.label) {
+    ++h.agreeing;
+    return;
+  }
+  const bool anothers = h.region >= 0 && known_region_[j] >= 0 && known_region_[j] != h.region;
+  if (cluster_of_[j] >= 0 || left_out_[j] != 0 || anothers) {
+    return;
+  }
+  const FeatureMotion& other = motions_[j];
+  const float chi2 = mahalanobis_sq(other.velocity_mps - h.velocity_mps,
+                                    other.covariance + h.covariance + velocity_slack(h.velocity_mps));
+  if (chi2 >= kSameVelocityChi2 || other.static_chi2 - chi2 < kAbsorbChi2) {
+    h.dissenting += other.known && other.static_chi2 < chi2 && !separated(from, j) ? 1 : 0;
+    return;
+  }
+  if (separated(from, j)) {
+    return;
+  }
+  ++h.agreeing;
+  h.region = h.region >= 0 ? h.region : known_region_[j];
+  cluster_of_[j] = h.label;
+  (void)support_.push_back(static_cast<std::uint16_t>(j));  // as many places as features
+  h.information += other.information;
+  h.weighted += other.information * other.velocity_mps;
+  h.covariance = h.information.inverse();
+  h.velocity_mps = h.covariance * h.weighted;
+}
+
+// Whether a hypothesis is significant, and has support enough. Features chose it by their own noise, so those that were
+// not chosen count as well.
+bool MotionClusters::holds(const Hypothesis& h) const {
+  const float chi2 = distance_to_ball_sq(h.velocity_mps, h.covariance + motions_[h.seed].systematic, min_speed_mps_);
+  if (chi2 < static_cast<float>(config_.significance * config_.significance)) {
+    return false;
+  }
+  const auto known =
+      std::count_if(support_.begin(), support_.end(), [&](std::uint16_t i) { return motions_[i].known; });
+  if (known >= config_.min_features && h.agreeing >= kMinPurity * h.dissenting) {
+    return true;
+  }
+  const Feature& f = features_[h.seed];
+  return test_->support_nats(*dense_, h.velocity_mps, f.left_px.x(), f.v_px, f.disparity_px(), kSupportRadiusM) >=
+         kSupportNats;
 }
 
 // Velocity, size and body of each cluster; drops empty ones and sorts by size.
@@ -289,18 +355,19 @@ void MotionClusters::sort_by_size() {
   }
 }
 
-// Parts of one tracked object may be too far apart to link; its label says that they belong together.
-void MotionClusters::join_bodies() {
+// Parts of one tracked object may be too far apart for a hypothesis to reach; its label says that they belong together.
+void MotionClusters::join_parts() {
   for (std::size_t a = 0; a < clusters_.size(); ++a) {
     for (std::size_t b = a + 1; b < clusters_.size(); ++b) {
-      if (clusters_[a].body == kBackgroundLabel || clusters_[a].body != clusters_[b].body) {
-        continue;
-      }
       const Eigen::Matrix3f covariance =
           clusters_[a].covariance + clusters_[b].covariance + velocity_slack(clusters_[a].velocity_mps);
-      if (mahalanobis_sq(clusters_[a].velocity_mps - clusters_[b].velocity_mps, covariance) < kSameVelocityChi2) {
+      const bool alike =
+          mahalanobis_sq(clusters_[a].velocity_mps - clusters_[b].velocity_mps, covariance) < kSameVelocityChi2;
+      if (alike && clusters_[b].features > 0 &&
+          belong_together(static_cast<std::int16_t>(a), static_cast<std::int16_t>(b))) {
         std::replace(cluster_of_.begin(), cluster_of_.end(), static_cast<std::int16_t>(b),
                      static_cast<std::int16_t>(a));
+        clusters_[b].features = 0;
       }
     }
   }
@@ -308,7 +375,7 @@ void MotionClusters::join_bodies() {
 
 void MotionClusters::absorb() {
   for (std::size_t i = 0; i < features_.size(); ++i) {
-    if (cluster_of_[i] >= 0 || !motions_[i].known) {
+    if (cluster_of_[i] >= 0 || !motions_[i].known || left_out_[i] != 0) {
       continue;
     }
     const FeatureMotion& own = motions_[i];
@@ -316,13 +383,13 @@ void MotionClusters::absorb() {
     float best_chi2 = std::min(kSameVelocityChi2, own.static_chi2 - kAbsorbChi2);
     for_each_neighbour(i, [&](std::size_t j) {
       // Only members that moved by themselves draw others in, so that a group does not creep outwards.
-      if (cluster_of_[j] < 0 || !moving(j)) {
+      if (cluster_of_[j] < 0) {
         return;
       }
       const MotionCluster& cluster = clusters_[static_cast<std::size_t>(cluster_of_[j])];
       const float chi2 = mahalanobis_sq(own.velocity_mps - cluster.velocity_mps,
                                         own.covariance + cluster.covariance + velocity_slack(cluster.velocity_mps));
-      if (chi2 < best_chi2) {
+      if (chi2 < best_chi2 && !separated(i, j)) {
         best_chi2 = chi2;
         best = cluster_of_[j];
       }

@@ -10,8 +10,16 @@
 namespace kinetrace::segmentation {
 namespace {
 
-/// Residual per degree of freedom that a line through the observations may leave.
-constexpr double kMaxResidualPerDof = 3.0;
+/// 99.9 % of three normal variables squared: an innovation beyond it is an outlier.
+constexpr double kInnovationGate = 16.3;
+/// Mean squared innovation over what was expected, beyond which no constant velocity fits.
+constexpr double kMaxMisfit = 3.0;
+/// One observation in four may be an outlier.
+constexpr int kMaxOutlierRatio = 3;
+/// What is known of a velocity before anything was seen, m/s.
+constexpr double kPriorSpeedMps = 30.0;
+/// Spectral density of the acceleration over the speed squared, 1/s: turning by .5 rad/s and more, or braking as hard.
+constexpr double kTurnNoise = 0.5;
 /// A velocity that differs from zero by less says nothing that texture could have faked.
 constexpr float kMovingChi2 = 16.F;
 /// Patches nearer to each other than this share most of their pixels and always look alike.
@@ -19,54 +27,9 @@ constexpr float kMinJumpPx = 6.F;
 /// Correlation of two patches that a feature tracker may confuse.
 constexpr float kSamePatch = 0.75F;
 /// Speed below which a fit says nothing, whatever its formal precision.
-constexpr double kVelocityFloorMps = 0.1;
+constexpr double kVelocityFloorMps = 0.03;
 
 }  // namespace
-
-/// Normal equations of p(t) = x + v t with information matrices L_k:
-/// [sum L, sum t L; sum t L, sum t^2 L] [x; v] = [sum L p; sum t L p].
-struct MotionEvidence::Sums {
-  Eigen::Matrix3d info = Eigen::Matrix3d::Zero();
-  Eigen::Matrix3d info_t = Eigen::Matrix3d::Zero();
-  Eigen::Matrix3d info_tt = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();
-  Eigen::Vector3d point_t = Eigen::Vector3d::Zero();
-  double point_sq = 0.0;
-  int count = 0;
-
-  void add(const Observation& o, double t_s, double sign) {
-    Eigen::Matrix3d m;
-    m << o.information[0], o.information[1], o.information[2],  //
-        o.information[1], o.information[3], o.information[4],   //
-        o.information[2], o.information[4], o.information[5];
-    m *= sign;
-    const Eigen::Vector3d p = o.offset_m.cast<double>();
-    const Eigen::Vector3d mp = m * p;
-    info += m;
-    info_t += t_s * m;
-    info_tt += t_s * t_s * m;
-    point += mp;
-    point_t += t_s * mp;
-    point_sq += p.dot(mp);
-    count += sign > 0.0 ? 1 : -1;
-  }
-};
-
-struct MotionEvidence::Fit {
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-  double residual_per_dof = 0.0;
-
-  explicit Fit(const Sums& s) {
-    const Eigen::Matrix3d info_inverse = s.info.inverse();
-    const Eigen::Matrix3d carry = s.info_t * info_inverse;
-    information = s.info_tt - carry * s.info_t;
-    velocity = information.inverse() * (s.point_t - carry * s.point);
-    const Eigen::Vector3d position = info_inverse * (s.point - s.info_t * velocity);
-    const double residual = s.point_sq - position.dot(s.point) - velocity.dot(s.point_t);
-    residual_per_dof = std::max(0.0, residual) / (3.0 * s.count - 6.0);
-  }
-};
 
 MotionEvidence::MotionEvidence(const MotionConfig& config, const StereoGeometry& geometry, int max_features,
                                Arena& arena)
@@ -76,11 +39,10 @@ MotionEvidence::MotionEvidence(const MotionConfig& config, const StereoGeometry&
       motions_(arena, static_cast<std::size_t>(max_features)) {}
 
 void MotionEvidence::reset() noexcept {
-  // Frame numbers start again, so old observations must not look recent.
   for (Slot& slot : slots_) {
     slot.feature_id = 0;
   }
-  frame_ = 0;
+  started_ = false;
   T_world_cam_ = {};
   T_world_prev_ = {};
   ego_speed_mps_ = 0.0;
@@ -89,120 +51,145 @@ void MotionEvidence::reset() noexcept {
 std::span<const FeatureMotion> MotionEvidence::update(std::span<const Feature> features, GrayView left,
                                                       const Se3& T_prev_cam, std::int64_t timestamp_ns) {
   T_world_prev_ = T_world_cam_;
-  if (frame_ > 0) {
+  before_ns_ = now_ns_;
+  now_ns_ = timestamp_ns;
+  if (started_) {
     T_world_cam_ = (T_world_cam_ * T_prev_cam).orthonormalised();
-    interval_s_ = 1e-9 * static_cast<double>(timestamp_ns - time_ns_[ring_index(frame_)]);
+    interval_s_ = 1e-9 * static_cast<double>(now_ns_ - before_ns_);
     ego_speed_mps_ = interval_s_ > 0.0 ? T_prev_cam.translation.norm() / interval_s_ : 0.0;
   }
-  ++frame_;
-  time_ns_[ring_index(frame_)] = timestamp_ns;
   motions_.clear();
   for (const Feature& feature : features) {
     FeatureMotion motion;
     if (feature.slot < slots_.size() && feature.has_right() && feature.disparity_px() >= config_.min_disparity_px) {
       Slot& slot = slots_[feature.slot];
       observe(feature, slot);
-      motion = fit_motion(feature, slot);
+      motion = motion_of(feature, slot);
       motion.known = motion.known && !looks_the_same_at_rest(feature, motion, left);
     }
     (void)motions_.push_back(motion);  // beyond max_features the rest has no say
   }
+  started_ = true;
   return motions_.span();
 }
 
 void MotionEvidence::observe(const Feature& feature, Slot& slot) const {
-  const double disparity_px = feature.disparity_px();
+  const Eigen::Vector3d observation(feature.left_px.x(), feature.v_px, feature.u_right_px);
   if (slot.feature_id != feature.id) {
-    slot.feature_id = feature.id;
-    slot.anchor_m = T_world_cam_ * geometry_.triangulate(feature.left_px.x(), feature.v_px, disparity_px);
-    slot.ring.fill({});
     // A feature first shown to us may have been found, and matched, in the previous frame already.
     const double previous_px = feature.previous_left_px.x() - feature.previous_u_right_px;
-    if (frame_ > 1 && feature.age_frames > 0 && previous_px >= config_.min_disparity_px) {  // false without a match
-      slot.ring[ring_index(frame_ - 1)] = make_observation(feature.previous_left_px.x(), feature.previous_v_px,
-                                                           previous_px, T_world_prev_, frame_ - 1, slot.anchor_m);
+    const bool seen_before =
+        started_ && feature.age_frames > 0 && previous_px >= config_.min_disparity_px;  // false without a match
+    if (!seen_before) {
+      begin(slot, feature, observation, T_world_cam_, now_ns_);
+      return;
     }
+    begin(slot, feature, {feature.previous_left_px.x(), feature.previous_v_px, feature.previous_u_right_px},
+          T_world_prev_, before_ns_);
   }
-  slot.ring[ring_index(frame_)] =
-      make_observation(feature.left_px.x(), feature.v_px, disparity_px, T_world_cam_, frame_, slot.anchor_m);
+  predict(slot, now_ns_);
+  correct(slot, observation, T_world_cam_);
+  if (slot.misfits > 1) {
+    begin(slot, feature, observation, T_world_cam_, now_ns_);
+  }
 }
 
-MotionEvidence::Observation MotionEvidence::make_observation(double u_left_px, double v_px, double disparity_px,
-                                                             const Se3& T_world_cam, std::uint32_t frame,
-                                                             const Eigen::Vector3d& anchor_m) const {
-  const Eigen::Vector3d p_cam = geometry_.triangulate(u_left_px, v_px, disparity_px);
-  // Rows of the projection's Jacobian: uL, v, uR.
+Eigen::Matrix3d MotionEvidence::projection_jacobian(const Eigen::Vector3d& p_cam) const {
   const double inv_z = 1.0 / p_cam.z();
   const double x = p_cam.x() * inv_z;
   Eigen::Matrix3d jacobian;
   jacobian << geometry_.fx_px, 0.0, -geometry_.fx_px * x,          //
       0.0, geometry_.fy_px, -geometry_.fy_px * p_cam.y() * inv_z,  //
       geometry_.fx_px, 0.0, -geometry_.fx_px * x + geometry_.fx_px * geometry_.baseline_m * inv_z;
-  jacobian *= inv_z / config_.sigma_px;
-  const Eigen::Matrix3d in_world = jacobian * T_world_cam.rotation.transpose();
-  const Eigen::Matrix3f information = (in_world.transpose() * in_world).cast<float>();
-  Observation o;
-  o.frame = frame;
-  o.offset_m = (T_world_cam * p_cam - anchor_m).cast<float>();
-  o.information = {information(0, 0), information(0, 1), information(0, 2),
-                   information(1, 1), information(1, 2), information(2, 2)};
-  return o;
+  return jacobian * inv_z;
 }
 
-MotionEvidence::Sums MotionEvidence::sum_window(const Slot& slot) const {
-  Sums sums;
-  const std::int64_t now_ns = time_ns_[ring_index(frame_)];
-  for (std::size_t k = 0; k < static_cast<std::size_t>(config_.window_frames); ++k) {
-    if (in_window(slot.ring[k])) {
-      sums.add(slot.ring[k], 1e-9 * static_cast<double>(time_ns_[k] - now_ns), 1.0);
-    }
+void MotionEvidence::begin(Slot& slot, const Feature& feature, const Eigen::Vector3d& observation,
+                           const Se3& T_world_cam, std::int64_t timestamp_ns) const {
+  slot = {};
+  slot.feature_id = feature.id;
+  slot.observations = 1;
+  slot.first_ns = timestamp_ns;
+  slot.last_ns = timestamp_ns;
+  const Eigen::Vector3d p_cam =
+      geometry_.triangulate(observation.x(), observation.y(), observation.x() - observation.z());
+  slot.anchor_m = T_world_cam * p_cam;
+  const Eigen::Matrix3d to_point = T_world_cam.rotation * projection_jacobian(p_cam).inverse();
+  slot.covariance.topLeftCorner<3, 3>() = config_.sigma_px * config_.sigma_px * to_point * to_point.transpose();
+  slot.covariance.bottomRightCorner<3, 3>() = kPriorSpeedMps * kPriorSpeedMps * Eigen::Matrix3d::Identity();
+}
+
+// Nearly constant velocity: accelerations are white and grow with the speed, as turning and braking do; and all that is
+// known fades alike.
+void MotionEvidence::predict(Slot& slot, std::int64_t timestamp_ns) const {
+  const double dt_s = 1e-9 * static_cast<double>(timestamp_ns - slot.last_ns);
+  slot.last_ns = timestamp_ns;
+  slot.state.head<3>() += dt_s * slot.state.tail<3>();
+  Matrix6& p = slot.covariance;
+  const Eigen::Matrix3d cross = p.topRightCorner<3, 3>() + dt_s * p.bottomRightCorner<3, 3>();
+  p.topLeftCorner<3, 3>() += dt_s * (p.topRightCorner<3, 3>().transpose() + cross);
+  p.topRightCorner<3, 3>() = cross;
+  p.bottomLeftCorner<3, 3>() = cross.transpose();
+  p *= std::exp2(dt_s / config_.memory_s);
+  const double speed_sq = std::max(0.0, slot.state.tail<3>().squaredNorm() - p.bottomRightCorner<3, 3>().trace());
+  const double noise = kTurnNoise * speed_sq;
+  p.topLeftCorner<3, 3>().diagonal().array() += noise * dt_s * dt_s * dt_s / 3.0;
+  p.topRightCorner<3, 3>().diagonal().array() += noise * dt_s * dt_s / 2.0;
+  p.bottomLeftCorner<3, 3>().diagonal().array() += noise * dt_s * dt_s / 2.0;
+  p.bottomRightCorner<3, 3>().diagonal().array() += noise * dt_s;
+}
+
+void MotionEvidence::correct(Slot& slot, const Eigen::Vector3d& observation, const Se3& T_world_cam) const {
+  const Eigen::Vector3d p_cam =
+      T_world_cam.rotation.transpose() * (slot.anchor_m + slot.state.head<3>() - T_world_cam.translation);
+  constexpr double kNearestM = 0.1;
+  if (p_cam.z() < kNearestM) {
+    slot.misfits = 2;
+    return;
   }
-  return sums;
+  const Eigen::Matrix3d h = projection_jacobian(p_cam) * T_world_cam.rotation.transpose();
+  const Eigen::Matrix<double, 6, 3> ph = slot.covariance.leftCols<3>() * h.transpose();
+  Eigen::Matrix3d s = h * ph.topRows<3>();
+  s.diagonal().array() += config_.sigma_px * config_.sigma_px;
+  const Eigen::Matrix3d s_inverse = s.inverse();
+  const Eigen::Vector3d innovation = observation - geometry_.project(p_cam);
+  const double chi2 = innovation.dot(s_inverse * innovation);
+  if (!(chi2 <= kInnovationGate)) {
+    ++slot.misfits;
+    ++slot.left_out;
+    return;
+  }
+  slot.misfits = 0;
+  ++slot.observations;
+  const Eigen::Matrix<double, 6, 3> gain = ph * s_inverse;
+  slot.state += gain * innovation;
+  slot.covariance -= gain * ph.transpose();
+  // The first innovation only finds the velocity.
+  if (slot.observations > 2) {
+    const double weight = std::max(0.1, 1.0 / (slot.observations - 1));
+    slot.misfit += weight * (chi2 / 3.0 - slot.misfit);
+  }
 }
 
-FeatureMotion MotionEvidence::fit_motion(const Feature& feature, const Slot& slot) const {
+FeatureMotion MotionEvidence::motion_of(const Feature& feature, const Slot& slot) const {
   FeatureMotion motion;
   motion.depth_m = static_cast<float>(geometry_.depth_m(feature.disparity_px()));
-  Sums sums = sum_window(slot);
-  if (sums.count < 3) {
-    return motion;
-  }
-  Fit fit(sums);
-  const std::int64_t now_ns = time_ns_[ring_index(frame_)];
-  double span_s = 0.0;
-  std::size_t left_out = kMaxWindowFrames;
-  if (fit.residual_per_dof > kMaxResidualPerDof && sums.count > 3) {
-    Fit best = fit;
-    for (std::size_t k = 0; k < static_cast<std::size_t>(config_.window_frames); ++k) {
-      if (!in_window(slot.ring[k])) {
-        continue;
-      }
-      Sums without = sums;
-      without.add(slot.ring[k], 1e-9 * static_cast<double>(time_ns_[k] - now_ns), -1.0);
-      const Fit candidate(without);
-      if (candidate.residual_per_dof < best.residual_per_dof) {
-        best = candidate;
-        left_out = k;
-      }
-    }
-    fit = best;
-  }
   // Without the newest observation the feature is not where it seems to be.
-  if (fit.residual_per_dof > kMaxResidualPerDof || left_out == ring_index(frame_)) {
+  const double span_s = 1e-9 * static_cast<double>(slot.last_ns - slot.first_ns);
+  if (slot.observations < 2 || slot.misfits > 0 || kMaxOutlierRatio * slot.left_out > slot.observations ||
+      slot.misfit > kMaxMisfit || span_s <= 0.0) {
     return motion;
   }
-  for (std::size_t k = 0; k < static_cast<std::size_t>(config_.window_frames); ++k) {
-    if (in_window(slot.ring[k]) && k != left_out) {
-      span_s = std::max(span_s, 1e-9 * static_cast<double>(now_ns - time_ns_[k]));
-    }
-  }
-  const Eigen::Matrix3d information = fit.information / std::max(1.0, fit.residual_per_dof);
-  motion.known = span_s > 0.0;
-  motion.velocity_mps = fit.velocity.cast<float>();
+  motion.known = slot.observations >= 3;
+  motion.fresh = !motion.known;
+  const Eigen::Matrix3d covariance = std::max(1.0, slot.misfit) * slot.covariance.bottomRightCorner<3, 3>();
+  const Eigen::Matrix3d information = covariance.inverse();
+  const Eigen::Vector3d velocity = slot.state.tail<3>();
+  motion.velocity_mps = velocity.cast<float>();
   motion.information = information.cast<float>();
-  motion.covariance = information.inverse().cast<float>();
-  motion.static_chi2 = static_cast<float>(fit.velocity.dot(information * fit.velocity));
-  motion.systematic = systematic_covariance(feature, std::max(span_s, 1e-3));
+  motion.covariance = covariance.cast<float>();
+  motion.static_chi2 = static_cast<float>(velocity.dot(information * velocity));
+  motion.systematic = systematic_covariance(feature, std::min(span_s, config_.memory_s));
   return motion;
 }
 

@@ -7,6 +7,11 @@
 namespace kinetrace::segmentation {
 namespace {
 
+/// A region is confirmed by so many features that agreed with another one, summed over frames. One frame counts for no
+/// more than kMaxVotes, and no less than kMinVotes: what has fewer features has the images for it.
+constexpr int kConfirmVotes = 8;
+constexpr int kMinVotes = 2;
+constexpr int kMaxVotes = 6;
 /// Features that keep a halted region alive.
 constexpr int kMinHeldFeatures = 2;
 /// Frames without motion after which an unconfirmed region is given up.
@@ -16,9 +21,7 @@ constexpr float kLeaveChi2 = 4.F;
 /// A member that was never seen to move and whose motion stays unknown for longer has nothing to do with the region.
 /// One that was gets a whole window: when an object brakes, no constant velocity fits for so long.
 constexpr int kMaxUnknownFrames = 4;
-/// An outline that falls below this part of the last one shown is not accepted, for this many frames.
-constexpr float kShrinkRatio = 0.5F;
-constexpr int kMaxShrunkFrames = 6;
+constexpr int kMaxProvedUnknownFrames = 8;
 
 }  // namespace
 
@@ -36,17 +39,27 @@ void MotionMemory::reset() noexcept {
   proved_.clear();
 }
 
-void MotionMemory::update(std::int64_t interval_ns, std::span<const Feature> features,
-                          std::span<const FeatureMotion> motions, std::span<const MotionCluster> clusters,
-                          std::span<const std::int16_t> cluster_of_feature,
-                          std::span<const std::uint32_t> inherited_region) {
+void MotionMemory::begin(std::span<const Feature> features, std::span<const std::uint32_t> inherited_region) {
   ++frame_;
+  recall(features, inherited_region);
+}
+
+void MotionMemory::update(std::span<const Feature> features, std::span<const FeatureMotion> motions,
+                          std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature) {
   const std::span<const Feature> known = features.first(motions.size());
-  recall(known, inherited_region);
   assign_clusters(clusters, cluster_of_feature);
   add_known_features(known, motions, cluster_of_feature);
+}
+
+void MotionMemory::sustain(std::size_t region) noexcept {
+  regions_[region].moving = true;
+  regions_[region].last_moving_frame = frame_;
+}
+
+void MotionMemory::conclude(std::int64_t interval_ns, std::span<const Feature> features,
+                            std::span<const FeatureMotion> motions) {
   drop_stale(interval_ns);
-  memorise(known, motions);
+  memorise(features.first(motions.size()), motions);
 }
 
 void MotionMemory::memorise(std::span<const Feature> features, std::span<const FeatureMotion> motions) {
@@ -57,22 +70,11 @@ void MotionMemory::memorise(std::span<const Feature> features, std::span<const F
     Membership& m = memory_[features[i].slot];
     const bool continued = m.feature_id == features[i].id;
     const int unknown_frames = motions[i].known ? 0 : 1 + (continued ? m.unknown_frames : 0);
-    const int timeout_frames = proved(i) ? config_.window_frames : kMaxUnknownFrames;
+    const int timeout_frames = proved(i) ? kMaxProvedUnknownFrames : kMaxUnknownFrames;
     const std::int16_t r = unknown_frames > timeout_frames ? std::int16_t{-1} : region_of_[i];
     m = {features[i].id, r < 0 ? 0U : regions_[static_cast<std::size_t>(r)].id, proved(i),
          static_cast<std::uint8_t>(std::min(unknown_frames, 255))};
   }
-}
-
-bool MotionMemory::accepts_outline(std::size_t region, float area_px) noexcept {
-  MotionRegion& r = regions_[region];
-  if (area_px < kShrinkRatio * r.area_px && r.shrunk_frames < kMaxShrunkFrames) {
-    ++r.shrunk_frames;
-    return false;
-  }
-  r.area_px = area_px;
-  r.shrunk_frames = 0;
-  return true;
 }
 
 std::int16_t MotionMemory::index_of(std::uint32_t region_id) const noexcept {
@@ -118,7 +120,8 @@ void MotionMemory::assign_clusters(std::span<const MotionCluster> clusters,
       }
     }
     const auto most = std::max_element(votes.begin(), votes.begin() + static_cast<std::ptrdiff_t>(known_regions));
-    const bool continues = known_regions > 0 && *most * 4 >= clusters[c].features;
+    const bool continues = known_regions > 0 && *most * 4 >= clusters[c].features && *most > 0 &&
+                           !regions_[static_cast<std::size_t>(most - votes.begin())].moving;
     std::int16_t index = continues ? static_cast<std::int16_t>(most - votes.begin()) : std::int16_t{-1};
     if (!continues && regions_.push_back({})) {
       index = static_cast<std::int16_t>(regions_.size() - 1);
@@ -132,6 +135,7 @@ void MotionMemory::assign_clusters(std::span<const MotionCluster> clusters,
     if (!region.moving) {  // clusters come with most features first
       region.moving = true;
       ++region.moving_frames;
+      region.votes += std::clamp(clusters[c].features - 1, kMinVotes, kMaxVotes);
       region.last_moving_frame = frame_;
       region.velocity_mps = clusters[c].velocity_mps;
       region.covariance = clusters[c].covariance;
@@ -181,9 +185,10 @@ void MotionMemory::drop_stale(std::int64_t interval_ns) {
     } else {
       region.idle.add_frame(interval_ns);
     }
-    const bool confirmed = region.moving_frames >= config_.confirm_frames;
-    const bool alive = confirmed ? !region.idle.exceeds(hold_ns) && region.features >= kMinHeldFeatures
-                                 : idle_frames <= kUnconfirmedGapFrames;
+    const bool confirmed = region.moving_frames >= config_.confirm_frames && region.votes >= kConfirmVotes;
+    const bool alive = confirmed
+                           ? !region.idle.exceeds(hold_ns) && (region.moving || region.features >= kMinHeldFeatures)
+                           : idle_frames <= kUnconfirmedGapFrames;
     region.reported = confirmed && alive;
     new_index[r] = alive ? static_cast<std::int16_t>(kept) : std::int16_t{-1};
     if (alive) {

@@ -1,7 +1,9 @@
 #include "kinetrace/segmentation/motion_segmenter.hpp"
 
+#include <algorithm>
 #include <string>
 
+#include "dense_kernels.hpp"
 #include "kinetrace/core/config_check.hpp"
 
 namespace kinetrace::segmentation {
@@ -11,6 +13,15 @@ void MotionSegmenter::carve(const SegmentationConfig& config, const StereoGeomet
   segmenter.evidence_ = MotionEvidence(config.motion, geometry, max_features, arena);
   segmenter.clusters_ = MotionClusters(config.motion, geometry, max_features, arena);
   segmenter.memory_ = MotionMemory(config.motion, max_features, arena);
+  segmenter.geometry_ = geometry;
+  const int step = matching_step(geometry.width_px);
+  const int width = (geometry.width_px + step - 1) / step;
+  const int height = (geometry.height_px + step - 1) / step;
+  segmenter.history_ = FrameHistory(width, height, arena);
+  segmenter.right_ = take_image<std::uint8_t>(arena, width, height);
+  segmenter.disparity_ = CellDisparity(geometry, arena);
+  segmenter.ground_ = GroundPlane(geometry, arena);
+  segmenter.scratch_ = arena.take<float>(static_cast<std::size_t>(max_features));
   segmenter.mask_ = RegionMask(geometry, max_features, config.max_objects, config.min_area_px, arena);
 }
 
@@ -44,6 +55,29 @@ void MotionSegmenter::reset() {
   started_ = false;
   evidence_.reset();
   memory_.reset();
+  history_.clear();
+  ground_.clear();
+  mask_.reset();
+}
+
+void MotionSegmenter::look(const SegmentationInput& input, std::span<const FeatureMotion> motions) {
+  history_.push(input.pair.left, evidence_.T_world_cam(), input.pair.timestamp_ns);
+  std::size_t n = 0;
+  for (const Feature& f : input.features.first(motions.size())) {
+    if (f.has_right()) {
+      scratch_[n++] = f.disparity_px();
+    }
+  }
+  if (n < 4 || input.pair.left.empty() || input.pair.right.empty()) {
+    disparity_.clear();
+    ground_.clear();
+    return;
+  }
+  const auto third = scratch_.begin() + static_cast<std::ptrdiff_t>(n - 3);
+  std::nth_element(scratch_.begin(), third, scratch_.begin() + static_cast<std::ptrdiff_t>(n));
+  dense_kernels().decimate(input.pair.right, matching_step(input.pair.right.width), right_);
+  disparity_.compute(history_.at(0).image, right_, 1.25F * *third + 8.F);
+  ground_.fit(disparity_.disparity_px(), ++frames_ * 2654435761U);
 }
 
 Result<DetectionFrame> MotionSegmenter::process(const SegmentationInput& input) {
@@ -62,10 +96,20 @@ Result<DetectionFrame> MotionSegmenter::process(const SegmentationInput& input) 
   if (!input.ego_valid) {
     return DetectionFrame{};
   }
-  const std::span<const MotionCluster> clusters = clusters_.find(input.features, motions, evidence_.ego_speed_mps());
-  memory_.update(interval_ns, input.features, motions, clusters, clusters_.cluster_of_feature(),
-                 mask_.inherited_regions(input.features));
-  counters_.detections_dropped += static_cast<std::uint64_t>(mask_.draw(input.features, motions, memory_));
+  look(input, motions);
+  const DenseView dense{disparity_, ground_, history_};
+  const TemporalTest test(geometry_, history_);
+  memory_.begin(input.features.first(motions.size()), mask_.inherited_regions(input.features));
+  const std::span<const MotionCluster> clusters =
+      clusters_.find(input.features, motions, evidence_.ego_speed_mps(), dense, test, memory_.region_of_feature());
+  memory_.update(input.features, motions, clusters, clusters_.cluster_of_feature());
+  for (std::size_t r = 0; r < memory_.regions().size(); ++r) {
+    if (!memory_.regions()[r].moving && mask_.moves_on(memory_.regions()[r], dense, test)) {
+      memory_.sustain(r);
+    }
+  }
+  memory_.conclude(interval_ns, input.features, motions);
+  counters_.detections_dropped += static_cast<std::uint64_t>(mask_.draw(input.features, motions, memory_, dense, test));
   counters_.detections += mask_.detections().size();
   DetectionFrame frame;
   frame.available = true;

@@ -10,165 +10,403 @@
 namespace kinetrace::segmentation {
 namespace {
 
-/// How far an object reaches beyond its outermost features.
-constexpr float kMarginM = 0.25F;
-/// The same where few features mark it.
-constexpr float kSparseMarginM = 0.4F;
-constexpr int kFewMembers = 8;
-/// The margin around a feature is an octagon.
-constexpr std::size_t kRimDirections = 8;
-constexpr float kMinMarginPx = 5.F;
-constexpr float kMaxMarginPx = 24.F;
+/// How far an object may reach beyond what is known of it, to all sides and in depth.
+constexpr float kReachM = 1.2F;
+constexpr float kMinReachPx = 12.F;
+constexpr float kDepthReachM = 0.8F;
+/// Disparity noise of a cell, in pixels of the matching images.
+constexpr float kDisparityNoisePx = 0.6F;
 /// (m/s)^2 by which velocities on one object may differ.
 constexpr float kVelocityVariance = 0.1F;
-/// Relative difference of disparity that tells a resting object from its surroundings.
-constexpr float kDistinctDisparityRatio = 0.15F;
 
-float cross(const Eigen::Vector2f& a, const Eigen::Vector2f& b, const Eigen::Vector2f& c) noexcept {
-  return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
-}
+/// What the images must say, over all of a region, for it to go on without features.
+constexpr float kMovesOnNats = 3.F;
 
-float hull_area(std::span<const Eigen::Vector2f> hull) noexcept {
-  float twice = 0.F;
-  for (std::size_t i = 0; i < hull.size(); ++i) {
-    const Eigen::Vector2f& a = hull[i];
-    const Eigen::Vector2f& b = hull[(i + 1) % hull.size()];
-    twice += a.x() * b.y() - b.x() * a.y();
-  }
-  return 0.5F * std::abs(twice);
-}
+constexpr float kOwnDepthNats = 0.7F;
+constexpr float kForeignDepthNats = -4.F;
+/// What the frame before said counts for so much, and for no more than this.
+constexpr float kMemory = 0.6F;
+constexpr float kMaxPosteriorNats = 4.F;
+constexpr float kSureNats = 1.F;
+constexpr float kAboveGroundNats = 0.5F;
+constexpr float kFeatureNats = 3.F;
+constexpr float kNearNats = 0.F;
+constexpr float kNatsPerMetre = 3.F;
+constexpr float kFarNats = -1.F;
 
-/// The part of a row y that a convex polygon covers; first > last when none.
-struct Interval {
-  float first = std::numeric_limits<float>::max();
-  float last = std::numeric_limits<float>::lowest();
-};
-
-Interval row_of(std::span<const Eigen::Vector2f> hull, float y) noexcept {
-  Interval row;
-  for (std::size_t i = 0; i < hull.size(); ++i) {
-    const Eigen::Vector2f& a = hull[i];
-    const Eigen::Vector2f& b = hull[(i + 1) % hull.size()];
-    if (y < std::min(a.y(), b.y()) || y > std::max(a.y(), b.y())) {
-      continue;
-    }
-    const float s = a.y() == b.y() ? 0.F : (y - a.y()) / (b.y() - a.y());
-    const float x = a.x() + s * (b.x() - a.x());
-    row.first = std::min(row.first, x);
-    row.last = std::max(row.last, x);
-  }
-  return row;
-}
+/// Edge-aware filter: reach in cells, and the step of grey, or of disparity over noise, that is as far as one cell.
+constexpr float kSmoothingCells = 5.F;
+constexpr float kGreyStep = 8.F;
+constexpr float kDisparityStep = 0.5F;
 
 }  // namespace
 
 RegionMask::RegionMask(const StereoGeometry& geometry, int max_features, int max_objects, int min_area_px, Arena& arena)
-    : geometry_(geometry),
-      min_area_px_(min_area_px),
-      grid_width_((geometry.width_px + kCellPx - 1) / kCellPx),
-      grid_height_((geometry.height_px + kCellPx - 1) / kCellPx) {
+    : geometry_(geometry), min_area_px_(min_area_px) {
   const auto n = static_cast<std::size_t>(max_features);
+  const int width = (geometry.width_px + kCellPx - 1) / kCellPx;
+  const int height = (geometry.height_px + kCellPx - 1) / kCellPx;
   labels_ = take_image<std::uint8_t>(arena, geometry.width_px, geometry.height_px);
   detections_ = FixedVector<Detection>(arena, static_cast<std::size_t>(max_objects));
-  outlines_ = FixedVector<Outline>(arena, MotionMemory::kMaxRegions);
+  candidates_ = FixedVector<Candidate>(arena, MotionMemory::kMaxRegions);
+  drawn_ = FixedVector<Candidate>(arena, MotionMemory::kMaxRegions);
   inherited_ = FixedVector<std::uint32_t>(arena, n);
-  members_ = FixedVector<Eigen::Vector2f>(arena, n);
-  rim_ = FixedVector<Eigen::Vector2f>(arena, kRimDirections * n);
-  others_ = FixedVector<Eigen::Vector2f>(arena, n);
-  hull_ = FixedVector<Eigen::Vector2f>(arena, 2 * kRimDirections * n + 2);
-  nearest_seed_ =
-      arena.take<std::int16_t>(static_cast<std::size_t>(grid_width_) * static_cast<std::size_t>(grid_height_));
-  scratch_ = arena.take<float>(n);
+  scratch_ = arena.take<float>(std::max(n, static_cast<std::size_t>(width) * static_cast<std::size_t>(height)));
+  previous_ = take_image<std::uint32_t>(arena, width, height);
+  owner_ = take_image<std::int16_t>(arena, width, height);
+  best_ = take_image<float>(arena, width, height);
+  evidence_ = take_image<float>(arena, width, height);
+  posterior_ = take_image<float>(arena, width, height);
+  distance_ = take_image<float>(arena, width, height);
+  weight_right_ = take_image<float>(arena, width, height);
+  weight_down_ = take_image<float>(arena, width, height);
+  stack_ = arena.take<std::uint32_t>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
 }
 
-int RegionMask::draw(std::span<const Feature> features, std::span<const FeatureMotion> motions, MotionMemory& memory) {
-  for (int y = 0; y < labels_.height; ++y) {
-    std::fill_n(labels_.row(y), labels_.width, kBackgroundLabel);
+void RegionMask::reset() noexcept {
+  drawn_.clear();
+  for (int y = 0; y < previous_.height; ++y) {
+    std::fill_n(previous_.row(y), previous_.width, 0U);
   }
+}
+
+int RegionMask::draw(std::span<const Feature> features, std::span<const FeatureMotion> motions, MotionMemory& memory,
+                     const DenseView& dense, const TemporalTest& test) {
   const std::span<const Feature> known = features.first(motions.size());
-  trace_outlines(known, memory);
-  const std::size_t found = outlines_.size();
-  outlines_.resize(std::min(found, detections_.capacity()));
-  region_of_label_.fill(0);
-  for (std::size_t k = 0; k < outlines_.size(); ++k) {
-    outlines_[k].label = static_cast<std::uint8_t>(k + 1);
-    region_of_label_[k + 1] = memory.regions()[static_cast<std::size_t>(outlines_[k].region)].id;
+  for (int y = 0; y < owner_.height; ++y) {
+    std::fill_n(owner_.row(y), owner_.width, std::int16_t{-1});
+    std::fill_n(best_.row(y), best_.width, 0.F);
   }
-  detections_.clear();
-  detections_.resize(outlines_.size());
-  std::sort(outlines_.begin(), outlines_.end(), [](const Outline& a, const Outline& b) {
-    return a.disparity_px != b.disparity_px ? a.disparity_px < b.disparity_px : a.label < b.label;
-  });
-  for (const Outline& outline : outlines_) {
-    take_members(outline, known, memory);
-    take_others(outline, known, motions, memory);
-    build_hull();
-    fill(outline);
+  candidates_.clear();
+  for (std::size_t r = 0; r < memory.regions().size(); ++r) {
+    Candidate candidate;
+    if (memory.regions()[r].reported && describe(r, known, memory, test, candidate)) {
+      weigh_cells(candidate, known, motions, memory, r, dense, test);
+      diffuse(candidate, dense);
+      claim(candidate, candidates_.size());
+      (void)candidates_.push_back(candidate);  // as many places as regions
+    }
   }
-  measure();
-  return static_cast<int>(found - detections_.size());
+  write_labels();
+  std::swap(drawn_, candidates_);
+  const std::size_t found = drawn_.size();
+  return static_cast<int>(found - std::min(found, detections_.size()));
 }
 
-// Size and depth of every reported region, largest first.
-void RegionMask::trace_outlines(std::span<const Feature> features, MotionMemory& memory) {
-  outlines_.clear();
-  for (std::size_t r = 0; r < memory.regions().size(); ++r) {
-    if (!memory.regions()[r].reported) {
-      continue;
-    }
-    Outline outline;
-    outline.region = static_cast<std::int16_t>(r);
-    outline.members = memory.regions()[r].features;
-    std::size_t n = 0;
-    for (std::size_t i = 0; i < features.size(); ++i) {
-      if (memory.region_of_feature()[i] == outline.region && features[i].has_right()) {
-        scratch_[n++] = features[i].disparity_px();
+const RegionMask::Candidate* RegionMask::drawn(std::uint32_t region_id) const noexcept {
+  const auto* const found =
+      std::find_if(drawn_.begin(), drawn_.end(), [region_id](const Candidate& c) { return c.region_id == region_id; });
+  return found == drawn_.end() ? nullptr : found;
+}
+
+bool RegionMask::moves_on(const MotionRegion& region, const DenseView& dense, const TemporalTest& test) const {
+  const Candidate* const before = drawn(region.id);
+  if (before == nullptr || dense.history.size() < 2) {
+    return false;
+  }
+  const Eigen::Vector3f& velocity = region.velocity_mps;
+  const PixelBox& box = before->cells;
+  const ImageView<const float> disparity = dense.disparity.disparity_px();
+  const int lag = test.telling_lag(velocity, cell_center((box.x0 + box.x1) / 2), cell_center((box.y0 + box.y1) / 2),
+                                   before->disparity_px);
+  float total = 0.F;
+  for (int cy = box.y0; cy < box.y1; ++cy) {
+    for (int cx = box.x0; cx < box.x1; ++cx) {
+      const Eigen::Vector2f from =
+          test.places(velocity, 1, cell_center(cx), cell_center(cy), before->disparity_px).moved / kCellPx;
+      const int px = static_cast<int>(from.x());
+      const int py = static_cast<int>(from.y());
+      if (from.x() < 0.F || from.y() < 0.F || !previous_.contains(px, py) || previous_.row(py)[px] != region.id) {
+        continue;
+      }
+      const float d = disparity.row(cy)[cx];
+      if (d < 0.F || (d >= before->far_px && d <= before->near_px)) {
+        total += test.cell_nats(velocity, lag, cx, cy, d < 0.F ? before->disparity_px : d);
       }
     }
-    if (n == 0) {
-      continue;
-    }
-    const auto middle = scratch_.begin() + static_cast<std::ptrdiff_t>(n / 2);
-    std::nth_element(scratch_.begin(), middle, scratch_.begin() + static_cast<std::ptrdiff_t>(n));
-    outline.disparity_px = *middle;
-    take_members(outline, features, memory);
-    build_hull();
-    outline.area_px = hull_area(hull_.span());
-    if (memory.accepts_outline(r, outline.area_px)) {
-      (void)outlines_.push_back(outline);  // as many places as regions
-    }
   }
-  std::sort(outlines_.begin(), outlines_.end(), [](const Outline& a, const Outline& b) {
-    return a.area_px != b.area_px ? a.area_px > b.area_px : a.region < b.region;
-  });
+  return total >= kMovesOnNats * test.overlap();
 }
 
-void RegionMask::take_members(const Outline& outline, std::span<const Feature> features, const MotionMemory& memory) {
-  members_.clear();
-  rim_.clear();
-  const float margin = margin_px(outline);
+bool RegionMask::describe(std::size_t region, std::span<const Feature> features, const MotionMemory& memory,
+                          const TemporalTest& test, Candidate& candidate) {
+  const MotionRegion& r = memory.regions()[region];
+  candidate.region_id = r.id;
+  candidate.moving = r.moving;
+  candidate.velocity_mps = r.moving ? r.velocity_mps : Eigen::Vector3f::Zero();
+  candidate.covariance = r.covariance;
+  std::size_t n = 0;
+  PixelBox box;
   for (std::size_t i = 0; i < features.size(); ++i) {
-    if (memory.region_of_feature()[i] != outline.region) {
-      continue;
-    }
-    (void)members_.push_back(features[i].left_px);  // as many places as features; the same for the rim
-    if (!memory.proved(i)) {
-      (void)rim_.push_back(features[i].left_px);
-      continue;
-    }
-    for (std::size_t k = 0; k < kRimDirections; ++k) {
-      constexpr float kDiagonal = 0.70710678F;
-      constexpr std::array<std::array<float, 2>, kRimDirections> kDirections{{{1.F, 0.F},
-                                                                              {kDiagonal, kDiagonal},
-                                                                              {0.F, 1.F},
-                                                                              {-kDiagonal, kDiagonal},
-                                                                              {-1.F, 0.F},
-                                                                              {-kDiagonal, -kDiagonal},
-                                                                              {0.F, -1.F},
-                                                                              {kDiagonal, -kDiagonal}}};
-      (void)rim_.push_back(features[i].left_px + margin * Eigen::Vector2f(kDirections[k][0], kDirections[k][1]));
+    if (memory.region_of_feature()[i] == static_cast<std::int16_t>(region) && features[i].has_right()) {
+      scratch_[n++] = features[i].disparity_px();
+      box.include(static_cast<int>(features[i].left_px.x()) / kCellPx,
+                  static_cast<int>(features[i].left_px.y()) / kCellPx);
     }
   }
+  const Candidate* const before = drawn(r.id);
+  const float fb = static_cast<float>(geometry_.fx_px * geometry_.baseline_m);
+  const float noise = kDisparityNoisePx * static_cast<float>(matching_step(geometry_.width_px));
+  if (n > 0) {
+    std::sort(scratch_.begin(), scratch_.begin() + static_cast<std::ptrdiff_t>(n));
+    candidate.disparity_px = scratch_[n / 2];
+    candidate.far_px = fb / (fb / std::max(scratch_[n / 10], 0.5F) + kDepthReachM) - noise;
+    candidate.near_px = fb / std::max(fb / scratch_[n - 1 - n / 10] - kDepthReachM, 0.2F) + noise;
+  } else if (before != nullptr) {
+    candidate.disparity_px = before->disparity_px;
+    candidate.far_px = before->far_px;
+    candidate.near_px = before->near_px;
+  } else {
+    return false;
+  }
+  for (int y = 0; y < previous_.height; ++y) {
+    for (int x = 0; x < previous_.width; ++x) {
+      if (previous_.row(y)[x] == r.id) {
+        box.include(x, y);
+      }
+    }
+  }
+  const float reach_px =
+      std::max(kMinReachPx, kReachM * candidate.disparity_px / static_cast<float>(geometry_.baseline_m));
+  const int reach = static_cast<int>(std::ceil(reach_px / kCellPx));
+  candidate.cells = {std::max(0, box.x0 - reach), std::max(0, box.y0 - reach),
+                     std::min(previous_.width, box.x1 + reach), std::min(previous_.height, box.y1 + reach)};
+  candidate.lag = test.telling_lag(candidate.velocity_mps, cell_center((box.x0 + box.x1) / 2),
+                                   cell_center((box.y0 + box.y1) / 2), candidate.disparity_px);
+  return true;
+}
+
+void RegionMask::weigh_cells(const Candidate& candidate, std::span<const Feature> features,
+                             std::span<const FeatureMotion> motions, const MotionMemory& memory, std::size_t region,
+                             const DenseView& dense, const TemporalTest& test) {
+  const PixelBox& box = candidate.cells;
+  constexpr float kFar = 1e6F;
+  for (int cy = box.y0; cy < box.y1; ++cy) {
+    std::fill(evidence_.row(cy) + box.x0, evidence_.row(cy) + box.x1, 0.F);
+    std::fill(distance_.row(cy) + box.x0, distance_.row(cy) + box.x1, kFar);
+  }
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    const int cx = static_cast<int>(features[i].left_px.x()) / kCellPx;
+    const int cy = static_cast<int>(features[i].left_px.y()) / kCellPx;
+    if (cx < box.x0 || cx >= box.x1 || cy < box.y0 || cy >= box.y1) {
+      continue;
+    }
+    if (memory.region_of_feature()[i] == static_cast<std::int16_t>(region)) {
+      evidence_.row(cy)[cx] += kFeatureNats;
+      distance_.row(cy)[cx] = 0.F;
+    } else if (motions[i].known && candidate.moving) {
+      const Eigen::Matrix3f covariance =
+          motions[i].covariance + candidate.covariance + kVelocityVariance * Eigen::Matrix3f::Identity();
+      if (mahalanobis_sq(motions[i].velocity_mps - candidate.velocity_mps, covariance) > kSameVelocityChi2) {
+        evidence_.row(cy)[cx] -= kFeatureNats;
+      }
+    }
+  }
+  const float metres_per_cell = kCellPx * static_cast<float>(geometry_.baseline_m) / candidate.disparity_px;
+  const ImageView<const float> disparity = dense.disparity.disparity_px();
+  for (int cy = box.y0; cy < box.y1 && dense.history.size() > 1; ++cy) {
+    for (int cx = box.x0; cx < box.x1; ++cx) {
+      const TemporalTest::Places p =
+          test.places(candidate.velocity_mps, 1, cell_center(cx), cell_center(cy), candidate.disparity_px);
+      const int px = static_cast<int>(p.moved.x()) / kCellPx;
+      const int py = static_cast<int>(p.moved.y()) / kCellPx;
+      if (!(p.moved.x() >= 0.F && p.moved.y() >= 0.F && previous_.contains(px, py)) || previous_.row(py)[px] == 0) {
+        continue;
+      }
+      const bool own = previous_.row(py)[px] == candidate.region_id;
+      const float remembered = kMemory * std::min(posterior_.row(py)[px], kMaxPosteriorNats);
+      evidence_.row(cy)[cx] += own ? remembered : -remembered;
+      if (own && posterior_.row(py)[px] > kSureNats) {
+        distance_.row(cy)[cx] = 0.F;
+      }
+    }
+  }
+  measure_distances(box);
+  for (int cy = box.y0; cy < box.y1; ++cy) {
+    for (int cx = box.x0; cx < box.x1; ++cx) {
+      float& nats = evidence_.row(cy)[cx];
+      const float d = disparity.row(cy)[cx];
+      const float u = cell_center(cx);
+      const float v = cell_center(cy);
+      nats += std::max(kFarNats, kNearNats - kNatsPerMetre * metres_per_cell * distance_.row(cy)[cx]);
+      if (d >= 0.F && (d < candidate.far_px || d > candidate.near_px)) {
+        nats += kForeignDepthNats;
+        continue;
+      }
+      nats += d >= 0.F ? kOwnDepthNats : 0.F;
+      const float assumed = d >= 0.F ? d : candidate.disparity_px;
+      const float above_ground = dense.ground.object_nats(u, v, assumed, dense.disparity.sigma_px());
+      nats += std::min(above_ground, d >= 0.F ? kAboveGroundNats : 0.F);
+      nats += test.cell_nats(candidate.velocity_mps, candidate.lag, cx, cy, assumed);
+    }
+  }
+}
+
+// Distance to the nearest cell of distance 0: two sweeps of a chamfer.
+void RegionMask::measure_distances(const PixelBox& box) {
+  constexpr float kDiagonal = 1.4142F;
+  const auto relax = [&](int cx, int cy, int dx, int dy, float step) {
+    const int x = cx + dx;
+    const int y = cy + dy;
+    if (x >= box.x0 && x < box.x1 && y >= box.y0 && y < box.y1) {
+      float& d = distance_.row(cy)[cx];
+      d = std::min(d, distance_.row(y)[x] + step);
+    }
+  };
+  for (int cy = box.y0; cy < box.y1; ++cy) {
+    for (int cx = box.x0; cx < box.x1; ++cx) {
+      relax(cx, cy, -1, 0, 1.F);
+      relax(cx, cy, -1, -1, kDiagonal);
+      relax(cx, cy, 0, -1, 1.F);
+      relax(cx, cy, 1, -1, kDiagonal);
+    }
+  }
+  for (int cy = box.y1; cy-- > box.y0;) {
+    for (int cx = box.x1; cx-- > box.x0;) {
+      relax(cx, cy, 1, 0, 1.F);
+      relax(cx, cy, 1, 1, kDiagonal);
+      relax(cx, cy, 0, 1, 1.F);
+      relax(cx, cy, -1, 1, kDiagonal);
+    }
+  }
+}
+
+void RegionMask::diffuse(const Candidate& candidate, const DenseView& dense) {
+  const PixelBox& box = candidate.cells;
+  const GrayView now = dense.history.size() > 0 ? dense.history.at(0).image : GrayView{};
+  if (now.empty()) {
+    return;
+  }
+  const int pitch = kCellPx / matching_step(geometry_.width_px);
+  const auto grey = [&](int cx, int cy) {
+    int total = 0;
+    int count = 0;
+    for (int y = cy * pitch; y < std::min((cy + 1) * pitch, now.height); ++y) {
+      for (int x = cx * pitch; x < std::min((cx + 1) * pitch, now.width); ++x) {
+        total += now.row(y)[x];
+        ++count;
+      }
+    }
+    return static_cast<float>(total) / static_cast<float>(std::max(count, 1));
+  };
+  const float noise = kDisparityStep * static_cast<float>(matching_step(geometry_.width_px));
+  const ImageView<const float> disparity = dense.disparity.disparity_px();
+  const auto weight = [&](int ax, int ay, int bx, int by) {
+    const float a = disparity.row(ay)[ax];
+    const float b = disparity.row(by)[bx];
+    const float step = a >= 0.F && b >= 0.F ? std::max(0.F, std::abs(a - b) - noise) / noise : 0.F;
+    const float length = 1.F + std::abs(grey(ax, ay) - grey(bx, by)) / kGreyStep * 1.F + step;
+    return std::exp(-1.4142F / kSmoothingCells * length);
+  };
+  for (int cy = box.y0; cy < box.y1; ++cy) {
+    for (int cx = box.x0; cx < box.x1; ++cx) {
+      weight_right_.row(cy)[cx] = cx + 1 < box.x1 ? weight(cx, cy, cx + 1, cy) : 0.F;
+      weight_down_.row(cy)[cx] = cy + 1 < box.y1 ? weight(cx, cy, cx, cy + 1) : 0.F;
+    }
+  }
+  for (int round = 0; round < 2; ++round) {
+    for (int cy = box.y0; cy < box.y1; ++cy) {
+      float* const e = evidence_.row(cy);
+      const float* const w = weight_right_.row(cy);
+      for (int cx = box.x0 + 1; cx < box.x1; ++cx) {
+        e[cx] += w[cx - 1] * (e[cx - 1] - e[cx]);
+      }
+      for (int cx = box.x1 - 1; cx-- > box.x0;) {
+        e[cx] += w[cx] * (e[cx + 1] - e[cx]);
+      }
+    }
+    for (int cy = box.y0 + 1; cy < box.y1; ++cy) {
+      for (int cx = box.x0; cx < box.x1; ++cx) {
+        float& e = evidence_.row(cy)[cx];
+        e += weight_down_.row(cy - 1)[cx] * (evidence_.row(cy - 1)[cx] - e);
+      }
+    }
+    for (int cy = box.y1 - 1; cy-- > box.y0;) {
+      for (int cx = box.x0; cx < box.x1; ++cx) {
+        float& e = evidence_.row(cy)[cx];
+        e += weight_down_.row(cy)[cx] * (evidence_.row(cy + 1)[cx] - e);
+      }
+    }
+  }
+}
+
+// Takes what speaks for the candidate and hangs together with a member or with what it was.
+void RegionMask::claim(const Candidate& candidate, std::size_t index) {
+  const PixelBox& box = candidate.cells;
+  std::size_t top = 0;
+  const auto offer = [&](int cx, int cy) {
+    if (cx < box.x0 || cx >= box.x1 || cy < box.y0 || cy >= box.y1) {
+      return;
+    }
+    const float e = evidence_.row(cy)[cx];
+    if (e > best_.row(cy)[cx] && owner_.row(cy)[cx] != static_cast<std::int16_t>(index)) {
+      best_.row(cy)[cx] = e;
+      owner_.row(cy)[cx] = static_cast<std::int16_t>(index);
+      stack_[top++] = static_cast<std::uint32_t>(cy * owner_.width + cx);
+    }
+  };
+  for (int cy = box.y0; cy < box.y1; ++cy) {
+    for (int cx = box.x0; cx < box.x1; ++cx) {
+      if (distance_.row(cy)[cx] == 0.F) {
+        offer(cx, cy);
+      }
+      while (top > 0) {
+        const auto cell = static_cast<int>(stack_[--top]);
+        const int x = cell % owner_.width;
+        const int y = cell / owner_.width;
+        offer(x - 1, y);
+        offer(x + 1, y);
+        offer(x, y - 1);
+        offer(x, y + 1);
+      }
+    }
+  }
+}
+
+void RegionMask::write_labels() {
+  // Labels by size, largest first.
+  std::array<int, MotionMemory::kMaxRegions> cells{};
+  for (int y = 0; y < owner_.height; ++y) {
+    for (int x = 0; x < owner_.width; ++x) {
+      if (owner_.row(y)[x] >= 0) {
+        ++cells[static_cast<std::size_t>(owner_.row(y)[x])];
+      }
+    }
+  }
+  std::array<std::uint8_t, MotionMemory::kMaxRegions> order{};
+  for (std::size_t k = 0; k < candidates_.size(); ++k) {
+    order[k] = static_cast<std::uint8_t>(k);
+  }
+  std::sort(order.begin(), order.begin() + candidates_.size(),
+            [&](std::uint8_t a, std::uint8_t b) { return cells[a] != cells[b] ? cells[a] > cells[b] : a < b; });
+  std::array<std::uint8_t, MotionMemory::kMaxRegions> label_of{};
+  region_of_label_.fill(0);
+  detections_.clear();
+  for (std::size_t k = 0; k < candidates_.size(); ++k) {
+    const std::uint8_t c = order[k];
+    if (cells[c] * kCellPx * kCellPx < min_area_px_ || detections_.full()) {
+      continue;
+    }
+    Detection detection;
+    detection.label = static_cast<std::uint8_t>(detections_.size() + 1);
+    label_of[c] = detection.label;
+    region_of_label_[detection.label] = candidates_[c].region_id;
+    (void)detections_.push_back(detection);
+  }
+  for (int y = 0; y < owner_.height; ++y) {
+    for (int x = 0; x < owner_.width; ++x) {
+      const std::int16_t o = owner_.row(y)[x];
+      const std::uint8_t label = o < 0 ? kBackgroundLabel : label_of[static_cast<std::size_t>(o)];
+      posterior_.row(y)[x] = best_.row(y)[x];
+      previous_.row(y)[x] = label == kBackgroundLabel ? 0U : region_of_label_[label];
+      const int x0 = x * kCellPx;
+      const int x1 = std::min(x0 + kCellPx, labels_.width);
+      for (int v = y * kCellPx; v < std::min((y + 1) * kCellPx, labels_.height); ++v) {
+        std::fill(labels_.row(v) + x0, labels_.row(v) + x1, label);
+      }
+    }
+  }
+  measure();
 }
 
 std::span<const std::uint32_t> RegionMask::inherited_regions(std::span<const Feature> features) {
@@ -183,135 +421,6 @@ std::span<const std::uint32_t> RegionMask::inherited_regions(std::span<const Fea
   return inherited_.span();
 }
 
-void RegionMask::take_others(const Outline& outline, std::span<const Feature> features,
-                             std::span<const FeatureMotion> motions, const MotionMemory& memory) {
-  const MotionRegion& region = memory.regions()[static_cast<std::size_t>(outline.region)];
-  others_.clear();
-  for (std::size_t i = 0; i < features.size(); ++i) {
-    if (memory.region_of_feature()[i] == outline.region || !motions[i].known) {
-      continue;
-    }
-    bool distinct = false;
-    if (region.moving) {
-      const Eigen::Matrix3f covariance =
-          motions[i].covariance + region.covariance + kVelocityVariance * Eigen::Matrix3f::Identity();
-      distinct = mahalanobis_sq(motions[i].velocity_mps - region.velocity_mps, covariance) > kSameVelocityChi2;
-    } else {
-      distinct = std::abs(features[i].disparity_px() - outline.disparity_px) >
-                 std::max(2.F, kDistinctDisparityRatio * outline.disparity_px);
-    }
-    if (distinct) {
-      (void)others_.push_back(features[i].left_px);  // as many places as features
-    }
-  }
-}
-
-// Convex hull (Andrew's monotone chain), counter-clockwise in a right-handed sense of (x, y).
-void RegionMask::build_hull() {
-  std::sort(rim_.begin(), rim_.end(), [](const Eigen::Vector2f& a, const Eigen::Vector2f& b) {
-    return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
-  });
-  hull_.clear();
-  const auto extend = [&](const Eigen::Vector2f& p, std::size_t floor) {
-    while (hull_.size() >= floor + 2 && cross(hull_[hull_.size() - 2], hull_.back(), p) <= 0.F) {
-      hull_.pop_back();
-    }
-    (void)hull_.push_back(p);  // at most two entries a point
-  };
-  for (const Eigen::Vector2f& p : rim_) {
-    extend(p, 0);
-  }
-  const std::size_t lower = hull_.empty() ? 0 : hull_.size() - 1;
-  for (std::size_t i = rim_.size(); i-- > 0;) {
-    extend(rim_[i], lower);
-  }
-  if (hull_.size() > 1) {
-    hull_.pop_back();  // the first point again
-  }
-}
-
-float RegionMask::margin_px(const Outline& outline) const noexcept {
-  const float margin_m = outline.members < kFewMembers ? kSparseMarginM : kMarginM;
-  return std::clamp(margin_m / static_cast<float>(geometry_.baseline_m) * outline.disparity_px, kMinMarginPx,
-                    kMaxMarginPx);
-}
-
-void RegionMask::fill(const Outline& outline) {
-  PixelBox cells;
-  for (const Eigen::Vector2f& p : hull_) {
-    cells.include(std::clamp(static_cast<int>(p.x()) / kCellPx, 0, grid_width_ - 1),
-                  std::clamp(static_cast<int>(p.y()) / kCellPx, 0, grid_height_ - 1));
-  }
-  find_nearest_seeds(cells);
-  const auto member_count = static_cast<std::int16_t>(members_.size());
-  for (int cy = cells.y0; cy < cells.y1; ++cy) {
-    const Interval inside = row_of(hull_.span(), cell_center(0, cy).y());
-    for (int cx = cells.x0; cx < cells.x1; ++cx) {
-      const float x = cell_center(cx, cy).x();
-      if (x < inside.first || x > inside.last || nearest_seed(cx, cy) >= member_count) {
-        continue;
-      }
-      const int x0 = cx * kCellPx;
-      for (int y = cy * kCellPx; y < std::min((cy + 1) * kCellPx, labels_.height); ++y) {
-        std::fill(labels_.row(y) + x0, labels_.row(y) + std::min(x0 + kCellPx, labels_.width), outline.label);
-      }
-    }
-  }
-}
-
-// Nearest feature of each cell, members first, then others: distance propagation in two sweeps (Danielsson 1980), with
-// the features' exact places.
-void RegionMask::find_nearest_seeds(const PixelBox& cells) {
-  for (int cy = cells.y0; cy < cells.y1; ++cy) {
-    std::fill(&nearest_seed(cells.x0, cy), &nearest_seed(cells.x1 - 1, cy) + 1, kNoSeed);
-  }
-  const auto seed_at = [&](std::int16_t seed) -> const Eigen::Vector2f& {
-    const auto i = static_cast<std::size_t>(seed);
-    return i < members_.size() ? members_[i] : others_[i - members_.size()];
-  };
-  const auto offer = [&](int cx, int cy, std::int16_t seed) {
-    std::int16_t& held = nearest_seed(cx, cy);
-    if (seed == kNoSeed || seed == held) {
-      return;
-    }
-    const Eigen::Vector2f center = cell_center(cx, cy);
-    if (held == kNoSeed || (seed_at(seed) - center).squaredNorm() < (seed_at(held) - center).squaredNorm()) {
-      held = seed;
-    }
-  };
-  const auto seeds = static_cast<std::int16_t>(members_.size() + others_.size());
-  for (std::int16_t seed = 0; seed < seeds; ++seed) {
-    const int cx = static_cast<int>(seed_at(seed).x()) / kCellPx;
-    const int cy = static_cast<int>(seed_at(seed).y()) / kCellPx;
-    if (cx >= cells.x0 && cx < cells.x1 && cy >= cells.y0 && cy < cells.y1) {
-      offer(cx, cy, seed);
-    }
-  }
-  const auto offer_from = [&](int cx, int cy, int dx, int dy) {
-    if (cx + dx >= cells.x0 && cx + dx < cells.x1 && cy + dy >= cells.y0 && cy + dy < cells.y1) {
-      offer(cx, cy, nearest_seed(cx + dx, cy + dy));
-    }
-  };
-  const auto sweep_row = [&](int cy, int dy) {
-    for (int cx = cells.x0; cx < cells.x1; ++cx) {
-      offer_from(cx, cy, -1, dy);
-      offer_from(cx, cy, 0, dy);
-      offer_from(cx, cy, 1, dy);
-      offer_from(cx, cy, -1, 0);
-    }
-    for (int cx = cells.x1; cx-- > cells.x0;) {
-      offer_from(cx, cy, 1, 0);
-    }
-  };
-  for (int cy = cells.y0; cy < cells.y1; ++cy) {
-    sweep_row(cy, -1);
-  }
-  for (int cy = cells.y1; cy-- > cells.y0;) {
-    sweep_row(cy, 1);
-  }
-}
-
-// Boxes and areas as they came out, nearer regions on top; what is too small goes back to the background.
 void RegionMask::measure() {
   for (int y = 0; y < labels_.height; ++y) {
     const std::uint8_t* row = labels_.row(y);
@@ -324,25 +433,6 @@ void RegionMask::measure() {
         detection.box_px.include(end - 1, y);
       }
     }
-  }
-  std::array<std::uint8_t, 256> new_label{};
-  std::size_t kept = 0;
-  for (std::size_t k = 0; k < detections_.size(); ++k) {
-    if (detections_[k].area_px >= min_area_px_) {
-      detections_[kept] = detections_[k];
-      region_of_label_[kept + 1] = region_of_label_[k + 1];
-      detections_[kept].label = static_cast<std::uint8_t>(kept + 1);
-      new_label[k + 1] = detections_[kept].label;
-      ++kept;
-    }
-  }
-  if (kept == detections_.size()) {
-    return;
-  }
-  detections_.resize(kept);
-  for (int y = 0; y < labels_.height; ++y) {
-    std::uint8_t* row = labels_.row(y);
-    std::transform(row, row + labels_.width, row, [&](std::uint8_t label) { return new_label[label]; });
   }
 }
 

@@ -1,7 +1,10 @@
 // When two velocities may be the same.
 #pragma once
 
+#include <cmath>
+
 #include <Eigen/Core>
+#include <Eigen/Eigenvalues>
 
 namespace kinetrace::segmentation {
 
@@ -18,6 +21,32 @@ inline constexpr float kSameVelocityChi2 = 11.3F;
   const float y1 = d.y() - l10 * d.x();
   const float y2 = d.z() - l20 * d.x() - l21 * y1;
   return d.x() * d.x() / c(0, 0) + y1 * y1 / d1 + y2 * y2 / d2;
+}
+
+/// Squared Mahalanobis distance from `v` to the nearest velocity of at most `radius`: min over |u| <= radius of
+/// (v - u)^T C^-1 (v - u).
+[[nodiscard]] inline float distance_to_ball_sq(const Eigen::Vector3f& v, const Eigen::Matrix3f& c, float radius) {
+  if (v.squaredNorm() <= radius * radius) {
+    return 0.F;
+  }
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> eigen;
+  eigen.computeDirect(c);
+  const Eigen::Vector3f w = eigen.eigenvectors().transpose() * v;
+  const Eigen::Vector3f variance = eigen.eigenvalues().cwiseMax(1e-9F);
+  // u_i = w_i / (1 + lambda c_i) with |u| = radius: Newton on 1 / |u| - 1 / radius, convex, from below.
+  float lambda = 0.F;
+  Eigen::Vector3f u = w;
+  for (int k = 0; k < 12; ++k) {
+    u = w.array() / (1.F + lambda * variance.array());
+    const float norm_sq = u.squaredNorm();
+    const float norm = std::sqrt(norm_sq);
+    if (norm <= radius * 1.001F) {
+      break;
+    }
+    const float slope = (u.array().square() * variance.array() / (1.F + lambda * variance.array())).sum();
+    lambda += norm_sq / slope * (norm - radius) / radius;
+  }
+  return ((w - u).array().square() / variance.array()).sum();
 }
 
 /// Features of one object may differ by this because it turns, and because a fit assumes a constant velocity.

@@ -59,10 +59,10 @@ TEST(SegmentationConfig, NamesTheKeyThatIsOutOfRange) {
   EXPECT_THAT(message([](auto& c) { c.mode = SegmentationMode::kMasks; }), HasSubstr("segmentation.left_dir"));
   EXPECT_THAT(message([](auto& c) { c.dds.timeout_ms = -1; }), HasSubstr("segmentation.dds.timeout_ms"));
   EXPECT_THAT(message([](auto& c) { c.dds.timeout_ms = 60'001; }), HasSubstr("segmentation.dds.timeout_ms"));
-  EXPECT_THAT(message([](auto& c) { c.motion.window_frames = 2; }), HasSubstr("segmentation.motion.window_frames"));
-  EXPECT_THAT(message([](auto& c) { c.motion.window_frames = 17; }), HasSubstr("segmentation.motion.window_frames"));
+  EXPECT_THAT(message([](auto& c) { c.motion.memory_s = 0.0; }), HasSubstr("segmentation.motion.memory_s"));
+  EXPECT_THAT(message([](auto& c) { c.motion.memory_s = 11.0; }), HasSubstr("segmentation.motion.memory_s"));
   EXPECT_THAT(message([](auto& c) { c.motion.sigma_px = std::nan(""); }), HasSubstr("segmentation.motion.sigma_px"));
-  EXPECT_THAT(message([](auto& c) { c.motion.min_features = 2; }), HasSubstr("segmentation.motion.min_features"));
+  EXPECT_THAT(message([](auto& c) { c.motion.min_features = 1; }), HasSubstr("segmentation.motion.min_features"));
 }
 
 }  // namespace

@@ -61,6 +61,7 @@ struct Mover {
   double speed_mps;
   double depth_m;
   int found_by_frame;
+  std::size_t most_detections = 1;  ///< Without images, what is hard to see may be two regions at first.
 };
 
 class MotionSegmenterFinds : public ::testing::TestWithParam<Mover> {};
@@ -79,7 +80,7 @@ TEST_P(MotionSegmenterFinds, AMovingCar) {
         const Eigen::Vector3d position = Eigen::Vector3d(0.5, 0.6, mover.depth_m) + velocity * kInterval_s * i;
         const SceneScore score = scene.step(T_world_cam, std::array{car_at(position, velocity)});
         EXPECT_EQ(score.empty_detections, 0U);
-        EXPECT_LE(score.detections, 1U);
+        EXPECT_LE(score.detections, mover.most_detections);
         if (score.hits[0] > 0) {
           first = std::min(first, i);
           coverage = std::max(coverage, score.coverage[0]);
@@ -105,7 +106,7 @@ INSTANTIATE_TEST_SUITE_P(Along, MotionSegmenterFinds,
                                            Mover{"Oncoming40m", {0, 0, -1}, 15.0, 40.0, 5},
                                            Mover{"Leaving20m", {0, 0, 1}, 10.0, 20.0, 5},
                                            Mover{"SlowOncoming20m", {0, 0, -1}, 3.0, 20.0, 8},
-                                           Mover{"SlowOncoming30m", {0, 0, -1}, 3.0, 30.0, 11}),
+                                           Mover{"SlowOncoming30m", {0, 0, -1}, 3.0, 30.0, 12, 2}),
                          [](const auto& mover) { return std::string(mover.param.name); });
 
 TEST(MotionSegmenter, TellsTwoObjectsApart) {
@@ -149,9 +150,9 @@ TEST(MotionSegmenter, KeepsAnObjectThatStopsForAWhile) {
       EXPECT_GT(score.hits[0], 0U) << i;
     }
   }
-  // The window makes it look moving for some frames after it has stopped.
+  // The memory makes it look moving for some frames after it has stopped.
   EXPECT_GE(reported_at_rest, 12);
-  EXPECT_LE(reported_at_rest, 12 + motion.window_frames);
+  EXPECT_LE(reported_at_rest, 12 + static_cast<int>(10.0 * motion.memory_s));
 }
 
 TEST(MotionSegmenter, KeepsTheLargestObjectsAndCountsTheRest) {

@@ -131,7 +131,7 @@ void visit_motion_segmentation(Config& config, Visitor& visit) {
   visit("segmentation.motion.sigma_px", m.sigma_px, "standard deviation of a feature's coordinates, px");
   visit("segmentation.motion.ego_sigma_px", m.ego_sigma_px, "error of the ego motion seen as image motion, px");
   visit("segmentation.motion.bias_disparity_px", m.bias_disparity_px, "slowly varying error of disparity, px");
-  visit("segmentation.motion.window_frames", m.window_frames, "frames over which a velocity is fitted");
+  visit("segmentation.motion.memory_s", m.memory_s, "seconds after which an observation counts for half as much");
   visit("segmentation.motion.min_disparity_px", m.min_disparity_px, "features farther away have no say, px");
   visit("segmentation.motion.min_speed_mps", m.min_speed_mps, "slower regions are not called moving, m/s");
   visit("segmentation.motion.min_speed_ratio", m.min_speed_ratio,

@@ -48,18 +48,18 @@ inline constexpr std::array<SegmentationMode, 5> kSegmentationModes{Segmentation
 
 /// Motion segmentation. Defaults suit a car's rig at 10 Hz (f 721 px, baseline .54 m) and hold for 5..30 Hz.
 struct KINETRACE_API MotionConfig {
-  double sigma_px = 0.4;           ///< Standard deviation of u_left, v and u_right of a feature.
-  double ego_sigma_px = 0.3;       ///< Error of the ego motion over the window, seen as image motion.
-  double bias_disparity_px = 0.1;  ///< Slowly varying error of the disparity, common to a region.
-  int window_frames = 8;           ///< Frames over which a velocity is fitted, [3, 16].
-  double min_disparity_px = 3.0;   ///< Features farther away have no say.
-  double min_speed_mps = 0.8;      ///< Slower regions are not called moving...
-  double min_speed_ratio = 0.08;   ///< ... nor those slower than this part of the camera's own speed.
-  double significance = 5.0;       ///< Speed over its standard deviation that a moving region must reach.
-  int min_features = 5;            ///< Features of a moving region, >= 3; three will do if they leave no doubt.
-  double link_distance_m = 1.5;    ///< Features farther apart do not join, unless others lie between them.
-  int confirm_frames = 3;          ///< Frames a region must move in before it is reported.
-  double hold_s = 2.0;             ///< A reported region is kept so long after it stopped moving.
+  double sigma_px = 0.4;            ///< Standard deviation of u_left, v and u_right of a feature.
+  double ego_sigma_px = 0.2;        ///< Error of the ego motion over the window, seen as image motion.
+  double bias_disparity_px = 0.03;  ///< Slowly varying error of the disparity, common to a region.
+  double memory_s = 1.0;            ///< After so long an observation counts for half as much, [0.05, 10].
+  double min_disparity_px = 3.0;    ///< Features farther away have no say.
+  double min_speed_mps = 0.1;       ///< Slower regions are not called moving...
+  double min_speed_ratio = 0.02;    ///< ... nor those slower than this part of the camera's own speed.
+  double significance = 5.0;        ///< Speed over its standard deviation that a moving region must reach.
+  int min_features = 5;             ///< Features that agree on a motion, >= 2; fewer will do where the images agree.
+  double link_distance_m = 1.5;     ///< Features farther apart do not join, unless others lie between them.
+  int confirm_frames = 2;           ///< Frames a region must move in before it is reported, at least.
+  double hold_s = 2.0;              ///< A reported region is kept so long after it stopped moving.
 
   [[nodiscard]] Status validate() const;
 };

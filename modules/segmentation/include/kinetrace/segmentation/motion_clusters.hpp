@@ -13,6 +13,7 @@
 #include "kinetrace/core/stereo_geometry.hpp"
 #include "kinetrace/segmentation/config.hpp"
 #include "kinetrace/segmentation/motion_evidence.hpp"
+#include "kinetrace/segmentation/temporal_test.hpp"
 
 namespace kinetrace::segmentation {
 
@@ -24,13 +25,14 @@ struct MotionCluster {
   std::uint8_t body = 0;  ///< Label that most of its features carry.
 };
 
-/// Finds them in two steps. A feature moves when the pooled velocity of its neighbours (near in the image, at the same
-/// depth, with a velocity like its own) differs from zero by `significance` standard deviations, systematic errors
-/// included, and enough of the neighbours agree: single outliers find nobody to agree with, and slow objects are found
-/// although none of their features is conclusive alone. Three features are enough where the speed is beyond all doubt:
-/// small, fast objects have no more. Moving neighbours with the same velocity are joined
-/// (union-find); groups that lie on one tracked body and move alike are joined whatever lies between them; features
-/// that fit the group's motion better than rest are added.
+/// Finds them by hypotheses. A feature whose own velocity lies significantly outside the ball of slow velocities,
+/// systematic errors included, is a seed. From seeds on, the most significant one first, a hypothesis grows over
+/// neighbours (near in the image, at the same depth) that it explains better than rest does, and takes their
+/// velocities into its own; a feature that anything may explain has no say. It does not grow across ground, across what
+/// lies farther away, across a step of depth, or into the features of another known region. Enough features make it a
+/// group, or fewer where the images around them say the same (TemporalTest). Groups on one tracked body that move alike
+/// are joined, and features that fit a group's motion better than rest are added. What lies on the ground (shadows,
+/// reflections) or out of an object's reach is no part of any.
 class MotionClusters {
  public:
   static constexpr std::size_t kMaxClusters = 64;
@@ -38,31 +40,40 @@ class MotionClusters {
   MotionClusters() = default;
   MotionClusters(const MotionConfig& config, const StereoGeometry& geometry, int max_features, Arena& arena);
 
-  /// `motions` is parallel to `features`. The result lives until the next call, most features first.
+  /// `motions` and `known_region` are parallel to `features`; known_region: the region (any number) that a feature
+  /// belonged to in the frame before, -1 = none. The result lives until the next call, most features first.
   std::span<const MotionCluster> find(std::span<const Feature> features, std::span<const FeatureMotion> motions,
-                                      double ego_speed_mps);
+                                      double ego_speed_mps, const DenseView& dense, const TemporalTest& test,
+                                      std::span<const std::int16_t> known_region);
 
   /// Cluster of each feature of the last call, -1 = none.
   [[nodiscard]] std::span<const std::int16_t> cluster_of_feature() const noexcept { return cluster_of_.span(); }
 
  private:
-  enum class Verdict : std::uint8_t { kStatic, kMoving, kClearlyMoving };
-  struct Pooled {
-    Verdict verdict = Verdict::kStatic;
+  /// A motion, and what is for it.
+  struct Hypothesis {
+    std::size_t seed = 0;
+    std::int16_t label = -1;
+    std::int16_t region = -1;  ///< Known one that its features belong to, -1 = none.
+    Eigen::Matrix3f information = Eigen::Matrix3f::Zero();
+    Eigen::Vector3f weighted{0.F, 0.F, 0.F};  ///< Sum of information times velocity.
     Eigen::Vector3f velocity_mps{0.F, 0.F, 0.F};
     Eigen::Matrix3f covariance = Eigen::Matrix3f::Zero();
+    int agreeing = 0;    ///< Pairs of neighbours that move alike.
+    int dissenting = 0;  ///< Neighbours of its features, on the same surface, that stand still.
   };
 
   void fill_grid();
   [[nodiscard]] std::size_t cell_index(int x, int y) const noexcept {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(grid_width_) + static_cast<std::size_t>(x);
   }
-  void pool(std::size_t i);
-  [[nodiscard]] Verdict assess(const Eigen::Vector3f& velocity_mps, const Eigen::Matrix3f& covariance) const;
-  [[nodiscard]] bool moving(std::size_t i) const noexcept { return pooled_[i].verdict != Verdict::kStatic; }
-  void join_neighbours();
-  void collect();
-  void join_bodies();
+  [[nodiscard]] bool separated(std::size_t i, std::size_t j) const noexcept;
+  [[nodiscard]] bool belong_together(std::int16_t a, std::int16_t b) const;
+  void list_seeds();
+  void grow_from(std::size_t seed);
+  void ask(Hypothesis& h, std::size_t from, std::size_t j);
+  [[nodiscard]] bool holds(const Hypothesis& h) const;
+  void join_parts();
   void absorb();
   void summarise();
   /// Largest first; empty ones are dropped.
@@ -71,7 +82,6 @@ class MotionClusters {
   void for_each_neighbour(std::size_t i, Visit&& visit) const;
   [[nodiscard]] float reach_px(std::size_t i) const noexcept;
   [[nodiscard]] bool same_depth(std::size_t i, std::size_t j) const noexcept;
-  [[nodiscard]] std::uint16_t root(std::uint16_t i) noexcept;
 
   MotionConfig config_;
   StereoGeometry geometry_;
@@ -80,10 +90,15 @@ class MotionClusters {
   int grid_height_ = 0;
   std::span<const Feature> features_;
   std::span<const FeatureMotion> motions_;
+  const DenseView* dense_ = nullptr;
+  const TemporalTest* test_ = nullptr;
+  std::span<const std::int16_t> known_region_;
   std::span<std::int16_t> cell_first_;
   std::span<std::int16_t> next_in_cell_;
-  std::span<Pooled> pooled_;
-  std::span<std::uint16_t> parent_;
+  std::span<float> motion_chi2_;        ///< Of each feature: to the nearest velocity that counts as rest.
+  std::span<std::uint8_t> left_out_;    ///< Of each feature: 1 if it lies on the ground, or out of reach.
+  FixedVector<std::uint16_t> seeds_;    ///< Features whose own motion is significant, most significant first.
+  FixedVector<std::uint16_t> support_;  ///< Features of the hypothesis being grown.
   FixedVector<std::int16_t> cluster_of_;
   FixedVector<MotionCluster> clusters_;
 };

@@ -1,7 +1,6 @@
 // How fast each feature moves through the world, and how sure that is.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 
@@ -19,7 +18,8 @@ namespace kinetrace::segmentation {
 
 /// Velocity of one feature relative to the static world; axes of the frame that reset() began with.
 struct FeatureMotion {
-  bool known = false;  ///< A constant velocity explains the feature's recent observations.
+  bool known = false;  ///< A constant velocity explains three or more recent observations.
+  bool fresh = false;  ///< There are two, and nothing that could contradict the velocity between them.
   float depth_m = 0.F;
   Eigen::Vector3f velocity_mps{0.F, 0.F, 0.F};
   Eigen::Matrix3f covariance = Eigen::Matrix3f::Zero();   ///< Of the velocity, from image noise alone.
@@ -28,16 +28,14 @@ struct FeatureMotion {
   float static_chi2 = 0.F;                                ///< velocity^T information velocity.
 };
 
-/// Keeps each feature's stereo observations of the last `window_frames` frames as points of the static world, each with
-/// the information matrix J^T J / sigma^2 of its reprojection (uL, v, uR): along the ray a point is known far less well
-/// than across it. A weighted line fit gives position and velocity; over a window the signal grows with time while the
-/// noise does not. A single observation that does not fit is left out, a feature with more of them has no say. Nor has
-/// one that would look the same where it ought to be at rest: on repetitive texture (road markings, fences) a track may
-/// jump from one element to the next in every frame, and then seems to travel with the camera.
+/// A Kalman filter for each feature (Franke et al. 2005, "6D-Vision"): position and velocity in the world from its
+/// stereo observations (uL, v, uR), so that along the ray it knows far less than across it. The memory fades: an
+/// observation counts for half as much after `memory_s`. One that does not fit is left out, a second one in a row
+/// begins the filter anew. A feature has no say either when it would look the same where it ought to be at rest: on
+/// repetitive texture (road markings, fences) a track may jump from one element to the next in every frame, and then
+/// seems to travel with the camera.
 class MotionEvidence {
  public:
-  static constexpr int kMaxWindowFrames = 16;
-
   MotionEvidence() = default;
   MotionEvidence(const MotionConfig& config, const StereoGeometry& geometry, int max_features, Arena& arena);
 
@@ -49,44 +47,44 @@ class MotionEvidence {
   void reset() noexcept;
 
   /// Of the camera, between the last two frames; 0 before.
+  [[nodiscard]] const Se3& T_world_cam() const noexcept { return T_world_cam_; }
   [[nodiscard]] double ego_speed_mps() const noexcept { return ego_speed_mps_; }
 
  private:
-  struct Observation {
-    std::uint32_t frame = 0;                  ///< 0 = none.
-    Eigen::Vector3f offset_m{0.F, 0.F, 0.F};  ///< World position minus the slot's anchor.
-    std::array<float, 6> information{};       ///< Upper triangle, row by row.
-  };
+  using Vector6 = Eigen::Matrix<double, 6, 1>;
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
   struct Slot {
     std::uint32_t feature_id = 0;
+    int observations = 0;
+    int misfits = 0;            ///< Observations left out in a row...
+    int left_out = 0;           ///< ...and in all.
+    std::int64_t first_ns = 0;  ///< Of the observations the filter holds...
+    std::int64_t last_ns = 0;   ///< ...and the last one, used or not.
+    double misfit = 1.0;        ///< Mean squared innovation over what was expected.
     Eigen::Vector3d anchor_m{0.0, 0.0, 0.0};
-    std::array<Observation, kMaxWindowFrames> ring{};
+    Vector6 state = Vector6::Zero();  ///< World position minus the anchor, velocity.
+    Matrix6 covariance = Matrix6::Zero();
   };
-  struct Sums;
-  struct Fit;
 
+  void begin(Slot& slot, const Feature& feature, const Eigen::Vector3d& observation, const Se3& T_world_cam,
+             std::int64_t timestamp_ns) const;
   void observe(const Feature& feature, Slot& slot) const;
-  [[nodiscard]] Observation make_observation(double u_left_px, double v_px, double disparity_px, const Se3& T_world_cam,
-                                             std::uint32_t frame, const Eigen::Vector3d& anchor_m) const;
-  [[nodiscard]] Sums sum_window(const Slot& slot) const;
-  [[nodiscard]] FeatureMotion fit_motion(const Feature& feature, const Slot& slot) const;
+  void predict(Slot& slot, std::int64_t timestamp_ns) const;
+  void correct(Slot& slot, const Eigen::Vector3d& observation, const Se3& T_world_cam) const;
+  [[nodiscard]] Eigen::Matrix3d projection_jacobian(const Eigen::Vector3d& p_cam) const;
+  [[nodiscard]] FeatureMotion motion_of(const Feature& feature, const Slot& slot) const;
   [[nodiscard]] bool looks_the_same_at_rest(const Feature& feature, const FeatureMotion& motion, GrayView left) const;
   [[nodiscard]] Eigen::Matrix3f systematic_covariance(const Feature& feature, double span_s) const;
-  [[nodiscard]] std::size_t ring_index(std::uint32_t frame) const noexcept {
-    return frame % static_cast<std::uint32_t>(config_.window_frames);
-  }
-  [[nodiscard]] bool in_window(const Observation& observation) const noexcept {
-    return observation.frame != 0 && observation.frame + static_cast<std::uint32_t>(config_.window_frames) > frame_;
-  }
 
   MotionConfig config_;
   StereoGeometry geometry_;
-  std::uint32_t frame_ = 0;
+  bool started_ = false;
+  std::int64_t now_ns_ = 0;
+  std::int64_t before_ns_ = 0;
   Se3 T_world_cam_;
   Se3 T_world_prev_;         ///< The camera one frame ago.
   double interval_s_ = 0.0;  ///< Between the last two frames.
   double ego_speed_mps_ = 0.0;
-  std::array<std::int64_t, kMaxWindowFrames> time_ns_{};
   std::span<Slot> slots_;
   FixedVector<FeatureMotion> motions_;
 };

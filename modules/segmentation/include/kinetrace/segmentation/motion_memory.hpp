@@ -24,17 +24,17 @@ struct MotionRegion {
   Eigen::Vector3f velocity_mps{0.F, 0.F, 0.F};  ///< When it last moved.
   Eigen::Matrix3f covariance = Eigen::Matrix3f::Zero();
   int moving_frames = 0;
+  int votes = 0;  ///< Features that agreed on its motion, over these frames.
   std::uint32_t last_moving_frame = 0;
   DwellTime idle;         ///< Without motion.
   bool moving = false;    ///< In this frame.
   bool reported = false;  ///< Confirmed, and moving or stopped not long ago.
   int features = 0;       ///< In this frame.
-  float area_px = 0.F;    ///< Of its outline when last shown.
-  int shrunk_frames = 0;  ///< Frames in a row in which the outline was not accepted.
 };
 
-/// A region is confirmed after `confirm_frames` frames in motion and kept for `hold_s` after the last one by the
-/// features that made it: an object that halts does not vanish at once.
+/// A region is confirmed after `confirm_frames` frames in motion, or more of them if few features agreed on it, and
+/// kept for `hold_s` after the last one by the features that made it: an object that halts does not vanish at once. In
+/// each frame: begin, update, sustain where due, conclude.
 class MotionMemory {
  public:
   static constexpr std::size_t kMaxRegions = MotionClusters::kMaxClusters;
@@ -42,17 +42,18 @@ class MotionMemory {
   MotionMemory() = default;
   MotionMemory(const MotionConfig& config, int max_features, Arena& arena);
 
-  /// `inherited_region` (parallel to the features): id of the region on whose mask a feature was found that nothing is
-  /// known about yet, else 0. Tracking a new object replaces its features, so the old ones cannot carry a region on.
-  /// `interval_ns`: since the frame before.
-  void update(std::int64_t interval_ns, std::span<const Feature> features, std::span<const FeatureMotion> motions,
-              std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature,
-              std::span<const std::uint32_t> inherited_region);
+  /// Recalls where each feature belonged. `inherited_region` (parallel to the features): id of the region on whose mask
+  /// a feature was found that nothing is known about yet, else 0. Tracking a new object replaces its features, so the
+  /// old ones cannot carry a region on.
+  void begin(std::span<const Feature> features, std::span<const std::uint32_t> inherited_region);
+  /// Gives each cluster to the region that most of its features were in, or to a new one.
+  void update(std::span<const Feature> features, std::span<const FeatureMotion> motions,
+              std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature);
+  /// A region that no cluster continued in this frame moves on all the same: its image says so.
+  void sustain(std::size_t region) noexcept;
+  /// Drops what has not moved for too long. `interval_ns`: since the frame before.
+  void conclude(std::int64_t interval_ns, std::span<const Feature> features, std::span<const FeatureMotion> motions);
   void reset() noexcept;
-
-  /// Takes note of a region's outline. False if it has shrunk so suddenly that its features, and not the object, must
-  /// have gone: such an outline is better not shown for some frames.
-  [[nodiscard]] bool accepts_outline(std::size_t region, float area_px) noexcept;
 
   [[nodiscard]] std::span<const MotionRegion> regions() const noexcept { return regions_.span(); }
   /// Index of each feature's region in regions(), -1 = none; parallel to the features of the last update.

@@ -5,6 +5,9 @@
 #include <cstdint>
 #include <memory>
 
+#include "kinetrace/segmentation/cell_disparity.hpp"
+#include "kinetrace/segmentation/frame_history.hpp"
+#include "kinetrace/segmentation/ground_plane.hpp"
 #include "kinetrace/segmentation/motion_clusters.hpp"
 #include "kinetrace/segmentation/motion_evidence.hpp"
 #include "kinetrace/segmentation/motion_memory.hpp"
@@ -33,11 +36,20 @@ class MotionSegmenter final : public Segmenter {
   static void carve(const SegmentationConfig& config, const StereoGeometry& geometry, int max_features, Arena& arena,
                     MotionSegmenter& segmenter);
 
+  void look(const SegmentationInput& input, std::span<const FeatureMotion> motions);
+
+  StereoGeometry geometry_;
   bool started_ = false;
   std::int64_t timestamp_ns_ = 0;  ///< Of the last frame.
   MotionEvidence evidence_;
   MotionClusters clusters_;
   MotionMemory memory_;
+  FrameHistory history_;
+  MutableGrayView right_;  ///< Right image at the size of the history's.
+  CellDisparity disparity_;
+  GroundPlane ground_;
+  std::span<float> scratch_;
+  std::uint32_t frames_ = 0;
   RegionMask mask_;
 };
 

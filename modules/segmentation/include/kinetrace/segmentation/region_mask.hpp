@@ -13,78 +13,85 @@
 #include "kinetrace/core/fixed_vector.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
+#include "kinetrace/segmentation/cell_disparity.hpp"
+#include "kinetrace/segmentation/frame_history.hpp"
+#include "kinetrace/segmentation/ground_plane.hpp"
 #include "kinetrace/segmentation/motion_evidence.hpp"
 #include "kinetrace/segmentation/motion_memory.hpp"
+#include "kinetrace/segmentation/temporal_test.hpp"
 
 namespace kinetrace::segmentation {
 
-/// Draws each reported region as the convex hull of its features on a grid of 4x4 pixels, widened by a margin of about
-/// .25 m around features that were seen to move (the others were found on an earlier mask, which had that margin). A
-/// cell belongs to the region only if one of its features is nearer than any feature that is seen to be
-/// something else (it moves differently, or, for a region at rest, lies at another depth). Nearer regions cover farther
-/// ones.
+/// Decides for each cell of 4x4 pixels near a region whether it moves with the region or not, by the logarithm of the
+/// ratio of their likelihoods: does its disparity lie within the region's depth, is it above the ground, do the images
+/// of the last frames match better if it moved with the region or if it stood still, was it the region's before, do
+/// features nearby say so? These opinions are averaged along surfaces, not across steps of intensity or disparity
+/// (a recursive edge-aware filter, Gastal and Oliveira 2011), and a cell goes to the region that it speaks for most.
 class RegionMask {
  public:
-  static constexpr int kCellPx = 4;
-
   RegionMask() = default;
   RegionMask(const StereoGeometry& geometry, int max_features, int max_objects, int min_area_px, Arena& arena);
 
-  /// Returns how many regions were dropped: beyond max_objects (the smallest hulls) or below min_area_px.
-  int draw(std::span<const Feature> features, std::span<const FeatureMotion> motions, MotionMemory& memory);
+  void reset() noexcept;
+  /// Returns how many regions were dropped: beyond max_objects (the smallest ones) or below min_area_px.
+  int draw(std::span<const Feature> features, std::span<const FeatureMotion> motions, MotionMemory& memory,
+           const DenseView& dense, const TemporalTest& test);
+
+  /// Whether the image says that what was drawn of the region in the frame before has moved on as it did.
+  [[nodiscard]] bool moves_on(const MotionRegion& region, const DenseView& dense, const TemporalTest& test) const;
 
   /// For each feature that is new and lies on a tracked body: id of the region drawn, in the previous frame, where it
   /// was found; 0 otherwise. The result lives until the next call.
   std::span<const std::uint32_t> inherited_regions(std::span<const Feature> features);
 
   [[nodiscard]] LabelView labels() const noexcept { return labels_; }
-  /// Largest hull first; class unknown.
+  /// Largest first; class unknown.
   [[nodiscard]] std::span<const Detection> detections() const noexcept { return detections_.span(); }
 
  private:
-  struct Outline {
-    std::int16_t region = -1;
-    std::uint8_t label = 0;
-    float area_px = 0.F;
-    float disparity_px = 0.F;
-    int members = 0;
+  /// A region being drawn.
+  struct Candidate {
+    std::uint32_t region_id = 0;
+    Eigen::Vector3f velocity_mps{0.F, 0.F, 0.F};  ///< World axes; 0 when it has stopped.
+    Eigen::Matrix3f covariance = Eigen::Matrix3f::Zero();
+    bool moving = false;
+    float disparity_px = 0.F;  ///< In the middle of its features.
+    float near_px = 0.F;       ///< Greatest disparity that may be its own...
+    float far_px = 0.F;        ///< ...and least one.
+    int lag = 1;               ///< Frames back to the image that it is compared with.
+    PixelBox cells;            ///< Where it may be.
   };
-
-  void trace_outlines(std::span<const Feature> features, MotionMemory& memory);
-  void take_members(const Outline& outline, std::span<const Feature> features, const MotionMemory& memory);
-  void take_others(const Outline& outline, std::span<const Feature> features, std::span<const FeatureMotion> motions,
-                   const MotionMemory& memory);
-  void build_hull();
-  void fill(const Outline& outline);
-  void find_nearest_seeds(const PixelBox& cells);
-  [[nodiscard]] std::int16_t& nearest_seed(int cx, int cy) const noexcept {
-    return nearest_seed_[static_cast<std::size_t>(cy) * static_cast<std::size_t>(grid_width_) +
-                         static_cast<std::size_t>(cx)];
-  }
-  [[nodiscard]] static Eigen::Vector2f cell_center(int cx, int cy) noexcept {
-    constexpr float kHalf = 0.5F * (kCellPx - 1);
-    return {static_cast<float>(cx * kCellPx) + kHalf, static_cast<float>(cy * kCellPx) + kHalf};
-  }
+  /// As the region was drawn last; null if it was not.
+  [[nodiscard]] const Candidate* drawn(std::uint32_t region_id) const noexcept;
+  [[nodiscard]] bool describe(std::size_t region, std::span<const Feature> features, const MotionMemory& memory,
+                              const TemporalTest& test, Candidate& candidate);
+  void weigh_cells(const Candidate& candidate, std::span<const Feature> features,
+                   std::span<const FeatureMotion> motions, const MotionMemory& memory, std::size_t region,
+                   const DenseView& dense, const TemporalTest& test);
+  void measure_distances(const PixelBox& cells);
+  void diffuse(const Candidate& candidate, const DenseView& dense);
+  void claim(const Candidate& candidate, std::size_t index);
+  void write_labels();
   void measure();
-  [[nodiscard]] float margin_px(const Outline& outline) const noexcept;
-
-  static constexpr std::int16_t kNoSeed = -1;
 
   StereoGeometry geometry_;
   int min_area_px_ = 0;
-  int grid_width_ = 0;
-  int grid_height_ = 0;
   MutableLabelView labels_;
   FixedVector<Detection> detections_;
-  FixedVector<Outline> outlines_;
+  FixedVector<Candidate> candidates_;
+  FixedVector<Candidate> drawn_;  ///< Of the frame before.
   std::array<std::uint32_t, kMaxObjects + 1> region_of_label_{};
   FixedVector<std::uint32_t> inherited_;
-  FixedVector<Eigen::Vector2f> members_;
-  FixedVector<Eigen::Vector2f> rim_;  ///< Members, widened by the margin.
-  FixedVector<Eigen::Vector2f> others_;
-  FixedVector<Eigen::Vector2f> hull_;
-  std::span<std::int16_t> nearest_seed_;  ///< Per cell of the region being drawn.
   std::span<float> scratch_;
+  ImageView<std::uint32_t> previous_;  ///< Region drawn on each cell in the frame before.
+  ImageView<std::int16_t> owner_;      ///< Candidate that each cell goes to, -1 = none.
+  ImageView<float> best_;              ///< What it says for it.
+  ImageView<float> evidence_;          ///< Of the candidate being drawn.
+  ImageView<float> posterior_;            ///< What spoke for the region in previous_, in the frame before.
+  ImageView<float> distance_;          ///< Cells to its nearest member.
+  ImageView<float> weight_right_;      ///< Of the edge-aware filter, towards the next column...
+  ImageView<float> weight_down_;       ///< ...and row.
+  std::span<std::uint32_t> stack_;
 };
 
 }  // namespace kinetrace::segmentation

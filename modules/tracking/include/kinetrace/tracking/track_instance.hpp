@@ -46,8 +46,9 @@ struct TrackInstance {
   enum class Slot : std::uint8_t { kFree, kAlive, kEnded };
 
   Slot slot_state = Slot::kFree;
-  Track track;
+  bool terminated = false;
   int matched_frames = 0;
+  Track track;
   DwellTime age;
   DwellTime missed;            ///< Without a detection.
   DwellTime tentative_missed;  ///< Of that, where it was looked for.
@@ -68,7 +69,6 @@ struct TrackInstance {
       whole_on_label{};        ///< Pixels of the whole predicted mask on each detection, hidden ones included.
   std::uint64_t in_front = 0;  ///< Bit s: the track in slot s has been seen to hide this one.
   PredictionOverlap overlap;   ///< Visible part of the predicted mask against the detections.
-  bool terminated = false;
   FeatureVotes votes_of_features;
   int detection = -1;        ///< Index of the matched left detection.
   double right_shown = 1.0;  ///< Part of the predicted mask seen by the right view; 1 while its disparity is not known.

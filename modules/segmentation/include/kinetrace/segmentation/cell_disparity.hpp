@@ -1,0 +1,58 @@
+// A coarse dense disparity map: one value for each cell of 4x4 pixels.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
+
+namespace kinetrace::segmentation {
+
+/// Pixels of a cell's side.
+inline constexpr int kCellPx = 4;
+/// Pixel coordinate of the middle of cell `c`.
+[[nodiscard]] constexpr float cell_center(int c) noexcept {
+  return static_cast<float>(c * kCellPx) + 0.5F * static_cast<float>(kCellPx - 1);
+}
+/// Wider images are matched at half their size.
+inline constexpr int kMaxMatchingWidthPx = 800;
+
+/// Block matching of horizontal gradients, which differences of gain between the cameras leave as they are: the level
+/// of least cost, refined by a parabola, where no other level comes close. What is plain has no disparity.
+class CellDisparity {
+ public:
+  CellDisparity() = default;
+  CellDisparity(const StereoGeometry& geometry, Arena& arena);
+
+  /// `left`, `right`: matching images, see matching_step(). Levels up to `max_disparity_px` (of the full image) are
+  /// searched, as far as there is room.
+  void compute(GrayView left, GrayView right, float max_disparity_px);
+  void clear() noexcept;
+
+  /// Standard deviation of what is known, pixels of the full image.
+  [[nodiscard]] float sigma_px() const noexcept { return 0.2F * static_cast<float>(step_); }
+  /// Pixels of the full image; negative where it is not known.
+  [[nodiscard]] ImageView<const float> disparity_px() const noexcept { return disparity_; }
+
+ private:
+  void match_cells(GrayView left, int cy, int levels);
+
+  int step_ = 1;
+  MutableGrayView left_gradient_;
+  MutableGrayView right_gradient_;
+  ImageView<float> disparity_;
+  std::span<std::int16_t> columns_;
+  std::span<std::int16_t> costs_;
+  std::span<std::int16_t> best_;
+  std::span<std::int16_t> cost_;
+  std::span<std::int16_t> rival_;
+};
+
+/// By how much the images that are matched densely are smaller than the full ones: 1 or 2.
+[[nodiscard]] constexpr int matching_step(int width_px) noexcept {
+  return width_px > kMaxMatchingWidthPx ? 2 : 1;
+}
+
+}  // namespace kinetrace::segmentation

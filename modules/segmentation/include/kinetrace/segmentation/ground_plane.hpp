@@ -1,0 +1,49 @@
+// The plane under everything, in disparity space.
+#pragma once
+
+#include <cstdint>
+
+#include <Eigen/Core>
+
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/fixed_vector.hpp"
+#include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
+
+namespace kinetrace::segmentation {
+
+/// A plane of the world is a plane of (u, v, disparity). Found by RANSAC among the cells of a disparity map: the one
+/// that holds most of them and has few beyond it, since nothing is seen through the ground; a wall of a street has.
+class GroundPlane {
+ public:
+  GroundPlane() = default;
+  GroundPlane(const StereoGeometry& geometry, Arena& arena);
+
+  void clear() noexcept { known_ = false; }
+  /// Takes the better one of the plane so far and the best of some samples; unknown where none holds enough.
+  void fit(ImageView<const float> cell_disparity_px, std::uint32_t seed);
+
+  [[nodiscard]] bool known() const noexcept { return known_; }
+  /// log p(disparity | something 0.2 to 3 m above the ground) - log p(disparity | ground), at pixel (u, v) and with
+  /// noise `sigma_px`; 0 where no ground is known.
+  [[nodiscard]] float object_nats(float u, float v, float disparity_px, float sigma_px) const noexcept;
+  /// False for what is ground, or higher above it than objects reach, beyond doubt.
+  [[nodiscard]] bool may_hold_object(float u, float v, float disparity_px, float sigma_px) const noexcept;
+
+ private:
+  [[nodiscard]] float score(const Eigen::Vector3f& plane, float tolerance_px) const;
+  [[nodiscard]] float disparity_px(const Eigen::Vector3f& plane, float u, float v) const noexcept {
+    return plane.x() * u + plane.y() * v + plane.z();
+  }
+  /// The plane's normal, times focal length and baseline over the camera's height above it.
+  [[nodiscard]] Eigen::Vector3f scaled_normal(const Eigen::Vector3f& plane) const noexcept;
+  void refine(float tolerance_px);
+
+  StereoGeometry geometry_;
+  FixedVector<Eigen::Vector3f> points_;
+  Eigen::Vector3f plane_{0.F, 0.F, 0.F};
+  float camera_height_m_ = 0.F;
+  bool known_ = false;
+};
+
+}  // namespace kinetrace::segmentation

@@ -1,0 +1,64 @@
+// Whether the images of the last frames say that something moves, or that it stands still.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include <Eigen/Core>
+
+#include "kinetrace/core/stereo_geometry.hpp"
+#include "kinetrace/segmentation/cell_disparity.hpp"
+#include "kinetrace/segmentation/frame_history.hpp"
+#include "kinetrace/segmentation/ground_plane.hpp"
+
+namespace kinetrace::segmentation {
+
+/// What the cells of the newest frame say by themselves.
+struct DenseView {
+  const CellDisparity& disparity;
+  const GroundPlane& ground;
+  const FrameHistory& history;
+};
+
+/// Compares the image around a cell with an earlier one, at the place where it was if it stood still, and where it was
+/// if it moved with a velocity. The difference of the two residuals is a log-likelihood ratio, in nats.
+class TemporalTest {
+ public:
+  /// Where something was in an earlier frame, full pixels.
+  struct Places {
+    Eigen::Vector2f at_rest{0.F, 0.F};
+    Eigen::Vector2f moved{0.F, 0.F};
+  };
+
+  /// Valid until the history changes. Velocities are in the axes of the world of the history's poses.
+  TemporalTest(const StereoGeometry& geometry, const FrameHistory& history);
+
+  /// `lag` in [1, history.size()).
+  [[nodiscard]] Places places(const Eigen::Vector3f& velocity_mps, int lag, float u, float v,
+                              float disparity_px) const noexcept;
+  /// Lag of the newest earlier image in which the two places lie far enough apart; 0 if there is no earlier image.
+  [[nodiscard]] int telling_lag(const Eigen::Vector3f& velocity_mps, float u, float v,
+                                float disparity_px) const noexcept;
+  /// For one cell; positive: it moved. 0 where an image is missing or the place lies outside.
+  [[nodiscard]] float cell_nats(const Eigen::Vector3f& velocity_mps, int lag, int cx, int cy,
+                                float disparity_px) const noexcept;
+  /// Sum over the cells within `radius_m` of (u, v) and as far away, less what neighbours share.
+  [[nodiscard]] float support_nats(const DenseView& dense, const Eigen::Vector3f& velocity_mps, float u, float v,
+                                   float disparity_px, float radius_m) const noexcept;
+  /// How many cells share one patch.
+  [[nodiscard]] float overlap() const noexcept;
+
+ private:
+  struct Step {
+    Eigen::Matrix3f rotation;  ///< Of T_then_now.
+    Eigen::Vector3f translation;
+    Eigen::Matrix3f back;  ///< Elapsed time times the rotation from the world into the earlier camera.
+  };
+
+  StereoGeometry geometry_;
+  const FrameHistory* history_ = nullptr;
+  std::array<Step, FrameHistory::kFrames> steps_;
+  int step_px_ = 1;
+};
+
+}  // namespace kinetrace::segmentation
