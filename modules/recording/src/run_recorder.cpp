@@ -211,7 +211,8 @@ NameRecord RunRecorder::Impl::image_name(const RectifiedPair& pair) const noexce
   const std::string_view suffix = of_recorded_images(config) ? "" : kRectifiedSuffix;
   // A name that comes twice, does not fit, or would break the line or the path it is written to, gives way to the frame
   // number.
-  const bool is_usable = !config.repeats && !pair.name.empty() && pair.name.size() + suffix.size() < record.stem.size() &&
+  const bool is_usable = !config.repeats && !pair.name.empty() &&
+                         pair.name.size() + suffix.size() < record.stem.size() &&
                          pair.name.find_first_of(" \t\r\n/") == std::string_view::npos;
   if (is_usable) {
     std::memcpy(record.stem.data(), pair.name.data(), pair.name.size());

@@ -87,7 +87,7 @@ class RegionMask {
   ImageView<std::int16_t> owner_;      ///< Candidate that each cell goes to, -1 = none.
   ImageView<float> best_;              ///< What it says for it.
   ImageView<float> evidence_;          ///< Of the candidate being drawn.
-  ImageView<float> posterior_;            ///< What spoke for the region in previous_, in the frame before.
+  ImageView<float> posterior_;         ///< What spoke for the region in previous_, in the frame before.
   ImageView<float> distance_;          ///< Cells to its nearest member.
   ImageView<float> weight_right_;      ///< Of the edge-aware filter, towards the next column...
   ImageView<float> weight_down_;       ///< ...and row.
