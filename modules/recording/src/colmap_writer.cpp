@@ -29,9 +29,10 @@ std::filesystem::path model_directory(const Workspace& workspace, std::uint32_t 
 
 /// Which images the model is of.
 std::string_view images_note(const RecordingConfig& config) {
-  return config.images                ? "Images: those in images/ of the run folder."
-         : of_recorded_images(config) ? "Images: the recorded ones, which are rectified."
-                                      : "Images: rectified ones, not those recorded; `kinetrace run --images` writes them.";
+  return config.images ? "Images: those in images/ of the run folder."
+         : of_recorded_images(config)
+             ? "Images: the recorded ones, which are rectified."
+             : "Images: rectified ones, not those recorded; `kinetrace run --images` writes them.";
 }
 
 Status write_cameras(const Workspace& workspace, const std::filesystem::path& directory) {
