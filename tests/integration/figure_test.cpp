@@ -77,6 +77,45 @@ TEST_F(Figure, OverlayIsAPictureOfEachFrame) {
   }
 }
 
+TEST_F(Figure, NothingButAnEarlierPictureIsReplaced) {
+  const auto bytes = [](const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(stream), {});
+  };
+  const std::filesystem::path image = recording_.image(0, 0);
+  const std::filesystem::path copies = scratch_.path() / "copies";
+  std::filesystem::copy(image.parent_path(), copies);
+  const auto expect_kept = [&](const std::vector<std::string>& more, const std::filesystem::path& file,
+                               const std::string& text) {
+    const std::string kept = bytes(file);
+    const ProgramResult result = figure(more);
+    EXPECT_EQ(result.exit_code, 64) << more[0];
+    EXPECT_THAT(result.err, HasSubstr(text));
+    EXPECT_EQ(bytes(file), kept) << file;
+  };
+  expect_kept({"--overlay", image.parent_path().string()}, image, "holds the recording's images");
+  expect_kept({"--film", recording_.image(1, 0).parent_path().string()}, recording_.image(1, 0), "name another folder");
+  expect_kept({"--overlay", copies.string()}, copies / image.filename(), "is no picture of an earlier figure");
+  expect_kept({"--out", image.string()}, image, "is no picture of an earlier figure");
+  expect_kept({"--out", (run_ / "run.json").string()}, run_ / "run.json", "run.json: is there already");
+  EXPECT_EQ(figure().exit_code, 0);
+  EXPECT_EQ(figure().exit_code, 0) << "a picture is replaced";
+}
+
+TEST_F(Figure, ARecordingThatWasPlayedTwiceHasItsImagesInBothPasses) {
+  const ProgramResult run =
+      run_kinetrace({"run", "--dataset", recording_.dataset(), "--loop", "2", "--quiet", "--out", run_.string()});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const std::filesystem::path overlay = scratch_.path() / "overlay";
+  const ProgramResult result =
+      figure({"--frame", std::to_string(2 * recording_.frames - 1), "--overlay", overlay.string()});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, IsEmpty());
+  EXPECT_THAT(result.out, HasSubstr(std::to_string(2 * recording_.frames) + " pictures in"));
+  expect_size(overlay / (recording_.image(0, 0).stem().string() + "_pass2.png"), SmallRecording::kWidth,
+              SmallRecording::kHeight);
+}
+
 // A run that names its recording from the folder it is started in is drawn from any other.
 TEST_F(Figure, ARelativeRecordingIsFoundFromAnyFolder) {
   const std::filesystem::path here = std::filesystem::current_path();

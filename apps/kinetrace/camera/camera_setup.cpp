@@ -69,6 +69,13 @@ Outcome<CameraSetup> recorded(const hal::DatasetSpec& spec) {
   return setup;
 }
 
+/// Who looks for a frame's images must know whether numbers go on after the recording's last.
+void describe_passes(CameraSetup& setup) {
+  if (setup.passes > 1) {
+    setup.description.emplace_back("passes", std::to_string(setup.passes));
+  }
+}
+
 Outcome<CameraSetup> from_dataset(const SourceOptions& options) {
   const Outcome<hal::DatasetSpec> spec = dataset_spec(options);
   if (!spec) {
@@ -82,6 +89,7 @@ Outcome<CameraSetup> from_dataset(const SourceOptions& options) {
                           {"sequence", setup->dataset->name},
                           {"calibration", setup->calibration.source},
                           {"cameras", options.cameras.empty() ? "auto" : options.cameras}};
+    describe_passes(*setup);
   }
   return setup;
 }
@@ -95,6 +103,7 @@ Outcome<CameraSetup> from_files(const CameraConfig& config) {
   if (setup) {
     setup->passes = config.loop;
     setup->description = {{"dataset", source_text(config.layout, spec->path)}, {"sequence", setup->dataset->name}};
+    describe_passes(*setup);
   }
   return setup;
 }

@@ -12,6 +12,7 @@
 #include "figure/figure_overlay.hpp"
 #include "figure/figure_page.hpp"
 #include "figure/figure_scene.hpp"
+#include "figure/picture_place.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -62,6 +63,9 @@ Outcome<Source> open_source(const FigureOptions& options) {
 }
 
 Outcome<figure::Scene> draw_figure(const FigureOptions& options, Source& source, const std::filesystem::path& file) {
+  if (const Status free = figure::check_replaceable(file); !free) {
+    return failure(free.error());
+  }
   Result<figure::Scene> scene = figure::make_scene(source.run, {options.frame, options.object}, source.images.get(),
                                                    source.image_problem, source.masks);
   if (!scene) {

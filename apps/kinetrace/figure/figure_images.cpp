@@ -1,5 +1,6 @@
 #include "figure/figure_images.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -59,8 +60,9 @@ std::size_t find_frame(const hal::FrameList& frames, std::int64_t number) {
 
 }  // namespace
 
-RecordedImages::RecordedImages(std::unique_ptr<Arena> arena, hal::FileStereoCamera camera, hal::Rectifier rectifier)
-    : arena_(std::move(arena)), camera_(std::move(camera)), rectifier_(rectifier) {}
+RecordedImages::RecordedImages(std::unique_ptr<Arena> arena, hal::FileStereoCamera camera, hal::Rectifier rectifier,
+                               std::int64_t passes)
+    : arena_(std::move(arena)), camera_(std::move(camera)), rectifier_(rectifier), passes_(passes) {}
 
 Result<RecordedImages> RecordedImages::open(const recording::Run& run, const std::string& moved_to) {
   if (run.dataset.empty() && moved_to.empty()) {
@@ -82,16 +84,28 @@ Result<RecordedImages> RecordedImages::open(const recording::Run& run, const std
   if (!camera) {
     return Unexpected(camera.error());
   }
-  return RecordedImages(std::move(arena), std::move(*camera), *rectifier);
+  return RecordedImages(std::move(arena), std::move(*camera), *rectifier, run.passes);
+}
+
+// Numbers of a further pass go on after the recording's last.
+RecordedImages::Found RecordedImages::find(std::int64_t frame) const {
+  const std::int64_t first = frames()[0].frame_index;
+  const std::int64_t numbers = frames()[frames().size() - 1].frame_index - first + 1;
+  const std::int64_t pass = std::clamp<std::int64_t>((frame - first) / numbers, 0, passes_ - 1);
+  return {find_frame(frames(), frame - pass * numbers), pass};
 }
 
 std::string RecordedImages::stem(std::int64_t frame) const {
-  const std::size_t place = find_frame(frames(), frame);
-  return place == frames().size() ? std::string() : std::string(frames()[place].left_stem);
+  const auto [place, pass] = find(frame);
+  if (place == frames().size()) {
+    return {};
+  }
+  const std::string stem(frames()[place].left_stem);
+  return pass == 0 ? stem : stem + "_pass" + std::to_string(pass + 1);
 }
 
 Result<GrayView> RecordedImages::left(std::int64_t frame) {
-  const std::size_t place = find_frame(frames(), frame);
+  const std::size_t place = find(frame).place;
   if (place == frames().size() || !frames()[place].complete()) {
     return fail(ErrorCode::kNotFound, "the recording in " + frames().left().folder + " has no frame " +
                                           std::to_string(frame) + " with the images of both views");

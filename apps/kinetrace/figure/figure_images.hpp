@@ -25,17 +25,27 @@ class RecordedImages {
 
   [[nodiscard]] const StereoGeometry& geometry() const noexcept { return rectifier_.geometry(); }
   [[nodiscard]] const hal::FrameList& frames() const noexcept { return camera_.dataset().frames; }
-  /// File stem of a frame's left image; empty if the recording has no such frame.
+  /// File stem of a frame's left image, and "_passN" where the recording was played again; empty if it has no such
+  /// frame.
   [[nodiscard]] std::string stem(std::int64_t frame) const;
   /// The rectified left image; lives until the next call. Errors: kNotFound (no such frame), and those of reading.
   [[nodiscard]] Result<GrayView> left(std::int64_t frame);
 
  private:
-  RecordedImages(std::unique_ptr<Arena> arena, hal::FileStereoCamera camera, hal::Rectifier rectifier);
+  /// A frame of the run in the recording.
+  struct Found {
+    std::size_t place = 0;  ///< In the list; its size if the frame is not there.
+    std::int64_t pass = 0;  ///< From 0.
+  };
+
+  RecordedImages(std::unique_ptr<Arena> arena, hal::FileStereoCamera camera, hal::Rectifier rectifier,
+                 std::int64_t passes);
+  [[nodiscard]] Found find(std::int64_t frame) const;
 
   std::unique_ptr<Arena> arena_;  ///< Holds everything below; does not move.
   hal::FileStereoCamera camera_;
   hal::Rectifier rectifier_;
+  std::int64_t passes_;
 };
 
 }  // namespace kinetrace::figure

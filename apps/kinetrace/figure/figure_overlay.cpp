@@ -11,6 +11,7 @@
 #include "drawing/chips.hpp"
 #include "figure/figure_panels.hpp"
 #include "figure/figure_views.hpp"
+#include "figure/picture_place.hpp"
 
 namespace kinetrace::figure {
 namespace {
@@ -196,6 +197,9 @@ Result<std::int64_t> write_frames(const FigureRun& run, RecordedImages& images, 
     return fail(ErrorCode::kIo,
                 directory.string() + ": cannot be made; --overlay and --film need a folder that can be written");
   }
+  if (const Status apart = check_apart(directory, images.frames()); !apart) {
+    return Unexpected(apart.error());
+  }
   std::int64_t written = 0;
   for (const recording::CameraRow& camera : run.run().camera) {
     const std::string stem = images.stem(camera.frame);
@@ -210,9 +214,13 @@ Result<std::int64_t> write_frames(const FigureRun& run, RecordedImages& images, 
     if (!labels) {
       return Unexpected(labels.error());
     }
+    const std::filesystem::path file = directory / (stem + ".png");
+    if (const Status free = check_replaceable(file); !free) {
+      return Unexpected(free.error());
+    }
     const std::vector<TrackMask> parts = separate(*labels);
     const Canvas canvas = draw(camera.frame, *image, parts);
-    if (const Status saved = canvas.write_png(directory / (stem + ".png"), imaging::PngEffort::kFast); !saved) {
+    if (const Status saved = canvas.write_png(file, imaging::PngEffort::kFast); !saved) {
       return Unexpected(saved.error());
     }
     ++written;

@@ -26,9 +26,10 @@ void draw_overlay(drawing::Canvas& canvas, const drawing::Rect& area, const Figu
 /// Draws one frame, given its number, image and masks.
 using FrameDrawing = std::function<drawing::Canvas(std::int64_t, GrayView, const std::vector<TrackMask>&)>;
 
-/// Writes DIR/STEM.png for every frame of the run whose image the recording has; existing files of these names are
-/// replaced. `progress` is called after each frame with the number done and the objects in it; when it returns false,
-/// writing ends early. Returns the number of pictures. Errors: kIo, and those of images and masks.
+/// Writes DIR/STEM.png for every frame of the run whose image the recording has; earlier pictures of these names are
+/// replaced, nothing else is. `progress` is called after each frame with the number done and the objects in it; when it
+/// returns false, writing ends early. Returns the number of pictures. Errors: kIo, kInvalidArgument (something else is
+/// in the place of a picture), and those of images and masks.
 [[nodiscard]] Result<std::int64_t> write_overlay(const FigureRun& run, RecordedImages& images,
                                                  recording::MaskFrames& masks, const std::filesystem::path& directory,
                                                  const std::function<bool(std::int64_t, int)>& progress);

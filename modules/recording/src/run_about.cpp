@@ -32,6 +32,7 @@ RunAbout about_of(const Json& json) {
   about.dataset = dataset.value("dataset", "");
   about.sequence = dataset.value("sequence", "");
   about.cameras = dataset.value("cameras", "");
+  about.passes = dataset.value("passes", "");
   about.config_json = json.at("config").dump();
   about.frames = whole_number(json.at("frames"));
   if (const auto rectified = json.find("rectified"); rectified != json.end()) {

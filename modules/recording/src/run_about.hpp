@@ -15,6 +15,7 @@ struct RunAbout {
   std::string dataset;
   std::string sequence;
   std::string cameras;
+  std::string passes;
   std::string config_json;
   std::int64_t frames = 0;
   StereoGeometry rectified;                  ///< All zero where it is not said.

@@ -396,6 +396,7 @@ Result<Run> read_run(const fs::path& directory) {
   run.dataset = std::move(about->dataset);
   run.sequence = std::move(about->sequence);
   run.cameras = std::move(about->cameras);
+  run.passes = static_cast<std::int64_t>(std::clamp(parse_number(about->passes).value_or(1.0), 1.0, 1e6));
   run.config_json = std::move(about->config_json);
   run.rectified = about->rectified;
   number_frames(run);

@@ -145,6 +145,36 @@ TEST_F(OverlayFiles, LeaveOutFramesWithoutImage) {
   EXPECT_FALSE(std::filesystem::exists(out_ / "000004.png"));
 }
 
+TEST_F(OverlayFiles, OfALaterPassAreNamedByIt) {
+  open_all(5);
+  recording::Run run = run_->run();
+  run.passes = 2;
+  RecordedImages images = std::move(*RecordedImages::open(run, ""));
+  const auto written = write_overlay(*run_, images, *masks_, out_, [](std::int64_t, int) { return true; });
+  ASSERT_TRUE(written) << written.error().message;
+  EXPECT_EQ(*written, 10);
+  EXPECT_TRUE(std::filesystem::exists(out_ / "000000.png"));
+  EXPECT_TRUE(std::filesystem::exists(out_ / "000004_pass2.png"));
+  EXPECT_FALSE(images.left(10)) << "there is no third pass";
+}
+
+TEST_F(OverlayFiles, NeverTakeThePlaceOfTheRecordingsImagesNorOfCopiesOfThem) {
+  open_all(2);
+  const std::filesystem::path copies = scratch_.path() / "copies";
+  std::filesystem::copy(images_->frames().left().folder, copies);
+  for (const std::filesystem::path& folder : {std::filesystem::path(images_->frames().left().folder),
+                                              std::filesystem::path(images_->frames().right().folder), copies}) {
+    const auto written = write_overlay(*run_, *images_, *masks_, folder, [](std::int64_t, int) { return true; });
+    ASSERT_FALSE(written) << folder;
+    EXPECT_EQ(written.error().code, ErrorCode::kInvalidArgument);
+    EXPECT_THAT(written.error().message, HasSubstr("name another"));
+    EXPECT_EQ(imaging::read_image_info((folder / "000000.png").c_str())->channels, 1) << folder;
+  }
+  for (int again = 0; again < 2; ++again) {
+    EXPECT_EQ(*write_overlay(*run_, *images_, *masks_, out_, [](std::int64_t, int) { return true; }), 2);
+  }
+}
+
 TEST_F(OverlayFiles, EndWhenReported) {
   open_all(10);
   EXPECT_EQ(*write_overlay(*run_, *images_, *masks_, out_, [](std::int64_t frames, int) { return frames < 3; }), 3);

@@ -61,6 +61,7 @@ struct Run {
   std::string dataset = {};      ///< "LAYOUT:PATH" as it was given; the path may be relative to where the run was made.
   std::string sequence = {};     ///< Name of the sequence.
   std::string cameras = {};      ///< "gray", "color", or empty.
+  std::int64_t passes = 1;       ///< Times that the recording was played; frame numbers went on.
   std::string config_json = {};  ///< The configuration, a JSON object; empty where it is not known.
   StereoGeometry rectified = {};                ///< All zero where it is not known.
   bool is_finished = true;                      ///< It ended in good order, and all of its files are there.
