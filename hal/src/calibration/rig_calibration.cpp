@@ -1,5 +1,6 @@
 #include "kinetrace/hal/rig_calibration.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string_view>
 
@@ -15,6 +16,9 @@ constexpr double kRotationTolerance = 5e-3;   // Matrices written with three dig
 constexpr double kMaxAxisTilt = 0.1;          // Of the baseline against the rows of images called rectified.
 constexpr double kMinForwardAgreement = 0.7;  // Cosine between the views' viewing directions: 45 degrees.
 constexpr double kIntrinsicsTolerance_px = 0.01;
+// Of the longer side of an image: widest fisheye lenses have .25, a view of half a degree 115.
+constexpr double kMinFocal = 0.02;
+constexpr double kMaxFocal = 200.0;
 
 using Projection = Eigen::Matrix<double, 3, 4>;
 
@@ -22,10 +26,15 @@ Unexpected<Error> bad(const std::string& source, const std::string& what) {
   return fail(ErrorCode::kBadCalibration, source + ": " + what);
 }
 
-Status check_focal(const std::string& source, std::string_view view, std::string_view key, double value) {
+Status check_focal(const std::string& source, std::string_view view, std::string_view key, double value, int size) {
   if (!std::isfinite(value) || value <= 0) {
     return bad(source, concat(view, " focal length ", key, " must be a positive number, got ", number(value),
                               "; calibrate again"));
+  }
+  if (value < kMinFocal * size || value > kMaxFocal * size) {
+    return bad(source,
+               concat(view, " focal length ", key, " = ", number(value), " px is that of no lens for images of ",
+                      std::to_string(size), " px; give it in pixels, not in millimetres"));
   }
   return {};
 }
@@ -47,9 +56,9 @@ Status check_pinhole(const std::string& source, std::string_view view, double fx
     return bad(source, concat(view, " image size ", size_text(width, height), " is beyond ",
                               size_text(kMaxSide_px, kMaxSide_px), " pixels; correct the size"));
   }
-  Status status = check_focal(source, view, "fx", fx);
+  Status status = check_focal(source, view, "fx", fx, std::max(width, height));
   if (status) {
-    status = check_focal(source, view, "fy", fy);
+    status = check_focal(source, view, "fy", fy, std::max(width, height));
   }
   if (status) {
     status = check_principal(source, view, "cx", cx, width);

@@ -83,6 +83,13 @@ TEST(RigCalibration, RejectsImpossibleIntrinsics) {
   rig.right.fy_px = -457;
   expect_rejected(rig, "got -457");
   rig = test::radial_rig();
+  rig.left.fx_px = 4;
+  expect_rejected(rig, "left focal length fx = 4 px is that of no lens for images of 752 px; give it in pixels");
+  rig.left.fx_px = 1e9;
+  expect_rejected(rig, "is that of no lens");
+  rig.left.fx_px = 0.02 * 752;
+  EXPECT_TRUE(rig.validate());
+  rig = test::radial_rig();
   rig.left.cx_px = 1129;
   expect_rejected(rig, "far outside the image of 752 px");
   rig.left.cx_px = 1128;
