@@ -9,7 +9,10 @@ namespace kinetrace::app {
 
 Result<publishing::PublishConfig> load_publish_config(const std::filesystem::path& path) {
   publishing::PublishConfig config;
-  if (const Status read = read_config_file(path, fields_of(config)); !read) {
+  const ConfigFileKind kind{.missing = "no such file for publishing; copy one of config/dds",
+                            .unfit = "not a file for publishing (a YAML text below 1 MiB); copy one of config/dds",
+                            .empty = "is empty; copy one of config/dds"};
+  if (const Status read = read_config_file(path, fields_of(config), kind); !read) {
     return Unexpected(read.error());
   }
   publishing::SecurityConfig& security = config.security;

@@ -48,6 +48,12 @@ TEST_F(PublishConfigFile, ErrorsNameFileAndKey) {
   EXPECT_EQ(load_publish_config(folder_.file("nowhere.yaml")).error().code, ErrorCode::kNotFound);
 }
 
+TEST_F(PublishConfigFile, WhatIsMissingOrEmptyIsSentToTheExamples) {
+  EXPECT_THAT(load_publish_config(folder_.file("nowhere.yaml")).error().message,
+              HasSubstr("nowhere.yaml: no such file for publishing; copy one of config/dds"));
+  EXPECT_THAT(load("").error().message, HasSubstr("is empty; copy one of config/dds"));
+}
+
 TEST_F(PublishConfigFile, TheExamplesAreValid) {
   for (const char* name : {"loopback.yaml", "network.yaml", "secured.yaml"}) {
     const auto config = load_publish_config(std::filesystem::path(KINETRACE_SOURCE_DIR) / "config/dds" / name);
