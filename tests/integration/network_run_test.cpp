@@ -154,6 +154,22 @@ TEST_F(NetworkRun, SegmentWritesMasksAndPictures) {
       << "not a picture";
 }
 
+TEST_F(NetworkRun, SegmentReplacesNeitherItsPicturesNorItsResults) {
+  const auto refused = [&](const std::vector<std::string>& pictures, const std::string& text) {
+    std::vector<std::string> arguments{"segment", "--model", model(), "--out", out("results").string()};
+    arguments.insert(arguments.end(), pictures.begin(), pictures.end());
+    const ProgramResult result = run_kinetrace(arguments);
+    EXPECT_EQ(result.exit_code, 64) << result.err;
+    EXPECT_THAT(result.err, HasSubstr(text));
+  };
+  refused({recording_.image(0, 0).string(), recording_.image(1, 0).string()}, "both would become");
+  EXPECT_FALSE(fs::exists(out("results")));
+  const fs::path picture = out("results") / "overlay" / "a.png";
+  fs::create_directories(picture.parent_path());
+  fs::copy_file(recording_.image(0, 0), picture);
+  refused({picture.string()}, "a.png: would be replaced by its own result");
+}
+
 TEST_F(NetworkRun, DoctorTimesIt) {
   const ProgramResult result =
       run_kinetrace({"doctor", "--set", "segmentation.mode=onnx", "--set", "segmentation.onnx.model=" + model()});

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
+#include <map>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -93,6 +94,31 @@ Status draw_masks(const fs::path& path, Masks masks, GrayView image) {
   return canvas.write_png(path, imaging::PngEffort::kFast);
 }
 
+fs::path result_name(const fs::path& file) {
+  return file.stem().string() + ".png";
+}
+
+/// Two pictures must not have one result, nor a result take a picture's place. Errors: kInvalidArgument.
+Status check_names(const std::vector<fs::path>& files, const fs::path& out) {
+  std::map<fs::path, const fs::path*> picture_of;
+  for (const fs::path& file : files) {
+    const fs::path name = result_name(file);
+    if (const auto [first, is_new] = picture_of.emplace(name, &file); !is_new) {
+      return fail(ErrorCode::kInvalidArgument, first->second->string() + " and " + file.string() +
+                                                   ": both would become " + name.string() +
+                                                   "; name a folder --out for each");
+    }
+    for (const char* folder : {"masks", "overlay"}) {
+      std::error_code error;
+      if (fs::equivalent(out / folder / name, file, error)) {
+        return fail(ErrorCode::kInvalidArgument,
+                    file.string() + ": would be replaced by its own result; name another folder --out");
+      }
+    }
+  }
+  return {};
+}
+
 /// Where the results go. Errors: kCannotCreate.
 Outcome<void> make_folders(const fs::path& out) {
   for (const char* name : {"masks", "overlay"}) {
@@ -106,7 +132,7 @@ Outcome<void> make_folders(const fs::path& out) {
 }
 
 Status write_results(const SegmentOptions& options, const fs::path& file, Masks masks, GrayView image) {
-  const std::string name = file.stem().string() + ".png";
+  const fs::path name = result_name(file);
   if (Status written = write_masks(options.out / "masks" / name, masks, image); !written) {
     return written;
   }
@@ -121,6 +147,9 @@ Outcome<void> segment(const SegmentOptions& options) {
   const Result<std::vector<fs::path>> files = picture_files(options.images);
   if (!files) {
     return failure(files.error());
+  }
+  if (const Status names = check_names(*files, options.out); !names) {
+    return failure(names.error());
   }
   const neural::NetworkOptions network_options{.threads = options.threads,
                                                .max_width_px = PictureFiles::kMaxSide_px,
