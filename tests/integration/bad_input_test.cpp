@@ -202,6 +202,15 @@ TEST_F(BadInput, FramesLostBeforeTheFirstAreCountedFromIt) {
   EXPECT_THAT(warnings_, HasSubstr("frames_lost 2x since frame 2"));
 }
 
+TEST_F(BadInput, WhereNoFrameCanBeUsedTroublesAreSinceTheStart) {
+  recording_.write();
+  expect_error(kBadData, "none of its frames can be used", {"--fault", "corrupt@0-5"});
+  std::ifstream file(out_ / "run.json");
+  const nlohmann::json report = nlohmann::json::parse(file, nullptr, false);
+  ASSERT_TRUE(report.is_object());
+  EXPECT_THAT(report.at("warnings").dump(), HasSubstr("frames_damaged 6x since the start"));
+}
+
 TEST_F(BadInput, MissingSideIsSkippedAndCounted) {
   recording_.write();
   std::filesystem::remove(recording_.image(1, 4));

@@ -67,7 +67,8 @@ void RunReport::add_health() {
     std::string reasons;
     for (const HealthEntry& entry : summary_.health.entries) {
       reasons += (reasons.empty() ? "" : ", ") + std::string(to_string(entry.reason)) + " " +
-                 std::to_string(entry.count) + "x since frame " + std::to_string(entry.first_frame);
+                 std::to_string(entry.count) + "x since " +
+                 (entry.first_frame < 0 ? "the start" : "frame " + std::to_string(entry.first_frame));
     }
     summary_.warnings.push_back("was " + std::string(to_string(health.worst())) + ": " + reasons);
   }
