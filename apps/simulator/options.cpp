@@ -8,6 +8,7 @@
 
 #include "cli/command_errors.hpp"
 #include "cli/command_reference.hpp"
+#include "cli/option_checks.hpp"
 #include "scenes/scenes.hpp"
 
 namespace kinetrace::simulator {
@@ -30,7 +31,7 @@ void add_recording(CLI::App& app, Options& options, std::string& out, std::strin
       ->type_name("DIR")
       ->required();
   app.add_option("--frames", options.frames, "Number of frames; default: what the scene is laid out for")
-      ->check(CLI::PositiveNumber);
+      ->check(app::at_least_one());
   app.add_option(
          "--seed", options.simulator.seed,
          "Another seed is another world: houses, trees, ground, sun, looks and kinds of vehicles, pace and place of "
@@ -41,7 +42,7 @@ void add_recording(CLI::App& app, Options& options, std::string& out, std::strin
       ->check(CLI::Range(64, 4096));
   app.add_option("--height", options.height_px, "Of the rectified pictures; crops or adds rows")
       ->check(CLI::Range(64, 4096));
-  app.add_option("--rate", options.rate_hz, "Frames a second")->type_name("HZ")->check(CLI::Range(0.5, 240.0));
+  app.add_option("--rate", options.rate_hz, "Frames a second")->type_name("HZ")->check(app::number_within(0.5, 240.0));
   app.add_option("--degrade", degrade, "Whether masks/detections_* are as a network would give them")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();

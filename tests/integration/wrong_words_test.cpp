@@ -40,6 +40,13 @@ TEST(WrongWords, OptionThatIsNearNoneOfTheCommandIsNamed) {
                  "--overlay: no such option of kinetrace config; see kinetrace config --help");
 }
 
+TEST(WrongWords, NumbersBeyondTheirLimitsAreSaidShortly) {
+  expect_refused(run_with({"--frames", "0"}), kUsage, "--frames: must be 1 or more, got 0; see");
+  expect_refused(run_with({"--loop", "-1"}), kUsage, "--loop: must be 1 or more, got -1; see");
+  expect_refused(run_with({"--seconds", "nan"}), kUsage, "--seconds: must be in [0.001 - 1e+09], got nan");
+  expect_refused({"doctor", "--seconds", "nan"}, kUsage, "--seconds: must be in [0.1 - 3600], got nan");
+}
+
 TEST(WrongWords, CommandIsNamedWithTheNearest) {
   expect_refused({"rnu", "--out", "x"}, kUsage, "error: rnu: no such command; did you mean run?");
   expect_refused({"sumary", "x"}, kUsage, "did you mean summary?");

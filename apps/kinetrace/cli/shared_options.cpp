@@ -2,6 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "cli/option_checks.hpp"
+
 namespace kinetrace::app {
 
 void add_config_options(CLI::App& command, ConfigSource& source) {
@@ -34,7 +36,7 @@ void add_source_options(CLI::App& command, SourceOptions& source) {
   command.add_option("--loop", source.passes, "Plays the recording N times")
       ->type_name("N")
       ->needs(dataset)
-      ->check(CLI::PositiveNumber);
+      ->check(at_least_one());
   command
       .add_option("--fault", source.faults,
                   "For tests: KIND@FIRST[-LAST][%PERCENT][:VALUE],... with unplug, stuck, slow, drop, duplicate, "
@@ -45,10 +47,10 @@ void add_source_options(CLI::App& command, SourceOptions& source) {
 void add_until_options(CLI::App& command, UntilOptions& until) {
   command.add_option("--frames", until.max_frames, "Stops after N frames of the camera or recording")
       ->type_name("N")
-      ->check(CLI::PositiveNumber);
+      ->check(at_least_one());
   command.add_option("--seconds", until.max_seconds, "Stops after so much time")
       ->type_name("S")
-      ->check(CLI::Range(0.001, 1e9));
+      ->check(number_within(0.001, 1e9));
 }
 
 void add_raw_options(CLI::App& command, RawOutputOptions& raw, CLI::Option* out) {

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "cli/commands.hpp"
+#include "cli/option_checks.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -35,7 +36,7 @@ void add_network_options(CLI::App& command, NetworkOptions& network) {
 void add_listening_time(CLI::App& command, double& seconds) {
   command.add_option("--seconds", seconds, "Ends after so much time; without it, at Ctrl-C")
       ->type_name("S")
-      ->check(CLI::Range(0.001, 1e9));
+      ->check(number_within(0.001, 1e9));
 }
 
 void add_keys_options(CLI::App& keys, KeysOptions& options) {
@@ -73,7 +74,7 @@ void add_monitor_options(CLI::App& monitor, MonitorOptions& options) {
   add_listening_time(monitor, options.seconds);
   monitor.add_option("--messages", options.messages, "Ends after N messages of Kinetrace's own topics")
       ->type_name("N")
-      ->check(CLI::PositiveNumber);
+      ->check(at_least_one());
   monitor.add_flag("--json", options.json, "Prints each message as one line of JSON, and rates once a second");
   monitor.add_flag("--quiet", options.quiet, "Prints nothing but warnings, errors and what --json prints of messages");
   monitor.footer(

@@ -17,6 +17,7 @@
 #include "cli/commands.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/messages.hpp"
+#include "cli/option_checks.hpp"
 #include "cli/printable.hpp"
 #include "cli/shared_options.hpp"
 #include "config/app_config.hpp"
@@ -311,7 +312,7 @@ void add_options(CLI::App& doctor, DoctorOptions& options) {
   doctor.add_option("--publish", options.publish, "The file that the run will publish by; without it, DDS by default");
   doctor.add_option("--seconds", options.seconds, "Watches the images for so long")
       ->type_name("S")
-      ->check(CLI::Range(0.1, 3600.0))
+      ->check(number_within(0.1, 3600.0))
       ->capture_default_str();
   add_config_options(doctor, options.config);
 }

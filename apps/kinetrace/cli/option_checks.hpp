@@ -1,0 +1,32 @@
+// Limits of options. CLI11's own let "not a number" through and print the largest number that there is.
+#pragma once
+
+#include <cmath>
+#include <cstdlib>
+#include <sstream>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+namespace kinetrace::app {
+
+/// 1 or more.
+inline CLI::Validator at_least_one() {
+  const auto problem = [](const std::string& text) {
+    return std::strtod(text.c_str(), nullptr) >= 1.0 ? std::string() : "must be 1 or more, got " + text;
+  };
+  return {problem, "POSITIVE", "positive"};
+}
+
+/// Both limits included.
+inline CLI::Validator number_within(double least, double most) {
+  std::ostringstream limits;
+  limits << '[' << least << " - " << most << ']';
+  const auto problem = [least, most, within = limits.str()](const std::string& text) {
+    const double value = std::strtod(text.c_str(), nullptr);
+    return value >= least && value <= most ? std::string() : "must be in " + within + ", got " + text;
+  };
+  return {problem, "FLOAT in " + limits.str(), "number"};
+}
+
+}  // namespace kinetrace::app
