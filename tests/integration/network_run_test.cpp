@@ -1,6 +1,7 @@
 // Runs with a neural network, from outside.
 #include <filesystem>
 #include <fstream>
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -31,7 +32,7 @@ class NetworkRun : public ::testing::Test {
     return file.string();
   }
   [[nodiscard]] std::vector<std::string> command(const char* name, const std::vector<std::string>& settings,
-                                                 int loop = 1) const {
+                                                 int loop = 1, const std::string& mode = "onnx") const {
     std::vector<std::string> all{"run",
                                  "--dataset",
                                  recording_.dataset(),
@@ -39,7 +40,7 @@ class NetworkRun : public ::testing::Test {
                                  out(name).string(),
                                  "--quiet",
                                  "--segmentation",
-                                 "onnx:" + model(),
+                                 mode + ":" + model(),
                                  "--loop",
                                  std::to_string(loop),
                                  "--set",
@@ -48,6 +49,17 @@ class NetworkRun : public ::testing::Test {
       all.insert(all.end(), {"--set", setting});
     }
     return all;
+  }
+  /// Of the program at `program`, or of the one under test.
+  [[nodiscard]] ProgramResult run_auto(const std::string& mode, const std::vector<std::string>& more,
+                                       const std::string& program = KINETRACE_PROGRAM) const {
+    std::vector<std::string> all{program,  "run",           "--dataset", recording_.dataset(), "--out",
+                                 out("auto").string(), "--quiet", "--segmentation", mode};
+    all.insert(all.end(), more.begin(), more.end());
+    const std::string printed = (scratch_.path() / "printed").string();
+    const std::string err = (scratch_.path() / "err").string();
+    const int exit_code = await_end(start_program(all, printed, err));
+    return {exit_code, text_of(printed), text_of(err)};
   }
   [[nodiscard]] fs::path out(const char* name) const { return scratch_.path() / name; }
   [[nodiscard]] json report(const char* name) const {
@@ -115,6 +127,66 @@ TEST_F(NetworkRun, WhatIsWrongWithAModelIsSaidInOneLineAtTheStart) {
   EXPECT_FALSE(fs::exists(out("out"))) << "nothing was begun";
 }
 
+TEST_F(NetworkRun, AutoIsMotionAndANetworkTogetherAndGivesTheSameEveryTime) {
+  for (const char* name : {"first", "second"}) {
+    const ProgramResult result = run_kinetrace(command(name, {}, 3, "auto"));
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(result.err, "");
+  }
+  EXPECT_EQ(text_of(out("first") / "objects.csv"), text_of(out("second") / "objects.csv"));
+  EXPECT_EQ(text_of(out("first") / "mots.txt"), text_of(out("second") / "mots.txt"));
+  const json run = report("first");
+  EXPECT_EQ(run["config"]["segmentation"]["mode"], "auto");
+  EXPECT_GT(run["counters"]["network_frames"], 0);
+  EXPECT_GT(run["counters"]["detections"], 0);
+  EXPECT_EQ(run["counters"]["detection_frames_missing"], 0);
+  EXPECT_EQ(run["health"]["worst"], "ok");
+  EXPECT_EQ(run["allocations_after_start"], 0);
+}
+
+TEST_F(NetworkRun, AutoIsMotionAloneWhereTheBudgetHasNoRoomForANetwork) {
+  // What motion needs, from the refusal of a budget of 1 MiB.
+  const ProgramResult refused = run_auto("motion", {"--set", "memory.budget_mib=1"});
+  std::smatch enough;
+  ASSERT_TRUE(std::regex_search(refused.err, enough, std::regex("raise it to ([0-9.]+) MiB"))) << refused.err;
+  for (const std::string& mode : {std::string("auto"), "auto:" + model()}) {
+    const ProgramResult result = run_auto(mode, {"--set", "memory.budget_mib=" + enough[1].str()});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("by their motion alone"));
+    EXPECT_THAT(result.err, HasSubstr("too small"));
+    EXPECT_EQ(report("auto")["config"]["segmentation"]["mode"], "motion");
+    EXPECT_LE(report("auto")["rss_peak_bytes"], report("auto")["budget_bytes"]) << "none was loaded";
+  }
+  EXPECT_EQ(run_auto("auto", {"--set", "memory.budget_mib=1"}).exit_code, 78) << "nor for motion";
+}
+
+// A copy of the program, with nothing beside it.
+TEST_F(NetworkRun, AutoIsMotionAloneWhereNoNetworkComesWithTheProgram) {
+  const fs::path program = scratch_.path() / "kinetrace";
+  fs::copy_file(KINETRACE_PROGRAM, program);
+  const ProgramResult result = run_auto("auto", {}, program.string());
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("by their motion alone"));
+  EXPECT_THAT(result.err, HasSubstr("kinetrace-networks"));
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  EXPECT_EQ(report("auto")["config"]["segmentation"]["mode"], "motion");
+  EXPECT_EQ(report("auto")["warnings"].size(), 1U);
+  EXPECT_NE(run_auto("auto:" + model(), {}, program.string()).exit_code, 0) << "this one was asked for";
+}
+
+TEST_F(NetworkRun, AutoRefusesAModelThatWasNamedAndCannotBeUsed) {
+  EXPECT_EQ(run_auto("auto:/nowhere/model.yaml", {}).exit_code, 66);
+  EXPECT_EQ(run_auto("auto:" + model("nan-weights.onnx"), {}).exit_code, 65);
+}
+
+TEST_F(NetworkRun, AutoSaysThatANetworkKnowsRenderedPicturesOnly) {
+  const std::string yaml = model();
+  std::ofstream(yaml, std::ios::app) << "trained_on: rendered\n";
+  const ProgramResult result = run_auto("auto:" + yaml, {});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.err, HasSubstr("was trained on rendered pictures alone"));
+}
+
 // A copy of the program with another plugin beside it, which never answers after the start.
 TEST_F(NetworkRun, ANetworkThatHangsDegradesHealthAndTrackingGoesOn) {
 #ifdef KINETRACE_EMULATED
@@ -123,19 +195,21 @@ TEST_F(NetworkRun, ANetworkThatHangsDegradesHealthAndTrackingGoesOn) {
   const fs::path program = scratch_.path() / "kinetrace";
   fs::copy_file(KINETRACE_PROGRAM, program);
   fs::copy_file(KINETRACE_HANGING_RUNTIME, scratch_.path() / "kinetrace-opencv-dnn.so");
-  // Played like a camera, which does not wait.
-  std::vector<std::string> all = command("out", {"live.mode=on"}, 10);
-  all.insert(all.begin(), program.string());
-  const std::string err = (scratch_.path() / "err").string();
-  EXPECT_EQ(await_end(start_program(all, (scratch_.path() / "printed").string(), err)), 0);
-  const json run = report("out");
-  EXPECT_GT(run["frames"], 10) << text_of(err);
-  EXPECT_EQ(run["health"]["worst"], "degraded");
-  bool is_named = false;
-  for (const json& entry : run["health"]["reasons"]) {
-    is_named = is_named || entry["reason"] == "masks_missing";
+  for (const char* mode : {"onnx", "auto"}) {
+    // Played like a camera, which does not wait.
+    std::vector<std::string> all = command("out", {"live.mode=on"}, 10, mode);
+    all.insert(all.begin(), program.string());
+    const std::string err = (scratch_.path() / "err").string();
+    EXPECT_EQ(await_end(start_program(all, (scratch_.path() / "printed").string(), err)), 0);
+    const json run = report("out");
+    EXPECT_GT(run["frames"], 10) << text_of(err);
+    EXPECT_EQ(run["health"]["worst"], "degraded");
+    bool is_named = false;
+    for (const json& entry : run["health"]["reasons"]) {
+      is_named = is_named || entry["reason"] == "masks_missing";
+    }
+    EXPECT_TRUE(is_named) << run["health"];
   }
-  EXPECT_TRUE(is_named) << run["health"];
 }
 
 TEST_F(NetworkRun, SegmentWritesMasksAndPictures) {

@@ -96,7 +96,7 @@ TEST_F(Summary, EndsARun) {
   const SmallRecording recording{.root = folder_.path() / "recording", .frames = 12};
   recording.write();
   const std::string out = folder_.file("out");
-  const std::vector<std::string> run{"run", "--dataset", recording.dataset(), "--out", out};
+  const std::vector<std::string> run{"run", "--dataset", recording.dataset(), "--out", out, "--segmentation", "motion"};
   const ProgramResult looked = run_kinetrace(run);
   ASSERT_EQ(looked.exit_code, 0) << looked.err;
   EXPECT_THAT(looked.out, HasSubstr("Found: camera: 0.5"));
@@ -110,7 +110,7 @@ TEST_F(Summary, EndsARun) {
   EXPECT_NEAR(report["found"]["camera_path_m"], 11 * SmallRecording::kStep, 0.03);
 
   std::vector<std::string> off = run;
-  off.insert(off.end(), {"--segmentation", "none"});
+  off.back() = "none";
   EXPECT_THAT(run_kinetrace(off).out, HasSubstr("objects: not looked for, segmentation is none\n"));
 }
 

@@ -26,8 +26,10 @@
 #include "kinetrace/hal/capture_devices.hpp"
 #include "kinetrace/hal/input_monitor.hpp"
 #include "kinetrace/hal/rectifier.hpp"
+#include "plan/board_camera.hpp"
 #include "plan/memory.hpp"
 #include "segmentation/doctor_model.hpp"
+#include "segmentation/network_setup.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -218,9 +220,24 @@ void assess_geometry(const StereoGeometry& geometry, const hal::RigCalibration& 
                          text(", baseline %.4f m", geometry.baseline_m));
 }
 
-void assess_model(const AppConfig& config, const StereoGeometry& geometry, double rate_hz, Findings& findings) {
-  if (config.pipeline.segmentation.mode == segmentation::SegmentationMode::kOnnx) {
-    const ModelFinding model = examine_model(config, geometry, rate_hz);
+// The one that would take part in a run, waiting; null if none would. Says why not.
+std::unique_ptr<NetworkThread> network_of(AppConfig& config, const StereoGeometry& geometry, const PlanRun& plan_run,
+                                          Findings& findings) {
+  Result<StartedNetwork> network = start_network(config, geometry, true, plan_run);
+  if (!network) {
+    findings.failed("network", network.error().message);
+    return nullptr;
+  }
+  if (network->why_none) {
+    findings.ok("network", *network->why_none);
+  }
+  return std::move(network->thread);
+}
+
+void assess_model(const AppConfig& config, NetworkThread* network, const StereoGeometry& geometry, double rate_hz,
+                  Findings& findings) {
+  if (network != nullptr) {
+    const ModelFinding model = examine_model(config, *network, geometry, rate_hz);
     model.holds ? findings.ok("network", model.detail) : findings.failed("network", model.detail);
   }
 }
@@ -236,12 +253,20 @@ void assess_memory(const RunMemory& plan, const pipeline::MemoryConfig& memory, 
        : findings.failed("memory", fits.error().message);
 }
 
-void examine(const CameraSetup& setup, const AppConfig& config, const DoctorOptions& options,
+void examine(const CameraSetup& setup, AppConfig& config, const DoctorOptions& options,
              const PublishingSetup* publishing, Findings& findings) {
   const auto geometry = hal::Rectifier::rectified_geometry(setup.calibration, config.rectification);
-  const Result<RunMemory> plan = plan_memory(config, setup, {}, publishing);
-  if (!geometry || !plan) {
-    findings.failed("rig", geometry ? plan.error().message : geometry.error().message);
+  if (!geometry) {
+    findings.failed("rig", geometry.error().message);
+    return;
+  }
+  const PlanRun plan_run = [&](const AppConfig& planned, const NetworkThread* with) {
+    return plan_memory(planned, setup, {}, publishing, with);
+  };
+  const std::unique_ptr<NetworkThread> network = network_of(config, *geometry, plan_run, findings);
+  const Result<RunMemory> plan = plan_run(config, network.get());
+  if (!plan) {
+    findings.failed("rig", plan.error().message);
     return;
   }
   assess_geometry(*geometry, setup.calibration, findings);
@@ -269,10 +294,10 @@ void examine(const CameraSetup& setup, const AppConfig& config, const DoctorOpti
   }
   assess_timing(watched, *camera, findings);
   assess_images(watched, findings);
-  assess_model(config, *geometry, camera->camera->info().nominal_rate_hz, findings);
+  assess_model(config, network.get(), *geometry, camera->camera->info().nominal_rate_hz, findings);
 }
 
-void examine_camera(const DoctorOptions& options, const AppConfig& config, Findings& findings) {
+void examine_camera(const DoctorOptions& options, AppConfig& config, Findings& findings) {
   SourceOptions source;
   source.camera = options.camera;
   Outcome<CameraSetup> setup = camera_setup(source);
@@ -288,8 +313,21 @@ void examine_camera(const DoctorOptions& options, const AppConfig& config, Findi
   examine(*setup, config, options, publishing.get(), findings);
 }
 
+// Without a camera, for a common one.
+void examine_network_alone(AppConfig& config, Findings& findings) {
+  constexpr double kRate_hz = 10.0;
+  const StereoGeometry geometry{.width_px = config.board.image_width_px, .height_px = config.board.image_height_px};
+  const std::unique_ptr<NetworkThread> network = network_of(
+      config, geometry,
+      [](const AppConfig& planned, const NetworkThread* with) {
+        return plan_memory(planned, camera_of(planned.board), {}, nullptr, with);
+      },
+      findings);
+  assess_model(config, network.get(), geometry, kRate_hz, findings);
+}
+
 int doctor_command(const DoctorOptions& options) {
-  const Result<AppConfig> config = load_config(options.config);
+  Result<AppConfig> config = load_config(options.config);
   if (!config) {
     return report(to_failure(config.error()));
   }
@@ -300,9 +338,7 @@ int doctor_command(const DoctorOptions& options) {
   if (!options.camera.empty()) {
     examine_camera(options, *config, findings);
   } else {
-    constexpr double kRate_hz = 10.0;  // Without a camera, a common one.
-    assess_model(*config, {.width_px = config->board.image_width_px, .height_px = config->board.image_height_px},
-                 kRate_hz, findings);
+    examine_network_alone(*config, findings);
   }
   return findings.all_held() ? 0 : static_cast<int>(ExitCode::kConditionHolds);
 }

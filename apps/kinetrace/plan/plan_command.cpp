@@ -10,6 +10,7 @@
 #include "cli/messages.hpp"
 #include "cli/shared_options.hpp"
 #include "config/app_config.hpp"
+#include "plan/board_camera.hpp"
 #include "plan/memory.hpp"
 #include "plan/setting_costs.hpp"
 #include "segmentation/network_setup.hpp"
@@ -22,26 +23,6 @@ struct PlanOptions {
   std::string publish;  ///< As for a run.
   std::string size;     ///< "WxH"; empty: as the configuration says.
 };
-
-// A raw recording of the given size, as the most demanding kind: it has to be rectified.
-hal::Dataset raw_recording(int width_px, int height_px) {
-  hal::Dataset dataset;
-  hal::CameraModel view;
-  view.width_px = width_px;
-  view.height_px = height_px;
-  view.fx_px = 0.6 * width_px;
-  view.fy_px = view.fx_px;
-  view.cx_px = 0.5 * (width_px - 1);
-  view.cy_px = 0.5 * (height_px - 1);
-  view.distortion[0] = -0.1;  // Without any, there would be nothing to rectify.
-  dataset.calibration.source = "kinetrace plan";
-  dataset.calibration.left = view;
-  dataset.calibration.right = view;
-  dataset.calibration.T_right_left.translation = {-0.5, 0.0, 0.0};
-  // An uncompressed image.
-  dataset.max_file_bytes = static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
-  return dataset;
-}
 
 std::string mib(double bytes) {
   constexpr double kMib = 1024.0 * 1024.0;
@@ -118,51 +99,54 @@ Outcome<AppConfig> config_of(const PlanOptions& options) {
   return std::move(*config);
 }
 
-// What a run takes beside its arena, made once for all plans.
-struct Parts {
-  std::unique_ptr<PublishingSetup> publishing;  ///< Null without --publish.
-  std::unique_ptr<NetworkThread> network;       ///< Null unless segmentation.mode is onnx.
-};
-
-CameraSetup raw_camera(const AppConfig& config) {
-  return recording_setup(raw_recording(config.board.image_width_px, config.board.image_height_px));
-}
-
-Outcome<Parts> parts_of(const PlanOptions& options, const AppConfig& config) {
-  auto publishing = optional_publishing(options.publish, config.pipeline.tracking.max_objects);
-  if (!publishing) {
-    return Unexpected(publishing.error());
-  }
-  const auto geometry = hal::Rectifier::rectified_geometry(raw_camera(config).calibration, config.rectification);
-  if (!geometry) {
-    return failure(geometry.error());
-  }
-  Result<std::unique_ptr<NetworkThread>> network = start_network(config, *geometry, false);
-  if (!network) {
-    return failure(network.error());
-  }
-  return Parts{std::move(*publishing), std::move(*network)};
-}
-
-Result<RunMemory> plan_for(AppConfig config, const Parts& parts) {
+Result<RunMemory> plan_for(AppConfig config, const PublishingSetup* publishing, const NetworkThread* network) {
   if (const Status valid = config.validate(); !valid) {
     return Unexpected(valid.error());
   }
   // Devices, for which this plans, are live unless that is off.
   config.live.mode = config.live.mode == LiveMode::kOff ? LiveMode::kOff : LiveMode::kOn;
-  return plan_memory(config, raw_camera(config), {}, parts.publishing.get(), parts.network.get());
+  return plan_memory(config, camera_of(config.board), {}, publishing, network);
+}
+
+// What a run takes beside its arena, made once for all plans.
+struct Parts {
+  std::unique_ptr<PublishingSetup> publishing;  ///< Null without --publish.
+  std::unique_ptr<NetworkThread> network;       ///< Null unless one takes part.
+};
+
+// Says it where `auto` is motion alone.
+Outcome<Parts> parts_of(const PlanOptions& options, AppConfig& config) {
+  auto publishing = optional_publishing(options.publish, config.pipeline.tracking.max_objects);
+  if (!publishing) {
+    return Unexpected(publishing.error());
+  }
+  const auto geometry = hal::Rectifier::rectified_geometry(camera_of(config.board).calibration, config.rectification);
+  if (!geometry) {
+    return failure(geometry.error());
+  }
+  Result<StartedNetwork> network =
+      start_network(config, *geometry, false, [&](const AppConfig& planned, const NetworkThread* with) {
+        return plan_for(planned, publishing->get(), with);
+      });
+  if (!network) {
+    return failure(network.error());
+  }
+  if (network->why_none) {
+    print_warning(*network->why_none);
+  }
+  return Parts{std::move(*publishing), std::move(network->thread)};
 }
 
 std::vector<SettingCost> costs_of(AppConfig config, const Parts& parts) {
   const ConfigFields fields = all_fields(fields_of(config), parts.publishing.get());
   return setting_costs(fields, [&]() -> Result<double> {
-    const Result<RunMemory> plan = plan_for(config, parts);
+    const Result<RunMemory> plan = plan_for(config, parts.publishing.get(), parts.network.get());
     return plan ? Result<double>(static_cast<double>(plan->total_bytes())) : Unexpected(plan.error());
   });
 }
 
 int plan_command(const PlanOptions& options) {
-  const Outcome<AppConfig> config = config_of(options);
+  Outcome<AppConfig> config = config_of(options);
   if (!config) {
     return report(config.error());
   }
@@ -170,7 +154,7 @@ int plan_command(const PlanOptions& options) {
   if (!parts) {
     return report(parts.error());
   }
-  const Result<RunMemory> plan = plan_for(*config, *parts);
+  const Result<RunMemory> plan = plan_for(*config, parts->publishing.get(), parts->network.get());
   if (!plan) {
     return report(to_failure(plan.error()));
   }

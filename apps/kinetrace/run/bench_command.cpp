@@ -47,7 +47,7 @@ std::string processor_name() {
 }
 
 Outcome<BenchReport> measure(const BenchOptions& options) {
-  const Result<AppConfig> config = load_config(options.config, options.segmentation);
+  Result<AppConfig> config = load_config(options.config, options.segmentation);
   if (!config) {
     return failure(config.error());
   }

@@ -27,7 +27,7 @@ struct RunComponents {
   GuardedCamera camera;
   hal::Rectifier rectifier;
   std::unique_ptr<WorkerThreads> workers;  ///< Share what takes longest in a frame.
-  std::unique_ptr<NetworkThread> network;  ///< Null unless masks come from a neural network.
+  std::unique_ptr<NetworkThread> network;  ///< Null unless a neural network takes part.
   std::unique_ptr<MaskMailbox> masks;      ///< Null unless masks come from another process.
   pipeline::Pipeline pipeline;
   recording::RunRecorder recorder;

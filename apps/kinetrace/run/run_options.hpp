@@ -11,7 +11,7 @@ namespace kinetrace::app {
 struct RunOptions {
   SourceOptions source;
   UntilOptions until;
-  std::string segmentation;  ///< "motion", "none", "onnx[:MODEL]", "dds", "masks:LEFT[,RIGHT]", or empty for the
+  std::string segmentation;  ///< "auto[:MODEL]", "motion", "none", "onnx[:MODEL]", "dds", "masks:LEFT[,RIGHT]", or empty for the
                              ///< configured one.
   ConfigSource config;
   std::filesystem::path out;

@@ -50,6 +50,9 @@ Status RunSession::begin(Arena& arena) {
   if (Status begun = first_failure({camera.open(), camera.start()}); !begun) {
     return begun;
   }
+  if (setup_.why_no_network) {
+    report_.warn_now(*setup_.why_no_network);
+  }
   if (const auto caution = network_caution(setup_.config, setup_.camera.folder)) {
     report_.warn_now(*caution);
   }

@@ -37,12 +37,15 @@ Outcome<RunSetup> RunSetup::create(const RunOptions& options) {
   if (!geometry) {
     return failure(geometry.error());
   }
-  Result<std::unique_ptr<NetworkThread>> network =
-      start_network(*config, *geometry, !app::is_live(config->live, *camera));
+  const PlanRun plan_run = [&](const AppConfig& planned, const NetworkThread* network) {
+    return plan_memory(planned, *camera, options.raw, publishing->get(), network);
+  };
+  Result<StartedNetwork> network =
+      start_network(*config, *geometry, !app::is_live(config->live, *camera), plan_run);
   if (!network) {
     return failure(network.error());
   }
-  Result<RunMemory> memory = plan_memory(*config, *camera, options.raw, publishing->get(), network->get());
+  Result<RunMemory> memory = plan_run(*config, network->thread.get());
   if (!memory) {
     return failure(memory.error());
   }
@@ -53,7 +56,8 @@ Outcome<RunSetup> RunSetup::create(const RunOptions& options) {
                   .config = std::move(*config),
                   .camera = std::move(*camera),
                   .publishing = std::move(*publishing),
-                  .network = std::move(*network),
+                  .network = std::move(network->thread),
+                  .why_no_network = std::move(network->why_none),
                   .memory = std::move(*memory)};
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "camera/camera_setup.hpp"
@@ -20,7 +21,8 @@ struct RunSetup {
   AppConfig config;
   CameraSetup camera;
   std::unique_ptr<PublishingSetup> publishing;  ///< Null unless asked for.
-  std::unique_ptr<NetworkThread> network;       ///< Null unless masks come from a neural network.
+  std::unique_ptr<NetworkThread> network;       ///< Null unless a neural network takes part...
+  std::optional<std::string> why_no_network;    ///< ... and in words why, if one was to.
   RunMemory memory;                             ///< Within the budget.
 
   /// Failures name what is wrong with the options, the configuration, the recording or the plan.

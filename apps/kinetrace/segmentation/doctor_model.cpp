@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "segmentation/model_file.hpp"
-#include "segmentation/network_setup.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -33,27 +32,25 @@ double time_ms(NetworkThread& network, const StereoGeometry& geometry) {
 
 }  // namespace
 
-ModelFinding examine_model(const AppConfig& config, const StereoGeometry& geometry, double rate_hz) {
+ModelFinding examine_model(const AppConfig& config, NetworkThread& network, const StereoGeometry& geometry,
+                           double rate_hz) {
   const segmentation::NetworkConfig& onnx = config.pipeline.segmentation.onnx;
   const Result<neural::ModelConfig> model = load_model(onnx.model);
   if (!model) {
     return {false, model.error().message};
   }
-  const Result<std::unique_ptr<NetworkThread>> network = start_network(config, geometry, true);
-  if (!network) {
-    return {false, network.error().message};
-  }
-  const double took_ms = time_ms(**network, geometry);
+  const double took_ms = time_ms(network, geometry);
   const int needed_frames = static_cast<int>(std::ceil(took_ms * rate_hz / 1e3));
   std::array<char, 256> text{};
   std::snprintf(text.data(), text.size(),
                 "%s: %dx%d, %d thread%s, %.1f ms a frame, %.1f MiB; at %.3g Hz masks come %d frame%s late",
                 std::filesystem::path(model->file).filename().c_str(), model->input.width_px, model->input.height_px,
                 onnx.threads, onnx.threads == 1 ? "" : "s", took_ms,
-                static_cast<double>((*network)->bytes()) / (1024.0 * 1024.0), rate_hz, needed_frames,
+                static_cast<double>(network.bytes()) / (1024.0 * 1024.0), rate_hz, needed_frames,
                 needed_frames == 1 ? "" : "s");
   const bool is_in_time = needed_frames <= std::max(1, onnx.latency_frames);
-  return {is_in_time, std::string(text.data()) + (is_in_time ? ""
+  const bool only_helps = config.pipeline.segmentation.mode == segmentation::SegmentationMode::kAuto;
+  return {is_in_time || only_helps, std::string(text.data()) + (is_in_time ? ""
                                                              : "; set segmentation.onnx.latency_frames to that, give "
                                                                "it more threads, or take a smaller input")};
 }

@@ -5,6 +5,7 @@
 
 #include "config/app_config.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
+#include "segmentation/network_thread.hpp"
 
 namespace kinetrace::app {
 
@@ -13,7 +14,9 @@ struct ModelFinding {
   std::string detail;
 };
 
-/// Loads the configured network and times it on pictures of this size, for a camera of `rate_hz`.
-[[nodiscard]] ModelFinding examine_model(const AppConfig& config, const StereoGeometry& geometry, double rate_hz);
+/// Times the configured network, which has been started and waits, on pictures of this size, for a camera of `rate_hz`.
+/// One that is late does not hold, unless it only helps, as for segmentation.mode auto.
+[[nodiscard]] ModelFinding examine_model(const AppConfig& config, NetworkThread& network,
+                                         const StereoGeometry& geometry, double rate_hz);
 
 }  // namespace kinetrace::app

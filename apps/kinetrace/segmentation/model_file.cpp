@@ -39,7 +39,7 @@ class ModelReader {
 
   [[nodiscard]] Result<ModelConfig> read(const YAML::Node& root) {
     ModelConfig model;
-    allow(root, "", {"family", "model", "graph", "trained_on", "input", "classes", "use", "thresholds", "anchors"});
+    allow(root, "", {"family", "model", "graph", "trained_on", "input", "classes", "use", "thresholds", "calibration", "anchors"});
     choose(root, "family",
            Names<ModelFamily>{{"yolov5-seg", ModelFamily::kYolov5Seg},
                               {"yolov8-seg", ModelFamily::kYolov8Seg},
@@ -56,6 +56,9 @@ class ModelReader {
     const YAML::Node thresholds = section(root, "thresholds", {"score", "overlap"});
     number(thresholds, "score", model.thresholds.score);
     number(thresholds, "overlap", model.thresholds.overlap);
+    const YAML::Node calibration = section(root, "calibration", {"slope", "offset"});
+    number(calibration, "slope", model.calibration.slope);
+    number(calibration, "offset", model.calibration.offset);
     numbers(root, "anchors", model.anchors_px, model.anchors_px.size());
     return status_ ? Result<ModelConfig>(std::move(model)) : Unexpected(status_.error());
   }

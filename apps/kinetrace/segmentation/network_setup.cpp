@@ -1,27 +1,86 @@
 #include "segmentation/network_setup.hpp"
 
+#include <algorithm>
 #include <utility>
 
+#include "kinetrace/segmentation/mask_fusion.hpp"
 #include "segmentation/model_file.hpp"
 
 namespace kinetrace::app {
+namespace {
 
-Result<std::unique_ptr<NetworkThread>> start_network(const AppConfig& config, const StereoGeometry& geometry,
-                                                     bool waits) {
-  if (config.pipeline.segmentation.mode != segmentation::SegmentationMode::kOnnx) {
-    return nullptr;
-  }
-  const segmentation::NetworkConfig& onnx = config.pipeline.segmentation.onnx;
+using segmentation::SegmentationMode;
+
+/// No network takes less: OpenCV's libraries and their buffers, measured for 4.6 with models of a few KiB.
+constexpr std::size_t kLeastNetworkBytes = std::size_t{12} << 20U;
+
+Result<std::unique_ptr<NetworkThread>> load_network(const AppConfig& config, const StereoGeometry& geometry,
+                                                    bool waits) {
+  const segmentation::SegmentationConfig& segmentation = config.pipeline.segmentation;
+  const segmentation::NetworkConfig& onnx = segmentation.onnx;
   Result<neural::ModelConfig> model = load_model(onnx.model);
   if (!model) {
     return Unexpected(model.error());
+  }
+  if (segmentation.mode == SegmentationMode::kAuto) {
+    model->thresholds.proposal = model->calibration.score(segmentation::kLeastCandidateProbability);
   }
   return NetworkThread::create(
       {.model = std::move(*model), .threads = onnx.threads, .right = onnx.right, .waits = waits}, geometry);
 }
 
+/// Whether the budget holds a run with this network, or, if there is none yet, with the smallest.
+Status check_room(const AppConfig& config, const NetworkThread* network, const PlanRun& plan_run) {
+  Result<RunMemory> memory = plan_run(config, network);
+  if (!memory) {
+    return Unexpected(memory.error());
+  }
+  if (network == nullptr) {
+    memory->outside.entries.push_back({"neural network", kLeastNetworkBytes, ""});
+  }
+  return check_budget(*memory, config.pipeline.memory);
+}
+
+StartedNetwork without_network(AppConfig& config, const Error& why) {
+  config.pipeline.segmentation.mode = SegmentationMode::kMotion;
+  return {nullptr, "segmentation auto finds objects by their motion alone, without a neural network: " + why.message};
+}
+
+Result<StartedNetwork> start_if_it_fits(AppConfig& config, const StereoGeometry& geometry, bool waits,
+                                        const PlanRun& plan_run) {
+  if (const Status room = check_room(config, nullptr, plan_run); !room) {
+    return room.error().code == ErrorCode::kBudget ? Result<StartedNetwork>(without_network(config, room.error()))
+                                                   : Unexpected(room.error());
+  }
+  Result<std::unique_ptr<NetworkThread>> network = load_network(config, geometry, waits);
+  if (!network) {
+    return config.pipeline.segmentation.onnx.model.empty()
+               ? Result<StartedNetwork>(without_network(config, network.error()))
+               : Unexpected(network.error());
+  }
+  if (const Status room = check_room(config, network->get(), plan_run); !room) {
+    return without_network(config, room.error());
+  }
+  return StartedNetwork{std::move(*network), std::nullopt};
+}
+
+}  // namespace
+
+Result<StartedNetwork> start_network(AppConfig& config, const StereoGeometry& geometry, bool waits,
+                                     const PlanRun& plan_run) {
+  switch (config.pipeline.segmentation.mode) {
+    case SegmentationMode::kAuto: return start_if_it_fits(config, geometry, waits, plan_run);
+    case SegmentationMode::kOnnx: {
+      Result<std::unique_ptr<NetworkThread>> network = load_network(config, geometry, waits);
+      return network ? Result<StartedNetwork>(StartedNetwork{std::move(*network), std::nullopt})
+                     : Unexpected(network.error());
+    }
+    default: return StartedNetwork{};
+  }
+}
+
 std::optional<std::string> network_caution(const AppConfig& config, const std::filesystem::path& pictures) {
-  if (config.pipeline.segmentation.mode != segmentation::SegmentationMode::kOnnx) {
+  if (!segmentation::uses_network(config.pipeline.segmentation.mode)) {
     return std::nullopt;
   }
   const Result<neural::ModelConfig> model = load_model(config.pipeline.segmentation.onnx.model);

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "cli/interrupt.hpp"
+#include "cli/messages.hpp"
 #include "kinetrace/hal/file_stereo_camera.hpp"
 #include "kinetrace/hal/rectifier.hpp"
 #include "kinetrace/pipeline/pipeline.hpp"
@@ -70,17 +71,23 @@ Status play(hal::FileStereoCamera& camera, Processing processing,
 
 }  // namespace
 
-Status play_recording(const hal::Dataset& dataset, const AppConfig& config,
+Status play_recording(const hal::Dataset& dataset, AppConfig& config,
                       const std::function<Status(const FrameResult&)>& visit, StageClock* clock) {
   const auto geometry = hal::Rectifier::rectified_geometry(dataset.calibration, config.rectification);
   if (!geometry) {
     return Unexpected(geometry.error());
   }
-  const Result<std::unique_ptr<NetworkThread>> network = start_network(config, *geometry, true);
+  const PlanRun plan_run = [&](const AppConfig& planned, const NetworkThread* network) {
+    return plan_memory(planned, recording_setup(dataset), {}, nullptr, network);
+  };
+  const Result<StartedNetwork> network = start_network(config, *geometry, true, plan_run);
   if (!network) {
     return Unexpected(network.error());
   }
-  const Result<RunMemory> plan = plan_memory(config, recording_setup(dataset));
+  if (network->why_none) {
+    print_warning(*network->why_none);
+  }
+  const Result<RunMemory> plan = plan_run(config, network->thread.get());
   if (!plan) {
     return Unexpected(plan.error());
   }
@@ -95,7 +102,7 @@ Status play_recording(const hal::Dataset& dataset, const AppConfig& config,
   }
   WorkerThreads workers(config.processing.workers());
   auto pipeline = pipeline::Pipeline::create(config.pipeline, rectifier->geometry(), arena,
-                                             {.external = nullptr, .network = network->get()}, &workers);
+                                             {.external = nullptr, .network = network->thread.get()}, &workers);
   if (!pipeline) {
     return Unexpected(pipeline.error());
   }

@@ -71,11 +71,13 @@ class Decoder {
     std::size_t first_cell = 0;  ///< Of all levels' cells.
   };
 
-  [[nodiscard]] bool is_wanted(int class_index) const noexcept {
-    return model_.classes[static_cast<std::size_t>(class_index)].class_id != ModelClass::kDropped;
+  [[nodiscard]] bool is_wanted(int class_index, float score) const noexcept {
+    const std::uint16_t class_id = model_.classes[static_cast<std::size_t>(class_index)].class_id;
+    const ModelThresholds& least = model_.thresholds;
+    return class_id != ModelClass::kDropped && score >= (class_id == kIgnoreClass ? least.score : least.weakest());
   }
   void add(const Box& box, float score, int class_index, Strided mask) noexcept {
-    if (score >= model_.thresholds.score && is_wanted(class_index)) {
+    if (is_wanted(class_index, score)) {
       candidates_.add({box, score, class_index, mask});
     }
   }
@@ -97,7 +99,7 @@ class Decoder {
     const auto length = static_cast<std::size_t>(output.sizes[2]);
     for (std::size_t i = 0; i < static_cast<std::size_t>(output.sizes[1]); ++i) {
       const float* row = output.values.data() + i * length;
-      if (row[4] < model_.thresholds.score) {
+      if (row[4] < model_.thresholds.weakest()) {
         continue;
       }
       const BestClass best = best_of({row + 5, 1}, classes_);
@@ -121,7 +123,7 @@ class Decoder {
     const std::size_t cells = level.width * level.height;
     const auto step = static_cast<std::ptrdiff_t>(cells);
     const auto stride = static_cast<float>(kStrides[level.index]);
-    const float wanted = logit(std::clamp(model_.thresholds.score, 1e-6F, 1.F - 1e-6F));
+    const float wanted = logit(std::clamp(model_.thresholds.weakest(), 1e-6F, 1.F - 1e-6F));
     for (std::size_t cell = 0; cell < cells; ++cell) {
       const float* first = map.values.data() + cell;
       const BestClass best = best_of({first + static_cast<std::ptrdiff_t>(4 * kDistanceBins) * step, step}, classes_);
@@ -148,7 +150,7 @@ class Decoder {
     const Tensor& map = outputs_[layout_.boxes[level.index]];
     const auto length = static_cast<std::size_t>(map.sizes[4]);
     const auto stride = static_cast<float>(kStrides[level.index]);
-    const float wanted = logit(std::clamp(model_.thresholds.score, 1e-6F, 1.F - 1e-6F));
+    const float wanted = logit(std::clamp(model_.thresholds.weakest(), 1e-6F, 1.F - 1e-6F));
     const std::size_t cells = level.width * level.height;
     for (std::size_t i = 0; i < kAnchors * cells; ++i) {
       const float* row = map.values.data() + i * length;

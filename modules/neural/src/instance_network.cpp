@@ -220,7 +220,8 @@ Result<std::span<const RunLengthMask>> InstanceNetwork::segment(const Picture& p
   decode(state.layout, state.model, *outputs, state.candidates);
   state.candidates.suppress(state.model.thresholds.overlap);
   state.assembly.clear();
-  for (const Candidate& candidate : state.candidates.all()) {
+  for (Candidate candidate : state.candidates.all()) {
+    candidate.score = state.model.calibration.probability(candidate.score);
     const ModelClass& named = state.model.classes[static_cast<std::size_t>(candidate.class_index)];
     state.counters.instances_dropped +=
         state.assembly.add(candidate, named.class_id, state.layout, (*outputs)[state.layout.masks], placed) ? 0 : 1;

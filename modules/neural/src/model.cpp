@@ -1,5 +1,8 @@
 #include "kinetrace/neural/model.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "kinetrace/core/config_check.hpp"
 
 namespace kinetrace::neural {
@@ -31,7 +34,25 @@ Status check_input(const ModelConfig& model) {
   return {};
 }
 
+float log_odds(float probability) noexcept {
+  constexpr float kLeast = 1e-6F;
+  const float p = std::clamp(probability, kLeast, 1.F - kLeast);
+  return std::log(p / (1.F - p));
+}
+
+float sigmoid(float log_odds) noexcept {
+  return 1.F / (1.F + std::exp(-log_odds));
+}
+
 }  // namespace
+
+float ScoreCalibration::probability(float score) const noexcept {
+  return sigmoid(slope * log_odds(score) + offset);
+}
+
+float ScoreCalibration::score(float probability) const noexcept {
+  return sigmoid((log_odds(probability) - offset) / slope);
+}
 
 Status ModelConfig::validate() const {
   if (file.empty()) {
@@ -44,6 +65,8 @@ Status ModelConfig::validate() const {
       check_input(*this),
       check_range("thresholds.score", thresholds.score, 0.F, 1.F),
       check_range("thresholds.overlap", thresholds.overlap, 0.F, 1.F),
+      check_range("calibration.slope", calibration.slope, 0.01F, 100.F),
+      check_range("calibration.offset", calibration.offset, -100.F, 100.F),
   });
 }
 

@@ -8,7 +8,7 @@ PipelineConfig resolved(const PipelineConfig& config) {
   PipelineConfig out = config;
   out.background.max_features = out.features.max_features;
   out.object.max_features = out.features.max_features;
-  if (out.segmentation.mode == segmentation::SegmentationMode::kMotion) {
+  if (segmentation::uses_motion(out.segmentation.mode)) {
     out.features.bucket_px = out.motion_bucket_px;
   }
   out.refinement.max_frames = out.background.window_frames;

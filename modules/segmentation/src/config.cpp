@@ -53,17 +53,16 @@ Status SegmentationConfig::validate() const {
 
 Result<SegmentationConfig> parse_segmentation(std::string_view text) {
   SegmentationConfig config;
-  for (const SegmentationMode mode :
-       {SegmentationMode::kNone, SegmentationMode::kMotion, SegmentationMode::kDds, SegmentationMode::kOnnx}) {
-    if (text == to_string(mode)) {
-      config.mode = mode;
-      return config;
-    }
+  const std::string_view name = text.substr(0, text.find(':'));
+  SegmentationMode named{};
+  const bool is_named = from_string(name, named);
+  if (is_named && name == text && named != SegmentationMode::kMasks) {
+    config.mode = named;
+    return config;
   }
-  constexpr std::string_view kOnnxPrefix = "onnx:";
-  if (text.starts_with(kOnnxPrefix) && text.size() > kOnnxPrefix.size()) {
-    config.mode = SegmentationMode::kOnnx;
-    config.onnx.model = text.substr(kOnnxPrefix.size());
+  if (is_named && uses_network(named) && text.size() > name.size() + 1) {
+    config.mode = named;
+    config.onnx.model = text.substr(name.size() + 1);
     return config;
   }
   constexpr std::string_view kMasksPrefix = "masks:";
@@ -85,8 +84,8 @@ Result<SegmentationConfig> parse_segmentation(std::string_view text) {
                  [](SegmentationMode mode) { return to_string(mode); });
   return fail(ErrorCode::kInvalidArgument,
               "segmentation \"" + std::string(text) +
-                  "\" is none of: motion, none, masks:LEFT_DIR[,RIGHT_DIR], onnx[:MODEL.yaml], dds" +
-                  did_you_mean(text.substr(0, text.find(':')), names));
+                  "\" is none of: auto[:MODEL.yaml], motion, none, masks:LEFT_DIR[,RIGHT_DIR], onnx[:MODEL.yaml], dds" +
+                  did_you_mean(name, names));
 }
 
 }  // namespace kinetrace::segmentation

@@ -1,5 +1,6 @@
 #include "kinetrace/segmentation/segmenter.hpp"
 
+#include "kinetrace/segmentation/auto_segmenter.hpp"
 #include "kinetrace/segmentation/external_segmenter.hpp"
 #include "kinetrace/segmentation/mask_file_segmenter.hpp"
 #include "kinetrace/segmentation/motion_segmenter.hpp"
@@ -24,6 +25,7 @@ class NoSegmenter final : public Segmenter {
 
 std::size_t required_bytes(const SegmentationConfig& config, const StereoGeometry& geometry, int max_features) {
   switch (config.mode) {
+    case SegmentationMode::kAuto: return AutoSegmenter::required_bytes(config, geometry, max_features);
     case SegmentationMode::kNone: return 0;
     case SegmentationMode::kMasks: return MaskFileSegmenter::required_bytes(config, geometry);
     case SegmentationMode::kMotion: return MotionSegmenter::required_bytes(config, geometry, max_features);
@@ -39,6 +41,11 @@ Result<std::unique_ptr<Segmenter>> make_segmenter(const SegmentationConfig& conf
     return Unexpected(valid.error());
   }
   switch (config.mode) {
+    case SegmentationMode::kAuto:
+      if (makers.network == nullptr) {
+        return MotionSegmenter::create(config, geometry, max_features, arena);
+      }
+      return AutoSegmenter::create(config, geometry, max_features, arena, makers.network);
     case SegmentationMode::kNone: return std::make_unique<NoSegmenter>();
     case SegmentationMode::kMasks: return MaskFileSegmenter::create(config, geometry, arena);
     case SegmentationMode::kMotion: return MotionSegmenter::create(config, geometry, max_features, arena);

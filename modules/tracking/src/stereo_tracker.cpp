@@ -279,7 +279,7 @@ void StereoTracker::associate(const DetectionFrame& detections, std::span<const 
     if (instance.detection >= 0) {
       accept_match(instance, detections.left[static_cast<std::size_t>(instance.detection)]);
     } else {
-      accept_miss(instance, detections.has_looked_at(instance.overlap.box_px));
+      accept_miss(instance, detections.has_looked_for(instance.overlap.box_px, instance.track.class_id));
     }
   }
 }

@@ -1,5 +1,6 @@
 #include "heads.hpp"
 
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -79,6 +80,27 @@ TEST_F(Heads, ExportedColumns) {
   EXPECT_EQ(found[0].class_index, 2);
   EXPECT_FLOAT_EQ(found[0].mask[0], 3.F);
   EXPECT_FLOAT_EQ(found[0].mask[1], -4.F);
+}
+
+TEST_F(Heads, ProposesWeakerOnesIfAskedToButForWhatIsToBeIgnored) {
+  model_.classes.push_back({"sky", kIgnoreClass});
+  prototypes();
+  std::vector<float>& values = output({1, 4 + 4 + kMasks, kCells});
+  for (std::size_t column = 0; column < 4; ++column) {
+    const std::array<float, 4> box{30.F, 10.F, 20.F, 8.F};
+    for (std::size_t row = 0; row < box.size(); ++row) {
+      values[row * kCells + column] = box[row];
+    }
+  }
+  values[4 * kCells + 0] = 0.3F;
+  values[4 * kCells + 1] = 0.2F;  // Too weak even so.
+  values[7 * kCells + 2] = 0.3F;
+  values[7 * kCells + 3] = 0.6F;
+  EXPECT_EQ(decoded().size(), 1U) << "the sky alone";
+  model_.thresholds.proposal = 0.25F;
+  EXPECT_EQ(decoded().size(), 2U);
+  model_.thresholds.proposal = 0.9F;
+  EXPECT_EQ(decoded().size(), 1U) << "never fewer";
 }
 
 TEST_F(Heads, ExportedRows) {

@@ -112,6 +112,20 @@ void expect_covers(const RunLengthMask& mask, const PixelBox& box) {
   EXPECT_LT(found.outside, 0.2) << "a mask is right to a quarter of its prototypes' cells";
 }
 
+TEST(InstanceNetwork, SaysHowProbableItsInstancesAre) {
+  ModelConfig config = model("yolov8-seg.onnx", ModelFamily::kYolov8Seg);
+  const Blobs blobs = Blobs(3).add(kFirst, kWhite);
+  const auto score = [&] {
+    const Result<Network> made = make(config);
+    EXPECT_TRUE(made) << made.error().message;
+    return made->network->segment(blobs.picture()).value()[0].score;
+  };
+  const float plain = score();
+  config.calibration = {.slope = 0.5F, .offset = -1.F};
+  EXPECT_NEAR(score(), config.calibration.probability(plain), 1e-5F);
+  EXPECT_LT(score(), plain);
+}
+
 struct Family {
   const char* file;
   ModelFamily family;

@@ -1,5 +1,7 @@
 #include "kinetrace/neural/model.hpp"
 
+#include <cmath>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -43,6 +45,29 @@ TEST(ModelConfig, WhatCannotBeIsNamed) {
   model = good();
   model.thresholds.score = 1.5F;
   expect_refused(model, "thresholds.score");
+  model = good();
+  model.calibration.slope = 0.F;
+  expect_refused(model, "calibration.slope");
+  model = good();
+  model.calibration.offset = 101.F;
+  expect_refused(model, "calibration.offset");
+}
+
+TEST(ScoreCalibration, OfItselfTakesScoresForProbabilities) {
+  const ScoreCalibration calibration;
+  for (const float score : {0.01F, 0.3F, 0.5F, 0.99F}) {
+    EXPECT_NEAR(calibration.probability(score), score, 1e-5F);
+    EXPECT_NEAR(calibration.score(score), score, 1e-5F);
+  }
+}
+
+TEST(ScoreCalibration, StretchesAndShiftsLogOdds) {
+  const ScoreCalibration calibration{.slope = 2.F, .offset = -1.F};
+  EXPECT_NEAR(calibration.probability(0.5F), 1.F / (1.F + std::exp(1.F)), 1e-5F);
+  EXPECT_NEAR(calibration.probability(0.8F), 16.F / (16.F + std::exp(1.F)), 1e-5F) << "logit(.8) = ln 4";
+  EXPECT_NEAR(calibration.score(calibration.probability(0.3F)), 0.3F, 1e-4F);
+  EXPECT_TRUE(std::isfinite(calibration.probability(0.F)));
+  EXPECT_TRUE(std::isfinite(calibration.probability(1.F)));
 }
 
 TEST(ModelConfig, MaskRcnnMayHaveAnySize) {

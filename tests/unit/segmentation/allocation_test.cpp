@@ -12,14 +12,29 @@
 namespace kinetrace::segmentation {
 namespace {
 
-TEST(SegmentationAllocations, AreNoneForMotion) {
+/// Always sees the same car.
+class SteadyNetwork final : public DelayedMaskSource {
+ public:
+  void offer(const RectifiedPair& /*pair*/, const PixelBox& /*region_px*/) noexcept override {}
+  [[nodiscard]] DelayedMasks take() noexcept override { return {true, &masks_}; }
+
+ private:
+  std::array<std::uint16_t, 2> runs_{0, 100};
+  std::array<RunLengthMask, 1> car_{RunLengthMask{kVehicleClass, 0.9F, {10, 10, 20, 20}, runs_}};
+  MaskSet masks_{car_, {}};
+};
+
+void expect_no_allocations_while_something_moves(SegmentationMode mode) {
   ASSERT_TRUE(allocation_counting_available());
+  SteadyNetwork network;
   test::WorldConfig world_config;
   test::SyntheticWorld world(world_config, {{{4.0, 1.5, 1.8}, 60}});
   SegmentationConfig config;
-  config.mode = SegmentationMode::kMotion;
+  config.mode = mode;
   Arena arena(required_bytes(config, world_config.geometry, world_config.capacity));
-  const auto segmenter = make_segmenter(config, world_config.geometry, world_config.capacity, arena).value();
+  const auto segmenter = make_segmenter(config, world_config.geometry, world_config.capacity, arena,
+                                        {.external = nullptr, .network = &network})
+                             .value();
   std::uint64_t own = 0;
   std::size_t detections = 0;
   for (int i = 0; i < 10; ++i) {
@@ -27,6 +42,7 @@ TEST(SegmentationAllocations, AreNoneForMotion) {
     const FeatureFrame frame =
         world.observe(test::driven(0.5 * i), std::array{test::turned(0.0, {-2.0 + 0.6 * i, 0.6, 20.0})});
     input.features = frame.features;
+    input.pair.frame_index = i;
     input.pair.timestamp_ns = frame.timestamp_ns;
     input.ego_valid = i > 0;
     input.T_prev_cam = test::driven(0.5);
@@ -37,6 +53,14 @@ TEST(SegmentationAllocations, AreNoneForMotion) {
   }
   EXPECT_GT(detections, 0U);
   EXPECT_EQ(own, 0U);
+}
+
+TEST(SegmentationAllocations, AreNoneForMotion) {
+  expect_no_allocations_while_something_moves(SegmentationMode::kMotion);
+}
+
+TEST(SegmentationAllocations, AreNoneForMotionAndANetworkTogether) {
+  expect_no_allocations_while_something_moves(SegmentationMode::kAuto);
 }
 
 TEST(SegmentationAllocations, AreNoneForMaskFilesPresentAndMissing) {

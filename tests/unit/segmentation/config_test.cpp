@@ -1,6 +1,7 @@
 #include "kinetrace/segmentation/config.hpp"
 
 #include <cmath>
+#include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,6 +15,13 @@ TEST(ParseSegmentation, UnderstandsEveryForm) {
   EXPECT_EQ(parse_segmentation("none")->mode, SegmentationMode::kNone);
   EXPECT_EQ(parse_segmentation("motion")->mode, SegmentationMode::kMotion);
   EXPECT_EQ(parse_segmentation("dds")->mode, SegmentationMode::kDds);
+  for (const SegmentationMode mode : {SegmentationMode::kAuto, SegmentationMode::kOnnx}) {
+    const std::string name(to_string(mode));
+    EXPECT_EQ(parse_segmentation(name)->mode, mode);
+    EXPECT_TRUE(parse_segmentation(name)->onnx.model.empty());
+    EXPECT_EQ(parse_segmentation(name + ":a:b.yaml")->mode, mode);
+    EXPECT_EQ(parse_segmentation(name + ":a:b.yaml")->onnx.model, "a:b.yaml");
+  }
   const auto left_only = parse_segmentation("masks:/data/left");
   ASSERT_TRUE(left_only.has_value());
   EXPECT_EQ(left_only->mode, SegmentationMode::kMasks);
@@ -26,7 +34,8 @@ TEST(ParseSegmentation, UnderstandsEveryForm) {
 }
 
 TEST(ParseSegmentation, NamesTheFormsForAnythingElse) {
-  for (const char* text : {"", "mask:/data", "masks:", "masks:,r", "masks:l,", "masks:l,r,s", "Motion"}) {
+  for (const char* text : {"", "mask:/data", "masks:", "masks:,r", "masks:l,", "masks:l,r,s", "masks", "Motion",
+                           "motion:", "none:x", "auto:", "onnx:", ":"}) {
     const auto result = parse_segmentation(text);
     ASSERT_FALSE(result.has_value()) << text;
     EXPECT_EQ(result.error().code, ErrorCode::kInvalidArgument);
@@ -40,8 +49,8 @@ TEST(ParseSegmentation, OffersTheNearestForm) {
   EXPECT_THAT(parse_segmentation("telepathy").error().message, ::testing::Not(HasSubstr("did you mean")));
 }
 
-TEST(SegmentationConfig, FindsObjectsByTheirMotion) {
-  EXPECT_EQ(SegmentationConfig{}.mode, SegmentationMode::kMotion);
+TEST(SegmentationConfig, FindsObjectsByAllThatThereIs) {
+  EXPECT_EQ(SegmentationConfig{}.mode, SegmentationMode::kAuto);
 }
 
 TEST(SegmentationConfig, AcceptsItsDefaults) {

@@ -143,8 +143,8 @@ TEST_F(NetworkSegmenterTest, BetweenWholeImagesItLooksAtRegionsAroundTracks) {
     if (i > 0) {
       was_region.push_back(!frame.searched_px.empty());
       EXPECT_EQ(frame.right_labels.empty(), was_region.back()) << "regions are of the left image";
-      EXPECT_TRUE(frame.has_looked_at({30, 30, 34, 34}));
-      EXPECT_EQ(frame.has_looked_at({0, 0, 64, 48}), !was_region.back());
+      EXPECT_TRUE(frame.has_looked_for({30, 30, 34, 34}, kVehicleClass));
+      EXPECT_EQ(frame.has_looked_for({0, 0, 64, 48}, kVehicleClass), !was_region.back());
     }
   }
   EXPECT_EQ(was_region, (std::vector<bool>{false, true, true, false, true, true, false}));

@@ -116,6 +116,7 @@ class TrackerScene {
   /// What the next frame's detections look like.
   bool available = true;
   PixelBox searched_px;
+  bool moving_only = false;
   bool with_right = false;
   std::vector<bool> detected;             ///< Per shape, default all.
   std::vector<std::uint8_t> label_order;  ///< Label of each shape, default 1, 2, ...
@@ -198,6 +199,7 @@ class TrackerScene {
     detections_ = {};
     detections_.available = available;
     detections_.searched_px = searched_px;
+    detections_.moving_only = moving_only;
     if (available) {
       detections_.left_labels = std::as_const(left_).view();
       detections_.left = left_detections_;

@@ -108,6 +108,24 @@ TEST(StereoTracker, PropagatesATentativeTrackWhereTheImageWasNotSearched) {
   EXPECT_EQ(ended_of({static_cast<int>(kCar.x) + 2, 0, kWidth, kHeight}), 0U) << "a part of it was not looked at";
 }
 
+TEST(StereoTracker, PropagatesATentativeTrackOfAKnownClassWhereOnlyWhatMovesWasLookedFor) {
+  const auto ended_of = [](std::uint16_t class_id) {
+    Shape shape = kCar;
+    shape.class_id = class_id;
+    TrackerScene scene;
+    scene.step(std::array{shape});
+    scene.detected = {false};
+    scene.moving_only = true;
+    std::size_t ended = 0;
+    for (int i = 0; i < 4; ++i) {
+      ended += scene.step(std::array{shape}).ended.size();
+    }
+    return ended;
+  };
+  EXPECT_EQ(ended_of(kVehicleClass), 0U) << "it may stand";
+  EXPECT_EQ(ended_of(kUnknownClass), 1U) << "it was found by its motion, and has none any more";
+}
+
 TEST(StereoTracker, EndsATrackOfWhichNoDetectionIsEverAvailable) {
   TrackerConfig config;
   config.max_missed_s = 0.3;

@@ -24,20 +24,21 @@ struct Detection {
 
 /// Detections of a stereo pair. `available` is false when segmentation had nothing to say about this frame (a missing
 /// mask file, a network still busy): tracks are then propagated. An available frame with no detections says "nothing is
-/// here". Where only a part was looked at, that holds for this part.
+/// here". Where only a part was looked at, or only for what moves, that holds for no more.
 struct DetectionFrame {
   bool available = false;
   PixelBox
       searched_px;  ///< Part of the left image that was looked at; empty: all of it. What is cut by it is not reported.
+  bool moving_only = false;  ///< Only what moves was looked for: what is not here may stand still.
   LabelView left_labels;
   std::span<const Detection> left;
   LabelView right_labels;  ///< Empty when the source gives no right masks: the tracker derives them.
   std::span<const Detection> right;
 
-  /// True if an object with this box would have been found.
-  [[nodiscard]] bool has_looked_at(const PixelBox& box) const noexcept {
+  /// True if an object with this box and class would have been found; what has a class, not by its motion.
+  [[nodiscard]] bool has_looked_for(const PixelBox& box, std::uint16_t class_id) const noexcept {
     const PixelBox& part = searched_px;
-    return available &&
+    return available && (!moving_only || class_id == kUnknownClass) &&
            (part.empty() || (box.x0 >= part.x0 && box.y0 >= part.y0 && box.x1 <= part.x1 && box.y1 <= part.y1));
   }
 };

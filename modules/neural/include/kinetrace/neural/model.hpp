@@ -1,6 +1,7 @@
 // What a neural network for instance segmentation expects, and what it says.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <string>
@@ -64,6 +65,23 @@ struct ModelClass {
 struct KINETRACE_API ModelThresholds {
   float score = 0.25F;   ///< Of an instance, [0, 1].
   float overlap = 0.5F;  ///< Intersection over union of boxes of one class above which the weaker one goes.
+  /// Instances weaker than `score`, down to this, are given too, for whoever has other evidence of them; not those that
+  /// are to be ignored. From `score` on: none.
+  float proposal = 1.F;
+
+  /// Of whatever is given.
+  [[nodiscard]] float weakest() const noexcept { return std::min(score, proposal); }
+};
+
+/// From scores to probabilities (Platt 1999): the log-odds of an instance are slope * logit(score) + offset. As it is
+/// here, scores are probabilities.
+struct KINETRACE_API ScoreCalibration {
+  float slope = 1.F;  ///< Above 0.
+  float offset = 0.F;
+
+  [[nodiscard]] float probability(float score) const noexcept;
+  /// The score that has this probability.
+  [[nodiscard]] float score(float probability) const noexcept;
 };
 
 /// What a network learnt from; it finds little in pictures of the other kind.
@@ -77,7 +95,8 @@ struct KINETRACE_API ModelConfig {
   TrainingPictures trained_on = TrainingPictures::kReal;
   ModelInput input;
   std::vector<ModelClass> classes;  ///< In the order of the network.
-  ModelThresholds thresholds;
+  ModelThresholds thresholds;  ///< Of scores as the network gives them.
+  ScoreCalibration calibration;
   /// Raw YOLOv5 heads: width and height in pixels of three anchors per level, strides 8, 16, 32.
   std::array<float, 18> anchors_px{10, 13, 16, 30, 33, 23, 30, 61, 62, 45, 59, 119, 116, 90, 156, 198, 373, 326};
 

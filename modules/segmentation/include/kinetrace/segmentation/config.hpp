@@ -13,6 +13,7 @@
 namespace kinetrace::segmentation {
 
 enum class SegmentationMode : std::uint8_t {
+  kAuto,    ///< Motion and a network together; motion alone where there is no network.
   kNone,    ///< No objects: everything is background.
   kMasks,   ///< Mask files beside the recording.
   kMotion,  ///< Independently moving regions, from the residual of the ego motion.
@@ -20,12 +21,24 @@ enum class SegmentationMode : std::uint8_t {
   kOnnx,    ///< A neural network in this process, see DelayedMaskSource.
 };
 
-inline constexpr std::array<SegmentationMode, 5> kSegmentationModes{SegmentationMode::kMotion, SegmentationMode::kNone,
-                                                                    SegmentationMode::kMasks, SegmentationMode::kOnnx,
-                                                                    SegmentationMode::kDds};
+inline constexpr std::array<SegmentationMode, 6> kSegmentationModes{SegmentationMode::kAuto,  SegmentationMode::kMotion,
+                                                                    SegmentationMode::kNone,  SegmentationMode::kMasks,
+                                                                    SegmentationMode::kOnnx,  SegmentationMode::kDds};
+/// Where nobody chooses.
+inline constexpr SegmentationMode kDefaultSegmentation = SegmentationMode::kAuto;
+
+/// Whether a neural network in this process takes part.
+[[nodiscard]] constexpr bool uses_network(SegmentationMode mode) noexcept {
+  return mode == SegmentationMode::kAuto || mode == SegmentationMode::kOnnx;
+}
+/// Whether objects are found by their motion.
+[[nodiscard]] constexpr bool uses_motion(SegmentationMode mode) noexcept {
+  return mode == SegmentationMode::kAuto || mode == SegmentationMode::kMotion;
+}
 
 [[nodiscard]] constexpr std::string_view to_string(SegmentationMode mode) noexcept {
   switch (mode) {
+    case SegmentationMode::kAuto: return "auto";
     case SegmentationMode::kNone: return "none";
     case SegmentationMode::kMasks: return "masks";
     case SegmentationMode::kMotion: return "motion";
@@ -88,7 +101,7 @@ struct KINETRACE_API NetworkConfig {
 
 /// One aggregate for all modes.
 struct KINETRACE_API SegmentationConfig {
-  SegmentationMode mode = SegmentationMode::kMotion;
+  SegmentationMode mode = kDefaultSegmentation;
   std::string left_dir;   ///< Mode kMasks: folder of left masks, `<stem of the left image>.png`.
   std::string right_dir;  ///< Mode kMasks: folder of right masks; empty when there are none.
   int max_objects = 32;   ///< Instances per frame and image, [1, kMaxObjects]; the largest stay, the rest is counted.
@@ -100,8 +113,8 @@ struct KINETRACE_API SegmentationConfig {
   [[nodiscard]] Status validate() const;
 };
 
-/// Understands `none`, `motion`, `dds`, `onnx[:MODEL.yaml]` and `masks:LEFT_DIR[,RIGHT_DIR]`; everything else keeps its
-/// default. Errors: kInvalidArgument.
+/// Understands `auto[:MODEL.yaml]`, `none`, `motion`, `dds`, `onnx[:MODEL.yaml]` and `masks:LEFT_DIR[,RIGHT_DIR]`;
+/// everything else keeps its default. Errors: kInvalidArgument.
 [[nodiscard]] KINETRACE_API Result<SegmentationConfig> parse_segmentation(std::string_view text);
 
 }  // namespace kinetrace::segmentation
