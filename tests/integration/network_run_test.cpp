@@ -53,8 +53,9 @@ class NetworkRun : public ::testing::Test {
   /// Of the program at `program`, or of the one under test.
   [[nodiscard]] ProgramResult run_auto(const std::string& mode, const std::vector<std::string>& more,
                                        const std::string& program = KINETRACE_PROGRAM) const {
-    std::vector<std::string> all{program,  "run",           "--dataset", recording_.dataset(), "--out",
-                                 out("auto").string(), "--quiet", "--segmentation", mode};
+    std::vector<std::string> all{
+        program,          "run", "--dataset", recording_.dataset(), "--out", out("auto").string(), "--quiet",
+        "--segmentation", mode};
     all.insert(all.end(), more.begin(), more.end());
     const std::string printed = (scratch_.path() / "printed").string();
     const std::string err = (scratch_.path() / "err").string();

@@ -28,8 +28,8 @@
 #include "kinetrace/hal/rectifier.hpp"
 #include "plan/board_camera.hpp"
 #include "plan/memory.hpp"
+#include "plan/network_setup.hpp"
 #include "segmentation/doctor_model.hpp"
-#include "segmentation/network_setup.hpp"
 
 namespace kinetrace::app {
 namespace {

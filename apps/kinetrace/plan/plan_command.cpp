@@ -12,8 +12,8 @@
 #include "config/app_config.hpp"
 #include "plan/board_camera.hpp"
 #include "plan/memory.hpp"
+#include "plan/network_setup.hpp"
 #include "plan/setting_costs.hpp"
-#include "segmentation/network_setup.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -124,10 +124,9 @@ Outcome<Parts> parts_of(const PlanOptions& options, AppConfig& config) {
   if (!geometry) {
     return failure(geometry.error());
   }
-  Result<StartedNetwork> network =
-      start_network(config, *geometry, false, [&](const AppConfig& planned, const NetworkThread* with) {
-        return plan_for(planned, publishing->get(), with);
-      });
+  Result<StartedNetwork> network = start_network(
+      config, *geometry, false,
+      [&](const AppConfig& planned, const NetworkThread* with) { return plan_for(planned, publishing->get(), with); });
   if (!network) {
     return failure(network.error());
   }

@@ -50,11 +50,12 @@ int run_command(const RunOptions& options) {
 
 void add_options(CLI::App& run, RunOptions& options) {
   add_source_options(run, options.source);
-  run.add_option("--segmentation", options.segmentation,
-                 "Where objects come from: auto[:MODEL.yaml] (the default: motion and a neural network together, motion "
-                 "alone where none can be loaded or memory.budget_mib has no room for it), motion, none (they are not "
-                 "looked for), mask files (KITTI MOTS PNG) as masks:LEFT_DIR[,RIGHT_DIR], a neural network alone as "
-                 "onnx[:MODEL.yaml], or dds: masks that another process sends, see kinetrace masks")
+  run.add_option(
+         "--segmentation", options.segmentation,
+         "Where objects come from: auto[:MODEL.yaml] (the default: motion and a neural network together, motion "
+         "alone where none can be loaded or memory.budget_mib has no room for it), motion, none (they are not "
+         "looked for), mask files (KITTI MOTS PNG) as masks:LEFT_DIR[,RIGHT_DIR], a neural network alone as "
+         "onnx[:MODEL.yaml], or dds: masks that another process sends, see kinetrace masks")
       ->type_name("HOW");
   add_config_options(run, options.config);
   run.add_option("--out", options.out, "Run folder; made, or replaced if it is an earlier run's")

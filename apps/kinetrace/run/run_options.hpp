@@ -11,8 +11,8 @@ namespace kinetrace::app {
 struct RunOptions {
   SourceOptions source;
   UntilOptions until;
-  std::string segmentation;  ///< "auto[:MODEL]", "motion", "none", "onnx[:MODEL]", "dds", "masks:LEFT[,RIGHT]", or empty for the
-                             ///< configured one.
+  std::string segmentation;  ///< "auto[:MODEL]", "motion", "none", "onnx[:MODEL]", "dds", "masks:LEFT[,RIGHT]", or
+                             ///< empty for the configured one.
   ConfigSource config;
   std::filesystem::path out;
   bool images = false;  ///< Also the rectified left images.

@@ -10,7 +10,7 @@
 #include "cli/messages.hpp"
 #include "cli/progress.hpp"
 #include "kinetrace/core/config_check.hpp"
-#include "segmentation/network_setup.hpp"
+#include "plan/network_setup.hpp"
 
 namespace kinetrace::app {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "config/config_file.hpp"
 #include "kinetrace/hal/rectifier.hpp"
-#include "segmentation/network_setup.hpp"
+#include "plan/network_setup.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -40,8 +40,7 @@ Outcome<RunSetup> RunSetup::create(const RunOptions& options) {
   const PlanRun plan_run = [&](const AppConfig& planned, const NetworkThread* network) {
     return plan_memory(planned, *camera, options.raw, publishing->get(), network);
   };
-  Result<StartedNetwork> network =
-      start_network(*config, *geometry, !app::is_live(config->live, *camera), plan_run);
+  Result<StartedNetwork> network = start_network(*config, *geometry, !app::is_live(config->live, *camera), plan_run);
   if (!network) {
     return failure(network.error());
   }

@@ -50,9 +50,10 @@ ModelFinding examine_model(const AppConfig& config, NetworkThread& network, cons
                 needed_frames == 1 ? "" : "s");
   const bool is_in_time = needed_frames <= std::max(1, onnx.latency_frames);
   const bool only_helps = config.pipeline.segmentation.mode == segmentation::SegmentationMode::kAuto;
-  return {is_in_time || only_helps, std::string(text.data()) + (is_in_time ? ""
-                                                             : "; set segmentation.onnx.latency_frames to that, give "
-                                                               "it more threads, or take a smaller input")};
+  return {is_in_time || only_helps,
+          std::string(text.data()) + (is_in_time ? ""
+                                                 : "; set segmentation.onnx.latency_frames to that, give "
+                                                   "it more threads, or take a smaller input")};
 }
 
 }  // namespace kinetrace::app

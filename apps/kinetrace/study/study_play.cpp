@@ -10,7 +10,7 @@
 #include "kinetrace/pipeline/pipeline.hpp"
 #include "live/worker_threads.hpp"
 #include "plan/memory.hpp"
-#include "segmentation/network_setup.hpp"
+#include "plan/network_setup.hpp"
 
 namespace kinetrace::app {
 namespace {

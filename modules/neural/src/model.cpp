@@ -35,8 +35,8 @@ Status check_input(const ModelConfig& model) {
 }
 
 float log_odds(float probability) noexcept {
-  constexpr float kLeast = 1e-6F;
-  const float p = std::clamp(probability, kLeast, 1.F - kLeast);
+  constexpr float kDoubt = 1e-6F;
+  const float p = std::clamp(probability, kDoubt, 1.F - kDoubt);
   return std::log(p / (1.F - p));
 }
 
@@ -47,11 +47,11 @@ float sigmoid(float log_odds) noexcept {
 }  // namespace
 
 float ScoreCalibration::probability(float score) const noexcept {
-  return sigmoid(slope * log_odds(score) + offset);
+  return sigmoid(slope * (log_odds(score) - log_odds(even)));
 }
 
 float ScoreCalibration::score(float probability) const noexcept {
-  return sigmoid((log_odds(probability) - offset) / slope);
+  return sigmoid(log_odds(probability) / slope + log_odds(even));
 }
 
 Status ModelConfig::validate() const {
@@ -66,7 +66,7 @@ Status ModelConfig::validate() const {
       check_range("thresholds.score", thresholds.score, 0.F, 1.F),
       check_range("thresholds.overlap", thresholds.overlap, 0.F, 1.F),
       check_range("calibration.slope", calibration.slope, 0.01F, 100.F),
-      check_range("calibration.offset", calibration.offset, -100.F, 100.F),
+      check_range("calibration.even", calibration.even, 0.001F, 0.999F),
   });
 }
 

@@ -8,10 +8,19 @@
 namespace kinetrace::segmentation {
 namespace {
 
-constexpr float kNoMotionNats = 0.F;
-constexpr float kMotionNats = 4.F;
-constexpr float kRegionNats = 4.F;
-constexpr float kCoveredNats = -8.F;
+// Logistic regression on six simulated worlds that neither the network nor motion segmentation was made with (street,
+// drone and wearable, seeds 601 and 602, 1000 frames, 7368 candidates down to a score of .05, with the network that
+// comes with Kinetrace). A candidate is an object where the IoU of its mask with a true one is at least one half.
+
+/// Added to a candidate's own log-odds for a moving region of the same pixels, in proportion to their IoU. That nothing
+/// moves says nothing: it may stand.
+constexpr float kMotionNats = 3.7F;
+/// Of a region that no candidate lies on; most of its pixels are an object's in 109 of 194.
+constexpr float kRegionNats = 0.3F;
+/// Per part of a region that is an accepted candidate's: even at a quarter. What is left where more is a candidate's
+/// was mostly background in 1467 of 2257 regions, more of the candidate's object in 775, another object in 15: it is
+/// dropped.
+constexpr float kCoveredNats = -1.2F;
 
 constexpr int kRows = kMaxObjects + 2;     // Background, candidates, what is to be ignored.
 constexpr int kColumns = kMaxObjects + 1;  // Background, regions.
@@ -98,11 +107,11 @@ void MaskFusion::accept_candidates(std::span<const Detection> candidates, std::s
     float fit = 0.F;
     for (const Detection& region : regions) {
       const int both_px = shared_px[region.label];
-      fit = std::max(fit, static_cast<float>(both_px) /
-                              static_cast<float>(candidate.area_px + region.area_px - both_px));
+      fit =
+          std::max(fit, static_cast<float>(both_px) / static_cast<float>(candidate.area_px + region.area_px - both_px));
     }
-    const float log_odds = log_odds_of(candidate.score) + kNoMotionNats + kMotionNats * fit;
-    if (log_odds > 0.F) {
+    const float log_odds = log_odds_of(candidate.score) + kMotionNats * fit;
+    if (candidate.score >= kMinCandidateProbability && log_odds > 0.F) {
       (void)objects_.push_back({.label = candidate.label,  // room for as many as there are labels, of either kind
                                 .class_id = candidate.class_id,
                                 .log_odds = log_odds,

@@ -121,7 +121,7 @@ TEST(InstanceNetwork, SaysHowProbableItsInstancesAre) {
     return made->network->segment(blobs.picture()).value()[0].score;
   };
   const float plain = score();
-  config.calibration = {.slope = 0.5F, .offset = -1.F};
+  config.calibration = {.slope = 0.5F, .even = 0.9F};
   EXPECT_NEAR(score(), config.calibration.probability(plain), 1e-5F);
   EXPECT_LT(score(), plain);
 }

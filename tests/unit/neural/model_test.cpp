@@ -49,8 +49,8 @@ TEST(ModelConfig, WhatCannotBeIsNamed) {
   model.calibration.slope = 0.F;
   expect_refused(model, "calibration.slope");
   model = good();
-  model.calibration.offset = 101.F;
-  expect_refused(model, "calibration.offset");
+  model.calibration.even = 1.F;
+  expect_refused(model, "calibration.even");
 }
 
 TEST(ScoreCalibration, OfItselfTakesScoresForProbabilities) {
@@ -62,9 +62,9 @@ TEST(ScoreCalibration, OfItselfTakesScoresForProbabilities) {
 }
 
 TEST(ScoreCalibration, StretchesAndShiftsLogOdds) {
-  const ScoreCalibration calibration{.slope = 2.F, .offset = -1.F};
-  EXPECT_NEAR(calibration.probability(0.5F), 1.F / (1.F + std::exp(1.F)), 1e-5F);
-  EXPECT_NEAR(calibration.probability(0.8F), 16.F / (16.F + std::exp(1.F)), 1e-5F) << "logit(.8) = ln 4";
+  const ScoreCalibration calibration{.slope = 2.F, .even = 0.2F};
+  EXPECT_NEAR(calibration.probability(0.2F), 0.5F, 1e-5F);
+  EXPECT_NEAR(calibration.probability(0.5F), 16.F / 17.F, 1e-5F) << "logit(.2) = -ln 4";
   EXPECT_NEAR(calibration.score(calibration.probability(0.3F)), 0.3F, 1e-4F);
   EXPECT_TRUE(std::isfinite(calibration.probability(0.F)));
   EXPECT_TRUE(std::isfinite(calibration.probability(1.F)));

@@ -44,12 +44,11 @@ class AutoSegmenterTest : public ::testing::Test {
   void make(DelayedMaskSource* network) {
     const MaskMakers makers{.external = nullptr, .network = network};
     arena_ = std::make_unique<Arena>(required_bytes(config_, world_config_.geometry, world_config_.capacity));
-    segmenter_ =
-        make_segmenter(config_, world_config_.geometry, world_config_.capacity, *arena_, makers).value();
+    segmenter_ = make_segmenter(config_, world_config_.geometry, world_config_.capacity, *arena_, makers).value();
   }
   DetectionFrame step(bool ego_valid = true) {
-    const FeatureFrame frame = world_.observe(test::driven(0.5 * frames_),
-                                              std::array{test::turned(0.0, {-2.0 + 0.6 * frames_, 0.6, 20.0})});
+    const FeatureFrame frame =
+        world_.observe(test::driven(0.5 * frames_), std::array{test::turned(0.0, {-2.0 + 0.6 * frames_, 0.6, 20.0})});
     SegmentationInput input;
     input.features = frame.features;
     input.pair.frame_index = frames_;
@@ -102,9 +101,9 @@ TEST_F(AutoSegmenterTest, WhatBothSeeIsOneObjectOfTheNetworksClass) {
   const DetectionFrame moving = step_until_it_moves();
   ASSERT_EQ(moving.left.size(), 1U);
   ASSERT_EQ(moving.left[0].class_id, kUnknownClass);
-  network_.show(kPedestrianClass, 0.4F, moving.left[0].box_px);
+  network_.show(kPedestrianClass, kSure, moving.left[0].box_px);
   const DetectionFrame both = step();
-  ASSERT_EQ(both.left.size(), 1U) << "a weak candidate, and a region on it";
+  ASSERT_EQ(both.left.size(), 1U) << "a mask, and a region on it";
   EXPECT_EQ(both.left[0].class_id, kPedestrianClass);
 }
 
@@ -178,16 +177,14 @@ TEST_F(AutoSegmenterTest, WithoutMemoryThereIsNone) {
   for (const bool right : {false, true}) {
     config_.onnx.right = right;
     Arena small(required_bytes(config_, world_config_.geometry, world_config_.capacity) - 1);
-    EXPECT_EQ(AutoSegmenter::create(config_, world_config_.geometry, world_config_.capacity, small, &network_)
-                  .error()
-                  .code,
-              ErrorCode::kCapacity);
+    EXPECT_EQ(
+        AutoSegmenter::create(config_, world_config_.geometry, world_config_.capacity, small, &network_).error().code,
+        ErrorCode::kCapacity);
   }
   Arena enough(required_bytes(config_, world_config_.geometry, world_config_.capacity));
-  EXPECT_EQ(AutoSegmenter::create(config_, world_config_.geometry, world_config_.capacity, enough, nullptr)
-                .error()
-                .code,
-            ErrorCode::kInvalidConfig);
+  EXPECT_EQ(
+      AutoSegmenter::create(config_, world_config_.geometry, world_config_.capacity, enough, nullptr).error().code,
+      ErrorCode::kInvalidConfig);
 }
 
 }  // namespace

@@ -141,7 +141,7 @@ TEST_F(MaskFusionTest, ARegionElsewhereDoesNotHelpACandidate) {
 }
 
 TEST_F(MaskFusionTest, ACandidateTooImprobableIsNoneEvenWhereItMoves) {
-  network_.add({10, 10, 30, 20}, kVehicleClass, 0.5F * kLeastCandidateProbability);
+  network_.add({10, 10, 30, 20}, kVehicleClass, 0.5F * kMinCandidateProbability);
   motion_.add({10, 10, 30, 20});
   make();
   fuse();

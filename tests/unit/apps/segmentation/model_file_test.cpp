@@ -45,7 +45,7 @@ input: {width: 640, height: 192, colours: bgr, fit: stretch, scale: 0.5, mean: [
 classes: [car, dog, person, sky]
 use: {car: vehicle, person: person, sky: ignore}
 thresholds: {score: 0.3, overlap: 0.6}
-calibration: {slope: 1.5, offset: -0.5}
+calibration: {slope: 1.5, even: 0.4}
 )";
 
 TEST_F(ModelFile, ANetworkOfRenderedPicturesIsForRenderedPicturesOnly) {
@@ -91,7 +91,7 @@ TEST_F(ModelFile, SaysAllThatANetworkNeeds) {
   EXPECT_FLOAT_EQ(model->thresholds.score, 0.3F);
   EXPECT_FLOAT_EQ(model->thresholds.overlap, 0.6F);
   EXPECT_FLOAT_EQ(model->calibration.slope, 1.5F);
-  EXPECT_FLOAT_EQ(model->calibration.offset, -0.5F);
+  EXPECT_FLOAT_EQ(model->calibration.even, 0.4F);
 }
 
 TEST_F(ModelFile, WhatIsNotSaidIsAsExportersHaveIt) {
@@ -102,8 +102,8 @@ TEST_F(ModelFile, WhatIsNotSaidIsAsExportersHaveIt) {
   EXPECT_EQ(model->input.width_px, 640);
   EXPECT_EQ(model->input.colours, InputColours::kRgb);
   EXPECT_FLOAT_EQ(model->input.scale, 1.F / 255.F);
-  EXPECT_FLOAT_EQ(model->calibration.slope, 1.F);
-  EXPECT_FLOAT_EQ(model->calibration.offset, 0.F);
+  EXPECT_FLOAT_EQ(model->calibration.slope, 2.F);
+  EXPECT_FLOAT_EQ(model->calibration.even, model->thresholds.score);
 }
 
 TEST_F(ModelFile, WhatIsWrongIsNamedWithItsLine) {
@@ -112,7 +112,7 @@ TEST_F(ModelFile, WhatIsWrongIsNamedWithItsLine) {
   expect_refused("family: yolov9\n", "family must be one of: yolov5-seg, yolov8-seg, yolo11-seg, mask-rcnn", 1);
   expect_refused("input: {colour: rgb}\n", "unknown key \"input.colour\"", 1);
   expect_refused("input: [1]\n", "section", 1);
-  expect_refused("calibration: {scale: 1}\n", "unknown key \"calibration.scale\"", 1);
+  expect_refused("classes: [car]\nuse: {car: vehicle}\ncalibration: {scale: 1}\n", "unknown key \"calibration.scale\"", 3);
   expect_refused("input: {width: wide}\n", "width must be a whole number", 1);
   expect_refused("input: {width: 640.5}\n", "whole number", 1);
   expect_refused("input: {scale: .nan}\n", "finite number", 1);

@@ -73,11 +73,11 @@ struct KINETRACE_API ModelThresholds {
   [[nodiscard]] float weakest() const noexcept { return std::min(score, proposal); }
 };
 
-/// From scores to probabilities (Platt 1999): the log-odds of an instance are slope * logit(score) + offset. As it is
-/// here, scores are probabilities.
+/// From scores to probabilities (Platt 1999): the log-odds of an instance are slope * (logit(score) - logit(even)). As
+/// it is here, scores are probabilities.
 struct KINETRACE_API ScoreCalibration {
   float slope = 1.F;  ///< Above 0.
-  float offset = 0.F;
+  float even = 0.5F;  ///< The score of which every other instance is one, in (0, 1).
 
   [[nodiscard]] float probability(float score) const noexcept;
   /// The score that has this probability.
@@ -95,7 +95,7 @@ struct KINETRACE_API ModelConfig {
   TrainingPictures trained_on = TrainingPictures::kReal;
   ModelInput input;
   std::vector<ModelClass> classes;  ///< In the order of the network.
-  ModelThresholds thresholds;  ///< Of scores as the network gives them.
+  ModelThresholds thresholds;       ///< Of scores as the network gives them.
   ScoreCalibration calibration;
   /// Raw YOLOv5 heads: width and height in pixels of three anchors per level, strides 8, 16, 32.
   std::array<float, 18> anchors_px{10, 13, 16, 30, 33, 23, 30, 61, 62, 45, 59, 119, 116, 90, 156, 198, 373, 326};

@@ -107,7 +107,9 @@ void visit_features(Config& config, Visitor& visit) {
 template <typename Config, typename Visitor>
 void visit_segmentation(Config& config, Visitor& visit) {
   auto& s = config.segmentation;
-  visit("segmentation.mode", s.mode, "auto (motion, and a network where there is one), motion, none (objects are not looked for), masks, onnx or dds");
+  visit(
+      "segmentation.mode", s.mode,
+      "auto (motion, and a network where there is one), motion, none (objects are not looked for), masks, onnx or dds");
   visit("segmentation.left_dir", s.left_dir, "masks: folder of left masks, named like the left images");
   visit("segmentation.right_dir", s.right_dir, "masks: folder of right masks, may be empty");
   visit("segmentation.max_objects", s.max_objects, "instances per frame; the largest stay");

@@ -26,9 +26,9 @@ class KINETRACE_API Pipeline {
   [[nodiscard]] static Result<MemoryPlan> plan(const PipelineConfig& config, const StereoGeometry& geometry);
 
   /// Takes all working memory from `arena`; afterwards the pipeline never allocates. `makers` of
-  /// masks outlive it; only segmentation.mode dds and onnx need one, and auto uses one if it is there: then the result depends on what comes in time.
-  /// `workers`, if there are any, share what takes longest, and outlive it too.
-  /// Errors: kInvalidConfig (which key), kCapacity (arena too small), kNotFound (mask folder).
+  /// masks outlive it; only segmentation.mode dds and onnx need one, and auto uses one if it is there: then the result
+  /// depends on what comes in time. `workers`, if there are any, share what takes longest, and outlive it too. Errors:
+  /// kInvalidConfig (which key), kCapacity (arena too small), kNotFound (mask folder).
   [[nodiscard]] static Result<Pipeline> create(const PipelineConfig& config, const StereoGeometry& geometry,
                                                Arena& arena, const MaskMakers& makers = {}, Workers* workers = nullptr);
 

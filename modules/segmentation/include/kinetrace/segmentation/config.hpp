@@ -21,9 +21,9 @@ enum class SegmentationMode : std::uint8_t {
   kOnnx,    ///< A neural network in this process, see DelayedMaskSource.
 };
 
-inline constexpr std::array<SegmentationMode, 6> kSegmentationModes{SegmentationMode::kAuto,  SegmentationMode::kMotion,
-                                                                    SegmentationMode::kNone,  SegmentationMode::kMasks,
-                                                                    SegmentationMode::kOnnx,  SegmentationMode::kDds};
+inline constexpr std::array<SegmentationMode, 6> kSegmentationModes{SegmentationMode::kAuto, SegmentationMode::kMotion,
+                                                                    SegmentationMode::kNone, SegmentationMode::kMasks,
+                                                                    SegmentationMode::kOnnx, SegmentationMode::kDds};
 /// Where nobody chooses.
 inline constexpr SegmentationMode kDefaultSegmentation = SegmentationMode::kAuto;
 

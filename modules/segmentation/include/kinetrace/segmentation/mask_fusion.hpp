@@ -13,7 +13,7 @@
 namespace kinetrace::segmentation {
 
 /// A network's candidates that are less probable than this are rejected, whatever moves: it need not propose them.
-inline constexpr float kLeastCandidateProbability = 0.1F;
+inline constexpr float kMinCandidateProbability = 0.1F;
 
 /// Instances of one image with their pixels. Both empty: nobody has looked.
 struct LabelledInstances {

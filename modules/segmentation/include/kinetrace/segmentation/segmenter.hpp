@@ -74,8 +74,8 @@ class Segmenter {
 [[nodiscard]] std::size_t required_bytes(const SegmentationConfig& config, const StereoGeometry& geometry,
                                          int max_features);
 
-/// The segmenter that `config.mode` names; kAuto without a network: motion alone. Errors: kInvalidConfig, kNotFound (mask
-/// folder), kCapacity (arena).
+/// The segmenter that `config.mode` names; kAuto without a network: motion alone. Errors: kInvalidConfig, kNotFound
+/// (mask folder), kCapacity (arena).
 [[nodiscard]] Result<std::unique_ptr<Segmenter>> make_segmenter(const SegmentationConfig& config,
                                                                 const StereoGeometry& geometry, int max_features,
                                                                 Arena& arena, const MaskMakers& makers = {});

@@ -24,10 +24,11 @@ struct StartedNetwork {
 /// What a run takes with this network, or with none.
 using PlanRun = std::function<Result<RunMemory>(const AppConfig&, const NetworkThread*)>;
 
-/// Starts the network that segmentation.mode needs. `auto` becomes `motion` in `config` where the network that comes with
-/// Kinetrace cannot be loaded, and where memory.budget_mib does not hold the plan with a network: one that certainly
-/// does not fit is not even loaded. `waits`: for a recording, whose frames wait for their masks. Errors: those of
-/// `plan_run`, and those of load_model and NetworkThread::create for `onnx` or a model that the configuration names.
+/// Starts the network that segmentation.mode needs. `auto` becomes `motion` in `config` where the network that comes
+/// with Kinetrace cannot be loaded, and where memory.budget_mib does not hold the plan with a network: one that
+/// certainly does not fit is not even loaded. `waits`: for a recording, whose frames wait for their masks. Errors:
+/// those of `plan_run`, and those of load_model and NetworkThread::create for `onnx` or a model that the configuration
+/// names.
 [[nodiscard]] Result<StartedNetwork> start_network(AppConfig& config, const StereoGeometry& geometry, bool waits,
                                                    const PlanRun& plan_run);
 

@@ -1,4 +1,4 @@
-#include "segmentation/network_setup.hpp"
+#include "plan/network_setup.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -12,7 +12,7 @@ namespace {
 using segmentation::SegmentationMode;
 
 /// No network takes less: OpenCV's libraries and their buffers, measured for 4.6 with models of a few KiB.
-constexpr std::size_t kLeastNetworkBytes = std::size_t{12} << 20U;
+constexpr std::size_t kMinNetworkBytes = std::size_t{12} << 20U;
 
 Result<std::unique_ptr<NetworkThread>> load_network(const AppConfig& config, const StereoGeometry& geometry,
                                                     bool waits) {
@@ -23,7 +23,7 @@ Result<std::unique_ptr<NetworkThread>> load_network(const AppConfig& config, con
     return Unexpected(model.error());
   }
   if (segmentation.mode == SegmentationMode::kAuto) {
-    model->thresholds.proposal = model->calibration.score(segmentation::kLeastCandidateProbability);
+    model->thresholds.proposal = model->calibration.score(segmentation::kMinCandidateProbability);
   }
   return NetworkThread::create(
       {.model = std::move(*model), .threads = onnx.threads, .right = onnx.right, .waits = waits}, geometry);
@@ -36,7 +36,7 @@ Status check_room(const AppConfig& config, const NetworkThread* network, const P
     return Unexpected(memory.error());
   }
   if (network == nullptr) {
-    memory->outside.entries.push_back({"neural network", kLeastNetworkBytes, ""});
+    memory->outside.entries.push_back({"neural network", kMinNetworkBytes, ""});
   }
   return check_budget(*memory, config.pipeline.memory);
 }
