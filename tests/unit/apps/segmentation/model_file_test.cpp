@@ -112,7 +112,8 @@ TEST_F(ModelFile, WhatIsWrongIsNamedWithItsLine) {
   expect_refused("family: yolov9\n", "family must be one of: yolov5-seg, yolov8-seg, yolo11-seg, mask-rcnn", 1);
   expect_refused("input: {colour: rgb}\n", "unknown key \"input.colour\"", 1);
   expect_refused("input: [1]\n", "section", 1);
-  expect_refused("classes: [car]\nuse: {car: vehicle}\ncalibration: {scale: 1}\n", "unknown key \"calibration.scale\"", 3);
+  expect_refused("classes: [car]\nuse: {car: vehicle}\ncalibration: {scale: 1}\n", "unknown key \"calibration.scale\"",
+                 3);
   expect_refused("input: {width: wide}\n", "width must be a whole number", 1);
   expect_refused("input: {width: 640.5}\n", "whole number", 1);
   expect_refused("input: {scale: .nan}\n", "finite number", 1);
