@@ -168,10 +168,47 @@ float patch_difference(GrayView image, int x, int y, GrayView other, float shift
   return static_cast<float>(total) / (1024.F * static_cast<float>(kPatchPx * kPatchPx));
 }
 
+bool patch_sums(GrayView image, int x, int y, GrayView other, float shift_x, float shift_y, PatchSums& sums) {
+  const float ox = static_cast<float>(x) + shift_x;
+  const float oy = static_cast<float>(y) + shift_y;
+  if (!(ox >= 0.F && oy >= 0.F && ox + kPatchPx < static_cast<float>(other.width) &&
+        oy + kPatchPx < static_cast<float>(other.height))) {
+    return false;
+  }
+  const int x0 = static_cast<int>(ox);
+  const int y0 = static_cast<int>(oy);
+  const float a = ox - static_cast<float>(x0);
+  const float b = oy - static_cast<float>(y0);
+  sums = {};
+  for (int j = 0; j < kPatchPx; ++j) {
+    const std::uint8_t* const now = image.row(y + j) + x;
+    const std::uint8_t* const above = other.row(y0 + j) + x0;
+    const std::uint8_t* const below = other.row(y0 + j + 1) + x0;
+    for (int i = 0; i < kPatchPx; ++i) {
+      const auto p00 = static_cast<float>(above[i]);
+      const auto p01 = static_cast<float>(above[i + 1]);
+      const auto p10 = static_cast<float>(below[i]);
+      const auto p11 = static_cast<float>(below[i + 1]);
+      const float top = p00 + a * (p01 - p00);
+      const float bottom = p10 + a * (p11 - p10);
+      const float gx = (1.F - b) * (p01 - p00) + b * (p11 - p10);
+      const float gy = bottom - top;
+      const float r = top + b * gy - static_cast<float>(now[i]);
+      sums.xx += gx * gx;
+      sums.xy += gx * gy;
+      sums.yy += gy * gy;
+      sums.xr += gx * r;
+      sums.yr += gy * r;
+      sums.rr += r * r;
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 extern const DenseKernels kDenseKernels;
-const DenseKernels kDenseKernels{decimate, horizontal_gradient, match_row, choose_levels, patch_difference};
+const DenseKernels kDenseKernels{decimate, horizontal_gradient, match_row, choose_levels, patch_difference, patch_sums};
 
 }  // namespace kinetrace::segmentation::KINETRACE_KERNEL_ISA
 // NOLINTEND(bugprone-implicit-widening-of-multiplication-result)

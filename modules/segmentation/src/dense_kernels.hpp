@@ -19,6 +19,16 @@ inline constexpr std::int16_t kNoCost = 0x7FFF;
 /// Side of a patch that is compared between frames, in pixels of the matching images.
 inline constexpr int kPatchPx = 6;
 
+/// Sums over a patch of what least squares need to align it: gradients and differences.
+struct PatchSums {
+  float xx = 0.F;  ///< Gradient along x, squared...
+  float xy = 0.F;
+  float yy = 0.F;
+  float xr = 0.F;  ///< ...and times the grey difference `other` - `image`.
+  float yr = 0.F;
+  float rr = 0.F;
+};
+
 struct DenseKernels {
   /// `target` = mean of step x step pixels of `source` (step 1 or 2).
   void (*decimate)(GrayView source, int step, MutableGrayView target);
@@ -36,6 +46,8 @@ struct DenseKernels {
   /// Mean absolute grey difference of the patch of `image` with its corner at (x, y) and that of `other`, displaced;
   /// negative where that lies outside.
   float (*patch_difference)(GrayView image, int x, int y, GrayView other, float shift_x, float shift_y);
+  /// Sums over the same patch, with the gradients of `other`; false, and nothing written, where that lies outside.
+  bool (*patch_sums)(GrayView image, int x, int y, GrayView other, float shift_x, float shift_y, PatchSums& sums);
 };
 
 /// The best set for this machine.

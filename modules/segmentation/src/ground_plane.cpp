@@ -132,6 +132,10 @@ Eigen::Vector3f GroundPlane::scaled_normal(const Eigen::Vector3f& plane) const n
           disparity_px(plane, static_cast<float>(geometry_.cx_px), static_cast<float>(geometry_.cy_px))};
 }
 
+Eigen::Vector3f GroundPlane::normal() const noexcept {
+  return known_ ? Eigen::Vector3f(scaled_normal(plane_).normalized()) : Eigen::Vector3f(Eigen::Vector3f::Zero());
+}
+
 bool GroundPlane::may_hold_object(float u, float v, float disparity, float sigma_px) const noexcept {
   const float height = camera_height_m_ * (1.F - disparity_px(plane_, u, v) / disparity);
   const bool out_of_reach = known_ && height - 3.F * camera_height_m_ * sigma_px / disparity > kOutOfReachM;

@@ -30,6 +30,7 @@ MotionMemory::MotionMemory(const MotionConfig& config, int max_features, Arena& 
       memory_(arena.take<Membership>(static_cast<std::size_t>(max_features))),
       regions_(arena, kMaxRegions),
       region_of_(arena, static_cast<std::size_t>(max_features)),
+      region_of_blob_(arena, MovingBlobs::kMaxBlobs),
       proved_(arena, static_cast<std::size_t>(max_features)) {}
 
 void MotionMemory::reset() noexcept {
@@ -37,6 +38,7 @@ void MotionMemory::reset() noexcept {
   regions_.clear();
   region_of_.clear();
   proved_.clear();
+  region_of_blob_.clear();
 }
 
 void MotionMemory::begin(std::span<const Feature> features, std::span<const std::uint32_t> inherited_region) {
@@ -45,10 +47,54 @@ void MotionMemory::begin(std::span<const Feature> features, std::span<const std:
 }
 
 void MotionMemory::update(std::span<const Feature> features, std::span<const FeatureMotion> motions,
-                          std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature) {
+                          std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature,
+                          std::span<const std::uint32_t> drawn_region) {
   const std::span<const Feature> known = features.first(motions.size());
-  assign_clusters(clusters, cluster_of_feature);
+  assign_clusters(clusters, cluster_of_feature, drawn_region);
   add_known_features(known, motions, cluster_of_feature);
+}
+
+std::int16_t MotionMemory::region_of(std::size_t blob, std::uint32_t drawn_as,
+                                     std::span<const std::int16_t> blob_of_feature) const {
+  if (const std::int16_t drawn = drawn_as == 0 ? std::int16_t{-1} : index_of(drawn_as); drawn >= 0) {
+    return drawn;
+  }
+  std::array<int, kMaxRegions> votes{};
+  for (std::size_t i = 0; i < region_of_.size(); ++i) {
+    if (blob_of_feature[i] == static_cast<std::int16_t>(blob) && region_of_[i] >= 0) {
+      ++votes[static_cast<std::size_t>(region_of_[i])];
+    }
+  }
+  const auto most = std::max_element(votes.begin(), votes.end());
+  return *most >= kMinHeldFeatures ? static_cast<std::int16_t>(most - votes.begin()) : std::int16_t{-1};
+}
+
+// A blob that moves has been watched for some frames already: its region is confirmed. One that only is restless still
+// carries on a region that it was part of.
+void MotionMemory::update_blobs(std::span<const MovingBlob> blobs, std::span<const std::uint32_t> drawn_as,
+                                std::span<const std::int16_t> blob_of_feature) {
+  region_of_blob_.clear();
+  for (std::size_t b = 0; b < blobs.size(); ++b) {
+    std::int16_t r = region_of(b, drawn_as[b], blob_of_feature);
+    if (r < 0 && blobs[b].moving && regions_.push_back({})) {
+      r = static_cast<std::int16_t>(regions_.size() - 1);
+      regions_.back().id = next_region_id_++;
+      regions_.back().moving_frames = config_.confirm_frames;
+      regions_.back().votes = kConfirmVotes;
+    }
+    (void)region_of_blob_.push_back(r);  // no more blobs than places
+    if (r < 0 || regions_[static_cast<std::size_t>(r)].moving) {
+      continue;
+    }
+    MotionRegion& region = regions_[static_cast<std::size_t>(r)];
+    sustain(static_cast<std::size_t>(r));
+    if (blobs[b].moving) {
+      ++region.moving_frames;
+      region.votes += kMaxVotes;
+      region.velocity_mps = blobs[b].velocity_mps;
+      region.covariance = blobs[b].covariance();
+    }
+  }
 }
 
 void MotionMemory::sustain(std::size_t region) noexcept {
@@ -110,13 +156,18 @@ void MotionMemory::recall(std::span<const Feature> features, std::span<const std
 
 // Each cluster continues the region that most of its features were in; several may continue one, as its parts.
 void MotionMemory::assign_clusters(std::span<const MotionCluster> clusters,
-                                   std::span<const std::int16_t> cluster_of_feature) {
+                                   std::span<const std::int16_t> cluster_of_feature,
+                                   std::span<const std::uint32_t> drawn_region) {
   const std::size_t known_regions = regions_.size();
   for (std::size_t c = 0; c < clusters.size(); ++c) {
     std::array<int, kMaxRegions> votes{};
     for (std::size_t i = 0; i < region_of_.size(); ++i) {
-      if (cluster_of_feature[i] == static_cast<std::int16_t>(c) && region_of_[i] >= 0) {
-        ++votes[static_cast<std::size_t>(region_of_[i])];
+      if (cluster_of_feature[i] != static_cast<std::int16_t>(c)) {
+        continue;
+      }
+      const std::int16_t r = region_of_[i] >= 0 || drawn_region[i] == 0 ? region_of_[i] : index_of(drawn_region[i]);
+      if (r >= 0) {
+        ++votes[static_cast<std::size_t>(r)];
       }
     }
     const auto most = std::max_element(votes.begin(), votes.begin() + static_cast<std::ptrdiff_t>(known_regions));
@@ -197,6 +248,9 @@ void MotionMemory::drop_stale(std::int64_t interval_ns) {
   }
   regions_.resize(kept);
   for (std::int16_t& r : region_of_) {
+    r = r < 0 ? r : new_index[static_cast<std::size_t>(r)];
+  }
+  for (std::int16_t& r : region_of_blob_) {
     r = r < 0 ? r : new_index[static_cast<std::size_t>(r)];
   }
 }

@@ -21,6 +21,8 @@ void MotionSegmenter::carve(const SegmentationConfig& config, const StereoGeomet
   segmenter.right_ = take_image<std::uint8_t>(arena, width, height);
   segmenter.disparity_ = CellDisparity(geometry, arena);
   segmenter.ground_ = GroundPlane(geometry, arena);
+  segmenter.blobs_ = MovingBlobs(config.motion, geometry, arena);
+  segmenter.blob_of_feature_ = FixedVector<std::int16_t>(arena, static_cast<std::size_t>(max_features));
   segmenter.scratch_ = arena.take<float>(static_cast<std::size_t>(max_features));
   segmenter.mask_ = RegionMask(geometry, max_features, config.max_objects, config.min_area_px, arena);
 }
@@ -57,6 +59,7 @@ void MotionSegmenter::reset() {
   memory_.reset();
   history_.clear();
   ground_.clear();
+  blobs_.reset();
   mask_.reset();
 }
 
@@ -78,6 +81,17 @@ void MotionSegmenter::look(const SegmentationInput& input, std::span<const Featu
   dense_kernels().decimate(input.pair.right, matching_step(input.pair.right.width), right_);
   disparity_.compute(history_.at(0).image, right_, 1.25F * *third + 8.F);
   ground_.fit(disparity_.disparity_px(), ++frames_ * 2654435761U);
+}
+
+std::span<const std::int16_t> MotionSegmenter::blobs_of(std::span<const Feature> features) {
+  const ImageView<const std::int16_t> blobs = blobs_.blob_of_cell();
+  blob_of_feature_.clear();
+  for (const Feature& f : features) {
+    const int x = static_cast<int>(f.left_px.x()) / kCellPx;
+    const int y = static_cast<int>(f.left_px.y()) / kCellPx;
+    (void)blob_of_feature_.push_back(blobs.contains(x, y) ? blobs.row(y)[x] : std::int16_t{-1});  // a place for each
+  }
+  return blob_of_feature_.span();
 }
 
 Result<DetectionFrame> MotionSegmenter::process(const SegmentationInput& input) {
@@ -102,14 +116,20 @@ Result<DetectionFrame> MotionSegmenter::process(const SegmentationInput& input) 
   memory_.begin(input.features.first(motions.size()), mask_.inherited_regions(input.features));
   const std::span<const MotionCluster> clusters =
       clusters_.find(input.features, motions, evidence_.ego_speed_mps(), dense, test, memory_.region_of_feature());
-  memory_.update(input.features, motions, clusters, clusters_.cluster_of_feature());
+  memory_.update(input.features, motions, clusters, clusters_.cluster_of_feature(),
+                 mask_.drawn_regions(input.features));
+  const std::span<const MovingBlob> blobs =
+      blobs_.find(dense, test, evidence_.T_world_cam(), evidence_.ego_speed_mps());
+  memory_.update_blobs(blobs, mask_.drawn_as(blobs, blobs_.blob_of_cell(), dense, test),
+                       blobs_of(input.features.first(motions.size())));
   for (std::size_t r = 0; r < memory_.regions().size(); ++r) {
     if (!memory_.regions()[r].moving && mask_.moves_on(memory_.regions()[r], dense, test)) {
       memory_.sustain(r);
     }
   }
   memory_.conclude(interval_ns, input.features, motions);
-  counters_.detections_dropped += static_cast<std::uint64_t>(mask_.draw(input.features, motions, memory_, dense, test));
+  counters_.detections_dropped +=
+      static_cast<std::uint64_t>(mask_.draw(input.features, motions, memory_, dense, test, blobs_.blob_of_cell()));
   counters_.detections += mask_.detections().size();
   DetectionFrame frame;
   frame.available = true;

@@ -19,9 +19,6 @@ constexpr float kDisparityNoisePx = 0.6F;
 /// (m/s)^2 by which velocities on one object may differ.
 constexpr float kVelocityVariance = 0.1F;
 
-/// What the images must say, over all of a region, for it to go on without features.
-constexpr float kMovesOnNats = 3.F;
-
 constexpr float kOwnDepthNats = 0.7F;
 constexpr float kForeignDepthNats = -4.F;
 /// What the frame before said counts for so much, and for no more than this.
@@ -30,6 +27,8 @@ constexpr float kMaxPosteriorNats = 4.F;
 constexpr float kSureNats = 1.F;
 constexpr float kAboveGroundNats = 0.5F;
 constexpr float kFeatureNats = 3.F;
+constexpr float kBlobNats = 0.5F;
+constexpr float kStillNats = -2.F;
 constexpr float kNearNats = 0.F;
 constexpr float kNatsPerMetre = 3.F;
 constexpr float kFarNats = -1.F;
@@ -51,7 +50,9 @@ RegionMask::RegionMask(const StereoGeometry& geometry, int max_features, int max
   candidates_ = FixedVector<Candidate>(arena, MotionMemory::kMaxRegions);
   drawn_ = FixedVector<Candidate>(arena, MotionMemory::kMaxRegions);
   inherited_ = FixedVector<std::uint32_t>(arena, n);
-  scratch_ = arena.take<float>(std::max(n, static_cast<std::size_t>(width) * static_cast<std::size_t>(height)));
+  drawn_region_ = FixedVector<std::uint32_t>(arena, n);
+  drawn_as_ = FixedVector<std::uint32_t>(arena, MovingBlobs::kMaxBlobs);
+  scratch_ = arena.take<float>(n + static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   previous_ = take_image<std::uint32_t>(arena, width, height);
   owner_ = take_image<std::int16_t>(arena, width, height);
   best_ = take_image<float>(arena, width, height);
@@ -71,7 +72,8 @@ void RegionMask::reset() noexcept {
 }
 
 int RegionMask::draw(std::span<const Feature> features, std::span<const FeatureMotion> motions, MotionMemory& memory,
-                     const DenseView& dense, const TemporalTest& test) {
+                     const DenseView& dense, const TemporalTest& test, ImageView<const std::int16_t> blob_of_cell) {
+  blob_of_cell_ = blob_of_cell;
   const std::span<const Feature> known = features.first(motions.size());
   for (int y = 0; y < owner_.height; ++y) {
     std::fill_n(owner_.row(y), owner_.width, std::int16_t{-1});
@@ -80,7 +82,7 @@ int RegionMask::draw(std::span<const Feature> features, std::span<const FeatureM
   candidates_.clear();
   for (std::size_t r = 0; r < memory.regions().size(); ++r) {
     Candidate candidate;
-    if (memory.regions()[r].reported && describe(r, known, memory, test, candidate)) {
+    if (memory.regions()[r].reported && describe(r, known, memory, dense, test, candidate)) {
       weigh_cells(candidate, known, motions, memory, r, dense, test);
       diffuse(candidate, dense);
       claim(candidate, candidates_.size());
@@ -93,43 +95,13 @@ int RegionMask::draw(std::span<const Feature> features, std::span<const FeatureM
   return static_cast<int>(found - std::min(found, detections_.size()));
 }
 
-const RegionMask::Candidate* RegionMask::drawn(std::uint32_t region_id) const noexcept {
-  const auto* const found =
-      std::find_if(drawn_.begin(), drawn_.end(), [region_id](const Candidate& c) { return c.region_id == region_id; });
-  return found == drawn_.end() ? nullptr : found;
-}
-
-bool RegionMask::moves_on(const MotionRegion& region, const DenseView& dense, const TemporalTest& test) const {
-  const Candidate* const before = drawn(region.id);
-  if (before == nullptr || dense.history.size() < 2) {
-    return false;
-  }
-  const Eigen::Vector3f& velocity = region.velocity_mps;
-  const PixelBox& box = before->cells;
-  const ImageView<const float> disparity = dense.disparity.disparity_px();
-  const int lag = test.telling_lag(velocity, cell_center((box.x0 + box.x1) / 2), cell_center((box.y0 + box.y1) / 2),
-                                   before->disparity_px);
-  float total = 0.F;
-  for (int cy = box.y0; cy < box.y1; ++cy) {
-    for (int cx = box.x0; cx < box.x1; ++cx) {
-      const Eigen::Vector2f from =
-          test.places(velocity, 1, cell_center(cx), cell_center(cy), before->disparity_px).moved / kCellPx;
-      const int px = static_cast<int>(from.x());
-      const int py = static_cast<int>(from.y());
-      if (from.x() < 0.F || from.y() < 0.F || !previous_.contains(px, py) || previous_.row(py)[px] != region.id) {
-        continue;
-      }
-      const float d = disparity.row(cy)[cx];
-      if (d < 0.F || (d >= before->far_px && d <= before->near_px)) {
-        total += test.cell_nats(velocity, lag, cx, cy, d < 0.F ? before->disparity_px : d);
-      }
-    }
-  }
-  return total >= kMovesOnNats * test.overlap();
+bool RegionMask::is_member(int cx, int cy, std::size_t region, const MotionMemory& memory) const noexcept {
+  const std::int16_t blob = blob_of_cell_.row(cy)[cx];
+  return blob >= 0 && memory.region_of_blob()[static_cast<std::size_t>(blob)] == static_cast<std::int16_t>(region);
 }
 
 bool RegionMask::describe(std::size_t region, std::span<const Feature> features, const MotionMemory& memory,
-                          const TemporalTest& test, Candidate& candidate) {
+                          const DenseView& dense, const TemporalTest& test, Candidate& candidate) {
   const MotionRegion& r = memory.regions()[region];
   candidate.region_id = r.id;
   candidate.moving = r.moving;
@@ -142,6 +114,15 @@ bool RegionMask::describe(std::size_t region, std::span<const Feature> features,
       scratch_[n++] = features[i].disparity_px();
       box.include(static_cast<int>(features[i].left_px.x()) / kCellPx,
                   static_cast<int>(features[i].left_px.y()) / kCellPx);
+    }
+  }
+  for (int y = 0; y < blob_of_cell_.height; ++y) {
+    for (int x = 0; x < blob_of_cell_.width; ++x) {
+      if (is_member(x, y, region, memory)) {
+        scratch_[n++] = dense.disparity.disparity_px().row(y)[x];
+        box.include(x, y);
+        candidate.has_blob = true;
+      }
     }
   }
   const Candidate* const before = drawn(r.id);
@@ -176,6 +157,21 @@ bool RegionMask::describe(std::size_t region, std::span<const Feature> features,
   return true;
 }
 
+// A blob's cells are its own, and what stands still beside them is not.
+void RegionMask::weigh_blobs(const Candidate& candidate, const MotionMemory& memory, std::size_t region) {
+  const PixelBox& box = candidate.cells;
+  for (int cy = box.y0; cy < box.y1; ++cy) {
+    for (int cx = box.x0; cx < box.x1; ++cx) {
+      if (is_member(cx, cy, region, memory)) {
+        evidence_.row(cy)[cx] += kBlobNats;
+        distance_.row(cy)[cx] = 0.F;
+      } else if (candidate.has_blob && blob_of_cell_.row(cy)[cx] == MovingBlobs::kStandsStill) {
+        evidence_.row(cy)[cx] += kStillNats;
+      }
+    }
+  }
+}
+
 void RegionMask::weigh_cells(const Candidate& candidate, std::span<const Feature> features,
                              std::span<const FeatureMotion> motions, const MotionMemory& memory, std::size_t region,
                              const DenseView& dense, const TemporalTest& test) {
@@ -202,6 +198,7 @@ void RegionMask::weigh_cells(const Candidate& candidate, std::span<const Feature
       }
     }
   }
+  weigh_blobs(candidate, memory, region);
   const float metres_per_cell = kCellPx * static_cast<float>(geometry_.baseline_m) / candidate.disparity_px;
   const ImageView<const float> disparity = dense.disparity.disparity_px();
   for (int cy = box.y0; cy < box.y1 && dense.history.size() > 1; ++cy) {
@@ -407,18 +404,6 @@ void RegionMask::write_labels() {
     }
   }
   measure();
-}
-
-std::span<const std::uint32_t> RegionMask::inherited_regions(std::span<const Feature> features) {
-  inherited_.clear();
-  for (const Feature& feature : features) {
-    const int x = static_cast<int>(std::lround(feature.previous_left_px.x()));
-    const int y = static_cast<int>(std::lround(feature.previous_left_px.y()));
-    const bool on_tracked_body = feature.body != kBackgroundLabel && feature.body <= kMaxObjects;
-    const bool found_last_frame = feature.age_frames == 1 && on_tracked_body && labels_.contains(x, y);
-    (void)inherited_.push_back(found_last_frame ? region_of_label_[labels_.at(x, y)] : 0U);  // beyond: not looked at
-  }
-  return inherited_.span();
 }
 
 void RegionMask::measure() {

@@ -68,28 +68,82 @@ int TemporalTest::telling_lag(const Eigen::Vector3f& velocity_mps, float u, floa
   return history_->size() - 1;
 }
 
-float TemporalTest::cell_nats(const Eigen::Vector3f& velocity_mps, int lag, int cx, int cy,
-                              float disparity_px) const noexcept {
+// Corner of a cell's patch in the newest image; false where there is none, or no image to compare it with.
+bool TemporalTest::patch(int lag, int cx, int cy, Eigen::Vector2i& corner) const noexcept {
   if (lag < 1 || lag >= history_->size()) {
-    return 0.F;
+    return false;
   }
   const GrayView now = history_->at(0).image;
-  const GrayView then = history_->at(lag).image;
   const int pitch = kCellPx / step_px_;
-  const int x = cx * pitch + (pitch - kPatchPx) / 2;
-  const int y = cy * pitch + (pitch - kPatchPx) / 2;
-  if (now.empty() || then.empty() || x < 0 || y < 0 || x + kPatchPx > now.width || y + kPatchPx > now.height) {
-    return 0.F;
+  corner = {cx * pitch + (pitch - kPatchPx) / 2, cy * pitch + (pitch - kPatchPx) / 2};
+  return !now.empty() && !history_->at(lag).image.empty() && corner.minCoeff() >= 0 &&
+         corner.x() + kPatchPx <= now.width && corner.y() + kPatchPx <= now.height;
+}
+
+float TemporalTest::cell_nats(const Eigen::Vector3f& velocity_mps, int lag, int cx, int cy,
+                              float disparity_px) const noexcept {
+  const float rest = residual(Eigen::Vector3f::Zero(), lag, cx, cy, disparity_px);
+  const float moved = residual(velocity_mps, lag, cx, cy, disparity_px);
+  return rest < 0.F || moved < 0.F ? 0.F : std::clamp((rest - moved) / kGreyPerNat, -kMaxNats, kMaxNats);
+}
+
+float TemporalTest::residual(const Eigen::Vector3f& velocity_mps, int lag, int cx, int cy,
+                             float disparity_px) const noexcept {
+  Eigen::Vector2i corner;
+  if (!patch(lag, cx, cy, corner)) {
+    return -1.F;
   }
   const Eigen::Vector2f center(cell_center(cx), cell_center(cy));
-  const Places p = places(velocity_mps, lag, center.x(), center.y(), disparity_px);
-  const auto step = static_cast<float>(step_px_);
-  const Eigen::Vector2f at_rest = (p.at_rest - center) / step;
-  const Eigen::Vector2f with_it = (p.moved - center) / step;
-  const DenseKernels& kernels = dense_kernels();
-  const float rest = kernels.patch_difference(now, x, y, then, at_rest.x(), at_rest.y());
-  const float moved = kernels.patch_difference(now, x, y, then, with_it.x(), with_it.y());
-  return rest < 0.F || moved < 0.F ? 0.F : std::clamp((rest - moved) / kGreyPerNat, -kMaxNats, kMaxNats);
+  const Eigen::Vector2f place = places(velocity_mps, lag, center.x(), center.y(), disparity_px).moved;
+  const Eigen::Vector2f shift = (place - center) / static_cast<float>(step_px_);
+  return dense_kernels().patch_difference(history_->at(0).image, corner.x(), corner.y(), history_->at(lag).image,
+                                          shift.x(), shift.y());
+}
+
+void TemporalTest::add_equations(const Eigen::Vector3f& velocity_mps, int lag, int cx, int cy, float disparity_px,
+                                 float noise_grey, Eigen::Matrix3f& information,
+                                 Eigen::Vector3f& weighted) const noexcept {
+  Eigen::Vector2i corner;
+  if (!patch(lag, cx, cy, corner)) {
+    return;
+  }
+  const Eigen::Vector2f center(cell_center(cx), cell_center(cy));
+  const Eigen::Vector2f place = places(velocity_mps, lag, center.x(), center.y(), disparity_px).moved;
+  const Eigen::Vector2f shift = (place - center) / static_cast<float>(step_px_);
+  PatchSums s;
+  if (!dense_kernels().patch_sums(history_->at(0).image, corner.x(), corner.y(), history_->at(lag).image, shift.x(),
+                                  shift.y(), s)) {
+    return;
+  }
+  const Step& step = steps_[static_cast<std::size_t>(lag)];
+  const auto fx = static_cast<float>(geometry_.fx_px);
+  const auto fy = static_cast<float>(geometry_.fy_px);
+  const float z = fx * static_cast<float>(geometry_.baseline_m) / disparity_px;
+  Eigen::Matrix<float, 2, 3> jacobian;  // of the place in the earlier image by the velocity
+  jacobian << fx, 0.F, static_cast<float>(geometry_.cx_px) - place.x(),  //
+      0.F, fy, static_cast<float>(geometry_.cy_px) - place.y();
+  jacobian = -jacobian * step.back / (z * static_cast<float>(step_px_));
+  Eigen::Matrix2f gradients;
+  gradients << s.xx, s.xy, s.xy, s.yy;
+  // What does not fit is something else, or was hidden: Cauchy's weight.
+  const float variance = noise_grey * noise_grey;
+  const float weight =
+      1.F / ((1.F + s.rr / static_cast<float>(kPatchPx * kPatchPx) / (4.F * variance)) * variance * overlap());
+  information += weight * jacobian.transpose() * gradients * jacobian;
+  weighted -= weight * jacobian.transpose() * Eigen::Vector2f(s.xr, s.yr);
+}
+
+int TemporalTest::lag_after(float seconds) const noexcept {
+  for (int lag = 1; lag < history_->size(); ++lag) {
+    if (elapsed_s(lag) >= seconds) {
+      return lag;
+    }
+  }
+  return history_->size() - 1;
+}
+
+float TemporalTest::elapsed_s(int lag) const noexcept {
+  return 1e-9F * static_cast<float>(history_->at(0).timestamp_ns - history_->at(lag).timestamp_ns);
 }
 
 float TemporalTest::support_nats(const DenseView& dense, const Eigen::Vector3f& velocity_mps, float u, float v,

@@ -111,6 +111,20 @@ TEST_F(DenseKernelsTest, BothInstructionSetsAgree) {
   }
 }
 
+TEST_F(DenseKernelsTest, TheSumsOfAPatchFindASmallShift) {
+  for (const DenseKernels* const kernels : {&dense_kernels(), &baseline_dense_kernels()}) {
+    PatchSums s;
+    ASSERT_TRUE(kernels->patch_sums(left_, 20, 15, left_, 0.F, 0.F, s));
+    EXPECT_EQ(s.rr, 0.F);
+    // Least squares for the way back, with the gradients there.
+    ASSERT_TRUE(kernels->patch_sums(left_, 20, 15, left_, 0.2F, 0.1F, s));
+    const float determinant = s.xx * s.yy - s.xy * s.xy;
+    EXPECT_NEAR((s.yy * s.xr - s.xy * s.yr) / determinant, 0.2F, 0.05F);
+    EXPECT_NEAR((s.xx * s.yr - s.xy * s.xr) / determinant, 0.1F, 0.05F);
+    EXPECT_FALSE(kernels->patch_sums(left_, 20, 15, left_, -20.5F, 0.F, s));
+  }
+}
+
 TEST_F(DenseKernelsTest, APatchDiffersFromItselfByNothingAndFromOutsideByNoNumber) {
   const DenseKernels& kernels = dense_kernels();
   EXPECT_EQ(kernels.patch_difference(left_, 20, 15, left_, 0.F, 0.F), 0.F);

@@ -24,6 +24,8 @@ class GroundPlane {
   void fit(ImageView<const float> cell_disparity_px, std::uint32_t seed);
 
   [[nodiscard]] bool known() const noexcept { return known_; }
+  /// Of unit length, downwards, in the camera's axes; zero where no ground is known.
+  [[nodiscard]] Eigen::Vector3f normal() const noexcept;
   /// log p(disparity | something 0.2 to 3 m above the ground) - log p(disparity | ground), at pixel (u, v) and with
   /// noise `sigma_px`; 0 where no ground is known.
   [[nodiscard]] float object_nats(float u, float v, float disparity_px, float sigma_px) const noexcept;

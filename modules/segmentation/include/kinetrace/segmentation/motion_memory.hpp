@@ -14,6 +14,7 @@
 #include "kinetrace/segmentation/config.hpp"
 #include "kinetrace/segmentation/motion_clusters.hpp"
 #include "kinetrace/segmentation/motion_evidence.hpp"
+#include "kinetrace/segmentation/moving_blobs.hpp"
 
 namespace kinetrace::segmentation {
 
@@ -46,9 +47,15 @@ class MotionMemory {
   /// a feature was found that nothing is known about yet, else 0. Tracking a new object replaces its features, so the
   /// old ones cannot carry a region on.
   void begin(std::span<const Feature> features, std::span<const std::uint32_t> inherited_region);
-  /// Gives each cluster to the region that most of its features were in, or to a new one.
+  /// Gives each cluster to the region that most of its features were in, or to a new one. `drawn_region`: id of the
+  /// region on whose mask each feature was, in the frame before; it speaks for features that were in none.
   void update(std::span<const Feature> features, std::span<const FeatureMotion> motions,
-              std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature);
+              std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature,
+              std::span<const std::uint32_t> drawn_region);
+  /// Blobs carry regions on, or begin them, alike. `drawn_as`: id of the region that a blob was drawn as in the frame
+  /// before, 0 = none; `blob_of_feature`: index of the blob that a feature lies on, -1 = none.
+  void update_blobs(std::span<const MovingBlob> blobs, std::span<const std::uint32_t> drawn_as,
+                    std::span<const std::int16_t> blob_of_feature);
   /// A region that no cluster continued in this frame moves on all the same: its image says so.
   void sustain(std::size_t region) noexcept;
   /// Drops what has not moved for too long. `interval_ns`: since the frame before.
@@ -58,6 +65,8 @@ class MotionMemory {
   [[nodiscard]] std::span<const MotionRegion> regions() const noexcept { return regions_.span(); }
   /// Index of each feature's region in regions(), -1 = none; parallel to the features of the last update.
   [[nodiscard]] std::span<const std::int16_t> region_of_feature() const noexcept { return region_of_.span(); }
+  /// The same for the blobs of the last update.
+  [[nodiscard]] std::span<const std::int16_t> region_of_blob() const noexcept { return region_of_blob_.span(); }
   /// True where a feature has itself been seen to move with its region; parallel to the features as well.
   [[nodiscard]] bool proved(std::size_t feature) const noexcept { return proved_[feature] != 0; }
 
@@ -71,7 +80,10 @@ class MotionMemory {
 
   void recall(std::span<const Feature> features, std::span<const std::uint32_t> inherited_region);
   [[nodiscard]] std::int16_t index_of(std::uint32_t region_id) const noexcept;
-  void assign_clusters(std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature);
+  void assign_clusters(std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature,
+                       std::span<const std::uint32_t> drawn_region);
+  [[nodiscard]] std::int16_t region_of(std::size_t blob, std::uint32_t drawn_as,
+                                       std::span<const std::int16_t> blob_of_feature) const;
   void add_known_features(std::span<const Feature> features, std::span<const FeatureMotion> motions,
                           std::span<const std::int16_t> cluster_of_feature);
   void drop_stale(std::int64_t interval_ns);
@@ -84,6 +96,7 @@ class MotionMemory {
   std::span<Membership> memory_;
   FixedVector<MotionRegion> regions_;
   FixedVector<std::int16_t> region_of_;
+  FixedVector<std::int16_t> region_of_blob_;
   FixedVector<std::uint8_t> proved_;
   std::array<std::int16_t, MotionClusters::kMaxClusters> region_of_cluster_{};
 };

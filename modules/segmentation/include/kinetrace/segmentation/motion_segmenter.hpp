@@ -11,6 +11,7 @@
 #include "kinetrace/segmentation/motion_clusters.hpp"
 #include "kinetrace/segmentation/motion_evidence.hpp"
 #include "kinetrace/segmentation/motion_memory.hpp"
+#include "kinetrace/segmentation/moving_blobs.hpp"
 #include "kinetrace/segmentation/region_mask.hpp"
 #include "kinetrace/segmentation/segmenter.hpp"
 
@@ -38,6 +39,9 @@ class MotionSegmenter final : public Segmenter {
 
   void look(const SegmentationInput& input, std::span<const FeatureMotion> motions);
 
+  /// Blob that each feature lies on, -1 = none.
+  std::span<const std::int16_t> blobs_of(std::span<const Feature> features);
+
   StereoGeometry geometry_;
   bool started_ = false;
   std::int64_t timestamp_ns_ = 0;  ///< Of the last frame.
@@ -48,6 +52,8 @@ class MotionSegmenter final : public Segmenter {
   MutableGrayView right_;  ///< Right image at the size of the history's.
   CellDisparity disparity_;
   GroundPlane ground_;
+  MovingBlobs blobs_;
+  FixedVector<std::int16_t> blob_of_feature_;
   std::span<float> scratch_;
   std::uint32_t frames_ = 0;
   RegionMask mask_;

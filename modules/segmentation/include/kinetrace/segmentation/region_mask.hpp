@@ -18,6 +18,7 @@
 #include "kinetrace/segmentation/ground_plane.hpp"
 #include "kinetrace/segmentation/motion_evidence.hpp"
 #include "kinetrace/segmentation/motion_memory.hpp"
+#include "kinetrace/segmentation/moving_blobs.hpp"
 #include "kinetrace/segmentation/temporal_test.hpp"
 
 namespace kinetrace::segmentation {
@@ -35,7 +36,14 @@ class RegionMask {
   void reset() noexcept;
   /// Returns how many regions were dropped: beyond max_objects (the smallest ones) or below min_area_px.
   int draw(std::span<const Feature> features, std::span<const FeatureMotion> motions, MotionMemory& memory,
-           const DenseView& dense, const TemporalTest& test);
+           const DenseView& dense, const TemporalTest& test, ImageView<const std::int16_t> blob_of_cell);
+
+  /// For each blob: id of the region that most of its cells were drawn as in the frame before, 0 = none or fewer than
+  /// half of them. The result lives until the next call.
+  std::span<const std::uint32_t> drawn_as(std::span<const MovingBlob> blobs, ImageView<const std::int16_t> blob_of_cell,
+                                          const DenseView& dense, const TemporalTest& test);
+  /// For each feature: id of the region drawn, in the previous frame, where it was; 0 = none. Likewise.
+  std::span<const std::uint32_t> drawn_regions(std::span<const Feature> features);
 
   /// Whether the image says that what was drawn of the region in the frame before has moved on as it did.
   [[nodiscard]] bool moves_on(const MotionRegion& region, const DenseView& dense, const TemporalTest& test) const;
@@ -55,6 +63,7 @@ class RegionMask {
     Eigen::Vector3f velocity_mps{0.F, 0.F, 0.F};  ///< World axes; 0 when it has stopped.
     Eigen::Matrix3f covariance = Eigen::Matrix3f::Zero();
     bool moving = false;
+    bool has_blob = false;     ///< Some of its cells are a blob's.
     float disparity_px = 0.F;  ///< In the middle of its features.
     float near_px = 0.F;       ///< Greatest disparity that may be its own...
     float far_px = 0.F;        ///< ...and least one.
@@ -64,7 +73,9 @@ class RegionMask {
   /// As the region was drawn last; null if it was not.
   [[nodiscard]] const Candidate* drawn(std::uint32_t region_id) const noexcept;
   [[nodiscard]] bool describe(std::size_t region, std::span<const Feature> features, const MotionMemory& memory,
-                              const TemporalTest& test, Candidate& candidate);
+                              const DenseView& dense, const TemporalTest& test, Candidate& candidate);
+  [[nodiscard]] bool is_member(int cx, int cy, std::size_t region, const MotionMemory& memory) const noexcept;
+  void weigh_blobs(const Candidate& candidate, const MotionMemory& memory, std::size_t region);
   void weigh_cells(const Candidate& candidate, std::span<const Feature> features,
                    std::span<const FeatureMotion> motions, const MotionMemory& memory, std::size_t region,
                    const DenseView& dense, const TemporalTest& test);
@@ -82,6 +93,9 @@ class RegionMask {
   FixedVector<Candidate> drawn_;  ///< Of the frame before.
   std::array<std::uint32_t, kMaxObjects + 1> region_of_label_{};
   FixedVector<std::uint32_t> inherited_;
+  FixedVector<std::uint32_t> drawn_region_;
+  FixedVector<std::uint32_t> drawn_as_;
+  ImageView<const std::int16_t> blob_of_cell_;  ///< Of the frame being drawn.
   std::span<float> scratch_;
   ImageView<std::uint32_t> previous_;  ///< Region drawn on each cell in the frame before.
   ImageView<std::int16_t> owner_;      ///< Candidate that each cell goes to, -1 = none.

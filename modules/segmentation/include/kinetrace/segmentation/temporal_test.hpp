@@ -42,6 +42,16 @@ class TemporalTest {
   /// For one cell; positive: it moved. 0 where an image is missing or the place lies outside.
   [[nodiscard]] float cell_nats(const Eigen::Vector3f& velocity_mps, int lag, int cx, int cy,
                                 float disparity_px) const noexcept;
+  /// Mean grey difference of one cell's patch; negative where an image is missing or the place lies outside.
+  [[nodiscard]] float residual(const Eigen::Vector3f& velocity_mps, int lag, int cx, int cy,
+                               float disparity_px) const noexcept;
+  /// Adds to the normal equations of a change of velocity what one cell says: the grey differences of its pixels, of
+  /// standard deviation `noise_grey`, are to vanish.
+  void add_equations(const Eigen::Vector3f& velocity_mps, int lag, int cx, int cy, float disparity_px, float noise_grey,
+                     Eigen::Matrix3f& information, Eigen::Vector3f& weighted) const noexcept;
+  /// Lag of the newest image that is at least so old, or of the oldest one there is.
+  [[nodiscard]] int lag_after(float seconds) const noexcept;
+  [[nodiscard]] float elapsed_s(int lag) const noexcept;
   /// Sum over the cells within `radius_m` of (u, v) and as far away, less what neighbours share.
   [[nodiscard]] float support_nats(const DenseView& dense, const Eigen::Vector3f& velocity_mps, float u, float v,
                                    float disparity_px, float radius_m) const noexcept;
@@ -54,6 +64,8 @@ class TemporalTest {
     Eigen::Vector3f translation;
     Eigen::Matrix3f back;  ///< Elapsed time times the rotation from the world into the earlier camera.
   };
+
+  [[nodiscard]] bool patch(int lag, int cx, int cy, Eigen::Vector2i& corner) const noexcept;
 
   StereoGeometry geometry_;
   const FrameHistory* history_ = nullptr;

@@ -1,0 +1,105 @@
+// What a region mask knows of the frame before.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "kinetrace/segmentation/region_mask.hpp"
+
+namespace kinetrace::segmentation {
+namespace {
+
+/// What the images must say, over all of a region, for it to go on without features.
+constexpr float kMovesOnNats = 3.F;
+
+}  // namespace
+
+const RegionMask::Candidate* RegionMask::drawn(std::uint32_t region_id) const noexcept {
+  const auto* const found =
+      std::find_if(drawn_.begin(), drawn_.end(), [region_id](const Candidate& c) { return c.region_id == region_id; });
+  return found == drawn_.end() ? nullptr : found;
+}
+
+bool RegionMask::moves_on(const MotionRegion& region, const DenseView& dense, const TemporalTest& test) const {
+  const Candidate* const before = drawn(region.id);
+  if (before == nullptr || dense.history.size() < 2) {
+    return false;
+  }
+  const Eigen::Vector3f& velocity = region.velocity_mps;
+  const PixelBox& box = before->cells;
+  const ImageView<const float> disparity = dense.disparity.disparity_px();
+  const int lag = test.telling_lag(velocity, cell_center((box.x0 + box.x1) / 2), cell_center((box.y0 + box.y1) / 2),
+                                   before->disparity_px);
+  float total = 0.F;
+  for (int cy = box.y0; cy < box.y1; ++cy) {
+    for (int cx = box.x0; cx < box.x1; ++cx) {
+      const Eigen::Vector2f from =
+          test.places(velocity, 1, cell_center(cx), cell_center(cy), before->disparity_px).moved / kCellPx;
+      const int px = static_cast<int>(from.x());
+      const int py = static_cast<int>(from.y());
+      if (from.x() < 0.F || from.y() < 0.F || !previous_.contains(px, py) || previous_.row(py)[px] != region.id) {
+        continue;
+      }
+      const float d = disparity.row(cy)[cx];
+      if (d < 0.F || (d >= before->far_px && d <= before->near_px)) {
+        total += test.cell_nats(velocity, lag, cx, cy, d < 0.F ? before->disparity_px : d);
+      }
+    }
+  }
+  return total >= kMovesOnNats * test.overlap();
+}
+
+std::span<const std::uint32_t> RegionMask::inherited_regions(std::span<const Feature> features) {
+  inherited_.clear();
+  for (const Feature& feature : features) {
+    const int x = static_cast<int>(std::lround(feature.previous_left_px.x()));
+    const int y = static_cast<int>(std::lround(feature.previous_left_px.y()));
+    const bool on_tracked_body = feature.body != kBackgroundLabel && feature.body <= kMaxObjects;
+    const bool found_last_frame = feature.age_frames == 1 && on_tracked_body && labels_.contains(x, y);
+    (void)inherited_.push_back(found_last_frame ? region_of_label_[labels_.at(x, y)] : 0U);  // beyond: not looked at
+  }
+  return inherited_.span();
+}
+
+std::span<const std::uint32_t> RegionMask::drawn_regions(std::span<const Feature> features) {
+  drawn_region_.clear();
+  for (const Feature& feature : features) {
+    const int x = static_cast<int>(std::lround(feature.previous_left_px.x()));
+    const int y = static_cast<int>(std::lround(feature.previous_left_px.y()));
+    const bool before = feature.age_frames > 0 && labels_.contains(x, y);
+    (void)drawn_region_.push_back(before ? region_of_label_[labels_.at(x, y)] : 0U);  // beyond: not looked at
+  }
+  return drawn_region_.span();
+}
+
+std::span<const std::uint32_t> RegionMask::drawn_as(std::span<const MovingBlob> blobs,
+                                                    ImageView<const std::int16_t> blob_of_cell, const DenseView& dense,
+                                                    const TemporalTest& test) {
+  std::array<std::array<std::uint16_t, MotionMemory::kMaxRegions>, MovingBlobs::kMaxBlobs> votes{};
+  for (int cy = 0; cy < blob_of_cell.height && dense.history.size() > 1; ++cy) {
+    for (int cx = 0; cx < blob_of_cell.width; ++cx) {
+      if (blob_of_cell.row(cy)[cx] < 0) {
+        continue;
+      }
+      const auto b = static_cast<std::size_t>(blob_of_cell.row(cy)[cx]);
+      const Eigen::Vector2f from = test.places(blobs[b].velocity_mps, 1, cell_center(cx), cell_center(cy),
+                                               dense.disparity.disparity_px().row(cy)[cx])
+                                       .moved /
+                                   kCellPx;
+      const int x = static_cast<int>(from.x());
+      const int y = static_cast<int>(from.y());
+      for (std::size_t k = 0; k < drawn_.size() && from.x() >= 0.F && from.y() >= 0.F && previous_.contains(x, y);
+           ++k) {
+        votes[b][k] = static_cast<std::uint16_t>(votes[b][k] + (drawn_[k].region_id == previous_.row(y)[x] ? 1 : 0));
+      }
+    }
+  }
+  drawn_as_.clear();
+  for (std::size_t b = 0; b < blobs.size(); ++b) {
+    const auto most = std::max_element(votes[b].begin(), votes[b].end());
+    (void)drawn_as_.push_back(
+        2 * *most >= blobs[b].cells ? drawn_[static_cast<std::size_t>(most - votes[b].begin())].region_id : 0U);
+  }
+  return drawn_as_.span();
+}
+
+}  // namespace kinetrace::segmentation
