@@ -43,7 +43,7 @@ inline constexpr std::size_t kMaxSamples = 16;
     return a.paint == b.paint;
   }
   return a.part == b.part && a.paint->material == b.paint->material && a.paint->seed == b.paint->seed &&
-         a.normal.dot(b.normal) > 0.95F;
+         a.paint->tone == b.paint->tone && a.normal.dot(b.normal) > 0.95F;
 }
 
 /// How many times as long as wide a pixel is on the sample's surface.

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,7 @@ struct Actor {
   bool rigid = true;
   Eigen::Vector3d size_lhw_m = Eigen::Vector3d::Zero();  ///< Of its box: along x, y and z.
   std::vector<Mesh> parts;
+  std::shared_ptr<const BodyShape> shape;  ///< That the parts' paint points to, where it is the actor's own.
   Trajectory T_scene_obj;
   /// Pose of a part in the object; empty for rigid things, whose parts never move in it.
   std::function<Se3(double time_s, std::size_t part)> T_obj_part;

@@ -56,8 +56,7 @@ class ShadingQueue {
     SurfacePack pack;
 
     [[nodiscard]] bool has(const Paint& look, bool in_strips) const noexcept {
-      return paint.material == look.material && paint.seed == look.seed && paint.shape == look.shape &&
-             strips == in_strips;
+      return paint == look && strips == in_strips;
     }
   };
 

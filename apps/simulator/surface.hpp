@@ -42,6 +42,32 @@ enum class Material : std::uint8_t {
   kPlain,
 };
 
+/// What is painted on a vehicle, and where: heights over the ground, parts of half its width.
+struct BodyTrim {
+  float paint = -1.F;  ///< Albedo; below 0 one of eight, by the seed.
+  float paint_gloss = 0.05F;
+  float glass = 0.02F;  ///< Albedo of what is seen through it.
+  float glass_gloss = 0.055F;
+  bool has_rear_window = true;
+  int pillars = 1;  ///< That part the side windows, from the front.
+  float pillar_pitch_m = 1.1F;
+  float sill_m = 0.3F;
+  float strip_m = 0.52F;
+  float plate_front_m = 0.42F;
+  float plate_rear_m = 0.42F;
+  float grille_low_m = 0.55F;
+  float grille_high_m = 0.72F;
+  float grille_half = 0.45F;
+  float headlamp_m = 0.66F;
+  float headlamp_radius_m = 0.17F;
+  float headlamp_squeeze = 1.7F;  ///< How much wider than high.
+  float headlamp_out = 0.72F;
+  float rear_lamp_low_m = 0.64F;
+  float rear_lamp_high_m = 0.88F;
+  float rear_lamp_out = 0.58F;  ///< Where it begins.
+  float print = -1.F;           ///< Albedo of writing on the sides; below 0 there is none.
+};
+
 /// The dimensions that a vehicle's painted details follow.
 struct BodyShape {
   float length_m = 4.4F;
@@ -57,12 +83,19 @@ struct BodyShape {
   float rear_window_top_m = -1.3F;  ///< ... and top.
   bool has_rear_side_windows = true;
   float origin_x_m = 0.F;  ///< Middle of this shape in the vehicle's frame; all other x are relative to it.
+  float clearance_m = 0.17F;
+  float lean = 0.24F;      ///< Of the side windows inwards, for their height.
+  float rounding = 0.16F;  ///< How much narrower the ends are, as part of the width.
+  BodyTrim trim = {};
 };
 
 struct Paint {
   Material material = Material::kPlain;
   std::uint16_t seed = 0;            ///< Varies colours and patterns between things of one material.
   const BodyShape* shape = nullptr;  ///< For vehicle materials; outlives the mesh.
+  float tone = 1.F;                  ///< Factor to the albedo.
+
+  [[nodiscard]] bool operator==(const Paint&) const = default;
 };
 
 /// A point on a surface, in the frame of the body it belongs to.

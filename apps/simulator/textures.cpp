@@ -46,7 +46,7 @@ Looks raw_look(const Paint& paint, const Points& point) {
 
 Looks look_of(const Paint& paint, const Points& points) {
   Looks look = raw_look(paint, points);
-  look.albedo = clamp(look.albedo, 0.01F, 0.95F);
+  look.albedo = clamp(look.albedo * paint.tone, 0.01F, 0.95F);
   return look;
 }
 

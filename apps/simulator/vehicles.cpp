@@ -3,27 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <span>
 
 namespace kinetrace::simulator {
 namespace {
 
 using Eigen::Vector3f;
-
-constexpr float kClearance_m = 0.17F;
-
-// Height of the outline from the rear (-0.5) to the front (0.5) of the length, in parts of the height.
-struct OutlinePoint {
-  float x;
-  float height;
-};
-
-struct VehicleDesign {
-  BodyShape shape;
-  std::span<const OutlinePoint> outline;
-  float box_length_m = 0.F;  ///< Of a truck's box behind the cab.
-  float box_height_m = 0.F;
-};
 
 constexpr std::array<OutlinePoint, 12> kHatchbackOutline{{{-0.5F, 0.42F},
                                                           {-0.495F, 0.58F},
@@ -90,7 +74,7 @@ const VehicleDesign& design_of(VehicleKind kind) {
 // Half width of the body along its length: rounded in plan.
 float plan_half_width(const BodyShape& shape, float x) {
   const float end = std::abs(x) / (0.5F * shape.length_m);
-  return 0.5F * shape.width_m * (1.F - 0.16F * std::pow(end, 6.F));
+  return 0.5F * shape.width_m * (1.F - shape.rounding * std::pow(end, 6.F));
 }
 
 // One closed cross-section: up the left side, down the right side.
@@ -98,10 +82,11 @@ std::vector<Vector3f> section(const BodyShape& shape, float x, float top) {
   const float half = plan_half_width(shape, x);
   const float belt = std::min(shape.belt_m, top);
   const float glass = top - belt;  // Height of the part with windows, if any.
-  const float lean = 0.24F * glass;
-  const std::array<std::array<float, 2>, 8> left{{{0.8F * half, kClearance_m},
-                                                  {0.97F * half, kClearance_m + 0.1F},
-                                                  {half, 0.5F * (kClearance_m + belt)},
+  const float lean = shape.lean * glass;
+  const float low = shape.clearance_m;
+  const std::array<std::array<float, 2>, 8> left{{{0.8F * half, low},
+                                                  {0.97F * half, low + 0.1F},
+                                                  {half, 0.5F * (low + belt)},
                                                   {0.97F * half, belt - 0.02F},
                                                   {0.95F * half - lean * 0.5F, belt + 0.45F * glass},
                                                   {0.94F * half - lean, belt + 0.85F * glass},
@@ -136,42 +121,43 @@ std::vector<std::vector<Vector3f>> sections(const VehicleDesign& design) {
   return rings;
 }
 
-void add_wheel(Mesh& mesh, float x, float z, float radius) {
+void add_wheel(Mesh& mesh, float x, float z, float radius, std::uint16_t seed) {
   constexpr float kWidth_m = 0.2F;
   const float side = z > 0.F ? 1.F : -1.F;
   const Vector3f outer(x, -radius, z);
   mesh.add_cylinder(outer, outer - Vector3f(0.F, 0.F, side * kWidth_m), radius, radius, 24, {Material::kTyre});
   mesh.add_cylinder(outer + Vector3f(0.F, 0.F, side * 0.012F), outer, 0.66F * radius, 0.68F * radius, 24,
-                    {Material::kRim});
+                    {Material::kRim, seed});
 }
 
-void add_wheels(Mesh& mesh, float front_x, float rear_x, float half_width, float radius) {
+void add_wheels(Mesh& mesh, const BodyShape& shape, std::uint16_t seed) {
+  const float half_width = 0.5F * shape.width_m + 0.005F;
   for (const float z : {half_width, -half_width}) {
-    add_wheel(mesh, front_x, z, radius);
-    add_wheel(mesh, rear_x, z, radius);
+    add_wheel(mesh, shape.origin_x_m + shape.front_axle_m, z, shape.wheel_radius_m, seed);
+    add_wheel(mesh, shape.origin_x_m + shape.rear_axle_m, z, shape.wheel_radius_m, seed);
   }
 }
 
 void add_mirrors(Mesh& mesh, const BodyShape& shape, const Paint& paint) {
   for (const float side : {1.F, -1.F}) {
     mesh.add_ellipsoid({shape.windscreen_m - 0.25F, -shape.belt_m - 0.06F, side * (0.5F * shape.width_m + 0.06F)},
-                       {0.08F, 0.08F, 0.11F}, 6, {Material::kMirror, paint.seed});
+                       {0.08F, 0.08F, 0.11F}, 6, {Material::kMirror, paint.seed, paint.shape});
   }
 }
 
 void add_truck_box(Mesh& mesh, const VehicleDesign& design, std::uint16_t seed) {
-  constexpr float kFloor_m = 0.75F;
+  const float floor_m = design.box_floor_m;
   const float middle_x = -0.5F * design.shape.length_m;
-  const float height = design.box_height_m - kFloor_m;
-  mesh.add_box({middle_x, -kFloor_m - 0.5F * height, 0.F},
-               {design.box_length_m - 0.15F, height, design.shape.width_m + 0.15F}, {Material::kTruckBox, seed});
-  mesh.add_box({middle_x, -0.62F, 0.F}, {design.box_length_m, 0.2F, 0.9F}, {Material::kTyre});
+  const float height = design.box_height_m - floor_m;
+  mesh.add_box({middle_x, -floor_m - 0.5F * height, 0.F},
+               {design.box_length_m - 0.15F, height, design.shape.width_m + 0.15F},
+               {design.box, seed, nullptr, design.box_tone});
+  mesh.add_box({middle_x, 0.13F - floor_m, 0.F}, {design.box_length_m, 0.2F, 0.9F}, {Material::kTyre});
 }
 
 }  // namespace
 
-Mesh vehicle_mesh(VehicleKind kind, std::uint16_t seed) {
-  const VehicleDesign& design = design_of(kind);
+Mesh vehicle_mesh(const VehicleDesign& design, std::uint16_t seed, std::uint16_t rim_seed) {
   const BodyShape& shape = design.shape;
   const Paint paint{Material::kCarBody, seed, &shape};
   Mesh skin;
@@ -182,13 +168,19 @@ Mesh vehicle_mesh(VehicleKind kind, std::uint16_t seed) {
   if (design.box_length_m > 0.F) {
     add_truck_box(mesh, design, seed);
   }
-  add_wheels(mesh, shape.origin_x_m + shape.front_axle_m, shape.origin_x_m + shape.rear_axle_m,
-             0.5F * shape.width_m + 0.005F, shape.wheel_radius_m);
+  add_wheels(mesh, shape, rim_seed);
   return mesh;
 }
 
+Mesh vehicle_mesh(VehicleKind kind, std::uint16_t seed) {
+  return vehicle_mesh(design_of(kind), seed);
+}
+
 Vector3f vehicle_size_m(VehicleKind kind) {
-  const VehicleDesign& design = design_of(kind);
+  return vehicle_size_m(design_of(kind));
+}
+
+Vector3f vehicle_size_m(const VehicleDesign& design) {
   return {design.shape.length_m + design.box_length_m, std::max(design.shape.height_m, design.box_height_m),
           design.shape.width_m + (design.box_length_m > 0.F ? 0.15F : 0.F)};
 }

@@ -1,4 +1,8 @@
-"""Random other views of a picture: as other lenses, sensors and lights would have shown it."""
+"""Random other views of a picture: as other lenses, sensors and lights would have shown it, and with other things in it.
+
+Worlds that are rendered look all alike; what makes a vehicle one is learnt where everything else changes (Tobin et al., "Domain
+randomization", 2017). Instances are pasted from picture to picture (Ghiasi et al., "Simple copy-paste", 2021).
+"""
 
 import cv2
 import numpy as np
@@ -8,19 +12,27 @@ PAD = 114
 
 # The scale at which a street of 832 columns enters a network of 640, and all scales that are tried.
 USUAL_SCALE = 640 / 832
-SCALES = (0.36, 1.25)
+SCALES = (0.36, 1.5)
+
+# Added to the ids of what has been pasted; a picture has fewer of its own.
+_PASTED_IDS = 500
 
 
 def cut(picture: np.ndarray, instances: np.ndarray, height: int, width: int,
         random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """A part of the picture of this size, scaled, turned a little and perhaps mirrored; and the same of its truth."""
-    scale = USUAL_SCALE * random.uniform(0.93, 1.07) if random.random() < 0.4 else np.exp(random.uniform(*np.log(SCALES)))
-    angle = random.normal(0.0, 0.03)
     rows, columns = picture.shape
+    # Hardly any of the input is left empty.
+    least = max(SCALES[0], 0.85 * min(width / columns, height / rows))
+    usual = random.random() < 0.3
+    scale = USUAL_SCALE * random.uniform(0.93, 1.07) if usual else np.exp(random.uniform(np.log(least), np.log(SCALES[1])))
+    stretch = np.exp(random.normal(0.0, 0.06))
+    angle = random.normal(0.0, 0.03)
     # The middle of the part: anywhere that wastes no input, or the picture's own middle where the input is larger.
     slack = np.maximum(0.0, np.array((columns, rows)) - np.array((width, height)) / scale)
     middle = np.array((columns, rows)) / 2 + slack * random.uniform(-0.5, 0.5, 2)
     turn = scale * np.array(((np.cos(angle), -np.sin(angle)), (np.sin(angle), np.cos(angle))))
+    turn[0] *= stretch
     if random.random() < 0.5:
         turn[:, 0] *= -1
     affine = np.column_stack((turn, np.array((width, height)) / 2 - turn @ middle))
@@ -28,23 +40,157 @@ def cut(picture: np.ndarray, instances: np.ndarray, height: int, width: int,
             cv2.warpAffine(instances, affine, (width, height), flags=cv2.INTER_NEAREST, borderValue=0))
 
 
-def disturb(picture: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    """Another exposure and sensor, sometimes out of focus or with dirt on the lens; grey levels 0..1."""
-    if random.random() < 0.2:
-        picture = cv2.GaussianBlur(picture, (0, 0), random.uniform(0.3, 1.2))
-    levels = picture.astype(np.float32) / 255
-    levels = levels ** np.exp(random.normal(0.0, 0.25)).astype(np.float32)
-    levels = (levels - 0.45) * np.float32(random.uniform(0.6, 1.3)) + np.float32(0.45 + random.normal(0.0, 0.08))
-    if random.random() < 0.5:
-        levels += random.standard_normal(levels.shape, np.float32) * np.float32(random.uniform(0.0, 0.03))
-    if random.random() < 0.15:
-        _cover(levels, random)
-    return np.clip(levels, 0, 1)
+def paste(picture: np.ndarray, instances: np.ndarray, other: np.ndarray, other_instances: np.ndarray,
+          random: np.random.Generator) -> None:
+    """Puts a few instances of another picture of the same size in front of what is there."""
+    identities = np.unique(other_instances[other_instances > 0])
+    for identity in random.permutation(identities)[:random.integers(1, 5)]:
+        mask = other_instances == identity
+        shift = int(random.integers(-mask.shape[1] // 3, mask.shape[1] // 3))
+        mask, moved = np.roll(mask, shift, 1), np.roll(other, shift, 1)
+        edge = cv2.GaussianBlur(mask.astype(np.float32), (0, 0), 0.7)
+        picture[:] = np.where(edge > 0.02, picture + (moved.astype(np.float32) - picture) * edge, picture).astype(np.uint8)
+        instances[mask] = identity + _PASTED_IDS
 
 
-def _cover(levels: np.ndarray, random: np.random.Generator) -> None:
-    """Covers a small part with one grey: what is partly hidden is still there."""
+def disturb(picture: np.ndarray, instances: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """Another light, exposure and sensor, with things in the way that are no objects; grey levels 0..1.
+
+    What is covered is taken out of `instances`.
+    """
+    levels = picture.astype(np.float32) * np.float32(1 / 255)
+    if random.random() < 0.35:
+        _retone_instances(levels, instances, random)
+    if random.random() < 0.25:
+        _roughen_background(levels, instances, random)
+    if random.random() < 0.35:
+        for _ in range(random.integers(1, 4)):
+            _cover(levels, instances, random)
+    if random.random() < 0.65:
+        for _ in range(random.integers(1, 4)):
+            _shade(levels, random)
+    levels = _expose(levels, random)
+    levels = _soften(levels, random)
+    if random.random() < 0.6:
+        levels += random.standard_normal(levels.shape, np.float32) * np.float32(0.04 * random.random() ** 2)
+    levels = np.clip(levels, 0, 1)
+    if random.random() < 0.3:
+        levels = _process(levels, random)
+    return levels
+
+
+def _noise(shape: tuple[int, ...], cells: float, random: np.random.Generator) -> np.ndarray:
+    """Smooth noise of mean 0 and deviation about 1 with so many cells along the picture's height."""
+    rows = max(2, round(cells))
+    columns = max(2, round(cells * shape[1] / shape[0]))
+    return cv2.resize(random.standard_normal((rows, columns), np.float32), shape[::-1], interpolation=cv2.INTER_CUBIC)
+
+
+def _region(shape: tuple[int, ...], random: np.random.Generator) -> np.ndarray:
+    """A part of a picture, 0..1: half of it, a polygon, or what noise happens to be; with a hard or a soft edge."""
+    height, width = shape
+    kind = random.random()
+    if kind < 0.35:
+        direction = random.normal(size=2)
+        y, x = np.mgrid[0:height, 0:width].astype(np.float32)
+        away = (x - random.uniform(0, width)) * direction[0] + (y - random.uniform(0, height)) * direction[1]
+        region = (away > 0).astype(np.float32)
+    elif kind < 0.65:
+        middle = random.uniform((0, 0), (width, height))
+        corners = middle + random.normal(size=(random.integers(3, 8), 2)) * (random.uniform(0.1, 0.5) * width, 0.5 * height)
+        region = np.zeros(shape, np.float32)
+        cv2.fillPoly(region, [corners.astype(np.int32)], 1.0)
+    else:
+        region = (_noise(shape, np.exp(random.uniform(0.7, 3.2)), random) > random.uniform(-0.6, 1.0)).astype(np.float32)
+    softness = random.uniform(0.3, 2.0) if random.random() < 0.7 else random.uniform(4.0, 25.0)
+    return cv2.GaussianBlur(region, (0, 0), softness)
+
+
+def _shade(levels: np.ndarray, random: np.random.Generator) -> None:
+    """Shadow on a part of the picture, or light."""
+    factor = np.exp(random.uniform(-1.8, -0.2)) if random.random() < 0.8 else np.exp(random.uniform(0.2, 0.9))
+    levels *= 1 + np.float32(factor - 1) * _region(levels.shape, random)
+
+
+def _retone_instances(levels: np.ndarray, instances: np.ndarray, random: np.random.Generator) -> None:
+    """Other paint on some objects."""
+    for identity in np.unique(instances[instances > 0]):
+        if random.random() < 0.5:
+            levels[instances == identity] *= np.float32(np.exp(random.uniform(-1.6, 0.7)))
+
+
+def _roughen_background(levels: np.ndarray, instances: np.ndarray, random: np.random.Generator) -> None:
+    """Speckles as of leaves in hard light, on some of what is no object."""
+    cells = np.exp(random.uniform(2.0, 4.6))
+    rough = _noise(levels.shape, cells, random) + 0.6 * _noise(levels.shape, 2.3 * cells, random)
+    where = _region(levels.shape, random) * (instances == 0)
+    levels *= np.exp(np.float32(random.uniform(0.2, 0.9)) * rough * where)
+
+
+def _cover(levels: np.ndarray, instances: np.ndarray, random: np.random.Generator) -> None:
+    """Puts something in front that is no object: a shape of any texture."""
     height, width = levels.shape
-    rows, columns = random.integers(8, 40, size=2)
-    top, left = random.integers(0, height - rows), random.integers(0, width - columns)
-    levels[top:top + rows, left:left + columns] = random.random()
+    size = np.exp(random.uniform(np.log(6.0), np.log(90.0), 2))
+    middle = random.uniform((0, 0), (width, height))
+    mask = np.zeros(levels.shape, np.uint8)
+    kind = random.random()
+    if kind < 0.5:
+        box = cv2.boxPoints((tuple(map(float, middle)), tuple(map(float, size)), float(random.normal(0, 12))))
+        cv2.fillPoly(mask, [box.astype(np.int32)], 1)
+    elif kind < 0.75:
+        corners = middle + random.normal(size=(random.integers(3, 7), 2)) * size / 2
+        cv2.fillPoly(mask, [corners.astype(np.int32)], 1)
+    else:
+        cv2.ellipse(mask, tuple(map(int, middle)), tuple(map(int, size / 2)), float(random.uniform(0, 180)), 0, 360, 1, -1)
+    inside = mask > 0
+    texture = random.random() + random.uniform(0, 0.25) * _noise(levels.shape, np.exp(random.uniform(1, 4.5)), random)
+    if random.random() < 0.4:
+        y, x = np.mgrid[0:height, 0:width].astype(np.float32)
+        wave = x * random.normal(0, 0.5) + y * random.normal(0, 0.5)
+        texture += random.uniform(0.1, 0.5) * np.sign(np.sin(wave))
+    levels[inside] = np.clip(texture, 0, 1)[inside]
+    instances[inside] = 0
+
+
+def _expose(levels: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """Another exposure, contrast and vignetting; what is too bright is white."""
+    levels = np.clip(levels, 1e-4, 4.0) ** np.float32(np.exp(random.normal(0.0, 0.3)))
+    middle = np.float32(levels.mean())
+    aimed = random.uniform(0.15, 0.65)
+    levels = (levels - middle) * np.float32(np.exp(random.normal(0.0, 0.25))) + middle
+    levels = levels * np.float32(np.exp(random.uniform(0.0, 1.0) * np.log(aimed / (middle + 0.02)))) + np.float32(random.normal(0.0, 0.03))
+    if random.random() < 0.3:
+        height, width = levels.shape
+        y, x = np.mgrid[-1:1:height * 1j, -1:1:width * 1j].astype(np.float32)
+        levels = levels * (1 - np.float32(random.uniform(0, 0.4)) * (x * x + y * y) / 2)
+    return levels
+
+
+def _soften(levels: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """Out of focus, moved, resampled or sharpened."""
+    kind = random.random()
+    if kind < 0.2:
+        return cv2.GaussianBlur(levels, (0, 0), random.uniform(0.3, 1.6))
+    if kind < 0.3:
+        length = int(random.integers(2, 8))
+        kernel = np.zeros((9, 9), np.float32)
+        angle = random.uniform(0, np.pi) if random.random() < 0.5 else 0.0
+        way = np.array((np.cos(angle), np.sin(angle))) * length / 2
+        cv2.line(kernel, tuple(map(int, np.round(4 - way))), tuple(map(int, np.round(4 + way))), 1.0)
+        return cv2.filter2D(levels, -1, kernel / kernel.sum())
+    if kind < 0.45:
+        small = cv2.resize(levels, None, fx=random.uniform(0.4, 0.9), fy=random.uniform(0.4, 0.9), interpolation=cv2.INTER_AREA)
+        return cv2.resize(small, levels.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    if kind < 0.65:
+        return levels + np.float32(random.uniform(0.2, 1.2)) * (levels - cv2.GaussianBlur(levels, (0, 0), random.uniform(0.6, 2.0)))
+    return levels
+
+
+def _process(levels: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """What a camera's software may do: local contrast, compression."""
+    grey = (levels * 255).astype(np.uint8)
+    if random.random() < 0.5:
+        grey = cv2.createCLAHE(random.uniform(1.0, 4.0), (int(random.integers(2, 7)), int(random.integers(2, 9)))).apply(grey)
+    else:
+        grey = cv2.imdecode(cv2.imencode(".jpg", grey, (cv2.IMWRITE_JPEG_QUALITY, int(random.integers(25, 90))))[1], cv2.IMREAD_GRAYSCALE)
+    return grey.astype(np.float32) * np.float32(1 / 255)

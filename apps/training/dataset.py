@@ -21,7 +21,11 @@ MIN_HEIGHT_PX = 8
 MIN_AREA_PX = 40
 
 # Sizes of the input (rows, columns) with their part of all batches; pictures in a batch, so that all cost about the same.
-SHAPES = (((192, 320), 0.45, 16), ((192, 640), 0.35, 8), ((288, 352), 0.2, 10))
+SHAPES = (((192, 320), 0.4, 16), ((192, 640), 0.45, 8), ((288, 352), 0.15, 10))
+
+
+# Part of the pictures that get instances of another one pasted in.
+PASTED = 0.3
 
 
 class View(NamedTuple):
@@ -113,6 +117,9 @@ class Batches(torch.utils.data.Dataset):
         pictures, objects = [], []
         for index in random.integers(len(self._views), size=count):
             picture, instances = augment.cut(*self._views[index], height, width, random)
-            pictures.append(torch.from_numpy(augment.disturb(picture, random)))
+            if random.random() < PASTED:
+                other = self._views[random.integers(len(self._views))]
+                augment.paste(picture, instances, *augment.cut(*other, height, width, random), random)
+            pictures.append(torch.from_numpy(augment.disturb(picture, instances, random)))
             objects.append(objects_in(instances))
         return Batch(torch.stack(pictures)[:, None], objects)

@@ -76,10 +76,11 @@ class Head(nn.Module):
 class Network(nn.Module):
     """Picture [B, 1, H, W] of 0..1, H and W multiples of 32, to a Prediction."""
 
-    def __init__(self, widths: tuple[int, ...] = (12, 24, 48, 80, 112), neck: int = 48) -> None:
+    def __init__(self, widths: tuple[int, ...] = (16, 32, 64, 128, 192), blocks: tuple[int, ...] = (1, 1, 2, 1),
+                 neck: int = 64) -> None:
         super().__init__()
-        self.stem = nn.Sequential(convolution(1, widths[0], 2), stage(widths[0], widths[1], 1))
-        self.stages = nn.ModuleList(stage(widths[i], widths[i + 1], 1) for i in (1, 2, 3))
+        self.stem = nn.Sequential(convolution(1, widths[0], 2), stage(widths[0], widths[1], blocks[0]))
+        self.stages = nn.ModuleList(stage(widths[i], widths[i + 1], blocks[i]) for i in (1, 2, 3))
         self.laterals = nn.ModuleList(convolution(width, neck, size=1) for width in widths[2:])
         self.smooth = nn.ModuleList(convolution(neck, neck) for _ in range(2))
         self.heads = nn.ModuleList(Head(neck, neck, stride) for stride in STRIDES)

@@ -1,6 +1,7 @@
 """The training loop: a fixed time, a learning rate that follows it, and averaged weights."""
 
 import copy
+import functools
 import pathlib
 import time
 from typing import NamedTuple
@@ -10,7 +11,7 @@ from torch import nn
 
 from dataset import Batch, Batches, View
 from losses import Losses, losses
-from network import Network
+from network import Network, Prediction
 
 SEED = 20
 PEAK_RATE = 3e-3
@@ -84,11 +85,20 @@ def restored_average(path: pathlib.Path) -> Network:
     return state.average
 
 
+@functools.cache
+def computes_bfloat16() -> bool:
+    """Whether the processor multiplies bfloat16 itself: convolutions then take less than half the time."""
+    information = pathlib.Path("/proc/cpuinfo")
+    return information.exists() and "avx512_bf16" in information.read_text()
+
+
 def train_step(state: State, batch: Batch, rate: float) -> Losses:
     """One step down; returns the losses before it."""
     for group in state.optimizer.param_groups:
         group["lr"] = rate
-    found = losses(state.network(batch.pictures), batch)
+    with torch.autocast("cpu", torch.bfloat16, enabled=computes_bfloat16()):
+        prediction = state.network(batch.pictures)
+    found = losses(Prediction(*(part.float() for part in prediction)), batch)
     state.optimizer.zero_grad()
     found.total().backward()
     nn.utils.clip_grad_norm_(state.network.parameters(), MAX_GRADIENT)

@@ -10,7 +10,7 @@
 namespace kinetrace::simulator {
 namespace {
 
-constexpr std::array<SceneEntry, 10> kScenes{{
+constexpr std::array<SceneEntry, 11> kScenes{{
     {"street", "a drive through traffic: oncoming, turning, overtaking and parked vehicles, people", &street_scene},
     {"drone", "from 13 m above, looking down, shaken: crossing vehicles, people, trees in the way", &drone_scene},
     {"wearable", "in a hall, with fast turns of the head: a trolley is pushed past", &wearable_scene},
@@ -21,6 +21,7 @@ constexpr std::array<SceneEntry, 10> kScenes{{
     {"pure-rotation", "the rig turns in place; one car drives by", &pure_rotation_scene},
     {"object-fills-image", "a truck hides nearly everything", &object_fills_image_scene},
     {"static", "nothing moves, not even the rig", &static_scene},
+    {"varied", "any street with any vehicles, people and light, seen from anywhere; for training", &varied_scene},
 }};
 
 // The freest world in which nobody runs into anybody; as laid out, nobody does.

@@ -31,5 +31,6 @@ struct SceneEntry {
 [[nodiscard]] Scene pure_rotation_scene(const Variation& variation);
 [[nodiscard]] Scene object_fills_image_scene(const Variation& variation);
 [[nodiscard]] Scene static_scene(const Variation& variation);
+[[nodiscard]] Scene varied_scene(const Variation& variation);
 
 }  // namespace kinetrace::simulator

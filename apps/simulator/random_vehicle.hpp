@@ -1,0 +1,21 @@
+// Vehicles of any make: bodies, windows, lamps and paint drawn at random.
+#pragma once
+
+#include <memory>
+
+#include "random.hpp"
+#include "vehicles.hpp"
+
+namespace kinetrace::simulator {
+
+struct RandomVehicle {
+  std::shared_ptr<const BodyShape> shape;  ///< The mesh's paint points to it.
+  Mesh mesh;                               ///< As of vehicle_mesh.
+  Eigen::Vector3f size_lhw_m = Eigen::Vector3f::Zero();
+};
+
+/// A small car, saloon, estate, coupe, off-roader, people carrier, van, delivery van, bus, pick-up or box truck, with
+/// proportions and looks of its own.
+[[nodiscard]] RandomVehicle random_vehicle(Random& random);
+
+}  // namespace kinetrace::simulator
