@@ -1,4 +1,4 @@
-"""How many of the instances in a simulated picture are found, and how many of those found are there."""
+"""How many of the instances in a picture are found, and how many of those found are there."""
 
 from typing import Iterable, NamedTuple
 
@@ -51,24 +51,42 @@ def iou(a: np.ndarray, b: np.ndarray) -> float:
     return common / max(1, np.count_nonzero(a) + np.count_nonzero(b) - common)
 
 
-def match(found: Iterable[np.ndarray], truth: list[np.ndarray]) -> tuple[dict[int, float], dict[int, float]]:
+def match(found: Iterable[np.ndarray], truth: list[np.ndarray], min_iou: float) -> tuple[dict[int, float], dict[int, float]]:
     """Pairs masks found, best first, each with the best free true one that fits; IoU by index found and by index true."""
     of_found: dict[int, float] = {}
     of_truth: dict[int, float] = {}
     for index, mask in enumerate(found):
         free = {other: iou(mask, truth[other]) for other in range(len(truth)) if other not in of_truth}
         best = max(free, key=free.get, default=None)
-        if best is not None and free[best] >= MIN_IOU:
+        if best is not None and free[best] >= min_iou:
             of_found[index] = of_truth[best] = free[best]
     return of_found, of_truth
 
 
-def count(found: list[Instance], instances: np.ndarray, class_of: int) -> Counts:
-    """Scores one class of one picture; `found` best first."""
-    masks = [instance.mask for instance in found if instance.class_of == class_of]
+class Findings(NamedTuple):
+    """One class of one picture: what has been found, best first, what is there, and which of them fit."""
+
+    found: list[Instance]
+    truth: list[np.ndarray]
+    of_found: dict[int, float]  # IoU by index found
+    of_truth: dict[int, float]  # the same by index true
+
+    def counts(self) -> Counts:
+        there = [index for index, mask in enumerate(self.truth) if height_of(mask) >= MIN_HEIGHT_PX]
+        reported = self._reported()
+        return Counts(len(there), sum(index in self.of_truth for index in there), len(reported),
+                      sum(index in self.of_found for index in reported), sum(self.of_truth.get(index, 0.0) for index in there))
+
+    def beyond_truth(self) -> list[Instance]:
+        """What has been found above the height and fits nothing."""
+        return [self.found[index] for index in self._reported() if index not in self.of_found]
+
+    def _reported(self) -> list[int]:
+        return [index for index, instance in enumerate(self.found) if height_of(instance.mask) >= MIN_HEIGHT_PX]
+
+
+def compare(found: list[Instance], instances: np.ndarray, class_of: int, min_iou: float = MIN_IOU) -> Findings:
+    """Compares one class of one picture with its truth; `found` best first."""
+    of_class = [instance for instance in found if instance.class_of == class_of]
     truth = true_masks(instances, class_of)
-    of_found, of_truth = match(masks, truth)
-    there = [index for index, mask in enumerate(truth) if height_of(mask) > MIN_HEIGHT_PX]
-    reported = [index for index, mask in enumerate(masks) if height_of(mask) > MIN_HEIGHT_PX]
-    return Counts(len(there), sum(index in of_truth for index in there), len(reported), sum(index in of_found for index in reported),
-                  sum(of_truth.get(index, 0.0) for index in there))
+    return Findings(of_class, truth, *match([instance.mask for instance in of_class], truth, min_iou))

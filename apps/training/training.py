@@ -1,4 +1,4 @@
-"""The training loop: a fixed time, a learning rate that follows it, and averaged weights."""
+"""The training loop: so many steps, a learning rate that follows them, and averaged weights."""
 
 import copy
 import functools
@@ -41,7 +41,7 @@ def new_state() -> State:
 
 
 def learning_rate(progress: float) -> float:
-    """Rises over the first of the time, then falls as a cosine; progress 0..1."""
+    """Rises over the first of the steps, then falls as a cosine; progress 0..1."""
     if progress < WARM_UP:
         return PEAK_RATE * (0.02 + progress / WARM_UP)
     falling = (min(progress, 1.0) - WARM_UP) / (1 - WARM_UP)
@@ -58,29 +58,29 @@ def follow(average: nn.Module, network: nn.Module, step: int) -> None:
             mean.copy_(now)
 
 
-def save(path: pathlib.Path, state: State, step: int, seconds: float) -> None:
+def save(path: pathlib.Path, state: State, step: int) -> None:
     """Writes a checkpoint in one go: an interrupted one leaves the former."""
     partial = path.with_suffix(".partial")
     torch.save({"network": state.network.state_dict(), "average": state.average.state_dict(),
-                "optimizer": state.optimizer.state_dict(), "step": step, "seconds": seconds}, partial)
+                "optimizer": state.optimizer.state_dict(), "step": step}, partial)
     partial.replace(path)
 
 
-def restore(path: pathlib.Path, state: State) -> tuple[int, float]:
-    """Continues from a checkpoint where there is one; returns steps and seconds spent so far."""
+def restore(path: pathlib.Path, state: State) -> int:
+    """Continues from a checkpoint where there is one; returns the steps taken so far."""
     if not path.exists():
-        return 0, 0.0
+        return 0
     saved = torch.load(path)
     state.network.load_state_dict(saved["network"])
     state.average.load_state_dict(saved["average"])
     state.optimizer.load_state_dict(saved["optimizer"])
-    return saved["step"], saved["seconds"]
+    return saved["step"]
 
 
 def restored_average(path: pathlib.Path) -> Network:
     """The averaged network of a checkpoint. Raises FileNotFoundError where there is none."""
     state = new_state()
-    if restore(path, state) == (0, 0.0):
+    if restore(path, state) == 0:
         raise FileNotFoundError(f"there is no {path}; train first")
     return state.average
 
@@ -106,24 +106,20 @@ def train_step(state: State, batch: Batch, rate: float) -> Losses:
     return found
 
 
-def train(views: list[View], minutes: float, checkpoint: pathlib.Path) -> Network:
-    """Trains for so many minutes in all, those before `checkpoint` included; returns the averaged network."""
+def train(views: list[View], steps: int, checkpoint: pathlib.Path) -> Network:
+    """Trains for so many steps in all, those before `checkpoint` included; returns the averaged network."""
     state = new_state()
-    first, spent = restore(checkpoint, state)
-    begin = time.monotonic() - spent
-    batches = torch.utils.data.DataLoader(Batches(views, SEED), batch_size=None, num_workers=1,
-                                          sampler=range(first, 1 << 30))
+    first = restore(checkpoint, state)
+    batches = torch.utils.data.DataLoader(Batches(views, SEED), batch_size=None, num_workers=1, sampler=range(first, steps))
     state.network.train()
+    begin = time.monotonic()
     for step, batch in enumerate(batches, first):
-        spent = time.monotonic() - begin
-        progress = spent / (60 * minutes)
-        if progress >= 1 or step % SAVE_EVERY == 0:
-            save(checkpoint, state, step, spent)
-        if progress >= 1:
-            break
-        found = train_step(state, batch, learning_rate(progress))
+        if step % SAVE_EVERY == 0 and step > first:
+            save(checkpoint, state, step)
+        found = train_step(state, batch, learning_rate(step / steps))
         follow(state.average, state.network, step)
         if step % REPORT_EVERY == 0:
-            print(f"step {step}, {spent / 60:.1f} min: score {found.score:.3f}, box {found.box:.3f}, mask {found.mask:.3f}",
-                  flush=True)
+            print(f"step {step} after {(time.monotonic() - begin) / 60:.1f} min: score {found.score:.3f}, box {found.box:.3f}, "
+                  f"mask {found.mask:.3f}", flush=True)
+    save(checkpoint, state, steps)
     return state.average
