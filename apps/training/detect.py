@@ -33,7 +33,8 @@ def letterbox(picture: np.ndarray, height: int, width: int) -> tuple[np.ndarray,
     """The picture scaled to fit, padded in equal halves."""
     rows, columns = picture.shape
     scale = min(height / rows, width / columns)
-    scaled = cv2.resize(picture, (round(columns * scale), round(rows * scale)), interpolation=cv2.INTER_LINEAR)
+    filtered = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
+    scaled = cv2.resize(picture, (round(columns * scale), round(rows * scale)), interpolation=filtered)
     top, left = (height - scaled.shape[0]) // 2, (width - scaled.shape[1]) // 2
     fitted = np.full((height, width), PAD, np.uint8)
     fitted[top:top + scaled.shape[0], left:left + scaled.shape[1]] = scaled

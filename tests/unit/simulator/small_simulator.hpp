@@ -1,6 +1,7 @@
 // Small, noise-free simulations: quick, and exact enough to compare pictures with truth.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -17,8 +18,9 @@ inline SimulatorSettings clean_settings() {
 }
 
 inline StereoSimulator small_simulator(std::string_view scene_name,
-                                       const SimulatorSettings& settings = clean_settings(), int width_px = 414) {
-  Scene scene = make_scene(scene_name).value();
+                                       const SimulatorSettings& settings = clean_settings(), int width_px = 414,
+                                       std::uint32_t world = 1) {
+  Scene scene = make_scene(scene_name, world).value();
   scene.rig = resized(scene.rig, width_px, std::nullopt);
   return StereoSimulator::create(std::move(scene), settings).value();
 }
