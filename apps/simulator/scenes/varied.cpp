@@ -220,7 +220,8 @@ void add_vehicles(Site& site, const std::array<double, 2>& strips_m) {
 
 // Somebody who walks or stands there.
 void place_person(Site& site, double x_m, double z_m) {
-  constexpr double kHalf_m = 0.3;
+  constexpr double kStanding_m = 0.54;  // Whichever way somebody is turned.
+  constexpr double kWalking_m = 0.36;
   Random& random = site.random;
   const double height_m = random.chance(0.8) ? random.uniform(1.5, 1.95) : random.uniform(1.0, 1.5);
   const double heading_rad = random.uniform(-std::numbers::pi, std::numbers::pi);
@@ -228,7 +229,7 @@ void place_person(Site& site, double x_m, double z_m) {
     return;
   }
   if (random.chance(0.5)) {
-    if (site.ground.take_if_free(around(x_m, z_m, kHalf_m, kHalf_m))) {
+    if (site.ground.take_if_free(around(x_m, z_m, kStanding_m, kStanding_m))) {
       const auto shoulder = [&] { return random.chance(0.5) ? random.uniform(-0.2, 0.3) : random.uniform(-0.3, 1.5); };
       const auto elbow = [&] { return random.chance(0.5) ? random.uniform(0.0, 0.4) : random.uniform(0.0, 2.0); };
       const Stance stance{{shoulder(), shoulder()}, {elbow(), elbow()}};
@@ -239,7 +240,7 @@ void place_person(Site& site, double x_m, double z_m) {
   }
   // Along the street, as far as one gets in the frames there are.
   const double ahead_m = site.side() * 2.5;
-  if (site.ground.take_if_free(around(x_m, z_m + 0.5 * ahead_m, kHalf_m, 0.5 * std::abs(ahead_m) + 0.4))) {
+  if (site.ground.take_if_free(around(x_m, z_m + 0.5 * ahead_m, kWalking_m, 0.5 * std::abs(ahead_m) + 0.5))) {
     Actor walker = walking_person(GroundPath({{x_m, z_m}, {x_m, z_m + ahead_m}}),
                                   SpeedProfile({{0.0, random.uniform(0.5, 1.5)}}), 0.0, seed_of(random), height_m);
     walker.T_scene_obj = raised(std::move(walker.T_scene_obj), site.height_m(x_m));
