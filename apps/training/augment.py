@@ -158,7 +158,8 @@ def _expose(levels: np.ndarray, random: np.random.Generator) -> np.ndarray:
     middle = np.float32(levels.mean())
     aimed = random.uniform(0.15, 0.65)
     levels = (levels - middle) * np.float32(np.exp(random.normal(0.0, 0.25))) + middle
-    levels = levels * np.float32(np.exp(random.uniform(0.0, 1.0) * np.log(aimed / (middle + 0.02)))) + np.float32(random.normal(0.0, 0.03))
+    gain = (aimed / (middle + 0.02)) ** random.random()
+    levels = levels * np.float32(gain) + np.float32(random.normal(0.0, 0.03))
     if random.random() < 0.3:
         height, width = levels.shape
         y, x = np.mgrid[-1:1:height * 1j, -1:1:width * 1j].astype(np.float32)
@@ -182,7 +183,8 @@ def _soften(levels: np.ndarray, random: np.random.Generator) -> np.ndarray:
         small = cv2.resize(levels, None, fx=random.uniform(0.4, 0.9), fy=random.uniform(0.4, 0.9), interpolation=cv2.INTER_AREA)
         return cv2.resize(small, levels.shape[::-1], interpolation=cv2.INTER_LINEAR)
     if kind < 0.65:
-        return levels + np.float32(random.uniform(0.2, 1.2)) * (levels - cv2.GaussianBlur(levels, (0, 0), random.uniform(0.6, 2.0)))
+        fine = levels - cv2.GaussianBlur(levels, (0, 0), random.uniform(0.6, 2.0))
+        return levels + np.float32(random.uniform(0.2, 1.2)) * fine
     return levels
 
 
@@ -190,7 +192,9 @@ def _process(levels: np.ndarray, random: np.random.Generator) -> np.ndarray:
     """What a camera's software may do: local contrast, compression."""
     grey = (levels * 255).astype(np.uint8)
     if random.random() < 0.5:
-        grey = cv2.createCLAHE(random.uniform(1.0, 4.0), (int(random.integers(2, 7)), int(random.integers(2, 9)))).apply(grey)
+        tiles = int(random.integers(2, 7)), int(random.integers(2, 9))
+        grey = cv2.createCLAHE(random.uniform(1.0, 4.0), tiles).apply(grey)
     else:
-        grey = cv2.imdecode(cv2.imencode(".jpg", grey, (cv2.IMWRITE_JPEG_QUALITY, int(random.integers(25, 90))))[1], cv2.IMREAD_GRAYSCALE)
+        quality = int(random.integers(25, 90))
+        grey = cv2.imdecode(cv2.imencode(".jpg", grey, (cv2.IMWRITE_JPEG_QUALITY, quality))[1], cv2.IMREAD_GRAYSCALE)
     return grey.astype(np.float32) * np.float32(1 / 255)
