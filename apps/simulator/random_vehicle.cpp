@@ -376,6 +376,26 @@ float load_roof(Random& random, const VehicleDesign& design, Mesh& mesh) {
   return tall;
 }
 
+// Opens the driver's or the passenger's door; returns where one stands to get in.
+Eigen::Vector2f open_door(Random& random, const VehicleDesign& design, std::uint16_t seed, Mesh& mesh) {
+  constexpr float kThick_m = 0.07F;
+  const BodyShape& s = design.shape;
+  const float side = random.chance(0.5) ? 1.F : -1.F;
+  const float wide = draw(random, 0.85F, 1.2F);
+  const float angle = draw(random, 0.4F, 1.25F);
+  const float low = s.clearance_m + 0.1F;
+  const float tall = std::min(s.height_m - 0.1F, 2.1F) - low;
+  const float hinge_x = s.origin_x_m + s.windscreen_m - 0.12F;
+  const float hinge_z = 0.5F * s.width_m;
+  // What one sees through the opening.
+  mesh.add_box({hinge_x - 0.5F * wide, -low - 0.5F * tall, side * (hinge_z - 0.02F)}, {0.95F * wide, tall, 0.06F},
+               {Material::kPlain, seed, nullptr, draw(random, 0.03F, 0.4F)});
+  const Vector3f middle(hinge_x - 0.5F * wide * std::cos(angle), -low - 0.5F * tall,
+                        side * (hinge_z + 0.5F * wide * std::sin(angle)));
+  mesh.add_box(middle, {wide, tall, kThick_m}, {Material::kCarBody, seed, &s}, turned(side * angle));
+  return {hinge_x - draw(random, 0.4F, 1.1F), side * (hinge_z + draw(random, 0.75F, 0.95F))};
+}
+
 }  // namespace
 
 RandomVehicle random_vehicle(Random& random) {
@@ -389,7 +409,11 @@ RandomVehicle random_vehicle(Random& random) {
   }
   const auto seed = static_cast<std::uint16_t>(random.bits());
   const auto rim_seed = static_cast<std::uint16_t>(random.bits());
-  RandomVehicle vehicle{{design, &design->shape}, vehicle_mesh(*design, seed, rim_seed), vehicle_size_m(*design)};
+  RandomVehicle vehicle{
+      {design, &design->shape}, vehicle_mesh(*design, seed, rim_seed), vehicle_size_m(*design), std::nullopt};
+  if (random.chance(0.15)) {
+    vehicle.doorway_m = open_door(random, *design, seed, vehicle.mesh);
+  }
   if (!is_truck && random.chance(0.06)) {
     vehicle.size_lhw_m.y() += load_roof(random, *design, vehicle.mesh);
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "random.hpp"
 #include "vehicles.hpp"
@@ -9,9 +10,11 @@
 namespace kinetrace::simulator {
 
 struct RandomVehicle {
-  std::shared_ptr<const BodyShape> shape;  ///< The mesh's paint points to it.
-  Mesh mesh;                               ///< As of vehicle_mesh.
-  Eigen::Vector3f size_lhw_m = Eigen::Vector3f::Zero();
+  std::shared_ptr<const BodyShape> shape;                ///< The mesh's paint points to it.
+  Mesh mesh;                                             ///< As of vehicle_mesh.
+  Eigen::Vector3f size_lhw_m = Eigen::Vector3f::Zero();  ///< Without open doors.
+  /// Where somebody stands, x and z in the vehicle, who gets in by an open door; if there is one.
+  std::optional<Eigen::Vector2f> doorway_m;
 };
 
 /// A small car, saloon, estate, coupe, off-roader, people carrier, van, delivery van, bus, pick-up or box truck, with

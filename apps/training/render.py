@@ -27,7 +27,7 @@ class Share(NamedTuple):
 # All seeds are beyond those that the product's own tests and figures use.
 TRAINING = (
     # Unlike each other, and so what real streets have to be among.
-    Share("varied", 1000, 150, 16, 10.0),
+    Share("varied", 1000, 220, 16, 10.0),
     # What the product's own recordings look like.
     Share("street", 1000, 40, 16, 1.7),
     Share("drone", 1000, 18, 16, 1.7),

@@ -75,7 +75,8 @@ struct Site {
   double edge_m = 0.0;  // Where the sidewalks begin, beyond the parking strips.
   double walk_m = 0.0;
   double curb_m = 0.0;
-  std::vector<Se3> views;  // Of the camera, one after the other.
+  std::vector<Se3> views;                 // Of the camera, one after the other.
+  std::vector<Eigen::Vector2d> doorways;  // Beside open doors: x and z.
 
   [[nodiscard]] double side() { return random.chance(0.5) ? 1.0 : -1.0; }
   [[nodiscard]] double height_m(double x_m) const { return std::abs(x_m) > edge_m ? curb_m : 0.0; }
@@ -150,6 +151,11 @@ bool place_vehicle(Site& site, const RandomVehicle& made, double x_m, double z_m
   actor.parts.push_back(made.mesh);
   actor.shape = made.shape;
   actor.T_scene_obj = raised(parked(x_m, z_m, heading_rad), site.height_m(x_m));
+  if (made.doorway_m) {
+    const Eigen::Vector2d doorway = made.doorway_m->cast<double>();
+    const Eigen::Vector3d at = actor.T_scene_obj(0.0) * Eigen::Vector3d(doorway.x(), 0.0, doorway.y());
+    site.doorways.emplace_back(at.x(), at.z());
+  }
   site.scene.actors.push_back(std::move(actor));
   return true;
 }
@@ -251,7 +257,12 @@ void place_person(Site& site, double x_m, double z_m) {
 void add_people(Site& site) {
   Random& random = site.random;
   const std::size_t vehicles = site.scene.actors.size();
-  for (int i = 3 + random.index(10); i > 0; --i) {
+  for (const Eigen::Vector2d& doorway : site.doorways) {
+    if (random.chance(0.75)) {
+      place_person(site, doorway.x(), doorway.y());
+    }
+  }
+  for (int i = 4 + random.index(12); i > 0; --i) {
     double x_m = site.side() * (site.edge_m + random.uniform(0.5, 1.0) * site.walk_m);
     double z_m = random.uniform(kBegin_m, kEnd_m);
     if (random.chance(0.3)) {
