@@ -16,6 +16,8 @@ SCALES = (0.36, 1.5)
 
 # Added to the ids of what has been pasted; a picture has fewer of its own.
 _PASTED_IDS = 500
+# MOTS ids of people begin here, and end before twice this.
+_PEOPLE = 2000
 
 
 def cut(picture: np.ndarray, instances: np.ndarray, height: int, width: int,
@@ -43,8 +45,11 @@ def cut(picture: np.ndarray, instances: np.ndarray, height: int, width: int,
 def paste(picture: np.ndarray, instances: np.ndarray, other: np.ndarray, other_instances: np.ndarray,
           random: np.random.Generator) -> None:
     """Puts a few instances of another picture of the same size in front of what is there."""
-    identities = np.unique(other_instances[other_instances > 0])
-    for identity in random.permutation(identities)[:random.integers(1, 5)]:
+    identities = random.permutation(np.unique(other_instances[other_instances > 0]))
+    if random.random() < 0.6:
+        # The rarer ones first.
+        identities = sorted(identities, key=lambda identity: identity // _PEOPLE != 1)
+    for identity in identities[:random.integers(1, 6)]:
         mask = other_instances == identity
         shift = int(random.integers(-mask.shape[1] // 3, mask.shape[1] // 3))
         mask, moved = np.roll(mask, shift, 1), np.roll(other, shift, 1)

@@ -25,7 +25,7 @@ SHAPES = (((192, 320), 0.4, 16), ((192, 640), 0.45, 8), ((288, 352), 0.15, 10))
 
 
 # Part of the pictures that get instances of another one pasted in.
-PASTED = 0.3
+PASTED = 0.4
 
 
 class View(NamedTuple):
