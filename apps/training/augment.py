@@ -10,9 +10,11 @@ import numpy as np
 # Grey of the network's input where there is no picture.
 PAD = 114
 
-# The scale at which a street of 832 columns enters a network of 640, and all scales that are tried.
-USUAL_SCALE = 640 / 832
+# The network's usual input, rows and columns, which decides at which scale most pictures enter it; and all scales that are tried.
+USUAL_INPUT = (192, 640)
 SCALES = (0.36, 1.5)
+# A picture with more columns than this for each of its rows is a part of a wide one: columns decide.
+_WIDE = 2.0
 
 # Added to the ids of what has been pasted; a picture has fewer of its own.
 _PASTED_IDS = 500
@@ -24,10 +26,13 @@ def cut(picture: np.ndarray, instances: np.ndarray, height: int, width: int,
         random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """A part of the picture of this size, scaled, turned a little and perhaps mirrored; and the same of its truth."""
     rows, columns = picture.shape
-    # Hardly any of the input is left empty.
-    least = max(SCALES[0], 0.85 * min(width / columns, height / rows))
-    usual = random.random() < 0.3
-    scale = USUAL_SCALE * random.uniform(0.93, 1.07) if usual else np.exp(random.uniform(np.log(least), np.log(SCALES[1])))
+    if random.random() < 0.35:
+        fitting = USUAL_INPUT[1] / columns if columns > _WIDE * rows else USUAL_INPUT[0] / rows
+        scale = fitting * random.uniform(0.93, 1.07)
+    else:
+        # Whole pictures fit, but hardly any more of the input is left empty.
+        least = max(SCALES[0], 0.95 * min(width / columns, height / rows))
+        scale = np.exp(random.uniform(np.log(least), np.log(SCALES[1])))
     stretch = np.exp(random.normal(0.0, 0.06))
     angle = random.normal(0.0, 0.03)
     # The middle of the part: anywhere that wastes no input, or the picture's own middle where the input is larger.

@@ -30,10 +30,10 @@ TRAINING = (
     Share("varied", 1000, 220, 16, 10.0),
     # What the product's own recordings look like.
     Share("street", 1000, 40, 16, 1.7),
-    Share("drone", 1000, 18, 16, 1.7),
-    Share("wearable", 1000, 14, 16, 1.7),
-    Share("drone", 1100, 6, 16, 1.7, TALL["drone"]),
-    Share("wearable", 1100, 14, 16, 1.7, TALL["wearable"]),
+    Share("drone", 1000, 44, 16, 1.7),
+    Share("wearable", 1000, 28, 16, 1.7),
+    Share("drone", 1100, 34, 16, 1.7, TALL["drone"]),
+    Share("wearable", 1100, 24, 16, 1.7, TALL["wearable"]),
 )
 # Never trained on: what thresholds are chosen by.
 VALIDATION = (
