@@ -20,8 +20,10 @@ std::vector<PipelineConfig> configurations(const MaskFolder& masks) {
   odd.object.max_points = 77;
   odd.background.window_frames = 5;
   odd.object.window_frames = 5;
+  PipelineConfig large;
+  large.segmentation.mode = SegmentationMode::kMotion;
   return {small_config(SegmentationMode::kNone), small_config(SegmentationMode::kMotion), small_config(masks), odd,
-          PipelineConfig{}};
+          large};
 }
 
 class PipelineMemory : public ::testing::Test {
@@ -48,6 +50,17 @@ TEST_F(PipelineMemory, IsExactlyWhatThePlanSays) {
       }
     }
   }
+}
+
+TEST_F(PipelineMemory, AutoWithoutANetworkTakesWhatMotionTakes) {
+  const Result<MemoryPlan> together = Pipeline::plan(small_config(SegmentationMode::kAuto), small_rig());
+  const Result<MemoryPlan> alone = Pipeline::plan(small_config(SegmentationMode::kMotion), small_rig());
+  ASSERT_TRUE(together && alone);
+  Arena arena(together->total_bytes());
+  const Result<Pipeline> pipeline = Pipeline::create(small_config(SegmentationMode::kAuto), small_rig(), arena);
+  ASSERT_TRUE(pipeline) << pipeline.error().message;
+  EXPECT_EQ(arena.used_bytes(), alone->total_bytes());
+  EXPECT_GT(together->total_bytes(), alone->total_bytes());
 }
 
 TEST_F(PipelineMemory, AnArenaTooSmallIsRefusedWhateverIsMissing) {

@@ -22,7 +22,7 @@ namespace kinetrace::pipeline {
 /// it.
 class KINETRACE_API Pipeline {
  public:
-  /// Bytes that `create` takes from the arena, by module. Errors: kInvalidConfig.
+  /// Bytes that `create` takes from the arena, by module; of mode auto with a network. Errors: kInvalidConfig.
   [[nodiscard]] static Result<MemoryPlan> plan(const PipelineConfig& config, const StereoGeometry& geometry);
 
   /// Takes all working memory from `arena`; afterwards the pipeline never allocates. `makers` of
