@@ -258,7 +258,7 @@ std::optional<std::string> model_caution(const ModelConfig& model, const fs::pat
     return std::nullopt;
   }
   return model.file +
-         " was trained on rendered pictures alone and finds little in real ones; give a network that was trained on "
+         " was trained on rendered pictures alone and misses much of real ones; give a network that was trained on "
          "pictures like these (--segmentation onnx:MODEL.yaml, segment --model), see modules/neural/README.md";
 }
 

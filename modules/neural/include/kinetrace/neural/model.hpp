@@ -84,7 +84,7 @@ struct KINETRACE_API ScoreCalibration {
   [[nodiscard]] float score(float probability) const noexcept;
 };
 
-/// What a network learnt from; it finds little in pictures of the other kind.
+/// What a network learnt from; it misses more in pictures of the other kind.
 enum class TrainingPictures : std::uint8_t { kReal, kRendered };
 
 /// A network in a file, and how to use it.
