@@ -333,7 +333,8 @@ void add_doors(Site& site, float side, float wall_x, float z0, float z1) {
   constexpr std::array<Material, 5> kLeaves{Material::kWood, Material::kPlain, Material::kMetal, Material::kPanelWall,
                                             Material::kTruckBox};
   Random& random = site.random;
-  for (float z = z0 + uniform(random, 0.5, 2.0); z < z1 - 3.F; z += uniform(random, 2.6, 7.0)) {
+  float z = z0 + uniform(random, 0.5, 2.0);
+  while (z < z1 - 3.F) {
     const bool garage = random.chance(0.4);
     const float wide = garage ? uniform(random, 2.0, 2.9) : uniform(random, 0.8, 1.3);
     const float tall = uniform(random, 1.9, 2.4);
@@ -341,6 +342,7 @@ void add_doors(Site& site, float side, float wall_x, float z0, float z1) {
                       random_tone(random)};
     site.scene.world.add_box({side * (wall_x - 0.03F), -static_cast<float>(site.curb_m) - 0.5F * tall, z + 0.5F * wide},
                              {0.16F, tall, wide}, paint);
+    z += uniform(random, 2.6, 7.0);
   }
 }
 
@@ -404,7 +406,8 @@ void add_border(Site& site, float side, float z0, float z1) {
 void add_backdrop(Site& site, float side) {
   Random& random = site.random;
   const double green = random.unit();
-  for (float z = kFarBegin_m; z < kFarEnd_m; z += uniform(random, 4.0, 15.0)) {
+  float z = kFarBegin_m;
+  while (z < kFarEnd_m) {
     const float x = static_cast<float>(site.edge_m + site.walk_m) + uniform(random, 24.0, 40.0);
     const auto seed = seed_of(random);
     Mesh thing;
@@ -416,6 +419,7 @@ void add_backdrop(Site& site, float side) {
     }
     site.scene.world.append(toned(std::move(thing), random_tone(random)), Eigen::Matrix3f::Identity(),
                             {side * x, -static_cast<float>(site.curb_m), z});
+    z += uniform(random, 4.0, 15.0);
   }
 }
 
@@ -445,11 +449,13 @@ void add_roadside(Site& site, float side) {
   }
   add_backdrop(site, side);
   // The end of the view.
-  for (float at = 4.F; at < 90.F; at += uniform(random, 9.0, 20.0)) {
+  float at = 4.F;
+  while (at < 90.F) {
     Mesh far;
     add_building(far, {side * at - 4.5F, side * at + 4.5F, kFarEnd_m + 60.F, kFarEnd_m + 70.F},
                  uniform(random, 5.0, 20.0), random.chance(0.5), seed_of(random));
     site.scene.world.append(toned(std::move(far), random_tone(random)), Eigen::Matrix3f::Identity(), Vector3f::Zero());
+    at += uniform(random, 9.0, 20.0);
   }
 }
 
