@@ -8,6 +8,7 @@
 #include "cli/exit_codes.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/messages.hpp"
+#include "cli/printable.hpp"
 #include "plan/memory.hpp"
 
 namespace kinetrace::app {
@@ -199,6 +200,9 @@ void RunReport::print() const {
         static_cast<double>(summary_.planned_bytes) / kMib);
     std::printf("Found: %s\nResults in %s\n", found_text(summary_.found, looks_for_objects_).c_str(),
                 options_.out.c_str());
+    for (const std::string& note : notes_) {
+      std::printf("Note: %s\n", printable(note).c_str());
+    }
   }
 }
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "camera/camera_setup.hpp"
@@ -50,6 +51,8 @@ class RunReport {
   void start();
   /// Says it at once, and keeps it for run.json. From any thread.
   void warn_now(const std::string& warning);
+  /// Says it after the results: what is no fault, and worth knowing.
+  void note(std::string note) { notes_.push_back(std::move(note)); }
   /// After the last frame. `played` says how it ended. `capture_clock` timed capture and rectification, `clock` the
   /// rest; they may be the same.
   void finish(const GuardedCamera& camera, const Processed& processed, const StageClock& capture_clock,
@@ -83,6 +86,7 @@ class RunReport {
   recording::RunSummary summary_;
   std::unique_ptr<std::mutex> mutex_ = std::make_unique<std::mutex>();  ///< While frames are processed.
   std::vector<std::string> reported_;  ///< Those of summary_.warnings that the user has read already.
+  std::vector<std::string> notes_;     ///< For print().
 };
 
 }  // namespace kinetrace::app

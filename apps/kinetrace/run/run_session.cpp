@@ -54,7 +54,13 @@ Status RunSession::begin(Arena& arena) {
     report_.warn_now(*setup_.why_no_network);
   }
   if (const auto caution = network_caution(setup_.config, setup_.camera.folder)) {
-    report_.warn_now(*caution);
+    const bool was_chosen = setup_.config.pipeline.segmentation.mode == segmentation::SegmentationMode::kOnnx ||
+                            !setup_.config.pipeline.segmentation.onnx.model.empty();
+    if (was_chosen) {
+      report_.warn_now(*caution);
+    } else {
+      report_.note(*caution);
+    }
   }
   report_.set_memory(setup_.memory, setup_.config.pipeline.memory);
   if (Status begun = components_.recorder.begin(report_.summary()); !begun) {
