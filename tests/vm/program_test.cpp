@@ -1,3 +1,4 @@
+// Objects are found by motion alone: emulated, a neural network takes seconds.
 // The built program on two live cameras, as a user calls it.
 #include "program.hpp"
 
@@ -68,8 +69,8 @@ constexpr const char* kGoOn = "input.unusable=warn";
 
 // The virtual machine is slow: frames may be left out, but all are accounted for.
 TEST_F(LiveProgram, RunIsLiveAndSaysThatTheCameraStreamed) {
-  const ProgramResult result =
-      run_kinetrace({"run", "--camera", camera_, "--frames", "5", "--out", file("run"), "--quiet", "--set", kGoOn});
+  const ProgramResult result = run_kinetrace({"run", "--camera", camera_, "--segmentation", "motion", "--frames", "5",
+                                              "--out", file("run"), "--quiet", "--set", kGoOn});
   ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
   std::ifstream file_of_run(file("run/run.json"));
   const nlohmann::json report = nlohmann::json::parse(file_of_run, nullptr, false);
@@ -85,7 +86,8 @@ TEST_F(LiveProgram, RunIsLiveAndSaysThatTheCameraStreamed) {
 // Meanwhile the driver fills its buffers, and what is in them is old afterwards.
 TEST_F(LiveProgram, BeingHeldUpIsNoJumpOfTheClock) {
   constexpr auto kLong = std::chrono::seconds(4);
-  Program program({"run", "--camera", camera_, "--seconds", "8", "--out", file("run"), "--quiet", "--set", kGoOn});
+  Program program({"run", "--camera", camera_, "--segmentation", "motion", "--seconds", "8", "--out", file("run"),
+                   "--quiet", "--set", kGoOn});
   for (int i = 0; i < 100 && !std::filesystem::exists(file("run/camera.tum")); ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
@@ -106,8 +108,8 @@ TEST_F(LiveProgram, WhatIsRecordedCanBePlayed) {
   const ProgramResult recorded =
       run_kinetrace({"record", "--camera", camera_, "--frames", "4", "--out", file("raw"), "--quiet"});
   ASSERT_EQ(recorded.exit_code, 0) << recorded.out << recorded.err;
-  const ProgramResult played =
-      run_kinetrace({"run", "--dataset", "kitti-raw:" + file("raw"), "--out", file("run"), "--quiet", "--set", kGoOn});
+  const ProgramResult played = run_kinetrace({"run", "--dataset", "kitti-raw:" + file("raw"), "--segmentation",
+                                              "motion", "--out", file("run"), "--quiet", "--set", kGoOn});
   ASSERT_EQ(played.exit_code, 0) << played.out << played.err;
   std::ifstream file_of_run(file("run/run.json"));
   EXPECT_EQ(nlohmann::json::parse(file_of_run, nullptr, false)["frames"], 4);
@@ -119,7 +121,8 @@ TEST_F(LiveProgram, ACameraThatIsNotThereIsNamed) {
   std::string text(std::istreambuf_iterator<char>(from), {});
   text.replace(text.find(hal::test::kVividRight), hal::test::kVividRight.size(), "usb-nowhere-1");
   std::ofstream(other) << text;
-  const ProgramResult result = run_kinetrace({"run", "--camera", other, "--out", file("none"), "--quiet"});
+  const ProgramResult result =
+      run_kinetrace({"run", "--camera", other, "--segmentation", "motion", "--out", file("none"), "--quiet"});
   EXPECT_EQ(result.exit_code, 66) << result.err;
   EXPECT_THAT(result.err, AllOf(HasSubstr("usb-nowhere-1"), HasSubstr(hal::test::kVividLeft)));
 }
