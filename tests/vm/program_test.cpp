@@ -53,7 +53,8 @@ class LiveProgram : public ::testing::Test {
 };
 
 TEST_F(LiveProgram, DoctorListsTheDevicesAndTriesThem) {
-  const ProgramResult result = run_kinetrace({"doctor", camera_, "--seconds", "3"});
+  const ProgramResult result =
+      run_kinetrace({"doctor", camera_, "--set", "segmentation.mode=motion", "--seconds", "3"});
   EXPECT_THAT(result.out,
               AllOf(HasSubstr(hal::test::kVividLeft), HasSubstr(hal::test::kVividRight), HasSubstr("grey8 320x180")));
   for (const char* good : {"ok    rig", "ok    memory", "ok    camera", "ok    rate"}) {
