@@ -120,15 +120,7 @@ Result<std::string> read_text(const std::filesystem::path& path, const std::stri
 Status read_config_text(const std::string& name, std::string_view text, const ConfigFields& fields,
                         ConfigNotes* notes) {
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(std::string(text));
-    if (documents.empty()) {
-      return {};
-    }
-    if (documents.size() > 1) {
-      return fail(ErrorCode::kInvalidConfig,
-                  at_line(name, documents[1].Mark()) + "a second document after ---; write all keys into one");
-    }
-    const YAML::Node& root = documents.front();
+    const YAML::Node root = YAML::Load(std::string(text));
     if (root.IsNull()) {
       return {};
     }

@@ -19,7 +19,7 @@ struct ConfigFileKind {
 /// Reads a YAML file of nested maps into `fields`; keys that it does not name keep their value. A file is accepted only
 /// as a whole: on an error some fields may already be set, so the caller gives up.
 /// Errors, with file and line: kNotFound, kIo, kInvalidConfig (unknown or repeated key, wrong type, not finite, not
-/// YAML, or more than one document; nothing in it, as a full disk leaves files; one of comments alone is a file of
+/// YAML; nothing in it, as a full disk leaves files; one of comments alone is a file of
 /// defaults).
 /// `notes`: see set_field().
 [[nodiscard]] Status read_config_file(const std::filesystem::path& path, const ConfigFields& fields,

@@ -273,11 +273,11 @@ Result<ModelConfig> load_model(const fs::path& path) {
   }
   Result<ModelConfig> model = [&]() -> Result<ModelConfig> {
     try {
-      const std::vector<YAML::Node> documents = YAML::LoadAll(*text);
-      if (documents.size() != 1 || !documents.front().IsMap()) {
-        return fail(ErrorCode::kInvalidConfig, path.string() + ": expected lines of `key: value`, in one document");
+      const YAML::Node root = YAML::Load(*text);
+      if (!root.IsMap()) {
+        return fail(ErrorCode::kInvalidConfig, path.string() + ": expected lines of `key: value`");
       }
-      return ModelReader(path.string()).read(documents.front());
+      return ModelReader(path.string()).read(root);
     } catch (const YAML::Exception& error) {
       return fail(ErrorCode::kInvalidConfig,
                   path.string() + ":" + std::to_string(error.mark.line + 1) + ": not valid YAML: " + error.msg);

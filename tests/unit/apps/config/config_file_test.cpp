@@ -150,12 +150,6 @@ TEST_F(ConfigFile, RefusesAnEmptyFile) {
   }
 }
 
-TEST_F(ConfigFile, RefusesASecondDocumentWhoseKeysWouldBeIgnored) {
-  EXPECT_THAT(error_of("bulbs: {count: 2}\n---\nbulbs: {count: 3}\n"),
-              HasSubstr(":3: a second document after ---; write all keys into one"));
-  EXPECT_TRUE(read("---\nbulbs: {count: 2}\n...\n")) << "one document, begun and ended";
-}
-
 TEST_F(ConfigFile, RefusesAMissingFileAndAFolder) {
   EXPECT_EQ(read_config_file("/nowhere/lamp.yaml", fields_of(lamp_)).error().code, ErrorCode::kNotFound);
   EXPECT_EQ(read_config_file(::testing::TempDir(), fields_of(lamp_)).error().code, ErrorCode::kInvalidConfig);
