@@ -14,7 +14,7 @@ struct Clutter {
   Eigen::Vector2f half_m = Eigen::Vector2f::Zero();  ///< Of the square around it, along x and z.
 };
 
-/// A bin, post, pole, sign, board, crate, container, bush, cabinet, cone, bench, heap or shed, of any size and look.
+/// A bin, post, pole, sign, board, crate, container, bush, cabinet, cone, bench, heap or hut, of any size and look.
 [[nodiscard]] Clutter random_clutter(Random& random);
 
 /// A factor to albedos, as often below 1 as above.
