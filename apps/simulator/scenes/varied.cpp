@@ -7,81 +7,20 @@
 #include <numbers>
 #include <vector>
 
-#include "clutter.hpp"
 #include "people.hpp"
 #include "random.hpp"
 #include "random_vehicle.hpp"
 #include "scenery.hpp"
 #include "scenes.hpp"
 #include "street_kit.hpp"
+#include "varied_site.hpp"
 
 namespace kinetrace::simulator {
 namespace {
-
 using Eigen::Vector3f;
 
 constexpr int kFrames = 16;
-// Everybody is where the cameras look.
-constexpr double kBegin_m = -14.0;
-constexpr double kEnd_m = 72.0;
-// Houses and trees go on beyond.
-constexpr float kFarBegin_m = -70.F;
-constexpr float kFarEnd_m = 150.F;
 constexpr std::size_t kMaxVehicles = 44;
-
-// What is taken already.
-class Places {
- public:
-  [[nodiscard]] bool is_free(const GroundArea& area) const {
-    return std::none_of(taken_.begin(), taken_.end(), [&](const GroundArea& other) {
-      return area.x0 < other.x1 && other.x0 < area.x1 && area.z0 < other.z1 && other.z0 < area.z1;
-    });
-  }
-  void take(const GroundArea& area) { taken_.push_back(area); }
-  [[nodiscard]] bool take_if_free(const GroundArea& area) {
-    const bool free = is_free(area);
-    if (free) {
-      take(area);
-    }
-    return free;
-  }
-
- private:
-  std::vector<GroundArea> taken_;
-};
-
-GroundArea around(double x_m, double z_m, double half_x_m, double half_z_m) {
-  return {static_cast<float>(x_m - half_x_m), static_cast<float>(x_m + half_x_m), static_cast<float>(z_m - half_z_m),
-          static_cast<float>(z_m + half_z_m)};
-}
-
-float uniform(Random& random, double low, double high) {
-  return static_cast<float>(random.uniform(low, high));
-}
-
-std::uint16_t seed_of(Random& random) {
-  return static_cast<std::uint16_t>(random.bits());
-}
-
-// A street along z that is being furnished.
-struct Site {
-  explicit Site(std::uint32_t seed) : random(seed, 61) {}
-
-  Scene scene;
-  Random random;
-  Places ground;   // Whatever stands.
-  Places heights;  // Only what no crown of a tree may hang over.
-  double half_road_m = 0.0;
-  double edge_m = 0.0;  // Where the sidewalks begin, beyond the parking strips.
-  double walk_m = 0.0;
-  double curb_m = 0.0;
-  std::vector<Se3> views;                 // Of the camera, one after the other.
-  std::vector<Eigen::Vector2d> doorways;  // Beside open doors: x and z.
-
-  [[nodiscard]] double side() { return random.chance(0.5) ? 1.0 : -1.0; }
-  [[nodiscard]] double height_m(double x_m) const { return std::abs(x_m) > edge_m ? curb_m : 0.0; }
-  [[nodiscard]] bool has_room() const { return scene.actors.size() < static_cast<std::size_t>(kMaxObjects); }
-};
 
 void draw_light(Site& site) {
   Random& random = site.random;
@@ -169,8 +108,8 @@ void park_along(Site& site, double side) {
   Random& random = site.random;
   const double sparse_m = random.chance(0.6) ? random.uniform(0.5, 2.0) : random.uniform(2.0, 16.0);
   const double usual_rad = along_street(site);
-  double z_m = kBegin_m + random.uniform(0.0, 5.0);
-  while (z_m < kEnd_m && site.scene.actors.size() < kMaxVehicles) {
+  double z_m = Site::kBegin_m + random.uniform(0.0, 5.0);
+  while (z_m < Site::kEnd_m && site.scene.actors.size() < kMaxVehicles) {
     const RandomVehicle made = random_vehicle(random);
     const double half_m = 0.5 * static_cast<double>(made.size_lhw_m.x());
     const double heading_rad = (random.chance(0.85) ? usual_rad : along_street(site)) + 0.02 * random.normal();
@@ -185,8 +124,8 @@ void park_along(Site& site, double side) {
 void park_across(Site& site, double side) {
   Random& random = site.random;
   const double gap_m = random.uniform(0.5, 1.2);
-  double z_m = kBegin_m + random.uniform(0.0, 5.0);
-  while (z_m < kEnd_m && site.scene.actors.size() < kMaxVehicles) {
+  double z_m = Site::kBegin_m + random.uniform(0.0, 5.0);
+  while (z_m < Site::kEnd_m && site.scene.actors.size() < kMaxVehicles) {
     const RandomVehicle made = random_vehicle(random);
     const double heading_rad = random.chance(0.5) ? 0.0 : std::numbers::pi;
     const double half_m = 0.5 * static_cast<double>(made.size_lhw_m.z());
@@ -205,7 +144,7 @@ void add_vehicles(Site& site, const std::array<double, 2>& strips_m) {
     const double heading_rad = random.chance(0.75) ? along_street(site) + 0.06 * random.normal()
                                                    : random.uniform(-std::numbers::pi, std::numbers::pi);
     place_vehicle(site, random_vehicle(random), random.uniform(-0.8, 0.8) * site.half_road_m,
-                  random.uniform(kBegin_m, kEnd_m), heading_rad);
+                  random.uniform(Site::kBegin_m, Site::kEnd_m), heading_rad);
   }
   for (const std::size_t i : {0U, 1U}) {
     const double side = i == 0 ? -1.0 : 1.0;
@@ -220,7 +159,7 @@ void add_vehicles(Site& site, const std::array<double, 2>& strips_m) {
     const double heading_rad =
         random.chance(0.7) ? 0.1 * random.normal() + (random.chance(0.5) ? std::numbers::pi : 0.0) : along_street(site);
     place_vehicle(site, random_vehicle(random), site.side() * (site.edge_m + site.walk_m + random.uniform(1.0, 7.0)),
-                  random.uniform(kBegin_m, kEnd_m), heading_rad);
+                  random.uniform(Site::kBegin_m, Site::kEnd_m), heading_rad);
   }
 }
 
@@ -264,7 +203,7 @@ void add_people(Site& site) {
   }
   for (int i = 4 + random.index(12); i > 0; --i) {
     double x_m = site.side() * (site.edge_m + random.uniform(0.5, 1.0) * site.walk_m);
-    double z_m = random.uniform(kBegin_m, kEnd_m);
+    double z_m = random.uniform(Site::kBegin_m, Site::kEnd_m);
     if (random.chance(0.3)) {
       x_m = random.uniform(-0.9, 0.9) * site.half_road_m;
     } else if (vehicles > 0 && random.chance(0.4)) {
@@ -280,202 +219,6 @@ void add_people(Site& site) {
     }
   }
 }
-
-Paint any_ground(Random& random, double paved) {
-  constexpr std::array<Material, 4> kPaved{Material::kAsphalt, Material::kConcrete, Material::kSidewalk,
-                                           Material::kPlain};
-  constexpr std::array<Material, 4> kOpen{Material::kGrass, Material::kGravel, Material::kFoliage, Material::kConcrete};
-  const auto& materials = random.chance(paved) ? kPaved : kOpen;
-  const auto which = static_cast<std::size_t>(random.chance(0.55) ? 0 : random.index(4));
-  return {materials[which], seed_of(random), nullptr, std::exp(uniform(random, -0.6, 1.0))};
-}
-
-void add_surfaces(Site& site) {
-  Random& random = site.random;
-  Mesh& mesh = site.scene.world;
-  const auto road = static_cast<float>(site.edge_m);
-  const auto walk = static_cast<float>(site.walk_m);
-  const auto curb = static_cast<float>(site.curb_m);
-  const float z0 = 2.F * kFarBegin_m;
-  const float z1 = 2.F * kFarEnd_m;
-  add_ground(mesh, {-road, road, z0, z1}, 0.F, any_ground(random, 0.93));
-  const Paint paving = any_ground(random, 0.9);
-  const Paint stone{Material::kCurb, 0, nullptr, std::exp(uniform(random, -0.6, 0.5))};
-  const Paint yard = any_ground(random, 0.3);
-  for (const float side : {-1.F, 1.F}) {
-    const auto area = [&](float from, float to) {
-      return side > 0.F ? GroundArea{from, to, z0, z1} : GroundArea{-to, -from, z0, z1};
-    };
-    add_slab(mesh, area(road, road + walk), curb, paving, stone);
-    add_ground(mesh, area(road + walk, road + 150.F), curb, yard);
-  }
-  const auto half = static_cast<float>(site.half_road_m);
-  Mesh marks;
-  if (random.chance(0.6)) {
-    add_lane_marks(marks, uniform(random, -0.3, 0.3) * half, z0, z1, uniform(random, 1.0, 8.0),
-                   uniform(random, 0.0, 6.0));
-  }
-  if (random.chance(0.4)) {
-    add_lane_marks(marks, -half, z0, z1, 5.F, 0.2F);
-    add_lane_marks(marks, half, z0, z1, 5.F, 0.2F);
-  }
-  if (random.chance(0.3)) {
-    add_crosswalk(marks, -half, half, uniform(random, 5.0, 40.0));
-  }
-  mesh.append(toned(std::move(marks), uniform(random, 0.7, 1.7)), Eigen::Matrix3f::Identity(), Vector3f::Zero());
-  Mesh wear;
-  add_road_wear(wear, {-half, half, -20.F, 80.F}, random.index(40), random.bits());
-  mesh.append(toned(std::move(wear), random_tone(random)), Eigen::Matrix3f::Identity(), Vector3f::Zero());
-}
-
-// Doors and garages on the wall towards the street.
-void add_doors(Site& site, float side, float wall_x, float z0, float z1) {
-  constexpr std::array<Material, 5> kLeaves{Material::kWood, Material::kPlain, Material::kMetal, Material::kPanelWall,
-                                            Material::kTruckBox};
-  Random& random = site.random;
-  float z = z0 + uniform(random, 0.5, 2.0);
-  while (z < z1 - 3.F) {
-    const bool garage = random.chance(0.4);
-    const float wide = garage ? uniform(random, 2.0, 2.9) : uniform(random, 0.8, 1.3);
-    const float tall = uniform(random, 1.9, 2.4);
-    const Paint paint{kLeaves[static_cast<std::size_t>(random.index(kLeaves.size()))], seed_of(random), nullptr,
-                      random_tone(random)};
-    site.scene.world.add_box({side * (wall_x - 0.03F), -static_cast<float>(site.curb_m) - 0.5F * tall, z + 0.5F * wide},
-                             {0.16F, tall, wide}, paint);
-    z += uniform(random, 2.6, 7.0);
-  }
-}
-
-void add_house(Site& site, float side, float z0, float z1) {
-  Random& random = site.random;
-  const float front =
-      static_cast<float>(site.edge_m + site.walk_m) + (random.chance(0.4) ? 0.3F : uniform(random, 1.0, 9.0));
-  const float deep = uniform(random, 6.0, 11.0);
-  const GroundArea area =
-      side > 0.F ? GroundArea{front, front + deep, z0, z1} : GroundArea{-front - deep, -front, z0, z1};
-  if (!site.ground.take_if_free({area.x0 - 0.3F, area.x1 + 0.3F, area.z0 - 0.3F, area.z1 + 0.3F})) {
-    return;
-  }
-  Mesh house;
-  add_building(house, area, uniform(random, 2.6, 12.0), random.chance(0.7), seed_of(random));
-  site.scene.world.append(toned(std::move(house), std::exp(uniform(random, -0.8, 0.7))), Eigen::Matrix3f::Identity(),
-                          {0.F, -static_cast<float>(site.curb_m), 0.F});
-  add_doors(site, side, front, z0, z1);
-}
-
-// A tree where there is room for it; its crown may hang over the road.
-void add_tree_at(Site& site, float x, float z) {
-  Random& random = site.random;
-  const float tall = uniform(random, 3.5, 13.0);
-  const float reach = 0.4F * tall;
-  const double trunk_m = 0.06 * static_cast<double>(tall) + 0.2;
-  if (!site.heights.is_free({x - reach, x + reach, z - reach, z + reach}) ||
-      !site.ground.take_if_free(around(x, z, trunk_m, trunk_m))) {
-    return;
-  }
-  Mesh tree;
-  add_tree(tree, 0.F, 0.F, tall, seed_of(random));
-  site.scene.world.append(toned(std::move(tree), std::exp(uniform(random, -1.4, 0.5))),
-                          turned(uniform(random, -3.0, 3.0)), {x, -static_cast<float>(site.height_m(x)), z});
-}
-
-// Along the sidewalk's far side.
-void add_border(Site& site, float side, float z0, float z1) {
-  Random& random = site.random;
-  const float x = static_cast<float>(site.edge_m + site.walk_m) + 0.6F;
-  const int kind = random.index(4);
-  if (kind == 3 || !site.ground.take_if_free({side * x - 0.6F, side * x + 0.6F, z0, z1})) {
-    return;
-  }
-  Mesh border;
-  const GroundArea area{side * x - 0.5F, side * x + 0.5F, z0, z1};
-  if (kind == 0) {
-    add_hedge(border, area, uniform(random, 0.7, 3.5), seed_of(random));
-  } else if (kind == 1) {
-    add_fence(border, side * x, z0, z1, seed_of(random));
-  } else {
-    const float tall = uniform(random, 0.4, 2.2);
-    border.add_box({side * x, -0.5F * tall, 0.5F * (z0 + z1)}, {0.25F, tall, z1 - z0},
-                   {random.chance(0.5) ? Material::kConcrete : Material::kWood, seed_of(random)});
-  }
-  site.scene.world.append(toned(std::move(border), random_tone(random)), Eigen::Matrix3f::Identity(),
-                          {0.F, -static_cast<float>(site.curb_m), 0.F});
-}
-
-// Thickets and houses behind the first row.
-void add_backdrop(Site& site, float side) {
-  Random& random = site.random;
-  const double green = random.unit();
-  float z = kFarBegin_m;
-  while (z < kFarEnd_m) {
-    const float x = static_cast<float>(site.edge_m + site.walk_m) + uniform(random, 24.0, 40.0);
-    const auto seed = seed_of(random);
-    Mesh thing;
-    if (random.chance(green)) {
-      const float radius = uniform(random, 2.5, 8.0);
-      thing.add_ellipsoid({0.F, -0.6F * radius, 0.F}, {radius, radius, radius}, 12, {Material::kFoliage, seed}, 0.2F);
-    } else {
-      add_building(thing, {-6.F, 6.F, -5.F, 5.F}, uniform(random, 4.0, 15.0), random.chance(0.7), seed);
-    }
-    site.scene.world.append(toned(std::move(thing), random_tone(random)), Eigen::Matrix3f::Identity(),
-                            {side * x, -static_cast<float>(site.curb_m), z});
-    z += uniform(random, 4.0, 15.0);
-  }
-}
-
-void add_roadside(Site& site, float side) {
-  Random& random = site.random;
-  const double built = random.unit();
-  const double bordered = random.unit();
-  float z = kFarBegin_m;
-  while (z < kFarEnd_m) {
-    const float length = uniform(random, 6.0, 17.0);
-    const auto beside = [&] {
-      return side * (static_cast<float>(site.edge_m + site.walk_m) + uniform(random, 0.5, 12.0));
-    };
-    if (random.chance(built)) {
-      add_house(site, side, z, z + length);
-    }
-    if (random.chance(bordered)) {
-      add_border(site, side, z + 0.5F, z + length - 0.5F);
-    }
-    for (int i = random.index(5); i > 0; --i) {
-      add_tree_at(site, beside(), z + uniform(random, 0.0, static_cast<double>(length)));
-    }
-    if (random.chance(0.4)) {
-      add_tree_at(site, side * (static_cast<float>(site.edge_m) + 0.6F), z + 0.5F * length);
-    }
-    z += length + (random.chance(0.5) ? 0.F : uniform(random, 0.5, 5.0));
-  }
-  add_backdrop(site, side);
-  // The end of the view.
-  float at = 4.F;
-  while (at < 90.F) {
-    Mesh far;
-    add_building(far, {side * at - 4.5F, side * at + 4.5F, kFarEnd_m + 60.F, kFarEnd_m + 70.F},
-                 uniform(random, 5.0, 20.0), random.chance(0.5), seed_of(random));
-    site.scene.world.append(toned(std::move(far), random_tone(random)), Eigen::Matrix3f::Identity(), Vector3f::Zero());
-    at += uniform(random, 9.0, 20.0);
-  }
-}
-
-void add_clutter(Site& site) {
-  Random& random = site.random;
-  for (int i = random.index(70); i > 0; --i) {
-    const Clutter thing = random_clutter(random);
-    const double reach_m = static_cast<double>(thing.half_m.maxCoeff());
-    const double x_m = random.chance(0.12) ? random.uniform(-1.0, 1.0) * site.half_road_m
-                                           : site.side() * (site.edge_m + 0.2 + reach_m + random.uniform(0.0, 7.0));
-    const double z_m = random.uniform(kBegin_m, kEnd_m);
-    const GroundArea area = around(x_m, z_m, 1.45 * reach_m, 1.45 * reach_m);
-    if (site.heights.is_free(area) && site.ground.take_if_free(area)) {
-      site.scene.world.append(
-          thing.mesh, turned(uniform(random, -3.0, 3.0)),
-          {static_cast<float>(x_m), -static_cast<float>(site.height_m(x_m)), static_cast<float>(z_m)});
-    }
-  }
-}
-
 double any_strip_m(Random& random) {
   const double kind = random.unit();
   if (kind < 0.2) {
