@@ -2,7 +2,9 @@
 
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 #include <utility>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -61,15 +63,49 @@ void add_camera(CLI::App& app, Options& options, int& samples) {
   app.add_option("--shutter", options.simulator.shutter_ms, "Exposure time; above 0, what moves is blurred")
       ->type_name("MS")
       ->capture_default_str();
-  app.add_option("--drift", options.simulator.drift_mrad,
-                 "Slow drifting of the right camera that the calibration does not know: of its direction, and half as "
-                 "much of its principal point, milliradians")
-      ->type_name("MRAD")
-      ->capture_default_str();
   app.add_flag("--distortion", options.simulator.distortion,
                "Raw pictures through crooked lenses, with the calibration to rectify them");
   app.add_option("--samples", samples, "Rays per pixel")->check(CLI::IsMember({1, 4, 9, 16}))->capture_default_str();
   app.add_option("--threads", options.simulator.threads, "They do not change the result")->capture_default_str();
+}
+
+constexpr double kDegree_rad = std::numbers::pi / 180.0;
+
+void add_rig_errors(CLI::App& app, RigErrors& errors) {
+  CLI::Option_group& group =
+      *app.add_option_group("Errors of the calibration", "What the calibration that is written does not know");
+  group
+      .add_option(
+          "--drift", errors.drift_mrad,
+          "Slow drifting of the right camera's direction, and half as much of its principal point, milliradians")
+      ->type_name("MRAD")
+      ->capture_default_str();
+  group
+      .add_option_function<std::vector<double>>(
+          "--turn",
+          [&errors](const std::vector<double>& deg) {
+            errors.turn_rad = kDegree_rad * Eigen::Vector3d(deg[0], deg[1], deg[2]);
+          },
+          "The right camera is turned about its x, y and z axes, degrees")
+      ->type_name("PITCH,YAW,ROLL")
+      ->delimiter(',')
+      ->expected(3);
+  group
+      .add_option_function<std::vector<double>>(
+          "--baseline",
+          [&errors](const std::vector<double>& deg) {
+            errors.baseline_rad = kDegree_rad * Eigen::Vector2d(deg[0], deg[1]);
+          },
+          "How far the baseline points down and forward, degrees")
+      ->type_name("DOWN,FORWARD")
+      ->delimiter(',')
+      ->expected(2);
+  group.add_option("--knock", errors.knock_s, "From when on --turn and --baseline hold, seconds")->type_name("S");
+  group
+      .add_option_function<double>(
+          "--focal", [&errors](double percent) { errors.focal = 0.01 * percent; },
+          "How much longer both focal lengths are, percent")
+      ->type_name("PERCENT");
 }
 
 app::ValueHints value_hints() {
@@ -104,6 +140,7 @@ app::Outcome<std::optional<Options>> parse_options(int argc, const char* const* 
   int samples = 4;
   add_recording(app, options, out, degrade);
   add_camera(app, options, samples);
+  add_rig_errors(app, options.simulator.errors);
   app.add_flag("--quiet", options.quiet, "Prints nothing but errors");
   add_reference(app);
   try {

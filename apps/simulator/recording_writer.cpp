@@ -100,7 +100,7 @@ Result<RecordingWriter> RecordingWriter::create(const RecordingSettings& setting
   }
   const fs::path calibration = writer.drive_.parent_path() / "calib_cam_to_cam.txt";
   std::ofstream calibration_file(calibration);
-  calibration_file << calibration_text(simulator.rig()) << std::flush;
+  calibration_file << calibration_text(miscalibrated(simulator.rig(), simulator.settings().errors.focal)) << std::flush;
   if (const Status written = check_written(calibration_file, calibration); !written) {
     return Unexpected(written.error());
   }
@@ -109,6 +109,10 @@ Result<RecordingWriter> RecordingWriter::create(const RecordingSettings& setting
   }
   writer.camera_poses_.open(writer.truth_ / "camera_poses.txt");
   writer.camera_poses_ << std::scientific << std::setprecision(12);
+  if (simulator.settings().errors.move_right_camera()) {
+    writer.right_camera_.open(writer.truth_ / "right_camera.csv");
+    writer.right_camera_ << std::setprecision(9) << kRightCameraHeader;
+  }
   writer.objects_.open(writer.truth_ / "objects.csv");
   writer.objects_ << std::setprecision(12) << kObjectsHeader;
   writer.labels_.open(writer.truth_ / "label_02.txt");
@@ -158,6 +162,9 @@ void RecordingWriter::write_rows(const SimulatedFrame& frame) {
     file << timestamp_text(frame.timestamp_ns) << '\n';
   }
   write_pose(frame.T_world_cam, camera_poses_);
+  if (right_camera_.is_open()) {
+    write_right_camera_row(frame, right_camera_);
+  }
   for (const ObjectTruth& object : frame.objects) {
     write_object_row(frame, object, objects_);
     write_label(frame, object, labels_);
@@ -170,7 +177,10 @@ Status RecordingWriter::write(const SimulatedFrame& frame) {
 }
 
 Status RecordingWriter::finish() {
-  for (std::ofstream* file : {&timestamps_[0], &timestamps_[1], &camera_poses_, &objects_, &labels_}) {
+  for (std::ofstream* file : {&timestamps_[0], &timestamps_[1], &camera_poses_, &right_camera_, &objects_, &labels_}) {
+    if (!file->is_open()) {
+      continue;
+    }
     file->close();
     if (Status written = check_written(*file, settings_.folder); !written) {
       return written;

@@ -40,6 +40,7 @@ class RecordingWriter {
   std::filesystem::path truth_;
   std::array<std::ofstream, 2> timestamps_;
   std::ofstream camera_poses_;
+  std::ofstream right_camera_;  ///< Open where it does not stand as calibrated.
   std::ofstream objects_;
   std::ofstream labels_;
 };

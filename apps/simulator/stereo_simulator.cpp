@@ -36,10 +36,9 @@ Status SimulatorSettings::validate() const {
     double low;
     double high;
   };
-  const std::array<Range, 8> ranges{{{"samples per side", static_cast<double>(samples_per_side), 1, 4},
+  const std::array<Range, 7> ranges{{{"samples per side", static_cast<double>(samples_per_side), 1, 4},
                                      {"threads", static_cast<double>(threads), 1, 256},
                                      {"shutter", shutter_ms, 0, 1000},
-                                     {"drift", drift_mrad, 0, 50},
                                      {"noise", sensor.noise_levels, 0, 50},
                                      {"vignetting", sensor.vignetting, 0, 0.9},
                                      {"blur", sensor.blur_px, 0, 2},
@@ -49,7 +48,7 @@ Status SimulatorSettings::validate() const {
       return status;
     }
   }
-  return {};
+  return errors.validate();
 }
 
 struct StereoSimulator::State {
@@ -69,20 +68,17 @@ struct StereoSimulator::State {
     return pose;
   }
 
-  // Where the camera really looks: the right one's direction and principal point drift from their calibration.
+  // Where the camera really is and looks.
   [[nodiscard]] ViewPose true_pose(View view, double time_s) const {
     ViewPose pose{T_scene_view(view, time_s)};
-    if (view == View::kRight && settings.drift_mrad > 0.0) {
-      constexpr double kPeriod_s = 9.0;
-      Random random(settings.seed, 31);
-      Eigen::Matrix<double, 5, 1> correlated_covariance;
-      for (int i = 0; i < correlated_covariance.size(); ++i) {
-        correlated_covariance[i] =
-            1e-3 * settings.drift_mrad *
-            std::sin(6.283185307179586 * (time_s / kPeriod_s * random.uniform(0.7, 1.3) + random.unit()));
-      }
-      pose.T_scene_view.rotation = pose.T_scene_view.rotation * so3_exp(correlated_covariance.head<3>());
-      pose.principal_shift = (0.5 * correlated_covariance.tail<2>()).cast<float>();
+    if (view == View::kRight && settings.errors.move_right_camera()) {
+      const RigErrors::RightCamera right = settings.errors.right_camera(time_s, settings.seed);
+      const Eigen::Matrix3d R_scene_cam = pose.T_scene_view.rotation;
+      const Eigen::Vector3d direction(1.0, std::tan(right.baseline_rad.x()), std::tan(right.baseline_rad.y()));
+      pose.T_scene_view.translation +=
+          R_scene_cam * (scene.rig.baseline_m * (direction.normalized() - Eigen::Vector3d::UnitX()));
+      pose.T_scene_view.rotation = R_scene_cam * so3_exp(right.turn_rad);
+      pose.principal_shift = right.principal_shift.cast<float>();
     }
     return pose;
   }
@@ -132,7 +128,7 @@ struct StereoSimulator::State {
   // Whether the rays of the picture, taken at once through lenses as the calibration knows them, are those of the
   // truth.
   [[nodiscard]] bool picture_shows_truth() const {
-    return !rig.distorted && settings.shutter_ms == 0.0 && settings.drift_mrad == 0.0;
+    return !rig.distorted && settings.shutter_ms == 0.0 && !settings.errors.move_right_camera();
   }
 
   void find_truth(double time_s, std::array<TruthImages, 2>& truth) {
@@ -176,6 +172,7 @@ SimulatedFrame StereoSimulator::frame(int index) {
   frame.index = index;
   frame.timestamp_ns = kStart_ns + std::llround(1e9 * time_s);
   frame.T_world_cam = s.T_world_scene * s.T_scene_view(View::kLeft, time_s);
+  frame.right_camera = s.settings.errors.right_camera(time_s, s.settings.seed);
   const TruthImages empty(s.scene.rig.width_px, s.scene.rig.height_px);
   std::array<TruthImages, 2> truth{empty, empty};
   std::array<Image<float>, 2> light = s.collect_light(time_s, s.picture_shows_truth() ? &truth : nullptr);

@@ -10,6 +10,7 @@
 #include "image.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/core/se3.hpp"
+#include "rig_errors.hpp"
 #include "scene.hpp"
 #include "sensor.hpp"
 
@@ -21,9 +22,7 @@ struct SimulatorSettings {
   int threads = 2;
   bool distortion = false;  ///< Raw pictures of crooked lenses, to be rectified.
   double shutter_ms = 0.0;  ///< > 0: what moves in that time is blurred.
-  /// Amplitude of a slow drifting of the right camera that no calibration knows: of its direction, and half as much of
-  /// its principal point.
-  double drift_mrad = 0.0;
+  RigErrors errors;         ///< What the calibration that is written does not know.
   SensorSettings sensor;
 
   [[nodiscard]] Status validate() const;
@@ -52,6 +51,7 @@ struct SimulatedFrame {
   std::array<Image<std::uint16_t>, 2> instances;  ///< Rectified; class * 1000 + id, 0 for none (KITTI MOTS).
   std::array<Image<float>, 2> depth_m;            ///< Rectified; 0 for the sky.
   Se3 T_world_cam;
+  RigErrors::RightCamera right_camera;
   std::vector<ObjectTruth> objects;  ///< All of the scene, in view or not.
 };
 

@@ -44,6 +44,19 @@ int level(double part, double partly, double largely) {
 
 }  // namespace
 
+const char* const kRightCameraHeader =
+    "frame,turn_x_rad,turn_y_rad,turn_z_rad,baseline_y_rad,baseline_z_rad,shift_x,shift_y\n";
+
+void write_right_camera_row(const SimulatedFrame& frame, std::ostream& out) {
+  const RigErrors::RightCamera& right = frame.right_camera;
+  out << frame.index;
+  for (const double value : {right.turn_rad.x(), right.turn_rad.y(), right.turn_rad.z(), right.baseline_rad.x(),
+                             right.baseline_rad.y(), right.principal_shift.x(), right.principal_shift.y()}) {
+    out << ',' << value;
+  }
+  out << '\n';
+}
+
 const char* const kObjectsHeader =
     "frame,timestamp_ns,object_id,class,moving,rigid,tx,ty,tz,qx,qy,qz,qw,vx,vy,vz,length,height,width,visible_px,"
     "height_px,occlusion,truncation\n";

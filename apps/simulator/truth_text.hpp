@@ -17,6 +17,10 @@ namespace kinetrace::simulator {
 /// KITTI odometry's poses: the upper three rows of T_world_cam.
 void write_pose(const Se3& pose, std::ostream& out);
 
+/// Where the right camera really stands, see RigErrors::RightCamera.
+extern const char* const kRightCameraHeader;
+void write_right_camera_row(const SimulatedFrame& frame, std::ostream& out);
+
 extern const char* const kObjectsHeader;
 void write_object_row(const SimulatedFrame& frame, const ObjectTruth& object, std::ostream& out);
 /// KITTI tracking's label_02, for visible objects only.

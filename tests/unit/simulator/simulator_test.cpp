@@ -90,7 +90,7 @@ TEST(StereoSimulator, AnOpenShutterBlursWhatMoves) {
 TEST(StereoSimulator, DriftTurnsTheRightCameraOnly) {
   SimulatorSettings settings = clean_settings();
   StereoSimulator steady = small_simulator("street", settings, kTiny_px);
-  settings.drift_mrad = 3.0;
+  settings.errors.drift_mrad = 3.0;
   StereoSimulator drifting = small_simulator("street", settings, kTiny_px);
   const SimulatedFrame a = steady.frame(20);
   const SimulatedFrame b = drifting.frame(20);
