@@ -54,7 +54,11 @@ struct FeatureFrontEnd::State {
   [[nodiscard]] static State carve(const FeatureConfig& config, int width_px, int height_px, Arena& arena);
   [[nodiscard]] const ImagePyramid& current() const noexcept { return images.current(); }
 
-  void take_in(const RectifiedPair& pair) noexcept;
+  std::uint64_t attempted_before = 0;  ///< Of the counters, as of the frame before.
+  std::uint64_t matched_before = 0;
+
+  void take_in(const RectifiedPair& pair, const RigAdjustment& rig) noexcept;
+  [[nodiscard]] bool rows_seem_wrong() noexcept;
   void end_rejected() noexcept;
   void remember_previous() noexcept;
   void follow_others_and_match(std::span<const FeaturePrediction> by_slot) noexcept;
@@ -114,7 +118,7 @@ Result<FeatureFrontEnd> FeatureFrontEnd::create(const FeatureConfig& config, int
   return FeatureFrontEnd(home[0]);
 }
 
-Status FeatureFrontEnd::begin_frame(const RectifiedPair& pair) {
+Status FeatureFrontEnd::begin_frame(const RectifiedPair& pair, const RigAdjustment& rig) {
   for (const GrayView& image : {pair.left, pair.right}) {
     if (image.empty() || image.width != state_->width_px || image.height != state_->height_px) {
       return fail(ErrorCode::kInvalidArgument, "features: frame " + std::to_string(pair.frame_index) + " measures " +
@@ -122,7 +126,7 @@ Status FeatureFrontEnd::begin_frame(const RectifiedPair& pair) {
                                                    size_text(state_->width_px, state_->height_px));
     }
   }
-  state_->take_in(pair);
+  state_->take_in(pair, rig);
   state_->step = Step::kNeedsTrack;
   return {};
 }
@@ -138,6 +142,10 @@ Result<FeatureFrame> FeatureFrontEnd::track(std::span<const FeaturePrediction> b
   state_->follow_others_and_match(by_slot);
   state_->step = Step::kNeedsReplenish;
   return state_->publish();
+}
+
+GrayView FeatureFrontEnd::right_image() const noexcept {
+  return state_->images.right();
 }
 
 std::size_t FeatureFrontEnd::count_corners() noexcept {
@@ -233,13 +241,28 @@ void FeatureFrontEnd::reset() noexcept {
   }
   state_->published.clear();
   state_->counters = {};
+  state_->attempted_before = 0;
+  state_->matched_before = 0;
   state_->step = Step::kNeedsFrame;
 }
 
-void FeatureFrontEnd::State::take_in(const RectifiedPair& pair) noexcept {
+// Where nearly nothing has a match, the calibration's rows may be wrong.
+bool FeatureFrontEnd::State::rows_seem_wrong() noexcept {
+  constexpr std::uint64_t kMinAttempts = 100;
+  constexpr double kFewMatched = 0.25;
+  const std::uint64_t attempted = counters.stereo_attempted - attempted_before;
+  const std::uint64_t matched = counters.stereo_matched - matched_before;
+  attempted_before = counters.stereo_attempted;
+  matched_before = counters.stereo_matched;
+  return attempted >= kMinAttempts && static_cast<double>(matched) < kFewMatched * static_cast<double>(attempted);
+}
+
+void FeatureFrontEnd::State::take_in(const RectifiedPair& pair, const RigAdjustment& rig) noexcept {
   frame_index = pair.frame_index;
   timestamp_ns = pair.timestamp_ns;
-  images.take_in(pair, workers);
+  images.take_in(pair, rig.correction, workers);
+  const bool rows_wrong = rows_seem_wrong();
+  matcher.set_rig(pair.geometry, rig.correction, rig.may_be_off && rows_wrong);
   for (FeatureSlot& slot : slots) {
     if (slot.state == SlotState::kDead) {
       slot.state = SlotState::kFree;

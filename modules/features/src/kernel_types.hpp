@@ -25,6 +25,12 @@ struct Plane {
   int margin;
 };
 
+/// Position in a source image; between nodes that are kWarpBlock pixels apart it is linear.
+struct WarpNode {
+  float u, v;
+};
+inline constexpr int kWarpBlock = 16;
+
 /// Offset in the source image = matrix * offset in the target image, both from the patch's centre.
 struct PatchWarp {
   float xx, xy, yx, yy;

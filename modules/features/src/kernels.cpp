@@ -11,6 +11,7 @@ namespace kinetrace::features {
   extern const PatchKernels kPatchKernels;                 \
   extern const SearchKernels kSearchKernels;               \
   extern const CornerKernels kCornerKernels;               \
+  extern const WarpKernels kWarpKernels;                   \
   }
 KINETRACE_DECLARE_KERNELS(kernel_baseline)
 KINETRACE_DECLARE_KERNELS(kernel_fast)
@@ -18,14 +19,15 @@ KINETRACE_DECLARE_KERNELS(kernel_fast)
 
 const Kernels& baseline_kernels() noexcept {
   static const Kernels baseline{kernel_baseline::kPyramidKernels, kernel_baseline::kPatchTemplateKernels,
-                                kernel_baseline::kPatchKernels, kernel_baseline::kSearchKernels,
-                                kernel_baseline::kCornerKernels};
+                                kernel_baseline::kPatchKernels,   kernel_baseline::kSearchKernels,
+                                kernel_baseline::kCornerKernels,  kernel_baseline::kWarpKernels};
   return baseline;
 }
 
 const Kernels& kernels() noexcept {
   static const Kernels fast{kernel_fast::kPyramidKernels, kernel_fast::kPatchTemplateKernels,
-                            kernel_fast::kPatchKernels, kernel_fast::kSearchKernels, kernel_fast::kCornerKernels};
+                            kernel_fast::kPatchKernels,   kernel_fast::kSearchKernels,
+                            kernel_fast::kCornerKernels,  kernel_fast::kWarpKernels};
   return cpu_runs_fast_kernels() ? fast : baseline_kernels();
 }
 

@@ -63,12 +63,20 @@ struct CornerKernels {
                      std::uint16_t* columns);
 };
 
+/// Images seen by a camera that is turned a little.
+struct WarpKernels {
+  /// One row of `width` pixels, bilinear; `nodes` are the positions in `image` of every kWarpBlock-th pixel, one beyond
+  /// the last block included. Outside `image` its border goes on.
+  void (*warp_row)(const Plane& image, const WarpNode* nodes, int width, std::uint8_t* target);
+};
+
 struct Kernels {
   PyramidKernels pyramid;
   PatchTemplateKernels patch_template;
   PatchKernels patch;
   SearchKernels search;
   CornerKernels corner;
+  WarpKernels warp;
 };
 
 /// The best set for this machine; see cpu_runs_fast_kernels.

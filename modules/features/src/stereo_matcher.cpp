@@ -23,6 +23,10 @@ constexpr float kNarrow_px = 4.F;
 constexpr float kNarrowRatio = 0.08F;
 // Rows to try for a new feature when its own gives nothing: the patch tolerates about one row on either side.
 constexpr std::array<int, 3> kRowOffsets{0, -2, 2};
+// ... and as far as half a degree takes them, for some features, where hardly any has a match in its row.
+constexpr std::array<int, 13> kFarRowOffsets{0, -2, 2, -4, 4, -6, 6, -8, 8, -10, 10, -12, 12};
+constexpr int kLookFar = 4;  // Of so many features one looks there.
+constexpr float kFarRowDifference_px = 13.F;
 
 // Rectification is good to about half a pixel; texture that knows better overrules this.
 constexpr float kNoise_gray = 2.5F;
@@ -91,12 +95,30 @@ bool StereoMatcher::match(const StereoImages& images, float expected_disparity_p
   const Range all =
       clipped(static_cast<float>(kMinDisparity), static_cast<float>(config_.max_disparity_px - kMinDisparity), x);
   slot.to_right = kNoWarp;
-  const std::size_t rows = feature.age_frames == 0 ? kRowOffsets.size() : 1;
-  return std::any_of(kRowOffsets.begin(), kRowOffsets.begin() + rows, [&](int row_offset) {
-    return std::abs(static_cast<float>(row_offset)) <= config_.max_row_difference_px &&
+  const std::span<const int> rows = row_offsets(feature);
+  return std::any_of(rows.begin(), rows.end(), [&](int row_offset) {
+    return std::abs(static_cast<float>(row_offset)) <= max_row_difference_px() &&
            search(images, feature, all, row_offset, true, disparity) &&
            refine(images, disparity, row_offset, kPassesNew, slot);
   });
+}
+
+void StereoMatcher::set_rig(const StereoGeometry& geometry, const RigCorrection& correction,
+                            bool rows_unknown) noexcept {
+  geometry_ = geometry;
+  correction_ = correction;
+  rows_unknown_ = rows_unknown;
+}
+
+std::span<const int> StereoMatcher::row_offsets(const Feature& feature) const noexcept {
+  if (rows_unknown_ && feature.slot % kLookFar == 0) {
+    return kFarRowOffsets;
+  }
+  return std::span<const int>(kRowOffsets).first(feature.age_frames == 0 ? kRowOffsets.size() : 1);
+}
+
+float StereoMatcher::max_row_difference_px() const noexcept {
+  return rows_unknown_ ? kFarRowDifference_px : config_.max_row_difference_px;
 }
 
 StereoMatcher::Range StereoMatcher::clipped(float from, float to, int x) const noexcept {
@@ -170,8 +192,12 @@ bool StereoMatcher::refine(const StereoImages& images, int disparity, int row_of
   const float refined_disparity = feature.left_px.x() - right.x();
   if (refined_disparity < config_.min_disparity_px ||
       refined_disparity > static_cast<float>(config_.max_disparity_px) ||
-      std::abs(right.y() - feature.left_px.y()) > config_.max_row_difference_px) {
+      std::abs(right.y() - feature.left_px.y()) > max_row_difference_px()) {
     return false;
+  }
+  if (!correction_.baseline_rad.isZero(0.0)) {
+    right -= correction_.baseline_shift_px(geometry_, right.cast<double>(), static_cast<double>(refined_disparity))
+                 .cast<float>();
   }
   const bool plausible = warp.xx > kMinWidthRatio && warp.xx < kMaxWidthRatio && std::abs(warp.xy) < kMaxShear;
   slot.to_right = plausible ? warp : kNoWarp;

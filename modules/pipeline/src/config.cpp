@@ -22,6 +22,7 @@ Status require_range(const char* key, T value, T low, T high) {
 
 Status PipelineConfig::validate() const {
   for (const Status& status : {
+           calibration.validate(),
            features.validate(),
            segmentation.validate(),
            tracking.validate(),

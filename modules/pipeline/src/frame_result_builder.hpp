@@ -26,6 +26,7 @@ class FrameResultBuilder {
   void clear_bodies() noexcept { result_.bodies = {}; }
   void set_frame(const RectifiedPair& pair, const TrackFrame& tracks, const FrameCounters& counters);
   /// There is no frame any more: without tracks and images.
+  void set_rig(const RigEstimate& rig) { result_.rig = rig; }
   void clear_frame() noexcept;
 
   [[nodiscard]] const FrameResult& result() const noexcept { return result_; }

@@ -8,6 +8,7 @@
 #include "kinetrace/tracking/stereo_tracker.hpp"
 #include "object_set.hpp"
 #include "resolved_config.hpp"
+#include "rig_calibrator.hpp"
 #include "window_refiner.hpp"
 
 namespace kinetrace::pipeline {
@@ -19,6 +20,7 @@ Result<MemoryPlan> Pipeline::plan(const PipelineConfig& config, const StereoGeom
   const PipelineConfig c = resolved(config);
   MemoryPlan plan;
   plan.entries = {
+      {"calibration", RigCalibrator::required_bytes(c), "calibration.refine, features.max_features"},
       {"features", features::FeatureFrontEnd::required_bytes(c.features, geometry.width_px, geometry.height_px),
        "image size, features.max_features, features.pyramid_levels"},
       {"segmentation", segmentation::required_bytes(c.segmentation, geometry, c.features.max_features),

@@ -15,6 +15,7 @@
 #include "kinetrace/tracking/stereo_tracker.hpp"
 #include "object_set.hpp"
 #include "resolved_config.hpp"
+#include "rig_calibrator.hpp"
 #include "window_refiner.hpp"
 
 namespace kinetrace::pipeline {
@@ -43,6 +44,7 @@ struct EgoMotion {
 /// one tells an earlier one (which features were wrong, which tracks are whose) is for the next frame.
 struct Pipeline::Impl {
   FrameIntake intake;
+  RigCalibrator rig;
   features::FeatureFrontEnd front_end;
   std::unique_ptr<segmentation::Segmenter> segmenter;
   tracking::StereoTracker tracker;
@@ -56,7 +58,8 @@ struct Pipeline::Impl {
   std::span<const Feature> previous_features{};
 
   // The stages of a frame.
-  Status take_in(const RectifiedPair& pair, StageObserver* observer);
+  /// The pair as it is used from here on.
+  Result<RectifiedPair> take_in(const RectifiedPair& pair, StageObserver* observer);
   Result<FeatureFrame> track_features(std::int64_t timestamp_ns, StageObserver* observer);
   EgoMotion locate_camera(const FeatureFrame& frame, StageObserver* observer);
   Result<DetectionFrame> segment(const RectifiedPair& pair, const FeatureFrame& frame, const EgoMotion& ego,
@@ -81,6 +84,10 @@ Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeom
     return Unexpected(valid.error());
   }
   const PipelineConfig c = resolved(config);
+  auto rig = RigCalibrator::create(c, geometry, arena);
+  if (!rig) {
+    return Unexpected(rig.error());
+  }
   auto front_end = features::FeatureFrontEnd::create(c.features, geometry.width_px, geometry.height_px, arena, workers);
   if (!front_end) {
     return Unexpected(front_end.error());
@@ -107,6 +114,7 @@ Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeom
   }
   // Named members need the aggregate itself.  NOLINTNEXTLINE(modernize-make-unique)
   std::unique_ptr<Impl> impl(new Impl{.intake = FrameIntake(geometry),
+                                      .rig = *rig,
                                       .front_end = std::move(*front_end),
                                       .segmenter = std::move(*segmenter),
                                       .tracker = *tracker,
@@ -127,14 +135,16 @@ Pipeline::Pipeline(Pipeline&&) noexcept = default;
 Pipeline& Pipeline::operator=(Pipeline&&) noexcept = default;
 Pipeline::~Pipeline() = default;
 
-Result<const FrameResult*> Pipeline::process(const RectifiedPair& pair, StageObserver* observer) {
+Result<const FrameResult*> Pipeline::process(const RectifiedPair& given, StageObserver* observer) {
   Impl& self = *impl_;
-  if (const Status valid = self.intake.check(pair); !valid) {
+  if (const Status valid = self.intake.check(given); !valid) {
     return Unexpected(valid.error());
   }
-  if (const Status taken = self.take_in(pair, observer); !taken) {
+  const Result<RectifiedPair> taken = self.take_in(given, observer);
+  if (!taken) {
     return Unexpected(taken.error());
   }
+  const RectifiedPair& pair = *taken;
   const Result<FeatureFrame> tracked = self.track_features(pair.timestamp_ns, observer);
   if (!tracked) {
     return Unexpected(tracked.error());
@@ -156,6 +166,7 @@ Result<const FrameResult*> Pipeline::process(const RectifiedPair& pair, StageObs
   if (const Status refined = self.refine(*frame, observer); !refined) {
     return Unexpected(refined.error());
   }
+  self.rig.observe(*frame, self.camera, ego.jumped);
   self.conclude(pair, *tracks, observer);
   return &self.output.result();
 }
@@ -166,13 +177,22 @@ void Pipeline::limit(const Effort& effort) noexcept {
   impl_->refiner.limit(effort.refinement_iterations);
 }
 
-Status Pipeline::Impl::take_in(const RectifiedPair& pair, StageObserver* observer) {
+Result<RectifiedPair> Pipeline::Impl::take_in(const RectifiedPair& pair, StageObserver* observer) {
+  RectifiedPair corrected = pair;
   {
-    const StageScope capture(observer, Stage::kCapture);
-    segmenter->load(pair, tracker.tracks());
+    const StageScope pyramid(observer, Stage::kPyramid);
+    rig.begin_frame(pair.timestamp_ns);
+    const features::RigAdjustment adjustment = rig.adjustment();
+    if (const Status begun = front_end.begin_frame(pair, adjustment); !begun) {
+      return Unexpected(begun.error());
+    }
+    if (!adjustment.correction.is_zero()) {
+      corrected.right = front_end.right_image();
+    }
   }
-  const StageScope pyramid(observer, Stage::kPyramid);
-  return front_end.begin_frame(pair);
+  const StageScope capture(observer, Stage::kCapture);
+  segmenter->load(corrected, tracker.tracks());
+  return corrected;
 }
 
 Result<FeatureFrame> Pipeline::Impl::track_features(std::int64_t timestamp_ns, StageObserver* observer) {
@@ -185,7 +205,10 @@ EgoMotion Pipeline::Impl::locate_camera(const FeatureFrame& frame, StageObserver
   const StageScope stage(observer, Stage::kEgoMotion);
   const bool jumped = jump_watch.has_jumped(frame, previous_features.size(), front_end);
   EgoMotion ego{camera.locate(frame, frame.timestamp_ns - intake.last_timestamp_ns(), jumped), jumped};
-  if (jumped) {
+  if (rig.has_changed()) {
+    camera.restart_map();
+  }
+  if (jumped || rig.has_changed()) {
     end_tracks();
   }
   return ego;
@@ -274,6 +297,7 @@ void Pipeline::Impl::conclude(const RectifiedPair& pair, const TrackFrame& track
   output.set_bodies(camera.background(), objects.slots());
   objects.release(tracks.ended);
   output.set_frame(pair, {tracks.left_labels, tracks.right_labels, tracker.tracks(), tracks.ended}, counters());
+  output.set_rig(rig.estimate());
   reject_outliers();
 }
 

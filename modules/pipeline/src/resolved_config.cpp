@@ -6,6 +6,7 @@ namespace kinetrace::pipeline {
 
 PipelineConfig resolved(const PipelineConfig& config) {
   PipelineConfig out = config;
+  out.calibration.max_features = out.features.max_features;
   out.background.max_features = out.features.max_features;
   out.object.max_features = out.features.max_features;
   if (segmentation::uses_motion(out.segmentation.mode)) {

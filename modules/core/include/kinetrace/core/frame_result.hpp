@@ -10,6 +10,7 @@
 
 #include "kinetrace/core/body.hpp"
 #include "kinetrace/core/frame.hpp"
+#include "kinetrace/core/rig_correction.hpp"
 #include "kinetrace/core/track_frame.hpp"
 
 namespace kinetrace {
@@ -128,6 +129,7 @@ struct FrameResult {
   LabelView left_labels;
   LabelView right_labels;
   FrameCounters counters;
+  RigEstimate rig;  ///< Of the calibration, as refined so far.
 };
 
 }  // namespace kinetrace

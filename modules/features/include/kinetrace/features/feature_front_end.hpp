@@ -11,6 +11,7 @@
 #include "kinetrace/core/frame.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
+#include "kinetrace/core/rig_correction.hpp"
 #include "kinetrace/core/workers.hpp"
 #include "kinetrace/features/appearance_memory.hpp"
 #include "kinetrace/features/feature_config.hpp"
@@ -42,6 +43,13 @@ struct FeatureCounters {
   }
 };
 
+/// How a pair's right image is to be understood.
+struct RigAdjustment {
+  RigCorrection correction;  ///< The right image and what is measured in it are corrected by this.
+  /// The calibration may be wrong: where rows hold hardly any match, some features look up and down, too.
+  bool may_be_off = false;
+};
+
 /// Finds, tracks and stereo-matches features (METHOD: correspondences). One frame is `begin_frame`, `track`,
 /// `replenish`, in this order; `reject` at any time. Ids are never reused; a slot is stable while its feature lives and
 /// is reused from the frame after its death. A feature's body never changes: it dies instead.
@@ -64,7 +72,9 @@ class FeatureFrontEnd {
 
   /// Takes the pair in (copies what it needs) and builds the pyramids; dead slots become free.
   /// Errors: kInvalidArgument when the size differs from create's.
-  [[nodiscard]] Status begin_frame(const RectifiedPair& pair);
+  [[nodiscard]] Status begin_frame(const RectifiedPair& pair, const RigAdjustment& rig = {});
+  /// Of this frame's pair, corrected. Lives until the next `begin_frame`.
+  [[nodiscard]] GrayView right_image() const noexcept;
 
   /// Follows every live feature from the previous frame into this one and matches it left-right.
   /// `by_slot[s]` is the prediction for slot s; a shorter span means unknown for the rest. Outliers given to `reject`

@@ -4,6 +4,7 @@
 #include <array>
 #include <string_view>
 
+#include "kinetrace/calibration/config.hpp"
 #include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/features/feature_config.hpp"
@@ -41,6 +42,7 @@ struct ObjectConfig {
 /// Everything that decides what a run computes. `max_features` and the object count are set once, in `features` and
 /// `tracking`; the reconstructions follow.
 struct KINETRACE_API PipelineConfig {
+  calibration::RefineConfig calibration;
   features::FeatureConfig features;
   /// Stands for features.bucket_px while objects are found by motion: they need features before they are known.
   int motion_bucket_px = 16;
@@ -76,6 +78,16 @@ void visit_body(Body& body, Visitor& visit, const std::array<std::string_view, 1
   visit(keys[10], body.keyframe_motion_px,
         "a frame whose points moved less than this since the last keyframe is not kept, px");
   visit(keys[11], body.keyframe_overlap, "... unless the keyframe saw less than this part of the frame's points");
+}
+
+template <typename Config, typename Visitor>
+void visit_calibration(Config& config, Visitor& visit) {
+  auto& c = config.calibration;
+  visit("calibration.refine", c.mode,
+        "the right camera's pose from the images: on corrects what is surely known, check only reports, off");
+  visit("calibration.max_points", c.max_points, "points of the background in each estimate");
+  visit("calibration.prior_sigma_deg", c.prior_sigma_deg, "how far off the calibration's angles may be, degrees");
+  visit("calibration.bias_px", c.bias_px, "error of matching that does not average out, px");
 }
 
 template <typename Config, typename Visitor>
@@ -223,6 +235,7 @@ void visit_memory(Config& config, Visitor& visit) {
 /// std::string or an enumeration with to_string and from_string.
 template <typename Config, typename Visitor>
 void visit_fields(Config& config, Visitor&& visit) {
+  detail::visit_calibration(config, visit);
   detail::visit_features(config, visit);
   detail::visit_segmentation(config, visit);
   detail::visit_motion_segmentation(config, visit);

@@ -1,0 +1,67 @@
+// A rig's calibration, refined while the rig is in use.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "kinetrace/calibration/config.hpp"
+#include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/export.hpp"
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/core/rig_correction.hpp"
+#include "kinetrace/core/se3.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
+
+namespace kinetrace::calibration {
+
+/// A point of the background in both images of one frame, corrected as the frame is.
+struct RigObservation {
+  std::uint32_t id = 0;    ///< Of the feature.
+  std::uint16_t slot = 0;  ///< Index in [0, max_features), the same as long as the feature lives.
+  Eigen::Vector2f left_px{0.F, 0.F};
+  Eigen::Vector2f right_px{0.F, 0.F};
+};
+
+struct RigRefinerStorage;
+
+/// Estimates how the right camera stands against its calibration from pairs of frames between which the camera has
+/// moved (two_view_calibration), and filters that over time (rig_filter). Corrects by what is surely known: the
+/// estimate shrunk towards the calibration by what two of its standard deviations leave open (the positive part of the
+/// estimator of James and Stein, 1961). What it has no evidence for stays as calibrated, bit for bit.
+///
+/// Not observed: the baseline's length; focal lengths, whose error looks the same as another depth unless the camera
+/// turns. At rest and turning on the spot nothing changes.
+///
+/// Memory: two tables of features, 70 KiB for 1600.
+class KINETRACE_API RigRefiner {
+ public:
+  /// Errors: kInvalidConfig, kCapacity.
+  [[nodiscard]] static Result<RigRefiner> create(const RefineConfig& config, const StereoGeometry& geometry,
+                                                 Arena& arena);
+  [[nodiscard]] static std::size_t required_bytes(const RefineConfig& config);
+
+  /// The next frame is to be corrected by this. Changes at `begin_frame` only.
+  [[nodiscard]] const RigCorrection& correction() const noexcept { return estimate_.applied; }
+  /// A frame at this time comes. True if its correction differs so much from the frame before that what was measured
+  /// in earlier frames does not hold any more.
+  bool begin_frame(std::int64_t timestamp_ns);
+  /// What the frame has shown; `T_world_cam` its camera's pose, which need not be exact.
+  void observe(std::span<const RigObservation> observations, const Se3& T_world_cam);
+  /// Frames that come show another scene: what was seen does not go on.
+  void forget_scene() noexcept;
+
+  [[nodiscard]] const RigEstimate& estimate() const noexcept { return estimate_; }
+
+ private:
+  RigRefiner(const RefineConfig& config, const StereoGeometry& geometry, RigRefinerStorage& storage);
+  void begin_window(std::span<const RigObservation> observations, const Se3& T_world_cam);
+  void publish();
+
+  RefineConfig config_;
+  StereoGeometry geometry_;
+  RigEstimate estimate_;
+  RigRefinerStorage* storage_;  ///< Lives in the arena.
+};
+
+}  // namespace kinetrace::calibration

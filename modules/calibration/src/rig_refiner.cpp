@@ -1,0 +1,247 @@
+#include "kinetrace/calibration/rig_refiner.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "rig_filter.hpp"
+#include "two_view_calibration.hpp"
+
+namespace kinetrace::calibration {
+
+/// A feature as the camera gave it.
+struct SeenPoint {
+  std::uint32_t id = 0;
+  Eigen::Vector2f left_px{0.F, 0.F};
+  Eigen::Vector2f right_px{0.F, 0.F};
+};
+
+/// Everything of some size, in the arena.
+struct RigRefinerStorage {
+  RigFilter filter;
+  std::span<SeenPoint> reference;  ///< By slot: what the window's first frame has seen; id 0 is nothing.
+  std::size_t reference_count = 0;
+  Se3 T_world_reference;
+  std::int64_t reference_ns = 0;
+  std::int64_t filtered_ns = 0;  ///< What the filter's state is for.
+  std::int64_t now_ns = 0;
+  bool begun = false;
+  std::span<TwoViewPoint> points;
+  std::span<float> depths_m;
+};
+
+namespace {
+
+constexpr std::size_t kMinPoints = 40;
+// A window ends when the camera has moved by this part of what it sees is away; half of it at least until it has to.
+constexpr double kParallax = 0.06;
+constexpr double kMinParallax = 0.015;
+// ... or half of its points are gone, or after so long.
+constexpr double kMinShared = 0.5;
+constexpr double kMaxWindow_s = 2.0;
+constexpr double kMinWindow_s = 0.15;
+// A rig that holds still and is known is looked at less often.
+constexpr double kRelaxed_s = 0.9;
+constexpr std::uint64_t kRelaxedAfter = 8;
+// What is said to be known: this many standard deviations from the calibration.
+constexpr double kSure = 2.0;
+// A change below this moves no feature; above the other, the window of bundle adjustment holds two geometries.
+constexpr double kSmallChange_px = 0.015;
+constexpr double kLargeChange_px = 0.7;
+// Where the estimate is worse than this, nothing can be said about the calibration.
+constexpr double kJudged_px = 0.15;
+
+double seconds(std::int64_t ns) {
+  return 1e-9 * static_cast<double>(ns);
+}
+
+/// How far two corrections are apart in the image: at its middle and in its corners.
+double distance_px(const StereoGeometry& g, const RigCorrection& a, const RigCorrection& b) {
+  constexpr double kNearDisparity = 0.06;  // Of the focal length.
+  double most = 0.0;
+  for (const double u : {0.0, 0.5, 1.0}) {
+    for (const double v : {0.0, 1.0}) {
+      const Eigen::Vector2d pixel(u * g.width_px, v * g.height_px);
+      const double disparity_px = kNearDisparity * g.fx_px;
+      most = std::max(most, (a.raw_right_px(g, pixel, disparity_px) - b.raw_right_px(g, pixel, disparity_px)).norm());
+    }
+  }
+  return most;
+}
+
+/// The estimate as far as it is surely known. Angles that are least known come first: the others follow from what is
+/// left of them.
+RigCorrection::Vector surely_known(RigCorrection::Vector value, RigCorrection::Matrix covariance, double bias_rad) {
+  constexpr std::array<int, RigCorrection::kSize> kOrder{4, 3, 2, 0, 1};
+  for (const int i : kOrder) {
+    const double variance = covariance(i, i) + bias_rad * bias_rad;
+    const double kept = std::max(0.0, 1.0 - kSure * kSure * variance / std::max(value[i] * value[i], 1e-30));
+    const RigCorrection::Vector gain = covariance.col(i) / covariance(i, i);
+    value -= gain * ((1.0 - kept) * value[i]);
+    covariance -= gain * covariance.row(i).eval();
+    // Decided: what comes later does not move it again.
+    covariance.row(i).setZero();
+    covariance.col(i).setZero();
+    covariance(i, i) = 1e-30;
+  }
+  return value;
+}
+
+}  // namespace
+
+std::size_t RigRefiner::required_bytes(const RefineConfig& config) {
+  if (config.mode == RefineMode::kOff) {
+    return 0;
+  }
+  return measure_bytes([&](Arena& arena) {
+    static_cast<void>(arena.take<RigRefinerStorage>(1));
+    static_cast<void>(arena.take<SeenPoint>(static_cast<std::size_t>(config.max_features)));
+    static_cast<void>(arena.take<TwoViewPoint>(static_cast<std::size_t>(config.max_features)));
+    static_cast<void>(arena.take<float>(static_cast<std::size_t>(config.max_features)));
+  });
+}
+
+Result<RigRefiner> RigRefiner::create(const RefineConfig& config, const StereoGeometry& geometry, Arena& arena) {
+  if (const Status valid = config.validate(); !valid) {
+    return Unexpected(valid.error());
+  }
+  const auto features = static_cast<std::size_t>(config.max_features);
+  const std::span<RigRefinerStorage> home = arena.take<RigRefinerStorage>(1);
+  const std::span<SeenPoint> reference = arena.take<SeenPoint>(features);
+  const std::span<TwoViewPoint> points = arena.take<TwoViewPoint>(features);
+  const std::span<float> depths = arena.take<float>(features);
+  if (arena.exhausted()) {
+    return fail(ErrorCode::kCapacity, "the arena does not hold the " + std::to_string(required_bytes(config)) +
+                                          " bytes that refining the calibration needs; raise the memory budget or set "
+                                          "calibration.refine: off");
+  }
+  home[0].filter = RigFilter(config.prior_sigma_deg * std::numbers::pi / 180.0);
+  home[0].reference = reference;
+  home[0].points = points;
+  home[0].depths_m = depths;
+  return RigRefiner(config, geometry, home[0]);
+}
+
+RigRefiner::RigRefiner(const RefineConfig& config, const StereoGeometry& geometry, RigRefinerStorage& storage)
+    : config_(config), geometry_(geometry), storage_(&storage) {}
+
+bool RigRefiner::begin_frame(std::int64_t timestamp_ns) {
+  RigRefinerStorage& s = *storage_;
+  s.now_ns = timestamp_ns;
+  if (!s.begun) {
+    s.filtered_ns = timestamp_ns;
+    s.begun = true;
+  }
+  s.filter.predict(seconds(timestamp_ns - s.filtered_ns));
+  s.filtered_ns = timestamp_ns;
+  publish();
+  if (config_.mode != RefineMode::kOn) {
+    return false;
+  }
+  const RigCorrection target = RigCorrection::from(
+      surely_known(s.filter.correction(), s.filter.covariance(), config_.bias_px / geometry_.fx_px));
+  const double change_px = distance_px(geometry_, target, estimate_.applied);
+  if (change_px < kSmallChange_px) {
+    return false;
+  }
+  estimate_.applied = target;
+  return change_px > kLargeChange_px;
+}
+
+void RigRefiner::forget_scene() noexcept {
+  storage_->reference_count = 0;
+}
+
+void RigRefiner::begin_window(std::span<const RigObservation> observations, const Se3& T_world_cam) {
+  RigRefinerStorage& s = *storage_;
+  std::fill(s.reference.begin(), s.reference.end(), SeenPoint{});
+  for (const RigObservation& o : observations) {
+    const Eigen::Vector2d right = estimate_.applied.raw_right_px(geometry_, o.right_px.cast<double>(),
+                                                                 static_cast<double>(o.left_px.x() - o.right_px.x()));
+    s.reference[o.slot] = {o.id, o.left_px, right.cast<float>()};
+  }
+  s.reference_count = observations.size();
+  s.T_world_reference = T_world_cam;
+  s.reference_ns = s.now_ns;
+}
+
+void RigRefiner::observe(std::span<const RigObservation> observations, const Se3& T_world_cam) {
+  RigRefinerStorage& s = *storage_;
+  if (s.reference_count < kMinPoints) {
+    begin_window(observations, T_world_cam);
+    return;
+  }
+  const double window_s = seconds(s.now_ns - s.reference_ns);
+  if (window_s < kMinWindow_s) {
+    return;
+  }
+  std::size_t shared = 0;
+  for (const RigObservation& o : observations) {
+    if (s.reference[o.slot].id == o.id) {
+      s.depths_m[shared++] =
+          static_cast<float>(geometry_.depth_m(std::max(1.0, static_cast<double>(o.left_px.x() - o.right_px.x()))));
+    }
+  }
+  if (shared < kMinPoints) {
+    begin_window(observations, T_world_cam);
+    return;
+  }
+  const std::span<float> depths = s.depths_m.first(shared);
+  std::nth_element(depths.begin(), depths.begin() + static_cast<std::ptrdiff_t>(shared / 2), depths.end());
+  const double moved_m = (T_world_cam.translation - s.T_world_reference.translation).norm();
+  const double parallax = moved_m / static_cast<double>(depths[shared / 2]);
+  const bool has_to_end =
+      window_s >= kMaxWindow_s || static_cast<double>(shared) < kMinShared * static_cast<double>(s.reference_count);
+  const bool relaxed = s.filter.holds_still() && s.filter.updates() >= kRelaxedAfter;
+  const bool may_end = parallax >= kParallax && (!relaxed || window_s >= kRelaxed_s);
+  if (!has_to_end && !may_end) {
+    return;
+  }
+  if (parallax >= kMinParallax) {
+    // Spread over all that is seen, in the order of slots: which says nothing about where.
+    const std::size_t wanted = std::min(shared, static_cast<std::size_t>(config_.max_points));
+    std::size_t count = 0;
+    std::size_t seen = 0;
+    for (const RigObservation& o : observations) {
+      const SeenPoint& before = s.reference[o.slot];
+      if (before.id != o.id) {
+        continue;
+      }
+      if (++seen * wanted / shared > count) {
+        const Eigen::Vector2d right = estimate_.applied.raw_right_px(
+            geometry_, o.right_px.cast<double>(), static_cast<double>(o.left_px.x() - o.right_px.x()));
+        s.points[count++] = {before.left_px, before.right_px, o.left_px, right.cast<float>()};
+      }
+    }
+    const RigMeasurement measured = calibrate_two_views(
+        geometry_, s.points.first(count), T_world_cam.inverse() * s.T_world_reference, s.filter.expected(window_s));
+    if (measured.valid && measured.points >= static_cast<int>(kMinPoints) / 2) {
+      s.filter.update(measured, window_s);
+      publish();
+    }
+  }
+  begin_window(observations, T_world_cam);
+}
+
+void RigRefiner::publish() {
+  const RigFilter& filter = storage_->filter;
+  const double bias_rad = config_.bias_px / geometry_.fx_px;
+  const RigCorrection::Vector value = filter.correction();
+  estimate_.correction = RigCorrection::from(value);
+  estimate_.sigma_rad = (filter.covariance().diagonal().array() + bias_rad * bias_rad).sqrt();
+  estimate_.windows = filter.updates();
+  estimate_.knocks = filter.knocks();
+  const double yaw_sigma_px = estimate_.sigma_rad[1] * geometry_.fx_px;
+  const bool is_off = !surely_known(value, filter.covariance(), bias_rad).isZero(0.0);
+  if (estimate_.windows == 0 || (!is_off && yaw_sigma_px > kJudged_px)) {
+    estimate_.verdict = RigVerdict::kUnknown;
+  } else if (!is_off) {
+    estimate_.verdict = RigVerdict::kHolds;
+  } else {
+    estimate_.verdict = config_.mode == RefineMode::kOn ? RigVerdict::kCorrected : RigVerdict::kOff;
+  }
+}
+
+}  // namespace kinetrace::calibration

@@ -1,0 +1,68 @@
+// How a stereo rig really stands, where that is not as its calibration says.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include <Eigen/Core>
+
+#include "kinetrace/core/export.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
+
+namespace kinetrace {
+
+/// Pose of the right camera of a rectified rig against its calibration; small angles. What points see of it:
+/// p_right = so3_exp(-turn) * (p_left - c), c = baseline * (1, baseline_rad) normalised.
+struct KINETRACE_API RigCorrection {
+  static constexpr int kSize = 5;
+  using Vector = Eigen::Matrix<double, kSize, 1>;
+  using Matrix = Eigen::Matrix<double, kSize, kSize>;
+
+  /// The right camera is turned by so3_exp(turn), seen from itself: pitch (x), yaw (y), roll (z).
+  Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();
+  /// How far the baseline points down (y) and forward (z) from the left camera's x axis. Its length is as calibrated.
+  Eigen::Vector2d baseline_rad = Eigen::Vector2d::Zero();
+
+  [[nodiscard]] Vector vector() const { return (Vector() << turn_rad, baseline_rad).finished(); }
+  [[nodiscard]] static RigCorrection from(const Vector& v) { return {v.head<3>(), v.tail<2>()}; }
+  [[nodiscard]] bool is_zero() const { return turn_rad.isZero(0.0) && baseline_rad.isZero(0.0); }
+
+  /// From a pixel of the right image as the calibration has it to that of the image as the camera gives it, for points
+  /// of any depth; homogeneous.
+  [[nodiscard]] Eigen::Matrix3d raw_from_turned(const StereoGeometry& geometry) const;
+  /// What a point at `right_px`, in an image whose turn is corrected, is shifted by because the baseline points
+  /// elsewhere; to be subtracted.
+  [[nodiscard]] Eigen::Vector2d baseline_shift_px(const StereoGeometry& geometry, const Eigen::Vector2d& right_px,
+                                                  double disparity_px) const;
+  /// The pixel of the image as the camera gives it, of a point that lies at `right_px` once corrected for both.
+  [[nodiscard]] Eigen::Vector2d raw_right_px(const StereoGeometry& geometry, const Eigen::Vector2d& right_px,
+                                             double disparity_px) const;
+};
+
+/// What is known about a rig's calibration from the images.
+enum class RigVerdict : std::uint8_t {
+  kUnknown,    ///< Motion has not shown enough yet: at rest, turning on the spot, nothing near.
+  kHolds,      ///< The images agree with the calibration.
+  kOff,        ///< They do not.
+  kCorrected,  ///< They do not, and what they tell is used instead.
+};
+[[nodiscard]] KINETRACE_API std::string_view to_string(RigVerdict verdict) noexcept;
+
+/// The state of a refinement of the calibration.
+struct RigEstimate {
+  RigVerdict verdict = RigVerdict::kUnknown;
+  RigCorrection correction;  ///< Best estimate.
+  RigCorrection::Vector sigma_rad = RigCorrection::Vector::Zero();
+  RigCorrection applied;  ///< What the frame was corrected by: the part of it that is surely known.
+  std::uint64_t windows = 0;  ///< Pairs of frames that the estimate was made from.
+  std::uint64_t knocks = 0;   ///< Sudden changes found.
+};
+
+/// Depths at which the error of a calibration is reported.
+inline constexpr std::array<double, 4> kReportedDepths_m{5.0, 10.0, 20.0, 50.0};
+/// Error of a depth that is measured with this calibration's yaw uncorrected, in metres, positive: seen too far away.
+[[nodiscard]] KINETRACE_API double depth_error_m(const StereoGeometry& geometry, const RigCorrection& correction,
+                                                 double depth_m);
+
+}  // namespace kinetrace

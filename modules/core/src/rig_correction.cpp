@@ -1,0 +1,46 @@
+#include "kinetrace/core/rig_correction.hpp"
+
+#include "kinetrace/core/se3.hpp"
+
+namespace kinetrace {
+
+Eigen::Matrix3d RigCorrection::raw_from_turned(const StereoGeometry& g) const {
+  Eigen::Matrix3d K;
+  K << g.fx_px, 0.0, g.cx_px, 0.0, g.fy_px, g.cy_px, 0.0, 0.0, 1.0;
+  Eigen::Matrix3d K_inverse;
+  K_inverse << 1.0 / g.fx_px, 0.0, -g.cx_px / g.fx_px, 0.0, 1.0 / g.fy_px, -g.cy_px / g.fy_px, 0.0, 0.0, 1.0;
+  return K * so3_exp(-turn_rad) * K_inverse;
+}
+
+Eigen::Vector2d RigCorrection::baseline_shift_px(const StereoGeometry& g, const Eigen::Vector2d& right_px,
+                                                 double disparity_px) const {
+  // A centre farther down sees everything higher up, one farther forward sees it farther from the middle.
+  const double forward = baseline_rad.y() * disparity_px / g.fx_px;
+  return {(right_px.x() - g.cx_px) * forward,
+          (right_px.y() - g.cy_px) * forward - baseline_rad.x() * disparity_px * g.fy_px / g.fx_px};
+}
+
+Eigen::Vector2d RigCorrection::raw_right_px(const StereoGeometry& geometry, const Eigen::Vector2d& right_px,
+                                            double disparity_px) const {
+  const Eigen::Vector2d turned = right_px + baseline_shift_px(geometry, right_px, disparity_px);
+  return (raw_from_turned(geometry) * turned.homogeneous()).hnormalized();
+}
+
+std::string_view to_string(RigVerdict verdict) noexcept {
+  switch (verdict) {
+    case RigVerdict::kHolds: return "holds";
+    case RigVerdict::kOff: return "off";
+    case RigVerdict::kCorrected: return "corrected";
+    case RigVerdict::kUnknown: break;
+  }
+  return "unknown";
+}
+
+double depth_error_m(const StereoGeometry& geometry, const RigCorrection& correction, double depth_m) {
+  const Eigen::Vector2d middle(geometry.cx_px, geometry.cy_px);
+  const double disparity_px = geometry.disparity_px(depth_m);
+  const double measured_px = disparity_px + middle.x() - correction.raw_right_px(geometry, middle, disparity_px).x();
+  return measured_px > 0.0 ? geometry.depth_m(measured_px) - depth_m : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace kinetrace

@@ -1,0 +1,59 @@
+#include "rig_calibrator.hpp"
+
+namespace kinetrace::pipeline {
+
+std::size_t RigCalibrator::required_bytes(const PipelineConfig& config) {
+  if (config.calibration.mode == calibration::RefineMode::kOff) {
+    return 0;
+  }
+  return calibration::RigRefiner::required_bytes(config.calibration) + measure_bytes([&](Arena& arena) {
+           static_cast<void>(
+               FixedVector<calibration::RigObservation>(arena, static_cast<std::size_t>(config.features.max_features)));
+         });
+}
+
+Result<RigCalibrator> RigCalibrator::create(const PipelineConfig& config, const StereoGeometry& geometry,
+                                            Arena& arena) {
+  RigCalibrator calibrator;
+  if (config.calibration.mode == calibration::RefineMode::kOff) {
+    return calibrator;
+  }
+  Result<calibration::RigRefiner> refiner = calibration::RigRefiner::create(config.calibration, geometry, arena);
+  if (!refiner) {
+    return Unexpected(refiner.error());
+  }
+  calibrator.refiner_ = *refiner;
+  calibrator.observations_ =
+      FixedVector<calibration::RigObservation>(arena, static_cast<std::size_t>(config.features.max_features));
+  calibrator.corrects_ = config.calibration.mode == calibration::RefineMode::kOn;
+  return calibrator;
+}
+
+void RigCalibrator::begin_frame(std::int64_t timestamp_ns) {
+  has_changed_ = refiner_ && refiner_->begin_frame(timestamp_ns);
+}
+
+features::RigAdjustment RigCalibrator::adjustment() const {
+  return corrects_ ? features::RigAdjustment{refiner_->correction(), true} : features::RigAdjustment{};
+}
+
+void RigCalibrator::observe(const FeatureFrame& frame, const CameraTracker& camera, bool jumped) {
+  if (!refiner_) {
+    return;
+  }
+  if (jumped || !camera.tracked()) {
+    refiner_->forget_scene();
+    return;
+  }
+  observations_.clear();
+  for (const Feature& feature : frame.features) {
+    if (feature.body == kBackgroundLabel && feature.has_right() && camera.background().agreed(feature)) {
+      const float right_row_px = 2.F * feature.v_px - feature.left_px.y();
+      static_cast<void>(
+          observations_.push_back({feature.id, feature.slot, feature.left_px, {feature.u_right_px, right_row_px}}));
+    }
+  }
+  refiner_->observe(observations_.span(), camera.background().estimate().T_body_cam);
+}
+
+}  // namespace kinetrace::pipeline
