@@ -23,14 +23,17 @@ constexpr double kAgree = 4.0;
 // How much one measurement tells about the scatter of all.
 constexpr double kScatterGain = 0.15;
 constexpr double kMaxInflation = 200.0;
+// Before anything is known of it: real lenses and textures are worse than the noise model.
+constexpr double kFirstInflation = 3.0;
 // How long old likelihoods count, and how sure one may get.
 constexpr double kOddsKept = 0.85;
 constexpr double kMaxOdds = 8.0;
 
 }  // namespace
 
-RigKalmanFilter::RigKalmanFilter(const RigMotion& motion, double prior_sigma_rad) : motion_(motion) {
-  covariance_.diagonal().head<kN>().setConstant(prior_sigma_rad * prior_sigma_rad);
+RigKalmanFilter::RigKalmanFilter(const RigMotion& motion, const RigCorrection::Vector& prior_sigma_rad)
+    : motion_(motion) {
+  covariance_.diagonal().head<kN>() = prior_sigma_rad.array().square();
   covariance_.diagonal().tail<kN>().setConstant(motion.rate_sigma_radps * motion.rate_sigma_radps);
 }
 
@@ -98,8 +101,8 @@ void RigKalmanFilter::take_correction(const RigKalmanFilter& other) {
   covariance_.bottomLeftCorner<kN, kN>().setZero();
 }
 
-RigFilter::RigFilter(double prior_sigma_rad)
-    : steady_(kSteady, prior_sigma_rad), drifting_(kDrifting, prior_sigma_rad) {}
+RigFilter::RigFilter(const RigCorrection::Vector& prior_sigma_rad)
+    : steady_(kSteady, prior_sigma_rad), drifting_(kDrifting, prior_sigma_rad), inflation_(kFirstInflation) {}
 
 void RigFilter::predict(double interval_s) {
   steady_.predict(interval_s);

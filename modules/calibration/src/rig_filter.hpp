@@ -21,7 +21,7 @@ class RigKalmanFilter {
   using Matrix = RigMeasurement::Matrix;
 
   RigKalmanFilter() = default;
-  RigKalmanFilter(const RigMotion& motion, double prior_sigma_rad);
+  RigKalmanFilter(const RigMotion& motion, const RigCorrection::Vector& prior_sigma_rad);
 
   void predict(double interval_s);
   /// Correction expected now, and its change over the last `interval_s`.
@@ -57,7 +57,7 @@ class RigKalmanFilter {
 class RigFilter {
  public:
   RigFilter() = default;
-  explicit RigFilter(double prior_sigma_rad);
+  explicit RigFilter(const RigCorrection::Vector& prior_sigma_rad);
 
   void predict(double interval_s);
   void update(const RigMeasurement& measured, double interval_s);
@@ -66,7 +66,8 @@ class RigFilter {
   [[nodiscard]] RigCorrection::Vector correction() const { return believed().correction(); }
   [[nodiscard]] RigCorrection::Matrix covariance() const { return believed().covariance(); }
   [[nodiscard]] bool holds_still() const noexcept { return steady_odds_ >= 0.0; }
-  [[nodiscard]] double inflation() const noexcept { return inflation_; }
+  /// How much more the measurements scatter than they say: variance over variance, 1 or more.
+  [[nodiscard]] double scatter() const noexcept { return inflation_; }
   [[nodiscard]] std::uint64_t updates() const noexcept { return updates_; }
   [[nodiscard]] std::uint64_t knocks() const noexcept { return knocks_; }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bitset>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -28,6 +29,7 @@ struct RigRefinerStorage {
   std::int64_t filtered_ns = 0;  ///< What the filter's state is for.
   std::int64_t now_ns = 0;
   bool begun = false;
+  std::bitset<RigCorrection::kSize> off;  ///< Which angles have been found to be off.
   std::span<TwoViewPoint> points;
   std::span<float> depths_m;
 };
@@ -47,6 +49,14 @@ constexpr double kRelaxed_s = 0.9;
 constexpr std::uint64_t kRelaxedAfter = 8;
 // What is said to be known: this many standard deviations from the calibration.
 constexpr double kSure = 2.0;
+// ... and this many say that it is off.
+constexpr double kOff = 4.0;
+// Lenses that the calibration does not quite undo.
+constexpr double kBentPerScatter_px = 0.08;
+constexpr double kBentInMean = 0.3;
+constexpr double kUsualDisparity_px = 20.0;
+// One pair of frames may be wrong.
+constexpr std::uint64_t kMinWindows = 2;
 // A change below this moves no feature; above the other, the window of bundle adjustment holds two geometries.
 constexpr double kSmallChange_px = 0.015;
 constexpr double kLargeChange_px = 0.7;
@@ -71,13 +81,42 @@ double distance_px(const StereoGeometry& g, const RigCorrection& a, const RigCor
   return most;
 }
 
+/// What does not average out. Where measurements scatter more than noise explains, the images are bent in a way that no
+/// turn of the camera does, and the estimate follows that.
+RigCorrection::Vector lasting_error_rad(const RefineConfig& config, double focal_px, double scatter) {
+  // Root of the variance that noise does not explain; of a lens so bent that one pair of frames has 1 px.
+  const double bent_px = kBentPerScatter_px * std::sqrt(scatter - 1.0);
+  // The mean over the image tells the turn about x and y, half its size that about z, disparities the baseline.
+  const double mean_rad = (config.bias_px + kBentInMean * bent_px) / focal_px;
+  const double edge_rad = (config.bias_px + bent_px) / (0.5 * focal_px);
+  const double disparity_rad = (0.1 * config.bias_px + bent_px) / kUsualDisparity_px;
+  RigCorrection::Vector error;
+  error << mean_rad, mean_rad, edge_rad, disparity_rad, 2.0 * disparity_rad, 2.0 * mean_rad;
+  return error;
+}
+
+/// Glass does not move as far as a mount turns.
+RigCorrection::Vector prior_sigma_rad(const RefineConfig& config) {
+  constexpr double kShift = 0.1;
+  const double turn_rad = config.prior_sigma_deg * std::numbers::pi / 180.0;
+  RigCorrection::Vector sigma = RigCorrection::Vector::Constant(turn_rad);
+  sigma[5] = kShift * turn_rad;
+  return sigma;
+}
+
+using Flags = std::bitset<RigCorrection::kSize>;
+
 /// The estimate as far as it is surely known. Angles that are least known come first: the others follow from what is
-/// left of them.
-RigCorrection::Vector surely_known(RigCorrection::Vector value, RigCorrection::Matrix covariance, double bias_rad) {
-  constexpr std::array<int, RigCorrection::kSize> kOrder{4, 3, 2, 0, 1};
+/// left of them. An angle that has once been found to be off is taken as it is estimated: it has nothing to do with the
+/// calibration any more.
+RigCorrection::Vector surely_known(RigCorrection::Vector value, RigCorrection::Matrix covariance,
+                                   const RigCorrection::Vector& lasting_rad, const Flags& off) {
+  constexpr std::array<int, RigCorrection::kSize> kOrder{5, 4, 3, 2, 0, 1};
   for (const int i : kOrder) {
-    const double variance = covariance(i, i) + bias_rad * bias_rad;
-    const double kept = std::max(0.0, 1.0 - kSure * kSure * variance / std::max(value[i] * value[i], 1e-30));
+    const double variance = covariance(i, i) + lasting_rad[i] * lasting_rad[i];
+    const double kept = off[static_cast<std::size_t>(i)]
+                            ? 1.0
+                            : std::max(0.0, 1.0 - kSure * kSure * variance / std::max(value[i] * value[i], 1e-30));
     const RigCorrection::Vector gain = covariance.col(i) / covariance(i, i);
     value -= gain * ((1.0 - kept) * value[i]);
     covariance -= gain * covariance.row(i).eval();
@@ -117,7 +156,7 @@ Result<RigRefiner> RigRefiner::create(const RefineConfig& config, const StereoGe
                                           " bytes that refining the calibration needs; raise the memory budget or set "
                                           "calibration.refine: off");
   }
-  home[0].filter = RigFilter(config.prior_sigma_deg * std::numbers::pi / 180.0);
+  home[0].filter = RigFilter(prior_sigma_rad(config));
   home[0].reference = reference;
   home[0].points = points;
   home[0].depths_m = depths;
@@ -127,27 +166,48 @@ Result<RigRefiner> RigRefiner::create(const RefineConfig& config, const StereoGe
 RigRefiner::RigRefiner(const RefineConfig& config, const StereoGeometry& geometry, RigRefinerStorage& storage)
     : config_(config), geometry_(geometry), storage_(&storage) {}
 
-bool RigRefiner::begin_frame(std::int64_t timestamp_ns) {
+void RigRefiner::begin_frame(std::int64_t timestamp_ns) {
   RigRefinerStorage& s = *storage_;
   s.now_ns = timestamp_ns;
   if (!s.begun) {
     s.filtered_ns = timestamp_ns;
     s.begun = true;
   }
+  before_revision_ = estimate_.applied;
+  revision_ = pending_;
+  pending_.reset();
+  if (revision_) {
+    estimate_.applied = *revision_;
+  }
   s.filter.predict(seconds(timestamp_ns - s.filtered_ns));
   s.filtered_ns = timestamp_ns;
   publish();
   if (config_.mode != RefineMode::kOn) {
-    return false;
+    return;
   }
-  const RigCorrection target = RigCorrection::from(
-      surely_known(s.filter.correction(), s.filter.covariance(), config_.bias_px / geometry_.fx_px));
-  const double change_px = distance_px(geometry_, target, estimate_.applied);
-  if (change_px < kSmallChange_px) {
-    return false;
+  // The rig itself changes, too.
+  const RigCorrection target = surely_known_now();
+  if (distance_px(geometry_, target, estimate_.applied) > kSmallChange_px) {
+    estimate_.applied = target;
   }
-  estimate_.applied = target;
-  return change_px > kLargeChange_px;
+}
+
+RigCorrection RigRefiner::surely_known_now() const {
+  const RigFilter& filter = storage_->filter;
+  return RigCorrection::from(surely_known(filter.correction(), filter.covariance(),
+                                          lasting_error_rad(config_, geometry_.fx_px, filter.scatter()),
+                                          storage_->off));
+}
+
+void RigRefiner::revise() {
+  const RigCorrection target = surely_known_now();
+  if (config_.mode == RefineMode::kOn && distance_px(geometry_, target, estimate_.applied) > kSmallChange_px) {
+    pending_ = target;
+  }
+}
+
+bool RigRefiner::must_restart() const {
+  return revision_ && distance_px(geometry_, *revision_, before_revision_) > kLargeChange_px;
 }
 
 void RigRefiner::forget_scene() noexcept {
@@ -219,6 +279,7 @@ void RigRefiner::observe(std::span<const RigObservation> observations, const Se3
         geometry_, s.points.first(count), T_world_cam.inverse() * s.T_world_reference, s.filter.expected(window_s));
     if (measured.valid && measured.points >= static_cast<int>(kMinPoints) / 2) {
       s.filter.update(measured, window_s);
+      revise();
       publish();
     }
   }
@@ -227,14 +288,24 @@ void RigRefiner::observe(std::span<const RigObservation> observations, const Se3
 
 void RigRefiner::publish() {
   const RigFilter& filter = storage_->filter;
-  const double bias_rad = config_.bias_px / geometry_.fx_px;
+  const RigCorrection::Vector lasting_rad = lasting_error_rad(config_, geometry_.fx_px, storage_->filter.scatter());
   const RigCorrection::Vector value = filter.correction();
   estimate_.correction = RigCorrection::from(value);
-  estimate_.sigma_rad = (filter.covariance().diagonal().array() + bias_rad * bias_rad).sqrt();
+  estimate_.sigma_rad = (filter.covariance().diagonal().array() + lasting_rad.array().square()).sqrt();
+  if (filter.updates() >= kMinWindows) {
+    for (int i = 0; i < RigCorrection::kSize; ++i) {
+      storage_->off[static_cast<std::size_t>(i)] =
+          storage_->off[static_cast<std::size_t>(i)] || std::abs(value[i]) > kOff * estimate_.sigma_rad[i];
+    }
+  }
+  // At the image's middle a turn about y and a shift look the same.
+  RigCorrection::Vector both = RigCorrection::Vector::Zero();
+  both[1] = both[5] = 1.0;
+  estimate_.offset_sigma_rad = std::sqrt(both.dot(filter.covariance() * both) + lasting_rad[1] * lasting_rad[1]);
   estimate_.windows = filter.updates();
   estimate_.knocks = filter.knocks();
-  const double yaw_sigma_px = estimate_.sigma_rad[1] * geometry_.fx_px;
-  const bool is_off = !surely_known(value, filter.covariance(), bias_rad).isZero(0.0);
+  const double yaw_sigma_px = estimate_.offset_sigma_rad * geometry_.fx_px;
+  const bool is_off = !surely_known(value, filter.covariance(), lasting_rad, storage_->off).isZero(0.0);
   if (estimate_.windows == 0 || (!is_off && yaw_sigma_px > kJudged_px)) {
     estimate_.verdict = RigVerdict::kUnknown;
   } else if (!is_off) {

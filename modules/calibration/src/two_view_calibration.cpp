@@ -18,7 +18,7 @@ constexpr int kShared = kMotion + RigMeasurement::kSize;
 constexpr int kFreedom = kRows - 3;  // Of what is left of a point.
 constexpr double kMinDepth_m = 0.3;
 constexpr double kMinDisparity_px = 0.5;
-constexpr int kMaxIterations = 6;
+constexpr int kMaxIterations = 12;
 // Steps below this fraction of a pixel change nothing.
 constexpr double kConverged_rad = 2e-6;
 // A point whose squared residual is this often the expected one weighs half.
@@ -32,6 +32,8 @@ constexpr double kMatch_px = 0.08;
 constexpr double kMatchOfPoint_px = 0.12;
 // Weak knowledge that keeps the system solvable where points tell nothing at all: nobody mounts cameras like that.
 constexpr double kLoose_rad = 0.2;
+constexpr double kLooseShift_rad = 0.004;
+constexpr double kLooseChange_rad = 0.01;
 
 using RowVector = Eigen::Matrix<double, kRows, 1>;
 using Whitening = Eigen::Matrix<double, kRows, kRows>;
@@ -68,6 +70,7 @@ struct StereoView {
       : g(geometry), R_right_left(so3_exp(-correction.turn_rad)) {
     const Vector3 direction(1.0, correction.baseline_rad.x(), correction.baseline_rad.y());
     centre_m = g.baseline_m * direction.normalized();
+    shift_px = {correction.shift_rad * g.fx_px, 0.0};
   }
 
   struct Linearised {
@@ -88,15 +91,17 @@ struct StereoView {
     const Vector3 p_right = R_right_left * (p_left - centre_m);
     const Eigen::Matrix<double, 2, 3> J_right = by_point(p_right);
     Linearised out;
-    out.predicted_px << pixel(p_left), pixel(p_right);
+    out.predicted_px << pixel(p_left), pixel(p_right) - shift_px;
     out.by_point << by_point(p_left), J_right * R_right_left;
-    out.right_by_correction << J_right * skew(p_right), -g.baseline_m * J_right * R_right_left.rightCols<2>();
+    out.right_by_correction << J_right * skew(p_right), -g.baseline_m * J_right * R_right_left.rightCols<2>(),
+        Eigen::Vector2d(-g.fx_px, 0.0);
     return out;
   }
 
   StereoGeometry g;
   Matrix3 R_right_left;
   Vector3 centre_m;
+  Eigen::Vector2d shift_px;
 };
 
 /// Unknowns that all points share.
@@ -148,7 +153,7 @@ class TwoViewSystem {
  private:
   [[nodiscard]] Vector3 triangulate(const TwoViewPoint& point) const {
     const StereoGeometry& g = before_.g;
-    const Vector3 ray((static_cast<double>(point.right_before_px.x()) - g.cx_px) / g.fx_px,
+    const Vector3 ray((static_cast<double>(point.right_before_px.x()) + before_.shift_px.x() - g.cx_px) / g.fx_px,
                       (static_cast<double>(point.right_before_px.y()) - g.cy_px) / g.fy_px, 1.0);
     const Eigen::Vector2d right = before_.pixel(before_.R_right_left.transpose() * ray);
     const double disparity_px = std::max(static_cast<double>(point.left_before_px.x()) - right.x(), kMinDisparity_px);
@@ -221,9 +226,13 @@ NormalEquations linearise(const StereoGeometry& geometry, std::span<const TwoVie
   for (const TwoViewPoint& point : points) {
     system.add(point, whitening, sums);
   }
-  constexpr double kLoose = 1.0 / (kLoose_rad * kLoose_rad);
-  sums.hessian.diagonal().tail<RigMeasurement::kSize>().array() += kLoose;
-  sums.gradient.tail<RigMeasurement::kSize>() -= kLoose * shared.rig;
+  RigMeasurement::Vector loose_rad;
+  loose_rad.head<RigCorrection::kSize>().setConstant(kLoose_rad);
+  loose_rad.tail<RigCorrection::kSize>().setConstant(kLooseChange_rad);
+  loose_rad[RigCorrection::kSize - 1] = kLooseShift_rad;
+  const RigMeasurement::Vector weight = loose_rad.array().square().inverse();
+  sums.hessian.diagonal().tail<RigMeasurement::kSize>() += weight;
+  sums.gradient.tail<RigMeasurement::kSize>() -= weight.cwiseProduct(shared.rig);
   return sums;
 }
 

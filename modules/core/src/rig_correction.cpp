@@ -1,5 +1,7 @@
 #include "kinetrace/core/rig_correction.hpp"
 
+#include <Eigen/LU>
+
 #include "kinetrace/core/se3.hpp"
 
 namespace kinetrace {
@@ -7,9 +9,11 @@ namespace kinetrace {
 Eigen::Matrix3d RigCorrection::raw_from_turned(const StereoGeometry& g) const {
   Eigen::Matrix3d K;
   K << g.fx_px, 0.0, g.cx_px, 0.0, g.fy_px, g.cy_px, 0.0, 0.0, 1.0;
+  Eigen::Matrix3d K_shifted = K;
+  K_shifted(0, 2) -= shift_rad * g.fx_px;
   Eigen::Matrix3d K_inverse;
   K_inverse << 1.0 / g.fx_px, 0.0, -g.cx_px / g.fx_px, 0.0, 1.0 / g.fy_px, -g.cy_px / g.fy_px, 0.0, 0.0, 1.0;
-  return K * so3_exp(-turn_rad) * K_inverse;
+  return K_shifted * so3_exp(-turn_rad) * K_inverse;
 }
 
 Eigen::Vector2d RigCorrection::baseline_shift_px(const StereoGeometry& g, const Eigen::Vector2d& right_px,
@@ -24,6 +28,18 @@ Eigen::Vector2d RigCorrection::raw_right_px(const StereoGeometry& geometry, cons
                                             double disparity_px) const {
   const Eigen::Vector2d turned = right_px + baseline_shift_px(geometry, right_px, disparity_px);
   return (raw_from_turned(geometry) * turned.homogeneous()).hnormalized();
+}
+
+RigChange::RigChange(const StereoGeometry& geometry, const RigCorrection& before, const RigCorrection& now)
+    : geometry_(geometry),
+      before_(before),
+      now_(now),
+      now_from_before_(now.raw_from_turned(geometry).inverse() * before.raw_from_turned(geometry)) {}
+
+Eigen::Vector2d RigChange::right_px(const Eigen::Vector2d& before_px, double disparity_px) const {
+  const Eigen::Vector2d turned = before_px + before_.baseline_shift_px(geometry_, before_px, disparity_px);
+  const Eigen::Vector2d now = (now_from_before_ * turned.homogeneous()).hnormalized();
+  return now - now_.baseline_shift_px(geometry_, now, disparity_px);
 }
 
 std::string_view to_string(RigVerdict verdict) noexcept {

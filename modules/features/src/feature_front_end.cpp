@@ -56,9 +56,13 @@ struct FeatureFrontEnd::State {
 
   std::uint64_t attempted_before = 0;  ///< Of the counters, as of the frame before.
   std::uint64_t matched_before = 0;
+  double usual_match_ratio = 0.0;
+  int row_search_frames = 0;  ///< Since it began; 0 is not at all.
 
   void take_in(const RectifiedPair& pair, const RigAdjustment& rig) noexcept;
-  [[nodiscard]] bool rows_seem_wrong() noexcept;
+  /// What the frame before has measured.
+  void remeasure(const RigChange& change) noexcept;
+  [[nodiscard]] bool should_search_rows(const RigAdjustment& rig) noexcept;
   void end_rejected() noexcept;
   void remember_previous() noexcept;
   void follow_others_and_match(std::span<const FeaturePrediction> by_slot) noexcept;
@@ -146,6 +150,10 @@ Result<FeatureFrame> FeatureFrontEnd::track(std::span<const FeaturePrediction> b
 
 GrayView FeatureFrontEnd::right_image() const noexcept {
   return state_->images.right();
+}
+
+bool FeatureFrontEnd::row_search_began() const noexcept {
+  return state_->row_search_frames == 1;
 }
 
 std::size_t FeatureFrontEnd::count_corners() noexcept {
@@ -246,27 +254,59 @@ void FeatureFrontEnd::reset() noexcept {
   state_->step = Step::kNeedsFrame;
 }
 
-// Where nearly nothing has a match, the calibration's rows may be wrong.
-bool FeatureFrontEnd::State::rows_seem_wrong() noexcept {
+// Where nearly nothing has a match, the calibration's rows may be wrong. Looking elsewhere takes time, so it ends with
+// the next correction, or when it has not helped.
+bool FeatureFrontEnd::State::should_search_rows(const RigAdjustment& rig) noexcept {
   constexpr std::uint64_t kMinAttempts = 100;
-  constexpr double kFewMatched = 0.25;
+  constexpr double kFewMatched = 0.3;
+  constexpr double kFewOfUsual = 0.7;
+  constexpr double kUsualGain = 0.1;
+  constexpr int kFramesOfSearch = 20;
+  constexpr int kFramesOfRest = 100;
   const std::uint64_t attempted = counters.stereo_attempted - attempted_before;
   const std::uint64_t matched = counters.stereo_matched - matched_before;
   attempted_before = counters.stereo_attempted;
   matched_before = counters.stereo_matched;
-  return attempted >= kMinAttempts && static_cast<double>(matched) < kFewMatched * static_cast<double>(attempted);
+  if (!rig.may_be_off || rig.change != nullptr) {
+    row_search_frames = 0;
+    return false;
+  }
+  const double ratio = attempted > 0 ? static_cast<double>(matched) / static_cast<double>(attempted) : 0.0;
+  const bool few = attempted >= kMinAttempts && ratio < std::max(kFewMatched, kFewOfUsual * usual_match_ratio);
+  if (!few) {
+    usual_match_ratio += kUsualGain * (ratio - usual_match_ratio);
+  }
+  if (row_search_frames > 0 || few) {
+    row_search_frames = (row_search_frames + 1) % (kFramesOfSearch + kFramesOfRest);
+  }
+  return row_search_frames > 0 && row_search_frames <= kFramesOfSearch;
 }
 
 void FeatureFrontEnd::State::take_in(const RectifiedPair& pair, const RigAdjustment& rig) noexcept {
   frame_index = pair.frame_index;
   timestamp_ns = pair.timestamp_ns;
   images.take_in(pair, rig.correction, workers);
-  const bool rows_wrong = rows_seem_wrong();
-  matcher.set_rig(pair.geometry, rig.correction, rig.may_be_off && rows_wrong);
+  matcher.set_rig(pair.geometry, rig.correction, should_search_rows(rig));
+  if (rig.change != nullptr) {
+    remeasure(*rig.change);
+  }
   for (FeatureSlot& slot : slots) {
     if (slot.state == SlotState::kDead) {
       slot.state = SlotState::kFree;
     }
+  }
+}
+
+void FeatureFrontEnd::State::remeasure(const RigChange& change) noexcept {
+  for (FeatureSlot& slot : slots) {
+    Feature& feature = slot.feature;
+    if (slot.state != SlotState::kAlive || !feature.has_right()) {
+      continue;
+    }
+    const Eigen::Vector2d before(feature.u_right_px, 2.F * feature.v_px - feature.left_px.y());
+    const Eigen::Vector2f now = change.right_px(before, static_cast<double>(feature.disparity_px())).cast<float>();
+    feature.u_right_px = now.x();
+    feature.v_px = 0.5F * (feature.left_px.y() + now.y());
   }
 }
 

@@ -40,7 +40,7 @@ void FrameImages::take_in_left(GrayView image) noexcept {
 }
 
 void FrameImages::take_in_right(const RectifiedPair& pair, const RigCorrection& correction) noexcept {
-  if (correction.turn_rad.isZero(0.0)) {
+  if (correction.turn_rad.isZero(0.0) && correction.shift_rad == 0.0) {
     copy_image(pair.right, right_.pixels());
   } else {
     turn_right(pair, correction);

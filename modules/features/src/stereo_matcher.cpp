@@ -23,9 +23,8 @@ constexpr float kNarrow_px = 4.F;
 constexpr float kNarrowRatio = 0.08F;
 // Rows to try for a new feature when its own gives nothing: the patch tolerates about one row on either side.
 constexpr std::array<int, 3> kRowOffsets{0, -2, 2};
-// ... and as far as half a degree takes them, for some features, where hardly any has a match in its row.
+// ... and as far as half a degree takes them, where hardly any feature has a match in its row.
 constexpr std::array<int, 13> kFarRowOffsets{0, -2, 2, -4, 4, -6, 6, -8, 8, -10, 10, -12, 12};
-constexpr int kLookFar = 4;  // Of so many features one looks there.
 constexpr float kFarRowDifference_px = 13.F;
 
 // Rectification is good to about half a pixel; texture that knows better overrules this.
@@ -88,7 +87,9 @@ bool StereoMatcher::match(const StereoImages& images, float expected_disparity_p
   if (expected_disparity_px >= 0.F) {
     const float reach = kNarrow_px + kNarrowRatio * expected_disparity_px;
     const Range near = clipped(expected_disparity_px - reach, expected_disparity_px + reach, x);
-    if (search(images, feature, near, 0, false, disparity) && refine(images, disparity, 0, kPassesKnown, slot)) {
+    const int row_offset = known_row_offset(feature);
+    if (search(images, feature, near, row_offset, false, disparity) &&
+        refine(images, disparity, row_offset, kPassesKnown, slot)) {
       return true;
     }
   }
@@ -111,10 +112,16 @@ void StereoMatcher::set_rig(const StereoGeometry& geometry, const RigCorrection&
 }
 
 std::span<const int> StereoMatcher::row_offsets(const Feature& feature) const noexcept {
-  if (rows_unknown_ && feature.slot % kLookFar == 0) {
+  if (rows_unknown_) {
     return kFarRowOffsets;
   }
   return std::span<const int>(kRowOffsets).first(feature.age_frames == 0 ? kRowOffsets.size() : 1);
+}
+
+int StereoMatcher::known_row_offset(const Feature& feature) const noexcept {
+  return rows_unknown_ && feature.had_right()
+             ? static_cast<int>(std::lround(2.F * (feature.previous_v_px - feature.previous_left_px.y())))
+             : 0;
 }
 
 float StereoMatcher::max_row_difference_px() const noexcept {
@@ -167,6 +174,9 @@ bool StereoMatcher::refine(const StereoImages& images, int disparity, int row_of
   Feature& feature = slot.feature;
   AlignOptions options = kAlign;
   options.preferred_row = feature.left_px.y();
+  if (rows_unknown_) {
+    options.row_weight = 0.F;
+  }
   PatchWarp warp = slot.to_right;
   Eigen::Vector2f right =
       feature.left_px + Eigen::Vector2f(-static_cast<float>(disparity), static_cast<float>(row_offset));

@@ -44,6 +44,8 @@ class StereoMatcher {
   /// Rows to look in, and how far off its own row a match may be.
   [[nodiscard]] std::span<const int> row_offsets(const Feature& feature) const noexcept;
   [[nodiscard]] float max_row_difference_px() const noexcept;
+  /// How far off its row it was before.
+  [[nodiscard]] int known_row_offset(const Feature& feature) const noexcept;
   [[nodiscard]] bool search(const StereoImages& images, const Feature& feature, Range range, int row_offset,
                             bool unique, int& disparity) const noexcept;
   [[nodiscard]] bool refine(const StereoImages& images, int disparity, int row_offset, int passes,

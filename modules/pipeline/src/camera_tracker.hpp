@@ -23,7 +23,10 @@ class CameraTracker {
   /// frame shows something else than the one before it, `interval_ns` earlier, so that what seems to be known is not.
   [[nodiscard]] Se3 locate(const FeatureFrame& frame, std::int64_t interval_ns, bool jumped);
   /// After locate(): points are measured differently from now on. The map begins anew at this frame's pose.
-  void restart_map() { background_.begin(background_.estimate().T_body_cam, background_.estimate().status); }
+  void restart_map() {
+    background_.begin(background_.estimate().T_body_cam, background_.estimate().status);
+    background_.forget_motion();
+  }
   /// This frame joins the window, with the features that are the background's by the newest masks.
   void extend(const FeatureFrame& frame) { background_.extend(frame, kBackgroundLabel); }
   void end() { background_.end(); }

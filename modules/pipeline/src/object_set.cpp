@@ -142,4 +142,12 @@ void ObjectSet::end() {
   }
 }
 
+void ObjectSet::remeasure(const RigChange& change) noexcept {
+  for (ObjectState& object : slots_) {
+    if (object.in_use()) {
+      object.body().remeasure(change);
+    }
+  }
+}
+
 }  // namespace kinetrace::pipeline

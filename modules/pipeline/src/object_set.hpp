@@ -36,6 +36,8 @@ class ObjectSet {
                                                 Arena& arena);
   [[nodiscard]] static std::size_t required_bytes(const PipelineConfig& config);
 
+  /// The rig is corrected in another way from now on.
+  void remeasure(const RigChange& change) noexcept;
   [[nodiscard]] std::span<ObjectState> slots() noexcept { return slots_; }
   [[nodiscard]] std::span<const ObjectState> slots() const noexcept { return slots_; }
 

@@ -183,6 +183,10 @@ Result<RectifiedPair> Pipeline::Impl::take_in(const RectifiedPair& pair, StageOb
     const StageScope pyramid(observer, Stage::kPyramid);
     rig.begin_frame(pair.timestamp_ns);
     const features::RigAdjustment adjustment = rig.adjustment();
+    if (rig.change() != nullptr) {
+      camera.background().remeasure(*rig.change());
+      objects.remeasure(*rig.change());
+    }
     if (const Status begun = front_end.begin_frame(pair, adjustment); !begun) {
       return Unexpected(begun.error());
     }
@@ -205,10 +209,10 @@ EgoMotion Pipeline::Impl::locate_camera(const FeatureFrame& frame, StageObserver
   const StageScope stage(observer, Stage::kEgoMotion);
   const bool jumped = jump_watch.has_jumped(frame, previous_features.size(), front_end);
   EgoMotion ego{camera.locate(frame, frame.timestamp_ns - intake.last_timestamp_ns(), jumped), jumped};
-  if (rig.has_changed()) {
+  if (rig.must_restart() || front_end.row_search_began()) {
     camera.restart_map();
   }
-  if (jumped || rig.has_changed()) {
+  if (jumped || rig.must_restart()) {
     end_tracks();
   }
   return ego;

@@ -15,6 +15,7 @@ std::size_t RigCalibrator::required_bytes(const PipelineConfig& config) {
 Result<RigCalibrator> RigCalibrator::create(const PipelineConfig& config, const StereoGeometry& geometry,
                                             Arena& arena) {
   RigCalibrator calibrator;
+  calibrator.geometry_ = geometry;
   if (config.calibration.mode == calibration::RefineMode::kOff) {
     return calibrator;
   }
@@ -30,11 +31,20 @@ Result<RigCalibrator> RigCalibrator::create(const PipelineConfig& config, const 
 }
 
 void RigCalibrator::begin_frame(std::int64_t timestamp_ns) {
-  has_changed_ = refiner_ && refiner_->begin_frame(timestamp_ns);
+  change_.reset();
+  must_restart_ = false;
+  if (!refiner_) {
+    return;
+  }
+  refiner_->begin_frame(timestamp_ns);
+  must_restart_ = refiner_->must_restart();
+  if (const auto revision = refiner_->revision()) {
+    change_.emplace(geometry_, revision->before, revision->now);
+  }
 }
 
 features::RigAdjustment RigCalibrator::adjustment() const {
-  return corrects_ ? features::RigAdjustment{refiner_->correction(), true} : features::RigAdjustment{};
+  return corrects_ ? features::RigAdjustment{refiner_->correction(), true, change()} : features::RigAdjustment{};
 }
 
 void RigCalibrator::observe(const FeatureFrame& frame, const CameraTracker& camera, bool jumped) {

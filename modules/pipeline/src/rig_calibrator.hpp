@@ -24,18 +24,22 @@ class RigCalibrator {
   /// A frame comes.
   void begin_frame(std::int64_t timestamp_ns);
   [[nodiscard]] features::RigAdjustment adjustment() const;
-  /// Since this frame points are measured so differently that reconstructions have to begin anew.
-  [[nodiscard]] bool has_changed() const noexcept { return has_changed_; }
+  /// How what was measured in earlier frames is to be understood from now on; null where that is as before.
+  [[nodiscard]] const RigChange* change() const noexcept { return change_ ? &*change_ : nullptr; }
+  /// Points are measured so differently since this frame that reconstructions have to begin anew.
+  [[nodiscard]] bool must_restart() const noexcept { return must_restart_; }
   /// The frame's features, once the camera is located. `jumped`: it shows another scene than the one before.
   void observe(const FeatureFrame& frame, const CameraTracker& camera, bool jumped);
 
   [[nodiscard]] RigEstimate estimate() const { return refiner_ ? refiner_->estimate() : RigEstimate{}; }
 
  private:
+  StereoGeometry geometry_;
   std::optional<calibration::RigRefiner> refiner_;
   FixedVector<calibration::RigObservation> observations_;
   bool corrects_ = false;
-  bool has_changed_ = false;
+  std::optional<RigChange> change_;
+  bool must_restart_ = false;
 };
 
 }  // namespace kinetrace::pipeline

@@ -74,7 +74,7 @@ BodyReconstruction::BodyReconstruction(const BodyConfig& config, const StereoGeo
       observations_(arena, as_size(config.max_points)),
       rejected_(arena, as_size(config.max_features)) {}
 
-void BodyReconstruction::begin(const Se3& T_body_cam, BodyStatus status) {
+void BodyReconstruction::begin(Se3 T_body_cam, BodyStatus status) {
   if (active_) {
     for (std::size_t row = 0; row < map_.size(); ++row) {
       retire(row);
@@ -314,6 +314,10 @@ const BodyEstimate& BodyReconstruction::locate(const FeatureFrame& frame, std::u
   estimate_.status = status_now_;
   estimate_.T_body_cam = T_body_cam_now_;
   return estimate_;
+}
+
+void BodyReconstruction::remeasure(const RigChange& change) noexcept {
+  map_.remeasure(change);
 }
 
 void BodyReconstruction::refuse_pose() {

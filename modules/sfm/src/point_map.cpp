@@ -90,6 +90,19 @@ void PointMap::scale_weights(float factor) noexcept {
   }
 }
 
+void PointMap::remeasure(const RigChange& change) noexcept {
+  for (BundleObservation& o : table_.first(size_ * window_frames_)) {
+    if (std::isnan(o.u_right_px)) {
+      continue;
+    }
+    const Eigen::Vector2f before(o.u_right_px, o.v_px);
+    const Eigen::Vector2f moved =
+        change.right_px(before.cast<double>(), static_cast<double>(o.u_left_px - o.u_right_px)).cast<float>() - before;
+    o.u_right_px += moved.x();
+    o.v_px += 0.5F * moved.y();  // The mean of both rows.
+  }
+}
+
 void PointMap::remove_column(std::size_t column) noexcept {
   const std::uint32_t below = (1U << column) - 1U;
   const auto without = [below](std::uint32_t columns) { return (columns & below) | ((columns >> 1U) & ~below); };

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "kinetrace/calibration/config.hpp"
@@ -43,9 +44,20 @@ class KINETRACE_API RigRefiner {
 
   /// The next frame is to be corrected by this. Changes at `begin_frame` only.
   [[nodiscard]] const RigCorrection& correction() const noexcept { return estimate_.applied; }
-  /// A frame at this time comes. True if its correction differs so much from the frame before that what was measured
-  /// in earlier frames does not hold any more.
-  bool begin_frame(std::int64_t timestamp_ns);
+  /// A frame at this time comes.
+  void begin_frame(std::int64_t timestamp_ns);
+  /// What is known about the rig as it was in the frame before has changed since then: what was measured under the
+  /// first correction is to be understood under the second one. How the rig itself has changed between the frames is
+  /// not part of it. Nothing where no more is known than before.
+  struct Revision {
+    RigCorrection before;
+    RigCorrection now;
+  };
+  [[nodiscard]] std::optional<Revision> revision() const {
+    return revision_ ? std::optional(Revision{before_revision_, *revision_}) : std::nullopt;
+  }
+  /// By so much that reconstructions have to begin anew.
+  [[nodiscard]] bool must_restart() const;
   /// What the frame has shown; `T_world_cam` its camera's pose, which need not be exact.
   void observe(std::span<const RigObservation> observations, const Se3& T_world_cam);
   /// Frames that come show another scene: what was seen does not go on.
@@ -56,11 +68,16 @@ class KINETRACE_API RigRefiner {
  private:
   RigRefiner(const RefineConfig& config, const StereoGeometry& geometry, RigRefinerStorage& storage);
   void begin_window(std::span<const RigObservation> observations, const Se3& T_world_cam);
+  [[nodiscard]] RigCorrection surely_known_now() const;
+  void revise();
   void publish();
 
   RefineConfig config_;
   StereoGeometry geometry_;
   RigEstimate estimate_;
+  std::optional<RigCorrection> pending_;   ///< Revision that the next frame begins with.
+  std::optional<RigCorrection> revision_;  ///< That this frame began with.
+  RigCorrection before_revision_;
   RigRefinerStorage* storage_;  ///< Lives in the arena.
 };
 

@@ -13,9 +13,10 @@
 namespace kinetrace {
 
 /// Pose of the right camera of a rectified rig against its calibration; small angles. What points see of it:
-/// p_right = so3_exp(-turn) * (p_left - c), c = baseline * (1, baseline_rad) normalised.
+/// p_right = so3_exp(-turn) * (p_left - c), c = baseline * (1, baseline_rad) normalised, seen at fx (x / z - shift) +
+/// cx.
 struct KINETRACE_API RigCorrection {
-  static constexpr int kSize = 5;
+  static constexpr int kSize = 6;
   using Vector = Eigen::Matrix<double, kSize, 1>;
   using Matrix = Eigen::Matrix<double, kSize, kSize>;
 
@@ -23,10 +24,15 @@ struct KINETRACE_API RigCorrection {
   Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();
   /// How far the baseline points down (y) and forward (z) from the left camera's x axis. Its length is as calibrated.
   Eigen::Vector2d baseline_rad = Eigen::Vector2d::Zero();
+  /// How far left of the calibrated one the right camera's principal point lies, in focal lengths. Its row is not told
+  /// from pitch.
+  double shift_rad = 0.0;
 
-  [[nodiscard]] Vector vector() const { return (Vector() << turn_rad, baseline_rad).finished(); }
-  [[nodiscard]] static RigCorrection from(const Vector& v) { return {v.head<3>(), v.tail<2>()}; }
-  [[nodiscard]] bool is_zero() const { return turn_rad.isZero(0.0) && baseline_rad.isZero(0.0); }
+  [[nodiscard]] Vector vector() const { return (Vector() << turn_rad, baseline_rad, shift_rad).finished(); }
+  [[nodiscard]] static RigCorrection from(const Vector& v) { return {v.head<3>(), v.segment<2>(3), v[5]}; }
+  /// What all disparities have in common, at the image's middle, in focal lengths: seen too small by this.
+  [[nodiscard]] double offset_rad() const { return -(turn_rad.y() + shift_rad); }
+  [[nodiscard]] bool is_zero() const { return vector().isZero(0.0); }
 
   /// From a pixel of the right image as the calibration has it to that of the image as the camera gives it, for points
   /// of any depth; homogeneous.
@@ -38,6 +44,20 @@ struct KINETRACE_API RigCorrection {
   /// The pixel of the image as the camera gives it, of a point that lies at `right_px` once corrected for both.
   [[nodiscard]] Eigen::Vector2d raw_right_px(const StereoGeometry& geometry, const Eigen::Vector2d& right_px,
                                              double disparity_px) const;
+};
+
+/// Where what was measured under one correction lies under another.
+class KINETRACE_API RigChange {
+ public:
+  RigChange(const StereoGeometry& geometry, const RigCorrection& before, const RigCorrection& now);
+  /// A right pixel, corrected for both as it was, corrected as it is now.
+  [[nodiscard]] Eigen::Vector2d right_px(const Eigen::Vector2d& before_px, double disparity_px) const;
+
+ private:
+  StereoGeometry geometry_;
+  RigCorrection before_;
+  RigCorrection now_;
+  Eigen::Matrix3d now_from_before_;  ///< Of pixels that are corrected for the turn.
 };
 
 /// What is known about a rig's calibration from the images.
@@ -54,9 +74,10 @@ struct RigEstimate {
   RigVerdict verdict = RigVerdict::kUnknown;
   RigCorrection correction;  ///< Best estimate.
   RigCorrection::Vector sigma_rad = RigCorrection::Vector::Zero();
-  RigCorrection applied;  ///< What the frame was corrected by: the part of it that is surely known.
-  std::uint64_t windows = 0;  ///< Pairs of frames that the estimate was made from.
-  std::uint64_t knocks = 0;   ///< Sudden changes found.
+  double offset_sigma_rad = 0.0;  ///< Of offset_rad().
+  RigCorrection applied;          ///< What the frame was corrected by: the part of it that is surely known.
+  std::uint64_t windows = 0;      ///< Pairs of frames that the estimate was made from.
+  std::uint64_t knocks = 0;       ///< Sudden changes found.
 };
 
 /// Depths at which the error of a calibration is reported.

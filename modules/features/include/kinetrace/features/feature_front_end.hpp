@@ -46,8 +46,9 @@ struct FeatureCounters {
 /// How a pair's right image is to be understood.
 struct RigAdjustment {
   RigCorrection correction;  ///< The right image and what is measured in it are corrected by this.
-  /// The calibration may be wrong: where rows hold hardly any match, some features look up and down, too.
+  /// The calibration may be wrong: where rows hold hardly any match, features look up and down, too.
   bool may_be_off = false;
+  const RigChange* change = nullptr;  ///< From the frame before; null where there is none.
 };
 
 /// Finds, tracks and stereo-matches features (METHOD: correspondences). One frame is `begin_frame`, `track`,
@@ -75,6 +76,8 @@ class FeatureFrontEnd {
   [[nodiscard]] Status begin_frame(const RectifiedPair& pair, const RigAdjustment& rig = {});
   /// Of this frame's pair, corrected. Lives until the next `begin_frame`.
   [[nodiscard]] GrayView right_image() const noexcept;
+  /// From this frame on features are looked for up and down: their rows and disparities are others than before.
+  [[nodiscard]] bool row_search_began() const noexcept;
 
   /// Follows every live feature from the previous frame into this one and matches it left-right.
   /// `by_slot[s]` is the prediction for slot s; a shorter span means unknown for the rest. Outliers given to `reject`

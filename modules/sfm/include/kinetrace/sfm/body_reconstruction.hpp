@@ -14,6 +14,7 @@
 #include "kinetrace/core/feature_frame.hpp"
 #include "kinetrace/core/fixed_vector.hpp"
 #include "kinetrace/core/result.hpp"
+#include "kinetrace/core/rig_correction.hpp"
 #include "kinetrace/sfm/config.hpp"
 #include "kinetrace/sfm/noise_scale.hpp"
 #include "kinetrace/sfm/point_map.hpp"
@@ -47,8 +48,10 @@ class BodyReconstruction {
   /// Starts afresh with the present frame, its camera at `T_body_cam`; extend() follows. `status` says what that pose
   /// is worth: kTracked when it is known, kPropagated or kLost when it was only predicted. Points of an earlier life
   /// are retired with this frame.
-  void begin(const Se3& T_body_cam, BodyStatus status = BodyStatus::kTracked);
+  void begin(Se3 T_body_cam, BodyStatus status = BodyStatus::kTracked);
   [[nodiscard]] bool active() const noexcept { return active_; }
+  /// The rig is corrected in another way from now on: what the window has measured becomes what it would have been.
+  void remeasure(const RigChange& change) noexcept;
   /// How the camera moved holds no more: the next pose is taken as it is found.
   void forget_motion() noexcept { last_tracked_ns_.reset(); }
   /// Ends the reconstruction; its remaining points are in `estimate().retired` until the next begin() or reset().

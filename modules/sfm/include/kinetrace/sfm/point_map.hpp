@@ -8,6 +8,7 @@
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/core/bundle.hpp"
 #include "kinetrace/core/feature_frame.hpp"
+#include "kinetrace/core/rig_correction.hpp"
 
 namespace kinetrace::sfm {
 
@@ -55,6 +56,8 @@ class PointMap {
   }
   /// Multiplies the inverse sigmas of all observations: measurements turned out to scatter differently.
   void scale_weights(float factor) noexcept;
+  /// Moves all right observations, and the rows that they share in.
+  void remeasure(const RigChange& change) noexcept;
   /// Drops window column `column`; later columns move down by one and the last one becomes empty.
   void remove_column(std::size_t column) noexcept;
 
