@@ -38,14 +38,15 @@ std::string text(const char* format, double value) {
 
 }  // namespace
 
-Status InputWatch::process(const StereoFrame& frame, const RectifiedPair& pair, HealthMonitor& health,
-                           const Warn& warn) {
+Status InputWatch::process(const StereoFrame& frame, const RectifiedPair& pair, HealthMonitor& health, const Warn& warn,
+                           const RefinedCalibration& calibration) {
+  begun_ns_ = begun_ns_.value_or(frame.timestamp_ns);
   const bool looked_closely = monitor_.process(frame, pair);
   if (looked_closely && pairing_.process(monitor_.sync(), health)) {
     monitor_.restart_sync();
   }
   for (const FaultRule& rule : kRules) {
-    if (!monitor_.holds(rule.fault)) {
+    if (!monitor_.holds(rule.fault) || is_left_to_refinement(rule.fault, calibration, frame.timestamp_ns)) {
       continue;
     }
     if (rule.fault != InputFault::kViewsOutOfStep && (looked_closely || rule.every_frame)) {
@@ -63,6 +64,13 @@ Status InputWatch::process(const StereoFrame& frame, const RectifiedPair& pair, 
     warn(what);
   }
   return {};
+}
+
+bool InputWatch::is_left_to_refinement(InputFault fault, const RefinedCalibration& calibration,
+                                       std::int64_t now_ns) const noexcept {
+  constexpr std::int64_t kPatience_ns = 2'000'000'000;
+  const bool of_calibration = fault == InputFault::kRowsApart || fault == InputFault::kBeyondInfinity;
+  return of_calibration && calibration.refines && (calibration.corrected || now_ns - *begun_ns_ < kPatience_ns);
 }
 
 // One cause, one line: identical views have no parallax either; a late view of two devices is mended.

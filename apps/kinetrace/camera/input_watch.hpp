@@ -2,7 +2,9 @@
 #pragma once
 
 #include <bitset>
+#include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "camera/health_monitor.hpp"
@@ -26,6 +28,13 @@ struct InputNames {
 [[nodiscard]] std::string describe(hal::InputFault fault, const hal::InputMonitor& monitor, const InputNames& names,
                                    const StereoGeometry& geometry);
 
+/// Faults of the calibration are not noted while it is `corrected`, nor in the first seconds of a run that `refines`
+/// it, which will say more about them.
+struct RefinedCalibration {
+  bool refines = false;
+  bool corrected = false;
+};
+
 /// Each fault that hal::InputMonitor finds is noted in health every time, and said once. Exchanged and identical views
 /// end the run if `policy` says so: nothing computed from them is right. Views out of step are mended where they can
 /// be.
@@ -39,16 +48,19 @@ class InputWatch {
   /// One frame, raw and rectified. Never allocates unless there is something to say.
   /// Errors: kBadFormat (the images cannot be used).
   [[nodiscard]] Status process(const StereoFrame& frame, const RectifiedPair& pair, HealthMonitor& health,
-                               const Warn& warn);
+                               const Warn& warn, const RefinedCalibration& calibration = {});
 
  private:
   [[nodiscard]] bool is_worth_saying(hal::InputFault fault) const noexcept;
+  [[nodiscard]] bool is_left_to_refinement(hal::InputFault fault, const RefinedCalibration& calibration,
+                                           std::int64_t now_ns) const noexcept;
 
   hal::InputMonitor monitor_;
   PairingKeeper pairing_;
   InputPolicy policy_;
   InputNames names_;
   std::bitset<hal::kInputFaultCount> said_;
+  std::optional<std::int64_t> begun_ns_;  ///< When the first frame was exposed.
 };
 
 }  // namespace kinetrace::app

@@ -85,7 +85,10 @@ Result<RectifiedPair> FrameProcessor::prepare(const StereoFrame& frame) {
     return components_.rectifier.process(frame, live_ ? nullptr : components_.workers.get());
   }();
   if (pair) {
-    if (const Status usable = components_.input.process(frame, *pair, report_.health, warn_); !usable) {
+    if (const Status usable = components_.input.process(
+            frame, *pair, report_.health, warn_,
+            {.refines = components_.refines_calibration, .corrected = calibration_corrected_});
+        !usable) {
       return Unexpected(usable.error());
     }
   }
@@ -114,6 +117,7 @@ Status FrameProcessor::process_pair(const RectifiedPair& pair, std::int64_t expo
     return Unexpected(result.error());
   }
   report_.health.observe((*result)->newest);
+  calibration_corrected_ = (*result)->rig.verdict == RigVerdict::kCorrected;
   if (Status usable = note_masks(**result); !usable) {
     return usable;
   }
@@ -126,6 +130,7 @@ Status FrameProcessor::process_pair(const RectifiedPair& pair, std::int64_t expo
   progressed_.set({.frames = progressed_.get().frames + 1,
                    .objects_now = static_cast<int>((*result)->newest.objects.size()),
                    .counters = (*result)->counters,
+                   .rig = (*result)->rig,
                    .allocations = allocation_counts()});
   components_.service->progress(steady_time_ns());
   components_.service->tell(report_.health.condition());

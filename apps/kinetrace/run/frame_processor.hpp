@@ -1,6 +1,7 @@
 // From a camera's frame to results recorded and on their way.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <mutex>
 
@@ -63,6 +64,7 @@ class FrameProcessor {
   RunReport& report_;
   Warn warn_ = [this](const std::string& warning) { report_.warn_now(warning); };
   Progressed progressed_;
+  std::atomic<bool> calibration_corrected_ = false;  ///< Said by the thread that processes.
   std::unique_ptr<StageClock> clock_ = std::make_unique<StageClock>();
   AllocationCounts allocations_at_last_offer_;
   std::uint64_t mask_frames_missing_ = 0;      ///< So far.

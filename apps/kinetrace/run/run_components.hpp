@@ -35,6 +35,7 @@ struct RunComponents {
   std::optional<MaskFileWatch> mask_files;       ///< Where masks come from files.
   std::unique_ptr<RecordingThread> raw;          ///< Null unless asked for.
   std::unique_ptr<RecordingThread> raw_ended{};  ///< What became of it where it stopped early.
+  bool refines_calibration = false;              ///< And corrects it.
   bool waits_for_disk = false;                   ///< Recordings do; a camera would lose frames meanwhile.
   std::unique_ptr<RunPublishing> publishing;     ///< Null unless asked for.
   std::unique_ptr<ServiceNotifier> service = std::make_unique<ServiceNotifier>();

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iostream>
 
+#include "camera/rig_report.hpp"
 #include "cli/exit_codes.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/messages.hpp"
@@ -19,7 +20,9 @@ std::string raw_stopped(const Error& why) {
 
 RunReport::RunReport(const RunOptions& options, const CameraSetup& setup, const pipeline::PipelineConfig& config,
                      std::string config_json)
-    : options_(options), looks_for_objects_(config.segmentation.mode != segmentation::SegmentationMode::kNone) {
+    : options_(options),
+      looks_for_objects_(config.segmentation.mode != segmentation::SegmentationMode::kNone),
+      refines_calibration_(config.calibration.mode != calibration::RefineMode::kOff) {
   summary_.version = KINETRACE_VERSION;
   summary_.config_json = std::move(config_json);
   summary_.dataset = setup.description;
@@ -139,6 +142,13 @@ void RunReport::finish(const GuardedCamera& camera, const Processed& processed, 
   seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   summary_.frames = processed.frames;
   summary_.counters = processed.counters;
+  if (refines_calibration_) {
+    summary_.rig = processed.rig;
+    if (processed.rig.verdict == RigVerdict::kOff) {
+      summary_.warnings.push_back("the calibration is " + rig_text(processed.rig, geometry_) +
+                                  "; calibrate again, or set calibration.refine: on");
+    }
+  }
   const hal::CameraCounters& counted = camera.camera->counters();
   summary_.camera_counters = {{"frames_skipped_missing_side", counted.skipped_missing_side},
                               {"frames_skipped_unreadable", counted.skipped_unreadable},
@@ -198,8 +208,11 @@ void RunReport::print() const {
         static_cast<long long>(summary_.frames), seconds_, summary_.frame_time.median_ms, summary_.frame_time.p95_ms,
         summary_.frame_time.max_ms, static_cast<double>(summary_.rss_peak_bytes) / kMib,
         static_cast<double>(summary_.planned_bytes) / kMib);
-    std::printf("Found: %s\nResults in %s\n", found_text(summary_.found, looks_for_objects_).c_str(),
-                options_.out.c_str());
+    std::printf("Found: %s\n", found_text(summary_.found, looks_for_objects_).c_str());
+    if (summary_.rig) {
+      std::printf("Calibration: %s\n", rig_text(*summary_.rig, geometry_).c_str());
+    }
+    std::printf("Results in %s\n", options_.out.c_str());
     for (const std::string& note : notes_) {
       std::printf("Note: %s\n", printable(note).c_str());
     }

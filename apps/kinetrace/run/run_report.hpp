@@ -33,6 +33,7 @@ struct Processed {
   std::int64_t frames = 0;
   int objects_now = 0;
   FrameCounters counters;
+  RigEstimate rig;
   AllocationCounts allocations;  ///< What comes after the last frame belongs to ending the run.
 };
 
@@ -45,6 +46,8 @@ class RunReport {
 
   /// What is planned, and allowed.
   void set_memory(const RunMemory& plan, const pipeline::MemoryConfig& config);
+  /// Of the rectified images.
+  void set_geometry(const StereoGeometry& geometry) { geometry_ = geometry; }
   /// Every final estimate, in order.
   void add_finalised(const FrameEstimate& finalised) noexcept { tally_.add(finalised); }
   /// Before the first frame, when everything has been made.
@@ -79,6 +82,8 @@ class RunReport {
 
   RunOptions options_;
   bool looks_for_objects_;
+  bool refines_calibration_;
+  StereoGeometry geometry_;
   RunTally tally_;
   AllocationCounts allocations_at_start_;
   std::chrono::steady_clock::time_point start_;

@@ -63,6 +63,7 @@ Status RunSession::begin(Arena& arena) {
     }
   }
   report_.set_memory(setup_.memory, setup_.config.pipeline.memory);
+  report_.set_geometry(components_.rectifier.geometry());
   if (Status begun = components_.recorder.begin(report_.summary()); !begun) {
     return begun;
   }

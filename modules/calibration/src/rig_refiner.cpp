@@ -301,10 +301,10 @@ void RigRefiner::publish() {
   // At the image's middle a turn about y and a shift look the same.
   RigCorrection::Vector both = RigCorrection::Vector::Zero();
   both[1] = both[5] = 1.0;
-  estimate_.offset_sigma_rad = std::sqrt(both.dot(filter.covariance() * both) + lasting_rad[1] * lasting_rad[1]);
+  estimate_.disparity_sigma_rad = std::sqrt(both.dot(filter.covariance() * both) + lasting_rad[1] * lasting_rad[1]);
   estimate_.windows = filter.updates();
   estimate_.knocks = filter.knocks();
-  const double yaw_sigma_px = estimate_.offset_sigma_rad * geometry_.fx_px;
+  const double yaw_sigma_px = estimate_.disparity_sigma_rad * geometry_.fx_px;
   const bool is_off = !surely_known(value, filter.covariance(), lasting_rad, storage_->off).isZero(0.0);
   if (estimate_.windows == 0 || (!is_off && yaw_sigma_px > kJudged_px)) {
     estimate_.verdict = RigVerdict::kUnknown;

@@ -1,5 +1,7 @@
 #include "run_json.hpp"
 
+#include <cmath>
+#include <numbers>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -65,6 +67,28 @@ Json geometry_json(const StereoGeometry& geometry) {
           {"baseline_m", geometry.baseline_m}};
 }
 
+Json correction_json(const RigCorrection::Vector& value_rad) {
+  const RigCorrection::Vector deg = 180.0 / std::numbers::pi * value_rad;
+  return {{"turn_deg", {deg[0], deg[1], deg[2]}}, {"baseline_deg", {deg[3], deg[4]}}, {"shift_deg", deg[5]}};
+}
+
+Json rig_json(const RigEstimate& rig, const StereoGeometry& geometry) {
+  Json depths = Json::array();
+  for (const double depth_m : kReportedDepths_m) {
+    const double error_m = depth_error_m(geometry, rig.correction, depth_m);
+    depths.push_back({{"depth_m", depth_m}, {"error_m", std::isfinite(error_m) ? Json(error_m) : Json(nullptr)}});
+  }
+  return {{"verdict", to_string(rig.verdict)},
+          {"estimate", correction_json(rig.correction.vector())},
+          {"sigma", correction_json(rig.sigma_rad)},
+          {"applied", correction_json(rig.applied.vector())},
+          {"disparity_error_px", rig.correction.disparity_error_rad() * geometry.fx_px},
+          {"disparity_sigma_px", rig.disparity_sigma_rad * geometry.fx_px},
+          {"depth_errors", std::move(depths)},
+          {"windows", rig.windows},
+          {"knocks", rig.knocks}};
+}
+
 Json files_json(std::span<const FileEntry> files) {
   Json list = Json::array();
   for (const FileEntry& file : files) {
@@ -122,6 +146,9 @@ Result<std::string> run_json_text(const RunSummary& summary, const StereoGeometr
   add_allocations(summary, run);
   run["counters"] = counters_json(summary);
   run["health"] = health_json(summary.health);
+  if (summary.rig) {
+    run["calibration"] = rig_json(*summary.rig, geometry);
+  }
   if (summary.pairing) {
     run["pairing"] = {{"offset_ms", summary.pairing->offset_ms},
                       {"drift_ppm", summary.pairing->drift_ppm},

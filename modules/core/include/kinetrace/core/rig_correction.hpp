@@ -30,8 +30,8 @@ struct KINETRACE_API RigCorrection {
 
   [[nodiscard]] Vector vector() const { return (Vector() << turn_rad, baseline_rad, shift_rad).finished(); }
   [[nodiscard]] static RigCorrection from(const Vector& v) { return {v.head<3>(), v.segment<2>(3), v[5]}; }
-  /// What all disparities have in common, at the image's middle, in focal lengths: seen too small by this.
-  [[nodiscard]] double offset_rad() const { return -(turn_rad.y() + shift_rad); }
+  /// What all disparities have in common, at the image's middle, in focal lengths: they are seen too large by this.
+  [[nodiscard]] double disparity_error_rad() const { return turn_rad.y() + shift_rad; }
   [[nodiscard]] bool is_zero() const { return vector().isZero(0.0); }
 
   /// From a pixel of the right image as the calibration has it to that of the image as the camera gives it, for points
@@ -74,7 +74,7 @@ struct RigEstimate {
   RigVerdict verdict = RigVerdict::kUnknown;
   RigCorrection correction;  ///< Best estimate.
   RigCorrection::Vector sigma_rad = RigCorrection::Vector::Zero();
-  double offset_sigma_rad = 0.0;  ///< Of offset_rad().
+  double disparity_sigma_rad = 0.0;  ///< Of disparity_error_rad().
   RigCorrection applied;          ///< What the frame was corrected by: the part of it that is surely known.
   std::uint64_t windows = 0;      ///< Pairs of frames that the estimate was made from.
   std::uint64_t knocks = 0;       ///< Sudden changes found.

@@ -65,6 +65,7 @@ struct RunSummary {
   FrameCounters counters;
   std::vector<std::pair<std::string, std::uint64_t>> camera_counters;  ///< Added to the counters under their names.
   HealthSummary health;
+  std::optional<RigEstimate> rig;         ///< Where the calibration was refined or checked.
   std::optional<PairingSummary> pairing;  ///< Of live cameras.
   std::optional<LiveSummary> live;        ///< Of live mode.
   std::vector<std::string> warnings;

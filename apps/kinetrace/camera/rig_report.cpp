@@ -1,0 +1,58 @@
+#include "camera/rig_report.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+namespace kinetrace::app {
+namespace {
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+template <typename... Values>
+std::string text(const char* format, Values... values) {
+  std::array<char, 160> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), format, values...);
+  return buffer.data();
+}
+
+std::string turn_text(const RigEstimate& rig) {
+  const RigCorrection::Vector value = kDegrees * rig.correction.vector();
+  const RigCorrection::Vector sigma = kDegrees * rig.sigma_rad;
+  return text("pitch %.3f +-%.3f, yaw %.3f +-%.3f, roll %.3f +-%.3f degrees", value[0], sigma[0], value[1], sigma[1],
+              value[2], sigma[2]);
+}
+
+std::string depth_text(const RigEstimate& rig, const StereoGeometry& geometry) {
+  std::string errors;
+  for (const double depth_m : kReportedDepths_m) {
+    const double error_m = depth_error_m(geometry, rig.correction, depth_m);
+    errors += errors.empty() ? "" : ", ";
+    errors += std::isfinite(error_m) ? text("%+.2f m at %.0f m", error_m, depth_m) : text("no end at %.0f m", depth_m);
+  }
+  return "depths uncorrected: " + errors;
+}
+
+std::string disparity_text(const RigEstimate& rig, const StereoGeometry& geometry) {
+  return text("common error of disparities %+.2f +-%.2f px", rig.correction.disparity_error_rad() * geometry.fx_px,
+              rig.disparity_sigma_rad * geometry.fx_px);
+}
+
+}  // namespace
+
+std::string rig_text(const RigEstimate& rig, const StereoGeometry& geometry) {
+  switch (rig.verdict) {
+    case RigVerdict::kUnknown:
+      return "cannot be judged from this motion: the camera has to move sideways or forward past things that are near";
+    case RigVerdict::kHolds: return "holds: " + disparity_text(rig, geometry);
+    case RigVerdict::kOff:
+    case RigVerdict::kCorrected: break;
+  }
+  const std::string knocks = rig.knocks == 0 ? "" : "; changed suddenly " + std::to_string(rig.knocks) + " times";
+  return (rig.verdict == RigVerdict::kCorrected ? "off, and corrected: the right camera is turned by "
+                                                : "off: the right camera is turned by ") +
+         turn_text(rig) + "; " + disparity_text(rig, geometry) + "; " + depth_text(rig, geometry) + knocks;
+}
+
+}  // namespace kinetrace::app
