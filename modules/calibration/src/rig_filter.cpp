@@ -15,8 +15,8 @@ using Block = Eigen::Matrix<double, kN, kN>;
 constexpr double kRateLasts_s = 2.0;
 // Screws and glue: a hundredth of a pixel in a second at the usual focal lengths. The other one is a rig in somebody's
 // hands or in changing temperature: a pixel in a second.
-constexpr RigMotion kSteady{.rate_sigma_radps = 0.0, .wander_rad_per_root_s = 1e-5};
-constexpr RigMotion kDrifting{.rate_sigma_radps = 1.5e-3, .wander_rad_per_root_s = 3e-5};
+constexpr RigMotion kSteady{.rate_sigma_radps = 0.0, .random_walk_rad_per_root_s = 1e-5};
+constexpr RigMotion kDrifting{.rate_sigma_radps = 1.5e-3, .random_walk_rad_per_root_s = 3e-5};
 // Squared innovation over its expectation from which nobody expected it, and to which two surprises agree.
 constexpr double kSurprise = 6.0;
 constexpr double kAgree = 4.0;
@@ -45,8 +45,8 @@ void RigKalmanFilter::predict(double interval_s) {
   state_ = F * state_;
   covariance_ = F * covariance_ * F.transpose();
   const double rate = motion_.rate_sigma_radps * motion_.rate_sigma_radps * (1.0 - kept * kept);
-  const double wander = motion_.wander_rad_per_root_s * motion_.wander_rad_per_root_s * interval_s;
-  covariance_.diagonal().head<kN>().array() += wander + rate * interval_s * interval_s / 3.0;
+  const double walk = motion_.random_walk_rad_per_root_s * motion_.random_walk_rad_per_root_s * interval_s;
+  covariance_.diagonal().head<kN>().array() += walk + rate * interval_s * interval_s / 3.0;
   covariance_.diagonal().tail<kN>().array() += rate;
   covariance_.topRightCorner<kN, kN>().diagonal().array() += rate * interval_s / 2.0;
   covariance_.bottomLeftCorner<kN, kN>().diagonal().array() += rate * interval_s / 2.0;

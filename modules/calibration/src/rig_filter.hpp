@@ -11,7 +11,7 @@ namespace kinetrace::calibration {
 /// How a rig may change: the deviation of its rate of change, which lasts for some seconds.
 struct RigMotion {
   double rate_sigma_radps = 0.0;
-  double wander_rad_per_root_s = 0.0;
+  double random_walk_rad_per_root_s = 0.0;
 };
 
 /// Kalman filter over the correction and its rate of change, an Ornstein-Uhlenbeck process.
@@ -51,7 +51,7 @@ class RigKalmanFilter {
 };
 
 /// Two filters beside each other, for a rig that holds still and for one that drifts; the likelihoods of what is
-/// measured decide which is believed (Bar-Shalom, Li, Kirubarajan, "Estimation with applications to tracking and
+/// measured decide which is taken (Bar-Shalom, Li, Kirubarajan, "Estimation with applications to tracking and
 /// navigation", 2001, multiple model estimation). What neither expects is taken once two measurements in a row say it:
 /// a knock. Measurements that scatter more than their covariance says count for less from then on.
 class RigFilter {
@@ -62,9 +62,9 @@ class RigFilter {
   void predict(double interval_s);
   void update(const RigMeasurement& measured, double interval_s);
 
-  [[nodiscard]] RigKalmanFilter::Vector expected(double interval_s) const { return believed().expected(interval_s); }
-  [[nodiscard]] RigCorrection::Vector correction() const { return believed().correction(); }
-  [[nodiscard]] RigCorrection::Matrix covariance() const { return believed().covariance(); }
+  [[nodiscard]] RigKalmanFilter::Vector expected(double interval_s) const { return likelier().expected(interval_s); }
+  [[nodiscard]] RigCorrection::Vector correction() const { return likelier().correction(); }
+  [[nodiscard]] RigCorrection::Matrix covariance() const { return likelier().covariance(); }
   [[nodiscard]] bool holds_still() const noexcept { return steady_odds_ >= 0.0; }
   /// How much more the measurements scatter than they say: variance over variance, 1 or more.
   [[nodiscard]] double scatter() const noexcept { return inflation_; }
@@ -72,7 +72,7 @@ class RigFilter {
   [[nodiscard]] std::uint64_t knocks() const noexcept { return knocks_; }
 
  private:
-  [[nodiscard]] const RigKalmanFilter& believed() const noexcept { return holds_still() ? steady_ : drifting_; }
+  [[nodiscard]] const RigKalmanFilter& likelier() const noexcept { return holds_still() ? steady_ : drifting_; }
   /// True if the measurement has been dealt with.
   bool handle_surprise(const RigMeasurement& measured, double interval_s);
 

@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Householder>
+#include <Eigen/LU>
 
 namespace kinetrace::calibration {
 namespace {
@@ -20,7 +22,7 @@ constexpr double kMinDepth_m = 0.3;
 constexpr double kMinDisparity_px = 0.5;
 constexpr int kMaxIterations = 12;
 // Steps below this fraction of a pixel change nothing.
-constexpr double kConverged_rad = 2e-6;
+constexpr double kConverged_rad = 1e-5;
 // A point whose squared residual is this often the expected one weighs half.
 constexpr double kRobust = 2.0;
 
@@ -36,32 +38,43 @@ constexpr double kLooseShift_rad = 0.004;
 constexpr double kLooseChange_rad = 0.01;
 
 using RowVector = Eigen::Matrix<double, kRows, 1>;
-using Whitening = Eigen::Matrix<double, kRows, kRows>;
+/// Of the rows of one axis: left before, right before, left now, right now.
+constexpr int kAxisRows = kRows / 2;
+using Whitening = Eigen::Matrix<double, kAxisRows, kAxisRows>;
 using SharedVector = Eigen::Matrix<double, kShared, 1>;
 using SharedMatrix = Eigen::Matrix<double, kShared, kShared>;
 
+// A patch that is placed wrongly in the left image is looked for in the right one. Columns and rows are independent.
 Whitening make_whitening() {
   const auto squared = [](double x) { return x * x; };
-  Whitening covariance = Whitening::Zero();
-  // Of the columns, then of the rows: left before, right before, left now, right now. A patch that is placed wrongly in
-  // the left image is looked for in the right one.
-  for (const int axis : {0, 1}) {
-    const int left_before = axis;
-    const int right_before = axis + 2;
-    const int left = axis + 4;
-    const int right = axis + 6;
-    const double placed = squared(kCorner_px);
-    const double followed = placed + squared(kFollow_px);
-    covariance(left_before, left_before) = placed;
-    covariance(left_before, right_before) = covariance(right_before, left_before) = placed;
-    covariance(right_before, right_before) = placed + squared(kMatch_px) + squared(kMatchOfPoint_px);
-    covariance(left, left) = followed;
-    covariance(left, right) = covariance(right, left) = followed;
-    covariance(right, right) = followed + squared(kMatch_px) + squared(kMatchOfPoint_px);
-    covariance(right_before, right) = covariance(right, right_before) = squared(kMatchOfPoint_px);
-  }
+  const double placed = squared(kCorner_px);
+  const double followed = placed + squared(kFollow_px);
+  const double matched = squared(kMatch_px) + squared(kMatchOfPoint_px);
+  const double of_point = squared(kMatchOfPoint_px);
+  Whitening covariance;
+  covariance << placed, placed, 0.0, 0.0,       //
+      placed, placed + matched, 0.0, of_point,  //
+      0.0, 0.0, followed, followed,             //
+      0.0, of_point, followed, followed + matched;
   const Whitening lower = covariance.llt().matrixL();
   return lower.inverse();
+}
+
+/// Rows in the order of the images, u and v in turn, into those of the axes, whitened.
+template <int kColumns>
+Eigen::Matrix<double, kRows, kColumns> whitened(const Whitening& whitening,
+                                                const Eigen::Matrix<double, kRows, kColumns>& rows) {
+  Eigen::Matrix<double, kRows, kColumns> out;
+  for (int axis = 0; axis < 2; ++axis) {
+    for (int i = 0; i < kAxisRows; ++i) {
+      Eigen::Matrix<double, 1, kColumns> sum = whitening(i, i) * rows.row(2 * i + axis);
+      for (int k = 0; k < i; ++k) {
+        sum += whitening(i, k) * rows.row(2 * k + axis);
+      }
+      out.row(kAxisRows * axis + i) = sum;
+    }
+  }
+  return out;
 }
 
 /// One stereo frame's view of a point in the left camera's frame.
@@ -116,18 +129,31 @@ struct Shared {
 };
 
 struct NormalEquations {
-  SharedMatrix hessian = SharedMatrix::Zero();
+  SharedMatrix hessian = SharedMatrix::Zero();  ///< The lower triangle.
   SharedVector gradient = SharedVector::Zero();
   double weight = 0.0;
   double weighted_chi2 = 0.0;
   int agreeing = 0;
 };
 
-struct PointBlock {
-  Eigen::Matrix<double, kRows, 3> by_point;
-  Eigen::Matrix<double, kRows, kShared> by_shared;
-  RowVector residual;
-};
+/// Derivatives by what points share, and in the last column what is left of the measurement.
+using PointRows = Eigen::Matrix<double, kRows, kShared + 1>;
+
+/// Turns the rows so that only the first `kColumn + 1` of them depend on the point's first `kColumn + 1` coordinates.
+template <int kColumn>
+void turn_rows(Eigen::Matrix<double, kRows, 3>& by_point, PointRows& rows) {
+  constexpr int kBelow = kRows - kColumn;
+  Eigen::Matrix<double, kBelow - 1, 1> essential;
+  double tau = 0.0;
+  double beta = 0.0;
+  by_point.col(kColumn).template tail<kBelow>().makeHouseholder(essential, tau, beta);
+  Eigen::Matrix<double, 1, kShared + 1> workspace;
+  rows.template bottomRows<kBelow>().applyHouseholderOnTheLeft(essential, tau, workspace.data());
+  if constexpr (kColumn < 2) {
+    by_point.template bottomRightCorner<kBelow, 2 - kColumn>().applyHouseholderOnTheLeft(essential, tau,
+                                                                                         workspace.data());
+  }
+}
 
 class TwoViewSystem {
  public:
@@ -146,7 +172,7 @@ class TwoViewSystem {
       p += (by_point.transpose() * by_point).ldlt().solve(by_point.transpose() * residual);
     }
     if (visible(p)) {
-      eliminate(block(point, p, whitening), sums);
+      eliminate(point, p, whitening, sums);
     }
   }
 
@@ -181,9 +207,35 @@ class TwoViewSystem {
     predicted << a.predicted_px, b.predicted_px;
     Eigen::Matrix<double, kRows, 3> by_point;
     by_point << a.by_point, b.by_point * shared_.T_now_before.rotation;
-    return {whitening * (measured(point) - predicted), whitening * by_point};
+    return {whitened<1>(whitening, measured(point) - predicted), whitened<3>(whitening, by_point)};
   }
-  [[nodiscard]] PointBlock block(const TwoViewPoint& point, const Vector3& p, const Whitening& whitening) const {
+  /// Rows that do not depend on the point are what it tells about all else (Demmel et al., "Square root bundle
+  /// adjustment for large-scale reconstruction", 2021).
+  void eliminate(const TwoViewPoint& point, const Vector3& p, const Whitening& whitening, NormalEquations& sums) const {
+    PointPart part = point_part(point, p, whitening);
+    PointRows rows;
+    rows << whitened<kShared>(whitening, by_shared(p)), part.residual;
+    turn_rows<0>(part.by_point, rows);
+    turn_rows<1>(part.by_point, rows);
+    turn_rows<2>(part.by_point, rows);
+    const auto free = rows.bottomRows<kFreedom>();
+    const double chi2 = free.col(kShared).squaredNorm();
+    if (!std::isfinite(chi2)) {
+      return;
+    }
+    const double weight = 1.0 / (1.0 + chi2 / (kRobust * kFreedom));
+    for (int i = 0; i < kShared; ++i) {
+      const Eigen::Matrix<double, kFreedom, 1> column = weight * free.col(i);
+      for (int k = 0; k <= i; ++k) {
+        sums.hessian(i, k) += column.dot(free.col(k));
+      }
+      sums.gradient[i] += column.dot(free.col(kShared));
+    }
+    sums.weight += weight;
+    sums.weighted_chi2 += weight * chi2;
+    sums.agreeing += weight > 0.5 ? 1 : 0;
+  }
+  [[nodiscard]] Eigen::Matrix<double, kRows, kShared> by_shared(const Vector3& p) const {
     const Vector3 p_now = shared_.T_now_before * p;
     const StereoView::Linearised a = before_.linearise(p);
     const StereoView::Linearised b = now_.linearise(p_now);
@@ -194,24 +246,7 @@ class TwoViewSystem {
     J.block<2, kRig>(2, kMotion) = a.right_by_correction;
     J.block<2, kRig>(2, kMotion + kRig) = -a.right_by_correction;
     J.block<2, kRig>(6, kMotion) = b.right_by_correction;
-    const PointPart part = point_part(point, p, whitening);
-    return {part.by_point, whitening * J, part.residual};
-  }
-  static void eliminate(const PointBlock& block, NormalEquations& sums) {
-    const Matrix3 inverse = (block.by_point.transpose() * block.by_point).inverse();
-    const Eigen::Matrix<double, kShared, 3> coupling = block.by_shared.transpose() * block.by_point;
-    const Vector3 by_point = block.by_point.transpose() * block.residual;
-    const double chi2 = block.residual.squaredNorm() - by_point.dot(inverse * by_point);
-    if (!std::isfinite(chi2)) {
-      return;
-    }
-    const double weight = 1.0 / (1.0 + std::max(chi2, 0.0) / (kRobust * kFreedom));
-    const Eigen::Matrix<double, kShared, 3> reduced = coupling * inverse;
-    sums.hessian.noalias() += weight * (block.by_shared.transpose() * block.by_shared - reduced * coupling.transpose());
-    sums.gradient.noalias() += weight * (block.by_shared.transpose() * block.residual - reduced * by_point);
-    sums.weight += weight;
-    sums.weighted_chi2 += weight * chi2;
-    sums.agreeing += weight > 0.5 ? 1 : 0;
+    return J;
   }
 
   const Shared& shared_;

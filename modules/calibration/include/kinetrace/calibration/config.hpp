@@ -34,7 +34,7 @@ inline constexpr std::array<std::string_view, 3> kRefineModeNames{"off", "check"
 struct KINETRACE_API RefineConfig {
   RefineMode mode = RefineMode::kOn;
   int max_features = 1600;  ///< Slots of the feature front end.
-  int max_points = 160;     ///< Points of a pair of frames; more cost more time than they tell.
+  int max_points = 120;     ///< Points of a pair of frames; more cost more time than they tell.
   /// Before anything is seen: standard deviation of the right camera's angles, and of the baseline's direction.
   double prior_sigma_deg = 1.0;
   /// What does not average out of a match, px: contours, lenses. No estimate is better than that.

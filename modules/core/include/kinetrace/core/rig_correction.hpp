@@ -24,8 +24,8 @@ struct KINETRACE_API RigCorrection {
   Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();
   /// How far the baseline points down (y) and forward (z) from the left camera's x axis. Its length is as calibrated.
   Eigen::Vector2d baseline_rad = Eigen::Vector2d::Zero();
-  /// How far left of the calibrated one the right camera's principal point lies, in focal lengths. Its row is not told
-  /// from pitch.
+  /// How far left of the calibrated one the right camera's principal point lies, in focal lengths. Its row looks like
+  /// pitch.
   double shift_rad = 0.0;
 
   [[nodiscard]] Vector vector() const { return (Vector() << turn_rad, baseline_rad, shift_rad).finished(); }
@@ -75,9 +75,9 @@ struct RigEstimate {
   RigCorrection correction;  ///< Best estimate.
   RigCorrection::Vector sigma_rad = RigCorrection::Vector::Zero();
   double disparity_sigma_rad = 0.0;  ///< Of disparity_error_rad().
-  RigCorrection applied;          ///< What the frame was corrected by: the part of it that is surely known.
-  std::uint64_t windows = 0;      ///< Pairs of frames that the estimate was made from.
-  std::uint64_t knocks = 0;       ///< Sudden changes found.
+  RigCorrection applied;             ///< What the frame was corrected by: the part of it that is surely known.
+  std::uint64_t windows = 0;         ///< Pairs of frames that the estimate was made from.
+  std::uint64_t knocks = 0;          ///< Sudden changes found.
 };
 
 /// Depths at which the error of a calibration is reported.
