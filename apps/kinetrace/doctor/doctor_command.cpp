@@ -14,6 +14,7 @@
 #include "camera/camera_setup.hpp"
 #include "camera/input_watch.hpp"
 #include "camera/libcamera_loader.hpp"
+#include "camera/rig_report.hpp"
 #include "cli/commands.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/messages.hpp"
@@ -26,6 +27,7 @@
 #include "kinetrace/hal/capture_devices.hpp"
 #include "kinetrace/hal/input_monitor.hpp"
 #include "kinetrace/hal/rectifier.hpp"
+#include "kinetrace/pipeline/pipeline.hpp"
 #include "plan/board_camera.hpp"
 #include "plan/memory.hpp"
 #include "plan/network_setup.hpp"
@@ -96,6 +98,7 @@ struct Watched {
   hal::SyncReport pairing;
   std::vector<std::string> faults;  ///< In the images, as lines.
   double residual_sum_px = 0.0;
+  RigEstimate rig;  ///< Of the calibration, as far as the camera has moved.
 
   void add(std::int64_t time_ns) {
     if (frames > 0) {
@@ -116,6 +119,14 @@ struct Watched {
 // Often enough for a look of a few seconds.
 constexpr hal::SyncMonitorConfig kMonitor{.interval_frames = 2};
 
+// Nothing but the camera's own motion, which tells what rows do not: the yaw between the views.
+pipeline::PipelineConfig only_calibration(const pipeline::PipelineConfig& config) {
+  pipeline::PipelineConfig check = config;
+  check.segmentation.mode = segmentation::SegmentationMode::kNone;
+  check.calibration.mode = calibration::RefineMode::kOn;  // To see past wrong rows.
+  return check;
+}
+
 Status watch(const CameraSetup& setup, const GuardedCamera& camera, const DoctorOptions& options,
              const AppConfig& config, Arena& arena, Watched& watched) {
   auto rectifier = hal::Rectifier::create(setup.calibration, config.rectification, arena);
@@ -126,6 +137,10 @@ Status watch(const CameraSetup& setup, const GuardedCamera& camera, const Doctor
   auto monitor = hal::InputMonitor::create(kMonitor, geometry.width_px, geometry.height_px, arena);
   if (!monitor) {
     return Unexpected(monitor.error());
+  }
+  auto odometry = pipeline::Pipeline::create(only_calibration(config.pipeline), geometry, arena);
+  if (!odometry) {
+    return Unexpected(odometry.error());
   }
   HealthMonitor health;
   Progress progress(false, std::nullopt);
@@ -139,6 +154,14 @@ Status watch(const CameraSetup& setup, const GuardedCamera& camera, const Doctor
     if (monitor->process(frame, *pair)) {
       watched.pairing = monitor->sync();
       watched.residual_sum_px += watched.pairing.residual_px;
+    }
+    const Result<const FrameResult*> result = odometry->process(*pair);
+    if (!result) {
+      return Unexpected(result.error());
+    }
+    watched.rig = (*result)->rig;
+    if (watched.rig.verdict == RigVerdict::kCorrected) {
+      watched.rig.verdict = RigVerdict::kOff;
     }
     return {};
   });
@@ -191,9 +214,20 @@ std::string pairing_text(const hal::SyncReport& pairing) {
                                   : seen + apart;
 }
 
-void assess_images(const Watched& watched, Findings& findings) {
-  constexpr int kMinMatches = 12;
+// Rows and yaw: the first are seen in every pair, the second once the camera has moved.
+void assess_calibration(const Watched& watched, const StereoGeometry& geometry, Findings& findings) {
   constexpr double kMax_px = 1.0;
+  const double residual_px = watched.residual_sum_px / watched.pairing.measurements;
+  findings.check(residual_px <= kMax_px, "calibration",
+                 text("matches lie %.2f px off their row", residual_px) + ", " +
+                     std::to_string(watched.pairing.matches) + " matches",
+                 "calibrate again in this mode");
+  findings.check(watched.rig.verdict != RigVerdict::kOff, "yaw", rig_text(watched.rig, geometry),
+                 "calibrate again, or leave calibration.refine: on");
+}
+
+void assess_images(const Watched& watched, const StereoGeometry& geometry, Findings& findings) {
+  constexpr int kMinMatches = 12;
   const hal::SyncReport& pairing = watched.pairing;
   for (const std::string& fault : watched.faults) {
     findings.failed("images", fault);
@@ -203,11 +237,7 @@ void assess_images(const Watched& watched, Findings& findings) {
                                   " matches between the views; point both at something with texture, in light");
     return;
   }
-  const double residual_px = watched.residual_sum_px / pairing.measurements;
-  findings.check(
-      residual_px <= kMax_px, "calibration",
-      text("matches lie %.2f px off their row", residual_px) + ", " + std::to_string(pairing.matches) + " matches",
-      "calibrate again in this mode");
+  assess_calibration(watched, geometry, findings);
   const bool is_off =
       pairing.verdict == hal::SyncVerdict::kRightLate || pairing.verdict == hal::SyncVerdict::kRightEarly;
   findings.check(!is_off, "pairing", pairing_text(pairing),
@@ -274,6 +304,9 @@ void examine(const CameraSetup& setup, AppConfig& config, const DoctorOptions& o
 
   Arena arena(setup.required_bytes() + hal::Rectifier::required_bytes(setup.calibration, config.rectification) +
               hal::InputMonitor::required_bytes(kMonitor, geometry->width_px, geometry->height_px) +
+              pipeline::Pipeline::plan(only_calibration(config.pipeline), *geometry)
+                  .transform([](const MemoryPlan& needed) { return needed.total_bytes(); })
+                  .value_or(0) +
               2 * Arena::kAlignment);
   auto camera = setup.make(arena);
   if (!camera) {
@@ -293,7 +326,7 @@ void examine(const CameraSetup& setup, AppConfig& config, const DoctorOptions& o
     return;
   }
   assess_timing(watched, *camera, findings);
-  assess_images(watched, findings);
+  assess_images(watched, *geometry, findings);
   assess_model(config, network.get(), *geometry, camera->camera->info().nominal_rate_hz, findings);
 }
 
