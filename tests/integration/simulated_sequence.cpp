@@ -28,11 +28,13 @@ void expect_done(const Status& status) {
 }  // namespace
 
 SimulatedSequence::SimulatedSequence(const std::filesystem::path& folder, const std::string& scene, int frames,
-                                     int width_px)
+                                     int width_px, const simulator::RigErrors& errors)
     : folder_(folder) {
   simulator::Scene made = simulator::make_scene(scene).value();
   made.rig = simulator::resized(made.rig, width_px, std::nullopt);
-  auto simulator = simulator::StereoSimulator::create(std::move(made), {}).value();
+  simulator::SimulatorSettings settings;
+  settings.errors = errors;
+  auto simulator = simulator::StereoSimulator::create(std::move(made), settings).value();
   auto writer = simulator::RecordingWriter::create({folder, true, {}}, simulator).value();
   for (int i = 0; i < frames; ++i) {
     const simulator::SimulatedFrame frame = simulator.frame(i);
@@ -69,6 +71,7 @@ Followed SimulatedSequence::follow(const pipeline::PipelineConfig& config) const
   Followed followed;
   const auto keep = [&](const FrameResult& result) {
     followed.counters = result.counters;
+    followed.rig = result.rig;
     if (result.has_finalised) {
       const auto index = static_cast<std::size_t>(result.finalised.frame_index);
       followed.finalised.push_back({T_world_cam_.at(index),

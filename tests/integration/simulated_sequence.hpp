@@ -21,12 +21,14 @@ struct FollowedFrame {
 struct Followed {
   std::vector<FollowedFrame> finalised;
   FrameCounters counters;
+  RigEstimate rig;
 };
 
 class SimulatedSequence {
  public:
   /// Renders `frames` of the scene into `folder`, with pictures `width_px` wide and masks as a network gives them.
-  SimulatedSequence(const std::filesystem::path& folder, const std::string& scene, int frames, int width_px);
+  SimulatedSequence(const std::filesystem::path& folder, const std::string& scene, int frames, int width_px,
+                    const simulator::RigErrors& errors = {});
 
   /// Default settings, with these masks.
   [[nodiscard]] pipeline::PipelineConfig masked() const;

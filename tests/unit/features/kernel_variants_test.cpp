@@ -55,6 +55,21 @@ TEST_F(KernelVariants, DifferentiateToTheSamePixels) {
   EXPECT_EQ(a, b);
 }
 
+TEST_F(KernelVariants, WarpToTheSamePixels) {
+  const Plane source = pyramid_.level(0);
+  std::vector<WarpNode> nodes(kWidth / kWarpBlock + 2);
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    nodes[i] = {static_cast<float>(kWarpBlock * i) * 1.004F - 3.3F, 20.7F + 0.11F * static_cast<float>(i)};
+  }
+  std::vector<std::uint8_t> a(kWidth);
+  std::vector<std::uint8_t> b(kWidth);
+  fast_.warp.warp_row(source, nodes.data(), kWidth, a.data());
+  plain_.warp.warp_row(source, nodes.data(), kWidth, b.data());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_NEAR(a[i], b[i], 1) << i;
+  }
+}
+
 TEST_F(KernelVariants, AlignToTheSamePosition) {
   const Plane image = pyramid_.level(0);
   const PatchWarp warp{0.95F, 0.03F, -0.02F, 1.04F};
