@@ -17,7 +17,7 @@ namespace kinetrace::calibration::test {
 
 /// How a board is moved in front of the rig.
 struct Motion {
-  int views = 40;
+  int views = 60;
   double max_tilt_rad = 0.6;
   double near_m = 0.35;
   double far_m = 1.0;

@@ -76,6 +76,10 @@ struct KINETRACE_API RigCalibration {
 [[nodiscard]] KINETRACE_API Result<RigCalibration> read_rig_calibration(const std::filesystem::path& path, int width_px,
                                                                         int height_px);
 
+/// Stands in for the calibration of images of which nothing but their size is known. Its lenses are made up: good for
+/// whoever looks at the images alone.
+[[nodiscard]] KINETRACE_API Result<RigCalibration> images_alone(int width_px, int height_px);
+
 /// How a calibration is written. read_rig_calibration reads both.
 enum class CalibrationFormat : std::uint8_t {
   kOpencv,  ///< YAML with K1, D1, K2, D2, R and T; cv::FileStorage reads it.
