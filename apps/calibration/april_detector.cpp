@@ -2,7 +2,9 @@
 #include <apriltag/apriltag.h>
 #include <apriltag/tag36h11.h>
 #include <memory>
-#include <thread>
+#include <numbers>
+
+#include <opencv2/imgproc.hpp>
 
 #include "detector.hpp"
 #include "marker_corners.hpp"
@@ -39,26 +41,43 @@ class AprilDetector final : public TargetDetector {
     detector_->nthreads = 1;
   }
 
+  // Black squares touch the tags' corners and enclose the white beside their edges, so that it is not seen as one. With
+  // black made thinner, they come apart; as they are, some have a corner in the wrong place.
   std::vector<Corner> detect(GrayView view) override {
-    image_u8_t image{view.width, view.height, view.stride, const_cast<std::uint8_t*>(view.data)};
-    zarray_t* found = apriltag_detector_detect(detector_.get(), &image);
+    const cv::Mat image = as_mat(view);
     std::vector<SeenMarker> seen;
-    for (int i = 0; i < zarray_size(found); ++i) {
-      apriltag_detection_t* tag = nullptr;
-      zarray_get(found, i, static_cast<void*>(&tag));
-      seen.push_back(marker_of(*tag));
+    for (const int thinner_px : {1, 2, 0}) {
+      cv::Mat thinned;
+      cv::dilate(image, thinned, cv::Mat::ones(2 * thinner_px + 1, 2 * thinner_px + 1, CV_8U));
+      add_tags(thinned, thinner_px, seen);
     }
-    apriltag_detections_destroy(found);
-    return refined_corners(target_, consistent_markers(target_, std::move(seen)), as_mat(view));
+    return refined_corners(target_, consistent_markers(target_, std::move(seen)), image);
   }
 
  private:
+  void add_tags(const cv::Mat& image, int thinner_px, std::vector<SeenMarker>& seen) {
+    image_u8_t pixels{image.cols, image.rows, static_cast<int>(image.step), image.data};
+    zarray_t* found = apriltag_detector_detect(detector_.get(), &pixels);
+    for (int i = 0; i < zarray_size(found); ++i) {
+      apriltag_detection_t* tag = nullptr;
+      zarray_get(found, i, static_cast<void*>(&tag));
+      const auto is_same = [tag](const SeenMarker& marker) { return marker.id == tag->id; };
+      if (std::none_of(seen.begin(), seen.end(), is_same)) {
+        seen.push_back(marker_of(*tag, thinner_px));
+      }
+    }
+    apriltag_detections_destroy(found);
+  }
+
   // The library begins at the bottom left corner, goes the other way round, and has pixel centres at halves.
-  static SeenMarker marker_of(const apriltag_detection_t& tag) {
+  static SeenMarker marker_of(const apriltag_detection_t& tag, int thinner_px) {
     SeenMarker marker{.id = tag.id, .corners_px = {}};
+    const cv::Point2d middle(tag.c[0], tag.c[1]);
     for (std::size_t i = 0; i < 4; ++i) {
-      const double* corner = tag.p[3 - i];
-      marker.corners_px[i] = {static_cast<float>(corner[0] - 0.5), static_cast<float>(corner[1] - 0.5)};
+      const cv::Point2d corner(tag.p[3 - i][0], tag.p[3 - i][1]);
+      const cv::Point2d outwards = corner - middle;
+      const double scale = 1.0 + thinner_px * std::numbers::sqrt2 / std::max(cv::norm(outwards), 1.0);
+      marker.corners_px[i] = middle + outwards * scale - cv::Point2d(0.5, 0.5);
     }
     return marker;
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <set>
 
@@ -58,17 +59,15 @@ cv::Mat homography_of_centres(const Target& target, const std::vector<SeenMarker
 }
 
 // With few markers, by their corners as they were read.
-cv::Mat homography_of_corners(const Target& target, const std::vector<SeenMarker>& markers) {
+cv::Mat homography_of_corners(const Target& target, const std::vector<SeenMarker>& markers, double tolerance_px) {
   Points board;
   Points image;
-  double side = 0.0;
   for (const SeenMarker& marker : markers) {
     const auto corners = board_corners(*marker_of(target, marker.id));
     board.insert(board.end(), corners.begin(), corners.end());
     image.insert(image.end(), marker.corners_px.begin(), marker.corners_px.end());
-    side += side_px(marker) / static_cast<double>(markers.size());
   }
-  return cv::findHomography(board, image, cv::RANSAC, kBending * side);
+  return cv::findHomography(board, image, cv::RANSAC, tolerance_px);
 }
 
 // Turns the marker so that its corners lie as near as possible to where the board says; false if that is not near.
@@ -92,6 +91,44 @@ bool turn_into_place(const Target& target, const cv::Mat& homography, SeenMarker
   const double side = side_px(marker);
   marker = best;
   return least < kBending * side;
+}
+
+// False for a marker whose corners are not where its nearest neighbours put them: something black beside it was taken
+// for a part of it.
+bool fits_neighbours(const Target& target, const std::vector<SeenMarker>& markers, const SeenMarker& marker) {
+  constexpr std::size_t kNeighbours = 6;
+  std::vector<const SeenMarker*> others;
+  for (const SeenMarker& other : markers) {
+    if (other.id != marker.id) {
+      others.push_back(&other);
+    }
+  }
+  const cv::Point2f middle = centre(marker.corners_px);
+  const auto nearer = [&middle](const SeenMarker* a, const SeenMarker* b) {
+    return cv::norm(centre(a->corners_px) - middle) < cv::norm(centre(b->corners_px) - middle);
+  };
+  const std::size_t count = std::min(kNeighbours, others.size());
+  std::partial_sort(others.begin(), others.begin() + static_cast<std::ptrdiff_t>(count), others.end(), nearer);
+  std::vector<SeenMarker> neighbours;
+  for (std::size_t i = 0; i < count; ++i) {
+    neighbours.push_back(*others[i]);
+  }
+  constexpr double kTolerance = 0.1;
+  constexpr double kMinTolerance_px = 1.0;
+  const double tolerance_px = std::max(kTolerance * side_px(marker), kMinTolerance_px);
+  const cv::Mat homography = homography_of_corners(target, neighbours, tolerance_px);
+  if (homography.empty()) {
+    return false;
+  }
+  const auto corners = board_corners(*marker_of(target, marker.id));
+  Points predicted;
+  cv::perspectiveTransform(Points(corners.begin(), corners.end()), predicted, homography);
+  for (std::size_t i = 0; i < predicted.size(); ++i) {
+    if (cv::norm(predicted[i] - marker.corners_px[i]) > tolerance_px) {
+      return false;
+    }
+  }
+  return true;
 }
 
 // Where a corner is expected: from the marker beside it alone, so that the lens does not matter.
@@ -152,13 +189,19 @@ std::vector<SeenMarker> consistent_markers(const Target& target, std::vector<See
   }
   cv::Mat homography = homography_of_centres(target, markers);
   if (homography.empty()) {
-    homography = homography_of_corners(target, markers);
+    homography = homography_of_corners(target, markers, kBending * side_px(markers.front()));
   }
   if (homography.empty()) {
     return {};
   }
   std::erase_if(markers, [&](SeenMarker& marker) { return !turn_into_place(target, homography, marker); });
-  return markers.size() < 2 ? std::vector<SeenMarker>() : markers;
+  if (markers.size() < 2) {
+    return {};
+  }
+  std::vector<SeenMarker> consistent;
+  std::copy_if(markers.begin(), markers.end(), std::back_inserter(consistent),
+               [&](const SeenMarker& marker) { return fits_neighbours(target, markers, marker); });
+  return consistent;
 }
 
 std::vector<Corner> refined_corners(const Target& target, const std::vector<SeenMarker>& markers,

@@ -4,6 +4,7 @@
 #include <apriltag/apriltag.h>
 #include <apriltag/tag36h11.h>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <random>
 
@@ -70,7 +71,8 @@ Bits april_bits(int id, int border_bits) {
           image->buf[(y + margin) * image->stride + x + margin] == 0;
     }
   }
-  image_u8_destroy(image);
+  std::free(image->buf);  // The library does not show its own function for this.
+  std::free(image);
   tag36h11_destroy(family);
   return bits;
 }
