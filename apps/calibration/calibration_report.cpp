@@ -143,6 +143,7 @@ std::string report_json(const TargetCalibration& calibration, const ViewCollecto
                   {"left_out",
                    {{"views", validation.views},
                     {"corners", validation.corners},
+                    {"rejected_corners", validation.rejected_corners},
                     {"epipolar_rms_px", validation.epipolar_rms_px},
                     {"epipolar_max_px", validation.epipolar_max_px},
                     {"length_error", validation.length_error},

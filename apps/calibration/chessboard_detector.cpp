@@ -59,8 +59,15 @@ class ChessboardDetector final : public TargetDetector {
     constexpr double kMaxHalf_px = 9.0;
     const int half_px = static_cast<int>(std::min(0.4 * nearest_px, kMaxHalf_px));
     if (half_px >= 2) {
+      const Points found = points;
       cv::cornerSubPix(image, points, {half_px, half_px}, {-1, -1},
                        {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 60, 1e-3});
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        constexpr double kMaxMove_px = 1.0;
+        if (cv::norm(points[i] - found[i]) > kMaxMove_px) {
+          points[i] = found[i];  // Something else lay in the window.
+        }
+      }
     }
   }
 

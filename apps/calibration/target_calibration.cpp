@@ -93,8 +93,13 @@ Result<TargetCalibration> calibrate(const Target& target, const ViewCollector& v
   if (const auto problems = problems_of(*estimate); !problems.empty()) {
     return fail(ErrorCode::kBadCalibration, joined(problems));
   }
-  TargetCalibration calibration{.estimate = std::move(*estimate), .validation = {}, .warnings = {}};
-  calibration.validation = validate(calibration.estimate.rig, target, left_out);
+  const Validation validation = validate(estimate->rig, target, left_out);
+  // What has proved itself is made once more, from all views.
+  auto from_all = estimate_stereo(target, views.views(), options);
+  if (!from_all) {
+    return Unexpected(from_all.error());
+  }
+  TargetCalibration calibration{.estimate = std::move(*from_all), .validation = validation, .warnings = {}};
   calibration.warnings = warnings_of(calibration.estimate, assessment);
   return calibration;
 }

@@ -12,8 +12,8 @@
 namespace kinetrace::calibration {
 
 struct TargetCalibration {
-  StereoEstimate estimate;
-  Validation validation;              ///< On every fifth view, which the estimate has not seen.
+  StereoEstimate estimate;            ///< From all views.
+  Validation validation;              ///< On every fifth view, of an estimate from the others.
   std::vector<std::string> warnings;  ///< Good enough, but.
 };
 

@@ -80,6 +80,28 @@ std::vector<Pair> pairs_of(const Triangulation& triangulation, const BoardView& 
   return pairs;
 }
 
+// By rows: what is many times as far off as the rest was not measured well.
+std::size_t reject_outliers(std::vector<std::vector<Pair>>& views) {
+  std::vector<double> rows;
+  for (const auto& view : views) {
+    for (const Pair& pair : view) {
+      rows.push_back(std::abs(pair.rows_px));
+    }
+  }
+  if (rows.empty()) {
+    return 0;
+  }
+  const auto middle = rows.begin() + static_cast<std::ptrdiff_t>(rows.size() / 2);
+  std::nth_element(rows.begin(), middle, rows.end());
+  constexpr double kMinLimit_px = 0.2;
+  const double limit_px = std::max(kMinLimit_px, 8.0 * *middle);
+  std::size_t rejected = 0;
+  for (auto& view : views) {
+    rejected += std::erase_if(view, [limit_px](const Pair& pair) { return std::abs(pair.rows_px) > limit_px; });
+  }
+  return rejected;
+}
+
 }  // namespace
 
 Validation validate(const hal::RigCalibration& rig, const Target& target, std::span<const BoardView> views) {
@@ -89,8 +111,12 @@ Validation validate(const hal::RigCalibration& rig, const Target& target, std::s
   double sum = 0.0;
   double squares = 0.0;
   double lengths = 0.0;
+  std::vector<std::vector<Pair>> all;
   for (const BoardView& view : views) {
-    const std::vector<Pair> pairs = pairs_of(triangulation, view);
+    all.push_back(pairs_of(triangulation, view));
+  }
+  found.rejected_corners = reject_outliers(all);
+  for (const std::vector<Pair>& pairs : all) {
     found.views += pairs.empty() ? 0U : 1U;
     found.corners += pairs.size();
     for (std::size_t i = 0; i < pairs.size(); ++i) {

@@ -12,7 +12,8 @@ namespace kinetrace::calibration {
 struct Validation {
   std::size_t views = 0;
   std::size_t corners = 0;
-  double epipolar_rms_px = 0.0;  ///< Difference of rows after rectification, in pixels of the raw images.
+  std::size_t rejected_corners = 0;  ///< Of a corner that lies far from its row, not the calibration is to blame.
+  double epipolar_rms_px = 0.0;      ///< Difference of rows after rectification, in pixels of the raw images.
   double epipolar_max_px = 0.0;
   /// Lengths on the target as triangulated, relative to the true ones, minus one: mean and RMS. A wrong yaw or focal
   /// length shows here, a wrong size of the target does not.

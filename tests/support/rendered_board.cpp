@@ -178,6 +178,15 @@ BoardImage BoardRenderer::render(const Se3& T_cam_board, const BoardImageFaults&
     const int grey = print_.grey_at(p.x(), p.y());
     return grey < 0 || p.x() < covered_to_m ? static_cast<int>(kBackground) : grey;
   };
+  // Far enough from the board that no sample of the pixel hits it.
+  const auto is_beside = [&](const Eigen::Vector2d& ray) {
+    const Eigen::Vector3d direction = to_board * ray.homogeneous();
+    const Eigen::Vector3d p = centre - centre.z() / direction.z() * direction;
+    const double near_m = 0.1 * width_m_;
+    return print_.grey_at(p.x() - near_m, p.y() - near_m) < 0 && print_.grey_at(p.x() + near_m, p.y() + near_m) < 0 &&
+           print_.grey_at(p.x() - near_m, p.y() + near_m) < 0 && print_.grey_at(p.x() + near_m, p.y() - near_m) < 0 &&
+           print_.grey_at(p.x(), p.y()) < 0;
+  };
   cv::Mat image(height, width, CV_32F);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
@@ -188,6 +197,10 @@ BoardImage BoardRenderer::render(const Se3& T_cam_board, const BoardImageFaults&
       const Eigen::Vector2d right = rays_[at + 1] - a;
       const Eigen::Vector2d down = rays_[at + static_cast<std::size_t>(width) + 1] - a;
       if (!a.allFinite() || !d.allFinite() || !right.allFinite() || !down.allFinite()) {
+        image.at<float>(y, x) = kBackground;
+        continue;
+      }
+      if (is_beside(a + (d - a) / 2)) {
         image.at<float>(y, x) = kBackground;
         continue;
       }

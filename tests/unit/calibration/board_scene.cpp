@@ -8,14 +8,14 @@ namespace {
 constexpr int kWidth = 640;
 constexpr int kHeight = 480;
 
-hal::CameraModel true_camera(Lens lens, double focal_px, double cx_px, double cy_px) {
+hal::CameraModel true_camera(Lens lens, int scale, double focal_px, double cx_px, double cy_px) {
   hal::CameraModel camera{.lens = model_of(lens),
-                          .width_px = kWidth,
-                          .height_px = kHeight,
-                          .fx_px = focal_px,
-                          .fy_px = focal_px * 1.002,
-                          .cx_px = cx_px,
-                          .cy_px = cy_px};
+                          .width_px = scale * kWidth,
+                          .height_px = scale * kHeight,
+                          .fx_px = scale * focal_px,
+                          .fy_px = scale * focal_px * 1.002,
+                          .cx_px = scale * (cx_px + 0.5) - 0.5,
+                          .cy_px = scale * (cy_px + 0.5) - 0.5};
   switch (lens) {
     case Lens::kRadialTangential: camera.distortion = {-0.21, 0.06, 0.0004, -0.0006}; break;
     case Lens::kRadialTangential5: camera.distortion = {-0.25, 0.09, 0.0004, -0.0006, -0.02}; break;
@@ -27,12 +27,12 @@ hal::CameraModel true_camera(Lens lens, double focal_px, double cx_px, double cy
 
 }  // namespace
 
-hal::RigCalibration true_rig(Lens lens) {
+hal::RigCalibration true_rig(Lens lens, int scale) {
   const double focal_px = lens == Lens::kFisheye ? 255.0 : 480.0;
   hal::RigCalibration rig;
   rig.source = "truth";
-  rig.left = true_camera(lens, focal_px, 324.3, 236.1);
-  rig.right = true_camera(lens, focal_px * 1.007, 314.8, 243.6);
+  rig.left = true_camera(lens, scale, focal_px, 324.3, 236.1);
+  rig.right = true_camera(lens, scale, focal_px * 1.007, 314.8, 243.6);
   rig.T_right_left.rotation = so3_exp({0.012, -0.021, 0.006});
   rig.T_right_left.translation = -(rig.T_right_left.rotation * Eigen::Vector3d(0.12, 0.0011, -0.0007));
   return rig;
@@ -51,8 +51,8 @@ std::vector<Se3> board_poses(const hal::RigCalibration& rig, const Target& targe
   std::vector<Se3> poses;
   for (int i = 0; i < motion.views; ++i) {
     const double depth_m = motion.near_m + (motion.far_m - motion.near_m) * (within(random) + 1) / 2;
-    const Eigen::Vector2d px(rig.left.cx_px + within(random) * motion.spread * 0.42 * kWidth,
-                             rig.left.cy_px + within(random) * motion.spread * 0.42 * kHeight);
+    const Eigen::Vector2d px(rig.left.cx_px + within(random) * motion.spread * 0.42 * rig.left.width_px,
+                             rig.left.cy_px + within(random) * motion.spread * 0.42 * rig.left.height_px);
     const Eigen::Vector2d ray = normalised_ray(rig.left, px).value_or(Eigen::Vector2d::Zero());
     const Eigen::Vector3d centre(ray.x() * depth_m + 0.06, ray.y() * depth_m, depth_m);
     const Eigen::Matrix3d R =
@@ -71,7 +71,7 @@ std::vector<BoardView> ideal_views(const hal::RigCalibration& rig, const Target&
     for (std::size_t i = 0; i < target.points_m.size(); ++i) {
       const Eigen::Vector3d p_cam = T_cam_board * target.points_m[i];
       const Eigen::Vector2d px = camera.project(p_cam);
-      const bool inside = px.x() >= 0 && px.y() >= 0 && px.x() <= kWidth - 1 && px.y() <= kHeight - 1;
+      const bool inside = px.x() >= 0 && px.y() >= 0 && px.x() <= camera.width_px - 1 && px.y() <= camera.height_px - 1;
       if (p_cam.z() > 0.05 && inside) {
         corners.push_back({static_cast<int>(i), px + Eigen::Vector2d(noise(random), noise(random))});
       }

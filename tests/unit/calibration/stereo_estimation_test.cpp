@@ -33,10 +33,11 @@ ParameterVector errors_of(const StereoEstimate& estimate, const hal::RigCalibrat
   return errors;
 }
 
-Result<StereoEstimate> estimated(Lens lens, std::uint32_t seed, double noise_px = kNoise_px) {
+Result<StereoEstimate> estimated(Lens lens, std::uint32_t seed, double noise_px = kNoise_px, int views_count = 60) {
   const hal::RigCalibration truth = true_rig(lens);
   const Target target = charuco_target(11, 8, 0.03, 0.022, "DICT_4X4_100");
-  const auto views = ideal_views(truth, target, board_poses(truth, target, {}, seed), noise_px, seed + 1000);
+  const auto views =
+      ideal_views(truth, target, board_poses(truth, target, {.views = views_count}, seed), noise_px, seed + 1000);
   return estimate_stereo(target, views, {.lens = lens, .width_px = 640, .height_px = 480});
 }
 
@@ -44,7 +45,7 @@ class EveryLens : public ::testing::TestWithParam<Lens> {};
 
 TEST_P(EveryLens, IsFoundFromCornersWithNoise) {
   const hal::RigCalibration truth = true_rig(GetParam());
-  for (std::uint32_t seed = 1; seed <= 3; ++seed) {
+  for (std::uint32_t seed = 1; seed <= 2; ++seed) {
     const auto estimate = estimated(GetParam(), seed);
     ASSERT_TRUE(estimate) << estimate.error().message;
     EXPECT_NEAR(estimate->sigma_px, kNoise_px, 0.05 * kNoise_px);
@@ -71,7 +72,7 @@ TEST(StereoEstimation, SigmasAreThoseOfTheErrors) {
   double sum = 0.0;
   int count = 0;
   for (std::uint32_t seed = 1; seed <= 12; ++seed) {
-    const auto estimate = estimated(Lens::kRadialTangential, seed);
+    const auto estimate = estimated(Lens::kRadialTangential, seed, kNoise_px, 20);
     ASSERT_TRUE(estimate) << estimate.error().message;
     const ParameterVector sigmas = estimate->sigmas();
     const ParameterVector errors = errors_of(*estimate, truth);
