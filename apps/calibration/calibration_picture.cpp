@@ -68,8 +68,8 @@ void draw_residuals(Canvas& canvas, const Panel& panel, const StereoEstimate& es
   }
   for (int i = 0; i < static_cast<int>(cells.size()); ++i) {
     const Cell& cell = cells[static_cast<std::size_t>(i)];
-    constexpr int kFewest = 5;
-    if (cell.count < kFewest) {
+    constexpr int kMinCorners = 5;
+    if (cell.count < kMinCorners) {
       continue;
     }
     const Eigen::Vector2d middle((i % kColumns + 0.5) * panel.width_px / kColumns,

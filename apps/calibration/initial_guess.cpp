@@ -86,8 +86,8 @@ std::vector<Se3> plane_poses(const hal::CameraModel& camera, const Target& targe
   std::vector<cv::Mat> rotations;
   std::vector<cv::Mat> translations;
   try {
-    cv::solvePnPGeneric(board, rays, cv::Matx33d::eye(), cv::noArray(), rotations, translations, false,
-                        cv::SOLVEPNP_IPPE);
+    cv::solvePnPGeneric(board, rays, cv::Matx33d(1, 0, 0, 0, 1, 0, 0, 0, 1), cv::noArray(), rotations, translations,
+                        false, cv::SOLVEPNP_IPPE);
   } catch (const cv::Exception&) {
     return {};  // Corners on one line.
   }

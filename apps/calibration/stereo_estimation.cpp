@@ -231,7 +231,7 @@ class StereoProblem {
     }
   }
 
-  // The rational model's coefficients can hardly be told apart: a weak prior keeps them where lenses have them.
+  // The rational model's coefficients are hardly distinguishable: a weak prior keeps them where lenses have them.
   void constrain(ceres::Problem& problem, const Stage& stage, Camera& camera) const {
     std::vector<int> constant;
     if (!stage.principal_point) {
