@@ -8,10 +8,10 @@ namespace {
 constexpr int kWidth = 640;
 constexpr int kHeight = 480;
 
-hal::CameraModel true_camera(Lens lens, int scale, double focal_px, double cx_px, double cy_px) {
+hal::CameraModel true_camera(Lens lens, double scale, double focal_px, double cx_px, double cy_px) {
   hal::CameraModel camera{.lens = model_of(lens),
-                          .width_px = scale * kWidth,
-                          .height_px = scale * kHeight,
+                          .width_px = static_cast<int>(scale * kWidth),
+                          .height_px = static_cast<int>(scale * kHeight),
                           .fx_px = scale * focal_px,
                           .fy_px = scale * focal_px * 1.002,
                           .cx_px = scale * (cx_px + 0.5) - 0.5,
@@ -27,7 +27,7 @@ hal::CameraModel true_camera(Lens lens, int scale, double focal_px, double cx_px
 
 }  // namespace
 
-hal::RigCalibration true_rig(Lens lens, int scale) {
+hal::RigCalibration true_rig(Lens lens, double scale) {
   const double focal_px = lens == Lens::kFisheye ? 255.0 : 480.0;
   hal::RigCalibration rig;
   rig.source = "truth";

@@ -14,7 +14,7 @@ namespace kinetrace::calibration::test {
 
 /// 640x480 (times `scale`), 12 cm apart, turned against each other by a degree or two; with the distortion that the
 /// lens can have.
-[[nodiscard]] hal::RigCalibration true_rig(Lens lens, int scale = 1);
+[[nodiscard]] hal::RigCalibration true_rig(Lens lens, double scale = 1.0);
 
 /// How a board is moved in front of the rig.
 struct Motion {

@@ -17,15 +17,14 @@ void write_pgm(const std::filesystem::path& path, const kinetrace::test::BoardIm
   file.write(reinterpret_cast<const char*>(image.pixels.data()), static_cast<std::streamsize>(image.pixels.size()));
 }
 
-void render(const std::filesystem::path& folder) {
+void render(const std::filesystem::path& folder, const Target& target, double scale, const Motion& motion) {
   std::filesystem::create_directories(folder / "left");
   std::filesystem::create_directories(folder / "right");
-  const Target target = chessboard_target(9, 6, 0.03);
-  const hal::RigCalibration rig = true_rig(Lens::kRadialTangential);
+  const hal::RigCalibration rig = true_rig(Lens::kRadialTangential, scale);
   const kinetrace::test::BoardRenderer left(target, rig.left);
   const kinetrace::test::BoardRenderer right(target, rig.right);
   std::uint32_t seed = 1000;
-  for (const Se3& pose : board_poses(rig, target, {.max_tilt_rad = 0.7, .far_m = 0.7, .spread = 0.9}, 7)) {
+  for (const Se3& pose : board_poses(rig, target, motion, 7)) {
     const std::string name = std::to_string(seed) + ".pgm";
     write_pgm(folder / "left" / name, left.render(pose, {}, seed));
     write_pgm(folder / "right" / name, right.render(rig.T_right_left * pose, {}, seed + 1000));
@@ -37,10 +36,16 @@ void render(const std::filesystem::path& folder) {
 }  // namespace kinetrace::calibration::test
 
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::fputs("usage: render_board FOLDER\n", stderr);
-    return 64;
+  using namespace kinetrace::calibration;
+  if (argc == 2) {
+    test::render(argv[1], chessboard_target(9, 6, 0.03), 1.0, {.max_tilt_rad = 0.7, .far_m = 0.7, .spread = 0.9});
+    return 0;
   }
-  kinetrace::calibration::test::render(argv[1]);
-  return 0;
+  if (argc == 3 && std::string(argv[2]) == "small") {
+    test::render(argv[1], charuco_target(8, 6, 0.04, 0.031, "DICT_4X4_100"), 0.5,
+                 {.views = 40, .max_tilt_rad = 0.7, .near_m = 0.28, .far_m = 0.42, .spread = 0.8});
+    return 0;
+  }
+  std::fputs("usage: render_board FOLDER [small]\n", stderr);
+  return 64;
 }
