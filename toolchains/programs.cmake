@@ -13,6 +13,10 @@ if(TARGET kinetrace_opencv_dnn)
   install(DIRECTORY config/models/ DESTINATION ${CMAKE_INSTALL_DATADIR}/kinetrace/models COMPONENT kinetrace-networks
     FILES_MATCHING PATTERN *.yaml PATTERN *.onnx)
 endif()
+if(TARGET kinetrace-calibrate)
+  # Beside the program that starts it.
+  install(TARGETS kinetrace-calibrate RUNTIME COMPONENT kinetrace-calibration)
+endif()
 if(TARGET kinetrace-simulate)
   install(TARGETS kinetrace-simulate RUNTIME COMPONENT kinetrace-simulator)
 endif()

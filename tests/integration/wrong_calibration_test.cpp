@@ -10,7 +10,7 @@
 namespace kinetrace::test {
 namespace {
 
-using calibration::RefineMode;
+using rig::RefineMode;
 
 constexpr int kWidth_px = 620;
 constexpr int kFrames = 36;
@@ -52,9 +52,9 @@ TEST(WrongCalibration, ATurnedRightCameraIsFoundAndCorrected) {
   EXPECT_NEAR(corrected.rig.correction.turn_rad.x() / kDegree_rad, 0.2, 0.01);
   EXPECT_NEAR(corrected.rig.correction.disparity_error_rad() / kDegree_rad, -0.25, 0.01);
   EXPECT_NEAR(corrected.rig.correction.turn_rad.z() / kDegree_rad, 0.15, 0.01);
-  constexpr std::size_t kSettled = 12;
-  EXPECT_NEAR(scale_from(corrected, kSettled), 1.0, 0.006);
-  EXPECT_GT(std::abs(scale_from(drive.follow(RefineMode::kOff), kSettled) - 1.0), 0.05);
+  constexpr std::size_t kFirst = 12;
+  EXPECT_NEAR(scale_from(corrected, kFirst), 1.0, 0.006);
+  EXPECT_GT(std::abs(scale_from(drive.follow(RefineMode::kOff), kFirst) - 1.0), 0.05);
 }
 
 TEST(WrongCalibration, CheckingTellsItAndChangesNothing) {

@@ -37,7 +37,7 @@ Status check_settings(const CameraConfig& config) {
   return {};
 }
 
-Status check(const CameraConfig& config) {
+Status check(const CameraConfig& config, bool needs_calibration) {
   constexpr int kMaxLoop = 1'000'000;
   if (!config.faults.empty()) {
     if (const auto faults = hal::parse_faults(config.faults); !faults) {
@@ -48,8 +48,9 @@ Status check(const CameraConfig& config) {
     const Result<hal::DatasetSpec> dataset = config.dataset();
     return dataset ? check_range("files.loop", config.loop, 1, kMaxLoop) : Unexpected(dataset.error());
   }
-  if (config.calibration.empty()) {
-    return fail(ErrorCode::kInvalidConfig, "calibration is missing; name the file with the rig's calibration");
+  if (config.calibration.empty() && needs_calibration) {
+    return fail(ErrorCode::kInvalidConfig,
+                "calibration is missing; name the file with the rig's calibration (`kinetrace calibrate` makes one)");
   }
   return first_failure({check_settings(config), config.live().validate()});
 }
@@ -96,7 +97,7 @@ Result<hal::DatasetSpec> CameraConfig::dataset() const {
   return hal::DatasetSpec{.layout = *known, .path = path, .sequence = sequence};
 }
 
-Result<CameraConfig> load_camera_config(const std::filesystem::path& path) {
+Result<CameraConfig> load_camera_config(const std::filesystem::path& path, bool needs_calibration) {
   CameraConfig config;
   const ConfigFileKind kind{
       .missing = "no such camera file; give one that says which devices, such as those in config/cameras",
@@ -107,7 +108,7 @@ Result<CameraConfig> load_camera_config(const std::filesystem::path& path) {
   }
   config.calibration = relative_to(path, config.calibration);
   config.path = relative_to(path, config.path);
-  if (const Status valid = check(config); !valid) {
+  if (const Status valid = check(config, needs_calibration); !valid) {
     return fail(valid.error().code, path.string() + ": " + valid.error().message);
   }
   return config;

@@ -76,7 +76,7 @@ void visit_fields(CameraConfig& config, Visitor&& visit) {
 }
 
 /// Reads and checks a camera file; paths in it become relative to the working directory.
-/// Errors, with file and line or key: kNotFound, kIo, kInvalidConfig.
-[[nodiscard]] Result<CameraConfig> load_camera_config(const std::filesystem::path& path);
+/// Without `needs_calibration` it may name none. Errors, with file and line or key: kNotFound, kIo, kInvalidConfig.
+[[nodiscard]] Result<CameraConfig> load_camera_config(const std::filesystem::path& path, bool needs_calibration = true);
 
 }  // namespace kinetrace::app

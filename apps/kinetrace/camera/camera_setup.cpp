@@ -28,6 +28,7 @@ Outcome<hal::DatasetSpec> dataset_spec(const SourceOptions& options) {
   spec.layout = *layout;
   spec.path = options.dataset.substr(colon + 1);
   spec.sequence = options.sequence;
+  spec.uncalibrated = options.uncalibrated;
   if (!options.cameras.empty()) {
     spec.cameras = options.cameras == "gray" ? hal::CameraChoice::kGray : hal::CameraChoice::kColor;
   }
@@ -94,11 +95,12 @@ Outcome<CameraSetup> from_dataset(const SourceOptions& options) {
   return setup;
 }
 
-Outcome<CameraSetup> from_files(const CameraConfig& config) {
-  const Result<hal::DatasetSpec> spec = config.dataset();
+Outcome<CameraSetup> from_files(const CameraConfig& config, bool uncalibrated) {
+  Result<hal::DatasetSpec> spec = config.dataset();
   if (!spec) {
     return failure(spec.error());
   }
+  spec->uncalibrated = uncalibrated;
   Outcome<CameraSetup> setup = recorded(*spec);
   if (setup) {
     setup->passes = config.loop;
@@ -108,14 +110,16 @@ Outcome<CameraSetup> from_files(const CameraConfig& config) {
   return setup;
 }
 
-Outcome<CameraSetup> from_devices(const CameraConfig& config) {
+Outcome<CameraSetup> from_devices(const CameraConfig& config, bool uncalibrated) {
   if (config.source == CameraKind::kLibcamera) {
     load_libcamera();
   }
   CameraSetup setup;
   setup.live = config.live();
-  auto calibration =
-      hal::read_rig_calibration(config.calibration, view_width_px(*setup.live), setup.live->left.height_px);
+  const int width_px = view_width_px(*setup.live);
+  const int height_px = setup.live->left.height_px;
+  auto calibration = uncalibrated ? hal::images_alone(width_px, height_px)
+                                  : hal::read_rig_calibration(config.calibration, width_px, height_px);
   if (!calibration) {
     return failure(calibration.error());
   }
@@ -133,11 +137,12 @@ void inject(const hal::FaultPlan& plan, const std::string& text, CameraSetup& se
 }
 
 Outcome<CameraSetup> from_camera_file(const SourceOptions& options) {
-  const Result<CameraConfig> config = load_camera_config(options.camera);
+  const Result<CameraConfig> config = load_camera_config(options.camera, !options.uncalibrated);
   if (!config) {
     return failure(config.error());
   }
-  Outcome<CameraSetup> setup = config->source == CameraKind::kFiles ? from_files(*config) : from_devices(*config);
+  Outcome<CameraSetup> setup = config->source == CameraKind::kFiles ? from_files(*config, options.uncalibrated)
+                                                                    : from_devices(*config, options.uncalibrated);
   if (setup) {
     setup->is_camera = true;
     setup->images = "camera file " + options.camera;

@@ -21,6 +21,8 @@ struct Command {
 constexpr std::array kCommands{
     Command{"run", "Reconstructs trajectories from a recording or a camera into a run folder", add_run},
     Command{"record", "Records a camera's synchronised raw images, without processing", add_record},
+    Command{"calibrate", "Calibrates both cameras from images of a chessboard, a ChArUco board or a grid of AprilTags",
+            add_calibrate},
     Command{"doctor", "Checks cameras, timing, calibration, memory and DDS; says what to do about each failure",
             add_doctor},
     Command{"bench", "Times every stage on a recording, alone or against an earlier version; writes no run folder",

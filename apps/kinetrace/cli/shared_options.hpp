@@ -28,6 +28,8 @@ struct SourceOptions {
   std::string camera;    ///< Camera file; empty: a recording.
   std::string faults;    ///< To be injected; empty: none.
   int passes = 1;        ///< Play the recording this often.
+  /// For raw images alone: a calibration is neither asked for nor read where images can do without.
+  bool uncalibrated = false;
 };
 
 /// When to stop; 0: at the end, or at a signal.

@@ -123,7 +123,7 @@ constexpr hal::SyncMonitorConfig kMonitor{.interval_frames = 2};
 pipeline::PipelineConfig only_calibration(const pipeline::PipelineConfig& config) {
   pipeline::PipelineConfig check = config;
   check.segmentation.mode = segmentation::SegmentationMode::kNone;
-  check.calibration.mode = calibration::RefineMode::kOn;  // To see past wrong rows.
+  check.calibration.mode = rig::RefineMode::kOn;  // To see past wrong rows.
   return check;
 }
 

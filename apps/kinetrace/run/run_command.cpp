@@ -63,6 +63,9 @@ void add_options(CLI::App& run, RunOptions& options) {
       ->required();
   run.add_flag("--images", options.images,
                "Also writes the rectified left images into the run folder: those that its COLMAP models are of");
+  run.add_option("--save-calibration", options.save_calibration,
+                 "Writes the calibration as the run has corrected it, in OpenCV's YAML, for the next start")
+      ->type_name("FILE");
   add_until_options(run, options.until);
   CLI::Option* raw =
       run.add_option("--record", options.raw.out, "Also records the raw images, into a new folder")->type_name("DIR");

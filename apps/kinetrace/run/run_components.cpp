@@ -108,7 +108,7 @@ Outcome<RunComponents> make_components(RunSetup& setup, Arena& arena) {
                        .input = std::move(*input),
                        .mask_files = make_mask_file_watch(setup.config),
                        .raw = std::move(*raw),
-                       .refines_calibration = setup.config.pipeline.calibration.mode == calibration::RefineMode::kOn,
+                       .refines_calibration = setup.config.pipeline.calibration.mode == rig::RefineMode::kOn,
                        .waits_for_disk = !setup.camera.live,
                        .publishing = std::move(*publishing)};
 }

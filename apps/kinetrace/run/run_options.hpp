@@ -17,7 +17,8 @@ struct RunOptions {
   std::filesystem::path out;
   bool images = false;  ///< Also the rectified left images.
   RawOutputOptions raw;
-  std::string publish;  ///< File with keys dds.*; empty: nothing is published.
+  std::filesystem::path save_calibration;  ///< The corrected calibration goes here; empty: nowhere.
+  std::string publish;                     ///< File with keys dds.*; empty: nothing is published.
   bool json = false;
   bool quiet = false;
 };

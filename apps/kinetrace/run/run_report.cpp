@@ -22,7 +22,7 @@ RunReport::RunReport(const RunOptions& options, const CameraSetup& setup, const 
                      std::string config_json)
     : options_(options),
       looks_for_objects_(config.segmentation.mode != segmentation::SegmentationMode::kNone),
-      refines_calibration_(config.calibration.mode != calibration::RefineMode::kOff) {
+      refines_calibration_(config.calibration.mode != rig::RefineMode::kOff) {
   summary_.version = KINETRACE_VERSION;
   summary_.config_json = std::move(config_json);
   summary_.dataset = setup.description;

@@ -1,11 +1,13 @@
 #include "run/run_session.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <functional>
 #include <optional>
 
 #include "camera/camera_loop.hpp"
+#include "camera/rig_report.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/messages.hpp"
 #include "cli/progress.hpp"
@@ -101,7 +103,7 @@ Status RunSession::finish(Status played) {
   played = first_failure({played, finalize()});
   report_.finish(components_.camera, processor_.processed(), processor_.capture_clock(), processor_.clock(), played);
   report_components();
-  return first_failure({played, components_.recorder.finish(report_.summary())});
+  return first_failure({played, save_calibration(), components_.recorder.finish(report_.summary())});
 }
 
 // The estimates that were still open.
@@ -116,6 +118,27 @@ Status RunSession::finalize() {
     }
   }
   return {};
+}
+
+Status RunSession::save_calibration() {
+  const std::filesystem::path& path = setup_.options.save_calibration;
+  if (path.empty()) {
+    return {};
+  }
+  const RigEstimate rig = processor_.processed().rig;
+  if (rig.verdict != RigVerdict::kOff && rig.verdict != RigVerdict::kCorrected) {
+    report_.note(path.string() + " is not written: the calibration " +
+                 (rig.verdict == RigVerdict::kHolds ? "holds" : "cannot be judged from this motion"));
+    return {};
+  }
+  const Result<hal::RigCalibration> corrected =
+      hal::corrected_rig(setup_.camera.calibration, setup_.config.rectification, rig.correction);
+  if (!corrected) {
+    return Unexpected(corrected.error());
+  }
+  const std::array<std::string, 2> remarks{"kinetrace run: " + setup_.camera.calibration.source + ", corrected",
+                                           rig_text(rig, components_.rectifier.geometry())};
+  return hal::write_rig_calibration(*corrected, path, hal::CalibrationFormat::kOpencv, remarks);
 }
 
 void RunSession::report_components() {

@@ -27,6 +27,8 @@ class RunSession {
 
  private:
   [[nodiscard]] Status finalize();
+  /// Where the user asked for it and there is something to correct.
+  [[nodiscard]] Status save_calibration();
   void report_components();
 
   RunSetup& setup_;

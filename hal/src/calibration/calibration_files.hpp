@@ -2,6 +2,9 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "calibration/calibration_reader.hpp"
@@ -30,6 +33,19 @@ namespace kinetrace::hal {
 /// ROS CameraInfo of one view.
 [[nodiscard]] bool is_ros_camera_info(const YamlDocument& file);
 [[nodiscard]] Result<RigCalibration> read_ros_camera_infos(const YamlDocument& left, const YamlDocument& right);
+
+/// Factory calibration of a ZED camera for images of this size. Errors: kBadCalibration.
+[[nodiscard]] Result<RigCalibration> read_zed_calibration(const std::filesystem::path& path, std::string_view text,
+                                                          const ImageSize& size);
+
+/// What a DepthAI device holds, scaled to images of this size. Errors: kBadCalibration.
+[[nodiscard]] bool is_depthai_calibration(std::string_view text);
+[[nodiscard]] Result<RigCalibration> read_depthai_calibration(const std::filesystem::path& path, std::string_view text,
+                                                              const ImageSize& size);
+
+/// Puts 4, 5 or 8 coefficients into the camera as set_distortion does; what is wrong with them, without the key.
+[[nodiscard]] std::optional<std::string> distortion_problem(CameraModel& camera,
+                                                            const std::vector<double>& coefficients);
 
 /// Puts 4, 5 or 8 coefficients (radial-tangential) or 4 (equidistant) into the camera; further ones must be zero.
 [[nodiscard]] Status set_distortion(CameraModel& camera, const std::vector<double>& coefficients,

@@ -6,6 +6,7 @@
 #include "calibration/kitti_calibration.hpp"
 #include "util/image_folder.hpp"
 #include "util/messages.hpp"
+#include "util/text_file.hpp"
 
 namespace kinetrace::hal {
 namespace {
@@ -15,7 +16,7 @@ namespace fs = std::filesystem;
 constexpr const char* kLookedFor =
     "an OpenCV stereo calibration (K1, D1, K2, D2, R, T), a Kalibr camchain (cam0, cam1) or a pair of ROS CameraInfo "
     "files "
-    "(left.yaml, right.yaml) in *.yaml or *.yml";
+    "(left.yaml, right.yaml) in *.yaml, *.yml or *.xml";
 
 std::vector<YamlDocument> only(const std::vector<YamlDocument>& all, bool (*is_kind)(const YamlDocument&)) {
   std::vector<YamlDocument> some;
@@ -41,17 +42,29 @@ Result<RigCalibration> read_ros_pair(const std::vector<YamlDocument>& files) {
   return read_ros_camera_infos(*left, *right);
 }
 
+Result<RigCalibration> read_document(const fs::path& path, const ImageSize& size) {
+  return YamlDocument::load(path).and_then(
+      [&](const YamlDocument& file) { return read_yaml_calibration(path, {file}, size); });
+}
+
 Result<RigCalibration> read_any(const fs::path& path, const ImageSize& size) {
   if (path.extension() == ".txt") {
     return KittiCalibrationFile::load(path).and_then(
         [&](const KittiCalibrationFile& file) { return kitti_raw_rig(file, "00", "01", size, true); });
   }
+  if (path.extension() == ".conf" || path.extension() == ".json") {
+    return read_text(path, kMaxCalibrationBytes).and_then([&](const std::string& text) {
+      if (path.extension() == ".conf") {
+        return read_zed_calibration(path, text, size);
+      }
+      return is_depthai_calibration(text) ? read_depthai_calibration(path, text, size) : read_document(path, size);
+    });
+  }
   if (is_folder(path)) {
     return load_yaml_files(path).and_then(
         [&](const std::vector<YamlDocument>& files) { return read_yaml_calibration(path, files, size); });
   }
-  return YamlDocument::load(path).and_then(
-      [&](const YamlDocument& file) { return read_yaml_calibration(path, {file}, size); });
+  return read_document(path, size);
 }
 
 }  // namespace
@@ -61,7 +74,7 @@ Result<std::vector<YamlDocument>> load_yaml_files(const fs::path& folder) {
   std::error_code error;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
     const fs::path extension = entry->path().extension();
-    if (extension == ".yaml" || extension == ".yml") {
+    if (extension == ".yaml" || extension == ".yml" || extension == ".xml") {
       paths.push_back(entry->path());
     }
   }

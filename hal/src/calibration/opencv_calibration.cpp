@@ -106,24 +106,28 @@ Result<CameraModel> read_camera(const std::vector<YamlDocument>& files, const st
 
 }  // namespace
 
-Status set_distortion(CameraModel& camera, const std::vector<double>& coefficients, const YamlDocument& file,
-                      std::string_view key) {
+std::optional<std::string> distortion_problem(CameraModel& camera, const std::vector<double>& coefficients) {
   const std::size_t known = camera.lens == LensModel::kEquidistant ? 4 : camera.distortion.size();
   const bool usual = coefficients.empty() || coefficients.size() == 4 || coefficients.size() == 5 ||
                      coefficients.size() == 8 || coefficients.size() == 12 || coefficients.size() == 14;
   if (!usual) {
-    return file.error(key, concat("must be 4, 5 or 8 numbers, got ", std::to_string(coefficients.size())));
+    return concat("must be 4, 5 or 8 numbers, got ", std::to_string(coefficients.size()));
   }
   for (std::size_t i = 0; i < coefficients.size(); ++i) {
     if (i < known) {
       camera.distortion[i] = coefficients[i];
     } else if (coefficients[i] != 0.0) {
-      return file.error(key,
-                        concat("has more than ", std::to_string(known),
-                               " coefficients (thin prism, tilt), which is not supported; calibrate without them"));
+      return concat("has more than ", std::to_string(known),
+                    " coefficients (thin prism, tilt), which is not supported; calibrate without them");
     }
   }
-  return {};
+  return std::nullopt;
+}
+
+Status set_distortion(CameraModel& camera, const std::vector<double>& coefficients, const YamlDocument& file,
+                      std::string_view key) {
+  const auto problem = distortion_problem(camera, coefficients);
+  return problem ? Status(file.error(key, *problem)) : Status();
 }
 
 bool is_opencv_stereo(const YamlDocument& file) {

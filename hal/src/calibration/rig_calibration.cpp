@@ -173,6 +173,23 @@ Status RigCalibration::validate() {
   return status;
 }
 
+Result<RigCalibration> images_alone(int width_px, int height_px) {
+  const CameraModel camera{.width_px = width_px,
+                           .height_px = height_px,
+                           .fx_px = static_cast<double>(std::max(width_px, height_px)),
+                           .fy_px = static_cast<double>(std::max(width_px, height_px)),
+                           .cx_px = (width_px - 1) / 2.0,
+                           .cy_px = (height_px - 1) / 2.0};
+  RigCalibration rig;
+  rig.source = "images without calibration";
+  rig.left = rig.right = camera;
+  rig.T_right_left.translation.x() = -0.1;
+  if (const Status valid = rig.validate(); !valid) {
+    return Unexpected(valid.error());
+  }
+  return rig;
+}
+
 Result<StereoGeometry> geometry_from_projections(const Projection& P_left, const Projection& P_right, int width_px,
                                                  int height_px, const std::string& source) {
   if (!P_left.allFinite() || !P_right.allFinite()) {

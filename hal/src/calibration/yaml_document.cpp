@@ -83,6 +83,13 @@ std::optional<std::string> append_numbers(const YAML::Node& node, std::vector<do
 
 Result<YamlDocument> YamlDocument::load(const std::filesystem::path& path) {
   return read_text(path, kMaxCalibrationBytes).and_then([&path](std::string text) {
+    if (path.extension() == ".xml") {
+      return parse_xml(path, text);
+    }
+    if (path.extension() == ".json") {
+      // JSON is YAML, but for tabs between values.
+      std::replace(text.begin(), text.end(), '\t', ' ');
+    }
     return parse(path, std::move(text));
   });
 }

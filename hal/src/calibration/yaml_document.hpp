@@ -1,4 +1,4 @@
-// Calibration files in YAML, as OpenCV, Kalibr, ROS and EuRoC write them.
+// Calibration files in YAML, as OpenCV, Kalibr, ROS and EuRoC write them, and OpenCV's in JSON and XML.
 #pragma once
 
 #include <cstddef>
@@ -19,11 +19,15 @@ namespace kinetrace::hal {
 /// One file. Keys are dotted paths: "cam0.intrinsics". Errors are kBadCalibration and name the file and the key.
 class YamlDocument {
  public:
-  /// Errors: as read_text, for a text below 1 MiB; as parse.
+  /// By its extension: .xml, .json, or else YAML. Errors: as read_text, for a text below 1 MiB; as parse, parse_xml.
   [[nodiscard]] static Result<YamlDocument> load(const std::filesystem::path& path);
   /// Takes OpenCV's "%YAML:1.0" first line, which is no YAML. Errors, naming the file as `path`: kBadCalibration (no
   /// YAML, duplicate keys, nested too deep or too large once aliases are replaced).
   [[nodiscard]] static Result<YamlDocument> parse(const std::filesystem::path& path, std::string text);
+
+  /// The same from what cv::FileStorage writes as XML. Errors: kBadCalibration (no XML, elements twice or nested too
+  /// deep).
+  [[nodiscard]] static Result<YamlDocument> parse_xml(const std::filesystem::path& path, std::string_view text);
 
   [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
   [[nodiscard]] bool has(std::string_view key) const { return find(key).has_value(); }

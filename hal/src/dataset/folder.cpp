@@ -64,13 +64,15 @@ Result<Dataset> open_folder(const DatasetSpec& spec) {
   const fs::path left_folder = images_below(root / views->left);
   auto left = list_images(left_folder);
   auto right = list_images(images_below(root / views->right));
-  const auto yaml_files = load_yaml_files(root);
+  const auto yaml_files = spec.uncalibrated ? Result<std::vector<YamlDocument>>() : load_yaml_files(root);
   if (const Error* error = first_error(left, right, yaml_files)) {
     return Unexpected(*error);
   }
   const SequenceFiles files{std::move(*left), std::move(*right), times_file(root, root / views->left), kRate_hz};
-  return build_dataset(fs::weakly_canonical(root).filename().string(), files, spec,
-                       [&](const ImageSize& size) { return read_yaml_calibration(root, *yaml_files, size); });
+  return build_dataset(fs::weakly_canonical(root).filename().string(), files, spec, [&](const ImageSize& size) {
+    return spec.uncalibrated ? images_alone(size.width_px, size.height_px)
+                             : read_yaml_calibration(root, *yaml_files, size);
+  });
 }
 
 }  // namespace kinetrace::hal

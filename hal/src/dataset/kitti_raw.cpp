@@ -85,7 +85,7 @@ Result<Dataset> open_kitti_raw(const DatasetSpec& spec) {
     return Unexpected(views.error());
   }
   const auto calibration = find_calibration(*drive);
-  if (!calibration) {
+  if (!calibration && !spec.uncalibrated) {
     return Unexpected(calibration.error());
   }
   auto left = images_of(*drive / views->left);
@@ -100,6 +100,9 @@ Result<Dataset> open_kitti_raw(const DatasetSpec& spec) {
                             .rate_hz = kRate_hz,
                             .frame_times_path = *drive / kFrameTimesFile};
   return build_dataset(name, files, spec, [&](const ImageSize& size) {
+    if (spec.uncalibrated) {
+      return images_alone(size.width_px, size.height_px);
+    }
     constexpr std::size_t kIdBegin = 6;  // "image_00" is camera "00".
     return kitti_raw_rig(*calibration, views->left.substr(kIdBegin), views->right.substr(kIdBegin), size,
                          name.ends_with("_extract"));

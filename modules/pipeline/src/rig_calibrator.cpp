@@ -3,12 +3,12 @@
 namespace kinetrace::pipeline {
 
 std::size_t RigCalibrator::required_bytes(const PipelineConfig& config) {
-  if (config.calibration.mode == calibration::RefineMode::kOff) {
+  if (config.calibration.mode == rig::RefineMode::kOff) {
     return 0;
   }
-  return calibration::RigRefiner::required_bytes(config.calibration) + measure_bytes([&](Arena& arena) {
+  return rig::RigRefiner::required_bytes(config.calibration) + measure_bytes([&](Arena& arena) {
            static_cast<void>(
-               FixedVector<calibration::RigObservation>(arena, static_cast<std::size_t>(config.features.max_features)));
+               FixedVector<rig::RigObservation>(arena, static_cast<std::size_t>(config.features.max_features)));
          });
 }
 
@@ -16,17 +16,17 @@ Result<RigCalibrator> RigCalibrator::create(const PipelineConfig& config, const 
                                             Arena& arena) {
   RigCalibrator calibrator;
   calibrator.geometry_ = geometry;
-  if (config.calibration.mode == calibration::RefineMode::kOff) {
+  if (config.calibration.mode == rig::RefineMode::kOff) {
     return calibrator;
   }
-  Result<calibration::RigRefiner> refiner = calibration::RigRefiner::create(config.calibration, geometry, arena);
+  Result<rig::RigRefiner> refiner = rig::RigRefiner::create(config.calibration, geometry, arena);
   if (!refiner) {
     return Unexpected(refiner.error());
   }
   calibrator.refiner_ = *refiner;
   calibrator.observations_ =
-      FixedVector<calibration::RigObservation>(arena, static_cast<std::size_t>(config.features.max_features));
-  calibrator.corrects_ = config.calibration.mode == calibration::RefineMode::kOn;
+      FixedVector<rig::RigObservation>(arena, static_cast<std::size_t>(config.features.max_features));
+  calibrator.corrects_ = config.calibration.mode == rig::RefineMode::kOn;
   return calibrator;
 }
 

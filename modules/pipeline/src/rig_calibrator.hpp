@@ -5,11 +5,11 @@
 #include <optional>
 
 #include "camera_tracker.hpp"
-#include "kinetrace/calibration/rig_refiner.hpp"
 #include "kinetrace/core/fixed_vector.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/features/feature_front_end.hpp"
 #include "kinetrace/pipeline/config.hpp"
+#include "kinetrace/rig/rig_refiner.hpp"
 
 namespace kinetrace::pipeline {
 
@@ -35,8 +35,8 @@ class RigCalibrator {
 
  private:
   StereoGeometry geometry_;
-  std::optional<calibration::RigRefiner> refiner_;
-  FixedVector<calibration::RigObservation> observations_;
+  std::optional<rig::RigRefiner> refiner_;
+  FixedVector<rig::RigObservation> observations_;
   bool corrects_ = false;
   std::optional<RigChange> change_;
   bool must_restart_ = false;

@@ -208,7 +208,10 @@ Bytes SimulatedUvcCamera::make_payload(const UvcFunction::Streaming& streaming, 
   const UvcMode& mode = streaming.mode;
   Bytes luminance(static_cast<std::size_t>(mode.width * mode.height));
   const MutableGrayView image{luminance.data(), mode.width, mode.height, mode.width};
-  if (mode.width >= 2 * kMarkWidth_px) {
+  if (!pictures_.empty()) {
+    const Bytes& picture = pictures_[index / static_cast<std::uint32_t>(frames_each_) % pictures_.size()];
+    std::copy_n(picture.begin(), std::min(picture.size(), luminance.size()), luminance.begin());
+  } else if (mode.width >= 2 * kMarkWidth_px) {
     const int half = mode.width / 2;
     draw_frame({image.data, half, image.height, image.stride}, {index, 0}, function_.brightness());
     draw_frame({image.data + half, half, image.height, image.stride}, {index, 1}, function_.brightness());

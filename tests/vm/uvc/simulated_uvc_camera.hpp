@@ -36,6 +36,12 @@ class SimulatedUvcCamera {
   /// By surprise, as a pulled cable.
   void unplug();
 
+  /// Instead of marks, these pictures, each as large as the mode and in so many frames; in the same frames with all
+  /// cameras. Before it streams.
+  void show(std::vector<Bytes> pictures, int frames_each) {
+    pictures_ = std::move(pictures);
+    frames_each_ = frames_each;
+  }
   void set_stalled(bool stalled) { stalled_ = stalled; }  ///< No frames, but requests are answered.
   void drop_frames(int count) { drop_ = count; }          ///< The sensor loses them.
   void cut_frames(int count) { cut_ = count; }            ///< They arrive by half.
@@ -60,6 +66,8 @@ class SimulatedUvcCamera {
   [[nodiscard]] bool wait_for_transfer();
 
   int view_;
+  std::vector<Bytes> pictures_;
+  int frames_each_ = 1;
   UvcFunction function_;
   std::unique_ptr<UsbipConnection> connection_;
   std::thread answering_;

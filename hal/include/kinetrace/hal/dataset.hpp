@@ -46,6 +46,9 @@ struct DatasetSpec {
   std::string sequence = {};  ///< For paths that hold several; empty where there is only one.
   CameraChoice cameras = CameraChoice::kAuto;
   double frame_rate_hz = 0.0;  ///< For recordings without time stamps; 0: the layout's own (10, Cityscapes 17).
+  /// Layouts of raw images (kitti-raw, folder) look for no calibration then: that of the dataset says only how
+  /// large they are, see images_alone.
+  bool uncalibrated = false;
 };
 
 /// A recording, ready to be played: its calibration (validated) and its list of frames.

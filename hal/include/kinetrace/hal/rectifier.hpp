@@ -11,6 +11,7 @@
 #include "kinetrace/core/frame.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
+#include "kinetrace/core/rig_correction.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
 #include "kinetrace/core/workers.hpp"
 #include "kinetrace/hal/rig_calibration.hpp"
@@ -65,5 +66,11 @@ class KINETRACE_API Rectifier {
   bool passes_through_ = false;
   std::array<View, 2> views_;
 };
+
+/// The calibration of raw images with which a rectifier does what `correction` of rectified images says (see
+/// RigEstimate): the next start begins with what was found out. Errors: those of Rectifier::create.
+[[nodiscard]] KINETRACE_API Result<RigCalibration> corrected_rig(const RigCalibration& calibration,
+                                                                 const RectifierConfig& config,
+                                                                 const RigCorrection& correction);
 
 }  // namespace kinetrace::hal

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 
 #include <Eigen/Core>
@@ -74,6 +75,32 @@ struct KINETRACE_API RigCalibration {
 /// 00 and 01). Errors: kNotFound, kBadCalibration (also: for another size).
 [[nodiscard]] KINETRACE_API Result<RigCalibration> read_rig_calibration(const std::filesystem::path& path, int width_px,
                                                                         int height_px);
+
+/// Stands in for the calibration of images of which nothing but their size is known. Its lenses are made up: good for
+/// whoever looks at the images alone.
+[[nodiscard]] KINETRACE_API Result<RigCalibration> images_alone(int width_px, int height_px);
+
+/// How a calibration is written. read_rig_calibration reads both.
+enum class CalibrationFormat : std::uint8_t {
+  kOpencv,  ///< YAML with K1, D1, K2, D2, R and T; cv::FileStorage reads it.
+  kKalibr,  ///< A camchain: cam0 left, cam1 right. Knows four coefficients a lens.
+};
+
+/// The same rig as raw images with a pose between its views, whichever form it had: rectified views become lenses
+/// without distortion, and rectifying matrices a pose. The rectification itself is computed anew from it.
+[[nodiscard]] KINETRACE_API RigCalibration to_raw_rig(const RigCalibration& rig);
+
+/// The text of a calibration file, with all digits that its numbers have. `remarks` become comments at its beginning.
+/// Errors: kUnsupported (lenses of two kinds for OpenCV, more than four coefficients for Kalibr), kBadCalibration (see
+/// RigCalibration::validate).
+[[nodiscard]] KINETRACE_API Result<std::string> rig_calibration_text(const RigCalibration& rig,
+                                                                     CalibrationFormat format,
+                                                                     std::span<const std::string> remarks = {});
+
+/// Writes that text in the place of `path`, as a whole or not at all. Errors: as rig_calibration_text; kIo.
+[[nodiscard]] KINETRACE_API Status write_rig_calibration(const RigCalibration& rig, const std::filesystem::path& path,
+                                                         CalibrationFormat format,
+                                                         std::span<const std::string> remarks = {});
 
 /// Geometry of rectified images from their projection matrices P = K [I | t] in a common frame. The baseline is the
 /// distance of the centres along x, t = K^-1 P[:, 3]; for cameras with P[2][3] = 0 that is the difference of P[0][3] /

@@ -4,7 +4,7 @@
 #include <array>
 #include <string_view>
 
-#include "kinetrace/calibration/config.hpp"
+#include "kinetrace/rig/config.hpp"
 #include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/features/feature_config.hpp"
@@ -42,7 +42,7 @@ struct ObjectConfig {
 /// Everything that decides what a run computes. `max_features` and the object count are set once, in `features` and
 /// `tracking`; the reconstructions follow.
 struct KINETRACE_API PipelineConfig {
-  calibration::RefineConfig calibration;
+  rig::RefineConfig calibration;
   features::FeatureConfig features;
   /// Stands for features.bucket_px while objects are found by motion: they need features before they are known.
   int motion_bucket_px = 16;

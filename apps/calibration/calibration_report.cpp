@@ -1,0 +1,156 @@
+#include "calibration_report.hpp"
+
+#include <array>
+#include <cstdarg>
+#include <cstdio>
+#include <numbers>
+
+#include <nlohmann/json.hpp>
+
+namespace kinetrace::calibration {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+[[gnu::format(printf, 1, 2)]] std::string text(const char* format, ...) {
+  std::array<char, 256> buffer{};
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(buffer.data(), buffer.size(), format, arguments);
+  va_end(arguments);
+  return buffer.data();
+}
+
+std::string camera_line(const char* name, const hal::CameraModel& camera, const ParameterVector& sigmas, int first) {
+  return text("%-8s fx %.2f +- %.2f, fy %.2f +- %.2f, cx %.2f +- %.2f, cy %.2f +- %.2f px", name, camera.fx_px,
+              sigmas(first), camera.fy_px, sigmas(first + 1), camera.cx_px, sigmas(first + 2), camera.cy_px,
+              sigmas(first + 3));
+}
+
+std::string lens_line(const hal::CameraModel& camera, const ParameterVector& sigmas, int first) {
+  std::string line = "         distortion";
+  for (int i = 0; i < 8; ++i) {
+    if (sigmas(first + 4 + i) > 0.0) {
+      line += text(" %.5f +- %.5f", camera.distortion[static_cast<std::size_t>(i)], sigmas(first + 4 + i));
+    }
+  }
+  return line;
+}
+
+Json camera_json(const hal::CameraModel& camera, double rms_px) {
+  return {{"model", camera.lens == hal::LensModel::kEquidistant ? "equidistant" : "radial-tangential"},
+          {"width_px", camera.width_px},
+          {"height_px", camera.height_px},
+          {"fx_px", camera.fx_px},
+          {"fy_px", camera.fy_px},
+          {"cx_px", camera.cx_px},
+          {"cy_px", camera.cy_px},
+          {"distortion", camera.distortion},
+          {"reprojection_rms_px", rms_px}};
+}
+
+Json pose_json(const Se3& pose) {
+  Json rows = Json::array();
+  for (int row = 0; row < 3; ++row) {
+    rows.push_back({pose.rotation(row, 0), pose.rotation(row, 1), pose.rotation(row, 2), pose.translation(row)});
+  }
+  return rows;
+}
+
+Json covariance_json(const ParameterMatrix& covariance) {
+  std::vector<int> free;
+  for (int i = 0; i < kParameters; ++i) {
+    if (covariance(i, i) > 0.0) {
+      free.push_back(i);
+    }
+  }
+  Json names = Json::array();
+  Json rows = Json::array();
+  for (const int i : free) {
+    names.push_back(parameter_name(i));
+    Json row = Json::array();
+    for (const int j : free) {
+      row.push_back(covariance(i, j));
+    }
+    rows.push_back(std::move(row));
+  }
+  return {{"parameters", std::move(names)}, {"matrix", std::move(rows)}};
+}
+
+Json views_json(const TargetCalibration& calibration, const ViewCollector& views) {
+  const Assessment assessment = views.assess();
+  return {{"taken", assessment.views},
+          {"used", calibration.estimate.used_views.size()},
+          {"rejected", calibration.estimate.rejected_views},
+          {"rejected_corners", calibration.estimate.rejected_corners},
+          {"similar", views.count(Offer::kSimilar)},
+          {"in_one_image_only", views.count(Offer::kOneImageOnly)},
+          {"without_target", views.count(Offer::kNoTarget)},
+          {"left_coverage", assessment.left_coverage},
+          {"right_coverage", assessment.right_coverage},
+          {"largest_tilt_deg", assessment.largest_tilt_rad * kDegrees},
+          {"nearest_m", assessment.nearest_m},
+          {"farthest_m", assessment.farthest_m}};
+}
+
+}  // namespace
+
+std::vector<std::string> report_lines(const TargetCalibration& calibration) {
+  const StereoEstimate& estimate = calibration.estimate;
+  const Validation& validation = calibration.validation;
+  const ParameterVector sigmas = estimate.sigmas();
+  const Vector6d pose = sigmas.tail<6>();
+  const Eigen::Vector3d angles = so3_log(estimate.rig.T_right_left.rotation) * kDegrees;
+  const Eigen::Vector3d offset = estimate.rig.T_right_left.inverse().translation;
+  return {camera_line("left", estimate.rig.left, sigmas, 0),
+          lens_line(estimate.rig.left, sigmas, 0),
+          camera_line("right", estimate.rig.right, sigmas, kCameraParameters),
+          lens_line(estimate.rig.right, sigmas, kCameraParameters),
+          text("rotation %.3f +- %.3f, %.3f +- %.3f, %.3f +- %.3f deg about x, y, z", angles.x(), pose(0) * kDegrees,
+               angles.y(), pose(1) * kDegrees, angles.z(), pose(2) * kDegrees),
+          text("baseline %.5f +- %.5f m (right camera at %.5f, %.5f, %.5f)", offset.norm(), pose(3), offset.x(),
+               offset.y(), offset.z()),
+          text("corners  %.3f px RMS left, %.3f px right; %zu views, %zu rejected", estimate.left_rms_px,
+               estimate.right_rms_px, estimate.used_views.size(), estimate.rejected_views),
+          text("checked  on %zu views left out: rows %.3f px RMS (%.2f at most), lengths %+.3f %% (%.3f %% RMS)",
+               validation.views, validation.epipolar_rms_px, validation.epipolar_max_px,
+               100.0 * validation.length_error, 100.0 * validation.length_rms)};
+}
+
+std::vector<std::string> remarks(const TargetCalibration& calibration, const ReportSource& source) {
+  return {
+      "Made by kinetrace calibrate from " + source.images, "with " + source.target + ", lens model " + source.lens,
+      text("Corners %.3f px (left), %.3f px (right); rows on views left out %.3f px", calibration.estimate.left_rms_px,
+           calibration.estimate.right_rms_px, calibration.validation.epipolar_rms_px)};
+}
+
+std::string report_json(const TargetCalibration& calibration, const ViewCollector& views, const ReportSource& source) {
+  const StereoEstimate& estimate = calibration.estimate;
+  const Validation& validation = calibration.validation;
+  const Json json{{"images", source.images},
+                  {"target", source.target},
+                  {"lens", source.lens},
+                  {"left", camera_json(estimate.rig.left, estimate.left_rms_px)},
+                  {"right", camera_json(estimate.rig.right, estimate.right_rms_px)},
+                  {"T_right_left", pose_json(estimate.rig.T_right_left)},
+                  {"baseline_m", estimate.rig.T_right_left.translation.norm()},
+                  {"corner_sigma_px", estimate.sigma_px},
+                  {"relative_focal_sigma", estimate.relative_focal_sigma()},
+                  {"rotation_sigma_deg", estimate.rotation_sigma_rad() * kDegrees},
+                  {"views", views_json(calibration, views)},
+                  {"left_out",
+                   {{"views", validation.views},
+                    {"corners", validation.corners},
+                    {"rejected_corners", validation.rejected_corners},
+                    {"epipolar_rms_px", validation.epipolar_rms_px},
+                    {"epipolar_max_px", validation.epipolar_max_px},
+                    {"length_error", validation.length_error},
+                    {"length_rms", validation.length_rms}}},
+                  {"covariance", covariance_json(estimate.covariance)},
+                  {"warnings", calibration.warnings}};
+  return json.dump(2) + "\n";
+}
+
+}  // namespace kinetrace::calibration

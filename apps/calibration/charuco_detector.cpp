@@ -1,0 +1,97 @@
+#include <array>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include <opencv2/core/version.hpp>
+// The detector of markers moved from OpenCV's contributed modules into objdetect.
+#if CV_VERSION_MAJOR > 4 || CV_VERSION_MINOR >= 7
+#include <opencv2/objdetect/aruco_detector.hpp>
+#else
+#include <opencv2/aruco.hpp>
+#endif
+
+#include "detector.hpp"
+#include "marker_corners.hpp"
+#include "opencv_image.hpp"
+
+namespace kinetrace::calibration {
+namespace {
+
+using MarkerCorners = std::vector<std::vector<cv::Point2f>>;
+
+#if CV_VERSION_MAJOR > 4 || CV_VERSION_MINOR >= 7
+class MarkerDetector {
+ public:
+  explicit MarkerDetector(int dictionary) : detector_(cv::aruco::getPredefinedDictionary(dictionary)) {}
+  void detect(const cv::Mat& image, MarkerCorners& corners, std::vector<int>& ids) const {
+    detector_.detectMarkers(image, corners, ids);
+  }
+
+ private:
+  cv::aruco::ArucoDetector detector_;
+};
+#else
+class MarkerDetector {
+ public:
+  explicit MarkerDetector(int dictionary) : dictionary_(cv::aruco::getPredefinedDictionary(dictionary)) {}
+  void detect(const cv::Mat& image, MarkerCorners& corners, std::vector<int>& ids) const {
+    cv::aruco::detectMarkers(image, dictionary_, corners, ids);
+  }
+
+ private:
+  cv::Ptr<cv::aruco::Dictionary> dictionary_;
+};
+#endif
+
+// In the order of OpenCV's numbers for them.
+constexpr std::array<std::string_view, 21> kDictionaries{
+    "DICT_4X4_50",        "DICT_4X4_100",        "DICT_4X4_250",       "DICT_4X4_1000",      "DICT_5X5_50",
+    "DICT_5X5_100",       "DICT_5X5_250",        "DICT_5X5_1000",      "DICT_6X6_50",        "DICT_6X6_100",
+    "DICT_6X6_250",       "DICT_6X6_1000",       "DICT_7X7_50",        "DICT_7X7_100",       "DICT_7X7_250",
+    "DICT_7X7_1000",      "DICT_ARUCO_ORIGINAL", "DICT_APRILTAG_16h5", "DICT_APRILTAG_25h9", "DICT_APRILTAG_36h10",
+    "DICT_APRILTAG_36h11"};
+
+std::optional<int> number_of(std::string_view dictionary) {
+  for (std::size_t i = 0; i < kDictionaries.size(); ++i) {
+    if (kDictionaries[i] == dictionary) {
+      return static_cast<int>(i);
+    }
+  }
+  return std::nullopt;
+}
+
+class CharucoDetector final : public TargetDetector {
+ public:
+  CharucoDetector(Target target, int dictionary) : target_(std::move(target)), markers_(dictionary) {}
+
+  std::vector<Corner> detect(GrayView view) override {
+    const cv::Mat image = as_mat(view);
+    MarkerCorners corners;
+    std::vector<int> ids;
+    markers_.detect(image, corners, ids);
+    std::vector<SeenMarker> seen;
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      seen.push_back({ids[i], {corners[i][0], corners[i][1], corners[i][2], corners[i][3]}});
+    }
+    return refined_corners(target_, consistent_markers(target_, std::move(seen)), image);
+  }
+
+ private:
+  Target target_;
+  MarkerDetector markers_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<TargetDetector>> make_charuco_detector(const Target& target) {
+  const auto dictionary = number_of(target.dictionary);
+  if (!dictionary) {
+    return fail(ErrorCode::kInvalidArgument,
+                "unknown dictionary '" + target.dictionary +
+                    "'; use OpenCV's names: DICT_4X4_100, DICT_5X5_250, DICT_6X6_250, ...");
+  }
+  return std::make_unique<CharucoDetector>(target, *dictionary);
+}
+
+}  // namespace kinetrace::calibration

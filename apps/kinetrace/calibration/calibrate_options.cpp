@@ -1,0 +1,32 @@
+#include "calibration/calibrate_options.hpp"
+
+#include <CLI/CLI.hpp>
+
+namespace kinetrace::app {
+
+void add_calibrate_options(CLI::App& command, CalibrateOptions& options) {
+  options.source.uncalibrated = true;
+  add_source_options(command, options.source);
+  command
+      .add_option("--target", options.target,
+                  "What is shown: chessboard:9x6:0.03 (inner corners, side of a square in metres), "
+                  "charuco:8x6:0.04:0.03:DICT_4X4_100 (squares, their side, that of a marker), aprilgrid:6x6:0.088:0.3 "
+                  "(tags, their side, gaps as part of it), or a target file of Kalibr")
+      ->type_name("TARGET")
+      ->required();
+  command
+      .add_option(
+          "--lens", options.lens,
+          "Lens model: radtan (k1 k2 p1 p2), radtan5 (and k3), rational (and k4 to k6) or fisheye (equidistant)")
+      ->check(CLI::IsMember({"radtan", "radtan5", "rational", "fisheye"}))
+      ->capture_default_str();
+  command
+      .add_option("--out", options.out,
+                  "Folder for calibration.yaml (OpenCV), camchain.yaml (Kalibr), calibration.json and calibration.png")
+      ->type_name("DIR")
+      ->required();
+  add_until_options(command, options.until);
+  command.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
+}
+
+}  // namespace kinetrace::app

@@ -1,0 +1,155 @@
+#include "rig_filter.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+
+namespace kinetrace::rig {
+namespace {
+
+constexpr int kN = RigCorrection::kSize;
+using Block = Eigen::Matrix<double, kN, kN>;
+
+// For how long a rig goes on changing as it does.
+constexpr double kRateLasts_s = 2.0;
+// Screws and glue: a hundredth of a pixel in a second at the usual focal lengths. The other one is a rig in somebody's
+// hands or in changing temperature: a pixel in a second.
+constexpr RigMotion kSteady{.rate_sigma_radps = 0.0, .random_walk_rad_per_root_s = 1e-5};
+constexpr RigMotion kDrifting{.rate_sigma_radps = 1.5e-3, .random_walk_rad_per_root_s = 3e-5};
+// Squared innovation over its expectation from which nobody expected it, and to which two surprises agree.
+constexpr double kSurprise = 6.0;
+constexpr double kAgree = 4.0;
+// How much one measurement tells about the scatter of all.
+constexpr double kScatterGain = 0.15;
+constexpr double kMaxInflation = 200.0;
+// Before anything is known of it: real lenses and textures are worse than the noise model.
+constexpr double kFirstInflation = 3.0;
+// How long old likelihoods count, and how sure one may get.
+constexpr double kOddsKept = 0.85;
+constexpr double kMaxOdds = 8.0;
+
+}  // namespace
+
+RigKalmanFilter::RigKalmanFilter(const RigMotion& motion, const RigCorrection::Vector& prior_sigma_rad)
+    : motion_(motion) {
+  covariance_.diagonal().head<kN>() = prior_sigma_rad.array().square();
+  covariance_.diagonal().tail<kN>().setConstant(motion.rate_sigma_radps * motion.rate_sigma_radps);
+}
+
+void RigKalmanFilter::predict(double interval_s) {
+  const double kept = std::exp(-interval_s / kRateLasts_s);
+  Matrix F = Matrix::Identity();
+  F.topRightCorner<kN, kN>().diagonal().setConstant(kRateLasts_s * (1.0 - kept));
+  F.bottomRightCorner<kN, kN>().diagonal().setConstant(kept);
+  state_ = F * state_;
+  covariance_ = F * covariance_ * F.transpose();
+  const double rate = motion_.rate_sigma_radps * motion_.rate_sigma_radps * (1.0 - kept * kept);
+  const double walk = motion_.random_walk_rad_per_root_s * motion_.random_walk_rad_per_root_s * interval_s;
+  covariance_.diagonal().head<kN>().array() += walk + rate * interval_s * interval_s / 3.0;
+  covariance_.diagonal().tail<kN>().array() += rate;
+  covariance_.topRightCorner<kN, kN>().diagonal().array() += rate * interval_s / 2.0;
+  covariance_.bottomLeftCorner<kN, kN>().diagonal().array() += rate * interval_s / 2.0;
+}
+
+RigKalmanFilter::Matrix RigKalmanFilter::observation(double interval_s) {
+  Matrix H = Matrix::Identity();
+  H.bottomRightCorner<kN, kN>().diagonal().setConstant(interval_s);
+  return H;
+}
+
+RigKalmanFilter::Vector RigKalmanFilter::expected(double interval_s) const {
+  return observation(interval_s) * state_;
+}
+
+RigKalmanFilter::Innovation RigKalmanFilter::innovation(const RigMeasurement& measured, double interval_s,
+                                                        double inflation) const {
+  const Matrix H = observation(interval_s);
+  const Matrix S = H * covariance_ * H.transpose() + inflation * measured.covariance;
+  const Vector difference = measured.value - H * state_;
+  const Eigen::LLT<Matrix> factor(S);
+  const Vector whitened = factor.matrixL().solve(difference);
+  const Matrix lower = factor.matrixL();
+  const double nis = whitened.squaredNorm();
+  return {nis, -0.5 * nis - lower.diagonal().array().log().sum()};
+}
+
+void RigKalmanFilter::update(const RigMeasurement& measured, double interval_s, double inflation) {
+  const Matrix H = observation(interval_s);
+  const Matrix S = H * covariance_ * H.transpose() + inflation * measured.covariance;
+  const Matrix gain = S.llt().solve(H * covariance_).transpose();
+  state_ += gain * (measured.value - H * state_);
+  // Joseph's form stays positive definite.
+  const Matrix kept = Matrix::Identity() - gain * H;
+  covariance_ = kept * covariance_ * kept.transpose() + gain * (inflation * measured.covariance) * gain.transpose();
+}
+
+void RigKalmanFilter::restart(const RigMeasurement& measured, double interval_s, double inflation) {
+  const Block unsure = Block::Identity() * (motion_.rate_sigma_radps * motion_.rate_sigma_radps);
+  state_.setZero();
+  state_.head<kN>() = measured.value.head<kN>();
+  covariance_.setZero();
+  covariance_.topLeftCorner<kN, kN>() =
+      inflation * measured.covariance.topLeftCorner<kN, kN>() + interval_s * interval_s * unsure;
+  covariance_.bottomRightCorner<kN, kN>() = unsure;
+}
+
+void RigKalmanFilter::take_correction(const RigKalmanFilter& other) {
+  state_.head<kN>() = other.state_.head<kN>();
+  covariance_.topLeftCorner<kN, kN>() = other.covariance_.topLeftCorner<kN, kN>();
+  covariance_.topRightCorner<kN, kN>().setZero();
+  covariance_.bottomLeftCorner<kN, kN>().setZero();
+}
+
+RigFilter::RigFilter(const RigCorrection::Vector& prior_sigma_rad)
+    : steady_(kSteady, prior_sigma_rad), drifting_(kDrifting, prior_sigma_rad), inflation_(kFirstInflation) {}
+
+void RigFilter::predict(double interval_s) {
+  steady_.predict(interval_s);
+  drifting_.predict(interval_s);
+}
+
+bool RigFilter::handle_surprise(const RigMeasurement& measured, double interval_s) {
+  const double limit = kSurprise * RigMeasurement::kSize;
+  if (drifting_.innovation(measured, interval_s, inflation_).nis < limit) {
+    surprise_.valid = false;
+    return false;
+  }
+  if (surprise_.valid) {
+    RigKalmanFilter knocked = drifting_;
+    knocked.restart(surprise_, interval_s, inflation_);
+    knocked.predict(interval_s);
+    if (knocked.innovation(measured, interval_s, inflation_).nis < kAgree * RigMeasurement::kSize) {
+      knocked.update(measured, interval_s, inflation_);
+      drifting_ = knocked;
+      steady_.take_correction(knocked);
+      surprise_.valid = false;
+      ++knocks_;
+      return true;
+    }
+  }
+  // Either it is wrong, or the next one will say the same; unless all of them scatter more than is known.
+  surprise_ = measured;
+  inflation_ = std::min(kMaxInflation, 2.0 * inflation_);
+  return true;
+}
+
+void RigFilter::update(const RigMeasurement& measured, double interval_s) {
+  ++updates_;
+  if (handle_surprise(measured, interval_s)) {
+    return;
+  }
+  const RigKalmanFilter::Innovation still = steady_.innovation(measured, interval_s, inflation_);
+  const RigKalmanFilter::Innovation drift = drifting_.innovation(measured, interval_s, inflation_);
+  steady_odds_ =
+      std::clamp(kOddsKept * steady_odds_ + still.log_likelihood - drift.log_likelihood, -kMaxOdds, kMaxOdds);
+  steady_.update(measured, interval_s, inflation_);
+  drifting_.update(measured, interval_s, inflation_);
+  const double scatter = inflation_ * std::min(still.nis, drift.nis) / RigMeasurement::kSize;
+  inflation_ = std::clamp((1.0 - kScatterGain) * inflation_ + kScatterGain * scatter, 1.0, kMaxInflation);
+  if (steady_odds_ <= -kMaxOdds) {
+    steady_.take_correction(drifting_);
+  }
+}
+
+}  // namespace kinetrace::rig

@@ -1,0 +1,333 @@
+#include "kinetrace/rig/rig_refiner.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bitset>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "rig_filter.hpp"
+#include "two_view_calibration.hpp"
+
+namespace kinetrace::rig {
+
+/// A feature as the camera gave it.
+struct SeenPoint {
+  std::uint32_t id = 0;
+  Eigen::Vector2f left_px{0.F, 0.F};
+  Eigen::Vector2f right_px{0.F, 0.F};
+};
+
+/// Everything of some size, in the arena.
+struct RigRefinerStorage {
+  RigFilter filter;
+  std::span<SeenPoint> reference;  ///< By slot: what the window's first frame has seen; id 0 is nothing.
+  std::size_t reference_count = 0;
+  Se3 T_world_reference;
+  std::int64_t reference_ns = 0;
+  std::int64_t filtered_ns = 0;  ///< What the filter's state is for.
+  std::int64_t now_ns = 0;
+  bool begun = false;
+  std::bitset<RigCorrection::kSize> off;  ///< Which angles have been found to be off.
+  std::span<TwoViewPoint> points;
+  std::span<float> depths_m;
+};
+
+namespace {
+
+constexpr std::size_t kMinPoints = 40;
+// A window ends when the camera has moved by this part of what it sees is away; half of it at least until it has to.
+constexpr double kParallax = 0.06;
+constexpr double kMinParallax = 0.015;
+// ... or half of its points are gone, or after so long.
+constexpr double kMinShared = 0.5;
+constexpr double kMaxWindow_s = 2.0;
+constexpr double kMinWindow_s = 0.15;
+// A rig that holds still and is known is looked at less often.
+constexpr double kRelaxed_s = 0.9;
+constexpr std::uint64_t kRelaxedAfter = 8;
+// What is said to be known: this many standard deviations from the calibration.
+constexpr double kSure = 2.0;
+// ... and this many say that it is off.
+constexpr double kOff = 4.0;
+// Lenses that the calibration does not quite undo.
+constexpr double kBentPerScatter_px = 0.08;
+constexpr double kBentInMean = 0.3;
+constexpr double kUsualDisparity_px = 20.0;
+// One pair of frames may be wrong.
+constexpr std::uint64_t kMinWindows = 2;
+// A change below this moves no feature; above the other, the window of bundle adjustment holds two geometries.
+constexpr double kSmallChange_px = 0.015;
+constexpr double kLargeChange_px = 0.7;
+// Where the estimate is worse than this, nothing can be said about the calibration.
+constexpr double kJudged_px = 0.15;
+
+double seconds(std::int64_t ns) {
+  return 1e-9 * static_cast<double>(ns);
+}
+
+/// How far two corrections are apart in the image: at its middle and in its corners.
+double distance_px(const StereoGeometry& g, const RigCorrection& a, const RigCorrection& b) {
+  constexpr double kNearDisparity = 0.06;  // Of the focal length.
+  double most = 0.0;
+  for (const double u : {0.0, 0.5, 1.0}) {
+    for (const double v : {0.0, 1.0}) {
+      const Eigen::Vector2d pixel(u * g.width_px, v * g.height_px);
+      const double disparity_px = kNearDisparity * g.fx_px;
+      most = std::max(most, (a.raw_right_px(g, pixel, disparity_px) - b.raw_right_px(g, pixel, disparity_px)).norm());
+    }
+  }
+  return most;
+}
+
+/// What does not average out. Where measurements scatter more than noise explains, the images are bent in a way that no
+/// turn of the camera does, and the estimate follows that.
+RigCorrection::Vector lasting_error_rad(const RefineConfig& config, double focal_px, double scatter) {
+  // Root of the variance that noise does not explain; of a lens so bent that one pair of frames has 1 px.
+  const double bent_px = kBentPerScatter_px * std::sqrt(scatter - 1.0);
+  // The mean over the image tells the turn about x and y, half its size that about z, disparities the baseline.
+  const double mean_rad = (config.bias_px + kBentInMean * bent_px) / focal_px;
+  const double edge_rad = (config.bias_px + bent_px) / (0.5 * focal_px);
+  const double disparity_rad = (0.1 * config.bias_px + bent_px) / kUsualDisparity_px;
+  RigCorrection::Vector error;
+  error << mean_rad, mean_rad, edge_rad, disparity_rad, 2.0 * disparity_rad, 2.0 * mean_rad;
+  return error;
+}
+
+/// Glass does not move as far as a mount turns.
+RigCorrection::Vector prior_sigma_rad(const RefineConfig& config) {
+  constexpr double kShift = 0.1;
+  const double turn_rad = config.prior_sigma_deg * std::numbers::pi / 180.0;
+  RigCorrection::Vector sigma = RigCorrection::Vector::Constant(turn_rad);
+  sigma[5] = kShift * turn_rad;
+  return sigma;
+}
+
+using Flags = std::bitset<RigCorrection::kSize>;
+
+/// The estimate as far as it is surely known. Angles that are least known come first: the others follow from what is
+/// left of them. An angle that has once been found to be off is taken as it is estimated: it has nothing to do with the
+/// calibration any more.
+RigCorrection::Vector surely_known(RigCorrection::Vector value, RigCorrection::Matrix covariance,
+                                   const RigCorrection::Vector& lasting_rad, const Flags& off) {
+  constexpr std::array<int, RigCorrection::kSize> kOrder{5, 4, 3, 2, 0, 1};
+  for (const int i : kOrder) {
+    const double variance = covariance(i, i) + lasting_rad[i] * lasting_rad[i];
+    const double kept = off[static_cast<std::size_t>(i)]
+                            ? 1.0
+                            : std::max(0.0, 1.0 - kSure * kSure * variance / std::max(value[i] * value[i], 1e-30));
+    const RigCorrection::Vector gain = covariance.col(i) / covariance(i, i);
+    value -= gain * ((1.0 - kept) * value[i]);
+    covariance -= gain * covariance.row(i).eval();
+    // Decided: what comes later does not move it again.
+    covariance.row(i).setZero();
+    covariance.col(i).setZero();
+    covariance(i, i) = 1e-30;
+  }
+  return value;
+}
+
+}  // namespace
+
+std::size_t RigRefiner::required_bytes(const RefineConfig& config) {
+  if (config.mode == RefineMode::kOff) {
+    return 0;
+  }
+  return measure_bytes([&](Arena& arena) {
+    static_cast<void>(arena.take<RigRefinerStorage>(1));
+    static_cast<void>(arena.take<SeenPoint>(static_cast<std::size_t>(config.max_features)));
+    static_cast<void>(arena.take<TwoViewPoint>(static_cast<std::size_t>(config.max_features)));
+    static_cast<void>(arena.take<float>(static_cast<std::size_t>(config.max_features)));
+  });
+}
+
+Result<RigRefiner> RigRefiner::create(const RefineConfig& config, const StereoGeometry& geometry, Arena& arena) {
+  if (const Status valid = config.validate(); !valid) {
+    return Unexpected(valid.error());
+  }
+  const auto features = static_cast<std::size_t>(config.max_features);
+  const std::span<RigRefinerStorage> home = arena.take<RigRefinerStorage>(1);
+  const std::span<SeenPoint> reference = arena.take<SeenPoint>(features);
+  const std::span<TwoViewPoint> points = arena.take<TwoViewPoint>(features);
+  const std::span<float> depths = arena.take<float>(features);
+  if (arena.exhausted()) {
+    return fail(ErrorCode::kCapacity, "the arena does not hold the " + std::to_string(required_bytes(config)) +
+                                          " bytes that refining the calibration needs; raise the memory budget or set "
+                                          "calibration.refine: off");
+  }
+  home[0].filter = RigFilter(prior_sigma_rad(config));
+  home[0].reference = reference;
+  home[0].points = points;
+  home[0].depths_m = depths;
+  return RigRefiner(config, geometry, home[0]);
+}
+
+RigRefiner::RigRefiner(const RefineConfig& config, const StereoGeometry& geometry, RigRefinerStorage& storage)
+    : config_(config), geometry_(geometry), storage_(&storage) {}
+
+void RigRefiner::begin_frame(std::int64_t timestamp_ns) {
+  RigRefinerStorage& s = *storage_;
+  s.now_ns = timestamp_ns;
+  if (!s.begun) {
+    s.filtered_ns = timestamp_ns;
+    s.begun = true;
+  }
+  before_revision_ = estimate_.applied;
+  revision_ = pending_;
+  pending_.reset();
+  if (revision_) {
+    estimate_.applied = *revision_;
+  }
+  s.filter.predict(seconds(timestamp_ns - s.filtered_ns));
+  s.filtered_ns = timestamp_ns;
+  publish();
+  if (config_.mode != RefineMode::kOn) {
+    return;
+  }
+  // The rig itself changes, too.
+  const RigCorrection target = surely_known_now();
+  if (distance_px(geometry_, target, estimate_.applied) > kSmallChange_px) {
+    estimate_.applied = target;
+  }
+}
+
+RigCorrection RigRefiner::surely_known_now() const {
+  const RigFilter& filter = storage_->filter;
+  return RigCorrection::from(surely_known(filter.correction(), filter.covariance(),
+                                          lasting_error_rad(config_, geometry_.fx_px, filter.scatter()),
+                                          storage_->off));
+}
+
+void RigRefiner::revise() {
+  const RigCorrection target = surely_known_now();
+  if (config_.mode == RefineMode::kOn && distance_px(geometry_, target, estimate_.applied) > kSmallChange_px) {
+    pending_ = target;
+  }
+}
+
+bool RigRefiner::must_restart() const {
+  return revision_ && distance_px(geometry_, *revision_, before_revision_) > kLargeChange_px;
+}
+
+void RigRefiner::forget_scene() noexcept {
+  storage_->reference_count = 0;
+}
+
+Eigen::Vector2f RigRefiner::raw_right(const RigObservation& o) const {
+  const double disparity_px = static_cast<double>(o.left_px.x() - o.right_px.x());
+  return estimate_.applied.raw_right_px(geometry_, o.right_px.cast<double>(), disparity_px).cast<float>();
+}
+
+void RigRefiner::begin_window(std::span<const RigObservation> observations, const Se3& T_world_cam) {
+  RigRefinerStorage& s = *storage_;
+  std::fill(s.reference.begin(), s.reference.end(), SeenPoint{});
+  for (const RigObservation& o : observations) {
+    s.reference[o.slot] = {o.id, o.left_px, raw_right(o)};
+  }
+  s.reference_count = observations.size();
+  s.T_world_reference = T_world_cam;
+  s.reference_ns = s.now_ns;
+}
+
+RigRefiner::Parallax RigRefiner::parallax_of(std::span<const RigObservation> observations, const Se3& T_world_cam) {
+  RigRefinerStorage& s = *storage_;
+  Parallax parallax;
+  for (const RigObservation& o : observations) {
+    if (s.reference[o.slot].id == o.id) {
+      constexpr double kMinDisparity_px = 1.0;
+      const double disparity_px = static_cast<double>(o.left_px.x() - o.right_px.x());
+      s.depths_m[parallax.shared++] = static_cast<float>(geometry_.depth_m(std::max(kMinDisparity_px, disparity_px)));
+    }
+  }
+  if (parallax.shared >= kMinPoints) {
+    const std::span<float> depths = s.depths_m.first(parallax.shared);
+    const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(parallax.shared / 2);
+    std::nth_element(depths.begin(), middle, depths.end());
+    parallax.moved = (T_world_cam.translation - s.T_world_reference.translation).norm() / static_cast<double>(*middle);
+  }
+  return parallax;
+}
+
+bool RigRefiner::window_ends(const Parallax& parallax, double window_s) const {
+  const RigRefinerStorage& s = *storage_;
+  const bool has_to = window_s >= kMaxWindow_s ||
+                      static_cast<double>(parallax.shared) < kMinShared * static_cast<double>(s.reference_count);
+  const bool relaxed = s.filter.holds_still() && s.filter.updates() >= kRelaxedAfter;
+  return has_to || (parallax.moved >= kParallax && (!relaxed || window_s >= kRelaxed_s));
+}
+
+// Of those shared, some from all over the slots, whose order says nothing about places.
+std::size_t RigRefiner::pair_points(std::span<const RigObservation> observations, std::size_t shared) {
+  RigRefinerStorage& s = *storage_;
+  const std::size_t wanted = std::min(shared, static_cast<std::size_t>(config_.max_points));
+  std::size_t count = 0;
+  std::size_t seen = 0;
+  for (const RigObservation& o : observations) {
+    const SeenPoint& before = s.reference[o.slot];
+    if (before.id == o.id && ++seen * wanted / shared > count) {
+      s.points[count++] = {before.left_px, before.right_px, o.left_px, raw_right(o)};
+    }
+  }
+  return count;
+}
+
+void RigRefiner::observe(std::span<const RigObservation> observations, const Se3& T_world_cam) {
+  RigRefinerStorage& s = *storage_;
+  const double window_s = seconds(s.now_ns - s.reference_ns);
+  if (s.reference_count >= kMinPoints) {
+    if (window_s < kMinWindow_s) {
+      return;
+    }
+    const Parallax parallax = parallax_of(observations, T_world_cam);
+    if (parallax.shared >= kMinPoints && !window_ends(parallax, window_s)) {
+      return;
+    }
+    if (parallax.shared >= kMinPoints && parallax.moved >= kMinParallax) {
+      const std::size_t count = pair_points(observations, parallax.shared);
+      measure(s.points.first(count), T_world_cam.inverse() * s.T_world_reference, window_s);
+    }
+  }
+  begin_window(observations, T_world_cam);
+}
+
+void RigRefiner::measure(std::span<const TwoViewPoint> points, const Se3& T_now_before, double window_s) {
+  RigRefinerStorage& s = *storage_;
+  const RigMeasurement measured = calibrate_two_views(geometry_, points, T_now_before, s.filter.expected(window_s));
+  if (measured.valid && measured.points >= static_cast<int>(kMinPoints) / 2) {
+    s.filter.update(measured, window_s);
+    revise();
+    publish();
+  }
+}
+
+void RigRefiner::publish() {
+  const RigFilter& filter = storage_->filter;
+  const RigCorrection::Vector lasting_rad = lasting_error_rad(config_, geometry_.fx_px, storage_->filter.scatter());
+  const RigCorrection::Vector value = filter.correction();
+  estimate_.correction = RigCorrection::from(value);
+  estimate_.sigma_rad = (filter.covariance().diagonal().array() + lasting_rad.array().square()).sqrt();
+  if (filter.updates() >= kMinWindows) {
+    for (int i = 0; i < RigCorrection::kSize; ++i) {
+      storage_->off[static_cast<std::size_t>(i)] =
+          storage_->off[static_cast<std::size_t>(i)] || std::abs(value[i]) > kOff * estimate_.sigma_rad[i];
+    }
+  }
+  // At the image's middle a turn about y and a shift look the same.
+  RigCorrection::Vector both = RigCorrection::Vector::Zero();
+  both[1] = both[5] = 1.0;
+  estimate_.disparity_sigma_rad = std::sqrt(both.dot(filter.covariance() * both) + lasting_rad[1] * lasting_rad[1]);
+  estimate_.windows = filter.updates();
+  estimate_.knocks = filter.knocks();
+  const double yaw_sigma_px = estimate_.disparity_sigma_rad * geometry_.fx_px;
+  const bool is_off = !surely_known(value, filter.covariance(), lasting_rad, storage_->off).isZero(0.0);
+  if (estimate_.windows == 0 || (!is_off && yaw_sigma_px > kJudged_px)) {
+    estimate_.verdict = RigVerdict::kUnknown;
+  } else if (!is_off) {
+    estimate_.verdict = RigVerdict::kHolds;
+  } else {
+    estimate_.verdict = config_.mode == RefineMode::kOn ? RigVerdict::kCorrected : RigVerdict::kOff;
+  }
+}
+
+}  // namespace kinetrace::rig

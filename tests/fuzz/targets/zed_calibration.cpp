@@ -1,0 +1,9 @@
+// The factory calibration of a ZED camera.
+#include "fuzz_target.hpp"
+#include "kinetrace/hal/rig_calibration.hpp"
+#include "memory_folder.hpp"
+
+void kinetrace::fuzz::try_input(std::string_view input) {
+  static MemoryFolder folder;
+  static_cast<void>(hal::read_rig_calibration(folder.put("SN1.conf", input), 672, 376));
+}

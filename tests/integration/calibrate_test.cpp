@@ -1,0 +1,174 @@
+// `kinetrace calibrate` from outside, on rendered targets whose truth is known.
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "board_scene.hpp"
+#include "program.hpp"
+#include "rendered_board.hpp"
+#include "temp_folder.hpp"
+
+namespace kinetrace::test {
+namespace {
+
+using calibration::Lens;
+using calibration::Target;
+using calibration::test::board_poses;
+using calibration::test::Motion;
+using calibration::test::true_rig;
+using ::testing::HasSubstr;
+using Json = nlohmann::json;
+
+constexpr int kScale = 2;  // 1280x960.
+constexpr const char* kBoard = "charuco:11x8:0.03:0.022:DICT_4X4_100";
+
+void write_pgm(const std::string& path, const BoardImage& image) {
+  std::ofstream file(path, std::ios::binary);
+  file << "P5\n" << image.width_px << " " << image.height_px << "\n255\n";
+  file.write(reinterpret_cast<const char*>(image.pixels.data()), static_cast<std::streamsize>(image.pixels.size()));
+}
+
+/// A folder of image pairs without any calibration.
+class Calibrate : public ::testing::Test {
+ protected:
+  void record(const std::string& board, Lens lens, const Motion& motion, const BoardImageFaults& faults = {},
+              int scale = kScale) {
+    const auto target = calibration::parse_target(board);
+    ASSERT_TRUE(target) << target.error().message;
+    const hal::RigCalibration rig = true_rig(lens, scale);
+    const BoardRenderer left(*target, rig.left);
+    const BoardRenderer right(*target, rig.right);
+    std::uint32_t seed = 1;
+    for (const Se3& pose : board_poses(rig, *target, motion, 7)) {
+      std::string name = std::to_string(seed / 2);
+      name = std::string(6 - name.size(), '0') + name + ".pgm";
+      BoardImageFaults each = faults;
+      each.covered = (seed / 2) % 3 == 0 ? faults.covered : 0.0;
+      write_pgm(folder_.file("images/left/" + name), left.render(pose, each, seed++));
+      write_pgm(folder_.file("images/right/" + name), right.render(rig.T_right_left * pose, each, seed++));
+    }
+  }
+
+  [[nodiscard]] ProgramResult calibrate(const std::string& board, const std::string& lens) const {
+    return run_kinetrace({"calibrate", "--dataset", "folder:" + (folder_.path() / "images").string(), "--target", board,
+                          "--lens", lens, "--out", out()});
+  }
+  [[nodiscard]] std::string out() const { return (folder_.path() / "out").string(); }
+
+  /// What was promised of a calibration of these images.
+  void expect_truth(Lens lens) const {
+    const hal::RigCalibration truth = true_rig(lens, kScale);
+    const auto rig = hal::read_rig_calibration(out() + "/calibration.yaml", 1280, 960);
+    ASSERT_TRUE(rig) << rig.error().message;
+    constexpr double kFocal = 1e-3;
+    EXPECT_NEAR(rig->left.fx_px, truth.left.fx_px, kFocal * truth.left.fx_px);
+    EXPECT_NEAR(rig->left.fy_px, truth.left.fy_px, kFocal * truth.left.fy_px);
+    EXPECT_NEAR(rig->right.fx_px, truth.right.fx_px, kFocal * truth.right.fx_px);
+    EXPECT_NEAR(rig->right.fy_px, truth.right.fy_px, kFocal * truth.right.fy_px);
+    const Vector6d pose = left_difference(truth.T_right_left, rig->T_right_left);
+    const double turn_deg = pose.head<3>().norm() * 180.0 / std::numbers::pi;
+    EXPECT_LT(turn_deg, 0.01);
+    EXPECT_LT(pose.tail<3>().norm(), 3e-4);
+    const Json report = Json::parse(text_of(out() + "/calibration.json"));
+    EXPECT_LT(report["corner_sigma_px"], 0.1);
+    EXPECT_LT(report["left_out"]["epipolar_rms_px"], 0.15);
+    EXPECT_LT(std::abs(report["left_out"]["length_error"].get<double>()), 1e-3);
+    std::printf("focal %+.4f %% %+.4f %%, rotation %.4f deg (sigma %.4f), corners %.3f px, rows left out %.3f px\n",
+                100 * (rig->left.fx_px / truth.left.fx_px - 1), 100 * (rig->right.fx_px / truth.right.fx_px - 1),
+                turn_deg, report["rotation_sigma_deg"].get<double>(), report["corner_sigma_px"].get<double>(),
+                report["left_out"]["epipolar_rms_px"].get<double>());
+  }
+
+  TempFolder folder_;
+};
+
+constexpr int kSmall = 1;
+constexpr Motion kGoodMotion{.views = 40, .max_tilt_rad = 0.7, .near_m = 0.3, .far_m = 0.7, .spread = 0.9};
+
+TEST_F(Calibrate, FindsARigFromAPartlyCoveredCharucoBoard) {
+  record(kBoard, Lens::kRadialTangential, kGoodMotion, {.covered = 0.4});
+  const ProgramResult result = calibrate(kBoard, "radtan");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("checked  on "));
+  expect_truth(Lens::kRadialTangential);
+  EXPECT_TRUE(std::filesystem::exists(out() + "/calibration.png"));
+  const auto kalibr = hal::read_rig_calibration(out() + "/camchain.yaml", 1280, 960);
+  EXPECT_TRUE(kalibr) << kalibr.error().message;
+}
+
+TEST_F(Calibrate, FindsARigFromAChessboard) {
+  record("chessboard:9x6:0.03", Lens::kRadialTangential5, kGoodMotion);
+  const ProgramResult result = calibrate("chessboard:9x6:0.03", "radtan5");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  expect_truth(Lens::kRadialTangential5);
+  // Kalibr has no k3.
+  EXPECT_FALSE(std::filesystem::exists(out() + "/camchain.yaml"));
+}
+
+TEST_F(Calibrate, FindsFisheyeLensesFromAGridOfTags) {
+  Motion motion = kGoodMotion;
+  motion.near_m = 0.2;
+  motion.far_m = 0.45;
+  record("aprilgrid:6x5:0.05:0.3", Lens::kFisheye, motion);
+  const ProgramResult result = calibrate("aprilgrid:6x5:0.05:0.3", "fisheye");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  expect_truth(Lens::kFisheye);
+}
+
+TEST_F(Calibrate, FindsRationalLenses) {
+  record(kBoard, Lens::kRational, kGoodMotion);
+  const ProgramResult result = calibrate(kBoard, "rational");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  expect_truth(Lens::kRational);
+}
+
+TEST_F(Calibrate, RefusesTooFewViews) {
+  Motion motion = kGoodMotion;
+  motion.views = 6;
+  record(kBoard, Lens::kRadialTangential, motion, {}, kSmall);
+  expect_refusal(calibrate(kBoard, "radtan"), kBadData, "views are too few, at least 10 are needed");
+  EXPECT_FALSE(std::filesystem::exists(out()));
+}
+
+TEST_F(Calibrate, RefusesViewsThatAreTooFlat) {
+  Motion motion = kGoodMotion;
+  motion.views = 20;
+  motion.max_tilt_rad = 0.03;
+  record(kBoard, Lens::kRadialTangential, motion, {}, kSmall);
+  expect_refusal(calibrate(kBoard, "radtan"), kBadData, "too flat");
+}
+
+TEST_F(Calibrate, RefusesViewsThatAreTooSimilar) {
+  Motion motion = kGoodMotion;
+  motion.views = 25;
+  motion.near_m = 0.5;
+  motion.far_m = 0.51;
+  motion.spread = 0.02;
+  motion.max_tilt_rad = 0.05;
+  record(kBoard, Lens::kRadialTangential, motion, {}, kSmall);
+  expect_refusal(calibrate(kBoard, "radtan"), kBadData, "too similar");
+}
+
+TEST_F(Calibrate, RefusesImagesWithoutTheTarget) {
+  Motion motion = kGoodMotion;
+  motion.views = 3;
+  record(kBoard, Lens::kRadialTangential, motion, {}, kSmall);
+  expect_refusal(calibrate("chessboard:5x4:0.03", "radtan"), kBadData, "0 views are too few");
+}
+
+TEST_F(Calibrate, RefusesATargetThatIsNotUnderstood) {
+  expect_refusal(calibrate("chessboard:9x6", "radtan"), kUsage, "target 'chessboard:9x6' is not understood");
+  expect_refusal(calibrate("chessboard:9x6:30", "radtan"), kUsage, "give it in metres");
+  expect_refusal(calibrate("charuco:9x6:0.03:0.04", "radtan"), kUsage, "does not fit into a square");
+}
+
+}  // namespace
+}  // namespace kinetrace::test

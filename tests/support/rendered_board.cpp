@@ -1,0 +1,231 @@
+#include "rendered_board.hpp"
+
+#include <algorithm>
+#include <apriltag/apriltag.h>
+#include <apriltag/tag36h11.h>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <random>
+
+#include <opencv2/core/version.hpp>
+#include <opencv2/imgproc.hpp>
+#if CV_VERSION_MAJOR > 4 || CV_VERSION_MINOR >= 7
+#include <opencv2/objdetect/aruco_detector.hpp>
+#else
+#include <opencv2/aruco.hpp>
+#endif
+
+#include "lens.hpp"
+
+namespace kinetrace::test {
+namespace {
+
+using calibration::Marker;
+using calibration::Target;
+using calibration::TargetKind;
+
+constexpr std::uint8_t kBlack = 25;
+constexpr std::uint8_t kWhite = 225;
+constexpr std::uint8_t kBackground = 120;
+
+// Rows of cells, black where true.
+using Bits = std::vector<std::vector<bool>>;
+
+Bits bits_of(const cv::Mat& cells) {
+  Bits bits;
+  for (int y = 0; y < cells.rows; ++y) {
+    bits.emplace_back();
+    for (int x = 0; x < cells.cols; ++x) {
+      bits.back().push_back(cells.at<std::uint8_t>(y, x) == 0);
+    }
+  }
+  return bits;
+}
+
+// One pixel a cell, border included.
+Bits aruco_bits(const std::string& dictionary, int id) {
+  constexpr int kBits = 4;
+  const int number = dictionary == "DICT_4X4_100" ? 1 : 0;
+  cv::Mat cells;
+#if CV_VERSION_MAJOR > 4 || CV_VERSION_MINOR >= 7
+  cv::aruco::generateImageMarker(cv::aruco::getPredefinedDictionary(number), id, kBits + 2, cells, 1);
+#else
+  cv::aruco::drawMarker(cv::aruco::getPredefinedDictionary(number), id, kBits + 2, cells, 1);
+#endif
+  return bits_of(cells);
+}
+
+// Without the white margin that the library draws around it.
+Bits april_bits(int id, int border_bits) {
+  apriltag_family_t* family = tag36h11_create();
+  image_u8_t* image = apriltag_to_image(family, static_cast<std::uint32_t>(id));
+  const int margin = (family->total_width - family->width_at_border) / 2;
+  const int side = family->width_at_border;
+  const int more = border_bits - 1;
+  Bits bits(static_cast<std::size_t>(side + 2 * more),
+            std::vector<bool>(static_cast<std::size_t>(side + 2 * more), true));
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) {
+      bits[static_cast<std::size_t>(y + more)][static_cast<std::size_t>(x + more)] =
+          image->buf[(y + margin) * image->stride + x + margin] == 0;
+    }
+  }
+  std::free(image->buf);  // The library does not show its own function for this.
+  std::free(image);
+  tag36h11_destroy(family);
+  return bits;
+}
+
+}  // namespace
+
+void BoardRenderer::Print::fill(const Eigen::Vector2d& from_m, const Eigen::Vector2d& to_m, std::uint8_t grey) {
+  const auto place = [this](double value_m, double first_m, int size) {
+    return std::clamp(static_cast<int>(std::lround((value_m - first_m) * px_per_m)), 0, size);
+  };
+  for (int y = place(from_m.y(), origin_m.y(), height_px); y < place(to_m.y(), origin_m.y(), height_px); ++y) {
+    const auto row = pixels.begin() + static_cast<std::ptrdiff_t>(y) * width_px;
+    std::fill(row + place(from_m.x(), origin_m.x(), width_px), row + place(to_m.x(), origin_m.x(), width_px), grey);
+  }
+}
+
+int BoardRenderer::Print::grey_at(double x_m, double y_m) const {
+  const int x = static_cast<int>(std::floor((x_m - origin_m.x()) * px_per_m));
+  const int y = static_cast<int>(std::floor((y_m - origin_m.y()) * px_per_m));
+  const bool inside = x >= 0 && y >= 0 && x < width_px && y < height_px;
+  return inside ? pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_px) + static_cast<std::size_t>(x)]
+                : -1;
+}
+
+BoardRenderer::BoardRenderer(const Target& target, const hal::CameraModel& camera) : camera_(camera) {
+  const double margin_m = 1.6 * (target.kind == TargetKind::kAprilGrid ? target.square_m / 2 : target.square_m);
+  Eigen::Vector3d first = target.points_m.front();
+  for (const Eigen::Vector3d& point : target.points_m) {
+    first = first.cwiseMin(point);
+  }
+  // Edges of squares and of marker's cells lie between pixels of the print.
+  constexpr double kCells = 40.0;
+  print_.px_per_m = kCells / target.square_m;
+  print_.origin_m = first.head<2>() - Eigen::Vector2d(margin_m, margin_m);
+  const Eigen::Vector2d size_m = target.extent_m() + Eigen::Vector2d(2 * margin_m, 2 * margin_m);
+  print_.width_px = static_cast<int>(std::lround(size_m.x() * print_.px_per_m));
+  print_.height_px = static_cast<int>(std::lround(size_m.y() * print_.px_per_m));
+  print_.pixels.assign(static_cast<std::size_t>(print_.width_px) * static_cast<std::size_t>(print_.height_px), kWhite);
+  covered_from_m_ = print_.origin_m.x();
+  width_m_ = size_m.x();
+  if (target.kind != TargetKind::kAprilGrid) {
+    print_chessboard(target);
+  }
+  print_markers(target);
+  for (int y = 0; y <= camera.height_px; ++y) {
+    for (int x = 0; x <= camera.width_px; ++x) {
+      const double nan = std::numeric_limits<double>::quiet_NaN();
+      rays_.push_back(calibration::normalised_ray(camera, {x - 0.5, y - 0.5}).value_or(Eigen::Vector2d(nan, nan)));
+    }
+  }
+}
+
+void BoardRenderer::print_chessboard(const Target& target) {
+  const bool is_charuco = target.kind == TargetKind::kCharuco;
+  const int columns = target.columns + (is_charuco ? 0 : 1);
+  const int rows = target.rows + (is_charuco ? 0 : 1);
+  const double side = target.square_m;
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      if ((row + column) % 2 == 0) {
+        print_.fill({(column - 1) * side, (row - 1) * side}, {column * side, row * side}, kBlack);
+      }
+    }
+  }
+}
+
+void BoardRenderer::print_markers(const Target& target) {
+  for (const Marker& marker : target.markers) {
+    const bool is_tag = target.kind == TargetKind::kAprilGrid;
+    const Bits bits = is_tag ? april_bits(marker.id, target.border_bits) : aruco_bits(target.dictionary, marker.id);
+    const Eigen::Vector2d corner = marker.corners_m[0].head<2>();
+    const double side_m = marker.corners_m[1].x() - marker.corners_m[0].x();
+    const double cell_m = side_m / static_cast<double>(bits.size());
+    for (std::size_t y = 0; y < bits.size(); ++y) {
+      for (std::size_t x = 0; x < bits.size(); ++x) {
+        const Eigen::Vector2d from = corner + cell_m * Eigen::Vector2d(static_cast<double>(x), static_cast<double>(y));
+        print_.fill(from, from + Eigen::Vector2d(cell_m, cell_m), bits[y][x] ? kBlack : kWhite);
+      }
+    }
+    if (is_tag) {  // The black squares that touch the tags' corners.
+      for (const Eigen::Vector3d& point : marker.corners_m) {
+        const Eigen::Vector2d outwards = (point.head<2>() - corner - Eigen::Vector2d(side_m, side_m) / 2).cwiseSign();
+        const Eigen::Vector2d far = point.head<2>() + target.marker_m * outwards;
+        print_.fill(point.head<2>().cwiseMin(far), point.head<2>().cwiseMax(far), kBlack);
+      }
+    }
+  }
+}
+
+BoardImage BoardRenderer::render(const Se3& T_cam_board, const BoardImageFaults& faults, std::uint32_t seed) const {
+  const int width = camera_.width_px;
+  const int height = camera_.height_px;
+  const Eigen::Matrix3d to_board = T_cam_board.rotation.transpose();
+  const Eigen::Vector3d centre = -(to_board * T_cam_board.translation);
+  const double covered_to_m = covered_from_m_ + faults.covered * width_m_;
+  const auto grey_along = [&](const Eigen::Vector2d& ray) {
+    const Eigen::Vector3d direction = to_board * ray.homogeneous();
+    const double scale = -centre.z() / direction.z();
+    if (!(scale > 0.0)) {
+      return static_cast<int>(kBackground);
+    }
+    const Eigen::Vector3d p = centre + scale * direction;
+    const int grey = print_.grey_at(p.x(), p.y());
+    return grey < 0 || p.x() < covered_to_m ? static_cast<int>(kBackground) : grey;
+  };
+  // Far enough from the board that no sample of the pixel hits it.
+  const auto is_beside = [&](const Eigen::Vector2d& ray) {
+    const Eigen::Vector3d direction = to_board * ray.homogeneous();
+    const Eigen::Vector3d p = centre - centre.z() / direction.z() * direction;
+    const double near_m = 0.1 * width_m_;
+    return print_.grey_at(p.x() - near_m, p.y() - near_m) < 0 && print_.grey_at(p.x() + near_m, p.y() + near_m) < 0 &&
+           print_.grey_at(p.x() - near_m, p.y() + near_m) < 0 && print_.grey_at(p.x() + near_m, p.y() - near_m) < 0 &&
+           print_.grey_at(p.x(), p.y()) < 0;
+  };
+  cv::Mat image(height, width, CV_32F);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const std::size_t at =
+          static_cast<std::size_t>(y) * static_cast<std::size_t>(width + 1) + static_cast<std::size_t>(x);
+      const Eigen::Vector2d& a = rays_[at];
+      const Eigen::Vector2d& d = rays_[at + static_cast<std::size_t>(width) + 2];
+      const Eigen::Vector2d right = rays_[at + 1] - a;
+      const Eigen::Vector2d down = rays_[at + static_cast<std::size_t>(width) + 1] - a;
+      if (!a.allFinite() || !d.allFinite() || !right.allFinite() || !down.allFinite()) {
+        image.at<float>(y, x) = kBackground;
+        continue;
+      }
+      if (is_beside(a + (d - a) / 2)) {
+        image.at<float>(y, x) = kBackground;
+        continue;
+      }
+      constexpr int kSamples = 4;
+      int sum = 0;
+      for (int i = 0; i < kSamples * kSamples; ++i) {
+        sum += grey_along(a + right * ((i % kSamples + 0.5) / kSamples) +
+                          down * ((static_cast<double>(i / kSamples) + 0.5) / kSamples));
+      }
+      image.at<float>(y, x) = static_cast<float>(sum) / (kSamples * kSamples);
+    }
+  }
+  if (faults.blur_px > 0.0) {
+    cv::GaussianBlur(image, image, {0, 0}, faults.blur_px);
+  }
+  std::mt19937 random(seed);
+  std::normal_distribution<float> noise(0.0F, static_cast<float>(std::max(faults.noise_grey, 1e-6)));
+  BoardImage result{.pixels = {}, .width_px = width, .height_px = height};
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const float grey = image.at<float>(y, x) + noise(random);
+      result.pixels.push_back(static_cast<std::uint8_t>(std::clamp(std::lround(grey), 0L, 255L)));
+    }
+  }
+  return result;
+}
+
+}  // namespace kinetrace::test

@@ -1,0 +1,75 @@
+#include "target.hpp"
+
+#include <fstream>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "temp_folder.hpp"
+
+namespace kinetrace::calibration {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(Target, IsParsedFromItsShortForm) {
+  const auto chessboard = parse_target("chessboard:9x6:0.025");
+  ASSERT_TRUE(chessboard) << chessboard.error().message;
+  EXPECT_EQ(chessboard->points_m.size(), 54U);
+  EXPECT_EQ(chessboard->points_m[10], Eigen::Vector3d(0.025, 0.025, 0.0));
+  EXPECT_EQ(chessboard->description(), "chessboard 9x6, squares of 0.025 m");
+  const auto charuco = parse_target("charuco:8x6:0.04:0.03:DICT_5X5_100");
+  ASSERT_TRUE(charuco) << charuco.error().message;
+  EXPECT_EQ(charuco->points_m.size(), 35U);
+  EXPECT_EQ(charuco->markers.size(), 24U);
+  EXPECT_EQ(charuco->dictionary, "DICT_5X5_100");
+  const auto grid = parse_target("aprilgrid:6x5:0.05:0.3");
+  ASSERT_TRUE(grid) << grid.error().message;
+  EXPECT_EQ(grid->points_m.size(), 120U);
+  EXPECT_EQ(grid->border_bits, 2);
+  // The first tag is the bottom left one.
+  EXPECT_NEAR(grid->markers[0].corners_m[0].y(), 4 * 0.065, 1e-12);
+}
+
+TEST(Target, RefusesWhatIsNotUnderstood) {
+  for (const char* text : {"", "chessboard", "chessboard:9x6", "chessboard:9:0.03", "chessboard:2x6:0.03",
+                           "chessboard:9x6:x", "chessboard:9x6:30", "chessboard:9x6:nan", "chessboard:9x6:-1",
+                           "chessboard:999x6:0.03", "charuco:9x6:0.03", "charuco:9x6:0.03:0.03", "aprilgrid:6x6:0.08",
+                           "aprilgrid:6x6:0.08:0.3:3", "aprilgrid:1x6:0.08:0.3", "/no/such/file"}) {
+    const auto target = parse_target(text);
+    ASSERT_FALSE(target) << text;
+    EXPECT_EQ(target.error().code, ErrorCode::kInvalidArgument) << text;
+  }
+}
+
+TEST(Target, IsReadFromAFileOfKalibr) {
+  const kinetrace::test::TempFolder folder;
+  const std::string path = folder.file("target.yaml");
+  const auto read = [&path](const std::string& text) {
+    std::ofstream(path) << text;
+    return parse_target(path);
+  };
+  const auto grid = read("target_type: 'aprilgrid'\ntagCols: 6\ntagRows: 5\ntagSize: 0.088\ntagSpacing: 0.3\n");
+  ASSERT_TRUE(grid) << grid.error().message;
+  EXPECT_EQ(grid->kind, TargetKind::kAprilGrid);
+  EXPECT_EQ(grid->rows, 5);
+  const auto board = read(
+      "target_type: 'checkerboard'\ntargetCols: 7\ntargetRows: 6\nrowSpacingMeters: 0.06\ncolSpacingMeters: 0.06\n");
+  ASSERT_TRUE(board) << board.error().message;
+  EXPECT_EQ(board->points_m.size(), 42U);
+  const auto charuco = read(
+      "target_type: charuco\nsquaresX: 8\nsquaresY: 6\nsquareLength: 0.04\nmarkerLength: 0.03\nlegacyPattern: true\n");
+  ASSERT_TRUE(charuco) << charuco.error().message;
+  EXPECT_EQ(charuco->dictionary, "DICT_4X4_100");
+  for (const char* text : {"target_type: circlegrid\n", "tagCols: 6\n", "[", "target_type: aprilgrid\ntagCols: many\n",
+                           "target_type: aprilgrid\ntagCols: 6\ntagRows: 5\ntagSize: 88\ntagSpacing: 0.3\n"}) {
+    const auto bad = read(text);
+    ASSERT_FALSE(bad) << text;
+    EXPECT_EQ(bad.error().code, ErrorCode::kBadFormat) << text;
+    EXPECT_THAT(bad.error().message, HasSubstr(path));
+  }
+}
+
+}  // namespace
+}  // namespace kinetrace::calibration
