@@ -212,7 +212,7 @@ EgoMotion Pipeline::Impl::locate_camera(const FeatureFrame& frame, StageObserver
   if (rig.must_restart() || front_end.row_search_began()) {
     camera.restart_map();
   }
-  if (jumped || rig.must_restart()) {
+  if (jumped) {
     end_tracks();
   }
   return ego;

@@ -4,11 +4,11 @@
 #include <array>
 #include <string_view>
 
-#include "kinetrace/rig/config.hpp"
 #include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/features/feature_config.hpp"
 #include "kinetrace/refinement/fixed_bundle_adjuster.hpp"
+#include "kinetrace/rig/config.hpp"
 #include "kinetrace/segmentation/config.hpp"
 #include "kinetrace/sfm/config.hpp"
 #include "kinetrace/tracking/config.hpp"
