@@ -1,0 +1,221 @@
+#include "rig_bundle.hpp"
+
+#include <memory>
+
+#include <ceres/ceres.h>
+
+#include "rig_residuals.hpp"
+
+namespace kinetrace::self_calibration {
+namespace {
+
+LeftResidual view_residual(const RigModel& rig, const BundlePoint& point, const Observation& seen, double sigma_px) {
+  return {rig.size, point.T_host_world.inverse(), seen.raw_px, 1.0 / sigma_px};
+}
+
+void add_observation(RigModel& rig, BundleWindow& window, BundlePoint& point, const Observation& seen,
+                     const BundleOptions& options, ceres::LossFunction* loss, ceres::Problem& problem) {
+  const LeftResidual left = view_residual(rig, point, seen, options.sigma_px);
+  double* pose = window.poses[seen.frame].data();
+  double* place = point.ray_and_inverse_depth.data();
+  if (seen.view == 0) {
+    problem.AddResidualBlock(new LeftResidual::Cost(new LeftResidual(left)), loss, rig.lens[0].data(), pose, place);
+  } else {
+    problem.AddResidualBlock(new RightResidual::Cost(new RightResidual{left, rig.baseline_m}), loss,
+                             rig.lens[1].data(), rig.mount.data(), pose, place);
+  }
+}
+
+void add_priors(RigModel& rig, const LensPriors& priors, ceres::Problem& problem) {
+  for (LensBlock& lens : rig.lens) {
+    problem.AddResidualBlock(new LensPrior::Cost(new LensPrior{priors.sigma}), nullptr, lens.data());
+  }
+  problem.AddResidualBlock(new LensDifferencePrior::Cost(new LensDifferencePrior{priors.sigma_between}), nullptr,
+                           rig.lens[0].data(), rig.lens[1].data());
+  problem.AddResidualBlock(new MountPrior::Cost(new MountPrior{priors.sigma_mount}), nullptr, rig.mount.data());
+}
+
+void add_windows(RigModel& rig, std::span<BundleWindow> windows, const BundleOptions& options,
+                 ceres::LossFunction* loss, ceres::Problem& problem, ceres::ParameterBlockOrdering& ordering) {
+  for (BundleWindow& window : windows) {
+    for (BundlePoint& point : window.points) {
+      if (!point.used) {
+        continue;
+      }
+      for (const Observation& seen : point.observations) {
+        add_observation(rig, window, point, seen, options, loss, problem);
+      }
+      ordering.AddElementToGroup(point.ray_and_inverse_depth.data(), 0);
+    }
+    for (PoseBlock& pose : window.poses) {
+      if (problem.HasParameterBlock(pose.data())) {
+        ordering.AddElementToGroup(pose.data(), 1);
+      }
+    }
+    if (problem.HasParameterBlock(window.poses.front().data())) {
+      problem.SetParameterBlockConstant(window.poses.front().data());
+    }
+  }
+  for (double* block : {rig.lens[0].data(), rig.lens[1].data(), rig.mount.data()}) {
+    ordering.AddElementToGroup(block, 1);
+  }
+}
+
+ceres::Solver::Options solver_options(const BundleOptions& options) {
+  ceres::Solver::Options solver;
+  solver.linear_solver_type = ceres::DENSE_SCHUR;
+  solver.max_num_iterations = options.iterations;
+  solver.num_threads = options.threads;
+  solver.function_tolerance = 1e-7;
+  solver.logging_type = ceres::SILENT;
+  return solver;
+}
+
+/// Derivatives of one residual by rig, pose and point.
+struct Linearisation {
+  Eigen::Vector2d residual;
+  Eigen::Matrix<double, 2, kRigSize> by_rig = Eigen::Matrix<double, 2, kRigSize>::Zero();
+  Eigen::Matrix<double, 2, 6, Eigen::RowMajor> by_pose;
+  Eigen::Matrix<double, 2, 3, Eigen::RowMajor> by_point;
+};
+
+Linearisation linearise(const RigModel& rig, const BundleWindow& window, const BundlePoint& point,
+                        const Observation& seen, const BundleOptions& options) {
+  Linearisation at;
+  Eigen::Matrix<double, 2, kLensSize, Eigen::RowMajor> by_lens;
+  Eigen::Matrix<double, 2, kMountSize, Eigen::RowMajor> by_mount;
+  const LeftResidual left = view_residual(rig, point, seen, options.sigma_px);
+  const double* pose = window.poses[seen.frame].data();
+  const double* place = point.ray_and_inverse_depth.data();
+  if (seen.view == 0) {
+    const std::array<const double*, 3> parameters{rig.lens[0].data(), pose, place};
+    std::array<double*, 3> jacobians{by_lens.data(), at.by_pose.data(), at.by_point.data()};
+    LeftResidual::Cost(new LeftResidual(left)).Evaluate(parameters.data(), at.residual.data(), jacobians.data());
+    at.by_rig.leftCols<kLensSize>() = by_lens;
+  } else {
+    const std::array<const double*, 4> parameters{rig.lens[1].data(), rig.mount.data(), pose, place};
+    std::array<double*, 4> jacobians{by_lens.data(), by_mount.data(), at.by_pose.data(), at.by_point.data()};
+    RightResidual::Cost(new RightResidual{left, rig.baseline_m})
+        .Evaluate(parameters.data(), at.residual.data(), jacobians.data());
+    at.by_rig.middleCols<kLensSize>(kLensSize) = by_lens;
+    at.by_rig.rightCols<kMountSize>() = by_mount;
+  }
+  if (seen.frame == 0) {
+    at.by_pose.setZero();
+  }
+  // The Cauchy loss as a weight: that of iteratively reweighted least squares.
+  const double s = options.robust_sigmas;
+  const double weight = std::sqrt(1.0 / (1.0 + at.residual.squaredNorm() / (s * s)));
+  at.residual *= weight;
+  at.by_rig *= weight;
+  at.by_pose *= weight;
+  at.by_point *= weight;
+  return at;
+}
+
+/// Adds what one point says about rig and poses once it is eliminated itself.
+void add_point(const RigModel& rig, const BundleWindow& window, const BundlePoint& point, const BundleOptions& options,
+               Eigen::MatrixXd& normal, Eigen::VectorXd& gradient) {
+  const Eigen::Index size = normal.rows();
+  Eigen::Matrix3d own = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d own_gradient = Eigen::Vector3d::Zero();
+  Eigen::MatrixXd mixed = Eigen::MatrixXd::Zero(size, 3);
+  for (const Observation& seen : point.observations) {
+    const Linearisation at = linearise(rig, window, point, seen, options);
+    const Eigen::Index pose = kRigSize + 6 * static_cast<Eigen::Index>(seen.frame);
+    normal.topLeftCorner<kRigSize, kRigSize>() += at.by_rig.transpose() * at.by_rig;
+    normal.block<kRigSize, 6>(0, pose) += at.by_rig.transpose() * at.by_pose;
+    normal.block<6, kRigSize>(pose, 0) += at.by_pose.transpose() * at.by_rig;
+    normal.block<6, 6>(pose, pose) += at.by_pose.transpose() * at.by_pose;
+    gradient.head<kRigSize>() += at.by_rig.transpose() * at.residual;
+    gradient.segment<6>(pose) += at.by_pose.transpose() * at.residual;
+    mixed.topRows<kRigSize>() += at.by_rig.transpose() * at.by_point;
+    mixed.middleRows<6>(pose) += at.by_pose.transpose() * at.by_point;
+    own += at.by_point.transpose() * at.by_point;
+    own_gradient += at.by_point.transpose() * at.residual;
+  }
+  own.diagonal().array() += 1e-9 * own.trace();
+  const Eigen::Matrix3d inverse = own.inverse();
+  normal.noalias() -= mixed * inverse * mixed.transpose();
+  gradient.noalias() -= mixed * (inverse * own_gradient);
+}
+
+}  // namespace
+
+Result<BundleResult> adjust(RigModel& rig, std::span<BundleWindow> windows, const BundleOptions& options) {
+  ceres::CauchyLoss loss(options.robust_sigmas);
+  ceres::Problem::Options problem_options;
+  problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  problem_options.disable_all_safety_checks = true;
+  ceres::Problem problem(problem_options);
+  ceres::Solver::Options solver = solver_options(options);
+  solver.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  add_priors(rig, options.priors, problem);
+  add_windows(rig, windows, options, &loss, problem, *solver.linear_solver_ordering);
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, &problem, &summary);
+  if (!summary.IsSolutionUsable()) {
+    return fail(ErrorCode::kInternal, "self-calibration: bundle adjustment failed: " + summary.message);
+  }
+  return BundleResult{summary.final_cost, static_cast<int>(summary.iterations.size()) - 1,
+                      summary.termination_type == ceres::CONVERGENCE};
+}
+
+Eigen::Vector2d residual_px(const RigModel& rig, const BundleWindow& window, const BundlePoint& point,
+                            const Observation& seen) {
+  const LeftResidual left = view_residual(rig, point, seen, 1.0);
+  const double* pose = window.poses[seen.frame].data();
+  Eigen::Vector2d residual;
+  if (seen.view == 0) {
+    left(rig.lens[0].data(), pose, point.ray_and_inverse_depth.data(), residual.data());
+  } else {
+    RightResidual{left, rig.baseline_m}(rig.lens[1].data(), rig.mount.data(), pose,
+                                        point.ray_and_inverse_depth.data(), residual.data());
+  }
+  return residual;
+}
+
+RigInformation rig_information(const RigModel& rig, const BundleWindow& window, const BundleOptions& options) {
+  const Eigen::Index size = kRigSize + 6 * static_cast<Eigen::Index>(window.poses.size());
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(size, size);
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size);
+  for (const BundlePoint& point : window.points) {
+    if (point.used) {
+      add_point(rig, window, point, options, normal, gradient);
+    }
+  }
+  const Eigen::Index poses = size - kRigSize;
+  // The first pose is fixed, and a frame without points has no pose: a unit keeps them apart.
+  Eigen::MatrixXd own = normal.bottomRightCorner(poses, poses);
+  own.diagonal().array() += 1e-6;
+  const Eigen::LDLT<Eigen::MatrixXd> factor(own);
+  const Eigen::MatrixXd mixed = normal.bottomLeftCorner(poses, kRigSize);
+  RigInformation information;
+  information.normal = normal.topLeftCorner<kRigSize, kRigSize>() - mixed.transpose() * factor.solve(mixed);
+  information.gradient = gradient.head<kRigSize>() - mixed.transpose() * factor.solve(gradient.tail(poses));
+  return information;
+}
+
+RigInformation prior_information(const RigModel& rig, const LensPriors& priors) {
+  RigInformation information;
+  for (int i = 0; i < kLensSize; ++i) {
+    const auto p = static_cast<std::size_t>(i);
+    const double own = 1.0 / (priors.sigma[p] * priors.sigma[p]);
+    const double between = 1.0 / (priors.sigma_between[p] * priors.sigma_between[p]);
+    const double difference = rig.lens[1][p] - rig.lens[0][p];
+    information.normal(i, i) += own + between;
+    information.normal(kLensSize + i, kLensSize + i) += own + between;
+    information.normal(i, kLensSize + i) -= between;
+    information.normal(kLensSize + i, i) -= between;
+    information.gradient[i] += own * rig.lens[0][p] - between * difference;
+    information.gradient[kLensSize + i] += own * rig.lens[1][p] + between * difference;
+  }
+  for (int i = 0; i < kMountSize; ++i) {
+    const double own = 1.0 / (priors.sigma_mount * priors.sigma_mount);
+    information.normal(2 * kLensSize + i, 2 * kLensSize + i) += own;
+    information.gradient[2 * kLensSize + i] += own * rig.mount[static_cast<std::size_t>(i)];
+  }
+  return information;
+}
+
+}  // namespace kinetrace::self_calibration
