@@ -1,111 +1,106 @@
 #include "patch_aligner.hpp"
 
-#include <array>
 #include <cmath>
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 namespace kinetrace::self_calibration {
-namespace {
 
-constexpr int kRadius = PatchAligner::kRadius_px;
-constexpr int kSide = 2 * kRadius + 1;
-constexpr int kPixels = kSide * kSide;
-using Patch = Eigen::Matrix<float, kPixels, 1>;
+/// The middle counts most: there is where the surface is nearest to its tangent plane.
+const PatchTemplate::Patch& PatchTemplate::weights() {
+  static const Patch kWeights = [] {
+    constexpr double kSigma_px = 4.0;
+    Patch weights;
+    for (int i = 0; i < kPixels; ++i) {
+      const double x = i % kSide - kRadius_px;
+      const double y = i / kSide - kRadius_px;
+      weights[i] = static_cast<float>(std::exp(-(x * x + y * y) / (2.0 * kSigma_px * kSigma_px)));
+    }
+    return Patch(weights / weights.sum());
+  }();
+  return kWeights;
+}
 
-/// Bilinear samples of a square around `at`, `margin` wider than the patch; false at the image's border.
-template <int Side>
-bool sample(const cv::Mat& image, const Eigen::Vector2d& at, std::array<float, Side * Side>& out) {
-  constexpr int kReach = Side / 2;
-  const double left = at.x() - kReach;
-  const double top = at.y() - kReach;
-  if (!(left >= 0.0 && top >= 0.0 && left + Side < image.cols - 1 && top + Side < image.rows - 1)) {
+/// Takes the weighted mean out and divides by the weighted spread, which it returns.
+float PatchTemplate::normalise(Patch& patch) {
+  patch.array() -= patch.dot(weights());
+  const float spread = std::sqrt(patch.cwiseAbs2().dot(weights()));
+  patch /= std::max(spread, 1e-3F);
+  return spread;
+}
+
+/// Bilinear; false at the image's border.
+bool PatchTemplate::sample(const cv::Mat& image, const PatchPlace& place, Patch& out) {
+  const Eigen::Vector2d extent = kRadius_px * place.shape.cwiseAbs().rowwise().sum();
+  const Eigen::Vector2d low = place.position - extent;
+  const Eigen::Vector2d high = place.position + extent;
+  if (!(low.minCoeff() >= 1.0 && high.x() < image.cols - 2 && high.y() < image.rows - 2)) {
     return false;
   }
-  const int x0 = static_cast<int>(left);
-  const int y0 = static_cast<int>(top);
-  const auto ax = static_cast<float>(left - x0);
-  const auto ay = static_cast<float>(top - y0);
-  for (int y = 0; y < Side; ++y) {
-    const float* upper = image.ptr<float>(y0 + y) + x0;
-    const float* lower = image.ptr<float>(y0 + y + 1) + x0;
-    for (int x = 0; x < Side; ++x) {
-      const float above = upper[x] + ax * (upper[x + 1] - upper[x]);
-      const float below = lower[x] + ax * (lower[x + 1] - lower[x]);
-      out[static_cast<std::size_t>(y * Side + x)] = above + ay * (below - above);
-    }
+  for (int i = 0; i < kPixels; ++i) {
+    const Eigen::Vector2d at =
+        place.position + place.shape * Eigen::Vector2d(i % kSide - kRadius_px, i / kSide - kRadius_px);
+    const int x0 = static_cast<int>(at.x());
+    const int y0 = static_cast<int>(at.y());
+    const auto ax = static_cast<float>(at.x() - x0);
+    const auto ay = static_cast<float>(at.y() - y0);
+    const float* upper = image.ptr<float>(y0) + x0;
+    const float* lower = image.ptr<float>(y0 + 1) + x0;
+    const float above = upper[0] + ax * (upper[1] - upper[0]);
+    const float below = lower[0] + ax * (lower[1] - lower[0]);
+    out[i] = above + ay * (below - above);
   }
   return true;
 }
 
-struct Template {
-  Patch value;
-  Eigen::Matrix<float, kPixels, 4> derivative;  ///< By x, y, gain, offset.
-  Eigen::LLT<Eigen::Matrix4f> normal;
-};
-
-bool make_template(const cv::Mat& image, const Eigen::Vector2d& at, Template& patch) {
-  constexpr int kWide = kSide + 2;
-  std::array<float, kWide * kWide> wide;
-  if (!sample<kWide>(image, at, wide)) {
-    return false;
-  }
-  const auto pixel = [&](int x, int y) { return wide[static_cast<std::size_t>((y + 1) * kWide + x + 1)]; };
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) {
-      const int i = y * kSide + x;
-      patch.value[i] = pixel(x, y);
-      patch.derivative.row(i) << 0.5F * (pixel(x + 1, y) - pixel(x - 1, y)), 0.5F * (pixel(x, y + 1) - pixel(x, y - 1)),
-          pixel(x, y), 1.0F;
-    }
-  }
-  // Centred and scaled, so that the normal matrix is well conditioned.
-  const float mean = patch.value.mean();
-  patch.value.array() -= mean;
-  const float spread = std::sqrt(patch.value.squaredNorm() / kPixels);
-  if (!(spread > 2.0F)) {
-    return false;
-  }
-  patch.value /= spread;
-  patch.derivative.leftCols<2>() /= spread;
-  patch.derivative.col(2) = patch.value;
-  patch.normal.compute(patch.derivative.transpose() * patch.derivative);
-  return patch.normal.info() == Eigen::Success;
-}
-
-}  // namespace
-
-std::optional<Eigen::Vector2d> PatchAligner::align(const cv::Mat& source, const Eigen::Vector2d& at,
-                                                   const cv::Mat& target, const Eigen::Vector2d& guess,
-                                                   double reach_px) {
-  constexpr int kIterations = 25;
-  constexpr double kConverged_px = 0.003;
-  constexpr float kCorrelation = 0.8F;
-  Template patch;
-  if (!make_template(source, at, patch)) {
+std::optional<PatchTemplate> PatchTemplate::make(const cv::Mat& image, const Eigen::Vector2d& at) {
+  constexpr float kFlat = 2.0F;
+  PatchTemplate patch;
+  Patch left, right, above, below;
+  const Eigen::Vector2d x(1.0, 0.0);
+  const Eigen::Vector2d y(0.0, 1.0);
+  if (!(sample(image, {at}, patch.value_) && sample(image, {at - x}, left) && sample(image, {at + x}, right) &&
+        sample(image, {at - y}, above) && sample(image, {at + y}, below))) {
     return std::nullopt;
   }
-  Eigen::Vector2d position = guess;
-  std::array<float, kPixels> samples;
+  const float spread = normalise(patch.value_);
+  if (spread < kFlat) {
+    return std::nullopt;
+  }
+  const Patch dx = (right - left) / (2.0F * spread);
+  const Patch dy = (below - above) / (2.0F * spread);
+  Eigen::Matrix<float, kPixels, kParameters> derivative;
+  for (int i = 0; i < kPixels; ++i) {
+    const auto u = static_cast<float>(i % kSide - kRadius_px);
+    const auto v = static_cast<float>(i / kSide - kRadius_px);
+    derivative.row(i) << dx[i], dy[i], u * dx[i], v * dx[i], u * dy[i], v * dy[i], patch.value_[i], 1.0F;
+  }
+  patch.weighted_ = derivative.transpose() * weights().asDiagonal();
+  patch.normal_.compute(patch.weighted_ * derivative);
+  return patch.normal_.info() == Eigen::Success ? std::optional(patch) : std::nullopt;
+}
+
+std::optional<PatchPlace> PatchTemplate::align(const cv::Mat& image, const PatchPlace& guess, double reach_px,
+                                               double correlation) const {
+  constexpr int kIterations = 25;
+  constexpr double kConverged_px = 0.003;
+  PatchPlace place = guess;
+  Patch seen;
   for (int i = 0; i < kIterations; ++i) {
-    if (!sample<kSide>(target, position, samples)) {
+    const double size = place.shape.determinant();
+    if (!(size > 0.25 && size < 4.0) || !((place.position - guess.position).norm() < reach_px) ||
+        !sample(image, place, seen) || normalise(seen) < 1.0F) {
       return std::nullopt;
     }
-    Patch seen = Eigen::Map<const Patch>(samples.data());
-    seen.array() -= seen.mean();
-    const float spread = std::sqrt(seen.squaredNorm() / kPixels);
-    if (!(spread > 1.0F)) {
-      return std::nullopt;
-    }
-    seen /= spread;
-    const Eigen::Vector4f step = patch.normal.solve(patch.derivative.transpose() * (seen - patch.value));
-    position -= step.head<2>().cast<double>();
-    if ((position - guess).norm() > reach_px || !position.allFinite()) {
-      return std::nullopt;
-    }
+    const Eigen::Matrix<double, kParameters, 1> step =
+        normal_.solve(weighted_ * (seen - value_)).cast<double>();
+    Eigen::Matrix2d stretch;
+    stretch << 1.0 + step[2], step[3], step[4], 1.0 + step[5];
+    place.shape = place.shape * stretch.inverse();
+    place.position -= place.shape * step.head<2>();
     if (step.head<2>().norm() < kConverged_px) {
-      const bool alike = seen.dot(patch.value) > kCorrelation * kPixels;
-      return alike ? std::optional(position) : std::nullopt;
+      const bool alike = seen.cwiseProduct(value_).dot(weights()) > correlation;
+      return alike ? std::optional(place) : std::nullopt;
     }
   }
   return std::nullopt;

@@ -58,6 +58,9 @@ void add_windows(RigModel& rig, std::span<BundleWindow> windows, const BundleOpt
   }
   for (double* block : {rig.lens[0].data(), rig.lens[1].data(), rig.mount.data()}) {
     ordering.AddElementToGroup(block, 1);
+    if (options.rig_fixed) {
+      problem.SetParameterBlockConstant(block);
+    }
   }
 }
 
@@ -66,7 +69,7 @@ ceres::Solver::Options solver_options(const BundleOptions& options) {
   solver.linear_solver_type = ceres::DENSE_SCHUR;
   solver.max_num_iterations = options.iterations;
   solver.num_threads = options.threads;
-  solver.function_tolerance = 1e-7;
+  solver.function_tolerance = options.tolerance;
   solver.logging_type = ceres::SILENT;
   return solver;
 }

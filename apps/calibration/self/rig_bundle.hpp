@@ -43,7 +43,9 @@ struct BundleOptions {
   LensPriors priors;
   double sigma_px = 0.3;         ///< Of an observation.
   double robust_sigmas = 2.0;    ///< Scale of the Cauchy loss.
+  bool rig_fixed = false;        ///< Poses and points alone.
   int iterations = 30;
+  double tolerance = 1e-6;       ///< Relative change of the cost that ends it.
   int threads = 1;
 };
 

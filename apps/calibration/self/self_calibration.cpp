@@ -56,10 +56,11 @@ StereoSearch search_range(const ViewWarp& warp, const std::vector<PointPair>& in
 }
 
 Result<std::vector<TrackWindow>> find_tracks(const FrameSource& source, const ViewWarp& warp,
-                                             const StereoSearch& search, const SelfCalibrationOptions& options) {
+                                             const StereoSearch& search, std::size_t most,
+                                             const SelfCalibrationOptions& options) {
   std::vector<TrackWindow> windows;
   const std::size_t length = std::min(options.frames_per_window, source.frames);
-  const std::size_t count = std::max<std::size_t>(1, std::min(options.windows, source.frames / length));
+  const std::size_t count = std::max<std::size_t>(1, std::min(most, source.frames / length));
   for (std::size_t w = 0; w < count; ++w) {
     const std::size_t first = count == 1 ? 0 : w * (source.frames - length) / (count - 1);
     TrackFinder finder(warp, search);
@@ -142,26 +143,50 @@ std::string describe(const RigModel& rig) {
   return text + line;
 }
 
+/// One solution, then the scatter of its observations and the tracks that do not fit.
+Status adjust_and_reject(RigModel& rig, std::vector<BundleWindow>& windows, BundleOptions& bundle,
+                         const SelfCalibrationOptions& options) {
+  const Result<BundleResult> result = adjust(rig, windows, bundle);
+  if (!result) {
+    return Unexpected(result.error());
+  }
+  bundle.sigma_px = robust_sigma_px(rig, windows);
+  reject_tracks(rig, windows, bundle.sigma_px);
+  char line[200];
+  std::snprintf(line, sizeof line, "iterations %d cost %.1f sigma %.4f px; ", result->iterations, result->cost,
+                bundle.sigma_px);
+  options.progress(line + describe(rig));
+  return {};
+}
+
+/// From a rig that may be far off: few iterations between rejections, which would otherwise hold it.
 Result<double> adjust_in_rounds(RigModel& rig, std::vector<BundleWindow>& windows,
-                                const SelfCalibrationOptions& options, int rounds) {
-  BundleOptions bundle{options.priors, 0.5, 2.0, 30, options.threads};
-  for (int round = 0; round < rounds; ++round) {
-    const Result<BundleResult> result = adjust(rig, windows, bundle);
-    if (!result) {
-      return Unexpected(result.error());
+                                const SelfCalibrationOptions& options, bool rough) {
+  struct Round {
+    bool rig_fixed;
+    int iterations;
+    double tolerance;
+  };
+  static constexpr std::array<Round, 4> kRough{{{false, 20, 1e-4}, {false, 20, 1e-4}, {false, 20, 1e-5}, {false, 30, 1e-5}}};
+  static constexpr std::array<Round, 4> kFine{{{true, 15, 1e-4}, {false, 20, 1e-5}, {false, 30, 1e-5}, {false, 40, 1e-6}}};
+  BundleOptions bundle;
+  bundle.priors = options.priors;
+  bundle.threads = options.threads;
+  for (const Round& round : rough ? kRough : kFine) {
+    bundle.rig_fixed = round.rig_fixed;
+    bundle.iterations = round.iterations;
+    bundle.tolerance = round.tolerance;
+    if (const Status done = adjust_and_reject(rig, windows, bundle, options); !done) {
+      return Unexpected(done.error());
     }
-    bundle.sigma_px = robust_sigma_px(rig, windows);
-    reject_tracks(rig, windows, bundle.sigma_px);
-    char line[200];
-    std::snprintf(line, sizeof line, "round %d iterations %d cost %.1f sigma %.4f px; ", round, result->iterations,
-                  result->cost, bundle.sigma_px);
-    options.progress(line + describe(rig));
   }
   return bundle.sigma_px;
 }
 
 void add_covariance(SelfCalibration& found, const SelfCalibrationOptions& options) {
-  const BundleOptions bundle{options.priors, found.sigma_px, 2.0, 30, options.threads};
+  BundleOptions bundle;
+  bundle.priors = options.priors;
+  bundle.sigma_px = found.sigma_px;
   const RigInformation prior = prior_information(found.rig, options.priors);
   Eigen::Matrix<double, kRigSize, kRigSize> normal = prior.normal;
   Eigen::Matrix<double, kRigSize, kRigSize> scatter = Eigen::Matrix<double, kRigSize, kRigSize>::Zero();
@@ -211,7 +236,7 @@ Result<SelfCalibration> self_calibrate(const FrameSource& source, const SelfCali
     const StereoSearch search = search_range(warp, rough->inliers, pass == 0 ? 4 : 2);
     options.progress("search " + std::to_string(search.least_disparity_px) + " " +
                      std::to_string(search.most_disparity_px));
-    const Result<std::vector<TrackWindow>> tracks = find_tracks(source, warp, search, options);
+    const Result<std::vector<TrackWindow>> tracks = find_tracks(source, warp, search, pass == 0 ? (options.windows + 1) / 2 : options.windows, options);
     if (!tracks) {
       return Unexpected(tracks.error());
     }
@@ -221,7 +246,7 @@ Result<SelfCalibration> self_calibrate(const FrameSource& source, const SelfCali
       count += window.points.size();
     }
     options.progress("windows " + std::to_string(found.windows.size()) + " tracks " + std::to_string(count));
-    const Result<double> sigma_px = adjust_in_rounds(found.rig, found.windows, options, 3);
+    const Result<double> sigma_px = adjust_in_rounds(found.rig, found.windows, options, pass == 0);
     if (!sigma_px) {
       return Unexpected(sigma_px.error());
     }

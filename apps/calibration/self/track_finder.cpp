@@ -7,28 +7,18 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
-#include "patch_aligner.hpp"
-
 namespace kinetrace::self_calibration {
 namespace {
 
 constexpr int kPyramidLevels = 4;
-constexpr double kReturn_px = 0.3;  // A match followed back ends this near to where it began.
+constexpr double kReturn_px = 0.5;  // A match followed back ends this near to where it began.
+constexpr double kCorrelation = 0.9;
+constexpr double kReach_px = 2.0;  // From where the coarse steps led.
 const cv::Size kCoarsePatch(15, 15);
+const cv::TermCriteria kCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 20, 0.03);
 
 cv::Point2f to_opencv(const Eigen::Vector2d& p) {
   return {static_cast<float>(p.x()), static_cast<float>(p.y())};
-}
-
-/// Aligned there and back again.
-std::optional<Eigen::Vector2d> consistent_match(const cv::Mat& source, const Eigen::Vector2d& at, const cv::Mat& target,
-                                                const Eigen::Vector2d& guess, double reach_px) {
-  const auto there = PatchAligner::align(source, at, target, guess, reach_px);
-  if (!there) {
-    return std::nullopt;
-  }
-  const auto back = PatchAligner::align(target, *there, source, at, reach_px);
-  return back && (*back - at).norm() < kReturn_px ? there : std::nullopt;
 }
 
 struct Corner {
@@ -89,30 +79,37 @@ void TrackFinder::add(const StereoFrame& frame, std::size_t place) {
 }
 
 void TrackFinder::follow(const Images& now) {
-  constexpr double kReach_px = 2.0;
   if (points_.empty()) {
     return;
   }
   std::vector<cv::Point2f> from;
   std::vector<cv::Point2f> to;
   for (const Point& point : points_) {
-    from.push_back(to_opencv(point.left_px));
-    to.push_back(to_opencv(point.left_px + point.flow_px));
+    from.push_back(to_opencv(point.left.position));
+    to.push_back(to_opencv(point.left.position + point.flow_px));
   }
   std::vector<std::uint8_t> found;
   cv::calcOpticalFlowPyrLK(before_.pyramid, now.pyramid, from, to, found, cv::noArray(), kCoarsePatch, kPyramidLevels,
-                           {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 20, 0.03}, cv::OPTFLOW_USE_INITIAL_FLOW);
+                           kCriteria, cv::OPTFLOW_USE_INITIAL_FLOW);
+  std::vector<cv::Point2f> back = from;
+  std::vector<std::uint8_t> returned;
+  cv::calcOpticalFlowPyrLK(now.pyramid, before_.pyramid, to, back, returned, cv::noArray(), kCoarsePatch, 1, kCriteria,
+                           cv::OPTFLOW_USE_INITIAL_FLOW);
   std::vector<Point> kept;
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (found[i] == 0) {
+    if (found[i] == 0 || returned[i] == 0 || cv::norm(back[i] - from[i]) > kReturn_px) {
       continue;
     }
-    Point point = points_[i];
-    const auto at = consistent_match(before_.left, point.left_px, now.left, {to[i].x, to[i].y}, kReach_px);
-    if (at && is_inside(0, *at)) {
-      point.flow_px = *at - point.left_px;
-      point.left_px = *at;
-      kept.push_back(point);
+    Point& point = points_[i];
+    const PatchPlace guess{{to[i].x, to[i].y}, point.left.shape};
+    const auto place = point.patch.align(now.left, guess, kReach_px, kCorrelation);
+    if (place && is_inside(0, place->position)) {
+      point.flow_px = place->position - point.left.position;
+      if (point.right) {
+        point.right->position += point.flow_px;
+      }
+      point.left = *place;
+      kept.push_back(std::move(point));
     }
   }
   points_ = std::move(kept);
@@ -131,22 +128,26 @@ void TrackFinder::find_new(const Images& now) {
   std::vector<std::size_t> count(static_cast<std::size_t>(kColumns) * kRows, 0);
   cv::Mat allowed = warp_->inside(0).clone();
   for (const Point& point : points_) {
-    cv::circle(allowed, to_opencv(point.left_px), kApart_px, cv::Scalar(0), cv::FILLED);
-    ++count[cell_of(point.left_px.x(), point.left_px.y())];
+    cv::circle(allowed, to_opencv(point.left.position), kApart_px, cv::Scalar(0), cv::FILLED);
+    ++count[cell_of(point.left.position.x(), point.left.position.y())];
   }
   for (const Corner& corner : local_maxima(now.pyramid[0], allowed)) {
     std::size_t& in_cell = count[cell_of(corner.x, corner.y)];
-    if (in_cell < kPerCell && allowed.at<std::uint8_t>(corner.y, corner.x) != 0) {
+    if (in_cell >= kPerCell || allowed.at<std::uint8_t>(corner.y, corner.x) == 0) {
+      continue;
+    }
+    const Eigen::Vector2d at(corner.x, corner.y);
+    if (const auto patch = PatchTemplate::make(now.left, at)) {
       cv::circle(allowed, {corner.x, corner.y}, kApart_px, cv::Scalar(0), cv::FILLED);
       ++in_cell;
-      points_.push_back({window_.tracks.size(), Eigen::Vector2d(corner.x, corner.y), {0.0, 0.0}, std::nullopt});
+      points_.push_back({window_.tracks.size(), *patch, {at}, Eigen::Vector2d::Zero(), std::nullopt});
       window_.tracks.emplace_back();
     }
   }
 }
 
 std::optional<Eigen::Vector2d> TrackFinder::search_row(const Images& now, const Eigen::Vector2d& left_px) const {
-  constexpr int kRadius = PatchAligner::kRadius_px;
+  constexpr int kRadius = PatchTemplate::kRadius_px;
   constexpr double kEnough = 0.8;
   const auto x = static_cast<int>(std::lround(left_px.x()));
   const auto y = static_cast<int>(std::lround(left_px.y()));
@@ -171,17 +172,18 @@ std::optional<Eigen::Vector2d> TrackFinder::search_row(const Images& now, const 
 }
 
 void TrackFinder::match_right(const Images& now) {
-  constexpr double kReach_px = 3.0;
   for (Point& point : points_) {
-    const auto guess = point.disparity_px ? std::optional<Eigen::Vector2d>(point.left_px - *point.disparity_px)
-                                          : search_row(now, point.left_px);
-    point.disparity_px.reset();
+    std::optional<PatchPlace> guess = std::exchange(point.right, std::nullopt);
     if (!guess) {
-      continue;
+      if (const auto found = search_row(now, point.left.position)) {
+        guess = PatchPlace{*found, point.left.shape};
+      }
     }
-    const auto right = consistent_match(now.left, point.left_px, now.right, *guess, kReach_px);
-    if (right && is_inside(1, *right)) {
-      point.disparity_px = point.left_px - *right;
+    if (guess) {
+      const auto right = point.patch.align(now.right, *guess, kReach_px, kCorrelation);
+      if (right && is_inside(1, right->position)) {
+        point.right = right;
+      }
     }
   }
 }
@@ -190,12 +192,12 @@ void TrackFinder::record() {
   const auto frame = static_cast<std::uint16_t>(window_.places.size() - 1);
   for (const Point& point : points_) {
     std::vector<Observation>& seen = window_.tracks[point.track].observations;
-    if (seen.empty() && !point.disparity_px) {
+    if (seen.empty() && !point.right) {
       continue;
     }
-    seen.push_back({0, frame, warp_->to_raw(0, point.left_px)});
-    if (point.disparity_px) {
-      seen.push_back({1, frame, warp_->to_raw(1, point.left_px - *point.disparity_px)});
+    seen.push_back({0, frame, warp_->to_raw(0, point.left.position)});
+    if (point.right) {
+      seen.push_back({1, frame, warp_->to_raw(1, point.right->position)});
     }
   }
 }

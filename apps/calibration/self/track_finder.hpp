@@ -7,6 +7,7 @@
 #include <opencv2/core.hpp>
 
 #include "kinetrace/core/frame.hpp"
+#include "patch_aligner.hpp"
 #include "track_window.hpp"
 #include "view_warp.hpp"
 
@@ -31,9 +32,10 @@ class TrackFinder {
  private:
   struct Point {
     std::size_t track = 0;
-    Eigen::Vector2d left_px;  ///< Warped, like all below.
+    PatchTemplate patch;  ///< Of the left image it was found in.
+    PatchPlace left;      ///< In warped images, like all below.
     Eigen::Vector2d flow_px = Eigen::Vector2d::Zero();
-    std::optional<Eigen::Vector2d> disparity_px;  ///< Left minus right.
+    std::optional<PatchPlace> right;
   };
   struct Images {
     cv::Mat left;   ///< Floats.
