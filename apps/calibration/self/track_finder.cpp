@@ -118,8 +118,8 @@ void TrackFinder::follow(const Images& now) {
 void TrackFinder::find_new(const Images& now) {
   constexpr int kColumns = 14;
   constexpr int kRows = 8;
-  constexpr std::size_t kPerCell = 6;
-  constexpr int kApart_px = 9;
+  constexpr std::size_t kPerCell = 10;
+  constexpr int kApart_px = 7;
   const cv::Size size = now.left.size();
   const auto cell_of = [&](double x, double y) {
     return static_cast<std::size_t>(static_cast<int>(y) * kRows / size.height * kColumns +
