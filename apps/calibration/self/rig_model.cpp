@@ -1,5 +1,6 @@
 #include "rig_model.hpp"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 
 namespace kinetrace::self_calibration {
@@ -38,6 +39,12 @@ Se3 RigModel::T_right_left() const {
   Eigen::Vector3d direction;
   baseline_direction(mount.data(), direction.data());
   return {so3_exp({mount[kTurnX], mount[kTurnY], mount[kTurnZ]}), baseline_m * direction};
+}
+
+double& RigModel::parameter(int place) {
+  const auto p = static_cast<std::size_t>(place);
+  constexpr std::size_t kLens = kLensSize;
+  return p < kLens ? lens[0][p] : p < 2 * kLens ? lens[1][p - kLens] : mount[p - 2 * kLens];
 }
 
 RigModel plain_rig(const ImageSize& size, double baseline_m, double focal_px) {
@@ -91,6 +98,16 @@ Eigen::Vector2d unproject(const LensBlock& lens, const ImageSize& size, const Ei
     }
   }
   return ray;
+}
+
+double inverse_depth(const RigModel& rig, const Eigen::Vector2d& left_px, const Eigen::Vector2d& right_px) {
+  const Se3 T_right_left = rig.T_right_left();
+  const Eigen::Vector3d left = unproject(rig.lens[0], rig.size, left_px).homogeneous();
+  const Eigen::Vector3d right = unproject(rig.lens[1], rig.size, right_px).homogeneous();
+  // right ~ R left + inverse_depth t: both sides crossed with `right`.
+  const Eigen::Vector3d turned = right.cross(T_right_left.rotation * left);
+  const Eigen::Vector3d shifted = right.cross(T_right_left.translation);
+  return -shifted.dot(turned) / shifted.squaredNorm();
 }
 
 }  // namespace kinetrace::self_calibration

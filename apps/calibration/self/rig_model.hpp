@@ -44,13 +44,15 @@ struct RigModel {
   MountBlock mount{};
 
   [[nodiscard]] Se3 T_right_left() const;
-  [[nodiscard]] double focal_px(int view) const { return size.width_px * std::exp(lens[static_cast<std::size_t>(view)][kLogFocal]); }
+  [[nodiscard]] double focal_px(std::size_t view) const { return size.width_px * std::exp(lens[view][kLogFocal]); }
+  /// Left lens, right lens, mount in one row.
+  [[nodiscard]] double& parameter(int place);
 };
 
 /// A rig of two equal lenses without distortion that look the same way.
 [[nodiscard]] RigModel plain_rig(const ImageSize& size, double baseline_m, double focal_px);
 [[nodiscard]] hal::RigCalibration to_calibration(const RigModel& rig);
-/// Only for lenses of the radial-tangential model without rational terms.
+/// The reverse, for lenses of the radial-tangential model without rational terms and a pose between them.
 [[nodiscard]] RigModel to_model(const hal::RigCalibration& calibration);
 
 /// Brown, "Decentering distortion of lenses", 1966: pixel of a point in the camera's frame, up to scale.
@@ -82,5 +84,8 @@ void baseline_direction(const T* mount, T* direction) {
 
 /// The ray (x, y, 1) that a pixel is seen along; Newton's method.
 [[nodiscard]] Eigen::Vector2d unproject(const LensBlock& lens, const ImageSize& size, const Eigen::Vector2d& pixel);
+
+/// Inverse depth along the left ray of a left-right pair, 1/m, by least squares; negative behind infinity.
+[[nodiscard]] double inverse_depth(const RigModel& rig, const Eigen::Vector2d& left_px, const Eigen::Vector2d& right_px);
 
 }  // namespace kinetrace::self_calibration

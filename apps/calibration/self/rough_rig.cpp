@@ -114,8 +114,8 @@ EpipolarFit best_fit(std::span<const PointPair> pairs, const ImageSize& size, do
 
 }  // namespace
 
-Result<RoughRig> rough_rig(std::span<const PointPair> pairs, const ImageSize& size, double baseline_m,
-                           double focal_px) {
+RoughRig rough_rig(std::span<const PointPair> pairs, const ImageSize& size, double baseline_m,
+                   double focal_px) {
   constexpr double kInlier_px = 4.0;
   const EpipolarFit fit = best_fit(pairs, size, focal_px);
   RoughRig rough{plain_rig(size, baseline_m, focal_px), {}, 0.0};

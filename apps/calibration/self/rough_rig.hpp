@@ -20,7 +20,7 @@ struct RoughRig {
 /// (Hartley and Zisserman, "Multiple View Geometry", 2nd ed., eq. 11.9) with a common radial distortion, minimised with
 /// a robust loss that narrows step by step, from a rig whose views look the same way. A focal length is not seen well
 /// by this: `focal_px` stays.
-[[nodiscard]] Result<RoughRig> rough_rig(std::span<const PointPair> pairs, const ImageSize& size, double baseline_m,
-                                         double focal_px);
+[[nodiscard]] RoughRig rough_rig(std::span<const PointPair> pairs, const ImageSize& size, double baseline_m,
+                                 double focal_px);
 
 }  // namespace kinetrace::self_calibration

@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <optional>
+#include <utility>
 
-#include <Eigen/LU>
-
+#include "outlier_rounds.hpp"
 #include "point_pairs.hpp"
 #include "rough_rig.hpp"
 #include "track_finder.hpp"
@@ -16,6 +15,8 @@
 
 namespace kinetrace::self_calibration {
 namespace {
+
+constexpr std::size_t kFewestFrames = 9;
 
 cv::Mat to_opencv(GrayView image) {
   return cv::Mat(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.data),
@@ -27,22 +28,28 @@ struct PooledPairs {
   std::vector<PointPair> pairs;
 };
 
-Result<PooledPairs> pool_pairs(const FrameSource& source, std::size_t count) {
+/// Of frames spread over the recording; damaged ones are passed over.
+Result<PooledPairs> pool_pairs(const FrameSource& source, const SelfCalibrationOptions& options) {
+  constexpr std::size_t kFewestPairs = 150;
+  const std::size_t count = std::min(options.pairs, source.frames);
   PooledPairs pooled;
-  count = std::min(count, source.frames);
   for (std::size_t i = 0; i < count; ++i) {
-    const Result<StereoFrame> frame = source.read((2 * i + 1) * source.frames / (2 * count));
-    if (!frame) {
-      return Unexpected(frame.error());
+    if (const Result<StereoFrame> frame = source.read((2 * i + 1) * source.frames / (2 * count))) {
+      pooled.size = {frame->left.width, frame->left.height};
+      const std::vector<PointPair> pairs = find_point_pairs(to_opencv(frame->left), to_opencv(frame->right));
+      pooled.pairs.insert(pooled.pairs.end(), pairs.begin(), pairs.end());
     }
-    pooled.size = {frame->left.width, frame->left.height};
-    const std::vector<PointPair> pairs = find_point_pairs(to_opencv(frame->left), to_opencv(frame->right));
-    pooled.pairs.insert(pooled.pairs.end(), pairs.begin(), pairs.end());
+  }
+  if (pooled.pairs.size() < kFewestPairs) {
+    return fail(ErrorCode::kBadCalibration,
+                "self-calibration refused: too few matches between left and right images (" +
+                    std::to_string(pooled.pairs.size()) + " in " + std::to_string(count) +
+                    " frames); record something with texture that both cameras see, in good light");
   }
   return pooled;
 }
 
-/// What the first matches allow, and as much again where nothing was matched.
+/// What the first matches have, and some more on both sides.
 StereoSearch search_range(const ViewWarp& warp, const std::vector<PointPair>& inliers, int rows_px) {
   std::vector<double> disparities;
   for (const PointPair& pair : inliers) {
@@ -55,21 +62,19 @@ StereoSearch search_range(const ViewWarp& warp, const std::vector<PointPair>& in
   return {least - 6.0 - 0.1 * (most - least), most + 10.0 + 0.3 * (most - least), rows_px};
 }
 
-Result<std::vector<TrackWindow>> find_tracks(const FrameSource& source, const ViewWarp& warp,
-                                             const StereoSearch& search, std::size_t most,
-                                             const SelfCalibrationOptions& options) {
+/// At least three windows, so that their scatter can be seen.
+std::vector<TrackWindow> find_tracks(const FrameSource& source, const ViewWarp& warp, const StereoSearch& search,
+                                     const SelfCalibrationOptions& options, std::size_t most) {
+  const std::size_t length = std::min(options.frames_per_window, source.frames / 3);
+  const std::size_t count = std::min(std::max<std::size_t>(most, 3), source.frames / length);
   std::vector<TrackWindow> windows;
-  const std::size_t length = std::min(options.frames_per_window, source.frames);
-  const std::size_t count = std::max<std::size_t>(1, std::min(most, source.frames / length));
   for (std::size_t w = 0; w < count; ++w) {
-    const std::size_t first = count == 1 ? 0 : w * (source.frames - length) / (count - 1);
+    const std::size_t first = w * (source.frames - length) / (count - 1);
     TrackFinder finder(warp, search);
     for (std::size_t place = first; place < first + length; ++place) {
-      const Result<StereoFrame> frame = source.read(place);
-      if (!frame) {
-        return Unexpected(frame.error());
+      if (const Result<StereoFrame> frame = source.read(place)) {
+        finder.add(*frame, place);
       }
-      finder.add(*frame, place);
     }
     windows.push_back(finder.take());
   }
@@ -86,175 +91,123 @@ std::vector<BundleWindow> start_windows(const RigModel& rig, const std::vector<T
   return windows;
 }
 
-/// Scatter of a coordinate: 1.48 times the median magnitude.
-double robust_sigma_px(const RigModel& rig, const std::vector<BundleWindow>& windows) {
-  std::vector<double> magnitudes;
-  for (const BundleWindow& window : windows) {
-    for (const BundlePoint& point : window.points) {
-      if (point.used) {
-        for (const Observation& seen : point.observations) {
-          const Eigen::Vector2d r = residual_px(rig, window, point, seen);
-          magnitudes.push_back(std::abs(r.x()));
-          magnitudes.push_back(std::abs(r.y()));
-        }
-      }
+struct Adjusted {
+  RigModel rig;
+  std::vector<BundleWindow> windows;
+  BundleOptions options;  ///< With the scatter of the observations.
+};
+
+/// Tracks found with the help of one rig, and the rig that explains them best.
+Result<Adjusted> adjusted(const FrameSource& source, const RigModel& rig, const std::vector<PointPair>& inliers,
+                          RoundPlan plan, const SelfCalibrationOptions& options) {
+  const bool is_near = plan == RoundPlan::kFromNear;
+  const ViewWarp warp(rig);
+  const StereoSearch search = search_range(warp, inliers, is_near ? 2 : 4);
+  const std::size_t count = is_near ? options.windows : (options.windows + 1) / 2;
+  const std::vector<TrackWindow> tracks = find_tracks(source, warp, search, options, count);
+  Adjusted result{rig, start_windows(rig, tracks), {}};
+  result.options.priors = options.priors;
+  result.options.threads = options.threads;
+  result.options.sigma_px = 0.5;
+  if (const Status done = adjust_in_rounds(result.rig, result.windows, plan, result.options); !done) {
+    return Unexpected(done.error());
+  }
+  return result;
+}
+
+/// Epipolar geometry leaves the focal length open: from the usual one, a wide and a long lens, the first that fits well,
+/// else the best.
+Result<Adjusted> first_rig(const FrameSource& source, const PooledPairs& pooled, std::vector<PointPair>& inliers,
+                           const SelfCalibrationOptions& options) {
+  constexpr std::array<double, 3> kFocalLengths{0.8, 0.45, 1.5};  // In image widths.
+  constexpr double kGoodFit_px = 0.25;
+  constexpr double kGoodShare = 0.5;
+  std::optional<Adjusted> best;
+  double best_fit = 0.0;
+  for (const double focal : kFocalLengths) {
+    RoughRig rough = rough_rig(pooled.pairs, pooled.size, options.baseline_m, focal * pooled.size.width_px);
+    if (2 * rough.inliers.size() < pooled.pairs.size()) {
+      continue;
+    }
+    Result<Adjusted> result = adjusted(source, rough.rig, rough.inliers, RoundPlan::kFromAfar, options);
+    if (!result) {
+      return result;
+    }
+    const double share = used_share(result->windows);
+    const double fit = share / result->options.sigma_px;
+    if (!best || fit > best_fit) {
+      inliers = std::move(rough.inliers);
+      best = std::move(*result);
+      best_fit = fit;
+    }
+    if (share > kGoodShare && best->options.sigma_px < kGoodFit_px) {
+      break;
     }
   }
-  if (magnitudes.empty()) {
-    return 1.0;
+  if (!best) {
+    return fail(ErrorCode::kBadCalibration,
+                "self-calibration refused: left and right images do not fit together as those of a rig; are they "
+                "synchronous, side by side, and not exchanged?");
   }
-  const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
-  std::nth_element(magnitudes.begin(), middle, magnitudes.end());
-  return 1.4826 * *middle;
+  return std::move(*best);
 }
 
-/// Whole tracks go: what moves by itself, or was followed wrongly, is wrong in all its observations.
-void reject_tracks(const RigModel& rig, std::vector<BundleWindow>& windows, double sigma_px) {
-  constexpr double kRmsSigmas = 3.0;
-  constexpr double kWorstSigmas = 8.0;
-  for (BundleWindow& window : windows) {
-    for (BundlePoint& point : window.points) {
-      double sum2 = 0.0;
-      double worst = 0.0;
-      for (const Observation& seen : point.observations) {
-        const double r2 = 0.5 * residual_px(rig, window, point, seen).squaredNorm();
-        sum2 += r2;
-        worst = std::max(worst, r2);
-      }
-      const double rms = std::sqrt(sum2 / static_cast<double>(point.observations.size()));
-      point.used = point.used && point.ray_and_inverse_depth[2] > 0.0 && rms < kRmsSigmas * sigma_px &&
-                   std::sqrt(worst) < kWorstSigmas * sigma_px;
-    }
-  }
+Findings findings_of(const Adjusted& final_fit, const RigCovariance& covariance) {
+  constexpr double kFar = 50.0;  // Baselines.
+  Findings findings;
+  findings.windows = final_fit.windows.size();
+  findings.used_share = used_share(final_fit.windows);
+  findings.sigma_px = final_fit.options.sigma_px;
+  findings.scene = scene_evidence(final_fit.rig, final_fit.windows);
+  findings.focal_sigma = focal_sigma(covariance);
+  findings.depth_sigma = depth_sigma(final_fit.rig, covariance, kFar * final_fit.rig.baseline_m);
+  return findings;
 }
 
-std::string describe(const RigModel& rig) {
-  std::string text;
-  char line[256];
-  for (const LensBlock& l : rig.lens) {
-    const double f = rig.size.width_px * std::exp(l[kLogFocal]);
-    std::snprintf(line, sizeof line, "f %.2f a %.4f c %.2f %.2f k %.4f %.4f %.4f p %.5f %.5f | ", f,
-                  std::exp(l[kLogAspect]), l[kOffsetX] * rig.size.width_px, l[kOffsetY] * rig.size.width_px, l[kK1],
-                  l[kK2], l[kK3], l[kP1], l[kP2]);
-    text += line;
+Status check(const FrameSource& source, const SelfCalibrationOptions& options) {
+  if (!(options.baseline_m > 0.0 && options.baseline_m <= 10.0)) {
+    return fail(ErrorCode::kInvalidArgument, "the baseline must be above 0 and at most 10 metres, got " +
+                                                 std::to_string(options.baseline_m));
   }
-  std::snprintf(line, sizeof line, "turn %.5f %.5f %.5f base %.5f %.5f", rig.mount[0], rig.mount[1], rig.mount[2],
-                rig.mount[3], rig.mount[4]);
-  return text + line;
-}
-
-/// One solution, then the scatter of its observations and the tracks that do not fit.
-Status adjust_and_reject(RigModel& rig, std::vector<BundleWindow>& windows, BundleOptions& bundle,
-                         const SelfCalibrationOptions& options) {
-  const Result<BundleResult> result = adjust(rig, windows, bundle);
-  if (!result) {
-    return Unexpected(result.error());
+  if (source.frames < kFewestFrames) {
+    return fail(ErrorCode::kBadCalibration, "self-calibration refused: the recording has " +
+                                                std::to_string(source.frames) + " frames; at least " +
+                                                std::to_string(kFewestFrames) + ", better a hundred, are needed");
   }
-  bundle.sigma_px = robust_sigma_px(rig, windows);
-  reject_tracks(rig, windows, bundle.sigma_px);
-  char line[200];
-  std::snprintf(line, sizeof line, "iterations %d cost %.1f sigma %.4f px; ", result->iterations, result->cost,
-                bundle.sigma_px);
-  options.progress(line + describe(rig));
   return {};
-}
-
-/// From a rig that may be far off: few iterations between rejections, which would otherwise hold it.
-Result<double> adjust_in_rounds(RigModel& rig, std::vector<BundleWindow>& windows,
-                                const SelfCalibrationOptions& options, bool rough) {
-  struct Round {
-    bool rig_fixed;
-    int iterations;
-    double tolerance;
-  };
-  static constexpr std::array<Round, 4> kRough{{{false, 20, 1e-4}, {false, 20, 1e-4}, {false, 20, 1e-5}, {false, 30, 1e-5}}};
-  static constexpr std::array<Round, 4> kFine{{{true, 15, 1e-4}, {false, 20, 1e-5}, {false, 30, 1e-5}, {false, 40, 1e-6}}};
-  BundleOptions bundle;
-  bundle.priors = options.priors;
-  bundle.threads = options.threads;
-  for (const Round& round : rough ? kRough : kFine) {
-    bundle.rig_fixed = round.rig_fixed;
-    bundle.iterations = round.iterations;
-    bundle.tolerance = round.tolerance;
-    if (const Status done = adjust_and_reject(rig, windows, bundle, options); !done) {
-      return Unexpected(done.error());
-    }
-  }
-  return bundle.sigma_px;
-}
-
-void add_covariance(SelfCalibration& found, const SelfCalibrationOptions& options) {
-  BundleOptions bundle;
-  bundle.priors = options.priors;
-  bundle.sigma_px = found.sigma_px;
-  const RigInformation prior = prior_information(found.rig, options.priors);
-  Eigen::Matrix<double, kRigSize, kRigSize> normal = prior.normal;
-  Eigen::Matrix<double, kRigSize, kRigSize> scatter = Eigen::Matrix<double, kRigSize, kRigSize>::Zero();
-  for (const BundleWindow& window : found.windows) {
-    const RigInformation part = rig_information(found.rig, window, bundle);
-    normal += part.normal;
-    scatter += part.gradient * part.gradient.transpose();
-  }
-  const Eigen::Matrix<double, kRigSize, kRigSize> inverse = normal.inverse();
-  const auto n = static_cast<double>(found.windows.size());
-  found.covariance = n / std::max(n - 1.0, 1.0) * inverse * scatter * inverse;
-  const auto names = {"lnf", "asp", "cx", "cy", "k1", "k2", "p1", "p2", "k3"};
-  std::string text = "sigma formal/scatter: ";
-  int i = 0;
-  for (const char* name : names) {
-    char line[100];
-    std::snprintf(line, sizeof line, "%s %.6f/%.6f ", name, std::sqrt(inverse(i, i)),
-                  std::sqrt(found.covariance(i, i)));
-    text += line;
-    ++i;
-  }
-  for (i = 18; i < kRigSize; ++i) {
-    char line[100];
-    std::snprintf(line, sizeof line, "m%d %.6f/%.6f ", i - 18, std::sqrt(inverse(i, i)),
-                  std::sqrt(found.covariance(i, i)));
-    text += line;
-  }
-  options.progress(text);
 }
 
 }  // namespace
 
 Result<SelfCalibration> self_calibrate(const FrameSource& source, const SelfCalibrationOptions& options) {
-  const Result<PooledPairs> pooled = pool_pairs(source, options.pairs);
+  if (const Status valid = check(source, options); !valid) {
+    return Unexpected(valid.error());
+  }
+  options.progress("matching left and right images");
+  const Result<PooledPairs> pooled = pool_pairs(source, options);
   if (!pooled) {
     return Unexpected(pooled.error());
   }
-  const Result<RoughRig> rough =
-      rough_rig(pooled->pairs, pooled->size, options.baseline_m, 0.8 * pooled->size.width_px);
-  options.progress("pairs " + std::to_string(pooled->pairs.size()) + " inliers " +
-                   std::to_string(rough->inliers.size()) + " rms " + std::to_string(rough->rms_px) + " " +
-                   describe(rough->rig));
-  SelfCalibration found;
-  found.rig = rough->rig;
-  for (int pass = 0; pass < 2; ++pass) {
-    const ViewWarp warp(found.rig);
-    const StereoSearch search = search_range(warp, rough->inliers, pass == 0 ? 4 : 2);
-    options.progress("search " + std::to_string(search.least_disparity_px) + " " +
-                     std::to_string(search.most_disparity_px));
-    const Result<std::vector<TrackWindow>> tracks = find_tracks(source, warp, search, pass == 0 ? (options.windows + 1) / 2 : options.windows, options);
-    if (!tracks) {
-      return Unexpected(tracks.error());
-    }
-    found.windows = start_windows(found.rig, *tracks);
-    std::size_t count = 0;
-    for (const BundleWindow& window : found.windows) {
-      count += window.points.size();
-    }
-    options.progress("windows " + std::to_string(found.windows.size()) + " tracks " + std::to_string(count));
-    const Result<double> sigma_px = adjust_in_rounds(found.rig, found.windows, options, pass == 0);
-    if (!sigma_px) {
-      return Unexpected(sigma_px.error());
-    }
-    found.sigma_px = *sigma_px;
+  options.progress("following points, first rig");
+  std::vector<PointPair> inliers;
+  const Result<Adjusted> first = first_rig(source, *pooled, inliers, options);
+  if (!first) {
+    return Unexpected(first.error());
   }
-  add_covariance(found, options);
-  found.calibration = to_calibration(found.rig);
-  return found;
+  options.progress("following points, final rig");
+  const Result<Adjusted> fit = adjusted(source, first->rig, inliers, RoundPlan::kFromNear, options);
+  if (!fit) {
+    return Unexpected(fit.error());
+  }
+  SelfCalibration result{to_calibration(fit->rig), fit->rig, rig_covariance(fit->rig, fit->windows, fit->options), {}};
+  result.findings = findings_of(*fit, result.covariance);
+  if (const Status accepted = verdict(result.findings); !accepted) {
+    return Unexpected(accepted.error());
+  }
+  if (const Status valid = result.calibration.validate(); !valid) {
+    return Unexpected(valid.error());
+  }
+  return result;
 }
 
 }  // namespace kinetrace::self_calibration

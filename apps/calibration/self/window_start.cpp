@@ -13,17 +13,6 @@ namespace {
 
 constexpr double kLeastInverseDepth = 1e-4;
 
-/// Inverse depth along the left ray from the first left-right pair: least squares of the two rays.
-double inverse_depth(const RigModel& rig, const Track& track) {
-  const Se3 T_right_left = rig.T_right_left();
-  const Eigen::Vector3d left = unproject(rig.lens[0], rig.size, track.observations[0].raw_px).homogeneous();
-  const Eigen::Vector3d right = unproject(rig.lens[1], rig.size, track.observations[1].raw_px).homogeneous();
-  // right ~ R left + inverse_depth t: both sides crossed with `right`.
-  const Eigen::Vector3d turned = right.cross(T_right_left.rotation * left);
-  const Eigen::Vector3d shifted = right.cross(T_right_left.translation);
-  return -shifted.dot(turned) / shifted.squaredNorm();
-}
-
 Se3 to_se3(const PoseBlock& pose) {
   return {so3_exp({pose[0], pose[1], pose[2]}), {pose[3], pose[4], pose[5]}};
 }
@@ -71,7 +60,7 @@ class Chain {
         continue;
       }
       const Eigen::Vector2d ray = unproject(rig_.lens[0], rig_.size, seen.raw_px);
-      const double w = inverse_depth(rig_, track);
+      const double w = inverse_depth(rig_, track.observations[0].raw_px, track.observations[1].raw_px);
       BundlePoint& point = window_.points[seen.point];
       point.T_host_world = to_se3(window_.poses[frame]);
       // Slightly behind infinity is noise, far behind it a wrong match.
