@@ -10,7 +10,7 @@ namespace kinetrace::self_calibration {
 namespace {
 
 LeftResidual view_residual(const RigModel& rig, const BundlePoint& point, const Observation& seen, double sigma_px) {
-  return {rig.size, point.T_host_world.inverse(), seen.raw_px, 1.0 / sigma_px};
+  return {rig.size, point.T_host_world.inverse(), seen.raw_px, 1.0 / (sigma_px * point.sigma_scale)};
 }
 
 void add_observation(RigModel& rig, BundleWindow& window, BundlePoint& point, const Observation& seen,
@@ -166,7 +166,7 @@ Result<BundleResult> adjust(RigModel& rig, std::span<BundleWindow> windows, cons
 
 Eigen::Vector2d residual_px(const RigModel& rig, const BundleWindow& window, const BundlePoint& point,
                             const Observation& seen) {
-  const LeftResidual left = view_residual(rig, point, seen, 1.0);
+  const LeftResidual left = view_residual(rig, point, seen, 1.0 / point.sigma_scale);
   const double* pose = window.poses[seen.frame].data();
   Eigen::Vector2d residual;
   if (seen.view == 0) {

@@ -23,6 +23,7 @@ struct BundlePoint {
   Se3 T_host_world;
   std::array<double, 3> ray_and_inverse_depth{};
   std::vector<Observation> observations;
+  double sigma_scale = 1.0;  ///< How much worse than the usual its observations are: dull points are.
   bool used = true;
 };
 
@@ -41,7 +42,7 @@ struct LensPriors {
 
 struct BundleOptions {
   LensPriors priors;
-  double sigma_px = 0.3;         ///< Of an observation.
+  double sigma_px = 0.3;         ///< Of a usual observation.
   double robust_sigmas = 2.0;    ///< Scale of the Cauchy loss.
   bool rig_fixed = false;        ///< Poses and points alone.
   int iterations = 30;

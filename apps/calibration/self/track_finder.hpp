@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 
 #include "kinetrace/core/frame.hpp"
-#include "patch_aligner.hpp"
+#include "patch_template.hpp"
 #include "track_window.hpp"
 #include "view_warp.hpp"
 

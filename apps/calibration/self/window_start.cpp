@@ -12,6 +12,7 @@ namespace kinetrace::self_calibration {
 namespace {
 
 constexpr double kLeastInverseDepth = 1e-4;
+constexpr std::size_t kFewestFrames = 3;
 
 Se3 to_se3(const PoseBlock& pose) {
   return {so3_exp({pose[0], pose[1], pose[2]}), {pose[3], pose[4], pose[5]}};
@@ -37,9 +38,13 @@ class Chain {
     host_new_points(0);
     for (std::size_t frame = 1; frame < window_.poses.size(); ++frame) {
       if (!locate(frame)) {
-        return std::nullopt;
+        cut_off(frame);
+        break;
       }
       host_new_points(frame);
+    }
+    if (window_.poses.size() < kFewestFrames) {
+      return std::nullopt;
     }
     for (BundlePoint& point : window_.points) {
       point.used = point.used && point.ray_and_inverse_depth[2] > 0.0;
@@ -69,6 +74,17 @@ class Chain {
     }
   }
 
+  /// Frames from here on are left out.
+  void cut_off(std::size_t frame) {
+    window_.poses.resize(frame);
+    for (BundlePoint& point : window_.points) {
+      std::erase_if(point.observations, [frame](const Observation& seen) { return seen.frame >= frame; });
+    }
+    std::erase_if(window_.points, [](const BundlePoint& point) {
+      return point.observations.empty() || point.observations.front().frame == point.observations.back().frame;
+    });
+  }
+
   [[nodiscard]] bool locate(std::size_t frame) {
     constexpr std::size_t kFewest = 15;
     constexpr double kInlier_px = 4.0;
@@ -91,12 +107,12 @@ class Chain {
       return false;
     }
     PoseBlock& pose = window_.poses[frame];
-    pose = window_.poses[frame - 1];
     cv::Mat turn(3, 1, CV_64F, pose.data());
     cv::Mat shift(3, 1, CV_64F, pose.data() + 3);
     std::vector<int> inliers;
-    const bool found = cv::solvePnPRansac(points, rays, cv::Matx33d::eye(), cv::noArray(), turn, shift, true, kSamples,
-                                          static_cast<float>(kInlier_px / rig_.focal_px(0)), 0.999, inliers);
+    const bool found = cv::solvePnPRansac(points, rays, cv::Matx33d::eye(), cv::noArray(), turn, shift, false, kSamples,
+                                          static_cast<float>(kInlier_px / rig_.focal_px(0)), 0.999, inliers,
+                                          cv::SOLVEPNP_P3P);
     return found && inliers.size() >= kFewest;
   }
 

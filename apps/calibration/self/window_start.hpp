@@ -9,7 +9,8 @@
 namespace kinetrace::self_calibration {
 
 /// Poses chained from frame to frame by perspective-n-point with random samples (fixed seed), points from their first
-/// left-right pair. Points that do not fit are left out. Empty where a frame finds too few points.
+/// left-right pair. Ends before a frame that finds too few points; empty where
+/// fewer than three frames are left.
 [[nodiscard]] std::optional<BundleWindow> start_window(const RigModel& rig, const TrackWindow& tracks);
 
 }  // namespace kinetrace::self_calibration

@@ -1,4 +1,4 @@
-#include "patch_aligner.hpp"
+#include "patch_template.hpp"
 
 #include <cmath>
 
