@@ -1,5 +1,7 @@
 #include "rig_bundle.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include <ceres/ceres.h>
@@ -13,56 +15,137 @@ LeftResidual view_residual(const RigModel& rig, const BundlePoint& point, const 
   return {rig.size, point.T_host_world.inverse(), seen.raw_px, 1.0 / (sigma_px * point.sigma_scale)};
 }
 
-void add_observation(RigModel& rig, BundleWindow& window, BundlePoint& point, const Observation& seen,
-                     const BundleOptions& options, ceres::LossFunction* loss, ceres::Problem& problem) {
-  const LeftResidual left = view_residual(rig, point, seen, options.sigma_px);
-  double* pose = window.poses[seen.frame].data();
-  double* place = point.ray_and_inverse_depth.data();
-  if (seen.view == 0) {
-    problem.AddResidualBlock(new LeftResidual::Cost(new LeftResidual(left)), loss, rig.lens[0].data(), pose, place);
-  } else {
-    problem.AddResidualBlock(new RightResidual::Cost(new RightResidual{left, rig.baseline_m}), loss,
-                             rig.lens[1].data(), rig.mount.data(), pose, place);
+/// All parameters in one piece of memory: Ceres orders blocks by address, and sums in that order, which would differ
+/// from run to run.
+class Blocks {
+ public:
+  Blocks(const RigModel& rig, std::span<const BundleWindow> windows) {
+    for (const LensBlock& lens : rig.lens) {
+      append(lens);
+    }
+    append(rig.mount);
+    for (const BundleWindow& window : windows) {
+      poses_.push_back(values_.size());
+      for (const PoseBlock& pose : window.poses) {
+        append(pose);
+      }
+      points_.push_back(values_.size());
+      for (const BundlePoint& point : window.points) {
+        append(point.ray_and_inverse_depth);
+      }
+    }
   }
-}
 
-void add_priors(RigModel& rig, const LensPriors& priors, ceres::Problem& problem) {
-  for (LensBlock& lens : rig.lens) {
-    problem.AddResidualBlock(new LensPrior::Cost(new LensPrior{priors.sigma}), nullptr, lens.data());
+  double* lens(std::size_t view) { return &values_[view * kLensSize]; }
+  double* mount() { return &values_[2 * kLensSize]; }
+  double* pose(std::size_t window, std::size_t frame) { return &values_[poses_[window] + 6 * frame]; }
+  double* point(std::size_t window, std::size_t point) { return &values_[points_[window] + 3 * point]; }
+
+  void write(RigModel& rig, std::span<BundleWindow> windows) {
+    std::copy_n(lens(0), kLensSize, rig.lens[0].begin());
+    std::copy_n(lens(1), kLensSize, rig.lens[1].begin());
+    std::copy_n(mount(), kMountSize, rig.mount.begin());
+    for (std::size_t w = 0; w < windows.size(); ++w) {
+      for (std::size_t k = 0; k < windows[w].poses.size(); ++k) {
+        std::copy_n(pose(w, k), 6, windows[w].poses[k].begin());
+      }
+      for (std::size_t i = 0; i < windows[w].points.size(); ++i) {
+        std::copy_n(point(w, i), 3, windows[w].points[i].ray_and_inverse_depth.begin());
+      }
+    }
   }
-  problem.AddResidualBlock(new LensDifferencePrior::Cost(new LensDifferencePrior{priors.sigma_between}), nullptr,
-                           rig.lens[0].data(), rig.lens[1].data());
-  problem.AddResidualBlock(new MountPrior::Cost(new MountPrior{priors.sigma_mount}), nullptr, rig.mount.data());
-}
 
-void add_windows(RigModel& rig, std::span<BundleWindow> windows, const BundleOptions& options,
-                 ceres::LossFunction* loss, ceres::Problem& problem, ceres::ParameterBlockOrdering& ordering) {
-  for (BundleWindow& window : windows) {
-    for (BundlePoint& point : window.points) {
-      if (!point.used) {
+ private:
+  template <std::size_t Size>
+  void append(const std::array<double, Size>& block) {
+    values_.insert(values_.end(), block.begin(), block.end());
+  }
+
+  std::vector<double> values_;
+  std::vector<std::size_t> poses_;   ///< Of each window: where its poses begin.
+  std::vector<std::size_t> points_;  ///< The same of its points.
+};
+
+class BundleProblem {
+ public:
+  BundleProblem(const RigModel& rig, std::span<const BundleWindow> windows, const BundleOptions& options)
+      : options_(options), blocks_(rig, windows), loss_(options.robust_sigmas), problem_(problem_options()) {
+    add_priors();
+    for (std::size_t w = 0; w < windows.size(); ++w) {
+      add_window(rig, windows[w], w);
+    }
+    for (double* block : {blocks_.lens(0), blocks_.lens(1), blocks_.mount()}) {
+      ordering_->AddElementToGroup(block, 1);
+      if (options.rig_fixed) {
+        problem_.SetParameterBlockConstant(block);
+      }
+    }
+  }
+
+  ceres::Solver::Summary solve(ceres::Solver::Options solver) {
+    solver.linear_solver_ordering = ordering_;
+    ceres::Solver::Summary summary;
+    ceres::Solve(solver, &problem_, &summary);
+    return summary;
+  }
+
+  Blocks& blocks() { return blocks_; }
+
+ private:
+  static ceres::Problem::Options problem_options() {
+    ceres::Problem::Options options;
+    options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    options.disable_all_safety_checks = true;
+    return options;
+  }
+
+  void add_priors() {
+    const LensPriors& priors = options_.priors;
+    for (std::size_t view = 0; view < 2; ++view) {
+      problem_.AddResidualBlock(new LensPrior::Cost(new LensPrior{priors.sigma}), nullptr, blocks_.lens(view));
+    }
+    problem_.AddResidualBlock(new LensDifferencePrior::Cost(new LensDifferencePrior{priors.sigma_between}), nullptr,
+                              blocks_.lens(0), blocks_.lens(1));
+    problem_.AddResidualBlock(new MountPrior::Cost(new MountPrior{priors.sigma_mount}), nullptr, blocks_.mount());
+  }
+
+  void add_window(const RigModel& rig, const BundleWindow& window, std::size_t w) {
+    for (std::size_t i = 0; i < window.points.size(); ++i) {
+      if (!window.points[i].used) {
         continue;
       }
-      for (const Observation& seen : point.observations) {
-        add_observation(rig, window, point, seen, options, loss, problem);
+      for (const Observation& seen : window.points[i].observations) {
+        add_observation(rig, window.points[i], seen, blocks_.pose(w, seen.frame), blocks_.point(w, i));
       }
-      ordering.AddElementToGroup(point.ray_and_inverse_depth.data(), 0);
+      ordering_->AddElementToGroup(blocks_.point(w, i), 0);
     }
-    for (PoseBlock& pose : window.poses) {
-      if (problem.HasParameterBlock(pose.data())) {
-        ordering.AddElementToGroup(pose.data(), 1);
+    for (std::size_t k = 0; k < window.poses.size(); ++k) {
+      if (problem_.HasParameterBlock(blocks_.pose(w, k))) {
+        ordering_->AddElementToGroup(blocks_.pose(w, k), 1);
       }
     }
-    if (problem.HasParameterBlock(window.poses.front().data())) {
-      problem.SetParameterBlockConstant(window.poses.front().data());
+    if (problem_.HasParameterBlock(blocks_.pose(w, 0))) {
+      problem_.SetParameterBlockConstant(blocks_.pose(w, 0));
     }
   }
-  for (double* block : {rig.lens[0].data(), rig.lens[1].data(), rig.mount.data()}) {
-    ordering.AddElementToGroup(block, 1);
-    if (options.rig_fixed) {
-      problem.SetParameterBlockConstant(block);
+
+  void add_observation(const RigModel& rig, const BundlePoint& point, const Observation& seen, double* pose,
+                       double* place) {
+    const LeftResidual left = view_residual(rig, point, seen, options_.sigma_px);
+    if (seen.view == 0) {
+      problem_.AddResidualBlock(new LeftResidual::Cost(new LeftResidual(left)), &loss_, blocks_.lens(0), pose, place);
+    } else {
+      problem_.AddResidualBlock(new RightResidual::Cost(new RightResidual{left, rig.baseline_m}), &loss_,
+                                blocks_.lens(1), blocks_.mount(), pose, place);
     }
   }
-}
+
+  const BundleOptions& options_;
+  Blocks blocks_;
+  ceres::CauchyLoss loss_;
+  ceres::Problem problem_;
+  std::shared_ptr<ceres::ParameterBlockOrdering> ordering_ = std::make_shared<ceres::ParameterBlockOrdering>();
+};
 
 ceres::Solver::Options solver_options(const BundleOptions& options) {
   ceres::Solver::Options solver;
@@ -146,20 +229,12 @@ void add_point(const RigModel& rig, const BundleWindow& window, const BundlePoin
 }  // namespace
 
 Result<BundleResult> adjust(RigModel& rig, std::span<BundleWindow> windows, const BundleOptions& options) {
-  ceres::CauchyLoss loss(options.robust_sigmas);
-  ceres::Problem::Options problem_options;
-  problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  problem_options.disable_all_safety_checks = true;
-  ceres::Problem problem(problem_options);
-  ceres::Solver::Options solver = solver_options(options);
-  solver.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  add_priors(rig, options.priors, problem);
-  add_windows(rig, windows, options, &loss, problem, *solver.linear_solver_ordering);
-  ceres::Solver::Summary summary;
-  ceres::Solve(solver, &problem, &summary);
+  BundleProblem problem(rig, windows, options);
+  const ceres::Solver::Summary summary = problem.solve(solver_options(options));
   if (!summary.IsSolutionUsable()) {
     return fail(ErrorCode::kInternal, "self-calibration: bundle adjustment failed: " + summary.message);
   }
+  problem.blocks().write(rig, windows);
   return BundleResult{summary.final_cost, static_cast<int>(summary.iterations.size()) - 1,
                       summary.termination_type == ceres::CONVERGENCE};
 }
