@@ -29,8 +29,8 @@ Result<SelfCalibration> calibrated(const CalibrateOptions& options, const hal::D
   if (!camera) {
     return Unexpected(camera.error());
   }
-  const std::size_t most = options.until.max_frames > 0 ? static_cast<std::size_t>(options.until.max_frames)
-                                                        : dataset.frames.size();
+  const std::size_t most =
+      options.until.max_frames > 0 ? static_cast<std::size_t>(options.until.max_frames) : dataset.frames.size();
   const self_calibration::FrameSource frames{std::min(most, dataset.frames.size()),
                                              [&](std::size_t place) { return camera->frame_at(place); }};
   self_calibration::SelfCalibrationOptions estimation;

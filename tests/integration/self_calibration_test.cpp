@@ -1,4 +1,6 @@
 // Self-calibration of rendered recordings whose rig is known, from the images and the baseline's length.
+#include "self/self_calibration.hpp"
+
 #include <cmath>
 #include <cstddef>
 #include <string>
@@ -8,7 +10,6 @@
 #include <gtest/gtest.h>
 
 #include "scenes/scenes.hpp"
-#include "self/self_calibration.hpp"
 #include "stereo_simulator.hpp"
 
 namespace kinetrace::self_calibration {

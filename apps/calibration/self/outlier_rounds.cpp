@@ -14,10 +14,8 @@ struct Round {
   double tolerance;
 };
 
-constexpr std::array<Round, 4> kFromAfar{
-    {{false, 20, 1e-4}, {false, 20, 1e-4}, {false, 20, 1e-5}, {false, 30, 1e-5}}};
-constexpr std::array<Round, 4> kFromNear{
-    {{true, 15, 1e-4}, {false, 20, 1e-5}, {false, 30, 1e-5}, {false, 40, 1e-6}}};
+constexpr std::array<Round, 4> kFromAfar{{{false, 20, 1e-4}, {false, 20, 1e-4}, {false, 20, 1e-5}, {false, 30, 1e-5}}};
+constexpr std::array<Round, 4> kFromNear{{{true, 15, 1e-4}, {false, 20, 1e-5}, {false, 30, 1e-5}, {false, 40, 1e-6}}};
 
 /// 1.48 times the median magnitude of a coordinate's residual, in the scale of its point.
 double robust_sigma_px(const RigModel& rig, const std::vector<BundleWindow>& windows) {
@@ -43,7 +41,7 @@ double robust_sigma_px(const RigModel& rig, const std::vector<BundleWindow>& win
 }
 
 struct TrackError {
-  double rms_px = 0.0;    ///< Of a coordinate.
+  double rms_px = 0.0;  ///< Of a coordinate.
   double worst_px = 0.0;
 };
 

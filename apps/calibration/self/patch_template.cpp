@@ -92,8 +92,7 @@ std::optional<PatchPlace> PatchTemplate::align(const cv::Mat& image, const Patch
         !sample(image, place, seen) || normalise(seen) < 1.0F) {
       return std::nullopt;
     }
-    const Eigen::Matrix<double, kParameters, 1> step =
-        normal_.solve(weighted_ * (seen - value_)).cast<double>();
+    const Eigen::Matrix<double, kParameters, 1> step = normal_.solve(weighted_ * (seen - value_)).cast<double>();
     Eigen::Matrix2d stretch;
     stretch << 1.0 + step[2], step[3], step[4], 1.0 + step[5];
     place.shape = place.shape * stretch.inverse();

@@ -17,7 +17,8 @@ struct PatchPlace {
 
 /// Lucas and Kanade, inverse compositional (Baker and Matthews, IJCV 2004), over an affine map, gain and offset. All
 /// observations of a point are aligned with one template, so that what is wrong in it, and what the surface around the
-/// point does, is the same in all of them and makes another point at most; followed from frame to frame it would add up.
+/// point does, is the same in all of them and makes another point at most; followed from frame to frame it would add
+/// up.
 class PatchTemplate {
  public:
   static constexpr int kRadius_px = 7;

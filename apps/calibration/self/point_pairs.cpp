@@ -11,9 +11,9 @@ struct Features {
 };
 
 Features describe(const cv::Mat& image) {
-  constexpr int kMost = 1500;
+  constexpr int kMaxFeatures = 1500;
   constexpr double kContrast = 0.02;  // Half of the usual: dull corners of the image matter as well.
-  const cv::Ptr<cv::SIFT> sift = cv::SIFT::create(kMost, 3, kContrast);
+  const cv::Ptr<cv::SIFT> sift = cv::SIFT::create(kMaxFeatures, 3, kContrast);
   Features features;
   sift->detectAndCompute(image, cv::noArray(), features.points, features.descriptors);
   return features;

@@ -247,8 +247,8 @@ Eigen::Vector2d residual_px(const RigModel& rig, const BundleWindow& window, con
   if (seen.view == 0) {
     left(rig.lens[0].data(), pose, point.ray_and_inverse_depth.data(), residual.data());
   } else {
-    RightResidual{left, rig.baseline_m}(rig.lens[1].data(), rig.mount.data(), pose,
-                                        point.ray_and_inverse_depth.data(), residual.data());
+    RightResidual{left, rig.baseline_m}(rig.lens[1].data(), rig.mount.data(), pose, point.ray_and_inverse_depth.data(),
+                                        residual.data());
   }
   return residual;
 }

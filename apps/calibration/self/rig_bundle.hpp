@@ -17,8 +17,8 @@ namespace kinetrace::self_calibration {
 
 using PoseBlock = std::array<double, 6>;  ///< T_camera_world: rotation vector, translation; metres.
 
-/// A point as (x, y, 1) / inverse depth in a host frame, which stays where the start put it: so the far and the near are
-/// equally well conditioned (Civera et al., T-RO 2008), at no more than three parameters.
+/// A point as (x, y, 1) / inverse depth in a host frame, which stays where the start put it: so the far and the near
+/// are equally well conditioned (Civera et al., T-RO 2008), at no more than three parameters.
 struct BundlePoint {
   Se3 T_host_world;
   std::array<double, 3> ray_and_inverse_depth{};
@@ -42,11 +42,11 @@ struct LensPriors {
 
 struct BundleOptions {
   LensPriors priors;
-  double sigma_px = 0.3;         ///< Of a usual observation.
-  double robust_sigmas = 2.0;    ///< Scale of the Cauchy loss.
-  bool rig_fixed = false;        ///< Poses and points alone.
+  double sigma_px = 0.3;       ///< Of a usual observation.
+  double robust_sigmas = 2.0;  ///< Scale of the Cauchy loss.
+  bool rig_fixed = false;      ///< Poses and points alone.
   int iterations = 30;
-  double tolerance = 1e-6;       ///< Relative change of the cost that ends it.
+  double tolerance = 1e-6;  ///< Relative change of the cost that ends it.
   int threads = 1;
 };
 

@@ -86,6 +86,7 @@ void baseline_direction(const T* mount, T* direction) {
 [[nodiscard]] Eigen::Vector2d unproject(const LensBlock& lens, const ImageSize& size, const Eigen::Vector2d& pixel);
 
 /// Inverse depth along the left ray of a left-right pair, 1/m, by least squares; negative behind infinity.
-[[nodiscard]] double inverse_depth(const RigModel& rig, const Eigen::Vector2d& left_px, const Eigen::Vector2d& right_px);
+[[nodiscard]] double inverse_depth(const RigModel& rig, const Eigen::Vector2d& left_px,
+                                   const Eigen::Vector2d& right_px);
 
 }  // namespace kinetrace::self_calibration

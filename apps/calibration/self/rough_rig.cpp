@@ -52,8 +52,8 @@ class EpipolarFit {
  public:
   EpipolarFit(std::span<const PointPair> pairs, const ImageSize& size, double focal_px) {
     for (const PointPair& pair : pairs) {
-      distances_.push_back({(pair.left_px - size.centre_px()) / focal_px, (pair.right_px - size.centre_px()) / focal_px,
-                            focal_px});
+      distances_.push_back(
+          {(pair.left_px - size.centre_px()) / focal_px, (pair.right_px - size.centre_px()) / focal_px, focal_px});
     }
   }
 
@@ -114,8 +114,7 @@ EpipolarFit best_fit(std::span<const PointPair> pairs, const ImageSize& size, do
 
 }  // namespace
 
-RoughRig rough_rig(std::span<const PointPair> pairs, const ImageSize& size, double baseline_m,
-                   double focal_px) {
+RoughRig rough_rig(std::span<const PointPair> pairs, const ImageSize& size, double baseline_m, double focal_px) {
   constexpr double kInlier_px = 4.0;
   const EpipolarFit fit = best_fit(pairs, size, focal_px);
   RoughRig rough{plain_rig(size, baseline_m, focal_px), {}, 0.0};

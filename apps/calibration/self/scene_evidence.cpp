@@ -13,8 +13,7 @@ double quantile(std::vector<double>& values, double part) {
   if (values.empty()) {
     return 0.0;
   }
-  const auto place =
-      values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), place, values.end());
   return *place;
 }
@@ -35,7 +34,7 @@ double parallax_px(const RigModel& rig, const BundleWindow& window, const Bundle
 /// On a plane inverse depths are linear in the image: least absolute values by iterated weights.
 double plane_share(const RigModel& rig, const BundleWindow& window) {
   constexpr double kNear_px = 0.3;  // Of disparity.
-  constexpr double kLeast_px = 0.05;
+  constexpr double kFloor_px = 0.05;
   std::vector<Eigen::Vector4d> points;  // x, y, 1, disparity.
   for (const BundlePoint& point : window.points) {
     const auto& [x, y, w] = point.ray_and_inverse_depth;
@@ -51,7 +50,7 @@ double plane_share(const RigModel& rig, const BundleWindow& window) {
     Eigen::Matrix3d normal = 1e-9 * Eigen::Matrix3d::Identity();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
     for (const Eigen::Vector4d& p : points) {
-      const double weight = 1.0 / std::max(std::abs(p[3] - plane.dot(p.head<3>())), kLeast_px);
+      const double weight = 1.0 / std::max(std::abs(p[3] - plane.dot(p.head<3>())), kFloor_px);
       normal += weight * p.head<3>() * p.head<3>().transpose();
       right += weight * p[3] * p.head<3>();
     }

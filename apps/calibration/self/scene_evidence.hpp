@@ -1,4 +1,4 @@
-// What the recording shows that a calibration can be told from: motion, parallax, depth.
+// What the recording shows that a calibration can be found from: motion, parallax, depth.
 #pragma once
 
 #include <vector>

@@ -16,7 +16,7 @@
 namespace kinetrace::self_calibration {
 namespace {
 
-constexpr std::size_t kFewestFrames = 9;
+constexpr std::size_t kMinFrames = 9;
 
 cv::Mat to_opencv(GrayView image) {
   return cv::Mat(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.data),
@@ -30,7 +30,7 @@ struct PooledPairs {
 
 /// Of frames spread over the recording; damaged ones are passed over.
 Result<PooledPairs> pool_pairs(const FrameSource& source, const SelfCalibrationOptions& options) {
-  constexpr std::size_t kFewestPairs = 150;
+  constexpr std::size_t kMinPairs = 150;
   const std::size_t count = std::min(options.pairs, source.frames);
   PooledPairs pooled;
   for (std::size_t i = 0; i < count; ++i) {
@@ -40,7 +40,7 @@ Result<PooledPairs> pool_pairs(const FrameSource& source, const SelfCalibrationO
       pooled.pairs.insert(pooled.pairs.end(), pairs.begin(), pairs.end());
     }
   }
-  if (pooled.pairs.size() < kFewestPairs) {
+  if (pooled.pairs.size() < kMinPairs) {
     return fail(ErrorCode::kBadCalibration,
                 "self-calibration refused: too few matches between left and right images (" +
                     std::to_string(pooled.pairs.size()) + " in " + std::to_string(count) +
@@ -115,8 +115,8 @@ Result<Adjusted> adjusted(const FrameSource& source, const RigModel& rig, const 
   return result;
 }
 
-/// Epipolar geometry leaves the focal length open: from the usual one, a wide and a long lens, the first that fits well,
-/// else the best.
+/// Epipolar geometry leaves the focal length open: from the usual one, a wide and a long lens, the first that fits
+/// well, else the best.
 Result<Adjusted> first_rig(const FrameSource& source, const PooledPairs& pooled, std::vector<PointPair>& inliers,
                            const SelfCalibrationOptions& options) {
   constexpr std::array<double, 3> kFocalLengths{0.8, 0.45, 1.5};  // In image widths.
@@ -166,13 +166,13 @@ Findings findings_of(const Adjusted& final_fit, const RigCovariance& covariance)
 
 Status check(const FrameSource& source, const SelfCalibrationOptions& options) {
   if (!(options.baseline_m > 0.0 && options.baseline_m <= 10.0)) {
-    return fail(ErrorCode::kInvalidArgument, "the baseline must be above 0 and at most 10 metres, got " +
-                                                 std::to_string(options.baseline_m));
+    return fail(ErrorCode::kInvalidArgument,
+                "the baseline must be above 0 and at most 10 metres, got " + std::to_string(options.baseline_m));
   }
-  if (source.frames < kFewestFrames) {
+  if (source.frames < kMinFrames) {
     return fail(ErrorCode::kBadCalibration, "self-calibration refused: the recording has " +
                                                 std::to_string(source.frames) + " frames; at least " +
-                                                std::to_string(kFewestFrames) + ", better a hundred, are needed");
+                                                std::to_string(kMinFrames) + ", better a hundred, are needed");
   }
   return {};
 }

@@ -35,24 +35,25 @@ double sigma(const SelfCalibration& result, int parameter) {
 
 std::string camera_line(const char* name, const SelfCalibration& result, const hal::CameraModel& camera, int first) {
   const double width = result.rig.size.width_px;
-  return text("%-8s fx %.2f +- %.2f, fy %.2f, cx %.2f +- %.2f, cy %.2f +- %.2f px; k1 %.4f k2 %.4f p1 %.5f p2 %.5f k3 %.4f",
-              name, camera.fx_px, camera.fx_px * sigma(result, first + kLogFocal), camera.fy_px, camera.cx_px,
-              width * sigma(result, first + kOffsetX), camera.cy_px, width * sigma(result, first + kOffsetY),
-              camera.distortion[0], camera.distortion[1], camera.distortion[2], camera.distortion[3],
-              camera.distortion[4]);
+  return text(
+      "%-8s fx %.2f +- %.2f, fy %.2f, cx %.2f +- %.2f, cy %.2f +- %.2f px; k1 %.4f k2 %.4f p1 %.5f p2 %.5f k3 %.4f",
+      name, camera.fx_px, camera.fx_px * sigma(result, first + kLogFocal), camera.fy_px, camera.cx_px,
+      width * sigma(result, first + kOffsetX), camera.cy_px, width * sigma(result, first + kOffsetY),
+      camera.distortion[0], camera.distortion[1], camera.distortion[2], camera.distortion[3], camera.distortion[4]);
 }
 
 std::string scene_line(const Findings& findings) {
-  return text("seen     %zu points in %zu stretches, fit to %.3f px; they move %.0f px, %.0f px of it by parallax; depths "
-              "differ by a factor of %.1f",
-              findings.scene.points, findings.windows, findings.sigma_px, findings.scene.travel_px,
-              findings.scene.parallax_px, findings.scene.depth_ratio);
+  return text(
+      "seen     %zu points in %zu stretches, fit to %.3f px; they move %.0f px, %.0f px of it by parallax; depths "
+      "differ by a factor of %.1f",
+      findings.scene.points, findings.windows, findings.sigma_px, findings.scene.travel_px, findings.scene.parallax_px,
+      findings.scene.depth_ratio);
 }
 
 Json camera_json(const hal::CameraModel& camera) {
-  return {{"fx_px", camera.fx_px}, {"fy_px", camera.fy_px}, {"cx_px", camera.cx_px}, {"cy_px", camera.cy_px},
-          {"k1", camera.distortion[0]}, {"k2", camera.distortion[1]}, {"p1", camera.distortion[2]},
-          {"p2", camera.distortion[3]}, {"k3", camera.distortion[4]}};
+  return {{"fx_px", camera.fx_px},      {"fy_px", camera.fy_px},      {"cx_px", camera.cx_px},
+          {"cy_px", camera.cy_px},      {"k1", camera.distortion[0]}, {"k2", camera.distortion[1]},
+          {"p1", camera.distortion[2]}, {"p2", camera.distortion[3]}, {"k3", camera.distortion[4]}};
 }
 
 Json covariance_json(const RigCovariance& covariance) {

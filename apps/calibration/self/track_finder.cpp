@@ -156,7 +156,8 @@ std::optional<Eigen::Vector2d> TrackFinder::search_row(const Images& now, const 
   const int first = x - static_cast<int>(std::ceil(search_.most_disparity_px));
   const int last = x - static_cast<int>(std::floor(search_.least_disparity_px));
   const cv::Rect strip = cv::Rect(first - kRadius, patch.y - search_.rows_px, last - first + patch.width,
-                                  patch.height + 2 * search_.rows_px) & all;
+                                  patch.height + 2 * search_.rows_px) &
+                         all;
   if ((patch & all) != patch || strip.width < patch.width || strip.height < patch.height) {
     return std::nullopt;
   }

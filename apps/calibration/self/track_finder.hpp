@@ -38,7 +38,7 @@ class TrackFinder {
     std::optional<PatchPlace> right;
   };
   struct Images {
-    cv::Mat left;   ///< Floats.
+    cv::Mat left;  ///< Floats.
     cv::Mat right;
     std::vector<cv::Mat> pyramid;  ///< Of the left one.
   };

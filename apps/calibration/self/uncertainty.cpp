@@ -49,7 +49,8 @@ RigCovariance rig_covariance(const RigModel& rig, const std::vector<BundleWindow
 }
 
 double focal_sigma(const RigCovariance& covariance) {
-  return std::sqrt(std::max(covariance(kLogFocal, kLogFocal), covariance(kLensSize + kLogFocal, kLensSize + kLogFocal)));
+  return std::sqrt(
+      std::max(covariance(kLogFocal, kLogFocal), covariance(kLensSize + kLogFocal, kLensSize + kLogFocal)));
 }
 
 double depth_sigma(const RigModel& rig, const RigCovariance& covariance, double depth_m) {
@@ -58,8 +59,8 @@ double depth_sigma(const RigModel& rig, const RigCovariance& covariance, double 
   int count = 0;
   for (int row = -kSteps; row <= kSteps; ++row) {
     for (int column = -kSteps; column <= kSteps; ++column) {
-      const Eigen::Vector2d at = rig.size.centre_px() +
-                                 Eigen::Vector2d(column * rig.size.width_px, row * rig.size.height_px) / (3.0 * kSteps);
+      const Eigen::Vector2d at =
+          rig.size.centre_px() + Eigen::Vector2d(column * rig.size.width_px, row * rig.size.height_px) / (3.0 * kSteps);
       const Eigen::Vector3d ray = unproject(rig.lens[0], rig.size, at).homogeneous();
       const RigRow derivative = depth_derivative(rig, depth_m * ray);
       variance += derivative * covariance * derivative.transpose();

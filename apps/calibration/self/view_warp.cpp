@@ -83,8 +83,8 @@ void ViewWarp::fill_tables(int view) {
         project(rig_.lens[v].data(), rig_.size, ray.data(), at.data());
       }
       table_[v].at<cv::Vec2f>(y, x) = {static_cast<float>(at.x()), static_cast<float>(at.y())};
-      const bool holds = at.x() >= 1.0 && at.y() >= 1.0 && at.x() <= rig_.size.width_px - 2.0 &&
-                         at.y() <= rig_.size.height_px - 2.0;
+      const bool holds =
+          at.x() >= 1.0 && at.y() >= 1.0 && at.x() <= rig_.size.width_px - 2.0 && at.y() <= rig_.size.height_px - 2.0;
       inside_[v].at<std::uint8_t>(y, x) = holds ? 255 : 0;
     }
   }

@@ -11,8 +11,8 @@
 namespace kinetrace::self_calibration {
 namespace {
 
-constexpr double kLeastInverseDepth = 1e-4;
-constexpr std::size_t kFewestFrames = 3;
+constexpr double kMinInverseDepth = 1e-4;
+constexpr std::size_t kMinFrames = 3;
 
 Se3 to_se3(const PoseBlock& pose) {
   return {so3_exp({pose[0], pose[1], pose[2]}), {pose[3], pose[4], pose[5]}};
@@ -43,7 +43,7 @@ class Chain {
       }
       host_new_points(frame);
     }
-    if (window_.poses.size() < kFewestFrames) {
+    if (window_.poses.size() < kMinFrames) {
       return std::nullopt;
     }
     for (BundlePoint& point : window_.points) {
@@ -70,7 +70,7 @@ class Chain {
       point.T_host_world = to_se3(window_.poses[frame]);
       // Slightly behind infinity is noise, far behind it a wrong match.
       point.used = w > -3.0 / (rig_.focal_px(0) * rig_.baseline_m);
-      point.ray_and_inverse_depth = {ray.x(), ray.y(), std::max(w, kLeastInverseDepth)};
+      point.ray_and_inverse_depth = {ray.x(), ray.y(), std::max(w, kMinInverseDepth)};
     }
   }
 
@@ -86,7 +86,7 @@ class Chain {
   }
 
   [[nodiscard]] bool locate(std::size_t frame) {
-    constexpr std::size_t kFewest = 15;
+    constexpr std::size_t kMinPoints = 15;
     constexpr double kInlier_px = 4.0;
     constexpr int kSamples = 300;
     std::vector<cv::Point3d> points;
@@ -103,17 +103,17 @@ class Chain {
         names.push_back(seen.point);
       }
     }
-    if (points.size() < kFewest) {
+    if (points.size() < kMinPoints) {
       return false;
     }
     PoseBlock& pose = window_.poses[frame];
     cv::Mat turn(3, 1, CV_64F, pose.data());
     cv::Mat shift(3, 1, CV_64F, pose.data() + 3);
     std::vector<int> inliers;
-    const bool found = cv::solvePnPRansac(points, rays, cv::Matx33d::eye(), cv::noArray(), turn, shift, false, kSamples,
-                                          static_cast<float>(kInlier_px / rig_.focal_px(0)), 0.999, inliers,
-                                          cv::SOLVEPNP_P3P);
-    return found && inliers.size() >= kFewest;
+    const bool found = cv::solvePnPRansac(points, rays, cv::Matx33d(1, 0, 0, 0, 1, 0, 0, 0, 1), cv::noArray(), turn,
+                                          shift, false, kSamples, static_cast<float>(kInlier_px / rig_.focal_px(0)),
+                                          0.999, inliers, cv::SOLVEPNP_P3P);
+    return found && inliers.size() >= kMinPoints;
   }
 
   const RigModel& rig_;

@@ -15,8 +15,8 @@ cv::Mat waves(const Eigen::Matrix2d& shape, const Eigen::Vector2d& shift_px, dou
   for (int y = 0; y < image.rows; ++y) {
     for (int x = 0; x < image.cols; ++x) {
       const Eigen::Vector2d p = shape.inverse() * (Eigen::Vector2d(x, y) - centre - shift_px);
-      const double value = 30.0 * std::sin(0.35 * p.x() + 0.2 * p.y()) + 25.0 * std::sin(0.3 * p.y() - 0.1 * p.x() + 1) +
-                           0.05 * p.x() * p.y();
+      const double value = 30.0 * std::sin(0.35 * p.x() + 0.2 * p.y()) +
+                           25.0 * std::sin(0.3 * p.y() - 0.1 * p.x() + 1) + 0.05 * p.x() * p.y();
       image.at<float>(y, x) = static_cast<float>(gain * (value + 100.0) + offset);
     }
   }

@@ -110,12 +110,9 @@ TEST(WindowStart, IsEmptyWhereTooLittleIsSeen) {
 
 Findings findings(const Fit& found) {
   const RigCovariance covariance = rig_covariance(found.rig, found.windows, found.options);
-  return {found.windows.size(),
-          used_share(found.windows),
-          found.options.sigma_px,
-          scene_evidence(found.rig, found.windows),
-          focal_sigma(covariance),
-          depth_sigma(found.rig, covariance, 50.0 * found.rig.baseline_m)};
+  return {found.windows.size(),    used_share(found.windows),
+          found.options.sigma_px,  scene_evidence(found.rig, found.windows),
+          focal_sigma(covariance), depth_sigma(found.rig, covariance, 50.0 * found.rig.baseline_m)};
 }
 
 TEST(SceneEvidence, OfADriveIsAccepted) {

@@ -35,8 +35,8 @@ class Drive {
   Eigen::Vector3d point() {
     const Eigen::Vector2d pixel(uniform(10.0, rig_.size.width_px - 10.0), uniform(10.0, rig_.size.height_px - 10.0));
     const Eigen::Vector3d ray = unproject(rig_.lens[0], rig_.size, pixel).homogeneous();
-    const double depth = options_.world == World::kWall ? 8.0 / (1.0 + 0.3 * ray.x())
-                                                        : 1.0 / uniform(1.0 / kFar_m, 1.0 / kNear_m);
+    const double depth =
+        options_.world == World::kWall ? 8.0 / (1.0 + 0.3 * ray.x()) : 1.0 / uniform(1.0 / kFar_m, 1.0 / kNear_m);
     return depth * ray;
   }
 
@@ -47,9 +47,8 @@ class Drive {
     const Eigen::Vector3d step(uniform(-0.1, 0.1), uniform(-0.05, 0.05), -uniform(0.15, 0.3));
     for (std::size_t k = 1; k < poses.size(); ++k) {
       const double turn = options_.motion == Motion::kRest ? 0.0 : 0.012 * static_cast<double>(k);
-      const Eigen::Vector3d travelled = options_.motion == Motion::kTravel
-                                            ? Eigen::Vector3d(static_cast<double>(k) * step)
-                                            : Eigen::Vector3d::Zero();
+      const Eigen::Vector3d travelled =
+          options_.motion == Motion::kTravel ? Eigen::Vector3d(static_cast<double>(k) * step) : Eigen::Vector3d::Zero();
       poses[k] = {so3_exp(turn * axis), travelled};
     }
     return poses;
@@ -70,8 +69,8 @@ class Drive {
         }
         if (is_seen) {
           const Eigen::Vector2d noise(normal_(random_), normal_(random_));
-          track.observations.push_back({static_cast<std::uint8_t>(view), static_cast<std::uint16_t>(k),
-                                        pixel + options_.noise_px * noise});
+          track.observations.push_back(
+              {static_cast<std::uint8_t>(view), static_cast<std::uint16_t>(k), pixel + options_.noise_px * noise});
         }
       }
     }
