@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "calibrate_self.hpp"
 #include "calibration_report.hpp"
 #include "camera/camera_loop.hpp"
 #include "camera/camera_setup.hpp"
@@ -157,6 +158,9 @@ Outcome<TargetCalibration> carry_out(const CalibrateOptions& options) {
 }  // namespace
 
 int calibrate_command(const CalibrateOptions& options) {
+  if (!options.self.empty()) {
+    return calibrate_self_command(options);
+  }
   const Outcome<TargetCalibration> calibration = carry_out(options);
   if (!calibration) {
     return app::report(calibration.error());

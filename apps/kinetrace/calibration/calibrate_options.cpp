@@ -7,13 +7,25 @@ namespace kinetrace::app {
 void add_calibrate_options(CLI::App& command, CalibrateOptions& options) {
   options.source.uncalibrated = true;
   add_source_options(command, options.source);
-  command
-      .add_option("--target", options.target,
-                  "What is shown: chessboard:9x6:0.03 (inner corners, side of a square in metres), "
-                  "charuco:8x6:0.04:0.03:DICT_4X4_100 (squares, their side, that of a marker), aprilgrid:6x6:0.088:0.3 "
-                  "(tags, their side, gaps as part of it), or a target file of Kalibr")
+  auto* const self = command.get_option_group("Source")
+                         ->add_option("--self", options.self,
+                                      "A recording of anything, on the move: the calibration is found from it and the "
+                                      "length of the baseline alone")
+                         ->type_name("LAYOUT:PATH");
+  auto* const known = command.add_option_group("Known", "What is known: one of");
+  known->require_option(1);
+  known->add_option("--baseline", options.baseline_m, "With --self: the distance of the two lenses")
+      ->type_name("METRES")
+      ->check(CLI::Range(0.001, 10.0))
+      ->needs(self);
+  known
+      ->add_option(
+          "--target", options.target,
+          "What is shown: chessboard:9x6:0.03 (inner corners, side of a square in metres), "
+          "charuco:8x6:0.04:0.03:DICT_4X4_100 (squares, their side, that of a marker), aprilgrid:6x6:0.088:0.3 "
+          "(tags, their side, gaps as part of it), or a target file of Kalibr")
       ->type_name("TARGET")
-      ->required();
+      ->excludes(self);
   command
       .add_option(
           "--lens", options.lens,

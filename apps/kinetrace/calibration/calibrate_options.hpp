@@ -16,7 +16,9 @@ inline constexpr const char* kCalibratePackage = "kinetrace-calibration";
 struct CalibrateOptions {
   SourceOptions source;
   UntilOptions until;
-  std::string target;           ///< As parse_target understands it.
+  std::string target;           ///< As parse_target understands it; empty with `self`.
+  std::string self;             ///< "LAYOUT:PATH" of a recording without a target; empty: with one.
+  double baseline_m = 0.0;      ///< Known beside that recording.
   std::string lens = "radtan";  ///< A name of kLensNames.
   std::filesystem::path out;    ///< Folder for the calibration and its report.
   bool quiet = false;

@@ -1,0 +1,24 @@
+// Bundle adjustment in rounds, between which what does not fit is left out.
+#pragma once
+
+#include <vector>
+
+#include "kinetrace/core/result.hpp"
+#include "rig_bundle.hpp"
+
+namespace kinetrace::self_calibration {
+
+enum class RoundPlan {
+  kFromAfar,  ///< The rig may be far off: few iterations a round.
+  kFromNear,  ///< Poses and points first, then all, to the end.
+};
+
+/// Improves rig and windows and marks points that are not used. Whole tracks go: what moves by itself, or was followed
+/// wrongly, is wrong in all its observations. `options.sigma_px` becomes the scatter of a coordinate.
+[[nodiscard]] Status adjust_in_rounds(RigModel& rig, std::vector<BundleWindow>& windows, RoundPlan plan,
+                                      BundleOptions& options);
+
+/// Part of the points that is used.
+[[nodiscard]] double used_share(const std::vector<BundleWindow>& windows);
+
+}  // namespace kinetrace::self_calibration

@@ -1,0 +1,108 @@
+#include "patch_template.hpp"
+
+#include <cmath>
+
+#include <Eigen/LU>
+
+namespace kinetrace::self_calibration {
+
+/// The middle counts most: there is where the surface is nearest to its tangent plane.
+const PatchTemplate::Patch& PatchTemplate::weights() {
+  static const Patch kWeights = [] {
+    constexpr double kSigma_px = 4.0;
+    Patch weights;
+    for (int i = 0; i < kPixels; ++i) {
+      const double x = i % kSide - kRadius_px;
+      const double y = i / kSide - kRadius_px;
+      weights[i] = static_cast<float>(std::exp(-(x * x + y * y) / (2.0 * kSigma_px * kSigma_px)));
+    }
+    return Patch(weights / weights.sum());
+  }();
+  return kWeights;
+}
+
+/// Takes the weighted mean out and divides by the weighted spread, which it returns.
+float PatchTemplate::normalise(Patch& patch) {
+  patch.array() -= patch.dot(weights());
+  const float spread = std::sqrt(patch.cwiseAbs2().dot(weights()));
+  patch /= std::max(spread, 1e-3F);
+  return spread;
+}
+
+/// Bilinear; false at the image's border.
+bool PatchTemplate::sample(const cv::Mat& image, const PatchPlace& place, Patch& out) {
+  const Eigen::Vector2d extent = kRadius_px * place.shape.cwiseAbs().rowwise().sum();
+  const Eigen::Vector2d low = place.position - extent;
+  const Eigen::Vector2d high = place.position + extent;
+  if (!(low.minCoeff() >= 1.0 && high.x() < image.cols - 2 && high.y() < image.rows - 2)) {
+    return false;
+  }
+  for (int i = 0; i < kPixels; ++i) {
+    const Eigen::Vector2d at =
+        place.position + place.shape * Eigen::Vector2d(i % kSide - kRadius_px, i / kSide - kRadius_px);
+    const int x0 = static_cast<int>(at.x());
+    const int y0 = static_cast<int>(at.y());
+    const auto ax = static_cast<float>(at.x() - x0);
+    const auto ay = static_cast<float>(at.y() - y0);
+    const float* upper = image.ptr<float>(y0) + x0;
+    const float* lower = image.ptr<float>(y0 + 1) + x0;
+    const float above = upper[0] + ax * (upper[1] - upper[0]);
+    const float below = lower[0] + ax * (lower[1] - lower[0]);
+    out[i] = above + ay * (below - above);
+  }
+  return true;
+}
+
+std::optional<PatchTemplate> PatchTemplate::make(const cv::Mat& image, const Eigen::Vector2d& at) {
+  constexpr float kFlat = 2.0F;
+  PatchTemplate patch;
+  Patch left, right, above, below;
+  const Eigen::Vector2d x(1.0, 0.0);
+  const Eigen::Vector2d y(0.0, 1.0);
+  if (!(sample(image, {at}, patch.value_) && sample(image, {at - x}, left) && sample(image, {at + x}, right) &&
+        sample(image, {at - y}, above) && sample(image, {at + y}, below))) {
+    return std::nullopt;
+  }
+  const float spread = normalise(patch.value_);
+  if (spread < kFlat) {
+    return std::nullopt;
+  }
+  const Patch dx = (right - left) / (2.0F * spread);
+  const Patch dy = (below - above) / (2.0F * spread);
+  Eigen::Matrix<float, kPixels, kParameters> derivative;
+  for (int i = 0; i < kPixels; ++i) {
+    const auto u = static_cast<float>(i % kSide - kRadius_px);
+    const auto v = static_cast<float>(i / kSide - kRadius_px);
+    derivative.row(i) << dx[i], dy[i], u * dx[i], v * dx[i], u * dy[i], v * dy[i], patch.value_[i], 1.0F;
+  }
+  patch.weighted_ = derivative.transpose() * weights().asDiagonal();
+  patch.normal_.compute(patch.weighted_ * derivative);
+  return patch.normal_.info() == Eigen::Success ? std::optional(patch) : std::nullopt;
+}
+
+std::optional<PatchPlace> PatchTemplate::align(const cv::Mat& image, const PatchPlace& guess, double reach_px,
+                                               double correlation) const {
+  constexpr int kIterations = 25;
+  constexpr double kConverged_px = 0.003;
+  PatchPlace place = guess;
+  Patch seen;
+  for (int i = 0; i < kIterations; ++i) {
+    const double size = place.shape.determinant();
+    if (!(size > 0.25 && size < 4.0) || !((place.position - guess.position).norm() < reach_px) ||
+        !sample(image, place, seen) || normalise(seen) < 1.0F) {
+      return std::nullopt;
+    }
+    const Eigen::Matrix<double, kParameters, 1> step = normal_.solve(weighted_ * (seen - value_)).cast<double>();
+    Eigen::Matrix2d stretch;
+    stretch << 1.0 + step[2], step[3], step[4], 1.0 + step[5];
+    place.shape = place.shape * stretch.inverse();
+    place.position -= place.shape * step.head<2>();
+    if (step.head<2>().norm() < kConverged_px) {
+      const bool alike = seen.cwiseProduct(value_).dot(weights()) > correlation;
+      return alike ? std::optional(place) : std::nullopt;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace kinetrace::self_calibration
