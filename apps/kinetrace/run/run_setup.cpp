@@ -25,6 +25,10 @@ Outcome<RunSetup> RunSetup::create(const RunOptions& options) {
   if (!config) {
     return failure(config.error());
   }
+  if (!options.save_calibration.empty() && config->pipeline.calibration.mode == rig::RefineMode::kOff) {
+    return Unexpected(
+        Failure{ExitCode::kUsage, "--save-calibration: calibration.refine is off; set it to on or check"});
+  }
   Outcome<CameraSetup> camera = camera_setup(options.source);
   if (!camera) {
     return Unexpected(camera.error());

@@ -60,6 +60,8 @@ constexpr std::uint64_t kMinWindows = 2;
 // A change below this moves no feature; above the other, the window of bundle adjustment holds two geometries.
 constexpr double kSmallChange_px = 0.015;
 constexpr double kLargeChange_px = 0.7;
+// A calibration that is off by less is as good as any.
+constexpr double kNoticeable_px = 0.1;
 // Where the estimate is worse than this, nothing can be said about the calibration.
 constexpr double kJudged_px = 0.15;
 
@@ -320,7 +322,7 @@ void RigRefiner::publish() {
   estimate_.windows = filter.updates();
   estimate_.knocks = filter.knocks();
   const double yaw_sigma_px = estimate_.disparity_sigma_rad * geometry_.fx_px;
-  const bool is_off = !surely_known(value, filter.covariance(), lasting_rad, storage_->off).isZero(0.0);
+  const bool is_off = distance_px(geometry_, surely_known_now(), {}) > kNoticeable_px;
   if (estimate_.windows == 0 || (!is_off && yaw_sigma_px > kJudged_px)) {
     estimate_.verdict = RigVerdict::kUnknown;
   } else if (!is_off) {

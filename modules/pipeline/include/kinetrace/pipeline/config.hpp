@@ -84,7 +84,8 @@ template <typename Config, typename Visitor>
 void visit_calibration(Config& config, Visitor& visit) {
   auto& c = config.calibration;
   visit("calibration.refine", c.mode,
-        "the right camera's pose from the images: on corrects what is surely known, check only reports, off");
+        "on (the right camera's pose is found from the images, what is surely wrong is corrected), check (only "
+        "reported) or off");
   visit("calibration.max_points", c.max_points, "points of the background in each estimate");
   visit("calibration.prior_sigma_deg", c.prior_sigma_deg, "how far off the calibration's angles may be, degrees");
   visit("calibration.bias_px", c.bias_px, "error of matching that does not average out, px");
