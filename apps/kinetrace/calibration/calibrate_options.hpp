@@ -19,6 +19,7 @@ struct CalibrateOptions {
   std::string target;           ///< As parse_target understands it.
   std::string lens = "radtan";  ///< A name of kLensNames.
   std::filesystem::path out;    ///< Folder for the calibration and its report.
+  std::filesystem::path draw;   ///< The target to print; nothing is calibrated then.
   bool quiet = false;
 };
 
