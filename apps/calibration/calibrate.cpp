@@ -17,6 +17,7 @@
 #include "guidance_line.hpp"
 #include "kinetrace/core/files.hpp"
 #include "target_calibration.hpp"
+#include "target_drawing.hpp"
 
 namespace kinetrace::calibration {
 namespace {
@@ -58,11 +59,38 @@ class StillnessGate {
   std::vector<Corner> last_;
 };
 
+EstimationOptions estimation_options(const CalibrateOptions& options, const CameraSetup& setup) {
+  return {.lens = lens_named(options.lens),
+          .width_px = setup.calibration.raw_width_px(),
+          .height_px = setup.calibration.raw_height_px()};
+}
+
+// Enough has been seen of a live camera when nothing is missing and what is there gives a calibration.
+class CompletenessCheck {
+ public:
+  CompletenessCheck(const Target& target, const EstimationOptions& options) : target_(target), options_(options) {}
+
+  bool is_complete(const ViewCollector& views) {
+    constexpr std::size_t kViewsBetween = 5;
+    if (views.views().size() < next_try_ || !views.assess().missing.empty()) {
+      return false;
+    }
+    next_try_ = views.views().size() + kViewsBetween;
+    return calibrate(target_, views, options_).has_value();
+  }
+
+ private:
+  const Target& target_;
+  EstimationOptions options_;
+  std::size_t next_try_ = 0;
+};
+
 Status collect(const CalibrateOptions& options, const CameraSetup& setup, hal::StereoCamera& camera,
-               TargetDetector& detector, ViewCollector& views) {
+               const Target& target, TargetDetector& detector, ViewCollector& views) {
   const bool is_live = setup.live.has_value();
   GuidanceLine guidance(!options.quiet);
   StillnessGate gate(is_live);
+  CompletenessCheck check(target, estimation_options(options, setup));
   app::HealthMonitor health;
   app::Progress progress(false, std::nullopt);
   bool is_complete = false;
@@ -75,7 +103,7 @@ Status collect(const CalibrateOptions& options, const CameraSetup& setup, hal::S
     }
     const Offer offer = views.offer(std::move(view));
     guidance.show(views, offer);
-    is_complete = is_live && offer == Offer::kTaken && views.assess().missing.empty();
+    is_complete = is_live && offer == Offer::kTaken && check.is_complete(views);
     return is_complete ? Status(fail(ErrorCode::kEndOfStream, "nothing is missing")) : Status();
   });
   guidance.clear();
@@ -100,7 +128,7 @@ Outcome<std::unique_ptr<ViewCollector>> collected(const CalibrateOptions& option
   }
   auto views = std::make_unique<ViewCollector>(target, lens_named(options.lens), setup.calibration.raw_width_px(),
                                                setup.calibration.raw_height_px());
-  if (const Status played = collect(options, setup, *camera->camera, **detector, *views); !played) {
+  if (const Status played = collect(options, setup, *camera->camera, target, **detector, *views); !played) {
     return failure(played.error());
   }
   return views;
@@ -127,6 +155,12 @@ Status write_files(const CalibrateOptions& options, const TargetCalibration& cal
   return written ? write_picture(calibration, views, options.out / "calibration.png") : written;
 }
 
+Status draw_target(const CalibrateOptions& options) {
+  return parse_target(options.target).and_then(target_svg).and_then([&options](const std::string& svg) {
+    return replace_file(options.draw, svg);
+  });
+}
+
 Outcome<TargetCalibration> carry_out(const CalibrateOptions& options) {
   const auto target = parse_target(options.target);
   if (!target) {
@@ -141,10 +175,7 @@ Outcome<TargetCalibration> carry_out(const CalibrateOptions& options) {
   if (!views) {
     return Unexpected(views.error());
   }
-  const EstimationOptions estimation{.lens = lens_named(options.lens),
-                                     .width_px = setup->calibration.raw_width_px(),
-                                     .height_px = setup->calibration.raw_height_px()};
-  auto calibration = calibrate(*target, **views, estimation);
+  auto calibration = calibrate(*target, **views, estimation_options(options, *setup));
   if (!calibration) {
     return failure(calibration.error());
   }
@@ -158,8 +189,15 @@ Outcome<TargetCalibration> carry_out(const CalibrateOptions& options) {
 }  // namespace
 
 int calibrate_command(const CalibrateOptions& options) {
+  if (!options.draw.empty()) {
+    const Status drawn = draw_target(options);
+    return drawn ? 0 : app::report(app::to_failure(drawn.error()));
+  }
   if (!options.self.empty()) {
     return calibrate_self_command(options);
+  }
+  if (options.out.empty() || (options.source.dataset.empty() && options.source.camera.empty())) {
+    return app::report({app::ExitCode::kUsage, "calibrate needs --dataset or --camera, and --out; see --help"});
   }
   const Outcome<TargetCalibration> calibration = carry_out(options);
   if (!calibration) {

@@ -62,7 +62,7 @@ void draw_residuals(Canvas& canvas, const Panel& panel, const StereoEstimate& es
                 {.color = drawing::kFrame, .width_px = 1.0, .alpha = 0.5});
     const int column = std::clamp(static_cast<int>(residual.px.x() * kColumns / panel.width_px), 0, kColumns - 1);
     const int row = std::clamp(static_cast<int>(residual.px.y() * kRows / height_px), 0, kRows - 1);
-    Cell& cell = cells[static_cast<std::size_t>(row * kColumns + column)];
+    Cell& cell = cells[static_cast<std::size_t>(row) * kColumns + static_cast<std::size_t>(column)];
     cell.sum += residual.error_px;
     ++cell.count;
   }
@@ -72,8 +72,9 @@ void draw_residuals(Canvas& canvas, const Panel& panel, const StereoEstimate& es
     if (cell.count < kMinCorners) {
       continue;
     }
-    const Eigen::Vector2d middle((i % kColumns + 0.5) * panel.width_px / kColumns,
-                                 (static_cast<double>(i / kColumns) + 0.5) * height_px / kRows);
+    const int column = i % kColumns;
+    const int row = i / kColumns;
+    const Eigen::Vector2d middle((column + 0.5) * panel.width_px / kColumns, (row + 0.5) * height_px / kRows);
     const Point p = panel.at(middle);
     const Point end = p + magnification * panel.scale() * cell.sum / cell.count;
     canvas.line(p, end, {.color = drawing::kRed, .width_px = 2.0});

@@ -1,6 +1,3 @@
-#include <array>
-#include <optional>
-#include <string_view>
 #include <utility>
 
 #include <opencv2/core/version.hpp>
@@ -12,6 +9,7 @@
 #endif
 
 #include "detector.hpp"
+#include "marker_bits.hpp"
 #include "marker_corners.hpp"
 #include "opencv_image.hpp"
 
@@ -44,23 +42,6 @@ class MarkerDetector {
 };
 #endif
 
-// In the order of OpenCV's numbers for them.
-constexpr std::array<std::string_view, 21> kDictionaries{
-    "DICT_4X4_50",        "DICT_4X4_100",        "DICT_4X4_250",       "DICT_4X4_1000",      "DICT_5X5_50",
-    "DICT_5X5_100",       "DICT_5X5_250",        "DICT_5X5_1000",      "DICT_6X6_50",        "DICT_6X6_100",
-    "DICT_6X6_250",       "DICT_6X6_1000",       "DICT_7X7_50",        "DICT_7X7_100",       "DICT_7X7_250",
-    "DICT_7X7_1000",      "DICT_ARUCO_ORIGINAL", "DICT_APRILTAG_16h5", "DICT_APRILTAG_25h9", "DICT_APRILTAG_36h10",
-    "DICT_APRILTAG_36h11"};
-
-std::optional<int> number_of(std::string_view dictionary) {
-  for (std::size_t i = 0; i < kDictionaries.size(); ++i) {
-    if (kDictionaries[i] == dictionary) {
-      return static_cast<int>(i);
-    }
-  }
-  return std::nullopt;
-}
-
 class CharucoDetector final : public TargetDetector {
  public:
   CharucoDetector(Target target, int dictionary) : target_(std::move(target)), markers_(dictionary) {}
@@ -85,7 +66,7 @@ class CharucoDetector final : public TargetDetector {
 }  // namespace
 
 Result<std::unique_ptr<TargetDetector>> make_charuco_detector(const Target& target) {
-  const auto dictionary = number_of(target.dictionary);
+  const auto dictionary = dictionary_number(target.dictionary);
   if (!dictionary) {
     return fail(ErrorCode::kInvalidArgument,
                 "unknown dictionary '" + target.dictionary +

@@ -5,6 +5,7 @@
 #include <memory>
 #include <numeric>
 #include <optional>
+#include <thread>
 
 #include <Eigen/Cholesky>
 #include <ceres/ceres.h>
@@ -94,7 +95,8 @@ class StereoProblem {
     options.max_num_iterations = 100;
     options.function_tolerance = 1e-10;
     options.parameter_tolerance = 1e-10;
-    options.num_threads = options_.threads;
+    options.num_threads =
+        std::clamp(options_.threads, 1, std::max(1, static_cast<int>(std::thread::hardware_concurrency())));
     options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem, &summary);

@@ -56,7 +56,7 @@ struct StereoEstimate {
   /// Standard deviation of the focal length relative to it, the larger one of both cameras.
   [[nodiscard]] double relative_focal_sigma() const;
   /// Of the rotation between the views, the largest of the axes.
-  [[nodiscard]] double rotation_sigma_rad() const { return sigmas().segment<3>(2 * kCameraParameters).maxCoeff(); }
+  [[nodiscard]] double rotation_sigma_rad() const { return sigmas().tail<6>().head<3>().maxCoeff(); }
 };
 
 /// Views need not all be good: of those that contradict the rest, corners or the whole are left out. Errors:

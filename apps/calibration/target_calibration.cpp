@@ -90,14 +90,14 @@ Result<TargetCalibration> calibrate(const Target& target, const ViewCollector& v
   if (!estimate) {
     return Unexpected(estimate.error());
   }
-  if (const auto problems = problems_of(*estimate); !problems.empty()) {
-    return fail(ErrorCode::kBadCalibration, joined(problems));
-  }
   const Validation validation = validate(estimate->rig, target, left_out);
-  // What has proved itself is made once more, from all views.
+  // Once more, from all views.
   auto from_all = estimate_stereo(target, views.views(), options);
   if (!from_all) {
     return Unexpected(from_all.error());
+  }
+  if (const auto problems = problems_of(*from_all); !problems.empty()) {
+    return fail(ErrorCode::kBadCalibration, joined(problems));
   }
   TargetCalibration calibration{.estimate = std::move(*from_all), .validation = validation, .warnings = {}};
   calibration.warnings = warnings_of(calibration.estimate, assessment);

@@ -164,6 +164,15 @@ TEST_F(Calibrate, RefusesImagesWithoutTheTarget) {
   expect_refusal(calibrate("chessboard:5x4:0.03", "radtan"), kBadData, "0 views are too few");
 }
 
+// As in a package without the one that calibrates.
+TEST_F(Calibrate, NamesThePackageThatIsMissing) {
+  const std::string alone = folder_.file("kinetrace");
+  std::filesystem::copy_file(KINETRACE_PROGRAM, alone);
+  const ProgramResult result =
+      run_in_shell(alone + " calibrate --dataset folder:x --target chessboard:9x6:0.03 --out y");
+  expect_refusal(result, kNoInput, "calibrating needs the package kinetrace-calibration");
+}
+
 TEST_F(Calibrate, RefusesATargetThatIsNotUnderstood) {
   expect_refusal(calibrate("chessboard:9x6", "radtan"), kUsage, "target 'chessboard:9x6' is not understood");
   expect_refusal(calibrate("chessboard:9x6:30", "radtan"), kUsage, "give it in metres");

@@ -1,81 +1,24 @@
 #include "rendered_board.hpp"
 
 #include <algorithm>
-#include <apriltag/apriltag.h>
-#include <apriltag/tag36h11.h>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <random>
 
-#include <opencv2/core/version.hpp>
 #include <opencv2/imgproc.hpp>
-#if CV_VERSION_MAJOR > 4 || CV_VERSION_MINOR >= 7
-#include <opencv2/objdetect/aruco_detector.hpp>
-#else
-#include <opencv2/aruco.hpp>
-#endif
 
 #include "lens.hpp"
+#include "target_drawing.hpp"
 
 namespace kinetrace::test {
 namespace {
 
-using calibration::Marker;
 using calibration::Target;
 using calibration::TargetKind;
 
 constexpr std::uint8_t kBlack = 25;
 constexpr std::uint8_t kWhite = 225;
 constexpr std::uint8_t kBackground = 120;
-
-// Rows of cells, black where true.
-using Bits = std::vector<std::vector<bool>>;
-
-Bits bits_of(const cv::Mat& cells) {
-  Bits bits;
-  for (int y = 0; y < cells.rows; ++y) {
-    bits.emplace_back();
-    for (int x = 0; x < cells.cols; ++x) {
-      bits.back().push_back(cells.at<std::uint8_t>(y, x) == 0);
-    }
-  }
-  return bits;
-}
-
-// One pixel a cell, border included.
-Bits aruco_bits(const std::string& dictionary, int id) {
-  constexpr int kBits = 4;
-  const int number = dictionary == "DICT_4X4_100" ? 1 : 0;
-  cv::Mat cells;
-#if CV_VERSION_MAJOR > 4 || CV_VERSION_MINOR >= 7
-  cv::aruco::generateImageMarker(cv::aruco::getPredefinedDictionary(number), id, kBits + 2, cells, 1);
-#else
-  cv::aruco::drawMarker(cv::aruco::getPredefinedDictionary(number), id, kBits + 2, cells, 1);
-#endif
-  return bits_of(cells);
-}
-
-// Without the white margin that the library draws around it.
-Bits april_bits(int id, int border_bits) {
-  apriltag_family_t* family = tag36h11_create();
-  image_u8_t* image = apriltag_to_image(family, static_cast<std::uint32_t>(id));
-  const int margin = (family->total_width - family->width_at_border) / 2;
-  const int side = family->width_at_border;
-  const int more = border_bits - 1;
-  Bits bits(static_cast<std::size_t>(side + 2 * more),
-            std::vector<bool>(static_cast<std::size_t>(side + 2 * more), true));
-  for (int y = 0; y < side; ++y) {
-    for (int x = 0; x < side; ++x) {
-      bits[static_cast<std::size_t>(y + more)][static_cast<std::size_t>(x + more)] =
-          image->buf[(y + margin) * image->stride + x + margin] == 0;
-    }
-  }
-  std::free(image->buf);  // The library does not show its own function for this.
-  std::free(image);
-  tag36h11_destroy(family);
-  return bits;
-}
 
 }  // namespace
 
@@ -113,51 +56,13 @@ BoardRenderer::BoardRenderer(const Target& target, const hal::CameraModel& camer
   print_.pixels.assign(static_cast<std::size_t>(print_.width_px) * static_cast<std::size_t>(print_.height_px), kWhite);
   covered_from_m_ = print_.origin_m.x();
   width_m_ = size_m.x();
-  if (target.kind != TargetKind::kAprilGrid) {
-    print_chessboard(target);
+  for (const calibration::BlackRectangle& black : calibration::black_rectangles(target).value()) {
+    print_.fill(black.from_m, black.to_m, kBlack);
   }
-  print_markers(target);
   for (int y = 0; y <= camera.height_px; ++y) {
     for (int x = 0; x <= camera.width_px; ++x) {
       const double nan = std::numeric_limits<double>::quiet_NaN();
       rays_.push_back(calibration::normalised_ray(camera, {x - 0.5, y - 0.5}).value_or(Eigen::Vector2d(nan, nan)));
-    }
-  }
-}
-
-void BoardRenderer::print_chessboard(const Target& target) {
-  const bool is_charuco = target.kind == TargetKind::kCharuco;
-  const int columns = target.columns + (is_charuco ? 0 : 1);
-  const int rows = target.rows + (is_charuco ? 0 : 1);
-  const double side = target.square_m;
-  for (int row = 0; row < rows; ++row) {
-    for (int column = 0; column < columns; ++column) {
-      if ((row + column) % 2 == 0) {
-        print_.fill({(column - 1) * side, (row - 1) * side}, {column * side, row * side}, kBlack);
-      }
-    }
-  }
-}
-
-void BoardRenderer::print_markers(const Target& target) {
-  for (const Marker& marker : target.markers) {
-    const bool is_tag = target.kind == TargetKind::kAprilGrid;
-    const Bits bits = is_tag ? april_bits(marker.id, target.border_bits) : aruco_bits(target.dictionary, marker.id);
-    const Eigen::Vector2d corner = marker.corners_m[0].head<2>();
-    const double side_m = marker.corners_m[1].x() - marker.corners_m[0].x();
-    const double cell_m = side_m / static_cast<double>(bits.size());
-    for (std::size_t y = 0; y < bits.size(); ++y) {
-      for (std::size_t x = 0; x < bits.size(); ++x) {
-        const Eigen::Vector2d from = corner + cell_m * Eigen::Vector2d(static_cast<double>(x), static_cast<double>(y));
-        print_.fill(from, from + Eigen::Vector2d(cell_m, cell_m), bits[y][x] ? kBlack : kWhite);
-      }
-    }
-    if (is_tag) {  // The black squares that touch the tags' corners.
-      for (const Eigen::Vector3d& point : marker.corners_m) {
-        const Eigen::Vector2d outwards = (point.head<2>() - corner - Eigen::Vector2d(side_m, side_m) / 2).cwiseSign();
-        const Eigen::Vector2d far = point.head<2>() + target.marker_m * outwards;
-        print_.fill(point.head<2>().cwiseMin(far), point.head<2>().cwiseMax(far), kBlack);
-      }
     }
   }
 }

@@ -45,8 +45,6 @@ class BoardRenderer {
     void fill(const Eigen::Vector2d& from_m, const Eigen::Vector2d& to_m, std::uint8_t grey);
     [[nodiscard]] int grey_at(double x_m, double y_m) const;
   };
-  void print_chessboard(const calibration::Target& target);
-  void print_markers(const calibration::Target& target);
 
   hal::CameraModel camera_;
   Print print_;

@@ -21,6 +21,7 @@ struct CalibrateOptions {
   double baseline_m = 0.0;      ///< Known beside that recording.
   std::string lens = "radtan";  ///< A name of kLensNames.
   std::filesystem::path out;    ///< Folder for the calibration and its report.
+  std::filesystem::path draw;   ///< The target to print; nothing is calibrated then.
   bool quiet = false;
 };
 

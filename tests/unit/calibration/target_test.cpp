@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "target_drawing.hpp"
 #include "temp_folder.hpp"
 
 namespace kinetrace::calibration {
@@ -69,6 +70,23 @@ TEST(Target, IsReadFromAFileOfKalibr) {
     EXPECT_EQ(bad.error().code, ErrorCode::kBadFormat) << text;
     EXPECT_THAT(bad.error().message, HasSubstr(path));
   }
+}
+
+TEST(TargetDrawing, HasTheTrueSize) {
+  const auto svg = target_svg(chessboard_target(9, 6, 0.03));
+  ASSERT_TRUE(svg) << svg.error().message;
+  // Ten by seven squares and a margin.
+  EXPECT_THAT(*svg, HasSubstr("width=\"320.000mm\" height=\"230.000mm\""));
+  EXPECT_THAT(*svg, HasSubstr("<rect x=\"10.0000\" y=\"10.0000\" width=\"30.0000\" height=\"30.0000\"/>"));
+  EXPECT_EQ(black_rectangles(chessboard_target(9, 6, 0.03))->size(), 35U);
+}
+
+TEST(TargetDrawing, RefusesMoreMarkersThanADictionaryHas) {
+  EXPECT_TRUE(target_svg(charuco_target(10, 10, 0.03, 0.02, "DICT_4X4_50")));
+  const auto svg = target_svg(charuco_target(11, 10, 0.03, 0.02, "DICT_4X4_50"));
+  ASSERT_FALSE(svg);
+  EXPECT_THAT(svg.error().message, HasSubstr("DICT_4X4_50 has no marker 50"));
+  EXPECT_FALSE(target_svg(april_grid_target(30, 30, 0.05, 0.3)));
 }
 
 }  // namespace

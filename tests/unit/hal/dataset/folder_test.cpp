@@ -159,6 +159,16 @@ TEST_F(Folder, ReportsRosProblems) {
   expect_error(ErrorCode::kBadCalibration, "'distortion_model' is 'thin'");
 }
 
+TEST_F(Folder, IsReadWithoutACalibrationWhereNoneIsNeeded) {
+  add_images("left", "right");
+  add_text("broken.yaml", "K1: [");
+  const auto dataset = open_dataset({.layout = DatasetLayout::kFolder, .path = folder_.path(), .uncalibrated = true});
+  ASSERT_TRUE(dataset) << dataset.error().message;
+  EXPECT_EQ(dataset->calibration.raw_width_px(), 48);
+  EXPECT_EQ(dataset->calibration.raw_height_px(), 32);
+  EXPECT_EQ(dataset->calibration.source, "images without calibration");
+}
+
 TEST_F(Folder, SaysWhatItLookedFor) {
   expect_error(ErrorCode::kNotFound, "looked for left + right, image_0 + image_1, cam0 + cam1");
   add_images("left", "right");
