@@ -51,8 +51,9 @@ TEST(LiveCalibrate, FindsTheRigOfTwoCamerasThatShowABoard) {
       << "\n  right: " << pair.config(hal::CaptureBackend::kV4l2, 1).device
       << "\nimage:\n  format: grey8\n  width_px: 320\n  height_px: 240\n  rate_hz: 5\n"
          "pairing:\n  tolerance_ms: 60\npatience:\n  stall_ms: 4000\n  lost_ms: 4000\n";
-  const ProgramResult result = run_kinetrace({"calibrate", "--camera", folder.file("camera.yaml"), "--target",
-                                              "charuco:8x6:0.04:0.031", "--seconds", "26", "--out", folder.file("out")});
+  const ProgramResult result =
+      run_kinetrace({"calibrate", "--camera", folder.file("camera.yaml"), "--target", "charuco:8x6:0.04:0.031",
+                     "--seconds", "26", "--out", folder.file("out")});
   ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
   const auto rig = hal::read_rig_calibration(folder.file("out/calibration.yaml"), 320, 240);
   ASSERT_TRUE(rig) << rig.error().message;
