@@ -94,13 +94,15 @@ RigCorrection::Vector lasting_error_rad(const RefineConfig& config, double focal
   const double edge_rad = (config.bias_px + bent_px) / (0.5 * focal_px);
   const double disparity_rad = (0.1 * config.bias_px + bent_px) / kUsualDisparity_px;
   RigCorrection::Vector error;
-  error << mean_rad, mean_rad, edge_rad, disparity_rad, 2.0 * disparity_rad, 2.0 * mean_rad;
+  // A shift and a turn about y differ by the square of the column alone, which any bent lens does, too.
+  const double shift_rad = 2.0 * mean_rad + bent_px / (0.15 * focal_px);
+  error << mean_rad, mean_rad, edge_rad, disparity_rad, 2.0 * disparity_rad, shift_rad;
   return error;
 }
 
 /// Glass does not move as far as a mount turns.
 RigCorrection::Vector prior_sigma_rad(const RefineConfig& config) {
-  constexpr double kShift = 0.1;
+  constexpr double kShift = 0.01;
   const double turn_rad = config.prior_sigma_deg * std::numbers::pi / 180.0;
   RigCorrection::Vector sigma = RigCorrection::Vector::Constant(turn_rad);
   sigma[5] = kShift * turn_rad;
@@ -111,12 +113,15 @@ using Flags = std::bitset<RigCorrection::kSize>;
 
 /// The estimate as far as it is surely known. Angles that are least known come first: the others follow from what is
 /// left of them. An angle that has once been found to be off is taken as it is estimated: it has nothing to do with the
-/// calibration any more.
+/// calibration any more. `found`, if not null, gains those that are off, given what is left of the angles before them.
 RigCorrection::Vector surely_known(RigCorrection::Vector value, RigCorrection::Matrix covariance,
-                                   const RigCorrection::Vector& lasting_rad, const Flags& off) {
+                                   const RigCorrection::Vector& lasting_rad, const Flags& off, Flags* found = nullptr) {
   constexpr std::array<int, RigCorrection::kSize> kOrder{5, 4, 3, 2, 0, 1};
   for (const int i : kOrder) {
     const double variance = covariance(i, i) + lasting_rad[i] * lasting_rad[i];
+    if (found != nullptr && std::abs(value[i]) > kOff * std::sqrt(variance)) {
+      found->set(static_cast<std::size_t>(i));
+    }
     const double kept = off[static_cast<std::size_t>(i)]
                             ? 1.0
                             : std::max(0.0, 1.0 - kSure * kSure * variance / std::max(value[i] * value[i], 1e-30));
@@ -311,10 +316,9 @@ void RigRefiner::publish() {
   estimate_.correction = RigCorrection::from(value);
   estimate_.sigma_rad = (filter.covariance().diagonal().array() + lasting_rad.array().square()).sqrt();
   if (filter.updates() >= kMinWindows) {
-    for (int i = 0; i < RigCorrection::kSize; ++i) {
-      storage_->off[static_cast<std::size_t>(i)] =
-          storage_->off[static_cast<std::size_t>(i)] || std::abs(value[i]) > kOff * estimate_.sigma_rad[i];
-    }
+    Flags found = storage_->off;
+    static_cast<void>(surely_known(value, filter.covariance(), lasting_rad, storage_->off, &found));
+    storage_->off = found;
   }
   // At the image's middle a turn about y and a shift look the same.
   RigCorrection::Vector both = RigCorrection::Vector::Zero();

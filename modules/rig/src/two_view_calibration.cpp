@@ -34,7 +34,7 @@ constexpr double kMatch_px = 0.08;
 constexpr double kMatchOfPoint_px = 0.12;
 // Weak knowledge that keeps the system solvable where points tell nothing at all: nobody mounts cameras like that.
 constexpr double kLoose_rad = 0.2;
-constexpr double kLooseShift_rad = 0.004;
+constexpr double kLooseShift_rad = 0.0002;
 constexpr double kLooseChange_rad = 0.01;
 
 using RowVector = Eigen::Matrix<double, kRows, 1>;
