@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "camera_tracker.hpp"
+#include "camera/camera_tracker.hpp"
 #include "kinetrace/core/frame.hpp"
 #include "kinetrace/pipeline/config.hpp"
 #include "object_state.hpp"

@@ -1,4 +1,5 @@
 // The part of Pipeline that says how much memory it takes, before there is one.
+#include "camera/rig_calibrator.hpp"
 #include "fixed_lag_results.hpp"
 #include "frame_result_builder.hpp"
 #include "frame_scratch.hpp"
@@ -8,7 +9,6 @@
 #include "kinetrace/tracking/stereo_tracker.hpp"
 #include "object_set.hpp"
 #include "resolved_config.hpp"
-#include "rig_calibrator.hpp"
 #include "window_refiner.hpp"
 
 namespace kinetrace::pipeline {

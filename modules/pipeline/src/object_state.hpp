@@ -6,7 +6,7 @@
 #include <optional>
 #include <span>
 
-#include "camera_state.hpp"
+#include "camera/camera_state.hpp"
 #include "kinetrace/core/detections.hpp"
 #include "kinetrace/core/dwell_time.hpp"
 #include "kinetrace/core/feature_frame.hpp"

@@ -2,20 +2,20 @@
 
 #include <utility>
 
-#include "camera_tracker.hpp"
+#include "camera/camera_tracker.hpp"
+#include "camera/jump_watch.hpp"
+#include "camera/rig_calibrator.hpp"
 #include "feature_prediction.hpp"
 #include "fixed_lag_results.hpp"
 #include "frame_intake.hpp"
 #include "frame_result_builder.hpp"
 #include "frame_scratch.hpp"
-#include "jump_watch.hpp"
 #include "kinetrace/features/feature_front_end.hpp"
 #include "kinetrace/segmentation/segmenter.hpp"
 #include "kinetrace/sfm/body_reconstruction.hpp"
 #include "kinetrace/tracking/stereo_tracker.hpp"
 #include "object_set.hpp"
 #include "resolved_config.hpp"
-#include "rig_calibrator.hpp"
 #include "window_refiner.hpp"
 
 namespace kinetrace::pipeline {

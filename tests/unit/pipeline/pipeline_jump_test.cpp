@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "jump_watch.hpp"
+#include "camera/jump_watch.hpp"
 #include "pipeline_run.hpp"
 
 namespace kinetrace::pipeline {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "camera_state.hpp"
+#include "camera/camera_state.hpp"
 #include "kinetrace/core/dwell_time.hpp"
 #include "kinetrace/core/feature_frame.hpp"
 #include "kinetrace/core/frame_result.hpp"

@@ -1,4 +1,4 @@
-#include "rig_calibrator.hpp"
+#include "camera/rig_calibrator.hpp"
 
 namespace kinetrace::pipeline {
 

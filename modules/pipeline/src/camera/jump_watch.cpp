@@ -1,4 +1,4 @@
-#include "jump_watch.hpp"
+#include "camera/jump_watch.hpp"
 
 namespace kinetrace::pipeline {
 namespace {

@@ -1,4 +1,4 @@
-#include "camera_tracker.hpp"
+#include "camera/camera_tracker.hpp"
 
 #include <optional>
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <optional>
 
-#include "camera_tracker.hpp"
+#include "camera/camera_tracker.hpp"
 #include "kinetrace/core/fixed_vector.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/features/feature_front_end.hpp"
