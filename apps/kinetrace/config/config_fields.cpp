@@ -122,6 +122,12 @@ struct Expectation {
 
 Status set_renamed_field(const ConfigFields& fields, std::string_view was, std::string_view is, std::string_view text,
                          ConfigNotes* notes) {
+  if (is.empty()) {
+    if (notes != nullptr) {
+      notes->push_back(std::string(was) + " has no effect any more; remove it");
+    }
+    return {};
+  }
   int frames = 0;
   if (!parse_number(text, frames)) {
     return fail(ErrorCode::kInvalidConfig, std::string(was) + " must be a whole number, got \"" + std::string(text) +

@@ -10,18 +10,20 @@ namespace kinetrace::app {
 /// Both are times: the old key counts frames of a camera at 10 Hz, the new one seconds.
 struct RenamedKey {
   std::string_view was;
-  std::string_view is;
+  std::string_view is;  ///< Empty: it says nothing any more.
 };
 
 inline constexpr double kFramesPerSecond = 10.0;
 
-inline constexpr std::array<RenamedKey, 6> kRenamedKeys{{
+inline constexpr std::array<RenamedKey, 8> kRenamedKeys{{
     {"segmentation.motion.hold_frames", "segmentation.motion.hold_s"},
     {"segmentation.motion.window_frames", "segmentation.motion.memory_s"},
     {"tracking.max_missed_frames", "tracking.max_missed_s"},
     {"tracking.max_unseen_frames", "tracking.max_unseen_s"},
     {"tracking.max_tentative_missed_frames", "tracking.max_tentative_missed_s"},
     {"object.lost_after_frames", "object.lost_after_s"},
+    {"trajectory.box_percentile", ""},
+    {"trajectory.min_box_size_m", ""},
 }};
 
 /// The name that `key` has now.

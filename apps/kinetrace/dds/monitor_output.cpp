@@ -85,7 +85,12 @@ ordered_json object_json(const ObjectResult& object) {
           {"box",
            {{"center_m", vector_json(object.box.center_m)},
             {"size_lhw_m", vector_json(object.box.size_m)},
-            {"yaw_rad", object.box.yaw_rad}}},
+            {"yaw_rad", object.box.yaw_rad},
+            {"down", vector_json(object.box.down)},
+            {"center_sigma_m", vector_json(object.box_sigma.center_m)},
+            {"size_sigma_m", vector_json(object.box_sigma.size_m)},
+            {"yaw_sigma_rad", object.box_sigma.yaw_rad},
+            {"heading_known", object.box_sigma.heading_known}}},
           {"box_px", {object.box_px.x0, object.box_px.y0, object.box_px.x1, object.box_px.y1}},
           {"points", object.point_count},
           {"inliers", object.inliers}};

@@ -26,7 +26,7 @@ struct RunFrame {
 };
 
 evaluation::TrackEstimate estimate_of(const ObjectRow& row) {
-  return {row.status, row.T_world_obj, row.box.center_m, row.velocity_mps, row.moving, row.heading_rad};
+  return {row.status, row.T_world_obj, row.box, row.box_sigma, row.velocity_mps, row.moving, row.heading_rad};
 }
 
 std::vector<ImageBox> track_boxes(const RunFrame& run_frame) {

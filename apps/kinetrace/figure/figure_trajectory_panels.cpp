@@ -246,8 +246,8 @@ void draw_now(Canvas& canvas, const PlanView& plan, const Scene& scene) {
   canvas.clip(plan.area());
   for (const recording::ObjectRow& object : scene.run->objects_at(scene.frame)) {
     if (object.status != BodyStatus::kLost) {
-      const auto corners = corners_of(object.box);
-      Line2 footprint = plan.to_canvas(Line3(corners.begin(), corners.begin() + 4));
+      const auto corners = object.box.corners();
+      Line2 footprint = plan.to_canvas(Line3{corners[2], corners[3], corners[7], corners[6]});  // Round the bottom.
       const Color color = drawing::track_style(object.track_id).color;
       canvas.polygon(footprint, color, object.moving ? 0.35 : 0.15);
       footprint.push_back(footprint.front());
@@ -279,7 +279,7 @@ Range with_boxes(const Range& range, const Scene& scene, Eigen::Index axis) {
     if (object.status != BodyStatus::kTracked) {
       continue;
     }
-    for (const Eigen::Vector3d& corner : corners_of(object.box)) {
+    for (const Eigen::Vector3d& corner : object.box.corners()) {
       result.low = std::min(result.low, std::max(corner[axis], limit.low));
       result.high = std::max(result.high, std::min(corner[axis], limit.high));
     }

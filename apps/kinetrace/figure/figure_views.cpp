@@ -7,31 +7,15 @@
 
 namespace kinetrace::figure {
 
-std::array<Eigen::Vector3d, 8> corners_of(const Box3& box) {
-  const Eigen::Vector3d along(std::cos(box.yaw_rad), 0.0, -std::sin(box.yaw_rad));
-  const Eigen::Vector3d across = Eigen::Vector3d::UnitY().cross(along);
-  const Eigen::Vector3d half = box.size_m / 2.0;
-  std::array<Eigen::Vector3d, 8> corners;
-  std::size_t next = 0;
-  for (const double y : {1.0, -1.0}) {
-    for (const auto& [x, z] : {std::pair{1.0, 1.0}, {1.0, -1.0}, {-1.0, -1.0}, {-1.0, 1.0}}) {
-      corners[next++] =
-          box.center_m + along * (x * half.x()) + across * (z * half.z()) + Eigen::Vector3d(0.0, y * half.y(), 0.0);
-    }
-  }
-  return corners;
-}
-
 std::vector<Line3> edges_of(const Box3& box) {
-  const auto corners = corners_of(box);
+  const auto corners = box.corners();
   std::vector<Line3> edges;
-  for (const std::size_t face : {std::size_t{0}, std::size_t{4}}) {
-    for (std::size_t i = 0; i < 4; ++i) {
-      edges.push_back({corners[face + i], corners[face + (i + 1) % 4]});
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    for (const std::size_t axis : {std::size_t{1}, std::size_t{2}, std::size_t{4}}) {
+      if ((i & axis) == 0) {
+        edges.push_back({corners[i], corners[i | axis]});
+      }
     }
-  }
-  for (std::size_t i = 0; i < 4; ++i) {
-    edges.push_back({corners[i], corners[i + 4]});
   }
   return edges;
 }

@@ -19,10 +19,7 @@ namespace kinetrace::figure {
 using Line2 = std::vector<drawing::Point>;
 using Line3 = std::vector<Eigen::Vector3d>;
 
-/// Corners of a box in its frame: bottom (larger y) first, then top, each round from front left, front being where the
-/// length points to.
-[[nodiscard]] std::array<Eigen::Vector3d, 8> corners_of(const Box3& box);
-/// Its twelve edges, the bottom's first.
+/// Its twelve edges.
 [[nodiscard]] std::vector<Line3> edges_of(const Box3& box);
 
 /// How pixels of the rectified image lie on a canvas.

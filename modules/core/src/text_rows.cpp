@@ -109,8 +109,8 @@ void TextRows::leave_out_unfinished_row() {
   content_.erase(last.base(), content_.end());
 }
 
-std::vector<std::size_t> TextRows::columns(const std::vector<std::string_view>& names) {
-  std::vector<std::size_t> places(names.size(), 0);
+std::vector<std::size_t> TextRows::columns(const std::vector<std::string_view>& names, std::size_t required) {
+  std::vector<std::size_t> places(names.size(), kNoColumn);
   if (!next()) {
     reject("expected the names of the columns, found the end of the file");
     return places;
@@ -118,11 +118,12 @@ std::vector<std::size_t> TextRows::columns(const std::vector<std::string_view>& 
   expected_fields_ = fields_.size();
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto found = std::find(fields_.begin(), fields_.end(), names[i]);
-    if (found == fields_.end()) {
+    if (found != fields_.end()) {
+      places[i] = static_cast<std::size_t>(found - fields_.begin());
+    } else if (i < required) {
       reject("column " + quoted(names[i]) + " is missing");
       break;
     }
-    places[i] = static_cast<std::size_t>(found - fields_.begin());
   }
   return places;
 }

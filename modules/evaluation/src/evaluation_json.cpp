@@ -108,6 +108,35 @@ Json worst_motions_json(std::vector<MotionSample> motions) {
   return list;
 }
 
+Json box_errors_json(const BoxErrors& errors) {
+  return {{"iou_3d", value_of(errors.iou_3d.mean())},
+          {"iou_birds_eye", value_of(errors.iou_birds_eye.mean())},
+          {"center", errors_json(errors.center_m)},
+          {"length", errors_json(errors.size_m[0])},
+          {"height", errors_json(errors.size_m[1])},
+          {"width", errors_json(errors.size_m[2])},
+          {"yaw", errors_json(errors.yaw_deg)},
+          {"headings_known", value_of(percent(errors.known_headings, errors.yaw_deg.count()))},
+          {"headings_turned", value_of(percent(errors.known_turned, errors.known_headings))},
+          {"center_normalised", value_of(errors.center_normalised.mean_square())},
+          {"size_normalised", value_of(errors.size_normalised.mean_square())},
+          {"yaw_normalised", value_of(errors.yaw_normalised.mean_square())}};
+}
+
+Json boxes_json(const BoxMetrics& boxes) {
+  Json json = Json::object();
+  for (const bool moving : {true, false}) {
+    Json& by_distance = json[moving ? "moving" : "rest"];
+    for (std::size_t distance = 0; distance < kBoxDistanceNames.size(); ++distance) {
+      for (std::size_t stage = 0; stage < kBoxStages.size(); ++stage) {
+        by_distance[std::string(kBoxDistanceNames[distance])][std::string(kBoxStages[stage])] =
+            box_errors_json(boxes.cells[moving ? 1 : 0][distance][stage]);
+      }
+    }
+  }
+  return json;
+}
+
 Json objects_json(const Evaluation& evaluation) {
   const ObjectMetrics& objects = *evaluation.objects;
   const ObjectConfig& config = evaluation.object_config;
@@ -119,6 +148,7 @@ Json objects_json(const Evaluation& evaluation) {
   json.update(object_errors_json(objects.all));
   json["false_moving"] = objects.false_moving.size();
   json["false_moving_tracks"] = false_moving_json(objects.false_moving);
+  json["boxes"] = boxes_json(objects.boxes);
   json["worst_motions"] = worst_motions_json(objects.motions);
   json["each"] = Json::array();
   for (const ObjectReport& object : objects.objects) {

@@ -121,6 +121,30 @@ void add_all_objects(Lines& lines, const ObjectMetrics& metrics, const ObjectCon
   }
 }
 
+void add_boxes(Lines& lines, const BoxMetrics& boxes) {
+  constexpr std::array<const char*, kBoxDistanceNames.size()> kDistances{"under 20 m", "20 to 40 m", "over 40 m"};
+  lines.add("  %-24s %8s %8s %8s %8s %8s %8s %8s %8s %8s", "boxes", "count", "IoU 3-D", "IoU BEV", "centre m", "length m",
+            "height m", "width m", "yaw deg", "turned %");
+  for (const bool moving : {true, false}) {
+    for (std::size_t distance = 0; distance < kDistances.size(); ++distance) {
+      for (std::size_t stage = 0; stage < kBoxStages.size(); ++stage) {
+        const BoxErrors& errors = boxes.cells[moving ? 1 : 0][distance][stage];
+        if (errors.iou_3d.count() == 0) {
+          continue;
+        }
+        const std::string name = std::string(moving ? "  moving, " : "  at rest, ") + kDistances[distance] + ", " +
+                                 std::string(kBoxStages[stage]);
+        lines.add("  %-30s %2zu %8s %8s %8s %8s %8s %8s %8s %8s", name.c_str(), errors.iou_3d.count(),
+                  number(errors.iou_3d.mean(), 3).c_str(), number(errors.iou_birds_eye.mean(), 3).c_str(),
+                  number(errors.center_m.mean(), 3).c_str(), number(errors.size_m[0].mean(), 3).c_str(),
+                  number(errors.size_m[1].mean(), 3).c_str(), number(errors.size_m[2].mean(), 3).c_str(),
+                  number(errors.yaw_deg.mean(), 2).c_str(),
+                  number(percent(errors.known_turned, errors.known_headings), 1).c_str());
+      }
+    }
+  }
+}
+
 std::string tracks_text(const std::vector<std::uint32_t>& track_ids) {
   constexpr std::size_t kMax = 4;
   std::string text;
@@ -193,6 +217,7 @@ std::string evaluation_table(const Evaluation& evaluation) {
     lines.add("Objects: %zu seen, matched by %s", evaluation.objects->objects.size(),
               std::string(to_string(evaluation.association)).c_str());
     add_all_objects(lines, *evaluation.objects, evaluation.object_config);
+    add_boxes(lines, evaluation.objects->boxes);
     lines.add("%s", "");
     add_each_object(lines, *evaluation.objects);
   } else {

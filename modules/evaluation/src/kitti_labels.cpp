@@ -44,6 +44,7 @@ LocatedObject read_label(TextRows& rows, const KittiType& type, const Se3& T_wor
   const Eigen::Vector3d location_m(rows.number(13), rows.number(14), rows.number(15));
   const Se3 T_cam_obj{so3_exp({0.0, rows.number(16), 0.0}), location_m};
   located.object.T_world_obj = T_world_cam * T_cam_obj;
+  located.object.size_m = {rows.number(12), rows.number(10), rows.number(11)};
   located.center_m = located.object.T_world_obj * Eigen::Vector3d(0.0, -rows.number(10) / 2.0, 0.0);
   return located;
 }

@@ -158,7 +158,7 @@ void add_distances(const std::vector<Observation>& timeline, const ObjectConfig&
         observation.distance_m > config.distance_range_m) {
       continue;
     }
-    errors.center_m.add((observation.estimate->center_m - observation.truth->center_m).norm());
+    errors.center_m.add((observation.estimate->box.center_m - observation.truth->center_m).norm());
     const Se3& L = observation.truth->T_world_obj;
     offsets_of_track[observation.track_id].push_back(L.inverse() * observation.estimate->T_world_obj.translation);
   }
@@ -174,6 +174,26 @@ void add_distances(const std::vector<Observation>& timeline, const ObjectConfig&
     for (const Eigen::Vector3d& offset : offsets) {
       errors.distance_m.add((offset - mean).norm());
     }
+  }
+}
+
+/// Every box is compared that there is, also where its pose is predicted.
+void add_boxes(const std::vector<Observation>& timeline, const ObjectConfig& config, BoxMetrics& boxes) {
+  std::map<std::uint32_t, std::int64_t> first_frames;  // By track.
+  for (const Observation& observation : timeline) {
+    if (observation.estimate == nullptr) {
+      continue;
+    }
+    const std::int64_t first = first_frames.try_emplace(observation.track_id, observation.frame).first->second;
+    if (!is_tall(observation, config) || !observation.truth->rigid) {
+      continue;
+    }
+    const TrueObject& truth = *observation.truth;
+    const BoxStage stage = observation.frame - first < kEarlyFrames ? BoxStage::kEarly
+                           : truth.hidden >= kHalfHidden            ? BoxStage::kHidden
+                                                                    : BoxStage::kSeen;
+    compare({{truth.T_world_obj.rotation, truth.center_m}, truth.size_m}, observation.estimate->box,
+            observation.estimate->box_sigma, boxes.cell(truth.moving, observation.distance_m, stage));
   }
 }
 
@@ -223,6 +243,7 @@ ObjectMetrics evaluate_objects(std::span<const ObjectFrame> frames, const Object
   for (const auto& [id, timeline] : timelines_of(frames, associations)) {
     metrics.objects.push_back(report_on(id, timeline, config, metrics.motions));
     add(metrics.objects.back().errors, metrics.objects.back().rigid, metrics.all);
+    add_boxes(timeline, config, metrics.boxes);
   }
   metrics.false_moving = find_false_moving(frames, associations, config);
   return metrics;

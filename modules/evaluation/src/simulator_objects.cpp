@@ -23,7 +23,8 @@ Result<ObjectsByFrame> read_simulator_objects(const std::filesystem::path& path)
     return Unexpected(rows.error());
   }
   const std::vector<std::size_t> column = rows->columns(
-      {"frame", "object_id", "class", "moving", "rigid", "tx", "vx", "vy", "vz", "height", "visible_px", "height_px"});
+      {"frame", "object_id", "class", "moving", "rigid", "tx", "vx", "vy", "vz", "height", "visible_px", "height_px", "length", "width",
+       "occlusion", "truncation"});
   ObjectsByFrame objects;
   std::set<std::pair<std::int64_t, std::int64_t>> known;  // Frame and object.
   while (rows->next()) {
@@ -46,6 +47,8 @@ Result<ObjectsByFrame> read_simulator_objects(const std::filesystem::path& path)
     // The origin is on the ground below the box's middle, y points down.
     located.center_m = object.T_world_obj * Eigen::Vector3d(0.0, -rows->number(column[9]) / 2.0, 0.0);
     object.height_px = static_cast<int>(rows->integer(column[11]));
+    object.size_m = {rows->number(column[12]), rows->number(column[9]), rows->number(column[13])};
+    object.hidden = std::max(rows->number(column[14]), rows->number(column[15]));
     if (rows->integer(column[10]) > 0) {
       objects[frame].push_back(located);
     }

@@ -7,6 +7,7 @@
 #include "kinetrace/pipeline/pipeline.hpp"
 #include "kinetrace/segmentation/segmenter.hpp"
 #include "kinetrace/tracking/stereo_tracker.hpp"
+#include "kinetrace/trajectory/ground_plane.hpp"
 #include "object_set.hpp"
 #include "resolved_config.hpp"
 #include "window_refiner.hpp"
@@ -27,7 +28,9 @@ Result<MemoryPlan> Pipeline::plan(const PipelineConfig& config, const StereoGeom
        "image size, segmentation.mode, segmentation.max_objects"},
       {"tracking", tracking::StereoTracker::required_bytes(c.tracking, geometry.width_px, geometry.height_px),
        "image size, tracking.max_objects"},
-      {"background", sfm::BodyReconstruction::required_bytes(c.background),
+      {"background", sfm::BodyReconstruction::required_bytes(c.background) + measure_bytes([&](Arena& arena) {
+         trajectory::GroundEstimator(static_cast<std::size_t>(c.background.max_points), arena);
+       }),
        "background.max_points, background.window_frames"},
       {"objects", ObjectSet::required_bytes(c), "tracking.max_objects, object.max_points, object.window_frames"},
       {"refinement", WindowRefiner::required_bytes(c.refinement, c.object),

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <utility>
 
-#include "box_offset.hpp"
 #include "object_limits.hpp"
 #include "object_state.hpp"
 
@@ -48,7 +47,7 @@ Eigen::Vector3d ObjectState::off_body(const Eigen::Vector3d& observed_m, const E
   }
   const Eigen::Matrix3d& R_world_obj = T_world_obj_.rotation;
   const Eigen::Vector3d outside_m =
-      R_world_obj * outside_of(box_.box_in_object(), R_world_obj.transpose() * off_m - stereo_offset_m_);
+      R_world_obj * offset_from(box_.box_in_object(), R_world_obj.transpose() * off_m - stereo_offset_m_);
   return outside_m.norm() < off_m.norm() ? outside_m : off_m;
 }
 

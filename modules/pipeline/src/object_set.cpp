@@ -106,11 +106,12 @@ std::size_t ObjectSet::list_windows(std::span<BodyRefinement> windows) {
   return count;
 }
 
-void ObjectSet::conclude(std::span<const BodyRefinement> windows, const CameraState& camera) {
+void ObjectSet::conclude(std::span<const BodyRefinement> windows, const CameraState& camera,
+                         const trajectory::Ground& ground) {
   std::size_t count = 0;
   for (ObjectState& object : slots_) {
     if (object.alive()) {
-      object.conclude(object.reconstructing() ? windows[count++].summary : BundleSummary{}, camera);
+      object.conclude(object.reconstructing() ? windows[count++].summary : BundleSummary{}, camera, ground);
     }
   }
 }

@@ -64,7 +64,7 @@ class ObjectSet {
   /// Writes the bodies whose windows are to be adjusted and returns how many there are, at most one an object.
   [[nodiscard]] std::size_t list_windows(std::span<BodyRefinement> windows);
   /// `windows`: as listed, adjusted.
-  void conclude(std::span<const BodyRefinement> windows, const CameraState& camera);
+  void conclude(std::span<const BodyRefinement> windows, const CameraState& camera, const trajectory::Ground& ground);
   /// Takes note of what objects look like.
   void remember(const FeatureFrame& frame, const features::FeatureFrontEnd& front_end);
   /// The slots of objects that go on in another one or whose tracks have ended, once their points have been reported.

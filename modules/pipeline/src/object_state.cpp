@@ -43,7 +43,7 @@ Result<ObjectState> ObjectState::create(const PipelineConfig& config, const Ster
 
 std::size_t ObjectState::required_bytes(const PipelineConfig& config) {
   return sfm::BodyReconstruction::required_bytes(config.object) + measure_bytes([&](Arena& arena) {
-           trajectory::BoxEstimator(config.trajectory, static_cast<std::size_t>(config.object.max_points), arena);
+           trajectory::BoxEstimator(StereoGeometry{}, arena);
            ObjectRecogniser(StereoGeometry{}, arena);
          });
 }
@@ -62,7 +62,7 @@ ObjectState::ObjectState(const PipelineConfig& config, const StereoGeometry& geo
       acceleration_mps2_(config.trajectory.smoothing_acceleration_mps2),
       motion_(config.trajectory),
       filter_(config.trajectory, geometry),
-      box_(config.trajectory, static_cast<std::size_t>(config.object.max_points), arena),
+      box_(geometry, arena),
       recogniser_(geometry, arena) {}
 
 void ObjectState::begin(const Track& track) {
@@ -323,17 +323,10 @@ void ObjectState::push_motion() {
   previous_timestamp_ns_ = timestamp_ns_;
   const trajectory::MotionEstimate motion = motion_.at(0);
   has_moved_ = has_moved_ || motion.moving;
-  const double yaw_rad = motion.moving ? yaw_of(T_world_obj_.rotation.transpose() * motion.velocity_mps)
-                                       : std::numeric_limits<double>::quiet_NaN();
-  if (body_.active()) {
-    box_.update(body_.estimate().points, yaw_rad);
-  }
-  if (box_.known()) {
-    motion_.set_reference(box_.box_in_object().center_m);
-  }
 }
 
-void ObjectState::conclude(const BundleSummary& refinement, const CameraState& camera) {
+void ObjectState::conclude(const BundleSummary& refinement, const CameraState& camera,
+                           const trajectory::Ground& ground) {
   if (!placed_) {
     return;
   }
@@ -355,6 +348,7 @@ void ObjectState::conclude(const BundleSummary& refinement, const CameraState& c
   }
   in_view_ = p_cam.z() > 0.0 && u_px >= 0.0 && u_px < geometry_.width_px;
   push_motion();
+  update_box(camera, ground);
 }
 
 void ObjectState::report(ObjectResult& result) const {
@@ -386,6 +380,7 @@ void ObjectState::revise(std::size_t age, const CameraState& camera, ObjectResul
 
 void ObjectState::describe_motion(std::size_t age, ObjectResult& result) const {
   result.box = box_.known() ? box_.box_in_world(result.T_world_obj) : Box3{.center_m = result.T_world_obj.translation};
+  result.box_sigma = box_.sigma();
   if (age > 0 && age >= motion_.size()) {
     return;  // The path has begun anew since: what was reported of the motion before stands.
   }
@@ -394,7 +389,7 @@ void ObjectState::describe_motion(std::size_t age, ObjectResult& result) const {
   const bool meaningful = result.status == BodyStatus::kTracked || motion.moving;
   result.velocity_mps = meaningful ? motion.velocity_mps : Eigen::Vector3d(Eigen::Vector3d::Zero());
   result.moving = motion.moving;
-  result.heading_rad = motion.moving ? yaw_of(motion.velocity_mps) : result.box.yaw_rad;
+  result.heading_rad = yaw_of(motion.moving ? motion.velocity_mps : result.box.rotation().col(0));
 }
 
 }  // namespace kinetrace::pipeline

@@ -86,7 +86,7 @@ class ObjectState {
     }
   }
   /// After refinement: final newest estimate of this frame.
-  void conclude(const BundleSummary& refinement, const CameraState& camera);
+  void conclude(const BundleSummary& refinement, const CameraState& camera, const trajectory::Ground& ground);
   /// Writes what is known into `result`.
   void report(ObjectResult& result) const;
   /// Updates a kept result of `age` frames ago to what the window knows by now, the camera's newest estimate for that
@@ -203,6 +203,11 @@ class ObjectState {
   /// See trajectory::MotionSample::drift.
   [[nodiscard]] Eigen::Matrix3d position_correlated_covariance() const;
   void push_motion();
+  /// Where it heads in the world, if it moves.
+  [[nodiscard]] std::optional<trajectory::Heading> heading(const Eigen::Vector3d& down) const;
+  /// Of its mask, if a detection shows it.
+  [[nodiscard]] std::optional<trajectory::MaskEdges> mask_edges() const;
+  void update_box(const CameraState& camera, const trajectory::Ground& ground);
   /// Of the point whose path is followed, in the world.
   [[nodiscard]] Eigen::Matrix3d reference_covariance(const Se3& T_world_obj, const Matrix6d& covariance) const;
 

@@ -14,6 +14,7 @@
 #include "kinetrace/segmentation/segmenter.hpp"
 #include "kinetrace/sfm/body_reconstruction.hpp"
 #include "kinetrace/tracking/stereo_tracker.hpp"
+#include "kinetrace/trajectory/ground_plane.hpp"
 #include "object_set.hpp"
 #include "resolved_config.hpp"
 #include "window_refiner.hpp"
@@ -49,6 +50,7 @@ struct Pipeline::Impl {
   std::unique_ptr<segmentation::Segmenter> segmenter;
   tracking::StereoTracker tracker;
   CameraTracker camera;
+  trajectory::GroundEstimator ground;
   ObjectSet objects;
   WindowRefiner refiner;
   FixedLagResults results;
@@ -119,6 +121,8 @@ Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeom
                                       .segmenter = std::move(*segmenter),
                                       .tracker = *tracker,
                                       .camera = CameraTracker(*background),
+                                      .ground = trajectory::GroundEstimator(
+                                          static_cast<std::size_t>(c.background.max_points), arena),
                                       .objects = std::move(*objects),
                                       .refiner = std::move(*refiner),
                                       .results = FixedLagResults(c, arena),
@@ -214,6 +218,7 @@ EgoMotion Pipeline::Impl::locate_camera(const FeatureFrame& frame, StageObserver
   }
   if (jumped) {
     end_tracks();
+    ground.reset();
   }
   return ego;
 }
@@ -286,7 +291,11 @@ Status Pipeline::Impl::refine(const FeatureFrame& frame, StageObserver* observer
     return refined;
   }
   camera.background().conclude(bodies[0].summary);
-  objects.conclude(bodies.subspan(1), camera.state(0));
+  const CameraState now = camera.state(0);
+  if (now.valid) {
+    ground.update(camera.background().estimate().points, now.T_world_cam);
+  }
+  objects.conclude(bodies.subspan(1), now, ground.ground());
   objects.remember(frame, front_end);
   return {};
 }

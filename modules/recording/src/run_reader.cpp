@@ -24,6 +24,7 @@ constexpr std::size_t kTumFields = 8;
 constexpr std::size_t kPoseFields = 12;
 constexpr std::size_t kMaskFields = 6;
 constexpr std::size_t kLabelFields = 18;
+constexpr double kUnitTolerance = 0.01;
 
 /// Opens a file of rows; of one that may still be growing only whole rows count.
 Result<TextRows> open_rows(const fs::path& path, TextRows::Separator separator, bool is_finished) {
@@ -152,6 +153,8 @@ class ColumnReader {
  public:
   ColumnReader(TextRows& rows, const std::vector<std::size_t>& places) : rows_(rows), places_(places) {}
 
+  /// The file has the next column.
+  [[nodiscard]] bool has_next() const { return places_[next_] != TextRows::kNoColumn; }
   std::string_view text() { return rows_.text(places_[next_++]); }
   double number() { return rows_.number(places_[next_++]); }
   Eigen::Vector3d vector() {
@@ -202,6 +205,16 @@ ObjectRow object_row(TextRows& rows, const std::vector<std::size_t>& places) {
   for (int* edge : {&row.mask_px.x0, &row.mask_px.y0, &row.mask_px.x1, &row.mask_px.y1}) {
     *edge = columns.integer<int>();
   }
+  if (columns.has_next()) {
+    row.box.down = columns.vector();
+    row.box_sigma.center_m = columns.vector();
+    row.box_sigma.size_m = columns.vector();
+    row.box_sigma.yaw_rad = columns.number();
+    row.box_sigma.heading_known = columns.integer<int>() != 0;
+    if (std::abs(row.box.down.norm() - 1.0) > kUnitTolerance) {
+      rows.reject("box_down is not of unit length");
+    }
+  }
   return row;
 }
 
@@ -249,7 +262,7 @@ Status read_objects(const RunAbout& about, Run& run) {
   if (!rows) {
     return Unexpected(rows.error());
   }
-  const std::vector<std::size_t> places = rows->columns(object_columns());
+  const std::vector<std::size_t> places = rows->columns(object_columns(), kColumnsOfAllVersions);
   ObjectRowCheck check(run.camera);
   while (rows->next()) {
     const ObjectRow row = object_row(*rows, places);

@@ -38,11 +38,10 @@ void write_quaternion(const std::array<double, 4>& q_xyzw, std::string_view sepa
 
 KittiPlacement kitti_placement(const Box3& box, const Se3& T_world_cam) {
   const Se3 T_cam_world = T_world_cam.inverse();
-  const Eigen::Vector3d to_bottom(0.0, box.size_m.y() / 2.0, 0.0);  // Down is +y.
+  const Eigen::Matrix3d R_world_box = box.rotation();
   KittiPlacement placement;
-  placement.location_m = T_cam_world * (box.center_m + to_bottom);
-  const Eigen::Vector3d along(std::cos(box.yaw_rad), 0.0, -std::sin(box.yaw_rad));
-  const Eigen::Vector3d along_cam = T_cam_world.rotation * along;
+  placement.location_m = T_cam_world * (box.center_m + 0.5 * box.size_m.y() * R_world_box.col(1));
+  const Eigen::Vector3d along_cam = T_cam_world.rotation * R_world_box.col(0);
   placement.rotation_y_rad = std::atan2(-along_cam.z(), along_cam.x());
   const double ray = std::atan2(placement.location_m.x(), placement.location_m.z());
   placement.alpha_rad = std::remainder(placement.rotation_y_rad - ray, 2.0 * std::numbers::pi);
@@ -96,7 +95,11 @@ void write_object_row(const FrameEstimate& frame, const ObjectResult& object, Bu
   for (const int value : {object.point_count, object.inliers, pixel_height, mask.x0, mask.y0, mask.x1, mask.y1}) {
     out.text(",").integer(value);
   }
-  out.text("\n");
+  write_position(object.box.down, ",", out);
+  write_position(object.box_sigma.center_m, ",", out);
+  write_position(object.box_sigma.size_m, ",", out);
+  out.text(",").fixed(object.box_sigma.yaw_rad, kMetreDecimals);
+  out.text(object.box_sigma.heading_known ? ",1\n" : ",0\n");
 }
 
 bool write_label_row(const FrameEstimate& frame, const ObjectResult& object, BufferedWriter& out) noexcept {

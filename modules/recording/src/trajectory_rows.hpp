@@ -13,7 +13,9 @@ namespace kinetrace::recording {
 inline constexpr std::string_view kObjectsHeader =
     "frame,timestamp_ns,track_id,class,status,tx,ty,tz,qx,qy,qz,qw,vx,vy,vz,moving,heading,box_x,box_y,box_z,box_l,"
     "box_h,box_w,box_yaw,cov_rx,cov_ry,cov_rz,cov_tx,cov_ty,cov_tz,point_count,inliers,pixel_height,mask_x0,mask_y0,"
-    "mask_x1,mask_y1\n";
+    "mask_x1,mask_y1,box_down_x,box_down_y,box_down_z,sd_along,sd_down,sd_across,sd_l,sd_h,sd_w,sd_yaw,heading_known\n";
+/// Runs of earlier versions end after these: their boxes are upright about the world's y axis, without uncertainty.
+inline constexpr std::size_t kColumnsOfAllVersions = 37;
 
 /// Position and orientation of an object's box as KITTI labels have it: in the camera frame of its own image.
 struct KittiPlacement {

@@ -1,183 +1,206 @@
 #include "kinetrace/trajectory/box_estimator.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
-#include <Eigen/Geometry>
-
-#include "median.hpp"
+#include "box_fit.hpp"
 
 namespace kinetrace::trajectory {
 namespace {
 
-constexpr std::size_t kMinPoints = 4;
-// A point is far off if a gap of this many robust standard deviations, and of this length, lies between it and the
-// others on some axis. The distance from the others' middle says less: when most points lie on one face, the rest of a
-// long object is far from it.
-constexpr double kGapSigmas = 1.0;
-constexpr double kMinGap_m = 1.5;
-constexpr double kMaxGrowth_m = 0.15;  // Of each side, per update.
-constexpr double kMaxShrink_m = 0.003;
-constexpr double kMaxTurn_rad = 0.09;
-constexpr double kElongated = 2.25;  // Ratio of variances that makes the points' main direction meaningful.
+constexpr std::size_t kSides = 8;            // Views, each of an eighth of the circle around the object.
+constexpr double kViewFades_s = 3.0;         // By when a view counts 1/e of a new one that is as good.
+constexpr double kUnseenQuality = 0.5;       // Of a view, by each edge that is not seen.
+constexpr float kMaxReprojection_px = 1.5F;  // Of a point; others are mistaken.
+constexpr int kFirstIterations = 6;
+constexpr int kIterations = 2;
+constexpr int kChallengerIterations = 4;
+constexpr double kClearlyBetter = 6.0;  // Twice log-likelihood; a box that turns must be this much more probable.
+constexpr int kYaws = 6;  // Over half a circle.
+constexpr double kBehindFace = 0.4;  // Of its length, the middle of a body behind the points seen of it.
+constexpr double kYawOfShape_rad = 0.025;  // Bodies are rounded and not quite symmetric.
+constexpr double kTurnRate_radps = 0.3;  // Of what drives, standard deviation.
 constexpr double kQuarter_rad = 0.5 * std::numbers::pi;
 
-/// Direction of a yaw about y (KITTI rotation_y): 0 = +x, pi/2 = -z.
-Eigen::Vector3d direction(double yaw_rad) {
-  return {std::cos(yaw_rad), 0.0, -std::sin(yaw_rad)};
-}
-double yaw_of(const Eigen::Vector3d& horizontal) {
-  return std::atan2(-horizontal.z(), horizontal.x());
-}
-double wrapped(double angle_rad) {
-  return std::remainder(angle_rad, 2.0 * std::numbers::pi);
+Eigen::Vector3d middle_of(std::span<const BodyPoint> points) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double count = 0.0;
+  for (const BodyPoint& point : points) {
+    if (point.position_m.allFinite()) {
+      sum += point.position_m.cast<double>();
+      count += 1.0;
+    }
+  }
+  return sum / std::max(count, 1.0);
 }
 
 }  // namespace
 
-BoxEstimator::BoxEstimator(const TrajectoryConfig& config, std::size_t max_points, Arena& arena)
-    : config_(config), points_(arena.take<Eigen::Vector3f>(max_points)), scratch_(arena.take<float>(max_points)) {}
+BoxEstimator::BoxEstimator(const StereoGeometry& geometry, Arena& arena)
+    : geometry_(geometry), views_(arena.take<BoxView>(kSides)) {}
 
 void BoxEstimator::reset() noexcept {
+  forget_views();
+  heading_.reset();
+  sigma_ = Box3Sigma{};
+  timestamp_ns_ = 0;
+  updates_ = 0;
   known_ = false;
-  heading_known_ = false;
-  box_ = Box3{};
 }
 
-/// Copies the points that are finite and near the others; returns how many.
-std::size_t BoxEstimator::gather(std::span<const BodyPoint> points) noexcept {
-  count_ = 0;
-  if (points.empty() || points_.empty()) {
-    return 0;
+void BoxEstimator::forget_views() noexcept {
+  for (BoxView& view : views_) {
+    view.quality = 0.0;
   }
-  const std::size_t stride = (points.size() + points_.size() - 1) / points_.size();
-  for (std::size_t i = 0; i < points.size() && count_ < points_.size(); i += stride) {
-    if (points[i].position_m.allFinite()) {
-      points_[count_++] = points[i].position_m;
-    }
-  }
-  for (int axis = 0; axis < 3 && count_ > 0; ++axis) {
-    const std::pair<float, float> inside = main_cluster(axis);
-    const auto end = points_.begin() + static_cast<std::ptrdiff_t>(count_);
-    const auto kept = std::remove_if(points_.begin(), end, [axis, inside](const Eigen::Vector3f& p) {
-      return p[axis] < inside.first || p[axis] > inside.second;
-    });
-    count_ = static_cast<std::size_t>(kept - points_.begin());
-  }
-  return count_;
 }
 
-/// First and last coordinate that are reached from the median without crossing a gap.
-std::pair<float, float> BoxEstimator::main_cluster(int axis) noexcept {
-  const auto sorted = scratch_.first(count_);
-  std::transform(points_.begin(), points_.begin() + static_cast<std::ptrdiff_t>(count_), sorted.begin(),
-                 [axis](const Eigen::Vector3f& p) { return p[axis]; });
-  const float middle = median(sorted);
-  std::transform(sorted.begin(), sorted.end(), sorted.begin(), [middle](float c) { return std::abs(c - middle); });
-  const double sigma_m = kSigmaOverMad * double{median(sorted)};
-  const auto gap_m = static_cast<float>(std::max(kMinGap_m, kGapSigmas * sigma_m));
-  std::transform(points_.begin(), points_.begin() + static_cast<std::ptrdiff_t>(count_), sorted.begin(),
-                 [axis](const Eigen::Vector3f& p) { return p[axis]; });
-  std::sort(sorted.begin(), sorted.end());
-  std::size_t low = count_ / 2;
-  std::size_t high = low;
-  while (low > 0 && sorted[low] - sorted[low - 1] <= gap_m) {
-    --low;
+/// Of the frames that show one side, the one kept is that in which it is largest and least covered, and not long ago.
+void BoxEstimator::keep_view(const BoxFrame& frame) noexcept {
+  const Eigen::Vector3d from =
+      frame.T_obj_cam.translation - (known_ ? state_.center_m : Eigen::Vector3d(Eigen::Vector3d::Zero()));
+  const double side = upright_yaw(down_obj_, from) / (2.0 * std::numbers::pi) + 0.5;
+  BoxView& view = views_[std::min(static_cast<std::size_t>(side * kSides), kSides - 1)];
+  const std::array<double, 4>& at = frame.edges->at_px;
+  double quality = std::min(at[1] - at[0], at[3] - at[2]);
+  for (std::size_t edge = 0; edge < at.size(); ++edge) {
+    const double extent_px = edge < 2 ? at[1] - at[0] : at[3] - at[2];
+    quality *= std::max(1.0 - frame.edges->beyond_px[edge] / extent_px, kUnseenQuality);
   }
-  while (high + 1 < count_ && sorted[high + 1] - sorted[high] <= gap_m) {
-    ++high;
-  }
-  return {sorted[low], sorted[high]};
-}
-
-BoxEstimator::Extent BoxEstimator::measure(const Eigen::Vector3f& axis) noexcept {
-  const auto coordinates = scratch_.first(count_);
-  std::transform(points_.begin(), points_.begin() + static_cast<std::ptrdiff_t>(count_), coordinates.begin(),
-                 [&axis](const Eigen::Vector3f& p) { return p.dot(axis); });
-  const auto cut = static_cast<std::size_t>(config_.box_percentile * static_cast<double>(count_ - 1));
-  return {double{ranked(coordinates, cut)}, double{ranked(coordinates, count_ - 1 - cut)}};
-}
-
-/// Yaw of the points' main horizontal direction, NaN if they have none.
-double BoxEstimator::main_direction_rad() const noexcept {
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  for (std::size_t i = 0; i < count_; ++i) {
-    mean += Eigen::Vector2d(double{points_[i].x()}, double{points_[i].z()}) / static_cast<double>(count_);
-  }
-  double xx = 0.0;
-  double xz = 0.0;
-  double zz = 0.0;
-  for (std::size_t i = 0; i < count_; ++i) {
-    const double x = double{points_[i].x()} - mean.x();
-    const double z = double{points_[i].z()} - mean.y();
-    xx += x * x;
-    xz += x * z;
-    zz += z * z;
-  }
-  const double middle = 0.5 * (xx + zz);
-  const double radius = std::hypot(0.5 * (xx - zz), xz);
-  if (middle + radius < kElongated * (middle - radius)) {
-    return std::nan("");
-  }
-  const double angle_rad = 0.5 * std::atan2(2.0 * xz, xx - zz);  // From x towards z.
-  return -angle_rad;
-}
-
-/// Turns the box about its centre: by quarters at once, which keeps its walls, and the rest at a bounded rate.
-void BoxEstimator::turn_towards(double yaw_rad) noexcept {
-  const double turn_rad = wrapped(yaw_rad - box_.yaw_rad);
-  const double quarters = std::round(turn_rad / kQuarter_rad);
-  if (static_cast<int>(quarters) % 2 != 0) {
-    std::swap(box_.size_m.x(), box_.size_m.z());
-  }
-  const double rest_rad = std::clamp(turn_rad - quarters * kQuarter_rad, -kMaxTurn_rad, kMaxTurn_rad);
-  box_.yaw_rad = wrapped(box_.yaw_rad + quarters * kQuarter_rad + rest_rad);
-}
-
-void BoxEstimator::update(std::span<const BodyPoint> points, double yaw_rad) noexcept {
-  if (gather(points) < kMinPoints) {
+  const double age_s = 1e-9 * static_cast<double>(frame.timestamp_ns - view.timestamp_ns);
+  if (quality <= view.quality * std::exp(-age_s / kViewFades_s)) {
     return;
   }
-  double target_rad = yaw_rad;
-  if (std::isfinite(yaw_rad)) {
-    heading_known_ = true;
-  } else if (!heading_known_) {
-    target_rad = main_direction_rad();
-    if (known_ && std::isfinite(target_rad)) {
-      // The main direction has no front: the nearer end of it.
-      target_rad = box_.yaw_rad + std::remainder(target_rad - box_.yaw_rad, std::numbers::pi);
+  view.T_obj_cam = frame.T_obj_cam;
+  view.edges = *frame.edges;
+  view.quality = quality;
+  view.timestamp_ns = frame.timestamp_ns;
+  view.point_count = 0;
+  const std::size_t stride = (frame.points.size() + BoxView::kMaxPoints - 1) / BoxView::kMaxPoints;
+  double depth_m = 0.0;
+  for (std::size_t i = 0; i < frame.points.size(); i += stride) {
+    const BodyPoint& point = frame.points[i];
+    if (point.position_m.allFinite() && point.reprojection_error_px < kMaxReprojection_px) {
+      view.points_m[view.point_count++] = point.position_m;
+      depth_m += (frame.T_obj_cam.rotation.transpose() *
+                  (point.position_m.cast<double>() - frame.T_obj_cam.translation)).z();
     }
   }
-  if (std::isfinite(target_rad)) {
-    if (known_) {
-      turn_towards(target_rad);
-    } else {
-      box_.yaw_rad = wrapped(target_rad);
-    }
-  }
+  depth_m /= std::max<double>(static_cast<double>(view.point_count), 1.0);
+  view.depth_sigma_m = frame.disparity_sigma_px * depth_m * depth_m / (geometry_.fx_px * geometry_.baseline_m);
+}
 
-  const Eigen::Vector3d axes[3] = {direction(box_.yaw_rad), Eigen::Vector3d::UnitY(),
-                                   direction(box_.yaw_rad - kQuarter_rad)};
-  Eigen::Vector3d center_m = Eigen::Vector3d::Zero();
-  for (int i = 0; i < 3; ++i) {
-    const Extent seen = measure(axes[i].cast<float>());
-    Extent now = seen;
-    if (known_) {
-      const double middle_m = box_.center_m.dot(axes[i]);
-      const double half_m = 0.5 * box_.size_m[i];
-      now.low_m = middle_m - half_m + std::clamp(seen.low_m - (middle_m - half_m), -kMaxGrowth_m, kMaxShrink_m);
-      now.high_m = middle_m + half_m + std::clamp(seen.high_m - (middle_m + half_m), -kMaxShrink_m, kMaxGrowth_m);
-    }
-    center_m += 0.5 * (now.low_m + now.high_m) * axes[i];
-    box_.size_m[i] = std::max(now.high_m - now.low_m, config_.min_box_size_m);
+const KindOfObject& BoxEstimator::likely_kind(const BoxFrame& frame) const noexcept {
+  const double depth_m = (frame.T_obj_cam.inverse() * middle_of(frame.points)).z();
+  const double height_m = (frame.edges->at_px[3] - frame.edges->at_px[2]) * depth_m / geometry_.fy_px;
+  const auto fits = [&](const KindOfObject& kind) {
+    const double z = (height_m - kind.mean_m.y()) / (2.0 * kind.sigma_m.y());
+    return std::log(kind.share) - 0.5 * z * z;
+  };
+  const std::span<const KindOfObject> kinds = kinds_of(frame.class_id);
+  return *std::max_element(kinds.begin(), kinds.end(),
+                           [&](const KindOfObject& a, const KindOfObject& b) { return fits(a) < fits(b); });
+}
+
+BoxState BoxEstimator::start_at(const BoxFrame& frame, double yaw_rad, const KindOfObject& kind) const noexcept {
+  BoxState start{middle_of(frame.points), yaw_rad, kind.mean_m};
+  Eigen::Vector3d ray = start.center_m - frame.T_obj_cam.translation;
+  ray -= down_obj_ * down_obj_.dot(ray);
+  if (ray.norm() > 1e-6) {
+    ray.normalize();
+    const Eigen::Matrix3d axes = upright_axes(down_obj_, yaw_rad);
+    start.center_m += kBehindFace *
+                      (std::abs(ray.dot(axes.col(0))) * kind.mean_m.x() + std::abs(ray.dot(axes.col(2))) * kind.mean_m.z()) *
+                      ray;
   }
-  box_.center_m = center_m;
+  return start;
+}
+
+void BoxEstimator::begin(const BoxFrame& frame, const BoxEvidence& evidence) noexcept {
   known_ = true;
+  take(fit_box(evidence, start_at(frame, heading_ ? heading_->yaw_rad : 0.0, likely_kind(frame)), kFirstIterations));
+  for (int i = 1; i < kYaws && !heading_; ++i) {
+    challenge(evidence, start_at(frame, i * std::numbers::pi / kYaws, likely_kind(frame)), kFirstIterations, 0.0);
+  }
+  for (const KindOfObject& kind : evidence.kinds) {
+    challenge(evidence, start_at(frame, state_.yaw_rad, kind), kFirstIterations, 0.0);
+  }
+}
+
+/// Takes the box that is found from `start` if it is more probable.
+void BoxEstimator::challenge(const BoxEvidence& evidence, const BoxState& start, int iterations,
+                             double margin) noexcept {
+  if (const BoxFit fit = fit_box(evidence, start, iterations); fit.cost < cost_ - margin) {
+    take(fit);
+  }
+}
+
+/// A box of another kind, or as long as nothing shows where the front is, turned: one a frame.
+BoxState BoxEstimator::challenger(const BoxFrame& frame, const BoxEvidence& evidence) const noexcept {
+  const std::size_t kinds = evidence.kinds.size();
+  const std::size_t turn = updates_ % (heading_ ? kinds : kinds + kYaws - 1);
+  if (turn < kinds) {
+    return start_at(frame, heading_ ? heading_->yaw_rad : state_.yaw_rad, evidence.kinds[turn]);
+  }
+  const double turned_rad = static_cast<double>(turn - kinds + 1) * std::numbers::pi / kYaws;
+  return start_at(frame, state_.yaw_rad + turned_rad, likely_kind(frame));
+}
+
+/// The direction of motion is that of the object as long as its frame turns with it; otherwise it grows old.
+void BoxEstimator::note_heading(const BoxFrame& frame, const Ground& ground_obj) noexcept {
+  const double passed_s = timestamp_ns_ > 0 ? 1e-9 * static_cast<double>(frame.timestamp_ns - timestamp_ns_) : 0.0;
+  timestamp_ns_ = frame.timestamp_ns;
+  if (frame.heading) {
+    const Eigen::Vector3d along_world = upright_axes(frame.ground.down, frame.heading->yaw_rad).col(0);
+    heading_ = Heading{upright_yaw(ground_obj.down, frame.T_world_obj.rotation.transpose() * along_world),
+                       frame.heading->sigma_rad};
+    sigma_.heading_known = true;
+  } else if (heading_ && !frame.turns_are_seen) {
+    heading_->sigma_rad = std::hypot(heading_->sigma_rad, kTurnRate_radps * passed_s);
+  }
+}
+
+void BoxEstimator::take(const BoxFit& fit) noexcept {
+  state_ = fit.state;
+  cost_ = fit.cost;
+  const Eigen::Matrix3d axes = upright_axes(down_obj_, state_.yaw_rad);
+  sigma_.center_m = (axes.transpose() * fit.covariance.topLeftCorner<3, 3>() * axes).diagonal().cwiseSqrt();
+  sigma_.yaw_rad = std::hypot(std::sqrt(fit.covariance(3, 3)), kYawOfShape_rad);
+  sigma_.size_m = fit.covariance.diagonal().tail<3>().cwiseSqrt();
+}
+
+void BoxEstimator::update(const BoxFrame& frame) noexcept {
+  Ground ground_obj = frame.ground.in_frame(frame.T_world_obj.inverse());
+  ground_obj.sigma_m = std::hypot(ground_obj.sigma_m, ground_obj.slope_sigma_rad * frame.T_obj_cam.translation.norm());
+  down_world_ = frame.ground.down;
+  down_obj_ = ground_obj.down;
+  note_heading(frame, ground_obj);
+  if (!frame.edges || (!known_ && frame.points.empty())) {
+    return;
+  }
+  keep_view(frame);
+  const BoxEvidence evidence{geometry_, views_, down_obj_, ground_obj, heading_, kinds_of(frame.class_id)};
+  ++updates_;
+  if (!known_) {
+    begin(frame, evidence);
+    return;
+  }
+  const double off_rad = heading_ ? std::remainder(state_.yaw_rad - heading_->yaw_rad, 2.0 * std::numbers::pi) : 0.0;
+  if (std::abs(off_rad) > 0.5 * kQuarter_rad) {
+    // Its motion shows that what was taken for its side or its rear is its front.
+    begin(frame, evidence);
+    return;
+  }
+  take(fit_box(evidence, state_, kIterations));
+  if (!frame.points.empty()) {
+    challenge(evidence, challenger(frame, evidence), kChallengerIterations, kClearlyBetter);
+  }
 }
 
 Box3 BoxEstimator::box_in_world(const Se3& T_world_obj) const noexcept {
-  return {T_world_obj * box_.center_m, box_.size_m, yaw_of(T_world_obj.rotation * direction(box_.yaw_rad))};
+  const Eigen::Vector3d along = T_world_obj.rotation * upright_axes(down_obj_, state_.yaw_rad).col(0);
+  return {T_world_obj * state_.center_m, state_.size_m, upright_yaw(down_world_, along), down_world_};
 }
 
 }  // namespace kinetrace::trajectory

@@ -41,12 +41,6 @@ Status TrajectoryConfig::validate() const {
   if (!inside(smoothing_turn_radps2, 0.001, 1e6)) {
     return out_of_range("smoothing_turn_radps2", "[0.001, 1e6]", std::to_string(smoothing_turn_radps2));
   }
-  if (!(box_percentile > 0.0 && box_percentile < 0.4)) {
-    return out_of_range("box_percentile", "(0, 0.4)", std::to_string(box_percentile));
-  }
-  if (!inside(min_box_size_m, 0.001, 100.0)) {
-    return out_of_range("min_box_size_m", "[0.001, 100]", std::to_string(min_box_size_m));
-  }
   return {};
 }
 

@@ -135,7 +135,7 @@ TEST(ObjectMetrics, HaveNoDistanceFromAFewRows) {
 
 TEST(ObjectMetrics, ShowAWrongCentreWhateverItsOrigin) {
   const ObjectMetrics metrics = evaluated(
-      spoiled_scene([](TrackEstimate& estimate, int) { estimate.center_m += Eigen::Vector3d(0.3, 0.0, 0.4); }));
+      spoiled_scene([](TrackEstimate& estimate, int) { estimate.box.center_m += Eigen::Vector3d(0.3, 0.0, 0.4); }));
   EXPECT_NEAR(metrics.objects[0].errors.center_m.mean().value(), 0.5, 1e-9);
   EXPECT_NEAR(metrics.all.center_m.mean().value(), 0.25, 1e-9);
   EXPECT_NEAR(metrics.all.distance_m.max().value(), 0.0, 1e-12);

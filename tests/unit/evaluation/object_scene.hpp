@@ -33,6 +33,7 @@ inline TrueObject true_object(std::uint32_t id, int frame) {
   object.height_px = 80;
   object.T_world_obj = true_pose(id, frame);
   object.center_m = object.T_world_obj * Eigen::Vector3d(0.0, -0.75, 0.0);
+  object.size_m = {4.2, 1.5, 1.8};
   if (object.moving) {
     object.velocity_mps = kCarSpeed_mps * object.T_world_obj.rotation.col(0);
   }
@@ -43,7 +44,8 @@ inline TrackInFrame perfect_track(const TrueObject& object, std::uint32_t track_
   TrackEstimate estimate;
   estimate.status = BodyStatus::kTracked;
   estimate.T_world_obj = object.T_world_obj;
-  estimate.center_m = object.center_m;
+  estimate.box = {object.center_m, object.size_m,
+                  std::atan2(-object.T_world_obj.rotation(2, 0), object.T_world_obj.rotation(0, 0))};
   estimate.velocity_mps = object.velocity_mps;
   estimate.moving = object.moving;
   estimate.heading_rad = std::atan2(-object.velocity_mps.z(), object.velocity_mps.x());

@@ -1,203 +1,221 @@
 #include "kinetrace/trajectory/box_estimator.hpp"
 
-#include <cmath>
-#include <numbers>
-#include <random>
-#include <span>
-#include <vector>
-
 #include <gtest/gtest.h>
 
+#include "box_scene.hpp"
 #include "kinetrace/core/allocation_counter.hpp"
 
 namespace kinetrace::trajectory {
 namespace {
 
-const double kUnknown = std::nan("");
-constexpr double kPi = std::numbers::pi;
-const Eigen::Vector3d kCar(4.2, 1.5, 1.8);  // Length, height, width.
+constexpr double kRad = std::numbers::pi / 180.0;
+const Heading kAhead{0.5 * std::numbers::pi, 0.03};  // As the car of the scene points.
 
-enum class Faces { kAll, kRear, kRearAndSide };
-
-/// Points on the walls of a car whose front points along `yaw_rad` (KITTI rotation_y), its centre at `center`.
-std::vector<BodyPoint> car_points(int count, double yaw_rad, Faces faces, const Eigen::Vector3d& center = {0, 0, 0},
-                                  unsigned seed = 1) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> uniform(-0.5, 0.5);
-  std::vector<BodyPoint> points;
-  for (int i = 0; i < count; ++i) {
-    Eigen::Vector3d p{uniform(random), uniform(random), uniform(random)};  // Braces: drawn in this order everywhere.
-    const int face = faces == Faces::kRear ? 0 : (faces == Faces::kRearAndSide ? i % 2 : i % 4);
-    switch (face) {
-      case 0: p.x() = -0.5; break;
-      case 1: p.z() = 0.5; break;
-      case 2: p.x() = 0.5; break;
-      default: p.z() = -0.5; break;
-    }
-    const Eigen::Vector3d local = p.cwiseProduct(kCar);
-    BodyPoint point;
-    point.position_m = (center + so3_exp({0.0, yaw_rad, 0.0}) * local).cast<float>();
-    points.push_back(point);
-  }
-  return points;
+TEST(BoxEstimator, KnowsNothingWithoutAView) {
+  CarScene scene;
+  Watcher watcher;
+  EXPECT_FALSE(watcher.box.known());
+  const Se3 T_obj_cam = scene.camera_at(0.5, 15.0);
+  watcher.box.update(watcher.frame_of(scene, T_obj_cam, {}));
+  EXPECT_FALSE(watcher.box.known()) << "a mask alone does not tell how far it is";
+  const std::vector<BodyPoint> points = scene.points_from(T_obj_cam);
+  BoxFrame unseen = watcher.frame_of(scene, T_obj_cam, points);
+  unseen.edges.reset();
+  watcher.box.update(unseen);
+  EXPECT_FALSE(watcher.box.known());
 }
 
-struct Estimator {
-  explicit Estimator(std::size_t max_points = 400, const TrajectoryConfig& config = {})
-      : arena(std::size_t{1} << 16U), box(config, max_points, arena) {}
-  Arena arena;
-  BoxEstimator box;
-};
-
-void expect_car(const Box3& box, double tolerance_m) {
-  EXPECT_NEAR(box.size_m.x(), kCar.x(), tolerance_m);
-  EXPECT_NEAR(box.size_m.y(), kCar.y(), tolerance_m);
-  EXPECT_NEAR(box.size_m.z(), kCar.z(), tolerance_m);
+TEST(BoxEstimator, FromBehindTheLengthIsThatOfItsClassAndSaidToBe) {
+  CarScene scene;
+  Watcher watcher;
+  watcher.watch(scene, -0.5 * std::numbers::pi, 15.0, 8, kAhead);
+  const Box3 box = watcher.estimate();
+  const Box3Sigma& sigma = watcher.box.sigma();
+  EXPECT_NEAR(box.size_m.z(), scene.car.size_m.z(), 0.15);
+  EXPECT_NEAR(box.size_m.y(), scene.car.size_m.y(), 0.15);
+  EXPECT_NEAR(box.size_m.x(), scene.car.size_m.x(), 0.5);
+  EXPECT_GT(sigma.size_m.x(), 0.25) << "nobody has seen its front";
+  EXPECT_LT(sigma.size_m.z(), 0.15);
+  // Its rear is where it was seen.
+  const double rear_m = scene.car.center_m.z() + 0.5 * scene.car.size_m.x();
+  EXPECT_NEAR(box.center_m.z() + 0.5 * box.size_m.x(), rear_m, 0.15);
+  EXPECT_NEAR(box.center_m.x(), scene.car.center_m.x(), 0.05);
+  EXPECT_GT(sigma.center_m.x(), 2.0 * sigma.center_m.z()) << "along its length it is less sure than across";
 }
 
-TEST(BoxEstimator, KnowsNothingFromFewerThanFourPoints) {
-  Estimator estimator;
-  estimator.box.update({}, kUnknown);
-  EXPECT_FALSE(estimator.box.known());
-  std::vector<BodyPoint> corners(4);  // Near each other: what lies beyond a gap would not count.
-  corners[1].position_m = {1.F, 0.F, 0.F};
-  corners[2].position_m = {0.F, 1.F, 0.F};
-  corners[3].position_m = {0.F, 0.F, 1.F};
-  estimator.box.update(std::span(corners).first(3), 0.0);
-  EXPECT_FALSE(estimator.box.known());
-  estimator.box.update(corners, 0.0);
-  EXPECT_TRUE(estimator.box.known());
-  estimator.box.reset();
-  EXPECT_FALSE(estimator.box.known());
-}
-
-TEST(BoxEstimator, FitsACarWithKnownHeadingWhateverTheHeading) {
-  for (const double yaw_rad : {0.0, 0.4, 0.5 * kPi, -2.0, 3.0}) {
-    Estimator estimator;
-    const Eigen::Vector3d center(0.3, -0.2, 0.9);
-    const auto points = car_points(300, yaw_rad, Faces::kAll, center);
-    estimator.box.update(points, yaw_rad);
-    expect_car(estimator.box.box_in_object(), 0.2);
-    EXPECT_NEAR(std::remainder(estimator.box.box_in_object().yaw_rad - yaw_rad, 2.0 * kPi), 0.0, 1e-9);
-    EXPECT_LT((estimator.box.box_in_object().center_m - center).norm(), 0.15);
+TEST(BoxEstimator, TwoSidesMakeTheWholeBox) {
+  for (const double azimuth_deg : {35.0, 60.0, 130.0, 215.0, 310.0}) {
+    CarScene scene;
+    Watcher watcher;
+    watcher.watch(scene, azimuth_deg * kRad, 12.0, 16);
+    const Box3 box = watcher.estimate();
+    EXPECT_LT(turned_rad(box, scene.car), 5.0 * kRad) << azimuth_deg;
+    EXPECT_LT((box.size_m - scene.car.size_m).cwiseAbs().maxCoeff(), 0.35) << azimuth_deg << ": " << box.size_m.transpose();
+    EXPECT_LT((box.center_m - scene.car.center_m).norm(), 0.25) << azimuth_deg;
+    EXPECT_FALSE(watcher.box.sigma().heading_known);
   }
 }
 
-TEST(BoxEstimator, FindsTheMainDirectionWithoutHeading) {
-  for (const double yaw_rad : {0.0, 0.6, -1.2}) {
-    Estimator estimator;
-    const auto points = car_points(400, yaw_rad, Faces::kAll);
-    estimator.box.update(points, kUnknown);
-    expect_car(estimator.box.box_in_object(), 0.35);
-    EXPECT_NEAR(std::remainder(estimator.box.box_in_object().yaw_rad - yaw_rad, kPi), 0.0, 0.05);
-  }
+TEST(BoxEstimator, MotionTellsWhichEndIsTheFront) {
+  CarScene scene;
+  Watcher watcher;
+  watcher.watch(scene, 0.6, 12.0, 16);
+  const Heading reverse{-0.5 * std::numbers::pi, 0.03};
+  watcher.watch(scene, 0.6, 12.0, 2, reverse);
+  EXPECT_TRUE(watcher.box.sigma().heading_known);
+  EXPECT_NEAR(std::remainder(watcher.estimate().yaw_rad - reverse.yaw_rad, 2.0 * std::numbers::pi), 0.0, 0.06);
+  EXPECT_NEAR(watcher.estimate().size_m.x(), scene.car.size_m.x(), 0.35) << "the length stays the length";
+  watcher.watch(scene, 0.6, 12.0, 4);
+  EXPECT_TRUE(watcher.box.sigma().heading_known) << "it has stopped, but not turned";
 }
 
-TEST(BoxEstimator, IgnoresFarOutliersAndPointsThatAreNotFinite) {
-  Estimator estimator;
-  auto points = car_points(200, 0.3, Faces::kAll);
+TEST(BoxEstimator, AHeadingGrowsOldWhereTurnsAreNotSeen) {
+  CarScene scene;
+  Watcher watcher;
+  watcher.watch(scene, -0.5 * std::numbers::pi, 15.0, 8, kAhead);
+  const double sure_rad = watcher.box.sigma().yaw_rad;
   for (int i = 0; i < 30; ++i) {
-    BodyPoint stray;
-    stray.position_m = {8.F + 0.3F * static_cast<float>(i), -3.F, 12.F};
-    points.push_back(stray);
+    const Se3 T_obj_cam = scene.camera_at(-0.5 * std::numbers::pi, 15.0);
+    const std::vector<BodyPoint> points = scene.points_from(T_obj_cam);
+    BoxFrame frame = watcher.frame_of(scene, T_obj_cam, points);
+    frame.turns_are_seen = false;
+    watcher.box.update(frame);
   }
-  points[5].position_m.x() = std::numeric_limits<float>::quiet_NaN();
-  estimator.box.update(points, 0.3);
-  expect_car(estimator.box.box_in_object(), 0.25);
+  EXPECT_GT(watcher.box.sigma().yaw_rad, 1.3 * sure_rad);
 }
 
-TEST(BoxEstimator, GrowsWithNewViewsWithoutJumpingAndKeepsThemOutOfView) {
-  Estimator estimator;
-  const auto rear = car_points(100, 0.0, Faces::kRear);
-  estimator.box.update(rear, 0.0);
-  EXPECT_LT(estimator.box.box_in_object().size_m.x(), 0.3);
-  const auto both = car_points(200, 0.0, Faces::kRearAndSide);
-  double last_m = estimator.box.box_in_object().size_m.x();
-  for (int i = 0; i < 40; ++i) {
-    estimator.box.update(both, 0.0);
-    const double now_m = estimator.box.box_in_object().size_m.x();
-    EXPECT_LE(now_m - last_m, 0.31);
-    EXPECT_GE(now_m, last_m - 0.007);
-    last_m = now_m;
+TEST(BoxEstimator, WhatTheBorderCutsIsNotTheEndOfIt) {
+  CarScene scene;
+  Watcher watcher;
+  // From its side; the image ends 1.2 m before the car does.
+  for (int i = 0; i < 8; ++i) {
+    const Se3 T_obj_cam = scene.camera_at(0.0, 10.0);
+    const std::vector<BodyPoint> points = scene.points_from(T_obj_cam);
+    BoxFrame frame = watcher.frame_of(scene, T_obj_cam, points);
+    frame.edges->at_px[0] += 1.2 * kCamera.fx_px / 9.1;
+    frame.edges->beyond_px[0] = std::numeric_limits<double>::infinity();
+    frame.heading = kAhead;
+    watcher.box.update(frame);
   }
-  // The percentile takes 3 % of all points off the end of the side, which holds half of them.
-  expect_car(estimator.box.box_in_object(), 0.45);
+  EXPECT_NEAR(watcher.estimate().size_m.x(), scene.car.size_m.x(), 0.45);
+}
+
+TEST(BoxEstimator, StaysAsItWasSeenWhenMostOfItIsHidden) {
+  CarScene scene;
+  Watcher watcher;
+  watcher.watch(scene, 0.6, 12.0, 16);
+  const Box3 seen = watcher.estimate();
   for (int i = 0; i < 20; ++i) {
-    estimator.box.update(rear, 0.0);
+    const Se3 T_obj_cam = scene.camera_at(0.6, 12.0);
+    const std::vector<BodyPoint> points = scene.points_from(T_obj_cam);
+    BoxFrame frame = watcher.frame_of(scene, T_obj_cam, points);
+    const double width_px = frame.edges->at_px[1] - frame.edges->at_px[0];
+    frame.edges->at_px[0] += 0.6 * width_px;
+    frame.edges->beyond_px.fill(0.6 * width_px);
+    watcher.box.update(frame);
   }
-  EXPECT_GT(estimator.box.box_in_object().size_m.x(), last_m - 0.1);
+  EXPECT_LT((watcher.estimate().center_m - seen.center_m).norm(), 0.15);
+  EXPECT_LT((watcher.estimate().size_m - seen.size_m).norm(), 0.2);
 }
 
-TEST(BoxEstimator, HeadingRelabelsQuartersAndTurnsTheRestGradually) {
-  Estimator estimator;
-  // Without heading, length is along the main direction; then the object turns out to move sideways to it.
-  const auto points = car_points(400, 0.0, Faces::kAll);
-  estimator.box.update(points, kUnknown);
-  const Eigen::Vector3d before = estimator.box.box_in_object().size_m;
-  const double front_rad = estimator.box.box_in_object().yaw_rad + 0.5 * kPi;
-  estimator.box.update(points, front_rad);
-  EXPECT_NEAR(estimator.box.box_in_object().size_m.x(), before.z(), 0.05);
-  EXPECT_NEAR(estimator.box.box_in_object().size_m.z(), before.x(), 0.05);
-  EXPECT_NEAR(std::remainder(estimator.box.box_in_object().yaw_rad - front_rad, 2.0 * kPi), 0.0, 1e-9);
-  estimator.box.update(points, front_rad + 0.5);
-  const double turned = std::remainder(estimator.box.box_in_object().yaw_rad - front_rad, 2.0 * kPi);
-  EXPECT_GT(turned, 0.01);
-  EXPECT_LT(turned, 0.1);
-}
-
-TEST(BoxEstimator, HoldsTheLastHeadingWhenItIsUnknownAgain) {
-  Estimator estimator;
-  const auto points = car_points(300, 0.0, Faces::kAll);
-  estimator.box.update(points, kPi);
-  for (int i = 0; i < 5; ++i) {
-    estimator.box.update(points, kUnknown);
+TEST(BoxEstimator, StrayPointsDoNotStretchIt) {
+  CarScene scene;
+  Watcher watcher;
+  for (int i = 0; i < 12; ++i) {
+    const Se3 T_obj_cam = scene.camera_at(0.6, 12.0);
+    std::vector<BodyPoint> points = scene.points_from(T_obj_cam);
+    points[7].position_m.z() += 21.F;
+    points[20].position_m.x() -= 6.F;
+    watcher.box.update(watcher.frame_of(scene, T_obj_cam, points));
   }
-  EXPECT_NEAR(std::abs(estimator.box.box_in_object().yaw_rad), kPi, 1e-9);
+  EXPECT_LT((watcher.estimate().size_m - scene.car.size_m).cwiseAbs().maxCoeff(), 0.4);
+  EXPECT_LT((watcher.estimate().center_m - scene.car.center_m).norm(), 0.3);
 }
 
-TEST(BoxEstimator, ClampsTheSmallestEdge) {
-  TrajectoryConfig config;
-  config.min_box_size_m = 0.25;
-  Estimator estimator(100, config);
-  std::vector<BodyPoint> points(10);
-  estimator.box.update(points, kUnknown);
-  EXPECT_TRUE(estimator.box.box_in_object().size_m.isApprox(Eigen::Vector3d::Constant(0.25)));
+TEST(BoxEstimator, ATruckIsNoCar) {
+  CarScene scene;
+  scene.car = {{0.0, -1.5, 0.0}, {7.5, 3.0, 2.4}, 0.5 * std::numbers::pi};
+  Watcher watcher;
+  watcher.watch(scene, 0.7, 20.0, 16);
+  EXPECT_LT((watcher.estimate().size_m - scene.car.size_m).cwiseAbs().maxCoeff(), 0.8)
+      << watcher.estimate().size_m.transpose();
 }
 
-TEST(BoxEstimator, UsesPointsEvenlyBeyondItsCapacity) {
-  Estimator exact(100);
-  const auto hundred = car_points(100, 0.0, Faces::kAll);
-  exact.box.update(hundred, 0.0);
-  expect_car(exact.box.box_in_object(), 0.4);
-  Estimator beyond(100);
-  const auto many = car_points(1001, 0.0, Faces::kAll);
-  beyond.box.update(many, 0.0);
-  expect_car(beyond.box.box_in_object(), 0.4);
-  Estimator none(0);
-  none.box.update(hundred, 0.0);
-  EXPECT_FALSE(none.box.known());
+TEST(BoxEstimator, StandsOnTheGroundThatTheCameraLooksDownUpon) {
+  CarScene scene;
+  Watcher watcher;
+  // The world as a camera sees it that looks down by 40 degrees.
+  const Se3 T_world_obj{so3_exp({40.0 * kRad, 0.0, 0.0}), {0.0, 3.0, 20.0}};
+  const Eigen::Vector3d down = T_world_obj.rotation.col(1);
+  for (int i = 0; i < 16; ++i) {
+    const Se3 T_obj_cam = scene.camera_at(0.6, 12.0);
+    const std::vector<BodyPoint> points = scene.points_from(T_obj_cam);
+    BoxFrame frame = watcher.frame_of(scene, T_obj_cam, points);
+    frame.T_world_obj = T_world_obj;
+    frame.ground = {down, down.dot(T_world_obj.translation), 0.05, 0.01, true};
+    watcher.box.update(frame);
+  }
+  const Box3 box = watcher.box.box_in_world(T_world_obj);
+  EXPECT_TRUE(box.rotation().col(1).isApprox(down, 1e-9));
+  EXPECT_LT((box.center_m - T_world_obj * scene.car.center_m).norm(), 0.25);
+  EXPECT_GT(std::abs(box.rotation().col(0).dot(T_world_obj.rotation * scene.car.rotation().col(0))), 0.99);
 }
 
-TEST(BoxEstimator, PlacesTheBoxInTheWorldWithKittiRotation) {
-  Estimator estimator;
-  const auto points = car_points(300, 0.2, Faces::kAll, {1.0, 0.0, 0.0});
-  estimator.box.update(points, 0.2);
-  const Se3 T_world_obj{so3_exp({0.0, 1.0, 0.0}), {5.0, 1.0, 30.0}};
-  const Box3 box = estimator.box.box_in_world(T_world_obj);
-  EXPECT_NEAR(box.yaw_rad, 1.2, 1e-9);
-  EXPECT_LT((box.center_m - T_world_obj * estimator.box.box_in_object().center_m).norm(), 1e-12);
-  EXPECT_EQ(box.size_m, estimator.box.box_in_object().size_m);
+TEST(BoxEstimator, SigmasAreHonest) {
+  double center = 0.0;
+  double size = 0.0;
+  double count = 0.0;
+  for (unsigned seed = 1; seed <= 60; ++seed) {
+    CarScene scene;
+    scene.random.seed(seed);
+    scene.edge_px = 1.5;
+    scene.point_m = 0.1;
+    std::normal_distribution<double> noise(0.0, 1.0);
+    std::uniform_real_distribution<double> azimuth(0.0, 2.0 * std::numbers::pi);
+    scene.car.size_m += Eigen::Vector3d(0.42 * noise(scene.random), 0.08 * noise(scene.random), 0.08 * noise(scene.random));
+    scene.car.center_m.y() = -0.5 * scene.car.size_m.y();
+    Watcher watcher;
+    watcher.watch(scene, azimuth(scene.random), 14.0, 16, kAhead);
+    const Box3 box = watcher.estimate();
+    const Box3Sigma& sigma = watcher.box.sigma();
+    const Eigen::Vector3d off = box.rotation().transpose() * (box.center_m - scene.car.center_m);
+    center += off.cwiseQuotient(sigma.center_m).squaredNorm();
+    size += (box.size_m - scene.car.size_m).cwiseQuotient(sigma.size_m).squaredNorm();
+    count += 3.0;
+  }
+  EXPECT_GT(center / count, 0.3);
+  EXPECT_LT(center / count, 2.0);
+  EXPECT_GT(size / count, 0.3);
+  EXPECT_LT(size / count, 2.0);
+}
+
+TEST(BoxEstimator, AnotherObjectBeginsAnew) {
+  CarScene scene;
+  Watcher watcher;
+  watcher.watch(scene, 0.6, 12.0, 4, kAhead);
+  watcher.box.reset();
+  EXPECT_FALSE(watcher.box.known());
+  EXPECT_FALSE(watcher.box.sigma().heading_known);
+  Watcher fresh;
+  CarScene again;
+  CarScene same;
+  watcher.watch(again, 2.0, 15.0, 6);
+  fresh.watch(same, 2.0, 15.0, 6);
+  EXPECT_EQ(watcher.estimate().center_m, fresh.estimate().center_m) << "nothing is left of the one before";
 }
 
 TEST(BoxEstimator, DoesNotAllocate) {
   if (!allocation_counting_available()) {
     GTEST_SKIP() << "allocations are not counted in this build";
   }
-  Estimator estimator;
-  const auto points = car_points(300, 0.0, Faces::kAll);
+  CarScene scene;
+  Watcher watcher;
+  const Se3 T_obj_cam = scene.camera_at(0.6, 12.0);
+  const std::vector<BodyPoint> points = scene.points_from(T_obj_cam);
   const std::uint64_t before = allocation_counts().own;
-  estimator.box.update(points, kUnknown);
-  estimator.box.update(points, 0.3);
+  for (int i = 0; i < 10; ++i) {
+    watcher.box.update(watcher.frame_of(scene, T_obj_cam, points));
+  }
   EXPECT_EQ(allocation_counts().own - before, 0U);
 }
 

@@ -36,10 +36,6 @@ TEST(TrajectoryConfig, NamesTheKeyThatIsOutOfRange) {
               testing::HasSubstr("trajectory.stereo_sigma_px"));
   EXPECT_THAT(message([](TrajectoryConfig& c) { c.surface_sigma_m = -1.0; }),
               testing::HasSubstr("trajectory.surface_sigma_m"));
-  EXPECT_THAT(message([](TrajectoryConfig& c) { c.box_percentile = 0.4; }),
-              testing::HasSubstr("trajectory.box_percentile"));
-  EXPECT_THAT(message([](TrajectoryConfig& c) { c.min_box_size_m = 0.0; }),
-              testing::HasSubstr("trajectory.min_box_size_m"));
 }
 
 }  // namespace

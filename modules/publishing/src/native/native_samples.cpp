@@ -8,6 +8,10 @@
 namespace kinetrace::publishing {
 namespace {
 
+Eigen::Vector3d vector_of(const float (&values)[3]) noexcept {
+  return Eigen::Map<const Eigen::Vector3f>(values).cast<double>();
+}
+
 ObjectResult object_of(const kinetrace_TrackedObject& message) noexcept {
   ObjectResult object;
   object.track_id = message.id;
@@ -16,11 +20,14 @@ ObjectResult object_of(const kinetrace_TrackedObject& message) noexcept {
   object.moving = message.moving;
   object.T_world_obj = from_wire(message.T_world_obj);
   object.covariance = symmetric_from_upper_triangle(message.covariance);
-  object.velocity_mps = Eigen::Map<const Eigen::Vector3f>(message.velocity_mps).cast<double>();
+  object.velocity_mps = vector_of(message.velocity_mps);
   object.heading_rad = message.heading_rad;
   object.box.center_m = from_wire(message.box_center_m);
-  object.box.size_m = Eigen::Map<const Eigen::Vector3f>(message.box_size_m).cast<double>();
+  object.box.size_m = vector_of(message.box_size_m);
   object.box.yaw_rad = message.box_yaw_rad;
+  object.box.down = vector_of(message.box_down);
+  object.box_sigma = {vector_of(message.box_center_sigma_m), vector_of(message.box_size_sigma_m),
+                      double{message.box_yaw_sigma_rad}, message.heading_known};
   object.box_px = {message.box_px[0], message.box_px[1], message.box_px[2], message.box_px[3]};
   object.point_count = static_cast<int>(message.points);
   object.inliers = static_cast<int>(message.inliers);

@@ -40,6 +40,11 @@ kinetrace_TrackedObject tracked_object(const ObjectResult& object) noexcept {
   out.box_px[3] = object.box_px.y1;
   out.points = static_cast<std::uint32_t>(object.point_count);
   out.inliers = static_cast<std::uint32_t>(object.inliers);
+  copy_floats(object.box.down, out.box_down);
+  copy_floats(object.box_sigma.center_m, out.box_center_sigma_m);
+  copy_floats(object.box_sigma.size_m, out.box_size_sigma_m);
+  out.box_yaw_sigma_rad = static_cast<float>(object.box_sigma.yaw_rad);
+  out.heading_known = object.box_sigma.heading_known;
   return out;
 }
 

@@ -1,7 +1,5 @@
 #include "ros/ros_axes.hpp"
 
-#include <numbers>
-
 namespace kinetrace::publishing {
 
 const Eigen::Matrix3d& ros_axes() noexcept {
@@ -24,10 +22,11 @@ Matrix6d to_ros_covariance(const Matrix6d& covariance) noexcept {
 }
 
 RosBox to_ros(const Box3& box) noexcept {
-  // At yaw 0 the length lies along our +x, which is -y of ROS; our yaw turns about down, theirs about up.
-  const double yaw_rad = -box.yaw_rad - std::numbers::pi / 2.0;
-  return {{Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix(), ros_axes() * box.center_m},
-          {box.size_m.x(), box.size_m.z(), box.size_m.y()}};
+  // Length, left and up; ours are length, down and left.
+  const Eigen::Matrix3d axes = box.rotation();
+  Eigen::Matrix3d R_world_box;
+  R_world_box << axes.col(0), axes.col(2), -axes.col(1);
+  return {{ros_axes() * R_world_box, ros_axes() * box.center_m}, {box.size_m.x(), box.size_m.z(), box.size_m.y()}};
 }
 
 }  // namespace kinetrace::publishing

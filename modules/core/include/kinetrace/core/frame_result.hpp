@@ -9,18 +9,12 @@
 #include <Eigen/Core>
 
 #include "kinetrace/core/body.hpp"
+#include "kinetrace/core/box3.hpp"
 #include "kinetrace/core/frame.hpp"
 #include "kinetrace/core/rig_correction.hpp"
 #include "kinetrace/core/track_frame.hpp"
 
 namespace kinetrace {
-
-/// Oriented box, world frame: upright about the world's y axis (down).
-struct Box3 {
-  Eigen::Vector3d center_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();  ///< Length (along the heading), height, width.
-  double yaw_rad = 0.0;  ///< Rotation about y (KITTI rotation_y): 0 = length along +x, pi/2 = length along -z.
-};
 
 struct CameraResult {
   BodyStatus status = BodyStatus::kInitializing;
@@ -46,8 +40,9 @@ struct ObjectResult {
   Matrix6d covariance = Matrix6d::Zero();
   /// World frame, of the box centre. Zero where a frame without own reconstruction shows no significant motion.
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
-  double heading_rad = 0.0;  ///< About the world's y axis, like Box3::yaw_rad.
+  double heading_rad = 0.0;  ///< Of the motion, else of the box; about the world's y axis, 0 = +x, pi/2 = -z.
   Box3 box;
+  Box3Sigma box_sigma;
   PixelBox box_px;      ///< Of the left mask.
   int point_count = 0;  ///< Live reconstructed points.
   int inliers = 0;      ///< Features of this frame that agree with the pose.

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -46,8 +47,10 @@ class KINETRACE_API TextRows {
   void leave_out_unfinished_row();
 
   /// Takes the next row as the names of the columns; from then on every row has as many fields. Returns where `names`
-  /// are. Mistakes: a name that is missing.
-  [[nodiscard]] std::vector<std::size_t> columns(const std::vector<std::string_view>& names);
+  /// are, kNoColumn for those that are missing. Mistakes: one of the first `required` names is missing.
+  [[nodiscard]] std::vector<std::size_t> columns(const std::vector<std::string_view>& names,
+                                                 std::size_t required = kNoColumn);
+  static constexpr std::size_t kNoColumn = std::numeric_limits<std::size_t>::max();
 
   /// From now on every row has as many fields.
   void expect_fields(std::size_t count) noexcept { expected_fields_ = count; }

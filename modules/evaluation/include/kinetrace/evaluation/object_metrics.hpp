@@ -11,7 +11,9 @@
 #include <Eigen/Core>
 
 #include "kinetrace/core/body.hpp"
+#include "kinetrace/core/box3.hpp"
 #include "kinetrace/core/se3.hpp"
+#include "kinetrace/evaluation/box_metrics.hpp"
 #include "kinetrace/evaluation/error_statistics.hpp"
 
 namespace kinetrace::evaluation {
@@ -23,8 +25,11 @@ struct TrueObject {
   bool moving = false;
   bool rigid = true;
   int height_px = 0;  ///< Of what can be seen.
-  Se3 T_world_obj;
+  /// Part of it that is hidden or outside the image, 0 to 1; 0 where the truth does not say.
+  double hidden = 0.0;
+  Se3 T_world_obj;                                         ///< x forward, y down, z left.
   Eigen::Vector3d center_m = Eigen::Vector3d::Zero();      ///< World frame, of its box.
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();        ///< Length, height, width.
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< World frame, of the object's origin.
 };
 
@@ -32,7 +37,8 @@ struct TrueObject {
 struct TrackEstimate {
   BodyStatus status = BodyStatus::kLost;
   Se3 T_world_obj;
-  Eigen::Vector3d center_m = Eigen::Vector3d::Zero();  ///< World frame, of its box.
+  Box3 box;
+  Box3Sigma box_sigma;
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   bool moving = false;
   double heading_rad = 0.0;  ///< About the world's y axis: 0 = along +x, pi/2 = along -z.
@@ -136,6 +142,7 @@ struct ObjectMetrics {
   std::vector<ObjectReport> objects;  ///< By id; objects that were seen.
   std::vector<MotionSample> motions;  ///< Those that `all.motion` is made of, by object and frame.
   std::vector<FalseMovingTrack> false_moving;
+  BoxMetrics boxes;  ///< Of rigid objects over min_height_px.
 };
 
 /// `frames` by frame number. Tracks are matched with objects frame by frame: a match of the frame before stays if it is

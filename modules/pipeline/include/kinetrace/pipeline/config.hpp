@@ -210,8 +210,6 @@ void visit_trajectory(Config& config, Visitor& visit) {
   visit("trajectory.smoothing_acceleration_mps2", j.smoothing_acceleration_mps2,
         "standard deviation of an object's acceleration, for smoothing its path, m/s^2");
   visit("trajectory.smoothing_turn_radps2", j.smoothing_turn_radps2, "... and of its angular acceleration, rad/s^2");
-  visit("trajectory.box_percentile", j.box_percentile, "points cut off at either end of a box's axes");
-  visit("trajectory.min_box_size_m", j.min_box_size_m, "smallest edge of a box, m");
 }
 
 template <typename Config, typename Visitor>

@@ -1,58 +1,83 @@
-// Upright 3-D box of an object from its points.
+// Upright 3-D box of an object from all that shows how large it is and where.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <span>
-#include <utility>
 
 #include <Eigen/Core>
 
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/core/body.hpp"
-#include "kinetrace/core/frame_result.hpp"
-#include "kinetrace/trajectory/trajectory_config.hpp"
+#include "kinetrace/core/box3.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
+#include "kinetrace/trajectory/box_view.hpp"
+#include "kinetrace/trajectory/ground_plane.hpp"
+#include "kinetrace/trajectory/size_prior.hpp"
 
 namespace kinetrace::trajectory {
 
-/// Box in the object frame, which was parallel to the world's at birth: centre, size along its own axes, yaw about y.
-///
-/// The extent along each axis is that of the points between two percentiles; points beyond a gap are left out. It grows
-/// with what is seen over the object's life, at a bounded rate, and shrinks much more slowly, so that the box neither
-/// jumps nor forgets the sides that are out of view. It turns at a bounded rate too; turns by quarters relabel length
-/// and width.
+struct BoxEvidence;
+struct BoxFit;
+
+/// What a frame tells about an object's box. The object's frame was parallel to the world's at birth and turns with the
+/// object.
+struct BoxFrame {
+  std::int64_t timestamp_ns = 0;
+  std::uint16_t class_id = 0;
+  Se3 T_world_obj;
+  Se3 T_obj_cam;
+  std::optional<MaskEdges> edges;      ///< None: the object has not been seen in this frame.
+  std::span<const BodyPoint> points;   ///< Of its reconstruction; without one, its stereo position.
+  double disparity_sigma_px = 0.0;     ///< Of these points.
+  Ground ground;                       ///< World frame; `down` counts even if the ground is not known.
+  bool turns_are_seen = false;         ///< T_world_obj turns as the object does.
+  std::optional<Heading> heading;      ///< Of its motion in the world, where it moves.
+};
+
+/// Maximum a posteriori estimate of centre, yaw and size, with covariance, by robust Gauss-Newton over a few views of the
+/// object. It weighs the mask's edges (Bertoni et al. 2019 use its height, Mousavian et al. 2017 all four), the
+/// reconstructed points on the faces that were seen (L-shape fitting; Zhang et al. 2017), the ground, the direction of
+/// motion, and what sizes its class usually has, by which it knows of the sides that nobody has seen. Of the frames that
+/// show it from about the same side, the best one counts, so that hundreds of alike views are no more sure than one.
 class BoxEstimator {
  public:
-  /// `arena` gives room to sort `max_points` coordinates; of more points, evenly spaced ones are used.
-  BoxEstimator(const TrajectoryConfig& config, std::size_t max_points, Arena& arena);
+  BoxEstimator(const StereoGeometry& geometry, Arena& arena);
   void reset() noexcept;
-  /// Four points have been seen at once.
+  /// Its object's frame has moved: earlier views are void, its size is not.
+  void forget_views() noexcept;
   [[nodiscard]] bool known() const noexcept { return known_; }
-  /// `yaw_rad`: heading in the object frame when the object moves; NaN when unknown (then the last heading, or before
-  /// any the points' main horizontal direction).
-  void update(std::span<const BodyPoint> points, double yaw_rad) noexcept;
-  [[nodiscard]] const Box3& box_in_object() const noexcept { return box_; }
+  void update(const BoxFrame& frame) noexcept;
+  [[nodiscard]] Box3 box_in_object() const noexcept {
+    return {state_.center_m, state_.size_m, state_.yaw_rad, down_obj_};
+  }
   [[nodiscard]] Box3 box_in_world(const Se3& T_world_obj) const noexcept;
+  [[nodiscard]] const Box3Sigma& sigma() const noexcept { return sigma_; }
 
  private:
-  /// Along one axis of the box, relative to the object's origin.
-  struct Extent {
-    double low_m = 0.0;
-    double high_m = 0.0;
-  };
+  void keep_view(const BoxFrame& frame) noexcept;
+  /// The one that the mask's height suggests.
+  [[nodiscard]] const KindOfObject& likely_kind(const BoxFrame& frame) const noexcept;
+  /// A box of that kind turned by `yaw_rad`, behind the middle of the points.
+  [[nodiscard]] BoxState start_at(const BoxFrame& frame, double yaw_rad, const KindOfObject& kind) const noexcept;
+  void begin(const BoxFrame& frame, const BoxEvidence& evidence) noexcept;
+  void challenge(const BoxEvidence& evidence, const BoxState& start, int iterations, double margin) noexcept;
+  [[nodiscard]] BoxState challenger(const BoxFrame& frame, const BoxEvidence& evidence) const noexcept;
+  void note_heading(const BoxFrame& frame, const Ground& ground_obj) noexcept;
+  void take(const BoxFit& fit) noexcept;
 
-  [[nodiscard]] std::size_t gather(std::span<const BodyPoint> points) noexcept;
-  [[nodiscard]] std::pair<float, float> main_cluster(int axis) noexcept;
-  [[nodiscard]] Extent measure(const Eigen::Vector3f& axis) noexcept;
-  [[nodiscard]] double main_direction_rad() const noexcept;
-  void turn_towards(double yaw_rad) noexcept;
-
-  TrajectoryConfig config_;
-  std::span<Eigen::Vector3f> points_;  ///< Of this update, without those far off.
-  std::span<float> scratch_;
-  std::size_t count_ = 0;
+  StereoGeometry geometry_;
+  std::span<BoxView> views_;  ///< By the side from which they show the object.
+  BoxState state_;
+  double cost_ = 0.0;
+  Box3Sigma sigma_;
+  Eigen::Vector3d down_world_ = Eigen::Vector3d::UnitY();
+  Eigen::Vector3d down_obj_ = Eigen::Vector3d::UnitY();
+  std::optional<Heading> heading_;  ///< Newest one known, object frame.
+  std::int64_t timestamp_ns_ = 0;
+  std::uint32_t updates_ = 0;
   bool known_ = false;
-  bool heading_known_ = false;
-  Box3 box_;
 };
 
 }  // namespace kinetrace::trajectory

@@ -1,4 +1,4 @@
-// Settings of trajectories: smoothing, moving or not, boxes.
+// Settings of trajectories: smoothing, moving or not.
 #pragma once
 
 #include "kinetrace/core/export.hpp"
@@ -15,8 +15,6 @@ struct KINETRACE_API TrajectoryConfig {
   double surface_sigma_m = 0.25;       ///< How far the middle of what is seen drifts over a stereo-only object.
   double smoothing_acceleration_mps2 = 3.0;  ///< Standard deviation of an object's acceleration, in its own axes.
   double smoothing_turn_radps2 = 0.6;        ///< ... and of its angular acceleration.
-  double box_percentile = 0.03;              ///< Points cut off at either end of each axis, (0, 0.4).
-  double min_box_size_m = 0.2;               ///< Smallest edge of a box.
 
   [[nodiscard]] Status validate() const;
 };

@@ -1,0 +1,69 @@
+// An upright 3-D box, and how surely it is known.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace kinetrace {
+
+/// Axes of an upright box as columns: x along its length, y down, z across. `down` is of unit length; the smallest
+/// rotation that takes +y there comes after the one by `yaw_rad` about +y.
+[[nodiscard]] inline Eigen::Matrix3d upright_axes(const Eigen::Vector3d& down, double yaw_rad) {
+  const double c = std::cos(yaw_rad);
+  const double s = std::sin(yaw_rad);
+  Eigen::Matrix3d turn;
+  turn << c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c;
+  return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitY(), down).toRotationMatrix() * turn;
+}
+
+/// The yaw of a direction in the plane that `down` is normal to; see upright_axes.
+[[nodiscard]] inline double upright_yaw(const Eigen::Vector3d& down, const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d level =
+      Eigen::Quaterniond::FromTwoVectors(down, Eigen::Vector3d::UnitY()).toRotationMatrix() * direction;
+  return std::atan2(-level.z(), level.x());
+}
+
+/// Oriented box, world frame. It stands on the ground: `down` is that of the ground below it as far as it is known,
+/// else the world's y axis.
+struct Box3 {
+  Eigen::Vector3d center_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();  ///< Length (along the heading), height, width.
+  double yaw_rad = 0.0;  ///< Rotation about `down` (KITTI rotation_y): 0 = length along +x, pi/2 = length along -z.
+  Eigen::Vector3d down = Eigen::Vector3d::UnitY();
+
+  /// R_world_box: length, down, across.
+  [[nodiscard]] Eigen::Matrix3d rotation() const { return upright_axes(down, yaw_rad); }
+  [[nodiscard]] std::array<Eigen::Vector3d, 8> corners() const {
+    const Eigen::Matrix3d edges = rotation() * (0.5 * size_m).asDiagonal();
+    std::array<Eigen::Vector3d, 8> result;
+    for (std::size_t i = 0; i < result.size(); ++i) {
+      result[i] = center_m + edges * Eigen::Vector3d((i & 1U) != 0U ? 1.0 : -1.0, (i & 2U) != 0U ? 1.0 : -1.0,
+                                                     (i & 4U) != 0U ? 1.0 : -1.0);
+    }
+    return result;
+  }
+};
+
+/// From the nearest point of the box to `point_m`, both in the frame that the box is given in; zero inside it.
+[[nodiscard]] inline Eigen::Vector3d offset_from(const Box3& box, const Eigen::Vector3d& point_m) {
+  const Eigen::Matrix3d axes = box.rotation();
+  const Eigen::Vector3d at_m = axes.transpose() * (point_m - box.center_m);
+  const Eigen::Vector3d half_m = 0.5 * box.size_m;
+  return axes * (at_m - at_m.cwiseMax(-half_m).cwiseMin(half_m));
+}
+
+/// Standard deviations of a box. Where nothing has shown how large an object is on the side that nobody sees, they are
+/// those of its class.
+struct Box3Sigma {
+  Eigen::Vector3d center_m = Eigen::Vector3d::Zero();  ///< Along the length, down, across.
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();
+  double yaw_rad = 0.0;  ///< Turns by 180 degrees apart, see heading_known.
+  /// Its motion has shown which end is the front. Otherwise the yaw may as well be the opposite one.
+  bool heading_known = false;
+};
+
+}  // namespace kinetrace

@@ -1,0 +1,82 @@
+// What a frame tells about the box of an object.
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "object_state.hpp"
+
+namespace kinetrace::pipeline {
+namespace {
+
+constexpr double kPointDisparity_px = 0.1;  // Of a reconstructed point, in common with its neighbours.
+constexpr double kStereoDisparity_px = 0.3;  // Of the middle of what stereo sees.
+constexpr double kMinHeading_rad = 0.035;   // By which vehicles slip.
+constexpr double kAxleBehind = 0.28;        // Of the length, from the middle to the rear axle, which goes where it points.
+constexpr double kTurnRate_radps = 0.1;     // Of the turn rate, standard deviation.
+
+}  // namespace
+
+std::optional<trajectory::Heading> ObjectState::heading(const Eigen::Vector3d& down) const {
+  const trajectory::MotionEstimate motion = motion_.at(0);
+  if (!motion.moving) {
+    return std::nullopt;
+  }
+  const Eigen::Vector3d& velocity = motion.velocity_mps;
+  const Eigen::Vector3d across = down.cross(velocity).normalized();
+  const double sigma_mps = std::sqrt(across.dot(motion.covariance * across));
+  // In a turn, the middle of a vehicle does not go where it points.
+  const double behind_s = kAxleBehind * (box_.known() ? box_.box_in_object().size_m.x() : 0.0) / velocity.norm();
+  const double turn_rate_radps = motion.yaw_rate_rad_s * down.y();
+  return trajectory::Heading{upright_yaw(down, velocity) - std::atan(behind_s * turn_rate_radps),
+                             std::hypot(kMinHeading_rad, sigma_mps / velocity.norm(), behind_s * kTurnRate_radps)};
+}
+
+std::optional<trajectory::MaskEdges> ObjectState::mask_edges() const {
+  if (track_.missed_frames > 0 || track_.area_px == 0) {
+    return std::nullopt;
+  }
+  const PixelBox& box = track_.box_px;
+  const std::array<bool, 4> at_border{box.x0 <= 1, box.x1 >= geometry_.width_px - 1, box.y0 <= 1,
+                                      box.y1 >= geometry_.height_px - 1};
+  const bool is_cut = at_border[0] || at_border[1] || at_border[2] || at_border[3];
+  const double hidden = 1.0 - double{std::min(is_cut ? 1.F : track_.visible_part, visible_fraction_)};
+  trajectory::MaskEdges edges{{box.x0 - 0.5, box.x1 - 0.5, box.y0 - 0.5, box.y1 - 0.5}, {}};
+  for (std::size_t side = 0; side < at_border.size(); ++side) {
+    const int extent_px = side < 2 ? box.width() : box.height();
+    edges.beyond_px[side] = at_border[side] ? std::numeric_limits<double>::infinity() : hidden * extent_px;
+  }
+  return edges;
+}
+
+void ObjectState::update_box(const CameraState& camera, const trajectory::Ground& ground) {
+  if (!camera.valid) {
+    return;
+  }
+  if (frame_change_ == FrameChange::kReplaced) {
+    box_.forget_views();
+  }
+  trajectory::BoxFrame frame{.timestamp_ns = timestamp_ns_,
+                             .class_id = track_.class_id,
+                             .T_world_obj = T_world_obj_,
+                             .T_obj_cam = T_obj_cam_,
+                             .edges = mask_edges(),
+                             .points = body_.active() ? body_.estimate().points : std::span<const BodyPoint>(),
+                             .disparity_sigma_px = kPointDisparity_px,
+                             .ground = ground,
+                             .turns_are_seen = status_ == BodyStatus::kTracked,
+                             .heading = heading(ground.down)};
+  const BodyPoint middle{.position_m = (-stereo_offset_m_).cast<float>()};
+  if (frame.points.empty()) {
+    frame.points = {&middle, 1};
+    frame.disparity_sigma_px = kStereoDisparity_px;
+  }
+  if (status_ != BodyStatus::kTracked && status_ != BodyStatus::kStereoOnly) {
+    frame.edges.reset();  // Where it is now is not known well enough.
+  }
+  box_.update(frame);
+  if (box_.known()) {
+    motion_.set_reference(box_.box_in_object().center_m);
+  }
+}
+
+}  // namespace kinetrace::pipeline

@@ -1,0 +1,292 @@
+#include "box_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <Eigen/Cholesky>
+
+#include "kinetrace/core/box3.hpp"
+
+namespace kinetrace::trajectory {
+namespace {
+
+constexpr double kMaskEdge_px = 1.5;      // Of a mask's border, standard deviation.
+constexpr double kShape_m = 0.10;         // By which a body's outline differs from that of its shape.
+constexpr double kSurface_m = 0.06;       // By which its faces are not flat, outwards.
+constexpr double kRecess_m = 0.20;        // How deep windows and the like lie behind a face, mean.
+constexpr double kPointsPerView = 5.0;    // All points of a view say as much as so many independent ones.
+constexpr double kRobust = 3.0;           // Residuals in standard deviations from which Cauchy's loss takes over.
+constexpr double kNearest_m = 0.3;        // Corners beside or behind the camera are far outside its image.
+constexpr double kMinSize_m = 0.2;
+constexpr double kCenterPrior_m = 4.0;    // About where the start is; keeps the system regular.
+constexpr double kYawPrior_rad = 1.5;
+constexpr double kMaxStep_m = 1.0;
+constexpr double kMaxTurn_rad = 0.3;
+// Squared residuals of a body that fits: points lie exponentially deep behind faces, outlines differ from their shapes.
+constexpr double kUsualMisfit = 5.0;
+constexpr double kParameters = 3.0;  // Those that measurements alone determine; sizes have a prior.
+
+struct Outline {
+  Eigen::Vector3d k;  ///< In half lengths, half heights (down), half widths.
+};
+// Without a known front, a car's cabin is as long as what may be one of either end.
+constexpr int kSaloonPoints = 20;
+const std::array<Eigen::Vector3d, 8> kBoxOutline{{{-0.97, 1, -0.95}, {0.97, 1, -0.95}, {-0.97, 1, 0.95}, {0.97, 1, 0.95},
+                                                  {-0.95, -1, -0.92}, {0.95, -1, -0.92}, {-0.95, -1, 0.92}, {0.95, -1, 0.92}}};
+const std::array<Eigen::Vector3d, kSaloonPoints> kSaloonOutline{
+    {{-0.62, 1, -0.95}, {0.62, 1, -0.95}, {-0.62, 1, 0.95}, {0.62, 1, 0.95},                         // Wheels.
+     {-1, 0.6, -0.78}, {1, 0.6, -0.78}, {-1, 0.6, 0.78}, {1, 0.6, 0.78},                             // Bumpers.
+     {-0.88, 0.4, -1}, {0.88, 0.4, -1}, {-0.88, 0.4, 1}, {0.88, 0.4, 1},                             // Flanks.
+     {-0.95, -0.2, -0.8}, {0.95, -0.2, -0.8}, {-0.95, -0.2, 0.8}, {0.95, -0.2, 0.8},                 // Bonnet and boot.
+     {-0.5, -1, -0.75}, {0.4, -1, -0.75}, {-0.5, -1, 0.75}, {0.4, -1, 0.75}}};                       // Roof.
+
+std::span<const Eigen::Vector3d> outline_of(BodyShape shape) {
+  return shape == BodyShape::kSaloon ? std::span<const Eigen::Vector3d>(kSaloonOutline)
+                                     : std::span<const Eigen::Vector3d>(kBoxOutline);
+}
+
+/// Of a normal distribution in each dimension, log density up to a constant.
+double log_density(const KindOfObject& kind, const Eigen::Vector3d& size_m) {
+  const Eigen::Vector3d z = (size_m - kind.mean_m).cwiseQuotient(kind.sigma_m);
+  return std::log(kind.share) - 0.5 * z.squaredNorm() - std::log(kind.sigma_m.prod());
+}
+
+class Problem {
+ public:
+  Problem(const BoxEvidence& evidence, const BoxState& start) : evidence_(evidence), start_(start), state_(start) {}
+
+  void linearise() {
+    A_ = upright_axes(evidence_.down, state_.yaw_rad);
+    H_.setZero();
+    g_.setZero();
+    cost_ = 0.0;
+    misfit_ = 0.0;
+    residuals_ = 0.0;
+    add_size_prior();
+    add_regularisation();
+    for (const BoxView& view : evidence_.views) {
+      if (view.quality > 0.0) {
+        add_edges(view);
+        add_points(view);
+      }
+    }
+    add_ground();
+    add_heading();
+  }
+
+  void step() {
+    Matrix7d damped = H_;
+    damped.diagonal() *= 1.001;
+    Vector7d delta = -damped.ldlt().solve(g_);
+    const double size = std::max({delta.head<3>().norm() / kMaxStep_m, std::abs(delta[3]) / kMaxTurn_rad,
+                                  delta.tail<3>().norm() / kMaxStep_m, 1.0});
+    delta /= size;
+    state_.center_m += delta.head<3>();
+    state_.yaw_rad = std::remainder(state_.yaw_rad + delta[3], 2.0 * std::numbers::pi);
+    state_.size_m = (state_.size_m + delta.tail<3>()).cwiseMax(kMinSize_m);
+  }
+
+  /// Where what is seen does not fit a box, the box is less sure.
+  [[nodiscard]] BoxFit result() const {
+    const double surplus = std::max(residuals_ - kParameters, 1.0);
+    return {state_, cost_, std::max(1.0, misfit_ / (kUsualMisfit * surplus)) * H_.inverse()};
+  }
+
+ private:
+  void add(double residual, const Vector7d& J, double weight = 1.0) {
+    const double over = residual * residual / (kRobust * kRobust);
+    const double robust = weight / (1.0 + over);
+    H_ += robust * J * J.transpose();
+    g_ += robust * residual * J;
+    const double loss = weight * kRobust * kRobust * std::log1p(over);
+    cost_ += loss;
+    misfit_ += loss;
+    residuals_ += weight;
+  }
+
+  void add_size_prior() {
+    double total = 0.0;
+    double most = -std::numeric_limits<double>::infinity();
+    for (const KindOfObject& kind : evidence_.kinds) {
+      if (const double density = log_density(kind, state_.size_m); density > most) {
+        most = density;
+        shape_ = kind.shape;
+      }
+    }
+    for (const KindOfObject& kind : evidence_.kinds) {
+      total += std::exp(log_density(kind, state_.size_m) - most);
+    }
+    for (const KindOfObject& kind : evidence_.kinds) {
+      const double responsibility = std::exp(log_density(kind, state_.size_m) - most) / total;
+      const Eigen::Vector3d information = responsibility * kind.sigma_m.cwiseAbs2().cwiseInverse();
+      H_.diagonal().tail<3>() += information;
+      g_.tail<3>() += information.cwiseProduct(state_.size_m - kind.mean_m);
+    }
+    cost_ -= 2.0 * (most + std::log(total));
+  }
+
+  void add_regularisation() {
+    const double of_center = 1.0 / (kCenterPrior_m * kCenterPrior_m);
+    H_.diagonal().head<3>().array() += of_center;
+    g_.head<3>() += of_center * (state_.center_m - start_.center_m);
+    H_(3, 3) += 1.0 / (kYawPrior_rad * kYawPrior_rad);
+  }
+
+  void add_ground() {
+    const Ground& ground = evidence_.ground;
+    if (!ground.known) {
+      return;
+    }
+    const double off_m = ground.down.dot(state_.center_m) - ground.height_m + 0.5 * state_.size_m.y();
+    Vector7d J = Vector7d::Zero();
+    J.head<3>() = ground.down;
+    J[5] = 0.5;
+    add(off_m / ground.sigma_m, J / ground.sigma_m);
+  }
+
+  void add_heading() {
+    if (!evidence_.heading) {
+      return;
+    }
+    const Heading& heading = *evidence_.heading;
+    Vector7d J = Vector7d::Zero();
+    J[3] = 1.0 / heading.sigma_rad;
+    const double off_rad = std::remainder(state_.yaw_rad - heading.yaw_rad, 2.0 * std::numbers::pi);
+    // Turned by 180 degrees is no outlier: not robust.
+    H_ += J * J.transpose();
+    g_ += off_rad / heading.sigma_rad * J;
+    cost_ += off_rad * off_rad / (heading.sigma_rad * heading.sigma_rad);
+  }
+
+  /// The farthest corner of the outline's image on each side against the mask's edge there.
+  void add_edges(const BoxView& view) {
+    const Se3 T_cam_obj = view.T_obj_cam.inverse();
+    const std::span<const Eigen::Vector3d> outline = outline_of(shape_);
+    struct Extreme {
+      double at_px = 0.0;
+      const Eigen::Vector3d* k = nullptr;
+      Eigen::Vector3d p_cam = Eigen::Vector3d::Zero();
+    };
+    constexpr double kFar_px = 1e12;
+    std::array<Extreme, 4> extremes;
+    for (std::size_t side = 0; side < extremes.size(); ++side) {
+      extremes[side].at_px = side % 2 == 0 ? kFar_px : -kFar_px;
+    }
+    for (const Eigen::Vector3d& k : outline) {
+      Eigen::Vector3d p_cam = T_cam_obj * (state_.center_m + 0.5 * (A_ * k.cwiseProduct(state_.size_m)));
+      p_cam.z() = std::max(p_cam.z(), kNearest_m);
+      const Eigen::Vector3d uv = evidence_.geometry.project(p_cam);
+      for (int side = 0; side < 4; ++side) {
+        Extreme& extreme = extremes[static_cast<std::size_t>(side)];
+        const double at_px = uv[side / 2];
+        if ((side % 2 == 0 && at_px < extreme.at_px) || (side % 2 == 1 && at_px > extreme.at_px)) {
+          extreme = {at_px, &k, p_cam};
+        }
+      }
+    }
+    for (int side = 0; side < 4; ++side) {
+      const Extreme& extreme = extremes[static_cast<std::size_t>(side)];
+      const auto s = static_cast<std::size_t>(side);
+      const double off_px = extreme.at_px - view.edges.at_px[s];
+      const bool is_beyond = side % 2 == 0 ? off_px < 0.0 : off_px > 0.0;
+      const double beyond_px = is_beyond ? view.edges.beyond_px[s] : 0.0;
+      if (std::isinf(beyond_px)) {
+        continue;
+      }
+      const Eigen::Vector3d& p = extreme.p_cam;
+      const bool horizontal = side < 2;
+      const double f_px = horizontal ? evidence_.geometry.fx_px : evidence_.geometry.fy_px;
+      const double per_m = f_px / p.z();
+      Eigen::RowVector3d J_cam = Eigen::RowVector3d::Zero();
+      J_cam[horizontal ? 0 : 1] = per_m;
+      J_cam[2] = -per_m * (horizontal ? p.x() : p.y()) / p.z();
+      const Eigen::RowVector3d J_obj = J_cam * T_cam_obj.rotation;
+      const Eigen::Vector3d arm = 0.5 * extreme.k->cwiseProduct(state_.size_m);
+      Vector7d J;
+      J.head<3>() = J_obj.transpose();
+      J[3] = J_obj.dot(-arm.x() * A_.col(2) + arm.z() * A_.col(0));
+      for (int i = 0; i < 3; ++i) {
+        J[4 + i] = 0.5 * (*extreme.k)[i] * J_obj.dot(A_.col(i));
+      }
+      const double sigma_px = std::hypot(kMaskEdge_px, kShape_m * per_m, beyond_px);
+      add(off_px / sigma_px, J / sigma_px);
+    }
+  }
+
+  /// Points lie on the faces that the camera sees, some behind them, none before them.
+  void add_points(const BoxView& view) {
+    const Eigen::Vector3d half_m = 0.5 * state_.size_m;
+    const Eigen::Vector3d camera = A_.transpose() * (view.T_obj_cam.translation - state_.center_m);
+    const double weight = std::min(1.0, kPointsPerView / static_cast<double>(std::max<std::size_t>(view.point_count, 1)));
+    const Eigen::Vector3d ray = (state_.center_m - view.T_obj_cam.translation).normalized();
+    const Eigen::Vector3d ray_box = A_.transpose() * ray;
+    for (std::size_t i = 0; i < view.point_count; ++i) {
+      const Eigen::Vector3d off = view.points_m[i].cast<double>() - state_.center_m;
+      const Eigen::Vector3d q = A_.transpose() * off;
+      double nearest_m = std::numeric_limits<double>::infinity();
+      int nearest_axis = -1;
+      bool outside = false;
+      for (int axis = 0; axis < 3; ++axis) {
+        const double side = q[axis] > 0.0 ? 1.0 : -1.0;
+        const double depth_m = half_m[axis] - side * q[axis];
+        if (depth_m < 0.0) {
+          outside = true;
+          add_face(depth_m, axis, side, q, hypot_along(view.depth_sigma_m, ray_box[axis]), weight);
+        }
+        // Which of the two faces of this axis the camera sees.
+        if (std::abs(camera[axis]) > half_m[axis]) {
+          const double seen = camera[axis] > 0.0 ? 1.0 : -1.0;
+          const double behind_m = half_m[axis] - seen * q[axis];
+          if (behind_m < nearest_m) {
+            nearest_m = behind_m;
+            nearest_axis = axis;
+          }
+        }
+      }
+      if (!outside && nearest_axis >= 0) {
+        add_face(nearest_m, nearest_axis, camera[nearest_axis] > 0.0 ? 1.0 : -1.0, q,
+                 kRecess_m + view.depth_sigma_m * std::abs(ray_box[nearest_axis]), weight);
+      }
+    }
+  }
+
+  [[nodiscard]] static double hypot_along(double depth_sigma_m, double cosine) {
+    return std::hypot(kSurface_m, depth_sigma_m * cosine);
+  }
+
+  /// A point `depth_m` behind the face of `axis` on its positive or negative `side`.
+  void add_face(double depth_m, int axis, double side, const Eigen::Vector3d& q, double sigma_m, double weight) {
+    Vector7d J = Vector7d::Zero();
+    J.head<3>() = side * A_.col(axis);
+    J[3] = axis == 0 ? side * q.z() : axis == 2 ? -side * q.x() : 0.0;
+    J[4 + axis] = 0.5;
+    add(depth_m / sigma_m, J / sigma_m, weight);
+  }
+
+  const BoxEvidence& evidence_;
+  BoxState start_;
+  BoxState state_;
+  Eigen::Matrix3d A_ = Eigen::Matrix3d::Identity();  ///< Axes of the box in the object's frame.
+  BodyShape shape_ = BodyShape::kBox;
+  Matrix7d H_ = Matrix7d::Zero();
+  Vector7d g_ = Vector7d::Zero();
+  double cost_ = 0.0;
+  double misfit_ = 0.0;     ///< Of measurements, of the cost.
+  double residuals_ = 0.0;  ///< How many there are, by their weights.
+};
+
+}  // namespace
+
+BoxFit fit_box(const BoxEvidence& evidence, const BoxState& start, int iterations) noexcept {
+  Problem problem(evidence, start);
+  for (int i = 0; i < iterations; ++i) {
+    problem.linearise();
+    problem.step();
+  }
+  problem.linearise();
+  return problem.result();
+}
+
+}  // namespace kinetrace::trajectory
