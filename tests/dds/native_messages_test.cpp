@@ -85,6 +85,11 @@ TEST(NativeMessages, ObjectsCarryEverythingThatIsKnown) {
   EXPECT_FLOAT_EQ(object.velocity_mps[2], 2.0F);
   EXPECT_FLOAT_EQ(object.box_size_m[1], 1.5F);
   EXPECT_FLOAT_EQ(object.box_yaw_rad, -1.3F);
+  EXPECT_FLOAT_EQ(object.box_down[1], 1.F);
+  EXPECT_FLOAT_EQ(object.box_center_sigma_m[0], 0.5F);
+  EXPECT_FLOAT_EQ(object.box_size_sigma_m[2], 0.25F);
+  EXPECT_FLOAT_EQ(object.box_yaw_sigma_rad, 0.05F);
+  EXPECT_TRUE(object.heading_known);
   EXPECT_EQ(object.box_px[3], 70);
   EXPECT_EQ(object.points, 40U);
   EXPECT_EQ(object.inliers, 30U);

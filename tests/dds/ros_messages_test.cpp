@@ -143,10 +143,17 @@ TEST(RosMessages, DetectionsAreUprightBoxesWithAnId) {
   EXPECT_NEAR(along.x(), -std::sin(-1.3), 1e-12);
   EXPECT_NEAR(along.y(), -std::cos(-1.3), 1e-12);
   EXPECT_NEAR(along.z(), 0.0, 1e-12);
-  // Position comes first in ROS: rotation x with position y of ours.
-  const double* covariance = detection.results._buffer[0].pose.covariance;
-  EXPECT_DOUBLE_EQ(covariance[0], 0.01);
-  EXPECT_NEAR(covariance[6 * 2 + 4], 0.001, 1e-15) << "up with about left, which are -down and -right";
+  // The hypothesis is of the box: as sure along its length, across and down, and about up, as the box is.
+  const auto& hypothesis = detection.results._buffer[0].pose;
+  EXPECT_EQ(hypothesis.pose.position.x, detection.bbox.center.position.x);
+  EXPECT_EQ(hypothesis.pose.orientation.z, detection.bbox.center.orientation.z);
+  const Eigen::Map<const Matrix6d> covariance(hypothesis.covariance);
+  const Eigen::Vector3d left = turned(detection.bbox.center.orientation, Eigen::Vector3d::UnitY());
+  const auto position = covariance.topLeftCorner<3, 3>();
+  EXPECT_NEAR(along.dot(position * along), 0.25, 1e-12);
+  EXPECT_NEAR(left.dot(position * left), 0.04, 1e-12);
+  EXPECT_NEAR(position(2, 2), 0.01, 1e-12);
+  EXPECT_NEAR(covariance(5, 5), 0.0025, 1e-12) << "about up";
 }
 
 TEST(RosMessages, ManyDetectionsComeInSeveralMessagesOfOneStamp) {

@@ -23,6 +23,7 @@ ObjectResult SampleResult::object(std::uint32_t track_id, std::int64_t frame) {
   object.covariance(0, 4) = object.covariance(4, 0) = 0.001;
   object.heading_rad = -1.3;
   object.box = {object.T_world_obj.translation, {4.0, 1.5, 1.8}, -1.3};
+  object.box_sigma = {{0.5, 0.1, 0.2}, {0.6, 0.15, 0.25}, 0.05, true};
   object.box_px = {10, 20, 110, 70};
   object.point_count = 40;
   object.inliers = 30;

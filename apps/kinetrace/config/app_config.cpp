@@ -7,6 +7,7 @@
 #include "cli/messages.hpp"
 #include "config/board_profiles.hpp"
 #include "config/config_file.hpp"
+#include "config/size_file.hpp"
 #include "kinetrace/core/config_check.hpp"
 #include "kinetrace/segmentation/config.hpp"
 
@@ -69,6 +70,13 @@ Result<AppConfig> load_config(const ConfigSource& source, const std::string& seg
     if (!choice->onnx.model.empty()) {
       config.pipeline.segmentation.onnx.model = choice->onnx.model;
     }
+  }
+  if (const std::string& sizes = config.pipeline.trajectory.sizes; !sizes.empty()) {
+    const Result<trajectory::SizeTable> table = read_size_file(sizes);
+    if (!table) {
+      return fail(table.error().code, "trajectory.sizes: " + table.error().message);
+    }
+    config.pipeline.trajectory.size_table = *table;
   }
   if (const Status status = config.validate(); !status) {
     return Unexpected(status.error());

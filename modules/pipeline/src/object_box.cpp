@@ -8,11 +8,11 @@
 namespace kinetrace::pipeline {
 namespace {
 
-constexpr double kPointDisparity_px = 0.1;  // Of a reconstructed point, in common with its neighbours.
+constexpr double kPointDisparity_px = 0.1;   // Of a reconstructed point, in common with its neighbours.
 constexpr double kStereoDisparity_px = 0.3;  // Of the middle of what stereo sees.
-constexpr double kMinHeading_rad = 0.035;   // By which vehicles slip.
-constexpr double kAxleBehind = 0.28;        // Of the length, from the middle to the rear axle, which goes where it points.
-constexpr double kTurnRate_radps = 0.1;     // Of the turn rate, standard deviation.
+constexpr double kMinHeading_rad = 0.035;    // By which vehicles slip.
+constexpr double kAxleBehind = 0.28;     // Of the length, from the middle to the rear axle, which goes where it points.
+constexpr double kTurnRate_radps = 0.1;  // Of the turn rate, standard deviation.
 
 }  // namespace
 
@@ -77,6 +77,16 @@ void ObjectState::update_box(const CameraState& camera, const trajectory::Ground
   if (box_.known()) {
     motion_.set_reference(box_.box_in_object().center_m);
   }
+}
+
+Box3Sigma ObjectState::box_sigma(const ObjectResult& result) const {
+  Box3Sigma sigma = box_.sigma();
+  const Eigen::Matrix3d axes = result.box.rotation();
+  const Eigen::Matrix3d of_pose = axes.transpose() * reference_covariance(result.T_world_obj, result.covariance) * axes;
+  sigma.center_m = (sigma.center_m.cwiseAbs2() + of_pose.diagonal()).cwiseSqrt();
+  const double turn_rad2 = axes.col(1).dot(result.covariance.topLeftCorner<3, 3>() * axes.col(1));
+  sigma.yaw_rad = std::sqrt(sigma.yaw_rad * sigma.yaw_rad + turn_rad2);
+  return sigma;
 }
 
 }  // namespace kinetrace::pipeline

@@ -43,7 +43,7 @@ Result<ObjectState> ObjectState::create(const PipelineConfig& config, const Ster
 
 std::size_t ObjectState::required_bytes(const PipelineConfig& config) {
   return sfm::BodyReconstruction::required_bytes(config.object) + measure_bytes([&](Arena& arena) {
-           trajectory::BoxEstimator(StereoGeometry{}, arena);
+           trajectory::BoxEstimator(config.trajectory.size_table, StereoGeometry{}, arena);
            ObjectRecogniser(StereoGeometry{}, arena);
          });
 }
@@ -62,7 +62,7 @@ ObjectState::ObjectState(const PipelineConfig& config, const StereoGeometry& geo
       acceleration_mps2_(config.trajectory.smoothing_acceleration_mps2),
       motion_(config.trajectory),
       filter_(config.trajectory, geometry),
-      box_(geometry, arena),
+      box_(config.trajectory.size_table, geometry, arena),
       recogniser_(geometry, arena) {}
 
 void ObjectState::begin(const Track& track) {
@@ -380,7 +380,7 @@ void ObjectState::revise(std::size_t age, const CameraState& camera, ObjectResul
 
 void ObjectState::describe_motion(std::size_t age, ObjectResult& result) const {
   result.box = box_.known() ? box_.box_in_world(result.T_world_obj) : Box3{.center_m = result.T_world_obj.translation};
-  result.box_sigma = box_.sigma();
+  result.box_sigma = box_sigma(result);
   if (age > 0 && age >= motion_.size()) {
     return;  // The path has begun anew since: what was reported of the motion before stands.
   }

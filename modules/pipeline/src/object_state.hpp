@@ -208,6 +208,8 @@ class ObjectState {
   /// Of its mask, if a detection shows it.
   [[nodiscard]] std::optional<trajectory::MaskEdges> mask_edges() const;
   void update_box(const CameraState& camera, const trajectory::Ground& ground);
+  /// Of its box in a kept result: that of the box on the object, and that of the object's pose.
+  [[nodiscard]] Box3Sigma box_sigma(const ObjectResult& result) const;
   /// Of the point whose path is followed, in the world.
   [[nodiscard]] Eigen::Matrix3d reference_covariance(const Se3& T_world_obj, const Matrix6d& covariance) const;
 

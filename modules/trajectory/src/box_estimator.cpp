@@ -17,11 +17,11 @@ constexpr float kMaxReprojection_px = 1.5F;  // Of a point; others are mistaken.
 constexpr int kFirstIterations = 6;
 constexpr int kIterations = 2;
 constexpr int kChallengerIterations = 4;
-constexpr double kClearlyBetter = 6.0;  // Twice log-likelihood; a box that turns must be this much more probable.
-constexpr int kYaws = 6;  // Over half a circle.
-constexpr double kBehindFace = 0.4;  // Of its length, the middle of a body behind the points seen of it.
+constexpr double kClearlyBetter = 6.0;     // Twice log-likelihood; a box that turns must be this much more probable.
+constexpr int kYaws = 6;                   // Over half a circle.
+constexpr double kBehindFace = 0.4;        // Of its length, the middle of a body behind the points seen of it.
 constexpr double kYawOfShape_rad = 0.025;  // Bodies are rounded and not quite symmetric.
-constexpr double kTurnRate_radps = 0.3;  // Of what drives, standard deviation.
+constexpr double kTurnRate_radps = 0.3;    // Of what drives, standard deviation.
 constexpr double kQuarter_rad = 0.5 * std::numbers::pi;
 
 Eigen::Vector3d middle_of(std::span<const BodyPoint> points) {
@@ -38,8 +38,8 @@ Eigen::Vector3d middle_of(std::span<const BodyPoint> points) {
 
 }  // namespace
 
-BoxEstimator::BoxEstimator(const StereoGeometry& geometry, Arena& arena)
-    : geometry_(geometry), views_(arena.take<BoxView>(kSides)) {}
+BoxEstimator::BoxEstimator(const SizeTable& sizes, const StereoGeometry& geometry, Arena& arena)
+    : sizes_(sizes), geometry_(geometry), views_(arena.take<BoxView>(kSides)) {}
 
 void BoxEstimator::reset() noexcept {
   forget_views();
@@ -83,8 +83,8 @@ void BoxEstimator::keep_view(const BoxFrame& frame) noexcept {
     const BodyPoint& point = frame.points[i];
     if (point.position_m.allFinite() && point.reprojection_error_px < kMaxReprojection_px) {
       view.points_m[view.point_count++] = point.position_m;
-      depth_m += (frame.T_obj_cam.rotation.transpose() *
-                  (point.position_m.cast<double>() - frame.T_obj_cam.translation)).z();
+      depth_m +=
+          (frame.T_obj_cam.rotation.transpose() * (point.position_m.cast<double>() - frame.T_obj_cam.translation)).z();
     }
   }
   depth_m /= std::max<double>(static_cast<double>(view.point_count), 1.0);
@@ -95,24 +95,24 @@ const KindOfObject& BoxEstimator::likely_kind(const BoxFrame& frame) const noexc
   const double depth_m = (frame.T_obj_cam.inverse() * middle_of(frame.points)).z();
   const double height_m = (frame.edges->at_px[3] - frame.edges->at_px[2]) * depth_m / geometry_.fy_px;
   const auto fits = [&](const KindOfObject& kind) {
-    const double z = (height_m - kind.mean_m.y()) / (2.0 * kind.sigma_m.y());
-    return std::log(kind.share) - 0.5 * z * z;
+    const double z = (height_m - double{kind.mean_m.y()}) / (2.0 * double{kind.sigma_m.y()});
+    return std::log(double{kind.share}) - 0.5 * z * z;
   };
-  const std::span<const KindOfObject> kinds = kinds_of(frame.class_id);
+  const std::span<const KindOfObject> kinds = sizes_.kinds_of(frame.class_id);
   return *std::max_element(kinds.begin(), kinds.end(),
                            [&](const KindOfObject& a, const KindOfObject& b) { return fits(a) < fits(b); });
 }
 
 BoxState BoxEstimator::start_at(const BoxFrame& frame, double yaw_rad, const KindOfObject& kind) const noexcept {
-  BoxState start{middle_of(frame.points), yaw_rad, kind.mean_m};
+  BoxState start{middle_of(frame.points), yaw_rad, kind.mean_m.cast<double>()};
   Eigen::Vector3d ray = start.center_m - frame.T_obj_cam.translation;
   ray -= down_obj_ * down_obj_.dot(ray);
   if (ray.norm() > 1e-6) {
     ray.normalize();
     const Eigen::Matrix3d axes = upright_axes(down_obj_, yaw_rad);
-    start.center_m += kBehindFace *
-                      (std::abs(ray.dot(axes.col(0))) * kind.mean_m.x() + std::abs(ray.dot(axes.col(2))) * kind.mean_m.z()) *
-                      ray;
+    start.center_m +=
+        kBehindFace *
+        (std::abs(ray.dot(axes.col(0))) * start.size_m.x() + std::abs(ray.dot(axes.col(2))) * start.size_m.z()) * ray;
   }
   return start;
 }
@@ -180,7 +180,7 @@ void BoxEstimator::update(const BoxFrame& frame) noexcept {
     return;
   }
   keep_view(frame);
-  const BoxEvidence evidence{geometry_, views_, down_obj_, ground_obj, heading_, kinds_of(frame.class_id)};
+  const BoxEvidence evidence{geometry_, views_, down_obj_, ground_obj, heading_, sizes_.kinds_of(frame.class_id)};
   ++updates_;
   if (!known_) {
     begin(frame, evidence);

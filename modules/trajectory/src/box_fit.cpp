@@ -12,15 +12,15 @@
 namespace kinetrace::trajectory {
 namespace {
 
-constexpr double kMaskEdge_px = 1.5;      // Of a mask's border, standard deviation.
-constexpr double kShape_m = 0.10;         // By which a body's outline differs from that of its shape.
-constexpr double kSurface_m = 0.06;       // By which its faces are not flat, outwards.
-constexpr double kRecess_m = 0.20;        // How deep windows and the like lie behind a face, mean.
-constexpr double kPointsPerView = 5.0;    // All points of a view say as much as so many independent ones.
-constexpr double kRobust = 3.0;           // Residuals in standard deviations from which Cauchy's loss takes over.
-constexpr double kNearest_m = 0.3;        // Corners beside or behind the camera are far outside its image.
+constexpr double kMaskEdge_px = 1.5;    // Of a mask's border, standard deviation.
+constexpr double kShape_m = 0.10;       // By which a body's outline differs from that of its shape.
+constexpr double kSurface_m = 0.06;     // By which its faces are not flat, outwards.
+constexpr double kRecess_m = 0.20;      // How deep windows and the like lie behind a face, mean.
+constexpr double kPointsPerView = 5.0;  // All points of a view say as much as so many independent ones.
+constexpr double kRobust = 3.0;         // Residuals in standard deviations from which Cauchy's loss takes over.
+constexpr double kNearest_m = 0.3;      // Corners beside or behind the camera are far outside its image.
 constexpr double kMinSize_m = 0.2;
-constexpr double kCenterPrior_m = 4.0;    // About where the start is; keeps the system regular.
+constexpr double kCenterPrior_m = 4.0;  // About where the start is; keeps the system regular.
 constexpr double kYawPrior_rad = 1.5;
 constexpr double kMaxStep_m = 1.0;
 constexpr double kMaxTurn_rad = 0.3;
@@ -28,19 +28,23 @@ constexpr double kMaxTurn_rad = 0.3;
 constexpr double kUsualMisfit = 5.0;
 constexpr double kParameters = 3.0;  // Those that measurements alone determine; sizes have a prior.
 
-struct Outline {
-  Eigen::Vector3d k;  ///< In half lengths, half heights (down), half widths.
-};
-// Without a known front, a car's cabin is as long as what may be one of either end.
+// Points of outlines, in half lengths, half heights (down) and half widths of the box. Without a known front, a car's
+// cabin is as long as what may be one of either end.
 constexpr int kSaloonPoints = 20;
-const std::array<Eigen::Vector3d, 8> kBoxOutline{{{-0.97, 1, -0.95}, {0.97, 1, -0.95}, {-0.97, 1, 0.95}, {0.97, 1, 0.95},
-                                                  {-0.95, -1, -0.92}, {0.95, -1, -0.92}, {-0.95, -1, 0.92}, {0.95, -1, 0.92}}};
+const std::array<Eigen::Vector3d, 8> kBoxOutline{{{-0.97, 1, -0.95},
+                                                  {0.97, 1, -0.95},
+                                                  {-0.97, 1, 0.95},
+                                                  {0.97, 1, 0.95},
+                                                  {-0.95, -1, -0.92},
+                                                  {0.95, -1, -0.92},
+                                                  {-0.95, -1, 0.92},
+                                                  {0.95, -1, 0.92}}};
 const std::array<Eigen::Vector3d, kSaloonPoints> kSaloonOutline{
-    {{-0.62, 1, -0.95}, {0.62, 1, -0.95}, {-0.62, 1, 0.95}, {0.62, 1, 0.95},                         // Wheels.
-     {-1, 0.6, -0.78}, {1, 0.6, -0.78}, {-1, 0.6, 0.78}, {1, 0.6, 0.78},                             // Bumpers.
-     {-0.88, 0.4, -1}, {0.88, 0.4, -1}, {-0.88, 0.4, 1}, {0.88, 0.4, 1},                             // Flanks.
-     {-0.95, -0.2, -0.8}, {0.95, -0.2, -0.8}, {-0.95, -0.2, 0.8}, {0.95, -0.2, 0.8},                 // Bonnet and boot.
-     {-0.5, -1, -0.75}, {0.4, -1, -0.75}, {-0.5, -1, 0.75}, {0.4, -1, 0.75}}};                       // Roof.
+    {{-0.62, 1, -0.95},   {0.62, 1, -0.95},   {-0.62, 1, 0.95},   {0.62, 1, 0.95},    // Wheels.
+     {-1, 0.6, -0.78},    {1, 0.6, -0.78},    {-1, 0.6, 0.78},    {1, 0.6, 0.78},     // Bumpers.
+     {-0.88, 0.4, -1},    {0.88, 0.4, -1},    {-0.88, 0.4, 1},    {0.88, 0.4, 1},     // Flanks.
+     {-0.95, -0.2, -0.8}, {0.95, -0.2, -0.8}, {-0.95, -0.2, 0.8}, {0.95, -0.2, 0.8},  // Bonnet and boot.
+     {-0.5, -1, -0.75},   {0.4, -1, -0.75},   {-0.5, -1, 0.75},   {0.4, -1, 0.75}}};  // Roof.
 
 std::span<const Eigen::Vector3d> outline_of(BodyShape shape) {
   return shape == BodyShape::kSaloon ? std::span<const Eigen::Vector3d>(kSaloonOutline)
@@ -49,8 +53,9 @@ std::span<const Eigen::Vector3d> outline_of(BodyShape shape) {
 
 /// Of a normal distribution in each dimension, log density up to a constant.
 double log_density(const KindOfObject& kind, const Eigen::Vector3d& size_m) {
-  const Eigen::Vector3d z = (size_m - kind.mean_m).cwiseQuotient(kind.sigma_m);
-  return std::log(kind.share) - 0.5 * z.squaredNorm() - std::log(kind.sigma_m.prod());
+  const Eigen::Vector3d sigma_m = kind.sigma_m.cast<double>();
+  const Eigen::Vector3d z = (size_m - kind.mean_m.cast<double>()).cwiseQuotient(sigma_m);
+  return std::log(double{kind.share}) - 0.5 * z.squaredNorm() - std::log(sigma_m.prod());
 }
 
 class Problem {
@@ -120,9 +125,9 @@ class Problem {
     }
     for (const KindOfObject& kind : evidence_.kinds) {
       const double responsibility = std::exp(log_density(kind, state_.size_m) - most) / total;
-      const Eigen::Vector3d information = responsibility * kind.sigma_m.cwiseAbs2().cwiseInverse();
+      const Eigen::Vector3d information = responsibility * kind.sigma_m.cast<double>().cwiseAbs2().cwiseInverse();
       H_.diagonal().tail<3>() += information;
-      g_.tail<3>() += information.cwiseProduct(state_.size_m - kind.mean_m);
+      g_.tail<3>() += information.cwiseProduct(state_.size_m - kind.mean_m.cast<double>());
     }
     cost_ -= 2.0 * (most + std::log(total));
   }
@@ -219,7 +224,8 @@ class Problem {
   void add_points(const BoxView& view) {
     const Eigen::Vector3d half_m = 0.5 * state_.size_m;
     const Eigen::Vector3d camera = A_.transpose() * (view.T_obj_cam.translation - state_.center_m);
-    const double weight = std::min(1.0, kPointsPerView / static_cast<double>(std::max<std::size_t>(view.point_count, 1)));
+    const double weight =
+        std::min(1.0, kPointsPerView / static_cast<double>(std::max<std::size_t>(view.point_count, 1)));
     const Eigen::Vector3d ray = (state_.center_m - view.T_obj_cam.translation).normalized();
     const Eigen::Vector3d ray_box = A_.transpose() * ray;
     for (std::size_t i = 0; i < view.point_count; ++i) {

@@ -12,7 +12,7 @@
 #include "kinetrace/core/stereo_geometry.hpp"
 #include "kinetrace/trajectory/box_view.hpp"
 #include "kinetrace/trajectory/ground_plane.hpp"
-#include "kinetrace/trajectory/size_prior.hpp"
+#include "kinetrace/trajectory/size_table.hpp"
 
 namespace kinetrace::trajectory {
 
@@ -31,7 +31,7 @@ struct BoxEvidence {
 
 struct BoxFit {
   BoxState state;
-  double cost = 0.0;  ///< Twice the negative log-likelihood, up to a constant.
+  double cost = 0.0;                           ///< Twice the negative log-likelihood, up to a constant.
   Matrix7d covariance = Matrix7d::Identity();  ///< Of centre (object frame), yaw, size.
 };
 

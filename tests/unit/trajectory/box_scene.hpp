@@ -21,8 +21,8 @@ inline constexpr double kCameraHeight_m = 1.65;
 struct CarScene {
   Box3 car{{0.0, -0.75, 0.0}, {4.3, 1.5, 1.8}, 0.5 * std::numbers::pi};  // On y = 0, along -z.
   std::mt19937 random{1};
-  double edge_px = 0.0;   ///< Noise of the mask's edges, standard deviation.
-  double point_m = 0.0;   ///< Noise of points along the ray.
+  double edge_px = 0.0;  ///< Noise of the mask's edges, standard deviation.
+  double point_m = 0.0;  ///< Noise of points along the ray.
 
   /// From `azimuth_rad` round the car, 0 = from +x, at `distance_m`, looking at its middle.
   [[nodiscard]] Se3 camera_at(double azimuth_rad, double distance_m) const {
@@ -42,8 +42,7 @@ struct CarScene {
     MaskEdges edges{{1e9, -1e9, 1e9, -1e9}, {}};
     for (const Eigen::Vector3d& corner : car.corners()) {
       // Real bodies are rounded.
-      const Eigen::Vector3d uv =
-          kCamera.project(T_obj_cam.inverse() * (car.center_m + 0.96 * (corner - car.center_m)));
+      const Eigen::Vector3d uv = kCamera.project(T_obj_cam.inverse() * (car.center_m + 0.96 * (corner - car.center_m)));
       for (std::size_t i = 0; i < 2; ++i) {
         edges.at_px[2 * i] = std::min(edges.at_px[2 * i], uv[static_cast<Eigen::Index>(i)]);
         edges.at_px[2 * i + 1] = std::max(edges.at_px[2 * i + 1], uv[static_cast<Eigen::Index>(i)]);
@@ -66,7 +65,8 @@ struct CarScene {
     std::vector<BodyPoint> points;
     while (std::ssize(points) < count) {
       Eigen::Vector3d p{uniform(random), uniform(random), uniform(random)};
-      const int axis = std::abs(camera.x()) > half.x() && (std::abs(camera.z()) <= half.z() || points.size() % 2 == 0) ? 0 : 2;
+      const int axis =
+          std::abs(camera.x()) > half.x() && (std::abs(camera.z()) <= half.z() || points.size() % 2 == 0) ? 0 : 2;
       p = p.cwiseProduct(half);
       p[axis] = std::copysign(half[axis] - recess(random), camera[axis]);
       const Eigen::Vector3d at = car.center_m + axes * p;
@@ -80,7 +80,7 @@ struct CarScene {
 /// Feeds an estimator with frames of a scene.
 struct Watcher {
   Arena arena{std::size_t{1} << 16U};
-  BoxEstimator box{kCamera, arena};
+  BoxEstimator box{SizeTable(), kCamera, arena};
   std::int64_t now_ns = 0;
 
   BoxFrame frame_of(CarScene& scene, const Se3& T_obj_cam, std::span<const BodyPoint> points) {

@@ -23,5 +23,8 @@ struct RosBox {
   Eigen::Vector3d size_m;
 };
 [[nodiscard]] RosBox to_ros(const Box3& box) noexcept;
+/// Covariance of that pose, (position, rotation) about the axes of odom. A yaw that may as well be the opposite one has
+/// the variance of half turns.
+[[nodiscard]] Matrix6d to_ros_covariance(const RosBox& box, const Box3Sigma& sigma) noexcept;
 
 }  // namespace kinetrace::publishing

@@ -48,9 +48,9 @@ void fill(const ObjectResult& object, const std_msgs_msg_dds__Header_& header, R
   copy_text(ClassName(object.class_id).view(), storage.class_name);
   std::snprintf(storage.id.data(), storage.id.size(), "%u", object.track_id);
   storage.hypothesis.hypothesis = {storage.class_name.data(), score(object.status)};
-  storage.hypothesis.pose.pose = ros_pose(to_ros(object.T_world_obj));
-  copy_covariance(to_ros_covariance(object.covariance), storage.hypothesis.pose.covariance);
   const RosBox box = to_ros(object.box);
+  storage.hypothesis.pose.pose = ros_pose(box.T_odom_box);
+  copy_covariance(to_ros_covariance(box, object.box_sigma), storage.hypothesis.pose.covariance);
   detection = {};
   detection.header = header;
   show(detection.results, {&storage.hypothesis, 1});

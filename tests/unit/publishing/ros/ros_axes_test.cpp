@@ -43,5 +43,19 @@ TEST(RosAxes, BoxesPointWhereTheyPointed) {
   }
 }
 
+TEST(RosAxes, ATiltedBoxIsTilted) {
+  const Eigen::Vector3d down = Eigen::Vector3d(0.0, 0.8, -0.6);  // The ground as a camera sees it that looks down.
+  const Box3 box{{1, 2, 3}, {4.0, 1.5, 1.8}, 0.7, down};
+  const RosBox seen = to_ros(box);
+  EXPECT_TRUE(seen.T_odom_box.rotation.col(2).isApprox(ros_axes() * -down, 1e-12));
+  EXPECT_NEAR(seen.T_odom_box.rotation.determinant(), 1.0, 1e-12);
+}
+
+TEST(RosAxes, AnUnknownFrontIsTheVarianceOfHalfTurns) {
+  const RosBox box = to_ros(Box3{{1, 2, 3}, {4.0, 1.5, 1.8}, 0.7});
+  EXPECT_NEAR(to_ros_covariance(box, {{1, 1, 1}, {1, 1, 1}, 0.1, true})(5, 5), 0.01, 1e-12);
+  EXPECT_GT(to_ros_covariance(box, {{1, 1, 1}, {1, 1, 1}, 0.1, false})(5, 5), 4.0);
+}
+
 }  // namespace
 }  // namespace kinetrace::publishing

@@ -210,6 +210,8 @@ void visit_trajectory(Config& config, Visitor& visit) {
   visit("trajectory.smoothing_acceleration_mps2", j.smoothing_acceleration_mps2,
         "standard deviation of an object's acceleration, for smoothing its path, m/s^2");
   visit("trajectory.smoothing_turn_radps2", j.smoothing_turn_radps2, "... and of its angular acceleration, rad/s^2");
+  visit("trajectory.sizes", j.sizes,
+        "file of the sizes that objects usually have, like config/sizes.yaml; \"\": those");
 }
 
 template <typename Config, typename Visitor>

@@ -14,7 +14,7 @@
 #include "kinetrace/core/stereo_geometry.hpp"
 #include "kinetrace/trajectory/box_view.hpp"
 #include "kinetrace/trajectory/ground_plane.hpp"
-#include "kinetrace/trajectory/size_prior.hpp"
+#include "kinetrace/trajectory/size_table.hpp"
 
 namespace kinetrace::trajectory {
 
@@ -28,22 +28,23 @@ struct BoxFrame {
   std::uint16_t class_id = 0;
   Se3 T_world_obj;
   Se3 T_obj_cam;
-  std::optional<MaskEdges> edges;      ///< None: the object has not been seen in this frame.
-  std::span<const BodyPoint> points;   ///< Of its reconstruction; without one, its stereo position.
-  double disparity_sigma_px = 0.0;     ///< Of these points.
-  Ground ground;                       ///< World frame; `down` counts even if the ground is not known.
-  bool turns_are_seen = false;         ///< T_world_obj turns as the object does.
-  std::optional<Heading> heading;      ///< Of its motion in the world, where it moves.
+  std::optional<MaskEdges> edges;     ///< None: the object has not been seen in this frame.
+  std::span<const BodyPoint> points;  ///< Of its reconstruction; without one, its stereo position.
+  double disparity_sigma_px = 0.0;    ///< Of these points.
+  Ground ground;                      ///< World frame; `down` counts even if the ground is not known.
+  bool turns_are_seen = false;        ///< T_world_obj turns as the object does.
+  std::optional<Heading> heading;     ///< Of its motion in the world, where it moves.
 };
 
-/// Maximum a posteriori estimate of centre, yaw and size, with covariance, by robust Gauss-Newton over a few views of the
-/// object. It weighs the mask's edges (Bertoni et al. 2019 use its height, Mousavian et al. 2017 all four), the
+/// Maximum a posteriori estimate of centre, yaw and size, with covariance, by robust Gauss-Newton over a few views of
+/// the object. It weighs the mask's edges (Bertoni et al. 2019 use its height, Mousavian et al. 2017 all four), the
 /// reconstructed points on the faces that were seen (L-shape fitting; Zhang et al. 2017), the ground, the direction of
-/// motion, and what sizes its class usually has, by which it knows of the sides that nobody has seen. Of the frames that
-/// show it from about the same side, the best one counts, so that hundreds of alike views are no more sure than one.
+/// motion, and what sizes its class usually has, by which it knows of the sides that nobody has seen. Of the frames
+/// that show it from about the same side, the best one counts, so that hundreds of alike views are no more sure than
+/// one.
 class BoxEstimator {
  public:
-  BoxEstimator(const StereoGeometry& geometry, Arena& arena);
+  BoxEstimator(const SizeTable& sizes, const StereoGeometry& geometry, Arena& arena);
   void reset() noexcept;
   /// Its object's frame has moved: earlier views are void, its size is not.
   void forget_views() noexcept;
@@ -67,6 +68,7 @@ class BoxEstimator {
   void note_heading(const BoxFrame& frame, const Ground& ground_obj) noexcept;
   void take(const BoxFit& fit) noexcept;
 
+  SizeTable sizes_;
   StereoGeometry geometry_;
   std::span<BoxView> views_;  ///< By the side from which they show the object.
   BoxState state_;

@@ -1,8 +1,11 @@
 // Settings of trajectories: smoothing, moving or not.
 #pragma once
 
+#include <string>
+
 #include "kinetrace/core/export.hpp"
 #include "kinetrace/core/result.hpp"
+#include "kinetrace/trajectory/size_table.hpp"
 
 namespace kinetrace::trajectory {
 
@@ -15,6 +18,8 @@ struct KINETRACE_API TrajectoryConfig {
   double surface_sigma_m = 0.25;       ///< How far the middle of what is seen drifts over a stereo-only object.
   double smoothing_acceleration_mps2 = 3.0;  ///< Standard deviation of an object's acceleration, in its own axes.
   double smoothing_turn_radps2 = 0.6;        ///< ... and of its angular acceleration.
+  std::string sizes;                         ///< File of the sizes that objects usually have; empty: the table below.
+  SizeTable size_table;                      ///< What that file holds.
 
   [[nodiscard]] Status validate() const;
 };
