@@ -21,14 +21,18 @@ std::optional<trajectory::Heading> ObjectState::heading(const Eigen::Vector3d& d
   if (!motion.moving) {
     return std::nullopt;
   }
-  const Eigen::Vector3d& velocity = motion.velocity_mps;
-  const Eigen::Vector3d across = down.cross(velocity).normalized();
-  const double sigma_mps = std::sqrt(across.dot(motion.covariance * across));
-  // In a turn, the middle of a vehicle does not go where it points.
-  const double behind_s = kAxleBehind * (box_.known() ? box_.box_in_object().size_m.x() : 0.0) / velocity.norm();
-  const double turn_rate_radps = motion.yaw_rate_rad_s * down.y();
-  return trajectory::Heading{upright_yaw(down, velocity) - std::atan(behind_s * turn_rate_radps),
-                             std::hypot(kMinHeading_rad, sigma_mps / velocity.norm(), behind_s * kTurnRate_radps)};
+  // In a turn, the rear axle goes where the vehicle points, and nothing else of it.
+  Eigen::Vector3d arm_m = Eigen::Vector3d::Zero();
+  if (box_.known()) {
+    const Box3 box = box_.box_in_object();
+    arm_m = box.center_m - kAxleBehind * box.size_m.x() * box.rotation().col(0) - reference_m_;
+  }
+  const Eigen::Vector3d velocity_mps = velocity_at(motion, T_world_obj_.rotation * arm_m);
+  const double speed_mps = velocity_mps.norm();
+  const Eigen::Vector3d across = down.cross(velocity_mps).normalized();
+  const double sigma_mps =
+      std::hypot(std::sqrt(across.dot(motion.covariance * across)), kTurnRate_radps * arm_m.norm());
+  return trajectory::Heading{upright_yaw(down, velocity_mps), std::hypot(kMinHeading_rad, sigma_mps / speed_mps)};
 }
 
 std::optional<trajectory::MaskEdges> ObjectState::mask_edges() const {
@@ -74,9 +78,20 @@ void ObjectState::update_box(const CameraState& camera, const trajectory::Ground
     frame.edges.reset();  // Where it is now is not known well enough.
   }
   box_.update(frame);
-  if (box_.known()) {
-    motion_.set_reference(box_.box_in_object().center_m);
+  follow_middle();
+}
+
+void ObjectState::follow_middle() {
+  const std::span<const BodyPoint> points = body_.estimate().points;
+  if (!body_.active() || points.empty()) {
+    return;
   }
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const BodyPoint& point : points) {
+    sum += point.position_m.cast<double>();
+  }
+  reference_m_ = sum / static_cast<double>(points.size());
+  motion_.set_reference(reference_m_);
 }
 
 Box3Sigma ObjectState::box_sigma(const ObjectResult& result) const {
@@ -84,8 +99,10 @@ Box3Sigma ObjectState::box_sigma(const ObjectResult& result) const {
   const Eigen::Matrix3d axes = result.box.rotation();
   const Eigen::Matrix3d of_pose = axes.transpose() * reference_covariance(result.T_world_obj, result.covariance) * axes;
   sigma.center_m = (sigma.center_m.cwiseAbs2() + of_pose.diagonal()).cwiseSqrt();
-  const double turn_rad2 = axes.col(1).dot(result.covariance.topLeftCorner<3, 3>() * axes.col(1));
-  sigma.yaw_rad = std::sqrt(sigma.yaw_rad * sigma.yaw_rad + turn_rad2);
+  if (result.status == BodyStatus::kTracked) {  // Otherwise its frame does not turn with it, and heading() has told.
+    const double turn_rad2 = axes.col(1).dot(result.covariance.topLeftCorner<3, 3>() * axes.col(1));
+    sigma.yaw_rad = std::sqrt(sigma.yaw_rad * sigma.yaw_rad + turn_rad2);
+  }
   return sigma;
 }
 

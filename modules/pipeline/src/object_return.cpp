@@ -130,6 +130,7 @@ void ObjectState::continue_from(ObjectState& earlier, const std::optional<Eigen:
   recogniser_.swap(earlier.recogniser_);
   std::swap(box_, earlier.box_);
   stereo_offset_m_ = earlier.stereo_offset_m_;
+  reference_m_ = earlier.reference_m_;
   T_world_obj_ = earlier.T_world_obj_;
   if (earlier.filter_.initialised()) {
     // Where it was expected, and how surely, is weighed against the middle of what is seen of it now.

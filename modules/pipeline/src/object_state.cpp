@@ -94,6 +94,7 @@ void ObjectState::begin(const Track& track) {
   observed_ = false;
   status_ = BodyStatus::kInitializing;
   stereo_offset_m_.setZero();
+  reference_m_.setZero();
   motion_.reset();
   filter_.reset();
   box_.reset();
@@ -185,8 +186,8 @@ void ObjectState::learn_motion(const Se3& T_world_obj, const Vector6d& velocity)
   }
 }
 
-Eigen::Vector3d ObjectState::reference_m() const {
-  return box_.known() ? box_.box_in_object().center_m : Eigen::Vector3d(Eigen::Vector3d::Zero());
+Eigen::Vector3d ObjectState::velocity_at(const trajectory::MotionEstimate& motion, const Eigen::Vector3d& arm_world_m) {
+  return motion.velocity_mps + motion.yaw_rate_rad_s * Eigen::Vector3d::UnitY().cross(arm_world_m);
 }
 
 bool ObjectState::shows_no_motion() const noexcept {
@@ -283,7 +284,7 @@ void ObjectState::compose_newest(const CameraState& camera) {
 Eigen::Matrix3d ObjectState::reference_covariance(const Se3& T_world_obj, const Matrix6d& covariance) const {
   Eigen::Matrix<double, 3, 6> to_reference;
   to_reference << Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Identity();
-  to_reference.leftCols<3>() = -skew(T_world_obj.rotation * reference_m());
+  to_reference.leftCols<3>() = -skew(T_world_obj.rotation * reference_m_);
   return to_reference * covariance * to_reference.transpose();
 }
 
@@ -387,7 +388,8 @@ void ObjectState::describe_motion(std::size_t age, ObjectResult& result) const {
   const trajectory::MotionEstimate motion = motion_.at(age);
   // Without a reconstruction, a velocity that is not significant is that of the seen surface, not of the object.
   const bool meaningful = result.status == BodyStatus::kTracked || motion.moving;
-  result.velocity_mps = meaningful ? motion.velocity_mps : Eigen::Vector3d(Eigen::Vector3d::Zero());
+  result.velocity_mps = meaningful ? velocity_at(motion, result.box.center_m - result.T_world_obj * reference_m_)
+                                   : Eigen::Vector3d::Zero();
   result.moving = motion.moving;
   result.heading_rad = yaw_of(motion.moving ? motion.velocity_mps : result.box.rotation().col(0));
 }

@@ -176,7 +176,9 @@ class ObjectState {
                   const features::FeatureFrontEnd& front_end);
   /// Its frame has been guessed on its return; true once it is known for sure.
   void resolve_pose(const CameraState& camera, const features::FeatureFrontEnd& front_end);
-  [[nodiscard]] Eigen::Vector3d reference_m() const;
+  /// Velocity of another point of the object than that whose path is followed, world frame.
+  [[nodiscard]] static Eigen::Vector3d velocity_at(const trajectory::MotionEstimate& motion,
+                                                   const Eigen::Vector3d& arm_world_m);
   void start_filter();
   /// Goes on as it last went. `observed`: stereo sees it there, if not enough of it to say where it is.
   void coast(bool observed);
@@ -208,9 +210,10 @@ class ObjectState {
   /// Of its mask, if a detection shows it.
   [[nodiscard]] std::optional<trajectory::MaskEdges> mask_edges() const;
   void update_box(const CameraState& camera, const trajectory::Ground& ground);
+  void follow_middle();
   /// Of its box in a kept result: that of the box on the object, and that of the object's pose.
   [[nodiscard]] Box3Sigma box_sigma(const ObjectResult& result) const;
-  /// Of the point whose path is followed, in the world.
+  /// Of reference_m_, in the world.
   [[nodiscard]] Eigen::Matrix3d reference_covariance(const Se3& T_world_obj, const Matrix6d& covariance) const;
 
   ObjectConfig config_;
@@ -256,6 +259,8 @@ class ObjectState {
   trajectory::ObjectMotion motion_;
   trajectory::StereoPositionFilter filter_;
   trajectory::BoxEstimator box_;
+  /// Point whose path is followed, object frame: the middle of the points. Their errors of rotation move it least.
+  Eigen::Vector3d reference_m_ = Eigen::Vector3d::Zero();
   Se3 T_world_obj_;
   Se3 T_obj_cam_;
   Matrix6d covariance_ = Matrix6d::Zero();                     ///< As ObjectResult::covariance.

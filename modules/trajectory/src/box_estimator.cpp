@@ -17,6 +17,7 @@ constexpr float kMaxReprojection_px = 1.5F;  // Of a point; others are mistaken.
 constexpr int kFirstIterations = 6;
 constexpr int kIterations = 2;
 constexpr int kChallengerIterations = 4;
+constexpr std::uint32_t kChallengedEvery = 2;  // Frames.
 constexpr double kClearlyBetter = 6.0;     // Twice log-likelihood; a box that turns must be this much more probable.
 constexpr int kYaws = 6;                   // Over half a circle.
 constexpr double kBehindFace = 0.4;        // Of its length, the middle of a body behind the points seen of it.
@@ -136,10 +137,10 @@ void BoxEstimator::challenge(const BoxEvidence& evidence, const BoxState& start,
   }
 }
 
-/// A box of another kind, or as long as nothing shows where the front is, turned: one a frame.
+/// A box of another kind, or as long as nothing shows where the front is, turned: one after the other.
 BoxState BoxEstimator::challenger(const BoxFrame& frame, const BoxEvidence& evidence) const noexcept {
   const std::size_t kinds = evidence.kinds.size();
-  const std::size_t turn = updates_ % (heading_ ? kinds : kinds + kYaws - 1);
+  const std::size_t turn = updates_ / kChallengedEvery % (heading_ ? kinds : kinds + kYaws - 1);
   if (turn < kinds) {
     return start_at(frame, heading_ ? heading_->yaw_rad : state_.yaw_rad, evidence.kinds[turn]);
   }
@@ -193,7 +194,7 @@ void BoxEstimator::update(const BoxFrame& frame) noexcept {
     return;
   }
   take(fit_box(evidence, state_, kIterations));
-  if (!frame.points.empty()) {
+  if (!frame.points.empty() && updates_ % kChallengedEvery == 0) {
     challenge(evidence, challenger(frame, evidence), kChallengerIterations, kClearlyBetter);
   }
 }

@@ -28,8 +28,8 @@ constexpr double kMaxTurn_rad = 0.3;
 constexpr double kUsualMisfit = 5.0;
 constexpr double kParameters = 3.0;  // Those that measurements alone determine; sizes have a prior.
 
-// Points of outlines, in half lengths, half heights (down) and half widths of the box. Without a known front, a car's
-// cabin is as long as what may be one of either end.
+// Points of outlines, in half lengths, half heights (down) and half widths of the box. A car's is symmetric: its front
+// may not be known.
 constexpr int kSaloonPoints = 20;
 const std::array<Eigen::Vector3d, 8> kBoxOutline{{{-0.97, 1, -0.95},
                                                   {0.97, 1, -0.95},
@@ -40,11 +40,11 @@ const std::array<Eigen::Vector3d, 8> kBoxOutline{{{-0.97, 1, -0.95},
                                                   {-0.95, -1, 0.92},
                                                   {0.95, -1, 0.92}}};
 const std::array<Eigen::Vector3d, kSaloonPoints> kSaloonOutline{
-    {{-0.62, 1, -0.95},   {0.62, 1, -0.95},   {-0.62, 1, 0.95},   {0.62, 1, 0.95},    // Wheels.
-     {-1, 0.6, -0.78},    {1, 0.6, -0.78},    {-1, 0.6, 0.78},    {1, 0.6, 0.78},     // Bumpers.
-     {-0.88, 0.4, -1},    {0.88, 0.4, -1},    {-0.88, 0.4, 1},    {0.88, 0.4, 1},     // Flanks.
-     {-0.95, -0.2, -0.8}, {0.95, -0.2, -0.8}, {-0.95, -0.2, 0.8}, {0.95, -0.2, 0.8},  // Bonnet and boot.
-     {-0.5, -1, -0.75},   {0.4, -1, -0.75},   {-0.5, -1, 0.75},   {0.4, -1, 0.75}}};  // Roof.
+    {{-0.62, 1, -0.95},   {0.62, 1, -0.95},   {-0.62, 1, 0.95},   {0.62, 1, 0.95},     // Wheels.
+     {-1, 0.6, -0.78},    {1, 0.6, -0.78},    {-1, 0.6, 0.78},    {1, 0.6, 0.78},      // Bumpers.
+     {-0.88, 0.4, -1},    {0.88, 0.4, -1},    {-0.88, 0.4, 1},    {0.88, 0.4, 1},      // Flanks.
+     {-0.95, -0.2, -0.8}, {0.95, -0.2, -0.8}, {-0.95, -0.2, 0.8}, {0.95, -0.2, 0.8},   // Bonnet and boot.
+     {-0.46, -1, -0.75},  {0.46, -1, -0.75},  {-0.46, -1, 0.75},  {0.46, -1, 0.75}}};  // Roof.
 
 std::span<const Eigen::Vector3d> outline_of(BodyShape shape) {
   return shape == BodyShape::kSaloon ? std::span<const Eigen::Vector3d>(kSaloonOutline)
@@ -62,7 +62,9 @@ class Problem {
  public:
   Problem(const BoxEvidence& evidence, const BoxState& start) : evidence_(evidence), start_(start), state_(start) {}
 
-  void linearise() {
+  /// `with_cost`: result() is asked for next, so the cost is wanted, whose logarithms take time.
+  void linearise(bool with_cost) {
+    with_cost_ = with_cost;
     A_ = upright_axes(evidence_.down, state_.yaw_rad);
     H_.setZero();
     g_.setZero();
@@ -105,10 +107,12 @@ class Problem {
     const double robust = weight / (1.0 + over);
     H_ += robust * J * J.transpose();
     g_ += robust * residual * J;
-    const double loss = weight * kRobust * kRobust * std::log1p(over);
-    cost_ += loss;
-    misfit_ += loss;
-    residuals_ += weight;
+    if (with_cost_) {
+      const double loss = weight * kRobust * kRobust * std::log1p(over);
+      cost_ += loss;
+      misfit_ += loss;
+      residuals_ += weight;
+    }
   }
 
   void add_size_prior() {
@@ -165,101 +169,106 @@ class Problem {
     cost_ += off_rad * off_rad / (heading.sigma_rad * heading.sigma_rad);
   }
 
-  /// The farthest corner of the outline's image on each side against the mask's edge there.
-  void add_edges(const BoxView& view) {
-    const Se3 T_cam_obj = view.T_obj_cam.inverse();
-    const std::span<const Eigen::Vector3d> outline = outline_of(shape_);
-    struct Extreme {
-      double at_px = 0.0;
-      const Eigen::Vector3d* k = nullptr;
-      Eigen::Vector3d p_cam = Eigen::Vector3d::Zero();
-    };
-    constexpr double kFar_px = 1e12;
-    std::array<Extreme, 4> extremes;
-    for (std::size_t side = 0; side < extremes.size(); ++side) {
-      extremes[side].at_px = side % 2 == 0 ? kFar_px : -kFar_px;
-    }
-    for (const Eigen::Vector3d& k : outline) {
+  /// The point of the outline that is farthest out on one side of its image.
+  struct Extreme {
+    double at_px = 0.0;
+    Eigen::Vector3d k = Eigen::Vector3d::Zero();
+    Eigen::Vector3d p_cam = Eigen::Vector3d::Zero();
+  };
+
+  /// As MaskEdges: lowest and highest u, lowest and highest v.
+  [[nodiscard]] std::array<Extreme, 4> extremes(const Se3& T_cam_obj) const {
+    std::array<Extreme, 4> found;
+    bool is_first = true;
+    for (const Eigen::Vector3d& k : outline_of(shape_)) {
       Eigen::Vector3d p_cam = T_cam_obj * (state_.center_m + 0.5 * (A_ * k.cwiseProduct(state_.size_m)));
       p_cam.z() = std::max(p_cam.z(), kNearest_m);
       const Eigen::Vector3d uv = evidence_.geometry.project(p_cam);
-      for (int side = 0; side < 4; ++side) {
-        Extreme& extreme = extremes[static_cast<std::size_t>(side)];
-        const double at_px = uv[side / 2];
-        if ((side % 2 == 0 && at_px < extreme.at_px) || (side % 2 == 1 && at_px > extreme.at_px)) {
-          extreme = {at_px, &k, p_cam};
+      for (std::size_t side = 0; side < found.size(); ++side) {
+        const double at_px = uv[static_cast<Eigen::Index>(side / 2)];
+        if (is_first || (side % 2 == 0 ? at_px < found[side].at_px : at_px > found[side].at_px)) {
+          found[side] = {at_px, k, p_cam};
         }
       }
+      is_first = false;
     }
-    for (int side = 0; side < 4; ++side) {
-      const Extreme& extreme = extremes[static_cast<std::size_t>(side)];
-      const auto s = static_cast<std::size_t>(side);
-      const double off_px = extreme.at_px - view.edges.at_px[s];
-      const bool is_beyond = side % 2 == 0 ? off_px < 0.0 : off_px > 0.0;
-      const double beyond_px = is_beyond ? view.edges.beyond_px[s] : 0.0;
-      if (std::isinf(beyond_px)) {
-        continue;
-      }
-      const Eigen::Vector3d& p = extreme.p_cam;
-      const bool horizontal = side < 2;
-      const double f_px = horizontal ? evidence_.geometry.fx_px : evidence_.geometry.fy_px;
-      const double per_m = f_px / p.z();
-      Eigen::RowVector3d J_cam = Eigen::RowVector3d::Zero();
-      J_cam[horizontal ? 0 : 1] = per_m;
-      J_cam[2] = -per_m * (horizontal ? p.x() : p.y()) / p.z();
-      const Eigen::RowVector3d J_obj = J_cam * T_cam_obj.rotation;
-      const Eigen::Vector3d arm = 0.5 * extreme.k->cwiseProduct(state_.size_m);
-      Vector7d J;
-      J.head<3>() = J_obj.transpose();
-      J[3] = J_obj.dot(-arm.x() * A_.col(2) + arm.z() * A_.col(0));
-      for (int i = 0; i < 3; ++i) {
-        J[4 + i] = 0.5 * (*extreme.k)[i] * J_obj.dot(A_.col(i));
-      }
-      const double sigma_px = std::hypot(kMaskEdge_px, kShape_m * per_m, beyond_px);
-      add(off_px / sigma_px, J / sigma_px);
+    return found;
+  }
+
+  void add_edges(const BoxView& view) {
+    const Se3 T_cam_obj = view.T_obj_cam.inverse();
+    const std::array<Extreme, 4> outermost = extremes(T_cam_obj);
+    for (std::size_t side = 0; side < outermost.size(); ++side) {
+      add_edge(view, T_cam_obj.rotation, side, outermost[side]);
     }
+  }
+
+  void add_edge(const BoxView& view, const Eigen::Matrix3d& R_cam_obj, std::size_t side, const Extreme& extreme) {
+    const double off_px = extreme.at_px - view.edges.at_px[side];
+    const bool is_beyond = side % 2 == 0 ? off_px < 0.0 : off_px > 0.0;
+    const double beyond_px = is_beyond ? view.edges.beyond_px[side] : 0.0;
+    if (std::isinf(beyond_px)) {
+      return;
+    }
+    const Eigen::Index axis = side < 2 ? 0 : 1;
+    const double per_m = (axis == 0 ? evidence_.geometry.fx_px : evidence_.geometry.fy_px) / extreme.p_cam.z();
+    Eigen::RowVector3d J_cam = Eigen::RowVector3d::Zero();
+    J_cam[axis] = per_m;
+    J_cam[2] = -per_m * extreme.p_cam[axis] / extreme.p_cam.z();
+    const Eigen::RowVector3d J_obj = J_cam * R_cam_obj;
+    const Eigen::Vector3d arm = 0.5 * extreme.k.cwiseProduct(state_.size_m);
+    Vector7d J;
+    J.head<3>() = J_obj.transpose();
+    J[3] = J_obj.dot(arm.z() * A_.col(0) - arm.x() * A_.col(2));
+    J.tail<3>() = 0.5 * extreme.k.cwiseProduct((J_obj * A_).transpose());
+    const double sigma_px = std::hypot(kMaskEdge_px, kShape_m * per_m, beyond_px);
+    add(off_px / sigma_px, J / sigma_px);
   }
 
   /// Points lie on the faces that the camera sees, some behind them, none before them.
   void add_points(const BoxView& view) {
-    const Eigen::Vector3d half_m = 0.5 * state_.size_m;
     const Eigen::Vector3d camera = A_.transpose() * (view.T_obj_cam.translation - state_.center_m);
-    const double weight =
-        std::min(1.0, kPointsPerView / static_cast<double>(std::max<std::size_t>(view.point_count, 1)));
-    const Eigen::Vector3d ray = (state_.center_m - view.T_obj_cam.translation).normalized();
-    const Eigen::Vector3d ray_box = A_.transpose() * ray;
+    // The points' error along the ray, across the faces of each axis.
+    const Eigen::Vector3d sigma_m = view.depth_sigma_m * camera.normalized().cwiseAbs();
+    const double weight = std::min(1.0, kPointsPerView / std::max(static_cast<double>(view.point_count), 1.0));
     for (std::size_t i = 0; i < view.point_count; ++i) {
-      const Eigen::Vector3d off = view.points_m[i].cast<double>() - state_.center_m;
-      const Eigen::Vector3d q = A_.transpose() * off;
-      double nearest_m = std::numeric_limits<double>::infinity();
-      int nearest_axis = -1;
-      bool outside = false;
-      for (int axis = 0; axis < 3; ++axis) {
-        const double side = q[axis] > 0.0 ? 1.0 : -1.0;
-        const double depth_m = half_m[axis] - side * q[axis];
-        if (depth_m < 0.0) {
-          outside = true;
-          add_face(depth_m, axis, side, q, hypot_along(view.depth_sigma_m, ray_box[axis]), weight);
-        }
-        // Which of the two faces of this axis the camera sees.
-        if (std::abs(camera[axis]) > half_m[axis]) {
-          const double seen = camera[axis] > 0.0 ? 1.0 : -1.0;
-          const double behind_m = half_m[axis] - seen * q[axis];
-          if (behind_m < nearest_m) {
-            nearest_m = behind_m;
-            nearest_axis = axis;
-          }
-        }
-      }
-      if (!outside && nearest_axis >= 0) {
-        add_face(nearest_m, nearest_axis, camera[nearest_axis] > 0.0 ? 1.0 : -1.0, q,
-                 kRecess_m + view.depth_sigma_m * std::abs(ray_box[nearest_axis]), weight);
+      const Eigen::Vector3d q = A_.transpose() * (view.points_m[i].cast<double>() - state_.center_m);
+      if (!add_outside(q, sigma_m, weight)) {
+        add_inside(q, camera, sigma_m, weight);
       }
     }
   }
 
-  [[nodiscard]] static double hypot_along(double depth_sigma_m, double cosine) {
-    return std::hypot(kSurface_m, depth_sigma_m * cosine);
+  /// Before the faces that `q` is outside of; false if it is inside the box.
+  bool add_outside(const Eigen::Vector3d& q, const Eigen::Vector3d& sigma_m, double weight) {
+    bool is_outside = false;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double side = q[axis] > 0.0 ? 1.0 : -1.0;
+      const double depth_m = 0.5 * state_.size_m[axis] - side * q[axis];
+      if (depth_m < 0.0) {
+        is_outside = true;
+        add_face(depth_m, axis, side, q, std::hypot(kSurface_m, sigma_m[axis]), weight);
+      }
+    }
+    return is_outside;
+  }
+
+  /// Behind the nearest one of the faces that `camera` sees, both in the box's axes.
+  void add_inside(const Eigen::Vector3d& q, const Eigen::Vector3d& camera, const Eigen::Vector3d& sigma_m,
+                  double weight) {
+    double nearest_m = std::numeric_limits<double>::infinity();
+    int nearest = -1;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double half_m = 0.5 * state_.size_m[axis];
+      const double behind_m = half_m - std::copysign(1.0, camera[axis]) * q[axis];
+      if (std::abs(camera[axis]) > half_m && behind_m < nearest_m) {
+        nearest_m = behind_m;
+        nearest = axis;
+      }
+    }
+    if (nearest >= 0) {
+      add_face(nearest_m, nearest, std::copysign(1.0, camera[nearest]), q, kRecess_m + sigma_m[nearest], weight);
+    }
   }
 
   /// A point `depth_m` behind the face of `axis` on its positive or negative `side`.
@@ -281,6 +290,7 @@ class Problem {
   double cost_ = 0.0;
   double misfit_ = 0.0;     ///< Of measurements, of the cost.
   double residuals_ = 0.0;  ///< How many there are, by their weights.
+  bool with_cost_ = false;
 };
 
 }  // namespace
@@ -288,10 +298,10 @@ class Problem {
 BoxFit fit_box(const BoxEvidence& evidence, const BoxState& start, int iterations) noexcept {
   Problem problem(evidence, start);
   for (int i = 0; i < iterations; ++i) {
-    problem.linearise();
+    problem.linearise(false);
     problem.step();
   }
-  problem.linearise();
+  problem.linearise(true);
   return problem.result();
 }
 

@@ -10,18 +10,18 @@ namespace {
 
 constexpr std::size_t kMinPoints = 12;
 constexpr std::uint32_t kFirstSamples = 100;
-constexpr std::uint32_t kSamples = 24;   // A frame; a plane found stays a candidate.
-constexpr float kMinCosine = 0.34F;      // 70 degrees from the camera's y axis.
-constexpr float kMinHeight_m = 0.3F;     // Of the camera above the ground.
-constexpr float kRange_m = 40.F;         // Beyond, roads bend and stereo is coarse.
-constexpr float kRoughness_m = 0.05F;    // Kerbs and bumps, standard deviation.
-constexpr float kPartOfRange = 0.006F;   // Error of a point's height, of its distance.
+constexpr std::uint32_t kSamples = 10;  // A frame; a plane found stays a candidate.
+constexpr float kMinCosine = 0.34F;     // 70 degrees from the camera's y axis.
+constexpr float kMinHeight_m = 0.3F;    // Of the camera above the ground.
+constexpr float kRange_m = 40.F;        // Beyond, roads bend and stereo is coarse.
+constexpr float kRoughness_m = 0.05F;   // Kerbs and bumps, standard deviation.
+constexpr float kPartOfRange = 0.006F;  // Error of a point's height, of its distance.
 constexpr float kWithinSigmas = 2.5F;
-constexpr float kPenalty = 1.5F;         // What lies below weighs more than what lies on it: nothing is seen there.
-constexpr double kMinShare = 0.08;       // Of the points, on the ground.
-constexpr int kAveraged = 10;            // Frames over which the slope is averaged: roads bend slowly.
-constexpr double kSameSigmas = 4.0;      // Of the slope; another plane has been found where it differs by more.
-constexpr double kMinScatter = 0.05;     // Of squared residuals over tolerances; less is chance.
+constexpr float kPenalty = 1.5F;      // What lies below weighs more than what lies on it: nothing is seen there.
+constexpr double kMinShare = 0.08;    // Of the points, on the ground.
+constexpr int kAveraged = 10;         // Frames over which the slope is averaged: roads bend slowly.
+constexpr double kSameSigmas = 4.0;   // Of the slope; another plane has been found where it differs by more.
+constexpr double kMinScatter = 0.05;  // Of squared residuals over tolerances; less is chance.
 constexpr double kMinSlope_rad = 0.006;
 
 /// A hash of two numbers (Steele, Lea and Flood 2014).
@@ -65,9 +65,7 @@ float GroundEstimator::score(const Plane& plane) const noexcept {
 
 /// The plane through three of the points; false if that is no ground.
 bool GroundEstimator::through(std::uint32_t seed, Plane& plane) const noexcept {
-  const auto at = [&](std::uint32_t k) -> const Eigen::Vector3f& {
-    return points_[mixed(3U * seed + k) % count_];
-  };
+  const auto at = [&](std::uint32_t k) -> const Eigen::Vector3f& { return points_[mixed(3U * seed + k) % count_]; };
   const Eigen::Vector3f normal = (at(1) - at(0)).cross(at(2) - at(0));
   const float length = normal.norm();
   if (length < 0.5F) {

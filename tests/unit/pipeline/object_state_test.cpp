@@ -57,7 +57,7 @@ class ObjectStateTest : public ::testing::Test {
   void observe(ObjectState& object, const Track& seen, std::vector<Feature> features = {}) {
     time_ns_ += kFrame_ns;
     object.observe(seen, {.frame_index = 0, .timestamp_ns = time_ns_, .features = features}, {}, camera_, front_end_);
-    object.conclude({}, camera_);
+    object.conclude({}, camera_, {});
   }
 
   /// A grid of features on a front of 1.6 m by 1.2 m around `middle_m`, in the camera's frame.
@@ -105,10 +105,11 @@ class ObjectStateTest : public ::testing::Test {
 
   /// Something cut off by the border of the image moves through it for `frames`, and that is learnt: `velocity` in
   /// rad/s, m/s.
-  Seen moves_at_the_border(ObjectState& object, const Vector6d& velocity, int frames) {
+  Seen moves_at_the_border(ObjectState& object, const Vector6d& velocity, int frames,
+                           const Eigen::Vector3d& start_m = {-0.5, 0.2, 15.0}) {
     Seen seen;
     for (int frame = 0; frame < frames; ++frame) {
-      seen.features = front(Eigen::Vector3d(-0.5, 0.2, 15.0) + 1e-9 * kFrame_ns * frame * velocity.tail<3>());
+      seen.features = front(start_m + 1e-9 * kFrame_ns * frame * velocity.tail<3>());
       if (frame == 0) {
         object.begin(at_the_border(seen.features));
       }
@@ -361,9 +362,11 @@ TEST_F(ObjectStateTest, CoastsBehindSomethingOnlyWhileThatIsSurerThanWhatIsSeen)
   Vector6d velocity = Vector6d::Zero();
   velocity[3] = across_mps;
   constexpr int kFrames = 12;
-  moves_at_the_border(object_, velocity, kFrames);
+  // So near the border that what is seen of it is no longer than a car.
+  const Eigen::Vector3d start_m((2.0 - geometry_.cx_px) / geometry_.fx_px * 15.0 + 0.8, 0.2, 15.0);
+  moves_at_the_border(object_, velocity, kFrames, start_m);
   // Mostly hidden, it turns back, and little of it is seen.
-  Eigen::Vector3d middle_m = Eigen::Vector3d(-0.5, 0.2, 15.0) + 0.1 * (kFrames - 1) * velocity.tail<3>();
+  Eigen::Vector3d middle_m = start_m + 0.1 * (kFrames - 1) * velocity.tail<3>();
   const auto off_m = [&] {
     ObjectResult reported;
     object_.report(reported);
