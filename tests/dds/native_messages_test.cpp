@@ -216,16 +216,16 @@ TEST(NativeMessages, HealthTellsWhatIsKnownOfTheCalibration) {
   fixture.serve();
   const kinetrace_Health* message = reader.next();
   ASSERT_NE(message, nullptr);
-  const kinetrace_CalibrationEstimate& told = message->calibration;
-  EXPECT_EQ(told.verdict, kinetrace_CALIBRATION_CORRECTED);
-  EXPECT_DOUBLE_EQ(told.estimate[6], 0.01);
-  EXPECT_DOUBLE_EQ(told.sigma[6], 0.003);
-  EXPECT_DOUBLE_EQ(told.applied[1], 0.9 / 721.5);
-  EXPECT_NEAR(told.disparity_error_px, 1.0, 1e-9);
-  EXPECT_NEAR(told.disparity_sigma_px, 0.05, 1e-9);
-  EXPECT_DOUBLE_EQ(told.depth_m[3], 50.0);
-  EXPECT_LT(told.depth_error_m[3], -5.0);
-  EXPECT_EQ(told.windows, 12U);
+  const kinetrace_CalibrationEstimate& published = message->calibration;
+  EXPECT_EQ(published.verdict, kinetrace_CALIBRATION_CORRECTED);
+  EXPECT_DOUBLE_EQ(published.estimate[6], 0.01);
+  EXPECT_DOUBLE_EQ(published.sigma[6], 0.003);
+  EXPECT_DOUBLE_EQ(published.applied[1], 0.9 / 721.5);
+  EXPECT_NEAR(published.disparity_error_px, 1.0, 1e-9);
+  EXPECT_NEAR(published.disparity_sigma_px, 0.05, 1e-9);
+  EXPECT_DOUBLE_EQ(published.depth_m[3], 50.0);
+  EXPECT_LT(published.depth_error_m[3], -5.0);
+  EXPECT_EQ(published.windows, 12U);
 }
 
 TEST(NativeMessages, WhoComesLaterStillGetsTheCalibration) {

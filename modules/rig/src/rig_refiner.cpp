@@ -20,7 +20,7 @@ struct SeenPoint {
 };
 
 // Turning by less, a percent of focal length moves nothing by more than the .2 px that real lenses bend images by.
-constexpr double kLeastTurn_rad = 0.05;
+constexpr double kMinTurn_rad = 0.05;
 
 /// How far the camera has turned about x and y while windows lasted: what shows a focal length.
 struct SeenTurns {
@@ -346,7 +346,7 @@ void RigRefiner::observe(std::span<const RigObservation> observations, const Se3
 void RigRefiner::measure(std::span<const TwoViewPoint> points, const Se3& T_now_before, double window_s) {
   RigRefinerStorage& s = *storage_;
   const double turn_rad = so3_log(T_now_before.rotation).head<2>().norm();
-  const bool focal_shown = turn_rad >= kLeastTurn_rad;
+  const bool focal_shown = turn_rad >= kMinTurn_rad;
   RigMeasurement measured =
       calibrate_two_views(geometry_, points, T_now_before, s.filter.expected(window_s), focal_shown);
   if (measured.valid && measured.points >= static_cast<int>(kMinPoints) / 2) {

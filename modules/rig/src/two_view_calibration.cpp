@@ -265,7 +265,7 @@ class TwoViewSystem {
   StereoView now_;
 };
 
-/// What is believed before the points are looked at.
+/// What is expected before the points are looked at.
 struct Loosely {
   Loosely(const RigMeasurement::Vector& start, bool focal_shown) {
     expected[RigCorrection::kFocal] = start[RigCorrection::kFocal];

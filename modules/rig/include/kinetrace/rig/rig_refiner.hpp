@@ -34,7 +34,7 @@ struct TwoViewPoint;
 /// estimator of James and Stein, 1961). What it has no evidence for stays as calibrated, bit for bit.
 ///
 /// Not observed: the baseline's length. Focal lengths are where the camera turns by some degrees in a window; otherwise
-/// their error looks the same as another depth, and their estimate stays. They are told, not applied. At rest and
+/// their error looks the same as another depth, and their estimate stays. They are reported, not applied. At rest and
 /// turning on the spot nothing changes.
 ///
 /// Memory: two tables of features, 70 KiB for 1600.
