@@ -1,27 +1,13 @@
 #include "calibration_report.hpp"
 
-#include <array>
-#include <cstdarg>
-#include <cstdio>
-#include <numbers>
-
 #include <nlohmann/json.hpp>
+
+#include "report_text.hpp"
 
 namespace kinetrace::calibration {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr double kDegrees = 180.0 / std::numbers::pi;
-
-[[gnu::format(printf, 1, 2)]] std::string text(const char* format, ...) {
-  std::array<char, 256> buffer{};
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(buffer.data(), buffer.size(), format, arguments);
-  va_end(arguments);
-  return buffer.data();
-}
 
 std::string camera_line(const char* name, const hal::CameraModel& camera, const ParameterVector& sigmas, int first) {
   return text("%-8s fx %.2f +- %.2f, fy %.2f +- %.2f, cx %.2f +- %.2f, cy %.2f +- %.2f px", name, camera.fx_px,

@@ -1,9 +1,9 @@
 #include "target_calibration.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <numbers>
+
+#include "report_text.hpp"
 
 namespace kinetrace::calibration {
 namespace {
@@ -14,12 +14,6 @@ constexpr double kMaxRotationSigma_rad = 0.05 * std::numbers::pi / 180.0;
 constexpr double kMaxSigma_px = 1.0;  // Of a corner's coordinate.
 constexpr double kGoodSigma_px = 0.3;
 constexpr double kMaxRejected = 0.4;  // Part of the views.
-
-std::string text(const char* format, double value) {
-  std::array<char, 96> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), format, value);
-  return buffer.data();
-}
 
 std::string joined(const std::vector<std::string>& parts) {
   std::string all;
@@ -52,7 +46,7 @@ std::vector<std::string> problems_of(const StereoEstimate& estimate) {
   }
   if (estimate.rotation_sigma_rad() > kMaxRotationSigma_rad) {
     problems.push_back(text("the rotation between the views is known to %.3f deg only; show the target in more places",
-                            estimate.rotation_sigma_rad() * 180.0 / std::numbers::pi));
+                            estimate.rotation_sigma_rad() * kDegrees));
   }
   return problems;
 }

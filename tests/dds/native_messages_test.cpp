@@ -206,6 +206,33 @@ TEST(NativeMessages, HealthNamesReasonsAndCounts) {
   EXPECT_EQ(born->value, 17U);
 }
 
+TEST(NativeMessages, HealthTellsWhatIsKnownOfTheCalibration) {
+  PublisherFixture fixture({});
+  NativeReader<kinetrace_Health> reader(fixture, kinetrace_Health_desc, topics::kHealth);
+  PublishedHealth health;
+  health.rig.verdict = RigVerdict::kCorrected;
+  health.rig.correction.turn_rad.y() = 1.0 / 721.5;
+  health.rig.correction.focal = 0.01;
+  health.rig.disparity_sigma_rad = 0.05 / 721.5;
+  health.rig.sigma_rad[RigCorrection::kFocal] = 0.003;
+  health.rig.applied.turn_rad.y() = 0.9 / 721.5;
+  health.rig.windows = 12;
+  fixture.mailbox().offer_health(health);
+  fixture.serve();
+  const kinetrace_Health* message = reader.next();
+  ASSERT_NE(message, nullptr);
+  const kinetrace_CalibrationEstimate& published = message->calibration;
+  EXPECT_EQ(published.verdict, kinetrace_CALIBRATION_CORRECTED);
+  EXPECT_DOUBLE_EQ(published.estimate[6], 0.01);
+  EXPECT_DOUBLE_EQ(published.sigma[6], 0.003);
+  EXPECT_DOUBLE_EQ(published.applied[1], 0.9 / 721.5);
+  EXPECT_NEAR(published.disparity_error_px, 1.0, 1e-9);
+  EXPECT_NEAR(published.disparity_sigma_px, 0.05, 1e-9);
+  EXPECT_DOUBLE_EQ(published.depth_m[3], 50.0);
+  EXPECT_LT(published.depth_error_m[3], -5.0);
+  EXPECT_EQ(published.windows, 12U);
+}
+
 TEST(NativeMessages, WhoComesLaterStillGetsTheCalibration) {
   PublisherFixture fixture({});
   NativeReader<kinetrace_Calibration> reader(fixture, kinetrace_Calibration_desc, topics::kCalibration, true);

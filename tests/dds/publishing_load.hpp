@@ -80,7 +80,7 @@ class PublishingLoad {
     return samples;
   }
   void offer(const SampleResult& sample) {
-    thread_->offer_health(health_, sample.result.counters);
+    thread_->offer_health(health_, sample.result.counters, sample.result.rig);
     thread_->offer(sample.result, 0);
     thread_->send();
   }

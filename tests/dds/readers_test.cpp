@@ -33,6 +33,7 @@ class Notebook final : public ResultListener {
   void receive(const ReceivedHealth& received) override {
     healths.push_back(received.state);
     camera_state = received.camera;
+    rig = received.rig;
     for (const ReceivedReason& reason : received.reasons) {
       reasons[std::string(reason.name)] = reason.count;
     }
@@ -52,6 +53,7 @@ class Notebook final : public ResultListener {
   std::string camera_state;
   std::map<std::string, std::uint64_t> reasons;
   std::map<std::string, std::uint64_t> counters;
+  RigEstimate rig;
   std::string device;
   std::vector<StereoGeometry> calibrations;
 };
@@ -140,6 +142,9 @@ TEST_F(Readers, HealthComesWithReasonsAndCounts) {
   health.camera = "streaming";
   health.entries[static_cast<std::size_t>(HealthReason::kFramesLost)] = {HealthReason::kFramesLost, 3, 5, 9};
   health.counters.tracks_born = 17;
+  health.rig.verdict = RigVerdict::kHolds;
+  health.rig.correction.turn_rad.x() = 0.001;
+  health.rig.windows = 9;
   fixture_.mailbox().offer_health(health);
   fixture_.serve();
   ASSERT_TRUE(hear_until([&] { return !notes_.healths.empty(); }));
@@ -147,6 +152,9 @@ TEST_F(Readers, HealthComesWithReasonsAndCounts) {
   EXPECT_EQ(notes_.camera_state, "streaming");
   EXPECT_EQ(notes_.reasons, (std::map<std::string, std::uint64_t>{{"frames_lost", 3}}));
   EXPECT_EQ(notes_.counters.at("tracks_born"), 17U);
+  EXPECT_EQ(notes_.rig.verdict, RigVerdict::kHolds);
+  EXPECT_DOUBLE_EQ(notes_.rig.correction.turn_rad.x(), 0.001);
+  EXPECT_EQ(notes_.rig.windows, 9U);
 }
 
 TEST_F(Readers, WaitReturnsWhenSomethingComesAndNotBefore) {

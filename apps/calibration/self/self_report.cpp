@@ -2,32 +2,23 @@
 
 #include <array>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
-#include <numbers>
 
 #include <nlohmann/json.hpp>
+
+#include "kinetrace/core/rig_correction.hpp"
+#include "report_text.hpp"
 
 namespace kinetrace::self_calibration {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using calibration::kDegrees;
+using calibration::text;
 
-constexpr double kDegrees = 180.0 / std::numbers::pi;
-constexpr std::array<double, 4> kDepths_m{5.0, 10.0, 20.0, 50.0};
 constexpr std::array<const char*, kLensSize> kLensNames{"ln(fx/width)", "ln(fy/fx)", "cx/width", "cy/width", "k1",
                                                         "k2",           "p1",        "p2",       "k3"};
 constexpr std::array<const char*, kMountSize> kMountNames{"turn_x_rad", "turn_y_rad", "turn_z_rad", "baseline_y/x",
                                                           "baseline_z/x"};
-
-[[gnu::format(printf, 1, 2)]] std::string text(const char* format, ...) {
-  std::array<char, 256> buffer{};
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(buffer.data(), buffer.size(), format, arguments);
-  va_end(arguments);
-  return buffer.data();
-}
 
 double sigma(const SelfCalibration& result, int parameter) {
   return std::sqrt(result.covariance(parameter, parameter));
@@ -90,9 +81,9 @@ std::vector<std::string> report_lines(const SelfCalibration& result) {
            sigma(result, kMount + kTurnY) * kDegrees, sigma(result, kMount + kTurnZ) * kDegrees),
       scene_line(result.findings)};
   std::string depths = "depth    error to be expected from the calibration:";
-  for (const double depth_m : kDepths_m) {
+  for (const double depth_m : kReportedDepths_m) {
     const double sigma_depth = depth_sigma(result.rig, result.covariance, depth_m);
-    depths += text("%s %.3f m at %.0f m", depth_m > kDepths_m[0] ? "," : "", sigma_depth * depth_m, depth_m);
+    depths += text("%s %.3f m at %.0f m", depth_m > kReportedDepths_m[0] ? "," : "", sigma_depth * depth_m, depth_m);
   }
   lines.push_back(depths);
   lines.push_back(text("accepted focal length to %.2f %%, with the baseline of %.4f m as given",
@@ -124,7 +115,7 @@ std::string report_json(const SelfCalibration& result, const std::string& images
                   {"depth_ratio", findings.scene.depth_ratio},
                   {"plane_share", findings.scene.plane_share}};
   json["focal_sigma"] = findings.focal_sigma;
-  for (const double depth_m : kDepths_m) {
+  for (const double depth_m : kReportedDepths_m) {
     json["depth_sigma_m"].push_back(
         {{"depth_m", depth_m}, {"sigma_m", depth_m * depth_sigma(result.rig, result.covariance, depth_m)}});
   }

@@ -39,20 +39,29 @@ std::string disparity_text(const RigEstimate& rig, const StereoGeometry& geometr
               rig.disparity_sigma_rad * geometry.fx_px);
 }
 
+std::string focal_text(const RigEstimate& rig) {
+  if (!rig.judges_focal()) {
+    return "focal lengths cannot be judged: the camera has not turned enough";
+  }
+  return text("focal lengths %+.2f +-%.2f %%", 100.0 * rig.correction.focal,
+              100.0 * rig.sigma_rad[RigCorrection::kFocal]);
+}
+
 }  // namespace
 
 std::string rig_text(const RigEstimate& rig, const StereoGeometry& geometry) {
   switch (rig.verdict) {
     case RigVerdict::kUnknown:
       return "cannot be judged from this motion: the camera has to move sideways or forward past things that are near";
-    case RigVerdict::kHolds: return "holds: " + disparity_text(rig, geometry);
+    case RigVerdict::kHolds: return "holds: " + disparity_text(rig, geometry) + "; " + focal_text(rig);
     case RigVerdict::kOff:
     case RigVerdict::kCorrected: break;
   }
   const std::string knocks = rig.knocks == 0 ? "" : "; changed suddenly " + std::to_string(rig.knocks) + " times";
   return (rig.verdict == RigVerdict::kCorrected ? "off, and corrected: the right camera is turned by "
                                                 : "off: the right camera is turned by ") +
-         turn_text(rig) + "; " + disparity_text(rig, geometry) + "; " + depth_text(rig, geometry) + knocks;
+         turn_text(rig) + "; " + disparity_text(rig, geometry) + "; " + focal_text(rig) + "; " +
+         depth_text(rig, geometry) + knocks;
 }
 
 }  // namespace kinetrace::app

@@ -53,8 +53,8 @@ std::string calibration_line(const MonitoredDevice& device) {
     return "  calibration not received yet\n";
   }
   const StereoGeometry& rig = *device.calibration;
-  return formatted("  calibration %dx%d px, f %.1f px, baseline %.4f m\n", rig.width_px, rig.height_px, rig.fx_px,
-                   rig.baseline_m);
+  return formatted("  calibration %dx%d px, f %.1f px, baseline %.4f m; by the images: %s\n", rig.width_px,
+                   rig.height_px, rig.fx_px, rig.baseline_m, text(to_string(device.rig.verdict)).c_str());
 }
 
 std::string object_line(const MonitoredObject& object) {
@@ -63,6 +63,23 @@ std::string object_line(const MonitoredObject& object) {
   return formatted("  %6u %-12s %-12s %9.2f %9.2f %9.2f %8.2f %8.1f\n", result.track_id,
                    ClassName(result.class_id).c_str(), text(to_string(result.status)).c_str(), p.x(), p.y(), p.z(),
                    result.velocity_mps.norm(), object.age_s);
+}
+
+// Units as in the message: radians, focal lengths.
+ordered_json correction_json(const RigCorrection::Vector& v) {
+  return {{"turn_rad", {v[0], v[1], v[2]}},
+          {"baseline_rad", {v[3], v[4]}},
+          {"shift", v[RigCorrection::kShift]},
+          {"focal", v[RigCorrection::kFocal]}};
+}
+
+ordered_json rig_json(const RigEstimate& rig) {
+  return {{"verdict", to_string(rig.verdict)},
+          {"estimate", correction_json(rig.correction.vector())},
+          {"sigma", correction_json(rig.sigma_rad)},
+          {"applied", correction_json(rig.applied.vector())},
+          {"windows", rig.windows},
+          {"knocks", rig.knocks}};
 }
 
 ordered_json vector_json(const Eigen::Vector3d& v) {
@@ -177,7 +194,8 @@ void JsonPrinter::receive(const publishing::ReceivedHealth& health) {
          {"state", to_string(health.state)},
          {"camera", health.camera},
          {"reasons", std::move(reasons)},
-         {"counters", std::move(counters)}});
+         {"counters", std::move(counters)},
+         {"calibration", rig_json(health.rig)}});
 }
 
 void JsonPrinter::receive(const publishing::ReceivedCalibration& calibration) {

@@ -117,6 +117,7 @@ void MonitorState::receive(const publishing::ReceivedHealth& health) {
   MonitoredDevice& device = devices_[*index];
   device.health = health.state;
   device.camera_state = health.camera;
+  device.rig = health.rig;
   device.reasons.clear();
   for (const publishing::ReceivedReason& reason : health.reasons) {
     device.reasons.push_back({std::string(reason.name), reason.count});

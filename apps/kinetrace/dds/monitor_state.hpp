@@ -52,6 +52,7 @@ struct MonitoredDevice {
   std::string camera_state;
   std::vector<MonitoredReason> reasons;
   std::optional<StereoGeometry> calibration;
+  RigEstimate rig;
   RateWindow poses;
   RateWindow object_frames;
 };

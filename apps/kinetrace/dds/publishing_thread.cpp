@@ -61,13 +61,15 @@ void PublishingThread::offer_finalised(const FrameResult& result) noexcept {
   mailbox_->offer_finalised(result);
 }
 
-void PublishingThread::offer_health(const HealthMonitor& health, const FrameCounters& counters) noexcept {
+void PublishingThread::offer_health(const HealthMonitor& health, const FrameCounters& counters,
+                                    const RigEstimate& rig) noexcept {
   mailbox_->offer_health({.frame_index = health.frame(),
                           .handed_over_ns = system_time_ns(),
                           .state = health.state(),
                           .camera = to_string(health.camera()),
                           .entries = health.all(),
-                          .counters = counters});
+                          .counters = counters,
+                          .rig = rig});
 }
 
 void PublishingThread::send() noexcept {

@@ -39,7 +39,8 @@ class PublishingThread final : public RunPublishing {
 
   void offer(const FrameResult& result, std::int64_t exposed_ns) noexcept override;
   void offer_finalised(const FrameResult& result) noexcept override;
-  void offer_health(const HealthMonitor& health, const FrameCounters& counters) noexcept override;
+  void offer_health(const HealthMonitor& health, const FrameCounters& counters,
+                    const RigEstimate& rig) noexcept override;
   void send() noexcept override;
   [[nodiscard]] bool is_connected() const noexcept override;
   void receive_masks(MaskMailbox& mailbox) override;

@@ -34,7 +34,8 @@ class RunPublishing {
   virtual void offer(const FrameResult& result, std::int64_t exposed_ns) noexcept = 0;
   /// Of a result that comes only with a finalised frame.
   virtual void offer_finalised(const FrameResult& result) noexcept = 0;
-  virtual void offer_health(const HealthMonitor& health, const FrameCounters& counters) noexcept = 0;
+  virtual void offer_health(const HealthMonitor& health, const FrameCounters& counters,
+                            const RigEstimate& rig) noexcept = 0;
   /// Lets what has been offered go out. Wakes another thread, to which a busy system may give this one's processor: so
   /// this is called when a frame is done. What is offered without it goes out a little later.
   virtual void send() noexcept = 0;

@@ -158,13 +158,13 @@ void FrameProcessor::transfer_identity(const FrameResult& result, std::int64_t e
   }
   const StageScope scope(clock_.get(), Stage::kPublish);
   report_.health.note(HealthReason::kNotPublished, components_.publishing->is_connected() ? 0 : 1);
-  components_.publishing->offer_health(report_.health, result.counters);
+  components_.publishing->offer_health(report_.health, result.counters, result.rig);
   components_.publishing->offer(result, exposed_ns);
 }
 
 void FrameProcessor::tell_health() {
   if (components_.publishing) {
-    components_.publishing->offer_health(report_.health, progressed_.get().counters);
+    components_.publishing->offer_health(report_.health, progressed_.get().counters, progressed_.get().rig);
   }
 }
 

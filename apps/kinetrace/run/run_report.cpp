@@ -146,7 +146,8 @@ void RunReport::finish(const GuardedCamera& camera, const Processed& processed, 
     summary_.rig = processed.rig;
     if (processed.rig.verdict == RigVerdict::kOff) {
       summary_.warnings.push_back("the calibration is " + rig_text(processed.rig, geometry_) +
-                                  "; calibrate again, or set calibration.refine: on");
+                                  "; calibrate again, set calibration.refine: on, or start with what "
+                                  "--save-calibration writes");
     }
   }
   const hal::CameraCounters& counted = camera.camera->counters();

@@ -132,7 +132,7 @@ Status RunSession::save_calibration() {
     return {};
   }
   const Result<hal::RigCalibration> corrected =
-      hal::corrected_rig(setup_.camera.calibration, setup_.config.rectification, rig.correction);
+      hal::corrected_rig(setup_.camera.calibration, setup_.config.rectification, rig.lasting());
   if (!corrected) {
     return Unexpected(corrected.error());
   }

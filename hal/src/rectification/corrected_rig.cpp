@@ -1,8 +1,29 @@
 // A calibration that holds what was found out about it.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
 #include "kinetrace/hal/rectifier.hpp"
 #include "rectification/rectification_plan.hpp"
 
 namespace kinetrace::hal {
+namespace {
+
+/// Another focal length that undistorts to the same pixels: coefficients are of powers of the normalised radius.
+CameraModel with_focal(CameraModel lens, double scale) {
+  lens.fx_px *= scale;
+  lens.fy_px *= scale;
+  // k1 k2 p1 p2 k3 k4 k5 k6, by OpenCV's order.
+  constexpr std::array<int, 8> kPowers{2, 4, 1, 1, 6, 2, 4, 6};
+  if (lens.lens == LensModel::kRadialTangential) {
+    for (std::size_t i = 0; i < std::min(lens.distortion.size(), kPowers.size()); ++i) {
+      lens.distortion[i] *= std::pow(scale, kPowers[i]);
+    }
+  }
+  return lens;
+}
+
+}  // namespace
 
 Result<RigCalibration> corrected_rig(const RigCalibration& calibration, const RectifierConfig& config,
                                      const RigCorrection& correction) {
@@ -16,6 +37,8 @@ Result<RigCalibration> corrected_rig(const RigCalibration& calibration, const Re
   const Eigen::Matrix3d R_raw_promised = plan->R_right.transpose() * so3_exp(-correction.turn_rad);
   corrected.T_right_left.rotation = R_raw_promised * plan->R_left;
   corrected.T_right_left.translation = -R_raw_promised * (plan->geometry.baseline_m * direction.normalized());
+  corrected.left = with_focal(corrected.left, 1.0 + correction.focal);
+  corrected.right = with_focal(corrected.right, 1.0 + correction.focal);
   corrected.right.cx_px -= correction.shift_rad * corrected.right.fx_px;
   return corrected;
 }

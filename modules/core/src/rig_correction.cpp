@@ -54,7 +54,7 @@ std::string_view to_string(RigVerdict verdict) noexcept {
 
 double depth_error_m(const StereoGeometry& geometry, const RigCorrection& correction, double depth_m) {
   const Eigen::Vector2d middle(geometry.cx_px, geometry.cy_px);
-  const double disparity_px = geometry.disparity_px(depth_m);
+  const double disparity_px = (1.0 + correction.focal) * geometry.disparity_px(depth_m);
   const double measured_px = disparity_px + middle.x() - correction.raw_right_px(geometry, middle, disparity_px).x();
   return measured_px > 0.0 ? geometry.depth_m(measured_px) - depth_m : std::numeric_limits<double>::infinity();
 }

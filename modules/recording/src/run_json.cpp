@@ -69,7 +69,10 @@ Json geometry_json(const StereoGeometry& geometry) {
 
 Json correction_json(const RigCorrection::Vector& value_rad) {
   const RigCorrection::Vector deg = 180.0 / std::numbers::pi * value_rad;
-  return {{"turn_deg", {deg[0], deg[1], deg[2]}}, {"baseline_deg", {deg[3], deg[4]}}, {"shift_deg", deg[5]}};
+  return {{"turn_deg", {deg[0], deg[1], deg[2]}},
+          {"baseline_deg", {deg[3], deg[4]}},
+          {"shift_deg", deg[RigCorrection::kShift]},
+          {"focal_percent", 100.0 * value_rad[RigCorrection::kFocal]}};
 }
 
 Json rig_json(const RigEstimate& rig, const StereoGeometry& geometry) {
@@ -84,6 +87,7 @@ Json rig_json(const RigEstimate& rig, const StereoGeometry& geometry) {
           {"applied", correction_json(rig.applied.vector())},
           {"disparity_error_px", rig.correction.disparity_error_rad() * geometry.fx_px},
           {"disparity_sigma_px", rig.disparity_sigma_rad * geometry.fx_px},
+          {"focal_judged", rig.judges_focal()},
           {"depth_errors", std::move(depths)},
           {"windows", rig.windows},
           {"knocks", rig.knocks}};

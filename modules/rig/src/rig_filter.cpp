@@ -9,14 +9,15 @@ namespace kinetrace::rig {
 namespace {
 
 constexpr int kN = RigCorrection::kSize;
-using Block = Eigen::Matrix<double, kN, kN>;
 
 // For how long a rig goes on changing as it does.
 constexpr double kRateLasts_s = 2.0;
 // Screws and glue: a hundredth of a pixel in a second at the usual focal lengths. The other one is a rig in somebody's
 // hands or in changing temperature: a pixel in a second.
-constexpr RigMotion kSteady{.rate_sigma_radps = 0.0, .random_walk_rad_per_root_s = 1e-5};
-constexpr RigMotion kDrifting{.rate_sigma_radps = 1.5e-3, .random_walk_rad_per_root_s = 3e-5};
+// Focal lengths: 20 to 50 millionths a kelvin, a kelvin in some seconds.
+constexpr RigMotion kSteady{.rate_sigma_radps = 0.0, .random_walk_rad_per_root_s = 1e-5, .focal_walk_per_root_s = 1e-5};
+constexpr RigMotion kDrifting{
+    .rate_sigma_radps = 1.5e-3, .random_walk_rad_per_root_s = 3e-5, .focal_walk_per_root_s = 1e-5};
 // Squared innovation over its expectation from which nobody expected it, and to which two surprises agree.
 constexpr double kSurprise = 6.0;
 constexpr double kAgree = 4.0;
@@ -31,10 +32,23 @@ constexpr double kMaxOdds = 8.0;
 
 }  // namespace
 
+RigCorrection::Vector RigMotion::rate_variance() const {
+  RigCorrection::Vector variance = RigCorrection::Vector::Constant(rate_sigma_radps * rate_sigma_radps);
+  variance[RigCorrection::kFocal] = 0.0;
+  return variance;
+}
+
+RigCorrection::Vector RigMotion::walk_variance() const {
+  RigCorrection::Vector variance =
+      RigCorrection::Vector::Constant(random_walk_rad_per_root_s * random_walk_rad_per_root_s);
+  variance[RigCorrection::kFocal] = focal_walk_per_root_s * focal_walk_per_root_s;
+  return variance;
+}
+
 RigKalmanFilter::RigKalmanFilter(const RigMotion& motion, const RigCorrection::Vector& prior_sigma_rad)
     : motion_(motion) {
   covariance_.diagonal().head<kN>() = prior_sigma_rad.array().square();
-  covariance_.diagonal().tail<kN>().setConstant(motion.rate_sigma_radps * motion.rate_sigma_radps);
+  covariance_.diagonal().tail<kN>() = motion.rate_variance();
 }
 
 void RigKalmanFilter::predict(double interval_s) {
@@ -44,12 +58,11 @@ void RigKalmanFilter::predict(double interval_s) {
   F.bottomRightCorner<kN, kN>().diagonal().setConstant(kept);
   state_ = F * state_;
   covariance_ = F * covariance_ * F.transpose();
-  const double rate = motion_.rate_sigma_radps * motion_.rate_sigma_radps * (1.0 - kept * kept);
-  const double walk = motion_.random_walk_rad_per_root_s * motion_.random_walk_rad_per_root_s * interval_s;
-  covariance_.diagonal().head<kN>().array() += walk + rate * interval_s * interval_s / 3.0;
-  covariance_.diagonal().tail<kN>().array() += rate;
-  covariance_.topRightCorner<kN, kN>().diagonal().array() += rate * interval_s / 2.0;
-  covariance_.bottomLeftCorner<kN, kN>().diagonal().array() += rate * interval_s / 2.0;
+  const RigCorrection::Vector rate = motion_.rate_variance() * (1.0 - kept * kept);
+  covariance_.diagonal().head<kN>() += motion_.walk_variance() * interval_s + rate * interval_s * interval_s / 3.0;
+  covariance_.diagonal().tail<kN>() += rate;
+  covariance_.topRightCorner<kN, kN>().diagonal() += rate * interval_s / 2.0;
+  covariance_.bottomLeftCorner<kN, kN>().diagonal() += rate * interval_s / 2.0;
 }
 
 RigKalmanFilter::Matrix RigKalmanFilter::observation(double interval_s) {
@@ -85,13 +98,18 @@ void RigKalmanFilter::update(const RigMeasurement& measured, double interval_s, 
 }
 
 void RigKalmanFilter::restart(const RigMeasurement& measured, double interval_s, double inflation) {
-  const Block unsure = Block::Identity() * (motion_.rate_sigma_radps * motion_.rate_sigma_radps);
+  constexpr int kMount = RigCorrection::kFocal;  // What a knock can change.
+  const RigCorrection::Vector rate = motion_.rate_variance();
+  const double focal = state_[kMount];
+  const double focal_variance = covariance_(kMount, kMount);
   state_.setZero();
-  state_.head<kN>() = measured.value.head<kN>();
+  state_.head<kMount>() = measured.value.head<kMount>();
+  state_[kMount] = focal;
   covariance_.setZero();
-  covariance_.topLeftCorner<kN, kN>() =
-      inflation * measured.covariance.topLeftCorner<kN, kN>() + interval_s * interval_s * unsure;
-  covariance_.bottomRightCorner<kN, kN>() = unsure;
+  covariance_.topLeftCorner<kMount, kMount>() = inflation * measured.covariance.topLeftCorner<kMount, kMount>();
+  covariance_(kMount, kMount) = focal_variance;
+  covariance_.diagonal().head<kN>() += interval_s * interval_s * rate;
+  covariance_.diagonal().tail<kN>() = rate;
 }
 
 void RigKalmanFilter::take_correction(const RigKalmanFilter& other) {

@@ -8,10 +8,16 @@
 
 namespace kinetrace::rig {
 
-/// How a rig may change: the deviation of its rate of change, which lasts for some seconds.
+/// How a rig may change: the deviation of its rate of change, which lasts for some seconds. Focal lengths do not turn
+/// with a mount; they have a random walk of their own.
 struct RigMotion {
   double rate_sigma_radps = 0.0;
   double random_walk_rad_per_root_s = 0.0;
+  double focal_walk_per_root_s = 0.0;
+
+  [[nodiscard]] RigCorrection::Vector rate_variance() const;
+  /// Of the random walk in a second.
+  [[nodiscard]] RigCorrection::Vector walk_variance() const;
 };
 
 /// Kalman filter over the correction and its rate of change, an Ornstein-Uhlenbeck process.
@@ -32,7 +38,7 @@ class RigKalmanFilter {
   };
   [[nodiscard]] Innovation innovation(const RigMeasurement& measured, double interval_s, double inflation) const;
   void update(const RigMeasurement& measured, double interval_s, double inflation);
-  /// Begins anew with what was measured.
+  /// Begins anew with what was measured, but for the focal length.
   void restart(const RigMeasurement& measured, double interval_s, double inflation);
   /// Takes over the other one's correction; its own belief about rates stays.
   void take_correction(const RigKalmanFilter& other);

@@ -19,9 +19,26 @@ struct SeenPoint {
   Eigen::Vector2f right_px{0.F, 0.F};
 };
 
+// Turning by less, a percent of focal length moves nothing by more than the .2 px that real lenses bend images by.
+constexpr double kMinTurn_rad = 0.05;
+
+/// How far the camera has turned about x and y while windows lasted: what shows a focal length.
+struct SeenTurns {
+  double sum_rad = 0.0;
+  double sum_rad2 = 0.0;
+
+  void add(double turn_rad) noexcept {
+    sum_rad += turn_rad;
+    sum_rad2 += turn_rad * turn_rad;
+  }
+  /// Of a window, each weighted as it counts: by its square, like its information. 0: never.
+  [[nodiscard]] double typical_rad() const noexcept { return sum_rad > 0.0 ? sum_rad2 / sum_rad : 0.0; }
+};
+
 /// Everything of some size, in the arena.
 struct RigRefinerStorage {
   RigFilter filter;
+  SeenTurns turns;
   std::span<SeenPoint> reference;  ///< By slot: what the window's first frame has seen; id 0 is nothing.
   std::size_t reference_count = 0;
   Se3 T_world_reference;
@@ -57,6 +74,9 @@ constexpr double kOff = 4.0;
 constexpr double kBentPerScatter_px = 0.08;
 constexpr double kBentInMean = 0.3;
 constexpr double kUsualDisparity_px = 20.0;
+// There they look like a focal length that is off by .003 over the turn in radians, ten times their .2 px over the
+// focal length.
+constexpr double kFocalPerBend = 10.0;
 // One pair of frames may be wrong.
 constexpr std::uint64_t kMinWindows = 2;
 // A change below this moves no feature; above the other, the window of bundle adjustment holds two geometries.
@@ -64,6 +84,7 @@ constexpr double kSmallChange_px = 0.015;
 constexpr double kLargeChange_px = 0.7;
 // A calibration that is off by less is as good as any.
 constexpr double kNoticeable_px = 0.1;
+constexpr double kNoticeableFocal = 0.002;  // Two tenths of a percent of every depth.
 // Where the estimate is worse than this, nothing can be said about the calibration.
 constexpr double kJudged_px = 0.15;
 
@@ -85,10 +106,23 @@ double distance_px(const StereoGeometry& g, const RigCorrection& a, const RigCor
   return most;
 }
 
-/// What does not average out. Where measurements scatter more than noise explains, the images are bent in a way that no
-/// turn of the camera does, and the estimate follows that.
-RigCorrection::Vector lasting_error_rad(const RefineConfig& config, double focal_px, double scatter) {
-  const double bent_px = kBentPerScatter_px * std::sqrt(scatter - 1.0);
+/// Where measurements scatter more than noise explains, the images are bent in a way that no turn of the camera does,
+/// and the estimate follows that.
+double bend_px(double scatter) {
+  return kBentPerScatter_px * std::sqrt(scatter - 1.0);
+}
+
+/// A turn shows a focal length by flow that grows with the square of the column; what is wrong with disparities over
+/// the image does so, too, however little the camera turns.
+double focal_error(const RefineConfig& config, double focal_px, double scatter, double turn_rad) {
+  return kFocalPerBend * (config.bias_px + bend_px(scatter)) / (focal_px * turn_rad);
+}
+
+/// What does not average out.
+RigCorrection::Vector lasting_error_rad(const RefineConfig& config, const StereoGeometry& geometry, double scatter,
+                                        double turn_rad) {
+  const double focal_px = geometry.fx_px;
+  const double bent_px = bend_px(scatter);
   // The mean over the image tells the turn about x and y, half its size that about z, disparities the baseline.
   const double mean_rad = (config.bias_px + kBentInMean * bent_px) / focal_px;
   const double edge_rad = (config.bias_px + bent_px) / (0.5 * focal_px);
@@ -96,16 +130,20 @@ RigCorrection::Vector lasting_error_rad(const RefineConfig& config, double focal
   RigCorrection::Vector error;
   // A shift and a turn about y differ by the square of the column alone, which any bent lens does, too.
   const double shift_rad = 2.0 * mean_rad + bent_px / (0.15 * focal_px);
-  error << mean_rad, mean_rad, edge_rad, disparity_rad, 2.0 * disparity_rad, shift_rad;
+  constexpr double kNothingKnown = 1.0;
+  const double focal = turn_rad > 0.0 ? focal_error(config, focal_px, scatter, turn_rad) : kNothingKnown;
+  error << mean_rad, mean_rad, edge_rad, disparity_rad, 2.0 * disparity_rad, shift_rad, focal;
   return error;
 }
 
 /// Glass does not move as far as a mount turns.
 RigCorrection::Vector prior_sigma_rad(const RefineConfig& config) {
   constexpr double kShift = 0.01;
+  constexpr double kFocal = 0.01;
   const double turn_rad = config.prior_sigma_deg * std::numbers::pi / 180.0;
   RigCorrection::Vector sigma = RigCorrection::Vector::Constant(turn_rad);
-  sigma[5] = kShift * turn_rad;
+  sigma[RigCorrection::kShift] = kShift * turn_rad;
+  sigma[RigCorrection::kFocal] = kFocal;
   return sigma;
 }
 
@@ -116,7 +154,7 @@ using Flags = std::bitset<RigCorrection::kSize>;
 /// calibration any more. `found`, if not null, gains those that are off, given what is left of the angles before them.
 RigCorrection::Vector surely_known(RigCorrection::Vector value, RigCorrection::Matrix covariance,
                                    const RigCorrection::Vector& lasting_rad, const Flags& off, Flags* found = nullptr) {
-  constexpr std::array<int, RigCorrection::kSize> kOrder{5, 4, 3, 2, 0, 1};
+  constexpr std::array<int, RigCorrection::kSize> kOrder{RigCorrection::kFocal, RigCorrection::kShift, 4, 3, 2, 0, 1};
   for (const int i : kOrder) {
     const double variance = covariance(i, i) + lasting_rad[i] * lasting_rad[i];
     if (found != nullptr && std::abs(value[i]) > kOff * std::sqrt(variance)) {
@@ -194,7 +232,7 @@ void RigRefiner::begin_frame(std::int64_t timestamp_ns) {
     return;
   }
   // The rig itself changes, too.
-  const RigCorrection target = surely_known_now();
+  const RigCorrection target = to_apply();
   if (distance_px(geometry_, target, estimate_.applied) > kSmallChange_px) {
     estimate_.applied = target;
   }
@@ -202,13 +240,19 @@ void RigRefiner::begin_frame(std::int64_t timestamp_ns) {
 
 RigCorrection RigRefiner::surely_known_now() const {
   const RigFilter& filter = storage_->filter;
-  return RigCorrection::from(surely_known(filter.correction(), filter.covariance(),
-                                          lasting_error_rad(config_, geometry_.fx_px, filter.scatter()),
-                                          storage_->off));
+  return RigCorrection::from(surely_known(
+      filter.correction(), filter.covariance(),
+      lasting_error_rad(config_, geometry_, filter.scatter(), storage_->turns.typical_rad()), storage_->off));
+}
+
+RigCorrection RigRefiner::to_apply() const {
+  RigCorrection target = surely_known_now();
+  target.focal = 0.0;
+  return target;
 }
 
 void RigRefiner::revise() {
-  const RigCorrection target = surely_known_now();
+  const RigCorrection target = to_apply();
   if (config_.mode == RefineMode::kOn && distance_px(geometry_, target, estimate_.applied) > kSmallChange_px) {
     pending_ = target;
   }
@@ -301,17 +345,33 @@ void RigRefiner::observe(std::span<const RigObservation> observations, const Se3
 
 void RigRefiner::measure(std::span<const TwoViewPoint> points, const Se3& T_now_before, double window_s) {
   RigRefinerStorage& s = *storage_;
-  const RigMeasurement measured = calibrate_two_views(geometry_, points, T_now_before, s.filter.expected(window_s));
+  const double turn_rad = so3_log(T_now_before.rotation).head<2>().norm();
+  const bool focal_shown = turn_rad >= kMinTurn_rad;
+  RigMeasurement measured =
+      calibrate_two_views(geometry_, points, T_now_before, s.filter.expected(window_s), focal_shown);
   if (measured.valid && measured.points >= static_cast<int>(kMinPoints) / 2) {
+    if (focal_shown) {
+      add_focal_error(turn_rad, measured);
+    }
     s.filter.update(measured, window_s);
     publish();
     revise();
   }
 }
 
+void RigRefiner::add_focal_error(double turn_rad, RigMeasurement& measured) {
+  storage_->turns.add(turn_rad);
+  // What is known of the others given the focal length stays as it is.
+  constexpr int kFocal = RigCorrection::kFocal;
+  const RigMeasurement::Vector along = measured.covariance.col(kFocal) / measured.covariance(kFocal, kFocal);
+  const double error = focal_error(config_, geometry_.fx_px, storage_->filter.scatter(), turn_rad);
+  measured.covariance += error * error * along * along.transpose();
+}
+
 void RigRefiner::publish() {
   const RigFilter& filter = storage_->filter;
-  const RigCorrection::Vector lasting_rad = lasting_error_rad(config_, geometry_.fx_px, storage_->filter.scatter());
+  const RigCorrection::Vector lasting_rad =
+      lasting_error_rad(config_, geometry_, filter.scatter(), storage_->turns.typical_rad());
   const RigCorrection::Vector value = filter.correction();
   estimate_.correction = RigCorrection::from(value);
   estimate_.sigma_rad = (filter.covariance().diagonal().array() + lasting_rad.array().square()).sqrt();
@@ -322,18 +382,21 @@ void RigRefiner::publish() {
   }
   // At the image's middle a turn about y and a shift look the same.
   RigCorrection::Vector both = RigCorrection::Vector::Zero();
-  both[1] = both[5] = 1.0;
+  both[1] = both[RigCorrection::kShift] = 1.0;
   estimate_.disparity_sigma_rad = std::sqrt(both.dot(filter.covariance() * both) + lasting_rad[1] * lasting_rad[1]);
   estimate_.windows = filter.updates();
   estimate_.knocks = filter.knocks();
   const double yaw_sigma_px = estimate_.disparity_sigma_rad * geometry_.fx_px;
-  const bool is_off = distance_px(geometry_, surely_known_now(), {}) > kNoticeable_px;
+  const RigCorrection known = surely_known_now();
+  estimate_.known_focal = known.focal;
+  const bool is_turned = distance_px(geometry_, known, {}) > kNoticeable_px;
+  const bool is_off = is_turned || std::abs(known.focal) > kNoticeableFocal;
   if (estimate_.windows == 0 || (!is_off && yaw_sigma_px > kJudged_px)) {
     estimate_.verdict = RigVerdict::kUnknown;
   } else if (!is_off) {
     estimate_.verdict = RigVerdict::kHolds;
   } else {
-    estimate_.verdict = config_.mode == RefineMode::kOn ? RigVerdict::kCorrected : RigVerdict::kOff;
+    estimate_.verdict = is_turned && config_.mode == RefineMode::kOn ? RigVerdict::kCorrected : RigVerdict::kOff;
   }
 }
 

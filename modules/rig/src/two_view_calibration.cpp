@@ -35,7 +35,12 @@ constexpr double kMatchOfPoint_px = 0.12;
 // Weak knowledge that keeps the system solvable where points tell nothing at all: nobody mounts cameras like that.
 constexpr double kLoose_rad = 0.2;
 constexpr double kLooseShift_rad = 0.0002;
+constexpr double kLooseFocal = 0.03;
+constexpr double kHeldFocal = 1e-6;
+constexpr double kNothingKnown = 1.0;
 constexpr double kLooseChange_rad = 0.01;
+// A focal length follows the temperature: 1e-5 of it within a window would be a kelvin a second.
+constexpr double kFocalChange = 1e-5;
 
 using RowVector = Eigen::Matrix<double, kRows, 1>;
 /// Of the rows of one axis: left before, right before, left now, right now.
@@ -80,7 +85,9 @@ Eigen::Matrix<double, kRows, kColumns> whitened(const Whitening& whitening,
 /// One stereo frame's view of a point in the left camera's frame.
 struct StereoView {
   StereoView(const StereoGeometry& geometry, const RigCorrection& correction)
-      : g(geometry), R_right_left(so3_exp(-correction.turn_rad)) {
+      : g(geometry), R_right_left(so3_exp(-correction.turn_rad)), per_focal(1.0 / (1.0 + correction.focal)) {
+    g.fx_px *= 1.0 + correction.focal;
+    g.fy_px *= 1.0 + correction.focal;
     const Vector3 direction(1.0, correction.baseline_rad.x(), correction.baseline_rad.y());
     centre_m = g.baseline_m * direction.normalized();
     shift_px = {correction.shift_rad * g.fx_px, 0.0};
@@ -89,7 +96,7 @@ struct StereoView {
   struct Linearised {
     Eigen::Vector4d predicted_px;
     Eigen::Matrix<double, 4, 3> by_point;
-    Eigen::Matrix<double, 2, RigCorrection::kSize> right_by_correction;
+    Eigen::Matrix<double, 4, RigCorrection::kSize> by_correction;
   };
   [[nodiscard]] Eigen::Matrix<double, 2, 3> by_point(const Vector3& p) const {
     Eigen::Matrix<double, 2, 3> J;
@@ -106,14 +113,18 @@ struct StereoView {
     Linearised out;
     out.predicted_px << pixel(p_left), pixel(p_right) - shift_px;
     out.by_point << by_point(p_left), J_right * R_right_left;
-    out.right_by_correction << J_right * skew(p_right), -g.baseline_m * J_right * R_right_left.rightCols<2>(),
-        Eigen::Vector2d(-g.fx_px, 0.0);
+    out.by_correction.setZero();
+    out.by_correction.bottomLeftCorner<2, RigCorrection::kFocal>() << J_right * skew(p_right),
+        -g.baseline_m * J_right * R_right_left.rightCols<2>(), Eigen::Vector2d(-g.fx_px, 0.0);
+    out.by_correction.col(RigCorrection::kFocal) =
+        per_focal * (out.predicted_px - Eigen::Vector4d(g.cx_px, g.cy_px, g.cx_px, g.cy_px));
     return out;
   }
 
   StereoGeometry g;
   Matrix3 R_right_left;
   Vector3 centre_m;
+  double per_focal;
   Eigen::Vector2d shift_px;
 };
 
@@ -243,9 +254,9 @@ class TwoViewSystem {
     Eigen::Matrix<double, kRows, kShared> J = Eigen::Matrix<double, kRows, kShared>::Zero();
     J.block<4, 3>(4, 0) = -b.by_point * skew(p_now);
     J.block<4, 3>(4, 3) = b.by_point;
-    J.block<2, kRig>(2, kMotion) = a.right_by_correction;
-    J.block<2, kRig>(2, kMotion + kRig) = -a.right_by_correction;
-    J.block<2, kRig>(6, kMotion) = b.right_by_correction;
+    J.block<4, kRig>(0, kMotion) = a.by_correction;
+    J.block<4, kRig>(0, kMotion + kRig) = -a.by_correction;
+    J.block<4, kRig>(4, kMotion) = b.by_correction;
     return J;
   }
 
@@ -254,33 +265,45 @@ class TwoViewSystem {
   StereoView now_;
 };
 
+/// What is expected before the points are looked at.
+struct Loosely {
+  Loosely(const RigMeasurement::Vector& start, bool focal_shown) {
+    expected[RigCorrection::kFocal] = start[RigCorrection::kFocal];
+    sigma.head<RigCorrection::kSize>().setConstant(kLoose_rad);
+    sigma.tail<RigCorrection::kSize>().setConstant(kLooseChange_rad);
+    sigma[RigCorrection::kShift] = kLooseShift_rad;
+    sigma[RigCorrection::kFocal] = focal_shown ? kLooseFocal : kHeldFocal;
+    sigma[RigCorrection::kSize + RigCorrection::kFocal] = kFocalChange;
+  }
+
+  RigMeasurement::Vector expected = RigMeasurement::Vector::Zero();
+  RigMeasurement::Vector sigma;
+};
+
 NormalEquations linearise(const StereoGeometry& geometry, std::span<const TwoViewPoint> points, const Shared& shared,
-                          const Whitening& whitening) {
+                          const Whitening& whitening, const Loosely& loosely) {
   NormalEquations sums;
   const TwoViewSystem system(geometry, shared);
   for (const TwoViewPoint& point : points) {
     system.add(point, whitening, sums);
   }
-  RigMeasurement::Vector loose_rad;
-  loose_rad.head<RigCorrection::kSize>().setConstant(kLoose_rad);
-  loose_rad.tail<RigCorrection::kSize>().setConstant(kLooseChange_rad);
-  loose_rad[RigCorrection::kSize - 1] = kLooseShift_rad;
-  const RigMeasurement::Vector weight = loose_rad.array().square().inverse();
+  const RigMeasurement::Vector weight = loosely.sigma.array().square().inverse();
   sums.hessian.diagonal().tail<RigMeasurement::kSize>() += weight;
-  sums.gradient.tail<RigMeasurement::kSize>() -= weight.cwiseProduct(shared.rig);
+  sums.gradient.tail<RigMeasurement::kSize>() -= weight.cwiseProduct(shared.rig - loosely.expected);
   return sums;
 }
 
 }  // namespace
 
 RigMeasurement calibrate_two_views(const StereoGeometry& geometry, std::span<const TwoViewPoint> points,
-                                   const Se3& T_now_before, const RigMeasurement::Vector& start) {
+                                   const Se3& T_now_before, const RigMeasurement::Vector& start, bool focal_shown) {
   const Whitening whitening = make_whitening();
+  const Loosely loosely(start, focal_shown);
   Shared shared{T_now_before, start};
   RigMeasurement out;
   NormalEquations sums;
   for (int i = 0; i < kMaxIterations; ++i) {
-    sums = linearise(geometry, points, shared, whitening);
+    sums = linearise(geometry, points, shared, whitening, loosely);
     const SharedVector step = sums.hessian.ldlt().solve(sums.gradient);
     if (!step.allFinite()) {
       return out;
@@ -297,6 +320,9 @@ RigMeasurement calibrate_two_views(const StereoGeometry& geometry, std::span<con
   const SharedMatrix inverse = sums.hessian.ldlt().solve(SharedMatrix::Identity());
   out.covariance = inverse.bottomRightCorner<RigMeasurement::kSize, RigMeasurement::kSize>() *
                    std::max(1.0, out.misfit * out.misfit);
+  if (!focal_shown) {
+    out.covariance(RigCorrection::kFocal, RigCorrection::kFocal) = kNothingKnown;
+  }
   out.valid = out.covariance.allFinite() && out.value.allFinite();
   return out;
 }

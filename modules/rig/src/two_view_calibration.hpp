@@ -36,8 +36,11 @@ struct RigMeasurement {
 /// Bundle adjustment of two frames, points and the right camera's pose, which may differ between the frames. A point's
 /// error of matching stays with it from frame to frame, so that it counts once, however often it is seen: what tells of
 /// the pose is how depth by stereo and depth by motion differ over points at many depths. `start` are first guesses of
-/// the measurement, `T_now_before` of the motion. Robust against points that move by themselves (Cauchy loss).
+/// the measurement, `T_now_before` of the motion. Robust against points that move by themselves (Cauchy loss). Where
+/// the focal length is not `focal_shown`, because the camera has not turned, it stays as in `start`, and the
+/// measurement says nothing of it.
 [[nodiscard]] RigMeasurement calibrate_two_views(const StereoGeometry& geometry, std::span<const TwoViewPoint> points,
-                                                 const Se3& T_now_before, const RigMeasurement::Vector& start);
+                                                 const Se3& T_now_before, const RigMeasurement::Vector& start,
+                                                 bool focal_shown);
 
 }  // namespace kinetrace::rig

@@ -16,7 +16,8 @@ constexpr double kDegree_rad = M_PI / 180.0;
 const StereoGeometry kRig = test::street_rig();
 
 RigCorrection off() {
-  return {kDegree_rad * Eigen::Vector3d(0.3, -0.4, 0.2), kDegree_rad * Eigen::Vector2d(0.3, -0.2), 0.05 * kDegree_rad};
+  return {kDegree_rad * Eigen::Vector3d(0.3, -0.4, 0.2), kDegree_rad * Eigen::Vector2d(0.3, -0.2), 0.05 * kDegree_rad,
+          0.0};
 }
 
 // From the definition.
@@ -63,6 +64,12 @@ TEST(DepthError, GrowsWithTheSquareOfDepthAndHasASign) {
   RigCorrection left;
   left.turn_rad.y() = -20.0 / kRig.fx_px;
   EXPECT_EQ(depth_error_m(kRig, left, 50.0), std::numeric_limits<double>::infinity());
+}
+
+TEST(DepthError, IsTheFocalLengthsPartOfTheDepth) {
+  RigCorrection longer;
+  longer.focal = 0.01;
+  EXPECT_NEAR(depth_error_m(kRig, longer, 20.0), -0.2, 0.003);
 }
 
 TEST(RigVerdict, HasNames) {

@@ -89,6 +89,26 @@ TEST(RigFilter, AKnockIsTakenOnceTwoWindowsAgree) {
   EXPECT_NEAR(filter.correction()[1], after.turn_rad.y(), 5.0 * kSigma_rad);
 }
 
+TEST(RigFilter, AKnockLeavesTheFocalLength) {
+  Measuring measure;
+  RigFilter filter = fresh();
+  const RigCorrection before = turned(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.01);
+  for (int i = 0; i < 12; ++i) {
+    step(filter, measure(before, before));
+  }
+  const double known = filter.correction()[RigCorrection::kFocal];
+  // Not shown in the windows after the knock.
+  const auto knocked = [&measure] {
+    RigMeasurement measured = measure(turned(0.3, 0.3, -0.2), turned(0.3, 0.3, -0.2));
+    measured.covariance(RigCorrection::kFocal, RigCorrection::kFocal) = 1.0;
+    return measured;
+  };
+  step(filter, knocked());
+  step(filter, knocked());
+  EXPECT_EQ(filter.knocks(), 1U);
+  EXPECT_NEAR(filter.correction()[RigCorrection::kFocal], known, 1e-5);
+}
+
 TEST(RigFilter, OneWrongMeasurementIsForgotten) {
   Measuring measure;
   RigFilter filter = fresh();

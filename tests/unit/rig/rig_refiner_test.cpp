@@ -1,5 +1,6 @@
 #include "kinetrace/rig/rig_refiner.hpp"
 
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -29,16 +30,17 @@ class Drive {
 
   [[nodiscard]] RigRefiner& refiner() { return refiner_; }
 
-  /// One frame of a rig that stands like this; the camera goes on by `step_m` first.
-  void frame(const RigCorrection& rig, double step_m) {
+  /// One frame of a rig that stands like this; the camera goes on by `step_m` first, and looks to the right by this.
+  void frame(const RigCorrection& rig, double step_m, double heading_rad = 0.0) {
     time_ns_ += 100'000'000;
     z_m_ += step_m;
     refiner_.begin_frame(time_ns_);
     const StereoGeometry g = test::street_rig();
     const RigChange corrected(g, {}, refiner_.correction());
+    const Se3 T_world_cam{so3_exp({0.0, heading_rad, 0.0}), {0.0, 0.0, z_m_}};
     std::vector<RigObservation> seen;
     for (std::size_t i = 0; i < kPoints; ++i) {
-      const Eigen::Vector3d p = points_[i] - Eigen::Vector3d(0.0, 0.0, z_m_);
+      const Eigen::Vector3d p = T_world_cam.inverse() * points_[i];
       if (p.z() < 4.0) {
         renew(i);
         continue;
@@ -50,7 +52,7 @@ class Drive {
       const Eigen::Vector2d left = both.left_px + Eigen::Vector2d(street_.noise(0.05), street_.noise(0.05));
       seen.push_back({ids_[i], static_cast<std::uint16_t>(i), left.cast<float>(), right.cast<float>()});
     }
-    refiner_.observe(seen, Se3{Eigen::Matrix3d::Identity(), {0.0, 0.0, z_m_}});
+    refiner_.observe(seen, T_world_cam);
   }
 
  private:
@@ -149,6 +151,29 @@ TEST(RigRefiner, AKnockIsFoundAndCorrectedWithinTwoSeconds) {
   EXPECT_EQ(drive.refiner().estimate().knocks, 1U);
   const RigCorrection::Vector error = drive.refiner().correction().vector() - knocked.vector();
   EXPECT_LT(std::abs(error[1] + error[5]) * test::street_rig().fx_px, 0.15);
+}
+
+TEST(RigRefiner, AHeadThatTurnsShowsTheFocalLength) {
+  Drive drive({});
+  for (int i = 0; i < 150; ++i) {
+    drive.frame(turned(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.02), 0.4, 0.3 * std::sin(0.5 * i));
+    EXPECT_EQ(drive.refiner().correction().focal, 0.0) << "the world would be stretched while it is mapped";
+  }
+  const RigEstimate& found = drive.refiner().estimate();
+  EXPECT_TRUE(found.judges_focal());
+  EXPECT_NEAR(found.correction.focal, 0.02, 3.0 * found.sigma_rad[RigCorrection::kFocal]);
+  EXPECT_GT(found.known_focal, 0.01);
+  EXPECT_EQ(found.verdict, RigVerdict::kOff);
+}
+
+TEST(RigRefiner, StraightAheadNothingIsSaidOfTheFocalLength) {
+  Drive drive({});
+  for (int i = 0; i < 100; ++i) {
+    drive.frame(turned(0.1, 0.2, 0.0, 0.0, 0.0, 0.0, 0.02), 0.7);
+  }
+  EXPECT_FALSE(drive.refiner().estimate().judges_focal());
+  EXPECT_EQ(drive.refiner().estimate().known_focal, 0.0);
+  EXPECT_EQ(drive.refiner().estimate().verdict, RigVerdict::kCorrected);
 }
 
 TEST(RigRefiner, TheSameFramesGiveTheSameBits) {

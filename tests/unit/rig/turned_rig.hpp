@@ -16,9 +16,9 @@ namespace kinetrace::test {
 constexpr double kDegree_rad = 0.017453292519943295;
 
 [[nodiscard]] inline RigCorrection turned(double pitch_deg, double yaw_deg, double roll_deg, double down_deg = 0.0,
-                                          double forward_deg = 0.0, double shift_deg = 0.0) {
+                                          double forward_deg = 0.0, double shift_deg = 0.0, double focal = 0.0) {
   return {kDegree_rad * Eigen::Vector3d(pitch_deg, yaw_deg, roll_deg),
-          kDegree_rad * Eigen::Vector2d(down_deg, forward_deg), kDegree_rad * shift_deg};
+          kDegree_rad * Eigen::Vector2d(down_deg, forward_deg), kDegree_rad * shift_deg, focal};
 }
 
 /// What the two cameras see, written out from the definition of RigCorrection. Right pixels as the camera gives them.
@@ -27,12 +27,13 @@ struct SeenByBoth {
   Eigen::Vector2d right_px;
 };
 [[nodiscard]] inline SeenByBoth see(const StereoGeometry& g, const RigCorrection& rig, const Eigen::Vector3d& p_left) {
-  const auto pixel = [&g](const Eigen::Vector3d& p) {
-    return Eigen::Vector2d(g.fx_px * p.x() / p.z() + g.cx_px, g.fy_px * p.y() / p.z() + g.cy_px);
+  const double scale = 1.0 + rig.focal;
+  const auto pixel = [&g, scale](const Eigen::Vector3d& p) {
+    return Eigen::Vector2d(scale * g.fx_px * p.x() / p.z() + g.cx_px, scale * g.fy_px * p.y() / p.z() + g.cy_px);
   };
   const Eigen::Vector3d direction(1.0, rig.baseline_rad.x(), rig.baseline_rad.y());
   const Eigen::Vector3d p_right = so3_exp(-rig.turn_rad) * (p_left - g.baseline_m * direction.normalized());
-  return {pixel(p_left), pixel(p_right) - Eigen::Vector2d(g.fx_px * rig.shift_rad, 0.0)};
+  return {pixel(p_left), pixel(p_right) - Eigen::Vector2d(scale * g.fx_px * rig.shift_rad, 0.0)};
 }
 
 /// Points at rest before a camera that drives: houses on both sides, a road below, sky above left out.

@@ -45,8 +45,9 @@ std::vector<TwoViewPoint> drive(const Drive& d, int count, std::uint32_t seed) {
   return points;
 }
 
-RigMeasurement calibrate(const Drive& d, int count = 160, std::uint32_t seed = 1) {
-  return calibrate_two_views(test::street_rig(), drive(d, count, seed), d.T_now_before, RigMeasurement::Vector::Zero());
+RigMeasurement calibrate(const Drive& d, int count = 160, std::uint32_t seed = 1, bool focal_shown = false) {
+  return calibrate_two_views(test::street_rig(), drive(d, count, seed), d.T_now_before, RigMeasurement::Vector::Zero(),
+                             focal_shown);
 }
 
 TEST(TwoViewCalibration, FindsHowTheRightCameraStands) {
@@ -102,6 +103,40 @@ TEST(TwoViewCalibration, ItsSigmasAreHonestWhereErrorsStayWithTheirPoints) {
   }
 }
 
+TEST(TwoViewCalibration, ATurnShowsTheFocalLength) {
+  constexpr int kRuns = 40;
+  Drive d;
+  d.T_now_before = {so3_exp({0.01, 0.16, 0.0}), {0.02, -0.01, -1.9}};
+  d.before = d.now = turned(0.1, 0.2, 0.0, 0.0, 0.0, 0.0, 0.01);
+  const RigMeasurement exact = calibrate(d, 160, 1, true);
+  ASSERT_TRUE(exact.valid);
+  EXPECT_NEAR(exact.value[RigCorrection::kFocal], 0.01, 0.0002);
+  EXPECT_NEAR(exact.value[1], d.now.turn_rad.y(), 0.001 * kDegree_rad);
+  d.follow_px = 0.12;
+  d.match_px = 0.12;
+  double squared = 0.0;
+  for (std::uint32_t seed = 1; seed <= kRuns; ++seed) {
+    const RigMeasurement found = calibrate(d, 160, seed, true);
+    const double variance = found.covariance(RigCorrection::kFocal, RigCorrection::kFocal);
+    EXPECT_LT(variance, 0.005 * 0.005);
+    squared += (found.value[RigCorrection::kFocal] - 0.01) * (found.value[RigCorrection::kFocal] - 0.01) / variance;
+  }
+  EXPECT_GT(squared / kRuns, 0.3);
+  EXPECT_LT(squared / kRuns, 2.0);
+}
+
+// Straight ahead a longer focal length is the same as a deeper scene.
+TEST(TwoViewCalibration, AFocalLengthThatIsNotShownStays) {
+  Drive d;
+  d.before = d.now = turned(0.1, 0.2, 0.0, 0.0, 0.0, 0.0, 0.01);
+  const RigMeasurement found = calibrate(d);
+  ASSERT_TRUE(found.valid);
+  EXPECT_NEAR(found.value[RigCorrection::kFocal], 0.0, 1e-6);
+  EXPECT_GE(found.covariance(RigCorrection::kFocal, RigCorrection::kFocal), 1.0);
+  EXPECT_NEAR(found.value[0], d.now.turn_rad.x(), 0.003 * kDegree_rad);
+  EXPECT_NEAR(found.value[1] + found.value[5], d.now.turn_rad.y(), 0.003 * kDegree_rad);
+}
+
 TEST(TwoViewCalibration, PointsThatMoveByThemselvesHaveNoSay) {
   Drive d;
   d.before = d.now = turned(0.1, 0.2, 0.0);
@@ -126,13 +161,15 @@ TEST(TwoViewCalibration, WithoutMotionItDoesNotPretendToKnowTheYaw) {
 }
 
 TEST(TwoViewCalibration, SurvivesWhatIsNoView) {
-  EXPECT_NO_THROW(static_cast<void>(calibrate_two_views(test::street_rig(), {}, {}, RigMeasurement::Vector::Zero())));
+  EXPECT_NO_THROW(
+      static_cast<void>(calibrate_two_views(test::street_rig(), {}, {}, RigMeasurement::Vector::Zero(), true)));
   std::vector<TwoViewPoint> points(60);
   for (TwoViewPoint& point : points) {
     point.left_before_px = point.right_before_px = point.left_px = point.right_px = {600.F, 170.F};
   }
   points[3].right_px = {std::nanf(""), 5.F};
-  const RigMeasurement found = calibrate_two_views(test::street_rig(), points, {}, RigMeasurement::Vector::Zero());
+  const RigMeasurement found =
+      calibrate_two_views(test::street_rig(), points, {}, RigMeasurement::Vector::Zero(), true);
   EXPECT_TRUE(!found.valid || found.value.allFinite());
 }
 

@@ -1,6 +1,28 @@
 #include "camera/rig_calibrator.hpp"
 
 namespace kinetrace::pipeline {
+namespace {
+
+bool tells_of_rig(const Feature& feature) {
+  return feature.body == kBackgroundLabel && feature.has_right();
+}
+
+/// A pose that most of what has been followed disagrees with is no judge of it: where the calibration is far off, a few
+/// features agree on anything.
+bool pose_is_agreed(const FeatureFrame& frame, const sfm::BodyReconstruction& background) {
+  constexpr int kFollowed_frames = 2;
+  std::size_t followed = 0;
+  std::size_t agreed = 0;
+  for (const Feature& feature : frame.features) {
+    if (tells_of_rig(feature) && feature.age_frames >= kFollowed_frames) {
+      ++followed;
+      agreed += background.agreed(feature) ? 1 : 0;
+    }
+  }
+  return 2 * agreed >= followed;
+}
+
+}  // namespace
 
 std::size_t RigCalibrator::required_bytes(const PipelineConfig& config) {
   if (config.calibration.mode == rig::RefineMode::kOff) {
@@ -55,9 +77,10 @@ void RigCalibrator::observe(const FeatureFrame& frame, const CameraTracker& came
     refiner_->forget_scene();
     return;
   }
+  const bool trusts_pose = pose_is_agreed(frame, camera.background());
   observations_.clear();
   for (const Feature& feature : frame.features) {
-    if (feature.body == kBackgroundLabel && feature.has_right() && camera.background().agreed(feature)) {
+    if (tells_of_rig(feature) && (!trusts_pose || camera.background().agreed(feature))) {
       const float right_row_px = 2.F * feature.v_px - feature.left_px.y();
       static_cast<void>(
           observations_.push_back({feature.id, feature.slot, feature.left_px, {feature.u_right_px, right_row_px}}));

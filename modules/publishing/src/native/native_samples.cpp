@@ -34,6 +34,18 @@ ObjectResult object_of(const kinetrace_TrackedObject& message) noexcept {
   return object;
 }
 
+RigEstimate rig_of(const kinetrace_CalibrationEstimate& message) {
+  using Vector = Eigen::Map<const RigCorrection::Vector>;
+  RigEstimate rig;
+  rig.verdict = rig_verdict(message.verdict);
+  rig.correction = RigCorrection::from(Vector(message.estimate));
+  rig.sigma_rad = Vector(message.sigma);
+  rig.applied = RigCorrection::from(Vector(message.applied));
+  rig.windows = message.windows;
+  rig.knocks = message.knocks;
+  return rig;
+}
+
 }  // namespace
 
 void tell(const kinetrace_CameraPose& message, ResultListener& listener) {
@@ -71,7 +83,8 @@ void tell(const kinetrace_Health& message, ResultListener& listener) {
                    return ReceivedCounter{c.name, c.value};
                  });
   listener.receive(ReceivedHealth{message.device, message.frame, health_state(message.state), message.camera,
-                                  std::span(reasons).first(reason_count), std::span(counters).first(counter_count)});
+                                  std::span(reasons).first(reason_count), std::span(counters).first(counter_count),
+                                  rig_of(message.calibration)});
 }
 
 void tell(const kinetrace_Calibration& message, ResultListener& listener) {

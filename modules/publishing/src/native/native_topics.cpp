@@ -48,6 +48,23 @@ kinetrace_TrackedObject tracked_object(const ObjectResult& object) noexcept {
   return out;
 }
 
+kinetrace_CalibrationEstimate calibration_estimate(const RigEstimate& rig, const StereoGeometry& geometry) {
+  kinetrace_CalibrationEstimate out{};
+  out.verdict = to_wire(rig.verdict);
+  Eigen::Map<RigCorrection::Vector>(out.estimate) = rig.correction.vector();
+  Eigen::Map<RigCorrection::Vector>(out.sigma) = rig.sigma_rad;
+  Eigen::Map<RigCorrection::Vector>(out.applied) = rig.applied.vector();
+  out.disparity_error_px = rig.correction.disparity_error_rad() * geometry.fx_px;
+  out.disparity_sigma_px = rig.disparity_sigma_rad * geometry.fx_px;
+  for (std::size_t i = 0; i < kReportedDepths_m.size(); ++i) {
+    out.depth_m[i] = kReportedDepths_m.at(i);
+    out.depth_error_m[i] = depth_error_m(geometry, rig.correction, kReportedDepths_m.at(i));
+  }
+  out.windows = rig.windows;
+  out.knocks = rig.knocks;
+  return out;
+}
+
 }  // namespace
 
 NativeBuffers::NativeBuffers(const PublishConfig& config, Arena& arena) {
@@ -62,9 +79,9 @@ NativeBuffers::NativeBuffers(const PublishConfig& config, Arena& arena) {
   counters = arena.take<kinetrace_Counter>(kFrameCounterNames.size() + kPublishCounterNames.size());
 }
 
-Result<NativeTopics> NativeTopics::create(const PublishConfig& config, const NativeBuffers& buffers,
-                                          dds_entity_t participant) {
-  NativeTopics made(config, buffers);
+Result<NativeTopics> NativeTopics::create(const PublishConfig& config, const StereoGeometry& geometry,
+                                          const NativeBuffers& buffers, dds_entity_t participant) {
+  NativeTopics made(config, geometry, buffers);
   const TopicQos newest{.depth = 1};
   const TopicQos pieces{.depth = 8};
   const TopicQos all{.depth = 64};
@@ -194,6 +211,7 @@ void NativeTopics::publish(const PublishedHealth& health, const PublishCounters&
   for (const auto& [name, member] : kPublishCounterNames) {
     add_counter(name, sent.*member);
   }
+  message.calibration = calibration_estimate(health.rig, geometry_);
   show(message.reasons, buffers_.reasons.first(reasons));
   show(message.counters, buffers_.counters.first(counters));
   outbox.write(health_, &message,

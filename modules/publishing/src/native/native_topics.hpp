@@ -31,8 +31,8 @@ struct NativeBuffers {
 class NativeTopics {
  public:
   /// Errors: kIo.
-  [[nodiscard]] static Result<NativeTopics> create(const PublishConfig& config, const NativeBuffers& buffers,
-                                                   dds_entity_t participant);
+  [[nodiscard]] static Result<NativeTopics> create(const PublishConfig& config, const StereoGeometry& geometry,
+                                                   const NativeBuffers& buffers, dds_entity_t participant);
 
   void publish(const StereoGeometry& geometry, Outbox& outbox) const;
   /// Pose and objects.
@@ -43,11 +43,13 @@ class NativeTopics {
   void publish(const TrajectoryPart& part, Outbox& outbox) const;
 
  private:
-  NativeTopics(const PublishConfig& config, const NativeBuffers& buffers) : device_(config.device), buffers_(buffers) {}
+  NativeTopics(const PublishConfig& config, const StereoGeometry& geometry, const NativeBuffers& buffers)
+      : device_(config.device), geometry_(geometry), buffers_(buffers) {}
   void publish_camera(const PublishedFrame& frame, const CameraMotion& motion, Outbox& outbox) const;
   void publish_objects(const PublishedFrame& frame, Outbox& outbox) const;
 
   std::string device_;
+  StereoGeometry geometry_;
   NativeBuffers buffers_;
   Writer camera_pose_;
   Writer objects_;

@@ -10,6 +10,7 @@
 #include "kinetrace.h"
 #include "kinetrace/core/body.hpp"
 #include "kinetrace/core/health.hpp"
+#include "kinetrace/core/rig_correction.hpp"
 #include "kinetrace/core/se3.hpp"
 
 namespace kinetrace::publishing {
@@ -51,6 +52,25 @@ namespace kinetrace::publishing {
     case HealthState::kLost: return kinetrace_HEALTH_LOST;
   }
   return kinetrace_HEALTH_LOST;
+}
+
+[[nodiscard]] constexpr std::uint8_t to_wire(RigVerdict verdict) noexcept {
+  switch (verdict) {
+    case RigVerdict::kUnknown: return kinetrace_CALIBRATION_UNKNOWN;
+    case RigVerdict::kHolds: return kinetrace_CALIBRATION_HOLDS;
+    case RigVerdict::kOff: return kinetrace_CALIBRATION_OFF;
+    case RigVerdict::kCorrected: return kinetrace_CALIBRATION_CORRECTED;
+  }
+  return kinetrace_CALIBRATION_UNKNOWN;
+}
+
+[[nodiscard]] constexpr RigVerdict rig_verdict(std::uint8_t verdict) noexcept {
+  for (const RigVerdict known : {RigVerdict::kHolds, RigVerdict::kOff, RigVerdict::kCorrected}) {
+    if (to_wire(known) == verdict) {
+      return known;
+    }
+  }
+  return RigVerdict::kUnknown;
 }
 
 /// What a later version may add is unknown, and counts as the worst.

@@ -29,7 +29,8 @@ struct Topics {
   std::optional<RosTopics> ros;
 
   /// Errors: kIo.
-  [[nodiscard]] static Result<Topics> create(const PublishConfig& config, dds_entity_t participant, Buffers& buffers);
+  [[nodiscard]] static Result<Topics> create(const PublishConfig& config, const StereoGeometry& geometry,
+                                             dds_entity_t participant, Buffers& buffers);
   /// Calls `publish(topics)` for each kind that is wanted.
   template <typename Publish>
   void for_each(Publish&& publish) {
@@ -42,10 +43,11 @@ struct Topics {
   }
 };
 
-Result<Topics> Topics::create(const PublishConfig& config, dds_entity_t participant, Buffers& buffers) {
+Result<Topics> Topics::create(const PublishConfig& config, const StereoGeometry& geometry, dds_entity_t participant,
+                              Buffers& buffers) {
   Topics topics;
   if (config.native) {
-    Result<NativeTopics> native = NativeTopics::create(config, buffers.native, participant);
+    Result<NativeTopics> native = NativeTopics::create(config, geometry, buffers.native, participant);
     if (!native) {
       return Unexpected(native.error());
     }
@@ -94,7 +96,7 @@ Status Publisher::Impl::follow_link() {
   if (membership.number == 0) {
     return {};
   }
-  Result<Topics> made = Topics::create(config, membership.participant, buffers);
+  Result<Topics> made = Topics::create(config, geometry, membership.participant, buffers);
   if (!made) {
     return Unexpected(link->explained(made.error()));
   }

@@ -69,7 +69,8 @@ void expect_rows_and_depths(const RigCalibration& believed, const RigCorrection&
 }
 
 RigCorrection off() {
-  return {kDegree_rad * Eigen::Vector3d(0.3, -0.4, 0.2), kDegree_rad * Eigen::Vector2d(0.3, -0.2), 0.04 * kDegree_rad};
+  return {kDegree_rad * Eigen::Vector3d(0.3, -0.4, 0.2), kDegree_rad * Eigen::Vector2d(0.3, -0.2), 0.04 * kDegree_rad,
+          0.0};
 }
 
 TEST(CorrectedRig, RawImagesFitIt) {
@@ -87,6 +88,19 @@ TEST(CorrectedRig, RectifiedImagesFitItToo) {
                                  .width_px = 1242,
                                  .height_px = 375};
   expect_rows_and_depths(rig, off(), 0.02);
+}
+
+TEST(CorrectedRig, AnotherFocalLengthSeesTheSameRaysDeeper) {
+  RigCorrection longer;
+  longer.focal = 0.01;
+  const RigCalibration before = raw_rig();
+  const RigCalibration now = corrected_rig(before, {}, longer).value();
+  EXPECT_NEAR(now.left.fx_px, 1.01 * before.left.fx_px, 1e-9);
+  // The same pixel: the lens undistorts it to the same place of the image.
+  const Eigen::Vector3d p(1.5, -0.8, 4.0);
+  const Eigen::Vector3d deeper = p + Eigen::Vector3d(0.0, 0.0, 0.01 * p.z());
+  EXPECT_LT((now.left.project(deeper) - before.left.project(p)).norm(), 1e-6);
+  EXPECT_LT((now.right.project(deeper) - before.right.project(p)).norm(), 1e-6);
 }
 
 TEST(CorrectedRig, NothingToCorrectIsTheSameRig) {

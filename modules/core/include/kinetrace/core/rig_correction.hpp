@@ -12,11 +12,14 @@
 
 namespace kinetrace {
 
-/// Pose of the right camera of a rectified rig against its calibration; small angles. What points see of it:
-/// p_right = so3_exp(-turn) * (p_left - c), c = baseline * (1, baseline_rad) normalised, seen at fx (x / z - shift) +
-/// cx.
+/// How a rectified rig stands against its calibration; small angles. What points see of it:
+/// p_right = so3_exp(-turn) * (p_left - c), c = baseline * (1, baseline_rad) normalised, seen at f (x / z - shift) +
+/// cx, f = fx (1 + focal) in both cameras.
 struct KINETRACE_API RigCorrection {
-  static constexpr int kSize = 6;
+  static constexpr int kSize = 7;
+  static constexpr int kShift = 5;  ///< Entry of the vector.
+  static constexpr int kFocal = 6;  ///< Entry of the vector, the last.
+
   using Vector = Eigen::Matrix<double, kSize, 1>;
   using Matrix = Eigen::Matrix<double, kSize, kSize>;
 
@@ -27,9 +30,14 @@ struct KINETRACE_API RigCorrection {
   /// How far left of the calibrated one the right camera's principal point lies, in focal lengths. Its row looks like
   /// pitch.
   double shift_rad = 0.0;
+  /// True focal lengths of both cameras over the calibrated ones, less one. Images are seen as they are; depths are
+  /// larger by it.
+  double focal = 0.0;
 
-  [[nodiscard]] Vector vector() const { return (Vector() << turn_rad, baseline_rad, shift_rad).finished(); }
-  [[nodiscard]] static RigCorrection from(const Vector& v) { return {v.head<3>(), v.segment<2>(3), v[5]}; }
+  [[nodiscard]] Vector vector() const { return (Vector() << turn_rad, baseline_rad, shift_rad, focal).finished(); }
+  [[nodiscard]] static RigCorrection from(const Vector& v) {
+    return {v.head<3>(), v.segment<2>(3), v[kShift], v[kFocal]};
+  }
   /// What all disparities have in common, at the image's middle, in focal lengths: they are seen too large by this.
   [[nodiscard]] double disparity_error_rad() const { return turn_rad.y() + shift_rad; }
   [[nodiscard]] bool is_zero() const { return vector().isZero(0.0); }
@@ -64,7 +72,7 @@ class KINETRACE_API RigChange {
 enum class RigVerdict : std::uint8_t {
   kUnknown,    ///< Motion has not shown enough yet: at rest, turning on the spot, nothing near.
   kHolds,      ///< The images agree with the calibration.
-  kOff,        ///< They do not.
+  kOff,        ///< They do not. Also if only the focal lengths are off, which are not corrected while running.
   kCorrected,  ///< They do not, and what they tell is used instead.
 };
 [[nodiscard]] KINETRACE_API std::string_view to_string(RigVerdict verdict) noexcept;
@@ -75,14 +83,29 @@ struct RigEstimate {
   RigCorrection correction;  ///< Best estimate.
   RigCorrection::Vector sigma_rad = RigCorrection::Vector::Zero();
   double disparity_sigma_rad = 0.0;  ///< Of disparity_error_rad().
-  RigCorrection applied;             ///< What the frame was corrected by: the part of it that is surely known.
-  std::uint64_t windows = 0;         ///< Pairs of frames that the estimate was made from.
-  std::uint64_t knocks = 0;          ///< Sudden changes found.
+  /// What the frame was corrected by: the part of it that is surely known, but for the focal lengths. Those would
+  /// stretch the world while it is being mapped.
+  RigCorrection applied;
+  double known_focal = 0.0;   ///< The part of correction.focal that is surely known: for the next start.
+  std::uint64_t windows = 0;  ///< Pairs of frames that the estimate was made from.
+  std::uint64_t knocks = 0;   ///< Sudden changes found.
+
+  /// To half a percent. The camera has to turn for that, not about its axis.
+  [[nodiscard]] bool judges_focal() const noexcept {
+    constexpr double kJudged = 0.005;
+    return windows > 0 && sigma_rad[RigCorrection::kFocal] < kJudged;
+  }
+  /// What a calibration for the next start is to be corrected by.
+  [[nodiscard]] RigCorrection lasting() const {
+    RigCorrection kept = correction;
+    kept.focal = known_focal;
+    return kept;
+  }
 };
 
 /// Depths at which the error of a calibration is reported.
 inline constexpr std::array<double, 4> kReportedDepths_m{5.0, 10.0, 20.0, 50.0};
-/// Error of a depth that is measured with this calibration's yaw uncorrected, in metres, positive: seen too far away.
+/// Error of a depth that is measured with yaw and focal lengths uncorrected, in metres, positive: seen too far away.
 [[nodiscard]] KINETRACE_API double depth_error_m(const StereoGeometry& geometry, const RigCorrection& correction,
                                                  double depth_m);
 

@@ -53,6 +53,7 @@ struct PublishedHealth {
   std::string_view camera;  ///< State of the camera; text that lives as long as the program. Empty: unknown.
   std::array<HealthEntry, kHealthReasonCount> entries{};  ///< By HealthReason; a count of 0 is no trouble.
   FrameCounters counters;
+  RigEstimate rig;  ///< As calibrated where it is not refined.
 };
 
 /// A final pose of an object, or the end of its trajectory.

@@ -56,6 +56,7 @@ struct ReceivedHealth {
   std::string_view camera;
   std::span<const ReceivedReason> reasons;
   std::span<const ReceivedCounter> counters;
+  RigEstimate rig;  ///< Verdict, correction and sigmas, what is applied, windows and knocks.
 };
 
 struct ReceivedCalibration {

@@ -24,6 +24,7 @@ struct RigObservation {
   Eigen::Vector2f right_px{0.F, 0.F};
 };
 
+struct RigMeasurement;
 struct RigRefinerStorage;
 struct TwoViewPoint;
 
@@ -32,8 +33,9 @@ struct TwoViewPoint;
 /// estimate shrunk towards the calibration by what two of its standard deviations leave open (the positive part of the
 /// estimator of James and Stein, 1961). What it has no evidence for stays as calibrated, bit for bit.
 ///
-/// Not observed: the baseline's length; focal lengths, whose error looks the same as another depth unless the camera
-/// turns. At rest and turning on the spot nothing changes.
+/// Not observed: the baseline's length. Focal lengths are where the camera turns by some degrees in a window; otherwise
+/// their error looks the same as another depth, and their estimate stays. They are reported, not applied. At rest and
+/// turning on the spot nothing changes.
 ///
 /// Memory: two tables of features, 70 KiB for 1600.
 class KINETRACE_API RigRefiner {
@@ -78,10 +80,13 @@ class KINETRACE_API RigRefiner {
   /// Into the storage; returns how many.
   [[nodiscard]] std::size_t pair_points(std::span<const RigObservation> observations, std::size_t shared);
   void measure(std::span<const TwoViewPoint> points, const Se3& T_now_before, double window_s);
+  /// Of a bent lens, which looks like another focal length when the camera turns.
+  void add_focal_error(double turn_rad, RigMeasurement& measured);
   /// As the camera gave it.
   [[nodiscard]] Eigen::Vector2f raw_right(const RigObservation& o) const;
   void begin_window(std::span<const RigObservation> observations, const Se3& T_world_cam);
   [[nodiscard]] RigCorrection surely_known_now() const;
+  [[nodiscard]] RigCorrection to_apply() const;
   void revise();
   void publish();
 
