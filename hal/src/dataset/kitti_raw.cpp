@@ -98,7 +98,8 @@ Result<Dataset> open_kitti_raw(const DatasetSpec& spec) {
                             .right = std::move(*right),
                             .times_path = *drive / views->left / "timestamps.txt",
                             .rate_hz = kRate_hz,
-                            .frame_times_path = *drive / kFrameTimesFile};
+                            .frame_times_path = *drive / kFrameTimesFile,
+                            .right_times_path = *drive / views->right / "timestamps.txt"};
   return build_dataset(name, files, spec, [&](const ImageSize& size) {
     if (spec.uncalibrated) {
       return images_alone(size.width_px, size.height_px);

@@ -63,6 +63,20 @@ TEST_F(KittiRaw, SyncDrivesAreRectified) {
   EXPECT_EQ(dataset->frames[1].timestamp_ns - dataset->frames[0].timestamp_ns, 103100001);
 }
 
+TEST_F(KittiRaw, TimesOfTheCamerasThatDisagreeAreNoted) {
+  const std::filesystem::path drive = add_drive("2011_09_26_drive_0001_sync", 48, 32);
+  const std::filesystem::path right = drive / "image_01" / "timestamps.txt";
+  test::write_text(right, "2011-09-26 14:06:03.301000000\n2011-09-26 14:06:03.404100001\n");
+  EXPECT_THAT(open(drive)->notes, ::testing::IsEmpty()) << "a millisecond is how cameras are";
+  test::write_text(right, "2011-09-26 14:06:03.300000000\n2011-09-26 14:06:03.503100001\n");
+  EXPECT_THAT(open(drive)->notes,
+              ::testing::ElementsAre(HasSubstr("image_01/timestamps.txt: 1 of 2 times are more than a quarter")));
+  test::write_text(right, "2011-09-26 14:06:03.300000000\n");
+  EXPECT_THAT(open(drive)->notes, ::testing::ElementsAre(HasSubstr("has 1 times, the left camera's has 2")));
+  test::write_text(right, "yesterday\n");
+  EXPECT_THAT(open(drive)->notes, ::testing::ElementsAre(HasSubstr("could not be compared")));
+}
+
 TEST_F(KittiRaw, ExtractDrivesAreRawAndComeWithTheirRectification) {
   const auto dataset = open(add_drive("2011_09_26_drive_0001_extract", kRawWidth, kRawHeight));
   ASSERT_TRUE(dataset) << dataset.error().message;
