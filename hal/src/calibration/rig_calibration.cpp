@@ -78,7 +78,7 @@ Status check_pinhole(const std::string& source, std::string_view view, double fx
 bool is_warped_along(const CameraModel& camera, const Eigen::Vector2d& direction) {
   constexpr int kSteps = 32;
   const double halfway_px = 0.25 * std::min(camera.width_px, camera.height_px);
-  const double undistorted = halfway_px / std::max(camera.fx_px, camera.fy_px);
+  const double undistorted = halfway_px / std::hypot(camera.fx_px * direction.x(), camera.fy_px * direction.y());
   const Eigen::Vector2d centre_px(camera.cx_px, camera.cy_px);
   double reached_px = 0.0;
   double distance = 0.0;
@@ -134,7 +134,7 @@ Status check_baseline(const std::string& source, const Eigen::Vector3d& offset, 
   const double length = offset.norm();
   if (!std::isfinite(length) || length < kMinBaseline_m) {
     return bad(source, concat("the baseline is ", number(length),
-                              " m; the translation between the views is missing, zero or not in metres"));
+                              " m; the translation between the views is missing or zero, or not in metres"));
   }
   const double across = offset.tail<2>().norm();
   if (across > max_tilt * std::abs(offset.x())) {
