@@ -32,7 +32,8 @@ Result<fs::path> find_drive(const DatasetSpec& spec) {
     for (const std::string& name : subfolders(date)) {
       if (is_drive(date / name)) {
         drives.push_back((below / name).string());
-        if (spec.sequence.empty() || is_called(name, spec.sequence)) {
+        // As it is listed, too.
+        if (spec.sequence.empty() || is_called(name, spec.sequence) || drives.back() == spec.sequence) {
           matches.push_back(drives.back());
         }
       }

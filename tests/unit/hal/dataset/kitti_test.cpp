@@ -105,6 +105,9 @@ TEST_F(KittiRaw, FindsADriveByDateFolderAndNumber) {
                "2011_09_26_drive_0001_sync, 2011_09_26_drive_0002_sync");
   EXPECT_EQ(open(folder_.path() / "2011_09_26", "0002")->name, "2011_09_26_drive_0002_sync");
   EXPECT_EQ(open(folder_.path(), "2011_09_26_drive_0002_sync")->name, "2011_09_26_drive_0002_sync");
+  const auto as_listed = open(folder_.path(), "2011_09_26/2011_09_26_drive_0002_sync");
+  ASSERT_TRUE(as_listed) << as_listed.error().message;
+  EXPECT_EQ(as_listed->name, "2011_09_26_drive_0002_sync");
   expect_error(open(folder_.path(), "0003"), ErrorCode::kInvalidArgument, "no drive '0003'");
 }
 
