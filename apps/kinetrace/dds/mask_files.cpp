@@ -6,6 +6,7 @@
 #include <string>
 #include <system_error>
 
+#include "kinetrace/core/files.hpp"
 #include "kinetrace/core/instance_masks.hpp"
 
 namespace kinetrace::app {
@@ -18,6 +19,9 @@ constexpr std::uint16_t kMotsClassStep = 1000;
 constexpr std::uint16_t kInstanceIgnore = 255;
 
 Result<std::vector<fs::path>> png_files(const fs::path& folder) {
+  if (const Status there = check_folder(folder, "no such folder; name the one of the masks"); !there) {
+    return Unexpected(there.error());
+  }
   std::vector<fs::path> files;
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
@@ -26,8 +30,7 @@ Result<std::vector<fs::path>> png_files(const fs::path& folder) {
     }
   }
   if (files.empty()) {
-    return fail(ErrorCode::kNotFound, folder.string() + (error ? " is no folder" : " holds no .png files") +
-                                          "; name the folder of KITTI MOTS masks");
+    return fail(ErrorCode::kNotFound, folder.string() + " holds no .png files; name the folder of KITTI MOTS masks");
   }
   std::sort(files.begin(), files.end());
   return files;

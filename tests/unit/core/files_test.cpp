@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "kinetrace/core/input_file.hpp"
 #include "temp_folder.hpp"
 
 namespace kinetrace {
@@ -49,12 +50,16 @@ TEST(CheckFolder, RefusesWhatCannotBeListed) {
     GTEST_SKIP() << "no other user here";
   }
   const Status barred = check_folder(folder.path(), "no such run");
+  const Result<InputFile> file = InputFile::open((folder.path() / "file").c_str());
   ASSERT_EQ(::seteuid(before), 0);
   std::filesystem::permissions(folder.path(), std::filesystem::perms::owner_all);
   ASSERT_FALSE(barred);
   EXPECT_EQ(barred.error().code, ErrorCode::kIo);
   EXPECT_EQ(barred.error().message,
             folder.path().string() + ": cannot be listed (Permission denied); check the permissions");
+  ASSERT_FALSE(file);
+  EXPECT_EQ(file.error().message,
+            (folder.path() / "file").string() + ": cannot be opened (Permission denied); check its permissions");
 }
 
 TEST(ReplaceFile, LeavesTheOldContentWhereTheNewOneDoesNotFit) {
