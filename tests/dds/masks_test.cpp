@@ -252,7 +252,7 @@ TEST_F(MasksOverDds, NeedANetworkToComeOver) {
 TEST_F(MasksOverDds, ClientNamesWhatIsWrongWithItsFolder) {
   const ProgramResult missing = run_kinetrace({"masks", run_folder("nowhere").string(), "--publish", network_});
   EXPECT_EQ(missing.exit_code, 66);
-  EXPECT_THAT(missing.err, HasSubstr("nowhere is no folder"));
+  EXPECT_THAT(missing.err, HasSubstr("nowhere: no such folder; name the one of the masks"));
   const fs::path named = scratch_.path() / "named";
   fs::create_directories(named);
   std::ofstream(named / "first.png") << "x";

@@ -77,12 +77,12 @@ TEST_F(Bench, AgainstWhatIsNoBenchIsRefusedByName) {
   expect_refused(scratch_.path().string(), kBadData, scratch_.path().string() + ": is a folder, not a file");
   for (const char* text : {"", "no JSON", "{}", "[]", R"({"version": "1"})", R"({"version": 1})"}) {
     std::ofstream(file_) << text;
-    expect_refused(file_, kBadData, file_ + " is not what `kinetrace bench --out` writes");
+    expect_refused(file_, kBadData, file_ + ": is not what `kinetrace bench --out` writes; write it anew");
   }
   json cut = measured();
   cut["stage_ms"]["track_features"].erase("p95");
   std::ofstream(file_) << cut;
-  expect_refused(file_, kBadData, "'p95' not found");
+  expect_refused(file_, kBadData, file_ + ": is not what `kinetrace bench --out` writes; write it anew");
 }
 
 }  // namespace

@@ -166,7 +166,7 @@ TEST_F(LiveMode, StarvedOfProcessorItShedsAndReturnsWhenItCan) {
   recording_.width_px *= 3;
   recording_.height_px *= 3;
   recording_.write();
-  constexpr int kPasses = 4;
+  constexpr int kPasses = 2;
   ASSERT_EQ(Program(command("starved", {}, kPasses), &*group).wait().exit_code, 0);
   ASSERT_EQ(run("free", {}, kPasses).exit_code, 0);
   const double starved_ms = report("starved")["frame_ms"]["median"];

@@ -15,6 +15,7 @@ inline constexpr int kUsage = 64;
 inline constexpr int kBadData = 65;
 inline constexpr int kNoInput = 66;
 inline constexpr int kCannotCreate = 73;
+inline constexpr int kIo = 74;
 inline constexpr int kConfig = 78;
 
 /// Starts `command`, whose program may be one of the PATH, with its output in these files. Throws where that fails.

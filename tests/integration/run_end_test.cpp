@@ -21,8 +21,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr int kIo = 74;
-
 std::string joined(const std::vector<std::string>& words) {
   std::string line;
   for (const std::string& word : words) {
@@ -74,11 +72,11 @@ INSTANTIATE_TEST_SUITE_P(Signals, RunEndBySignal,
                          ::testing::Values(SIGHUP, SIGTERM, SIGALRM, SIGUSR1, SIGUSR2, SIGXCPU));
 
 TEST_F(RunEnd, NohupKeepsARunAlive) {
-  const ProgramResult result = run_in_shell("trap '' HUP; $kinetrace " + joined(run_arguments({"--loop", "100"})) +
+  const ProgramResult result = run_in_shell("trap '' HUP; $kinetrace " + joined(run_arguments({"--loop", "30"})) +
                                             "& sleep 0.5; kill -HUP $!; wait $!");
   EXPECT_EQ(result.exit_code, 0) << result.err;
   expect_complete();
-  EXPECT_EQ(report()["frames"], 100 * recording_.frames);
+  EXPECT_EQ(report()["frames"], 30 * recording_.frames);
 }
 
 TEST_F(RunEnd, AReaderThatHasGoneDoesNotEndARun) {
@@ -88,6 +86,15 @@ TEST_F(RunEnd, AReaderThatHasGoneDoesNotEndARun) {
                    " 2>&1 | true");
   EXPECT_EQ(result.exit_code, kIo) << "the summary was not read";
   expect_complete();
+}
+
+TEST_F(RunEnd, AStackThatIsTooSmallIsAnErrorThatNamesTheLimit) {
+#ifdef KINETRACE_SANITIZED
+  GTEST_SKIP() << "sanitizers need more than any limit here";
+#endif
+  const ProgramResult result = run_in_shell("ulimit -s 128; $kinetrace " + joined(run_arguments({})));
+  expect_refusal(result, kIo, "the stack is limited to 128 KiB, and 256 are needed; raise the limit (ulimit -s)");
+  EXPECT_EQ(run_in_shell("ulimit -s 256; $kinetrace " + joined(run_arguments({"--quiet"}))).exit_code, 0);
 }
 
 TEST_F(RunEnd, AFileSizeLimitIsAnErrorThatNamesTheFile) {

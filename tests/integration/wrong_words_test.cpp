@@ -76,10 +76,33 @@ TEST(WrongWords, KeyOfTheConfiguration) {
   expect_refused({"config", "--set", "segmentation.mode=moton"}, kConfig, "did you mean motion?");
 }
 
+TEST(WrongWords, KeyOfACameraFileIsNotOneOfTheConfiguration) {
+  TempFolder folder;
+  const std::string camera = folder.file("camera.yaml");
+  std::ofstream(camera) << "source: files\nventilation: 7\n";
+  expect_refused({"record", "--camera", camera, "--out", "y"}, kConfig,
+                 camera + ":2: unknown key \"ventilation\"; the files in config/cameras show the keys");
+}
+
+TEST(WrongWords, AnEmptyValueIsNotAnOptionLeftOut) {
+  expect_refused({"config", "--board", ""}, kUsage, "--board: must not be empty");
+  expect_refused({"config", "--config", ""}, kUsage, "--config: must not be empty");
+  expect_refused(run_with({"--publish", ""}), kUsage, "--publish: must not be empty");
+  expect_refused({"summary", ""}, kUsage, "must not be empty");
+}
+
 TEST(WrongWords, AFileThatIsNotThereIsReportedByItsKind) {
   expect_refused({"record", "--camera", "nope.yaml", "--out", "y"}, kNoInput,
                  "nope.yaml: no such camera file; give one that says which devices");
   expect_refused({"config", "--config", "nope.yaml"}, kNoInput, "nope.yaml: no such configuration file");
+}
+
+TEST(WrongWords, AFileThatCannotBeReachedIsNotSaidToBeMissing) {
+  TempFolder folder;
+  std::filesystem::create_symlink("loop", folder.path() / "loop");
+  const std::string file = folder.path() / "loop" / "a.yaml";
+  expect_refused({"config", "--config", file}, kIo, file + ": cannot be reached (Too many levels of symbolic links)");
+  expect_refused({"run", "--dataset", "folder:" + file, "--out", "y"}, kIo, file + ": cannot be reached (");
 }
 
 TEST(WrongWords, AnEmptyConfigurationIsNoConfiguration) {

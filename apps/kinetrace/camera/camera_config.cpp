@@ -102,7 +102,8 @@ Result<CameraConfig> load_camera_config(const std::filesystem::path& path, bool 
   const ConfigFileKind kind{
       .missing = "no such camera file; give one that says which devices, such as those in config/cameras",
       .unfit = "not a camera file (a YAML text below 1 MiB)",
-      .empty = "is empty; copy the one of config/cameras that is most like your rig"};
+      .empty = "is empty; copy the one of config/cameras that is most like your rig",
+      .key_list = "the files in config/cameras show the keys"};
   if (const Status read = read_config_file(path, fields_of(config), kind); !read) {
     return Unexpected(read.error());
   }

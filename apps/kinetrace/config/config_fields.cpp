@@ -28,10 +28,10 @@ std::string meant_key(const ConfigFields& fields, std::string_view key) {
   return did_you_mean(key, keys);
 }
 
-Status unknown_key(const ConfigFields& fields, std::string_view key) {
+Status unknown_key(const ConfigFields& fields, std::string_view key, std::string_view key_list) {
   const std::string meant = meant_key(fields, key);
-  return fail(ErrorCode::kInvalidConfig, "unknown key \"" + std::string(key) + "\"" +
-                                             (meant.empty() ? "; `kinetrace config` lists all keys" : meant));
+  return fail(ErrorCode::kInvalidConfig,
+              "unknown key \"" + std::string(key) + "\"" + (meant.empty() ? "; " + std::string(key_list) : meant));
 }
 
 // An enumeration's description lists its names: they are those of the words that it takes.
@@ -143,11 +143,12 @@ Status set_renamed_field(const ConfigFields& fields, std::string_view was, std::
 
 }  // namespace
 
-Status set_field(const ConfigFields& fields, std::string_view key, std::string_view text, ConfigNotes* notes) {
+Status set_field(const ConfigFields& fields, std::string_view key, std::string_view text, ConfigNotes* notes,
+                 std::string_view key_list) {
   const auto field = std::find_if(fields.begin(), fields.end(), [&](const ConfigField& f) { return f.key == key; });
   if (field == fields.end()) {
     const std::string_view present = present_key(key);
-    return present == key ? unknown_key(fields, key) : set_renamed_field(fields, key, present, text, notes);
+    return present == key ? unknown_key(fields, key, key_list) : set_renamed_field(fields, key, present, text, notes);
   }
   if (!std::visit(Assign{text}, field->value)) {
     return fail(ErrorCode::kInvalidConfig, field->key + " must be " +

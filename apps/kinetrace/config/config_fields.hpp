@@ -32,6 +32,8 @@ using ConfigFields = std::vector<ConfigField>;
 /// Sentences for the user about what was read though it should be written otherwise.
 using ConfigNotes = std::vector<std::string>;
 
+inline constexpr std::string_view kConfigKeyList = "`kinetrace config` lists all keys";
+
 template <typename Value>
 [[nodiscard]] auto reference_to(Value& value) {
   if constexpr (std::is_enum_v<Value>) {
@@ -56,8 +58,9 @@ template <typename Config>
 /// Sets the field `key` from text as written in a file or on the command line.
 /// A key of an earlier version (renamed_keys.hpp) sets the one that has taken its place, and `notes` say so.
 /// Errors: kInvalidConfig (unknown key, with the nearest known one; not a value of the field's type; not finite).
+/// `key_list`: where an unknown key's author finds those there are.
 [[nodiscard]] Status set_field(const ConfigFields& fields, std::string_view key, std::string_view text,
-                               ConfigNotes* notes = nullptr);
+                               ConfigNotes* notes = nullptr, std::string_view key_list = kConfigKeyList);
 
 /// True if `key` is the name of a group of fields: "features" for "features.max_features".
 [[nodiscard]] bool is_section(const ConfigFields& fields, std::string_view key);

@@ -10,6 +10,8 @@
 #include <yaml-cpp/yaml.h>
 
 #include "config/renamed_keys.hpp"
+#include "kinetrace/core/files.hpp"
+#include "kinetrace/core/yaml_text.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -23,8 +25,8 @@ std::string at_line(const std::string& name, const YAML::Mark& mark) {
 // Walks the maps of one file, from the outermost inwards.
 class FileReader {
  public:
-  FileReader(const std::string& name, const ConfigFields& fields, ConfigNotes* notes)
-      : name_(name), fields_(fields), notes_(notes) {}
+  FileReader(const std::string& name, const ConfigFields& fields, ConfigNotes* notes, std::string_view key_list)
+      : name_(name), fields_(fields), notes_(notes), key_list_(key_list) {}
 
   Status read_map(const YAML::Node& map, const std::string& prefix) {
     for (const auto& entry : map) {
@@ -49,7 +51,8 @@ class FileReader {
     }
     // Sets an empty text where the value is none, so that an unknown key is named first.
     const bool is_plain = value.IsScalar();
-    if (Status status = set_field(fields_, key, is_plain ? value.Scalar() : std::string(), notes_); !status) {
+    if (Status status = set_field(fields_, key, is_plain ? value.Scalar() : std::string(), notes_, key_list_);
+        !status) {
       return error(at, status.error().message);
     }
     return is_plain ? Status{} : error(at, key + " must be one value, not a list, a map or nothing");
@@ -72,6 +75,7 @@ class FileReader {
   const std::string& name_;
   const ConfigFields& fields_;
   ConfigNotes* notes_;
+  std::string_view key_list_;
   std::map<std::string, int> line_of_;
 };
 
@@ -102,7 +106,7 @@ nlohmann::ordered_json json_value(const ConfigField& field) {
 Result<std::string> read_text(const std::filesystem::path& path, const std::string& missing, const std::string& unfit) {
   std::error_code error;
   if (!std::filesystem::exists(path, error)) {
-    return fail(ErrorCode::kNotFound, path.string() + ": " + missing);
+    return unreachable(path, missing);
   }
   const std::uintmax_t bytes = std::filesystem::file_size(path, error);
   if (error || bytes > kMaxFileBytes) {
@@ -117,9 +121,12 @@ Result<std::string> read_text(const std::filesystem::path& path, const std::stri
   return text.str();
 }
 
-Status read_config_text(const std::string& name, std::string_view text, const ConfigFields& fields,
-                        ConfigNotes* notes) {
+Status read_config_text(const std::string& name, std::string_view text, const ConfigFields& fields, ConfigNotes* notes,
+                        std::string_view key_list) {
   try {
+    if (const auto line = second_document_line(text)) {
+      return fail(ErrorCode::kInvalidConfig, name + ":" + std::to_string(*line) + ": " + std::string(kSecondDocument));
+    }
     const YAML::Node root = YAML::Load(std::string(text));
     if (root.IsNull()) {
       return {};
@@ -127,7 +134,7 @@ Status read_config_text(const std::string& name, std::string_view text, const Co
     if (!root.IsMap()) {
       return fail(ErrorCode::kInvalidConfig, at_line(name, root.Mark()) + "expected lines of `key: value`");
     }
-    return FileReader(name, fields, notes).read_map(root, "");
+    return FileReader(name, fields, notes, key_list).read_map(root, "");
   } catch (const YAML::Exception& error) {
     return fail(ErrorCode::kInvalidConfig, at_line(name, error.mark) + "not valid YAML: " + error.msg);
   }
@@ -142,7 +149,7 @@ Status read_config_file(const std::filesystem::path& path, const ConfigFields& f
   if (text->find_first_not_of(" \t\r\n") == std::string::npos) {
     return fail(ErrorCode::kInvalidConfig, path.string() + ": " + kind.empty);
   }
-  return read_config_text(path.string(), *text, fields, notes);
+  return read_config_text(path.string(), *text, fields, notes, kind.key_list);
 }
 
 Status apply_setting(std::string_view setting, const ConfigFields& fields, ConfigNotes* notes) {

@@ -14,6 +14,7 @@ struct ConfigFileKind {
   std::string missing = "no such configuration file; `kinetrace config` prints one";
   std::string unfit = "not a configuration file (a YAML text below 1 MiB)";
   std::string empty = "is empty; `kinetrace config` prints one with all keys";
+  std::string key_list = std::string(kConfigKeyList);
 };
 
 /// Reads a YAML file of nested maps into `fields`; keys that it does not name keep their value. A file is accepted only
@@ -27,7 +28,7 @@ struct ConfigFileKind {
 
 /// The same for a text; errors call it `name`.
 [[nodiscard]] Status read_config_text(const std::string& name, std::string_view text, const ConfigFields& fields,
-                                      ConfigNotes* notes = nullptr);
+                                      ConfigNotes* notes = nullptr, std::string_view key_list = kConfigKeyList);
 
 /// A text below 1 MiB. Errors: kNotFound and kInvalidConfig (too large, no file), with what the path is not and the
 /// remedy as `missing` and `unfit` say; kIo.

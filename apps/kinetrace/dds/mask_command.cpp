@@ -99,7 +99,7 @@ class MaskServer {
       return Unexpected(image.error());
     }
     return MaskSender::Image{request.frame_index, request.timestamp_ns, view,
-                             image->width,        image->height,        masks_of(*image)};
+                             image->width,        image->height,        masks_of(*image, images_.bit_depth())};
   }
 
   MaskOptions options_;

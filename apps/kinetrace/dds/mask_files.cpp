@@ -6,6 +6,9 @@
 #include <string>
 #include <system_error>
 
+#include "kinetrace/core/files.hpp"
+#include "kinetrace/core/instance_masks.hpp"
+
 namespace kinetrace::app {
 namespace {
 
@@ -13,8 +16,12 @@ namespace fs = std::filesystem;
 using Mask = publishing::MaskSender::Image::Mask;
 
 constexpr std::uint16_t kMotsClassStep = 1000;
+constexpr std::uint16_t kInstanceIgnore = 255;
 
 Result<std::vector<fs::path>> png_files(const fs::path& folder) {
+  if (const Status there = check_folder(folder, "no such folder; name the one of the masks"); !there) {
+    return Unexpected(there.error());
+  }
   std::vector<fs::path> files;
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
@@ -23,8 +30,7 @@ Result<std::vector<fs::path>> png_files(const fs::path& folder) {
     }
   }
   if (files.empty()) {
-    return fail(ErrorCode::kNotFound, folder.string() + (error ? " is no folder" : " holds no .png files") +
-                                          "; name the folder of KITTI MOTS masks");
+    return fail(ErrorCode::kNotFound, folder.string() + " holds no .png files; name the folder of KITTI MOTS masks");
   }
   std::sort(files.begin(), files.end());
   return files;
@@ -58,6 +64,13 @@ std::vector<std::uint16_t> runs_of(ImageView<const std::uint16_t> image, std::ui
   return runs;
 }
 
+std::uint16_t class_of(std::uint16_t value, int bit_depth) {
+  if (bit_depth == 8) {
+    return value == kInstanceIgnore ? kIgnoreClass : kUnknownClass;
+  }
+  return static_cast<std::uint16_t>(value / kMotsClassStep);  // 10000 is class 10, "ignore".
+}
+
 }  // namespace
 
 Result<std::map<std::int64_t, fs::path>> find_mask_files(const fs::path& folder, MaskNaming naming) {
@@ -80,7 +93,7 @@ Result<std::map<std::int64_t, fs::path>> find_mask_files(const fs::path& folder,
   return by_frame;
 }
 
-std::vector<Mask> masks_of(ImageView<const std::uint16_t> image) {
+std::vector<Mask> masks_of(ImageView<const std::uint16_t> image, int bit_depth) {
   std::map<std::uint16_t, PixelBox> boxes;
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
@@ -92,8 +105,7 @@ std::vector<Mask> masks_of(ImageView<const std::uint16_t> image) {
   std::vector<Mask> masks;
   masks.reserve(boxes.size());
   for (const auto& [value, box] : boxes) {
-    // 10000 is class 10, "ignore".
-    masks.push_back({static_cast<std::uint16_t>(value / kMotsClassStep), 1.F, box, runs_of(image, value, box)});
+    masks.push_back({class_of(value, bit_depth), 1.F, box, runs_of(image, value, box)});
   }
   return masks;
 }

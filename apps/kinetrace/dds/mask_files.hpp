@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
+#include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/publishing/mask_exchange.hpp"
-#include "study/gray16_images.hpp"
 
 namespace kinetrace::app {
 
@@ -24,8 +24,9 @@ enum class MaskNaming : std::uint8_t {
 [[nodiscard]] Result<std::map<std::int64_t, std::filesystem::path>> find_mask_files(const std::filesystem::path& folder,
                                                                                     MaskNaming naming);
 
-/// The masks of a KITTI MOTS image (16 bit): its values in ascending order, each as one mask; 10000 becomes
-/// kIgnoreClass.
-[[nodiscard]] std::vector<publishing::MaskSender::Image::Mask> masks_of(ImageView<const std::uint16_t> image);
+/// The masks of a KITTI MOTS image (16 bit) or one of instance numbers (8 bit): its values in ascending order, each as
+/// one mask; 10000, and 255 of 8 bits, become kIgnoreClass, as they are for a run that reads the files itself.
+[[nodiscard]] std::vector<publishing::MaskSender::Image::Mask> masks_of(ImageView<const std::uint16_t> image,
+                                                                        int bit_depth);
 
 }  // namespace kinetrace::app

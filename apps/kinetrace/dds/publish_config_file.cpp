@@ -11,7 +11,8 @@ Result<publishing::PublishConfig> load_publish_config(const std::filesystem::pat
   publishing::PublishConfig config;
   const ConfigFileKind kind{.missing = "no such file for publishing; copy one of config/dds",
                             .unfit = "not a file for publishing (a YAML text below 1 MiB); copy one of config/dds",
-                            .empty = "is empty; copy one of config/dds"};
+                            .empty = "is empty; copy one of config/dds",
+                            .key_list = "the files in config/dds show the keys"};
   if (const Status read = read_config_file(path, fields_of(config), kind); !read) {
     return Unexpected(read.error());
   }

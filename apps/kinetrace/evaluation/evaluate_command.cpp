@@ -57,10 +57,11 @@ Result<Se3> read_body_camera(const fs::path& path) {
       const Eigen::Matrix4d matrix = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values.data());
       return Se3{matrix.topLeftCorner<3, 3>(), matrix.topRightCorner<3, 1>()}.orthonormalised();
     }
-  } catch (const YAML::Exception& error) {
-    return fail(ErrorCode::kBadFormat, path.string() + ": has no T_BS with 16 numbers (" + error.what() + ")");
+  } catch (const YAML::Exception&) {
+    // Said below: the library's own words name no file and no remedy.
   }
-  return fail(ErrorCode::kBadFormat, path.string() + ": T_BS does not have 16 numbers");
+  return fail(ErrorCode::kBadFormat,
+              path.string() + ": has no T_BS with 16 numbers; give EuRoC's sensor.yaml of the left camera");
 }
 
 // Beside EuRoC's truth unless it is named.

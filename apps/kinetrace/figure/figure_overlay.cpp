@@ -193,7 +193,7 @@ Result<std::int64_t> write_frames(const FigureRun& run, RecordedImages& images, 
                                   const std::function<bool(std::int64_t, int)>& progress) {
   std::error_code error;
   std::filesystem::create_directories(directory, error);
-  if (!std::filesystem::is_directory(directory)) {
+  if (!std::filesystem::is_directory(directory, error)) {
     return fail(ErrorCode::kIo,
                 directory.string() + ": cannot be made; --overlay and --film need a folder that can be written");
   }

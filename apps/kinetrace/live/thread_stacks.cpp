@@ -3,6 +3,7 @@
 #include <cstring>
 #include <pthread.h>
 #include <string>
+#include <sys/resource.h>
 
 namespace kinetrace::app {
 
@@ -10,6 +11,12 @@ Status limit_thread_stacks() {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   return {};
 #else
+  rlimit first_thread{};
+  if (::getrlimit(RLIMIT_STACK, &first_thread) == 0 && first_thread.rlim_cur < kThreadStackBytes) {
+    return fail(ErrorCode::kIo, "the stack is limited to " + std::to_string(first_thread.rlim_cur / 1024) +
+                                    " KiB, and " + std::to_string(kThreadStackBytes / 1024) +
+                                    " are needed; raise the limit (ulimit -s)");
+  }
   pthread_attr_t attributes;
   int error = pthread_attr_init(&attributes);
   if (error == 0) {

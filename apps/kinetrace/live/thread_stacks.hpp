@@ -11,7 +11,8 @@ namespace kinetrace::app {
 inline constexpr std::size_t kThreadStackBytes = std::size_t{256} * 1024;
 
 /// Threads made from now on, by whomever, get kThreadStackBytes instead of the system's 8 MiB. The first thread keeps
-/// what it has. Errors: kIo if the system refuses. Nothing changes under a sanitizer, which needs more.
+/// what it has. Errors: kIo if that is less (`ulimit -s`), or if the system refuses. Nothing changes under a sanitizer,
+/// which needs more.
 [[nodiscard]] Status limit_thread_stacks();
 
 }  // namespace kinetrace::app

@@ -87,9 +87,9 @@ Result<BenchReport> read_bench_report(const std::filesystem::path& path) {
       report.stages.emplace_back(name, timing(stage));
     }
     return report;
-  } catch (const Json::exception& error) {
+  } catch (const Json::exception&) {
     return fail(ErrorCode::kBadFormat,
-                path.string() + " is not what `kinetrace bench --out` writes (" + error.what() + "); write it anew");
+                path.string() + ": is not what `kinetrace bench --out` writes; write it anew, or give that file");
   }
 }
 

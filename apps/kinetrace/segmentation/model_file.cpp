@@ -15,6 +15,7 @@
 
 #include "cli/program_folder.hpp"
 #include "config/config_file.hpp"
+#include "kinetrace/core/yaml_text.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -273,6 +274,10 @@ Result<ModelConfig> load_model(const fs::path& path) {
   }
   Result<ModelConfig> model = [&]() -> Result<ModelConfig> {
     try {
+      if (const auto line = second_document_line(*text)) {
+        return fail(ErrorCode::kInvalidConfig,
+                    path.string() + ":" + std::to_string(*line) + ": " + std::string(kSecondDocument));
+      }
       const YAML::Node root = YAML::Load(*text);
       if (!root.IsMap()) {
         return fail(ErrorCode::kInvalidConfig, path.string() + ": expected lines of `key: value`");

@@ -26,7 +26,11 @@ Result<PictureFiles::Loaded> PictureFiles::read(const std::filesystem::path& pat
   const std::size_t pixels = static_cast<std::size_t>(info->width) * static_cast<std::size_t>(info->height);
   gray_.resize(pixels);
   const MutableGrayView gray{gray_.data(), info->width, info->height, info->width};
-  if (const Status read = reader_->read_gray(path.c_str(), gray); !read) {
+  const Result<int> used_bits = reader_->used_bits(path.c_str());
+  if (!used_bits) {
+    return Unexpected(used_bits.error());
+  }
+  if (const Status read = reader_->read_gray(path.c_str(), gray, imaging::sample_bits_for(*used_bits)); !read) {
     return Unexpected(read.error());
   }
   if (info->channels < 3) {

@@ -23,6 +23,7 @@ Result<ImageView<const std::uint16_t>> Gray16Images::read(const std::filesystem:
   if (const Status read = reader_->read_gray16(path.c_str(), image); !read) {
     return Unexpected(read.error());
   }
+  bit_depth_ = info->bit_depth;
   return image;
 }
 

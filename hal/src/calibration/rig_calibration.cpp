@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string_view>
 
 #include "util/messages.hpp"
@@ -11,7 +12,7 @@ namespace {
 
 constexpr int kMaxSide_px = 16384;
 constexpr double kMaxBaseline_m = 10.0;
-constexpr double kMinBaseline_m = 1e-4;
+constexpr double kMinBaseline_m = 1e-3;       // Endoscopes have 4 mm.
 constexpr double kRotationTolerance = 5e-3;   // Matrices written with three digits still pass.
 constexpr double kMaxAxisTilt = 0.1;          // Of the baseline against the rows of images called rectified.
 constexpr double kMinForwardAgreement = 0.7;  // Cosine between the views' viewing directions: 45 degrees.
@@ -19,6 +20,9 @@ constexpr double kIntrinsicsTolerance_px = 0.01;
 // Of the longer side of an image: widest fisheye lenses have .25, a view of half a degree 115.
 constexpr double kMinFocal = 0.02;
 constexpr double kMaxFocal = 200.0;
+// Of distances from the optical axis by the coefficients against those without. Halfway to the border of the image the
+// widest lenses in use stay below 1.6.
+constexpr double kMaxDistortion = 2.0;
 
 using Projection = Eigen::Matrix<double, 3, 4>;
 
@@ -69,18 +73,49 @@ Status check_pinhole(const std::string& source, std::string_view view, double fx
   return status;
 }
 
-Status check_camera(const std::string& source, std::string_view view, const CameraModel& camera) {
-  Status pinhole = check_pinhole(source, view, camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px, camera.width_px,
-                                 camera.height_px);
-  if (!pinhole) {
-    return pinhole;
+// Whether the image is drawn out or folded along a ray in this direction, halfway to its border: no lens does that, but
+// coefficients in another order or of another model do.
+bool is_warped_along(const CameraModel& camera, const Eigen::Vector2d& direction) {
+  constexpr int kSteps = 32;
+  const double halfway_px = 0.25 * std::min(camera.width_px, camera.height_px);
+  const double undistorted = halfway_px / std::hypot(camera.fx_px * direction.x(), camera.fy_px * direction.y());
+  const Eigen::Vector2d centre_px(camera.cx_px, camera.cy_px);
+  double reached_px = 0.0;
+  double distance = 0.0;
+  while (reached_px < halfway_px) {
+    distance += undistorted / kSteps;
+    const Eigen::Vector2d ray = distance * direction;
+    const double next_px = (camera.project({ray.x(), ray.y(), 1.0}) - centre_px).norm();
+    if (!(next_px > reached_px) || distance > kMaxDistortion * undistorted) {
+      return true;
+    }
+    reached_px = next_px;
   }
+  return distance < undistorted / kMaxDistortion;
+}
+
+Status check_distortion(const std::string& source, std::string_view view, const CameraModel& camera) {
   for (const double coefficient : camera.distortion) {
     if (!std::isfinite(coefficient)) {
       return bad(source, concat(view, " distortion holds a value that is no number; calibrate again"));
     }
   }
+  constexpr int kDirections = 8;
+  for (int i = 0; i < kDirections; ++i) {
+    const double angle_rad = 2.0 * std::numbers::pi * i / kDirections;
+    if (is_warped_along(camera, {std::cos(angle_rad), std::sin(angle_rad)})) {
+      return bad(source, concat(view,
+                                " distortion is that of no lens: it tears or folds the image halfway to its border; "
+                                "check the order of the coefficients and the lens model"));
+    }
+  }
   return {};
+}
+
+Status check_camera(const std::string& source, std::string_view view, const CameraModel& camera) {
+  const Status pinhole = check_pinhole(source, view, camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px,
+                                       camera.width_px, camera.height_px);
+  return pinhole ? check_distortion(source, view, camera) : pinhole;
 }
 
 // Repairs what writing with few digits has done, rejects what is no rotation.
@@ -99,7 +134,7 @@ Status check_baseline(const std::string& source, const Eigen::Vector3d& offset, 
   const double length = offset.norm();
   if (!std::isfinite(length) || length < kMinBaseline_m) {
     return bad(source, concat("the baseline is ", number(length),
-                              " m; the translation between the views is missing or zero in the calibration"));
+                              " m; the translation between the views is missing or zero, or not in metres"));
   }
   const double across = offset.tail<2>().norm();
   if (across > max_tilt * std::abs(offset.x())) {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <set>
 
+#include "kinetrace/core/yaml_text.hpp"
 #include "util/messages.hpp"
 #include "util/text_file.hpp"
 
@@ -97,6 +98,10 @@ Result<YamlDocument> YamlDocument::load(const std::filesystem::path& path) {
 Result<YamlDocument> YamlDocument::parse(const std::filesystem::path& path, std::string text) {
   if (text.starts_with("%YAML")) {
     text.erase(0, std::min(text.find('\n'), text.size()));
+  }
+  if (const auto line = second_document_line(text)) {
+    return fail(ErrorCode::kBadCalibration,
+                concat(path.string(), ": line ", std::to_string(*line), ": ", kSecondDocument));
   }
   YamlDocument document;
   document.path_ = path;

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "dataset/layouts.hpp"
+#include "kinetrace/core/files.hpp"
 #include "kinetrace/core/nearest_name.hpp"
-#include "util/image_folder.hpp"
 #include "util/messages.hpp"
 
 namespace kinetrace::hal {
@@ -60,8 +60,8 @@ Result<Dataset> open_dataset(const DatasetSpec& spec) {
         ErrorCode::kInvalidArgument,
         "dataset.frame_rate_hz must be 0 (as recorded) or in [0.0001, 1000], got " + number(spec.frame_rate_hz));
   }
-  if (!is_folder(spec.path)) {
-    return fail(ErrorCode::kNotFound, spec.path.string() + ": no such folder; check the path of the dataset");
+  if (const Status there = check_folder(spec.path, "no such folder; check the path of the dataset"); !there) {
+    return Unexpected(there.error());
   }
   try {
     Result<Dataset> dataset = open_layout(spec);

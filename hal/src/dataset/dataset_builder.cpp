@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "dataset/image_files.hpp"
 #include "kinetrace/imaging/image_info.hpp"
 #include "util/messages.hpp"
 #include "util/text_file.hpp"
@@ -247,6 +248,38 @@ Result<Timeline> deduced_timeline(const SequenceFiles& files, const std::vector<
   return timeline;
 }
 
+// The cameras of a rig are triggered together: what their clocks say differs by far less than the time to the next
+// frame.
+void note_disagreeing_times(const SequenceFiles& files, std::vector<std::string>& notes) {
+  if (!is_there(files.times_path) || !is_there(files.right_times_path)) {
+    return;
+  }
+  const auto left = read_times_ns(files.times_path);
+  const auto right = read_times_ns(files.right_times_path);
+  if (!left || !right) {
+    notes.push_back(concat(right ? left.error().message : right.error().message,
+                           "; the times of both cameras could not be compared"));
+    return;
+  }
+  if (left->size() != right->size()) {
+    notes.push_back(concat(files.right_times_path.string(), ": has ", std::to_string(right->size()),
+                           " times, the left camera's has ", std::to_string(left->size()),
+                           "; are these images of one recording?"));
+    return;
+  }
+  const std::int64_t tolerance_ns = median_step_ns(*left, period_ns(files.rate_hz)) / 4;
+  std::size_t apart = 0;
+  for (std::size_t i = 0; i < left->size(); ++i) {
+    apart += std::abs((*right)[i] - (*left)[i]) > tolerance_ns ? 1 : 0;
+  }
+  if (apart > 0) {
+    notes.push_back(concat(files.right_times_path.string(), ": ", std::to_string(apart), " of ",
+                           std::to_string(left->size()),
+                           " times are more than a quarter of a frame from the left camera's; ",
+                           "were both images of a pair taken at one time?"));
+  }
+}
+
 // Fills the frames and the file size.
 Status add_frames(const SequenceFiles& files, Dataset& dataset) {
   std::vector<Member> members = merged(files.left, files.right);
@@ -256,6 +289,7 @@ Status add_frames(const SequenceFiles& files, Dataset& dataset) {
   if (!timeline) {
     return Unexpected(timeline.error());
   }
+  note_disagreeing_times(files, dataset.notes);
   dataset.frames = FrameList(files.left.files, files.right.files, timeline->source);
   for (std::size_t i = 0; i < members.size(); ++i) {
     const Member& member = members[i];
@@ -270,10 +304,6 @@ Status add_frames(const SequenceFiles& files, Dataset& dataset) {
   return {};
 }
 
-std::string file_path(const FrameFolder& folder, std::string_view stem) {
-  return concat(folder.folder, "/", stem, folder.suffix);
-}
-
 // Size of the first pair with readable headers of one size.
 Result<ImageSize> probe_image_size(const FrameList& frames) {
   std::optional<Error> first_problem;
@@ -282,8 +312,8 @@ Result<ImageSize> probe_image_size(const FrameList& frames) {
     if (!frame.complete()) {
       continue;
     }
-    const std::string left_path = file_path(frames.left(), frame.left_stem);
-    const std::string right_path = file_path(frames.right(), frame.right_stem);
+    const std::string left_path = image_path(frames.left(), frame.left_stem);
+    const std::string right_path = image_path(frames.right(), frame.right_stem);
     const auto left = imaging::read_image_info(left_path.c_str());
     const auto right = imaging::read_image_info(right_path.c_str());
     if (left && right && left->width == right->width && left->height == right->height) {
@@ -406,6 +436,7 @@ Result<Dataset> finish_dataset(Dataset dataset, double fallback_rate_hz, const C
   if (const Status fits = check_calibration(dataset, *size); !fits) {
     return Unexpected(fits.error());
   }
+  find_sample_bits(dataset);
   return dataset;
 }
 

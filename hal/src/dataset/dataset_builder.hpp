@@ -22,6 +22,8 @@ struct SequenceFiles {
   /// "NUMBER NANOSECONDS" per line, as our recorder writes it; wins over `times_path` where it is there. Its end and
   /// the newest images may be missing: only frames with a whole line count.
   std::filesystem::path frame_times_path{};
+  /// The right camera's, for comparison alone; a note where they are not those of the left.
+  std::filesystem::path right_times_path{};
 };
 
 /// Pairs images by stem and gives every stem its number and time. The digits that the stems end with are times, if all

@@ -3,26 +3,13 @@
 #include <algorithm>
 #include <utility>
 
+#include "dataset/image_files.hpp"
 #include "formats/container_recording.hpp"
 #include "util/image_folder.hpp"
 #include "util/messages.hpp"
 
 namespace kinetrace::hal {
 namespace {
-
-// A file much larger than its pixels is damaged; it is skipped instead of sizing everybody's memory.
-imaging::ImageReaderConfig reader_config(const Dataset& dataset) {
-  constexpr std::size_t kMinBuffer = 4096;
-  constexpr std::size_t kBytesPerPixel = 8;  // 16-bit colour with alpha, not compressed.
-  constexpr std::size_t kHeaders = std::size_t{1} << 20;
-  const int width = dataset.calibration.raw_width_px();
-  const int height = dataset.calibration.raw_height_px();
-  const std::size_t sensible =
-      kBytesPerPixel * static_cast<std::size_t>(width) * static_cast<std::size_t>(height) + kHeaders;
-  return {.max_width_px = width,
-          .max_height_px = height,
-          .max_file_bytes = std::clamp(dataset.max_file_bytes, kMinBuffer, sensible)};
-}
 
 // What one pass takes of frame numbers and of time.
 struct PassSpan {
@@ -75,7 +62,7 @@ void FileStereoCamera::carve(const Dataset& dataset, Arena& arena, Storage& stor
 }
 
 std::size_t FileStereoCamera::required_bytes(const Dataset& dataset, const FileCameraConfig& /*config*/) {
-  return imaging::ImageReader::required_bytes(reader_config(dataset)) + measure_bytes([&dataset](Arena& arena) {
+  return imaging::ImageReader::required_bytes(image_reader_config(dataset)) + measure_bytes([&dataset](Arena& arena) {
            Storage storage;
            carve(dataset, arena, storage);
          });
@@ -88,7 +75,7 @@ Result<FileStereoCamera> FileStereoCamera::create(Dataset dataset, const FileCam
   if (dataset.frames.complete_count() == 0) {
     return fail(ErrorCode::kInvalidArgument, dataset.name + ": the dataset has no complete pair; check its folders");
   }
-  auto reader = imaging::ImageReader::create(reader_config(dataset), arena);
+  auto reader = imaging::ImageReader::create(image_reader_config(dataset), arena);
   if (!reader) {
     return Unexpected(reader.error());
   }
@@ -235,8 +222,7 @@ std::string FileStereoCamera::image_name(std::int64_t frame_index, bool is_left)
   for (std::size_t i = 0; !dataset_.container && i < frames.size(); ++i) {
     const FrameList::Frame frame = frames[i];
     if (frame.frame_index == index_of_pass && frame.complete()) {
-      const FrameFolder& folder = is_left ? frames.left() : frames.right();
-      return concat(folder.folder, "/", is_left ? frame.left_stem : frame.right_stem, folder.suffix);
+      return is_left ? image_path(frames.left(), frame.left_stem) : image_path(frames.right(), frame.right_stem);
     }
   }
   return StereoCamera::image_name(frame_index, is_left);
@@ -255,8 +241,11 @@ Status FileStereoCamera::decode(std::size_t place) {
     return dataset_.container->read(place, storage_.images[0], storage_.images[1]);
   }
   const FrameList::Frame frame = dataset_.frames[place];
-  const Status left = reader_.read_gray(compose_path(dataset_.frames.left(), frame.left_stem), storage_.images[0]);
-  return left ? reader_.read_gray(compose_path(dataset_.frames.right(), frame.right_stem), storage_.images[1]) : left;
+  const Status left = reader_.read_gray(compose_path(dataset_.frames.left(), frame.left_stem), storage_.images[0],
+                                        dataset_.sample_bits);
+  return left ? reader_.read_gray(compose_path(dataset_.frames.right(), frame.right_stem), storage_.images[1],
+                                  dataset_.sample_bits)
+              : left;
 }
 
 const char* FileStereoCamera::compose_path(const FrameFolder& folder, std::string_view stem) {

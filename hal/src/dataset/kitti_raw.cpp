@@ -32,7 +32,8 @@ Result<fs::path> find_drive(const DatasetSpec& spec) {
     for (const std::string& name : subfolders(date)) {
       if (is_drive(date / name)) {
         drives.push_back((below / name).string());
-        if (spec.sequence.empty() || is_called(name, spec.sequence)) {
+        // As it is listed, too.
+        if (spec.sequence.empty() || is_called(name, spec.sequence) || drives.back() == spec.sequence) {
           matches.push_back(drives.back());
         }
       }
@@ -98,7 +99,8 @@ Result<Dataset> open_kitti_raw(const DatasetSpec& spec) {
                             .right = std::move(*right),
                             .times_path = *drive / views->left / "timestamps.txt",
                             .rate_hz = kRate_hz,
-                            .frame_times_path = *drive / kFrameTimesFile};
+                            .frame_times_path = *drive / kFrameTimesFile,
+                            .right_times_path = *drive / views->right / "timestamps.txt"};
   return build_dataset(name, files, spec, [&](const ImageSize& size) {
     if (spec.uncalibrated) {
       return images_alone(size.width_px, size.height_px);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cctype>
 
+#include "kinetrace/core/files.hpp"
 #include "util/messages.hpp"
 #include "util/text_file.hpp"
 
@@ -45,8 +46,8 @@ bool is_there(const fs::path& path) {
 }
 
 Result<ImageFolder> list_images(const fs::path& folder, std::string_view prefix, std::string_view tag) {
-  if (!is_folder(folder)) {
-    return fail(ErrorCode::kNotFound, folder.string() + ": no such folder; check the path");
+  if (const Status there = check_folder(folder, "no such folder; check the path"); !there) {
+    return Unexpected(there.error());
   }
   ImageFolder images;
   images.files.folder = folder.string();
@@ -80,6 +81,10 @@ Result<ImageFolder> list_images(const fs::path& folder, std::string_view prefix,
   }
   sort_by_number(images.stems);
   return images;
+}
+
+std::string image_path(const FrameFolder& folder, std::string_view stem) {
+  return concat(folder.folder, "/", stem, folder.suffix);
 }
 
 std::optional<std::int64_t> trailing_number(std::string_view stem) {

@@ -25,6 +25,9 @@ struct ImageFolder {
 [[nodiscard]] Result<ImageFolder> list_images(const std::filesystem::path& folder, std::string_view prefix = "",
                                               std::string_view tag = "");
 
+/// Of the file with this stem.
+[[nodiscard]] std::string image_path(const FrameFolder& folder, std::string_view stem);
+
 /// Number that a stem ends with: "frame_000012" is 12; none without digits at the end or beyond 64 bits.
 [[nodiscard]] std::optional<std::int64_t> trailing_number(std::string_view stem);
 

@@ -75,7 +75,30 @@ fs::path target_of(const fs::path& path) {
   return error ? path : target;
 }
 
+Unexpected<Error> obstructed(const fs::path& path, std::string_view what, const std::string& why) {
+  return fail(ErrorCode::kIo, path.string().append(": ").append(what).append(" (" + why + "); check the permissions"));
+}
+
 }  // namespace
+
+Unexpected<Error> unreachable(const fs::path& path, std::string_view missing) {
+  std::error_code error;
+  // Nothing there is no error to it.
+  (void)fs::status(path, error);
+  if (error && error != std::errc::no_such_file_or_directory && error != std::errc::not_a_directory) {
+    return obstructed(path, "cannot be reached", error.message());
+  }
+  return fail(ErrorCode::kNotFound, path.string().append(": ").append(missing));
+}
+
+Status check_folder(const fs::path& path, std::string_view missing) {
+  std::error_code error;
+  if (!fs::is_directory(path, error)) {
+    return unreachable(path, missing);
+  }
+  const fs::directory_iterator names(path, error);
+  return error ? Status(obstructed(path, "cannot be listed", error.message())) : Status{};
+}
 
 fs::path staged_path(const fs::path& path) {
   std::error_code error;

@@ -37,7 +37,9 @@ Result<InputFile> InputFile::open(const char* path) {
     return file_error(ErrorCode::kBadFormat, path, "is a socket or a device, not a file; give the path of a file");
   }
   if (descriptor < 0) {
-    return file_error(ErrorCode::kIo, path, "cannot be opened (" + std::generic_category().message(reason) + ")");
+    return file_error(ErrorCode::kIo, path,
+                      "cannot be opened (" + std::generic_category().message(reason) +
+                          (reason == EACCES ? "); check its permissions" : ")"));
   }
   InputFile file(descriptor, 0);
   struct stat status {};

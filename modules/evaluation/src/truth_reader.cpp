@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "kinetrace/core/files.hpp"
 #include "kinetrace/core/input_file.hpp"
 #include "kinetrace/core/text_rows.hpp"
 #include "kinetrace/evaluation/truth.hpp"
@@ -195,8 +196,8 @@ Result<Truth> read_truth(const TruthSource& source) {
     return Unexpected(objects.error());
   }
   if (!source.masks.empty()) {
-    if (!is_folder(source.masks)) {
-      return fail(ErrorCode::kNotFound, source.masks.string() + ": no such folder of mask images");
+    if (const Status there = check_folder(source.masks, "no such folder of mask images"); !there) {
+      return Unexpected(there.error());
     }
     truth.mask_folder = source.masks;
   }

@@ -107,18 +107,35 @@ Result<std::span<const std::uint8_t>> ImageReader::load(const char* path, int wi
   return storage_.file.first(got);
 }
 
-Status ImageReader::read_gray(const char* path, MutableGrayView target) {
+Status ImageReader::read_gray(const char* path, MutableGrayView target, int sample_bits) {
   ImageInfo info;
   const auto bytes = load(path, target.width, target.height, info);
   if (!bytes) {
     return Unexpected(bytes.error());
   }
   switch (info.format) {
-    case ImageFormat::kPng: return decode_png_gray(path, *bytes, info, storage_.row, target);
-    case ImageFormat::kPgm: return decode_pgm_gray(path, *bytes, target);
+    case ImageFormat::kPng: return decode_png_gray(path, *bytes, info, storage_.row, target, sample_bits);
+    case ImageFormat::kPgm: return decode_pgm_gray(path, *bytes, target, sample_bits);
     case ImageFormat::kJpeg: return jpeg_.decode_gray(path, *bytes, target);
   }
   return {};
+}
+
+Result<int> ImageReader::used_bits(const char* path) {
+  const Result<ImageInfo> header = inspect(path);
+  if (!header) {
+    return Unexpected(header.error());
+  }
+  if (header->bit_depth < 16 || header->channels > 2) {
+    return 16;
+  }
+  ImageInfo info;
+  const auto bytes = load(path, header->width, header->height, info);
+  if (!bytes) {
+    return Unexpected(bytes.error());
+  }
+  return info.format == ImageFormat::kPng ? used_bits_of_png(path, *bytes, info, storage_.row)
+                                          : used_bits_of_pgm(path, *bytes, info);
 }
 
 Status ImageReader::read_rgb(const char* path, ImageView<Rgb8> target) {

@@ -1,6 +1,7 @@
 #include "pgm_decoder.hpp"
 
 #include <algorithm>
+#include <bit>
 
 #include "image_file.hpp"
 
@@ -8,6 +9,7 @@ namespace kinetrace::imaging {
 namespace {
 
 constexpr std::uint32_t kMaxByte = 255;
+constexpr std::uint32_t kMaxSample = 65535;
 
 bool is_space(std::uint8_t c) {
   return c == ' ' || (c >= '\t' && c <= '\r');
@@ -75,24 +77,35 @@ Result<PgmHeader> parse_pgm_header(const char* path, std::span<const std::uint8_
   std::size_t at = 2;
   const bool complete = next_number(bytes, at, header.width) && next_number(bytes, at, header.height) &&
                         next_number(bytes, at, header.max_value);
-  if (!complete || !is_space(bytes[at]) || header.max_value == 0 || header.max_value > 65535) {
+  if (!complete || !is_space(bytes[at]) || header.max_value == 0 || header.max_value > kMaxSample) {
     return file_error(ErrorCode::kBadFormat, path, "has a damaged PGM header; expected P5, width, height, maxval");
   }
   header.pixels_offset = at + 1;
   return header;
 }
 
-Status decode_pgm_gray(const char* path, std::span<const std::uint8_t> bytes, MutableGrayView target) {
+Status decode_pgm_gray(const char* path, std::span<const std::uint8_t> bytes, MutableGrayView target, int sample_bits) {
   const Result<PgmHeader> header = parse_whole(path, bytes, target.width, target.height);
   if (header && header->max_value == kMaxByte) {
     copy_image(GrayView{bytes.data() + header->pixels_offset, target.width, target.height, target.width}, target);
     return {};
   }
-  return for_each_sample(
-      path, bytes, target.width, target.height, [target](int x, int y, std::uint32_t value, std::uint32_t max_value) {
-        const std::uint32_t scaled = max_value == 65535 ? value >> 8 : (value * 255 + max_value / 2) / max_value;
-        target.at(x, y) = static_cast<std::uint8_t>(scaled);
+  return for_each_sample(path, bytes, target.width, target.height,
+                         [target, sample_bits](int x, int y, std::uint32_t value, std::uint32_t max_value) {
+                           target.at(x, y) =
+                               max_value == kMaxSample
+                                   ? upper_bits(value, sample_bits)
+                                   : static_cast<std::uint8_t>((value * kMaxByte + max_value / 2) / max_value);
+                         });
+}
+
+Result<int> used_bits_of_pgm(const char* path, std::span<const std::uint8_t> bytes, const ImageInfo& info) {
+  std::uint32_t all = 0;
+  const Status read = for_each_sample(
+      path, bytes, info.width, info.height, [&all](int /*x*/, int /*y*/, std::uint32_t value, std::uint32_t max_value) {
+        all |= max_value == kMaxSample ? value : kMaxSample;  // Another maxval says what is white.
       });
+  return read ? Result<int>(std::bit_width(all)) : Unexpected(read.error());
 }
 
 Status decode_pgm_gray16(const char* path, std::span<const std::uint8_t> bytes, ImageView<std::uint16_t> target) {

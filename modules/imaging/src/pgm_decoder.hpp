@@ -7,6 +7,7 @@
 
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
+#include "kinetrace/imaging/image_info.hpp"
 
 namespace kinetrace::imaging {
 
@@ -18,7 +19,11 @@ struct PgmHeader {
 };
 
 [[nodiscard]] Result<PgmHeader> parse_pgm_header(const char* path, std::span<const std::uint8_t> bytes);
-[[nodiscard]] Status decode_pgm_gray(const char* path, std::span<const std::uint8_t> bytes, MutableGrayView target);
+[[nodiscard]] Status decode_pgm_gray(const char* path, std::span<const std::uint8_t> bytes, MutableGrayView target,
+                                     int sample_bits);
+/// See ImageReader::used_bits; `info` is that of an image of 16 bits.
+[[nodiscard]] Result<int> used_bits_of_pgm(const char* path, std::span<const std::uint8_t> bytes,
+                                           const ImageInfo& info);
 [[nodiscard]] Status decode_pgm_gray16(const char* path, std::span<const std::uint8_t> bytes,
                                        ImageView<std::uint16_t> target);
 

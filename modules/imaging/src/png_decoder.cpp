@@ -1,6 +1,8 @@
 #include "png_decoder.hpp"
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstring>
 #include <memory>
@@ -78,7 +80,7 @@ std::uint8_t luma(const std::uint8_t* rgb) {
 struct GrayConversion {
   int format;
   int pixel_bytes;
-  enum class Kind { kCopy, kUpperByte, kLuma } kind;
+  enum class Kind { kCopy, kUpperBits, kLuma } kind;
 };
 
 GrayConversion conversion_for(const ImageInfo& info) {
@@ -86,7 +88,7 @@ GrayConversion conversion_for(const ImageInfo& info) {
     return {SPNG_FMT_RGB8, 3, GrayConversion::Kind::kLuma};
   }
   if (info.bit_depth == 16) {
-    return {SPNG_FMT_PNG, 2 * info.channels, GrayConversion::Kind::kUpperByte};
+    return {SPNG_FMT_PNG, 2 * info.channels, GrayConversion::Kind::kUpperBits};
   }
   if (info.channels == 1) {
     return {SPNG_FMT_G8, 1, GrayConversion::Kind::kCopy};
@@ -100,10 +102,10 @@ std::uint16_t native16(const std::uint8_t* bytes) {
   return value;
 }
 
-std::uint8_t to_gray(const std::uint8_t* pixel, GrayConversion::Kind kind) {
+std::uint8_t to_gray(const std::uint8_t* pixel, GrayConversion::Kind kind, int sample_bits) {
   switch (kind) {
     case GrayConversion::Kind::kCopy: return *pixel;
-    case GrayConversion::Kind::kUpperByte: return static_cast<std::uint8_t>(native16(pixel) >> 8);
+    case GrayConversion::Kind::kUpperBits: return upper_bits(native16(pixel), sample_bits);
     case GrayConversion::Kind::kLuma: return luma(pixel);
   }
   return 0;
@@ -112,7 +114,7 @@ std::uint8_t to_gray(const std::uint8_t* pixel, GrayConversion::Kind kind) {
 }  // namespace
 
 Status decode_png_gray(const char* path, std::span<const std::uint8_t> bytes, const ImageInfo& info,
-                       std::span<std::uint8_t> row, MutableGrayView target) {
+                       std::span<std::uint8_t> row, MutableGrayView target, int sample_bits) {
   const GrayConversion conversion = conversion_for(info);
   int code = SPNG_OK;
   {
@@ -120,11 +122,28 @@ Status decode_png_gray(const char* path, std::span<const std::uint8_t> bytes, co
     code = decode_rows(bytes, conversion.format, row, [&](const std::uint8_t* pixel, int y, Pass columns) {
       std::uint8_t* out = target.row(y);
       for (int x = columns.start; x < target.width; x += columns.step, pixel += conversion.pixel_bytes) {
-        out[x] = to_gray(pixel, conversion.kind);
+        out[x] = to_gray(pixel, conversion.kind, sample_bits);
       }
     });
   }
   return to_status(code, path);
+}
+
+Result<int> used_bits_of_png(const char* path, std::span<const std::uint8_t> bytes, const ImageInfo& info,
+                             std::span<std::uint8_t> row) {
+  unsigned all = 0;
+  int code = SPNG_OK;
+  {
+    const ForeignCall foreign;
+    const int pixel_bytes = 2 * info.channels;
+    code = decode_rows(bytes, SPNG_FMT_PNG, row, [&](const std::uint8_t* pixel, int /*y*/, Pass columns) {
+      for (int x = columns.start; x < info.width; x += columns.step, pixel += pixel_bytes) {
+        all |= native16(pixel);
+      }
+    });
+  }
+  const Status decoded = to_status(code, path);
+  return decoded ? Result<int>(std::bit_width(all)) : Unexpected(decoded.error());
 }
 
 Status decode_png_rgb(const char* path, std::span<const std::uint8_t> bytes, std::span<std::uint8_t> row,

@@ -15,7 +15,10 @@ inline constexpr int kPngRowBytesPerPixel = 4;  ///< Widest decoded pixel: 16-bi
 
 /// `row` holds at least width * kPngRowBytesPerPixel bytes; the size of `target` is that of the image.
 [[nodiscard]] Status decode_png_gray(const char* path, std::span<const std::uint8_t> bytes, const ImageInfo& info,
-                                     std::span<std::uint8_t> row, MutableGrayView target);
+                                     std::span<std::uint8_t> row, MutableGrayView target, int sample_bits);
+/// See ImageReader::used_bits; `info` is that of a grey image of 16 bits.
+[[nodiscard]] Result<int> used_bits_of_png(const char* path, std::span<const std::uint8_t> bytes, const ImageInfo& info,
+                                           std::span<std::uint8_t> row);
 [[nodiscard]] Status decode_png_rgb(const char* path, std::span<const std::uint8_t> bytes, std::span<std::uint8_t> row,
                                     ImageView<Rgb8> target);
 [[nodiscard]] Status decode_png_gray16(const char* path, std::span<const std::uint8_t> bytes, const ImageInfo& info,

@@ -10,6 +10,7 @@
 #include "candidates.hpp"
 #include "heads.hpp"
 #include "kinetrace/core/config_check.hpp"
+#include "kinetrace/core/files.hpp"
 #include "letterbox.hpp"
 #include "mask_assembly.hpp"
 #include "onnx_summary.hpp"
@@ -30,7 +31,7 @@ Status check(const ModelConfig& model, const NetworkOptions& options) {
   for (const std::string& file : {model.file, model.graph}) {
     std::error_code error;
     if (!file.empty() && !std::filesystem::is_regular_file(file, error)) {
-      return fail(ErrorCode::kNotFound, file + ": there is no such model");
+      return unreachable(file, "there is no such model");
     }
   }
   return {};

@@ -10,6 +10,8 @@
 #include <string_view>
 #include <utility>
 
+#include "kinetrace/core/files.hpp"
+
 namespace kinetrace::neural {
 namespace {
 
@@ -330,7 +332,7 @@ class Reader {
 Result<OnnxSummary> summarize_onnx(const std::string& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in) {
-    return fail(ErrorCode::kNotFound, file + ": there is no such model");
+    return unreachable(file, "there is no such model");
   }
   const std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   if (in.bad()) {

@@ -57,8 +57,9 @@ Result<RunAbout> read_run_about(const std::filesystem::path& path) {
   }
   try {
     return about_of(Json::parse(*text));
-  } catch (const nlohmann::json::exception& error) {
-    return fail(ErrorCode::kBadFormat, path.string() + ": is not the run.json of a run (" + error.what() + ")");
+  } catch (const nlohmann::json::exception&) {
+    return fail(ErrorCode::kBadFormat,
+                path.string() + ": is not the run.json of a run, or was damaged; give the folder of another run");
   }
 }
 

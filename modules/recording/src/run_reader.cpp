@@ -10,6 +10,7 @@
 
 #include "folder_lock.hpp"
 #include "kinetrace/core/detections.hpp"
+#include "kinetrace/core/files.hpp"
 #include "kinetrace/core/text_rows.hpp"
 #include "run_about.hpp"
 #include "run_folder.hpp"
@@ -379,8 +380,7 @@ Result<RunAbout> read_about(Run& run, bool is_in_use) {
     return read_run_about(run.directory / "run.json");
   }
   if (!fs::exists(run.directory / "camera.tum", error)) {
-    return fail(ErrorCode::kNotFound, (run.directory / "run.json").string() +
-                                          ": no such file; expected the folder of a run (kinetrace run --out)");
+    return unreachable(run.directory / "run.json", "no such file; expected the folder of a run (kinetrace run --out)");
   }
   run.is_finished = false;
   run.notes.push_back(run.directory.string() +

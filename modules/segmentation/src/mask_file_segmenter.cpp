@@ -5,6 +5,7 @@
 #include <system_error>
 #include <unistd.h>
 
+#include "kinetrace/core/files.hpp"
 #include "kinetrace/imaging/image_info.hpp"
 #include "kinetrace/imaging/image_reader.hpp"
 
@@ -24,10 +25,10 @@ imaging::ImageReaderConfig reader_config(const StereoGeometry& geometry) {
 }
 
 Status check_directory(const std::string& directory, const char* key) {
-  std::error_code error;
-  if (!std::filesystem::is_directory(directory, error)) {
-    return fail(ErrorCode::kNotFound, std::string(key) + ": mask folder " + directory + " does not exist");
+  if (const Status there = check_folder(directory, "no such folder of masks"); !there) {
+    return fail(there.error().code, std::string(key) + ": " + there.error().message);
   }
+  std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator(directory, error)) {
     if (entry.path().extension() == kExtension) {
       return {};

@@ -5,10 +5,12 @@
 #include <iterator>
 #include <string>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "kinetrace/core/input_file.hpp"
 #include "temp_folder.hpp"
 
 namespace kinetrace {
@@ -19,6 +21,45 @@ using ::testing::HasSubstr;
 std::string text_of(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+TEST(Unreachable, TellsWhatIsMissingFromWhatIsBarred) {
+  const test::TempFolder folder;
+  std::filesystem::create_symlink("loop", folder.path() / "loop");
+  const std::filesystem::path none = folder.path() / "none";
+  const Error missing = unreachable(none, "no such run").error();
+  EXPECT_EQ(missing.code, ErrorCode::kNotFound);
+  EXPECT_EQ(missing.message, none.string() + ": no such run");
+  EXPECT_EQ(unreachable(folder.file("a") + "/b", "no such run").error().code, ErrorCode::kNotFound);
+  const Error barred = unreachable(folder.path() / "loop" / "b", "no such run").error();
+  EXPECT_EQ(barred.code, ErrorCode::kIo);
+  EXPECT_THAT(barred.message, HasSubstr("loop/b: cannot be reached (Too many levels of symbolic links)"));
+}
+
+TEST(CheckFolder, RefusesWhatCannotBeListed) {
+  const test::TempFolder folder;
+  EXPECT_TRUE(check_folder(folder.path(), "no such run"));
+  std::ofstream(folder.file("file")) << "x";
+  EXPECT_EQ(check_folder(folder.path() / "file", "no such run").error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(check_folder(folder.path() / "none", "no such run").error().code, ErrorCode::kNotFound);
+  // Root may list everything, another user must not.
+  std::filesystem::permissions(folder.path(), std::filesystem::perms::none);
+  const uid_t before = ::geteuid();
+  constexpr uid_t kNobody = 65534;
+  if (before == 0 && ::seteuid(kNobody) != 0) {
+    GTEST_SKIP() << "no other user here";
+  }
+  const Status barred = check_folder(folder.path(), "no such run");
+  const Result<InputFile> file = InputFile::open((folder.path() / "file").c_str());
+  ASSERT_EQ(::seteuid(before), 0);
+  std::filesystem::permissions(folder.path(), std::filesystem::perms::owner_all);
+  ASSERT_FALSE(barred);
+  EXPECT_EQ(barred.error().code, ErrorCode::kIo);
+  EXPECT_EQ(barred.error().message,
+            folder.path().string() + ": cannot be listed (Permission denied); check the permissions");
+  ASSERT_FALSE(file);
+  EXPECT_EQ(file.error().message,
+            (folder.path() / "file").string() + ": cannot be opened (Permission denied); check its permissions");
 }
 
 TEST(ReplaceFile, LeavesTheOldContentWhereTheNewOneDoesNotFit) {

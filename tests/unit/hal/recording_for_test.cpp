@@ -35,6 +35,14 @@ void write_image(const std::string& path, std::uint8_t value, int width, int hei
   }
 }
 
+void write_image16(const std::string& path, std::uint16_t value, int width, int height) {
+  make_parent(path);
+  const std::vector<std::uint16_t> pixels(static_cast<std::size_t>(width * height), value);
+  if (!imaging::write_png_gray16(path.c_str(), {pixels.data(), width, height, width})) {
+    throw std::runtime_error("cannot write " + path);
+  }
+}
+
 void write_cut_image(const std::string& path, std::size_t bytes) {
   write_image(path, 1);
   std::filesystem::resize_file(path, bytes);

@@ -15,6 +15,7 @@ inline constexpr int kHeight = 32;
 void write_text(const std::string& path, const std::string& text);
 /// A gray PNG of one value.
 void write_image(const std::string& path, std::uint8_t value, int width = kWidth, int height = kHeight);
+void write_image16(const std::string& path, std::uint16_t value, int width = kWidth, int height = kHeight);
 /// The first `bytes` bytes of such an image.
 void write_cut_image(const std::string& path, std::size_t bytes);
 void write_color_image(const std::string& path, std::uint8_t value, int width = kWidth, int height = kHeight);

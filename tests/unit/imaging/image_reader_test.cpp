@@ -98,6 +98,28 @@ TEST_P(ReadingPng, GrayOfSixteenBitsKeepsTheUpperByte) {
   expect_gray(png(0, 16, pixels), [&](std::size_t i) { return sample16(pixels, i) >> 8; });
 }
 
+TEST_P(ReadingPng, GrayOfTwelveBitsInSixteenIsKnownByItsValues) {
+  Bytes pixels = ramp(2 * kPixels);
+  for (std::size_t i = 1; i < pixels.size(); i += 2) {
+    pixels[i] &= 0x0F;  // The upper byte of a sample.
+  }
+  const Bytes file = png(0, 16, pixels);
+  test::write_file(path_, file);
+  EXPECT_EQ(reader_.used_bits(path_.c_str()).value(), 12);
+  ASSERT_TRUE(reader_.read_gray(path_.c_str(), gray_, 12));
+  for (int i = 0; i < kPixels; ++i) {
+    ASSERT_EQ(gray_.at(i % kWidth, i / kWidth), sample16(pixels, static_cast<std::size_t>(i)) >> 4);
+  }
+  ASSERT_TRUE(reader_.read_gray(path_.c_str(), gray_, 10));
+  for (int i = 0; i < kPixels; ++i) {
+    ASSERT_EQ(gray_.at(i % kWidth, i / kWidth), std::min(sample16(pixels, static_cast<std::size_t>(i)) >> 2, 255));
+  }
+  test::write_file(path_, png(0, 16, ramp(2 * kPixels)));
+  EXPECT_EQ(reader_.used_bits(path_.c_str()).value(), 16);
+  test::write_file(path_, png(0, 8, Bytes(kPixels, 1)));
+  EXPECT_EQ(reader_.used_bits(path_.c_str()).value(), 16) << "eight bits are what the file says";
+}
+
 TEST_P(ReadingPng, ColourBecomesRec601Luma) {
   const Bytes pixels = ramp(3 * kPixels);
   expect_gray(png(2, 8, pixels),
@@ -166,6 +188,11 @@ TEST_F(Reading, PgmOfEightAndSixteenBits) {
   ten_bits[0] = 1023 >> 8;
   ten_bits[1] = 1023 & 255;
   expect_gray(pgm("P5 13 11 1023\n", ten_bits), [](std::size_t i) { return i == 0 ? 255 : 0; });
+  EXPECT_EQ(reader_.used_bits(path_.c_str()).value(), 16) << "its maxval says what is white";
+  test::write_file(path_, pgm("P5 13 11 65535\n", ten_bits));
+  EXPECT_EQ(reader_.used_bits(path_.c_str()).value(), 10);
+  ASSERT_TRUE(reader_.read_gray(path_.c_str(), gray_, 10));
+  EXPECT_EQ(gray_.at(0, 0), 255);
   ASSERT_TRUE(read_gray16(pgm("P5 13 11 65535\n", wide)));
   EXPECT_EQ(gray16_.at(1, 0), wide[2] << 8 | wide[3]);
   expect_refused(pgm("P5 13 11 255\n", ramp(kPixels - 1)), ErrorCode::kBadFormat, "truncated");

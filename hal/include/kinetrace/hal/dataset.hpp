@@ -57,13 +57,15 @@ struct Dataset {
   DatasetLayout layout = DatasetLayout::kFolder;
   RigCalibration calibration;
   FrameList frames;
-  double nominal_rate_hz = 0.0;                         ///< One over the median time between frames.
-  std::size_t max_file_bytes = 0;                       ///< Of the largest image file.
+  double nominal_rate_hz = 0.0;    ///< One over the median time between frames.
+  std::size_t max_file_bytes = 0;  ///< Of the largest image file.
+  int sample_bits = 16;            ///< Of grey images of 16 bits: how many of them the camera's values need.
   std::shared_ptr<const ContainerRecording> container;  ///< Holds the images, in the order of `frames`; else null.
   std::vector<std::string> notes;  ///< What had to be assumed, one line each: "no time stamps in X: 10 Hz assumed".
 };
 
-/// Finds the frames and the calibration. Reads file names, headers and text files, no pixels.
+/// Finds the frames and the calibration. Reads file names, headers and text files, and a few images if they are grey
+/// and of 16 bits.
 /// Errors, one line with the path and the remedy: kNotFound (folder, images or calibration; says what was looked for),
 /// kInvalidArgument (sequence missing or ambiguous; lists those there are), kBadCalibration, kBadFormat (damaged text
 /// files, no readable pair, sizes that do not fit the calibration or each other), kUnsupported.

@@ -64,9 +64,10 @@ struct KINETRACE_API RigCalibration {
   [[nodiscard]] int raw_height_px() const noexcept { return rectified ? rectified->height_px : left.height_px; }
 
   /// Rejects, with kBadCalibration naming the source and the remedy: values that are not finite, focal lengths <= 0,
-  /// principal points more than half an image outside, views of different sizes, rotations that are none, a baseline
-  /// that is zero, swapped (right view left of the left one), not horizontal, or beyond 10 m (millimetres?). Rotations
-  /// that deviate by rounding are replaced by the nearest rotation.
+  /// principal points more than half an image outside, distortion that folds or tears the image halfway to its border,
+  /// views of different sizes, rotations that are none, a baseline that is below 1 mm, swapped (right view left of the
+  /// left one), not horizontal, or beyond 10 m (millimetres?). Rotations that deviate by rounding are replaced by the
+  /// nearest rotation.
   [[nodiscard]] Status validate();
 };
 

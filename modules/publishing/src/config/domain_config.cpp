@@ -6,8 +6,10 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <system_error>
 
 #include "config/security_files.hpp"
+#include "kinetrace/core/files.hpp"
 
 namespace kinetrace::publishing {
 namespace {
@@ -127,8 +129,9 @@ std::string domain_xml(const PublishConfig& config, bool interface_has_multicast
 }
 
 Result<std::string> read_own_xml(const PublishConfig& config) {
-  if (!std::filesystem::exists(config.xml)) {
-    return fail(ErrorCode::kNotFound, "dds.xml: " + config.xml + " does not exist");
+  if (std::error_code error; !std::filesystem::exists(config.xml, error)) {
+    const Error reason = unreachable(config.xml, "does not exist; correct the path").error();
+    return fail(reason.code, "dds.xml: " + reason.message);
   }
   std::ifstream file(config.xml, std::ios::binary);
   std::ostringstream content;

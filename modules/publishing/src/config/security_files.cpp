@@ -41,7 +41,8 @@ std::string named(std::string_view key, const std::string& path) {
 
 Result<Bio> open_file(std::string_view key, const std::string& path) {
   ERR_clear_error();
-  Bio file(std::filesystem::is_regular_file(path) ? BIO_new_file(path.c_str(), "rb") : nullptr);
+  std::error_code error;
+  Bio file(std::filesystem::is_regular_file(path, error) ? BIO_new_file(path.c_str(), "rb") : nullptr);
   if (!file) {
     return fail(ErrorCode::kNotFound, named(key, path) + " does not exist or cannot be read");
   }

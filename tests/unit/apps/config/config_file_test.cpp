@@ -115,6 +115,10 @@ TEST_F(ConfigFile, PointsToTheListWhenNothingIsNear) {
   EXPECT_THAT(error_of("ventilation: 7\n"), HasSubstr("`kinetrace config` lists all keys"));
 }
 
+TEST_F(ConfigFile, RefusesASecondDocument) {
+  EXPECT_THAT(error_of("lit: true\n---\nlit: false\n"), HasSubstr(":2: a second document begins here"));
+}
+
 TEST_F(ConfigFile, RefusesARepeatedKey) {
   EXPECT_THAT(error_of("lit: true\ncolour: red\nlit: false\n"),
               HasSubstr(":3: \"lit\" is already given in line 1; keep one"));

@@ -65,6 +65,10 @@ TEST(OpencvCalibration, IsReadAsOpencvWritesItInXmlAndJson) {
   }
 }
 
+TEST(CalibrationYaml, OfTwoDocumentsIsRefused) {
+  expect_bad("a.yaml", "%YAML:1.0\n---\nK1: 1\n---\nK1: 2\n", "line 4: a second document begins here");
+}
+
 TEST(OpencvXml, ReportsWhatIsMalformed) {
   const auto storage = [](const std::string& inside) {
     return "<?xml version=\"1.0\"?>\n<opencv_storage>\n" + inside + "</opencv_storage>\n";

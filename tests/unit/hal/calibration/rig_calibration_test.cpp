@@ -1,6 +1,6 @@
 #include "kinetrace/hal/rig_calibration.hpp"
 
-#include <cmath>
+#include <iterator>
 #include <limits>
 
 #include <gmock/gmock.h>
@@ -56,6 +56,28 @@ TEST(RigCalibration, RejectsValuesThatAreNoNumbers) {
   expect_rejected(rig, "baseline is nan");
 }
 
+TEST(RigCalibration, RejectsDistortionThatNoLensHas) {
+  const double absurd[] = {300.0, 1e5, 300.0, 300.0, 1e7};  // k1 k2 p1 p2 k3.
+  for (std::size_t i = 0; i < std::size(absurd); ++i) {
+    for (const double value : {-absurd[i], absurd[i]}) {
+      RigCalibration rig = test::radial_rig();
+      rig.left.distortion[i] = value;
+      expect_rejected(rig, "left distortion is that of no lens");
+    }
+  }
+  RigCalibration rig = test::fisheye_rig();
+  rig.right.distortion[0] = -40.0;
+  expect_rejected(rig, "right distortion is that of no lens");
+}
+
+TEST(RigCalibration, AcceptsTheDistortionOfStrongLenses) {
+  RigCalibration rig = test::radial_rig();
+  rig.left.distortion = {-0.45, 0.25, 0.002, -0.002, -0.08, 0.0, 0.0, 0.0};
+  EXPECT_TRUE(rig.validate());
+  rig.left.distortion = {0.3, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+  EXPECT_TRUE(rig.validate());
+}
+
 TEST(RigCalibration, RejectsSizesThatNoImageHas) {
   RigCalibration rig = test::given_rig();
   rig.given->width_px = rig.given->height_px = std::numeric_limits<int>::max();
@@ -88,6 +110,7 @@ TEST(RigCalibration, RejectsImpossibleIntrinsics) {
   rig.left.fx_px = 1e9;
   expect_rejected(rig, "is that of no lens");
   rig.left.fx_px = 0.02 * 752;
+  rig.left.distortion = {};
   EXPECT_TRUE(rig.validate());
   rig = test::radial_rig();
   rig.left.cx_px = 1129;

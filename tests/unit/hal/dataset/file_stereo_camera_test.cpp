@@ -48,6 +48,34 @@ TEST(FileStereoCamera, DeliversEveryPairInOrder) {
   EXPECT_EQ(playing.camera.info().name, "sequence");
 }
 
+TEST(FileStereoCamera, ValuesOfTwelveBitsInSixteenAreBrightAsTheyWere) {
+  const test::Recording recording(20);
+  for (int i = 0; i < 20; ++i) {
+    // One of them is bright, the others are dark.
+    test::write_image16(recording.left(i), static_cast<std::uint16_t>(i == 10 ? 4000 : 160));
+    test::write_image16(recording.right(i), 320);
+  }
+  const Dataset dataset = recording.open().value();
+  EXPECT_EQ(dataset.sample_bits, 12);
+  EXPECT_THAT(dataset.notes, ::testing::Contains(HasSubstr("image_0: the images hold values of 12 bits in 16")));
+  Playing playing(dataset);
+  const auto frame = playing.camera.next(kTimeout);
+  ASSERT_TRUE(frame) << frame.error().message;
+  EXPECT_EQ(frame->left.at(0, 0), 160 >> 4);
+  EXPECT_EQ(frame->right.at(0, 0), 320 >> 4);
+}
+
+TEST(FileStereoCamera, ValuesOfSixteenBitsKeepTheirUpperByte) {
+  const test::Recording recording(2);
+  test::write_image16(recording.left(0), 160);
+  test::write_image16(recording.right(0), 160);
+  test::write_image16(recording.left(1), 160);
+  test::write_image16(recording.right(1), 50000);
+  const Dataset dataset = recording.open().value();
+  EXPECT_EQ(dataset.sample_bits, 16);
+  EXPECT_THAT(dataset.notes, ::testing::Not(::testing::Contains(HasSubstr("bits in 16"))));
+}
+
 TEST(FileStereoCamera, SkipsAndCountsFramesWithoutPartner) {
   const test::Recording recording(4);
   std::filesystem::remove(recording.left(0));

@@ -63,6 +63,20 @@ TEST_F(KittiRaw, SyncDrivesAreRectified) {
   EXPECT_EQ(dataset->frames[1].timestamp_ns - dataset->frames[0].timestamp_ns, 103100001);
 }
 
+TEST_F(KittiRaw, TimesOfTheCamerasThatDisagreeAreNoted) {
+  const std::filesystem::path drive = add_drive("2011_09_26_drive_0001_sync", 48, 32);
+  const std::filesystem::path right = drive / "image_01" / "timestamps.txt";
+  test::write_text(right, "2011-09-26 14:06:03.301000000\n2011-09-26 14:06:03.404100001\n");
+  EXPECT_THAT(open(drive)->notes, ::testing::IsEmpty()) << "a millisecond is how cameras are";
+  test::write_text(right, "2011-09-26 14:06:03.300000000\n2011-09-26 14:06:03.503100001\n");
+  EXPECT_THAT(open(drive)->notes,
+              ::testing::ElementsAre(HasSubstr("image_01/timestamps.txt: 1 of 2 times are more than a quarter")));
+  test::write_text(right, "2011-09-26 14:06:03.300000000\n");
+  EXPECT_THAT(open(drive)->notes, ::testing::ElementsAre(HasSubstr("has 1 times, the left camera's has 2")));
+  test::write_text(right, "yesterday\n");
+  EXPECT_THAT(open(drive)->notes, ::testing::ElementsAre(HasSubstr("could not be compared")));
+}
+
 TEST_F(KittiRaw, ExtractDrivesAreRawAndComeWithTheirRectification) {
   const auto dataset = open(add_drive("2011_09_26_drive_0001_extract", kRawWidth, kRawHeight));
   ASSERT_TRUE(dataset) << dataset.error().message;
@@ -91,6 +105,9 @@ TEST_F(KittiRaw, FindsADriveByDateFolderAndNumber) {
                "2011_09_26_drive_0001_sync, 2011_09_26_drive_0002_sync");
   EXPECT_EQ(open(folder_.path() / "2011_09_26", "0002")->name, "2011_09_26_drive_0002_sync");
   EXPECT_EQ(open(folder_.path(), "2011_09_26_drive_0002_sync")->name, "2011_09_26_drive_0002_sync");
+  const auto as_listed = open(folder_.path(), "2011_09_26/2011_09_26_drive_0002_sync");
+  ASSERT_TRUE(as_listed) << as_listed.error().message;
+  EXPECT_EQ(as_listed->name, "2011_09_26_drive_0002_sync");
   expect_error(open(folder_.path(), "0003"), ErrorCode::kInvalidArgument, "no drive '0003'");
 }
 

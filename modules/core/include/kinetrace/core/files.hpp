@@ -1,4 +1,5 @@
-// Files written so that a reader finds the old content or the new one. For host-side tools; allocates.
+// Files and folders by name: why one cannot be had, and files written so that a reader finds the old content or the new
+// one. For host-side tools; allocates.
 #pragma once
 
 #include <filesystem>
@@ -8,6 +9,13 @@
 #include "kinetrace/core/result.hpp"
 
 namespace kinetrace {
+
+/// The error for a file or folder that cannot be had: kNotFound with `missing` where there is none, kIo with the reason
+/// where something is in the way (permissions of a folder above it, a loop of links).
+[[nodiscard]] KINETRACE_API Unexpected<Error> unreachable(const std::filesystem::path& path, std::string_view missing);
+
+/// That `path` is a folder whose files can be listed. Errors: as unreachable.
+[[nodiscard]] KINETRACE_API Status check_folder(const std::filesystem::path& path, std::string_view missing);
 
 /// Writes `content` in the place of `path` as a whole or not at all, even if power fails meanwhile. Devices and pipes
 /// are written to as they are. Errors: kIo; what was there before is then still there.

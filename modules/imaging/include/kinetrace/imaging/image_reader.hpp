@@ -16,6 +16,11 @@
 
 namespace kinetrace::imaging {
 
+/// The depth of cameras (8, 10, 12, 14 or 16 bits) whose values need so many bits.
+[[nodiscard]] constexpr int sample_bits_for(int used_bits) noexcept {
+  return used_bits <= 8 ? 8 : used_bits + used_bits % 2;
+}
+
 /// The largest file a reader is made for. Anything beyond is refused before a pixel is decoded.
 struct KINETRACE_API ImageReaderConfig {
   int max_width_px = 2048;
@@ -39,11 +44,16 @@ class KINETRACE_API ImageReader {
   [[nodiscard]] Result<ImageInfo> inspect(const char* path) const;
 
   /// Decodes to 8-bit luminance. `target` must have the size of the image. Colour becomes Rec. 601 luma; 16-bit samples
-  /// keep their upper byte (PGM with another maxval: scaled to 255); 1, 2 and 4-bit gray is scaled to 0..255; alpha is
-  /// ignored. On an error the pixels of `target` are unspecified.
-  /// Errors, all naming the file: kNotFound, kIo, kBadFormat (empty, truncated, damaged, larger than the reader was
-  /// made for), kUnsupported (another format), kInvalidArgument (size differs from the target).
-  [[nodiscard]] Status read_gray(const char* path, MutableGrayView target);
+  /// keep the upper eight of their `sample_bits` lowest bits, and beyond those are white (PGM with another maxval:
+  /// scaled to 255); 1, 2 and 4-bit gray is scaled to 0..255; alpha is ignored. On an error the pixels of `target` are
+  /// unspecified. Errors, all naming the file: kNotFound, kIo, kBadFormat (empty, truncated, damaged, larger than the
+  /// reader was made for), kUnsupported (another format), kInvalidArgument (size differs from the target).
+  [[nodiscard]] Status read_gray(const char* path, MutableGrayView target, int sample_bits = 16);
+
+  /// How many bits the brightest sample of a grey image of 16 bits needs: cameras of 10, 12 and 14 bits are often
+  /// written without being scaled, and nothing in the file says so. 16 for all other images, where the file says what
+  /// is white. Errors: as read_gray.
+  [[nodiscard]] Result<int> used_bits(const char* path);
 
   /// Decodes to 8-bit colour; grey images have three equal samples. Otherwise as read_gray; kUnsupported for PGM.
   [[nodiscard]] Status read_rgb(const char* path, ImageView<Rgb8> target);
