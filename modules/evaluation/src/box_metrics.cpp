@@ -22,7 +22,7 @@ void compare(const OrientedBox& truth, const Box3& estimate, const Box3Sigma& si
   const OrientedBox box{{estimate.rotation(), estimate.center_m}, estimate.size_m};
   const BoxOverlap overlapping = overlap(truth, box);
   errors.iou_3d.add(overlapping.iou_3d);
-  errors.iou_birds_eye.add(overlapping.iou_birds_eye);
+  errors.iou_footprint.add(overlapping.iou_footprint);
   const Eigen::Vector3d center_m =
       box.T_world_box.rotation.transpose() * (estimate.center_m - truth.T_world_box.translation);
   const Eigen::Vector3d size_m = estimate.size_m - truth.size_m;

@@ -108,7 +108,7 @@ BoxOverlap overlap(const OrientedBox& truth, const OrientedBox& estimate) {
   const OrientedBox true_footprint = footprint(truth, truth);
   const OrientedBox estimated_footprint = footprint(estimate, truth);
   return {.iou_3d = ratio(intersection_volume(truth, estimate), truth.size_m.prod(), estimate.size_m.prod()),
-          .iou_birds_eye = ratio(intersection_volume(true_footprint, estimated_footprint), true_footprint.size_m.prod(),
+          .iou_footprint = ratio(intersection_volume(true_footprint, estimated_footprint), true_footprint.size_m.prod(),
                                  estimated_footprint.size_m.prod())};
 }
 

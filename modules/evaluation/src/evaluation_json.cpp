@@ -110,7 +110,7 @@ Json worst_motions_json(std::vector<MotionSample> motions) {
 
 Json box_errors_json(const BoxErrors& errors) {
   return {{"iou_3d", value_of(errors.iou_3d.mean())},
-          {"iou_birds_eye", value_of(errors.iou_birds_eye.mean())},
+          {"iou_footprint", value_of(errors.iou_footprint.mean())},
           {"center", errors_json(errors.center_m)},
           {"length", errors_json(errors.size_m[0])},
           {"height", errors_json(errors.size_m[1])},

@@ -123,8 +123,8 @@ void add_all_objects(Lines& lines, const ObjectMetrics& metrics, const ObjectCon
 
 void add_boxes(Lines& lines, const BoxMetrics& boxes) {
   constexpr std::array<const char*, kBoxDistanceNames.size()> kDistances{"under 20 m", "20 to 40 m", "over 40 m"};
-  lines.add("  %-24s %8s %8s %8s %8s %8s %8s %8s %8s %8s", "boxes", "count", "IoU 3-D", "IoU BEV", "centre m", "length m",
-            "height m", "width m", "yaw deg", "turned %");
+  lines.add("  %-24s %8s %8s %8s %8s %8s %8s %8s %8s %8s", "boxes", "count", "IoU 3-D", "IoU 2-D", "centre m",
+            "length m", "height m", "width m", "yaw deg", "turned %");
   for (const bool moving : {true, false}) {
     for (std::size_t distance = 0; distance < kDistances.size(); ++distance) {
       for (std::size_t stage = 0; stage < kBoxStages.size(); ++stage) {
@@ -135,7 +135,7 @@ void add_boxes(Lines& lines, const BoxMetrics& boxes) {
         const std::string name = std::string(moving ? "  moving, " : "  at rest, ") + kDistances[distance] + ", " +
                                  std::string(kBoxStages[stage]);
         lines.add("  %-30s %2zu %8s %8s %8s %8s %8s %8s %8s %8s", name.c_str(), errors.iou_3d.count(),
-                  number(errors.iou_3d.mean(), 3).c_str(), number(errors.iou_birds_eye.mean(), 3).c_str(),
+                  number(errors.iou_3d.mean(), 3).c_str(), number(errors.iou_footprint.mean(), 3).c_str(),
                   number(errors.center_m.mean(), 3).c_str(), number(errors.size_m[0].mean(), 3).c_str(),
                   number(errors.size_m[1].mean(), 3).c_str(), number(errors.size_m[2].mean(), 3).c_str(),
                   number(errors.yaw_deg.mean(), 2).c_str(),

@@ -22,9 +22,9 @@ Result<ObjectsByFrame> read_simulator_objects(const std::filesystem::path& path)
   if (!rows) {
     return Unexpected(rows.error());
   }
-  const std::vector<std::size_t> column = rows->columns(
-      {"frame", "object_id", "class", "moving", "rigid", "tx", "vx", "vy", "vz", "height", "visible_px", "height_px", "length", "width",
-       "occlusion", "truncation"});
+  const std::vector<std::size_t> column =
+      rows->columns({"frame", "object_id", "class", "moving", "rigid", "tx", "vx", "vy", "vz", "height", "visible_px",
+                     "height_px", "length", "width", "occlusion", "truncation"});
   ObjectsByFrame objects;
   std::set<std::pair<std::int64_t, std::int64_t>> known;  // Frame and object.
   while (rows->next()) {

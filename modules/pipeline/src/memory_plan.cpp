@@ -29,8 +29,8 @@ Result<MemoryPlan> Pipeline::plan(const PipelineConfig& config, const StereoGeom
       {"tracking", tracking::StereoTracker::required_bytes(c.tracking, geometry.width_px, geometry.height_px),
        "image size, tracking.max_objects"},
       {"background", sfm::BodyReconstruction::required_bytes(c.background) + measure_bytes([&](Arena& arena) {
-         trajectory::GroundEstimator(static_cast<std::size_t>(c.background.max_points), arena);
-       }),
+                       trajectory::GroundEstimator(static_cast<std::size_t>(c.background.max_points), arena);
+                     }),
        "background.max_points, background.window_frames"},
       {"objects", ObjectSet::required_bytes(c), "tracking.max_objects, object.max_points, object.window_frames"},
       {"refinement", WindowRefiner::required_bytes(c.refinement, c.object),

@@ -99,7 +99,8 @@ Box3Sigma ObjectState::box_sigma(const ObjectResult& result) const {
   const Eigen::Matrix3d axes = result.box.rotation();
   const Eigen::Matrix3d of_pose = axes.transpose() * reference_covariance(result.T_world_obj, result.covariance) * axes;
   sigma.center_m = (sigma.center_m.cwiseAbs2() + of_pose.diagonal()).cwiseSqrt();
-  if (result.status == BodyStatus::kTracked) {  // Otherwise its frame does not turn with it, and heading() has told.
+  if (result.status ==
+      BodyStatus::kTracked) {  // Otherwise its frame does not turn with it, and heading() has said how sure it is.
     const double turn_rad2 = axes.col(1).dot(result.covariance.topLeftCorner<3, 3>() * axes.col(1));
     sigma.yaw_rad = std::sqrt(sigma.yaw_rad * sigma.yaw_rad + turn_rad2);
   }

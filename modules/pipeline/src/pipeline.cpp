@@ -115,19 +115,19 @@ Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeom
     return Unexpected(refiner.error());
   }
   // Named members need the aggregate itself.  NOLINTNEXTLINE(modernize-make-unique)
-  std::unique_ptr<Impl> impl(new Impl{.intake = FrameIntake(geometry),
-                                      .rig = *rig,
-                                      .front_end = std::move(*front_end),
-                                      .segmenter = std::move(*segmenter),
-                                      .tracker = *tracker,
-                                      .camera = CameraTracker(*background),
-                                      .ground = trajectory::GroundEstimator(
-                                          static_cast<std::size_t>(c.background.max_points), arena),
-                                      .objects = std::move(*objects),
-                                      .refiner = std::move(*refiner),
-                                      .results = FixedLagResults(c, arena),
-                                      .output = FrameResultBuilder(c, arena),
-                                      .scratch = FrameScratch(c, arena)});
+  std::unique_ptr<Impl> impl(
+      new Impl{.intake = FrameIntake(geometry),
+               .rig = *rig,
+               .front_end = std::move(*front_end),
+               .segmenter = std::move(*segmenter),
+               .tracker = *tracker,
+               .camera = CameraTracker(*background),
+               .ground = trajectory::GroundEstimator(static_cast<std::size_t>(c.background.max_points), arena),
+               .objects = std::move(*objects),
+               .refiner = std::move(*refiner),
+               .results = FixedLagResults(c, arena),
+               .output = FrameResultBuilder(c, arena),
+               .scratch = FrameScratch(c, arena)});
   if (arena.exhausted()) {
     return fail(ErrorCode::kCapacity, "the arena does not hold the pipeline; size it from Pipeline::plan");
   }

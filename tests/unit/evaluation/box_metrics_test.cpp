@@ -18,7 +18,7 @@ OrientedBox box_at(const Eigen::Vector3d& center_m, const Eigen::Vector3d& size_
 TEST(BoxOverlap, OfABoxWithItselfIsOne) {
   const OrientedBox car = box_at({1.0, 2.0, 30.0}, {4.2, 1.5, 1.8}, 0.7);
   EXPECT_NEAR(overlap(car, car).iou_3d, 1.0, 1e-9);
-  EXPECT_NEAR(overlap(car, car).iou_birds_eye, 1.0, 1e-9);
+  EXPECT_NEAR(overlap(car, car).iou_footprint, 1.0, 1e-9);
 }
 
 TEST(BoxOverlap, OfShiftedBoxesIsThatOfTheirIntervals) {
@@ -26,7 +26,7 @@ TEST(BoxOverlap, OfShiftedBoxesIsThatOfTheirIntervals) {
   EXPECT_NEAR(overlap(car, box_at({2.0, 0.0, 10.0}, {4.0, 1.5, 2.0})).iou_3d, 1.0 / 3.0, 1e-9);
   const BoxOverlap lifted = overlap(car, box_at({0.0, 0.75, 10.0}, {4.0, 1.5, 2.0}));
   EXPECT_NEAR(lifted.iou_3d, 1.0 / 3.0, 1e-9);
-  EXPECT_NEAR(lifted.iou_birds_eye, 1.0, 1e-9) << "seen from above, height does not count";
+  EXPECT_NEAR(lifted.iou_footprint, 1.0, 1e-9) << "seen from above, height does not count";
   EXPECT_EQ(overlap(car, box_at({5.0, 0.0, 10.0}, {4.0, 1.5, 2.0})).iou_3d, 0.0);
   EXPECT_EQ(overlap(car, box_at({0.0, 0.0, 10.0}, {0.0, 1.5, 2.0})).iou_3d, 0.0) << "no volume";
 }
@@ -35,7 +35,7 @@ TEST(BoxOverlap, OfSquaresTurnedAgainstEachOtherIsAnOctagon) {
   const OrientedBox square = box_at({0.0, 0.0, 10.0}, {1.0, 2.0, 1.0});
   const BoxOverlap turned = overlap(square, box_at({0.0, 0.0, 10.0}, {1.0, 2.0, 1.0}, 0.25 * std::numbers::pi));
   const double octagon = 2.0 * (std::sqrt(2.0) - 1.0);
-  EXPECT_NEAR(turned.iou_birds_eye, octagon / (2.0 - octagon), 1e-9);
+  EXPECT_NEAR(turned.iou_footprint, octagon / (2.0 - octagon), 1e-9);
   EXPECT_NEAR(turned.iou_3d, octagon / (2.0 - octagon), 1e-9);
 }
 
@@ -62,7 +62,8 @@ TEST(BoxErrors, TurnsByHalfACircleCountApart) {
 TEST(BoxErrors, AreHeldAgainstTheirStandardDeviations) {
   const OrientedBox truth = box_at({0.0, 0.0, 10.0}, {4.0, 1.5, 1.8});
   BoxErrors errors;
-  compare(truth, Box3{{0.2, 0.0, 10.0}, {4.4, 1.5, 1.8}, 0.05}, {{0.1, 1.0, 1.0}, {0.2, 1.0, 1.0}, 0.05, false}, errors);
+  compare(truth, Box3{{0.2, 0.0, 10.0}, {4.4, 1.5, 1.8}, 0.05}, {{0.1, 1.0, 1.0}, {0.2, 1.0, 1.0}, 0.05, false},
+          errors);
   EXPECT_NEAR(errors.center_normalised.mean_square().value(), 4.0 / 3.0, 0.02);
   EXPECT_NEAR(errors.size_normalised.mean_square().value(), 4.0 / 3.0, 1e-9);
   EXPECT_NEAR(errors.yaw_normalised.mean_square().value(), 1.0, 1e-9);

@@ -50,7 +50,8 @@ TEST(BoxEstimator, TwoSidesMakeTheWholeBox) {
     watcher.watch(scene, azimuth_deg * kRad, 12.0, 16);
     const Box3 box = watcher.estimate();
     EXPECT_LT(turned_rad(box, scene.car), 5.0 * kRad) << azimuth_deg;
-    EXPECT_LT((box.size_m - scene.car.size_m).cwiseAbs().maxCoeff(), 0.35) << azimuth_deg << ": " << box.size_m.transpose();
+    EXPECT_LT((box.size_m - scene.car.size_m).cwiseAbs().maxCoeff(), 0.35)
+        << azimuth_deg << ": " << box.size_m.transpose();
     EXPECT_LT((box.center_m - scene.car.center_m).norm(), 0.25) << azimuth_deg;
     EXPECT_FALSE(watcher.box.sigma().heading_known);
   }
@@ -172,7 +173,8 @@ TEST(BoxEstimator, SigmasAreHonest) {
     scene.point_m = 0.1;
     std::normal_distribution<double> noise(0.0, 1.0);
     std::uniform_real_distribution<double> azimuth(0.0, 2.0 * std::numbers::pi);
-    scene.car.size_m += Eigen::Vector3d(0.42 * noise(scene.random), 0.08 * noise(scene.random), 0.08 * noise(scene.random));
+    scene.car.size_m +=
+        Eigen::Vector3d(0.42 * noise(scene.random), 0.08 * noise(scene.random), 0.08 * noise(scene.random));
     scene.car.center_m.y() = -0.5 * scene.car.size_m.y();
     Watcher watcher;
     watcher.watch(scene, azimuth(scene.random), 14.0, 16, kAhead);

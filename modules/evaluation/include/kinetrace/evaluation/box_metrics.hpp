@@ -36,7 +36,7 @@ class NormalisedErrors {
 
 struct BoxErrors {
   ErrorStatistics iou_3d;
-  ErrorStatistics iou_birds_eye;
+  ErrorStatistics iou_footprint;
   ErrorStatistics center_m;
   std::array<ErrorStatistics, 3> size_m;  ///< Length, height, width.
   ErrorStatistics yaw_deg;                ///< Up to turns by 180 degrees; at most 90.

@@ -14,7 +14,7 @@ struct OrientedBox {
 
 struct BoxOverlap {
   double iou_3d = 0.0;         ///< Of the volumes.
-  double iou_birds_eye = 0.0;  ///< Of the footprints in the plane that the true box's y axis is normal to.
+  double iou_footprint = 0.0;  ///< Of the footprints in the plane that the true box's y axis is normal to.
 };
 
 /// For two boxes upright about the same axis as KITTI's benchmark has it: footprints' intersection times common height.

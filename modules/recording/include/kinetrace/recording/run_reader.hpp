@@ -38,7 +38,7 @@ struct ObjectRow {
   bool moving = false;
   double heading_rad = 0.0;
   Box3 box;
-  Box3Sigma box_sigma;  ///< Zero in runs of versions that did not write it.
+  Box3Sigma box_sigma;                    ///< Zero in runs of versions that did not write it.
   Vector6d variances = Vector6d::Zero();  ///< rad^2 about the world's axes, then m^2 of the origin.
   int point_count = 0;
   int inliers = 0;

@@ -14,7 +14,8 @@ namespace kinetrace::trajectory {
 /// Edges of a mask in the left image, pixels: lowest and highest u, lowest and highest v.
 struct MaskEdges {
   std::array<double, 4> at_px{};
-  /// How far the object may reach beyond what is seen of it, standard deviation: infinite where the image's border cuts it.
+  /// How far the object may reach beyond what is seen of it, standard deviation: infinite where the image's border cuts
+  /// it.
   std::array<double, 4> beyond_px{};
 };
 

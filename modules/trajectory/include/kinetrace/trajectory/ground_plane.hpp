@@ -16,8 +16,8 @@ namespace kinetrace::trajectory {
 struct Ground {
   Eigen::Vector3d down = Eigen::Vector3d::UnitY();
   double height_m = 0.0;
-  double sigma_m = 0.0;         ///< Of its height below the camera.
-  double slope_sigma_rad = 0.0; ///< Of `down`, about each axis.
+  double sigma_m = 0.0;          ///< Of its height below the camera.
+  double slope_sigma_rad = 0.0;  ///< Of `down`, about each axis.
   bool known = false;
 
   /// The same in another frame, p_this = T_this_other p_other.
@@ -27,9 +27,9 @@ struct Ground {
   }
 };
 
-/// Found by RANSAC among the background's points: the plane that holds most of them and has few beyond it, since nothing
-/// is seen through the ground. A plane found stays until another one holds more; it follows the points by least squares.
-/// `down` is within 70 degrees of the camera's y axis, so that walls are none. Deterministic.
+/// Found by RANSAC among the background's points: the plane that holds most of them and has few beyond it, since
+/// nothing is seen through the ground. A plane found stays until another one holds more; it follows the points by least
+/// squares. `down` is within 70 degrees of the camera's y axis, so that walls are none. Deterministic.
 class GroundEstimator {
  public:
   GroundEstimator(std::size_t max_points, Arena& arena);
