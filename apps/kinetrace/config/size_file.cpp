@@ -9,6 +9,7 @@
 
 #include "config/config_file.hpp"
 #include "kinetrace/core/detections.hpp"
+#include "kinetrace/core/yaml_text.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -129,6 +130,10 @@ Result<SizeTable> read_size_file(const std::filesystem::path& path) {
                                              "not a file of sizes (a YAML text below 1 MiB)");
   if (!text) {
     return Unexpected(text.error());
+  }
+  if (const auto line = second_document_line(*text)) {
+    return fail(ErrorCode::kInvalidConfig,
+                path.string() + ":" + std::to_string(*line) + ": " + std::string(kSecondDocument));
   }
   try {
     return SizeReader(path.string()).read(YAML::Load(*text));

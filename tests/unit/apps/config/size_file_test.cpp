@@ -84,6 +84,7 @@ TEST(SizeFile, NamesLineAndMistake) {
   }
   EXPECT_THAT(message(many), HasSubstr("24 is the most"));
   EXPECT_THAT(message("kinds: [\n"), HasSubstr("not valid YAML"));
+  EXPECT_THAT(message(std::string("kinds:\n") + kOther + "---\nkinds: []\n"), HasSubstr(":3: a second document"));
   const Result<SizeTable> missing = read_size_file("/nonexistent/sizes.yaml");
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().code, ErrorCode::kNotFound);
