@@ -61,7 +61,7 @@ endforeach()
 kinetrace_install_headers(hal *.hpp)
 # Of the processing modules only the settings, which are part of the pipeline's.
 foreach(module rig features segmentation tracking sfm refinement trajectory)
-  kinetrace_install_headers(modules/${module} *config.hpp fixed_bundle_adjuster.hpp)
+  kinetrace_install_headers(modules/${module} *config.hpp fixed_bundle_adjuster.hpp size_table.hpp)
 endforeach()
 if(TARGET kinetrace_publishing)
   kinetrace_shared_library(kinetrace-publishing publishing "Kinetrace's results over DDS" MODULES publishing NEEDS pipeline)
