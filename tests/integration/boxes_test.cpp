@@ -59,7 +59,7 @@ TEST_P(Boxes, HoldTheWholeVehicleAndStandOnTheGround) {
   const evaluation::BoxErrors errors = errors_of(followed, *truth, 25.0);
   ASSERT_GT(errors.iou_3d.count(), 20U);
   EXPECT_GT(errors.iou_3d.mean().value(), 0.65);
-  EXPECT_LT(errors.center_m.mean().value(), 0.4);
+  EXPECT_LT(errors.center_m.mean().value(), 0.5);  // Pictures of half the size.
   EXPECT_LT(errors.yaw_deg.mean().value(), 8.0);
   EXPECT_EQ(errors.known_turned, 0U);
   EXPECT_LT(errors.center_normalised.mean_square().value(), 4.0);
