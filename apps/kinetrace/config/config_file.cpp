@@ -42,7 +42,8 @@ class FileReader {
 
  private:
   Status read_entry(const YAML::Node& at, const std::string& key, const YAML::Node& value) {
-    const auto [first, is_new] = line_of_.emplace(present_key(key), at.Mark().line + 1);
+    const std::string_view present = present_key(key);
+    const auto [first, is_new] = line_of_.emplace(present.empty() ? key : present, at.Mark().line + 1);
     if (!is_new) {
       return error(at, "\"" + key + "\" is already given in line " + std::to_string(first->second) + "; keep one");
     }

@@ -223,6 +223,15 @@ TEST(RenamedKeys, AreReadAsSecondsAndTheNewNameIsReported) {
                          "tracking.max_unseen_frames is now tracking.max_unseen_s: 41 frames are read as 4.1 s"}));
 }
 
+TEST(RenamedKeys, ThoseThatSayNothingAnyMoreStandBesideEachOther) {
+  ConfigNotes notes;
+  const Status read = read_config_text("old.yaml", "trajectory.box_percentile: 0.03\ntrajectory.min_box_size_m: 0.2\n",
+                                       ConfigFields{}, &notes);
+  ASSERT_TRUE(read) << read.error().message;
+  ASSERT_EQ(notes.size(), 2U);
+  EXPECT_THAT(notes[1], HasSubstr("trajectory.min_box_size_m has no effect any more"));
+}
+
 TEST(RenamedKeys, AreRefusedBesideTheNewNameAndWithAPartOfAFrame) {
   Waits waits;
   const ConfigFields fields = fields_of(waits);
