@@ -61,6 +61,12 @@ function(kinetrace_module name)
   target_precompile_headers(kinetrace_${name} PRIVATE <Eigen/Core> <Eigen/Geometry> <algorithm> <cmath> <span> <string> <vector>)
 endfunction()
 
+# kinetrace_cold(TARGET): what is carried out once a command, or once a picture that a person looks at; what it takes on a board's disk
+# counts, not how fast it is.
+function(kinetrace_cold target)
+  target_compile_options(${target} PRIVATE $<$<NOT:$<CONFIG:Debug>>:-Os>)
+endfunction()
+
 # What hot kernels are compiled for: everything that the architecture runs on, and the processors that boards and desks have today.
 # ARM's baseline does without NEON, so that what NEON computes can be compared. Other architectures have the baseline twice.
 set(kinetrace_baseline_flags "")

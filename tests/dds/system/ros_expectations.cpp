@@ -141,9 +141,9 @@ Mistakes mistakes_in(const vision_msgs::msg::Detection3DArray& message) {
       const vision_msgs::msg::ObjectHypothesisWithPose& result = detection.results()[0];
       check.equal("class_id", result.hypothesis().class_id(), "car");
       check.near("score", result.hypothesis().score(), 1.0);
-      check.vector("pose.position", result.pose().pose().position(), 10.0, -5.0, -1.0);
-      check.rotation("pose.orientation", result.pose().pose().orientation(), 0.0, 0.0, 0.0, 1.0);
-      check_diagonal(check, "pose.covariance", result.pose().covariance(), {0.25, 0.25, 0.25, 0.25, 0.25, 0.25});
+      check.vector("pose.position", result.pose().pose().position(), 10.0, -5.0, -0.5);
+      check.rotation("pose.orientation", result.pose().pose().orientation(), 0.0, 0.0, -kHalf, kHalf);
+      check_diagonal(check, "pose.covariance", result.pose().covariance(), {0.09, 0.01, 0.04, 0.0009, 0.0009, 0.04});
     }
   }
   return check.take();

@@ -28,6 +28,7 @@ ObjectResult car(std::uint32_t id) {
   object.velocity_mps = {0.0, 0.0, 2.0};
   object.box.center_m = {5.0, 0.5, 10.0};
   object.box.size_m = {4.5, 1.5, 1.75};  // Length, height, width.
+  object.box_sigma = {.center_m = {0.1, 0.2, 0.3}, .size_m = {0.1, 0.1, 0.1}, .yaw_rad = 0.2, .heading_known = true};
   object.point_count = 1;
   return object;
 }
