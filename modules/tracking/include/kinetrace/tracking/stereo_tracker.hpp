@@ -142,32 +142,18 @@ class StereoTracker {
   void estimate_occlusion_order(const DetectionFrame& detections) noexcept;
   void count_votes(LabelView detections, std::span<const Feature> features) noexcept;
   void associate(const DetectionFrame& detections, std::span<const Feature> features) noexcept;
-  void add_affinities(const TrackInstance& instance, const PredictionOverlap& predicted,
-                      std::span<const Detection> detections) noexcept;
-  /// Detections that no prediction meets, of unclaimed tracks: something thin that has moved by more than its width, a
-  /// part of something, or the first bit of what comes out from behind another.
-  void add_proximity_pairs(const TrackInstance& instance, const DetectionFrame& detections,
-                           std::span<const Feature> features) noexcept;
-  /// Stereo sees it clearly nearer or farther away than the track was.
-  [[nodiscard]] bool lies_at_another_depth(const TrackInstance& instance,
-                                           std::span<const DisparitySample> seen) noexcept;
-  /// It is expected nearly all outside the image, and a detection lies along the border over which it would come.
-  [[nodiscard]] bool reaches_over_border(const TrackInstance& instance, const Detection& detection) const noexcept;
-  [[nodiscard]] bool passes_proximity_gate(const TrackInstance& instance, const Detection& detection,
-                                           double gap_px) const noexcept;
-  /// Seen a moment ago, and a detection is where it was, though it was expected elsewhere.
-  [[nodiscard]] bool still_there(const TrackInstance& instance, const Detection& detection) const noexcept;
-  /// Of what the image's border cuts off, seen in `box` a moment ago, `seen` shows a bit more or less.
-  [[nodiscard]] bool comes_further_in(const PixelBox& box, const PixelBox& seen) const noexcept;
+  /// Log-likelihood ratio of the detection being this track, against its being new and the track being missed.
+  /// `disparity_px`: of the detection; not positive where no feature tells.
+  [[nodiscard]] double evidence(const TrackInstance& instance, const Detection& detection,
+                                double disparity_px) const noexcept;
+  /// Of where the detection lies: on the predicted mask, hidden parts included, or where the track was a moment ago.
+  [[nodiscard]] double place_evidence(const TrackInstance& instance, const Detection& detection) const noexcept;
+  /// Of the detection, on the predicted mask of another track of its class.
+  [[nodiscard]] double part_on_others(const TrackInstance& instance, const Detection& detection) const noexcept;
   [[nodiscard]] static bool is_behind_camera(const TrackInstance& instance) noexcept;
-  /// What was seen of it a moment ago has not gone to where the detection is.
-  [[nodiscard]] static bool features_lie_elsewhere(const TrackInstance& instance, const Detection& detection) noexcept;
   /// Of the detection, on the whole predicted mask.
   [[nodiscard]] static double part_on(const TrackInstance& instance, const Detection& detection) noexcept;
-  /// Where another track of its class is expected to be seen.
-  [[nodiscard]] bool lies_on_another(const Detection& detection, const TrackInstance& instance) const noexcept;
-  /// Gives tracks without a detection the one that they are matched with.
-  void apply_assignment(const Assignment& match) noexcept;
+  void apply_assignment(const Assignment& match, std::size_t columns) noexcept;
   void accept_match(TrackInstance& instance, const Detection& detection) noexcept;
   void learn_motion(TrackInstance& instance, const Detection& detection) const noexcept;
   void accept_miss(TrackInstance& instance, bool was_looked_for) noexcept;
