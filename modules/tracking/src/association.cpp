@@ -18,6 +18,8 @@ constexpr double kPlaceSigmaPerSecond = 0.4;
 constexpr double kPixel = 1.0;
 /// So many features halve what is not known of its motion.
 constexpr double kTellingFeatures = 4.0;
+/// ... where both have gone astray.
+constexpr double kAstraySigma = 0.3;
 /// Features and predictions of an object that was seen in the frame before are wrong altogether: log of how often.
 constexpr double kPredictionFails = -3.0;
 
@@ -78,7 +80,10 @@ double StereoTracker::place_evidence(const TrackInstance& instance, const Detect
   const auto evidence_at = [&](const BoxPrediction& expected) {
     return box_evidence(expected, detection.box_px, width_px_, height_px_);
   };
-  double best = evidence_at(whole);
+  BoxPrediction astray = whole;  // its features, or its trajectory, have gone with something else
+  astray.place_sigma_px = (kAstraySigma * size_px).cwiseMax(whole.place_sigma_px);
+  astray.size_sigma = std::max(kAstraySigma, whole.size_sigma);
+  double best = std::max(evidence_at(whole), kPredictionFails + evidence_at(astray));
   if (!wholly_in_view(instance) && !instance.overlap.box_px.empty()) {
     BoxPrediction visible = box_at(instance.overlap.box_px, Eigen::Vector2d::Zero());
     visible.place_sigma_px = whole.place_sigma_px;
@@ -108,12 +113,12 @@ double StereoTracker::part_on_others(const TrackInstance& instance, const Detect
 }
 
 double StereoTracker::evidence(const TrackInstance& instance, const Detection& detection,
-                               double disparity_px) const noexcept {
+                               double disparity_px, std::size_t samples) const noexcept {
   const FeatureVotes& votes = instance.votes_of_features;
   const bool followed = !instance.missed.exceeds(kForeignAfter_ns);
   return place_evidence(instance, detection) +
          (followed ? feature_evidence(votes.on_label[detection.label], votes.total) : 0.0) +
-         (instance.disparity.known ? disparity_evidence(instance.disparity.mean_px, disparity_px) : 0.0) +
+         (instance.disparity.known ? disparity_evidence(instance.disparity.mean_px, disparity_px, samples) : 0.0) +
          (classes_agree(instance.track.class_id, detection.class_id) ? 0.0 : kOtherClassEvidence) -
          fragment_evidence(part_on_others(instance, detection));
 }
@@ -131,12 +136,12 @@ void StereoTracker::associate(const DetectionFrame& detections, std::span<const 
   }
   for (std::size_t v = 0; v < columns; ++v) {
     const Detection& detection = detections.left[v];
-    const double disparity_px =
-        fit_disparity(gather_samples(labels, detection.label, features), scratch_).mean_px;
+    const std::span<const DisparitySample> samples = gather_samples(labels, detection.label, features);
+    const double disparity_px = fit_disparity(samples, scratch_).mean_px;
     for (const TrackInstance& instance : slots_) {
       if (instance.alive() && is_assignable(instance)) {
         affinity_(instance.track.slot, static_cast<int>(v)) =
-            std::max(0.0, evidence(instance, detection, disparity_px));
+            std::max(0.0, evidence(instance, detection, disparity_px, samples.size()));
       }
     }
   }

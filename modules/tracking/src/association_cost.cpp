@@ -11,14 +11,17 @@ namespace kinetrace::tracking {
 namespace {
 
 /// New objects a frame that could be taken for a known one.
-constexpr double kNewObjects = 3.0;
+constexpr double kNewObjects = 1.0;
 /// Logarithm of the ratio of the largest to the smallest object: sizes of new ones are spread evenly over it.
 constexpr double kLogSizes = 4.6;
 /// Masks are ragged by so much, and outlines change with the view by this part of the size.
 constexpr double kEdgeSigma_px = 1.5;
 constexpr double kEdgeSigma = 0.04;
-/// Something unknown may hide any edge.
+/// ... and those of what is hidden by more: how large all of it is has seldom been seen.
+constexpr double kHiddenEdgeSigma = 0.2;
+/// Of each edge, that it is hidden: by something unknown; and where much is hidden and yet something is detected.
 constexpr double kMinOccluded = 0.005;
+constexpr double kMaxOccluded = 0.5;
 /// Farther inside the predicted box, an edge is a hidden one.
 constexpr double kInsideSigmas = 2.0;
 /// Of a feature, that it stays on its object, and that it lies on another one by chance.
@@ -29,8 +32,11 @@ constexpr double kIndependentFeatures = 6.0;
 constexpr double kDisparitySigma_px = 0.5;
 constexpr double kDepthExtent = 0.06;
 constexpr double kDisparityRange_px = 30.0;  ///< Of other objects.
+/// Of a feature on a mask, that it lies on something else: near contours. A few may all do so.
+constexpr double kForeignFeature = 0.3;
+constexpr std::size_t kMostForeign = 6;
 constexpr double kDetectedInView = 0.95;
-constexpr double kMinDetected = 0.05;
+constexpr double kMinDetected = 0.3;
 /// Fragments of a detected object for each new one beside it.
 constexpr double kFragmentsPerNew = 20.0;
 
@@ -45,7 +51,8 @@ struct Edge {
   double extent_px = 0.0;   ///< Of the predicted box along the axis.
   double residual_px = 0.0; ///< Seen minus expected.
 
-  [[nodiscard]] double sigma_px() const { return std::hypot(kEdgeSigma_px, kEdgeSigma * extent_px); }
+  double sigma_px = 0.0;    ///< Of this edge alone.
+
   [[nodiscard]] double outward_px() const { return side * residual_px; }
 };
 
@@ -67,7 +74,7 @@ double log_density(std::span<const Edge> edges, const BoxPrediction& predicted) 
       const Edge& b = edges[static_cast<std::size_t>(j)];
       covariance(i, j) = a.side * b.side * a.extent_px * b.extent_px * size_variance +
                          (a.axis == b.axis ? predicted.place_sigma_px[a.axis] * predicted.place_sigma_px[a.axis] : 0.0) +
-                         (i == j ? a.sigma_px() * a.sigma_px() : 0.0);
+                         (i == j ? a.sigma_px * a.sigma_px : 0.0);
     }
   }
   const Eigen::LLT<Matrix> solver(covariance);
@@ -85,8 +92,13 @@ std::span<const Edge> edges_of(const BoxPrediction& predicted, const PixelBox& s
   for (std::size_t i = 0; i < at.size(); ++i) {
     const auto axis = static_cast<int>(i / 2);
     const bool low = i % 2 == 0;
-    const Edge edge{axis, low ? -1.0 : 1.0, std::max(predicted.high_px[axis] - predicted.low_px[axis], 1.0),
-                    at[i] - (low ? predicted.low_px : predicted.high_px)[axis]};
+    const double extent_px = std::max(predicted.high_px[axis] - predicted.low_px[axis], 1.0);
+    const Edge edge{.axis = axis,
+                    .side = low ? -1.0 : 1.0,
+                    .extent_px = extent_px,
+                    .residual_px = at[i] - (low ? predicted.low_px : predicted.high_px)[axis],
+                    .sigma_px = std::hypot(
+                        kEdgeSigma_px, (kEdgeSigma + kHiddenEdgeSigma * std::max(predicted.occluded, 0.0)) * extent_px)};
     if (!at_border[i] || edge.outward_px() > 0.0) {
       edges[count++] = edge;
     }
@@ -99,12 +111,12 @@ std::span<const Edge> edges_of(const BoxPrediction& predicted, const PixelBox& s
 double box_evidence(const BoxPrediction& predicted, const PixelBox& seen, int width_px, int height_px) {
   std::array<Edge, 4> all;
   const std::span<const Edge> edges = edges_of(predicted, seen, width_px, height_px, all);
-  const double hidden = std::clamp(predicted.occluded, kMinOccluded, 1.0 - kMinOccluded);
+  const double hidden = std::clamp(predicted.occluded, kMinOccluded, kMaxOccluded);
   double truncated = 0.0;
   std::array<Edge, 4> measured;
   std::size_t count = 0;
   for (const Edge& edge : edges) {
-    const double sigma_px = std::hypot(edge.sigma_px(), predicted.place_sigma_px[edge.axis], 0.5 * predicted.size_sigma * edge.extent_px);
+    const double sigma_px = std::hypot(edge.sigma_px, predicted.place_sigma_px[edge.axis], 0.5 * predicted.size_sigma * edge.extent_px);
     if (edge.outward_px() < -kInsideSigmas * sigma_px) {
       truncated += std::log(hidden) - std::log(edge.extent_px);
     } else {
@@ -134,13 +146,15 @@ double feature_evidence(int on_it, int total) {
                    (total - on_it) * std::log((1.0 - kStaysOnObject) / (1.0 - kLiesOnOther)));
 }
 
-double disparity_evidence(double object_px, double detection_px) {
-  if (object_px <= 0.0 || detection_px <= 0.0) {
+double disparity_evidence(double object_px, double detection_px, std::size_t features) {
+  if (object_px <= 0.0 || features == 0) {
     return 0.0;
   }
   const double sigma_px = std::hypot(kDisparitySigma_px, kDepthExtent * object_px);
   const double sigmas = (detection_px - object_px) / sigma_px;
-  return log_normal_peak(sigma_px) - 0.5 * sigmas * sigmas + std::log(kDisparityRange_px);
+  const double same = log_normal_peak(sigma_px) - 0.5 * sigmas * sigmas + std::log(kDisparityRange_px);
+  const double all_foreign = static_cast<double>(std::min(features, kMostForeign)) * std::log(kForeignFeature);
+  return std::max(same, all_foreign);
 }
 
 double detection_evidence(double visible) {

@@ -2,6 +2,8 @@
 // 1995, ch. 6; Blackman, Popoli 1999, sec. 6.2), all in nats.
 #pragma once
 
+#include <cstddef>
+
 #include <Eigen/Core>
 
 #include "kinetrace/core/image_view.hpp"
@@ -26,8 +28,9 @@ struct BoxPrediction {
 /// together, so that many count as a few.
 [[nodiscard]] double feature_evidence(int on_it, int total);
 
-/// Disparities of the object and of the detection, each a median over its features; not known where not positive.
-[[nodiscard]] double disparity_evidence(double object_px, double detection_px);
+/// Disparities of the object, not known where not positive, and of the detection, the median over so many features. The fewer
+/// they are, the likelier all of them lie on something else.
+[[nodiscard]] double disparity_evidence(double object_px, double detection_px, std::size_t features);
 
 /// For an object of which a part of `visible` can be seen: log of being detected over being missed.
 [[nodiscard]] double detection_evidence(double visible);

@@ -143,9 +143,9 @@ class StereoTracker {
   void count_votes(LabelView detections, std::span<const Feature> features) noexcept;
   void associate(const DetectionFrame& detections, std::span<const Feature> features) noexcept;
   /// Log-likelihood ratio of the detection being this track, against its being new and the track being missed.
-  /// `disparity_px`: of the detection; not positive where no feature tells.
+  /// `disparity_px`: of the detection, the median over `samples` features.
   [[nodiscard]] double evidence(const TrackInstance& instance, const Detection& detection,
-                                double disparity_px) const noexcept;
+                                double disparity_px, std::size_t samples) const noexcept;
   /// Of where the detection lies: on the predicted mask, hidden parts included, or where the track was a moment ago.
   [[nodiscard]] double place_evidence(const TrackInstance& instance, const Detection& detection) const noexcept;
   /// Of the detection, on the predicted mask of another track of its class.
