@@ -73,9 +73,8 @@ double StereoTracker::place_evidence(const TrackInstance& instance, const Detect
   const double relative_sigma = kFollowedSigma + kPlaceSigma * unknown + kPlaceSigmaPerSecond * std::max(missed_s, 0.0);
   whole.place_sigma_px = (relative_sigma * size_px).array() + kPixel;
   whole.size_sigma = kFollowedSigma + kPlaceSigma * unknown;
-  const double unoccluded = instance.predicted_px > 0
-                                ? static_cast<double>(instance.overlap.area_px) / instance.predicted_px
-                                : 0.0;
+  const double unoccluded =
+      instance.predicted_px > 0 ? static_cast<double>(instance.overlap.area_px) / instance.predicted_px : 0.0;
   whole.occluded = 1.0 - unoccluded;
   const auto evidence_at = [&](const BoxPrediction& expected) {
     return box_evidence(expected, detection.box_px, width_px_, height_px_);
@@ -112,8 +111,8 @@ double StereoTracker::part_on_others(const TrackInstance& instance, const Detect
   return static_cast<double>(most_px) / detection.area_px;
 }
 
-double StereoTracker::evidence(const TrackInstance& instance, const Detection& detection,
-                               double disparity_px, std::size_t samples) const noexcept {
+double StereoTracker::evidence(const TrackInstance& instance, const Detection& detection, double disparity_px,
+                               std::size_t samples) const noexcept {
   const FeatureVotes& votes = instance.votes_of_features;
   const bool followed = !instance.missed.exceeds(kForeignAfter_ns);
   return place_evidence(instance, detection) +

@@ -47,11 +47,11 @@ double log_normal_peak(double sigma) {
 /// One edge of the four: where it is seen against where it is expected.
 struct Edge {
   int axis = 0;
-  double side = 0.0;        ///< -1 for the lower one, 1 for the upper one.
-  double extent_px = 0.0;   ///< Of the predicted box along the axis.
-  double residual_px = 0.0; ///< Seen minus expected.
+  double side = 0.0;         ///< -1 for the lower one, 1 for the upper one.
+  double extent_px = 0.0;    ///< Of the predicted box along the axis.
+  double residual_px = 0.0;  ///< Seen minus expected.
 
-  double sigma_px = 0.0;    ///< Of this edge alone.
+  double sigma_px = 0.0;  ///< Of this edge alone.
 
   [[nodiscard]] double outward_px() const { return side * residual_px; }
 };
@@ -72,9 +72,10 @@ double log_density(std::span<const Edge> edges, const BoxPrediction& predicted) 
     residual[i] = a.residual_px;
     for (Eigen::Index j = 0; j < count; ++j) {
       const Edge& b = edges[static_cast<std::size_t>(j)];
-      covariance(i, j) = a.side * b.side * a.extent_px * b.extent_px * size_variance +
-                         (a.axis == b.axis ? predicted.place_sigma_px[a.axis] * predicted.place_sigma_px[a.axis] : 0.0) +
-                         (i == j ? a.sigma_px * a.sigma_px : 0.0);
+      covariance(i, j) =
+          a.side * b.side * a.extent_px * b.extent_px * size_variance +
+          (a.axis == b.axis ? predicted.place_sigma_px[a.axis] * predicted.place_sigma_px[a.axis] : 0.0) +
+          (i == j ? a.sigma_px * a.sigma_px : 0.0);
     }
   }
   const Eigen::LLT<Matrix> solver(covariance);
@@ -93,12 +94,13 @@ std::span<const Edge> edges_of(const BoxPrediction& predicted, const PixelBox& s
     const auto axis = static_cast<int>(i / 2);
     const bool low = i % 2 == 0;
     const double extent_px = std::max(predicted.high_px[axis] - predicted.low_px[axis], 1.0);
-    const Edge edge{.axis = axis,
-                    .side = low ? -1.0 : 1.0,
-                    .extent_px = extent_px,
-                    .residual_px = at[i] - (low ? predicted.low_px : predicted.high_px)[axis],
-                    .sigma_px = std::hypot(
-                        kEdgeSigma_px, (kEdgeSigma + kHiddenEdgeSigma * std::max(predicted.occluded, 0.0)) * extent_px)};
+    const Edge edge{
+        .axis = axis,
+        .side = low ? -1.0 : 1.0,
+        .extent_px = extent_px,
+        .residual_px = at[i] - (low ? predicted.low_px : predicted.high_px)[axis],
+        .sigma_px =
+            std::hypot(kEdgeSigma_px, (kEdgeSigma + kHiddenEdgeSigma * std::max(predicted.occluded, 0.0)) * extent_px)};
     if (!at_border[i] || edge.outward_px() > 0.0) {
       edges[count++] = edge;
     }
@@ -116,7 +118,8 @@ double box_evidence(const BoxPrediction& predicted, const PixelBox& seen, int wi
   std::array<Edge, 4> measured;
   std::size_t count = 0;
   for (const Edge& edge : edges) {
-    const double sigma_px = std::hypot(edge.sigma_px, predicted.place_sigma_px[edge.axis], 0.5 * predicted.size_sigma * edge.extent_px);
+    const double sigma_px =
+        std::hypot(edge.sigma_px, predicted.place_sigma_px[edge.axis], 0.5 * predicted.size_sigma * edge.extent_px);
     if (edge.outward_px() < -kInsideSigmas * sigma_px) {
       truncated += std::log(hidden) - std::log(edge.extent_px);
     } else {
@@ -131,7 +134,8 @@ double box_evidence(const BoxPrediction& predicted, const PixelBox& seen, int wi
                               -std::log(static_cast<double>(height_px)) - std::log(kLogSizes * seen.height())};
   double anything = std::log(kNewObjects);
   for (const int axis : {0, 1}) {
-    const auto on_axis = std::count_if(edges.begin(), edges.end(), [axis](const Edge& edge) { return edge.axis == axis; });
+    const auto on_axis =
+        std::count_if(edges.begin(), edges.end(), [axis](const Edge& edge) { return edge.axis == axis; });
     anything += 0.5 * static_cast<double>(on_axis) * per_axis[axis];
   }
   return std::max(whole, partly) - anything;

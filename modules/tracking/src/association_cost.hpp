@@ -15,21 +15,21 @@ struct BoxPrediction {
   Eigen::Vector2d low_px = Eigen::Vector2d::Zero();  ///< Edges as PixelBox has them; may lie outside the image.
   Eigen::Vector2d high_px = Eigen::Vector2d::Zero();
   Eigen::Vector2d place_sigma_px = Eigen::Vector2d::Zero();  ///< Of the whole box, along each axis.
-  double size_sigma = 0.0;      ///< Of its size, both axes in common, relative.
-  double occluded = 0.0;        ///< Part of it that something nearer is expected to hide.
+  double size_sigma = 0.0;                                   ///< Of its size, both axes in common, relative.
+  double occluded = 0.0;                                     ///< Part of it that something nearer is expected to hide.
 };
 
-/// Log-likelihood of the edges of a detection that shows the predicted object, against those of a new one: anywhere in the
-/// image, of any size. An edge at the image's border tells no more than that the object reaches it, a hidden one no more than
-/// that what is seen lies within it (extended objects: Granstroem, Baum, Reuter 2017).
+/// Log-likelihood of the edges of a detection that shows the predicted object, against those of a new one: anywhere in
+/// the image, of any size. An edge at the image's border tells no more than that the object reaches it, a hidden one no
+/// more than that what is seen lies within it (extended objects: Granstroem, Baum, Reuter 2017).
 [[nodiscard]] double box_evidence(const BoxPrediction& predicted, const PixelBox& seen, int width_px, int height_px);
 
-/// `on_it` of an object's `total` features that have moved on to this frame lie on the detection. Features of one object err
-/// together, so that many count as a few.
+/// `on_it` of an object's `total` features that have moved on to this frame lie on the detection. Features of one
+/// object err together, so that many count as a few.
 [[nodiscard]] double feature_evidence(int on_it, int total);
 
-/// Disparities of the object, not known where not positive, and of the detection, the median over so many features. The fewer
-/// they are, the likelier all of them lie on something else.
+/// Disparities of the object, not known where not positive, and of the detection, the median over so many features. The
+/// fewer they are, the likelier all of them lie on something else.
 [[nodiscard]] double disparity_evidence(double object_px, double detection_px, std::size_t features);
 
 /// For an object of which a part of `visible` can be seen: log of being detected over being missed.

@@ -43,15 +43,13 @@ struct TrackerCounters {
 /// the larger disparity; without disparity a track counts as behind all others, and among those the lower edge of the
 /// box decides.
 ///
-/// Affinity A[u][v] = intersection over union of the visible part of prediction u and detection v, plus the share of
-/// u's features that lie on v (damped where they are few); 0 where both are small. Normalised, so that a small object
-/// is worth as much as a large one and a fragment less than a whole. Masks say where something is, features say which
-/// of two things it is: when one object passes close to another, theirs is the better memory. What is left over on both
-/// sides is matched once more by nearness: a thing of the same class and about the same size beside its prediction, as
-/// a thin one moves by more than its width, or where it was a moment ago (at the border of the image also a bit further
-/// in), whatever was expected of it; a part of one in view that lies on it, or the first bit of a hidden one on its
-/// whole mask or beside it, by the more the longer it has been missed. What stereo sees clearly nearer or farther away
-/// is none of these.
+/// Association: one assignment per frame (Kuhn-Munkres). Its weights are log-likelihood ratios: that the detection
+/// shows the track, against its being new and the track being missed (src/association_cost.hpp). They add up the edges
+/// of the detection given the predicted mask, where hidden and truncated edges tell less; the share of the track's
+/// features that lie on it; its disparity; its class; the probability of detection given how much of the track should
+/// be visible; and that a detection on another track's mask may be a fragment of that. Pairs below zero are left out,
+/// which is the optimum of the assignment with births and misses (Bar-Shalom, Li 1995). Features and predictions may
+/// have gone astray: with a small prior the track is also looked for where it last was.
 ///
 /// Life: a detection that no track claims is born tentative, confirmed when matched in `confirm_frames` frames,
 /// propagated by its prediction for `max_missed_s`, and ended then. A confirmed track with a prediction waits for
@@ -144,8 +142,8 @@ class StereoTracker {
   void associate(const DetectionFrame& detections, std::span<const Feature> features) noexcept;
   /// Log-likelihood ratio of the detection being this track, against its being new and the track being missed.
   /// `disparity_px`: of the detection, the median over `samples` features.
-  [[nodiscard]] double evidence(const TrackInstance& instance, const Detection& detection,
-                                double disparity_px, std::size_t samples) const noexcept;
+  [[nodiscard]] double evidence(const TrackInstance& instance, const Detection& detection, double disparity_px,
+                                std::size_t samples) const noexcept;
   /// Of where the detection lies: on the predicted mask, hidden parts included, or where the track was a moment ago.
   [[nodiscard]] double place_evidence(const TrackInstance& instance, const Detection& detection) const noexcept;
   /// Of the detection, on the predicted mask of another track of its class.
