@@ -167,8 +167,9 @@ Box3Sigma BoxEstimator::sigma() const noexcept {
 }
 
 /// A box of another kind, or as long as nothing shows where the front is, turned: one after the other.
-BoxState BoxEstimator::challenger(std::size_t turn, const BoxFrame& frame, const BoxEvidence& evidence) const noexcept {
+BoxState BoxEstimator::challenger(const BoxFrame& frame, const BoxEvidence& evidence) const noexcept {
   const std::size_t kinds = evidence.kinds.size();
+  const std::size_t turn = updates_ / kChallengedEvery % (heading_ ? kinds : kinds + kYaws - 1);
   if (turn < kinds) {
     return start_at(frame, heading_ ? heading_->yaw_rad : state_.yaw_rad, evidence.kinds[turn]);
   }
