@@ -123,6 +123,16 @@ void discard_staged(const fs::path& staged, const fs::path& path) {
   }
 }
 
+Status check_replaceable(const fs::path& path) {
+  const fs::path target = target_of(path);
+  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  std::error_code error;
+  if (fs::is_directory(target, error)) {
+    return not_written(path, EISDIR);
+  }
+  return ::access(folder.c_str(), W_OK | X_OK) == 0 ? Status{} : Status(not_written(path, errno));
+}
+
 Status replace_file(const fs::path& path, std::string_view content) {
   const fs::path staged = staged_path(path);
   if (const int error_number = write_whole(staged, content); error_number != 0) {

@@ -83,6 +83,14 @@ TEST(ReplaceFile, LeavesTheOldContentWhereTheNewOneDoesNotFit) {
   EXPECT_FALSE(std::filesystem::exists(file.string() + ".tmp"));
 }
 
+TEST(ReplaceFile, IsKnownBeforehandToHaveNoPlace) {
+  const test::TempFolder folder;
+  EXPECT_TRUE(check_replaceable(folder.path() / "new"));
+  EXPECT_TRUE(check_replaceable("in_this_folder"));
+  EXPECT_THAT(check_replaceable(folder.path()).error().message, HasSubstr("cannot be written (Is a directory)"));
+  EXPECT_THAT(check_replaceable(folder.path() / "no" / "folder").error().message, HasSubstr("No such file"));
+}
+
 TEST(ReplaceFile, KeepsLinksAndWritesToDevices) {
   const test::TempFolder folder;
   std::ofstream(folder.file("real")) << "old";

@@ -21,6 +21,10 @@ namespace kinetrace {
 /// are written to as they are. Errors: kIo; what was there before is then still there.
 [[nodiscard]] KINETRACE_API Status replace_file(const std::filesystem::path& path, std::string_view content);
 
+/// That a later `replace_file` has a folder to write into and no folder in its place: for files that are written at the
+/// end of long work. Errors: kIo.
+[[nodiscard]] KINETRACE_API Status check_replaceable(const std::filesystem::path& path);
+
 /// For writers that take a name: where to write what shall replace `path`, and the rename once it is written.
 /// `staged_path` is `path` itself where that is a device or a pipe. Errors: kIo; the staged file is then removed.
 [[nodiscard]] KINETRACE_API std::filesystem::path staged_path(const std::filesystem::path& path);
