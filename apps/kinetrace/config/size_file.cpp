@@ -127,7 +127,9 @@ class SizeReader {
 
   void refuse(const YAML::Node& node, const std::string& message) {
     if (status_) {
-      status_ = fail(ErrorCode::kInvalidConfig, name_ + ":" + std::to_string(node.Mark().line + 1) + ": " + message);
+      // An empty file has no line at all.
+      const int line = std::max(node.Mark().line, 0) + 1;
+      status_ = fail(ErrorCode::kInvalidConfig, name_ + ":" + std::to_string(line) + ": " + message);
     }
   }
 

@@ -79,16 +79,29 @@ Unexpected<Error> obstructed(const fs::path& path, std::string_view what, const 
   return fail(ErrorCode::kIo, path.string().append(": ").append(what).append(" (" + why + "); check the permissions"));
 }
 
+/// What has the name of something else that was looked for.
+std::string_view other_kind(fs::file_type type) noexcept {
+  switch (type) {
+    case fs::file_type::regular: return "is a file; ";
+    case fs::file_type::directory: return "is a folder; ";
+    case fs::file_type::fifo: return "is a pipe; ";
+    case fs::file_type::socket: return "is a socket; ";
+    case fs::file_type::character:
+    case fs::file_type::block: return "is a device; ";
+    default: return "";
+  }
+}
+
 }  // namespace
 
 Unexpected<Error> unreachable(const fs::path& path, std::string_view missing) {
   std::error_code error;
   // Nothing there is no error to it.
-  (void)fs::status(path, error);
+  const fs::file_status status = fs::status(path, error);
   if (error && error != std::errc::no_such_file_or_directory && error != std::errc::not_a_directory) {
     return obstructed(path, "cannot be reached", error.message());
   }
-  return fail(ErrorCode::kNotFound, path.string().append(": ").append(missing));
+  return fail(ErrorCode::kNotFound, path.string().append(": ").append(other_kind(status.type())).append(missing));
 }
 
 Status check_folder(const fs::path& path, std::string_view missing) {

@@ -31,6 +31,9 @@ TEST(Unreachable, TellsWhatIsMissingFromWhatIsBarred) {
   EXPECT_EQ(missing.code, ErrorCode::kNotFound);
   EXPECT_EQ(missing.message, none.string() + ": no such run");
   EXPECT_EQ(unreachable(folder.file("a") + "/b", "no such run").error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(unreachable(folder.path(), "no such file").error().message,
+            folder.path().string() + ": is a folder; no such file");
+  EXPECT_EQ(unreachable("/dev/null", "no such file").error().message, "/dev/null: is a device; no such file");
   const Error barred = unreachable(folder.path() / "loop" / "b", "no such run").error();
   EXPECT_EQ(barred.code, ErrorCode::kIo);
   EXPECT_THAT(barred.message, HasSubstr("loop/b: cannot be reached (Too many levels of symbolic links)"));

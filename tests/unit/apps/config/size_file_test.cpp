@@ -59,6 +59,7 @@ TEST(SizeFile, AClassMayBeANumber) {
 }
 
 TEST(SizeFile, NamesLineAndMistake) {
+  EXPECT_THAT(message(""), HasSubstr(":1: expected one list"));
   EXPECT_THAT(message("kinds: 3\n"), HasSubstr("expected one list"));
   EXPECT_THAT(message("sizes:\n  - {}\n"), HasSubstr("expected one list"));
   EXPECT_THAT(message("kinds:\n  - car\n"), HasSubstr(":2: a kind must be a map"));

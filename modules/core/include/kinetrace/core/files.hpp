@@ -10,8 +10,9 @@
 
 namespace kinetrace {
 
-/// The error for a file or folder that cannot be had: kNotFound with `missing` where there is none, kIo with the reason
-/// where something is in the way (permissions of a folder above it, a loop of links).
+/// The error for a file or folder that cannot be had: kNotFound with `missing` where there is none, and with its kind
+/// where something else has the name; kIo with the reason where something is in the way (permissions of a folder above
+/// it, a loop of links).
 [[nodiscard]] KINETRACE_API Unexpected<Error> unreachable(const std::filesystem::path& path, std::string_view missing);
 
 /// That `path` is a folder whose files can be listed. Errors: as unreachable.
