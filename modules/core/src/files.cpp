@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 class Descriptor {
  public:
-  Descriptor(const fs::path& path, int flags) noexcept : value_(::open(path.c_str(), flags | O_CLOEXEC, 0666)) {}
+  explicit Descriptor(int value) noexcept : value_(value) {}
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
   ~Descriptor() {
@@ -53,7 +53,7 @@ int write_all(int descriptor, std::string_view content) noexcept {
 }
 
 int write_whole(const fs::path& path, std::string_view content) {
-  Descriptor file(path, O_WRONLY | O_CREAT | O_TRUNC);
+  Descriptor file(open_staged(path));
   if (file.get() < 0) {
     return errno;
   }
@@ -117,7 +117,18 @@ fs::path staged_path(const fs::path& path) {
   std::error_code error;
   const fs::path target = target_of(path);
   const fs::file_status status = fs::status(target, error);
-  return fs::exists(status) && !fs::is_regular_file(status) ? target : fs::path(target.string() + ".tmp");
+  // Of this process alone: another one may be writing the same file.
+  const std::string own = "." + std::to_string(::getpid()) + ".tmp";
+  return fs::exists(status) && !fs::is_regular_file(status) ? target : fs::path(target.string() + own);
+}
+
+int open_staged(const fs::path& staged) noexcept {
+  // A pipe that nobody reads would hold the program for ever.
+  const int file = ::open(staged.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK, 0666);
+  if (file >= 0) {
+    (void)::fcntl(file, F_SETFL, 0);
+  }
+  return file;
 }
 
 Status put_in_place(const fs::path& staged, const fs::path& path) {
@@ -157,7 +168,8 @@ Status replace_file(const fs::path& path, std::string_view content) {
   }
   // The new name lasts only once the folder itself is on disk.
   const fs::path folder = staged.has_parent_path() ? staged.parent_path() : fs::path(".");
-  if (const Descriptor opened(folder, O_RDONLY | O_DIRECTORY); opened.get() >= 0 && ::fsync(opened.get()) != 0) {
+  if (const Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+      opened.get() >= 0 && ::fsync(opened.get()) != 0) {
     return errno == EINVAL ? Status{} : Status(not_written(path, errno));
   }
   return {};

@@ -5,6 +5,8 @@
 #include <iterator>
 #include <string>
 #include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <gmock/gmock.h>
@@ -83,7 +85,7 @@ TEST(ReplaceFile, LeavesTheOldContentWhereTheNewOneDoesNotFit) {
   EXPECT_EQ(replaced.error().code, ErrorCode::kIo);
   EXPECT_THAT(replaced.error().message, HasSubstr(file.string() + ": cannot be written"));
   EXPECT_EQ(text_of(file), "older");
-  EXPECT_FALSE(std::filesystem::exists(file.string() + ".tmp"));
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1) << "what was staged is gone";
 }
 
 TEST(ReplaceFile, IsKnownBeforehandToHaveNoPlace) {
@@ -92,6 +94,34 @@ TEST(ReplaceFile, IsKnownBeforehandToHaveNoPlace) {
   EXPECT_TRUE(check_replaceable("in_this_folder"));
   EXPECT_THAT(check_replaceable(folder.path()).error().message, HasSubstr("cannot be written (Is a directory)"));
   EXPECT_THAT(check_replaceable(folder.path() / "no" / "folder").error().message, HasSubstr("No such file"));
+}
+
+TEST(ReplaceFile, LetsTwoProcessesReplaceTheSameFile) {
+  const test::TempFolder folder;
+  const std::filesystem::path file = folder.path() / "rig.yaml";
+  const auto replace_often = [&file](char letter) {
+    bool replaced = true;
+    for (int i = 0; i < 100; ++i) {
+      replaced = replace_file(file, std::string(10'000, letter)).has_value() && replaced;
+    }
+    return replaced;
+  };
+  const pid_t other = ::fork();
+  if (other == 0) {
+    ::_exit(replace_often('a') ? 0 : 1);
+  }
+  EXPECT_TRUE(replace_often('b'));
+  int status = 0;
+  ASSERT_EQ(::waitpid(other, &status, 0), other);
+  EXPECT_EQ(status, 0);
+  EXPECT_EQ(text_of(file), std::string(10'000, text_of(file).front()));
+}
+
+TEST(ReplaceFile, WaitsForNobodyToReadAPipe) {
+  const test::TempFolder folder;
+  const std::string pipe = folder.file("pipe");
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THAT(replace_file(pipe, "x").error().message, HasSubstr("pipe: cannot be written"));
 }
 
 TEST(ReplaceFile, KeepsLinksAndWritesToDevices) {

@@ -29,6 +29,8 @@ namespace kinetrace {
 /// For writers that take a name: where to write what shall replace `path`, and the rename once it is written.
 /// `staged_path` is `path` itself where that is a device or a pipe. Errors: kIo; the staged file is then removed.
 [[nodiscard]] KINETRACE_API std::filesystem::path staged_path(const std::filesystem::path& path);
+/// Opens it for writing: a descriptor, or -1 and errno; ENXIO for a pipe that nobody reads.
+[[nodiscard]] KINETRACE_API int open_staged(const std::filesystem::path& staged) noexcept;
 [[nodiscard]] KINETRACE_API Status put_in_place(const std::filesystem::path& staged, const std::filesystem::path& path);
 /// Removes what was staged for `path` and could not be written. A device or a pipe that was written to stays.
 KINETRACE_API void discard_staged(const std::filesystem::path& staged, const std::filesystem::path& path);
