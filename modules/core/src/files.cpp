@@ -117,9 +117,15 @@ fs::path staged_path(const fs::path& path) {
   std::error_code error;
   const fs::path target = target_of(path);
   const fs::file_status status = fs::status(target, error);
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    return target;
+  }
   // Of this process alone: another one may be writing the same file.
-  const std::string own = "." + std::to_string(::getpid()) + ".tmp";
-  return fs::exists(status) && !fs::is_regular_file(status) ? target : fs::path(target.string() + own);
+  fs::path staged = target;
+  staged += ".";
+  staged += std::to_string(::getpid());
+  staged += ".tmp";
+  return staged;
 }
 
 int open_staged(const fs::path& staged) noexcept {
