@@ -134,21 +134,9 @@ Outcome<std::unique_ptr<ViewCollector>> collected(const CalibrateOptions& option
   return views;
 }
 
-// The camchain where it can say what the lens is.
 Status write_files(const CalibrateOptions& options, const TargetCalibration& calibration, const ViewCollector& views,
                    const ReportSource& source) {
-  std::error_code error;
-  std::filesystem::create_directories(options.out, error);
-  if (error) {
-    return fail(ErrorCode::kIo, options.out.string() + ": " + error.message() + "; name another folder");
-  }
-  const hal::RigCalibration& rig = calibration.estimate.rig;
-  const std::vector<std::string> head = remarks(calibration, source);
-  Status written =
-      hal::write_rig_calibration(rig, options.out / "calibration.yaml", hal::CalibrationFormat::kOpencv, head);
-  if (written && hal::rig_calibration_text(rig, hal::CalibrationFormat::kKalibr)) {
-    written = hal::write_rig_calibration(rig, options.out / "camchain.yaml", hal::CalibrationFormat::kKalibr, head);
-  }
+  Status written = write_calibration_files(calibration.estimate.rig, options.out, remarks(calibration, source));
   if (written) {
     written = replace_file(options.out / "calibration.json", report_json(calibration, views, source));
   }
@@ -170,6 +158,9 @@ Outcome<TargetCalibration> carry_out(const CalibrateOptions& options) {
   const Outcome<CameraSetup> setup = app::camera_setup(options.source);
   if (!setup) {
     return Unexpected(setup.error());
+  }
+  if (const Status made = make_output_folder(options.out); !made) {
+    return failure(made.error());
   }
   const auto views = collected(options, *setup, *target);
   if (!views) {
@@ -193,11 +184,12 @@ int calibrate_command(const CalibrateOptions& options) {
     const Status drawn = draw_target(options);
     return drawn ? 0 : app::report(app::to_failure(drawn.error()));
   }
+  if (options.out.empty() ||
+      (options.self.empty() && options.source.dataset.empty() && options.source.camera.empty())) {
+    return app::report({app::ExitCode::kUsage, "calibrate needs --dataset, --camera or --self, and --out; see --help"});
+  }
   if (!options.self.empty()) {
     return calibrate_self_command(options);
-  }
-  if (options.out.empty() || (options.source.dataset.empty() && options.source.camera.empty())) {
-    return app::report({app::ExitCode::kUsage, "calibrate needs --dataset or --camera, and --out; see --help"});
   }
   const Outcome<TargetCalibration> calibration = carry_out(options);
   if (!calibration) {

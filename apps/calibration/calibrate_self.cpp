@@ -4,10 +4,10 @@
 #include <cstdio>
 #include <filesystem>
 #include <string>
-#include <system_error>
 #include <utility>
 #include <vector>
 
+#include "calibration_report.hpp"
 #include "camera/camera_setup.hpp"
 #include "cli/messages.hpp"
 #include "kinetrace/core/arena.hpp"
@@ -41,20 +41,8 @@ Result<SelfCalibration> calibrated(const CalibrateOptions& options, const hal::D
   return self_calibrate(frames, estimation);
 }
 
-// The camchain where it can say what the lens is.
 Status write_files(const CalibrateOptions& options, const SelfCalibration& result, const std::string& images) {
-  std::error_code error;
-  std::filesystem::create_directories(options.out, error);
-  if (error) {
-    return fail(ErrorCode::kIo, options.out.string() + ": " + error.message() + "; name another folder");
-  }
-  const std::vector<std::string> head = remarks(result, images);
-  Status written = hal::write_rig_calibration(result.calibration, options.out / "calibration.yaml",
-                                              hal::CalibrationFormat::kOpencv, head);
-  if (written && hal::rig_calibration_text(result.calibration, hal::CalibrationFormat::kKalibr)) {
-    written = hal::write_rig_calibration(result.calibration, options.out / "camchain.yaml",
-                                         hal::CalibrationFormat::kKalibr, head);
-  }
+  const Status written = write_calibration_files(result.calibration, options.out, remarks(result, images));
   return written ? replace_file(options.out / "calibration.json", report_json(result, images)) : written;
 }
 
@@ -64,6 +52,9 @@ Outcome<SelfCalibration> carry_out(const CalibrateOptions& options) {
   const Outcome<app::CameraSetup> setup = app::camera_setup(source);
   if (!setup) {
     return Unexpected(setup.error());
+  }
+  if (const Status made = make_output_folder(options.out); !made) {
+    return failure(made.error());
   }
   auto result = calibrated(options, *setup->dataset);
   if (!result) {

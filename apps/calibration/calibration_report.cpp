@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "kinetrace/core/files.hpp"
 #include "report_text.hpp"
 
 namespace kinetrace::calibration {
@@ -137,6 +138,25 @@ std::string report_json(const TargetCalibration& calibration, const ViewCollecto
                   {"covariance", covariance_json(estimate.covariance)},
                   {"warnings", calibration.warnings}};
   return json.dump(2) + "\n";
+}
+
+Status make_output_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error || !std::filesystem::is_directory(folder, error)) {
+    return fail(ErrorCode::kIo, folder.string() + ": " + (error ? error.message() : "is no folder") +
+                                    "; name another folder for the calibration");
+  }
+  return check_replaceable(folder / "calibration.yaml");
+}
+
+Status write_calibration_files(const hal::RigCalibration& rig, const std::filesystem::path& folder,
+                               std::span<const std::string> head) {
+  Status written = hal::write_rig_calibration(rig, folder / "calibration.yaml", hal::CalibrationFormat::kOpencv, head);
+  if (written && hal::rig_calibration_text(rig, hal::CalibrationFormat::kKalibr)) {
+    written = hal::write_rig_calibration(rig, folder / "camchain.yaml", hal::CalibrationFormat::kKalibr, head);
+  }
+  return written;
 }
 
 }  // namespace kinetrace::calibration

@@ -1,7 +1,8 @@
-// What a calibration says about itself: lines, JSON, a picture.
+// What a calibration leaves behind: its files, and what it says about itself in lines, JSON and a picture.
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -30,5 +31,12 @@ struct ReportSource {
 /// Four panels: where corners were seen in either image, and what the estimate leaves over there. Errors: kIo.
 [[nodiscard]] Status write_picture(const TargetCalibration& calibration, const ViewCollector& views,
                                    const std::filesystem::path& path);
+
+/// Makes the folder, and looks whether files can be written into it: before images are looked at. Errors: kIo.
+[[nodiscard]] Status make_output_folder(const std::filesystem::path& folder);
+
+/// calibration.yaml, and camchain.yaml where it can say what the lens is. Errors: kIo.
+[[nodiscard]] Status write_calibration_files(const hal::RigCalibration& rig, const std::filesystem::path& folder,
+                                             std::span<const std::string> head);
 
 }  // namespace kinetrace::calibration

@@ -10,9 +10,9 @@
 #include "cli/progress.hpp"
 #include "cli/standard_files.hpp"
 #include "options.hpp"
-#include "recording_writer.hpp"
+#include "output/recording_writer.hpp"
+#include "rendering/stereo_simulator.hpp"
 #include "scenes/scenes.hpp"
-#include "stereo_simulator.hpp"
 
 namespace kinetrace::simulator {
 namespace {

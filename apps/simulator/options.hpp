@@ -6,8 +6,8 @@
 #include <string>
 
 #include "cli/failure.hpp"
-#include "recording_writer.hpp"
-#include "stereo_simulator.hpp"
+#include "output/recording_writer.hpp"
+#include "rendering/stereo_simulator.hpp"
 
 namespace kinetrace::simulator {
 

@@ -93,6 +93,30 @@ class Calibrate : public ::testing::Test {
 constexpr int kSmall = 1;
 constexpr Motion kGoodMotion{.views = 40, .max_tilt_rad = 0.7, .near_m = 0.3, .far_m = 0.7, .spread = 0.9};
 
+TEST_F(Calibrate, WhereNothingCanBeWrittenNoImageIsLookedAt) {
+  for (const char* view : {"left", "right"}) {
+    for (const char* name : {"000000.pgm", "000001.pgm"}) {
+      const std::vector<std::uint8_t> black(std::size_t{320} * 240);
+      write_pgm(folder_.file(std::string("images/") + view + "/" + name), {black, 320, 240});
+    }
+  }
+  const std::string images = "folder:" + (folder_.path() / "images").string();
+  const std::string file = (folder_.path() / "images/left/000000.pgm").string();
+  for (const std::vector<std::string>& source :
+       {std::vector<std::string>{"--dataset", images, "--target", kBoard}, {"--self", images, "--baseline", "0.1"}}) {
+    std::vector<std::string> arguments{"calibrate"};
+    arguments.insert(arguments.end(), source.begin(), source.end());
+    EXPECT_EQ(run_kinetrace(arguments).exit_code, 64) << "no --out";
+    arguments.insert(arguments.end(), {"--out", file});
+    const ProgramResult result = run_kinetrace(arguments);
+    EXPECT_EQ(result.exit_code, 74) << result.err;
+    EXPECT_THAT(result.err, HasSubstr(file + ": "));
+    EXPECT_THAT(result.err, HasSubstr("name another folder"));
+  }
+  EXPECT_THAT(run_kinetrace({"calibrate", "--self", images, "--baseline", "nan", "--out", out()}).err,
+              HasSubstr("must be in [0.001 - 10], got nan"));
+}
+
 TEST_F(Calibrate, FindsARigFromAPartlyCoveredCharucoBoard) {
   record(kBoard, Lens::kRadialTangential, kGoodMotion, {.covered = 0.4});
   const ProgramResult result = calibrate(kBoard, "radtan");

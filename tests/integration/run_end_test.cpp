@@ -71,6 +71,15 @@ TEST_P(RunEndBySignal, EverythingIsWritten) {
 INSTANTIATE_TEST_SUITE_P(Signals, RunEndBySignal,
                          ::testing::Values(SIGHUP, SIGTERM, SIGALRM, SIGUSR1, SIGUSR2, SIGXCPU));
 
+TEST_F(RunEnd, ACalibrationThatCouldNotBeSavedIsRefusedAtTheStart) {
+  for (const std::filesystem::path& place : {scratch_.path() / "none" / "rig.yaml", scratch_.path()}) {
+    const ProgramResult result = run_kinetrace(run_arguments({"--save-calibration", place.string()}));
+    EXPECT_EQ(result.exit_code, 74);
+    EXPECT_THAT(result.err, HasSubstr(place.string() + ": cannot be written"));
+    EXPECT_FALSE(std::filesystem::exists(out_)) << "the run began";
+  }
+}
+
 TEST_F(RunEnd, NohupKeepsARunAlive) {
   const ProgramResult result = run_in_shell("trap '' HUP; $kinetrace " + joined(run_arguments({"--loop", "30"})) +
                                             "& sleep 0.5; kill -HUP $!; wait $!");

@@ -9,8 +9,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "rendering/stereo_simulator.hpp"
 #include "scenes/scenes.hpp"
-#include "stereo_simulator.hpp"
 
 namespace kinetrace::self_calibration {
 namespace {

@@ -11,7 +11,7 @@
 #include "kinetrace/hal/file_stereo_camera.hpp"
 #include "kinetrace/hal/rectifier.hpp"
 #include "kinetrace/pipeline/pipeline.hpp"
-#include "recording_writer.hpp"
+#include "output/recording_writer.hpp"
 #include "scenes/scenes.hpp"
 
 namespace kinetrace::test {

@@ -8,7 +8,7 @@
 
 #include "kinetrace/core/frame_result.hpp"
 #include "kinetrace/pipeline/config.hpp"
-#include "stereo_simulator.hpp"
+#include "rendering/stereo_simulator.hpp"
 
 namespace kinetrace::test {
 

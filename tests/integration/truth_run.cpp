@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "kinetrace/recording/run_recorder.hpp"
-#include "recording_writer.hpp"
+#include "output/recording_writer.hpp"
 #include "scenes/scenes.hpp"
 
 namespace kinetrace::test {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "kinetrace/core/frame_result.hpp"
-#include "stereo_simulator.hpp"
+#include "rendering/stereo_simulator.hpp"
 
 namespace kinetrace::test {
 

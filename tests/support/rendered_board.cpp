@@ -67,68 +67,83 @@ BoardRenderer::BoardRenderer(const Target& target, const hal::CameraModel& camer
   }
 }
 
-BoardImage BoardRenderer::render(const Se3& T_cam_board, const BoardImageFaults& faults, std::uint32_t seed) const {
-  const int width = camera_.width_px;
-  const int height = camera_.height_px;
-  const Eigen::Matrix3d to_board = T_cam_board.rotation.transpose();
-  const Eigen::Vector3d centre = -(to_board * T_cam_board.translation);
-  const double covered_to_m = covered_from_m_ + faults.covered * width_m_;
-  const auto grey_along = [&](const Eigen::Vector2d& ray) {
-    const Eigen::Vector3d direction = to_board * ray.homogeneous();
-    const double scale = -centre.z() / direction.z();
+// The print where it stands before the camera, from which normalised rays come.
+class BoardRenderer::PosedPrint {
+ public:
+  PosedPrint(const Print& print, const Se3& T_cam_board, double covered_to_m, double near_m)
+      : print_(print),
+        to_board_(T_cam_board.rotation.transpose()),
+        centre_(-(to_board_ * T_cam_board.translation)),
+        covered_to_m_(covered_to_m),
+        near_m_(near_m) {}
+
+  [[nodiscard]] int grey_along(const Eigen::Vector2d& ray) const {
+    const Eigen::Vector3d direction = to_board_ * ray.homogeneous();
+    const double scale = -centre_.z() / direction.z();
     if (!(scale > 0.0)) {
-      return static_cast<int>(kBackground);
+      return kBackground;
     }
-    const Eigen::Vector3d p = centre + scale * direction;
+    const Eigen::Vector3d p = centre_ + scale * direction;
     const int grey = print_.grey_at(p.x(), p.y());
-    return grey < 0 || p.x() < covered_to_m ? static_cast<int>(kBackground) : grey;
-  };
+    return grey < 0 || p.x() < covered_to_m_ ? static_cast<int>(kBackground) : grey;
+  }
+
   // Far enough from the board that no sample of the pixel hits it.
-  const auto is_beside = [&](const Eigen::Vector2d& ray) {
-    const Eigen::Vector3d direction = to_board * ray.homogeneous();
-    const Eigen::Vector3d p = centre - centre.z() / direction.z() * direction;
-    const double near_m = 0.1 * width_m_;
-    return print_.grey_at(p.x() - near_m, p.y() - near_m) < 0 && print_.grey_at(p.x() + near_m, p.y() + near_m) < 0 &&
-           print_.grey_at(p.x() - near_m, p.y() + near_m) < 0 && print_.grey_at(p.x() + near_m, p.y() - near_m) < 0 &&
-           print_.grey_at(p.x(), p.y()) < 0;
-  };
-  cv::Mat image(height, width, CV_32F);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const std::size_t at =
-          static_cast<std::size_t>(y) * static_cast<std::size_t>(width + 1) + static_cast<std::size_t>(x);
+  [[nodiscard]] bool is_beside(const Eigen::Vector2d& ray) const {
+    const Eigen::Vector3d direction = to_board_ * ray.homogeneous();
+    const Eigen::Vector3d p = centre_ - centre_.z() / direction.z() * direction;
+    const auto misses = [&](double dx, double dy) { return print_.grey_at(p.x() + dx, p.y() + dy) < 0; };
+    return misses(-near_m_, -near_m_) && misses(near_m_, near_m_) && misses(-near_m_, near_m_) &&
+           misses(near_m_, -near_m_) && misses(0.0, 0.0);
+  }
+
+ private:
+  const Print& print_;
+  Eigen::Matrix3d to_board_;
+  Eigen::Vector3d centre_;
+  double covered_to_m_;
+  double near_m_;
+};
+
+std::vector<float> BoardRenderer::draw(const Se3& T_cam_board, double covered_to_m) const {
+  const PosedPrint board(print_, T_cam_board, covered_to_m, 0.1 * width_m_);
+  std::vector<float> greys;
+  const auto stride = static_cast<std::size_t>(camera_.width_px) + 1;
+  for (int y = 0; y < camera_.height_px; ++y) {
+    for (int x = 0; x < camera_.width_px; ++x) {
+      const std::size_t at = static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x);
       const Eigen::Vector2d& a = rays_[at];
-      const Eigen::Vector2d& d = rays_[at + static_cast<std::size_t>(width) + 2];
+      const Eigen::Vector2d& d = rays_[at + stride + 1];
       const Eigen::Vector2d right = rays_[at + 1] - a;
-      const Eigen::Vector2d down = rays_[at + static_cast<std::size_t>(width) + 1] - a;
-      if (!a.allFinite() || !d.allFinite() || !right.allFinite() || !down.allFinite()) {
-        image.at<float>(y, x) = kBackground;
-        continue;
-      }
-      if (is_beside(a + (d - a) / 2)) {
-        image.at<float>(y, x) = kBackground;
+      const Eigen::Vector2d down = rays_[at + stride] - a;
+      const bool seen = a.allFinite() && d.allFinite() && right.allFinite() && down.allFinite();
+      if (!seen || board.is_beside(a + (d - a) / 2)) {
+        greys.push_back(kBackground);
         continue;
       }
       constexpr int kSamples = 4;
       int sum = 0;
       for (int i = 0; i < kSamples * kSamples; ++i) {
-        sum += grey_along(a + right * ((i % kSamples + 0.5) / kSamples) +
-                          down * ((static_cast<double>(i / kSamples) + 0.5) / kSamples));
+        sum += board.grey_along(a + right * ((i % kSamples + 0.5) / kSamples) +
+                                down * ((static_cast<double>(i / kSamples) + 0.5) / kSamples));
       }
-      image.at<float>(y, x) = static_cast<float>(sum) / (kSamples * kSamples);
+      greys.push_back(static_cast<float>(sum) / (kSamples * kSamples));
     }
   }
+  return greys;
+}
+
+BoardImage BoardRenderer::render(const Se3& T_cam_board, const BoardImageFaults& faults, std::uint32_t seed) const {
+  std::vector<float> greys = draw(T_cam_board, covered_from_m_ + faults.covered * width_m_);
+  cv::Mat image(camera_.height_px, camera_.width_px, CV_32F, greys.data());
   if (faults.blur_px > 0.0) {
     cv::GaussianBlur(image, image, {0, 0}, faults.blur_px);
   }
   std::mt19937 random(seed);
   std::normal_distribution<float> noise(0.0F, static_cast<float>(std::max(faults.noise_grey, 1e-6)));
-  BoardImage result{.pixels = {}, .width_px = width, .height_px = height};
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const float grey = image.at<float>(y, x) + noise(random);
-      result.pixels.push_back(static_cast<std::uint8_t>(std::clamp(std::lround(grey), 0L, 255L)));
-    }
+  BoardImage result{.pixels = {}, .width_px = camera_.width_px, .height_px = camera_.height_px};
+  for (const float grey : greys) {
+    result.pixels.push_back(static_cast<std::uint8_t>(std::clamp(std::lround(grey + noise(random)), 0L, 255L)));
   }
   return result;
 }

@@ -46,6 +46,10 @@ class BoardRenderer {
     [[nodiscard]] int grey_at(double x_m, double y_m) const;
   };
 
+  class PosedPrint;
+
+  [[nodiscard]] std::vector<float> draw(const Se3& T_cam_board, double covered_to_m) const;
+
   hal::CameraModel camera_;
   Print print_;
   std::vector<Eigen::Vector2d> rays_;  ///< Of pixel corners, one more than pixels each way; not finite: none.

@@ -2,6 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "cli/option_checks.hpp"
+
 namespace kinetrace::app {
 
 void add_calibrate_options(CLI::App& command, CalibrateOptions& options) {
@@ -16,7 +18,7 @@ void add_calibrate_options(CLI::App& command, CalibrateOptions& options) {
   known->require_option(1);
   known->add_option("--baseline", options.baseline_m, "With --self: the distance of the two lenses")
       ->type_name("METRES")
-      ->check(CLI::Range(0.001, 10.0))
+      ->check(number_within(0.001, 10.0))
       ->needs(self);
   known
       ->add_option(

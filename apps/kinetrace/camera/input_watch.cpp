@@ -68,9 +68,9 @@ Status InputWatch::process(const StereoFrame& frame, const RectifiedPair& pair, 
 
 bool InputWatch::is_left_to_refinement(InputFault fault, const RefinedCalibration& calibration,
                                        std::int64_t now_ns) const noexcept {
-  constexpr std::int64_t kPatience_ns = 2'000'000'000;
+  constexpr std::int64_t kTimeToCorrect_ns = 2'000'000'000;
   const bool of_calibration = fault == InputFault::kRowsApart || fault == InputFault::kBeyondInfinity;
-  return of_calibration && calibration.refines && (calibration.corrected || now_ns - *begun_ns_ < kPatience_ns);
+  return of_calibration && calibration.refines && (calibration.corrected || now_ns - *begun_ns_ < kTimeToCorrect_ns);
 }
 
 // One cause, one line: identical views have no parallax either; a late view of two devices is mended.

@@ -18,7 +18,10 @@ using trajectory::BodyShape;
 using trajectory::KindOfObject;
 using trajectory::SizeTable;
 
+// Deviations below a millimetre would outweigh all that is measured, and overflow once squared.
+constexpr float kMinSize_m = 0.001F;
 constexpr float kMaxSize_m = 100.F;
+constexpr float kMinShare = 0.001F;
 
 /// Reads one kind after the other; the first thing that is wrong ends it.
 class SizeReader {
@@ -55,14 +58,9 @@ class SizeReader {
       refuse(node, "a kind must be a map: class, share, length, height, width, shape");
       return kind;
     }
-    for (const auto& entry : node) {
-      const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : std::string();
-      if (std::find(std::begin(kKeys), std::end(kKeys), key) == std::end(kKeys)) {
-        refuse(entry.first, "unknown key \"" + key + "\"; there are: class, share, length, height, width, shape");
-      }
-    }
+    check_keys(node);
     kind.class_id = class_of(node["class"], node);
-    kind.share = positive(node["share"], node, "share", 1.F);
+    kind.share = number_in(node["share"], node, "share", {kMinShare, 1.F});
     constexpr std::array<const char*, 3> kDimensions{"length", "height", "width"};
     for (Eigen::Index i = 0; i < 3; ++i) {
       const char* key = kDimensions[static_cast<std::size_t>(i)];
@@ -71,8 +69,8 @@ class SizeReader {
         refuse(node, std::string(key) + " must be [mean, standard deviation] in m");
         continue;
       }
-      kind.mean_m[i] = positive(pair[0], pair, key, kMaxSize_m);
-      kind.sigma_m[i] = positive(pair[1], pair, key, kMaxSize_m);
+      kind.mean_m[i] = number_in(pair[0], pair, key, {kMinSize_m, kMaxSize_m});
+      kind.sigma_m[i] = number_in(pair[1], pair, key, {kMinSize_m, kMaxSize_m});
     }
     const std::string shape = node["shape"] && node["shape"].IsScalar() ? node["shape"].Scalar() : std::string();
     if (shape != "box" && shape != "saloon") {
@@ -80,6 +78,20 @@ class SizeReader {
     }
     kind.shape = shape == "saloon" ? BodyShape::kSaloon : BodyShape::kBox;
     return kind;
+  }
+
+  void check_keys(const YAML::Node& node) {
+    std::vector<std::string> seen;
+    for (const auto& entry : node) {
+      const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : std::string();
+      if (std::find(std::begin(kKeys), std::end(kKeys), key) == std::end(kKeys)) {
+        refuse(entry.first, "unknown key \"" + key + "\"; there are: class, share, length, height, width, shape");
+      }
+      if (std::find(seen.begin(), seen.end(), key) != seen.end()) {
+        refuse(entry.first, "\"" + key + "\" stands there twice");
+      }
+      seen.push_back(key);
+    }
   }
 
   std::uint16_t class_of(const YAML::Node& node, const YAML::Node& at) {
@@ -103,18 +115,21 @@ class SizeReader {
     return static_cast<std::uint16_t>(number);
   }
 
-  float positive(const YAML::Node& node, const YAML::Node& at, const char* key, float most) {
+  float number_in(const YAML::Node& node, const YAML::Node& at, const char* key, const std::array<float, 2>& range) {
     float value = 0.F;
-    if (!node || !node.IsScalar() || !YAML::convert<float>::decode(node, value) || !(value > 0.F && value <= most)) {
-      refuse(at, std::string(key) + " must be a number above 0, at most " + std::to_string(static_cast<int>(most)));
-      return most;
+    if (!node || !node.IsScalar() || !YAML::convert<float>::decode(node, value) ||
+        !(value >= range[0] && value <= range[1])) {
+      refuse(at, std::string(key) + " must be a number from 0.001 to " + std::to_string(static_cast<int>(range[1])));
+      return range[1];
     }
     return value;
   }
 
   void refuse(const YAML::Node& node, const std::string& message) {
     if (status_) {
-      status_ = fail(ErrorCode::kInvalidConfig, name_ + ":" + std::to_string(node.Mark().line + 1) + ": " + message);
+      // An empty file has no line at all.
+      const int line = std::max(node.Mark().line, 0) + 1;
+      status_ = fail(ErrorCode::kInvalidConfig, name_ + ":" + std::to_string(line) + ": " + message);
     }
   }
 

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "config/config_file.hpp"
+#include "kinetrace/core/files.hpp"
 #include "kinetrace/hal/rectifier.hpp"
 #include "plan/network_setup.hpp"
 
@@ -28,6 +29,9 @@ Outcome<RunSetup> RunSetup::create(const RunOptions& options) {
   if (!options.save_calibration.empty() && config->pipeline.calibration.mode == rig::RefineMode::kOff) {
     return Unexpected(
         Failure{ExitCode::kUsage, "--save-calibration: calibration.refine is off; set it to on or check"});
+  }
+  if (const Status place = check_replaceable(options.save_calibration); !options.save_calibration.empty() && !place) {
+    return failure(place.error());
   }
   Outcome<CameraSetup> camera = camera_setup(options.source);
   if (!camera) {

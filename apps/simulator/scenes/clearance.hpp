@@ -1,7 +1,7 @@
 // Whether everybody in a scene keeps clear of everybody else.
 #pragma once
 
-#include "scene.hpp"
+#include "world/scene.hpp"
 
 namespace kinetrace::simulator {
 

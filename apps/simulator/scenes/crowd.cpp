@@ -1,8 +1,8 @@
 // As many objects as Kinetrace follows at once, vehicles and people, on a large square.
-#include "people.hpp"
-#include "random.hpp"
-#include "scenes.hpp"
-#include "street_kit.hpp"
+#include "scenes/scenes.hpp"
+#include "scenes/street_kit.hpp"
+#include "util/random.hpp"
+#include "world/people.hpp"
 
 namespace kinetrace::simulator {
 namespace {

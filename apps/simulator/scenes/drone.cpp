@@ -1,7 +1,7 @@
 // From a small aircraft: looking down and ahead, shaken in all six degrees of freedom.
-#include "people.hpp"
-#include "scenes.hpp"
-#include "street_kit.hpp"
+#include "scenes/scenes.hpp"
+#include "scenes/street_kit.hpp"
+#include "world/people.hpp"
 
 namespace kinetrace::simulator {
 namespace {

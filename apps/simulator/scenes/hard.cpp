@@ -1,10 +1,10 @@
 // Scenes on which an estimator fails if it is not careful.
 #include <cmath>
 
-#include "people.hpp"
-#include "scenery.hpp"
-#include "scenes.hpp"
-#include "street_kit.hpp"
+#include "scenes/scenes.hpp"
+#include "scenes/street_kit.hpp"
+#include "world/people.hpp"
+#include "world/scenery.hpp"
 
 namespace kinetrace::simulator {
 namespace {

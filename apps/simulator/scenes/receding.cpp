@@ -1,6 +1,6 @@
 // One car that draws away from 8 to 80 m: how errors grow as objects get small.
-#include "scenes.hpp"
-#include "street_kit.hpp"
+#include "scenes/scenes.hpp"
+#include "scenes/street_kit.hpp"
 
 namespace kinetrace::simulator {
 

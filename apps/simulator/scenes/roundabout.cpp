@@ -5,10 +5,10 @@
 #include <utility>
 #include <vector>
 
-#include "random.hpp"
-#include "scenery.hpp"
-#include "scenes.hpp"
-#include "street_kit.hpp"
+#include "util/random.hpp"
+#include "world/scenery.hpp"
+#include "scenes/scenes.hpp"
+#include "scenes/street_kit.hpp"
 
 namespace kinetrace::simulator {
 namespace {

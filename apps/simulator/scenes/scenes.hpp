@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "kinetrace/core/result.hpp"
-#include "scene.hpp"
 #include "scenes/variation.hpp"
+#include "world/scene.hpp"
 
 namespace kinetrace::simulator {
 

@@ -1,7 +1,7 @@
 // A drive through traffic.
-#include "people.hpp"
-#include "scenes.hpp"
-#include "street_kit.hpp"
+#include "scenes/scenes.hpp"
+#include "scenes/street_kit.hpp"
+#include "world/people.hpp"
 
 namespace kinetrace::simulator {
 namespace {

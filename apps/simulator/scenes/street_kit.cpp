@@ -1,12 +1,12 @@
-#include "street_kit.hpp"
+#include "scenes/street_kit.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "people.hpp"
-#include "random.hpp"
-#include "scenery.hpp"
+#include "util/random.hpp"
+#include "world/people.hpp"
+#include "world/scenery.hpp"
 
 namespace kinetrace::simulator {
 namespace {

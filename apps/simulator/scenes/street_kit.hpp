@@ -3,10 +3,10 @@
 
 #include <cstdint>
 
-#include "motion.hpp"
-#include "scene.hpp"
 #include "scenes/variation.hpp"
-#include "vehicles.hpp"
+#include "world/motion.hpp"
+#include "world/scene.hpp"
+#include "world/vehicles.hpp"
 
 namespace kinetrace::simulator {
 

@@ -5,8 +5,8 @@
 
 #include <Eigen/Geometry>
 
-#include "people.hpp"
-#include "random.hpp"
+#include "util/random.hpp"
+#include "world/people.hpp"
 
 namespace kinetrace::simulator {
 namespace {

@@ -3,9 +3,9 @@
 
 #include <cstdint>
 
-#include "motion.hpp"
-#include "scene.hpp"
-#include "vehicles.hpp"
+#include "world/motion.hpp"
+#include "world/scene.hpp"
+#include "world/vehicles.hpp"
 
 namespace kinetrace::simulator {
 

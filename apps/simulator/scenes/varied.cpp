@@ -7,13 +7,13 @@
 #include <numbers>
 #include <vector>
 
-#include "people.hpp"
-#include "random.hpp"
-#include "random_vehicle.hpp"
-#include "scenery.hpp"
-#include "scenes.hpp"
-#include "street_kit.hpp"
-#include "varied_site.hpp"
+#include "scenes/scenes.hpp"
+#include "scenes/street_kit.hpp"
+#include "scenes/varied_site.hpp"
+#include "util/random.hpp"
+#include "world/people.hpp"
+#include "world/random_vehicle.hpp"
+#include "world/scenery.hpp"
 
 namespace kinetrace::simulator {
 namespace {

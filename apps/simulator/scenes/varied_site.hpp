@@ -5,9 +5,9 @@
 #include <cmath>
 #include <vector>
 
-#include "random.hpp"
-#include "scene.hpp"
-#include "scenery.hpp"
+#include "util/random.hpp"
+#include "world/scene.hpp"
+#include "world/scenery.hpp"
 
 namespace kinetrace::simulator {
 

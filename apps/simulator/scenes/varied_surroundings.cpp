@@ -3,10 +3,10 @@
 #include <cmath>
 #include <utility>
 
-#include "clutter.hpp"
-#include "scenery.hpp"
-#include "street_kit.hpp"
-#include "varied_site.hpp"
+#include "scenes/street_kit.hpp"
+#include "scenes/varied_site.hpp"
+#include "world/clutter.hpp"
+#include "world/scenery.hpp"
 
 namespace kinetrace::simulator {
 namespace {

@@ -2,10 +2,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "people.hpp"
-#include "random.hpp"
-#include "scenery.hpp"
-#include "scenes.hpp"
+#include "scenes/scenes.hpp"
+#include "util/random.hpp"
+#include "world/people.hpp"
+#include "world/scenery.hpp"
 
 namespace kinetrace::simulator {
 namespace {

@@ -173,7 +173,7 @@ Result<std::optional<SyncFrame>> CaptureStream::initiate_tracks(const Error& err
 
 // An image came at some time between that when the device had none and that when we took it: while we were held up, it
 // waited.
-std::int64_t CaptureStream::believable_time_ns(const CapturedImage& image, CameraCounters& counters) noexcept {
+std::int64_t CaptureStream::plausible_time_ns(const CapturedImage& image, CameraCounters& counters) noexcept {
   const Arrival arrival{empty_ns_, last_image_ns_};
   const TimelineGuard::Evidence evidence{.expected_ns = arrival.latest_ns - arrival_.latest_ns,
                                          .shortest_ns = arrival.earliest_ns - arrival_.latest_ns,
@@ -212,7 +212,7 @@ Result<std::optional<SyncFrame>> CaptureStream::take(CameraCounters& counters) {
     return std::nullopt;
   }
   note_exposure(*image);
-  const std::int64_t time_ns = believable_time_ns(*image, counters);
+  const std::int64_t time_ns = plausible_time_ns(*image, counters);
   images_[static_cast<std::size_t>(image->slot)] = *image;
   return SyncFrame{image->slot, number_of(*image, time_ns), time_ns};
 }

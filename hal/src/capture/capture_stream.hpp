@@ -21,7 +21,7 @@
 namespace kinetrace::hal {
 
 /// Opens its device by name, from the second time on by stable id if the name is a path; keeps captured images by slot;
-/// turns stamps into believable mid-exposure times.
+/// turns stamps into plausible mid-exposure times.
 class CaptureStream {
  public:
   [[nodiscard]] static std::size_t required_bytes(const CaptureConfig& config);
@@ -62,7 +62,7 @@ class CaptureStream {
   CaptureStream(std::string view, CaptureConfig config, LuminanceReader reader, CaptureEnvironment& environment);
   [[nodiscard]] Status restart(const Error& cause);
   [[nodiscard]] Result<std::optional<SyncFrame>> initiate_tracks(const Error& error);
-  [[nodiscard]] std::int64_t believable_time_ns(const CapturedImage& image, CameraCounters& counters) noexcept;
+  [[nodiscard]] std::int64_t plausible_time_ns(const CapturedImage& image, CameraCounters& counters) noexcept;
   std::int64_t number_of(const CapturedImage& image, std::optional<std::int64_t> time_ns) noexcept;
   [[nodiscard]] bool is_the_same(const CaptureInfo& info) const;
   void note_exposure(const CapturedImage& image) noexcept;

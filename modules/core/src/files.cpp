@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 class Descriptor {
  public:
-  Descriptor(const fs::path& path, int flags) noexcept : value_(::open(path.c_str(), flags | O_CLOEXEC, 0666)) {}
+  explicit Descriptor(int value) noexcept : value_(value) {}
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
   ~Descriptor() {
@@ -53,7 +53,7 @@ int write_all(int descriptor, std::string_view content) noexcept {
 }
 
 int write_whole(const fs::path& path, std::string_view content) {
-  Descriptor file(path, O_WRONLY | O_CREAT | O_TRUNC);
+  Descriptor file(open_staged(path));
   if (file.get() < 0) {
     return errno;
   }
@@ -79,16 +79,29 @@ Unexpected<Error> obstructed(const fs::path& path, std::string_view what, const 
   return fail(ErrorCode::kIo, path.string().append(": ").append(what).append(" (" + why + "); check the permissions"));
 }
 
+/// What has the name of something else that was looked for.
+std::string_view other_kind(fs::file_type type) noexcept {
+  switch (type) {
+    case fs::file_type::regular: return "is a file; ";
+    case fs::file_type::directory: return "is a folder; ";
+    case fs::file_type::fifo: return "is a pipe; ";
+    case fs::file_type::socket: return "is a socket; ";
+    case fs::file_type::character:
+    case fs::file_type::block: return "is a device; ";
+    default: return "";
+  }
+}
+
 }  // namespace
 
 Unexpected<Error> unreachable(const fs::path& path, std::string_view missing) {
   std::error_code error;
   // Nothing there is no error to it.
-  (void)fs::status(path, error);
+  const fs::file_status status = fs::status(path, error);
   if (error && error != std::errc::no_such_file_or_directory && error != std::errc::not_a_directory) {
     return obstructed(path, "cannot be reached", error.message());
   }
-  return fail(ErrorCode::kNotFound, path.string().append(": ").append(missing));
+  return fail(ErrorCode::kNotFound, path.string().append(": ").append(other_kind(status.type())).append(missing));
 }
 
 Status check_folder(const fs::path& path, std::string_view missing) {
@@ -104,7 +117,24 @@ fs::path staged_path(const fs::path& path) {
   std::error_code error;
   const fs::path target = target_of(path);
   const fs::file_status status = fs::status(target, error);
-  return fs::exists(status) && !fs::is_regular_file(status) ? target : fs::path(target.string() + ".tmp");
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    return target;
+  }
+  // Of this process alone: another one may be writing the same file.
+  fs::path staged = target;
+  staged += ".";
+  staged += std::to_string(::getpid());
+  staged += ".tmp";
+  return staged;
+}
+
+int open_staged(const fs::path& staged) noexcept {
+  // A pipe that nobody reads would hold the program for ever.
+  const int file = ::open(staged.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK, 0666);
+  if (file >= 0) {
+    (void)::fcntl(file, F_SETFL, 0);
+  }
+  return file;
 }
 
 Status put_in_place(const fs::path& staged, const fs::path& path) {
@@ -123,6 +153,16 @@ void discard_staged(const fs::path& staged, const fs::path& path) {
   }
 }
 
+Status check_replaceable(const fs::path& path) {
+  const fs::path target = target_of(path);
+  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  std::error_code error;
+  if (fs::is_directory(target, error)) {
+    return not_written(path, EISDIR);
+  }
+  return ::access(folder.c_str(), W_OK | X_OK) == 0 ? Status{} : Status(not_written(path, errno));
+}
+
 Status replace_file(const fs::path& path, std::string_view content) {
   const fs::path staged = staged_path(path);
   if (const int error_number = write_whole(staged, content); error_number != 0) {
@@ -134,7 +174,8 @@ Status replace_file(const fs::path& path, std::string_view content) {
   }
   // The new name lasts only once the folder itself is on disk.
   const fs::path folder = staged.has_parent_path() ? staged.parent_path() : fs::path(".");
-  if (const Descriptor opened(folder, O_RDONLY | O_DIRECTORY); opened.get() >= 0 && ::fsync(opened.get()) != 0) {
+  if (const Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+      opened.get() >= 0 && ::fsync(opened.get()) != 0) {
     return errno == EINVAL ? Status{} : Status(not_written(path, errno));
   }
   return {};

@@ -88,7 +88,7 @@ Status write(const char* path, ImageView<const Pixel> image, PixelFormat format,
   }
   const ForeignCall foreign;
   const std::filesystem::path staged = staged_path(path);
-  std::unique_ptr<std::FILE, FileClose> file(std::fopen(staged.c_str(), "wb"));
+  std::unique_ptr<std::FILE, FileClose> file(::fdopen(open_staged(staged), "wb"));
   if (!file) {
     return file_error(ErrorCode::kIo, path, "cannot be created; check that the folder exists and is writable");
   }

@@ -87,6 +87,9 @@ bool is_known(std::string_view path) {
   constexpr std::string_view kUnfinished = ".tmp";
   if (path.ends_with(kUnfinished)) {
     path.remove_suffix(kUnfinished.size());
+    // What replace_file had staged, with the number of its process.
+    const std::size_t last = path.find_last_not_of("0123456789");
+    path = last != std::string_view::npos && path[last] == '.' ? path.substr(0, last) : path;
   }
   return path == "evaluation.json" || path == "figure.png" ||
          std::any_of(kKnownFiles.begin(), kKnownFiles.end(), of_file) ||

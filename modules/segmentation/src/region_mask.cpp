@@ -172,15 +172,11 @@ void RegionMask::weigh_blobs(const Candidate& candidate, const MotionMemory& mem
   }
 }
 
-void RegionMask::weigh_cells(const Candidate& candidate, std::span<const Feature> features,
-                             std::span<const FeatureMotion> motions, const MotionMemory& memory, std::size_t region,
-                             const DenseView& dense, const TemporalTest& test) {
+// Corners of the region speak for their cells, corners that move otherwise against them.
+void RegionMask::weigh_features(const Candidate& candidate, std::span<const Feature> features,
+                                std::span<const FeatureMotion> motions, const MotionMemory& memory,
+                                std::size_t region) {
   const PixelBox& box = candidate.cells;
-  constexpr float kFar = 1e6F;
-  for (int cy = box.y0; cy < box.y1; ++cy) {
-    std::fill(evidence_.row(cy) + box.x0, evidence_.row(cy) + box.x1, 0.F);
-    std::fill(distance_.row(cy) + box.x0, distance_.row(cy) + box.x1, kFar);
-  }
   for (std::size_t i = 0; i < features.size(); ++i) {
     const int cx = static_cast<int>(features[i].left_px.x()) / kCellPx;
     const int cy = static_cast<int>(features[i].left_px.y()) / kCellPx;
@@ -198,10 +194,12 @@ void RegionMask::weigh_cells(const Candidate& candidate, std::span<const Feature
       }
     }
   }
-  weigh_blobs(candidate, memory, region);
-  const float metres_per_cell = kCellPx * static_cast<float>(geometry_.baseline_m) / candidate.disparity_px;
-  const ImageView<const float> disparity = dense.disparity.disparity_px();
-  for (int cy = box.y0; cy < box.y1 && dense.history.size() > 1; ++cy) {
+}
+
+// What the frame before said of the cells that the motion brings here.
+void RegionMask::weigh_previous_frame(const Candidate& candidate, const TemporalTest& test) {
+  const PixelBox& box = candidate.cells;
+  for (int cy = box.y0; cy < box.y1; ++cy) {
     for (int cx = box.x0; cx < box.x1; ++cx) {
       const TemporalTest::Places p =
           test.places(candidate.velocity_mps, 1, cell_center(cx), cell_center(cy), candidate.disparity_px);
@@ -218,7 +216,13 @@ void RegionMask::weigh_cells(const Candidate& candidate, std::span<const Feature
       }
     }
   }
-  measure_distances(box);
+}
+
+// Distance to the region, depth, height above the ground, and motion of each cell itself.
+void RegionMask::weigh_depths(const Candidate& candidate, const DenseView& dense, const TemporalTest& test) {
+  const PixelBox& box = candidate.cells;
+  const float metres_per_cell = kCellPx * static_cast<float>(geometry_.baseline_m) / candidate.disparity_px;
+  const ImageView<const float> disparity = dense.disparity.disparity_px();
   for (int cy = box.y0; cy < box.y1; ++cy) {
     for (int cx = box.x0; cx < box.x1; ++cx) {
       float& nats = evidence_.row(cy)[cx];
@@ -237,6 +241,24 @@ void RegionMask::weigh_cells(const Candidate& candidate, std::span<const Feature
       nats += test.cell_nats(candidate.velocity_mps, candidate.lag, cx, cy, assumed);
     }
   }
+}
+
+void RegionMask::weigh_cells(const Candidate& candidate, std::span<const Feature> features,
+                             std::span<const FeatureMotion> motions, const MotionMemory& memory, std::size_t region,
+                             const DenseView& dense, const TemporalTest& test) {
+  const PixelBox& box = candidate.cells;
+  constexpr float kFar = 1e6F;
+  for (int cy = box.y0; cy < box.y1; ++cy) {
+    std::fill(evidence_.row(cy) + box.x0, evidence_.row(cy) + box.x1, 0.F);
+    std::fill(distance_.row(cy) + box.x0, distance_.row(cy) + box.x1, kFar);
+  }
+  weigh_features(candidate, features, motions, memory, region);
+  weigh_blobs(candidate, memory, region);
+  if (dense.history.size() > 1) {
+    weigh_previous_frame(candidate, test);
+  }
+  measure_distances(box);
+  weigh_depths(candidate, dense, test);
 }
 
 // Distance to the nearest cell of distance 0: two sweeps of a chamfer.

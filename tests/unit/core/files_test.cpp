@@ -5,6 +5,8 @@
 #include <iterator>
 #include <string>
 #include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <gmock/gmock.h>
@@ -31,6 +33,9 @@ TEST(Unreachable, TellsWhatIsMissingFromWhatIsBarred) {
   EXPECT_EQ(missing.code, ErrorCode::kNotFound);
   EXPECT_EQ(missing.message, none.string() + ": no such run");
   EXPECT_EQ(unreachable(folder.file("a") + "/b", "no such run").error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(unreachable(folder.path(), "no such file").error().message,
+            folder.path().string() + ": is a folder; no such file");
+  EXPECT_EQ(unreachable("/dev/null", "no such file").error().message, "/dev/null: is a device; no such file");
   const Error barred = unreachable(folder.path() / "loop" / "b", "no such run").error();
   EXPECT_EQ(barred.code, ErrorCode::kIo);
   EXPECT_THAT(barred.message, HasSubstr("loop/b: cannot be reached (Too many levels of symbolic links)"));
@@ -80,7 +85,43 @@ TEST(ReplaceFile, LeavesTheOldContentWhereTheNewOneDoesNotFit) {
   EXPECT_EQ(replaced.error().code, ErrorCode::kIo);
   EXPECT_THAT(replaced.error().message, HasSubstr(file.string() + ": cannot be written"));
   EXPECT_EQ(text_of(file), "older");
-  EXPECT_FALSE(std::filesystem::exists(file.string() + ".tmp"));
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1) << "what was staged is gone";
+}
+
+TEST(ReplaceFile, IsKnownBeforehandToHaveNoPlace) {
+  const test::TempFolder folder;
+  EXPECT_TRUE(check_replaceable(folder.path() / "new"));
+  EXPECT_TRUE(check_replaceable("in_this_folder"));
+  EXPECT_THAT(check_replaceable(folder.path()).error().message, HasSubstr("cannot be written (Is a directory)"));
+  EXPECT_THAT(check_replaceable(folder.path() / "no" / "folder").error().message, HasSubstr("No such file"));
+}
+
+TEST(ReplaceFile, LetsTwoProcessesReplaceTheSameFile) {
+  const test::TempFolder folder;
+  const std::filesystem::path file = folder.path() / "rig.yaml";
+  const auto replace_often = [&file](char letter) {
+    bool replaced = true;
+    for (int i = 0; i < 100; ++i) {
+      replaced = replace_file(file, std::string(10'000, letter)).has_value() && replaced;
+    }
+    return replaced;
+  };
+  const pid_t other = ::fork();
+  if (other == 0) {
+    ::_exit(replace_often('a') ? 0 : 1);
+  }
+  EXPECT_TRUE(replace_often('b'));
+  int status = 0;
+  ASSERT_EQ(::waitpid(other, &status, 0), other);
+  EXPECT_EQ(status, 0);
+  EXPECT_EQ(text_of(file), std::string(10'000, text_of(file).front()));
+}
+
+TEST(ReplaceFile, WaitsForNobodyToReadAPipe) {
+  const test::TempFolder folder;
+  const std::string pipe = folder.file("pipe");
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THAT(replace_file(pipe, "x").error().message, HasSubstr("pipe: cannot be written"));
 }
 
 TEST(ReplaceFile, KeepsLinksAndWritesToDevices) {

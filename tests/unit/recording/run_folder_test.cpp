@@ -1,6 +1,7 @@
 // What happens to the folder itself: made, cleared of an earlier run, refused, and full disks.
 #include "run_folder.hpp"
 
+#include <algorithm>
 #include <array>
 #include <csignal>
 #include <fstream>
@@ -44,7 +45,8 @@ TEST(RunFolder, IsMadeWithItsParentsAndLeavesNoSpool) {
     EXPECT_TRUE(fs::is_regular_file(directory / name)) << name;
   }
   EXPECT_FALSE(fs::exists(directory / ".spool"));
-  EXPECT_FALSE(fs::exists(directory / "run.json.tmp"));
+  EXPECT_TRUE(std::none_of(fs::recursive_directory_iterator(directory), {},
+                           [](const fs::directory_entry& entry) { return entry.path().extension() == ".tmp"; }));
 }
 
 TEST(RunFolder, EarlierRunsGiveWayAndOtherFilesStay) {
@@ -53,14 +55,15 @@ TEST(RunFolder, EarlierRunsGiveWayAndOtherFilesStay) {
   ASSERT_TRUE(record_all(recording_config(directory), {.objects = {{.track_id = 99}}}));
   touch(directory / "evaluation.json");  // Of the earlier run.
   touch(directory / "figure.png");
+  touch(directory / "run.json.4711.tmp");
   touch(directory / "notes.md");
   touch(directory / "tracks/mine.tum");
   touch(directory / "points/object_99_mine.ply");
   touch(directory / "colmap/object_99/mine.txt");
   touch(directory / "mine/tracks/99.tum");
   ASSERT_TRUE(record_all(recording_config(directory), {.objects = {{.track_id = 7}}}));
-  for (const char* gone : {"evaluation.json", "figure.png", "tracks/99.tum", "points/object_99.ply",
-                           "points/object_99_model.ply", "colmap/object_99/points3D.txt"}) {
+  for (const char* gone : {"evaluation.json", "figure.png", "run.json.4711.tmp", "tracks/99.tum",
+                           "points/object_99.ply", "points/object_99_model.ply", "colmap/object_99/points3D.txt"}) {
     EXPECT_FALSE(fs::exists(directory / gone)) << gone;
   }
   for (const char* kept : {"notes.md", "tracks/mine.tum", "points/object_99_mine.ply", "colmap/object_99/mine.txt",

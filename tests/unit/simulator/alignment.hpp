@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "image.hpp"
+#include "util/image.hpp"
 
 namespace kinetrace::simulator {
 

@@ -6,12 +6,12 @@
 
 #include <gtest/gtest.h>
 
-#include "camera_rig.hpp"
+#include "camera/camera_rig.hpp"
+#include "camera/sensor.hpp"
+#include "camera/sensor_kernel.hpp"
 #include "kinetrace/core/cpu.hpp"
-#include "noise.hpp"
-#include "random.hpp"
-#include "sensor.hpp"
-#include "sensor_kernel.hpp"
+#include "shading/noise.hpp"
+#include "util/random.hpp"
 
 namespace kinetrace::simulator {
 namespace {

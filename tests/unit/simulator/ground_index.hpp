@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "scene.hpp"
+#include "world/scene.hpp"
 
 namespace kinetrace::simulator {
 

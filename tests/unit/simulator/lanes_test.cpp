@@ -5,8 +5,8 @@
 
 // As a kernel of its own, for whatever this test is compiled for.
 #define KINETRACE_KERNEL_ISA kernel_of_test
-#include "lanes.hpp"
-#include "pattern.hpp"
+#include "shading/pattern.hpp"
+#include "util/lanes.hpp"
 
 namespace kinetrace::simulator::kernel_of_test {
 namespace {

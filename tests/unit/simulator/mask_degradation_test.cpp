@@ -1,4 +1,4 @@
-#include "mask_degradation.hpp"
+#include "output/mask_degradation.hpp"
 
 #include <map>
 #include <set>

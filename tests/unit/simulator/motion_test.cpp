@@ -1,5 +1,5 @@
 // Paths, speeds, and whether things in the scenes move as such things can.
-#include "motion.hpp"
+#include "world/motion.hpp"
 
 #include <cmath>
 #include <numbers>

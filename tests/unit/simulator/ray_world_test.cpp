@@ -1,12 +1,12 @@
 // Whether rays meet the same in company as alone.
-#include "ray_world.hpp"
+#include "rendering/ray_world.hpp"
 
 #include <vector>
 
 #include <gtest/gtest.h>
 
-#include "random.hpp"
 #include "scenes/scenes.hpp"
+#include "util/random.hpp"
 
 namespace kinetrace::simulator {
 namespace {

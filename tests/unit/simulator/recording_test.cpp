@@ -9,10 +9,10 @@
 #include "kinetrace/hal/file_stereo_camera.hpp"
 #include "kinetrace/hal/rectifier.hpp"
 #include "kinetrace/imaging/image_reader.hpp"
-#include "recording_writer.hpp"
+#include "output/recording_writer.hpp"
+#include "output/truth_text.hpp"
 #include "small_simulator.hpp"
 #include "temp_folder.hpp"
-#include "truth_text.hpp"
 
 namespace kinetrace::simulator {
 namespace {

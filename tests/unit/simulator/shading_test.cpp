@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "kinetrace/core/cpu.hpp"
-#include "random.hpp"
-#include "shading_queue.hpp"
+#include "rendering/shading_queue.hpp"
+#include "util/random.hpp"
 
 namespace kinetrace::simulator {
 namespace {

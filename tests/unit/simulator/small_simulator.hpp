@@ -6,8 +6,8 @@
 #include <string_view>
 #include <utility>
 
+#include "rendering/stereo_simulator.hpp"
 #include "scenes/scenes.hpp"
-#include "stereo_simulator.hpp"
 
 namespace kinetrace::simulator {
 

@@ -1,4 +1,4 @@
-#include "tile_grid.hpp"
+#include "rendering/tile_grid.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 
 #include "alignment.hpp"
-#include "object_truth.hpp"
-#include "random.hpp"
+#include "rendering/object_truth.hpp"
 #include "small_simulator.hpp"
+#include "util/random.hpp"
 
 namespace kinetrace::simulator {
 namespace {

@@ -7,10 +7,10 @@
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
-#include "clutter.hpp"
-#include "random_vehicle.hpp"
 #include "scenes/scenes.hpp"
 #include "small_simulator.hpp"
+#include "world/clutter.hpp"
+#include "world/random_vehicle.hpp"
 
 namespace kinetrace::simulator {
 namespace {

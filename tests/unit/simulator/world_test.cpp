@@ -9,9 +9,9 @@
 #include <gtest/gtest.h>
 
 #include "ground_index.hpp"
-#include "people.hpp"
 #include "scenes/clearance.hpp"
 #include "scenes/scenes.hpp"
+#include "world/people.hpp"
 
 namespace kinetrace::simulator {
 namespace {

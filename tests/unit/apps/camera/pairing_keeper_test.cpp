@@ -90,7 +90,7 @@ TEST(PairingKeeper, LeavesCamerasAloneThatAreInStep) {
   EXPECT_EQ(rig.noted(), 0U);
 }
 
-TEST(PairingKeeper, MendsAnCameraThatIsOneFrameLateAndKeepsAccountOfIt) {
+TEST(PairingKeeper, MendsACameraThatIsOneFrameLateAndKeepsAccountOfIt) {
   for (const int lag : {1, -1}) {
     NoddingRig rig;
     rig.right().lag_shots = lag;

@@ -59,16 +59,21 @@ TEST(SizeFile, AClassMayBeANumber) {
 }
 
 TEST(SizeFile, NamesLineAndMistake) {
+  EXPECT_THAT(message(""), HasSubstr(":1: expected one list"));
   EXPECT_THAT(message("kinds: 3\n"), HasSubstr("expected one list"));
   EXPECT_THAT(message("sizes:\n  - {}\n"), HasSubstr("expected one list"));
   EXPECT_THAT(message("kinds:\n  - car\n"), HasSubstr(":2: a kind must be a map"));
   EXPECT_THAT(message(std::string("kinds:\n") + kOther + "  - {class: cat}\n"), HasSubstr("got \"cat\""));
   EXPECT_THAT(
       message("kinds:\n  - {class: car, share: 0, length: [1, 1], height: [1, 1], width: [1, 1], shape: box}\n"),
-      HasSubstr("share must be a number above 0, at most 1"));
+      HasSubstr("share must be a number from 0.001 to 1"));
   EXPECT_THAT(
       message("kinds:\n  - {class: car, share: 1, length: [.nan, 1], height: [1, 1], width: [1, 1], shape: box}\n"),
-      HasSubstr("length must be a number above 0, at most 100"));
+      HasSubstr("length must be a number from 0.001 to 100"));
+  EXPECT_THAT(
+      message("kinds:\n  - {class: car, share: 1, length: [1, 1e-20], height: [1, 1], width: [1, 1], shape: box}\n"),
+      HasSubstr("length must be a number from 0.001 to 100"));
+  EXPECT_THAT(message("kinds:\n  - {class: car, class: other, share: 1}\n"), HasSubstr("\"class\" stands there twice"));
   EXPECT_THAT(message("kinds:\n  - {class: car, share: 1, length: 4, height: [1, 1], width: [1, 1], shape: box}\n"),
               HasSubstr("length must be [mean, standard deviation] in m"));
   EXPECT_THAT(

@@ -123,7 +123,7 @@ TEST(InputMonitor, SeesRowsThatAreApart) {
   EXPECT_LT(watched[InputFault::kRowsApart], 20);
 }
 
-TEST(InputMonitor, SeesAnCameraThatIsLate) {
+TEST(InputMonitor, SeesACameraThatIsLate) {
   const Watched watched = watch({.right_lag = 1});
   EXPECT_EQ(watched.faults(), Faults{InputFault::kViewsOutOfStep});
   EXPECT_LT(watched[InputFault::kViewsOutOfStep], 20);

@@ -43,15 +43,15 @@ Eigen::Vector2d rectified_px(const CameraModel& camera, const Eigen::Matrix3d& R
   return {rectified[0].x, rectified[0].y};
 }
 
-// Raw images of a rig that stands otherwise than `believed` says: with the corrected calibration every point lies in
+// Raw images of a rig that stands otherwise than `assumed` says: with the corrected calibration every point lies in
 // one row, at its depth.
-void expect_rows_and_depths(const RigCalibration& believed, const RigCorrection& truth, double tolerance_px) {
-  const RectificationPlan before = plan_rectification(believed, {}).value();
-  const Result<RigCalibration> corrected = corrected_rig(believed, {}, truth);
+void expect_rows_and_depths(const RigCalibration& assumed, const RigCorrection& truth, double tolerance_px) {
+  const RectificationPlan before = plan_rectification(assumed, {}).value();
+  const Result<RigCalibration> corrected = corrected_rig(assumed, {}, truth);
   ASSERT_TRUE(corrected);
   const RectificationPlan now = plan_rectification(*corrected, {}).value();
   EXPECT_NEAR(now.geometry.baseline_m, before.geometry.baseline_m, 1e-9);
-  const RigCalibration raw = to_raw_rig(believed);
+  const RigCalibration raw = to_raw_rig(assumed);
   CameraModel right = raw.right;
   right.cx_px -= truth.shift_rad * right.fx_px;
   const Eigen::Vector3d direction(1.0, truth.baseline_rad.x(), truth.baseline_rad.y());

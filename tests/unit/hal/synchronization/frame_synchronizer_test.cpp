@@ -295,7 +295,7 @@ TEST(FrameSynchronizer, NumbersMayBeBeyond32Bits) {
   EXPECT_EQ(outcome.pairs.size(), 50U);
 }
 
-TEST(FrameSynchronizer, ForgettingAnCameraDropsNothing) {
+TEST(FrameSynchronizer, ForgettingACameraDropsNothing) {
   FrameSynchronizer synchronizer({.period_ns = kPeriod, .tolerance_ns = kTolerance});
   synchronizer.add(View::kLeft, {0, 0, 0});
   synchronizer.add(View::kRight, {0, 0, kPeriod});

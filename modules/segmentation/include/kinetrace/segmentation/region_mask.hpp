@@ -75,7 +75,11 @@ class RegionMask {
   [[nodiscard]] bool describe(std::size_t region, std::span<const Feature> features, const MotionMemory& memory,
                               const DenseView& dense, const TemporalTest& test, Candidate& candidate);
   [[nodiscard]] bool is_member(int cx, int cy, std::size_t region, const MotionMemory& memory) const noexcept;
+  void weigh_features(const Candidate& candidate, std::span<const Feature> features,
+                      std::span<const FeatureMotion> motions, const MotionMemory& memory, std::size_t region);
   void weigh_blobs(const Candidate& candidate, const MotionMemory& memory, std::size_t region);
+  void weigh_previous_frame(const Candidate& candidate, const TemporalTest& test);
+  void weigh_depths(const Candidate& candidate, const DenseView& dense, const TemporalTest& test);
   void weigh_cells(const Candidate& candidate, std::span<const Feature> features,
                    std::span<const FeatureMotion> motions, const MotionMemory& memory, std::size_t region,
                    const DenseView& dense, const TemporalTest& test);

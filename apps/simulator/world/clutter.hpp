@@ -1,0 +1,26 @@
+// What stands about in streets and is neither a vehicle nor a person.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "util/random.hpp"
+#include "world/mesh.hpp"
+
+namespace kinetrace::simulator {
+
+/// A thing about the origin, on the ground.
+struct Clutter {
+  Mesh mesh;
+  Eigen::Vector2f half_m = Eigen::Vector2f::Zero();  ///< Of the square around it, along x and z.
+};
+
+/// A bin, post, pole, sign, board, crate, container, bush, cabinet, cone, bench, heap or hut, of any size and look.
+[[nodiscard]] Clutter random_clutter(Random& random);
+
+/// A factor to albedos, as often below 1 as above.
+[[nodiscard]] float random_tone(Random& random);
+
+/// Gives all of a mesh the same tone.
+[[nodiscard]] Mesh toned(Mesh mesh, float tone);
+
+}  // namespace kinetrace::simulator

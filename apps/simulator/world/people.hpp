@@ -1,0 +1,27 @@
+// Walking and standing people: rigid limbs on joints.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "world/motion.hpp"
+#include "world/scene.hpp"
+
+namespace kinetrace::simulator {
+
+enum class Arms : std::uint8_t { kSwinging, kPushing };
+
+inline constexpr double kPersonHeight_m = 1.75;
+
+/// A person who walks along `path`. The gait follows the distance covered: feet stay where they tread.
+[[nodiscard]] Actor walking_person(GroundPath path, SpeedProfile speed, double start_m, std::uint16_t seed,
+                                   double height_m = kPersonHeight_m, Arms arms = Arms::kSwinging);
+
+/// How somebody who stands has the arms: left, right; positive brings what hangs forward.
+struct Stance {
+  std::array<double, 2> shoulders_rad{};
+  std::array<double, 2> elbows_rad{};
+};
+[[nodiscard]] Actor standing_person(Trajectory place, const Stance& stance, std::uint16_t seed, double height_m);
+
+}  // namespace kinetrace::simulator
