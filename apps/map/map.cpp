@@ -29,9 +29,9 @@ constexpr const char* kReport = "map.json";
 constexpr const char* kPicture = "map.png";
 using TextOf = decltype(&geo::csv_text);
 constexpr std::array<std::pair<const char*, TextOf>, 4> kTexts{{{"trajectories.geojson", &geo::geojson_text},
-                                                                 {"trajectories.kml", &geo::kml_text},
-                                                                 {"trajectories.gpx", &geo::gpx_text},
-                                                                 {"trajectories.csv", &geo::csv_text}}};
+                                                                {"trajectories.kml", &geo::kml_text},
+                                                                {"trajectories.gpx", &geo::gpx_text},
+                                                                {"trajectories.csv", &geo::csv_text}}};
 
 /// Three numbers between commas.
 Outcome<Eigen::Vector3d> parse_triple(const std::string& text, const char* option) {
@@ -41,8 +41,10 @@ Outcome<Eigen::Vector3d> parse_triple(const std::string& text, const char* optio
     const std::size_t length = i < 2 ? rest.find(',') : rest.size();
     const auto number = length == std::string_view::npos ? std::nullopt : parse_number(rest.substr(0, length));
     if (!number) {
-      return Unexpected(Failure{app::ExitCode::kUsage, std::string(option) + ": expected three numbers with commas "
-                                                           "between them, got " + text});
+      return Unexpected(Failure{app::ExitCode::kUsage, std::string(option) +
+                                                           ": expected three numbers with commas "
+                                                           "between them, got " +
+                                                           text});
     }
     values[i] = *number;
     rest.remove_prefix(std::min(length + 1, rest.size()));
@@ -61,8 +63,9 @@ Outcome<geo::ReferenceSource> parse_source(const MapOptions& options, const reco
     }
   }
   if (!known || colon == std::string::npos || colon + 1 == options.reference.size()) {
-    return Unexpected(Failure{app::ExitCode::kUsage, "--reference: expected FORMAT:PATH with oxts, nmea, gpx, euroc or csv, got " +
-                                                         options.reference});
+    return Unexpected(
+        Failure{app::ExitCode::kUsage,
+                "--reference: expected FORMAT:PATH with oxts, nmea, gpx, euroc or csv, got " + options.reference});
   }
   source.path = options.reference.substr(colon + 1);
   source.near_time_ns = run.camera.front().timestamp_ns;

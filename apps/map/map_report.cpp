@@ -56,10 +56,10 @@ ordered_json map_json(const MapReport& report) {
   const Se3& T = report.alignment.T_map_world;
   Eigen::Matrix<double, 3, 4> matrix;
   matrix << T.rotation, T.translation;
-  return {{"origin",
-           {{"latitude", origin.latitude_deg}, {"longitude", origin.longitude_deg}, {"height", origin.height_m}}},
-          {"utm_zone", std::to_string(utm.zone) + (utm.is_northern ? 'N' : 'S')},
-          {"T_map_world", rows(matrix)}};
+  return {
+      {"origin", {{"latitude", origin.latitude_deg}, {"longitude", origin.longitude_deg}, {"height", origin.height_m}}},
+      {"utm_zone", std::to_string(utm.zone) + (utm.is_northern ? 'N' : 'S')},
+      {"T_map_world", rows(matrix)}};
 }
 
 /// REP 105: `odom` is the world with its axes turned to forward, left and up.
@@ -87,11 +87,11 @@ std::string line(const char* format, Values... values) {
 
 std::string reference_text(const MapReport& report) {
   const geo::ReferenceCounts& counts = report.reference.counts;
-  std::string text = line("reference  %zu fixes of %s (%s); in the camera's time %lld, of these outliers %lld\n",
-                          report.reference.fixes.size(), report.source.path.c_str(),
-                          std::string(geo::to_string(report.source.format)).c_str(),
-                          static_cast<long long>(report.alignment.fixes),
-                          static_cast<long long>(report.alignment.fixes - report.alignment.inliers));
+  std::string text =
+      line("reference  %zu fixes of %s (%s); in the camera's time %lld, of these outliers %lld\n",
+           report.reference.fixes.size(), report.source.path.c_str(),
+           std::string(geo::to_string(report.source.format)).c_str(), static_cast<long long>(report.alignment.fixes),
+           static_cast<long long>(report.alignment.fixes - report.alignment.inliers));
   const std::array<std::pair<const char*, std::int64_t>, 6> irregular{{{"bad checksums", counts.bad_checksums},
                                                                        {"malformed", counts.malformed},
                                                                        {"without fix", counts.without_fix},
@@ -152,10 +152,11 @@ std::string report_text(const MapReport& report) {
                alignment.horizontal_noise_m, alignment.vertical_noise_m, alignment.correlation);
   text += line("offset     camera's clock minus the reference's %+.3f s, sigma %.3f s\n", alignment.time_offset_s,
                alignment.time_offset_sigma_s);
-  text += line("alignment  %d degrees of freedom; sigmas of the rotation about east, north, up %.2f %.2f %.2f degrees,\n"
-               "           of the position %.2f %.2f %.2f m; path of %.1f m\n",
-               static_cast<int>(report.config.freedom), rotation_deg.x(), rotation_deg.y(), rotation_deg.z(),
-               position_m.x(), position_m.y(), position_m.z(), alignment.path_m);
+  text += line(
+      "alignment  %d degrees of freedom; sigmas of the rotation about east, north, up %.2f %.2f %.2f degrees,\n"
+      "           of the position %.2f %.2f %.2f m; path of %.1f m\n",
+      static_cast<int>(report.config.freedom), rotation_deg.x(), rotation_deg.y(), rotation_deg.z(), position_m.x(),
+      position_m.y(), position_m.z(), alignment.path_m);
   text += line("scale      %.4f, sigma %.4f: the reference's length by the path's; not applied\n", alignment.scale,
                alignment.scale_sigma);
   return text;

@@ -31,9 +31,8 @@ Eigen::Vector3d camera_velocity(const std::vector<recording::CameraRow>& rows, s
   const auto& before = rows[i > 0 ? i - 1 : i];
   const auto& after = rows[i + 1 < rows.size() ? i + 1 : i];
   const double step_s = static_cast<double>(after.timestamp_ns - before.timestamp_ns) * 1e-9;
-  return step_s > 0.0
-             ? Eigen::Vector3d((after.T_world_cam.translation - before.T_world_cam.translation) / step_s)
-             : Eigen::Vector3d::Zero();
+  return step_s > 0.0 ? Eigen::Vector3d((after.T_world_cam.translation - before.T_world_cam.translation) / step_s)
+                      : Eigen::Vector3d::Zero();
 }
 
 MapPoint map_point(const Alignment& alignment, const Eigen::Vector3d& world_m, const Eigen::Vector3d& velocity_mps,

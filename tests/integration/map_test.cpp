@@ -122,8 +122,8 @@ class Map : public ::testing::Test {
   [[nodiscard]] fs::path run() const { return scratch_.path() / "run"; }
   [[nodiscard]] std::string log_path() const { return (scratch_.path() / "log.nmea").string(); }
   [[nodiscard]] ProgramResult map(std::vector<std::string> more) const {
-    more.insert(more.begin(), {"map", run().string(), "--reference", "nmea:" + log_path(), "--origin",
-                               "49.011,8.416,116.4"});
+    more.insert(more.begin(),
+                {"map", run().string(), "--reference", "nmea:" + log_path(), "--origin", "49.011,8.416,116.4"});
     return run_kinetrace(more);
   }
   [[nodiscard]] json report() const { return json::parse(text_of(run() / "map" / "map.json")); }
@@ -148,7 +148,8 @@ TEST_F(Map, PutsARunWhereTheReceiverWas) {
   }
   const Eigen::Matrix3d turned = truth_.T_map_world.rotation.transpose() * T.leftCols<3>();
   EXPECT_LT(so3_log(turned).norm(), 0.2 * M_PI / 180.0);
-  for (const char* name : {"trajectories.geojson", "trajectories.kml", "trajectories.gpx", "trajectories.csv", "map.png"}) {
+  for (const char* name :
+       {"trajectories.geojson", "trajectories.kml", "trajectories.gpx", "trajectories.csv", "map.png"}) {
     EXPECT_TRUE(fs::exists(run() / "map" / name)) << name;
   }
 }
@@ -185,8 +186,8 @@ TEST_F(Map, AGpxOfItsOwnIsAReferenceToo) {
   ASSERT_EQ(map({"--dof", "4", "--quiet"}).exit_code, 0);
   const std::string gpx = (run() / "map" / "trajectories.gpx").string();
   // The first track is the camera's; the car's, later in the file, starts anew in time and is left out.
-  const ProgramResult again = run_kinetrace({"map", run().string(), "--reference", "gpx:" + gpx, "--dof", "6", "--drift",
-                                             "0", "--json", "--out", (scratch_.path() / "again").string()});
+  const ProgramResult again = run_kinetrace({"map", run().string(), "--reference", "gpx:" + gpx, "--dof", "6",
+                                             "--drift", "0", "--json", "--out", (scratch_.path() / "again").string()});
   ASSERT_EQ(again.exit_code, 0) << again.err;
   const json about = json::parse(again.out);
   EXPECT_NEAR(about["time_offset_s"].get<double>(), truth_.time_offset_s, 0.02);

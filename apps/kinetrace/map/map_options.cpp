@@ -16,9 +16,10 @@ void add_map_options(CLI::App& command, MapOptions& options) {
       ->required();
   command.add_option("--out", options.out, "Folder for the files; without it, map in the run folder")->type_name("DIR");
   command
-      .add_option("--dof", options.dof,
-                  "What is aligned: 6, rotation and position; 4, heading and position of a camera that was level in its "
-                  "first frame")
+      .add_option(
+          "--dof", options.dof,
+          "What is aligned: 6, rotation and position; 4, heading and position of a camera that was level in its "
+          "first frame")
       ->check(CLI::IsMember({4, 6}))
       ->capture_default_str();
   command
@@ -45,9 +46,10 @@ void add_map_options(CLI::App& command, MapOptions& options) {
       ->check(number_within(0.0, 100.0))
       ->capture_default_str();
   command
-      .add_option("--origin", options.origin,
-                  "Origin of the map's metres in WGS84; for euroc, where its metres begin. Without it, the middle of the "
-                  "reference")
+      .add_option(
+          "--origin", options.origin,
+          "Origin of the map's metres in WGS84; for euroc, where its metres begin. Without it, the middle of the "
+          "reference")
       ->type_name("LAT,LON,HEIGHT");
   command.add_flag("--json", options.json, "Prints map.json instead of a summary");
   command.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");

@@ -17,11 +17,11 @@ inline constexpr const char* kMapPackage = "kinetrace-map";
 
 struct MapOptions {
   std::filesystem::path run;
-  std::string reference;       ///< "FORMAT:PATH".
-  std::filesystem::path out;   ///< Empty: `map` in the run folder.
+  std::string reference;      ///< "FORMAT:PATH".
+  std::filesystem::path out;  ///< Empty: `map` in the run folder.
   int dof = 6;
   std::string lever_arm_m = "0,0,0";
-  std::string origin;          ///< "LATITUDE,LONGITUDE,HEIGHT"; empty: in the middle of the reference.
+  std::string origin;  ///< "LATITUDE,LONGITUDE,HEIGHT"; empty: in the middle of the reference.
   double time_offset_s = 0.0;
   double max_time_offset_s = 10.0;
   double drift_percent = 0.2;

@@ -43,9 +43,9 @@ void apply(const UnknownVector& step, const AlignmentConfig& config, const Eigen
   const Eigen::Matrix3d turn = so3_exp(step.head<3>());
   Se3& T = state.T_map_world;
   T = Se3{turn * T.rotation, turn * (T.translation - center_m) + center_m + step.segment<3>(3)}.orthonormalised();
-  state.time_offset_s = std::clamp(state.time_offset_s + step[kOffsetUnknown],
-                                   config.time_offset_s - config.max_time_offset_s,
-                                   config.time_offset_s + config.max_time_offset_s);
+  state.time_offset_s =
+      std::clamp(state.time_offset_s + step[kOffsetUnknown], config.time_offset_s - config.max_time_offset_s,
+                 config.time_offset_s + config.max_time_offset_s);
 }
 
 /// Matches under the state, with their weights.
@@ -128,8 +128,8 @@ Alignment describe(const Linearisation& linear, const AntennaPath& path, std::si
   alignment.correlation = correlation_time(linear.residuals);
   const UnknownMatrix H = information(linear.residuals, config);
   const double drift_m = config.path_drift * path.length_m();
-  const UnknownMatrix rigid = covariance(linear.residuals, H, free_unknowns(config, false), alignment.correlation,
-                                         drift_m, path.length_m());
+  const UnknownMatrix rigid =
+      covariance(linear.residuals, H, free_unknowns(config, false), alignment.correlation, drift_m, path.length_m());
   alignment.covariance = rigid.topLeftCorner<6, 6>();
   alignment.time_offset_sigma_s = std::sqrt(rigid(kOffsetUnknown, kOffsetUnknown));
   const std::vector<int> with_scale = free_unknowns(config, true);

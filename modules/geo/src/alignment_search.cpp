@@ -90,7 +90,8 @@ std::optional<AlignmentStart> search_start(const AntennaPath& path, std::span<co
     }
     const Fit fit = fit_robustly(matches, config.freedom, drift_m);
     // What the path is not there for counts as an outlier, so that the best fit is not the one of fewest fixes.
-    const double share = static_cast<double>(matches.size() * stride) / static_cast<double>(std::max<std::int64_t>(within, 1));
+    const double share =
+        static_cast<double>(matches.size() * stride) / static_cast<double>(std::max<std::int64_t>(within, 1));
     const double cost = 1.0 - std::min(share, 1.0) * (1.0 - fit.cost);
     if (cost < least) {
       least = cost;

@@ -33,11 +33,11 @@ std::string unknown_rotation(const Alignment& alignment, std::span<const Residua
                              const AlignmentConfig& config, const Eigen::Vector3d& axis, double sigma_rad) {
   const std::string known = "is known to " + number(sigma_rad * kDegrees) + " degrees only (at most " +
                             number(config.max_rotation_sigma_rad * kDegrees) + ")";
-  const std::string noise = "for a reference with " + number(std::max(alignment.horizontal_noise_m, alignment.vertical_noise_m)) +
-                            " m of noise";
+  const std::string noise = "for a reference with " +
+                            number(std::max(alignment.horizontal_noise_m, alignment.vertical_noise_m)) + " m of noise";
   if (config.freedom == Freedom::kYaw) {
-    return "the heading " + known + ": the path of " + number(alignment.path_m) + " m extends too little in the plane " +
-           noise + "; record a longer one";
+    return "the heading " + known + ": the path of " + number(alignment.path_m) +
+           " m extends too little in the plane " + noise + "; record a longer one";
   }
   // Nearer to the line than to any other axis.
   constexpr double kAlong = 0.7;
@@ -68,7 +68,8 @@ std::string what_is_missing(const Alignment& alignment, std::span<const Residual
                             const AlignmentConfig& config) {
   if (2 * alignment.inliers < alignment.fixes) {
     return "only " + std::to_string(alignment.inliers) + " of " + std::to_string(alignment.fixes) +
-           " fixes agree with the path: the reference is of another recording, or the time offset is farther off than " +
+           " fixes agree with the path: the reference is of another recording, or the time offset is farther off "
+           "than " +
            "what is searched (--max-time-offset)";
   }
   const double searched_s = std::abs(alignment.time_offset_s - config.time_offset_s);
@@ -89,7 +90,8 @@ std::string what_is_missing(const Alignment& alignment, std::span<const Residual
   if (!(position_sigma_m <= one_fix_m)) {
     return "the place along the path is known to " + number(position_sigma_m) + " m only, less well than by one fix (" +
            number(one_fix_m) + " m): at a constant speed it is as good with another time offset (sigma " +
-           number(alignment.time_offset_sigma_s) + " s); give the offset (--time-offset S --max-time-offset 0), or record "
+           number(alignment.time_offset_sigma_s) +
+           " s); give the offset (--time-offset S --max-time-offset 0), or record "
            "a path that turns or stops";
   }
   return {};

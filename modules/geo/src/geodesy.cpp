@@ -1,9 +1,8 @@
 #include "kinetrace/geo/geodesy.hpp"
 
-#include <cmath>
-
 #include <GeographicLib/Geocentric.hpp>
 #include <GeographicLib/UTMUPS.hpp>
+#include <cmath>
 
 namespace kinetrace::geo {
 namespace {
@@ -48,10 +47,10 @@ UtmPoint to_utm(const Geodetic& place, int zone) {
 
 Result<LocalFrame> LocalFrame::at(const Geodetic& origin) {
   if (!is_valid(origin)) {
-    return fail(ErrorCode::kInvalidArgument,
-                "no place of WGS84: latitude " + std::to_string(origin.latitude_deg) + ", longitude " +
-                    std::to_string(origin.longitude_deg) + ", height " + std::to_string(origin.height_m) +
-                    "; degrees within 90 and 180, metres above the ellipsoid");
+    return fail(ErrorCode::kInvalidArgument, "no place of WGS84: latitude " + std::to_string(origin.latitude_deg) +
+                                                 ", longitude " + std::to_string(origin.longitude_deg) + ", height " +
+                                                 std::to_string(origin.height_m) +
+                                                 "; degrees within 90 and 180, metres above the ellipsoid");
   }
   LocalFrame frame;
   frame.origin_ = origin;

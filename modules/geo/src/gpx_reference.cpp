@@ -40,8 +40,8 @@ Result<FileFixes> read_gpx(const std::filesystem::path& path) {
   pugi::xml_document document;
   const pugi::xml_parse_result parsed = document.load_buffer(text->data(), text->size());
   if (!parsed) {
-    return fail(ErrorCode::kBadFormat, path.string() + ": no GPX file: " + parsed.description() + " at byte " +
-                                           std::to_string(parsed.offset));
+    return fail(ErrorCode::kBadFormat,
+                path.string() + ": no GPX file: " + parsed.description() + " at byte " + std::to_string(parsed.offset));
   }
   FileFixes file;
   for (const pugi::xml_node& track : document.child("gpx").children("trk")) {

@@ -147,8 +147,8 @@ class NmeaReader {
     if (dated_) {
       return first_day_ns_;
     }
-    const auto days = std::llround(static_cast<double>(near_time_ns_ - file_.fixes.front().time_ns) /
-                                   static_cast<double>(kDay_ns));
+    const auto days =
+        std::llround(static_cast<double>(near_time_ns_ - file_.fixes.front().time_ns) / static_cast<double>(kDay_ns));
     return days * kDay_ns;
   }
 

@@ -143,7 +143,8 @@ double correlation_time(std::span<const Residual> residuals) {
 
 UnknownMatrix covariance(std::span<const Residual> residuals, const UnknownMatrix& information,
                          const std::vector<int>& unknowns, double correlation, double drift_m, double path_m) {
-  // Two points of a random walk share what was walked until the first of them: the sum over pairs is one over the steps.
+  // Two points of a random walk share what was walked until the first of them: the sum over pairs is one over the
+  // steps.
   TransposedJacobian ahead = TransposedJacobian::Zero();
   UnknownMatrix walked = UnknownMatrix::Zero();
   for (std::size_t i = residuals.size(); i-- > 0;) {

@@ -49,12 +49,12 @@ struct Residual {
 [[nodiscard]] UnknownMatrix information(std::span<const Residual> residuals, const AlignmentConfig& config);
 [[nodiscard]] UnknownVector gradient(std::span<const Residual> residuals);
 
-/// So many neighbouring inliers are worth one: the autocorrelation time of their weighted errors by the initial positive
-/// sequence (Geyer, Stat. Sci. 1992, sec. 3.3); at least 1.
+/// So many neighbouring inliers are worth one: the autocorrelation time of their weighted errors by the initial
+/// positive sequence (Geyer, Stat. Sci. 1992, sec. 3.3); at least 1.
 [[nodiscard]] double correlation_time(std::span<const Residual> residuals);
 
-/// Covariance of `unknowns`, zero elsewhere: white noise times `correlation`, and a path that walks at random until it is
-/// off by `drift_m` at its end, of `path_m`.
+/// Covariance of `unknowns`, zero elsewhere: white noise times `correlation`, and a path that walks at random until it
+/// is off by `drift_m` at its end, of `path_m`.
 [[nodiscard]] UnknownMatrix covariance(std::span<const Residual> residuals, const UnknownMatrix& information,
                                        const std::vector<int>& unknowns, double correlation, double drift_m,
                                        double path_m);

@@ -69,7 +69,8 @@ Result<FileFix> read_fix(const fs::path& path, std::int64_t time_ns) {
 Result<FileFixes> read_oxts(const fs::path& path) {
   std::error_code error;
   const fs::path folder = fs::is_directory(path / "oxts", error) ? path / "oxts" : path;
-  if (const Status there = check_folder(folder, "no such folder; give a drive of KITTI raw, or its folder oxts"); !there) {
+  if (const Status there = check_folder(folder, "no such folder; give a drive of KITTI raw, or its folder oxts");
+      !there) {
     return Unexpected(there.error());
   }
   const Result<std::vector<std::int64_t>> times = read_times(folder / "timestamps.txt");

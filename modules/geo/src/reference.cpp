@@ -21,9 +21,9 @@ Result<FileFixes> read_file(const ReferenceSource& source) {
 
 /// What the counts say of a file without a fix.
 std::string why_none(const ReferenceCounts& counts) {
-  return std::to_string(counts.records) + " records, of which " + std::to_string(counts.malformed) + " are malformed, " +
-         std::to_string(counts.bad_checksums) + " have a bad checksum and " + std::to_string(counts.without_fix) +
-         " say that there is no fix";
+  return std::to_string(counts.records) + " records, of which " + std::to_string(counts.malformed) +
+         " are malformed, " + std::to_string(counts.bad_checksums) + " have a bad checksum and " +
+         std::to_string(counts.without_fix) + " say that there is no fix";
 }
 
 /// The median of each coordinate, so that no wild fix tilts the map; 0 of none.
@@ -93,8 +93,8 @@ Result<Reference> read_reference(const ReferenceSource& source) {
   }
   if (reference->fixes.empty()) {
     return fail(ErrorCode::kBadFormat, source.path.string() + ": no fix of format " +
-                                           std::string(to_string(source.format)) + " in it: " +
-                                           why_none(reference->counts));
+                                           std::string(to_string(source.format)) +
+                                           " in it: " + why_none(reference->counts));
   }
   make_path(reference->fixes, reference->counts);
   return reference;

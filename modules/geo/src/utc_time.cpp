@@ -3,8 +3,6 @@
 #include <chrono>
 #include <cstdio>
 
-
-
 namespace kinetrace::geo {
 namespace {
 
@@ -94,7 +92,8 @@ std::optional<std::int64_t> parse_date_time_ns(std::string_view text) {
   const std::string_view after = text.substr(19);
   const std::size_t zone_at = std::min(after.find_first_of("Z+-"), after.size());
   const auto start_ns = day_start_ns(*year, *month, *day);
-  const auto clock_ns = time_ns(digits(text, 11, 2), digits(text, 14, 2), digits(text, 17, 2), after.substr(0, zone_at));
+  const auto clock_ns =
+      time_ns(digits(text, 11, 2), digits(text, 14, 2), digits(text, 17, 2), after.substr(0, zone_at));
   const auto ahead_ns = zone_ns(after.substr(zone_at));
   return start_ns && clock_ns && ahead_ns ? std::optional(*start_ns + *clock_ns - *ahead_ns) : std::nullopt;
 }

@@ -1,9 +1,10 @@
+#include "kinetrace/geo/alignment.hpp"
+
 #include <cmath>
 
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
-#include "kinetrace/geo/alignment.hpp"
 #include "normal_equations.hpp"
 #include "receiver.hpp"
 
@@ -22,8 +23,8 @@ Eigen::Matrix<double, 7, 1> error_of(const Alignment& alignment, const Receiver&
   const Se3& truth = receiver.T_map_world;
   const Eigen::Vector3d middle_world = alignment.T_map_world.inverse() * alignment.center_m;
   Eigen::Matrix<double, 7, 1> error;
-  error << so3_log(truth.rotation * alignment.T_map_world.rotation.transpose()), truth * middle_world - alignment.center_m,
-      receiver.time_offset_s - alignment.time_offset_s;
+  error << so3_log(truth.rotation * alignment.T_map_world.rotation.transpose()),
+      truth * middle_world - alignment.center_m, receiver.time_offset_s - alignment.time_offset_s;
   return error;
 }
 
@@ -64,8 +65,7 @@ TEST(Alignment, HoldsThreeDecimetresAndAFifthOfADegreeWithAnOrdinaryReceiver) {
   for (const unsigned seed : {11U, 12U, 13U, 14U, 15U}) {
     std::mt19937 random(seed);
     const auto path = drive(test::town());
-    const Receiver receiver{
-        .T_map_world = any_placement(random, 0.0), .time_offset_s = -3.217, .outlier_share = 0.2};
+    const Receiver receiver{.T_map_world = any_placement(random, 0.0), .time_offset_s = -3.217, .outlier_share = 0.2};
     const Alignment alignment =
         align_or_fail(path, receive(path, receiver, random), {.freedom = Freedom::kYaw, .path_drift = 0.0});
     EXPECT_EQ(alignment.verdict, Verdict::kAligned) << alignment.reason;
@@ -140,8 +140,7 @@ TEST(Alignment, SigmasAreHonestWhereNeighbouringFixesErrAlike) {
 TEST(Alignment, TakesTheLeverArmIntoAccount) {
   std::mt19937 random(31);
   const auto path = drive(test::town());
-  const Receiver receiver{
-      .T_map_world = any_placement(random, 0.0), .lever_arm_m = {0.5, -1.2, -2.0}, .noise_m = 0.05};
+  const Receiver receiver{.T_map_world = any_placement(random, 0.0), .lever_arm_m = {0.5, -1.2, -2.0}, .noise_m = 0.05};
   const auto fixes = receive(path, receiver, random);
   const AlignmentConfig config{.freedom = Freedom::kYaw, .lever_arm_m = receiver.lever_arm_m, .path_drift = 0.0};
   const Alignment with = align_or_fail(path, fixes, config);
@@ -198,8 +197,8 @@ TEST(Alignment, RefusesTheHeadingOfAVerticalLine) {
   shape.pitch_rad = [](double) { return M_PI_2; };
   const auto path = drive(shape);
   const Receiver receiver{.T_map_world = any_placement(random, 0.0)};
-  const Alignment alignment = align_or_fail(path, receive(path, receiver, random),
-                                            {.freedom = Freedom::kYaw, .max_time_offset_s = 0.0});
+  const Alignment alignment =
+      align_or_fail(path, receive(path, receiver, random), {.freedom = Freedom::kYaw, .max_time_offset_s = 0.0});
   EXPECT_EQ(alignment.verdict, Verdict::kRefused);
   EXPECT_NE(alignment.reason.find("heading"), std::string::npos) << alignment.reason;
 }
@@ -322,7 +321,8 @@ TEST(NormalEquations, CorrelationTimeIsThatOfTheNoise) {
     std::vector<Residual> residuals(20'000);
     Eigen::Vector3d error = Eigen::Vector3d::Zero();
     for (Residual& residual : residuals) {
-      error = rho * error + std::sqrt(1.0 - rho * rho) * Eigen::Vector3d(normal(random), normal(random), normal(random));
+      error =
+          rho * error + std::sqrt(1.0 - rho * rho) * Eigen::Vector3d(normal(random), normal(random), normal(random));
       residual.error_m = error;
       residual.weight.setOnes();
     }

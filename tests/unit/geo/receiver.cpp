@@ -65,7 +65,8 @@ std::vector<Fix> receive(const std::vector<PathPose>& path, const Receiver& rece
   std::vector<Fix> fixes;
   Eigen::Vector3d error = noise();
   // At times of its own, so that it does not measure where the camera has its poses.
-  for (double at_s = 0.037; antenna.begin_ns() + std::llround(at_s * 1e9) <= antenna.end_ns(); at_s += 1.0 / receiver.rate_hz) {
+  for (double at_s = 0.037; antenna.begin_ns() + std::llround(at_s * 1e9) <= antenna.end_ns();
+       at_s += 1.0 / receiver.rate_hz) {
     const std::int64_t camera_ns = antenna.begin_ns() + std::llround(at_s * 1e9);
     const Eigen::Vector3d place = receiver.T_map_world * antenna.at(camera_ns)->world_m;
     error = receiver.correlation * error + std::sqrt(1.0 - receiver.correlation * receiver.correlation) * noise();

@@ -73,8 +73,14 @@ TEST(NmeaSentence, ReadsAnglesWithTheirHemisphere) {
   EXPECT_NEAR(*parse_angle_deg("4807.038", "N"), 48.1173, 1e-9);
   EXPECT_NEAR(*parse_angle_deg("01131.000", "W"), -11.516666667, 1e-9);
   EXPECT_NEAR(*parse_angle_deg("9000.0", "S"), -90.0, 1e-9);
-  for (const auto& [value, hemisphere] : {std::pair{"4860.0", "N"}, {"9000.1", "N"}, {"18000.1", "E"}, {"-100.0", "N"},
-                                          {"", "N"}, {"nan", "N"}, {"4807.0", ""}, {"4807.0", "X"}}) {
+  for (const auto& [value, hemisphere] : {std::pair{"4860.0", "N"},
+                                          {"9000.1", "N"},
+                                          {"18000.1", "E"},
+                                          {"-100.0", "N"},
+                                          {"", "N"},
+                                          {"nan", "N"},
+                                          {"4807.0", ""},
+                                          {"4807.0", "X"}}) {
     EXPECT_FALSE(parse_angle_deg(value, hemisphere)) << value << hemisphere;
   }
 }
@@ -148,12 +154,13 @@ std::string gpx(const std::string& points) {
 }
 
 TEST_F(References, GpxHasTrackPointsWithTime) {
-  const auto reference = read(
-      ReferenceFormat::kGpx, "a.gpx",
-      gpx("<trkpt lat=\"49.011\" lon=\"8.416\"><ele>116.4</ele><time>2011-09-26T13:02:25Z</time></trkpt>"
-          "<trkpt lat=\"49.012\" lon=\"8.416\"><ele>68.4</ele><time>2011-09-26T13:02:27Z</time><geoidheight>48</geoidheight></trkpt>"
-          "<trkpt lat=\"49.013\" lon=\"8.416\"><ele>116.4</ele></trkpt>"
-          "<trkpt lat=\"99\" lon=\"8.416\"><ele>116.4</ele><time>2011-09-26T13:02:28Z</time></trkpt>"));
+  const auto reference =
+      read(ReferenceFormat::kGpx, "a.gpx",
+           gpx("<trkpt lat=\"49.011\" lon=\"8.416\"><ele>116.4</ele><time>2011-09-26T13:02:25Z</time></trkpt>"
+               "<trkpt lat=\"49.012\" "
+               "lon=\"8.416\"><ele>68.4</ele><time>2011-09-26T13:02:27Z</time><geoidheight>48</geoidheight></trkpt>"
+               "<trkpt lat=\"49.013\" lon=\"8.416\"><ele>116.4</ele></trkpt>"
+               "<trkpt lat=\"99\" lon=\"8.416\"><ele>116.4</ele><time>2011-09-26T13:02:28Z</time></trkpt>"));
   ASSERT_TRUE(reference) << reference.error().message;
   ASSERT_EQ(reference->fixes.size(), 2U);
   EXPECT_EQ(reference->counts.malformed, 2);
@@ -207,7 +214,8 @@ TEST_F(References, OxtsThatIsCutIsRefusedWithFileAndLine) {
 }
 
 TEST_F(References, EurocIsInMetresAboutAnOrigin) {
-  const auto path = write("gt.csv", "#timestamp [ns],x,y,z,qw,qx,qy,qz\n1403636579763555584,4.688,-1.786,0.783,1,0,0,0\n");
+  const auto path =
+      write("gt.csv", "#timestamp [ns],x,y,z,qw,qx,qy,qz\n1403636579763555584,4.688,-1.786,0.783,1,0,0,0\n");
   const auto without = read_reference({ReferenceFormat::kEuroc, path, std::nullopt, 0});
   ASSERT_FALSE(without);
   EXPECT_EQ(without.error().code, ErrorCode::kInvalidArgument);

@@ -53,13 +53,14 @@ TEST(RunFolder, EarlierRunsGiveWayAndOtherFilesStay) {
   ASSERT_TRUE(record_all(recording_config(directory), {.objects = {{.track_id = 99}}}));
   touch(directory / "evaluation.json");  // Of the earlier run.
   touch(directory / "figure.png");
+  touch(directory / "map" / "trajectories.csv");
   touch(directory / "notes.md");
   touch(directory / "tracks/mine.tum");
   touch(directory / "points/object_99_mine.ply");
   touch(directory / "colmap/object_99/mine.txt");
   touch(directory / "mine/tracks/99.tum");
   ASSERT_TRUE(record_all(recording_config(directory), {.objects = {{.track_id = 7}}}));
-  for (const char* gone : {"evaluation.json", "figure.png", "tracks/99.tum", "points/object_99.ply",
+  for (const char* gone : {"evaluation.json", "figure.png", "map", "tracks/99.tum", "points/object_99.ply",
                            "points/object_99_model.ply", "colmap/object_99/points3D.txt"}) {
     EXPECT_FALSE(fs::exists(directory / gone)) << gone;
   }

@@ -45,24 +45,24 @@ struct Alignment {
   Verdict verdict = Verdict::kRefused;
   std::string reason;  ///< Of a refusal, and its remedy; one line.
 
-  Se3 T_map_world;                                         ///< Map: east, north, up of the reference's frame.
-  Eigen::Vector3d center_m = Eigen::Vector3d::Zero();      ///< Middle of the path on the map.
+  Se3 T_map_world;                                     ///< Map: east, north, up of the reference's frame.
+  Eigen::Vector3d center_m = Eigen::Vector3d::Zero();  ///< Middle of the path on the map.
   /// Of the rotation about the map's axes (rad) and of the path's middle (m). At other points the rotation's part grows
   /// with the distance from there, see `position_covariance`.
   Matrix6d covariance = Matrix6d::Zero();
   double time_offset_s = 0.0;  ///< Camera's clock minus the reference's.
   double time_offset_sigma_s = 0.0;
 
-  std::int64_t fixes = 0;      ///< While the camera was on its way.
-  std::int64_t inliers = 0;    ///< Of these.
-  std::int64_t unmatched = 0;  ///< Before, after, or where the camera's path has a gap.
-  std::vector<std::uint8_t> is_inlier;         ///< By fix; unmatched ones are none.
-  double horizontal_noise_m = 0.0;             ///< Median of the fixes' standard deviations, as the residuals show them.
+  std::int64_t fixes = 0;               ///< While the camera was on its way.
+  std::int64_t inliers = 0;             ///< Of these.
+  std::int64_t unmatched = 0;           ///< Before, after, or where the camera's path has a gap.
+  std::vector<std::uint8_t> is_inlier;  ///< By fix; unmatched ones are none.
+  double horizontal_noise_m = 0.0;      ///< Median of the fixes' standard deviations, as the residuals show them.
   double vertical_noise_m = 0.0;
-  double correlation = 1.0;                    ///< So many neighbouring fixes are worth one (autocorrelation time).
-  double scale = 1.0;                          ///< Path on the map by the camera's: a check only, it is not applied.
+  double correlation = 1.0;  ///< So many neighbouring fixes are worth one (autocorrelation time).
+  double scale = 1.0;        ///< Path on the map by the camera's: a check only, it is not applied.
   double scale_sigma = 0.0;
-  double path_m = 0.0;                         ///< Length of the camera's path.
+  double path_m = 0.0;  ///< Length of the camera's path.
 };
 
 /// Covariance of a point that is known in the world frame, from the alignment alone; in the map.
@@ -72,8 +72,9 @@ struct Alignment {
 /// being estimated together; scale stays metric. Start: graduated non-convexity (Yang et al., RA-L 2020) with Horn's
 /// closed form (Arun et al., PAMI 1987) at every time offset of the search; then Gauss-Newton with chi-square gates
 /// (0.1 % of good fixes) and noise from the residuals' median. Covariance: the residuals' autocorrelation (Geyer,
-/// Stat. Sci. 1992) and a random walk of the path. A path or reference that does not determine the transform is no error:
-/// it is refused, with what is missing. Errors: kInvalidArgument (settings out of range, poses not in order of time).
+/// Stat. Sci. 1992) and a random walk of the path. A path or reference that does not determine the transform is no
+/// error: it is refused, with what is missing. Errors: kInvalidArgument (settings out of range, poses not in order of
+/// time).
 [[nodiscard]] Result<Alignment> align(std::span<const PathPose> path, std::span<const Fix> fixes,
                                       const AlignmentConfig& config);
 

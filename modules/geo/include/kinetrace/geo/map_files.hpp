@@ -15,13 +15,13 @@ namespace kinetrace::geo {
 /// Where the camera or an object was in one frame.
 struct MapPoint {
   std::int64_t frame = 0;
-  std::int64_t timestamp_ns = 0;                    ///< Of the camera's clock.
-  Eigen::Vector3d enu_m = Eigen::Vector3d::Zero();  ///< In the map frame.
+  std::int64_t timestamp_ns = 0;                           ///< Of the camera's clock.
+  Eigen::Vector3d enu_m = Eigen::Vector3d::Zero();         ///< In the map frame.
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< East, north, up.
-  double heading_deg = 0.0;                         ///< Clockwise from north, [0, 360).
-  double sigma_m = 0.0;      ///< Horizontal standard deviation by the alignment alone, in the worse direction.
-  std::string_view status;   ///< As in objects.csv.
-  bool is_after_gap = false; ///< Frames are missing before this one: no line leads here.
+  double heading_deg = 0.0;                                ///< Clockwise from north, [0, 360).
+  double sigma_m = 0.0;       ///< Horizontal standard deviation by the alignment alone, in the worse direction.
+  std::string_view status;    ///< As in objects.csv.
+  bool is_after_gap = false;  ///< Frames are missing before this one: no line leads here.
 };
 
 struct MapTrajectory {

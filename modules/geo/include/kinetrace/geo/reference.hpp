@@ -34,8 +34,8 @@ inline constexpr std::array<std::pair<std::string_view, ReferenceFormat>, 5> kRe
 
 /// The reference's position at one time.
 struct Fix {
-  std::int64_t time_ns = 0;                              ///< Of the reference's own clock; UTC since 1970 where it knows.
-  Eigen::Vector3d enu_m = Eigen::Vector3d::Zero();       ///< In `Reference::frame`.
+  std::int64_t time_ns = 0;                         ///< Of the reference's own clock; UTC since 1970 where it knows.
+  Eigen::Vector3d enu_m = Eigen::Vector3d::Zero();  ///< In `Reference::frame`.
   Eigen::Vector3d sigma_m = Eigen::Vector3d::Constant(1.0);  ///< East, north, up. Alignment takes its ratios only.
 };
 
