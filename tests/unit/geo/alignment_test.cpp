@@ -225,7 +225,7 @@ TEST(Alignment, RefusesAReferenceOfAnotherTimeAndSaysWhichOffsetWouldDo) {
   const AlignmentConfig there{.freedom = Freedom::kYaw, .time_offset_s = 4999.0, .path_drift = 0.0};
   std::mt19937 again(47);
   const Receiver same{.T_map_world = any_placement(again, 0.0), .time_offset_s = 5000.0};
-  EXPECT_NEAR(align_or_fail(path, receive(path, same, again), there).time_offset_s, 5000.0, 0.03);
+  EXPECT_NEAR(align_or_fail(path, receive(path, same, again), there).time_offset_s, 5000.0, 0.05);
 }
 
 TEST(Alignment, RefusesTheReferenceOfAnotherDrive) {
