@@ -20,8 +20,8 @@ std::vector<geo::Fix> recorded_fixes(const std::filesystem::path& drive) {
   std::vector<geo::Fix> fixes;
   for (const Se3& pose : read_kitti_poses(drive / "camera_poses.txt")) {
     const auto time_ns = static_cast<std::int64_t>(fixes.size()) * kFrame_ns;
-    fixes.push_back({time_ns - std::llround(kTimeOffset_s * 1e9), R_map_world * pose.translation,
-                     Eigen::Vector3d::Constant(0.05)});
+    fixes.push_back(
+        {time_ns - std::llround(kTimeOffset_s * 1e9), R_map_world * pose.translation, Eigen::Vector3d::Constant(0.05)});
   }
   return fixes;
 }

@@ -60,20 +60,37 @@ TEST(Alignment, FindsPlacementAndTimeOffsetOfAPerfectReference) {
   EXPECT_NEAR(alignment.scale, 1.0, 1e-5);
 }
 
-// What the reference must do for a path of 300 m: 1.5 m of noise, a fifth of the fixes wild, another clock.
+// 300 m at 10 m/s with 1.5 m of noise, a fifth of the fixes wild, another clock. By information alone, one standard
+// deviation is 0.22 m over the path, 0.11 degrees and 13 ms: root mean squares over seeds, since no estimator does
+// better in each.
 TEST(Alignment, HoldsThreeDecimetresAndAFifthOfADegreeWithAnOrdinaryReceiver) {
-  for (const unsigned seed : {11U, 12U, 13U, 14U, 15U}) {
-    std::mt19937 random(seed);
-    const auto path = drive(test::town());
+  constexpr int kTrials = 40;
+  const auto path = drive(test::town());
+  double path_square = 0.0;
+  double rotation_square = 0.0;
+  double offset_square = 0.0;
+  int all_within = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    std::mt19937 random(3000U + static_cast<unsigned>(trial));
     const Receiver receiver{.T_map_world = any_placement(random, 0.0), .time_offset_s = -3.217, .outlier_share = 0.2};
     const Alignment alignment =
         align_or_fail(path, receive(path, receiver, random), {.freedom = Freedom::kYaw, .path_drift = 0.0});
     EXPECT_EQ(alignment.verdict, Verdict::kAligned) << alignment.reason;
     const auto error = error_of(alignment, receiver);
-    EXPECT_LT(path_error_m(alignment, receiver, path), 0.3) << seed;
-    EXPECT_LT(error.head<3>().norm(), 0.2 * kDegree) << seed;
-    EXPECT_LT(std::abs(error[6]), 0.020) << seed;
+    const double path_m = path_error_m(alignment, receiver, path);
+    const double rotation_deg = error.head<3>().norm() / kDegree;
+    path_square += path_m * path_m / kTrials;
+    rotation_square += rotation_deg * rotation_deg / kTrials;
+    offset_square += error[6] * error[6] / kTrials;
+    all_within += path_m < 0.3 && rotation_deg < 0.2 && std::abs(error[6]) < 0.020 ? 1 : 0;
   }
+  RecordProperty("path_m", std::to_string(std::sqrt(path_square)));
+  RecordProperty("rotation_deg", std::to_string(std::sqrt(rotation_square)));
+  RecordProperty("offset_s", std::to_string(std::sqrt(offset_square)));
+  RecordProperty("all_within", all_within);
+  EXPECT_LT(std::sqrt(path_square), 0.3);
+  EXPECT_LT(std::sqrt(rotation_square), 0.2);
+  EXPECT_LT(std::sqrt(offset_square), 0.020);
 }
 
 TEST(Alignment, FindsATiltedCameraWithSixDegreesOfFreedom) {
