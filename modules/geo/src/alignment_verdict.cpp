@@ -82,8 +82,9 @@ std::string what_is_missing(const Alignment& alignment, std::span<const Residual
   if (!(rotation_sigma_rad <= config.max_rotation_sigma_rad)) {
     return unknown_rotation(alignment, residuals, config, rotation.eigenvectors().col(2), rotation_sigma_rad);
   }
-  // An average that is worse than one of its parts says nothing.
-  const double one_fix_m = std::hypot(std::max(alignment.horizontal_noise_m, alignment.vertical_noise_m),
+  // An average that is worse than one of its independent parts says nothing.
+  const double noise_m = std::max(alignment.horizontal_noise_m, alignment.vertical_noise_m);
+  const double one_fix_m = std::hypot(noise_m * std::sqrt(alignment.correlation),
                                       config.path_drift * alignment.path_m);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> position(alignment.covariance.bottomRightCorner<3, 3>());
   const double position_sigma_m = std::sqrt(std::max(position.eigenvalues()[2], 0.0));

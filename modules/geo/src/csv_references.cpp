@@ -1,3 +1,6 @@
+#include <cstdint>
+#include <limits>
+
 #include "kinetrace/core/text_rows.hpp"
 #include "reference_readers.hpp"
 
@@ -7,6 +10,8 @@ namespace {
 // Of millimetres nobody is sure, and beyond a kilometre a fix says nothing.
 constexpr double kMinSigma_m = 1e-3;
 constexpr double kMaxSigma_m = 1e3;
+// The difference of any two still fits into 64 bits.
+constexpr std::int64_t kMaxTime_ns = std::numeric_limits<std::int64_t>::max() / 2;
 // Farther from its origin no frame is a local one.
 constexpr double kMaxCoordinate_m = 1e6;
 // A motion capture or laser tracker, whose errors are nearly alike in all directions.
@@ -47,7 +52,10 @@ Result<FileFixes> read_csv(const std::filesystem::path& path) {
   FileFixes file;
   while (rows->next()) {
     FileFix fix;
-    fix.time_ns = rows->time_ns(columns[0]);
+    fix.time_ns = rows->integer(columns[0]);
+    if (fix.time_ns < -kMaxTime_ns || fix.time_ns > kMaxTime_ns) {
+      rows->reject("the time is beyond 146 years from 1970; expected nanoseconds");
+    }
     fix.place = {rows->number(columns[1]), rows->number(columns[2]), rows->number(columns[3])};
     fix.sigma_m = kUsualSigma_m;
     for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -241,7 +241,7 @@ TEST_F(References, CsvHasItsColumnsByName) {
 }
 
 TEST_F(References, AWildFixDoesNotTiltTheMap) {
-  std::string text = "timestamp_ns,latitude,longitude,height\n1,0,0,0\n";
+  std::string text = "timestamp_ns,latitude,longitude,height\n1000000000,0,0,0\n";
   for (int i = 2; i < 9; ++i) {
     text += std::to_string(i) + "000000000,49.011,8.416,116\n";
   }
