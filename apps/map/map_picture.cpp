@@ -40,7 +40,7 @@ Range range_along(Eigen::Index axis, std::span<const geo::MapTrajectory> traject
     }
   }
   for (std::size_t i = 0; i < reference.fixes.size(); ++i) {
-    if (alignment.is_inlier[i] != 0) {
+    if (alignment.use[i] == geo::FixUse::kInlier) {
       include(reference.fixes[i].enu_m);
     }
   }
@@ -59,7 +59,7 @@ void draw_fixes(Canvas& canvas, const drawing::Axes& axes, const geo::Reference&
                 const geo::Alignment& alignment) {
   for (std::size_t i = 0; i < reference.fixes.size(); ++i) {
     const Point p = axes.to_canvas(reference.fixes[i].enu_m.x(), reference.fixes[i].enu_m.y());
-    if (alignment.is_inlier[i] != 0) {
+    if (alignment.use[i] != geo::FixUse::kOutlier) {
       canvas.disk(p, 2.5, drawing::kMuted, 0.55);
     } else {
       constexpr double kCross_px = 3.5;

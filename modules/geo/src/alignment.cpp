@@ -116,9 +116,9 @@ Alignment describe(const Linearisation& linear, const AntennaPath& path, std::si
   alignment.path_m = path.length_m();
   alignment.fixes = static_cast<std::int64_t>(linear.matches.size());
   alignment.unmatched = static_cast<std::int64_t>(fixes - linear.matches.size());
-  alignment.is_inlier.resize(fixes);
+  alignment.use.resize(fixes, FixUse::kUnmatched);
   for (const Residual& residual : linear.residuals) {
-    alignment.is_inlier[residual.fix] = residual.is_inlier() ? 1 : 0;
+    alignment.use[residual.fix] = residual.is_inlier() ? FixUse::kInlier : FixUse::kOutlier;
     alignment.inliers += residual.is_inlier() ? 1 : 0;
   }
   if (linear.matches.size() < kMinFixes) {
@@ -160,7 +160,7 @@ Result<Alignment> align(std::span<const PathPose> path, std::span<const Fix> fix
     Alignment alignment;
     alignment.path_m = antenna.length_m();
     alignment.unmatched = static_cast<std::int64_t>(fixes.size());
-    alignment.is_inlier.resize(fixes.size());
+    alignment.use.resize(fixes.size(), FixUse::kUnmatched);
     alignment.reason = too_few_fixes(antenna, fixes, config);
     return alignment;
   }

@@ -82,18 +82,17 @@ std::string what_is_missing(const Alignment& alignment, std::span<const Residual
   if (!(rotation_sigma_rad <= config.max_rotation_sigma_rad)) {
     return unknown_rotation(alignment, residuals, config, rotation.eigenvectors().col(2), rotation_sigma_rad);
   }
-  // An average that is worse than one of its independent parts says nothing.
+  // A metre off, as by the rotation; and an average that is worse than one of its independent parts says nothing.
+  constexpr double kMaxPositionSigma_m = 1.0;
   const double noise_m = std::max(alignment.horizontal_noise_m, alignment.vertical_noise_m);
-  const double one_fix_m = std::hypot(noise_m * std::sqrt(alignment.correlation),
-                                      config.path_drift * alignment.path_m);
+  const double limit_m = std::max(kMaxPositionSigma_m, noise_m * std::sqrt(alignment.correlation));
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> position(alignment.covariance.bottomRightCorner<3, 3>());
   const double position_sigma_m = std::sqrt(std::max(position.eigenvalues()[2], 0.0));
-  if (!(position_sigma_m <= one_fix_m)) {
-    return "the place along the path is known to " + number(position_sigma_m) + " m only, less well than by one fix (" +
-           number(one_fix_m) + " m): at a constant speed it is as good with another time offset (sigma " +
+  if (!(position_sigma_m <= limit_m)) {
+    return "the place along the path is known to " + number(position_sigma_m) + " m only (at most " + number(limit_m) +
+           "): at a constant speed it is as good with another time offset (sigma " +
            number(alignment.time_offset_sigma_s) +
-           " s); give the offset (--time-offset S --max-time-offset 0), or record "
-           "a path that turns or stops";
+           " s); give the offset (--time-offset S --max-time-offset 0), or record a path that turns or stops";
   }
   return {};
 }

@@ -1,12 +1,14 @@
 #include "reference_path.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace kinetrace::geo {
 namespace {
 
 constexpr double kGapSteps = 3.0;
 constexpr double kMaxSpeed_mps = 70.0;
+constexpr double kNoiseSigmas = 4.0;  // Of the difference of two fixes.
 
 double seconds(std::int64_t duration_ns) {
   return static_cast<double>(duration_ns) * 1e-9;
@@ -44,7 +46,8 @@ void make_path(std::vector<Fix>& fixes, ReferenceCounts& counts) {
       ++counts.gaps;
       counts.longest_gap_s = std::max(counts.longest_gap_s, step_s);
     }
-    if ((fixes[i].enu_m - fixes[i - 1].enu_m).norm() > kMaxSpeed_mps * step_s) {
+    const double noise_m = std::sqrt(fixes[i].sigma_m.squaredNorm() + fixes[i - 1].sigma_m.squaredNorm());
+    if ((fixes[i].enu_m - fixes[i - 1].enu_m).norm() > kMaxSpeed_mps * step_s + kNoiseSigmas * noise_m) {
       ++counts.jumps;
     }
   }

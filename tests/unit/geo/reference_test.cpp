@@ -132,6 +132,16 @@ TEST_F(References, NmeaCountsWhatIsWrong) {
   EXPECT_EQ(reference->fixes.size(), 6U);
 }
 
+TEST_F(References, NoiseAtAHighRateIsNoJump) {
+  std::string text = rmc("130225.00", "260911");
+  for (int i = 0; i < 50; ++i) {
+    char clock[16];
+    std::snprintf(clock, sizeof clock, "130225.%02d", 2 * i);
+    text += gga(clock, i % 2 == 0 ? 0.6600 : 0.6620);  // 3.7 m there and back within 20 ms.
+  }
+  EXPECT_EQ(read_nmea(text)->counts.jumps, 0);
+}
+
 TEST_F(References, NmeaWithoutAFixIsRefusedWithItsCounts) {
   const auto reference = read_nmea(gga("130225.00", 0.66, 0) + "$GPGGA\r\n");
   ASSERT_FALSE(reference);

@@ -38,6 +38,9 @@ struct AlignmentConfig {
   double max_rotation_sigma_rad = 2.0 * 0.017453292519943295;
 };
 
+/// Unmatched: before or after the camera's path, or in a gap of it.
+enum class FixUse : std::uint8_t { kUnmatched, kOutlier, kInlier };
+
 enum class Verdict : std::uint8_t { kAligned, kRefused };
 
 /// What the alignment is made of, and how it went.
@@ -53,11 +56,11 @@ struct Alignment {
   double time_offset_s = 0.0;  ///< Camera's clock minus the reference's.
   double time_offset_sigma_s = 0.0;
 
-  std::int64_t fixes = 0;               ///< While the camera was on its way.
-  std::int64_t inliers = 0;             ///< Of these.
-  std::int64_t unmatched = 0;           ///< Before, after, or where the camera's path has a gap.
-  std::vector<std::uint8_t> is_inlier;  ///< By fix; unmatched ones are none.
-  double horizontal_noise_m = 0.0;      ///< Median of the fixes' standard deviations, as the residuals show them.
+  std::int64_t fixes = 0;    ///< While the camera was on its way.
+  std::int64_t inliers = 0;  ///< Of these.
+  std::int64_t unmatched = 0;
+  std::vector<FixUse> use;          ///< By fix.
+  double horizontal_noise_m = 0.0;  ///< Median of the fixes' standard deviations, as the residuals show them.
   double vertical_noise_m = 0.0;
   double correlation = 1.0;  ///< So many neighbouring fixes are worth one (autocorrelation time).
   double scale = 1.0;        ///< Path on the map by the camera's: a check only, it is not applied.

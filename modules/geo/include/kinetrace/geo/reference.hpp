@@ -48,7 +48,7 @@ struct ReferenceCounts {
   std::int64_t out_of_order = 0;   ///< Not later than the one before; left out.
   std::int64_t gaps = 0;           ///< Steps longer than three times the usual one (median).
   double longest_gap_s = 0.0;
-  std::int64_t jumps = 0;  ///< Steps that would take more than 70 m/s (250 km/h). Kept: the alignment judges them.
+  std::int64_t jumps = 0;  ///< Steps of more than 70 m/s (250 km/h) and the noise. Kept: the alignment judges them.
 };
 
 struct Reference {
