@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "kinetrace/core/detections.hpp"
 #include "kinetrace/core/text_rows.hpp"
 #include "kinetrace/geo/geodesy.hpp"
 #include "kinetrace/recording/run_recorder.hpp"
@@ -31,7 +32,7 @@ namespace fs = std::filesystem;
 
 const Geodetic kOrigin{49.011, 8.416, 116.4};
 const StereoGeometry kGeometry{
-    .width_px = 64, .height_px = 32, .fx_px = 60, .fy_px = 60, .cx_px = 32, .cy_px = 16, .baseline_m = 0.5};
+    .fx_px = 60, .fy_px = 60, .cx_px = 32, .cy_px = 16, .baseline_m = 0.5, .width_px = 64, .height_px = 32};
 const Eigen::Vector3d kCar_cam(1.0, 0.5, 12.0);  // Ahead of the camera all the time.
 
 void expect_done(const Status& status) {
