@@ -34,7 +34,8 @@ std::string unknown_rotation(const Alignment& alignment, std::span<const Residua
   const std::string known = "is known to " + number(sigma_rad * kDegrees) + " degrees only (at most " +
                             number(config.max_rotation_sigma_rad * kDegrees) + ")";
   const std::string noise = "for a reference with " +
-                            number(std::max(alignment.horizontal_noise_m, alignment.vertical_noise_m)) + " m of noise";
+                            number(std::max(alignment.horizontal_noise_m, alignment.vertical_noise_m)) +
+                            " m of noise and a path with " + number(100.0 * config.path_drift) + " % of drift";
   if (config.freedom == Freedom::kYaw) {
     return "the heading " + known + ": the path of " + number(alignment.path_m) +
            " m extends too little in the plane " + noise + "; record a longer one";

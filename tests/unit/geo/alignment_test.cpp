@@ -138,6 +138,7 @@ TEST(Alignment, SigmasAreHonestOverManySeeds) {
   constexpr int kTrials = 60;
   for (const Freedom freedom : {Freedom::kYaw, Freedom::kRotation}) {
     const Errors errors = normalised_errors(test::flight(), freedom, 0.0, kTrials);
+    RecordProperty(freedom == Freedom::kYaw ? "nees_4" : "nees_6", std::to_string(errors.nees));
     // One, were they exact; the correlation that noise seems to have makes it a little less.
     EXPECT_GT(errors.nees, 0.5);
     EXPECT_LT(errors.nees, 1.4);
@@ -149,6 +150,7 @@ TEST(Alignment, SigmasAreHonestOverManySeeds) {
 TEST(Alignment, SigmasAreHonestWhereNeighbouringFixesErrAlike) {
   constexpr int kTrials = 40;
   const Errors errors = normalised_errors(test::flight(), Freedom::kYaw, 0.9, kTrials);
+  RecordProperty("nees", std::to_string(errors.nees));
   // A short recording does not show all of a slow error.
   EXPECT_GT(errors.nees, 0.3);
   EXPECT_LT(errors.nees, 3.0);
@@ -370,6 +372,7 @@ TEST(NormalEquations, SigmasCoverAPathThatDrifts) {
     const double error = error_of(alignment, receiver)[2];
     nees += error * error / alignment.covariance(2, 2) / kTrials;
   }
+  RecordProperty("nees", std::to_string(nees));
   EXPECT_GT(nees, 0.1);
   EXPECT_LT(nees, 1.6);
 }
