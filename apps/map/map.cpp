@@ -113,7 +113,7 @@ Status write_map(const fs::path& folder, const recording::Run& run, const geo::R
   const std::vector<geo::MapTrajectory> trajectories = map_trajectories(run, alignment);
   const geo::MapFileContext context{reference.frame, alignment.time_offset_s};
   for (const auto& [name, text_of] : kTexts) {
-    if (const Status written = replace_file(folder / name, text_of(trajectories, context)); !written) {
+    if (Status written = replace_file(folder / name, text_of(trajectories, context)); !written) {
       return written;
     }
   }
