@@ -33,6 +33,7 @@ constexpr std::array kCommands{
     Command{"study", "Measures how well the method does as conditions change", add_study},
     Command{"summary", "Prints what a run found: the camera's path, and a table of objects", add_summary},
     Command{"figure", "Draws the result figure of a run as a PNG, 1600 pixels wide", add_figure},
+    Command{"map", "Aligns a run with a GNSS or other reference; writes its trajectories in WGS84 and a map", add_map},
     Command{"keys", "Makes an authority, identities and permissions for DDS Security; never overwrites any", add_keys},
     Command{"monitor", "Shows what a running Kinetrace publishes: objects, health and rates; records it for ROS 2",
             add_monitor},

@@ -47,6 +47,8 @@ template <typename Options>
 [[nodiscard]] Action add_summary(CLI::App& command);
 /// Draws the result figure of a run and, if asked for, every frame with what was found in it.
 [[nodiscard]] Action add_figure(CLI::App& command);
+/// Aligns a run with a reference and writes its trajectories for maps, by a program of its own.
+[[nodiscard]] Action add_map(CLI::App& command);
 /// Makes keys, certificates and permissions for DDS Security.
 [[nodiscard]] Action add_keys(CLI::App& command);
 /// Shows what a running Kinetrace publishes, and records it.

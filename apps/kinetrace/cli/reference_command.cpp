@@ -32,6 +32,8 @@ ValueHints value_hints() {
   for (const BoardProfile& profile : board_profiles()) {
     hints["--board"].emplace_back(profile.name);
   }
+  // Read by another program, which has the table of them.
+  hints["--reference"] = {"oxts:", "euroc:", "nmea:", "gpx:", "csv:"};
   return hints;
 }
 

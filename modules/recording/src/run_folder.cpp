@@ -47,6 +47,16 @@ constexpr std::array<KnownFile, 18> kKnownFiles{{
     {"colmap/object_ID/images.txt", Part::kColmap, "its images", &RunCounts::object_models},
     {"colmap/object_ID/points3D.txt", Part::kColmap, "its points", &RunCounts::object_models},
 }};
+/// Made of a run by other commands: of the earlier run, they would be taken for those of the new one.
+constexpr std::array<std::string_view, 9> kMadeOfRun{"evaluation.json",
+                                                     "figure.png",
+                                                     "map",
+                                                     "map/map.json",
+                                                     "map/map.png",
+                                                     "map/trajectories.csv",
+                                                     "map/trajectories.geojson",
+                                                     "map/trajectories.gpx",
+                                                     "map/trajectories.kml"};
 constexpr std::array<std::string_view, 6> kKnownFolders{
     "tracks", "images", "points", "colmap", "colmap/background", "colmap/object_ID"};
 
@@ -83,7 +93,6 @@ bool matches(std::string_view path, std::string_view pattern) {
 bool is_known(std::string_view path) {
   const auto of_file = [&](const KnownFile& file) { return matches(path, file.path); };
   const auto of_folder = [&](std::string_view folder) { return matches(path, folder); };
-  // An evaluation or a picture of the earlier run would be taken for one of the new run.
   constexpr std::string_view kUnfinished = ".tmp";
   if (path.ends_with(kUnfinished)) {
     path.remove_suffix(kUnfinished.size());
@@ -91,7 +100,7 @@ bool is_known(std::string_view path) {
     const std::size_t last = path.find_last_not_of("0123456789");
     path = last != std::string_view::npos && path[last] == '.' ? path.substr(0, last) : path;
   }
-  return path == "evaluation.json" || path == "figure.png" ||
+  return std::find(kMadeOfRun.begin(), kMadeOfRun.end(), path) != kMadeOfRun.end() ||
          std::any_of(kKnownFiles.begin(), kKnownFiles.end(), of_file) ||
          std::any_of(kKnownFolders.begin(), kKnownFolders.end(), of_folder);
 }

@@ -56,13 +56,14 @@ TEST(RunFolder, EarlierRunsGiveWayAndOtherFilesStay) {
   touch(directory / "evaluation.json");  // Of the earlier run.
   touch(directory / "figure.png");
   touch(directory / "run.json.4711.tmp");
+  touch(directory / "map" / "trajectories.csv");
   touch(directory / "notes.md");
   touch(directory / "tracks/mine.tum");
   touch(directory / "points/object_99_mine.ply");
   touch(directory / "colmap/object_99/mine.txt");
   touch(directory / "mine/tracks/99.tum");
   ASSERT_TRUE(record_all(recording_config(directory), {.objects = {{.track_id = 7}}}));
-  for (const char* gone : {"evaluation.json", "figure.png", "run.json.4711.tmp", "tracks/99.tum",
+  for (const char* gone : {"evaluation.json", "figure.png", "run.json.4711.tmp", "map", "tracks/99.tum",
                            "points/object_99.ply", "points/object_99_model.ply", "colmap/object_99/points3D.txt"}) {
     EXPECT_FALSE(fs::exists(directory / gone)) << gone;
   }

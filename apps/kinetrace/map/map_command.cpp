@@ -1,0 +1,17 @@
+// Starts the program that makes maps: a board that only runs does not carry what they take.
+#include <CLI/CLI.hpp>
+
+#include "cli/commands.hpp"
+#include "cli/companion.hpp"
+#include "map/map_options.hpp"
+
+namespace kinetrace::app {
+
+Action add_map(CLI::App& command) {
+  const auto options = std::make_shared<MapOptions>();
+  add_map_options(command, *options);
+  const Action action = become_companion(command, {kMapProgram, kMapPackage, "maps"});
+  return [options, action] { return action(); };
+}
+
+}  // namespace kinetrace::app

@@ -1,0 +1,34 @@
+// What `kinetrace map` is asked for. Known to the command, which only passes it on, and to the program that does it.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+// NOLINTNEXTLINE(readability-identifier-naming): theirs.
+namespace CLI {
+class App;
+}
+
+namespace kinetrace::app {
+
+/// The program that makes maps, and the package that brings it.
+inline constexpr const char* kMapProgram = "kinetrace-map";
+inline constexpr const char* kMapPackage = "kinetrace-map";
+
+struct MapOptions {
+  std::filesystem::path run;
+  std::string reference;      ///< "FORMAT:PATH".
+  std::filesystem::path out;  ///< Empty: `map` in the run folder.
+  int dof = 6;
+  std::string lever_arm_m = "0,0,0";
+  std::string origin;  ///< "LATITUDE,LONGITUDE,HEIGHT"; empty: in the middle of the reference.
+  double time_offset_s = 0.0;
+  double max_time_offset_s = 10.0;
+  double drift_percent = 0.2;
+  bool json = false;
+  bool quiet = false;
+};
+
+void add_map_options(CLI::App& command, MapOptions& options);
+
+}  // namespace kinetrace::app

@@ -1,0 +1,187 @@
+#include "map.hpp"
+
+#include <array>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "cli/failure.hpp"
+#include "cli/messages.hpp"
+#include "kinetrace/core/files.hpp"
+#include "kinetrace/core/text_rows.hpp"
+#include "kinetrace/geo/map_files.hpp"
+#include "map_picture.hpp"
+#include "map_report.hpp"
+#include "run_trajectories.hpp"
+
+namespace kinetrace::map {
+namespace {
+
+namespace fs = std::filesystem;
+using app::failure;
+using app::Failure;
+using app::MapOptions;
+using app::Outcome;
+
+constexpr const char* kReport = "map.json";
+constexpr const char* kPicture = "map.png";
+using TextOf = decltype(&geo::csv_text);
+constexpr std::array<std::pair<const char*, TextOf>, 4> kTexts{{{"trajectories.geojson", &geo::geojson_text},
+                                                                {"trajectories.kml", &geo::kml_text},
+                                                                {"trajectories.gpx", &geo::gpx_text},
+                                                                {"trajectories.csv", &geo::csv_text}}};
+
+/// Three numbers between commas.
+Outcome<Eigen::Vector3d> parse_triple(const std::string& text, const char* option) {
+  Eigen::Vector3d values;
+  std::string_view rest = text;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const std::size_t length = i < 2 ? rest.find(',') : rest.size();
+    const auto number = length == std::string_view::npos ? std::nullopt : parse_number(rest.substr(0, length));
+    if (!number) {
+      return Unexpected(Failure{app::ExitCode::kUsage, std::string(option) +
+                                                           ": expected three numbers with commas "
+                                                           "between them, got " +
+                                                           text});
+    }
+    values[i] = *number;
+    rest.remove_prefix(std::min(length + 1, rest.size()));
+  }
+  return values;
+}
+
+Outcome<geo::ReferenceSource> parse_source(const MapOptions& options, const recording::Run& run) {
+  const std::size_t colon = options.reference.find(':');
+  geo::ReferenceSource source;
+  bool known = false;
+  for (const auto& [name, format] : geo::kReferenceFormats) {
+    if (name == options.reference.substr(0, colon)) {
+      source.format = format;
+      known = true;
+    }
+  }
+  if (!known || colon == std::string::npos || colon + 1 == options.reference.size()) {
+    return Unexpected(
+        Failure{app::ExitCode::kUsage,
+                "--reference: expected FORMAT:PATH with oxts, nmea, gpx, euroc or csv, got " + options.reference});
+  }
+  source.path = options.reference.substr(colon + 1);
+  source.near_time_ns = run.camera.front().timestamp_ns;
+  if (!options.origin.empty()) {
+    const Outcome<Eigen::Vector3d> origin = parse_triple(options.origin, "--origin");
+    if (!origin) {
+      return Unexpected(origin.error());
+    }
+    source.origin = geo::Geodetic{origin->x(), origin->y(), origin->z()};
+  }
+  return source;
+}
+
+Outcome<geo::AlignmentConfig> parse_config(const MapOptions& options) {
+  const Outcome<Eigen::Vector3d> lever_arm = parse_triple(options.lever_arm_m, "--lever-arm");
+  if (!lever_arm) {
+    return Unexpected(lever_arm.error());
+  }
+  geo::AlignmentConfig config;
+  config.freedom = options.dof == 4 ? geo::Freedom::kYaw : geo::Freedom::kRotation;
+  config.lever_arm_m = *lever_arm;
+  config.time_offset_s = options.time_offset_s;
+  config.max_time_offset_s = options.max_time_offset_s;
+  config.path_drift = options.drift_percent / 100.0;
+  return config;
+}
+
+Status make_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  return error ? fail(ErrorCode::kIo, "cannot make " + folder.string() + ": " + error.message()) : Status{};
+}
+
+/// Of an earlier alignment, which a refused one must not seem to confirm.
+void remove_map(const fs::path& folder) {
+  std::error_code ignored;
+  fs::remove(folder / kPicture, ignored);
+  for (const auto& [name, text_of] : kTexts) {
+    fs::remove(folder / name, ignored);
+  }
+}
+
+Status write_map(const fs::path& folder, const recording::Run& run, const geo::Reference& reference,
+                 const geo::Alignment& alignment) {
+  const std::vector<geo::MapTrajectory> trajectories = map_trajectories(run, alignment);
+  const geo::MapFileContext context{reference.frame, alignment.time_offset_s};
+  for (const auto& [name, text_of] : kTexts) {
+    if (Status written = replace_file(folder / name, text_of(trajectories, context)); !written) {
+      return written;
+    }
+  }
+  return write_map_picture(folder / kPicture, trajectories, reference, alignment);
+}
+
+int write_all(const MapOptions& options, const recording::Run& run, const MapReport& report) {
+  const fs::path folder = options.out.empty() ? options.run / "map" : options.out;
+  if (const Status made = make_folder(folder); !made) {
+    return app::report({app::ExitCode::kCannotCreate, made.error().message});
+  }
+  const bool is_aligned = report.alignment.verdict == geo::Verdict::kAligned;
+  const Status written =
+      is_aligned ? write_map(folder, run, report.reference, report.alignment) : (remove_map(folder), Status{});
+  const std::string json = report_json(report);
+  if (const Status reported = written ? replace_file(folder / kReport, json) : written; !reported) {
+    return app::report(app::to_failure(reported.error()));
+  }
+  if (!options.quiet) {
+    std::fputs(options.json ? json.c_str() : report_text(report).c_str(), stdout);
+  }
+  if (!is_aligned) {
+    return app::report({app::ExitCode::kBadData, "not aligned: " + report.alignment.reason});
+  }
+  if (!options.quiet && !options.json) {
+    std::printf("files      trajectories.{geojson,kml,gpx,csv}, map.png and map.json in %s\n", folder.c_str());
+  }
+  return 0;
+}
+
+Outcome<int> make_map(const MapOptions& options) {
+  const Outcome<geo::AlignmentConfig> config = parse_config(options);
+  if (!config) {
+    return Unexpected(config.error());
+  }
+  const Result<recording::Run> run = recording::read_run(options.run);
+  if (!run) {
+    return failure(run.error());
+  }
+  for (const std::string& note : run->notes) {
+    app::print_warning(note);
+  }
+  if (run->camera.size() < 2) {
+    return Unexpected(Failure{app::ExitCode::kBadData, options.run.string() + ": has no path of the camera"});
+  }
+  const Outcome<geo::ReferenceSource> source = parse_source(options, *run);
+  if (!source) {
+    return Unexpected(source.error());
+  }
+  const Result<geo::Reference> reference = geo::read_reference(*source);
+  if (!reference) {
+    return failure(reference.error());
+  }
+  for (const std::string& note : reference->notes) {
+    app::print_warning(note);
+  }
+  const Result<geo::Alignment> alignment = geo::align(camera_path(*run), reference->fixes, *config);
+  if (!alignment) {
+    return failure(alignment.error());
+  }
+  return write_all(options, *run, {options.run.string(), *source, *reference, *config, *alignment});
+}
+
+}  // namespace
+
+int map_command(const MapOptions& options) {
+  const Outcome<int> exit_code = make_map(options);
+  return exit_code ? *exit_code : app::report(exit_code.error());
+}
+
+}  // namespace kinetrace::map

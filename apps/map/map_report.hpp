@@ -1,0 +1,24 @@
+// What an alignment was made of and how sure it is, as JSON and for a terminal.
+#pragma once
+
+#include <string>
+
+#include "kinetrace/geo/alignment.hpp"
+#include "kinetrace/geo/reference.hpp"
+
+namespace kinetrace::map {
+
+struct MapReport {
+  std::string run;
+  geo::ReferenceSource source;
+  const geo::Reference& reference;
+  geo::AlignmentConfig config;
+  const geo::Alignment& alignment;
+};
+
+/// map.json, see the README of modules/geo.
+[[nodiscard]] std::string report_json(const MapReport& report);
+/// Some lines for a person.
+[[nodiscard]] std::string report_text(const MapReport& report);
+
+}  // namespace kinetrace::map

@@ -1,0 +1,23 @@
+// A first transform and time offset, from anywhere within the search and among outliers.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "alignment_model.hpp"
+
+namespace kinetrace::geo {
+
+struct AlignmentStart {
+  Se3 T_map_world;
+  double time_offset_s = 0.0;
+};
+
+/// The best of all time offsets of the search; none where too few fixes fall into the path's time at any of them.
+[[nodiscard]] std::optional<AlignmentStart> search_start(const AntennaPath& path, std::span<const Fix> fixes,
+                                                         const AlignmentConfig& config);
+
+/// Fewer do not determine seven unknowns, noise and outliers.
+inline constexpr std::size_t kMinFixes = 10;
+
+}  // namespace kinetrace::geo

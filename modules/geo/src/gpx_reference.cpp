@@ -1,0 +1,62 @@
+#include <pugixml.hpp>
+
+#include "kinetrace/core/input_file.hpp"
+#include "kinetrace/core/text_rows.hpp"
+#include "reference_readers.hpp"
+#include "utc_time.hpp"
+
+namespace kinetrace::geo {
+namespace {
+
+std::optional<double> number(const char* text) {
+  return parse_number(text);
+}
+
+/// None where time, place or height is missing or is none.
+std::optional<FileFix> parse_point(const pugi::xml_node& point) {
+  const auto time_ns = parse_date_time_ns(point.child_value("time"));
+  const auto latitude = number(point.attribute("lat").value());
+  const auto longitude = number(point.attribute("lon").value());
+  const auto elevation = number(point.child_value("ele"));
+  if (!time_ns || !latitude || !longitude || !elevation) {
+    return std::nullopt;
+  }
+  // The standard calls it "elevation"; only with the geoid's height beside it, it is certain to be one above the sea.
+  const double geoid_m = number(point.child_value("geoidheight")).value_or(0.0);
+  FileFix fix{*time_ns, {*latitude, *longitude, *elevation + geoid_m}, kUsualSigma_m};
+  if (const auto dilution = number(point.child_value("hdop")); dilution && *dilution >= 0.5 && *dilution <= 50.0) {
+    fix.sigma_m *= *dilution;
+  }
+  return is_valid(fix.place) ? std::optional(fix) : std::nullopt;
+}
+
+}  // namespace
+
+Result<FileFixes> read_gpx(const std::filesystem::path& path) {
+  const Result<std::string> text = InputFile::read_whole(path);
+  if (!text) {
+    return Unexpected(text.error());
+  }
+  pugi::xml_document document;
+  const pugi::xml_parse_result parsed = document.load_buffer(text->data(), text->size());
+  if (!parsed) {
+    return fail(ErrorCode::kBadFormat,
+                path.string() + ": no GPX file: " + parsed.description() + " at byte " + std::to_string(parsed.offset));
+  }
+  FileFixes file;
+  for (const pugi::xml_node& track : document.child("gpx").children("trk")) {
+    for (const pugi::xml_node& segment : track.children("trkseg")) {
+      for (const pugi::xml_node& point : segment.children("trkpt")) {
+        ++file.counts.records;
+        if (const auto fix = parse_point(point)) {
+          file.fixes.push_back(*fix);
+        } else {
+          ++file.counts.malformed;
+        }
+      }
+    }
+  }
+  return file;
+}
+
+}  // namespace kinetrace::geo

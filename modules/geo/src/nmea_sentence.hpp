@@ -1,0 +1,26 @@
+// One line of NMEA 0183.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+namespace kinetrace::geo {
+
+enum class SentenceState : std::uint8_t { kGood, kBadChecksum, kMalformed };
+
+struct Sentence {
+  SentenceState state = SentenceState::kMalformed;
+  std::string_view type = {};                 ///< "GGA", "RMC", of any talker.
+  std::vector<std::string_view> fields = {};  ///< After the type.
+};
+
+/// `$GPGGA,...*hh`, whatever precedes the `$`. A sentence without a checksum counts as malformed: of what comes over a
+/// serial line, that is the only witness.
+[[nodiscard]] Sentence parse_sentence(std::string_view line);
+
+/// `ddmm.mmmm` or `dddmm.mmmm` with N, S, E or W; none for what is no angle.
+[[nodiscard]] std::optional<double> parse_angle_deg(std::string_view value, std::string_view hemisphere);
+
+}  // namespace kinetrace::geo

@@ -1,0 +1,103 @@
+#include "kinetrace/geo/reference.hpp"
+
+#include <algorithm>
+
+#include "reference_path.hpp"
+#include "reference_readers.hpp"
+
+namespace kinetrace::geo {
+namespace {
+
+Result<FileFixes> read_file(const ReferenceSource& source) {
+  switch (source.format) {
+    case ReferenceFormat::kOxts: return read_oxts(source.path);
+    case ReferenceFormat::kNmea: return read_nmea(source.path, source.near_time_ns);
+    case ReferenceFormat::kGpx: return read_gpx(source.path);
+    case ReferenceFormat::kCsv: return read_csv(source.path);
+    case ReferenceFormat::kEuroc: break;
+  }
+  return fail(ErrorCode::kInternal, "a reference without a reader");
+}
+
+/// What the counts say of a file without a fix.
+std::string why_none(const ReferenceCounts& counts) {
+  return std::to_string(counts.records) + " records, of which " + std::to_string(counts.malformed) +
+         " are malformed, " + std::to_string(counts.bad_checksums) + " have a bad checksum and " +
+         std::to_string(counts.without_fix) + " say that there is no fix";
+}
+
+/// The median of each coordinate, so that no wild fix tilts the map; 0 of none.
+Geodetic middle_of(const std::vector<FileFix>& fixes) {
+  Geodetic middle;
+  for (double Geodetic::*const coordinate : {&Geodetic::latitude_deg, &Geodetic::longitude_deg, &Geodetic::height_m}) {
+    std::vector<double> values;
+    for (const FileFix& fix : fixes) {
+      values.push_back(fix.place.*coordinate);
+    }
+    const auto median = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), median, values.end());
+    middle.*coordinate = values.empty() ? 0.0 : *median;
+  }
+  return middle;
+}
+
+Result<Reference> read_local(const ReferenceSource& source) {
+  if (!source.origin) {
+    return fail(ErrorCode::kInvalidArgument,
+                source.path.string() + ": a reference in metres needs its origin on the Earth (--origin)");
+  }
+  Result<LocalFrame> frame = LocalFrame::at(*source.origin);
+  if (!frame) {
+    return Unexpected(frame.error());
+  }
+  Result<std::vector<Fix>> fixes = read_euroc(source.path);
+  if (!fixes) {
+    return Unexpected(fixes.error());
+  }
+  ReferenceCounts counts;
+  counts.records = static_cast<std::int64_t>(fixes->size());
+  return Reference{*frame, std::move(*fixes), counts, {}};
+}
+
+Result<Reference> read_global(const ReferenceSource& source) {
+  Result<FileFixes> file = read_file(source);
+  if (!file) {
+    return Unexpected(file.error());
+  }
+  Result<LocalFrame> frame = LocalFrame::at(source.origin ? *source.origin : middle_of(file->fixes));
+  if (!frame) {
+    return Unexpected(frame.error());
+  }
+  Reference reference{*frame, {}, file->counts, std::move(file->notes)};
+  for (const FileFix& fix : file->fixes) {
+    reference.fixes.push_back({fix.time_ns, reference.frame.to_enu(fix.place), fix.sigma_m});
+  }
+  return reference;
+}
+
+}  // namespace
+
+std::string_view to_string(ReferenceFormat format) noexcept {
+  for (const auto& [name, value] : kReferenceFormats) {
+    if (value == format) {
+      return name;
+    }
+  }
+  return "unknown";
+}
+
+Result<Reference> read_reference(const ReferenceSource& source) {
+  Result<Reference> reference = source.format == ReferenceFormat::kEuroc ? read_local(source) : read_global(source);
+  if (!reference) {
+    return reference;
+  }
+  if (reference->fixes.empty()) {
+    return fail(ErrorCode::kBadFormat, source.path.string() + ": no fix of format " +
+                                           std::string(to_string(source.format)) +
+                                           " in it: " + why_none(reference->counts));
+  }
+  make_path(reference->fixes, reference->counts);
+  return reference;
+}
+
+}  // namespace kinetrace::geo

@@ -1,0 +1,56 @@
+#include "reference_path.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kinetrace::geo {
+namespace {
+
+constexpr double kGapSteps = 3.0;
+constexpr double kMaxSpeed_mps = 70.0;
+constexpr double kNoiseSigmas = 4.0;  // Of the difference of two fixes.
+
+double seconds(std::int64_t duration_ns) {
+  return static_cast<double>(duration_ns) * 1e-9;
+}
+
+double median_step_s(const std::vector<Fix>& fixes) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < fixes.size(); ++i) {
+    steps.push_back(seconds(fixes[i].time_ns - fixes[i - 1].time_ns));
+  }
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return *middle;
+}
+
+}  // namespace
+
+void make_path(std::vector<Fix>& fixes, ReferenceCounts& counts) {
+  std::vector<Fix> ordered;
+  for (const Fix& fix : fixes) {
+    if (!ordered.empty() && fix.time_ns <= ordered.back().time_ns) {
+      ++counts.out_of_order;
+    } else {
+      ordered.push_back(fix);
+    }
+  }
+  fixes = std::move(ordered);
+  if (fixes.size() < 2) {
+    return;
+  }
+  const double usual_s = median_step_s(fixes);
+  for (std::size_t i = 1; i < fixes.size(); ++i) {
+    const double step_s = seconds(fixes[i].time_ns - fixes[i - 1].time_ns);
+    if (step_s > kGapSteps * usual_s) {
+      ++counts.gaps;
+      counts.longest_gap_s = std::max(counts.longest_gap_s, step_s);
+    }
+    const double noise_m = std::sqrt(fixes[i].sigma_m.squaredNorm() + fixes[i - 1].sigma_m.squaredNorm());
+    if ((fixes[i].enu_m - fixes[i - 1].enu_m).norm() > kMaxSpeed_mps * step_s + kNoiseSigmas * noise_m) {
+      ++counts.jumps;
+    }
+  }
+}
+
+}  // namespace kinetrace::geo
