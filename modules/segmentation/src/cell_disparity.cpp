@@ -42,10 +42,6 @@ void CellDisparity::clear() noexcept {
   }
 }
 
-float CellDisparity::overlap() const noexcept {
-  return static_cast<float>(kMatchWidth * kMatchHeight * step_ * step_) / static_cast<float>(kCellPx * kCellPx);
-}
-
 void CellDisparity::compute(GrayView left, GrayView right, float max_disparity_px) {
   clear();
   const DenseKernels& kernels = dense_kernels();

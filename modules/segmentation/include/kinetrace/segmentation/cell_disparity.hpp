@@ -34,8 +34,6 @@ class CellDisparity {
 
   /// Standard deviation of what is known, pixels of the full image.
   [[nodiscard]] float sigma_px() const noexcept { return 0.2F * static_cast<float>(step_); }
-  /// How many cells share one window.
-  [[nodiscard]] float overlap() const noexcept;
   /// Pixels of the full image; negative where it is not known.
   [[nodiscard]] ImageView<const float> disparity_px() const noexcept { return disparity_; }
 
