@@ -1,6 +1,7 @@
 #include "kinetrace/segmentation/cell_disparity.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "dense_kernels.hpp"
@@ -9,6 +10,7 @@ namespace kinetrace::segmentation {
 namespace {
 
 constexpr int kMaxLevels = 80;
+constexpr int kPairs = kMatchHeight / kMatchedRows;
 /// Cost over the best that any other level must have: a ratio, and a noise of one grey level in each pixel.
 constexpr int kRivalPercent = 115;
 constexpr int kNoiseCost = kMatchWidth * kMatchHeight;
@@ -24,7 +26,10 @@ CellDisparity::CellDisparity(const StereoGeometry& geometry, Arena& arena) : ste
   disparity_ = take_image<float>(arena, (geometry.width_px + kCellPx - 1) / kCellPx,
                                  (geometry.height_px + kCellPx - 1) / kCellPx);
   const auto cells = static_cast<std::size_t>(disparity_.stride);
-  columns_ = arena.take<std::int16_t>(static_cast<std::size_t>(left_gradient_.width + kMatchSpill));
+  scratch_ = arena.take<std::int16_t>(static_cast<std::size_t>(left_gradient_.width / 2) + kMatchSpill);
+  for (std::span<std::int16_t>& costs : pair_costs_) {
+    costs = arena.take<std::int16_t>(cells * kMaxLevels + kMatchSpill);
+  }
   costs_ = arena.take<std::int16_t>(cells * kMaxLevels);
   best_ = arena.take<std::int16_t>(cells);
   cost_ = arena.take<std::int16_t>(cells);
@@ -43,14 +48,17 @@ void CellDisparity::compute(GrayView left, GrayView right, float max_disparity_p
   kernels.horizontal_gradient(left, left_gradient_);
   kernels.horizontal_gradient(right, right_gradient_);
   const int levels = std::clamp(static_cast<int>(std::ceil(max_disparity_px)) / step_ + 2, 4, kMaxLevels);
+  pairs_ = 0;
   for (int cy = 0; cy < disparity_.height; ++cy) {
     match_cells(left, cy, levels);
   }
 }
 
+// Windows of neighbouring rows of cells overlap: each pair of rows is matched once.
 void CellDisparity::match_cells(GrayView left, int cy, int levels) {
   const int pitch = kCellPx / step_;
-  const int first_row = cy * pitch + (pitch - kMatchHeight) / 2;
+  const int top_row = (pitch - kMatchHeight) / 2;  // of the first row of cells, above the image
+  const int first_row = cy * pitch + top_row;
   if (first_row < 0 || first_row + kMatchHeight > left.height) {
     return;
   }
@@ -58,10 +66,20 @@ void CellDisparity::match_cells(GrayView left, int cy, int levels) {
   const int stride = disparity_.stride;
   const DenseKernels& kernels = dense_kernels();
   const int offset = (pitch - kMatchWidth) / 2;
-  // Cells whose window sticks out of the image to the left have no cost at any level.
-  kernels.match_row(left_gradient_, right_gradient_, first_row, pitch, offset, cells, levels, columns_.data(),
-                    costs_.data(), stride);
-  kernels.choose_levels(costs_.data(), cells, levels, stride, best_.data(), cost_.data(), rival_.data());
+  const int first_pair = cy * pitch / kMatchedRows;
+  std::array<const std::int16_t*, kPairs> pair_costs{};
+  for (int k = 0; k < kPairs; ++k) {
+    const int pair = first_pair + k;
+    std::int16_t* const costs = pair_costs_[static_cast<std::size_t>(pair % kPairs)].data();
+    if (pair >= pairs_) {
+      kernels.match_row_pair(left_gradient_, right_gradient_, top_row + kMatchedRows * pair, pitch, offset, cells,
+                             levels, scratch_.data(), costs, stride);
+      pairs_ = pair + 1;
+    }
+    pair_costs[static_cast<std::size_t>(k)] = costs;
+  }
+  kernels.choose_levels(pair_costs.data(), cells, levels, stride, costs_.data(), best_.data(), cost_.data(),
+                        rival_.data());
   float* const out = disparity_.row(cy);
   for (int i = 0; i < cells; ++i) {
     const auto k = static_cast<std::size_t>(i);
@@ -71,7 +89,9 @@ void CellDisparity::match_cells(GrayView left, int cy, int levels) {
         100 * rival_[k] < kRivalPercent * cost + 100 * kNoiseCost) {
       continue;
     }
-    const auto at = [&](int d) { return static_cast<float>(costs_[static_cast<std::size_t>(d * stride + i)]); };
+    const auto at = [&](int d) {
+      return static_cast<float>(costs_[static_cast<std::size_t>(d) * static_cast<std::size_t>(stride) + k]);
+    };
     float level = static_cast<float>(best);
     if (best > 0 && at(best - 1) < static_cast<float>(kNoCost) && at(best + 1) < static_cast<float>(kNoCost)) {
       // Two straight lines of the same slope: what a sum of absolute differences looks like around its minimum.

@@ -46,7 +46,8 @@ constexpr int kLanes = 16;
 #else
 constexpr int kLanes = 8;
 #endif
-using Bytes = std::uint8_t __attribute__((vector_size(kLanes)));
+using Bytes = std::uint8_t __attribute__((vector_size(2 * kLanes)));
+using BytePairs = std::uint16_t __attribute__((vector_size(2 * kLanes)));
 using Words = std::int16_t __attribute__((vector_size(2 * kLanes)));
 
 template <typename Vector>
@@ -64,64 +65,66 @@ void store(void* target, Vector v) {
 Bytes difference(const std::uint8_t* a, const std::uint8_t* b) {
   const Bytes va = load<Bytes>(a);
   const Bytes vb = load<Bytes>(b);
-  return va > vb ? va - vb : vb - va;
+  return (va > vb ? va : vb) - (va > vb ? vb : va);
 }
 
-/// sum[x] = differences of all rows of the window; writes up to kLanes - 1 elements past `count`, and reads as far.
-void add_rows(const std::uint8_t* const* left, const std::uint8_t* const* right, int shift, int count,
-              std::int16_t* sum) {
-  for (int x = 0; x < count; x += kLanes) {
-    Words total{};
-    for (int k = 0; k < kMatchHeight; k += 2) {
-      // No gradient differs by more than 126 from another: two differences fit a byte.
-      const Bytes two =
-          difference(left[k] + shift + x, right[k] + x) + difference(left[k + 1] + shift + x, right[k + 1] + x);
-      total += __builtin_convertvector(two, Words);
-    }
-    store(sum + x, total);
+/// sums[k] = differences of two rows in columns 2k and 2k + 1.
+void add_column_pairs(const std::uint8_t* const* left, const std::uint8_t* const* right, int count,
+                      std::int16_t* sums) {
+  for (int k = 0; k < count; k += kLanes) {
+    // No gradient differs by more than 126 from another: two differences fit a byte.
+    const Bytes two = difference(left[0] + 2 * k, right[0] + 2 * k) + difference(left[1] + 2 * k, right[1] + 2 * k);
+    const auto pairs = reinterpret_cast<BytePairs>(two);
+    store(sums + k, reinterpret_cast<Words>((pairs & 0xFF) + (pairs >> 8)));
   }
 }
 
-/// sum[x] += sum[x + reach], from left to right: nothing is read after it was written.
-void add_columns(int reach, int count, std::int16_t* sum) {
-  for (int x = 0; x < count; x += kLanes) {
-    store(sum + x, load<Words>(sum + x) + load<Words>(sum + x + reach));
+/// target[k] = sums[k] + sums[k + reach], from left to right: nothing is read after it was written.
+void add_neighbours(const std::int16_t* sums, int reach, int count, std::int16_t* target) {
+  for (int k = 0; k < count; k += kLanes) {
+    store(target + k, load<Words>(sums + k) + load<Words>(sums + k + reach));
   }
 }
 
-void match_row(GrayView left, GrayView right, int first_row, int pitch, int offset, int cells, int levels,
-               std::int16_t* columns, std::int16_t* costs, int stride) {
-  static_assert(kMatchHeight == 6 && kMatchWidth == 8);
-  const int width = left.width;
-  const std::uint8_t* const l[6] = {left.row(first_row),     left.row(first_row + 1), left.row(first_row + 2),
-                                    left.row(first_row + 3), left.row(first_row + 4), left.row(first_row + 5)};
-  const std::uint8_t* const r[6] = {right.row(first_row),     right.row(first_row + 1), right.row(first_row + 2),
-                                    right.row(first_row + 3), right.row(first_row + 4), right.row(first_row + 5)};
+void match_row_pair(GrayView left, GrayView right, int first_row, int pitch, int offset, int cells, int levels,
+                    std::int16_t* scratch, std::int16_t* costs, int stride) {
+  static_assert(kMatchWidth == 8);
+  const int windows_per_cell = pitch / 2;
   for (int d = 0; d < levels; ++d) {
-    const int used = width - d;
-    add_rows(l, r, d, used, columns);
-    for (const int reach : {1, 2, 4}) {
-      add_columns(reach, used, columns);
-    }
     std::int16_t* const out = costs + static_cast<std::ptrdiff_t>(d) * stride;
-    // Columns are counted from the first one that both images show.
-    const int first = (std::max(0, d - offset) + pitch - 1) / pitch;
-    const int end = std::min(cells, (width - kMatchWidth - offset) / pitch + 1);
-    std::fill_n(out, std::min(first, cells), kNoCost);
-    for (int i = first; i < end; ++i) {
-      out[i] = columns[i * pitch + offset - d];
+    const int first = std::min(cells, (std::max(0, d - offset) + pitch - 1) / pitch);
+    const int end = std::clamp((left.width - kMatchWidth - offset) / pitch + 1, first, cells);
+    std::fill_n(out, first, kNoPairCost);
+    if (first < end) {
+      const int x = first * pitch + offset;
+      const std::uint8_t* const l[2] = {left.row(first_row) + x, left.row(first_row + 1) + x};
+      const std::uint8_t* const r[2] = {right.row(first_row) + x - d, right.row(first_row + 1) + x - d};
+      const int windows = (end - first - 1) * windows_per_cell + 1;
+      add_column_pairs(l, r, windows + 3, scratch);
+      add_neighbours(scratch, 1, windows + 2, scratch);
+      if (windows_per_cell == 1) {
+        add_neighbours(scratch, 2, windows, out + first);
+      } else {
+        add_neighbours(scratch, 2, windows, scratch);
+        for (int i = first; i < end; ++i) {
+          out[i] = scratch[2 * (i - first)];
+        }
+      }
     }
-    std::fill(out + std::min(std::max(first, end), cells), out + cells, kNoCost);
+    std::fill(out + end, out + cells, kNoPairCost);
   }
 }
 
-void choose_levels(const std::int16_t* costs, int cells, int levels, int stride, std::int16_t* best, std::int16_t* cost,
-                   std::int16_t* rival) {
+void choose_levels(const std::int16_t* const* pair_costs, int cells, int levels, int stride, std::int16_t* costs,
+                   std::int16_t* best, std::int16_t* cost, std::int16_t* rival) {
+  static_assert(kMatchHeight == 6);
   for (int i = 0; i < cells; i += kLanes) {
     Words least = Words{} + kNoCost;
     Words at{};
     for (int d = 0; d < levels; ++d) {
-      const Words c = load<Words>(costs + static_cast<std::ptrdiff_t>(d) * stride + i);
+      const std::ptrdiff_t k = static_cast<std::ptrdiff_t>(d) * stride + i;
+      const Words c = load<Words>(pair_costs[0] + k) + load<Words>(pair_costs[1] + k) + load<Words>(pair_costs[2] + k);
+      store(costs + k, c);
       const Words level = Words{} + static_cast<std::int16_t>(d);
       at = c < least ? level : at;
       least = c < least ? c : least;
@@ -138,7 +141,18 @@ void choose_levels(const std::int16_t* costs, int cells, int levels, int stride,
   }
 }
 
+/// Of a patch's row and what lies beside it.
+constexpr int kPatchLanes = 8;
+using PatchBytes = std::uint8_t __attribute__((vector_size(kPatchLanes)));
+using PatchWords = std::int16_t __attribute__((vector_size(2 * kPatchLanes)));
+using PatchInts = std::int32_t __attribute__((vector_size(4 * kPatchLanes)));
+
+PatchWords patch_row(const std::uint8_t* pixels) {
+  return __builtin_convertvector(load<PatchBytes>(pixels), PatchWords);
+}
+
 float patch_difference(GrayView image, int x, int y, GrayView other, float shift_x, float shift_y) {
+  static_assert(kPatchPx == 6);
   const float ox = static_cast<float>(x) + shift_x;
   const float oy = static_cast<float>(y) + shift_y;
   if (!(ox >= 0.F && oy >= 0.F && ox + kPatchPx < static_cast<float>(other.width) &&
@@ -148,24 +162,24 @@ float patch_difference(GrayView image, int x, int y, GrayView other, float shift
   // In 1/32 of a pixel: all weights together are 1024.
   const int x0 = static_cast<int>(ox);
   const int y0 = static_cast<int>(oy);
-  const int fx = static_cast<int>(32.F * (ox - static_cast<float>(x0)) + 0.5F);
-  const int fy = static_cast<int>(32.F * (oy - static_cast<float>(y0)) + 0.5F);
-  const int w00 = (32 - fx) * (32 - fy);
-  const int w01 = fx * (32 - fy);
-  const int w10 = (32 - fx) * fy;
-  const int w11 = fx * fy;
-  int total = 0;
-  for (int j = 0; j < kPatchPx; ++j) {
-    const std::uint8_t* const a = image.row(y + j) + x;
+  const auto fx = static_cast<std::int16_t>((static_cast<int>(64.F * (ox - static_cast<float>(x0))) + 1) / 2);
+  const std::int32_t fy = (static_cast<int>(64.F * (oy - static_cast<float>(y0))) + 1) / 2;
+  const auto across = [&](int j) {
     const std::uint8_t* const b = other.row(y0 + j) + x0;
-    const std::uint8_t* const c = other.row(y0 + j + 1) + x0;
-    for (int i = 0; i < kPatchPx; ++i) {
-      const int value = w00 * b[i] + w01 * b[i + 1] + w10 * c[i] + w11 * c[i + 1];
-      const int difference = 1024 * a[i] - value;
-      total += difference < 0 ? -difference : difference;
-    }
+    return __builtin_convertvector(patch_row(b) * static_cast<std::int16_t>(32 - fx) + patch_row(b + 1) * fx,
+                                   PatchInts);
+  };
+  PatchInts total{};
+  PatchInts above = across(0);
+  for (int j = 0; j < kPatchPx; ++j) {
+    const PatchInts below = across(j + 1);
+    const PatchInts now = __builtin_convertvector(patch_row(image.row(y + j) + x), PatchInts) << 10;
+    const PatchInts apart = now - above * (32 - fy) - below * fy;
+    total += apart < 0 ? -apart : apart;
+    above = below;
   }
-  return static_cast<float>(total) / (1024.F * static_cast<float>(kPatchPx * kPatchPx));
+  const int sum = total[0] + total[1] + total[2] + total[3] + total[4] + total[5];
+  return static_cast<float>(sum) / (1024.F * static_cast<float>(kPatchPx * kPatchPx));
 }
 
 bool patch_sums(GrayView image, int x, int y, GrayView other, float shift_x, float shift_y, PatchSums& sums) {
@@ -205,10 +219,20 @@ bool patch_sums(GrayView image, int x, int y, GrayView other, float shift_x, flo
   return true;
 }
 
+int plane_score(const DisparityPoints& points, const float* plane, float tolerance_px) {
+  int score = 0;
+  for (int i = 0; i < points.count; ++i) {
+    const float off = points.disparity_px[i] - (plane[0] * points.u_px[i] + plane[1] * points.v_px[i] + plane[2]);
+    score += (off <= tolerance_px && off >= -tolerance_px ? 1 : 0) - (off < -3.F * tolerance_px ? 1 : 0);
+  }
+  return score;
+}
+
 }  // namespace
 
 extern const DenseKernels kDenseKernels;
-const DenseKernels kDenseKernels{decimate, horizontal_gradient, match_row, choose_levels, patch_difference, patch_sums};
+const DenseKernels kDenseKernels{decimate,         horizontal_gradient, match_row_pair, choose_levels,
+                                 patch_difference, patch_sums,          plane_score};
 
 }  // namespace kinetrace::segmentation::KINETRACE_KERNEL_ISA
 // NOLINTEND(bugprone-implicit-widening-of-multiplication-result)

@@ -8,7 +8,8 @@ namespace kinetrace::segmentation {
 
 FrameHistory::FrameHistory(int width, int height, Arena& arena) {
   for (MutableGrayView& image : images_) {
-    image = take_image<std::uint8_t>(arena, width, height);
+    image = take_image<std::uint8_t>(arena, width, height + 1);  // vectors reach beyond the last row
+    image.height = height;
   }
 }
 

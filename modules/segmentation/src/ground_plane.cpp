@@ -6,6 +6,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "dense_kernels.hpp"
 #include "kinetrace/segmentation/cell_disparity.hpp"
 
 namespace kinetrace::segmentation {
@@ -16,12 +17,10 @@ constexpr int kSamples = 60;
 constexpr int kCellStep = 3;
 /// Pixels of the matching images by which a point on the plane may be off it: noise, and ground that is not quite flat.
 constexpr float kTolerancePx = 0.5F;
-/// A point beyond the plane speaks against it as much as so many on it for it.
-constexpr float kBeyondWeight = 1.F;
-/// Part of the points that the plane must hold, net of those beyond it.
 /// Least cosine between the plane's normal and the image's downward direction: the camera looks down by 75 degrees at
 /// most.
 constexpr float kMinDownward = 0.25F;
+/// Part of the points that the plane must hold, net of those beyond it.
 constexpr float kMinShare = 0.1F;
 /// How high objects reach, and where the ground's own unevenness ends.
 constexpr float kLowestM = 0.2F;
@@ -30,6 +29,9 @@ constexpr float kOutOfReachM = 4.5F;
 /// Log-likelihood ratio below which something is ground.
 constexpr float kGroundNats = -2.F;
 constexpr float kUnevennessM = 0.06F;
+/// Per metre: of the heights of objects, and of what is neither: below the ground, or far above.
+constexpr float kObjectDensity = 1.F / (kHighestM - kLowestM);
+constexpr float kElsewhere = 0.02F;
 
 std::uint32_t next_random(std::uint32_t& state) noexcept {
   state ^= state << 13U;
@@ -38,8 +40,15 @@ std::uint32_t next_random(std::uint32_t& state) noexcept {
   return state;
 }
 
+/// Beyond so many standard deviations a float cannot tell a probability from none, beside kElsewhere.
+constexpr float kCertain = 6.F;
+
 float normal_cdf(float x) noexcept {
-  return 0.5F * std::erfc(-0.70710678F * x);
+  return x > kCertain ? 1.F : x < -kCertain ? 0.F : 0.5F * std::erfc(-0.70710678F * x);
+}
+
+float normal_density(float x) noexcept {
+  return std::abs(x) > kCertain ? 0.F : std::exp(-0.5F * x * x) / 2.5066F;
 }
 
 // A wall, or an object that fills the image, is no ground.
@@ -49,30 +58,29 @@ bool looks_down(const Eigen::Vector3f& normal) noexcept {
 
 }  // namespace
 
-GroundPlane::GroundPlane(const StereoGeometry& geometry, Arena& arena)
-    : geometry_(geometry),
-      points_(arena, static_cast<std::size_t>(geometry.width_px / (kCellPx * kCellStep) + 1) *
-                         static_cast<std::size_t>(geometry.height_px / (kCellPx * kCellStep) + 1)) {}
+GroundPlane::GroundPlane(const StereoGeometry& geometry, Arena& arena) : geometry_(geometry) {
+  const std::size_t most = static_cast<std::size_t>(geometry.width_px / (kCellPx * kCellStep) + 1) *
+                           static_cast<std::size_t>(geometry.height_px / (kCellPx * kCellStep) + 1);
+  u_px_ = FixedVector<float>(arena, most);
+  v_px_ = FixedVector<float>(arena, most);
+  disparity_px_ = FixedVector<float>(arena, most);
+}
 
-float GroundPlane::score(const Eigen::Vector3f& plane, float tolerance_px) const {
-  float total = 0.F;
-  for (const Eigen::Vector3f& p : points_) {
-    const float off = p.z() - disparity_px(plane, p.x(), p.y());
-    total += std::abs(off) <= tolerance_px ? 1.F : 0.F;
-    total -= off < -3.F * tolerance_px ? kBeyondWeight : 0.F;
-  }
-  return total;
+int GroundPlane::score(const Eigen::Vector3f& plane, float tolerance_px) const {
+  return dense_kernels().plane_score(
+      {u_px_.begin(), v_px_.begin(), disparity_px_.begin(), static_cast<int>(u_px_.size())}, plane.data(),
+      tolerance_px);
 }
 
 // Least squares over the points on it.
 void GroundPlane::refine(float tolerance_px) {
   Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3f& p : points_) {
-    if (std::abs(p.z() - disparity_px(plane_, p.x(), p.y())) <= tolerance_px) {
-      const Eigen::Vector3d row(p.x(), p.y(), 1.0);
+  for (std::size_t i = 0; i < u_px_.size(); ++i) {
+    if (std::abs(disparity_px_[i] - disparity_px(plane_, u_px_[i], v_px_[i])) <= tolerance_px) {
+      const Eigen::Vector3d row(u_px_[i], v_px_[i], 1.0);
       a += row * row.transpose();
-      b += static_cast<double>(p.z()) * row;
+      b += static_cast<double>(disparity_px_[i]) * row;
     }
   }
   const Eigen::Vector3d better = a.ldlt().solve(b);
@@ -82,39 +90,45 @@ void GroundPlane::refine(float tolerance_px) {
 }
 
 void GroundPlane::fit(ImageView<const float> cell_disparity_px, std::uint32_t seed) {
-  points_.clear();
+  u_px_.clear();
+  v_px_.clear();
+  disparity_px_.clear();
   for (int cy = 0; cy < cell_disparity_px.height; cy += kCellStep) {
     for (int cx = 0; cx < cell_disparity_px.width; cx += kCellStep) {
       const float d = cell_disparity_px.row(cy)[cx];
       if (d > 0.F) {
-        (void)points_.push_back({cell_center(cx), cell_center(cy), d});  // as many places as cells looked at
+        (void)u_px_.push_back(cell_center(cx));  // as many places as cells looked at
+        (void)v_px_.push_back(cell_center(cy));
+        (void)disparity_px_.push_back(d);
       }
     }
   }
-  const auto count = static_cast<std::uint32_t>(points_.size());
+  const auto count = static_cast<std::uint32_t>(u_px_.size());
   if (count < 12) {
     return;  // too few to say anything: what was known stays
   }
   const float tolerance_px = kTolerancePx * static_cast<float>(matching_step(geometry_.width_px));
   std::uint32_t state = seed | 1U;
-  float best = known_ ? score(plane_, tolerance_px) : 0.F;
+  int best = known_ ? score(plane_, tolerance_px) : 0;
   for (int k = 0; k < kSamples; ++k) {
-    const Eigen::Vector3f& p = points_[next_random(state) % count];
-    const Eigen::Vector3f& q = points_[next_random(state) % count];
-    const Eigen::Vector3f& r = points_[next_random(state) % count];
     Eigen::Matrix3f m;
-    m << p.x(), p.y(), 1.F, q.x(), q.y(), 1.F, r.x(), r.y(), 1.F;
+    Eigen::Vector3f d;
+    for (int row = 0; row < 3; ++row) {
+      const std::size_t i = next_random(state) % count;
+      m.row(row) << u_px_[i], v_px_[i], 1.F;
+      d[row] = disparity_px_[i];
+    }
     if (std::abs(m.determinant()) < 1000.F) {  // twice the triangle's area in square pixels
       continue;
     }
-    const Eigen::Vector3f plane = m.inverse() * Eigen::Vector3f(p.z(), q.z(), r.z());
-    const float s = looks_down(scaled_normal(plane)) ? score(plane, tolerance_px) : 0.F;
+    const Eigen::Vector3f plane = m.inverse() * d;
+    const int s = looks_down(scaled_normal(plane)) ? score(plane, tolerance_px) : 0;
     if (s > best) {
       best = s;
       plane_ = plane;
     }
   }
-  known_ = best >= kMinShare * static_cast<float>(count);
+  known_ = static_cast<float>(best) >= kMinShare * static_cast<float>(count);
   if (!known_) {
     return;
   }
@@ -146,13 +160,12 @@ float GroundPlane::object_nats(float u, float v, float disparity, float sigma_px
   if (!known_) {
     return 0.F;
   }
-  const float ground_px = disparity_px(plane_, u, v);
-  const float height = camera_height_m_ * (1.F - ground_px / disparity);
-  const float sigma = std::hypot(camera_height_m_ * sigma_px / disparity, kUnevennessM);
-  const float on_ground = std::exp(-0.5F * height * height / (sigma * sigma)) / (2.5066F * sigma);
+  const float height_m = camera_height_m_ * (1.F - disparity_px(plane_, u, v) / disparity);
+  const float noise_m = camera_height_m_ * sigma_px / disparity;
+  const float sigma_m = std::sqrt(noise_m * noise_m + kUnevennessM * kUnevennessM);
+  const float on_ground = normal_density(height_m / sigma_m) / sigma_m;
   const float on_object =
-      (normal_cdf((height - kLowestM) / sigma) - normal_cdf((height - kHighestM) / sigma)) / (kHighestM - kLowestM);
-  constexpr float kElsewhere = 0.02F;  // density of what is neither: below the ground, or far above
+      (normal_cdf((height_m - kLowestM) / sigma_m) - normal_cdf((height_m - kHighestM) / sigma_m)) * kObjectDensity;
   return std::log((on_object + kElsewhere) / (on_ground + kElsewhere));
 }
 

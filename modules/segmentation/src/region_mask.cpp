@@ -38,6 +38,18 @@ constexpr float kSmoothingCells = 5.F;
 constexpr float kGreyStep = 8.F;
 constexpr float kDisparityStep = 0.5F;
 
+float mean_grey(GrayView image, int cx, int cy, int pitch) {
+  int total = 0;
+  int count = 0;
+  for (int y = cy * pitch; y < std::min((cy + 1) * pitch, image.height); ++y) {
+    for (int x = cx * pitch; x < std::min((cx + 1) * pitch, image.width); ++x) {
+      total += image.row(y)[x];
+      ++count;
+    }
+  }
+  return static_cast<float>(total) / static_cast<float>(std::max(count, 1));
+}
+
 }  // namespace
 
 RegionMask::RegionMask(const StereoGeometry& geometry, int max_features, int max_objects, int min_area_px, Arena& arena)
@@ -59,6 +71,7 @@ RegionMask::RegionMask(const StereoGeometry& geometry, int max_features, int max
   evidence_ = take_image<float>(arena, width, height);
   posterior_ = take_image<float>(arena, width, height);
   distance_ = take_image<float>(arena, width, height);
+  grey_ = take_image<float>(arena, width, height);
   weight_right_ = take_image<float>(arena, width, height);
   weight_down_ = take_image<float>(arena, width, height);
   stack_ = arena.take<std::uint32_t>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
@@ -172,11 +185,15 @@ void RegionMask::weigh_blobs(const Candidate& candidate, const MotionMemory& mem
   }
 }
 
-// Corners of the region speak for their cells, corners that move otherwise against them.
-void RegionMask::weigh_features(const Candidate& candidate, std::span<const Feature> features,
-                                std::span<const FeatureMotion> motions, const MotionMemory& memory,
-                                std::size_t region) {
+void RegionMask::weigh_cells(const Candidate& candidate, std::span<const Feature> features,
+                             std::span<const FeatureMotion> motions, const MotionMemory& memory, std::size_t region,
+                             const DenseView& dense, const TemporalTest& test) {
   const PixelBox& box = candidate.cells;
+  constexpr float kFar = 1e6F;
+  for (int cy = box.y0; cy < box.y1; ++cy) {
+    std::fill(evidence_.row(cy) + box.x0, evidence_.row(cy) + box.x1, 0.F);
+    std::fill(distance_.row(cy) + box.x0, distance_.row(cy) + box.x1, kFar);
+  }
   for (std::size_t i = 0; i < features.size(); ++i) {
     const int cx = static_cast<int>(features[i].left_px.x()) / kCellPx;
     const int cy = static_cast<int>(features[i].left_px.y()) / kCellPx;
@@ -194,34 +211,11 @@ void RegionMask::weigh_features(const Candidate& candidate, std::span<const Feat
       }
     }
   }
-}
-
-// What the frame before said of the cells that the motion brings here.
-void RegionMask::weigh_previous_frame(const Candidate& candidate, const TemporalTest& test) {
-  const PixelBox& box = candidate.cells;
-  for (int cy = box.y0; cy < box.y1; ++cy) {
-    for (int cx = box.x0; cx < box.x1; ++cx) {
-      const TemporalTest::Places p =
-          test.places(candidate.velocity_mps, 1, cell_center(cx), cell_center(cy), candidate.disparity_px);
-      const int px = static_cast<int>(p.moved.x()) / kCellPx;
-      const int py = static_cast<int>(p.moved.y()) / kCellPx;
-      if (!(p.moved.x() >= 0.F && p.moved.y() >= 0.F && previous_.contains(px, py)) || previous_.row(py)[px] == 0) {
-        continue;
-      }
-      const bool own = previous_.row(py)[px] == candidate.region_id;
-      const float remembered = kMemory * std::min(posterior_.row(py)[px], kMaxPosteriorNats);
-      evidence_.row(cy)[cx] += own ? remembered : -remembered;
-      if (own && posterior_.row(py)[px] > kSureNats) {
-        distance_.row(cy)[cx] = 0.F;
-      }
-    }
-  }
-}
-
-// Distance to the region, depth, height above the ground, and motion of each cell itself.
-void RegionMask::weigh_depths(const Candidate& candidate, const DenseView& dense, const TemporalTest& test) {
-  const PixelBox& box = candidate.cells;
+  weigh_blobs(candidate, memory, region);
   const float metres_per_cell = kCellPx * static_cast<float>(geometry_.baseline_m) / candidate.disparity_px;
+  weigh_memory(candidate, dense, test);
+  measure_distances(box);
+  const float sigma_px = dense.disparity.sigma_px();
   const ImageView<const float> disparity = dense.disparity.disparity_px();
   for (int cy = box.y0; cy < box.y1; ++cy) {
     for (int cx = box.x0; cx < box.x1; ++cx) {
@@ -234,31 +228,35 @@ void RegionMask::weigh_depths(const Candidate& candidate, const DenseView& dense
         nats += kForeignDepthNats;
         continue;
       }
-      nats += d >= 0.F ? kOwnDepthNats : 0.F;
       const float assumed = d >= 0.F ? d : candidate.disparity_px;
-      const float above_ground = dense.ground.object_nats(u, v, assumed, dense.disparity.sigma_px());
+      nats += d >= 0.F ? kOwnDepthNats : 0.F;
+      const float above_ground = dense.ground.object_nats(u, v, assumed, sigma_px);
       nats += std::min(above_ground, d >= 0.F ? kAboveGroundNats : 0.F);
       nats += test.cell_nats(candidate.velocity_mps, candidate.lag, cx, cy, assumed);
     }
   }
 }
 
-void RegionMask::weigh_cells(const Candidate& candidate, std::span<const Feature> features,
-                             std::span<const FeatureMotion> motions, const MotionMemory& memory, std::size_t region,
-                             const DenseView& dense, const TemporalTest& test) {
+// What a cell was in the frame before if it is the candidate's.
+void RegionMask::weigh_memory(const Candidate& candidate, const DenseView& dense, const TemporalTest& test) {
   const PixelBox& box = candidate.cells;
-  constexpr float kFar = 1e6F;
-  for (int cy = box.y0; cy < box.y1; ++cy) {
-    std::fill(evidence_.row(cy) + box.x0, evidence_.row(cy) + box.x1, 0.F);
-    std::fill(distance_.row(cy) + box.x0, distance_.row(cy) + box.x1, kFar);
+  for (int cy = box.y0; cy < box.y1 && dense.history.size() > 1; ++cy) {
+    for (int cx = box.x0; cx < box.x1; ++cx) {
+      const Eigen::Vector2f from =
+          test.places(candidate.velocity_mps, 1, cell_center(cx), cell_center(cy), candidate.disparity_px).moved;
+      const int px = static_cast<int>(from.x()) / kCellPx;
+      const int py = static_cast<int>(from.y()) / kCellPx;
+      if (!(from.x() >= 0.F && from.y() >= 0.F && previous_.contains(px, py)) || previous_.row(py)[px] == 0) {
+        continue;
+      }
+      const bool own = previous_.row(py)[px] == candidate.region_id;
+      const float remembered = kMemory * std::min(posterior_.row(py)[px], kMaxPosteriorNats);
+      evidence_.row(cy)[cx] += own ? remembered : -remembered;
+      if (own && posterior_.row(py)[px] > kSureNats) {
+        distance_.row(cy)[cx] = 0.F;
+      }
+    }
   }
-  weigh_features(candidate, features, motions, memory, region);
-  weigh_blobs(candidate, memory, region);
-  if (dense.history.size() > 1) {
-    weigh_previous_frame(candidate, test);
-  }
-  measure_distances(box);
-  weigh_depths(candidate, dense, test);
 }
 
 // Distance to the nearest cell of distance 0: two sweeps of a chamfer.
@@ -297,24 +295,18 @@ void RegionMask::diffuse(const Candidate& candidate, const DenseView& dense) {
     return;
   }
   const int pitch = kCellPx / matching_step(geometry_.width_px);
-  const auto grey = [&](int cx, int cy) {
-    int total = 0;
-    int count = 0;
-    for (int y = cy * pitch; y < std::min((cy + 1) * pitch, now.height); ++y) {
-      for (int x = cx * pitch; x < std::min((cx + 1) * pitch, now.width); ++x) {
-        total += now.row(y)[x];
-        ++count;
-      }
+  for (int cy = box.y0; cy < box.y1; ++cy) {
+    for (int cx = box.x0; cx < box.x1; ++cx) {
+      grey_.row(cy)[cx] = mean_grey(now, cx, cy, pitch);
     }
-    return static_cast<float>(total) / static_cast<float>(std::max(count, 1));
-  };
+  }
   const float noise = kDisparityStep * static_cast<float>(matching_step(geometry_.width_px));
   const ImageView<const float> disparity = dense.disparity.disparity_px();
   const auto weight = [&](int ax, int ay, int bx, int by) {
     const float a = disparity.row(ay)[ax];
     const float b = disparity.row(by)[bx];
     const float step = a >= 0.F && b >= 0.F ? std::max(0.F, std::abs(a - b) - noise) / noise : 0.F;
-    const float length = 1.F + std::abs(grey(ax, ay) - grey(bx, by)) / kGreyStep * 1.F + step;
+    const float length = 1.F + std::abs(grey_.row(ay)[ax] - grey_.row(by)[bx]) / kGreyStep + step;
     return std::exp(-1.4142F / kSmoothingCells * length);
   };
   for (int cy = box.y0; cy < box.y1; ++cy) {
@@ -413,32 +405,26 @@ void RegionMask::write_labels() {
     (void)detections_.push_back(detection);
   }
   for (int y = 0; y < owner_.height; ++y) {
+    std::uint8_t* const row = labels_.row(y * kCellPx);
+    const int rows = std::min(kCellPx, labels_.height - y * kCellPx);
+    std::fill_n(row, labels_.width, kBackgroundLabel);
     for (int x = 0; x < owner_.width; ++x) {
       const std::int16_t o = owner_.row(y)[x];
       const std::uint8_t label = o < 0 ? kBackgroundLabel : label_of[static_cast<std::size_t>(o)];
       posterior_.row(y)[x] = best_.row(y)[x];
       previous_.row(y)[x] = label == kBackgroundLabel ? 0U : region_of_label_[label];
-      const int x0 = x * kCellPx;
-      const int x1 = std::min(x0 + kCellPx, labels_.width);
-      for (int v = y * kCellPx; v < std::min((y + 1) * kCellPx, labels_.height); ++v) {
-        std::fill(labels_.row(v) + x0, labels_.row(v) + x1, label);
+      if (label != kBackgroundLabel) {
+        const int x0 = x * kCellPx;
+        const int x1 = std::min(x0 + kCellPx, labels_.width);
+        std::fill(row + x0, row + x1, label);
+        Detection& detection = detections_[label - 1U];
+        detection.area_px += (x1 - x0) * rows;
+        detection.box_px.include(x0, y * kCellPx);
+        detection.box_px.include(x1 - 1, y * kCellPx + rows - 1);
       }
     }
-  }
-  measure();
-}
-
-void RegionMask::measure() {
-  for (int y = 0; y < labels_.height; ++y) {
-    const std::uint8_t* row = labels_.row(y);
-    for (int x = 0; x < labels_.width; x += kCellPx) {
-      if (row[x] != kBackgroundLabel) {
-        Detection& detection = detections_[row[x] - 1U];
-        const int end = std::min(x + kCellPx, labels_.width);
-        detection.area_px += end - x;
-        detection.box_px.include(x, y);
-        detection.box_px.include(end - 1, y);
-      }
+    for (int v = 1; v < rows; ++v) {
+      std::copy_n(row, labels_.width, labels_.row(y * kCellPx + v));
     }
   }
 }

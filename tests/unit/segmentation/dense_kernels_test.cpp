@@ -1,5 +1,9 @@
 #include "dense_kernels.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
 #include <random>
 #include <vector>
 
@@ -34,80 +38,112 @@ class DenseKernelsTest : public ::testing::Test {
 };
 
 struct Matches {
+  explicit Matches(int cell_pitch)
+      : pitch(cell_pitch), cells(kWidth / cell_pitch + 1), pair_costs{costs, costs, costs} {}
+  int pitch;
+  int cells;
   std::vector<std::int16_t> costs = std::vector<std::int16_t>(static_cast<std::size_t>(kLevels) * kStride);
+  std::array<std::vector<std::int16_t>, 3> pair_costs;
   std::vector<std::int16_t> best = std::vector<std::int16_t>(kStride);
   std::vector<std::int16_t> cost = std::vector<std::int16_t>(kStride);
   std::vector<std::int16_t> rival = std::vector<std::int16_t>(kStride);
   static constexpr int kLevels = 23;
-  static constexpr int kPitch = 2;
   static constexpr int kOffset = -3;
-  static constexpr int kCells = kWidth / kPitch + 1;
   static constexpr std::size_t kStride = 128;
+  [[nodiscard]] std::int16_t at(int level, int cell) const {
+    return costs[static_cast<std::size_t>(level) * kStride + static_cast<std::size_t>(cell)];
+  }
 };
 
-Matches match(const DenseKernels& kernels, GrayView left, GrayView right) {
-  Matches m;
-  std::vector<std::int16_t> columns(kWidth + kMatchSpill);
-  kernels.match_row(left, right, 7, Matches::kPitch, Matches::kOffset, Matches::kCells, Matches::kLevels,
-                    columns.data(), m.costs.data(), static_cast<int>(Matches::kStride));
-  kernels.choose_levels(m.costs.data(), Matches::kCells, Matches::kLevels, static_cast<int>(Matches::kStride),
+Matches match(const DenseKernels& kernels, GrayView left, GrayView right, int pitch) {
+  Matches m(pitch);
+  std::vector<std::int16_t> scratch(kWidth / 2 + kMatchSpill);
+  std::array<const std::int16_t*, 3> pairs{};
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    m.pair_costs[k].resize(m.costs.size() + kMatchSpill);
+    kernels.match_row_pair(left, right, 7 + kMatchedRows * static_cast<int>(k), pitch, Matches::kOffset, m.cells,
+                           Matches::kLevels, scratch.data(), m.pair_costs[k].data(),
+                           static_cast<int>(Matches::kStride));
+    pairs[k] = m.pair_costs[k].data();
+  }
+  kernels.choose_levels(pairs.data(), m.cells, Matches::kLevels, static_cast<int>(Matches::kStride), m.costs.data(),
                         m.best.data(), m.cost.data(), m.rival.data());
   return m;
 }
 
 TEST_F(DenseKernelsTest, CostsAreSumsOfAbsoluteDifferences) {
-  const Matches m = match(baseline_dense_kernels(), left_, right_);
-  for (int d = 0; d < Matches::kLevels; ++d) {
-    for (int i = 0; i < Matches::kCells; ++i) {
-      const int x0 = i * Matches::kPitch + Matches::kOffset;
-      int expected = kNoCost;
-      if (x0 >= d && x0 + kMatchWidth <= kWidth) {
-        expected = 0;
-        for (int y = 7; y < 7 + kMatchHeight; ++y) {
-          for (int x = x0; x < x0 + kMatchWidth; ++x) {
-            expected += std::abs(static_cast<int>(left_.row(y)[x]) - static_cast<int>(right_.row(y)[x - d]));
+  for (const int pitch : {2, 4}) {
+    const Matches m = match(baseline_dense_kernels(), left_, right_, pitch);
+    for (int d = 0; d < Matches::kLevels; ++d) {
+      for (int i = 0; i < m.cells; ++i) {
+        const int x0 = i * pitch + Matches::kOffset;
+        int expected = kNoCost;
+        if (x0 >= d && x0 + kMatchWidth <= kWidth) {
+          expected = 0;
+          for (int y = 7; y < 7 + kMatchHeight; ++y) {
+            for (int x = x0; x < x0 + kMatchWidth; ++x) {
+              expected += std::abs(static_cast<int>(left_.row(y)[x]) - static_cast<int>(right_.row(y)[x - d]));
+            }
           }
         }
+        ASSERT_EQ(m.at(d, i), expected) << "pitch " << pitch << " level " << d << " cell " << i;
       }
-      ASSERT_EQ(m.costs[static_cast<std::size_t>(d) * Matches::kStride + static_cast<std::size_t>(i)], expected)
-          << "level " << d << " cell " << i;
     }
   }
 }
 
 TEST_F(DenseKernelsTest, TheBestLevelHasTheLeastCostAndItsRivalIsNoNeighbour) {
-  const Matches m = match(baseline_dense_kernels(), left_, right_);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(Matches::kCells); ++i) {
+  const Matches m = match(baseline_dense_kernels(), left_, right_, 2);
+  for (int i = 0; i < m.cells; ++i) {
     int best = 0;
     int rival = kNoCost;
     for (int d = 1; d < Matches::kLevels; ++d) {
-      best = m.costs[static_cast<std::size_t>(d) * Matches::kStride + i] <
-                     m.costs[static_cast<std::size_t>(best) * Matches::kStride + i]
-                 ? d
-                 : best;
+      best = m.at(d, i) < m.at(best, i) ? d : best;
     }
     for (int d = 0; d < Matches::kLevels; ++d) {
-      rival = std::abs(d - best) > 1 ? std::min<int>(rival, m.costs[static_cast<std::size_t>(d) * Matches::kStride + i])
-                                     : rival;
+      rival = std::abs(d - best) > 1 ? std::min<int>(rival, m.at(d, i)) : rival;
     }
-    EXPECT_EQ(m.best[i], best);
-    EXPECT_EQ(m.cost[i], m.costs[static_cast<std::size_t>(best) * Matches::kStride + i]);
-    EXPECT_EQ(m.rival[i], rival);
+    const auto k = static_cast<std::size_t>(i);
+    EXPECT_EQ(m.best[k], best);
+    EXPECT_EQ(m.cost[k], m.at(best, i));
+    EXPECT_EQ(m.rival[k], rival);
   }
 }
 
 TEST_F(DenseKernelsTest, BothInstructionSetsAgree) {
   const DenseKernels& fast = dense_kernels();
   const DenseKernels& baseline = baseline_dense_kernels();
-  const Matches a = match(fast, left_, right_);
-  const Matches b = match(baseline, left_, right_);
-  EXPECT_EQ(a.costs, b.costs);
-  EXPECT_EQ(a.best, b.best);
-  EXPECT_EQ(a.cost, b.cost);
-  EXPECT_EQ(a.rival, b.rival);
+  const Matches a = match(fast, left_, right_, 2);
+  const Matches b = match(baseline, left_, right_, 2);
+  for (int i = 0; i < a.cells; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    EXPECT_EQ(a.best[k], b.best[k]);
+    EXPECT_EQ(a.cost[k], b.cost[k]);
+    EXPECT_EQ(a.rival[k], b.rival[k]);
+    for (int d = 0; d < Matches::kLevels; ++d) {
+      EXPECT_EQ(a.at(d, i), b.at(d, i));
+    }
+  }
   for (const float shift : {-3.3F, 0.F, 2.25F}) {
     EXPECT_EQ(fast.patch_difference(left_, 20, 15, right_, shift, 0.5F * shift),
               baseline.patch_difference(left_, 20, 15, right_, shift, 0.5F * shift));
+  }
+}
+
+TEST_F(DenseKernelsTest, APatchDiffersByTheMeanOfItsPixelsDifferences) {
+  const float shift_x = 2.25F;
+  const float shift_y = -1.5F;
+  double total = 0.0;
+  for (int y = 15; y < 15 + kPatchPx; ++y) {
+    for (int x = 20; x < 20 + kPatchPx; ++x) {
+      const auto at = [&](int dx, int dy) { return static_cast<double>(right_.row(y - 2 + dy)[x + 2 + dx]); };
+      const double value = 0.5 * (0.75 * at(0, 0) + 0.25 * at(1, 0)) + 0.5 * (0.75 * at(0, 1) + 0.25 * at(1, 1));
+      total += std::abs(static_cast<double>(left_.row(y)[x]) - value);
+    }
+  }
+  for (const DenseKernels* const kernels : {&dense_kernels(), &baseline_dense_kernels()}) {
+    EXPECT_NEAR(kernels->patch_difference(left_, 20, 15, right_, shift_x, shift_y), total / (kPatchPx * kPatchPx),
+                1e-4);
   }
 }
 

@@ -1,6 +1,7 @@
 // A coarse dense disparity map: one value for each cell of 4x4 pixels.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -43,7 +44,9 @@ class CellDisparity {
   MutableGrayView left_gradient_;
   MutableGrayView right_gradient_;
   ImageView<float> disparity_;
-  std::span<std::int16_t> columns_;
+  std::span<std::int16_t> scratch_;
+  std::array<std::span<std::int16_t>, 3> pair_costs_;  ///< Of the last pairs of rows, as a ring...
+  int pairs_ = 0;                                      ///< ...and how many there were.
   std::span<std::int16_t> costs_;
   std::span<std::int16_t> best_;
   std::span<std::int16_t> cost_;

@@ -33,7 +33,7 @@ class GroundPlane {
   [[nodiscard]] bool may_hold_object(float u, float v, float disparity_px, float sigma_px) const noexcept;
 
  private:
-  [[nodiscard]] float score(const Eigen::Vector3f& plane, float tolerance_px) const;
+  [[nodiscard]] int score(const Eigen::Vector3f& plane, float tolerance_px) const;
   [[nodiscard]] float disparity_px(const Eigen::Vector3f& plane, float u, float v) const noexcept {
     return plane.x() * u + plane.y() * v + plane.z();
   }
@@ -42,7 +42,10 @@ class GroundPlane {
   void refine(float tolerance_px);
 
   StereoGeometry geometry_;
-  FixedVector<Eigen::Vector3f> points_;
+  // Of the cells that the plane is sought in.
+  FixedVector<float> u_px_;
+  FixedVector<float> v_px_;
+  FixedVector<float> disparity_px_;
   Eigen::Vector3f plane_{0.F, 0.F, 0.F};
   float camera_height_m_ = 0.F;
   bool known_ = false;

@@ -75,19 +75,15 @@ class RegionMask {
   [[nodiscard]] bool describe(std::size_t region, std::span<const Feature> features, const MotionMemory& memory,
                               const DenseView& dense, const TemporalTest& test, Candidate& candidate);
   [[nodiscard]] bool is_member(int cx, int cy, std::size_t region, const MotionMemory& memory) const noexcept;
-  void weigh_features(const Candidate& candidate, std::span<const Feature> features,
-                      std::span<const FeatureMotion> motions, const MotionMemory& memory, std::size_t region);
   void weigh_blobs(const Candidate& candidate, const MotionMemory& memory, std::size_t region);
-  void weigh_previous_frame(const Candidate& candidate, const TemporalTest& test);
-  void weigh_depths(const Candidate& candidate, const DenseView& dense, const TemporalTest& test);
   void weigh_cells(const Candidate& candidate, std::span<const Feature> features,
                    std::span<const FeatureMotion> motions, const MotionMemory& memory, std::size_t region,
                    const DenseView& dense, const TemporalTest& test);
+  void weigh_memory(const Candidate& candidate, const DenseView& dense, const TemporalTest& test);
   void measure_distances(const PixelBox& cells);
   void diffuse(const Candidate& candidate, const DenseView& dense);
   void claim(const Candidate& candidate, std::size_t index);
   void write_labels();
-  void measure();
 
   StereoGeometry geometry_;
   int min_area_px_ = 0;
@@ -107,6 +103,7 @@ class RegionMask {
   ImageView<float> evidence_;          ///< Of the candidate being drawn.
   ImageView<float> posterior_;         ///< What spoke for the region in previous_, in the frame before.
   ImageView<float> distance_;          ///< Cells to its nearest member.
+  ImageView<float> grey_;              ///< Mean of each cell.
   ImageView<float> weight_right_;      ///< Of the edge-aware filter, towards the next column...
   ImageView<float> weight_down_;       ///< ...and row.
   std::span<std::uint32_t> stack_;
