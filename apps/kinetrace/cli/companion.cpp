@@ -1,0 +1,63 @@
+#include "cli/companion.hpp"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <unistd.h>
+#include <utility>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "cli/messages.hpp"
+#include "cli/program_folder.hpp"
+
+namespace kinetrace::app {
+namespace {
+
+// The options that were given, as they were given.
+void append_given(const CLI::App& command, std::vector<std::string>& arguments) {
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->count() == 0 || option->get_name() == "--help") {
+      continue;
+    }
+    if (option->get_expected_max() == 0) {
+      arguments.push_back(option->get_name());
+      continue;
+    }
+    for (const std::string& value : option->results()) {
+      if (!option->get_positional()) {
+        arguments.push_back(option->get_name());
+      }
+      arguments.push_back(value);
+    }
+  }
+  for (const CLI::App* group : command.get_subcommands([](const CLI::App*) { return true; })) {
+    append_given(*group, arguments);
+  }
+}
+
+}  // namespace
+
+int become(const Companion& companion, std::vector<std::string> arguments) {
+  const std::filesystem::path program = program_folder() / companion.program;
+  arguments.insert(arguments.begin(), program.string());
+  std::vector<char*> pointers;
+  for (std::string& argument : arguments) {
+    pointers.push_back(argument.data());
+  }
+  pointers.push_back(nullptr);
+  std::fflush(nullptr);
+  ::execv(program.c_str(), pointers.data());
+  return report({ExitCode::kNoInput, program.string() + ": " + std::strerror(errno) + "; " + companion.doing +
+                                         " needs the package " + companion.package});
+}
+
+Action pass_on(CLI::App& command, std::shared_ptr<void> options, const Companion& companion) {
+  const auto arguments = std::make_shared<std::vector<std::string>>();
+  command.callback([&command, options = std::move(options), arguments] { append_given(command, *arguments); });
+  return [arguments, companion] { return become(companion, *arguments); };
+}
+
+}  // namespace kinetrace::app

@@ -1,0 +1,65 @@
+// Gaps in an object's path: filled where its two ends agree.
+#include "object_gaps.hpp"
+
+#include <gtest/gtest.h>
+
+namespace kinetrace::batch {
+namespace {
+
+constexpr std::size_t kFrames = 30;
+constexpr std::size_t kGapBegin = 10;
+constexpr std::size_t kGapEnd = 20;
+constexpr double kSpeed_mps = 10.0;
+
+class ObjectGaps : public ::testing::Test {
+ protected:
+  ObjectGaps() {
+    for (std::size_t k = 0; k < kFrames; ++k) {
+      run_.camera.push_back({static_cast<std::int64_t>(k), static_cast<std::int64_t>(k) * 100'000'000, {}});
+    }
+  }
+  /// Drives along x; from the end of the gap on, `aside_m` to the side.
+  void drive(double aside_m) {
+    for (std::size_t k = 0; k < kFrames; ++k) {
+      recording::ObjectRow row;
+      row.frame = static_cast<std::int64_t>(k);
+      row.timestamp_ns = run_.camera[k].timestamp_ns;
+      row.status = k < kGapBegin || k >= kGapEnd ? BodyStatus::kTracked : BodyStatus::kLost;
+      row.T_world_obj.translation = {0.1 * kSpeed_mps * static_cast<double>(k), 0.0,
+                                     20.0 + (k < kGapEnd ? 0.0 : aside_m)};
+      row.velocity_mps = {kSpeed_mps, 0.0, 0.0};
+      row.box.center_m = row.T_world_obj.translation + Eigen::Vector3d(0.5, 0.0, 0.0);
+      if (row.status == BodyStatus::kLost) {
+        row.T_world_obj.translation.setZero();
+      }
+      object_.frames[k] = {row, row.T_world_obj.inverse()};
+    }
+    fill_gaps(run_, T_world_cam_, object_);
+  }
+
+  recording::Run run_;
+  std::vector<Se3> T_world_cam_ = std::vector<Se3>(kFrames);
+  RefinedObject object_;
+};
+
+TEST_F(ObjectGaps, AreFilledWhereItWentOnAsBefore) {
+  drive(0.0);
+  for (std::size_t k = kGapBegin; k < kGapEnd; ++k) {
+    const recording::ObjectRow& row = object_.frames.at(k).row;
+    EXPECT_EQ(row.status, BodyStatus::kPropagated);
+    EXPECT_NEAR(row.T_world_obj.translation.x(), 0.1 * kSpeed_mps * static_cast<double>(k), 1e-9);
+    EXPECT_NEAR(row.box.center_m.x(), 0.1 * kSpeed_mps * static_cast<double>(k) + 0.5, 1e-9);
+    EXPECT_NEAR(row.velocity_mps.x(), kSpeed_mps, 1e-9);
+    EXPECT_EQ(row.frame, static_cast<std::int64_t>(k));
+  }
+}
+
+TEST_F(ObjectGaps, StayWhereNothingCanHaveGoneThatWay) {
+  drive(15.0);
+  for (std::size_t k = kGapBegin; k < kGapEnd; ++k) {
+    EXPECT_EQ(object_.frames.at(k).row.status, BodyStatus::kLost);
+  }
+}
+
+}  // namespace
+}  // namespace kinetrace::batch
