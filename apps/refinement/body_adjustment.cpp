@@ -10,12 +10,12 @@ namespace {
 
 // Matching is good to a tenth of a pixel; the first round must not be misled by poses that are less so.
 constexpr double kFirstSigma_px = 0.25;
-constexpr double kLeastSigma_px = 0.03;
-constexpr double kMostSigma_px = 1.0;
+constexpr double kMinSigma_px = 0.03;
+constexpr double kMaxSigma_px = 1.0;
 // Half the observations weigh less than fully: what is left of wrong matches and of surfaces that bend is many times
 // the noise.
 constexpr double kRobustThreshold_sigmas = 1.0;
-constexpr double kLeastDisparity_px = 0.25;
+constexpr double kMinDisparity_px = 0.25;
 
 struct Point {
   std::uint32_t id = 0;
@@ -33,12 +33,13 @@ class Adjustment {
   Result<BodyFit> run() {
     triangulate();
     list_observations();
-    double sigma_px = kFirstSigma_px;
-    for (int round = 0; round < 2; ++round) {
-      if (const Status solved = solve(sigma_px); !solved) {
-        return Unexpected(solved.error());
-      }
-      sigma_px = noise_px(sigma_px);
+    // The first round only has to tell the noise.
+    if (const Status solved = solve(kFirstSigma_px, 10, 1e-3); !solved) {
+      return Unexpected(solved.error());
+    }
+    const double sigma_px = noise_px(kFirstSigma_px);
+    if (const Status solved = solve(sigma_px, 30, 1e-5); !solved) {
+      return Unexpected(solved.error());
     }
     place_single_points();
     return fit(sigma_px);
@@ -46,7 +47,7 @@ class Adjustment {
 
  private:
   [[nodiscard]] bool has_stereo(const SeenPoint& seen) const {
-    return !std::isnan(seen.px.z()) && seen.px.x() - seen.px.z() > kLeastDisparity_px;
+    return !std::isnan(seen.px.z()) && seen.px.x() - seen.px.z() > kMinDisparity_px;
   }
   [[nodiscard]] Eigen::Vector3d stereo_position(const SeenPoint& seen, double& weight) const {
     const Eigen::Vector3d px = seen.px.cast<double>();
@@ -86,7 +87,7 @@ class Adjustment {
     }
   }
 
-  Status solve(double sigma_px) {
+  Status solve(double sigma_px, int max_iterations, double tolerance) {
     for (refinement::BatchObservation& seen : observations_) {
       seen.observation.inverse_sigma_px = static_cast<float>(1.0 / sigma_px);
     }
@@ -98,8 +99,10 @@ class Adjustment {
                                    .motion = problem_.motion,
                                    .measured_poses = problem_.measured_poses,
                                    .measured_steps = problem_.measured_steps};
-    auto adjuster = refinement::CeresBundleAdjuster::create({.threads = options_.threads,
+    auto adjuster = refinement::CeresBundleAdjuster::create({.max_iterations = max_iterations,
+                                                             .threads = options_.threads,
                                                              .robust_threshold_sigmas = kRobustThreshold_sigmas,
+                                                             .relative_cost_tolerance = tolerance,
                                                              .keep_going = options_.keep_going});
     if (!adjuster) {
       return Unexpected(adjuster.error());
@@ -116,7 +119,7 @@ class Adjustment {
 
   [[nodiscard]] double noise_px(double before_px) const {
     constexpr double kSigmaOfMedian = 1.4826;  // Of a normal distribution.
-    constexpr std::size_t kFewest = 100;
+    constexpr std::size_t kMinSizes = 100;
     std::vector<float> sizes;
     for (const SeenPoint& seen : problem_.seen) {
       const Point& point = points_.at(seen.point_id);
@@ -130,12 +133,12 @@ class Adjustment {
         }
       }
     }
-    if (sizes.size() < kFewest) {
+    if (sizes.size() < kMinSizes) {
       return before_px;
     }
     const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
     std::nth_element(sizes.begin(), middle, sizes.end());
-    return std::clamp(kSigmaOfMedian * static_cast<double>(*middle), kLeastSigma_px, kMostSigma_px);
+    return std::clamp(kSigmaOfMedian * static_cast<double>(*middle), kMinSigma_px, kMaxSigma_px);
   }
 
   void place_single_points() {

@@ -9,9 +9,9 @@ namespace {
 
 // Points live for a few frames up to some tens: both ends of what two stretches share are firm.
 constexpr std::size_t kSharedRows = 40;
-constexpr std::size_t kMostRows = 400;
+constexpr std::size_t kMaxRows = 400;
 // About 600 bytes each while they are adjusted.
-constexpr std::size_t kMostObservations = 600'000;
+constexpr std::size_t kMaxObservations = 600'000;
 // How far a step of the run may be off: it only counts where next to nothing is seen.
 constexpr double kStepRotation_rad = 0.02;
 constexpr double kStepPosition_m = 0.3;
@@ -31,12 +31,12 @@ class BackgroundReader {
   }
 
   /// Appends rows below `end`, and the one after, as far as there are any.
-  Status read_until(std::size_t end, std::size_t most_points, std::deque<SeenFrame>& frames) {
+  Status read_until(std::size_t end, std::size_t max_points, std::deque<SeenFrame>& frames) {
     std::size_t points = 0;
     for (const SeenFrame& frame : frames) {
       points += frame.points.size();
     }
-    while (!is_over_ && next_row() < end && points < most_points) {
+    while (!is_over_ && next_row() < end && points < max_points) {
       const Result<std::span<const recording::Observation>> seen = reader_.next_frame();
       if (!seen) {
         return Unexpected(seen.error());
@@ -81,7 +81,7 @@ class CameraRefinement {
     std::size_t kept = 1;  // Rows at the beginning of a stretch that stay where they are.
     const std::size_t rows = run_.camera.size();
     while (first < rows) {
-      if (const Status read = reader.read_until(first + kMostRows, kMostObservations, frames); !read) {
+      if (const Status read = reader.read_until(first + kMaxRows, kMaxObservations, frames); !read) {
         return Unexpected(read.error());
       }
       const bool is_last = reader.is_over() || reader.next_row() >= rows;

@@ -18,8 +18,8 @@ struct RefinedCamera {
 
 /// Adjusts stretches of frames one after the other, each beginning within the one before, whose poses it keeps there:
 /// time grows with the recording's length, memory does not. Where few points are seen, the run's own steps hold the
-/// path together. What is not reached before `options.keep_going` ends goes on as the run had it. `progress` is told of
-/// rows that are done. Errors: those of the reader and of the solver.
+/// path together. What is not reached before `options.keep_going` ends goes on as the run had it. `progress` gets the
+/// number of rows that are done. Errors: those of the reader and of the solver.
 [[nodiscard]] Result<RefinedCamera> refine_camera(const recording::Run& run, const AdjustmentOptions& options,
                                                   const std::function<void(std::size_t)>& progress);
 

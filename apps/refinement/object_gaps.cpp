@@ -2,80 +2,91 @@
 
 #include <algorithm>
 
+#include "gap_path.hpp"
+
 namespace kinetrace::batch {
 namespace {
 
-// What brakes and engines usually do; positions at both ends are known to some decimetres.
-constexpr double kAcceleration_mps2 = 3.0;
-constexpr double kPosition_m = 0.3;
-constexpr double kLongest_s = 5.0;
+using recording::ObjectRow;
 
-/// Cubic of positions from one end of a gap to the other, with the velocities there (Hermite).
-struct GapPath {
-  Eigen::Vector3d from_m, to_m, from_mps, to_mps;
-  double time_s = 0.0;
+constexpr double kMaxGap_s = 5.0;
+// Longer ago, the velocity at first says little.
+constexpr double kMaxBirth_s = 1.0;
 
-  [[nodiscard]] Eigen::Vector3d position_m(double s) const {
-    const double s2 = s * s;
-    const double s3 = s2 * s;
-    return (2.0 * s3 - 3.0 * s2 + 1.0) * from_m + (s3 - 2.0 * s2 + s) * time_s * from_mps +
-           (3.0 * s2 - 2.0 * s3) * to_m + (s3 - s2) * time_s * to_mps;
-  }
-  [[nodiscard]] Eigen::Vector3d velocity_mps(double s) const {
-    return 6.0 * (s * s - s) / time_s * (from_m - to_m) + (3.0 * s * s - 4.0 * s + 1.0) * from_mps +
-           (3.0 * s * s - 2.0 * s) * to_mps;
-  }
-  /// The largest on the way, which is at one of the ends: acceleration is linear in between.
-  [[nodiscard]] double acceleration_mps2() const {
-    const Eigen::Vector3d way = 6.0 / (time_s * time_s) * (to_m - from_m);
-    const Eigen::Vector3d at_start = way - (4.0 * from_mps + 2.0 * to_mps) / time_s;
-    const Eigen::Vector3d at_end = (2.0 * from_mps + 4.0 * to_mps) / time_s - way;
-    return std::max(at_start.norm(), at_end.norm());
-  }
-  [[nodiscard]] bool is_possible() const {
-    return time_s <= kLongest_s && acceleration_mps2() <= kAcceleration_mps2 + 6.0 * kPosition_m / (time_s * time_s);
-  }
-};
+/// `known` in another frame, its box's centre at `center_m`.
+ObjectRow moved_row(const ObjectRow& known, const recording::CameraRow& camera, const Eigen::Vector3d& center_m) {
+  ObjectRow row = known;
+  row.frame = camera.frame;
+  row.timestamp_ns = camera.timestamp_ns;
+  row.status = BodyStatus::kPropagated;
+  row.inliers = 0;
+  row.pixel_height = 0;
+  row.mask_px = {};
+  row.T_world_obj.translation += center_m - known.box.center_m;
+  row.box.center_m = center_m;
+  return row;
+}
 
-GapPath path_between(const recording::ObjectRow& from, const recording::ObjectRow& to) {
-  return {from.box.center_m, to.box.center_m, from.velocity_mps, to.velocity_mps,
-          1e-9 * static_cast<double>(to.timestamp_ns - from.timestamp_ns)};
+void fill_between(const recording::Run& run, std::span<const Se3> T_world_cam, const GapPath& path, std::size_t before,
+                  std::size_t after, RefinedObject& object) {
+  const ObjectRow from = object.frames.at(before).row;
+  const ObjectRow to = object.frames.at(after).row;
+  for (std::size_t at = before + 1; at < after; ++at) {
+    const recording::CameraRow& camera = run.camera[at];
+    const double s = 1e-9 * static_cast<double>(camera.timestamp_ns - from.timestamp_ns) / path.time_s;
+    RefinedObjectFrame& filled = object.frames[at];
+    ObjectRow row = moved_row(s < 0.5 ? from : to, camera, path.position_m(s));
+    row.velocity_mps = path.velocity_mps(s);
+    row.pixel_height = filled.row.pixel_height;
+    row.mask_px = filled.row.mask_px;
+    row.T_world_obj.rotation = interpolate(from.T_world_obj, to.T_world_obj, s).rotation;
+    row.T_world_obj.translation =
+        row.box.center_m - row.T_world_obj.rotation * (from.T_world_obj.inverse() * from.box.center_m);
+    filled = {row, row.T_world_obj.inverse() * T_world_cam[at]};
+  }
 }
 
 }  // namespace
 
 void fill_gaps(const recording::Run& run, std::span<const Se3> T_world_cam, RefinedObject& object) {
-  const std::map<std::size_t, RefinedObjectFrame> frames = object.frames;
-  auto before = frames.end();
-  for (auto frame = frames.begin(); frame != frames.end(); ++frame) {
-    if (frame->second.row.status == BodyStatus::kLost) {
-      continue;
+  std::vector<std::size_t> known;
+  for (const auto& [row, frame] : object.frames) {
+    if (frame.row.status != BodyStatus::kLost) {
+      known.push_back(row);
     }
-    const recording::ObjectRow& to = frame->second.row;
-    const std::size_t rows = before == frames.end() ? 1 : frame->first - before->first;
-    const GapPath path = rows > 1 ? path_between(before->second.row, to) : GapPath{};
-    for (std::size_t k = 1; rows > 1 && path.is_possible() && k < rows; ++k) {
-      const recording::ObjectRow& from = before->second.row;
-      const std::size_t at = before->first + k;
-      const recording::CameraRow& camera = run.camera[at];
-      const double s = 1e-9 * static_cast<double>(camera.timestamp_ns - from.timestamp_ns) / path.time_s;
-      RefinedObjectFrame& filled = object.frames[at];
-      const int pixel_height = filled.row.pixel_height;
-      const PixelBox mask_px = filled.row.mask_px;
-      filled.row = s < 0.5 ? from : to;
-      filled.row.frame = camera.frame;
-      filled.row.timestamp_ns = camera.timestamp_ns;
-      filled.row.status = BodyStatus::kPropagated;
-      filled.row.pixel_height = pixel_height;
-      filled.row.mask_px = mask_px;
-      filled.row.inliers = 0;
-      const Eigen::Vector3d moved_m = path.position_m(s) - filled.row.box.center_m;
-      filled.row.box.center_m += moved_m;
-      filled.row.T_world_obj.translation += moved_m;
-      filled.row.velocity_mps = path.velocity_mps(s);
-      filled.T_obj_cam = filled.row.T_world_obj.inverse() * T_world_cam[at];
+  }
+  for (std::size_t i = 1; i < known.size(); ++i) {
+    const GapPath path = GapPath::between(object.frames.at(known[i - 1]).row, object.frames.at(known[i]).row);
+    if (known[i] - known[i - 1] > 1 && path.is_possible(kMaxGap_s)) {
+      fill_between(run, T_world_cam, path, known[i - 1], known[i], object);
     }
-    before = frame;
+  }
+}
+
+void fill_birth(const recording::Run& run, std::span<const Se3> T_world_cam,
+                const std::map<std::size_t, PixelBox>& masks_px, RefinedObject& object) {
+  if (object.frames.empty() || object.frames.begin()->second.row.status == BodyStatus::kLost) {
+    return;
+  }
+  const std::size_t first_row = object.frames.begin()->first;
+  const ObjectRow first = object.frames.begin()->second.row;
+  for (std::size_t at = first_row; at-- > 0;) {
+    const auto mask = masks_px.find(at);
+    const double before_s = 1e-9 * static_cast<double>(first.timestamp_ns - run.camera[at].timestamp_ns);
+    if (mask == masks_px.end() || before_s > kMaxBirth_s) {
+      return;
+    }
+    const Eigen::Vector3d center_m = first.box.center_m - before_s * first.velocity_mps;
+    const Eigen::Vector3d center_cam_m = T_world_cam[at].inverse() * center_m;
+    const Eigen::Vector3d px = run.rectified.project(center_cam_m);
+    const PixelBox& box = mask->second;
+    if (center_cam_m.z() <= 0.0 || px.x() < box.x0 || px.x() > box.x1 || px.y() < box.y0 || px.y() > box.y1) {
+      return;
+    }
+    ObjectRow row = moved_row(first, run.camera[at], center_m);
+    row.mask_px = box;
+    row.pixel_height = box.height();
+    object.frames[at] = {row, row.T_world_obj.inverse() * T_world_cam[at]};
   }
 }
 

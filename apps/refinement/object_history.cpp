@@ -2,6 +2,7 @@
 
 #include <unordered_map>
 
+#include "kinetrace/recording/mask_frames.hpp"
 #include "kinetrace/recording/observations.hpp"
 
 namespace kinetrace::batch {
@@ -39,6 +40,24 @@ Result<std::map<std::uint32_t, ObjectHistory>> object_histories(const recording:
       }
     }
   }
+}
+
+Result<std::map<std::uint32_t, std::map<std::size_t, PixelBox>>> object_masks(const recording::Run& run) {
+  Result<recording::MaskFrames> frames = recording::MaskFrames::open(run);
+  if (!frames) {
+    return Unexpected(frames.error());
+  }
+  std::map<std::uint32_t, std::map<std::size_t, PixelBox>> masks_px;
+  for (std::size_t row = 0; row < run.camera.size(); ++row) {
+    const Result<recording::MaskFrame> frame = frames->at(run.camera[row].frame);
+    if (!frame) {
+      return Unexpected(frame.error());
+    }
+    for (const recording::FrameMask& mask : frame->masks) {
+      masks_px[mask.track_id].emplace(row, mask.box_px);
+    }
+  }
+  return masks_px;
 }
 
 }  // namespace kinetrace::batch

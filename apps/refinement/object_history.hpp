@@ -21,4 +21,7 @@ struct ObjectHistory {
 /// By track. Errors: those of ObservationReader.
 [[nodiscard]] Result<std::map<std::uint32_t, ObjectHistory>> object_histories(const recording::Run& run);
 
+/// Boxes of the masks of each track, by row of Run::camera. Errors: those of MaskFrames.
+[[nodiscard]] Result<std::map<std::uint32_t, std::map<std::size_t, PixelBox>>> object_masks(const recording::Run& run);
+
 }  // namespace kinetrace::batch

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "object_gaps.hpp"
 #include "object_rows.hpp"
 
 namespace kinetrace::batch {
@@ -20,8 +19,10 @@ constexpr double kRestTurn_radps = 0.01;
 // Positions by stereo alone are not known better than this from frame to frame.
 constexpr double kPositionFloor_m = 0.02;
 constexpr double kRotationFloor_rad = 0.02;
+// Positions by stereo alone come from a filter: their errors last for some frames, and count as one.
+constexpr double kCorrelatedFrames = 8.0;
 // Fewer points than this do not hold a pose.
-constexpr std::size_t kFewestPoints = 8;
+constexpr std::size_t kMinPoints = 8;
 
 Vector6d of_turn_and_way(double turn, double way) {
   Vector6d both;
@@ -87,7 +88,7 @@ class PieceRefinement {
 
   void state_problem() {
     problem_.geometry = run_.rectified;
-    std::size_t most_points = 0;
+    std::size_t max_points = 0;
     for (std::size_t k = 0; k < piece_.size(); ++k) {
       const recording::CameraRow& camera = run_.camera[piece_.first + k];
       problem_.T_body_cam.push_back(row(k).T_world_obj.inverse() * camera.T_world_cam);
@@ -95,8 +96,8 @@ class PieceRefinement {
       at_rest_.push_back(k > 0 && !row(k).moving && !row(k - 1).moving ? 1 : 0);
       const auto seen = history_.seen.find(piece_.first + k);
       const std::size_t points = seen == history_.seen.end() ? 0 : seen->second.size();
-      if (points > most_points && points >= kFewestPoints) {
-        most_points = points;
+      if (points > max_points && points >= kMinPoints) {
+        max_points = points;
         problem_.fixed_frames = {static_cast<std::uint32_t>(k)};
       }
       for (std::size_t i = 0; i < points; ++i) {
@@ -116,7 +117,7 @@ class PieceRefinement {
 
   void add_measurement(std::size_t k) {
     const Vector6d floor = of_turn_and_way(kRotationFloor_rad, kPositionFloor_m);
-    const Vector6d variances = row(k).variances + floor.cwiseAbs2();
+    const Vector6d variances = kCorrelatedFrames * (row(k).variances + floor.cwiseAbs2());
     problem_.measured_poses.push_back({static_cast<std::uint32_t>(k),
                                        T_world_cam_[k] * problem_.T_body_cam[k].inverse(),
                                        variances.cwiseSqrt().cwiseInverse()});
@@ -157,7 +158,6 @@ Result<RefinedObject> refine_object(const recording::Run& run, std::span<const S
   carry_lost_rows(run, T_world_cam, history, object);
   place_boxes(history, object);
   set_velocities(object);
-  fill_gaps(run, T_world_cam, object);
   return object;
 }
 

@@ -22,8 +22,8 @@ struct RefinedObject {
   std::vector<RefinedPoint> points;                  ///< Object frame; `last_frame` is a row of Run::camera.
 };
 
-/// Adjusts the object's points with all of its poses under the motion that things usually have, where it was followed
-/// without a gap; then fills gaps whose two ends agree. `T_world_cam` is the camera's refined path. What was not
+/// Adjusts the object's points with all of its poses under the motion that things usually have, wherever it was
+/// followed without a gap. `T_world_cam` is the camera's refined path. What was not
 /// refined moves with the camera.
 /// Errors: those of the solver.
 [[nodiscard]] Result<RefinedObject> refine_object(const recording::Run& run, std::span<const Se3> T_world_cam,

@@ -72,23 +72,28 @@ void place_boxes(const ObjectHistory& history, RefinedObject& object) {
 }
 
 void set_velocities(RefinedObject& object) {
-  for (auto frame = object.frames.begin(); frame != object.frames.end(); ++frame) {
-    const auto is_beside = [&](auto other, std::size_t row) {
-      return other != object.frames.end() && other->first == row && other->second.row.status != BodyStatus::kLost;
-    };
-    auto before = frame == object.frames.begin() ? object.frames.end() : std::prev(frame);
-    auto after = std::next(frame);
-    before = is_beside(before, frame->first - 1) ? before : frame;
-    after = is_beside(after, frame->first + 1) ? after : frame;
-    ObjectRow& row = frame->second.row;
+  // As many frames before as after: an even turn or acceleration then leaves no error.
+  constexpr std::size_t kReach = 3;
+  const auto is_known = [&](std::size_t row) {
+    const auto frame = object.frames.find(row);
+    return frame != object.frames.end() && frame->second.row.status != BodyStatus::kLost;
+  };
+  for (auto& [at, frame] : object.frames) {
+    ObjectRow& row = frame.row;
+    std::size_t reach = 0;
+    while (reach < kReach && at > reach && is_known(at - reach - 1) && is_known(at + reach + 1)) {
+      ++reach;
+    }
+    const std::size_t before = at > 0 && reach == 0 && is_known(at - 1) ? at - 1 : at - reach;
+    const std::size_t after = reach == 0 && before == at && is_known(at + 1) ? at + 1 : at + reach;
     if (before == after || row.status == BodyStatus::kLost) {
       continue;
     }
-    const Se3& T_world_obj = row.T_world_obj;
-    const Eigen::Vector3d center_obj_m = T_world_obj.inverse() * row.box.center_m;
-    const Eigen::Vector3d way_m =
-        after->second.row.T_world_obj * center_obj_m - before->second.row.T_world_obj * center_obj_m;
-    const double time_s = 1e-9 * static_cast<double>(after->second.row.timestamp_ns - before->second.row.timestamp_ns);
+    const Eigen::Vector3d center_obj_m = row.T_world_obj.inverse() * row.box.center_m;
+    const ObjectRow& from = object.frames.at(before).row;
+    const ObjectRow& to = object.frames.at(after).row;
+    const Eigen::Vector3d way_m = to.T_world_obj * center_obj_m - from.T_world_obj * center_obj_m;
+    const double time_s = 1e-9 * static_cast<double>(to.timestamp_ns - from.timestamp_ns);
     const bool has_velocity = row.moving || row.status == BodyStatus::kTracked;
     row.velocity_mps = has_velocity ? Eigen::Vector3d(way_m / time_s) : Eigen::Vector3d::Zero();
     // Of a motion towards nowhere, the box tells the direction.

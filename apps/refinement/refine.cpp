@@ -8,7 +8,9 @@
 #include "camera_refinement.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/messages.hpp"
+#include "object_gaps.hpp"
 #include "object_history.hpp"
+#include "object_joining.hpp"
 #include "object_refinement.hpp"
 #include "refine_progress.hpp"
 #include "refined_run.hpp"
@@ -25,7 +27,8 @@ using app::RefineOptions;
 
 Outcome<recording::Run> read(const RefineOptions& options) {
   std::error_code error;
-  if (fs::equivalent(options.run, options.out, error)) {
+  if (fs::equivalent(options.run, options.out, error) ||
+      fs::weakly_canonical(options.run, error) == fs::weakly_canonical(options.out, error)) {
     return Unexpected(Failure{ExitCode::kUsage,
                               options.out.string() + ": is the run itself; name another folder for the refined one"});
   }
@@ -39,6 +42,25 @@ Outcome<recording::Run> read(const RefineOptions& options) {
                                                       "folder of another run"});
   }
   return std::move(*run);
+}
+
+/// Joins what was cut, and fills what is missing of each object's life.
+Status complete_lives(const recording::Run& run, RefinedRun& refined) {
+  const std::vector<Se3>& T_world_cam = refined.camera.T_world_cam;
+  const auto masks_px = object_masks(run);
+  if (!masks_px) {
+    return Unexpected(masks_px.error());
+  }
+  for (auto& [track_id, object] : refined.objects) {
+    if (const auto masks = masks_px->find(track_id); masks != masks_px->end()) {
+      fill_birth(run, T_world_cam, masks->second, object);
+    }
+  }
+  refined.goes_on_as = join_tracks(refined.objects);
+  for (auto& [track_id, object] : refined.objects) {
+    fill_gaps(run, T_world_cam, object);
+  }
+  return {};
 }
 
 Result<RefinedRun> refine(const recording::Run& run, RefineProgress& progress) {
@@ -63,6 +85,11 @@ Result<RefinedRun> refine(const recording::Run& run, RefineProgress& progress) {
     refined.objects.emplace(track_id, std::move(*object));
     rows_done += history.rows.size();
     progress.objects(rows_done);
+  }
+  if (app::interrupted_by() == 0) {
+    if (const Status completed = complete_lives(run, refined); !completed) {
+      return Unexpected(completed.error());
+    }
   }
   return refined;
 }

@@ -63,7 +63,13 @@ class Writer {
       : run_(run), refined_(refined), summary_(std::move(summary)), names_(image_names(run)) {
     leaving_.emplace(0, LeavingPoints(refined.camera.points, point_intensities(run, 0)));
     for (const auto& [track_id, object] : refined.objects) {
-      leaving_.emplace(track_id, LeavingPoints(object.points, point_intensities(run, track_id)));
+      std::map<std::uint32_t, std::uint8_t> intensities = point_intensities(run, track_id);
+      for (const auto& [joined, into] : refined.goes_on_as) {
+        if (into == track_id) {
+          intensities.merge(point_intensities(run, joined));
+        }
+      }
+      leaving_.emplace(track_id, LeavingPoints(object.points, intensities));
       for (const auto& [row, frame] : object.frames) {
         objects_[row].push_back(&frame);
       }
@@ -130,7 +136,7 @@ class Writer {
       pending_.clear();
       for (const recording::Observation& each : *next) {
         next_frame_ = each.frame;
-        pending_[each.track_id].push_back({each.point_id, each.u_left_px, each.v_px, each.u_right_px});
+        pending_[name_of(each.track_id)].push_back({each.point_id, each.u_left_px, each.v_px, each.u_right_px});
       }
     }
     return {};
@@ -144,7 +150,10 @@ class Writer {
     }
     std::vector<Track> tracks;
     for (const recording::FrameMask& mask : painted->masks) {
-      tracks.push_back({.id = mask.track_id,
+      // A joined track may still have been looked for where its later part was found: that part's mask counts.
+      const std::uint32_t track_id = name_of(mask.track_id);
+      std::erase_if(tracks, [&](const Track& track) { return track.id == track_id; });
+      tracks.push_back({.id = track_id,
                         .slot = static_cast<std::uint8_t>(mask.label - 1),
                         .class_id = mask.class_id,
                         .state = TrackState::kConfirmed,
@@ -170,6 +179,11 @@ class Writer {
     result.left_labels = painted->labels;
     result.pair.name = name == names_.end() ? std::string_view() : std::string_view(name->second);
     return recorder.record(result);
+  }
+
+  [[nodiscard]] std::uint32_t name_of(std::uint32_t track_id) const {
+    const auto joined = refined_.goes_on_as.find(track_id);
+    return joined == refined_.goes_on_as.end() ? track_id : joined->second;
   }
 
   /// The run's COLMAP model names the frames in which its camera was tracked; without one, all were.

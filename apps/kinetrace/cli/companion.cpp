@@ -40,6 +40,15 @@ void append_given(const CLI::App& command, std::vector<std::string>& arguments) 
 
 }  // namespace
 
+Status check(const Companion& companion) {
+  const std::filesystem::path program = program_folder() / companion.program;
+  if (::access(program.c_str(), X_OK) == 0) {
+    return {};
+  }
+  return fail(ErrorCode::kNotFound, program.string() + ": " + std::strerror(errno) + "; " + companion.doing +
+                                        " needs the package " + companion.package);
+}
+
 int become(const Companion& companion, std::vector<std::string> arguments) {
   const std::filesystem::path program = program_folder() / companion.program;
   arguments.insert(arguments.begin(), program.string());
@@ -50,8 +59,10 @@ int become(const Companion& companion, std::vector<std::string> arguments) {
   pointers.push_back(nullptr);
   std::fflush(nullptr);
   ::execv(program.c_str(), pointers.data());
-  return report({ExitCode::kNoInput, program.string() + ": " + std::strerror(errno) + "; " + companion.doing +
-                                         " needs the package " + companion.package});
+  const int why = errno;
+  const Status missing = check(companion);
+  return report(missing ? Failure{ExitCode::kNoInput, program.string() + ": " + std::strerror(why)}
+                        : to_failure(missing.error()));
 }
 
 Action pass_on(CLI::App& command, std::shared_ptr<void> options, const Companion& companion) {

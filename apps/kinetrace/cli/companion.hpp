@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cli/commands.hpp"
+#include "kinetrace/core/result.hpp"
 
 namespace kinetrace::app {
 
@@ -15,6 +16,8 @@ struct Companion {
   const char* doing;    ///< "calibrating": what needs it.
 };
 
+/// An error if the program is not there.
+[[nodiscard]] Status check(const Companion& companion);
 /// Becomes that program, with these arguments. Returns only if it cannot be started: the exit code, reported.
 int become(const Companion& companion, std::vector<std::string> arguments);
 

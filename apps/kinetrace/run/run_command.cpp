@@ -57,6 +57,9 @@ int run_and_refine(const RunOptions& options) {
   if (options.refine.empty()) {
     return run_command(options);
   }
+  if (const Status there = check(kRefineCompanion); !there) {
+    return report(to_failure(there.error()));
+  }
   RunOptions online = options;
   online.out = (options.out.has_filename() ? options.out : options.out.parent_path()).string() + ".online";
   if (const int failed = run_command(online); failed != 0) {

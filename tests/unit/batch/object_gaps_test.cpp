@@ -61,5 +61,35 @@ TEST_F(ObjectGaps, StayWhereNothingCanHaveGoneThatWay) {
   }
 }
 
+class ObjectBirth : public ObjectGaps {
+ protected:
+  static constexpr std::size_t kFirst = 8;
+  ObjectBirth() {
+    run_.rectified = {721.0, 721.0, 610.0, 173.0, 0.54, 1242, 375};
+    drive(0.0);
+    object_.frames.erase(object_.frames.begin(), object_.frames.find(kFirst));
+  }
+  /// A mask around the object as it was in a row, `aside_px` to the side.
+  [[nodiscard]] PixelBox mask_px(std::size_t row, int aside_px = 0) const {
+    const Eigen::Vector3d px = run_.rectified.project({0.1 * kSpeed_mps * static_cast<double>(row) + 0.5, 0.0, 20.0});
+    const int u = static_cast<int>(px.x()) + aside_px;
+    return {u - 20, 150, u + 20, 200};
+  }
+};
+
+TEST_F(ObjectBirth, IsCarriedBackToWhereItsMaskWasSeenFirst) {
+  fill_birth(run_, T_world_cam_, {{7, mask_px(7)}, {6, mask_px(6)}, {4, mask_px(4)}}, object_);
+  EXPECT_EQ(object_.frames.begin()->first, 6U);
+  const recording::ObjectRow& row = object_.frames.at(6).row;
+  EXPECT_EQ(row.status, BodyStatus::kPropagated);
+  EXPECT_NEAR(row.box.center_m.x(), 0.1 * kSpeed_mps * 6.0 + 0.5, 1e-9);
+  EXPECT_EQ(row.pixel_height, 50);
+}
+
+TEST_F(ObjectBirth, EndsWhereTheMaskIsElsewhere) {
+  fill_birth(run_, T_world_cam_, {{7, mask_px(7)}, {6, mask_px(6, 60)}}, object_);
+  EXPECT_EQ(object_.frames.begin()->first, 7U);
+}
+
 }  // namespace
 }  // namespace kinetrace::batch

@@ -14,7 +14,6 @@
 namespace kinetrace::batch {
 namespace {
 
-using recording::Run;
 using recording::SyntheticRun;
 
 constexpr int kFrames = 40;
@@ -30,12 +29,14 @@ class RunRefinement : public ::testing::Test {
     config.objects = {{.track_id = 3, .first_frame = 5, .points = 12}};
     config.name_prefix = "image_";
     ASSERT_TRUE(SyntheticRun(config).play(*fixture.recorder));
-    ASSERT_TRUE(fixture.recorder->finish({.frames = kFrames}));
+    recording::RunSummary summary;
+    summary.frames = kFrames;
+    ASSERT_TRUE(fixture.recorder->finish(summary));
   }
 
   /// The run, with a path that drifts from the truth and trembles.
-  [[nodiscard]] Run disturbed() const {
-    Result<Run> run = recording::read_run(folder_.path() / "run");
+  [[nodiscard]] recording::Run disturbed() const {
+    Result<recording::Run> run = recording::read_run(folder_.path() / "run");
     EXPECT_TRUE(run) << run.error().message;
     for (recording::CameraRow& row : run->camera) {
       row.T_world_cam = row.T_world_cam * error(row.frame);
@@ -65,7 +66,7 @@ class RunRefinement : public ::testing::Test {
 };
 
 TEST_F(RunRefinement, FindsTheCamerasPath) {
-  const Run run = disturbed();
+  const recording::Run run = disturbed();
   std::size_t rows_done = 0;
   const auto camera = refine_camera(run, kOptions, [&](std::size_t rows) { rows_done = rows; });
   ASSERT_TRUE(camera) << camera.error().message;
@@ -80,7 +81,7 @@ TEST_F(RunRefinement, FindsTheCamerasPath) {
 }
 
 TEST_F(RunRefinement, LeavesThePathAsItWasWhereItIsStopped) {
-  const Run run = disturbed();
+  const recording::Run run = disturbed();
   AdjustmentOptions stopped = kOptions;
   stopped.keep_going = [] { return false; };
   const auto camera = refine_camera(run, stopped, [](std::size_t) {});
@@ -89,7 +90,7 @@ TEST_F(RunRefinement, LeavesThePathAsItWasWhereItIsStopped) {
 }
 
 TEST_F(RunRefinement, FindsAnObjectsPath) {
-  const Run run = disturbed();
+  const recording::Run run = disturbed();
   const auto histories = object_histories(run);
   ASSERT_TRUE(histories) << histories.error().message;
   std::vector<Se3> T_world_cam;
@@ -110,7 +111,7 @@ TEST_F(RunRefinement, FindsAnObjectsPath) {
 }
 
 TEST_F(RunRefinement, IsWrittenAsARunThatCanBeReadAndRefinedAgain) {
-  const Run run = disturbed();
+  const recording::Run run = disturbed();
   RefinedRun refined;
   auto camera = refine_camera(run, kOptions, [](std::size_t) {});
   ASSERT_TRUE(camera);

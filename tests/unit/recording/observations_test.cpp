@@ -23,10 +23,12 @@ class Observations : public ::testing::Test {
     config.frames = kFrames;
     config.objects = {{.track_id = 3}};
     ASSERT_TRUE(SyntheticRun(config).play(*fixture.recorder));
-    ASSERT_TRUE(fixture.recorder->finish({}));
+    RunSummary summary;
+    summary.frames = kFrames;
+    ASSERT_TRUE(fixture.recorder->finish(summary));
   }
-  [[nodiscard]] Run run() const {
-    Result<Run> run = read_run(folder_.path() / "run");
+  [[nodiscard]] recording::Run run() const {
+    Result<recording::Run> run = read_run(folder_.path() / "run");
     EXPECT_TRUE(run) << run.error().message;
     return *run;
   }
@@ -36,7 +38,7 @@ class Observations : public ::testing::Test {
 };
 
 TEST_F(Observations, AreThoseOfTheFramesInOrder) {
-  const Run finished = run();
+  const recording::Run finished = run();
   Result<ObservationReader> reader = ObservationReader::open(finished);
   ASSERT_TRUE(reader) << reader.error().message;
   const StereoGeometry geometry = SyntheticRun::geometry();
@@ -60,7 +62,7 @@ TEST_F(Observations, AreThoseOfTheFramesInOrder) {
 }
 
 TEST_F(Observations, OfAFinishedRunAreRefusedIfOneIsMissing) {
-  const Run finished = run();
+  const recording::Run finished = run();
   std::filesystem::resize_file(file(), std::filesystem::file_size(file()) - sizeof(Observation));
   const auto reader = ObservationReader::open(finished);
   ASSERT_FALSE(reader);
@@ -69,7 +71,7 @@ TEST_F(Observations, OfAFinishedRunAreRefusedIfOneIsMissing) {
 }
 
 TEST_F(Observations, OfAKilledRunAreReadAsFarAsTheyGo) {
-  Run killed = run();
+  recording::Run killed = run();
   killed.is_finished = false;
   std::filesystem::resize_file(file(), sizeof(Observation) * 5 + 7);
   Result<ObservationReader> reader = ObservationReader::open(killed);
@@ -81,7 +83,7 @@ TEST_F(Observations, OfAKilledRunAreReadAsFarAsTheyGo) {
 }
 
 TEST_F(Observations, OfAnotherFileAreRefused) {
-  const Run finished = run();
+  const recording::Run finished = run();
   std::filesystem::copy_file(folder_.path() / "run" / "objects.csv", file(),
                              std::filesystem::copy_options::overwrite_existing);
   const auto reader = ObservationReader::open(finished);
@@ -90,7 +92,7 @@ TEST_F(Observations, OfAnotherFileAreRefused) {
 }
 
 TEST_F(Observations, OfARunWithoutThemAreMissedWithTheKeyThatKeepsThem) {
-  const Run finished = run();
+  const recording::Run finished = run();
   std::filesystem::remove(file());
   const auto reader = ObservationReader::open(finished);
   ASSERT_FALSE(reader);
