@@ -116,7 +116,9 @@ TEST_F(RunRefinement, IsWrittenAsARunThatCanBeReadAndRefinedAgain) {
   auto camera = refine_camera(run, kOptions, [](std::size_t) {});
   ASSERT_TRUE(camera);
   refined.camera = std::move(*camera);
-  for (const auto& [track_id, history] : *object_histories(run)) {
+  const auto histories = object_histories(run);
+  ASSERT_TRUE(histories) << histories.error().message;
+  for (const auto& [track_id, history] : *histories) {
     refined.objects.emplace(track_id, *refine_object(run, refined.camera.T_world_cam, history, kOptions));
   }
   const Status written = write_refined_run(run, refined, folder_.path() / "refined", {}, [](std::size_t) {});
