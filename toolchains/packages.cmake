@@ -18,6 +18,9 @@ endif()
 if(TARGET kinetrace-map)
   list(APPEND programs kinetrace-map)
 endif()
+if(TARGET kinetrace-refine)
+  list(APPEND programs kinetrace-refinement)
+endif()
 if(TARGET kinetrace-simulate)
   list(APPEND programs kinetrace-simulator)
 endif()
@@ -97,7 +100,7 @@ file(STRINGS toolchains/packages-build.txt eigen REGEX eigen)
 string(APPEND CPACK_DEBIAN_LIBKINETRACE-DEV_PACKAGE_DEPENDS ", ${eigen}")
 kinetrace_package(kinetrace video "3-D trajectories from stereo images: programs"
   "${what}\nThis is the command line program, with a systemd unit and\nexamples of configurations.")
-set(CPACK_DEBIAN_KINETRACE_PACKAGE_SUGGESTS "kinetrace-calibration, kinetrace-libcamera, kinetrace-map, kinetrace-networks, kinetrace-simulator")
+set(CPACK_DEBIAN_KINETRACE_PACKAGE_SUGGESTS "kinetrace-calibration, kinetrace-libcamera, kinetrace-map, kinetrace-networks, kinetrace-refinement, kinetrace-simulator")
 kinetrace_package(kinetrace-libcamera video "3-D trajectories from stereo images: cameras through libcamera"
   "${what}\nThis plugin opens cameras through libcamera, in the release that it was\nbuilt for." kinetrace)
 kinetrace_package(kinetrace-networks video "3-D trajectories from stereo images: neural networks"
@@ -106,6 +109,8 @@ kinetrace_package(kinetrace-calibration video "3-D trajectories from stereo imag
   "${what}\nThis program calibrates stereo rigs from images of a target." kinetrace)
 kinetrace_package(kinetrace-map video "3-D trajectories from stereo images: maps"
   "${what}\nThis program aligns them with a GNSS receiver's log and writes them for maps." kinetrace)
+kinetrace_package(kinetrace-refinement video "3-D trajectories from stereo images: batch refinement"
+  "${what}\nThis program refines whole recordings after a run." kinetrace)
 kinetrace_package(kinetrace-simulator video "3-D trajectories from stereo images: simulator"
   "${what}\nThis program renders stereo recordings with exact truth.")
 include(CPack)
@@ -116,6 +121,6 @@ add_custom_target(kinetrace_packages
   COMMAND ${CMAKE_COMMAND} -E env CMAKE_PROGRAM_PATH=${package_tools} ${CMAKE_CPACK_COMMAND} --config ${PROJECT_BINARY_DIR}/CPackConfig.cmake
   DEPENDS kinetrace kinetrace_reference kinetrace_sbom shared_pipeline shared_hal shared_neural $<TARGET_NAME_IF_EXISTS:shared_publishing>
     $<TARGET_NAME_IF_EXISTS:kinetrace_libcamera_plugin> $<TARGET_NAME_IF_EXISTS:kinetrace_opencv_dnn> $<TARGET_NAME_IF_EXISTS:kinetrace-calibrate>
-    $<TARGET_NAME_IF_EXISTS:kinetrace-map>
+    $<TARGET_NAME_IF_EXISTS:kinetrace-map> $<TARGET_NAME_IF_EXISTS:kinetrace-refine>
     $<TARGET_NAME_IF_EXISTS:kinetrace-simulate_reference>
   VERBATIM USES_TERMINAL COMMENT "Making packages")

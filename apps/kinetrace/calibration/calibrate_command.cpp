@@ -1,4 +1,6 @@
 // Starts the program that calibrates: a board that only runs does not carry what estimation takes.
+#include <memory>
+
 #include <CLI/CLI.hpp>
 
 #include "calibration/calibrate_options.hpp"
@@ -10,8 +12,7 @@ namespace kinetrace::app {
 Action add_calibrate(CLI::App& command) {
   const auto options = std::make_shared<CalibrateOptions>();
   add_calibrate_options(command, *options);
-  const Action action = become_companion(command, {kCalibrateProgram, kCalibratePackage, "calibrating"});
-  return [options, action] { return action(); };
+  return pass_on(command, options, {kCalibrateProgram, kCalibratePackage, "calibrating"});
 }
 
 }  // namespace kinetrace::app

@@ -23,6 +23,8 @@ constexpr std::array kCommands{
     Command{"record", "Records a camera's synchronised raw images, without processing", add_record},
     Command{"calibrate", "Calibrates both cameras from images of a chessboard, a ChArUco board or a grid of AprilTags",
             add_calibrate},
+    Command{"refine", "Refines a run as a whole: camera and objects from all that was seen, before and after",
+            add_refine},
     Command{"doctor", "Checks cameras, timing, calibration, memory and DDS; says what to do about each failure",
             add_doctor},
     Command{"bench", "Times every stage on a recording, alone or against an earlier version; writes no run folder",

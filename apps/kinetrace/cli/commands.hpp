@@ -31,6 +31,8 @@ template <typename Options>
 [[nodiscard]] Action add_record(CLI::App& command);
 /// Calibrates from images of a target, by a program of its own.
 [[nodiscard]] Action add_calibrate(CLI::App& command);
+/// Refines a whole run, by a program of its own.
+[[nodiscard]] Action add_refine(CLI::App& command);
 /// Looks for what is wrong with cameras, calibration and memory.
 [[nodiscard]] Action add_doctor(CLI::App& command);
 /// Times the stages on a recording.

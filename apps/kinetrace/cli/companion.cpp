@@ -1,10 +1,11 @@
 #include "cli/companion.hpp"
 
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <string>
 #include <unistd.h>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -37,7 +38,18 @@ void append_given(const CLI::App& command, std::vector<std::string>& arguments) 
   }
 }
 
-int start(const Companion& companion, std::vector<std::string> arguments) {
+}  // namespace
+
+Status check(const Companion& companion) {
+  const std::filesystem::path program = program_folder() / companion.program;
+  if (::access(program.c_str(), X_OK) == 0) {
+    return {};
+  }
+  return fail(ErrorCode::kNotFound, program.string() + ": " + std::strerror(errno) + "; " + companion.doing +
+                                        " needs the package " + companion.package);
+}
+
+int become(const Companion& companion, std::vector<std::string> arguments) {
   const std::filesystem::path program = program_folder() / companion.program;
   arguments.insert(arguments.begin(), program.string());
   std::vector<char*> pointers;
@@ -45,17 +57,18 @@ int start(const Companion& companion, std::vector<std::string> arguments) {
     pointers.push_back(argument.data());
   }
   pointers.push_back(nullptr);
+  std::fflush(nullptr);
   ::execv(program.c_str(), pointers.data());
-  return report({ExitCode::kNoInput, program.string() + ": " + std::strerror(errno) + "; " + companion.purpose +
-                                         " needs the package " + companion.package});
+  const int why = errno;
+  const Status missing = check(companion);
+  return report(missing ? Failure{ExitCode::kNoInput, program.string() + ": " + std::strerror(why)}
+                        : to_failure(missing.error()));
 }
 
-}  // namespace
-
-Action become_companion(CLI::App& command, const Companion& companion) {
+Action pass_on(CLI::App& command, std::shared_ptr<void> options, const Companion& companion) {
   const auto arguments = std::make_shared<std::vector<std::string>>();
-  command.callback([&command, arguments] { append_given(command, *arguments); });
-  return [arguments, companion] { return start(companion, *arguments); };
+  command.callback([&command, options = std::move(options), arguments] { append_given(command, *arguments); });
+  return [arguments, companion] { return become(companion, *arguments); };
 }
 
 }  // namespace kinetrace::app

@@ -16,6 +16,7 @@ namespace kinetrace::app {
 /// What goes into the run folder; see RecordingConfig.
 struct OutputConfig {
   bool mots = true;
+  bool observations = true;
   bool points = true;
   bool colmap = true;
 };
@@ -48,6 +49,8 @@ void visit_fields(AppConfig& config, Visitor&& visit) {
   visit("rectification.keep_borders", config.rectification.keep_borders,
         "0 cuts away pixels without image data, 1 keeps every source pixel; where the calibration leaves the choice");
   visit("output.mots", config.output.mots, "write mots.txt: the tracked masks");
+  visit("output.observations", config.output.observations,
+        "write observations.bin, which `kinetrace refine` needs: 24 bytes a point and frame");
   visit("output.points", config.output.points, "write points/: coloured point clouds");
   visit("output.colmap", config.output.colmap, "write colmap/: one COLMAP model per body");
   visit_fields(config.input, visit);

@@ -20,6 +20,7 @@ using evaluation::Evaluation;
 
 struct EvaluateOptions {
   std::filesystem::path run;
+  std::filesystem::path against;  ///< Another run, to be compared with; empty: none.
   std::filesystem::path truth;
   std::string truth_format;            ///< Empty: by what is there.
   std::filesystem::path truth_camera;  ///< Poses for truth that has none; empty: none.
@@ -113,8 +114,8 @@ std::optional<evaluation::Association> wanted_association(const std::string& nam
   return std::nullopt;
 }
 
-Result<Evaluation> evaluate(const EvaluateOptions& options) {
-  const Result<recording::Run> run = recording::read_run(options.run);
+Result<Evaluation> evaluate(const EvaluateOptions& options, const fs::path& folder) {
+  const Result<recording::Run> run = recording::read_run(folder);
   if (!run) {
     return Unexpected(run.error());
   }
@@ -134,7 +135,7 @@ Result<Evaluation> evaluate(const EvaluateOptions& options) {
   Evaluation evaluation;
   evaluation.notes = run->notes;
   evaluation.notes.insert(evaluation.notes.end(), input->notes.begin(), input->notes.end());
-  evaluation.run = options.run.string();
+  evaluation.run = folder.string();
   evaluation.truth = options.truth.string();
   evaluation.truth_format = to_string(truth->format);
   evaluation.camera = evaluation::evaluate_camera(input->camera);
@@ -165,24 +166,42 @@ int check_conditions(const std::vector<evaluation::Condition>& conditions, const
   return code;
 }
 
+/// Evaluates a run, and leaves the result in its folder.
+Result<Evaluation> measure(const EvaluateOptions& options, const fs::path& folder) {
+  Result<Evaluation> evaluation = evaluate(options, folder);
+  if (!evaluation) {
+    return evaluation;
+  }
+  for (const std::string& note : evaluation->notes) {
+    print_warning(note);
+  }
+  if (const Status written = replace_file(folder / "evaluation.json", evaluation::evaluation_json(*evaluation));
+      !written) {
+    return Unexpected(written.error());
+  }
+  return evaluation;
+}
+
 int evaluate_command(const EvaluateOptions& options) {
   const Result<std::vector<evaluation::Condition>> conditions = parse_conditions(options.fail_if);
   if (!conditions) {
     return report(to_failure(conditions.error()));
   }
-  const Result<Evaluation> evaluation = evaluate(options);
+  const Result<Evaluation> evaluation = measure(options, options.run);
   if (!evaluation) {
     return report(to_failure(evaluation.error()));
   }
-  for (const std::string& note : evaluation->notes) {
-    print_warning(note);
-  }
   const std::string json = evaluation::evaluation_json(*evaluation);
-  if (!options.quiet) {
-    std::fputs(options.json ? json.c_str() : evaluation::evaluation_table(*evaluation).c_str(), stdout);
+  std::string text = options.json ? json : evaluation::evaluation_table(*evaluation);
+  if (!options.against.empty()) {
+    const Result<Evaluation> against = measure(options, options.against);
+    if (!against) {
+      return report(to_failure(against.error()));
+    }
+    text = evaluation::comparison_table(*evaluation, *against);
   }
-  if (const Status written = replace_file(options.run / "evaluation.json", json); !written) {
-    return report(to_failure(written.error()));
+  if (!options.quiet) {
+    std::fputs(text.c_str(), stdout);
   }
   return check_conditions(*conditions, json);
 }
@@ -214,7 +233,14 @@ void add_options(CLI::App& evaluate, EvaluateOptions& options) {
                   "not be measured (65). May be repeated")
       ->type_name("CONDITION")
       ->allow_extra_args(false);
-  evaluate.add_flag("--json", options.json, "Prints evaluation.json on standard output instead of the table");
+  CLI::Option* against =
+      evaluate
+          .add_option("--against", options.against,
+                      "Another run of the same recording: prints the main figures of both in one table, with their "
+                      "ratios; writes its evaluation.json, too")
+          ->type_name("RUN");
+  evaluate.add_flag("--json", options.json, "Prints evaluation.json on standard output instead of the table")
+      ->excludes(against);
   evaluate.add_flag("--quiet", options.quiet, "Prints nothing but errors and conditions that hold");
 }
 

@@ -1,4 +1,6 @@
 // Starts the program that makes maps: a board that only runs does not carry what they take.
+#include <memory>
+
 #include <CLI/CLI.hpp>
 
 #include "cli/commands.hpp"
@@ -10,8 +12,7 @@ namespace kinetrace::app {
 Action add_map(CLI::App& command) {
   const auto options = std::make_shared<MapOptions>();
   add_map_options(command, *options);
-  const Action action = become_companion(command, {kMapProgram, kMapPackage, "maps"});
-  return [options, action] { return action(); };
+  return pass_on(command, options, {kMapProgram, kMapPackage, "making maps"});
 }
 
 }  // namespace kinetrace::app

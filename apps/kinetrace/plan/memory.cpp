@@ -68,6 +68,7 @@ recording::RecordingConfig recording_config(const AppConfig& config, const Stere
   recording.directory = directory;
   recording.geometry = geometry;
   recording.mots = config.output.mots;
+  recording.observations = config.output.observations;
   recording.points = config.output.points;
   recording.colmap = config.output.colmap;
   return recording;

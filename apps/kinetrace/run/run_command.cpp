@@ -1,12 +1,16 @@
 // The command that everything else is for.
 #include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "cli/commands.hpp"
+#include "cli/companion.hpp"
 #include "cli/messages.hpp"
 #include "live/thread_stacks.hpp"
+#include "refinement/refine_options.hpp"
 #include "run/run_components.hpp"
 #include "run/run_options.hpp"
 #include "run/run_report.hpp"
@@ -48,6 +52,26 @@ int run_command(const RunOptions& options) {
   return outcome->summary().exit_status;
 }
 
+// The run itself stays beside the refined one, as DIR.online.
+int run_and_refine(const RunOptions& options) {
+  if (options.refine.empty()) {
+    return run_command(options);
+  }
+  if (const Status there = check(kRefineCompanion); !there) {
+    return report(to_failure(there.error()));
+  }
+  RunOptions online = options;
+  online.out = (options.out.has_filename() ? options.out : options.out.parent_path()).string() + ".online";
+  if (const int failed = run_command(online); failed != 0) {
+    return failed;
+  }
+  std::vector<std::string> arguments{online.out.string(), "--out", options.out.string()};
+  if (options.quiet || options.json) {
+    arguments.emplace_back("--quiet");
+  }
+  return become(kRefineCompanion, arguments);
+}
+
 void add_options(CLI::App& run, RunOptions& options) {
   add_source_options(run, options.source);
   run.add_option(
@@ -61,6 +85,11 @@ void add_options(CLI::App& run, RunOptions& options) {
   run.add_option("--out", options.out, "Run folder; made, or replaced if it is an earlier run's")
       ->type_name("DIR")
       ->required();
+  run.add_option("--refine", options.refine,
+                 "batch: refines the run as a whole after its end, see kinetrace refine; DIR is the refined run then, "
+                 "DIR.online the one before. Takes 4000 features, and memory and time accordingly")
+      ->type_name("HOW")
+      ->check(CLI::IsMember({"batch"}));
   run.add_flag("--images", options.images,
                "Also writes the rectified left images into the run folder: those that its COLMAP models are of");
   run.add_option("--save-calibration", options.save_calibration,
@@ -78,7 +107,7 @@ void add_options(CLI::App& run, RunOptions& options) {
 }  // namespace
 
 Action add_run(CLI::App& command) {
-  return bind_options(command, add_options, run_command);
+  return bind_options(command, add_options, run_and_refine);
 }
 
 }  // namespace kinetrace::app

@@ -15,6 +15,7 @@ struct RunOptions {
                              ///< empty for the configured one.
   ConfigSource config;
   std::filesystem::path out;
+  std::string refine;   ///< "batch": the whole recording is refined afterwards; empty: it is not.
   bool images = false;  ///< Also the rectified left images.
   RawOutputOptions raw;
   std::filesystem::path save_calibration;  ///< The corrected calibration goes here; empty: nowhere.

@@ -1,5 +1,6 @@
 #include "run/run_setup.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "config/config_file.hpp"
@@ -19,12 +20,28 @@ Outcome<std::unique_ptr<PublishingSetup>> publishing_of(const RunOptions& option
   return optional_publishing(options.publish, config.pipeline.tracking.max_objects);
 }
 
+// A run that is refined afterwards sees more, since it need not keep up with a camera: most of what whole recordings
+// know beyond a window's frames is in the number of points.
+void prepare_refinement(AppConfig& config) {
+  constexpr int kFeatures = 4000;  // The most that there are slots for.
+  constexpr int kBackgroundFeatures = 2500;
+  constexpr int kBackgroundPoints = 2200;
+  config.output.observations = true;
+  features::FeatureConfig& features = config.pipeline.features;
+  features.max_features = std::max(features.max_features, kFeatures);
+  features.max_background_features = std::max(features.max_background_features, kBackgroundFeatures);
+  config.pipeline.background.max_points = std::max(config.pipeline.background.max_points, kBackgroundPoints);
+}
+
 }  // namespace
 
 Outcome<RunSetup> RunSetup::create(const RunOptions& options) {
   Result<AppConfig> config = load_config(options.config, options.segmentation);
   if (!config) {
     return failure(config.error());
+  }
+  if (!options.refine.empty()) {
+    prepare_refinement(*config);
   }
   if (!options.save_calibration.empty() && config->pipeline.calibration.mode == rig::RefineMode::kOff) {
     return Unexpected(

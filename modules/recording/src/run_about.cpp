@@ -33,6 +33,9 @@ RunAbout about_of(const Json& json) {
   about.sequence = dataset.value("sequence", "");
   about.cameras = dataset.value("cameras", "");
   about.passes = dataset.value("passes", "");
+  for (const auto& [name, value] : dataset.items()) {
+    about.dataset_fields.emplace_back(name, value.get<std::string>());
+  }
   about.config_json = json.at("config").dump();
   about.frames = whole_number(json.at("frames"));
   if (const auto rectified = json.find("rectified"); rectified != json.end()) {

@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
@@ -13,6 +15,7 @@ namespace kinetrace::recording {
 
 struct RunAbout {
   std::string dataset;
+  std::vector<std::pair<std::string, std::string>> dataset_fields;  ///< All of it, in order.
   std::string sequence;
   std::string cameras;
   std::string passes;

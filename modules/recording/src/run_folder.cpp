@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kMarker = "Kinetrace run folder";  // First line of README.txt.
 
-enum class Part { kAlways, kMots, kPoints, kColmap, kImages };
+enum class Part { kAlways, kMots, kObservations, kPoints, kColmap, kImages };
 
 struct KnownFile {
   std::string_view path;  ///< "ID" stands for a track id, "NAME" for an image's name.
@@ -25,7 +25,7 @@ struct KnownFile {
   std::uint64_t RunCounts::*rows = nullptr;   ///< How many rows it has, if that is reported.
 };
 
-constexpr std::array<KnownFile, 18> kKnownFiles{{
+constexpr std::array<KnownFile, 19> kKnownFiles{{
     {"README.txt", Part::kAlways, "this overview"},
     {"run.json", Part::kAlways, "version, configuration, timings, memory, counters, warnings; written last"},
     {"camera.tum", Part::kAlways, "camera in the world per frame: timestamp tx ty tz qx qy qz qw"},
@@ -34,6 +34,8 @@ constexpr std::array<KnownFile, 18> kKnownFiles{{
      &RunCounts::object_rows},
     {"label_02.txt", Part::kAlways, "the same as KITTI tracking labels, camera frame", nullptr, &RunCounts::label_rows},
     {"mots.txt", Part::kMots, "tracked left masks in KITTI MOTS format", nullptr, &RunCounts::mask_rows},
+    {"observations.bin", Part::kObservations, "image positions of points, for refinement after the run", nullptr,
+     &RunCounts::observations},
     {"tracks/ID.tum", Part::kAlways, "object ID in the world per frame, as camera.tum", &RunCounts::tracks},
     {"images/NAME.png", Part::kImages, "rectified left images, named as in the COLMAP models", &RunCounts::images},
     {"points/background.ply", Part::kPoints, "background points, world frame"},
@@ -64,6 +66,7 @@ bool enabled(Part part, const RecordingConfig& config) {
   switch (part) {
     case Part::kAlways: return true;
     case Part::kMots: return config.mots;
+    case Part::kObservations: return config.observations;
     case Part::kPoints: return config.points;
     case Part::kColmap: return config.colmap;
     case Part::kImages: return config.images;

@@ -406,7 +406,9 @@ Result<Run> read_run(const fs::path& directory) {
     }
   }
   run.mask_rows = reported_rows(*about, "mots.txt");
+  run.observation_rows = reported_rows(*about, "observations.bin");
   run.dataset = std::move(about->dataset);
+  run.dataset_fields = std::move(about->dataset_fields);
   run.sequence = std::move(about->sequence);
   run.cameras = std::move(about->cameras);
   run.passes = static_cast<std::int64_t>(std::clamp(parse_number(about->passes).value_or(1.0), 1.0, 1e6));

@@ -12,6 +12,7 @@
 #include "external_sort.hpp"
 #include "kinetrace/core/files.hpp"
 #include "kinetrace/imaging/png_writer.hpp"
+#include "observation_file.hpp"
 #include "point_cloud_writer.hpp"
 #include "run_folder.hpp"
 #include "run_json.hpp"
@@ -69,7 +70,7 @@ struct RunRecorder::Impl {
   RecordingConfig config;
   FolderLock lock;
   std::span<std::byte> memory;  ///< Write buffers during the run, working memory of the conversion afterwards.
-  BufferedWriter camera_tum, camera_kitti, objects, labels, mots;
+  BufferedWriter camera_tum, camera_kitti, objects, labels, mots, kept_observations;
   BufferedWriter poses, observations, points, names;
   std::int64_t newest_frame = -1;
   std::int64_t finalised_frame = -1;
@@ -94,8 +95,9 @@ struct RunRecorder::Impl {
   Status write_about(const RunSummary& summary, const std::filesystem::path& name,
                      std::span<const FileEntry> files) const;
 
-  [[nodiscard]] std::array<BufferedWriter*, 9> writers() noexcept {
-    return {&camera_tum, &camera_kitti, &objects, &labels, &mots, &poses, &observations, &points, &names};
+  [[nodiscard]] std::array<BufferedWriter*, 10> writers() noexcept {
+    return {&camera_tum,        &camera_kitti, &objects,      &labels, &mots,
+            &kept_observations, &poses,        &observations, &points, &names};
   }
 };
 
@@ -105,15 +107,16 @@ Status RunRecorder::Impl::open_files() {
     const char* name;
     bool wanted;
   };
-  const std::array<File, 9> files{{{&camera_tum, "camera.tum", true},
-                                   {&camera_kitti, "camera_kitti.txt", true},
-                                   {&objects, "objects.csv", true},
-                                   {&labels, "label_02.txt", true},
-                                   {&mots, "mots.txt", config.mots},
-                                   {&poses, ".spool/poses.bin", true},
-                                   {&observations, ".spool/observations.bin", config.colmap},
-                                   {&points, ".spool/points.bin", config.points || config.colmap},
-                                   {&names, ".spool/names.bin", config.colmap}}};
+  const std::array<File, 10> files{{{&camera_tum, "camera.tum", true},
+                                    {&camera_kitti, "camera_kitti.txt", true},
+                                    {&objects, "objects.csv", true},
+                                    {&labels, "label_02.txt", true},
+                                    {&mots, "mots.txt", config.mots},
+                                    {&kept_observations, kObservationFile.data(), config.observations},
+                                    {&poses, ".spool/poses.bin", true},
+                                    {&observations, ".spool/observations.bin", config.colmap},
+                                    {&points, ".spool/points.bin", config.points || config.colmap},
+                                    {&names, ".spool/names.bin", config.colmap}}};
   const std::size_t buffer_bytes = memory.size() / files.size();
   for (std::size_t i = 0; i < files.size(); ++i) {
     if (!files[i].wanted) {
@@ -127,6 +130,7 @@ Status RunRecorder::Impl::open_files() {
     *files[i].writer = std::move(*writer);
   }
   objects.text(kObjectsHeader);
+  kept_observations.text(kObservationHeader);
   // Readers of a run in progress find the header, and a full disk shows now.
   return objects.flush();
 }
@@ -196,12 +200,19 @@ void RunRecorder::Impl::append_newest(const FrameResult& result) noexcept {
   names.record(image_name(result.pair));
   for (const BodyGeometry& body : result.bodies) {
     ObservationRecord record{.track_id = body.track_id, .frame = static_cast<std::int32_t>(newest_frame)};
+    counts.observations += config.observations ? body.observations.size() : 0;
     for (const PointObservation& observation : body.observations) {
       record.point_id = observation.point_id;
       record.u_px = observation.u_left_px;
       record.v_px = observation.v_px;
       observations.record(record);
       ++record.index;
+      kept_observations.record(Observation{.track_id = body.track_id,
+                                           .point_id = observation.point_id,
+                                           .frame = record.frame,
+                                           .u_left_px = observation.u_left_px,
+                                           .v_px = observation.v_px,
+                                           .u_right_px = observation.u_right_px});
     }
   }
 }
@@ -289,7 +300,7 @@ Status RunRecorder::Impl::flush_when_due() {
   const bool due = ++frames_since_flush >= config.flush_interval_frames;
   if (due) {
     frames_since_flush = 0;
-    for (BufferedWriter* writer : {&camera_tum, &camera_kitti, &objects, &labels, &mots}) {
+    for (BufferedWriter* writer : {&camera_tum, &camera_kitti, &objects, &labels, &mots, &kept_observations}) {
       if (Status flushed = writer->flush(); !flushed) {
         return flushed;
       }

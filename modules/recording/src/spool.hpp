@@ -120,6 +120,7 @@ struct RunCounts {
   std::uint64_t object_rows = 0;
   std::uint64_t label_rows = 0;
   std::uint64_t mask_rows = 0;
+  std::uint64_t observations = 0;
   std::uint64_t images = 0;
   std::uint64_t stray_points = 0;  ///< That were left out.
   std::uint64_t tracks = 0;

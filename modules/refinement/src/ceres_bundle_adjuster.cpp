@@ -12,6 +12,8 @@
 
 #include "kinetrace/core/allocation_counter.hpp"
 #include "marginal_covariance.hpp"
+#include "motion_costs.hpp"
+#include "pose_block.hpp"
 #include "reprojection_jacobian.hpp"
 #include "turn_residual.hpp"
 #include "window_check.hpp"
@@ -19,44 +21,7 @@
 namespace kinetrace::refinement {
 namespace {
 
-constexpr int kPoseAmbient = 12;  // Rotation matrix by columns, then translation.
-constexpr int kPoseTangent = 6;
-using PoseBlock = std::array<double, kPoseAmbient>;
-using PoseDerivative = Eigen::Matrix<double, 3, kPoseAmbient, Eigen::RowMajor>;
 using PointDerivative = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-
-Se3 to_pose(const double* block) {
-  return {Eigen::Map<const Eigen::Matrix3d>(block), Eigen::Map<const Eigen::Vector3d>(block + 9)};
-}
-
-void from_pose(const Se3& pose, double* block) {
-  Eigen::Map<Eigen::Matrix3d>(block, 3, 3) = pose.rotation;
-  Eigen::Map<Eigen::Vector3d>(block + 9, 3) = pose.translation;
-}
-
-/// T_cam_body under the project's left perturbation. Cost functions write derivatives with respect to the perturbation
-/// into the first six columns, so that the plus-Jacobian is simply [ I ; 0 ].
-class LeftPerturbation final : public ceres::Manifold {
- public:
-  int AmbientSize() const override { return kPoseAmbient; }
-  int TangentSize() const override { return kPoseTangent; }
-  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
-    from_pose(left_update(to_pose(x), Vector6d(delta)).orthonormalised(), x_plus_delta);
-    return true;
-  }
-  bool PlusJacobian(const double* /*x*/, double* jacobian) const override {
-    Eigen::Map<Eigen::Matrix<double, kPoseAmbient, kPoseTangent, Eigen::RowMajor>>(jacobian).setIdentity();
-    return true;
-  }
-  bool Minus(const double* y, const double* x, double* y_minus_x) const override {
-    Eigen::Map<Vector6d>(y_minus_x, kPoseTangent) = left_difference(to_pose(x), to_pose(y));
-    return true;
-  }
-  bool MinusJacobian(const double* /*x*/, double* jacobian) const override {
-    Eigen::Map<Eigen::Matrix<double, kPoseTangent, kPoseAmbient, Eigen::RowMajor>>(jacobian).setIdentity();
-    return true;
-  }
-};
 
 class ReprojectionCost final : public ceres::SizedCostFunction<3, kPoseAmbient, 3> {
  public:
@@ -67,10 +32,8 @@ class ReprojectionCost final : public ceres::SizedCostFunction<3, kPoseAmbient, 
     const Eigen::Vector3d p_cam = T_cam_body * Eigen::Map<const Eigen::Vector3d>(parameters[1]);
     const ReprojectionJacobian r = reprojection_jacobian(*geometry_, seen_, p_cam);
     Eigen::Map<Eigen::Vector3d>(residuals, 3) = r.residual;
-    if (jacobians != nullptr && jacobians[0] != nullptr) {
-      Eigen::Map<PoseDerivative> pose(jacobians[0]);
-      pose.setZero();
-      pose.leftCols<kPoseTangent>() = r.d_point * pose_jacobian(p_cam);
+    if (jacobians != nullptr) {
+      put_derivative<3>(r.d_point * pose_jacobian(p_cam), jacobians[0]);
     }
     if (jacobians != nullptr && jacobians[1] != nullptr) {
       Eigen::Map<PointDerivative>(jacobians[1], 3, 3) = r.d_point * T_cam_body.rotation;
@@ -93,7 +56,7 @@ class TurnCost final : public ceres::SizedCostFunction<3, kPoseAmbient, kPoseAmb
     const std::array<Eigen::Matrix3d, 2> derivative{prior_.R_before_now.transpose(), -Eigen::Matrix3d::Identity()};
     for (std::size_t i = 0; jacobians != nullptr && i < derivative.size(); ++i) {
       if (jacobians[i] != nullptr) {
-        Eigen::Map<PoseDerivative> pose(jacobians[i]);
+        Eigen::Map<PoseDerivative<3>> pose(jacobians[i]);
         pose.setZero();
         pose.leftCols<3>() = prior_.inverse_sigma_rad * derivative[i];
       }
@@ -120,8 +83,32 @@ ceres::Solver::Options solver_options(const CeresBundleConfig& config, std::size
   return options;
 }
 
+Status check_motion(const BatchProblem& batch) {
+  const std::size_t frames = batch.T_body_cam.size();
+  const bool fits =
+      !batch.motion || (batch.motion->T_world_cam.size() == frames && batch.motion->timestamps_ns.size() == frames &&
+                        batch.motion->at_rest.size() == frames);
+  const bool poses_fit =
+      std::all_of(batch.measured_poses.begin(), batch.measured_poses.end(), [&](const BatchPose& pose) {
+        return batch.motion && pose.frame < frames && pose.T_world_body.is_finite() && pose.inverse_sigma.allFinite();
+      });
+  const bool steps_fit =
+      std::all_of(batch.measured_steps.begin(), batch.measured_steps.end(), [&](const BatchStep& step) {
+        return step.frame > 0 && step.frame < frames && step.T_before_now.is_finite() && step.inverse_sigma.allFinite();
+      });
+  if (!fits || !poses_fit || !steps_fit) {
+    return fail(ErrorCode::kInvalidArgument, "motion, poses or steps of the batch problem are not those of its frames");
+  }
+  for (std::size_t k = 1; batch.motion && k < frames; ++k) {
+    if (batch.motion->timestamps_ns[k] <= batch.motion->timestamps_ns[k - 1]) {
+      return fail(ErrorCode::kInvalidArgument, "time does not grow at batch frame " + std::to_string(k));
+    }
+  }
+  return {};
+}
+
 Status check_batch(const BatchProblem& batch) {
-  if (batch.fixed_frames.empty() && !batch.T_body_cam.empty()) {
+  if (batch.fixed_frames.empty() && batch.measured_poses.empty() && !batch.T_body_cam.empty()) {
     return fail(ErrorCode::kInvalidArgument, "batch problem has no fixed frame: name at least one in fixed_frames");
   }
   for (const std::uint32_t frame : batch.fixed_frames) {
@@ -145,6 +132,9 @@ Status check_batch(const BatchProblem& batch) {
   if (Status turns = check_turns(batch.turns, batch.T_body_cam.size()); !turns) {
     return turns;
   }
+  if (Status motion = check_motion(batch); !motion) {
+    return motion;
+  }
   return check_geometry(batch.geometry);
 }
 
@@ -156,58 +146,131 @@ std::vector<bool> fixed_frames(const BatchProblem& batch) {
   return fixed;
 }
 
-/// Adds what each observation and each turn says; points are eliminated before poses. The losses outlive the problem.
-void add_residuals(BatchProblem& batch, std::vector<PoseBlock>& poses, ceres::LossFunction& loss,
-                   ceres::LossFunction& turn_loss, ceres::Problem& problem, ceres::ParameterBlockOrdering& ordering) {
-  for (const BatchObservation& seen : batch.observations) {
-    double* point = batch.points_m[seen.point].data();
-    problem.AddResidualBlock(new ReprojectionCost(batch.geometry, seen.observation), &loss, poses[seen.frame].data(),
-                             point);
-    ordering.AddElementToGroup(point, 0);
-    ordering.AddElementToGroup(poses[seen.frame].data(), 1);
-  }
-  for (std::size_t k = 1; k < batch.turns.size(); ++k) {
-    problem.AddResidualBlock(new TurnCost(batch.turns[k]), &turn_loss, poses[k - 1].data(), poses[k].data());
-    ordering.AddElementToGroup(poses[k - 1].data(), 1);
-    ordering.AddElementToGroup(poses[k].data(), 1);
-  }
-}
-
-Result<BundleSummary> solve(const CeresBundleConfig& config, BatchProblem& batch) {
-  std::vector<PoseBlock> poses(batch.T_body_cam.size());
-  for (std::size_t k = 0; k < poses.size(); ++k) {
-    from_pose(batch.T_body_cam[k].inverse(), poses[k].data());
-  }
-  ceres::CauchyLoss loss(config.robust_threshold_sigmas);
-  ceres::CauchyLoss turn_loss(kTurnThreshold);
-  LeftPerturbation manifold;
-  ceres::Problem::Options problem_options;
-  problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  problem_options.disable_all_safety_checks = true;
-  ceres::Problem problem(problem_options);
-  ceres::Solver::Options options = solver_options(config, poses.size());
-  options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  add_residuals(batch, poses, loss, turn_loss, problem, *options.linear_solver_ordering);
-  const std::vector<bool> fixed = fixed_frames(batch);
-  for (std::size_t k = 0; k < poses.size(); ++k) {
-    if (problem.HasParameterBlock(poses[k].data())) {
-      problem.SetManifold(poses[k].data(), &manifold);
-      if (fixed[k]) {
-        problem.SetParameterBlockConstant(poses[k].data());
+/// A problem of Ceres and what it refers to.
+class Assembly {
+ public:
+  Assembly(const CeresBundleConfig& config, BatchProblem& batch)
+      : batch_(batch), poses_(batch.T_body_cam.size()), loss_(config.robust_threshold_sigmas) {
+    for (std::size_t k = 0; k < poses_.size(); ++k) {
+      from_pose(batch.T_body_cam[k].inverse(), poses_[k].data());
+    }
+    add_observations();
+    add_motion();
+    const std::vector<bool> fixed = fixed_frames(batch);
+    for (std::size_t k = 0; k < poses_.size(); ++k) {
+      if (problem_.HasParameterBlock(block(k))) {
+        problem_.SetManifold(block(k), &manifold_);
+        ordering_->AddElementToGroup(block(k), 1);
+        if (fixed[k]) {
+          problem_.SetParameterBlockConstant(block(k));
+        }
       }
     }
   }
+
+  [[nodiscard]] ceres::Problem& problem() noexcept { return problem_; }
+  [[nodiscard]] const std::shared_ptr<ceres::ParameterBlockOrdering>& ordering() const noexcept { return ordering_; }
+  void take_poses() {
+    const std::vector<bool> fixed = fixed_frames(batch_);
+    for (std::size_t k = 0; k < poses_.size(); ++k) {
+      if (!fixed[k] && problem_.HasParameterBlock(block(k))) {
+        batch_.T_body_cam[k] = to_pose(block(k)).inverse();
+      }
+    }
+  }
+
+ private:
+  [[nodiscard]] double* block(std::size_t frame) noexcept { return poses_[frame].data(); }
+  [[nodiscard]] WorldPose world_pose(std::size_t frame) const { return {batch_.motion->T_world_cam[frame]}; }
+  [[nodiscard]] double seconds_to(std::size_t frame) const {
+    const auto& times = batch_.motion->timestamps_ns;
+    return 1e-9 * static_cast<double>(times[frame] - times[frame - 1]);
+  }
+
+  // Points are eliminated before poses.
+  void add_observations() {
+    for (const BatchObservation& seen : batch_.observations) {
+      double* point = batch_.points_m[seen.point].data();
+      problem_.AddResidualBlock(new ReprojectionCost(batch_.geometry, seen.observation), &loss_, block(seen.frame),
+                                point);
+      ordering_->AddElementToGroup(point, 0);
+    }
+  }
+
+  void add_motion() {
+    for (std::size_t k = 1; k < batch_.turns.size(); ++k) {
+      problem_.AddResidualBlock(new TurnCost(batch_.turns[k]), &turn_loss_, block(k - 1), block(k));
+    }
+    for (const BatchStep& step : batch_.measured_steps) {
+      problem_.AddResidualBlock(new StepCost(step), nullptr, block(step.frame - 1), block(step.frame));
+    }
+    for (const BatchPose& pose : batch_.measured_poses) {
+      problem_.AddResidualBlock(new PoseCost(world_pose(pose.frame), pose.T_world_body, pose.inverse_sigma),
+                                &pose_loss_, block(pose.frame));
+    }
+    for (std::size_t k = 1; batch_.motion && k < poses_.size(); ++k) {
+      add_expected_motion(*batch_.motion, k);
+    }
+  }
+
+  void add_expected_motion(const BatchMotion& motion, std::size_t k) {
+    if (motion.at_rest[k] != 0) {
+      problem_.AddResidualBlock(
+          new RestCost({world_pose(k - 1), world_pose(k)}, seconds_to(k), motion.rest_velocity.cwiseInverse()),
+          &rest_loss_, block(k - 1), block(k));
+    }
+    if (k >= 2) {
+      const double span_s = 0.5 * (seconds_to(k - 1) + seconds_to(k));
+      problem_.AddResidualBlock(new SteadyCost({world_pose(k - 2), world_pose(k - 1), world_pose(k)}, seconds_to(k - 1),
+                                               seconds_to(k), (span_s * motion.acceleration).cwiseInverse()),
+                                nullptr, block(k - 2), block(k - 1), block(k));
+    }
+  }
+
+  static ceres::Problem::Options problem_options() {
+    ceres::Problem::Options options;
+    options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    options.disable_all_safety_checks = true;
+    return options;
+  }
+
+  BatchProblem& batch_;
+  std::vector<PoseBlock> poses_;
+  ceres::CauchyLoss loss_;
+  ceres::CauchyLoss turn_loss_{kTurnThreshold};
+  ceres::CauchyLoss rest_loss_{1.0};
+  ceres::HuberLoss pose_loss_{3.0};
+  LeftPerturbation manifold_;
+  ceres::Problem problem_{problem_options()};
+  std::shared_ptr<ceres::ParameterBlockOrdering> ordering_ = std::make_shared<ceres::ParameterBlockOrdering>();
+};
+
+class AskWhetherToGoOn final : public ceres::IterationCallback {
+ public:
+  explicit AskWhetherToGoOn(const std::function<bool()>& keep_going) : keep_going_(keep_going) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& /*summary*/) override {
+    return keep_going_() ? ceres::SOLVER_CONTINUE : ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+  }
+
+ private:
+  const std::function<bool()>& keep_going_;
+};
+
+Result<BundleSummary> solve(const CeresBundleConfig& config, BatchProblem& batch) {
+  Assembly assembly(config, batch);
+  ceres::Solver::Options options = solver_options(config, batch.T_body_cam.size());
+  options.linear_solver_ordering = assembly.ordering();
+  AskWhetherToGoOn callback(config.keep_going);
+  if (config.keep_going) {
+    options.callbacks.push_back(&callback);
+  }
   ceres::Solver::Summary report;
-  ceres::Solve(options, &problem, &report);
+  ceres::Solve(options, &assembly.problem(), &report);
   if (!report.IsSolutionUsable()) {
     return fail(ErrorCode::kInternal, "batch refinement failed: " + report.message);
   }
-  for (std::size_t k = 0; k < poses.size(); ++k) {
-    if (!fixed[k] && problem.HasParameterBlock(poses[k].data())) {
-      batch.T_body_cam[k] = to_pose(poses[k].data()).inverse();
-    }
-  }
+  assembly.take_poses();
   BundleSummary summary;
   summary.iterations = static_cast<int>(report.iterations.size()) - 1;
   summary.initial_cost = report.initial_cost;
@@ -255,7 +318,8 @@ Result<BundleSummary> CeresBundleAdjuster::refine_batch(BatchProblem& problem) {
   if (Status valid = check_batch(problem); !valid) {
     return Unexpected(valid.error());
   }
-  if (problem.observations.empty() || !has_free_frame(problem)) {
+  const bool is_bound = !problem.observations.empty() || !problem.measured_poses.empty();
+  if (!is_bound || !has_free_frame(problem)) {
     BundleSummary nothing_to_do;
     nothing_to_do.converged = true;
     return nothing_to_do;

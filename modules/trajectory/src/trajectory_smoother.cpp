@@ -6,6 +6,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "kinetrace/core/body_velocity.hpp"
+
 namespace kinetrace::trajectory {
 namespace {
 
@@ -26,13 +28,6 @@ double seconds(const PathNode& from, const PathNode& to) {
   return std::max(1e-9 * static_cast<double>(to.timestamp_ns - from.timestamp_ns), kMinStep_s);
 }
 
-/// Velocity of the body in its own axes from node a to b, and how it changes with their perturbations.
-struct BodyVelocity {
-  Vector6d value;
-  Matrix6d by_from;
-  Matrix6d by_to;
-};
-
 /// Rotation variances of this size mean that the rotation was not measured at all.
 constexpr double kUnknownRotation_rad2 = 0.5;
 
@@ -41,20 +36,7 @@ bool rotation_unknown(const PathNode& node) {
 }
 
 BodyVelocity differentiated_velocity(const PathNode& a, const PathNode& b) {
-  const double rate = 1.0 / seconds(a, b);
-  const Se3& from = a.smoothed;
-  const Se3& to = b.smoothed;
-  const Eigen::Vector3d way = to.translation - from.translation;
-  const Eigen::Matrix3d to_body = from.rotation.transpose();
-  BodyVelocity v;
-  v.value << rate * so3_log(to_body * to.rotation), rate * (to_body * way);
-  // The rotation within one frame is small: the logarithm's Jacobian is taken as the identity.
-  v.by_to = Matrix6d::Zero();
-  v.by_to.topLeftCorner<3, 3>() = rate * to.rotation.transpose();
-  v.by_to.bottomRightCorner<3, 3>() = rate * to_body;
-  v.by_from = -v.by_to;
-  v.by_from.bottomLeftCorner<3, 3>() = rate * to_body * skew(way);
-  return v;
+  return kinetrace::body_velocity(a.smoothed, b.smoothed, seconds(a, b));
 }
 
 }  // namespace

@@ -127,5 +127,23 @@ TEST(EvaluationTable, HasARowForEachObject) {
                     HasSubstr("\n       2 car         rest       20     20    100.0        0     none")));
 }
 
+TEST(ComparisonTable, HasFiguresOfBothRunsAndTheirRatios) {
+  Evaluation run = perfect_evaluation();
+  Evaluation against = perfect_evaluation();
+  run.camera.t_rel_percent = 0.03;
+  against.camera.t_rel_percent = 0.06;
+  against.run = "before";
+  const std::string table = comparison_table(run, against);
+  EXPECT_THAT(table, AllOf(HasSubstr("Run:     run"), HasSubstr("Against: before")));
+  EXPECT_THAT(table, ::testing::ContainsRegex("camera t_rel +0.03 +0.06 +0.50  %"));
+}
+
+TEST(ComparisonTable, SaysNoneOfWhatOneRunDoesNotHave) {
+  Evaluation run = perfect_evaluation();
+  const Evaluation against = perfect_evaluation();
+  run.camera.t_rel_percent = std::nullopt;
+  EXPECT_THAT(comparison_table(run, against), ::testing::ContainsRegex("camera t_rel +none"));
+}
+
 }  // namespace
 }  // namespace kinetrace::evaluation

@@ -38,4 +38,7 @@ struct Evaluation {
 /// The same for people, as lines of text; what could not be measured is "none".
 [[nodiscard]] std::string evaluation_table(const Evaluation& evaluation);
 
+/// The main figures of two runs by the same truth, side by side with their ratios, as lines of text.
+[[nodiscard]] std::string comparison_table(const Evaluation& run, const Evaluation& against);
+
 }  // namespace kinetrace::evaluation

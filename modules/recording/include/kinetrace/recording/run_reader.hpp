@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kinetrace/core/body.hpp"
@@ -59,16 +60,19 @@ struct MaskRow {
 /// What a run folder holds as rows. World = first left rectified camera.
 struct Run {
   std::filesystem::path directory = {};
-  std::string dataset = {};      ///< "LAYOUT:PATH" as it was given; the path may be relative to where the run was made.
-  std::string sequence = {};     ///< Name of the sequence.
-  std::string cameras = {};      ///< "gray", "color", or empty.
-  std::int64_t passes = 1;       ///< Times that the recording was played; frame numbers went on.
-  std::string config_json = {};  ///< The configuration, a JSON object; empty where it is not known.
-  StereoGeometry rectified = {};                ///< All zero where it is not known.
-  bool is_finished = true;                      ///< It ended in good order, and all of its files are there.
-  std::vector<CameraRow> camera = {};           ///< By frame.
-  std::vector<ObjectRow> objects = {};          ///< By frame, then as in the file.
-  std::optional<std::int64_t> mask_rows = {};   ///< Of mots.txt; none where it is not known.
+  std::string dataset = {};  ///< "LAYOUT:PATH" as it was given; the path may be relative to where the run was made.
+  /// All that run.json says of it, by name; these three among it.
+  std::vector<std::pair<std::string, std::string>> dataset_fields = {};
+  std::string sequence = {};                   ///< Name of the sequence.
+  std::string cameras = {};                    ///< "gray", "color", or empty.
+  std::int64_t passes = 1;                     ///< Times that the recording was played; frame numbers went on.
+  std::string config_json = {};                ///< The configuration, a JSON object; empty where it is not known.
+  StereoGeometry rectified = {};               ///< All zero where it is not known.
+  bool is_finished = true;                     ///< It ended in good order, and all of its files are there.
+  std::vector<CameraRow> camera = {};          ///< By frame.
+  std::vector<ObjectRow> objects = {};         ///< By frame, then as in the file.
+  std::optional<std::int64_t> mask_rows = {};  ///< Of mots.txt; none where it is not known.
+  std::optional<std::int64_t> observation_rows = {};  ///< Of observations.bin; likewise.
   std::vector<std::string> notes = {};          ///< What the user should know about what has been read, one line each.
   std::shared_ptr<const FolderLock> lock = {};  ///< Keeps new runs out of the folder while it is read.
 };

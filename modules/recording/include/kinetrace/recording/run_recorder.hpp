@@ -20,6 +20,7 @@ struct KINETRACE_API RecordingConfig {
   StereoGeometry geometry;          ///< Of the rectified pair; becomes the COLMAP camera.
   bool mots = true;                 ///< Write mots.txt.
   bool points = true;               ///< Write points/.
+  bool observations = true;         ///< Write observations.bin, for refinement after the run.
   bool colmap = true;               ///< Write colmap/.
   bool images = false;              ///< Write images/: the rectified left images, which the COLMAP models are of.
   bool is_rectified = false;        ///< The recorded images are, so that the COLMAP models are of these, too.
@@ -34,7 +35,7 @@ struct KINETRACE_API RecordingConfig {
 
 /// Call `record` for every result of the pipeline in order, those of drain() included, then `finish` once.
 ///
-/// `record` appends to files opened in `create`: it never allocates, but for `images`, and holds at most eleven files
+/// `record` appends to files opened in `create`: it never allocates, but for `images`, and holds at most twelve files
 /// open. What has to be regrouped by object or point goes to spool files in DIR/.spool, which `finish` turns into
 /// tracks/, points/ and colmap/ within `conversion_kib` of memory, however long the run was. See README.md for every
 /// file and column.

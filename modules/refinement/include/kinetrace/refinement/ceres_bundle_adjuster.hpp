@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <span>
 
 #include <Eigen/Core>
@@ -16,6 +18,7 @@ struct CeresBundleConfig {
   int threads = 1;
   double robust_threshold_sigmas = 2.0;  ///< As in FixedBundleConfig.
   double relative_cost_tolerance = 1e-6;
+  std::function<bool()> keep_going = {};  ///< Asked after every iteration; what has been reached is the result.
 
   [[nodiscard]] Status validate() const;
 };
@@ -27,14 +30,43 @@ struct BatchObservation {
   BundleObservation observation;
 };
 
+/// How a body is expected to move through the world. Frames are those of the problem.
+struct BatchMotion {
+  std::span<const Se3> T_world_cam;             ///< One per frame.
+  std::span<const std::int64_t> timestamps_ns;  ///< One per frame, growing.
+  /// One per frame; 1: it is expected not to have moved since the frame before. That holds as far as its points do not
+  /// contradict (Cauchy loss at one sigma).
+  std::span<const std::uint8_t> at_rest;
+  Vector6d acceleration = Vector6d::Ones();   ///< Standard deviations in its own axes: rad/s^2, m/s^2.
+  Vector6d rest_velocity = Vector6d::Ones();  ///< How fast something at rest may appear to be: rad/s, m/s.
+};
+
+/// A pose of the body in the world, measured by something else.
+struct BatchPose {
+  std::uint32_t frame = 0;
+  Se3 T_world_body;
+  Vector6d inverse_sigma = Vector6d::Ones();  ///< Of rotation about the world's axes (1/rad) and position (1/m).
+};
+
+/// The way of the camera from one frame to the next, measured by something else.
+struct BatchStep {
+  std::uint32_t frame = 0;  ///< The later one; above 0.
+  Se3 T_before_now;
+  Vector6d inverse_sigma = Vector6d::Ones();  ///< Of the left perturbation (1/rad, 1/m).
+};
+
 /// A whole trajectory with all its points, without a limit on frames. Refined in place; nothing is owned.
 struct BatchProblem {
   StereoGeometry geometry;
   std::span<Se3> T_body_cam;
-  std::span<const std::uint32_t> fixed_frames;  ///< Indices of poses that are not changed; at least one (gauge).
-  std::span<Eigen::Vector3d> points_m;          ///< Body frame. Points without observations are left as they are.
+  std::span<const std::uint32_t>
+      fixed_frames;  ///< Indices of poses that are not changed; at least one (gauge), unless poses are measured.
+  std::span<Eigen::Vector3d> points_m;  ///< Body frame. Points without observations are left as they are.
   std::span<const BatchObservation> observations;
   std::span<const TurnPrior> turns = {};  ///< As of a BundleWindow.
+  std::optional<BatchMotion> motion = {};
+  std::span<const BatchPose> measured_poses = {};  ///< Under a Huber loss at three sigmas; need `motion`.
+  std::span<const BatchStep> measured_steps = {};
 };
 
 /// Minimises the very cost of FixedBundleAdjuster in double precision. Allocates; not for use on line.

@@ -1,0 +1,16 @@
+#include "refinement/refine_options.hpp"
+
+#include <CLI/CLI.hpp>
+
+namespace kinetrace::app {
+
+void add_refine_options(CLI::App& command, RefineOptions& options) {
+  command.add_option("RUN", options.run, "Run folder, with observations.bin (output.observations)")->required();
+  command
+      .add_option("--out", options.out, "Run folder for the refined run; made, or replaced if it is an earlier run's")
+      ->type_name("DIR")
+      ->required();
+  command.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
+}
+
+}  // namespace kinetrace::app

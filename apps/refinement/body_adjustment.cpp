@@ -1,0 +1,194 @@
+#include "body_adjustment.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <unordered_map>
+
+namespace kinetrace::batch {
+namespace {
+
+// Matching is good to a tenth of a pixel; the first round must not be misled by poses that are less so.
+constexpr double kFirstSigma_px = 0.25;
+constexpr double kMinSigma_px = 0.03;
+constexpr double kMaxSigma_px = 1.0;
+// Half the observations weigh less than fully: what is left of wrong matches and of surfaces that bend is many times
+// the noise.
+constexpr double kRobustThreshold_sigmas = 1.0;
+constexpr double kMinDisparity_px = 0.25;
+
+struct Point {
+  std::uint32_t id = 0;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  double weight = 0.0;  ///< Of the stereo positions it was made of.
+  std::uint32_t last_frame = 0;
+  int observations = 0;
+  std::uint32_t index = 0;  ///< In the adjustment.
+};
+
+class Adjustment {
+ public:
+  Adjustment(BodyProblem& problem, const AdjustmentOptions& options) : problem_(problem), options_(options) {}
+
+  Result<BodyFit> run() {
+    triangulate();
+    list_observations();
+    // The first round only has to tell the noise.
+    if (const Status solved = solve(kFirstSigma_px, 10, 1e-3); !solved) {
+      return Unexpected(solved.error());
+    }
+    const double sigma_px = noise_px(kFirstSigma_px);
+    if (const Status solved = solve(sigma_px, 30, 1e-5); !solved) {
+      return Unexpected(solved.error());
+    }
+    place_single_points();
+    return fit(sigma_px);
+  }
+
+ private:
+  [[nodiscard]] bool has_stereo(const SeenPoint& seen) const {
+    return !std::isnan(seen.px.z()) && seen.px.x() - seen.px.z() > kMinDisparity_px;
+  }
+  [[nodiscard]] Eigen::Vector3d stereo_position(const SeenPoint& seen, double& weight) const {
+    const Eigen::Vector3d px = seen.px.cast<double>();
+    const Eigen::Vector3d p_cam = problem_.geometry.triangulate(px.x(), px.y(), px.x() - px.z());
+    weight = std::pow(p_cam.z(), -4.0);  // Its depth is as uncertain as its square.
+    return problem_.T_body_cam[seen.frame] * p_cam;
+  }
+
+  void triangulate() {
+    for (const SeenPoint& seen : problem_.seen) {
+      Point& point = points_[seen.point_id];
+      point.id = seen.point_id;
+      point.last_frame = std::max(point.last_frame, seen.frame);
+      ++point.observations;
+      if (has_stereo(seen)) {
+        double weight = 0.0;
+        const Eigen::Vector3d position_m = stereo_position(seen, weight);
+        point.weight += weight;
+        point.position_m += (position_m - point.position_m) * (weight / point.weight);
+      }
+    }
+  }
+
+  [[nodiscard]] static bool is_adjusted(const Point& point) { return point.observations > 1 && point.weight > 0.0; }
+
+  void list_observations() {
+    for (auto& [id, point] : points_) {
+      if (is_adjusted(point)) {
+        point.index = static_cast<std::uint32_t>(positions_.size());
+        positions_.push_back(point.position_m);
+      }
+    }
+    for (const SeenPoint& seen : problem_.seen) {
+      if (const Point& point = points_.at(seen.point_id); is_adjusted(point)) {
+        observations_.push_back({point.index, seen.frame, {seen.px.x(), seen.px.y(), seen.px.z(), 1.F}});
+      }
+    }
+  }
+
+  Status solve(double sigma_px, int max_iterations, double tolerance) {
+    for (refinement::BatchObservation& seen : observations_) {
+      seen.observation.inverse_sigma_px = static_cast<float>(1.0 / sigma_px);
+    }
+    refinement::BatchProblem batch{.geometry = problem_.geometry,
+                                   .T_body_cam = problem_.T_body_cam,
+                                   .fixed_frames = problem_.fixed_frames,
+                                   .points_m = positions_,
+                                   .observations = observations_,
+                                   .motion = problem_.motion,
+                                   .measured_poses = problem_.measured_poses,
+                                   .measured_steps = problem_.measured_steps};
+    auto adjuster = refinement::CeresBundleAdjuster::create({.max_iterations = max_iterations,
+                                                             .threads = options_.threads,
+                                                             .robust_threshold_sigmas = kRobustThreshold_sigmas,
+                                                             .relative_cost_tolerance = tolerance,
+                                                             .keep_going = options_.keep_going});
+    if (!adjuster) {
+      return Unexpected(adjuster.error());
+    }
+    const auto solved = adjuster->refine_batch(batch);
+    return solved ? Status() : Unexpected(solved.error());
+  }
+
+  /// Of a view by its pose: u_left, v, u_right; NaN where there is no right match.
+  [[nodiscard]] Eigen::Vector3d residual_px(const SeenPoint& seen, const Eigen::Vector3d& position_m) const {
+    const Eigen::Vector3d p_cam = problem_.T_body_cam[seen.frame].inverse() * position_m;
+    return problem_.geometry.project(p_cam) - seen.px.cast<double>();
+  }
+
+  [[nodiscard]] double noise_px(double before_px) const {
+    constexpr double kSigmaOfMedian = 1.4826;  // Of a normal distribution.
+    constexpr std::size_t kMinSizes = 100;
+    std::vector<float> sizes;
+    for (const SeenPoint& seen : problem_.seen) {
+      const Point& point = points_.at(seen.point_id);
+      if (!is_adjusted(point)) {
+        continue;
+      }
+      const Eigen::Vector3d residual = residual_px(seen, positions_[point.index]);
+      for (const double each : {residual.x(), residual.y(), residual.z()}) {
+        if (!std::isnan(each)) {
+          sizes.push_back(static_cast<float>(std::abs(each)));
+        }
+      }
+    }
+    if (sizes.size() < kMinSizes) {
+      return before_px;
+    }
+    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+    std::nth_element(sizes.begin(), middle, sizes.end());
+    return std::clamp(kSigmaOfMedian * static_cast<double>(*middle), kMinSigma_px, kMaxSigma_px);
+  }
+
+  void place_single_points() {
+    for (auto& [id, point] : points_) {
+      if (is_adjusted(point)) {
+        point.position_m = positions_[point.index];
+      }
+    }
+    for (const SeenPoint& seen : problem_.seen) {
+      if (Point& point = points_.at(seen.point_id); point.observations == 1 && point.weight > 0.0) {
+        double weight = 0.0;
+        point.position_m = stereo_position(seen, weight);
+      }
+    }
+  }
+
+  [[nodiscard]] BodyFit fit(double sigma_px) const {
+    std::unordered_map<std::uint32_t, double> squares;
+    for (const SeenPoint& seen : problem_.seen) {
+      const Eigen::Vector3d residual = residual_px(seen, points_.at(seen.point_id).position_m);
+      squares[seen.point_id] +=
+          residual.head<2>().squaredNorm() + (std::isnan(residual.z()) ? 0.0 : residual.z() * residual.z());
+    }
+    BodyFit result;
+    result.sigma_px = sigma_px;
+    for (const auto& [id, point] : points_) {
+      if (point.weight > 0.0) {
+        result.points.push_back({.id = id,
+                                 .last_frame = point.last_frame,
+                                 .position_m = point.position_m,
+                                 .error_px = std::sqrt(squares[id] / point.observations),
+                                 .observations = static_cast<std::uint16_t>(std::min(point.observations, 0xffff))});
+      }
+    }
+    std::sort(result.points.begin(), result.points.end(),
+              [](const RefinedPoint& a, const RefinedPoint& b) { return a.id < b.id; });
+    return result;
+  }
+
+  BodyProblem& problem_;
+  const AdjustmentOptions& options_;
+  std::unordered_map<std::uint32_t, Point> points_;
+  std::vector<Eigen::Vector3d> positions_;
+  std::vector<refinement::BatchObservation> observations_;
+};
+
+}  // namespace
+
+Result<BodyFit> adjust_body(BodyProblem& problem, const AdjustmentOptions& options) {
+  return Adjustment(problem, options).run();
+}
+
+}  // namespace kinetrace::batch

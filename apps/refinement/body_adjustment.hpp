@@ -1,0 +1,59 @@
+// Bundle adjustment of one body over many frames: the background or an object.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "kinetrace/core/bundle.hpp"
+#include "kinetrace/core/result.hpp"
+#include "kinetrace/refinement/ceres_bundle_adjuster.hpp"
+
+namespace kinetrace::batch {
+
+/// A point of a body in one frame; frames are numbered from 0 in the adjustment.
+struct SeenPoint {
+  std::uint32_t frame = 0;
+  std::uint32_t point_id = 0;
+  Eigen::Vector3f px = Eigen::Vector3f::Zero();  ///< u_left, v, u_right; u_right is NaN without a right match.
+};
+
+struct RefinedPoint {
+  std::uint32_t id = 0;
+  std::uint32_t last_frame = 0;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< Body frame.
+  double error_px = 0.0;                                 ///< Root mean square over its observations.
+  std::uint16_t observations = 0;
+};
+
+/// What is adjusted, and what is known beside the observations. Frames without observations follow from the latter.
+struct BodyProblem {
+  StereoGeometry geometry;
+  std::vector<Se3> T_body_cam;  ///< First estimates; adjusted in place.
+  std::vector<SeenPoint> seen;  ///< By frame.
+  std::vector<std::uint32_t> fixed_frames;
+  std::optional<refinement::BatchMotion> motion;
+  std::vector<refinement::BatchPose> measured_poses;
+  std::vector<refinement::BatchStep> measured_steps;
+};
+
+struct BodyFit {
+  std::vector<RefinedPoint> points;  ///< Those that a pair has seen, in ascending id.
+  double sigma_px = 0.0;             ///< Standard deviation of what was seen, from the residuals.
+};
+
+struct AdjustmentOptions {
+  int threads = 1;
+  std::function<bool()> keep_going = {};
+};
+
+/// Points begin where stereo sees them from the given poses. Two rounds: the noise is that of the median residual of
+/// the first one. Points of one frame say nothing of the path; they get their place afterwards. Errors: those of
+/// CeresBundleAdjuster.
+[[nodiscard]] Result<BodyFit> adjust_body(BodyProblem& problem, const AdjustmentOptions& options);
+
+}  // namespace kinetrace::batch

@@ -1,0 +1,26 @@
+// The camera's path and the background's points over the whole recording.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+#include "body_adjustment.hpp"
+#include "kinetrace/recording/observations.hpp"
+#include "kinetrace/recording/run_reader.hpp"
+
+namespace kinetrace::batch {
+
+struct RefinedCamera {
+  std::vector<Se3> T_world_cam;      ///< One per row of Run::camera.
+  std::vector<RefinedPoint> points;  ///< World frame; `last_frame` is a row of Run::camera.
+};
+
+/// Adjusts stretches of frames one after the other, each beginning within the one before, whose poses it keeps there:
+/// time grows with the recording's length, memory does not. Where few points are seen, the run's own steps hold the
+/// path together. What is not reached before `options.keep_going` ends goes on as the run had it. `progress` gets the
+/// number of rows that are done. Errors: those of the reader and of the solver.
+[[nodiscard]] Result<RefinedCamera> refine_camera(const recording::Run& run, const AdjustmentOptions& options,
+                                                  const std::function<void(std::size_t)>& progress);
+
+}  // namespace kinetrace::batch

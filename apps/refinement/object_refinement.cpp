@@ -1,0 +1,164 @@
+#include "object_refinement.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "object_rows.hpp"
+
+namespace kinetrace::batch {
+namespace {
+
+using recording::ObjectRow;
+
+// As trajectory.smoothing_acceleration_mps2 and smoothing_turn_radps2 have it.
+constexpr double kAcceleration_mps2 = 3.0;
+constexpr double kTurn_radps2 = 0.6;
+// How fast something at rest may appear to be.
+constexpr double kRestSpeed_mps = 0.05;
+constexpr double kRestTurn_radps = 0.01;
+// Positions by stereo alone are not known better than this from frame to frame.
+constexpr double kPositionFloor_m = 0.02;
+constexpr double kRotationFloor_rad = 0.02;
+// Positions by stereo alone come from a filter: their errors last for some frames, and count as one.
+constexpr double kCorrelatedFrames = 8.0;
+// Fewer points than this do not hold a pose.
+constexpr std::size_t kMinPoints = 8;
+
+Vector6d of_turn_and_way(double turn, double way) {
+  Vector6d both;
+  both << Eigen::Vector3d::Constant(turn), Eigen::Vector3d::Constant(way);
+  return both;
+}
+
+/// Rows [first, last] of Run::camera in which an object was followed without a gap.
+struct Piece {
+  std::size_t first = 0;
+  std::size_t last = 0;
+  [[nodiscard]] std::size_t size() const { return last - first + 1; }
+};
+
+std::vector<Piece> pieces_of(const ObjectHistory& history) {
+  std::vector<Piece> pieces;
+  for (const auto& [row, object] : history.rows) {
+    if (object.status == BodyStatus::kLost) {
+      continue;
+    }
+    if (pieces.empty() || pieces.back().last + 1 != row) {
+      pieces.push_back({row, row});
+    }
+    pieces.back().last = row;
+  }
+  return pieces;
+}
+
+class PieceRefinement {
+ public:
+  PieceRefinement(const recording::Run& run, std::span<const Se3> T_world_cam, const ObjectHistory& history,
+                  const Piece& piece)
+      : run_(run), T_world_cam_(T_world_cam.subspan(piece.first, piece.size())), history_(history), piece_(piece) {}
+
+  /// Leaves frames and points of the piece in `object`.
+  Status refine(const AdjustmentOptions& options, RefinedObject& object) {
+    state_problem();
+    BodyFit fit;
+    const bool is_bound = !problem_.fixed_frames.empty() || !problem_.measured_poses.empty();
+    if (is_bound && piece_.size() > 2 && options.keep_going()) {
+      Result<BodyFit> adjusted = adjust_body(problem_, options);
+      if (!adjusted) {
+        return Unexpected(adjusted.error());
+      }
+      fit = std::move(*adjusted);
+    }
+    for (std::size_t k = 0; k < piece_.size(); ++k) {
+      RefinedObjectFrame& frame = object.frames[piece_.first + k];
+      frame.row = row(k);
+      frame.T_obj_cam = problem_.T_body_cam[k];
+      frame.row.T_world_obj = T_world_cam_[k] * frame.T_obj_cam.inverse();
+      frame.row.T_world_obj.rotation = orthonormalised(frame.row.T_world_obj.rotation);
+    }
+    for (RefinedPoint& point : fit.points) {
+      point.last_frame += static_cast<std::uint32_t>(piece_.first);
+      object.points.push_back(point);
+    }
+    return {};
+  }
+
+ private:
+  [[nodiscard]] const ObjectRow& row(std::size_t k) const { return history_.rows.at(piece_.first + k); }
+
+  void state_problem() {
+    problem_.geometry = run_.rectified;
+    std::size_t max_points = 0;
+    for (std::size_t k = 0; k < piece_.size(); ++k) {
+      const recording::CameraRow& camera = run_.camera[piece_.first + k];
+      problem_.T_body_cam.push_back(row(k).T_world_obj.inverse() * camera.T_world_cam);
+      timestamps_ns_.push_back(camera.timestamp_ns);
+      at_rest_.push_back(k > 0 && !row(k).moving && !row(k - 1).moving ? 1 : 0);
+      const auto seen = history_.seen.find(piece_.first + k);
+      const std::size_t points = seen == history_.seen.end() ? 0 : seen->second.size();
+      if (points > max_points && points >= kMinPoints) {
+        max_points = points;
+        problem_.fixed_frames = {static_cast<std::uint32_t>(k)};
+      }
+      for (std::size_t i = 0; i < points; ++i) {
+        problem_.seen.push_back(seen->second[i]);
+        problem_.seen.back().frame = static_cast<std::uint32_t>(k);
+      }
+      if (row(k).status == BodyStatus::kStereoOnly) {
+        add_measurement(k);
+      }
+    }
+    problem_.motion = refinement::BatchMotion{.T_world_cam = T_world_cam_,
+                                              .timestamps_ns = timestamps_ns_,
+                                              .at_rest = at_rest_,
+                                              .acceleration = of_turn_and_way(kTurn_radps2, kAcceleration_mps2),
+                                              .rest_velocity = of_turn_and_way(kRestTurn_radps, kRestSpeed_mps)};
+  }
+
+  void add_measurement(std::size_t k) {
+    const Vector6d floor = of_turn_and_way(kRotationFloor_rad, kPositionFloor_m);
+    const Vector6d variances = kCorrelatedFrames * (row(k).variances + floor.cwiseAbs2());
+    problem_.measured_poses.push_back({static_cast<std::uint32_t>(k),
+                                       T_world_cam_[k] * problem_.T_body_cam[k].inverse(),
+                                       variances.cwiseSqrt().cwiseInverse()});
+  }
+
+  const recording::Run& run_;
+  std::span<const Se3> T_world_cam_;
+  const ObjectHistory& history_;
+  Piece piece_;
+  BodyProblem problem_;
+  std::vector<std::int64_t> timestamps_ns_;
+  std::vector<std::uint8_t> at_rest_;
+};
+
+/// Lost rows stay where the run had them, seen from the camera.
+void carry_lost_rows(const recording::Run& run, std::span<const Se3> T_world_cam, const ObjectHistory& history,
+                     RefinedObject& object) {
+  for (const auto& [row, lost] : history.rows) {
+    if (!object.frames.contains(row)) {
+      const Se3 T_obj_cam = lost.T_world_obj.inverse() * run.camera[row].T_world_cam;
+      RefinedObjectFrame& frame = object.frames[row];
+      frame = {lost, T_obj_cam};
+      frame.row.T_world_obj = T_world_cam[row] * T_obj_cam.inverse();
+    }
+  }
+}
+
+}  // namespace
+
+Result<RefinedObject> refine_object(const recording::Run& run, std::span<const Se3> T_world_cam,
+                                    const ObjectHistory& history, const AdjustmentOptions& options) {
+  RefinedObject object;
+  for (const Piece& piece : pieces_of(history)) {
+    if (const Status refined = PieceRefinement(run, T_world_cam, history, piece).refine(options, object); !refined) {
+      return Unexpected(refined.error());
+    }
+  }
+  carry_lost_rows(run, T_world_cam, history, object);
+  place_boxes(history, object);
+  set_velocities(object);
+  return object;
+}
+
+}  // namespace kinetrace::batch

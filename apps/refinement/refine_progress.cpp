@@ -1,0 +1,57 @@
+#include "refine_progress.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "cli/progress.hpp"
+
+namespace kinetrace::batch {
+namespace {
+
+// Seconds that a row takes, of the camera's, an object's, and to be written: only their ratios count.
+constexpr double kCameraRow_s = 0.04;
+constexpr double kObjectRow_s = 0.005;
+constexpr double kWrittenRow_s = 0.004;
+
+}  // namespace
+
+RefineProgress::RefineProgress(bool enabled, std::size_t rows, std::size_t object_rows)
+    : enabled_(enabled && app::stderr_is_terminal()),
+      rows_(static_cast<double>(rows)),
+      object_rows_(static_cast<double>(object_rows)) {}
+
+void RefineProgress::camera(std::size_t rows_done) {
+  show("camera", static_cast<double>(rows_done) * kCameraRow_s);
+}
+
+void RefineProgress::objects(std::size_t rows_done) {
+  show("objects", rows_ * kCameraRow_s + static_cast<double>(rows_done) * kObjectRow_s);
+}
+
+void RefineProgress::written(std::size_t rows_done) {
+  show("writing", rows_ * kCameraRow_s + object_rows_ * kObjectRow_s + static_cast<double>(rows_done) * kWrittenRow_s);
+}
+
+void RefineProgress::show(const char* doing, double part) {
+  const Clock::time_point now = Clock::now();
+  if (!enabled_ || now < next_) {
+    return;
+  }
+  next_ = now + std::chrono::milliseconds(100);
+  visible_ = true;
+  const double whole = rows_ * (kCameraRow_s + kWrittenRow_s) + object_rows_ * kObjectRow_s;
+  const double done = whole > 0.0 ? std::clamp(part / whole, 1e-3, 1.0) : 1.0;
+  const double elapsed_s = std::chrono::duration<double>(now - start_).count();
+  const int left_s = static_cast<int>(elapsed_s * (1.0 - done) / done);
+  std::fprintf(stderr, "\r%-8s %3d %%, %d:%02d left \033[K", doing, static_cast<int>(100.0 * done), left_s / 60,
+               left_s % 60);
+}
+
+void RefineProgress::clear() {
+  if (visible_) {
+    std::fputs("\r\033[K", stderr);
+    visible_ = false;
+  }
+}
+
+}  // namespace kinetrace::batch

@@ -1,0 +1,27 @@
+// A refined run as a run folder.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+
+#include "camera_refinement.hpp"
+#include "kinetrace/recording/run_summary.hpp"
+#include "object_refinement.hpp"
+
+namespace kinetrace::batch {
+
+struct RefinedRun {
+  RefinedCamera camera;
+  std::map<std::uint32_t, RefinedObject> objects;          ///< By track.
+  std::map<std::uint32_t, std::uint32_t> goes_on_as = {};  ///< Tracks that have been joined to another one.
+};
+
+/// Writes what the run's own folder has, but for images/, in refined places. `summary` is completed by what was found.
+/// `progress` gets the number of rows that are written. Errors: those of RunRecorder, and of what is read again.
+[[nodiscard]] Status write_refined_run(const recording::Run& run, const RefinedRun& refined,
+                                       const std::filesystem::path& directory, recording::RunSummary summary,
+                                       const std::function<void(std::size_t)>& progress);
+
+}  // namespace kinetrace::batch

@@ -1,0 +1,18 @@
+// What only the models of a run hold: names of images, gray values of points.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "kinetrace/recording/run_reader.hpp"
+
+namespace kinetrace::batch {
+
+/// Stems by frame, from the background's COLMAP model; empty without one.
+[[nodiscard]] std::map<std::int64_t, std::string> image_names(const recording::Run& run);
+/// By point, from the body's point cloud; empty without one. `track_id` 0 is the background.
+[[nodiscard]] std::map<std::uint32_t, std::uint8_t> point_intensities(const recording::Run& run,
+                                                                      std::uint32_t track_id);
+
+}  // namespace kinetrace::batch

@@ -1,0 +1,119 @@
+// What is expected of a body's motion, as costs on its poses.
+#pragma once
+
+#include <ceres/ceres.h>
+
+#include "kinetrace/core/body_velocity.hpp"
+#include "kinetrace/refinement/ceres_bundle_adjuster.hpp"
+#include "pose_block.hpp"
+
+namespace kinetrace::refinement {
+
+/// Pose of the body in the world at one instant, by that of the camera and a block T_cam_body.
+struct WorldPose {
+  Se3 T_world_cam;
+
+  [[nodiscard]] Se3 of(const double* block) const { return T_world_cam * to_pose(block); }
+  /// Of (rotation about the world's axes, position) by the block's perturbation.
+  [[nodiscard]] Matrix6d derivative(const double* block) const {
+    const Eigen::Matrix3d& R = T_world_cam.rotation;
+    Matrix6d by_block;
+    by_block << R, Eigen::Matrix3d::Zero(), -R * skew(to_pose(block).translation), R;
+    return by_block;
+  }
+};
+
+/// The velocity in the body's own axes changes from one interval to the next only as far as `sigma` says
+/// (Bar-Shalom, Li, Kirubarajan 2001, white noise on acceleration).
+class SteadyCost final : public ceres::SizedCostFunction<6, kPoseAmbient, kPoseAmbient, kPoseAmbient> {
+ public:
+  SteadyCost(const std::array<WorldPose, 3>& poses, double before_s, double after_s, const Vector6d& inverse_sigma)
+      : poses_(poses), before_s_(before_s), after_s_(after_s), inverse_sigma_(inverse_sigma) {}
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const Se3 a = poses_[0].of(blocks[0]);
+    const Se3 b = poses_[1].of(blocks[1]);
+    const Se3 c = poses_[2].of(blocks[2]);
+    const BodyVelocity before = body_velocity(a, b, before_s_);
+    const BodyVelocity after = body_velocity(b, c, after_s_);
+    Eigen::Map<Vector6d>(residuals, 6) = inverse_sigma_.cwiseProduct(after.value - before.value);
+    const std::array<Matrix6d, 3> by_pose = {-before.by_from, after.by_from - before.by_to, after.by_to};
+    for (std::size_t i = 0; jacobians != nullptr && i < by_pose.size(); ++i) {
+      put_derivative<6>(inverse_sigma_.asDiagonal() * by_pose[i] * poses_[i].derivative(blocks[i]), jacobians[i]);
+    }
+    return true;
+  }
+
+ private:
+  std::array<WorldPose, 3> poses_;
+  double before_s_;
+  double after_s_;
+  Vector6d inverse_sigma_;
+};
+
+/// The body has not moved from one frame to the next.
+class RestCost final : public ceres::SizedCostFunction<6, kPoseAmbient, kPoseAmbient> {
+ public:
+  RestCost(const std::array<WorldPose, 2>& poses, double interval_s, const Vector6d& inverse_sigma)
+      : poses_(poses), interval_s_(interval_s), inverse_sigma_(inverse_sigma) {}
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const BodyVelocity velocity = body_velocity(poses_[0].of(blocks[0]), poses_[1].of(blocks[1]), interval_s_);
+    Eigen::Map<Vector6d>(residuals, 6) = inverse_sigma_.cwiseProduct(velocity.value);
+    const std::array<Matrix6d, 2> by_pose = {velocity.by_from, velocity.by_to};
+    for (std::size_t i = 0; jacobians != nullptr && i < by_pose.size(); ++i) {
+      put_derivative<6>(inverse_sigma_.asDiagonal() * by_pose[i] * poses_[i].derivative(blocks[i]), jacobians[i]);
+    }
+    return true;
+  }
+
+ private:
+  std::array<WorldPose, 2> poses_;
+  double interval_s_;
+  Vector6d inverse_sigma_;
+};
+
+/// The body's pose in the world as something else has measured it.
+class PoseCost final : public ceres::SizedCostFunction<6, kPoseAmbient> {
+ public:
+  PoseCost(const WorldPose& pose, const Se3& T_world_body, const Vector6d& inverse_sigma)
+      : pose_(pose), measured_(T_world_body), inverse_sigma_(inverse_sigma) {}
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const Se3 at = pose_.of(blocks[0]);
+    Vector6d error;
+    error << so3_log(at.rotation * measured_.rotation.transpose()), at.translation - measured_.translation;
+    Eigen::Map<Vector6d>(residuals, 6) = inverse_sigma_.cwiseProduct(error);
+    if (jacobians != nullptr) {
+      put_derivative<6>(inverse_sigma_.asDiagonal() * pose_.derivative(blocks[0]), jacobians[0]);
+    }
+    return true;
+  }
+
+ private:
+  WorldPose pose_;
+  Se3 measured_;
+  Vector6d inverse_sigma_;
+};
+
+/// The camera's way from one frame to the next as something else has measured it.
+class StepCost final : public ceres::SizedCostFunction<6, kPoseAmbient, kPoseAmbient> {
+ public:
+  explicit StepCost(const BatchStep& step) : step_(step) {}
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const Se3 T_before_now = to_pose(blocks[0]) * to_pose(blocks[1]).inverse();
+    Eigen::Map<Vector6d>(residuals, 6) =
+        step_.inverse_sigma.cwiseProduct(left_difference(step_.T_before_now, T_before_now));
+    if (jacobians != nullptr) {
+      put_derivative<6>(step_.inverse_sigma.asDiagonal() * Matrix6d::Identity(), jacobians[0]);
+      put_derivative<6>(step_.inverse_sigma.asDiagonal() * -adjoint(T_before_now), jacobians[1]);
+    }
+    return true;
+  }
+
+ private:
+  BatchStep step_;
+};
+
+}  // namespace kinetrace::refinement

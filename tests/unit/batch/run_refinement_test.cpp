@@ -1,0 +1,142 @@
+// A recorded run whose observations are exact and whose poses are not: refinement finds the truth.
+#include <filesystem>
+#include <set>
+
+#include <gtest/gtest.h>
+
+#include "camera_refinement.hpp"
+#include "kinetrace/recording/observations.hpp"
+#include "object_history.hpp"
+#include "object_refinement.hpp"
+#include "refined_run.hpp"
+#include "synthetic_run.hpp"
+
+namespace kinetrace::batch {
+namespace {
+
+using recording::SyntheticRun;
+
+constexpr int kFrames = 40;
+const AdjustmentOptions kOptions{.threads = 1, .keep_going = [] { return true; }};
+
+class RunRefinement : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    recording::RecorderFixture fixture(recording::recording_config(folder_.path() / "run"));
+    ASSERT_TRUE(fixture.recorder) << fixture.recorder.error().message;
+    recording::SyntheticRunConfig config;
+    config.frames = kFrames;
+    config.objects = {{.track_id = 3, .first_frame = 5, .points = 12}};
+    config.name_prefix = "image_";
+    ASSERT_TRUE(SyntheticRun(config).play(*fixture.recorder));
+    recording::RunSummary summary;
+    summary.frames = kFrames;
+    ASSERT_TRUE(fixture.recorder->finish(summary));
+  }
+
+  /// The run, with a path that drifts from the truth and trembles.
+  [[nodiscard]] recording::Run disturbed() const {
+    Result<recording::Run> run = recording::read_run(folder_.path() / "run");
+    EXPECT_TRUE(run) << run.error().message;
+    for (recording::CameraRow& row : run->camera) {
+      row.T_world_cam = row.T_world_cam * error(row.frame);
+    }
+    for (recording::ObjectRow& row : run->objects) {
+      row.T_world_obj = row.T_world_obj * error(row.frame + 7);
+      row.box.center_m =
+          row.T_world_obj * (SyntheticRun::T_world_obj(3, static_cast<int>(row.frame)).inverse() * row.box.center_m);
+    }
+    return *run;
+  }
+  static Se3 error(std::int64_t frame) {
+    const auto k = static_cast<double>(frame);
+    return frame == 0 ? Se3{}
+                      : Se3{so3_exp({0.0, 0.002 * std::sin(k), 0.0}), {0.05 * std::cos(3.0 * k), 0.0, 0.002 * k}};
+  }
+  static double largest_camera_error_m(const std::vector<Se3>& T_world_cam) {
+    double largest_m = 0.0;
+    for (std::size_t k = 0; k < T_world_cam.size(); ++k) {
+      const Eigen::Vector3d truth_m = SyntheticRun::T_world_cam(static_cast<int>(k)).translation;
+      largest_m = std::max(largest_m, (T_world_cam[k].translation - truth_m).norm());
+    }
+    return largest_m;
+  }
+
+  recording::TemporaryFolder folder_;
+};
+
+TEST_F(RunRefinement, FindsTheCamerasPath) {
+  const recording::Run run = disturbed();
+  std::size_t rows_done = 0;
+  const auto camera = refine_camera(run, kOptions, [&](std::size_t rows) { rows_done = rows; });
+  ASSERT_TRUE(camera) << camera.error().message;
+  EXPECT_EQ(rows_done, std::size_t{kFrames});
+  EXPECT_LT(largest_camera_error_m(camera->T_world_cam), 0.01);
+  std::set<std::uint32_t> ids;
+  for (const RefinedPoint& point : camera->points) {
+    EXPECT_TRUE(ids.insert(point.id).second) << "point " << point.id << " is there twice";
+    EXPECT_LT((point.position_m - SyntheticRun::point_position(0, point.id).cast<double>()).norm(), 0.1);
+  }
+  EXPECT_GT(ids.size(), 100U);
+}
+
+TEST_F(RunRefinement, LeavesThePathAsItWasWhereItIsStopped) {
+  const recording::Run run = disturbed();
+  AdjustmentOptions stopped = kOptions;
+  stopped.keep_going = [] { return false; };
+  const auto camera = refine_camera(run, stopped, [](std::size_t) {});
+  ASSERT_TRUE(camera) << camera.error().message;
+  EXPECT_EQ(camera->T_world_cam.size(), run.camera.size());
+}
+
+TEST_F(RunRefinement, FindsAnObjectsPath) {
+  const recording::Run run = disturbed();
+  const auto histories = object_histories(run);
+  ASSERT_TRUE(histories) << histories.error().message;
+  std::vector<Se3> T_world_cam;
+  for (int k = 0; k < kFrames; ++k) {
+    T_world_cam.push_back(SyntheticRun::T_world_cam(k));
+  }
+  const auto object = refine_object(run, T_world_cam, histories->at(3), kOptions);
+  ASSERT_TRUE(object) << object.error().message;
+  ASSERT_EQ(object->frames.size(), std::size_t{kFrames - 5});
+  // The object's frame is where the surest row has it: paths are compared from one frame to the next.
+  for (int k = 6; k < kFrames; ++k) {
+    const Se3 moved = object->frames.at(static_cast<std::size_t>(k)).row.T_world_obj *
+                      object->frames.at(static_cast<std::size_t>(k - 1)).row.T_world_obj.inverse();
+    const Se3 truth = SyntheticRun::T_world_obj(3, k) * SyntheticRun::T_world_obj(3, k - 1).inverse();
+    const Eigen::Vector3d center_m = SyntheticRun::T_world_obj(3, k - 1).translation;
+    EXPECT_LT((moved * center_m - truth * center_m).norm(), 0.01) << k;
+  }
+}
+
+TEST_F(RunRefinement, IsWrittenAsARunThatCanBeReadAndRefinedAgain) {
+  const recording::Run run = disturbed();
+  RefinedRun refined;
+  auto camera = refine_camera(run, kOptions, [](std::size_t) {});
+  ASSERT_TRUE(camera);
+  refined.camera = std::move(*camera);
+  const auto histories = object_histories(run);
+  ASSERT_TRUE(histories) << histories.error().message;
+  for (const auto& [track_id, history] : *histories) {
+    refined.objects.emplace(track_id, *refine_object(run, refined.camera.T_world_cam, history, kOptions));
+  }
+  const Status written = write_refined_run(run, refined, folder_.path() / "refined", {}, [](std::size_t) {});
+  ASSERT_TRUE(written) << written.error().message;
+  const auto again = recording::read_run(folder_.path() / "refined");
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_TRUE(again->is_finished);
+  EXPECT_EQ(again->camera.size(), run.camera.size());
+  EXPECT_EQ(again->objects.size(), run.objects.size());
+  EXPECT_EQ(again->observation_rows, run.observation_rows);
+  for (const char* file : {"mots.txt", "points/background.ply", "points/object_3_model.ply",
+                           "colmap/background/points3D.txt", "colmap/object_3/images.txt"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder_.path() / "refined" / file)) << file;
+  }
+  EXPECT_EQ(std::filesystem::file_size(folder_.path() / "refined" / "mots.txt"),
+            std::filesystem::file_size(folder_.path() / "run" / "mots.txt"));
+  EXPECT_LT(largest_camera_error_m(refine_camera(*again, kOptions, [](std::size_t) {})->T_world_cam), 0.01);
+}
+
+}  // namespace
+}  // namespace kinetrace::batch

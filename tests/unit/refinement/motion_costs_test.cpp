@@ -1,0 +1,153 @@
+// Costs of expected motion: derivatives against differences, and what a batch problem makes of them.
+#include "motion_costs.hpp"
+
+#include <gtest/gtest.h>
+
+#include "kinetrace/refinement/ceres_bundle_adjuster.hpp"
+
+namespace kinetrace::refinement {
+namespace {
+
+Se3 pose(double turn, double way) {
+  return {so3_exp({0.3 + turn, -0.2, 0.1 * turn}), {way, 0.5 - 0.2 * way, 4.0 + 0.1 * way}};
+}
+
+/// Largest difference between the derivatives of a cost and differences of its residuals.
+double derivative_error(const ceres::CostFunction& cost, std::vector<PoseBlock> blocks) {
+  constexpr double kStep = 1e-6;
+  const std::size_t count = blocks.size();
+  std::vector<double*> pointers;
+  std::vector<PoseDerivative<6>> derivatives(count);
+  std::vector<double*> derivative_pointers;
+  for (std::size_t i = 0; i < count; ++i) {
+    pointers.push_back(blocks[i].data());
+    derivative_pointers.push_back(derivatives[i].data());
+  }
+  Vector6d at;
+  EXPECT_TRUE(cost.Evaluate(pointers.data(), at.data(), derivative_pointers.data()));
+  double largest = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const PoseBlock before = blocks[i];
+    for (int k = 0; k < kPoseTangent; ++k) {
+      Vector6d step = Vector6d::Zero();
+      step[k] = kStep;
+      Vector6d ahead;
+      Vector6d behind;
+      from_pose(left_update(to_pose(before.data()), step), blocks[i].data());
+      EXPECT_TRUE(cost.Evaluate(pointers.data(), ahead.data(), nullptr));
+      from_pose(left_update(to_pose(before.data()), -step), blocks[i].data());
+      EXPECT_TRUE(cost.Evaluate(pointers.data(), behind.data(), nullptr));
+      blocks[i] = before;
+      largest = std::max(largest, ((ahead - behind) / (2.0 * kStep) - derivatives[i].col(k)).cwiseAbs().maxCoeff());
+    }
+  }
+  return largest;
+}
+
+std::vector<PoseBlock> blocks_of(std::initializer_list<Se3> poses) {
+  std::vector<PoseBlock> blocks;
+  for (const Se3& each : poses) {
+    from_pose(each, blocks.emplace_back().data());
+  }
+  return blocks;
+}
+
+const WorldPose kAt{{so3_exp({0.1, 0.7, -0.3}), {30.0, -2.0, 80.0}}};
+
+// Turns within an interval are taken to be small in derivatives: hence the tolerances.
+TEST(SteadyCost, HasTheDerivativesOfItsResiduals) {
+  const SteadyCost cost({kAt, kAt, kAt}, 0.1, 0.15, Vector6d::Constant(0.1));
+  EXPECT_LT(derivative_error(cost, blocks_of({pose(0.0, 1.0), pose(0.002, 1.2), pose(0.003, 1.5)})), 0.01);
+}
+
+TEST(RestCost, HasTheDerivativesOfItsResiduals) {
+  const RestCost cost({kAt, kAt}, 0.1, Vector6d::Constant(0.1));
+  EXPECT_LT(derivative_error(cost, blocks_of({pose(0.0, 1.0), pose(0.002, 1.01)})), 0.01);
+}
+
+TEST(PoseCost, HasTheDerivativesOfItsResiduals) {
+  const PoseCost cost(kAt, kAt.T_world_cam * pose(0.001, 1.1), Vector6d::Constant(2.0));
+  EXPECT_LT(derivative_error(cost, blocks_of({pose(0.0, 1.0)})), 0.01);
+}
+
+TEST(StepCost, HasTheDerivativesOfItsResiduals) {
+  const Se3 a = pose(0.0, 1.0);
+  const Se3 b = pose(0.1, 1.5);
+  BatchStep step{1, a * b.inverse(), Vector6d::Constant(2.0)};
+  step.T_before_now = left_update(step.T_before_now, Vector6d::Constant(1e-3));
+  EXPECT_LT(derivative_error(StepCost(step), blocks_of({a, b})), 0.01);
+}
+
+// A camera at rest sees something drive by in the first and the last three of nine frames.
+class BatchMotionTest : public ::testing::Test {
+ protected:
+  static constexpr std::size_t kFrames = 9;
+  static constexpr double kSpeed_mps = 8.0;
+
+  [[nodiscard]] static Se3 truth(std::size_t frame) {
+    return {so3_exp({0.0, 0.02 * static_cast<double>(frame), 0.0}),
+            {-3.0 + 0.1 * kSpeed_mps * static_cast<double>(frame), 0.0, 12.0}};
+  }
+  void measure(std::size_t frame) {
+    measured_.push_back({static_cast<std::uint32_t>(frame), truth(frame), Vector6d::Constant(1e3)});
+  }
+  Result<BundleSummary> solve() {
+    for (std::size_t k = 0; k < kFrames; ++k) {
+      T_body_cam_[k] = truth(0).inverse();
+      times_[k] = static_cast<std::int64_t>(k) * 100'000'000;
+    }
+    BatchProblem problem{.geometry = {721.0, 721.0, 610.0, 173.0, 0.54, 1242, 375},
+                         .T_body_cam = T_body_cam_,
+                         .fixed_frames = {},
+                         .points_m = {},
+                         .observations = {},
+                         .motion = BatchMotion{T_world_cam_, times_, at_rest_},
+                         .measured_poses = measured_};
+    return CeresBundleAdjuster::create({})->refine_batch(problem);
+  }
+
+  std::vector<Se3> T_world_cam_ = std::vector<Se3>(kFrames);
+  std::vector<Se3> T_body_cam_ = std::vector<Se3>(kFrames);
+  std::vector<std::int64_t> times_ = std::vector<std::int64_t>(kFrames);
+  std::vector<std::uint8_t> at_rest_ = std::vector<std::uint8_t>(kFrames);
+  std::vector<BatchPose> measured_;
+};
+
+TEST_F(BatchMotionTest, FillsFramesInWhichNothingIsMeasured) {
+  for (const std::size_t frame : {0, 1, 2, 6, 7, 8}) {
+    measure(frame);
+  }
+  const auto solved = solve();
+  ASSERT_TRUE(solved) << solved.error().message;
+  for (std::size_t k = 0; k < kFrames; ++k) {
+    EXPECT_LT(left_difference(truth(k), T_body_cam_[k].inverse()).norm(), 2e-3) << k;
+  }
+}
+
+TEST_F(BatchMotionTest, RestGivesWayToWhatMoves) {
+  for (std::size_t k = 0; k < kFrames; ++k) {
+    measure(k);
+    at_rest_[k] = 1;
+  }
+  ASSERT_TRUE(solve());
+  EXPECT_NEAR(T_body_cam_[8].inverse().translation.x(), truth(8).translation.x(), 0.01);
+}
+
+TEST_F(BatchMotionTest, RefusesTimesThatStandStill) {
+  measure(0);
+  ASSERT_TRUE(solve());
+  BatchProblem problem{.geometry = {721.0, 721.0, 610.0, 173.0, 0.54, 1242, 375},
+                       .T_body_cam = T_body_cam_,
+                       .fixed_frames = {},
+                       .points_m = {},
+                       .observations = {},
+                       .motion = BatchMotion{T_world_cam_, times_, at_rest_},
+                       .measured_poses = measured_};
+  times_[4] = times_[3];
+  const auto refused = CeresBundleAdjuster::create({})->refine_batch(problem);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
+}
+
+}  // namespace
+}  // namespace kinetrace::refinement
