@@ -241,7 +241,6 @@ void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, con
 void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera,
                           const features::FeatureFrontEnd& front_end) {
   begin_frame(track, frame.timestamp_ns, camera);
-  mask_edges_ = mask_edges(labels);
   StereoObservation observation = observe_stereo(frame, labels);
   if (!rigid() && track_.area_px > 0) {
     observe_by_outline(labels, camera, observation);

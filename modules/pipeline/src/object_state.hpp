@@ -212,7 +212,7 @@ class ObjectState {
   /// Where it heads in the world, if it moves.
   [[nodiscard]] std::optional<trajectory::Heading> heading(const Eigen::Vector3d& down) const;
   /// Of its mask, if a detection shows it.
-  [[nodiscard]] std::optional<trajectory::MaskEdges> mask_edges(LabelView labels) const;
+  [[nodiscard]] std::optional<trajectory::MaskEdges> mask_edges() const;
   void update_box(const CameraState& camera, const trajectory::Ground& ground);
   void follow_middle();
   /// Of its box in a kept result: that of the box on the object, and that of the object's pose.
@@ -258,7 +258,6 @@ class ObjectState {
     bool moving = false;
   };
   std::optional<KnownMotion> known_motion_;
-  std::optional<trajectory::MaskEdges> mask_edges_;  ///< Of this frame.
   double turn_radps2_;
   double turn_rate_radps_;
   double acceleration_mps2_;

@@ -65,10 +65,9 @@ void BoxEstimator::keep_view(const BoxFrame& frame) noexcept {
       frame.T_obj_cam.translation - (known_ ? state_.center_m : Eigen::Vector3d(Eigen::Vector3d::Zero()));
   const double side = upright_yaw(down_obj_, from) / (2.0 * std::numbers::pi) + 0.5;
   BoxView& view = views_[std::min(static_cast<std::size_t>(side * kSides), kSides - 1)];
-  const std::array<double, kMaskSides>& at = frame.edges->at_px;
+  const std::array<double, 4>& at = frame.edges->at_px;
   double quality = std::min(at[1] - at[0], at[3] - at[2]);
-  constexpr std::size_t kUpright = 4;  // Of columns and rows.
-  for (std::size_t edge = 0; edge < kUpright; ++edge) {
+  for (std::size_t edge = 0; edge < at.size(); ++edge) {
     const double extent_px = edge < 2 ? at[1] - at[0] : at[3] - at[2];
     quality *= std::max(1.0 - frame.edges->beyond_px[edge] / extent_px, kUnseenQuality);
   }
