@@ -48,6 +48,11 @@ void add_recording(CLI::App& app, Options& options, std::string& out, std::strin
   app.add_option("--degrade", degrade, "Whether masks/detections_* are as a network would give them")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
+  app.add_option_function<double>(
+         "--missing", [&options](double percent) { options.recording.degradation.miss_probability = 0.01 * percent; },
+         "Objects that a degraded picture of masks leaves out; default: 5")
+      ->type_name("PERCENT")
+      ->check(app::number_within(0.0, 100.0));
 }
 
 void add_camera(CLI::App& app, Options& options, int& samples) {

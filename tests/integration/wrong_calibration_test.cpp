@@ -57,6 +57,18 @@ TEST(WrongCalibration, ATurnedRightCameraIsFoundAndCorrected) {
   EXPECT_GT(std::abs(scale_from(drive.follow(RefineMode::kOff), kFirst) - 1.0), 0.05);
 }
 
+// In pictures of half the size, half of the features have no match.
+TEST(WrongCalibration, OffInAllAnglesARigIsCorrected) {
+  const Drive drive({.turn_rad = kDegree_rad * Eigen::Vector3d(0.35, -0.2, 0.3),
+                     .baseline_rad = kDegree_rad * Eigen::Vector2d(-0.3, 0.4)});
+  const Followed corrected = drive.follow(RefineMode::kOn);
+  EXPECT_EQ(corrected.rig.verdict, RigVerdict::kCorrected);
+  EXPECT_NEAR(corrected.rig.correction.turn_rad.x() / kDegree_rad, 0.35, 0.02);
+  EXPECT_NEAR(corrected.rig.correction.disparity_error_rad() / kDegree_rad, -0.2, 0.02);
+  constexpr std::size_t kFirst = 20;
+  EXPECT_NEAR(scale_from(corrected, kFirst), 1.0, 0.01);
+}
+
 TEST(WrongCalibration, CheckingTellsItAndChangesNothing) {
   const Drive drive({.turn_rad = kDegree_rad * Eigen::Vector3d(0.0, 0.1, 0.0)});
   const Followed checked = drive.follow(RefineMode::kCheck);

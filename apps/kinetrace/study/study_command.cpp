@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cstdio>
+#include <memory>
 #include <set>
-#include <system_error>
 
 #include <CLI/CLI.hpp>
 
@@ -11,8 +11,9 @@
 #include "cli/messages.hpp"
 #include "cli/shared_options.hpp"
 #include "config/app_config.hpp"
-#include "kinetrace/hal/dataset.hpp"
+#include "study/limit_command.hpp"
 #include "study/study_play.hpp"
+#include "study/study_recording.hpp"
 #include "study/study_summary.hpp"
 
 namespace kinetrace::app {
@@ -20,7 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// `study object-size`.
 struct StudyOptions {
   std::vector<std::filesystem::path> recordings;  ///< Folders made by kinetrace-simulate.
   std::vector<int> windows{1, 5, 10, 20};         ///< Frames of an object's window.
@@ -29,55 +29,6 @@ struct StudyOptions {
   std::filesystem::path out;
   bool quiet = false;
 };
-
-/// The only drive in a folder made by kinetrace-simulate.
-Outcome<fs::path> find_drive(const fs::path& recording) {
-  std::vector<fs::path> drives;
-  std::error_code error;
-  for (fs::recursive_directory_iterator entry(recording, error), end; !error && entry != end; entry.increment(error)) {
-    const std::string name = entry->path().filename().string();
-    if (entry.depth() == 1 && (name.ends_with("_sync") || name.ends_with("_extract"))) {
-      drives.push_back(entry->path());
-    }
-    if (entry.depth() == 1) {
-      entry.disable_recursion_pending();
-    }
-  }
-  if (drives.size() != 1) {
-    return Unexpected(Failure{ExitCode::kNoInput, recording.string() + ": expected one drive and its truth, as "
-                                                                       "kinetrace-simulate receding --out makes them"});
-  }
-  return drives.front();
-}
-
-struct Recording {
-  std::string name;
-  hal::Dataset dataset;
-  std::string segmentation;
-  StudyTruth truth;
-};
-
-Outcome<Recording> open_recording(const fs::path& path, const std::string& masks) {
-  const Outcome<fs::path> drive = find_drive(path);
-  if (!drive) {
-    return Unexpected(drive.error());
-  }
-  hal::DatasetSpec spec;
-  spec.layout = hal::DatasetLayout::kKittiRaw;
-  spec.path = *drive;
-  Result<hal::Dataset> dataset = hal::open_dataset(spec);
-  if (!dataset) {
-    return failure(dataset.error());
-  }
-  Result<StudyTruth> truth = StudyTruth::open(path);
-  if (!truth) {
-    return failure(truth.error());
-  }
-  const fs::path folder = path / "truth" / "masks";
-  return Recording{path.string(), std::move(*dataset),
-                   "masks:" + (folder / (masks + "_left")).string() + "," + (folder / (masks + "_right")).string(),
-                   std::move(*truth)};
-}
 
 /// One configuration of the study.
 struct Variant {
@@ -105,7 +56,7 @@ void apply(const Variant& variant, const StudyOptions& options, pipeline::Pipeli
   }
 }
 
-Outcome<StudyRun> run_variant(const StudyOptions& options, Recording& recording, const Variant& variant) {
+Outcome<StudyRun> run_variant(const StudyOptions& options, StudyRecording& recording, const Variant& variant) {
   Result<AppConfig> config = load_config(options.config, recording.segmentation);
   if (!config) {
     return failure(config.error());
@@ -126,7 +77,7 @@ Outcome<StudyRun> run_variant(const StudyOptions& options, Recording& recording,
 Outcome<std::vector<StudyRun>> run_all(const StudyOptions& options) {
   std::vector<StudyRun> runs;
   for (const fs::path& path : options.recordings) {
-    Outcome<Recording> recording = open_recording(path, options.masks);
+    Outcome<StudyRecording> recording = open_study_recording(path, options.masks);
     if (!recording) {
       return Unexpected(recording.error());
     }
@@ -147,18 +98,12 @@ Outcome<std::vector<StudyRun>> run_all(const StudyOptions& options) {
   return runs;
 }
 
-Status make_folder(const fs::path& directory) {
-  std::error_code error;
-  fs::create_directories(directory, error);
-  return error ? fail(ErrorCode::kIo, directory.string() + ": cannot be made (" + error.message() + ")") : Status{};
-}
-
 bool nothing_studied(const std::vector<StudyRun>& runs) {
   return std::all_of(runs.begin(), runs.end(), [](const StudyRun& run) { return run.rows.empty(); });
 }
 
-int study_command(const StudyOptions& options) {
-  if (const Status made = make_folder(options.out); !made) {
+int study_object_size(const StudyOptions& options) {
+  if (const Status made = make_study_folder(options.out); !made) {
     return report({ExitCode::kCannotCreate, made.error().message});
   }
   catch_interrupts();
@@ -181,10 +126,7 @@ int study_command(const StudyOptions& options) {
   return static_cast<int>(ExitCode::kOk);
 }
 
-void add_options(CLI::App& study, StudyOptions& options) {
-  study.require_subcommand(1);
-  CLI::App& object_size = *study.add_subcommand(
-      "object-size", "Errors of objects by their size in the image and by the frames they are reconstructed from");
+void add_options(CLI::App& object_size, StudyOptions& options) {
   object_size
       .add_option("RECORDING", options.recordings,
                   "Folders made by kinetrace-simulate, best of the scene `receding` with several seeds")
@@ -207,7 +149,13 @@ void add_options(CLI::App& study, StudyOptions& options) {
 }  // namespace
 
 Action add_study(CLI::App& command) {
-  return bind_options(command, add_options, study_command);
+  command.require_subcommand(1);
+  CLI::App& object_size = *command.add_subcommand(
+      "object-size", "Errors of objects by their size in the image and by the frames they are reconstructed from");
+  const Action study_size = bind_options(object_size, add_options, study_object_size);
+  CLI::App& limit = *command.add_subcommand("limit", "Errors of objects over the least that measurements allow");
+  const Action study_limit = add_limit(limit);
+  return [&object_size, study_size, study_limit] { return object_size.parsed() ? study_size() : study_limit(); };
 }
 
 }  // namespace kinetrace::app

@@ -13,6 +13,7 @@ namespace {
 constexpr double kMinOverlap = 0.5;
 constexpr double kWrong = 0.2;
 constexpr std::size_t kMinPoints = 5;  // Fewer points have no shape to speak of.
+constexpr int kMinTrackRows = 5;       // Fewer rows are explained by an offset.
 constexpr int kMinObservations = 2;    // As in a run's point clouds: what was seen once may be anything.
 constexpr std::int64_t kMotsIdsPerClass = 1000;
 
@@ -33,6 +34,18 @@ std::vector<evaluation::MaskInstance> tracked_instances(const FrameResult& resul
 std::vector<double> deviations(std::vector<double> values, double from) {
   std::transform(values.begin(), values.end(), values.begin(), [from](double v) { return std::abs(v - from); });
   return values;
+}
+
+struct MotionError {
+  double translation_m = 0.0;
+  double rotation_deg = 0.0;
+};
+
+/// Of the motion from one pose to the next, in the true body frame `L`.
+MotionError motion_error(const Se3& L_before, const Se3& L, const Se3& T_before, const Se3& T) {
+  const Se3 H = T * T_before.inverse();
+  const Se3 error = (L_before.inverse() * L).inverse() * (L_before.inverse() * H * L_before);
+  return {error.translation.norm(), so3_log(error.rotation).norm() * 180.0 / std::numbers::pi};
 }
 
 const ObjectResult* find_object(std::span<const ObjectResult> objects, std::uint32_t track_id) {
@@ -125,7 +138,7 @@ Status StudyErrors::begin_frame(const FrameResult& result) {
         measure_points(depth_errors(result, row.track_id, *images, instance.label), row);
       }
     }
-    samples_.emplace(Key{row.object_id, frame}, Sample{row, object, *T_world_cam, std::nullopt});
+    samples_.emplace(Key{row.object_id, frame}, Sample{row, object, *T_world_cam, std::nullopt, std::nullopt});
   }
   return {};
 }
@@ -140,6 +153,9 @@ void StudyErrors::finalise(const FrameEstimate& finalised) {
       continue;
     }
     sample.row.status = object->status;
+    if (object->status != BodyStatus::kLost && object->status != BodyStatus::kInitializing) {
+      sample.published = object->T_world_obj;
+    }
     if (object->status != BodyStatus::kTracked) {
       continue;
     }
@@ -172,20 +188,59 @@ std::vector<StudyRow> StudyErrors::rows() const {
     if (sample.T_world_obj) {
       const Offset& offset = offsets.at({key.first, row.track_id});
       row.position_m = (*sample.T_world_obj * (offset.sum_m / offset.weight) - sample.truth.center_m).norm();
-      if (before != nullptr && before->T_world_obj && before->row.object_id == row.object_id &&
-          before->row.track_id == row.track_id && before->row.frame + 1 == row.frame) {
-        const Se3& L_before = before->truth.object.T_world_obj;
-        const Se3 H = *sample.T_world_obj * before->T_world_obj->inverse();
-        const Se3 true_motion = L_before.inverse() * sample.truth.object.T_world_obj;
-        const Se3 error = true_motion.inverse() * (L_before.inverse() * H * L_before);
-        row.motion_m = error.translation.norm();
-        row.motion_deg = so3_log(error.rotation).norm() * 180.0 / std::numbers::pi;
+      if (before != nullptr && before->T_world_obj && consecutive(*before, sample)) {
+        const MotionError error = motion_error(before->truth.object.T_world_obj, sample.truth.object.T_world_obj,
+                                               *before->T_world_obj, *sample.T_world_obj);
+        row.motion_m = error.translation_m;
+        row.motion_deg = error.rotation_deg;
       }
     }
     rows.push_back(row);
     before = &sample;
   }
+  measure_published(rows);
   return rows;
+}
+
+bool StudyErrors::consecutive(const Sample& before, const Sample& after) {
+  return before.row.object_id == after.row.object_id && before.row.track_id == after.row.track_id &&
+         before.row.frame + 1 == after.row.frame;
+}
+
+void StudyErrors::measure_published(std::vector<StudyRow>& rows) const {
+  struct Offsets {
+    Eigen::Vector3d sum_m = Eigen::Vector3d::Zero();
+    int count = 0;
+  };
+  const auto offset = [](const Sample& sample) -> Eigen::Vector3d {
+    return sample.truth.object.T_world_obj.inverse() * sample.published->translation;
+  };
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Offsets> offsets;  // By object and track.
+  for (const auto& [key, sample] : samples_) {
+    if (sample.published) {
+      Offsets& all = offsets[{key.first, sample.row.track_id}];
+      all.sum_m += offset(sample);
+      ++all.count;
+    }
+  }
+  const Sample* before = nullptr;
+  auto row = rows.begin();
+  for (const auto& [key, sample] : samples_) {
+    if (sample.published) {
+      const Offsets& all = offsets.at({key.first, sample.row.track_id});
+      if (all.count >= kMinTrackRows) {
+        row->published_place_m = (offset(sample) - all.sum_m / all.count).norm();
+      }
+      if (before != nullptr && before->published && consecutive(*before, sample)) {
+        const MotionError error = motion_error(before->truth.object.T_world_obj, sample.truth.object.T_world_obj,
+                                               *before->published, *sample.published);
+        row->published_motion_m = error.translation_m;
+        row->published_motion_deg = error.rotation_deg;
+      }
+    }
+    before = &sample;
+    ++row;
+  }
 }
 
 }  // namespace kinetrace::app

@@ -35,6 +35,11 @@ struct StudyRow {
   std::optional<double> depth_m = {};       ///< Median over the points of the magnitude of the same difference.
   std::optional<double> shape_m = {};       ///< ... of what remains without the bias.
   std::optional<double> wrong_points = {};  ///< Part of the points that are off by more than a fifth of the distance.
+  /// Of the published, smoothed path with the estimated camera, of any status but lost: as ObjectErrors::distance_m and
+  /// ObjectErrors::motion.
+  std::optional<double> published_place_m = {};
+  std::optional<double> published_motion_m = {};
+  std::optional<double> published_motion_deg = {};
 };
 
 /// Takes the results of one run in order and compares them with the truth.
@@ -54,11 +59,15 @@ class StudyErrors {
     evaluation::LocatedObject truth;
     Se3 T_world_cam_true;
     std::optional<Se3> T_world_obj;  ///< Where tracked.
+    std::optional<Se3> published;    ///< Where not lost.
   };
   using Key = std::pair<std::uint32_t, std::int64_t>;  ///< Object, frame.
 
   [[nodiscard]] Status begin_frame(const FrameResult& result);
   void finalise(const FrameEstimate& finalised);
+  /// Whether one follows the other, on the same track.
+  [[nodiscard]] static bool consecutive(const Sample& before, const Sample& after);
+  void measure_published(std::vector<StudyRow>& rows) const;
 
   StudyTruth& truth_;
   std::map<Key, Sample> samples_;

@@ -10,12 +10,13 @@
 namespace kinetrace::simulator {
 namespace {
 
-constexpr std::array<SceneEntry, 11> kScenes{{
+constexpr std::array<SceneEntry, 12> kScenes{{
     {"street", "a drive through traffic: oncoming, turning, overtaking and parked vehicles, people", &street_scene},
     {"drone", "from 13 m above, looking down, shaken: crossing vehicles, people, trees in the way", &drone_scene},
     {"wearable", "in a hall, with fast turns of the head: a trolley is pushed past", &wearable_scene},
     {"receding", "one car drawing away from 8 to 80 m", &receding_scene},
     {"crowd", "64 vehicles and people at once", &crowd_scene},
+    {"roundabout", "vehicles that look the same pass behind buses, trees and each other", &roundabout_scene},
     {"dark", "a street at night: mostly noise; nothing moves", &dark_scene},
     {"textureless", "bare walls and ground, one bare car", &textureless_scene},
     {"pure-rotation", "the rig turns in place; one car drives by", &pure_rotation_scene},

@@ -25,6 +25,7 @@ struct SceneEntry {
 [[nodiscard]] Scene drone_scene(const Variation& variation);
 [[nodiscard]] Scene wearable_scene(const Variation& variation);
 [[nodiscard]] Scene receding_scene(const Variation& variation);
+[[nodiscard]] Scene roundabout_scene(const Variation& variation);
 [[nodiscard]] Scene crowd_scene(const Variation& variation);
 [[nodiscard]] Scene dark_scene(const Variation& variation);
 [[nodiscard]] Scene textureless_scene(const Variation& variation);

@@ -51,6 +51,14 @@ constexpr std::array<OutlinePoint, 8> kCabOutline{{{-0.5F, 0.3F},
                                                    {0.46F, 0.5F},
                                                    {0.495F, 0.42F},
                                                    {0.5F, 0.22F}}};
+constexpr std::array<OutlinePoint, 8> kBusOutline{{{-0.5F, 0.12F},
+                                                   {-0.498F, 0.9F},
+                                                   {-0.49F, 0.98F},
+                                                   {-0.2F, 1.F},
+                                                   {0.47F, 0.99F},
+                                                   {0.488F, 0.94F},
+                                                   {0.497F, 0.4F},
+                                                   {0.5F, 0.12F}}};
 
 const VehicleDesign& design_of(VehicleKind kind) {
   static const VehicleDesign hatchback{
@@ -62,11 +70,28 @@ const VehicleDesign& design_of(VehicleKind kind) {
   // The shape is that of the cab alone, at the front of the truck.
   static const VehicleDesign truck{
       {2.0F, 2.3F, 2.1F, 1.35F, 0.42F, 0.1F, -4.7F, 0.88F, 0.66F, -0.9F, -0.9F, false, 2.5F}, kCabOutline, 5.0F, 2.9F};
+  static const VehicleDesign bus{{.length_m = 11.F,
+                                  .height_m = 3.F,
+                                  .width_m = 2.5F,
+                                  .belt_m = 1.25F,
+                                  .wheel_radius_m = 0.48F,
+                                  .front_axle_m = 3.2F,
+                                  .rear_axle_m = -2.7F,
+                                  .windscreen_m = 5.46F,
+                                  .windscreen_top_m = 5.3F,
+                                  .rear_window_m = -5.46F,
+                                  .rear_window_top_m = -5.4F,
+                                  .clearance_m = 0.32F,
+                                  .lean = 0.04F,
+                                  .rounding = 0.04F,
+                                  .trim = {.pillars = 8, .pillar_pitch_m = 1.25F}},
+                                 kBusOutline};
   switch (kind) {
     case VehicleKind::kHatchback: return hatchback;
     case VehicleKind::kSedan: return sedan;
     case VehicleKind::kVan: return van;
     case VehicleKind::kTruck: return truck;
+    case VehicleKind::kBus: return bus;
   }
   return hatchback;
 }

@@ -10,8 +10,8 @@
 
 namespace kinetrace::simulator {
 
-enum class VehicleKind : std::uint8_t { kHatchback, kSedan, kVan, kTruck };
-inline constexpr int kVehicleKinds = 4;
+enum class VehicleKind : std::uint8_t { kHatchback, kSedan, kVan, kTruck, kBus };
+inline constexpr int kVehicleKinds = 5;
 
 /// A point of a body's outline seen from the side.
 struct OutlinePoint {

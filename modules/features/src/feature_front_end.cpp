@@ -62,6 +62,7 @@ struct FeatureFrontEnd::State {
   void take_in(const RectifiedPair& pair, const RigAdjustment& rig) noexcept;
   /// What the frame before has measured.
   void remeasure(const RigChange& change) noexcept;
+  [[nodiscard]] float row_difference_px() const noexcept;
   [[nodiscard]] bool should_search_rows(const RigAdjustment& rig) noexcept;
   void end_rejected() noexcept;
   void remember_previous() noexcept;
@@ -254,13 +255,29 @@ void FeatureFrontEnd::reset() noexcept {
   state_->step = Step::kNeedsFrame;
 }
 
-// Where nearly nothing has a match, the calibration's rows may be wrong. Looking elsewhere takes time, so it ends with
-// the next correction, or when it has not helped.
+/// Of the matches of the frame before, mean; 0 where there are hardly any.
+float FeatureFrontEnd::State::row_difference_px() const noexcept {
+  constexpr float kMinMatches = 20.F;
+  float sum_px = 0.F;
+  float count = 0.F;
+  for (const FeatureSlot& slot : slots) {
+    if (slot.state == SlotState::kAlive && slot.feature.has_right()) {
+      sum_px += 2.F * std::abs(slot.feature.v_px - slot.feature.left_px.y());
+      count += 1.F;
+    }
+  }
+  return count >= kMinMatches ? sum_px / count : 0.F;
+}
+
+// Where nearly nothing has a match, or what has one lies so far off its row that others are beyond the limit, the
+// calibration's rows may be wrong. Looking elsewhere takes time, so it ends with the next correction, or when it has
+// not helped.
 bool FeatureFrontEnd::State::should_search_rows(const RigAdjustment& rig) noexcept {
   constexpr std::uint64_t kMinAttempts = 100;
   constexpr double kFewMatched = 0.3;
   constexpr double kFewOfUsual = 0.7;
   constexpr double kUsualGain = 0.1;
+  constexpr float kPartOfLimit = 0.4F;  // Mean of a normal distribution whose 5 % lie beyond the limit.
   constexpr int kFramesOfSearch = 20;
   constexpr int kFramesOfRest = 100;
   const std::uint64_t attempted = counters.stereo_attempted - attempted_before;
@@ -272,7 +289,8 @@ bool FeatureFrontEnd::State::should_search_rows(const RigAdjustment& rig) noexce
     return false;
   }
   const double ratio = attempted > 0 ? static_cast<double>(matched) / static_cast<double>(attempted) : 0.0;
-  const bool few = attempted >= kMinAttempts && ratio < std::max(kFewMatched, kFewOfUsual * usual_match_ratio);
+  const bool few = (attempted >= kMinAttempts && ratio < std::max(kFewMatched, kFewOfUsual * usual_match_ratio)) ||
+                   (row_search_frames == 0 && row_difference_px() > kPartOfLimit * matcher.max_row_difference_px());
   if (!few) {
     usual_match_ratio += kUsualGain * (ratio - usual_match_ratio);
   }

@@ -33,6 +33,9 @@ class StereoMatcher {
   /// `expected_disparity_px` first if that is not negative, then everywhere.
   bool match(const StereoImages& images, float expected_disparity_px, FeatureSlot& slot) const noexcept;
 
+  /// How far off its row a match may be.
+  [[nodiscard]] float max_row_difference_px() const noexcept;
+
  private:
   /// Disparities [first, last].
   struct Range {
@@ -43,7 +46,6 @@ class StereoMatcher {
   [[nodiscard]] Range clipped(float from, float to, int x) const noexcept;
   /// Rows to look in, and how far off its own row a match may be.
   [[nodiscard]] std::span<const int> row_offsets(const Feature& feature) const noexcept;
-  [[nodiscard]] float max_row_difference_px() const noexcept;
   /// How far off its row it was before.
   [[nodiscard]] int known_row_offset(const Feature& feature) const noexcept;
   [[nodiscard]] bool search(const StereoImages& images, const Feature& feature, Range range, int row_offset,

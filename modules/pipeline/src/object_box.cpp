@@ -1,7 +1,7 @@
 // What a frame tells about the box of an object.
 #include <array>
 #include <cmath>
-#include <limits>
+#include <optional>
 
 #include "object_state.hpp"
 
@@ -35,19 +35,32 @@ std::optional<trajectory::Heading> ObjectState::heading(const Eigen::Vector3d& d
   return trajectory::Heading{upright_yaw(down, velocity_mps), std::hypot(kMinHeading_rad, sigma_mps / speed_mps)};
 }
 
-std::optional<trajectory::MaskEdges> ObjectState::mask_edges() const {
+std::optional<trajectory::MaskEdges> ObjectState::mask_edges(LabelView labels) const {
   if (track_.missed_frames > 0 || track_.area_px == 0) {
     return std::nullopt;
   }
   const PixelBox& box = track_.box_px;
+  trajectory::MaskEdges edges{.at_px = {box.x0 - 0.5, box.x1 - 0.5, box.y0 - 0.5, box.y1 - 0.5}};
+  // Left, right, top, bottom.
   const std::array<bool, 4> at_border{box.x0 <= 1, box.x1 >= geometry_.width_px - 1, box.y0 <= 1,
                                       box.y1 >= geometry_.height_px - 1};
   const bool is_cut = at_border[0] || at_border[1] || at_border[2] || at_border[3];
   const double hidden = 1.0 - double{std::min(is_cut ? 1.F : track_.visible_part, visible_fraction_)};
-  trajectory::MaskEdges edges{{box.x0 - 0.5, box.x1 - 0.5, box.y0 - 0.5, box.y1 - 0.5}, {}};
   for (std::size_t side = 0; side < at_border.size(); ++side) {
     const int extent_px = side < 2 ? box.width() : box.height();
-    edges.beyond_px[side] = at_border[side] ? std::numeric_limits<double>::infinity() : hidden * extent_px;
+    edges.beyond_px[side] = at_border[side] ? trajectory::MaskEdges::kUnknown : hidden * extent_px;
+  }
+  // Vehicles fill the corners of their shapes; people and goods do not.
+  const auto diagonals = track_.class_id == kVehicleClass ? diagonal_edges(labels, box, track_.label()) : std::nullopt;
+  if (!diagonals) {
+    return edges;
+  }
+  const std::array<bool, 4> is_end_cut{at_border[0] || at_border[2], at_border[1] || at_border[3],
+                                       at_border[0] || at_border[3], at_border[1] || at_border[2]};
+  for (std::size_t i = 0; i < diagonals->size(); ++i) {
+    const double extent_px = (*diagonals)[i | 1U] - (*diagonals)[i & ~std::size_t{1}];
+    edges.at_px[4 + i] = (*diagonals)[i];
+    edges.beyond_px[4 + i] = is_end_cut[i] ? trajectory::MaskEdges::kUnknown : hidden * extent_px;
   }
   return edges;
 }
@@ -63,7 +76,7 @@ void ObjectState::update_box(const CameraState& camera, const trajectory::Ground
                              .class_id = track_.class_id,
                              .T_world_obj = T_world_obj_,
                              .T_obj_cam = T_obj_cam_,
-                             .edges = mask_edges(),
+                             .edges = mask_edges_,
                              .points = body_.active() ? body_.estimate().points : std::span<const BodyPoint>(),
                              .disparity_sigma_px = kPointDisparity_px,
                              .ground = ground,

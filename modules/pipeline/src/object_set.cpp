@@ -151,4 +151,12 @@ void ObjectSet::remeasure(const RigChange& change) noexcept {
   }
 }
 
+void ObjectSet::restart_paths() noexcept {
+  for (ObjectState& object : slots_) {
+    if (object.in_use()) {
+      object.restart_path();
+    }
+  }
+}
+
 }  // namespace kinetrace::pipeline

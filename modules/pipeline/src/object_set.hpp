@@ -38,6 +38,8 @@ class ObjectSet {
 
   /// The rig is corrected in another way from now on.
   void remeasure(const RigChange& change) noexcept;
+  /// It was so far off that what was measured says nothing about how objects move.
+  void restart_paths() noexcept;
   [[nodiscard]] std::span<ObjectState> slots() noexcept { return slots_; }
   [[nodiscard]] std::span<const ObjectState> slots() const noexcept { return slots_; }
 

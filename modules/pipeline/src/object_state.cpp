@@ -79,6 +79,7 @@ void ObjectState::begin(const Track& track) {
   known_motion_.reset();
   reconstructed_ = false;
   frame_fixed_ = false;
+  path_restarts_ = false;
   tracked_.reset();
   tracked_run_.reset();
   rested_ = false;
@@ -98,6 +99,16 @@ void ObjectState::begin(const Track& track) {
   motion_.reset();
   filter_.reset();
   box_.reset();
+}
+
+void ObjectState::restart_path() noexcept {
+  motion_.reset();
+  filter_.reset();
+  path_restarts_ = true;
+  if (!body_.active()) {
+    placed_ = false;
+    status_ = BodyStatus::kInitializing;
+  }
 }
 
 tracking::ObjectPrediction ObjectState::prediction(std::int64_t timestamp_ns, const Se3& T_world_cam) const {
@@ -214,7 +225,9 @@ void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, con
   observed_ = true;
   timestamp_ns_ = timestamp_ns;
   extended_ = false;
-  frame_change_ = FrameChange::kNone;
+  frame_change_ = path_restarts_ ? FrameChange::kReplaced : FrameChange::kNone;
+  path_restarts_ = false;
+  motion_.set_disparity_sigma(camera.disparity_sigma_px);
   correction_.reset();
   measure_visible_fraction(camera);
   if (track.missed_frames == 0) {
@@ -228,6 +241,7 @@ void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, con
 void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera,
                           const features::FeatureFrontEnd& front_end) {
   begin_frame(track, frame.timestamp_ns, camera);
+  mask_edges_ = mask_edges(labels);
   StereoObservation observation = observe_stereo(frame, labels);
   if (!rigid() && track_.area_px > 0) {
     observe_by_outline(labels, camera, observation);
@@ -318,9 +332,21 @@ Eigen::Matrix3d ObjectState::position_correlated_covariance() const {
   return correlated_covariance;
 }
 
-void ObjectState::push_motion() {
-  motion_.push(
-      {timestamp_ns_, T_world_obj_, reference_covariance(T_world_obj_, covariance_), position_correlated_covariance()});
+Eigen::Matrix3d ObjectState::covariance_per_disparity(const CameraState& camera) const {
+  const Eigen::Vector3d p_cam = T_obj_cam_.inverse() * reference_m_;
+  if (!camera.T_world_cam_before || interval_s_ <= 0.0 || p_cam.z() <= 0.0) {
+    return Eigen::Matrix3d::Zero();
+  }
+  const Eigen::Matrix3d& R_world_cam = camera.T_world_cam.rotation;
+  const Eigen::Vector3d velocity_mps =
+      (camera.T_world_cam.translation - camera.T_world_cam_before->translation) / interval_s_;
+  return trajectory::velocity_per_disparity(R_world_cam * (p_cam / p_cam.z()), R_world_cam.col(2), velocity_mps,
+                                            geometry_.disparity_px(p_cam.z()), camera.background_disparity_px);
+}
+
+void ObjectState::push_motion(const CameraState& camera) {
+  motion_.push({timestamp_ns_, T_world_obj_, reference_covariance(T_world_obj_, covariance_),
+                position_correlated_covariance(), covariance_per_disparity(camera)});
   previous_timestamp_ns_ = timestamp_ns_;
   const trajectory::MotionEstimate motion = motion_.at(0);
   has_moved_ = has_moved_ || motion.moving;
@@ -348,7 +374,7 @@ void ObjectState::conclude(const BundleSummary& refinement, const CameraState& c
     last_seen_m_ = middle_m();
   }
   in_view_ = p_cam.z() > 0.0 && u_px >= 0.0 && u_px < geometry_.width_px;
-  push_motion();
+  push_motion(camera);
   update_box(camera, ground);
 }
 

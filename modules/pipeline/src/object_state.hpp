@@ -56,6 +56,8 @@ class ObjectState {
     handed_over_ = true;
   }
   [[nodiscard]] bool handed_over() const noexcept { return handed_over_; }
+  /// Where it was has been measured with a calibration that was far off: its path begins anew with the next frame.
+  void restart_path() noexcept;
   /// The slot may be given to another track.
   void release() noexcept { track_ = Track{}; }
 
@@ -204,11 +206,13 @@ class ObjectState {
   [[nodiscard]] double extent_sigma_m(double depth_m) const;
   /// See trajectory::MotionSample::drift.
   [[nodiscard]] Eigen::Matrix3d position_correlated_covariance() const;
-  void push_motion();
+  /// See trajectory::MotionSample.
+  [[nodiscard]] Eigen::Matrix3d covariance_per_disparity(const CameraState& camera) const;
+  void push_motion(const CameraState& camera);
   /// Where it heads in the world, if it moves.
   [[nodiscard]] std::optional<trajectory::Heading> heading(const Eigen::Vector3d& down) const;
   /// Of its mask, if a detection shows it.
-  [[nodiscard]] std::optional<trajectory::MaskEdges> mask_edges() const;
+  [[nodiscard]] std::optional<trajectory::MaskEdges> mask_edges(LabelView labels) const;
   void update_box(const CameraState& camera, const trajectory::Ground& ground);
   void follow_middle();
   /// Of its box in a kept result: that of the box on the object, and that of the object's pose.
@@ -232,6 +236,7 @@ class ObjectState {
   bool placed_ = false;       ///< T_world_obj_ has been set since birth.
   bool frame_fixed_ = false;  ///< Its axes and origin have been shown in a reconstruction and never move again.
   FrameChange frame_change_ = FrameChange::kNone;  ///< In this frame.
+  bool path_restarts_ = false;                     ///< With the next frame.
   std::optional<FrameCorrection> correction_;
   bool reconstructed_ = false;  ///< Has been tracked by its reconstruction since birth.
   double unseen_s_ = 0.0;
@@ -253,6 +258,7 @@ class ObjectState {
     bool moving = false;
   };
   std::optional<KnownMotion> known_motion_;
+  std::optional<trajectory::MaskEdges> mask_edges_;  ///< Of this frame.
   double turn_radps2_;
   double turn_rate_radps_;
   double acceleration_mps2_;

@@ -72,6 +72,8 @@ struct Pipeline::Impl {
   void reconstruct(const FeatureFrame& frame, const TrackFrame& tracks, StageObserver* observer);
   Status refine(const FeatureFrame& frame, StageObserver* observer);
   void conclude(const RectifiedPair& pair, const TrackFrame& tracks, StageObserver* observer);
+  /// In this frame.
+  [[nodiscard]] CameraState camera_now() const;
 
   /// What has been seen is no longer there: all tracks end with this frame.
   void end_tracks();
@@ -216,11 +218,20 @@ EgoMotion Pipeline::Impl::locate_camera(const FeatureFrame& frame, StageObserver
   if (rig.must_restart() || front_end.row_search_began()) {
     camera.restart_map();
   }
+  if (rig.must_restart_paths()) {
+    objects.restart_paths();
+  }
   if (jumped) {
     end_tracks();
     ground.reset();
   }
   return ego;
+}
+
+CameraState Pipeline::Impl::camera_now() const {
+  CameraState now = camera.state(0);
+  rig.describe(now);
+  return now;
 }
 
 void Pipeline::Impl::end_tracks() {
@@ -263,7 +274,7 @@ Result<FeatureFrame> Pipeline::Impl::replenish(const TrackFrame& tracks, StageOb
 void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tracks, StageObserver* observer) {
   const StageScope stage(observer, Stage::kSfm);
   camera.extend(frame);
-  const CameraState now = camera.state(0);
+  const CameraState now = camera_now();
   for (std::size_t i = 0; i < tracker.tracks().size(); ++i) {
     Track track = tracker.tracks()[i];
     if (const auto lost = objects.reidentify(track, frame, tracks.left_labels, now)) {
@@ -291,7 +302,7 @@ Status Pipeline::Impl::refine(const FeatureFrame& frame, StageObserver* observer
     return refined;
   }
   camera.background().conclude(bodies[0].summary);
-  const CameraState now = camera.state(0);
+  const CameraState now = camera_now();
   if (now.valid) {
     ground.update(camera.background().estimate().points, now.T_world_cam);
   }

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
+#include <numbers>
 #include <span>
 
 namespace kinetrace::pipeline {
@@ -154,6 +156,39 @@ double mean_column(LabelView labels, const PixelBox& box, std::uint8_t label) {
     }
   }
   return count > 0 ? static_cast<double>(sum) / static_cast<double>(count) : 0.5 * (box.x0 + box.x1 - 1);
+}
+
+std::optional<std::array<double, 4>> diagonal_edges(LabelView labels, const PixelBox& box, std::uint8_t label) {
+  const int begin = std::max(box.x0, 0);
+  const int end = std::min(box.x1, labels.width);
+  int lowest_sum = std::numeric_limits<int>::max();
+  int lowest_difference = lowest_sum;
+  int highest_sum = -lowest_sum;
+  int highest_difference = -lowest_sum;
+  for (int y = std::max(box.y0, 0); y < std::min(box.y1, labels.height); ++y) {
+    const std::uint8_t* const row = labels.row(y);
+    int first = begin;
+    while (first < end && row[first] != label) {
+      ++first;
+    }
+    int last = end - 1;
+    while (last > first && row[last] != label) {
+      --last;
+    }
+    if (first < end) {
+      lowest_sum = std::min(lowest_sum, first + y);
+      highest_sum = std::max(highest_sum, last + y);
+      lowest_difference = std::min(lowest_difference, first - y);
+      highest_difference = std::max(highest_difference, last - y);
+    }
+  }
+  if (highest_sum < lowest_sum) {
+    return std::nullopt;
+  }
+  // Corners of pixels are half a pixel from their middles, both ways.
+  return std::array<double, 4>{(lowest_sum - 1) / std::numbers::sqrt2, (highest_sum + 1) / std::numbers::sqrt2,
+                               (lowest_difference - 1) / std::numbers::sqrt2,
+                               (highest_difference + 1) / std::numbers::sqrt2};
 }
 
 }  // namespace kinetrace::pipeline

@@ -1,7 +1,9 @@
 // What the stereo pair of one frame alone says about where an object is.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <optional>
 
 #include <Eigen/Core>
 
@@ -30,5 +32,10 @@ struct StereoObservation {
 
 /// Mean column of the pixels with `label` in `box`; the middle of the box if there are none.
 [[nodiscard]] double mean_column(LabelView labels, const PixelBox& box, std::uint8_t label);
+
+/// Edges of the pixels with `label` in `box`: lowest and highest of u + v and of u - v, over the root of two. Nothing
+/// if there are none.
+[[nodiscard]] std::optional<std::array<double, 4>> diagonal_edges(LabelView labels, const PixelBox& box,
+                                                                  std::uint8_t label);
 
 }  // namespace kinetrace::pipeline

@@ -53,7 +53,7 @@ struct RigRefinerStorage {
 
 namespace {
 
-constexpr std::size_t kMinPoints = 40;
+constexpr std::size_t kMinPoints = 24;  // Five rows each for twenty unknowns.
 // A window ends when the camera has moved by this part of what it sees is away. Where it has to end before, the other
 // is enough.
 constexpr double kParallax = 0.06;

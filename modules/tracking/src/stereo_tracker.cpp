@@ -14,8 +14,6 @@ namespace {
 
 /// Features looked at per object; more say nothing new about four parameters.
 constexpr std::size_t kMaxFeaturesPerObject = 256;
-/// A network may err in the class of a frame, but what comes back after longer has to be of the same.
-constexpr std::int64_t kForgetsClass_ns = 100'000'000;
 /// A mask is still found where it is expected if it overlaps its prediction so far.
 constexpr double kStillFits = 0.6;
 constexpr double kMinPartToClaim = 0.2;
@@ -23,10 +21,6 @@ constexpr double kMinPartToClaim = 0.2;
 constexpr double kMinPartOnWhole = 0.5;
 /// An image larger than this is a mistake.
 constexpr int kMaxImageSidePx = 16384;
-/// So many features that speak against a match weigh as much as those that speak for it.
-constexpr double kVotesPrior = 3.0;
-/// Share of an object's features that makes a match whatever the masks overlap.
-constexpr double kMinVotes = 0.5;
 
 PixelBox common_part(const PixelBox& a, const PixelBox& b) noexcept {
   return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
@@ -209,90 +203,6 @@ void StereoTracker::defer_confirmation(std::uint8_t slot) noexcept {
   }
 }
 
-void StereoTracker::add_affinities(const TrackInstance& instance, const PredictionOverlap& predicted,
-                                   std::span<const Detection> detections) noexcept {
-  for (std::size_t v = 0; v < detections.size(); ++v) {
-    const double overlap =
-        intersection_over_union(predicted.on_label[detections[v].label], predicted.area_px, detections[v].area_px);
-    const FeatureVotes& features = instance.votes_of_features;
-    const double votes = features.on_label[detections[v].label] / (features.total + kVotesPrior);
-    const bool could_be =
-        !instance.missed.exceeds(kForgetsClass_ns) || classes_agree(instance.track.class_id, detections[v].class_id);
-    if (could_be && (overlap >= config_.min_overlap || votes >= kMinVotes)) {
-      affinity_(instance.track.slot, static_cast<int>(v)) = overlap + votes;
-    }
-  }
-}
-
-void StereoTracker::count_votes(LabelView detections, std::span<const Feature> features) noexcept {
-  for (TrackInstance& instance : slots_) {
-    instance.votes_of_features = {};
-  }
-  if (detections.empty()) {
-    return;
-  }
-  for (const Feature& feature : features) {
-    const auto x = static_cast<int>(std::lround(feature.left_px.x()));
-    const auto y = static_cast<int>(std::lround(feature.left_px.y()));
-    const bool carried = feature.age_frames > 0 && feature.body != kBackgroundLabel && feature.body <= slots_.size();
-    if (carried && x >= 0 && y >= 0 && x < detections.width && y < detections.height) {
-      FeatureVotes& votes = slots_[feature.body - 1U].votes_of_features;
-      ++votes.total;
-      ++votes.on_label[detections.at(x, y)];
-    }
-  }
-}
-
-void StereoTracker::associate(const DetectionFrame& detections, std::span<const Feature> features) noexcept {
-  const LabelView labels = detections.available ? detections.left_labels : LabelView{};
-  count_votes(labels, features);
-  const std::size_t columns = detections.available ? detections.left.size() : 0;
-  affinity_.resize(static_cast<int>(slots_.size()), static_cast<int>(columns));
-  for (TrackInstance& instance : slots_) {
-    if (!instance.alive()) {
-      continue;
-    }
-    measure_overlap(prediction_, instance.track.label(), instance.mask.current_box(), labels, instance.overlap);
-    if (is_assignable(instance)) {
-      add_affinities(instance, instance.overlap, detections.left.first(columns));
-    }
-  }
-
-  owner_.clear();
-  owner_.resize(columns);
-  std::fill(owner_.begin(), owner_.end(), std::int16_t{-1});
-  for (TrackInstance& instance : slots_) {
-    instance.detection = -1;
-  }
-  apply_assignment(maximum_weight_assignment(affinity_));
-  affinity_.resize(static_cast<int>(slots_.size()), static_cast<int>(columns));
-  for (const TrackInstance& instance : slots_) {
-    if (instance.alive() && instance.detection < 0 && is_assignable(instance)) {
-      add_proximity_pairs(instance, detections, features);
-    }
-  }
-  apply_assignment(maximum_weight_assignment(affinity_));
-  for (TrackInstance& instance : slots_) {
-    if (!instance.alive()) {
-      continue;
-    }
-    if (instance.detection >= 0) {
-      accept_match(instance, detections.left[static_cast<std::size_t>(instance.detection)]);
-    } else {
-      accept_miss(instance, detections.has_looked_for(instance.overlap.box_px, instance.track.class_id));
-    }
-  }
-}
-
-void StereoTracker::apply_assignment(const Assignment& match) noexcept {
-  for (TrackInstance& instance : slots_) {
-    if (instance.alive() && instance.detection < 0 && match[instance.track.slot] >= 0) {
-      instance.detection = match[instance.track.slot];
-      owner_[static_cast<std::size_t>(instance.detection)] = instance.track.slot;
-    }
-  }
-}
-
 void StereoTracker::accept_match(TrackInstance& instance, const Detection& detection) noexcept {
   ++instance.matched_frames;
   instance.tentative_missed.reset();
@@ -351,6 +261,15 @@ void StereoTracker::accept_miss(TrackInstance& instance, bool was_looked_for) no
       (tentative && instance.tentative_missed.exceeds(limits_.tentative_missed_ns))) {
     end(instance);
   }
+}
+
+double StereoTracker::part_on(const TrackInstance& instance, const Detection& detection) noexcept {
+  return static_cast<double>(instance.whole_on_label[detection.label]) / detection.area_px;
+}
+
+bool StereoTracker::is_behind_camera(const TrackInstance& instance) noexcept {
+  const ObjectPrediction& prediction = instance.prediction;
+  return prediction.known && !prediction.direction_only && prediction.depth_m <= kMinPredictionDepth_m;
 }
 
 bool StereoTracker::is_assignable(const TrackInstance& instance) const noexcept {

@@ -19,7 +19,8 @@ constexpr int kIterations = 2;
 constexpr int kChallengerIterations = 4;
 constexpr std::uint32_t kChallengedEvery = 2;  // Frames.
 constexpr double kClearlyBetter = 6.0;     // Twice log-likelihood; a box that turns must be this much more probable.
-constexpr int kYaws = 6;                   // Over half a circle.
+constexpr double kRivalKept = 0.95;        // Of what a rival differs by, until the next one is tried.
+constexpr std::size_t kYaws = 6;           // Over half a circle.
 constexpr double kBehindFace = 0.4;        // Of its length, the middle of a body behind the points seen of it.
 constexpr double kYawOfShape_rad = 0.025;  // Bodies are rounded and not quite symmetric.
 constexpr double kTurnRate_radps = 0.3;    // Of what drives, standard deviation.
@@ -46,6 +47,7 @@ void BoxEstimator::reset() noexcept {
   forget_views();
   heading_.reset();
   sigma_ = Box3Sigma{};
+  rival_ = Box3Sigma{};
   timestamp_ns_ = 0;
   updates_ = 0;
   known_ = false;
@@ -63,9 +65,10 @@ void BoxEstimator::keep_view(const BoxFrame& frame) noexcept {
       frame.T_obj_cam.translation - (known_ ? state_.center_m : Eigen::Vector3d(Eigen::Vector3d::Zero()));
   const double side = upright_yaw(down_obj_, from) / (2.0 * std::numbers::pi) + 0.5;
   BoxView& view = views_[std::min(static_cast<std::size_t>(side * kSides), kSides - 1)];
-  const std::array<double, 4>& at = frame.edges->at_px;
+  const std::array<double, kMaskSides>& at = frame.edges->at_px;
   double quality = std::min(at[1] - at[0], at[3] - at[2]);
-  for (std::size_t edge = 0; edge < at.size(); ++edge) {
+  constexpr std::size_t kUpright = 4;  // Of columns and rows.
+  for (std::size_t edge = 0; edge < kUpright; ++edge) {
     const double extent_px = edge < 2 ? at[1] - at[0] : at[3] - at[2];
     quality *= std::max(1.0 - frame.edges->beyond_px[edge] / extent_px, kUnseenQuality);
   }
@@ -120,9 +123,11 @@ BoxState BoxEstimator::start_at(const BoxFrame& frame, double yaw_rad, const Kin
 
 void BoxEstimator::begin(const BoxFrame& frame, const BoxEvidence& evidence) noexcept {
   known_ = true;
+  rival_ = Box3Sigma{};
   take(fit_box(evidence, start_at(frame, heading_ ? heading_->yaw_rad : 0.0, likely_kind(frame)), kFirstIterations));
-  for (int i = 1; i < kYaws && !heading_; ++i) {
-    challenge(evidence, start_at(frame, i * std::numbers::pi / kYaws, likely_kind(frame)), kFirstIterations, 0.0);
+  for (std::size_t i = 1; i < kYaws && !heading_; ++i) {
+    const double yaw_rad = static_cast<double>(i) * std::numbers::pi / kYaws;
+    challenge(evidence, start_at(frame, yaw_rad, likely_kind(frame)), kFirstIterations, 0.0);
   }
   for (const KindOfObject& kind : evidence.kinds) {
     challenge(evidence, start_at(frame, state_.yaw_rad, kind), kFirstIterations, 0.0);
@@ -132,9 +137,33 @@ void BoxEstimator::begin(const BoxFrame& frame, const BoxEvidence& evidence) noe
 /// Takes the box that is found from `start` if it is more probable.
 void BoxEstimator::challenge(const BoxEvidence& evidence, const BoxState& start, int iterations,
                              double margin) noexcept {
-  if (const BoxFit fit = fit_box(evidence, start, iterations); fit.cost < cost_ - margin) {
+  const BoxFit fit = fit_box(evidence, start, iterations);
+  const BoxState former = state_;
+  const double behind = (fit.cost - cost_) / fit.misfit;
+  if (fit.cost < cost_ - margin) {
     take(fit);
+    note_rival(former, -behind);
+  } else {
+    note_rival(fit.state, behind);
   }
+}
+
+// What is reported is one box, so a rival counts by how far it is from that: the mean squared error of a mixture of the
+// two. Few steps from a new start do not find the best of its kind each time, so the most probable one of late counts.
+void BoxEstimator::note_rival(const BoxState& rival, double behind) noexcept {
+  const double root = std::sqrt(1.0 / (1.0 + std::exp(0.5 * behind)));
+  const Eigen::Matrix3d axes = upright_axes(down_obj_, state_.yaw_rad);
+  const Eigen::Vector3d off_m = (axes.transpose() * (rival.center_m - state_.center_m)).cwiseAbs();
+  const double off_rad = std::abs(std::remainder(rival.yaw_rad - state_.yaw_rad, std::numbers::pi));
+  rival_.center_m = (kRivalKept * rival_.center_m).cwiseMax(root * off_m);
+  rival_.size_m = (kRivalKept * rival_.size_m).cwiseMax(root * (rival.size_m - state_.size_m).cwiseAbs());
+  rival_.yaw_rad = std::max(kRivalKept * rival_.yaw_rad, root * off_rad);
+}
+
+Box3Sigma BoxEstimator::sigma() const noexcept {
+  return {(sigma_.center_m.cwiseAbs2() + rival_.center_m.cwiseAbs2()).cwiseSqrt(),
+          (sigma_.size_m.cwiseAbs2() + rival_.size_m.cwiseAbs2()).cwiseSqrt(),
+          std::hypot(sigma_.yaw_rad, rival_.yaw_rad), sigma_.heading_known};
 }
 
 /// A box of another kind, or as long as nothing shows where the front is, turned: one after the other.
@@ -153,6 +182,9 @@ void BoxEstimator::note_heading(const BoxFrame& frame, const Ground& ground_obj)
   const double passed_s = timestamp_ns_ > 0 ? 1e-9 * static_cast<double>(frame.timestamp_ns - timestamp_ns_) : 0.0;
   timestamp_ns_ = frame.timestamp_ns;
   if (frame.heading) {
+    if (!heading_) {
+      rival_ = Box3Sigma{};  // They were turned in other ways.
+    }
     const Eigen::Vector3d along_world = upright_axes(frame.ground.down, frame.heading->yaw_rad).col(0);
     heading_ = Heading{upright_yaw(ground_obj.down, frame.T_world_obj.rotation.transpose() * along_world),
                        frame.heading->sigma_rad};

@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kMaskEdge_px = 1.5;    // Of a mask's border, standard deviation.
 constexpr double kShape_m = 0.10;       // By which a body's outline differs from that of its shape.
+constexpr double kCorner_m = 0.25;      // Along the diagonals of the image: corners are rounded, pillars lean.
 constexpr double kSurface_m = 0.06;     // By which its faces are not flat, outwards.
 constexpr double kRecess_m = 0.20;      // How deep windows and the like lie behind a face, mean.
 constexpr double kPointsPerView = 5.0;  // All points of a view say as much as so many independent ones.
@@ -98,7 +99,8 @@ class Problem {
   /// Where what is seen does not fit a box, the box is less sure.
   [[nodiscard]] BoxFit result() const {
     const double surplus = std::max(residuals_ - kParameters, 1.0);
-    return {state_, cost_, std::max(1.0, misfit_ / (kUsualMisfit * surplus)) * H_.inverse()};
+    const double misfit = std::max(1.0, misfit_ / (kUsualMisfit * surplus));
+    return {state_, cost_, misfit, misfit * H_.inverse()};
   }
 
  private:
@@ -176,16 +178,17 @@ class Problem {
     Eigen::Vector3d p_cam = Eigen::Vector3d::Zero();
   };
 
-  /// As MaskEdges: lowest and highest u, lowest and highest v.
-  [[nodiscard]] std::array<Extreme, 4> extremes(const Se3& T_cam_obj) const {
-    std::array<Extreme, 4> found;
+  /// As MaskEdges.
+  [[nodiscard]] std::array<Extreme, kMaskSides> extremes(const Se3& T_cam_obj) const {
+    std::array<Extreme, kMaskSides> found;
     bool is_first = true;
     for (const Eigen::Vector3d& k : outline_of(shape_)) {
       Eigen::Vector3d p_cam = T_cam_obj * (state_.center_m + 0.5 * (A_ * k.cwiseProduct(state_.size_m)));
       p_cam.z() = std::max(p_cam.z(), kNearest_m);
       const Eigen::Vector3d uv = evidence_.geometry.project(p_cam);
       for (std::size_t side = 0; side < found.size(); ++side) {
-        const double at_px = uv[static_cast<Eigen::Index>(side / 2)];
+        const std::array<double, 2>& along = kMaskDirections[side / 2];
+        const double at_px = along[0] * uv.x() + along[1] * uv.y();
         if (is_first || (side % 2 == 0 ? at_px < found[side].at_px : at_px > found[side].at_px)) {
           found[side] = {at_px, k, p_cam};
         }
@@ -197,7 +200,7 @@ class Problem {
 
   void add_edges(const BoxView& view) {
     const Se3 T_cam_obj = view.T_obj_cam.inverse();
-    const std::array<Extreme, 4> outermost = extremes(T_cam_obj);
+    const std::array<Extreme, kMaskSides> outermost = extremes(T_cam_obj);
     for (std::size_t side = 0; side < outermost.size(); ++side) {
       add_edge(view, T_cam_obj.rotation, side, outermost[side]);
     }
@@ -205,23 +208,24 @@ class Problem {
 
   void add_edge(const BoxView& view, const Eigen::Matrix3d& R_cam_obj, std::size_t side, const Extreme& extreme) {
     const double off_px = extreme.at_px - view.edges.at_px[side];
-    const bool is_beyond = side % 2 == 0 ? off_px < 0.0 : off_px > 0.0;
-    const double beyond_px = is_beyond ? view.edges.beyond_px[side] : 0.0;
+    const double beyond_px = view.edges.beyond_px[side];
     if (std::isinf(beyond_px)) {
       return;
     }
-    const Eigen::Index axis = side < 2 ? 0 : 1;
-    const double per_m = (axis == 0 ? evidence_.geometry.fx_px : evidence_.geometry.fy_px) / extreme.p_cam.z();
-    Eigen::RowVector3d J_cam = Eigen::RowVector3d::Zero();
-    J_cam[axis] = per_m;
-    J_cam[2] = -per_m * extreme.p_cam[axis] / extreme.p_cam.z();
+    const bool is_beyond = side % 2 == 0 ? off_px < 0.0 : off_px > 0.0;
+    const StereoGeometry& g = evidence_.geometry;
+    const std::array<double, 2>& along = kMaskDirections[side / 2];
+    Eigen::RowVector3d J_cam(along[0] * g.fx_px, along[1] * g.fy_px, 0.0);
+    J_cam[2] = -J_cam.head<2>().dot(extreme.p_cam.head<2>()) / extreme.p_cam.z();
+    J_cam /= extreme.p_cam.z();
     const Eigen::RowVector3d J_obj = J_cam * R_cam_obj;
     const Eigen::Vector3d arm = 0.5 * extreme.k.cwiseProduct(state_.size_m);
     Vector7d J;
     J.head<3>() = J_obj.transpose();
     J[3] = J_obj.dot(arm.z() * A_.col(0) - arm.x() * A_.col(2));
     J.tail<3>() = 0.5 * extreme.k.cwiseProduct((J_obj * A_).transpose());
-    const double sigma_px = std::hypot(kMaskEdge_px, kShape_m * per_m, beyond_px);
+    const double shape_m = side < 4 ? kShape_m : kCorner_m;
+    const double sigma_px = std::hypot(kMaskEdge_px, shape_m * J_cam.head<2>().norm(), is_beyond ? beyond_px : 0.0);
     add(off_px / sigma_px, J / sigma_px);
   }
 

@@ -32,7 +32,8 @@ struct BoxEvidence {
 struct BoxFit {
   BoxState state;
   double cost = 0.0;                           ///< Twice the negative log-likelihood, up to a constant.
-  Matrix7d covariance = Matrix7d::Identity();  ///< Of centre (object frame), yaw, size.
+  double misfit = 1.0;                         ///< Variance of what is left over that of a body that fits, at least 1.
+  Matrix7d covariance = Matrix7d::Identity();  ///< Of centre (object frame), yaw, size; by the misfit larger.
 };
 
 /// Gauss-Newton from `start`, robust, `iterations` times.

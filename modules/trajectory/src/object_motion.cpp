@@ -52,6 +52,18 @@ struct TurnRate {
 
 }  // namespace
 
+Eigen::Matrix3d velocity_per_disparity(const Eigen::Vector3d& ray_m, const Eigen::Vector3d& forward,
+                                       const Eigen::Vector3d& velocity_mps, double disparity_px,
+                                       double background_disparity_px) {
+  const Eigen::Vector3d of_point = (velocity_mps + forward.dot(velocity_mps) * ray_m) / disparity_px;
+  Eigen::Matrix3d covariance = of_point * of_point.transpose();
+  if (background_disparity_px > 0.0) {
+    const Eigen::Vector3d of_camera = 2.0 * velocity_mps / background_disparity_px;
+    covariance += of_camera * of_camera.transpose();
+  }
+  return covariance;
+}
+
 void ObjectMotion::reset() noexcept {
   size_ = 0;
   reference_obj_.setZero();
@@ -105,6 +117,7 @@ MotionEstimate ObjectMotion::at(std::size_t age) const noexcept {
   estimate.yaw_rate_rad_s = turn.rad_s();
   const double correlation_s = std::max(path[0].time_s - path[count - 1].time_s, kErrorCorrelationTime_s);
   estimate.covariance += correlated_covariance / (correlation_s * correlation_s);
+  estimate.covariance += disparity_sigma_px_ * disparity_sigma_px_ * center.covariance_per_disparity;
   const bool was_moving = entry(age).was_moving || (age + 1 < size_ && entry(age + 1).was_moving);
   const double needed = config_.moving_significance * (was_moving ? kStopRatio : 1.0);
   const double chi_square = fit.velocity_mps.dot(estimate.covariance.ldlt().solve(fit.velocity_mps));

@@ -116,6 +116,20 @@ TEST(RigAdjustment, RowsFarOffAreFoundWhereTheCalibrationMayBeWrong) {
   EXPECT_GT(share_matched(doubting.process({.correction = {}, .may_be_off = true})), 0.7);
 }
 
+TEST(RigAdjustment, WhereMatchesLieNearTheLimitOthersAreLookedForBeyondIt) {
+  const Texture texture(5);
+  Scene scene = textured(texture);
+  scene.row_offset_px = 2.95;  // Half of the matches lie beyond the limit of 3 px.
+  Adjusted trusting(scene);
+  Adjusted doubting(scene);
+  for (int i = 0; i < 3; ++i) {
+    static_cast<void>(trusting.process({}));
+    static_cast<void>(doubting.process({.correction = {}, .may_be_off = true}));
+  }
+  EXPECT_LT(share_matched(trusting.process({})), 0.7);
+  EXPECT_GT(share_matched(doubting.process({.correction = {}, .may_be_off = true})), 0.8);
+}
+
 TEST(RigAdjustment, WhatWasMeasuredFollowsARevision) {
   const Texture texture(6);
   const Scene scene = textured(texture);

@@ -2,6 +2,8 @@
 #include "stereo_observation.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -164,6 +166,23 @@ TEST(MeanColumn, CountsOnlyWhatIsInTheBoxAndInTheImage) {
   EXPECT_DOUBLE_EQ(mean_column(triangle.view(), {6, 9, 9, 10}, kLabel), 7.0);
   EXPECT_DOUBLE_EQ(mean_column(triangle.view(), {-5, -7, 90, 30}, kLabel), 7.0);
   EXPECT_DOUBLE_EQ(mean_column(triangle.view(), {-9, 0, -1, 10}, kLabel), -5.5) << "beside the image";
+}
+
+TEST(DiagonalEdges, AreThoseOfThePixelsCorners) {
+  const Triangle triangle;
+  const auto edges = diagonal_edges(triangle.view(), {-3, 0, 40, 12}, kLabel);
+  ASSERT_TRUE(edges);
+  const std::array<double, 4> expected{3.0, 23.0, -6.0, 5.0};  // Of u + v, of u - v.
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_NEAR((*edges)[i], expected[i] / std::sqrt(2.0), 1e-12) << i;
+  }
+}
+
+TEST(DiagonalEdges, AreUnknownWithoutPixels) {
+  const Triangle triangle;
+  EXPECT_FALSE(diagonal_edges(triangle.view(), {0, 0, 20, 10}, kLabel + 1));
+  EXPECT_FALSE(diagonal_edges(triangle.view(), {14, 2, 16, 5}, kLabel));
+  EXPECT_FALSE(diagonal_edges({}, {0, 0, 20, 10}, kLabel));
 }
 
 }  // namespace

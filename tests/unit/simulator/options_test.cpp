@@ -13,9 +13,27 @@ app::Outcome<std::optional<Options>> parse(const std::array<const char*, N>& arg
 }
 
 TEST(Options, TakesEverythingFromTheCommandLine) {
-  const auto options =
-      parse(std::array{"kinetrace-simulate", "drone", "--out", "/tmp/x", "--frames", "7", "--seed", "3", "--width",
-                       "320", "--noise", "0.5", "--degrade", "off", "--samples", "9", "--distortion", "--rate", "5"});
+  const auto options = parse(std::array{"kinetrace-simulate",
+                                        "drone",
+                                        "--out",
+                                        "/tmp/x",
+                                        "--frames",
+                                        "7",
+                                        "--seed",
+                                        "3",
+                                        "--width",
+                                        "320",
+                                        "--noise",
+                                        "0.5",
+                                        "--degrade",
+                                        "off",
+                                        "--samples",
+                                        "9",
+                                        "--distortion",
+                                        "--rate",
+                                        "5",
+                                        "--missing",
+                                        "40"});
   ASSERT_TRUE(options && *options);
   const Options& o = **options;
   EXPECT_EQ(o.scene, "drone");
@@ -29,6 +47,7 @@ TEST(Options, TakesEverythingFromTheCommandLine) {
   EXPECT_EQ(o.simulator.samples_per_side, 3);
   EXPECT_TRUE(o.simulator.distortion);
   EXPECT_EQ(o.rate_hz, 5.0);
+  EXPECT_DOUBLE_EQ(o.recording.degradation.miss_probability, 0.4);
 }
 
 TEST(Options, RefusesWhatItCannotDo) {
@@ -43,6 +62,7 @@ TEST(Options, RefusesWhatItCannotDo) {
   expect_usage(parse(std::array{"kinetrace-simulate", "street", "--out", "x", "--frames", "0"}), "--frames");
   expect_usage(parse(std::array{"kinetrace-simulate", "street", "--out", "x", "--rate", "nan"}), "--rate: must be in");
   expect_usage(parse(std::array{"kinetrace-simulate", "street", "--out", "x", "--degrade", "much"}), "--degrade");
+  expect_usage(parse(std::array{"kinetrace-simulate", "street", "--out", "x", "--missing", "101"}), "--missing");
   expect_usage(parse(std::array{"kinetrace-simulate", "street", "--out", "x", "--fraems", "3"}),
                "--fraems: no such option; did you mean --frames?");
 }

@@ -49,7 +49,7 @@ TEST(ProximityPair, NotByMoreThanPartOfItsSize) {
 }
 
 TEST(ProximityPair, NothingOfAnotherClassOrAnotherSize) {
-  Shape vehicle = moved(kPerson, 14.0);
+  Shape vehicle = moved(kPerson, 20.0);
   vehicle.class_id = kVehicleClass;
   Shape large = moved(kPerson, 24.0);
   large.half_width = 12.0;
@@ -140,7 +140,7 @@ TEST(ProximityPair, WhatHasNearlyLeftTheImageSlipsOntoNothing) {
   for (const double x : {60.0, 40.0, 20.0, 0.0}) {
     step(x, std::array{Shape{.x = x, .y = 100.0}});
   }
-  step(-20.0, std::array{Shape{.x = 20.0, .y = 100.0, .half_width = 8.0}});
+  step(-20.0, std::array{Shape{.x = 60.0, .y = 100.0, .half_width = 8.0}});
   ASSERT_NE(scene.track_of(0), nullptr);
   EXPECT_EQ(scene.track_of(0)->id, 2U) << "another one stands where it went";
 }
@@ -171,7 +171,7 @@ TEST(ProximityPair, AStripAtTheBorderIsWhatWasExpectedJustOutside) {
   Shape no_strip = strip;
   no_strip.half_width = 40.0;
   EXPECT_EQ(id_at_border(no_strip), 2U);
-  EXPECT_EQ(id_at_border(moved(strip, 20.0)), 2U) << "not at the border";
+  EXPECT_EQ(id_at_border(moved(strip, 60.0)), 2U) << "not at the border";
   EXPECT_EQ(id_at_border(moved(strip, kWidth - 6.0)), 2U) << "at the other border";
 }
 
@@ -216,7 +216,7 @@ std::uint32_t id_beside(TrackerScene& scene, const ObjectPrediction& prediction,
 TEST(ProximityPair, WhereNoneOfItsFeaturesHasGoneIsAnother) {
   TrackerScene none({}, 0);
   EXPECT_EQ(id_beside(none, prediction_of(kPerson)), 1U);
-  for (const int features : {3, 24}) {
+  for (const int features : {24, 60}) {
     TrackerScene scene({}, features);
     EXPECT_EQ(id_beside(scene, prediction_of(kPerson)), 2U) << features;
   }
@@ -229,12 +229,12 @@ TEST(ProximityPair, FewFeaturesThatStayBehindDoNotHoldAnybody) {
     return id_beside(scene, prediction, step_px);
   };
   EXPECT_EQ(id_after(14.0, prediction_of(moved(kPerson, 12.0))), 1U) << "expected there";
-  EXPECT_EQ(id_after(14.0, prediction_of(kPerson)), 2U);
+  EXPECT_EQ(id_after(24.0, prediction_of(kPerson)), 2U);
 }
 
 TEST(ProximityPair, WhatIsAtAnotherDepthIsAnother) {
   const auto id_at = [](double disparity_px) {
-    TrackerScene scene({}, 3);
+    TrackerScene scene({}, 8);
     Shape beside = moved(kPerson, 14.0);
     beside.disparity_px = disparity_px;
     scene.detected = {true, false};
@@ -265,7 +265,7 @@ TEST(ProximityPair, FeaturesTakeASlipOnlySoFar) {
     return scene.track_of(1) == nullptr ? 0 : scene.track_of(1)->id;
   };
   EXPECT_EQ(id_after(15.0), 1U);
-  EXPECT_EQ(id_after(19.0), 2U);
+  EXPECT_EQ(id_after(30.0), 2U);
 }
 
 TEST(ProximityPair, WhatIsBehindTheCameraByNowIsNotBesideIt) {

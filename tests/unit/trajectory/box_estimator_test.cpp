@@ -57,6 +57,46 @@ TEST(BoxEstimator, TwoSidesMakeTheWholeBox) {
   }
 }
 
+// From above, columns and rows of a mask are nearly the same however a vehicle is turned.
+TEST(BoxEstimator, DiagonalsOfTheMaskTellHowAVehicleIsTurned) {
+  for (const double azimuth_deg : {45.0, 130.0, 220.0}) {
+    std::array<double, 2> sigma_rad{};
+    for (const bool shows_diagonals : {false, true}) {
+      CarScene scene;
+      scene.car.size_m = {5.1, 2.05, 1.95};
+      scene.car.center_m.y() = -1.025;
+      scene.rise_m = 12.0;
+      scene.shows_diagonals = shows_diagonals;
+      Watcher watcher;
+      for (int i = 0; i < 20; ++i) {
+        const Se3 T_obj_cam = scene.camera_at(azimuth_deg * kRad, 12.0);
+        const std::array<BodyPoint, 1> middle{{{.position_m = scene.car.center_m.cast<float>()}}};
+        BoxFrame frame = watcher.frame_of(scene, T_obj_cam, middle);
+        frame.disparity_sigma_px = 0.3;
+        watcher.box.update(frame);
+      }
+      sigma_rad[shows_diagonals ? 1 : 0] = watcher.box.sigma().yaw_rad;
+      if (shows_diagonals) {
+        EXPECT_LT(turned_rad(watcher.estimate(), scene.car), 6.0 * kRad) << azimuth_deg;
+      }
+    }
+    EXPECT_LT(sigma_rad[1], 0.7 * sigma_rad[0]) << azimuth_deg;
+  }
+}
+
+TEST(BoxEstimator, OfASquareBodyEitherSideMayBeTheLength) {
+  for (const double azimuth_deg : {25.0, 60.0, 200.0}) {
+    CarScene scene;
+    scene.car.size_m = {0.9, 0.8, 0.9};
+    scene.car.center_m.y() = -0.4;
+    Watcher watcher;
+    watcher.class_id = 3;
+    watcher.watch(scene, azimuth_deg * kRad, 6.0, 40);
+    EXPECT_GT(watcher.box.sigma().yaw_rad, 40.0 * kRad) << azimuth_deg;
+    EXPECT_LT((watcher.estimate().size_m - scene.car.size_m).cwiseAbs().maxCoeff(), 0.25) << azimuth_deg;
+  }
+}
+
 TEST(BoxEstimator, MotionTellsWhichEndIsTheFront) {
   CarScene scene;
   Watcher watcher;
@@ -112,7 +152,7 @@ TEST(BoxEstimator, StaysAsItWasSeenWhenMostOfItIsHidden) {
     BoxFrame frame = watcher.frame_of(scene, T_obj_cam, points);
     const double width_px = frame.edges->at_px[1] - frame.edges->at_px[0];
     frame.edges->at_px[0] += 0.6 * width_px;
-    frame.edges->beyond_px.fill(0.6 * width_px);
+    std::fill_n(frame.edges->beyond_px.begin(), 4, 0.6 * width_px);
     watcher.box.update(frame);
   }
   EXPECT_LT((watcher.estimate().center_m - seen.center_m).norm(), 0.15);

@@ -23,29 +23,36 @@ struct CarScene {
   std::mt19937 random{1};
   double edge_px = 0.0;  ///< Noise of the mask's edges, standard deviation.
   double point_m = 0.0;  ///< Noise of points along the ray.
+  double rise_m = 0.0;   ///< Of the camera above where it usually is.
+  bool shows_diagonals = false;
 
   /// From `azimuth_rad` round the car, 0 = from +x, at `distance_m`, looking at its middle.
   [[nodiscard]] Se3 camera_at(double azimuth_rad, double distance_m) const {
     const Eigen::Vector3d from(std::cos(azimuth_rad), 0.0, -std::sin(azimuth_rad));
     Se3 T_obj_cam;
     T_obj_cam.translation = car.center_m + distance_m * from;
-    T_obj_cam.translation.y() = -kCameraHeight_m;
-    const Eigen::Vector3d forward = -from;
-    T_obj_cam.rotation.col(0) = Eigen::Vector3d::UnitY().cross(forward);
-    T_obj_cam.rotation.col(1) = Eigen::Vector3d::UnitY();
+    T_obj_cam.translation.y() = -kCameraHeight_m - rise_m;
+    const Eigen::Vector3d forward = (rise_m * Eigen::Vector3d::UnitY() - distance_m * from).normalized();
+    T_obj_cam.rotation.col(0) = Eigen::Vector3d::UnitY().cross(forward).normalized();
+    T_obj_cam.rotation.col(1) = forward.cross(T_obj_cam.rotation.col(0));
     T_obj_cam.rotation.col(2) = forward;
     return T_obj_cam;
   }
 
   [[nodiscard]] MaskEdges edges_from(const Se3& T_obj_cam) {
     std::normal_distribution<double> noise(0.0, edge_px);
-    MaskEdges edges{{1e9, -1e9, 1e9, -1e9}, {}};
+    MaskEdges edges;
+    for (std::size_t side = 0; side < kMaskSides; ++side) {
+      edges.at_px[side] = side % 2 == 0 ? 1e9 : -1e9;
+      edges.beyond_px[side] = side < 4 || shows_diagonals ? 0.0 : MaskEdges::kUnknown;
+    }
     for (const Eigen::Vector3d& corner : car.corners()) {
       // Real bodies are rounded.
       const Eigen::Vector3d uv = kCamera.project(T_obj_cam.inverse() * (car.center_m + 0.96 * (corner - car.center_m)));
-      for (std::size_t i = 0; i < 2; ++i) {
-        edges.at_px[2 * i] = std::min(edges.at_px[2 * i], uv[static_cast<Eigen::Index>(i)]);
-        edges.at_px[2 * i + 1] = std::max(edges.at_px[2 * i + 1], uv[static_cast<Eigen::Index>(i)]);
+      for (std::size_t i = 0; i < kMaskDirections.size(); ++i) {
+        const double at_px = kMaskDirections[i][0] * uv.x() + kMaskDirections[i][1] * uv.y();
+        edges.at_px[2 * i] = std::min(edges.at_px[2 * i], at_px);
+        edges.at_px[2 * i + 1] = std::max(edges.at_px[2 * i + 1], at_px);
       }
     }
     for (double& edge : edges.at_px) {
@@ -82,11 +89,12 @@ struct Watcher {
   Arena arena{std::size_t{1} << 16U};
   BoxEstimator box{SizeTable(), kCamera, arena};
   std::int64_t now_ns = 0;
+  std::uint16_t class_id = kVehicleClass;
 
   BoxFrame frame_of(CarScene& scene, const Se3& T_obj_cam, std::span<const BodyPoint> points) {
     now_ns += 100'000'000;
     return {.timestamp_ns = now_ns,
-            .class_id = kVehicleClass,
+            .class_id = class_id,
             .T_world_obj = {},
             .T_obj_cam = T_obj_cam,
             .edges = scene.edges_from(T_obj_cam),

@@ -65,6 +65,41 @@ TEST(ObjectMotion, FindsAConstantVelocityAtEveryAge) {
   EXPECT_LT(motion.at(10).covariance.trace(), motion.at(0).covariance.trace());
 }
 
+// A camera that drives at 8 m/s past a parked car, all disparities off by half a pixel.
+TEST(ObjectMotion, WhatAWrongCalibrationMayHaveMovedIsNotSaidToMove) {
+  constexpr double kFb = 720.0 * 0.54;
+  constexpr double kOff_px = 0.5;
+  const Eigen::Vector3d velocity_mps(0.0, 0.0, 8.0);
+  const auto seen_at = [&](double time_s) {
+    const Eigen::Vector3d p_cam = Eigen::Vector3d(-4.0, 1.0, 30.0) - time_s * velocity_mps;
+    const double disparity_px = kFb / p_cam.z();
+    return Eigen::Vector3d(disparity_px / (disparity_px - kOff_px) * p_cam + time_s * velocity_mps);
+  };
+  const auto per_disparity = [&](double time_s) {
+    const Eigen::Vector3d p_cam = seen_at(time_s) - time_s * velocity_mps;
+    return velocity_per_disparity(p_cam / p_cam.z(), Eigen::Vector3d::UnitZ(), velocity_mps, kFb / p_cam.z(), 0.0);
+  };
+  const Eigen::Vector3d seen_mps = (seen_at(0.01) - seen_at(0.0)) / 0.01;
+  EXPECT_NEAR(std::sqrt(per_disparity(0.0).trace()) * kOff_px / seen_mps.norm(), 1.0, 0.05);
+  for (const double sigma_px : {0.0, kOff_px}) {
+    ObjectMotion motion({});
+    motion.set_disparity_sigma(sigma_px);
+    Path path(0.01);
+    for (int i = 0; i < 10; ++i) {
+      MotionSample sample = path.sample(i * kFrame_s, seen_at(i * kFrame_s));
+      sample.covariance_per_disparity = per_disparity(i * kFrame_s);
+      motion.push(sample);
+    }
+    EXPECT_EQ(motion.at(0).moving, sigma_px == 0.0);
+    EXPECT_EQ(motion.at(5).moving, sigma_px == 0.0);
+  }
+}
+
+TEST(ObjectMotion, CalibrationIsNoDoubtWhereTheCameraRests) {
+  EXPECT_TRUE(
+      velocity_per_disparity({0.1, 0.0, 1.0}, Eigen::Vector3d::UnitZ(), Eigen::Vector3d::Zero(), 10.0, 20.0).isZero());
+}
+
 TEST(ObjectMotion, ParkedObjectStandsStill) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     ObjectMotion motion({});

@@ -13,7 +13,10 @@ struct CameraState {
   std::optional<Se3> T_world_cam_before;  ///< Of the frame before, where it had a pose.
   Matrix6d covariance = Matrix6d::Zero();
   double residual_sigma_px = 0.0;  ///< Of the background's measurements.
-  bool valid = false;              ///< A pair of object and background counts only where both have a pose (paper).
+  /// By how much all disparities may be off, because the calibration may be wrong; standard deviation.
+  double disparity_sigma_px = 0.0;
+  double background_disparity_px = 0.0;  ///< Median of its features; 0: not known.
+  bool valid = false;  ///< A pair of object and background counts only where both have a pose (paper).
 };
 
 }  // namespace kinetrace::pipeline

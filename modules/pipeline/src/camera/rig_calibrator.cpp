@@ -1,7 +1,12 @@
 #include "camera/rig_calibrator.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace kinetrace::pipeline {
 namespace {
+
+constexpr double kLargeChange_px = 0.7;  // Of all disparities: no path holds both.
 
 bool tells_of_rig(const Feature& feature) {
   return feature.body == kBackgroundLabel && feature.has_right();
@@ -22,6 +27,18 @@ bool pose_is_agreed(const FeatureFrame& frame, const sfm::BodyReconstruction& ba
   return 2 * agreed >= followed;
 }
 
+double median_disparity_px(std::span<const rig::RigObservation> observations, std::span<float> scratch_px) {
+  if (observations.empty()) {
+    return 0.0;
+  }
+  const std::span<float> disparities = scratch_px.first(observations.size());
+  std::transform(observations.begin(), observations.end(), disparities.begin(),
+                 [](const rig::RigObservation& o) { return o.left_px.x() - o.right_px.x(); });
+  const auto middle = disparities.begin() + static_cast<std::ptrdiff_t>(disparities.size() / 2);
+  std::nth_element(disparities.begin(), middle, disparities.end());
+  return static_cast<double>(*middle);
+}
+
 }  // namespace
 
 std::size_t RigCalibrator::required_bytes(const PipelineConfig& config) {
@@ -29,8 +46,9 @@ std::size_t RigCalibrator::required_bytes(const PipelineConfig& config) {
     return 0;
   }
   return rig::RigRefiner::required_bytes(config.calibration) + measure_bytes([&](Arena& arena) {
-           static_cast<void>(
-               FixedVector<rig::RigObservation>(arena, static_cast<std::size_t>(config.features.max_features)));
+           const auto features = static_cast<std::size_t>(config.features.max_features);
+           static_cast<void>(FixedVector<rig::RigObservation>(arena, features));
+           static_cast<void>(arena.take<float>(features));
          });
 }
 
@@ -46,8 +64,9 @@ Result<RigCalibrator> RigCalibrator::create(const PipelineConfig& config, const 
     return Unexpected(refiner.error());
   }
   calibrator.refiner_ = *refiner;
-  calibrator.observations_ =
-      FixedVector<rig::RigObservation>(arena, static_cast<std::size_t>(config.features.max_features));
+  const auto features = static_cast<std::size_t>(config.features.max_features);
+  calibrator.observations_ = FixedVector<rig::RigObservation>(arena, features);
+  calibrator.scratch_px_ = arena.take<float>(features);
   calibrator.corrects_ = config.calibration.mode == rig::RefineMode::kOn;
   return calibrator;
 }
@@ -55,6 +74,7 @@ Result<RigCalibrator> RigCalibrator::create(const PipelineConfig& config, const 
 void RigCalibrator::begin_frame(std::int64_t timestamp_ns) {
   change_.reset();
   must_restart_ = false;
+  must_restart_paths_ = false;
   if (!refiner_) {
     return;
   }
@@ -62,11 +82,21 @@ void RigCalibrator::begin_frame(std::int64_t timestamp_ns) {
   must_restart_ = refiner_->must_restart();
   if (const auto revision = refiner_->revision()) {
     change_.emplace(geometry_, revision->before, revision->now);
+    const double apart_rad = revision->now.disparity_error_rad() - revision->before.disparity_error_rad();
+    must_restart_paths_ = std::abs(apart_rad) * geometry_.fx_px > kLargeChange_px;
   }
 }
 
 features::RigAdjustment RigCalibrator::adjustment() const {
   return corrects_ ? features::RigAdjustment{refiner_->correction(), true, change()} : features::RigAdjustment{};
+}
+
+void RigCalibrator::describe(CameraState& camera) const {
+  const RigEstimate known = estimate();
+  const double left_rad = known.correction.disparity_error_rad() - known.applied.disparity_error_rad();
+  const bool holds = known.verdict == RigVerdict::kHolds;
+  camera.disparity_sigma_px = holds ? 0.0 : std::hypot(left_rad, known.disparity_sigma_rad) * geometry_.fx_px;
+  camera.background_disparity_px = background_disparity_px_;
 }
 
 void RigCalibrator::observe(const FeatureFrame& frame, const CameraTracker& camera, bool jumped) {
@@ -86,6 +116,7 @@ void RigCalibrator::observe(const FeatureFrame& frame, const CameraTracker& came
           observations_.push_back({feature.id, feature.slot, feature.left_px, {feature.u_right_px, right_row_px}}));
     }
   }
+  background_disparity_px_ = median_disparity_px(observations_.span(), scratch_px_);
   refiner_->observe(observations_.span(), camera.background().estimate().T_body_cam);
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 
 #include "camera/camera_tracker.hpp"
 #include "kinetrace/core/fixed_vector.hpp"
@@ -28,9 +29,13 @@ class RigCalibrator {
   [[nodiscard]] const RigChange* change() const noexcept { return change_ ? &*change_ : nullptr; }
   /// Points are measured so differently since this frame that reconstructions have to begin anew.
   [[nodiscard]] bool must_restart() const noexcept { return must_restart_; }
+  /// Disparities are: positions from before say nothing about motion.
+  [[nodiscard]] bool must_restart_paths() const noexcept { return must_restart_paths_; }
   /// The frame's features, once the camera is located. `jumped`: it shows another scene than the one before.
   void observe(const FeatureFrame& frame, const CameraTracker& camera, bool jumped);
 
+  /// What is in doubt about the calibration, for what is composed with the camera.
+  void describe(CameraState& camera) const;
   [[nodiscard]] RigEstimate estimate() const { return refiner_ ? refiner_->estimate() : RigEstimate{}; }
 
  private:
@@ -38,8 +43,11 @@ class RigCalibrator {
   std::optional<rig::RigRefiner> refiner_;
   FixedVector<rig::RigObservation> observations_;
   bool corrects_ = false;
+  std::span<float> scratch_px_;
+  double background_disparity_px_ = 0.0;
   std::optional<RigChange> change_;
   bool must_restart_ = false;
+  bool must_restart_paths_ = false;
 };
 
 }  // namespace kinetrace::pipeline

@@ -169,7 +169,7 @@ void visit_tracking(Config& config, Visitor& visit) {
   visit("tracking.max_tentative_missed_s", t.max_tentative_missed_s,
         "time without a detection after which a tentative track ends, s");
   visit("tracking.min_area_px", t.min_area_px, "smaller detections are not born, smaller tracks end, px");
-  visit("tracking.min_overlap", t.min_overlap, "intersection over union of prediction and detection");
+  visit("tracking.min_overlap", t.min_overlap, "intersection over union of prediction and detection, right masks");
   visit("tracking.duplicate_overlap", t.duplicate_overlap,
         "part of a detection on live tracks above which it is not born");
   visit("tracking.ransac_threshold_px", t.ransac_threshold_px, "support of an object's similarity, px");

@@ -17,7 +17,7 @@ struct KINETRACE_API TrackerConfig {
   double max_unseen_s = 7.5;  ///< One whose place is known waits so much longer to be found again.
   double max_tentative_missed_s = 0.1;  ///< The same for a tentative track; only frames with detections count.
   int min_area_px = 64;                 ///< Smaller detections are not born; smaller tracks end.
-  double min_overlap = 0.15;            ///< Intersection over union of prediction and detection below this is no match.
+  double min_overlap = 0.15;            ///< Right masks: intersection over union below this is no match.
   double duplicate_overlap = 0.6;       ///< A detection with this share of its pixels on live tracks is not born.
   double ransac_threshold_px = 2.0;     ///< Features within this of an object's similarity support it.
   int ransac_iterations = 48;

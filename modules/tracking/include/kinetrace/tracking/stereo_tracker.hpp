@@ -43,15 +43,13 @@ struct TrackerCounters {
 /// the larger disparity; without disparity a track counts as behind all others, and among those the lower edge of the
 /// box decides.
 ///
-/// Affinity A[u][v] = intersection over union of the visible part of prediction u and detection v, plus the share of
-/// u's features that lie on v (damped where they are few); 0 where both are small. Normalised, so that a small object
-/// is worth as much as a large one and a fragment less than a whole. Masks say where something is, features say which
-/// of two things it is: when one object passes close to another, theirs is the better memory. What is left over on both
-/// sides is matched once more by nearness: a thing of the same class and about the same size beside its prediction, as
-/// a thin one moves by more than its width, or where it was a moment ago (at the border of the image also a bit further
-/// in), whatever was expected of it; a part of one in view that lies on it, or the first bit of a hidden one on its
-/// whole mask or beside it, by the more the longer it has been missed. What stereo sees clearly nearer or farther away
-/// is none of these.
+/// Association: one assignment per frame (Kuhn-Munkres). Its weights are log-likelihood ratios: that the detection
+/// shows the track, against its being new and the track being missed (src/association_cost.hpp). They add up the edges
+/// of the detection given the predicted mask, where hidden and truncated edges tell less; the share of the track's
+/// features that lie on it; its disparity; its class; the probability of detection given how much of the track should
+/// be visible; and that a detection on another track's mask may be a fragment of that. Pairs below zero are left out,
+/// which is the optimum of the assignment with births and misses (Bar-Shalom, Li 1995). Features and predictions may
+/// have gone astray: with a small prior the track is also looked for where it last was.
 ///
 /// Life: a detection that no track claims is born tentative, confirmed when matched in `confirm_frames` frames,
 /// propagated by its prediction for `max_missed_s`, and ended then. A confirmed track with a prediction waits for
@@ -142,32 +140,18 @@ class StereoTracker {
   void estimate_occlusion_order(const DetectionFrame& detections) noexcept;
   void count_votes(LabelView detections, std::span<const Feature> features) noexcept;
   void associate(const DetectionFrame& detections, std::span<const Feature> features) noexcept;
-  void add_affinities(const TrackInstance& instance, const PredictionOverlap& predicted,
-                      std::span<const Detection> detections) noexcept;
-  /// Detections that no prediction meets, of unclaimed tracks: something thin that has moved by more than its width, a
-  /// part of something, or the first bit of what comes out from behind another.
-  void add_proximity_pairs(const TrackInstance& instance, const DetectionFrame& detections,
-                           std::span<const Feature> features) noexcept;
-  /// Stereo sees it clearly nearer or farther away than the track was.
-  [[nodiscard]] bool lies_at_another_depth(const TrackInstance& instance,
-                                           std::span<const DisparitySample> seen) noexcept;
-  /// It is expected nearly all outside the image, and a detection lies along the border over which it would come.
-  [[nodiscard]] bool reaches_over_border(const TrackInstance& instance, const Detection& detection) const noexcept;
-  [[nodiscard]] bool passes_proximity_gate(const TrackInstance& instance, const Detection& detection,
-                                           double gap_px) const noexcept;
-  /// Seen a moment ago, and a detection is where it was, though it was expected elsewhere.
-  [[nodiscard]] bool still_there(const TrackInstance& instance, const Detection& detection) const noexcept;
-  /// Of what the image's border cuts off, seen in `box` a moment ago, `seen` shows a bit more or less.
-  [[nodiscard]] bool comes_further_in(const PixelBox& box, const PixelBox& seen) const noexcept;
+  /// Log-likelihood ratio of the detection being this track, against its being new and the track being missed.
+  /// `disparity_px`: of the detection, the median over `samples` features.
+  [[nodiscard]] double evidence(const TrackInstance& instance, const Detection& detection, double disparity_px,
+                                std::size_t samples) const noexcept;
+  /// Of where the detection lies: on the predicted mask, hidden parts included, or where the track was a moment ago.
+  [[nodiscard]] double place_evidence(const TrackInstance& instance, const Detection& detection) const noexcept;
+  /// Of the detection, on the predicted mask of another track of its class.
+  [[nodiscard]] double part_on_others(const TrackInstance& instance, const Detection& detection) const noexcept;
   [[nodiscard]] static bool is_behind_camera(const TrackInstance& instance) noexcept;
-  /// What was seen of it a moment ago has not gone to where the detection is.
-  [[nodiscard]] static bool features_lie_elsewhere(const TrackInstance& instance, const Detection& detection) noexcept;
   /// Of the detection, on the whole predicted mask.
   [[nodiscard]] static double part_on(const TrackInstance& instance, const Detection& detection) noexcept;
-  /// Where another track of its class is expected to be seen.
-  [[nodiscard]] bool lies_on_another(const Detection& detection, const TrackInstance& instance) const noexcept;
-  /// Gives tracks without a detection the one that they are matched with.
-  void apply_assignment(const Assignment& match) noexcept;
+  void apply_assignment(const Assignment& match, std::size_t columns) noexcept;
   void accept_match(TrackInstance& instance, const Detection& detection) noexcept;
   void learn_motion(TrackInstance& instance, const Detection& detection) const noexcept;
   void accept_miss(TrackInstance& instance, bool was_looked_for) noexcept;

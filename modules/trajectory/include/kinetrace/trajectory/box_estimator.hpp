@@ -54,7 +54,8 @@ class BoxEstimator {
     return {state_.center_m, state_.size_m, state_.yaw_rad, down_obj_};
   }
   [[nodiscard]] Box3 box_in_world(const Se3& T_world_obj) const noexcept;
-  [[nodiscard]] const Box3Sigma& sigma() const noexcept { return sigma_; }
+  /// Holds what other boxes that are nearly as probable differ by.
+  [[nodiscard]] Box3Sigma sigma() const noexcept;
 
  private:
   void keep_view(const BoxFrame& frame) noexcept;
@@ -65,6 +66,8 @@ class BoxEstimator {
   void begin(const BoxFrame& frame, const BoxEvidence& evidence) noexcept;
   void challenge(const BoxEvidence& evidence, const BoxState& start, int iterations, double margin) noexcept;
   [[nodiscard]] BoxState challenger(const BoxFrame& frame, const BoxEvidence& evidence) const noexcept;
+  /// A box that is less probable by `behind`, twice the difference of log-likelihoods.
+  void note_rival(const BoxState& rival, double behind) noexcept;
   void note_heading(const BoxFrame& frame, const Ground& ground_obj) noexcept;
   void take(const BoxFit& fit) noexcept;
 
@@ -73,7 +76,8 @@ class BoxEstimator {
   std::span<BoxView> views_;  ///< By the side from which they show the object.
   BoxState state_;
   double cost_ = 0.0;
-  Box3Sigma sigma_;
+  Box3Sigma sigma_;  ///< Of the most probable box alone.
+  Box3Sigma rival_;  ///< Root of what rivals of late differ by, squared, times their probabilities.
   Eigen::Vector3d down_world_ = Eigen::Vector3d::UnitY();
   Eigen::Vector3d down_obj_ = Eigen::Vector3d::UnitY();
   std::optional<Heading> heading_;  ///< Newest one known, object frame.

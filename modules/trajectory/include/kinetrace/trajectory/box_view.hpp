@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include <Eigen/Core>
 
@@ -11,12 +12,20 @@
 
 namespace kinetrace::trajectory {
 
-/// Edges of a mask in the left image, pixels: lowest and highest u, lowest and highest v.
+/// Directions in the left image in which the extent of a mask is measured: columns, rows, both diagonals. A box that is
+/// turned has the same extent along columns and rows, and another one along the diagonals.
+inline constexpr std::array<std::array<double, 2>, 4> kMaskDirections{
+    {{1.0, 0.0}, {0.0, 1.0}, {0.70710678, 0.70710678}, {0.70710678, -0.70710678}}};
+inline constexpr std::size_t kMaskSides = 2 * kMaskDirections.size();
+
+/// Edges of a mask in the left image, pixels: the lowest and the highest along each of kMaskDirections.
 struct MaskEdges {
-  std::array<double, 4> at_px{};
+  static constexpr double kUnknown = std::numeric_limits<double>::infinity();
+
+  std::array<double, kMaskSides> at_px{};
   /// How far the object may reach beyond what is seen of it, standard deviation: infinite where the image's border cuts
-  /// it.
-  std::array<double, 4> beyond_px{};
+  /// it, or nothing is known.
+  std::array<double, kMaskSides> beyond_px{0.0, 0.0, 0.0, 0.0, kUnknown, kUnknown, kUnknown, kUnknown};
 };
 
 /// What one frame shows of an object, in the object's frame.

@@ -19,7 +19,18 @@ struct MotionSample {
   /// By how much the position may drift over the window while the object stands still, world, m^2: errors that frames
   /// have in common and that change slowly.
   Eigen::Matrix3d correlated_covariance = Eigen::Matrix3d::Zero();
+  /// Of the velocity that it has from a common error of all disparities of one pixel, world, (m/s/px)^2.
+  Eigen::Matrix3d covariance_per_disparity = Eigen::Matrix3d::Zero();
 };
+
+/// What a wrong calibration does to the velocity of a point, by a common error of all disparities: with disparity d and
+/// p its place in the camera's frame, p is off by p / d a pixel, and while the camera moves, that changes. `ray_m` is p
+/// over its depth, `forward` where the camera looks, `velocity_mps` the camera's, world frame. The camera's own
+/// velocity is off as are the points that it is found from, whose median disparity is `background_disparity_px`; 0: not
+/// known. (m/s/px)^2.
+[[nodiscard]] Eigen::Matrix3d velocity_per_disparity(const Eigen::Vector3d& ray_m, const Eigen::Vector3d& forward,
+                                                     const Eigen::Vector3d& velocity_mps, double disparity_px,
+                                                     double background_disparity_px);
 
 struct MotionEstimate {
   /// World frame, of the reference point, whether it differs significantly from zero or not.
@@ -41,6 +52,8 @@ class ObjectMotion {
   /// ring.
   void set_reference(const Eigen::Vector3d& p_obj) noexcept { reference_obj_ = p_obj; }
   void push(const MotionSample& sample) noexcept;
+  /// By how much all disparities may be off.
+  void set_disparity_sigma(double sigma_px) noexcept { disparity_sigma_px_ = sigma_px; }
   /// Replaces the pose of `age` frames ago; ages beyond size() are ignored.
   void revise(std::size_t age, const Se3& T_world_obj, const Eigen::Matrix3d& position_covariance) noexcept;
   /// Weighted least squares over the frames around `age`: constant velocity, or constant acceleration where the path
@@ -64,6 +77,7 @@ class ObjectMotion {
   std::size_t head_ = 0;  ///< Slot of the newest.
   std::size_t size_ = 0;
   Eigen::Vector3d reference_obj_ = Eigen::Vector3d::Zero();
+  double disparity_sigma_px_ = 0.0;
 };
 
 }  // namespace kinetrace::trajectory

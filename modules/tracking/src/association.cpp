@@ -1,0 +1,172 @@
+// The part of StereoTracker that assigns detections to tracks.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "association_cost.hpp"
+#include "expectations.hpp"
+#include "kinetrace/tracking/stereo_tracker.hpp"
+
+namespace kinetrace::tracking {
+namespace {
+
+/// Standard deviation of an object's predicted place, in sizes, where no feature tells its motion, and where many do.
+constexpr double kPlaceSigma = 0.15;
+constexpr double kFollowedSigma = 0.03;
+/// ... for each second since it was last detected.
+constexpr double kPlaceSigmaPerSecond = 0.4;
+constexpr double kPixel = 1.0;
+/// So many features halve what is not known of its motion.
+constexpr double kTellingFeatures = 4.0;
+/// ... where both have gone astray.
+constexpr double kAstraySigma = 0.3;
+/// Features and predictions of an object that was seen in the frame before are wrong altogether: log of how often.
+constexpr double kPredictionFails = -3.0;
+
+BoxPrediction box_at(const PixelBox& box, const Eigen::Vector2d& shift_px) {
+  return {.low_px = Eigen::Vector2d(box.x0, box.y0) + shift_px, .high_px = Eigen::Vector2d(box.x1, box.y1) + shift_px};
+}
+
+/// The same place, known to about a pixel.
+BoxPrediction surely_at(const PixelBox& box, const Eigen::Vector2d& shift_px = Eigen::Vector2d::Zero()) {
+  BoxPrediction there = box_at(box, shift_px);
+  const double size_px = (there.high_px - there.low_px).cwiseMax(1.0).prod();
+  there.place_sigma_px.setConstant(kPixel + kFollowedSigma * std::sqrt(size_px));
+  there.size_sigma = kFollowedSigma;
+  return there;
+}
+
+}  // namespace
+
+void StereoTracker::count_votes(LabelView detections, std::span<const Feature> features) noexcept {
+  for (TrackInstance& instance : slots_) {
+    instance.votes_of_features = {};
+  }
+  if (detections.empty()) {
+    return;
+  }
+  for (const Feature& feature : features) {
+    const auto x = static_cast<int>(std::lround(feature.left_px.x()));
+    const auto y = static_cast<int>(std::lround(feature.left_px.y()));
+    const bool carried = feature.age_frames > 0 && feature.body != kBackgroundLabel && feature.body <= slots_.size();
+    if (carried && x >= 0 && y >= 0 && x < detections.width && y < detections.height) {
+      FeatureVotes& votes = slots_[feature.body - 1U].votes_of_features;
+      ++votes.total;
+      ++votes.on_label[detections.at(x, y)];
+    }
+  }
+}
+
+double StereoTracker::place_evidence(const TrackInstance& instance, const Detection& detection) const noexcept {
+  BoxPrediction whole;
+  instance.mask.current_corners(whole.low_px, whole.high_px);
+  whole.low_px.array() += 0.5;  // from the centre of a pixel to its edge
+  whole.high_px.array() += 0.5;
+  const double missed_s = 1e-9 * static_cast<double>(timestamp_ns_ - interval_ns_ - instance.matched_timestamp_ns);
+  const double unknown = kTellingFeatures / (kTellingFeatures + instance.votes_of_features.total);
+  const Eigen::Vector2d extent_px = (whole.high_px - whole.low_px).cwiseMax(1.0);
+  // How far an object reaches over the border of the image is not known, but its other side tells its size.
+  const PixelBox& box = instance.track.box_px;
+  Eigen::Vector2d size_px = Eigen::Vector2d::Constant(std::sqrt(extent_px.prod()));
+  size_px.x() = box.x0 <= 0 || box.x1 >= width_px_ ? extent_px.maxCoeff() : size_px.x();
+  size_px.y() = box.y0 <= 0 || box.y1 >= height_px_ ? extent_px.maxCoeff() : size_px.y();
+  const double relative_sigma = kFollowedSigma + kPlaceSigma * unknown + kPlaceSigmaPerSecond * std::max(missed_s, 0.0);
+  whole.place_sigma_px = (relative_sigma * size_px).array() + kPixel;
+  whole.size_sigma = kFollowedSigma + kPlaceSigma * unknown;
+  const double unoccluded =
+      instance.predicted_px > 0 ? static_cast<double>(instance.overlap.area_px) / instance.predicted_px : 0.0;
+  whole.occluded = 1.0 - unoccluded;
+  const auto evidence_at = [&](const BoxPrediction& expected) {
+    return box_evidence(expected, detection.box_px, width_px_, height_px_);
+  };
+  BoxPrediction astray = whole;  // its features, or its trajectory, have gone with something else
+  astray.place_sigma_px = (kAstraySigma * size_px).cwiseMax(whole.place_sigma_px);
+  astray.size_sigma = std::max(kAstraySigma, whole.size_sigma);
+  double best = std::max(evidence_at(whole), kPredictionFails + evidence_at(astray));
+  if (!wholly_in_view(instance) && !instance.overlap.box_px.empty()) {
+    BoxPrediction visible = box_at(instance.overlap.box_px, Eigen::Vector2d::Zero());
+    visible.place_sigma_px = whole.place_sigma_px;
+    visible.size_sigma = whole.size_sigma;
+    best = std::max(best, evidence_at(visible));
+  }
+  if (instance.track.missed_frames == 0 && instance.track.age_frames > 0) {
+    const ObjectPrediction& then = instance.previous_prediction;
+    const ObjectPrediction& now = instance.prediction;
+    const bool moved = then.known && now.known && then.direction_only == now.direction_only;
+    const Eigen::Vector2d shift_px = moved ? Eigen::Vector2d(now.point_px - then.point_px) : Eigen::Vector2d(0.0, 0.0);
+    best = std::max({best, kPredictionFails + evidence_at(surely_at(instance.track.box_px)),
+                     kPredictionFails + evidence_at(surely_at(instance.track.box_px, shift_px))});
+  }
+  const double visible = is_behind_camera(instance) ? 0.0 : unoccluded * instance.mask_part_in_image;
+  return best + detection_evidence(visible);
+}
+
+double StereoTracker::part_on_others(const TrackInstance& instance, const Detection& detection) const noexcept {
+  int most_px = 0;
+  for (const TrackInstance& other : slots_) {
+    if (other.alive() && &other != &instance && classes_agree(other.track.class_id, detection.class_id)) {
+      most_px = std::max(most_px, other.overlap.on_label[detection.label]);
+    }
+  }
+  return static_cast<double>(most_px) / detection.area_px;
+}
+
+double StereoTracker::evidence(const TrackInstance& instance, const Detection& detection, double disparity_px,
+                               std::size_t samples) const noexcept {
+  const FeatureVotes& votes = instance.votes_of_features;
+  const bool followed = !instance.missed.exceeds(kForeignAfter_ns);
+  return place_evidence(instance, detection) +
+         (followed ? feature_evidence(votes.on_label[detection.label], votes.total) : 0.0) +
+         (instance.disparity.known ? disparity_evidence(instance.disparity.mean_px, disparity_px, samples) : 0.0) +
+         (classes_agree(instance.track.class_id, detection.class_id) ? 0.0 : kOtherClassEvidence) -
+         fragment_evidence(part_on_others(instance, detection));
+}
+
+void StereoTracker::associate(const DetectionFrame& detections, std::span<const Feature> features) noexcept {
+  const LabelView labels = detections.available ? detections.left_labels : LabelView{};
+  count_votes(labels, features);
+  const std::size_t columns = detections.available ? detections.left.size() : 0;
+  affinity_.resize(static_cast<int>(slots_.size()), static_cast<int>(columns));
+  for (TrackInstance& instance : slots_) {
+    instance.detection = -1;
+    if (instance.alive()) {
+      measure_overlap(prediction_, instance.track.label(), instance.mask.current_box(), labels, instance.overlap);
+    }
+  }
+  for (std::size_t v = 0; v < columns; ++v) {
+    const Detection& detection = detections.left[v];
+    const std::span<const DisparitySample> samples = gather_samples(labels, detection.label, features);
+    const double disparity_px = fit_disparity(samples, scratch_).mean_px;
+    for (const TrackInstance& instance : slots_) {
+      if (instance.alive() && is_assignable(instance)) {
+        affinity_(instance.track.slot, static_cast<int>(v)) =
+            std::max(0.0, evidence(instance, detection, disparity_px, samples.size()));
+      }
+    }
+  }
+  apply_assignment(maximum_weight_assignment(affinity_), columns);
+  for (TrackInstance& instance : slots_) {
+    if (!instance.alive()) {
+      continue;
+    }
+    if (instance.detection >= 0) {
+      accept_match(instance, detections.left[static_cast<std::size_t>(instance.detection)]);
+    } else {
+      accept_miss(instance, detections.has_looked_for(instance.overlap.box_px, instance.track.class_id));
+    }
+  }
+}
+
+void StereoTracker::apply_assignment(const Assignment& match, std::size_t columns) noexcept {
+  owner_.clear();
+  owner_.resize(columns);
+  std::fill(owner_.begin(), owner_.end(), std::int16_t{-1});
+  for (TrackInstance& instance : slots_) {
+    if (instance.alive() && match[instance.track.slot] >= 0) {
+      instance.detection = match[instance.track.slot];
+      owner_[static_cast<std::size_t>(instance.detection)] = instance.track.slot;
+    }
+  }
+}
+
+}  // namespace kinetrace::tracking

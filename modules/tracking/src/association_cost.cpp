@@ -1,0 +1,173 @@
+#include "association_cost.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Cholesky>
+
+namespace kinetrace::tracking {
+namespace {
+
+/// New objects a frame that could be taken for a known one.
+constexpr double kNewObjects = 1.0;
+/// Logarithm of the ratio of the largest to the smallest object: sizes of new ones are spread evenly over it.
+constexpr double kLogSizes = 4.6;
+/// Masks are ragged by so much, and outlines change with the view by this part of the size.
+constexpr double kEdgeSigma_px = 1.5;
+constexpr double kEdgeSigma = 0.04;
+/// ... and those of what is hidden by more: how large all of it is has seldom been seen.
+constexpr double kHiddenEdgeSigma = 0.2;
+/// Of each edge, that it is hidden: by something unknown; and where much is hidden and yet something is detected.
+constexpr double kMinOccluded = 0.005;
+constexpr double kMaxOccluded = 0.5;
+/// Farther inside the predicted box, an edge is a hidden one.
+constexpr double kInsideSigmas = 2.0;
+/// Of a feature, that it stays on its object, and that it lies on another one by chance.
+constexpr double kStaysOnObject = 0.9;
+constexpr double kLiesOnOther = 0.02;
+constexpr double kIndependentFeatures = 6.0;
+/// Of disparities of one object: of its features, and over its depth relative to its distance.
+constexpr double kDisparitySigma_px = 0.5;
+constexpr double kDepthExtent = 0.06;
+constexpr double kDisparityRange_px = 30.0;  ///< Of other objects.
+/// Of a feature on a mask, that it lies on something else: near contours. A few may all do so.
+constexpr double kForeignFeature = 0.3;
+constexpr std::size_t kMostForeign = 6;
+constexpr double kDetectedInView = 0.95;
+constexpr double kMinDetected = 0.3;
+/// Fragments of a detected object for each new one beside it.
+constexpr double kFragmentsPerNew = 20.0;
+
+double log_normal_peak(double sigma) {
+  return -std::log(sigma) - 0.5 * std::log(2.0 * std::numbers::pi);
+}
+
+/// One edge of the four: where it is seen against where it is expected.
+struct Edge {
+  int axis = 0;
+  double side = 0.0;         ///< -1 for the lower one, 1 for the upper one.
+  double extent_px = 0.0;    ///< Of the predicted box along the axis.
+  double residual_px = 0.0;  ///< Seen minus expected.
+
+  double sigma_px = 0.0;  ///< Of this edge alone.
+
+  [[nodiscard]] double outward_px() const { return side * residual_px; }
+};
+
+/// Log-density of the edges as measured, all errors jointly normal.
+double log_density(std::span<const Edge> edges, const BoxPrediction& predicted) {
+  const auto count = static_cast<Eigen::Index>(edges.size());
+  if (count == 0) {
+    return 0.0;
+  }
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 4, 4>;
+  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 4, 1>;
+  Matrix covariance(count, count);
+  Vector residual(count);
+  const double size_variance = 0.25 * predicted.size_sigma * predicted.size_sigma;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Edge& a = edges[static_cast<std::size_t>(i)];
+    residual[i] = a.residual_px;
+    for (Eigen::Index j = 0; j < count; ++j) {
+      const Edge& b = edges[static_cast<std::size_t>(j)];
+      covariance(i, j) =
+          a.side * b.side * a.extent_px * b.extent_px * size_variance +
+          (a.axis == b.axis ? predicted.place_sigma_px[a.axis] * predicted.place_sigma_px[a.axis] : 0.0) +
+          (i == j ? a.sigma_px * a.sigma_px : 0.0);
+    }
+  }
+  const Eigen::LLT<Matrix> solver(covariance);
+  const Vector whitened = solver.matrixL().solve(residual);
+  return -0.5 * whitened.squaredNorm() - Matrix(solver.matrixL()).diagonal().array().log().sum() -
+         0.5 * static_cast<double>(count) * std::log(2.0 * std::numbers::pi);
+}
+
+/// Edges of the detection; of those at the image's border only what reaches less far than expected is measured.
+std::span<const Edge> edges_of(const BoxPrediction& predicted, const PixelBox& seen, int width_px, int height_px,
+                               std::array<Edge, 4>& edges) {
+  const std::array<int, 4> at{seen.x0, seen.x1, seen.y0, seen.y1};
+  const std::array<bool, 4> at_border{seen.x0 <= 0, seen.x1 >= width_px, seen.y0 <= 0, seen.y1 >= height_px};
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    const auto axis = static_cast<int>(i / 2);
+    const bool low = i % 2 == 0;
+    const double extent_px = std::max(predicted.high_px[axis] - predicted.low_px[axis], 1.0);
+    const Edge edge{
+        .axis = axis,
+        .side = low ? -1.0 : 1.0,
+        .extent_px = extent_px,
+        .residual_px = at[i] - (low ? predicted.low_px : predicted.high_px)[axis],
+        .sigma_px =
+            std::hypot(kEdgeSigma_px, (kEdgeSigma + kHiddenEdgeSigma * std::max(predicted.occluded, 0.0)) * extent_px)};
+    if (!at_border[i] || edge.outward_px() > 0.0) {
+      edges[count++] = edge;
+    }
+  }
+  return std::span(edges).first(count);
+}
+
+}  // namespace
+
+double box_evidence(const BoxPrediction& predicted, const PixelBox& seen, int width_px, int height_px) {
+  std::array<Edge, 4> all;
+  const std::span<const Edge> edges = edges_of(predicted, seen, width_px, height_px, all);
+  const double hidden = std::clamp(predicted.occluded, kMinOccluded, kMaxOccluded);
+  double truncated = 0.0;
+  std::array<Edge, 4> measured;
+  std::size_t count = 0;
+  for (const Edge& edge : edges) {
+    const double sigma_px =
+        std::hypot(edge.sigma_px, predicted.place_sigma_px[edge.axis], 0.5 * predicted.size_sigma * edge.extent_px);
+    if (edge.outward_px() < -kInsideSigmas * sigma_px) {
+      truncated += std::log(hidden) - std::log(edge.extent_px);
+    } else {
+      measured[count++] = edge;
+    }
+  }
+  const auto shown = static_cast<double>(count) * std::log(1.0 - hidden);
+  const double partly = truncated + shown + log_density(std::span(measured).first(count), predicted);
+  const double whole = static_cast<double>(edges.size()) * std::log(1.0 - hidden) + log_density(edges, predicted);
+  // A new one: its place anywhere, its sizes anything; an edge at the border is where most of those end that reach it.
+  const double per_axis[2] = {-std::log(static_cast<double>(width_px)) - std::log(kLogSizes * seen.width()),
+                              -std::log(static_cast<double>(height_px)) - std::log(kLogSizes * seen.height())};
+  double anything = std::log(kNewObjects);
+  for (const int axis : {0, 1}) {
+    const auto on_axis =
+        std::count_if(edges.begin(), edges.end(), [axis](const Edge& edge) { return edge.axis == axis; });
+    anything += 0.5 * static_cast<double>(on_axis) * per_axis[axis];
+  }
+  return std::max(whole, partly) - anything;
+}
+
+double feature_evidence(int on_it, int total) {
+  if (total == 0) {
+    return 0.0;
+  }
+  const double weight = kIndependentFeatures / (kIndependentFeatures + total);
+  return weight * (on_it * std::log(kStaysOnObject / kLiesOnOther) +
+                   (total - on_it) * std::log((1.0 - kStaysOnObject) / (1.0 - kLiesOnOther)));
+}
+
+double disparity_evidence(double object_px, double detection_px, std::size_t features) {
+  if (object_px <= 0.0 || features == 0) {
+    return 0.0;
+  }
+  const double sigma_px = std::hypot(kDisparitySigma_px, kDepthExtent * object_px);
+  const double sigmas = (detection_px - object_px) / sigma_px;
+  const double same = log_normal_peak(sigma_px) - 0.5 * sigmas * sigmas + std::log(kDisparityRange_px);
+  const double all_foreign = static_cast<double>(std::min(features, kMostForeign)) * std::log(kForeignFeature);
+  return std::max(same, all_foreign);
+}
+
+double detection_evidence(double visible) {
+  const double detected = std::max(kMinDetected, kDetectedInView * std::clamp(visible, 0.0, 1.0));
+  return std::log(detected / (1.0 - detected));
+}
+
+double fragment_evidence(double part_on_others) {
+  return std::log1p(kFragmentsPerNew * std::clamp(part_on_others, 0.0, 1.0));
+}
+
+}  // namespace kinetrace::tracking

@@ -1,0 +1,110 @@
+#include "association_cost.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+namespace kinetrace::tracking {
+namespace {
+
+constexpr int kImageWidth = 640;
+constexpr int kImageHeight = 240;
+
+BoxPrediction predicted_at(const PixelBox& box, double place_sigma_px = 4.0, double size_sigma = 0.05) {
+  return {.low_px = {box.x0, box.y0},
+          .high_px = {box.x1, box.y1},
+          .place_sigma_px = {place_sigma_px, place_sigma_px},
+          .size_sigma = size_sigma};
+}
+
+PixelBox moved(PixelBox box, int dx, int dy = 0) {
+  return {box.x0 + dx, box.y0 + dy, box.x1 + dx, box.y1 + dy};
+}
+
+constexpr PixelBox kCar{300, 80, 360, 120};
+
+TEST(BoxEvidence, FallsWithTheSquaredInnovationInSigmas) {
+  const BoxPrediction predicted = predicted_at(kCar, 4.0, 0.0);
+  const double at_its_place = box_evidence(predicted, kCar, kImageWidth, kImageHeight);
+  EXPECT_GT(at_its_place, 5.0);
+  // Both edges of the axis err by the place in common, and each by 1.5 px and 4 % of 60 px: their mean by the root of
+  // half.
+  const double variance_px2 = 4.0 * 4.0 + 0.5 * (1.5 * 1.5 + 2.4 * 2.4);
+  for (const int dx : {3, -3, 5}) {
+    const double expected = at_its_place - 0.5 * dx * dx / variance_px2;
+    EXPECT_NEAR(box_evidence(predicted, moved(kCar, dx), kImageWidth, kImageHeight), expected, 1e-9) << dx;
+  }
+  EXPECT_LT(box_evidence(predicted, moved(kCar, 40), kImageWidth, kImageHeight), 0.0);
+}
+
+TEST(BoxEvidence, LessIsKnownOfThePlaceTheLessItSays) {
+  const double sure = box_evidence(predicted_at(kCar, 2.0), kCar, kImageWidth, kImageHeight);
+  const double unsure = box_evidence(predicted_at(kCar, 20.0), kCar, kImageWidth, kImageHeight);
+  EXPECT_GT(sure, unsure);
+  const PixelBox beside = moved(kCar, 20);
+  EXPECT_LT(box_evidence(predicted_at(kCar, 2.0), beside, kImageWidth, kImageHeight),
+            box_evidence(predicted_at(kCar, 20.0), beside, kImageWidth, kImageHeight));
+}
+
+TEST(BoxEvidence, AnotherSizeIsAnotherObjectUnlessItsSizeIsNotKnown) {
+  const PixelBox twice{270, 60, 390, 140};
+  EXPECT_LT(box_evidence(predicted_at(kCar), twice, kImageWidth, kImageHeight), 0.0);
+  EXPECT_GT(box_evidence(predicted_at(kCar, 4.0, 0.6), twice, kImageWidth, kImageHeight), 0.0);
+}
+
+TEST(BoxEvidence, OfAHiddenObjectAnyPartMayBeSeenAndNothingBesideIt) {
+  BoxPrediction predicted = predicted_at(kCar);
+  const PixelBox part{345, 90, 355, 110};
+  const double in_view = box_evidence(predicted, part, kImageWidth, kImageHeight);
+  predicted.occluded = 0.8;
+  EXPECT_GT(box_evidence(predicted, part, kImageWidth, kImageHeight), in_view);
+  EXPECT_GT(box_evidence(predicted, part, kImageWidth, kImageHeight), 0.0);
+  EXPECT_LT(box_evidence(predicted, moved(part, 60), kImageWidth, kImageHeight), 0.0);
+}
+
+TEST(BoxEvidence, TheBordersOfTheImageHideWhatIsBeyond) {
+  const PixelBox leaving{-40, 80, 20, 120};
+  const PixelBox seen{0, 80, 20, 120};
+  EXPECT_GT(box_evidence(predicted_at(leaving), seen, kImageWidth, kImageHeight), 5.0);
+  EXPECT_LT(box_evidence(predicted_at(leaving), moved(seen, 4), kImageWidth, kImageHeight),
+            box_evidence(predicted_at(leaving), seen, kImageWidth, kImageHeight))
+      << "what is inside the image is all there is of it";
+}
+
+TEST(FeatureEvidence, CountsManyFeaturesAsAFew) {
+  EXPECT_EQ(feature_evidence(0, 0), 0.0);
+  EXPECT_GT(feature_evidence(1, 1), 0.0);
+  EXPECT_LT(feature_evidence(0, 1), 0.0);
+  EXPECT_GT(feature_evidence(20, 20), feature_evidence(2, 2));
+  EXPECT_LT(feature_evidence(1000, 1000), 1.2 * feature_evidence(50, 50));
+  EXPECT_LT(feature_evidence(2, 20), 0.0);
+}
+
+TEST(DisparityEvidence, SpeaksAgainstAnotherDepthAndIsSilentWithoutOne) {
+  EXPECT_EQ(disparity_evidence(0.0, 10.0, 5), 0.0);
+  EXPECT_EQ(disparity_evidence(10.0, 0.0, 0), 0.0);
+  EXPECT_GT(disparity_evidence(10.0, 10.0, 5), 0.0);
+  EXPECT_LT(disparity_evidence(10.0, 14.0, 5), -5.0);
+  EXPECT_NEAR(disparity_evidence(10.0, 9.0, 5), disparity_evidence(10.0, 11.0, 5), 1e-12);
+}
+
+TEST(DisparityEvidence, OfFewFeaturesAllMayLieOnSomethingElse) {
+  EXPECT_GT(disparity_evidence(10.0, 40.0, 1), -2.0);
+  EXPECT_GT(disparity_evidence(10.0, 40.0, 1), disparity_evidence(10.0, 40.0, 3));
+  EXPECT_EQ(disparity_evidence(10.0, 40.0, 50), disparity_evidence(10.0, 80.0, 60)) << "and never says all";
+}
+
+TEST(DetectionEvidence, AMissSpeaksAgainstWhatIsInPlainSightOnly) {
+  EXPECT_GT(detection_evidence(1.0), 2.0);
+  EXPECT_LT(detection_evidence(0.0), 0.0);
+  EXPECT_EQ(detection_evidence(-1.0), detection_evidence(0.0));
+}
+
+TEST(FragmentEvidence, IsNoneAwayFromOtherObjects) {
+  EXPECT_EQ(fragment_evidence(0.0), 0.0);
+  EXPECT_GT(fragment_evidence(0.8), fragment_evidence(0.2));
+}
+
+}  // namespace
+}  // namespace kinetrace::tracking
