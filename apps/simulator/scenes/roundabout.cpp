@@ -5,10 +5,10 @@
 #include <utility>
 #include <vector>
 
-#include "util/random.hpp"
-#include "world/scenery.hpp"
 #include "scenes.hpp"
 #include "street_kit.hpp"
+#include "util/random.hpp"
+#include "world/scenery.hpp"
 
 namespace kinetrace::simulator {
 namespace {
