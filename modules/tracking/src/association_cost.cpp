@@ -34,7 +34,7 @@ constexpr double kDepthExtent = 0.06;
 constexpr double kDisparityRange_px = 30.0;  ///< Of other objects.
 /// Of a feature on a mask, that it lies on something else: near contours. A few may all do so.
 constexpr double kForeignFeature = 0.3;
-constexpr std::size_t kMostForeign = 6;
+constexpr std::size_t kMaxForeign = 6;
 constexpr double kDetectedInView = 0.95;
 constexpr double kMinDetected = 0.3;
 /// Fragments of a detected object for each new one beside it.
@@ -157,7 +157,7 @@ double disparity_evidence(double object_px, double detection_px, std::size_t fea
   const double sigma_px = std::hypot(kDisparitySigma_px, kDepthExtent * object_px);
   const double sigmas = (detection_px - object_px) / sigma_px;
   const double same = log_normal_peak(sigma_px) - 0.5 * sigmas * sigmas + std::log(kDisparityRange_px);
-  const double all_foreign = static_cast<double>(std::min(features, kMostForeign)) * std::log(kForeignFeature);
+  const double all_foreign = static_cast<double>(std::min(features, kMaxForeign)) * std::log(kForeignFeature);
   return std::max(same, all_foreign);
 }
 
