@@ -26,10 +26,12 @@ void prepare_refinement(AppConfig& config) {
   constexpr int kFeatures = 4000;  // The most that there are slots for.
   constexpr int kBackgroundFeatures = 2500;
   constexpr int kBackgroundPoints = 2200;
+  constexpr int kBucket_px = 13;  // As many buckets as background features, in 1242x375 pixels.
   config.output.observations = true;
   features::FeatureConfig& features = config.pipeline.features;
   features.max_features = std::max(features.max_features, kFeatures);
   features.max_background_features = std::max(features.max_background_features, kBackgroundFeatures);
+  features.bucket_px = std::min(features.bucket_px, kBucket_px);
   config.pipeline.background.max_points = std::max(config.pipeline.background.max_points, kBackgroundPoints);
 }
 
