@@ -159,8 +159,9 @@ Outcome<TargetCalibration> carry_out(const CalibrateOptions& options) {
   if (!setup) {
     return Unexpected(setup.error());
   }
-  if (const Status made = make_output_folder(options.out); !made) {
-    return failure(made.error());
+  const Result<OutputFolder> folder = OutputFolder::make(options.out);
+  if (!folder) {
+    return failure(folder.error());
   }
   const auto views = collected(options, *setup, *target);
   if (!views) {

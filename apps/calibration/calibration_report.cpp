@@ -140,14 +140,25 @@ std::string report_json(const TargetCalibration& calibration, const ViewCollecto
   return json.dump(2) + "\n";
 }
 
-Status make_output_folder(const std::filesystem::path& folder) {
+Result<OutputFolder> OutputFolder::make(const std::filesystem::path& folder) {
   std::error_code error;
-  std::filesystem::create_directories(folder, error);
+  const bool is_new = std::filesystem::create_directories(folder, error);
   if (error || !std::filesystem::is_directory(folder, error)) {
     return fail(ErrorCode::kIo, folder.string() + ": " + (error ? error.message() : "is no folder") +
                                     "; name another folder for the calibration");
   }
-  return check_replaceable(folder / "calibration.yaml");
+  OutputFolder made(is_new ? folder : std::filesystem::path());
+  if (const Status replaceable = check_replaceable(folder / "calibration.yaml"); !replaceable) {
+    return Unexpected(replaceable.error());
+  }
+  return made;
+}
+
+OutputFolder::~OutputFolder() {
+  std::error_code not_empty;
+  if (!made_.empty()) {
+    std::filesystem::remove(made_, not_empty);
+  }
 }
 
 Status write_calibration_files(const hal::RigCalibration& rig, const std::filesystem::path& folder,

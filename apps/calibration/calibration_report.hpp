@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kinetrace/core/result.hpp"
@@ -32,8 +33,21 @@ struct ReportSource {
 [[nodiscard]] Status write_picture(const TargetCalibration& calibration, const ViewCollector& views,
                                    const std::filesystem::path& path);
 
-/// Makes the folder, and looks whether files can be written into it: before images are looked at. Errors: kIo.
-[[nodiscard]] Status make_output_folder(const std::filesystem::path& folder);
+/// The folder for a calibration's files, made before images are looked at. If it is new and nothing was written into
+/// it, it goes with this.
+class OutputFolder {
+ public:
+  /// Looks also whether files can be written into it. Errors: kIo.
+  [[nodiscard]] static Result<OutputFolder> make(const std::filesystem::path& folder);
+  OutputFolder(OutputFolder&& other) noexcept : made_(std::exchange(other.made_, {})) {}
+  OutputFolder& operator=(OutputFolder&&) = delete;
+  ~OutputFolder();
+
+ private:
+  explicit OutputFolder(std::filesystem::path made) : made_(std::move(made)) {}
+
+  std::filesystem::path made_;  ///< Empty if it was there.
+};
 
 /// calibration.yaml, and camchain.yaml where it can say what the lens is. Errors: kIo.
 [[nodiscard]] Status write_calibration_files(const hal::RigCalibration& rig, const std::filesystem::path& folder,
