@@ -270,26 +270,36 @@ Result<FeatureFrame> Pipeline::Impl::replenish(const TrackFrame& tracks, StageOb
   return frame;
 }
 
-// The tracker is reported what becomes of a track's identity before the object is observed under it.
+// The tracker is told what becomes of a track's identity before the object is observed under it.
 void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tracks, StageObserver* observer) {
   const StageScope stage(observer, Stage::kSfm);
   camera.extend(frame);
   const CameraState now = camera_now();
-  for (std::size_t i = 0; i < tracker.tracks().size(); ++i) {
-    Track track = tracker.tracks()[i];
-    if (const auto lost = objects.reidentify(track, frame, tracks.left_labels, now)) {
-      tracker.merge_tracks(lost->earlier_slot, track.slot);
-      results.move_slot(lost->track_id, track.slot);
-      track = tracker.track_in(track.slot);
-      --i;  // It has taken the place of the earlier track, which came before.
-    }
-    if (objects.may_be_lost_object(track, now)) {
-      tracker.defer_confirmation(track.slot);
-      track = tracker.track_in(track.slot);
-    }
+  const auto observe = [&](const Track& track) {
     if (!objects.observe(track, frame, tracks.left_labels, now, front_end)) {
       tracker.terminate(track.slot);
     }
+  };
+  for (const Track& track : tracker.tracks()) {
+    if (!objects.is_unplaced(track)) {
+      observe(track);
+    }
+  }
+  scratch.unplaced.clear();
+  for (const Track& track : tracker.tracks()) {
+    if (objects.is_unplaced(track)) {
+      (void)scratch.unplaced.push_back(track.slot);  // as many places as slots
+    }
+  }
+  for (const ReidentifiedObject& found : objects.reidentify(tracker.tracks(), frame, tracks.left_labels, now)) {
+    tracker.merge_tracks(found.earlier_slot, found.slot);
+    results.move_slot(found.track_id, found.slot);
+  }
+  for (const std::uint8_t slot : scratch.unplaced) {
+    if (objects.may_be_lost_object(tracker.track_in(slot), now)) {
+      tracker.defer_confirmation(slot);
+    }
+    observe(tracker.track_in(slot));
   }
 }
 

@@ -54,7 +54,7 @@ bool StereoTracker::is_duplicate(const DetectionFrame& detections, std::size_t i
 
 bool StereoTracker::start_track(const DetectionFrame& detections, std::size_t index) noexcept {
   const auto free_slot = std::find_if(slots_.begin(), slots_.end(), [](const TrackInstance& instance) {
-    return instance.slot_state == TrackInstance::Slot::kFree;
+    return instance.life == LifeState::kFree;
   });
   if (free_slot == slots_.end() || alive() >= most_tracks_) {
     return false;
@@ -64,7 +64,8 @@ bool StereoTracker::start_track(const DetectionFrame& detections, std::size_t in
   const ReferenceMask mask = instance.mask;
   instance = {};
   instance.mask = mask;
-  instance.slot_state = TrackInstance::Slot::kAlive;
+  instance.life = config_.confirm_frames == 1 ? LifeState::kConfirmed : LifeState::kTentative;
+  instance.track.state = track_state(instance.life);
   const std::uint64_t own_bit = std::uint64_t{1} << static_cast<unsigned>(free_slot - slots_.begin());
   for (TrackInstance& other : slots_) {
     other.in_front &= ~own_bit;
@@ -80,10 +81,7 @@ bool StereoTracker::start_track(const DetectionFrame& detections, std::size_t in
   instance.votes.add(detection.class_id);
   instance.track.class_id = instance.votes.winner();
   ++counters_.born;
-  if (config_.confirm_frames == 1) {
-    instance.track.state = TrackState::kConfirmed;
-    ++counters_.confirmed;
-  }
+  counters_.confirmed += instance.tentative() ? 0U : 1U;
   return true;
 }
 
@@ -109,16 +107,15 @@ void StereoTracker::evict_track(int for_area_px) noexcept {
   TrackInstance* victim = nullptr;
   TrackInstance* smallest = nullptr;
   const auto rank = [](const TrackInstance& instance) {  // tentative before confirmed, then the longest unseen
-    return (instance.track.state == TrackState::kTentative ? 1 << 16 : 0) + instance.track.missed_frames;
+    return (instance.tentative() ? 1 << 16 : 0) + instance.track.missed_frames;
   };
   for (TrackInstance& instance : slots_) {
-    const bool tentative = instance.track.state == TrackState::kTentative;
     const bool born_now = instance.track.age_frames == 0;
     if (instance.alive() && !born_now && (smallest == nullptr || instance.track.area_px < smallest->track.area_px)) {
       smallest = &instance;
     }
     if (!instance.alive() || instance.detection >= 0 ||
-        (!tentative && !instance.missed.exceeds(limits_.missed_ns / 2))) {
+        (!instance.tentative() && !instance.missed.exceeds(limits_.missed_ns / 2))) {
       continue;
     }
     if (victim == nullptr || rank(instance) > rank(*victim)) {

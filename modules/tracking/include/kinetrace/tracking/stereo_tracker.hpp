@@ -155,6 +155,8 @@ class StereoTracker {
   void accept_match(TrackInstance& instance, const Detection& detection) noexcept;
   void learn_motion(TrackInstance& instance, const Detection& detection) const noexcept;
   void accept_miss(TrackInstance& instance, bool was_looked_for) noexcept;
+  /// One step of its life (life_cycle.hpp).
+  void advance(TrackInstance& instance, const LifeEvidence& evidence) noexcept;
   void end(TrackInstance& instance) noexcept;
   void initiate_tracks(const DetectionFrame& detections, std::span<const Feature> features);
   [[nodiscard]] bool is_duplicate(const DetectionFrame& detections, std::size_t index,
