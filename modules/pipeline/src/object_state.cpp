@@ -16,6 +16,7 @@ constexpr double kMaxRestSpeed_mps = 0.4;
 constexpr double kRestSigmas = 2.0;
 constexpr double kAreaKept = 0.97;  // In a tenth of a second.
 constexpr double kAreaKeptIn_s = 0.1;
+constexpr double kMinDepth_m = 0.1;
 constexpr double kVeryFar_m = 1000.0;  // Nothing shows how far.
 // Disparities of one surface err in common, and differently as it comes nearer. Without a reconstruction, what is
 // followed is the middle of what is seen, which drifts as the object turns and as others hide it.
@@ -91,10 +92,20 @@ tracking::ObjectPrediction ObjectState::prediction(std::int64_t timestamp_ns, co
   if (!life_.placed) {
     return predict_direction(T_world_cam);
   }
-  const Se3 expected =
-      identity_.filter.initialised() ? identity_.filter.predicted(timestamp_ns).T_world_obj : identity_.T_world_obj;
-  const Eigen::Vector3d p_cam = T_world_cam.inverse() * expected.translation;
-  return {true, geometry_.project(p_cam).head<2>(), p_cam.z()};
+  objects::UncertainPose expected{.T_world_obj = identity_.T_world_obj};
+  if (identity_.filter.initialised()) {
+    expected = identity_.filter.predicted(timestamp_ns);
+  }
+  const Eigen::Vector3d p_cam = T_world_cam.inverse() * expected.T_world_obj.translation;
+  tracking::ObjectPrediction prediction{true, geometry_.project(p_cam).head<2>(), p_cam.z()};
+  const double middle_z_m = (T_world_cam.inverse() * (expected.T_world_obj * -identity_.to_origin_m)).z();
+  if (middle_z_m > kMinDepth_m) {
+    const Eigen::Vector3d forward = T_world_cam.rotation.col(2);
+    prediction.disparity_px = geometry_.disparity_px(middle_z_m);
+    prediction.disparity_sigma_px = prediction.disparity_px / middle_z_m *
+                                    std::sqrt(forward.dot(expected.covariance.bottomRightCorner<3, 3>() * forward));
+  }
+  return prediction;
 }
 
 tracking::ObjectPrediction ObjectState::predict_direction(const Se3& T_world_cam) const {
