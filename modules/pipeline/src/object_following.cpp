@@ -22,6 +22,7 @@ constexpr double kPathSigma_m = 0.02;
 constexpr double kEvidenceTime_s = 0.4;
 constexpr double kMaxEvidence = 7.0;  // Nothing is surer than one to a thousand.
 constexpr std::size_t kMinVelocitySamples = 3;
+constexpr int kTellingFeatures = 3;  // Fewer may lie on something else.
 constexpr int kMaxRejections = 3;  // Measurements: then it is elsewhere.
 /// Matched for longer without a break: where it is may be wrong, what it is is not.
 constexpr std::int64_t kSureOfItsMask_ns = 400'000'000;
@@ -110,12 +111,14 @@ bool ObjectState::measure(const StereoObservation& observation, const CameraStat
   const double expected_sigma_m = std::sqrt(filter.pose_covariance().bottomRightCorner<3, 3>().trace() / 3.0);
   if (filter.update(seen, camera.T_world_cam)) {
     life_.rejections = 0;
+    life_.provisional = false;
     if (life_.status == BodyStatus::kLost && !filter.at_rest() && expected_sigma_m > kMuchWorse * seen.extent_sigma_m) {
       identity_.reconstructed = false;  // It is back: what was reconstructed before has left the map long ago.
     }
     return true;
   }
-  if (++life_.rejections < kMaxRejections) {
+  life_.identity_switched = life_.provisional && observation.agreeing >= kTellingFeatures;
+  if (life_.identity_switched || ++life_.rejections < kMaxRejections) {
     return false;
   }
   life_.rejections = 0;

@@ -57,6 +57,12 @@ void ObjectSet::take_tracks(const TrackFrame& tracks) {
   }
 }
 
+void ObjectSet::split(const Track& seen, const Track& waiting) {
+  std::swap(slots_[seen.slot], slots_[waiting.slot]);
+  slots_[waiting.slot].wait_as(waiting);
+  slots_[seen.slot].begin(seen);
+}
+
 std::span<const ReidentifiedObject> ObjectSet::reidentify(std::span<const Track> tracks, const FeatureFrame& frame,
                                                           LabelView labels, const CameraState& camera) {
   const auto count = static_cast<int>(slots_.size());

@@ -55,6 +55,8 @@ class ObjectSet {
   [[nodiscard]] bool is_unplaced(const Track& track) const noexcept {
     return track.missed_frames == 0 && !slots_[track.slot].placed();
   }
+  /// The track in this slot shows something else: the object waits in the slot of `waiting`, and a new one begins.
+  void split(const Track& seen, const Track& waiting);
   /// Which of the unplaced tracks show objects that were lost, which then go on under them: one assignment over all of
   /// both, by how far each is from where it may be. Call once the other tracks have been observed. Lives until the next
   /// call.

@@ -17,6 +17,7 @@ constexpr double kRestSigmas = 2.0;
 constexpr double kAreaKept = 0.97;  // In a tenth of a second.
 constexpr double kAreaKeptIn_s = 0.1;
 constexpr double kMinDepth_m = 0.1;
+constexpr std::int64_t kBreak_ns = 100'000'000;  // Features carry an object over a shorter one.
 constexpr double kVeryFar_m = 1000.0;  // Nothing shows how far.
 // Disparities of one surface err in common, and differently as it comes nearer. Without a reconstruction, what is
 // followed is the middle of what is seen, which drifts as the object turns and as others hide it.
@@ -76,6 +77,13 @@ void ObjectState::begin(const Track& track) {
   motion_.reset();
   box_.reset();
   recogniser_.clear();
+}
+
+void ObjectState::wait_as(const Track& track) noexcept {
+  life_.track = track;
+  life_.identity_switched = false;
+  life_.provisional = false;
+  life_.matched_run.reset();
 }
 
 void ObjectState::restart_path() noexcept {
@@ -192,6 +200,9 @@ bool ObjectState::at_rest() const noexcept {
 
 void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, const CameraState& camera) {
   const bool is_first = life_.frames++ == 0;
+  if (track.missed_frames == 0 && life_.track.missed_ns > kBreak_ns) {
+    life_.provisional = true;
+  }
   frame_ = Frame{};
   frame_.change = path_restarts_ ? FrameChange::kReplaced : FrameChange::kNone;
   if (!is_first) {
@@ -199,6 +210,7 @@ void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, con
     frame_.interval_s = 1e-9 * static_cast<double>(frame_.interval_ns);
   }
   path_restarts_ = false;
+  life_.track_before = life_.track;
   life_.track = track;
   life_.confirmed = life_.confirmed || track.state == TrackState::kConfirmed;
   life_.timestamp_ns = timestamp_ns;
@@ -226,6 +238,7 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
   }
   if (locate(frame, camera)) {
     life_.status = BodyStatus::kTracked;
+    life_.provisional = false;
     life_.predicted.reset();
     identity_.reconstructed = true;
     identity_.frame_fixed = true;
@@ -234,7 +247,10 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
     }
   } else {
     follow(observation, camera);
-    if (rigid() && !life_.identity_switched && camera.valid && observation.features >= min_points_ &&
+    if (life_.identity_switched) {
+      return;
+    }
+    if (rigid() && camera.valid && observation.features >= min_points_ &&
         !(mostly_occluded() && identity_.reconstructed)) {
       // Enough points to build on, but none known that fit.
       begin_body(observation, camera, front_end);

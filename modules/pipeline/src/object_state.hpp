@@ -37,6 +37,8 @@ class ObjectState {
   /// In use, and its track has not ended with this frame.
   [[nodiscard]] bool alive() const noexcept { return in_use() && !life_.ended; }
   [[nodiscard]] const Track& track() const noexcept { return life_.track; }
+  /// As it was in the frame before.
+  [[nodiscard]] const Track& track_before() const noexcept { return life_.track_before; }
   [[nodiscard]] bool confirmed() const noexcept { return life_.confirmed; }
   /// Its position has been known at least once.
   [[nodiscard]] bool placed() const noexcept { return life_.placed; }
@@ -54,6 +56,8 @@ class ObjectState {
     end();
     life_.handed_over = true;
   }
+  /// Its detection shows something else: it waits as this track to be re-identified.
+  void wait_as(const Track& track) noexcept;
   [[nodiscard]] bool handed_over() const noexcept { return life_.handed_over; }
   /// Where it was has been measured with a calibration that was far off: its path begins anew with the next frame.
   void restart_path() noexcept;
@@ -136,6 +140,7 @@ class ObjectState {
   /// What belongs to the track in this slot. Counts are of fits, each of which is another chance; the rest are times.
   struct Life {
     Track track;
+    Track track_before;
     bool confirmed = false;
     bool ended = false;
     bool handed_over = false;
@@ -146,6 +151,7 @@ class ObjectState {
     int frames = 0;
     std::int64_t timestamp_ns = 0;
     std::int64_t matched_timestamp_ns = 0;  ///< When a detection last showed it.
+    bool provisional = false;  ///< Detected again after a break, before stereo has told whether it is.
     DwellTime matched_run;                  ///< Without a break in which detections showed it.
     DwellTime predicted;                    ///< Without a break.
     int rejections = 0;                     ///< Implausible stereo positions in a row.

@@ -11,14 +11,14 @@ LifeState next_tentative(const LifeEvidence& evidence) noexcept {
   return gone ? LifeState::kEnded : LifeState::kTentative;
 }
 
-LifeState next_confirmed(const LifeEvidence& evidence) noexcept {
+LifeState next_confirmed(LifeState state, const LifeEvidence& evidence) noexcept {
   if (evidence.detected) {
     return LifeState::kConfirmed;
   }
   if (evidence.forgotten || (!evidence.placed && (evidence.vanished || evidence.missed))) {
     return LifeState::kEnded;
   }
-  if (evidence.missed_in_sight) {
+  if (state == LifeState::kDormant || evidence.missed_in_sight) {
     return LifeState::kDormant;
   }
   return evidence.in_plain_sight ? LifeState::kMissing : LifeState::kHidden;
@@ -37,7 +37,7 @@ LifeState next(LifeState state, const LifeEvidence& evidence) noexcept {
     case LifeState::kHidden:
     case LifeState::kMissing:
     case LifeState::kDormant:
-      return evidence.terminated ? LifeState::kEnded : next_confirmed(evidence);
+      return evidence.terminated ? LifeState::kEnded : next_confirmed(state, evidence);
   }
   return state;
 }

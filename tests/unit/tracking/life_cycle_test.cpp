@@ -54,13 +54,17 @@ std::vector<Transition> transitions() {
       {"FreeStaysFree", kFree, kBelieved, kFree},
       {"EndedStaysEnded", kEnded, kBelieved, kEnded},
   };
+  all.push_back({"DormantStaysSoInSight", kDormant, kInSight, kDormant});
+  all.push_back({"DormantStaysSoOutOfSight", kDormant, kOutOfSight, kDormant});
   const std::array<std::pair<LifeState, const char*>, 4> believed{
       {{kConfirmed, "Confirmed"}, {kHidden, "Hidden"}, {kMissing, "Missing"}, {kDormant, "Dormant"}}};
   for (const auto& [from, name] : believed) {
     const std::string of = name;
     all.push_back({of + "IsDetected", from, kDetected, kConfirmed});
-    all.push_back({of + "IsMissedInSight", from, kInSight, kMissing});
-    all.push_back({of + "IsOutOfSight", from, kOutOfSight, kHidden});
+    if (from != kDormant) {
+      all.push_back({of + "IsMissedInSight", from, kInSight, kMissing});
+      all.push_back({of + "IsOutOfSight", from, kOutOfSight, kHidden});
+    }
     all.push_back({of + "IsMissedInSightForLong", from, kLongInSight, kDormant});
     all.push_back({of + "WithoutAPlaceVanishes", from, kUnplacedVanished, kEnded});
     all.push_back({of + "WithoutAPlaceIsMissedForLong", from, kUnplacedMissed, kEnded});
