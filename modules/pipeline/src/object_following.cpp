@@ -23,7 +23,7 @@ constexpr double kEvidenceTime_s = 0.4;
 constexpr double kMaxEvidence = 7.0;  // Nothing is surer than one to a thousand.
 constexpr std::size_t kMinVelocitySamples = 3;
 constexpr int kTellingFeatures = 3;  // Fewer may lie on something else.
-constexpr int kMaxRejections = 3;  // Measurements: then it is elsewhere.
+constexpr int kMaxRejections = 3;    // Measurements: then it is elsewhere.
 /// Matched for longer without a break: where it is may be wrong, what it is is not.
 constexpr std::int64_t kSureOfItsMask_ns = 400'000'000;
 /// What was reconstructed is given up where its place is known so many times worse than it is seen.

@@ -18,7 +18,7 @@ constexpr double kAreaKept = 0.97;  // In a tenth of a second.
 constexpr double kAreaKeptIn_s = 0.1;
 constexpr double kMinDepth_m = 0.1;
 constexpr std::int64_t kBreak_ns = 100'000'000;  // Features carry an object over a shorter one.
-constexpr double kVeryFar_m = 1000.0;  // Nothing shows how far.
+constexpr double kVeryFar_m = 1000.0;            // Nothing shows how far.
 // Disparities of one surface err in common, and differently as it comes nearer. Without a reconstruction, what is
 // followed is the middle of what is seen, which drifts as the object turns and as others hide it.
 constexpr double kCorrelatedDisparityError_px = 0.03;

@@ -275,7 +275,8 @@ Result<FeatureFrame> Pipeline::Impl::replenish(const TrackFrame& tracks, StageOb
   return frame;
 }
 
-// What is known of identities by now: a track that shows something else is split, new ones may be objects that were lost.
+// What is known of identities by now: a track that shows something else is split, new ones may be objects that were
+// lost.
 void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tracks, StageObserver* observer) {
   const StageScope stage(observer, Stage::kSfm);
   camera.extend(frame);

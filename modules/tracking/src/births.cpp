@@ -123,8 +123,8 @@ std::optional<std::uint8_t> StereoTracker::split_track(std::uint8_t slot, const 
   waiting->track.box_px = {};
   waiting->track.area_px = 0;
   be_born(seen, class_id);
-  const auto published = std::find_if(published_.begin(), published_.end(),
-                                      [slot](const Track& track) { return track.slot == slot; });
+  const auto published =
+      std::find_if(published_.begin(), published_.end(), [slot](const Track& track) { return track.slot == slot; });
   *published = seen.track;
   (void)published_.push_back(waiting->track);  // as many places as slots
   sort_published();

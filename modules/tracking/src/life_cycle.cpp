@@ -29,15 +29,12 @@ LifeState next_confirmed(LifeState state, const LifeEvidence& evidence) noexcept
 LifeState next(LifeState state, const LifeEvidence& evidence) noexcept {
   switch (state) {
     case LifeState::kFree:
-    case LifeState::kEnded:
-      return state;
-    case LifeState::kTentative:
-      return evidence.terminated ? LifeState::kEnded : next_tentative(evidence);
+    case LifeState::kEnded: return state;
+    case LifeState::kTentative: return evidence.terminated ? LifeState::kEnded : next_tentative(evidence);
     case LifeState::kConfirmed:
     case LifeState::kHidden:
     case LifeState::kMissing:
-    case LifeState::kDormant:
-      return evidence.terminated ? LifeState::kEnded : next_confirmed(state, evidence);
+    case LifeState::kDormant: return evidence.terminated ? LifeState::kEnded : next_confirmed(state, evidence);
   }
   return state;
 }

@@ -24,7 +24,7 @@ LifeEvidence evidence(void (*set)(LifeEvidence&)) {
 
 const LifeEvidence kNothing;
 const LifeEvidence kDetected = evidence([](LifeEvidence& e) { e.detected = true; });
-const LifeEvidence kBelieved = evidence([](LifeEvidence& e) { e.detected = e.often_detected = true; });
+const LifeEvidence kOftenDetected = evidence([](LifeEvidence& e) { e.detected = e.often_detected = true; });
 const LifeEvidence kUnplacedVanished = evidence([](LifeEvidence& e) { e.in_plain_sight = e.vanished = true; });
 const LifeEvidence kUnplacedMissed = evidence([](LifeEvidence& e) { e.in_plain_sight = e.missed = true; });
 const LifeEvidence kTentativeMissed = evidence([](LifeEvidence& e) { e.missed_tentative = true; });
@@ -45,20 +45,20 @@ std::vector<Transition> transitions() {
   using enum LifeState;
   std::vector<Transition> all{
       {"TentativeIsDetected", kTentative, kDetected, kTentative},
-      {"TentativeIsBelieved", kTentative, kBelieved, kConfirmed},
+      {"TentativeIsOftenDetected", kTentative, kOftenDetected, kConfirmed},
       {"TentativeIsMissedOnce", kTentative, kNothing, kTentative},
       {"TentativeIsLookedForInVain", kTentative, kTentativeMissed, kEnded},
       {"TentativeVanishes", kTentative, kUnplacedVanished, kEnded},
       {"TentativeIsMissedForLong", kTentative, kUnplacedMissed, kEnded},
       {"TentativeIsForgotten", kTentative, kForgotten, kEnded},
-      {"FreeStaysFree", kFree, kBelieved, kFree},
-      {"EndedStaysEnded", kEnded, kBelieved, kEnded},
+      {"FreeStaysFree", kFree, kOftenDetected, kFree},
+      {"EndedStaysEnded", kEnded, kOftenDetected, kEnded},
   };
   all.push_back({"DormantStaysSoInSight", kDormant, kInSight, kDormant});
   all.push_back({"DormantStaysSoOutOfSight", kDormant, kOutOfSight, kDormant});
-  const std::array<std::pair<LifeState, const char*>, 4> believed{
+  const std::array<std::pair<LifeState, const char*>, 4> confirmed{
       {{kConfirmed, "Confirmed"}, {kHidden, "Hidden"}, {kMissing, "Missing"}, {kDormant, "Dormant"}}};
-  for (const auto& [from, name] : believed) {
+  for (const auto& [from, name] : confirmed) {
     const std::string of = name;
     all.push_back({of + "IsDetected", from, kDetected, kConfirmed});
     if (from != kDormant) {

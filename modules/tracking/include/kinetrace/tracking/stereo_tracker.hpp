@@ -94,8 +94,8 @@ class StereoTracker {
   /// of it in this frame, is gone without an end being reported, and its slot is free.
   void merge_tracks(std::uint8_t earlier, std::uint8_t redetected) noexcept;
 
-  /// The track in this slot, detected again in this frame, shows something else there: that goes on in its slot as a new
-  /// track, and the track itself waits in a free one, dormant and without a mask, as it had been before this frame
+  /// The track in this slot, detected again in this frame, shows something else there: that goes on in its slot as a
+  /// new track, and the track itself waits in a free one, dormant and without a mask, as it had been before this frame
   /// (`before`). Returns that slot; nothing, and nothing has changed, where none is free.
   [[nodiscard]] std::optional<std::uint8_t> split_track(std::uint8_t slot, const Track& before) noexcept;
 
