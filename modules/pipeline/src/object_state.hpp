@@ -151,7 +151,7 @@ class ObjectState {
     int frames = 0;
     std::int64_t timestamp_ns = 0;
     std::int64_t matched_timestamp_ns = 0;  ///< When a detection last showed it.
-    bool provisional = false;               ///< Detected again after a break, before stereo has told whether it is.
+    bool provisional = false;               ///< Detected again after a break, before stereo has confirmed it.
     DwellTime matched_run;                  ///< Without a break in which detections showed it.
     DwellTime predicted;                    ///< Without a break.
     int rejections = 0;                     ///< Implausible stereo positions in a row.

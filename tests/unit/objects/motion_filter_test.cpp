@@ -254,7 +254,7 @@ TEST(MotionFilter, WhatIsSeenDecidesBetweenGoneOnAndStopped) {
   EXPECT_LT(moving_after(Eigen::Vector3d::Zero()), 0.2);
 }
 
-TEST(MotionFilter, RefusesAnImplausiblePositionAndGoesOnThereWhenTold) {
+TEST(MotionFilter, RefusesAnImplausiblePositionAndRestartsThereWhenAsked) {
   const Eigen::Vector3d here(0.0, 0.0, 20.0);
   const StereoPosition elsewhere = stereo(see({}, {8.0, 0.0, 20.0}));
   MotionFilter filter = started(at(here));
