@@ -77,21 +77,21 @@ void ObjectState::follow(const StereoObservation& observation, const CameraState
   }
   filter.predict(life_.timestamp_ns);
   identity_.T_world_obj = filter.pose();
-  const bool seen = camera.valid && measure(observation, camera);
+  const Fix fix = camera.valid ? measure(observation, camera) : Fix::kNone;
   identity_.T_world_obj = filter.pose();
   life_.covariance = filter.pose_covariance();
   if (!identity_.reconstructed) {
     life_.covariance.topLeftCorner<3, 3>() = kUnknownTurn_rad * kUnknownTurn_rad * Eigen::Matrix3d::Identity();
   }
-  if (seen) {
+  if (fix == Fix::kStereo) {
     // Where on the object the seen surface lies errs in common over frames: averaging does not make it surer.
     const double extent_m = extent_sigma_m(position_in_camera(geometry_, observation).z());
     life_.covariance.diagonal().tail<3>().array() += extent_m * extent_m;
   }
-  count_prediction(seen);
+  count_prediction(fix);
 }
 
-bool ObjectState::measure(const StereoObservation& observation, const CameraState& camera) {
+ObjectState::Fix ObjectState::measure(const StereoObservation& observation, const CameraState& camera) {
   objects::MotionFilter& filter = identity_.filter;
   // Features on something mostly hidden may lie on what hides it.
   if (rigid() && !mostly_occluded() && camera.T_world_cam_before &&
@@ -105,7 +105,7 @@ bool ObjectState::measure(const StereoObservation& observation, const CameraStat
     if (life_.track.missed_frames == 0) {
       filter.update(mask_bearing(), camera.T_world_cam);
     }
-    return false;
+    return Fix::kNone;
   }
   const objects::StereoPosition seen = stereo_position(observation, camera);
   const double expected_sigma_m = std::sqrt(filter.pose_covariance().bottomRightCorner<3, 3>().trace() / 3.0);
@@ -115,15 +115,16 @@ bool ObjectState::measure(const StereoObservation& observation, const CameraStat
     if (life_.status == BodyStatus::kLost && !filter.at_rest() && expected_sigma_m > kMuchWorse * seen.extent_sigma_m) {
       identity_.reconstructed = false;  // It is back: what was reconstructed before has left the map long ago.
     }
-    return true;
+    const bool foreseen = identity_.reconstructed && half_hidden() && seen.extent_sigma_m > expected_sigma_m;
+    return foreseen ? Fix::kForeseen : Fix::kStereo;
   }
   life_.identity_switched = life_.provisional && observation.agreeing >= kTellingFeatures;
   if (life_.identity_switched || ++life_.rejections < kMaxRejections) {
-    return false;
+    return Fix::kNone;
   }
   life_.rejections = 0;
   give_up_path(seen, camera);
-  return !life_.identity_switched;
+  return life_.identity_switched ? Fix::kNone : Fix::kStereo;
 }
 
 void ObjectState::give_up_path(const objects::StereoPosition& seen, const CameraState& camera) {
@@ -175,14 +176,14 @@ double ObjectState::extent_sigma_m(double depth_m) const {
   return (rigid() ? surface_sigma_m_ : kOutlineSigma_m) + 0.5 * std::max(hidden_width_m, 0.0);
 }
 
-void ObjectState::count_prediction(bool seen) noexcept {
-  if (seen) {
-    life_.predicted.reset();
+void ObjectState::count_prediction(Fix fix) noexcept {
+  const bool rests_there = life_.track.missed_frames == 0 && identity_.filter.at_rest();
+  if (fix != Fix::kNone || rests_there) {
+    life_.predicted.reset();  // What is detected where it is expected is not lost, however little of it is seen.
+  }
+  if (fix == Fix::kStereo) {
     life_.status = BodyStatus::kStereoOnly;
     return;
-  }
-  if (life_.track.missed_frames == 0 && identity_.filter.at_rest()) {
-    life_.predicted.reset();  // What is detected where it rests is not lost, however little of it is seen.
   }
   life_.predicted.add_frame(frame_.interval_ns);
   life_.status = life_.predicted.exceeds(lost_after_ns_) ? BodyStatus::kLost : BodyStatus::kPropagated;

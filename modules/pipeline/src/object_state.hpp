@@ -127,7 +127,9 @@ class ObjectState {
     bool frame_fixed = false;    ///< Its axes and origin have been shown in a reconstruction and never move again.
     bool reconstructed = false;  ///< Has been tracked by its reconstruction since it was last given up.
     bool has_moved = false;      ///< Has been found moving.
-    double moving = 0.5;         ///< Probability, by the path of its reconstruction.
+    /// Probability, by the path of its reconstruction. Before there is one the object is rather followed as moving: at
+    /// rest, it would lag behind what is seen of it.
+    double moving = 0.95;
     objects::MotionFilter filter;
     Se3 T_world_obj;
     Eigen::Vector3d to_origin_m = Eigen::Vector3d::Zero();  ///< From the middle of what is seen, object axes.
@@ -238,8 +240,14 @@ class ObjectState {
 
   // Its pose without one.
   void follow(const StereoObservation& observation, const CameraState& camera);
-  /// Measurements of this frame, as surely as they tell; true if stereo has shown it where it can be.
-  bool measure(const StereoObservation& observation, const CameraState& camera);
+  /// What stereo has shown of its place.
+  enum class Fix : std::uint8_t {
+    kNone,
+    kForeseen,  ///< It is where it was expected, which is known better than from what is seen of it.
+    kStereo,
+  };
+  /// Measurements of this frame, as surely as they tell.
+  Fix measure(const StereoObservation& observation, const CameraState& camera);
   /// Of what is half hidden, the middle of what is seen may be anywhere on it, as it may where that does not fit: only
   /// how far it lies outside its box says that it is elsewhere.
   [[nodiscard]] objects::StereoPosition stereo_position(const StereoObservation& observation,
@@ -247,7 +255,7 @@ class ObjectState {
   [[nodiscard]] objects::Bearing mask_bearing() const;
   /// Where it is seen now, it cannot be: its mask has passed to something else, or was on something else before.
   void give_up_path(const objects::StereoPosition& seen, const CameraState& camera);
-  void count_prediction(bool seen) noexcept;
+  void count_prediction(Fix fix) noexcept;
   /// How far the middle of what is seen may lie from where it was: over the surface, and by what is hidden.
   [[nodiscard]] double extent_sigma_m(double depth_m) const;
   [[nodiscard]] double depth_sigma_m(double depth_m) const;

@@ -76,7 +76,7 @@ std::vector<Transition> transitions() {
 }
 
 INSTANTIATE_TEST_SUITE_P(Table, LifeCycle, ::testing::ValuesIn(transitions()),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& transition) { return transition.param.name; });
 
 TEST(LifeCycleStates, ArePublishedAsThree) {
   EXPECT_EQ(track_state(LifeState::kTentative), TrackState::kTentative);
