@@ -20,6 +20,7 @@ constexpr double kPathSigma_rad = 0.002;
 constexpr double kPathSigma_m = 0.02;
 /// Velocities of overlapping windows are one piece of evidence in so much time.
 constexpr double kEvidenceTime_s = 0.4;
+constexpr double kUndecided = 0.05;  // Probability that neither moving nor rest falls below.
 constexpr double kMaxEvidence = 7.0;  // Nothing is surer than one to a thousand.
 constexpr std::size_t kMinVelocitySamples = 3;
 constexpr int kTellingFeatures = 3;  // Fewer may lie on something else.
@@ -56,10 +57,15 @@ void ObjectState::start_filter(const Se3& T_world_obj, const Vector6d& velocity)
 }
 
 void ObjectState::weigh_motion() noexcept {
-  const trajectory::MotionEstimate motion = motion_.at(0);
   if (motion_.size() < kMinVelocitySamples) {
     return;
   }
+  const trajectory::MotionEstimate now_seen = motion_.at(0);
+  const trajectory::MotionEstimate lately = motion_.at(velocity_window_frames_);
+  // A moment ago, frames before and after it tell: mostly that is surer.
+  const bool is_lately_surer = motion_.size() >= velocity_window_frames_ + kMinVelocitySamples &&
+                               lately.covariance.trace() < now_seen.covariance.trace();
+  const trajectory::MotionEstimate& motion = is_lately_surer ? lately : now_seen;
   const double evidence =
       std::clamp(objects::moving_evidence(motion.velocity_mps, motion.covariance), -kMaxEvidence, kMaxEvidence);
   const double before = log_odds(identity_.filter.initialised() ? identity_.filter.moving() : identity_.moving);
@@ -93,8 +99,9 @@ void ObjectState::follow(const StereoObservation& observation, const CameraState
 
 ObjectState::Fix ObjectState::measure(const StereoObservation& observation, const CameraState& camera) {
   objects::MotionFilter& filter = identity_.filter;
-  // Features on something mostly hidden may lie on what hides it.
-  if (rigid() && !mostly_occluded() && camera.T_world_cam_before &&
+  // Features on something mostly hidden may lie on what hides it: they count where nothing else tells how it moves.
+  const bool is_known_to_go_on = std::abs(filter.moving() - 0.5) > 0.5 - kUndecided;
+  if (rigid() && !(mostly_occluded() && is_known_to_go_on) && camera.T_world_cam_before &&
       observation.motion.features >= config_.stereo_only_min_features) {
     objects::ImageMotion motion = observation.motion;
     motion.interval_s = frame_.interval_s;
@@ -102,7 +109,8 @@ ObjectState::Fix ObjectState::measure(const StereoObservation& observation, cons
     filter.update(motion, camera.T_world_cam);
   }
   if (observation.features < config_.stereo_only_min_features) {
-    if (life_.track.missed_frames == 0) {
+    // The middle of what is left of a mask says nothing about the whole.
+    if (life_.track.missed_frames == 0 && !(identity_.reconstructed && half_hidden())) {
       filter.update(mask_bearing(), camera.T_world_cam);
     }
     return Fix::kNone;

@@ -56,6 +56,7 @@ ObjectState::ObjectState(const PipelineConfig& config, const StereoGeometry& geo
       min_points_(config.object.min_inliers),
       min_disparity_px_(config.object.min_disparity_px),
       turn_rate_radps_(config.object.turn_rate_radps),
+      velocity_window_frames_(static_cast<std::size_t>(config.trajectory.velocity_window_frames)),
       geometry_(geometry),
       identity_(objects::MotionFilter({.acceleration_mps2 = config.trajectory.max_acceleration_mps2,
                                        .turn_radps2 = config.trajectory.smoothing_turn_radps2,

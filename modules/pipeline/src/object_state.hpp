@@ -294,6 +294,7 @@ class ObjectState {
   int min_points_;
   double min_disparity_px_;
   double turn_rate_radps_;
+  std::size_t velocity_window_frames_;
   StereoGeometry geometry_;
   Identity identity_;
   Life life_;
