@@ -20,7 +20,7 @@ constexpr double kPathSigma_rad = 0.002;
 constexpr double kPathSigma_m = 0.02;
 /// Velocities of overlapping windows are one piece of evidence in so much time.
 constexpr double kEvidenceTime_s = 0.4;
-constexpr double kUndecided = 0.05;  // Probability that neither moving nor rest falls below.
+constexpr double kUndecided = 0.05;   // Probability that neither moving nor rest falls below.
 constexpr double kMaxEvidence = 7.0;  // Nothing is surer than one to a thousand.
 constexpr std::size_t kMinVelocitySamples = 3;
 constexpr int kTellingFeatures = 3;  // Fewer may lie on something else.
@@ -115,6 +115,11 @@ ObjectState::Fix ObjectState::measure(const StereoObservation& observation, cons
     }
     return Fix::kNone;
   }
+  if (lies_on_body(observation, camera)) {
+    life_.rejections = 0;
+    life_.provisional = false;
+    return Fix::kForeseen;
+  }
   const objects::StereoPosition seen = stereo_position(observation, camera);
   const double expected_sigma_m = std::sqrt(filter.pose_covariance().bottomRightCorner<3, 3>().trace() / 3.0);
   if (filter.update(seen, camera.T_world_cam)) {
@@ -153,6 +158,11 @@ objects::Bearing ObjectState::mask_bearing() const {
   return {.uv_px = {0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)},
           .to_origin_m = identity_.T_world_obj.rotation * identity_.to_origin_m,
           .extent_sigma_m = std::max(extent_sigma_m(std::max(depth_m, 0.0)), identity_.width_m)};
+}
+
+bool ObjectState::lies_on_body(const StereoObservation& observation, const CameraState& camera) const {
+  const Eigen::Vector3d observed_m = camera.T_world_cam * position_in_camera(geometry_, observation);
+  return identity_.reconstructed && half_hidden() && box_.known() && off_body(observed_m, middle_m()).isZero();
 }
 
 objects::StereoPosition ObjectState::stereo_position(const StereoObservation& observation,

@@ -248,6 +248,8 @@ class ObjectState {
   };
   /// Measurements of this frame, as surely as they tell.
   Fix measure(const StereoObservation& observation, const CameraState& camera);
+  /// Of what is half hidden, the middle of what is seen lies where its box is expected: nothing new.
+  [[nodiscard]] bool lies_on_body(const StereoObservation& observation, const CameraState& camera) const;
   /// Of what is half hidden, the middle of what is seen may be anywhere on it, as it may where that does not fit: only
   /// how far it lies outside its box says that it is elsewhere.
   [[nodiscard]] objects::StereoPosition stereo_position(const StereoObservation& observation,
