@@ -51,7 +51,7 @@ void ObjectState::start_filter(const Se3& T_world_obj, const Vector6d& velocity)
     start.velocity.head<3>().setZero();
   }
   start.velocity_covariance =
-      shows_velocity ? motion_.at(0).covariance
+      shows_velocity ? motion_.at(0).apparent_covariance
                      : Eigen::Matrix3d(kUnknownSpeed_mps * kUnknownSpeed_mps * Eigen::Matrix3d::Identity());
   identity_.filter.start(start);
 }
@@ -64,10 +64,10 @@ void ObjectState::weigh_motion() noexcept {
   const trajectory::MotionEstimate lately = motion_.at(velocity_window_frames_);
   // A moment ago, frames before and after it tell: mostly that is surer.
   const bool is_lately_surer = motion_.size() >= velocity_window_frames_ + kMinVelocitySamples &&
-                               lately.covariance.trace() < now_seen.covariance.trace();
+                               lately.apparent_covariance.trace() < now_seen.apparent_covariance.trace();
   const trajectory::MotionEstimate& motion = is_lately_surer ? lately : now_seen;
-  const double evidence =
-      std::clamp(objects::moving_evidence(motion.velocity_mps, motion.covariance), -kMaxEvidence, kMaxEvidence);
+  const double evidence = std::clamp(objects::moving_evidence(motion.velocity_mps, motion.apparent_covariance),
+                                     -kMaxEvidence, kMaxEvidence);
   const double before = log_odds(identity_.filter.initialised() ? identity_.filter.moving() : identity_.moving);
   const double now = before + std::min(frame_.interval_s / kEvidenceTime_s, 1.0) * (evidence - before);
   identity_.moving = 1.0 / (1.0 + std::exp(-now));

@@ -117,6 +117,7 @@ MotionEstimate ObjectMotion::at(std::size_t age) const noexcept {
   estimate.yaw_rate_rad_s = turn.rad_s();
   const double correlation_s = std::max(path[0].time_s - path[count - 1].time_s, kErrorCorrelationTime_s);
   estimate.covariance += correlated_covariance / (correlation_s * correlation_s);
+  estimate.apparent_covariance = estimate.covariance;
   estimate.covariance += disparity_sigma_px_ * disparity_sigma_px_ * center.covariance_per_disparity;
   const bool was_moving = entry(age).was_moving || (age + 1 < size_ && entry(age + 1).was_moving);
   const double needed = config_.moving_significance * (was_moving ? kStopRatio : 1.0);
