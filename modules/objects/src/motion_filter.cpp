@@ -281,11 +281,14 @@ bool MotionFilter::update_models(const Observe& observe, double gate) noexcept {
     if (!fits[m]) {
       continue;
     }
+    // What rests shows the same side with the same error again and again: that tells its place once in so much time.
+    const double repeated = m == kStationary && weight > 0.0 ? 1.0 / weight : 1.0;
     // Iterated: linearised where the correction before it leads.
     using Slope = decltype(seen->slope);
     Eigen::Matrix<double, 6, Slope::RowsAtCompileTime> gain;
     Vector6d correction = Vector6d::Zero();
     for (int i = 0; i < kIterations && seen; ++i) {
+      seen->noise *= repeated;
       const auto spread = (seen->slope * model.covariance * seen->slope.transpose() + seen->noise).eval();
       gain = spread.ldlt().solve(seen->slope * model.covariance).transpose();
       correction = gain * (seen->residual + seen->slope * correction);
