@@ -60,7 +60,7 @@ foreach(module core imaging pipeline recording neural)
 endforeach()
 kinetrace_install_headers(hal *.hpp)
 # Of the processing modules only the settings, which are part of the pipeline's.
-foreach(module rig features segmentation tracking sfm refinement trajectory objects)
+foreach(module rig features segmentation tracking sfm refinement trajectory)
   kinetrace_install_headers(modules/${module} *config.hpp fixed_bundle_adjuster.hpp size_table.hpp)
 endforeach()
 if(TARGET kinetrace_publishing)
