@@ -195,8 +195,8 @@ Eigen::Vector3d ObjectState::velocity_at(const trajectory::MotionEstimate& motio
 
 bool ObjectState::at_rest() const noexcept {
   const trajectory::MotionEstimate motion = motion_.at(0);
-  return identity_.reconstructed && motion_.size() >= kMinRestSamples && !motion.moving &&
-         motion.velocity_mps.norm() + kRestSigmas * std::sqrt(motion.covariance.trace()) < kMaxRestSpeed_mps;
+  return identity_.reconstructed && motion_.size() >= kMinRestSamples && !motion.apparently_moving &&
+         motion.velocity_mps.norm() + kRestSigmas * std::sqrt(motion.apparent_covariance.trace()) < kMaxRestSpeed_mps;
 }
 
 void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, const CameraState& camera) {
@@ -323,7 +323,7 @@ void ObjectState::push_motion(const CameraState& camera) {
                 reference_covariance(identity_.T_world_obj, life_.covariance), position_correlated_covariance(),
                 covariance_per_disparity(camera)});
   const trajectory::MotionEstimate motion = motion_.at(0);
-  identity_.has_moved = identity_.has_moved || motion.moving;
+  identity_.has_moved = identity_.has_moved || motion.apparently_moving;
   if (life_.status == BodyStatus::kTracked) {
     weigh_motion();
     Vector6d velocity = Vector6d::Zero();

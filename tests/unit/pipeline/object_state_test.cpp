@@ -352,7 +352,7 @@ TEST_F(ObjectStateTest, DoesNotCoastAwayFromWhatIsSeen) {
   for (int frame = 0; frame < 10; ++frame) {
     observe(object_, at_the_border(second), second);
     object_.report(reported);
-    const double near_m = frame == 0 ? 12.0 : 4.5;  // One frame of the wrong velocity, then a car's length.
+    const double near_m = frame == 0 ? 12.0 : 5.0;  // One frame of the wrong velocity, then its width and two metres.
     EXPECT_NEAR(reported.T_world_obj.translation.z(), kSecond_z_m, near_m) << "frame " << frame;
   }
 }

@@ -38,8 +38,9 @@ struct MotionEstimate {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< Of the velocity.
   /// ... but for what a wrong calibration may add, which the next frames show alike.
   Eigen::Matrix3d apparent_covariance = Eigen::Matrix3d::Zero();
-  double yaw_rate_rad_s = 0.0;  ///< About the world's y axis (down).
-  bool moving = false;          ///< Significant, and faster than min_moving_speed_mps.
+  double yaw_rate_rad_s = 0.0;     ///< About the world's y axis (down).
+  bool moving = false;             ///< Significant, and faster than min_moving_speed_mps.
+  bool apparently_moving = false;  ///< The same by apparent_covariance.
 };
 
 /// A fixed ring of the last kCapacity poses, newest at age 0; the oldest gives way. No heap.
