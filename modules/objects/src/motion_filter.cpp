@@ -67,39 +67,35 @@ bool is_measured(const StereoPosition& seen) {
   return seen.features > 0 && seen.uvd_px.allFinite() && seen.uvd_px.z() > 0.0;
 }
 
-std::optional<Observation<3>> observe(const StereoPosition& seen, double sigma_px, const StereoGeometry& geometry,
-                                      const Se3& T_world_cam, const Vector6d& state) {
+/// The first N of (u_left, v, disparity) of the visible part's middle, which lies `to_origin_m` off the object's origin.
+template <int N>
+std::optional<Observation<N>> observe_point(const Eigen::Matrix<double, N, 1>& seen_px, const Eigen::Vector3d& to_origin_m,
+                                            double sigma_px, double extent_sigma_m, const StereoGeometry& geometry,
+                                            const Se3& T_world_cam, const Vector6d& state) {
   const Se3 T_cam_world = T_world_cam.inverse();
-  const Eigen::Vector3d p_cam = T_cam_world * (state.head<3>() - seen.to_origin_m);
+  const Eigen::Vector3d p_cam = T_cam_world * (state.head<3>() - to_origin_m);
   if (!(p_cam.z() > kMinDepth_m)) {
     return std::nullopt;
   }
   const Projection predicted = project(geometry, p_cam);
-  Observation<3> out;
-  out.residual = seen.uvd_px - predicted.uvd_px;
-  out.slope << predicted.derivative * T_cam_world.rotation, Eigen::Matrix3d::Zero();
-  const Eigen::Matrix3d per_metre = out.slope.leftCols<3>();
-  const double of_median_px = median_sigma_px(sigma_px, seen.features);
-  out.noise = of_median_px * of_median_px * Eigen::Matrix3d::Identity() +
-              seen.extent_sigma_m * seen.extent_sigma_m * per_metre * per_metre.transpose();
+  const Eigen::Matrix<double, N, 3> per_metre = predicted.derivative.topRows<N>() * T_cam_world.rotation;
+  Observation<N> out;
+  out.residual = seen_px - predicted.uvd_px.head<N>();
+  out.slope << per_metre, Eigen::Matrix<double, N, 3>::Zero();
+  out.noise = sigma_px * sigma_px * Eigen::Matrix<double, N, N>::Identity() +
+              extent_sigma_m * extent_sigma_m * per_metre * per_metre.transpose();
   return out;
+}
+
+std::optional<Observation<3>> observe(const StereoPosition& seen, double sigma_px, const StereoGeometry& geometry,
+                                      const Se3& T_world_cam, const Vector6d& state) {
+  return observe_point<3>(seen.uvd_px, seen.to_origin_m, median_sigma_px(sigma_px, seen.features), seen.extent_sigma_m,
+                          geometry, T_world_cam, state);
 }
 
 std::optional<Observation<2>> observe(const Bearing& seen, double sigma_px, const StereoGeometry& geometry,
                                       const Se3& T_world_cam, const Vector6d& state) {
-  const Se3 T_cam_world = T_world_cam.inverse();
-  const Eigen::Vector3d p_cam = T_cam_world * (state.head<3>() - seen.to_origin_m);
-  if (!(p_cam.z() > kMinDepth_m)) {
-    return std::nullopt;
-  }
-  const Projection predicted = project(geometry, p_cam);
-  Observation<2> out;
-  out.residual = seen.uv_px - predicted.uvd_px.head<2>();
-  out.slope << predicted.derivative.topRows<2>() * T_cam_world.rotation, Eigen::Matrix<double, 2, 3>::Zero();
-  const Eigen::Matrix<double, 2, 3> per_metre = out.slope.leftCols<3>();
-  out.noise = sigma_px * sigma_px * Eigen::Matrix2d::Identity() +
-              seen.extent_sigma_m * seen.extent_sigma_m * per_metre * per_metre.transpose();
-  return out;
+  return observe_point<2>(seen.uv_px, seen.to_origin_m, sigma_px, seen.extent_sigma_m, geometry, T_world_cam, state);
 }
 
 // What is seen lies in its own direction, as far away as the object; where it was before follows from the velocity.
@@ -261,8 +257,11 @@ Matrix6d MotionFilter::pose_covariance(const Model& model, std::int64_t timestam
   return covariance;
 }
 
-template <typename Observe>
-bool MotionFilter::update_models(const Observe& observe, double gate) noexcept {
+template <typename Measurement>
+bool MotionFilter::update_models(const Measurement& measured, const Se3& T_world_cam, double gate) noexcept {
+  const auto observed_at = [&](const Vector6d& state) {
+    return observe(measured, noise_.stereo_sigma_px, geometry_, T_world_cam, state);
+  };
   const double weight = std::min(interval_s_ / kErrorCorrelation_s, 1.0);
   std::array<double, 2> log_density{};
   std::array<bool, 2> fits{};
@@ -271,7 +270,7 @@ bool MotionFilter::update_models(const Observe& observe, double gate) noexcept {
     Vector6d before;
     before << model.pose.translation, model.velocity_mps;
     log_density[m] = -std::numeric_limits<double>::infinity();
-    auto seen = observe(before);
+    auto seen = observed_at(before);
     if (!seen) {
       continue;
     }
@@ -293,7 +292,7 @@ bool MotionFilter::update_models(const Observe& observe, double gate) noexcept {
       gain = spread.ldlt().solve(seen->slope * model.covariance).transpose();
       correction = gain * (seen->residual + seen->slope * correction);
       if (i + 1 < kIterations) {
-        auto next = observe(before + correction);
+        auto next = observed_at(before + correction);
         if (!next) {
           break;
         }
@@ -323,30 +322,15 @@ bool MotionFilter::update_models(const Observe& observe, double gate) noexcept {
 }
 
 bool MotionFilter::update(const StereoPosition& seen, const Se3& T_world_cam) noexcept {
-  return initialised_ && is_measured(seen) &&
-         update_models(
-             [&](const Vector6d& state) {
-               return observe(seen, noise_.stereo_sigma_px, geometry_, T_world_cam, state);
-             },
-             kGate3);
+  return initialised_ && is_measured(seen) && update_models(seen, T_world_cam, kGate3);
 }
 
 bool MotionFilter::update(const Bearing& seen, const Se3& T_world_cam) noexcept {
-  return initialised_ && seen.uv_px.allFinite() &&
-         update_models(
-             [&](const Vector6d& state) {
-               return observe(seen, noise_.stereo_sigma_px, geometry_, T_world_cam, state);
-             },
-             kNoGate);
+  return initialised_ && seen.uv_px.allFinite() && update_models(seen, T_world_cam, kNoGate);
 }
 
 bool MotionFilter::update(const ImageMotion& seen, const Se3& T_world_cam) noexcept {
-  return initialised_ && seen.features > 0 && seen.interval_s > 0.0 &&
-         update_models(
-             [&](const Vector6d& state) {
-               return observe(seen, noise_.stereo_sigma_px, geometry_, T_world_cam, state);
-             },
-             kGate2);
+  return initialised_ && seen.features > 0 && seen.interval_s > 0.0 && update_models(seen, T_world_cam, kGate2);
 }
 
 bool MotionFilter::accepts(const StereoPosition& seen, const Se3& T_world_cam) const noexcept {

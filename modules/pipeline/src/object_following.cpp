@@ -1,6 +1,7 @@
 // The part of ObjectState that goes on without a reconstruction: prediction, and what a frame measures besides it.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "kinetrace/objects/rest_evidence.hpp"
 #include "object_state.hpp"
@@ -98,16 +99,16 @@ void ObjectState::follow(const StereoObservation& observation, const CameraState
 }
 
 ObjectState::Fix ObjectState::measure(const StereoObservation& observation, const CameraState& camera) {
-  objects::MotionFilter& filter = identity_.filter;
-  // Features on something mostly hidden may lie on what hides it: they count where nothing else tells how it moves.
-  const bool is_known_to_go_on = std::abs(filter.moving() - 0.5) > 0.5 - kUndecided;
-  if (rigid() && !(mostly_occluded() && is_known_to_go_on) && camera.T_world_cam_before &&
-      observation.motion.features >= config_.stereo_only_min_features) {
-    objects::ImageMotion motion = observation.motion;
-    motion.interval_s = frame_.interval_s;
-    motion.T_world_cam_before = *camera.T_world_cam_before;
-    filter.update(motion, camera.T_world_cam);
+  const std::optional<Fix> fix = measure_place(observation, camera);
+  if (fix) {
+    measure_motion(observation, camera);
   }
+  return fix.value_or(Fix::kNone);
+}
+
+std::optional<ObjectState::Fix> ObjectState::measure_place(const StereoObservation& observation,
+                                                           const CameraState& camera) {
+  objects::MotionFilter& filter = identity_.filter;
   if (observation.features < config_.stereo_only_min_features) {
     // The middle of what is left of a mask says nothing about the whole.
     if (life_.track.missed_frames == 0 && !(identity_.reconstructed && half_hidden())) {
@@ -133,11 +134,24 @@ ObjectState::Fix ObjectState::measure(const StereoObservation& observation, cons
   }
   life_.identity_switched = life_.provisional && observation.agreeing >= kTellingFeatures;
   if (life_.identity_switched || ++life_.rejections < kMaxRejections) {
-    return Fix::kNone;
+    return std::nullopt;
   }
   life_.rejections = 0;
   give_up_path(seen, camera);
-  return life_.identity_switched ? Fix::kNone : Fix::kStereo;
+  return life_.identity_switched ? std::nullopt : std::optional(Fix::kStereo);
+}
+
+void ObjectState::measure_motion(const StereoObservation& observation, const CameraState& camera) {
+  // Features on something mostly hidden may lie on what hides it: they count where nothing else tells how it moves.
+  const bool is_known_to_go_on = std::abs(identity_.filter.moving() - 0.5) > 0.5 - kUndecided;
+  if (!rigid() || (mostly_occluded() && is_known_to_go_on) || !camera.T_world_cam_before ||
+      observation.motion.features < config_.stereo_only_min_features) {
+    return;
+  }
+  objects::ImageMotion motion = observation.motion;
+  motion.interval_s = frame_.interval_s;
+  motion.T_world_cam_before = *camera.T_world_cam_before;
+  identity_.filter.update(motion, camera.T_world_cam);
 }
 
 void ObjectState::give_up_path(const objects::StereoPosition& seen, const CameraState& camera) {

@@ -87,9 +87,9 @@ class MotionFilter {
   [[nodiscard]] Matrix6d pose_covariance(const Model& model, std::int64_t timestamp_ns) const noexcept;
   [[nodiscard]] Models mixed(double interval_s) const noexcept;
   void propagate(Models& models, double interval_s) const noexcept;
-  /// Takes `observe(model)` into each model: a measurement that is linear in position and velocity about it.
-  template <typename Observe>
-  bool update_models(const Observe& observe, double gate) noexcept;
+  /// Takes a measurement into each model, linearised about it.
+  template <typename Measurement>
+  bool update_models(const Measurement& measured, const Se3& T_world_cam, double gate) noexcept;
 
   MotionNoise noise_;
   StereoGeometry geometry_;
