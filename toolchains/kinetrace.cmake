@@ -47,6 +47,11 @@ if(KINETRACE_SANITIZED OR CMAKE_SIZEOF_VOID_P EQUAL 4)
   target_compile_options(kinetrace_options INTERFACE "${kinetrace_no_false_bounds}")
 endif()
 
+# What most sources include. No header here has inline functions that call templates of its own: each source would instantiate them
+# (CLI11: eight seconds).
+set(kinetrace_common_headers
+  <Eigen/Core> <Eigen/Geometry> <algorithm> <cmath> <filesystem> <functional> <memory> <span> <sstream> <string> <vector>)
+
 # kinetrace_precompile(TARGET KIND): the headers that most sources of a kind include, compiled once for all of its targets. KIND is
 # "module", "cold" (a module that is compiled for size, see kinetrace_cold) or "test".
 function(_kinetrace_headers kind)
@@ -54,8 +59,7 @@ function(_kinetrace_headers kind)
   file(CONFIGURE OUTPUT ${source} CONTENT "")
   add_library(kinetrace_headers_${kind} OBJECT ${source})
   target_link_libraries(kinetrace_headers_${kind} PRIVATE kinetrace_options Eigen3::Eigen)
-  target_precompile_headers(kinetrace_headers_${kind} PRIVATE
-    <Eigen/Core> <Eigen/Geometry> <algorithm> <cmath> <filesystem> <functional> <memory> <span> <sstream> <string> <vector> ${ARGN})
+  target_precompile_headers(kinetrace_headers_${kind} PRIVATE ${kinetrace_common_headers} ${ARGN})
 endfunction()
 function(kinetrace_precompile target kind)
   if(NOT TARGET kinetrace_headers_${kind})
