@@ -119,10 +119,10 @@ bool ObjectState::may_come_back_as(const Track& redetected, const CameraState& c
   return outside && gap_px(expected_px, box) <= identity_.width_m * geometry_.fx_px / p_cam.z();
 }
 
-void ObjectState::continue_from(ObjectState& earlier, const std::optional<Eigen::Vector3d>& position_m) {
+void ObjectState::continue_from(ObjectState& earlier) {
   life_.track.id = earlier.life_.track.id;
   life_.confirmed = earlier.life_.confirmed;
-  if (!earlier.life_.placed || !position_m) {
+  if (!earlier.life_.placed) {
     return;  // Nothing but its name is known.
   }
   life_.placed = true;

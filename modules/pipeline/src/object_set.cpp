@@ -40,19 +40,11 @@ void ObjectSet::prediction(std::int64_t timestamp_ns, const Se3& T_world_cam,
 
 void ObjectSet::take_tracks(const TrackFrame& tracks) {
   for (const Track& track : tracks.tracks) {
-    if (track.id > newest_track_id_) {
-      newest_track_id_ = track.id;
-      ++counters_.born;
+    if (slots_[track.slot].track().id != track.id) {
+      slots_[track.slot].begin(track);
     }
-    ObjectState& object = slots_[track.slot];
-    const bool was_confirmed = object.track().id == track.id && object.confirmed();
-    if (object.track().id != track.id) {
-      object.begin(track);
-    }
-    counters_.confirmed += track.state == TrackState::kConfirmed && !was_confirmed ? 1U : 0U;
   }
   for (const Track& track : tracks.ended) {
-    ++counters_.ended;
     slots_[track.slot].end();
   }
 }
@@ -67,6 +59,10 @@ std::span<const ReidentifiedObject> ObjectSet::reidentify(std::span<const Track>
                                                           LabelView labels, const CameraState& camera) {
   const auto count = static_cast<int>(slots_.size());
   affinity_.resize(count, count);
+  std::uint64_t detected = 0;  // By slot: what is seen in this frame is not lost.
+  for (const Track& track : tracks) {
+    detected |= std::uint64_t{track.missed_frames == 0} << track.slot;
+  }
   for (const Track& track : tracks) {
     if (!is_unplaced(track)) {
       continue;
@@ -74,10 +70,14 @@ std::span<const ReidentifiedObject> ObjectSet::reidentify(std::span<const Track>
     const std::optional<Eigen::Vector3d> position_m = slots_[track.slot].observed_position(frame, labels, camera);
     for (int slot = 0; slot < count; ++slot) {
       const ObjectState& lost = slots_[static_cast<std::size_t>(slot)];
+      const bool was_split_from_it = lost.track_before().slot == track.slot;
+      if (((detected >> slot) & 1U) != 0 || was_split_from_it) {
+        continue;
+      }
       const bool by_position = lost.placed() && position_m;
       const std::optional<double> part =
           by_position ? lost.position_gate(*position_m, track, camera) : lost.bearing_gate(track, camera);
-      if (part && slot != track.slot) {
+      if (part) {
         affinity_(slot, track.slot) = 1.0 + kTieBreak - *part;
       }
     }
@@ -88,10 +88,9 @@ std::span<const ReidentifiedObject> ObjectSet::reidentify(std::span<const Track>
     if (match[slot] >= 0) {
       ObjectState& lost = slots_[slot];
       ObjectState& found = slots_[static_cast<std::size_t>(match[slot])];
-      const std::uint8_t found_slot = found.track().slot;
-      found.continue_from(lost, found.observed_position(frame, labels, camera));
-      lost.transfer_identity();
-      (void)reidentified_.push_back({lost.track().slot, found_slot, lost.track().id});  // as many places as slots
+      found.continue_from(lost);
+      lost.end();
+      (void)reidentified_.push_back({lost.track().slot, found.track().slot, lost.track().id});  // as many places as slots
     }
   }
   return reidentified_.span();
@@ -99,7 +98,7 @@ std::span<const ReidentifiedObject> ObjectSet::reidentify(std::span<const Track>
 
 bool ObjectSet::may_be_lost_object(const Track& track, const CameraState& camera) const {
   return !slots_[track.slot].placed() && std::any_of(slots_.begin(), slots_.end(), [&](const ObjectState& lost) {
-    return lost.track().slot != track.slot && lost.may_come_back_as(track, camera);
+    return lost.may_come_back_as(track, camera);
   });
 }
 
@@ -138,14 +137,11 @@ void ObjectSet::remember(const FeatureFrame& frame, const features::FeatureFront
   }
 }
 
-void ObjectSet::release(std::span<const Track> ended) {
+void ObjectSet::release() {
   for (ObjectState& object : slots_) {
-    if (object.handed_over()) {
+    if (object.in_use() && !object.alive()) {
       object.release();
     }
-  }
-  for (const Track& track : ended) {
-    slots_[track.slot].release();
   }
 }
 

@@ -15,13 +15,6 @@
 
 namespace kinetrace::pipeline {
 
-/// Running totals since creation.
-struct TrackCounters {
-  std::uint64_t born = 0;
-  std::uint64_t confirmed = 0;
-  std::uint64_t ended = 0;
-};
-
 /// An object that was lost and goes on in the slot of a new track.
 struct ReidentifiedObject {
   std::uint8_t earlier_slot = 0;
@@ -48,7 +41,7 @@ class ObjectSet {
   /// Where each object is expected to be seen, by slot.
   void prediction(std::int64_t timestamp_ns, const Se3& T_world_cam,
                   std::span<tracking::ObjectPrediction> by_slot) const;
-  /// Counts this frame's tracks, begins the objects of new ones, and ends those whose tracks have ended.
+  /// Begins the objects of new tracks, and ends those whose tracks have ended.
   void take_tracks(const TrackFrame& tracks);
 
   /// A detection shows the track, and where that is has never been known: it may be an object that was lost.
@@ -77,11 +70,9 @@ class ObjectSet {
   /// Takes note of what objects look like.
   void remember(const FeatureFrame& frame, const features::FeatureFrontEnd& front_end);
   /// The slots of objects that go on in another one or whose tracks have ended, once their points have been reported.
-  void release(std::span<const Track> ended);
+  void release();
   /// No more frames.
   void end();
-
-  [[nodiscard]] const TrackCounters& counters() const noexcept { return counters_; }
 
  private:
   ObjectSet(std::vector<ObjectState> slots, Arena& arena)
@@ -89,8 +80,6 @@ class ObjectSet {
   std::vector<ObjectState> slots_;
   tracking::AffinityMatrix affinity_;  ///< Lost object by new track, both by slot.
   FixedVector<ReidentifiedObject> reidentified_;
-  TrackCounters counters_;
-  std::uint32_t newest_track_id_ = 0;
 };
 
 }  // namespace kinetrace::pipeline

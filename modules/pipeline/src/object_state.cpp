@@ -85,6 +85,9 @@ void ObjectState::wait_as(const Track& track) noexcept {
   life_.identity_switched = false;
   life_.provisional = false;
   life_.matched_run.reset();
+  // What was seen in this frame was something else.
+  life_.matched_timestamp_ns = life_.timestamp_ns - track.missed_ns;
+  identity_.area_m2 = frame_.area_before_m2;
 }
 
 void ObjectState::restart_path() noexcept {
@@ -157,6 +160,7 @@ void ObjectState::observe_by_outline(LabelView labels, const CameraState& camera
 
 void ObjectState::measure_visible_fraction(const CameraState& camera) {
   frame_.visible_fraction = 1.F;
+  frame_.area_before_m2 = identity_.area_m2;
   const double depth_m = (camera.T_world_cam.inverse() * middle_m()).z();
   if (!life_.placed || life_.track.missed_frames > 0 || cut_off() || depth_m <= 0.0) {
     return;

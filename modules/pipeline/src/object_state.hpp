@@ -49,16 +49,10 @@ class ObjectState {
   /// Where the object's origin is expected at `timestamp_ns`, the camera of that time given. Unknown before it has a
   /// place.
   [[nodiscard]] tracking::ObjectPrediction prediction(std::int64_t timestamp_ns, const Se3& T_world_cam) const;
-  /// The track has ended; points still alive are in `body().estimate().retired`.
+  /// The track has ended, or goes on in another slot; points still alive are in `body().estimate().retired`.
   void end();
-  /// As end(); the object goes on in another slot, and this one is free once its points have been reported.
-  void transfer_identity() {
-    end();
-    life_.handed_over = true;
-  }
   /// Its detection shows something else: it waits as this track to be re-identified.
   void wait_as(const Track& track) noexcept;
-  [[nodiscard]] bool handed_over() const noexcept { return life_.handed_over; }
   /// Where it was has been measured with a calibration that was far off: its path begins anew with the next frame.
   void restart_path() noexcept;
   /// The slot may be given to another track.
@@ -78,7 +72,7 @@ class ObjectState {
   /// image: for some frames, until stereo tells, it has no name.
   [[nodiscard]] bool may_come_back_as(const Track& redetected, const CameraState& camera) const;
   /// This slot's new track is the object that `earlier` has lost: its name and frame go on. Call before observe().
-  void continue_from(ObjectState& earlier, const std::optional<Eigen::Vector3d>& position_m);
+  void continue_from(ObjectState& earlier);
 
   /// Pose of this frame, and observations added to the window.
   /// `labels`: the masks of the left image, by track label.
@@ -145,7 +139,6 @@ class ObjectState {
     Track track_before;
     bool confirmed = false;
     bool ended = false;
-    bool handed_over = false;
     bool identity_switched = false;
     bool placed = false;  ///< Its place has been known since birth.
     bool in_view = true;  ///< Where it is expected lies in the image.
@@ -175,6 +168,7 @@ class ObjectState {
     FrameChange change = FrameChange::kNone;
     std::optional<FrameCorrection> correction;
     int observed_features = 0;  ///< By stereo.
+    double area_before_m2 = 0.0;
     float visible_fraction = 1.F;
     std::int64_t interval_ns = kUsualInterval_ns;
     double interval_s = 0.0;  ///< Since the frame before; 0 in the first one.

@@ -351,7 +351,7 @@ void Pipeline::Impl::conclude(const RectifiedPair& pair, const TrackFrame& track
   output.set_newest(results.newest());
   output.set_finalised(results.finalise());
   output.set_bodies(camera.background(), objects.slots());
-  objects.release(tracks.ended);
+  objects.release();
   output.set_frame(pair, {tracks.left_labels, tracks.right_labels, tracker.tracks(), tracks.ended}, counters());
   output.set_rig(rig.estimate());
   reject_outliers();
@@ -380,9 +380,9 @@ FrameCounters Pipeline::Impl::counters() const {
   c.detections_dropped = s.detections_dropped + tracker.counters().detections_dropped;
   c.detection_frames_missing = s.frames_missing + s.frames_unreadable;
   c.mask_files_unreadable = s.files_unreadable;
-  c.tracks_born = objects.counters().born;
-  c.tracks_confirmed = objects.counters().confirmed;
-  c.tracks_ended = objects.counters().ended;
+  c.tracks_born = tracker.counters().born;
+  c.tracks_confirmed = tracker.counters().confirmed;
+  c.tracks_ended = tracker.counters().ended;
   c.background_lost_frames = camera.lost_frames();
   const auto add_points = [&c](const sfm::BodyCounters& body) {
     c.points_created += body.points_created;

@@ -81,8 +81,10 @@ double StereoTracker::place_evidence(const TrackInstance& instance, const Detect
   // How far an object reaches over the border of the image is not known, but its other side tells its size.
   const PixelBox& box = instance.track.box_px;
   Eigen::Vector2d size_px = Eigen::Vector2d::Constant(std::sqrt(extent_px.prod()));
-  size_px.x() = box.x0 <= 0 || box.x1 >= width_px_ ? extent_px.maxCoeff() : size_px.x();
-  size_px.y() = box.y0 <= 0 || box.y1 >= height_px_ ? extent_px.maxCoeff() : size_px.y();
+  if (!box.empty()) {
+    size_px.x() = box.x0 <= 0 || box.x1 >= width_px_ ? extent_px.maxCoeff() : size_px.x();
+    size_px.y() = box.y0 <= 0 || box.y1 >= height_px_ ? extent_px.maxCoeff() : size_px.y();
+  }
   const double relative_sigma = kFollowedSigma + kPlaceSigma * unknown + kPlaceSigmaPerSecond * std::max(missed_s, 0.0);
   whole.place_sigma_px = (relative_sigma * size_px).array() + kPixel;
   whole.size_sigma = kFollowedSigma + kPlaceSigma * unknown;

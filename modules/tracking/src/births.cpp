@@ -38,7 +38,7 @@ bool StereoTracker::is_duplicate(const DetectionFrame& detections, std::size_t i
                                  std::span<const Feature> features) {
   const Detection& detection = detections.left[index];
   for (const TrackInstance& instance : slots_) {
-    if (!instance.alive() || !is_assignable(instance) || owner_[index] == instance.track.slot ||
+    if (!instance.alive() || !is_assignable(instance) ||
         instance.overlap.on_label[detection.label] < config_.duplicate_overlap * detection.area_px ||
         !classes_agree(instance.track.class_id, detection.class_id)) {
       continue;

@@ -271,7 +271,7 @@ double StereoTracker::part_on(const TrackInstance& instance, const Detection& de
 
 bool StereoTracker::is_behind_camera(const TrackInstance& instance) noexcept {
   const ObjectPrediction& prediction = instance.prediction;
-  return prediction.known && !prediction.direction_only && prediction.depth_m <= kMinPredictionDepth_m;
+  return prediction.known && prediction.depth_m <= kMinPredictionDepth_m;
 }
 
 bool StereoTracker::is_assignable(const TrackInstance& instance) const noexcept {

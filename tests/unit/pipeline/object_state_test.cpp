@@ -286,7 +286,7 @@ TEST_F(ObjectStateTest, HandsItsNameAndItsBoxOver) {
 
   Track redetected = track(box_of(features), 0, 2);
   other_.begin(redetected);
-  other_.continue_from(object_, middle_m);
+  other_.continue_from(object_);
   EXPECT_EQ(other_.track().id, 1U);
   EXPECT_TRUE(other_.placed());
   ObjectResult after;
@@ -443,7 +443,7 @@ TEST_F(ObjectStateTest, WhatRestedStillRestsWhenItIsFoundForAMoment) {
     observe(object_, track({}, missed));
   }
   other_.begin(redetected(box));
-  other_.continue_from(object_, middle_m);
+  other_.continue_from(object_);
   ObjectResult found;
   for (int frame = 0; frame < 3 && found.status != BodyStatus::kTracked; ++frame) {
     observe(other_, track(box), features);
