@@ -36,17 +36,14 @@ BoxPrediction surely_at(const PixelBox& box, const Eigen::Vector2d& shift_px = E
   return there;
 }
 
-/// Of the object: predicted, or as it was last seen.
-struct ExpectedDisparity {
-  double mean_px = 0.0;  ///< 0: not known.
-  double sigma_px = 0.0;
-};
-
-ExpectedDisparity expected_disparity(const TrackInstance& instance) {
-  if (instance.prediction.disparity_px > 0.0) {
-    return {instance.prediction.disparity_px, instance.prediction.disparity_sigma_px};
+/// Near a contour features may pass to what is in front of or behind it.
+bool has_left(const TrackInstance& instance, const Feature& feature) noexcept {
+  if (!feature.has_right()) {
+    return false;
   }
-  return {instance.disparity.known ? double{instance.disparity.mean_px} : 0.0, 0.0};
+  const UncertainDisparity seen{double{feature.disparity_px()}, kFeatureDisparity_px};
+  const UncertainDisparity expected = expected_disparity(instance);
+  return clearly_nearer(seen, expected) || clearly_nearer(expected, seen);
 }
 
 }  // namespace
@@ -63,7 +60,11 @@ void StereoTracker::count_votes(LabelView detections, std::span<const Feature> f
     const auto y = static_cast<int>(std::lround(feature.left_px.y()));
     const bool carried = feature.age_frames > 0 && feature.body != kBackgroundLabel && feature.body <= slots_.size();
     if (carried && x >= 0 && y >= 0 && x < detections.width && y < detections.height) {
-      FeatureVotes& votes = slots_[feature.body - 1U].votes_of_features;
+      TrackInstance& instance = slots_[feature.body - 1U];
+      if (has_left(instance, feature)) {
+        continue;
+      }
+      FeatureVotes& votes = instance.votes_of_features;
       ++votes.total;
       ++votes.on_label[detections.at(x, y)];
     }
@@ -130,10 +131,11 @@ double StereoTracker::evidence(const TrackInstance& instance, const Detection& d
                                std::size_t samples) const noexcept {
   const FeatureVotes& votes = instance.votes_of_features;
   const bool followed = !instance.missed.exceeds(kForeignAfter_ns);
-  const ExpectedDisparity expected = expected_disparity(instance);
+  const UncertainDisparity expected = expected_disparity(instance);
+  const UncertainDisparity seen = measured_disparity(disparity_px, samples);
   return place_evidence(instance, detection) +
          (followed ? feature_evidence(votes.on_label[detection.label], votes.total) : 0.0) +
-         disparity_evidence(expected.mean_px, expected.sigma_px, disparity_px, samples) +
+         disparity_evidence(expected.mean_px, std::hypot(expected.sigma_px, seen.sigma_px), disparity_px, samples) +
          (classes_agree(instance.track.class_id, detection.class_id) ? 0.0 : kOtherClassEvidence) -
          fragment_evidence(part_on_others(instance, detection));
 }
