@@ -64,7 +64,7 @@ std::span<const ReidentifiedObject> ObjectSet::reidentify(std::span<const Track>
     detected |= std::uint64_t{track.missed_frames == 0} << track.slot;
   }
   for (const Track& track : tracks) {
-    if (!is_unnamed(track)) {
+    if (!is_unplaced(track)) {
       continue;
     }
     const std::optional<Eigen::Vector3d> position_m = slots_[track.slot].observed_position(frame, labels, camera);
@@ -87,13 +87,10 @@ std::span<const ReidentifiedObject> ObjectSet::reidentify(std::span<const Track>
   for (std::size_t slot = 0; slot < slots_.size(); ++slot) {
     if (match[slot] >= 0) {
       ObjectState& lost = slots_[slot];
-      const Track& redetected = *std::find_if(tracks.begin(), tracks.end(),
-                                              [&](const Track& track) { return track.slot == match[slot]; });
-      ObjectState& found = slots_[redetected.slot];
-      found.begin(redetected);  // What it was as a new one is dropped.
+      ObjectState& found = slots_[static_cast<std::size_t>(match[slot])];
       found.continue_from(lost);
       lost.end();
-      (void)reidentified_.push_back({lost.track().slot, redetected.slot, lost.track().id});  // as many places as slots
+      (void)reidentified_.push_back({lost.track().slot, found.track().slot, lost.track().id});  // as many places as slots
     }
   }
   return reidentified_.span();

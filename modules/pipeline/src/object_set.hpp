@@ -44,20 +44,18 @@ class ObjectSet {
   /// Begins the objects of new tracks, and ends those whose tracks have ended.
   void take_tracks(const TrackFrame& tracks);
 
-  /// A detection shows the track, which is not confirmed yet, or where it is has never been known: it may be an
-  /// object that was lost.
-  [[nodiscard]] bool is_unnamed(const Track& track) const noexcept {
-    const ObjectState& object = slots_[track.slot];
-    return track.missed_frames == 0 && !(object.placed() && object.confirmed());
+  /// A detection shows the track, and where that is has never been known: it may be an object that was lost.
+  [[nodiscard]] bool is_unplaced(const Track& track) const noexcept {
+    return track.missed_frames == 0 && !slots_[track.slot].placed();
   }
   /// The track in this slot shows something else: the object waits in the slot of `waiting`, and a new one begins.
   void split(const Track& seen, const Track& waiting);
-  /// Which of the unnamed tracks show objects that were lost, which then go on under them: one assignment over all of
+  /// Which of the unplaced tracks show objects that were lost, which then go on under them: one assignment over all of
   /// both, by how far each is from where it may be. Call once the other tracks have been observed. Lives until the next
   /// call.
   [[nodiscard]] std::span<const ReidentifiedObject> reidentify(std::span<const Track> tracks, const FeatureFrame& frame,
                                                                LabelView labels, const CameraState& camera);
-  /// Whether an unnamed track may turn out to be an object that left the image.
+  /// Whether an unplaced track may turn out to be an object that left the image.
   [[nodiscard]] bool may_be_lost_object(const Track& track, const CameraState& camera) const;
   /// Pose of this frame; false if the track has passed to another object.
   [[nodiscard]] bool observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera,

@@ -265,7 +265,7 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
     body_.extend(frame, track.label(), camera.valid ? &camera.T_world_cam.rotation : nullptr);
     frame_.extended = true;
   }
-  if (life_.status == BodyStatus::kTracked && observation.features > 0 && !half_hidden()) {
+  if (life_.status == BodyStatus::kTracked && observation.features > 0) {
     const Se3 T_world_obj = camera.T_world_cam * body_.estimate().T_body_cam.inverse();
     identity_.to_origin_m =
         -(T_world_obj.inverse() * (camera.T_world_cam * position_in_camera(geometry_, observation)));

@@ -284,13 +284,13 @@ void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tr
   const auto observe = [&](std::uint8_t slot) {
     return objects.observe(tracker.track_in(slot), frame, tracks.left_labels, now, front_end);
   };
-  list_slots([&](const Track& track) { return !objects.is_unnamed(track); });
+  list_slots([&](const Track& track) { return !objects.is_unplaced(track); });
   for (const std::uint8_t slot : scratch.slots) {
     if (!observe(slot)) {
       split(slot);
     }
   }
-  list_slots([&](const Track& track) { return objects.is_unnamed(track); });
+  list_slots([&](const Track& track) { return objects.is_unplaced(track); });
   for (const ReidentifiedObject& found : objects.reidentify(tracker.tracks(), frame, tracks.left_labels, now)) {
     tracker.merge_tracks(found.earlier_slot, found.slot);
     results.move_slot(found.track_id, found.slot);

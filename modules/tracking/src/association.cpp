@@ -36,16 +36,6 @@ BoxPrediction surely_at(const PixelBox& box, const Eigen::Vector2d& shift_px = E
   return there;
 }
 
-/// Near a contour features may pass to what is in front of or behind it.
-bool has_left(const TrackInstance& instance, const Feature& feature) noexcept {
-  if (!feature.has_right()) {
-    return false;
-  }
-  const UncertainDisparity seen{double{feature.disparity_px()}, kFeatureDisparity_px};
-  const UncertainDisparity expected = expected_disparity(instance);
-  return clearly_nearer(seen, expected) || clearly_nearer(expected, seen);
-}
-
 }  // namespace
 
 void StereoTracker::count_votes(LabelView detections, std::span<const Feature> features) noexcept {
@@ -60,11 +50,7 @@ void StereoTracker::count_votes(LabelView detections, std::span<const Feature> f
     const auto y = static_cast<int>(std::lround(feature.left_px.y()));
     const bool carried = feature.age_frames > 0 && feature.body != kBackgroundLabel && feature.body <= slots_.size();
     if (carried && x >= 0 && y >= 0 && x < detections.width && y < detections.height) {
-      TrackInstance& instance = slots_[feature.body - 1U];
-      if (has_left(instance, feature)) {
-        continue;
-      }
-      FeatureVotes& votes = instance.votes_of_features;
+      FeatureVotes& votes = slots_[feature.body - 1U].votes_of_features;
       ++votes.total;
       ++votes.on_label[detections.at(x, y)];
     }

@@ -27,9 +27,8 @@ double ReferenceMask::part_in_image() const noexcept {
   Eigen::Vector2d low;
   Eigen::Vector2d high;
   current_corners(low, high);
-  // From the outer edge of the first pixel to that of the last one.
   const Eigen::Vector2d size(width_, height_);
-  const Eigen::Vector2d inside = high.cwiseMin((size.array() - 0.5).matrix()) - low.cwiseMax(-0.5);
+  const Eigen::Vector2d inside = high.cwiseMin(size) - low.cwiseMax(0.0);
   const Eigen::Vector2d whole = high - low;
   return box_.empty() || inside.minCoeff() <= 0.0 ? 0.0 : inside.prod() / whole.prod();
 }
