@@ -1,7 +1,6 @@
 // The part of ObjectState that goes on without a reconstruction: prediction, and what a frame measures besides it.
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "kinetrace/objects/rest_evidence.hpp"
 #include "object_state.hpp"
@@ -99,15 +98,19 @@ void ObjectState::follow(const StereoObservation& observation, const CameraState
 }
 
 ObjectState::Fix ObjectState::measure(const StereoObservation& observation, const CameraState& camera) {
-  const std::optional<Fix> fix = measure_place(observation, camera);
-  if (fix) {
+  // While what is seen may be something else, so may what its features do.
+  const bool is_surely_it = !life_.provisional;
+  if (is_surely_it) {
     measure_motion(observation, camera);
   }
-  return fix.value_or(Fix::kNone);
+  const Fix fix = measure_place(observation, camera);
+  if (!is_surely_it && !life_.provisional) {
+    measure_motion(observation, camera);
+  }
+  return fix;
 }
 
-std::optional<ObjectState::Fix> ObjectState::measure_place(const StereoObservation& observation,
-                                                           const CameraState& camera) {
+ObjectState::Fix ObjectState::measure_place(const StereoObservation& observation, const CameraState& camera) {
   objects::MotionFilter& filter = identity_.filter;
   if (observation.features < config_.stereo_only_min_features) {
     // The middle of what is left of a mask says nothing about the whole.
@@ -134,11 +137,11 @@ std::optional<ObjectState::Fix> ObjectState::measure_place(const StereoObservati
   }
   life_.identity_switched = life_.provisional && observation.agreeing >= kTellingFeatures;
   if (life_.identity_switched || ++life_.rejections < kMaxRejections) {
-    return std::nullopt;
+    return Fix::kNone;
   }
   life_.rejections = 0;
   give_up_path(seen, camera);
-  return life_.identity_switched ? std::nullopt : std::optional(Fix::kStereo);
+  return life_.identity_switched ? Fix::kNone : Fix::kStereo;
 }
 
 void ObjectState::measure_motion(const StereoObservation& observation, const CameraState& camera) {

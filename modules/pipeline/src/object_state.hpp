@@ -242,8 +242,7 @@ class ObjectState {
   };
   /// Measurements of this frame, as surely as they tell.
   Fix measure(const StereoObservation& observation, const CameraState& camera);
-  /// Nothing where stereo contradicts the path: what is seen may be something else, and so may what its features do.
-  std::optional<Fix> measure_place(const StereoObservation& observation, const CameraState& camera);
+  Fix measure_place(const StereoObservation& observation, const CameraState& camera);
   void measure_motion(const StereoObservation& observation, const CameraState& camera);
   /// Of what is half hidden, the middle of what is seen lies where its box is expected: nothing new.
   [[nodiscard]] bool lies_on_body(const StereoObservation& observation, const CameraState& camera) const;
