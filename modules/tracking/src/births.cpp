@@ -43,10 +43,9 @@ bool StereoTracker::is_duplicate(const DetectionFrame& detections, std::size_t i
         !classes_agree(instance.track.class_id, detection.class_id)) {
       continue;
     }
-    const std::span<const DisparitySample> samples =
-        gather_samples(detections.left_labels, detection.label, features);
-    const UncertainDisparity own = measured_disparity(fit_disparity(samples, scratch_).mean_px, samples.size());
-    if (!clearly_nearer(own, expected_disparity(instance))) {
+    const DisparityPlane own =
+        fit_disparity(gather_samples(detections.left_labels, detection.label, features), scratch_);
+    if (!own.known || !instance.disparity.known || !clearly_nearer(own.mean_px, instance.disparity.mean_px)) {
       return true;
     }
   }

@@ -149,7 +149,8 @@ Similarity StereoTracker::predict_motion(TrackInstance& instance, std::span<cons
 }
 
 bool StereoTracker::hides(const TrackInstance& front, const TrackInstance& behind) noexcept {
-  const bool contradicted = clearly_nearer(expected_disparity(behind), expected_disparity(front));
+  const bool contradicted = front.disparity.known && behind.disparity.known &&
+                            clearly_nearer(behind.disparity.mean_px, front.disparity.mean_px);
   return (behind.in_front & slot_bit(front)) != 0 && !contradicted;
 }
 
@@ -160,10 +161,9 @@ bool StereoTracker::nearer(const TrackInstance& a, const TrackInstance& b) noexc
 }
 
 bool StereoTracker::is_nearer(const TrackInstance& a, const TrackInstance& b) noexcept {
-  const double disparity_a_px = expected_disparity(a).mean_px;
-  const double disparity_b_px = expected_disparity(b).mean_px;
-  if (disparity_a_px != disparity_b_px) {
-    return disparity_a_px > disparity_b_px;
+  const auto key = [](const TrackInstance& i) { return i.disparity.known ? i.disparity.mean_px : 0.F; };
+  if (key(a) != key(b)) {
+    return key(a) > key(b);
   }
   return a.track.box_px.y1 != b.track.box_px.y1 ? a.track.box_px.y1 > b.track.box_px.y1 : a.track.id < b.track.id;
 }
