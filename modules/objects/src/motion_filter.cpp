@@ -67,11 +67,13 @@ bool is_measured(const StereoPosition& seen) {
   return seen.features > 0 && seen.uvd_px.allFinite() && seen.uvd_px.z() > 0.0;
 }
 
-/// The first N of (u_left, v, disparity) of the visible part's middle, which lies `to_origin_m` off the object's origin.
+/// The first N of (u_left, v, disparity) of the visible part's middle, which lies `to_origin_m` off the object's
+/// origin.
 template <int N>
-std::optional<Observation<N>> observe_point(const Eigen::Matrix<double, N, 1>& seen_px, const Eigen::Vector3d& to_origin_m,
-                                            double sigma_px, double extent_sigma_m, const StereoGeometry& geometry,
-                                            const Se3& T_world_cam, const Vector6d& state) {
+std::optional<Observation<N>> observe_point(const Eigen::Matrix<double, N, 1>& seen_px,
+                                            const Eigen::Vector3d& to_origin_m, double sigma_px, double extent_sigma_m,
+                                            const StereoGeometry& geometry, const Se3& T_world_cam,
+                                            const Vector6d& state) {
   const Se3 T_cam_world = T_world_cam.inverse();
   const Eigen::Vector3d p_cam = T_cam_world * (state.head<3>() - to_origin_m);
   if (!(p_cam.z() > kMinDepth_m)) {

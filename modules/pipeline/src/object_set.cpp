@@ -90,7 +90,8 @@ std::span<const ReidentifiedObject> ObjectSet::reidentify(std::span<const Track>
       ObjectState& found = slots_[static_cast<std::size_t>(match[slot])];
       found.continue_from(lost);
       lost.end();
-      (void)reidentified_.push_back({lost.track().slot, found.track().slot, lost.track().id});  // as many places as slots
+      (void)reidentified_.push_back(
+          {lost.track().slot, found.track().slot, lost.track().id});  // as many places as slots
     }
   }
   return reidentified_.span();

@@ -275,6 +275,26 @@ TEST(ProximityPair, WhatIsBehindTheCameraByNowIsNotBesideIt) {
   EXPECT_EQ(id_beside(scene, behind), 2U);
 }
 
+TEST(ProximityPair, ADirectionBehindTheCameraIsNotInTheImage) {
+  // What a camera sees in the opposite direction has the same pixel.
+  TrackerScene scene({}, 0);
+  const auto step = [&](double depth_m, bool visible) {
+    scene.object_predictions = {
+        {.known = true, .point_px = {kPerson.x, kPerson.y}, .depth_m = depth_m, .direction_only = true}};
+    scene.detected = {visible};
+    scene.step(std::array{kPerson});
+  };
+  for (int i = 0; i < 4; ++i) {
+    step(1000.0, true);
+  }
+  for (int i = 0; i < 4; ++i) {
+    step(-1000.0, false);
+  }
+  step(-1000.0, true);
+  ASSERT_NE(scene.track_of(0), nullptr);
+  EXPECT_EQ(scene.track_of(0)->id, 2U);
+}
+
 constexpr Shape kPassing{.x = 60.0, .y = 120.0, .half_width = 60.0, .half_height = 60.0};
 
 ObjectPrediction at_depth(const Shape& shape, double depth_m) {
