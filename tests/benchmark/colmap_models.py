@@ -159,12 +159,17 @@ def pose_text(T):
     return [f"{v:.9g}" for v in (*T[1], *quaternion(T[0]))]
 
 
+def kitti_text(T):
+    return " ".join(f"{v:.9g}" for row, t in zip(*T) for v in (*row, t))
+
+
 def write_camera(run, out, camera):
     lines = (run / "camera.tum").read_text().splitlines()
     frames = [int(row["frame"]) for row in csv.DictReader(open(run / "objects.csv", newline=""))]
     first = min(frames, default=0)
     kept = [(line.split()[0], camera[first + i]) for i, line in enumerate(lines) if first + i in camera]
     (out / "camera.tum").write_text("".join(f"{time} {' '.join(pose_text(T))}\n" for time, T in kept))
+    (out / "camera_kitti.txt").write_text("".join(kitti_text(T) + "\n" for _, T in kept))
 
 
 def make_run(clip, run, folder, out):

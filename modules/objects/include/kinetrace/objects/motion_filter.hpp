@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include <Eigen/Core>
 
@@ -90,6 +91,10 @@ class MotionFilter {
   /// Takes a measurement into each model, linearised about it.
   template <typename Measurement>
   bool update_models(const Measurement& measured, const Se3& T_world_cam, double gate) noexcept;
+
+  /// `seen`: linearised about the model's state.
+  template <typename Seen, typename Observe>
+  static void correct(Model& model, std::optional<Seen> seen, double noise_factor, const Observe& observed_at);
 
   MotionNoise noise_;
   StereoGeometry geometry_;
