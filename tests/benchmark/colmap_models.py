@@ -36,9 +36,8 @@ def instances(clip, side, stem):
 
 
 def counts_of(pixels):
-    values = memoryview(pixels).cast("H") if len(pixels) % 2 == 0 else []
     counts = {}
-    for value in values:
+    for value in memoryview(pixels).cast("H"):
         counts[value] = counts.get(value, 0) + 1
     return counts
 
@@ -61,7 +60,7 @@ def prepare(clip, folder, min_pixels):
     for stem in stems:
         for i, side in enumerate(SIDES):
             shutil.copy(drive_of(clip) / f"image_0{i}/data/{stem}.png", images / f"{stem}_{side}.png")
-            size, pixels = instances(clip, side, stem)
+            _, pixels = instances(clip, side, stem)
             for value, count in counts_of(pixels).items():
                 if value != 0:
                     largest[value] = max(largest.get(value, 0), count)

@@ -65,7 +65,7 @@ class ContainerFile {
   using RecordVisitor = std::function<void(std::int64_t, const std::optional<RecordHeader>&)>;
   /// All of them, in order. Errors: kNotFound, kIo.
   [[nodiscard]] Status for_each_record(const RecordVisitor& visit) const;
-  /// Both images of a record. Allocates only to write an error message. Errors: kBadFormat (checksum), kIo.
+  /// Both images of a record. Allocates nothing. Errors: kBadFormat (checksum), kIo.
   [[nodiscard]] InPlaceStatus read(std::int64_t number, MutableGrayView left, MutableGrayView right) const;
 
  private:

@@ -261,27 +261,27 @@ Matrix6d MotionFilter::pose_covariance(const Model& model, std::int64_t timestam
 
 // Iterated: linearised where the correction before it leads.
 template <typename Seen, typename Observe>
-void MotionFilter::correct(Model& model, std::optional<Seen> seen, double noise_factor, const Observe& observed_at) {
+void MotionFilter::correct(Model& model, Seen seen, double noise_factor, const Observe& observed_at) {
   Vector6d before;
   before << model.pose.translation, model.velocity_mps;
-  Eigen::Matrix<double, 6, decltype(seen->slope)::RowsAtCompileTime> gain;
+  Eigen::Matrix<double, 6, decltype(seen.slope)::RowsAtCompileTime> gain;
   Vector6d correction = Vector6d::Zero();
-  for (int i = 0; i < kIterations && seen; ++i) {
-    seen->noise *= noise_factor;
-    const auto spread = (seen->slope * model.covariance * seen->slope.transpose() + seen->noise).eval();
-    gain = spread.ldlt().solve(seen->slope * model.covariance).transpose();
-    correction = gain * (seen->residual + seen->slope * correction);
-    if (i + 1 < kIterations) {
-      auto next = observed_at(before + correction);
+  for (int i = 0; i < kIterations; ++i) {
+    if (i > 0) {
+      const auto next = observed_at(before + correction);
       if (!next) {
         break;
       }
-      seen = next;
+      seen = *next;
     }
+    seen.noise *= noise_factor;
+    const auto spread = (seen.slope * model.covariance * seen.slope.transpose() + seen.noise).eval();
+    gain = spread.ldlt().solve(seen.slope * model.covariance).transpose();
+    correction = gain * (seen.residual + seen.slope * correction);
   }
   // Joseph's form stays symmetric and positive.
-  const Matrix6d keep = Matrix6d::Identity() - gain * seen->slope;
-  model.covariance = keep * model.covariance * keep.transpose() + gain * seen->noise * gain.transpose();
+  const Matrix6d keep = Matrix6d::Identity() - gain * seen.slope;
+  model.covariance = keep * model.covariance * keep.transpose() + gain * seen.noise * gain.transpose();
   model.pose.translation += correction.head<3>();
   model.velocity_mps += correction.tail<3>();
 }
@@ -299,7 +299,7 @@ bool MotionFilter::update_models(const Measurement& measured, const Se3& T_world
     Vector6d before;
     before << model.pose.translation, model.velocity_mps;
     log_density[m] = -std::numeric_limits<double>::infinity();
-    auto seen = observed_at(before);
+    const auto seen = observed_at(before);
     if (!seen) {
       continue;
     }
@@ -311,7 +311,7 @@ bool MotionFilter::update_models(const Measurement& measured, const Se3& T_world
     }
     // What rests shows the same side with the same error again and again: that tells its place once in so much time.
     const double repeated = m == kStationary && weight > 0.0 ? 1.0 / weight : 1.0;
-    correct(model, seen, repeated, observed_at);
+    correct(model, *seen, repeated, observed_at);
   }
   if (!fits[kStationary] && !fits[kMoving]) {
     return false;

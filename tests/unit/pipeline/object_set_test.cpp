@@ -6,26 +6,16 @@
 
 #include <gtest/gtest.h>
 
+#include "seen_track.hpp"
 #include "street_drive.hpp"
 
 namespace kinetrace::pipeline {
 namespace {
 
-constexpr std::int64_t kFrame_ns = 100'000'000;
 constexpr PixelBox kThere{60, 40, 68, 46};
 
-/// Has gone undetected for `missed_frames`; born now.
 Track track_of(std::uint8_t slot, int missed_frames) {
-  Track track;
-  track.id = slot + 1U;
-  track.slot = slot;
-  track.class_id = kVehicleClass;
-  track.state = missed_frames > 0 ? TrackState::kPropagated : TrackState::kConfirmed;
-  track.missed_frames = missed_frames;
-  track.missed_ns = missed_frames > 0 ? missed_frames * kFrame_ns - kFrame_ns / 2 : 0;
-  track.box_px = missed_frames > 0 ? PixelBox{} : kThere;
-  track.area_px = track.box_px.width() * track.box_px.height();
-  return track;
+  return seen_track(slot + 1U, slot, kThere, missed_frames);
 }
 
 class ObjectSetTest : public ::testing::Test {

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "seen_track.hpp"
 #include "street_drive.hpp"
 
 namespace kinetrace::pipeline {
@@ -14,7 +15,6 @@ namespace {
 
 constexpr std::uint8_t kSlot = 0;
 constexpr std::uint8_t kLabel = kSlot + 1;
-constexpr std::int64_t kFrame_ns = 100'000'000;
 
 Arena arena_for(const PipelineConfig& config, const StereoGeometry& geometry) {
   return Arena(2 * ObjectState::required_bytes(config) +
@@ -36,16 +36,7 @@ class ObjectStateTest : public ::testing::Test {
   }
 
   static Track track(const PixelBox& box_px, int missed_frames = 0, std::uint32_t id = 1) {
-    Track track;
-    track.id = id;
-    track.slot = kSlot;
-    track.class_id = kVehicleClass;
-    track.state = missed_frames > 0 ? TrackState::kPropagated : TrackState::kConfirmed;
-    track.missed_frames = missed_frames;
-    track.missed_ns = missed_frames > 0 ? missed_frames * kFrame_ns - kFrame_ns / 2 : 0;
-    track.box_px = missed_frames > 0 ? PixelBox{} : box_px;
-    track.area_px = track.box_px.width() * track.box_px.height();
-    return track;
+    return seen_track(id, kSlot, box_px, missed_frames);
   }
 
   static Track redetected(const PixelBox& box_px, std::uint16_t class_id = kVehicleClass) {

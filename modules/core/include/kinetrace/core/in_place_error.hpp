@@ -19,15 +19,16 @@ namespace kinetrace {
 class NumberText {
  public:
   template <std::integral Number>
-  explicit NumberText(Number number) noexcept
-      : size_(static_cast<std::size_t>(std::to_chars(digits_.data(), digits_.data() + digits_.size(), number).ptr -
-                                       digits_.data())) {}
+  explicit NumberText(Number number) noexcept {
+    char* const begin = digits_.data();
+    size_ = static_cast<std::size_t>(std::to_chars(begin, begin + digits_.size(), number).ptr - begin);
+  }
   // NOLINTNEXTLINE(google-explicit-constructor): a message's parts are texts.
   [[nodiscard]] operator std::string_view() const noexcept { return {digits_.data(), size_}; }
 
  private:
   std::array<char, 20> digits_{};  // 2^64 - 1 and -2^63.
-  std::size_t size_;
+  std::size_t size_ = 0;
 };
 
 /// A message in place; what does not fit is left out.

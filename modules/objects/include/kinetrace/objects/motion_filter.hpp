@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
 
 #include <Eigen/Core>
 
@@ -94,7 +93,7 @@ class MotionFilter {
 
   /// `seen`: linearised about the model's state.
   template <typename Seen, typename Observe>
-  static void correct(Model& model, std::optional<Seen> seen, double noise_factor, const Observe& observed_at);
+  static void correct(Model& model, Seen seen, double noise_factor, const Observe& observed_at);
 
   MotionNoise noise_;
   StereoGeometry geometry_;
