@@ -99,7 +99,7 @@ Result<RosTopics> RosTopics::create(const PublishConfig& config, RosBuffers& buf
     RosTopic topic;
     Priority priority;
   };
-  const std::array<Topic, kRosTopicCount> topics{
+  const std::array<Topic, 8> topics{
       {{made.odometry_, RosTopic::kOdometry, Priority::kEssential},
        {made.transforms_, RosTopic::kTransforms, Priority::kEssential},
        {made.static_transforms_, RosTopic::kStaticTransforms, Priority::kEssential},
