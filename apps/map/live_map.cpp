@@ -53,8 +53,8 @@ class Follower final : public publishing::ResultListener {
       return;
     }
     // Stamps are those of the run's own topics, so that tf joins both.
-    latency_ns_ = config_.ros2.stamps == publishing::RosStamps::kSystem ? received.handed_over_ns - received.timestamp_ns
-                                                                         : 0;
+    latency_ns_ =
+        config_.ros2.stamps == publishing::RosStamps::kSystem ? received.handed_over_ns - received.timestamp_ns : 0;
     if (!has_place(received.camera.status)) {
       alignment_.lose_camera();
       return;
@@ -254,10 +254,10 @@ class LiveMap {
     if (alignment_.has_poses() && alignment_.has_fixes()) {
       return Unexpected(Failure{ExitCode::kBadData, "not aligned: " + alignment_.reason()});
     }
-    return Unexpected(Failure{ExitCode::kIo,
-                              "not aligned: " + alignment_.reason() + "; is `kinetrace run --publish` at work as " +
-                                  config_.device + " in domain " + std::to_string(config_.domain) + " on " +
-                                  config_.interface + ", and a receiver on " + live_topic(options_) + '?'});
+    return Unexpected(
+        Failure{ExitCode::kIo, "not aligned: " + alignment_.reason() + "; is `kinetrace run --publish` at work as " +
+                                   config_.device + " in domain " + std::to_string(config_.domain) + " on " +
+                                   config_.interface + ", and a receiver on " + live_topic(options_) + '?'});
   }
 
   const MapOptions& options_;
@@ -282,9 +282,9 @@ Status check(const MapOptions& options) {
                 "--reference navsatfix follows a run that goes on: leave out the run folder and --out");
   }
   const std::string topic = live_topic(options);
-  const bool is_name = topic.size() > 1 && topic.front() == '/' && topic.back() != '/' &&
-                       topic.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_/") ==
-                           std::string::npos;
+  const bool is_name =
+      topic.size() > 1 && topic.front() == '/' && topic.back() != '/' &&
+      topic.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_/") == std::string::npos;
   return is_name ? Status{}
                  : fail(ErrorCode::kInvalidArgument,
                         "--reference: expected navsatfix:TOPIC with a topic of ROS 2 such as /fix, got " +

@@ -113,7 +113,8 @@ int write_all(const MapOptions& options, const recording::Run& run, const MapRep
 
 Outcome<int> make_map(const MapOptions& options) {
   if (options.run.empty()) {
-    return Unexpected(Failure{app::ExitCode::kUsage, "RUN is missing: a run folder; only navsatfix:TOPIC goes without"});
+    return Unexpected(
+        Failure{app::ExitCode::kUsage, "RUN is missing: a run folder; only navsatfix:TOPIC goes without"});
   }
   if (!options.publish.empty() || options.seconds > 0.0) {
     return Unexpected(Failure{app::ExitCode::kUsage, "--publish and --seconds are for --reference navsatfix:TOPIC"});
@@ -148,8 +149,8 @@ Outcome<int> make_map(const MapOptions& options) {
     return failure(alignment.error());
   }
   return write_all(options, *run,
-                   {options.run.string(), std::string(geo::to_string(source->format)), source->path.string(), *reference,
-                    *config, *alignment});
+                   {options.run.string(), std::string(geo::to_string(source->format)), source->path.string(),
+                    *reference, *config, *alignment});
 }
 
 }  // namespace

@@ -87,11 +87,10 @@ std::string line(const char* format, Values... values) {
 
 std::string reference_text(const MapReport& report) {
   const geo::ReferenceCounts& counts = report.reference.counts;
-  std::string text =
-      line("reference  %zu fixes of %s (%s); in the camera's time %lld, of these outliers %lld\n",
-           report.reference.fixes.size(), report.path.c_str(), report.format.c_str(),
-           static_cast<long long>(report.alignment.fixes),
-           static_cast<long long>(report.alignment.fixes - report.alignment.inliers));
+  std::string text = line("reference  %zu fixes of %s (%s); in the camera's time %lld, of these outliers %lld\n",
+                          report.reference.fixes.size(), report.path.c_str(), report.format.c_str(),
+                          static_cast<long long>(report.alignment.fixes),
+                          static_cast<long long>(report.alignment.fixes - report.alignment.inliers));
   const std::array<std::pair<const char*, std::int64_t>, 6> irregular{{{"bad checksums", counts.bad_checksums},
                                                                        {"malformed", counts.malformed},
                                                                        {"without fix", counts.without_fix},

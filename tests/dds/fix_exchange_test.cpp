@@ -43,9 +43,7 @@ TEST_F(FixExchange, ReadsReceiversOfBothKinds) {
     FixReader reader(*link_, "/gps/fix");
     const ReceiverTopic receiver(config_.domain, "rt/gps/fix", reliable);
     std::vector<NavSatFix> heard;
-    const auto take = [&] {
-      ASSERT_TRUE(reader.take([&](const NavSatFix& fix) { heard.push_back(fix); }));
-    };
+    const auto take = [&] { ASSERT_TRUE(reader.take([&](const NavSatFix& fix) { heard.push_back(fix); })); };
     for (int i = 0; i < 100 && reader.senders() == 0; ++i) {
       take();
       link_->wait(20'000'000);
@@ -131,8 +129,8 @@ TEST_F(FixExchange, MapAndOdomAreJoinedByTf) {
 
 TEST_F(FixExchange, DiagnosticsSayWhyNothingIsPublished) {
   MapSender sender(*link_, config_);
-  auto diagnostics =
-      reader<diagnostic_msgs_msg_dds__DiagnosticArray_>(diagnostic_msgs_msg_dds__DiagnosticArray__desc, "rt/diagnostics");
+  auto diagnostics = reader<diagnostic_msgs_msg_dds__DiagnosticArray_>(diagnostic_msgs_msg_dds__DiagnosticArray__desc,
+                                                                       "rt/diagnostics");
   const diagnostic_msgs_msg_dds__DiagnosticArray_* message = nullptr;
   for (int i = 0; i < 100 && message == nullptr; ++i) {
     ASSERT_TRUE(sender.supervise(i * 1'000'000'000LL));

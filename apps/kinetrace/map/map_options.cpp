@@ -35,9 +35,10 @@ void add_map_options(CLI::App& command, MapOptions& options) {
       ->type_name("X,Y,Z")
       ->capture_default_str();
   command
-      .add_option("--time-offset", options.time_offset_s,
-                  "Camera's clock minus the reference's, where the search for it begins; without it, 0, or, with navsatfix, "
-                  "as if the reference had the clock of the run's machine")
+      .add_option(
+          "--time-offset", options.time_offset_s,
+          "Camera's clock minus the reference's, where the search for it begins; without it, 0, or, with navsatfix, "
+          "as if the reference had the clock of the run's machine")
       ->type_name("SECONDS")
       ->check(number_within(-4e9, 4e9));
   command
@@ -57,7 +58,8 @@ void add_map_options(CLI::App& command, MapOptions& options) {
           "Origin of the map's metres in WGS84; for euroc, where its metres begin. Without it, the middle of the "
           "reference")
       ->type_name("LAT,LON,HEIGHT");
-  command.add_flag("--json", options.json, "Prints map.json instead of a summary; with navsatfix, one line of it for each alignment");
+  command.add_flag("--json", options.json,
+                   "Prints map.json instead of a summary; with navsatfix, one line of it for each alignment");
   command.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
 }
 

@@ -74,7 +74,8 @@ void AlignmentWindow::add(const PathPose& pose) {
     return;
   }
   const double distance_m = distances_m_.back() + step_m;
-  while (path_.size() == config_.max_poses || (path_.size() > 1 && distance_m - distances_m_.front() > config_.max_path_m)) {
+  while (path_.size() == config_.max_poses ||
+         (path_.size() > 1 && distance_m - distances_m_.front() > config_.max_path_m)) {
     remove_oldest_pose();
   }
   path_.push_back(pose);

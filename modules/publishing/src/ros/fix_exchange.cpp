@@ -53,8 +53,7 @@ struct FixReader::Impl {
   std::string topic;
 };
 
-FixReader::FixReader(Link& link, const std::string& topic)
-    : impl_(new Impl{InLink<TopicReader>(link), "rt" + topic}) {}
+FixReader::FixReader(Link& link, const std::string& topic) : impl_(new Impl{InLink<TopicReader>(link), "rt" + topic}) {}
 FixReader::~FixReader() = default;
 
 Status FixReader::take(const std::function<void(const NavSatFix&)>& visit) {

@@ -15,7 +15,7 @@ enum class Encoding : std::uint8_t { kRos, kNative };
 struct TopicQos {
   Encoding encoding = Encoding::kNative;
   std::int32_t depth = 1;
-  bool keeps_last = false;  ///< TRANSIENT_LOCAL: readers that come later get what is in the history.
+  bool keeps_last = false;   ///< TRANSIENT_LOCAL: readers that come later get what is in the history.
   bool best_effort = false;  ///< A reader that matches both kinds of writers, as sensors of ROS 2 have them.
 };
 
