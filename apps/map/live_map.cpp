@@ -31,6 +31,14 @@ bool has_place(BodyStatus status) noexcept {
   return status != BodyStatus::kLost && status != BodyStatus::kInitializing;
 }
 
+/// What comes from the network need not be what a run sends.
+bool is_plausible(const publishing::ReceivedCamera& received) noexcept {
+  constexpr std::int64_t kFarthest_ns = 4'000'000'000'000'000'000;  // 126 years.
+  const auto is_time = [](std::int64_t time_ns) { return time_ns > -kFarthest_ns && time_ns < kFarthest_ns; };
+  return is_time(received.timestamp_ns) && is_time(received.handed_over_ns) &&
+         is_time(received.handed_over_ns - received.timestamp_ns) && received.camera.T_world_cam.is_finite();
+}
+
 NavSatFix fix_at(const MapPlace& place, std::int64_t stamp_ns) {
   return {.stamp_ns = stamp_ns,
           .frame = "",
@@ -49,7 +57,7 @@ class Follower final : public publishing::ResultListener {
       : alignment_(alignment), sender_(sender), config_(config) {}
 
   void receive(const publishing::ReceivedCamera& received) override {
-    if (received.device != config_.device) {
+    if (received.device != config_.device || !is_plausible(received)) {
       return;
     }
     // Stamps are those of the run's own topics, so that tf joins both.
@@ -72,7 +80,7 @@ class Follower final : public publishing::ResultListener {
       return;
     }
     for (const ObjectResult& object : received.objects) {
-      if (has_place(object.status)) {
+      if (has_place(object.status) && object.box.center_m.allFinite() && object.box_sigma.center_m.allFinite()) {
         send(object, received.timestamp_ns + latency_ns_);
       }
     }
