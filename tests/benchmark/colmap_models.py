@@ -204,7 +204,7 @@ def make_run(clip, run, folder, out):
 
 def cost_of(files):
     steps = [line.split() for file in files for line in file.read_text().splitlines() if line[0].isdigit()]
-    return sum(float(s) for s, _ in steps), max(int(k) for _, k in steps) / 1024
+    return sum(float(user) + float(system) for user, system, _ in steps), max(int(k) for *_, k in steps) / 1024
 
 
 def table(folder):
@@ -215,7 +215,7 @@ def table(folder):
         "by_colmap": sorted(folder.glob("colmap/body_*/cost")),
     }
     names = {"online": "`kinetrace run`", "refined": "`run`, then `refine`", "by_colmap": "COLMAP"}
-    print("| | drift, % | position, m | objects' motion, m | degrees | rows with a pose, % | time, s | memory, MiB |")
+    print("| | drift, % | position, m | objects' motion, m | degrees | rows with a pose, % | processor time, s | memory, MiB |")
     print("|---|---|---|---|---|---|---|---|")
     for run, name in names.items():
         result = json.loads((folder / run / "evaluation.json").read_text())

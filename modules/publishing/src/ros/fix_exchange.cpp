@@ -57,8 +57,8 @@ FixReader::FixReader(Link& link, const std::string& topic) : impl_(new Impl{InLi
 FixReader::~FixReader() = default;
 
 Status FixReader::take(const std::function<void(const NavSatFix&)>& visit) {
-  constexpr TopicQos kQos{.encoding = Encoding::kRos, .depth = 64, .best_effort = true};
   const Result<TopicReader*> reader = impl_->reader.get([this](const LinkMembership& membership) {
+    constexpr TopicQos kQos{.encoding = Encoding::kRos, .depth = 64, .best_effort = true};
     return TopicReader::create(impl_->reader.link(), membership, sensor_msgs_msg_dds__NavSatFix__desc, impl_->topic,
                                kQos);
   });
