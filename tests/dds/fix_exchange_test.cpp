@@ -76,7 +76,7 @@ TEST_F(FixExchange, SendsPlacesWithTheFrameOfWhatIsThere) {
   auto objects =
       reader<sensor_msgs_msg_dds__NavSatFix_>(sensor_msgs_msg_dds__NavSatFix__desc, "rt/kinetrace/object_fixes");
   EXPECT_STREQ(sensor_msgs_msg_dds__NavSatFix__desc.m_typename, "sensor_msgs::msg::dds_::NavSatFix_");
-  NavSatFix fix{.stamp_ns = kStamp_ns, .has_fix = true, .latitude_deg = 49.0, .longitude_deg = 8.4, .height_m = 116.4};
+  NavSatFix fix{.stamp_ns = kStamp_ns, .frame = "", .has_fix = true, .latitude_deg = 49.0, .longitude_deg = 8.4, .height_m = 116.4};
   fix.covariance_known = true;
   fix.covariance_m2 << 4, 1, 0, 1, 9, 0, 0, 0, 16;
   const sensor_msgs_msg_dds__NavSatFix_* message = nullptr;

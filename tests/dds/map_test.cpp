@@ -1,5 +1,6 @@
 // kinetrace map beside a run that goes on, from outside: a publisher and a receiver in the test, the topics of ROS 2
 // read by their types alone.
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <csignal>
