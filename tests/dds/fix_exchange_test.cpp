@@ -42,31 +42,31 @@ TEST_F(FixExchange, ReadsReceiversOfBothKinds) {
   for (const bool reliable : {true, false}) {
     FixReader reader(*link_, "/gps/fix");
     const ReceiverTopic receiver(config_.domain, "rt/gps/fix", reliable);
-    std::vector<NavSatFix> heard;
-    const auto take = [&] { ASSERT_TRUE(reader.take([&](const NavSatFix& fix) { heard.push_back(fix); })); };
+    std::vector<NavSatFix> received;
+    const auto take = [&] { ASSERT_TRUE(reader.take([&](const NavSatFix& fix) { received.push_back(fix); })); };
     for (int i = 0; i < 100 && reader.senders() == 0; ++i) {
       take();
       link_->wait(20'000'000);
     }
-    for (int i = 0; i < 100 && heard.size() < 2; ++i) {
+    for (int i = 0; i < 100 && received.size() < 2; ++i) {
       receiver.send(kStamp_ns, -1, {1.0, 2.0, std::nan("")}, 0, 0.0);
       receiver.send(kStamp_ns, 2, {49.5, -8.25, 116.0}, 2, 4.0);
       link_->wait(20'000'000);
       take();
     }
-    ASSERT_GE(heard.size(), 2U) << (reliable ? "reliable" : "best effort");
-    EXPECT_FALSE(heard[0].has_fix);
-    EXPECT_FALSE(heard[0].covariance_known);
-    EXPECT_TRUE(std::isnan(heard[0].height_m));
-    EXPECT_TRUE(heard[1].has_fix);
-    EXPECT_EQ(heard[1].stamp_ns, kStamp_ns);
-    EXPECT_EQ(heard[1].latitude_deg, 49.5);
-    EXPECT_EQ(heard[1].longitude_deg, -8.25);
-    EXPECT_EQ(heard[1].height_m, 116.0);
-    EXPECT_TRUE(heard[1].covariance_known);
-    EXPECT_EQ(heard[1].covariance_m2(0, 0), 4.0);
-    EXPECT_EQ(heard[1].covariance_m2(0, 1), 1.0) << "row by row";
-    EXPECT_EQ(heard[1].covariance_m2(1, 0), 2.0);
+    ASSERT_GE(received.size(), 2U) << (reliable ? "reliable" : "best effort");
+    EXPECT_FALSE(received[0].has_fix);
+    EXPECT_FALSE(received[0].covariance_known);
+    EXPECT_TRUE(std::isnan(received[0].height_m));
+    EXPECT_TRUE(received[1].has_fix);
+    EXPECT_EQ(received[1].stamp_ns, kStamp_ns);
+    EXPECT_EQ(received[1].latitude_deg, 49.5);
+    EXPECT_EQ(received[1].longitude_deg, -8.25);
+    EXPECT_EQ(received[1].height_m, 116.0);
+    EXPECT_TRUE(received[1].covariance_known);
+    EXPECT_EQ(received[1].covariance_m2(0, 0), 4.0);
+    EXPECT_EQ(received[1].covariance_m2(0, 1), 1.0) << "row by row";
+    EXPECT_EQ(received[1].covariance_m2(1, 0), 2.0);
   }
 }
 
@@ -76,7 +76,12 @@ TEST_F(FixExchange, SendsPlacesWithTheFrameOfWhatIsThere) {
   auto objects =
       reader<sensor_msgs_msg_dds__NavSatFix_>(sensor_msgs_msg_dds__NavSatFix__desc, "rt/kinetrace/object_fixes");
   EXPECT_STREQ(sensor_msgs_msg_dds__NavSatFix__desc.m_typename, "sensor_msgs::msg::dds_::NavSatFix_");
-  NavSatFix fix{.stamp_ns = kStamp_ns, .frame = "", .has_fix = true, .latitude_deg = 49.0, .longitude_deg = 8.4, .height_m = 116.4};
+  NavSatFix fix{.stamp_ns = kStamp_ns,
+                .frame = "",
+                .has_fix = true,
+                .latitude_deg = 49.0,
+                .longitude_deg = 8.4,
+                .height_m = 116.4};
   fix.covariance_known = true;
   fix.covariance_m2 << 4, 1, 0, 1, 9, 0, 0, 0, 16;
   const sensor_msgs_msg_dds__NavSatFix_* message = nullptr;

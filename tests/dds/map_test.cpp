@@ -88,10 +88,10 @@ class LiveMap : public ::testing::Test {
     more.insert(more.begin(),
                 {"map", "--reference", "navsatfix:/gps/fix", "--publish", network_, "--origin", "49.011,8.416,116.4"});
     Program program(more);
-    for (int i = 0; i < 500 && !receiver_.is_heard(); ++i) {
+    for (int i = 0; i < 500 && !receiver_.is_matched(); ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
-    EXPECT_TRUE(receiver_.is_heard());
+    EXPECT_TRUE(receiver_.is_matched());
     return program;
   }
   /// On the map, where the fix says; its stamp as the camera's clock has it.

@@ -30,7 +30,7 @@ class ReceiverTopic {
   ReceiverTopic& operator=(const ReceiverTopic&) = delete;
   ~ReceiverTopic() { dds_delete(participant_); }
 
-  [[nodiscard]] bool is_heard() const {
+  [[nodiscard]] bool is_matched() const {
     dds_publication_matched_status_t status{};
     return dds_get_publication_matched_status(writer_, &status) == DDS_RETCODE_OK && status.current_count > 0;
   }

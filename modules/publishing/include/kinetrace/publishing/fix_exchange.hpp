@@ -43,7 +43,7 @@ class KINETRACE_API FixReader {
   /// Hands on everything that came since the last call; does not wait, see Link::wait. Errors: kIo where the DDS
   /// library refuses the topic.
   [[nodiscard]] Status take(const std::function<void(const NavSatFix&)>& visit);
-  /// Receivers that are heard.
+  /// Receivers whose fixes are received.
   [[nodiscard]] std::uint32_t senders() const noexcept;
 
  private:
