@@ -47,10 +47,38 @@ if(KINETRACE_SANITIZED OR CMAKE_SIZEOF_VOID_P EQUAL 4)
   target_compile_options(kinetrace_options INTERFACE "${kinetrace_no_false_bounds}")
 endif()
 
-# kinetrace_module(NAME SOURCES ... [PUBLIC libs...] [PRIVATE libs...]): the library kinetrace_NAME, alias kinetrace::NAME, with
-# headers under include/ and modules/core as its only public dependency by default.
+# kinetrace_precompile(TARGET KIND): the headers that most sources of a kind include, compiled once for all of its targets. KIND is
+# "module", "cold" (a module that is compiled for size, see kinetrace_cold) or "test".
+function(_kinetrace_headers kind)
+  set(source ${CMAKE_BINARY_DIR}/precompiled/${kind}.cpp)
+  file(CONFIGURE OUTPUT ${source} CONTENT "")
+  add_library(kinetrace_headers_${kind} OBJECT ${source})
+  target_link_libraries(kinetrace_headers_${kind} PRIVATE kinetrace_options Eigen3::Eigen)
+  target_precompile_headers(kinetrace_headers_${kind} PRIVATE
+    <Eigen/Core> <Eigen/Geometry> <algorithm> <cmath> <filesystem> <functional> <memory> <span> <sstream> <string> <vector> ${ARGN})
+endfunction()
+function(kinetrace_precompile target kind)
+  if(NOT TARGET kinetrace_headers_${kind})
+    if(kind STREQUAL "test")
+      _kinetrace_headers(test <gtest/gtest.h> <gmock/gmock.h>)
+      target_link_libraries(kinetrace_headers_test PRIVATE GTest::gmock GTest::gtest)
+      # As CMake compiles what executables consist of.
+      set_target_properties(kinetrace_headers_test PROPERTIES POSITION_INDEPENDENT_CODE OFF)
+      target_compile_options(kinetrace_headers_test PRIVATE ${CMAKE_CXX_COMPILE_OPTIONS_PIE})
+    else()
+      _kinetrace_headers(${kind})
+      if(kind STREQUAL "cold")
+        kinetrace_cold(kinetrace_headers_cold)
+      endif()
+    endif()
+  endif()
+  target_precompile_headers(${target} REUSE_FROM kinetrace_headers_${kind})
+endfunction()
+
+# kinetrace_module(NAME [COLD] SOURCES ... [PUBLIC libs...] [PRIVATE libs...]): the library kinetrace_NAME, alias kinetrace::NAME, with
+# headers under include/ and modules/core as its only public dependency by default. COLD: see kinetrace_cold.
 function(kinetrace_module name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "COLD" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(kinetrace_${name} STATIC ${ARG_SOURCES})
   add_library(kinetrace::${name} ALIAS kinetrace_${name})
   target_include_directories(kinetrace_${name} PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/include PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
@@ -58,13 +86,21 @@ function(kinetrace_module name)
   if(NOT name STREQUAL "core")
     target_link_libraries(kinetrace_${name} PUBLIC kinetrace::core)
   endif()
-  target_precompile_headers(kinetrace_${name} PRIVATE <Eigen/Core> <Eigen/Geometry> <algorithm> <cmath> <span> <string> <vector>)
+  if(ARG_COLD)
+    kinetrace_cold(kinetrace_${name})
+  else()
+    kinetrace_precompile(kinetrace_${name} module)
+  endif()
 endfunction()
 
 # kinetrace_cold(TARGET): what is carried out once a command, or once a picture that a person looks at; what it takes on a board's disk
 # counts, not how fast it is.
 function(kinetrace_cold target)
   target_compile_options(${target} PRIVATE $<$<NOT:$<CONFIG:Debug>>:-Os>)
+  get_target_property(type ${target} TYPE)
+  if(type STREQUAL "STATIC_LIBRARY")
+    kinetrace_precompile(${target} cold)
+  endif()
 endfunction()
 
 # What hot kernels are compiled for: everything that the architecture runs on, and the processors that boards and desks have today.
@@ -119,7 +155,7 @@ function(kinetrace_test name)
   target_link_libraries(${name} PRIVATE kinetrace_options ${ARG_LIBS} GTest::gmock GTest::gtest GTest::gtest_main)
   target_compile_options(${name} PRIVATE "${kinetrace_no_false_bounds}")
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
-  target_precompile_headers(${name} PRIVATE <gtest/gtest.h> <gmock/gmock.h> <Eigen/Core> <Eigen/Geometry> <string> <vector>)
+  kinetrace_precompile(${name} test)
   if(CMAKE_CROSSCOMPILING)
     target_compile_definitions(${name} PRIVATE KINETRACE_EMULATED)
   endif()

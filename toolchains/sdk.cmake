@@ -52,7 +52,7 @@ function(kinetrace_install_headers folder)
 endfunction()
 
 kinetrace_shared_library(kinetrace pipeline "Stereo images in, metric 3-D trajectories of everything that moves out"
-  MODULES core imaging rig features segmentation tracking sfm refinement trajectory pipeline recording)
+  MODULES core imaging rig features segmentation tracking sfm refinement trajectory objects pipeline recording)
 kinetrace_shared_library(kinetrace-hal hal "Stereo recordings and cameras for Kinetrace" MODULES hal NEEDS pipeline)
 kinetrace_shared_library(kinetrace-neural neural "Neural networks that find objects for Kinetrace" MODULES neural NEEDS pipeline)
 foreach(module core imaging pipeline recording neural)

@@ -142,6 +142,19 @@ TEST_F(Evaluate, PrintsATable) {
   EXPECT_THAT(evaluate(world_->truth(), {"--quiet"}).out, IsEmpty());
 }
 
+TEST_F(Evaluate, SaysThatTwoRunsAreOfDifferentFrames) {
+  const fs::path other = scratch_.path() / "other";
+  world_->record(other);
+  const ProgramResult same = evaluate(world_->truth(), {"--against", other.string()});
+  EXPECT_EQ(same.exit_code, 0) << same.err;
+  EXPECT_EQ(same.err, "");
+  fs::remove_all(other);
+  world_->record(other, 3);
+  const ProgramResult different = evaluate(world_->truth(), {"--against", other.string()});
+  EXPECT_EQ(different.exit_code, 0) << different.err;
+  EXPECT_THAT(different.err, AllOf(HasSubstr("not of the same frames: 10 frames over "), HasSubstr(" m and 7 over ")));
+}
+
 TEST_F(Evaluate, FailsIfAConditionHolds) {
   const ProgramResult holds = evaluate(world_->truth(), {"--quiet", "--fail-if", "camera.t_rel>1.0", "--fail-if",
                                                          "objects.coverage >= 99", "--fail-if", "camera.frames==10"});

@@ -37,7 +37,7 @@ class Figure : public ::testing::Test {
     return run_kinetrace(more);
   }
   static void expect_size(const std::filesystem::path& png, int width, int least_height) {
-    const auto info = imaging::read_image_info(png.c_str());
+    const Result<imaging::ImageInfo> info = imaging::read_image_info(png.c_str());
     ASSERT_TRUE(info) << info.error().message;
     EXPECT_EQ(info->format, imaging::ImageFormat::kPng);
     EXPECT_EQ(info->width, width);

@@ -178,5 +178,22 @@ TEST_F(WrongInput, OneDamagedMaskIsSaidAndTheRunGoesOn) {
   EXPECT_EQ(report()["health"]["worst"], "degraded");
 }
 
+TEST_F(WrongInput, ManyDamagedMasksTakeNoMoreMemoryThanOne) {
+  const auto allocations = [this](int damaged) {
+    const fs::path masks = write_masks([damaged](const fs::path& file, int frame) {
+      write_gray(file, SmallRecording::kWidth, SmallRecording::kHeight);
+      if (frame > 0 && frame <= damaged) {
+        truncate_file(file, 80);
+      }
+    });
+    const ProgramResult result = run({"--segmentation", "masks:" + masks.string()});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(report()["counters"]["mask_files_unreadable"], damaged);
+    return report()["allocations_after_start"];
+  };
+  // Of the one warning.
+  EXPECT_EQ(allocations(12), allocations(1));
+}
+
 }  // namespace
 }  // namespace kinetrace::test

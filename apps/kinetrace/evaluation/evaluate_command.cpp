@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdio>
 
 #include <CLI/CLI.hpp>
@@ -182,6 +184,19 @@ Result<Evaluation> measure(const EvaluateOptions& options, const fs::path& folde
   return evaluation;
 }
 
+/// Warns where two runs are of different frames. The true paths differ where the numbers of frames do not.
+void check_same_frames(const Evaluation& run, const Evaluation& against) {
+  constexpr double kSame_m = 1e-6;
+  if (run.camera.frames == against.camera.frames && std::abs(run.camera.path_m - against.camera.path_m) < kSame_m) {
+    return;
+  }
+  std::array<char, 128> frames;
+  std::snprintf(frames.data(), frames.size(), "%zu frames over %.1f m and %zu over %.1f m", run.camera.frames,
+                run.camera.path_m, against.camera.frames, against.camera.path_m);
+  print_warning(run.run + " and " + against.run + " are not of the same frames: " + frames.data() +
+                "; their figures cannot be compared");
+}
+
 int evaluate_command(const EvaluateOptions& options) {
   const Result<std::vector<evaluation::Condition>> conditions = parse_conditions(options.fail_if);
   if (!conditions) {
@@ -198,6 +213,7 @@ int evaluate_command(const EvaluateOptions& options) {
     if (!against) {
       return report(to_failure(against.error()));
     }
+    check_same_frames(*evaluation, *against);
     text = evaluation::comparison_table(*evaluation, *against);
   }
   if (!options.quiet) {

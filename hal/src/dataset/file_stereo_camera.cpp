@@ -172,7 +172,7 @@ Result<StereoFrame> FileStereoCamera::next(std::chrono::milliseconds /*timeout*/
         ++counters_.skipped_missing_side;
         continue;
       }
-      const Status decoded = decode(position_);
+      const InPlaceStatus decoded = decode(position_);
       if (decoded) {
         return deliver(frame);
       }
@@ -230,19 +230,19 @@ std::string FileStereoCamera::image_name(std::int64_t frame_index, bool is_left)
 
 Result<StereoFrame> FileStereoCamera::frame_at(std::size_t place) {
   const FrameList::Frame frame = dataset_.frames[place];
-  if (const Status decoded = decode(place); !decoded) {
+  if (const InPlaceStatus decoded = decode(place); !decoded) {
     return Unexpected(decoded.error());
   }
   return StereoFrame{frame.frame_index, frame.timestamp_ns, frame.name(), storage_.images[0], storage_.images[1]};
 }
 
-Status FileStereoCamera::decode(std::size_t place) {
+InPlaceStatus FileStereoCamera::decode(std::size_t place) {
   if (dataset_.container) {
     return dataset_.container->read(place, storage_.images[0], storage_.images[1]);
   }
   const FrameList::Frame frame = dataset_.frames[place];
-  const Status left = reader_.read_gray(compose_path(dataset_.frames.left(), frame.left_stem), storage_.images[0],
-                                        dataset_.sample_bits);
+  const InPlaceStatus left = reader_.read_gray(compose_path(dataset_.frames.left(), frame.left_stem),
+                                               storage_.images[0], dataset_.sample_bits);
   return left ? reader_.read_gray(compose_path(dataset_.frames.right(), frame.right_stem), storage_.images[1],
                                   dataset_.sample_bits)
               : left;
@@ -262,12 +262,12 @@ bool FileStereoCamera::folders_exist() const {
   return is_folder(dataset_.frames.left().folder) && is_folder(dataset_.frames.right().folder);
 }
 
-void FileStereoCamera::warn(std::string message) {
+void FileStereoCamera::warn(std::string_view message) {
   if (first_problem_.empty()) {
     first_problem_ = message;
   }
   if (warnings_.size() < static_cast<std::size_t>(config_.max_warnings)) {
-    warnings_.push_back(std::move(message));
+    warnings_.emplace_back(message);
   }
 }
 

@@ -167,8 +167,8 @@ std::optional<RecordHeader> ContainerFile::record(const InputFile& file, std::in
   return record;
 }
 
-Status ContainerFile::read(std::int64_t number, MutableGrayView left, MutableGrayView right) const {
-  const Result<InputFile> file = InputFile::open(path_.c_str());
+InPlaceStatus ContainerFile::read(std::int64_t number, MutableGrayView left, MutableGrayView right) const {
+  const InPlaceResult<InputFile> file = InputFile::open(path_.c_str());
   if (!file) {
     return Unexpected(file.error());
   }
@@ -183,7 +183,8 @@ Status ContainerFile::read(std::int64_t number, MutableGrayView left, MutableGra
     }
   }
   if (!is_whole || crc.value() != expected->pixel_crc) {
-    return fail(ErrorCode::kBadFormat, concat(path_.string(), ": record ", std::to_string(number), " is damaged"));
+    return Unexpected(
+        InPlaceError(ErrorCode::kBadFormat, path_.native(), {"record ", NumberText(number), " is damaged"}));
   }
   return {};
 }

@@ -66,7 +66,7 @@ class ContainerFile {
   /// All of them, in order. Errors: kNotFound, kIo.
   [[nodiscard]] Status for_each_record(const RecordVisitor& visit) const;
   /// Both images of a record. Allocates only to write an error message. Errors: kBadFormat (checksum), kIo.
-  [[nodiscard]] Status read(std::int64_t number, MutableGrayView left, MutableGrayView right) const;
+  [[nodiscard]] InPlaceStatus read(std::int64_t number, MutableGrayView left, MutableGrayView right) const;
 
  private:
   explicit ContainerFile(std::filesystem::path path) : path_(std::move(path)) {}

@@ -17,7 +17,7 @@ class ContainerRecording {
 
   [[nodiscard]] const ContainerFile& newest_file() const noexcept { return files_.back(); }
   /// Both images of a frame. Errors: kBadFormat, kIo.
-  [[nodiscard]] Status read(std::size_t frame, MutableGrayView left, MutableGrayView right) const {
+  [[nodiscard]] InPlaceStatus read(std::size_t frame, MutableGrayView left, MutableGrayView right) const {
     const Place& place = places_[frame];
     return files_[place.file].read(place.record, left, right);
   }

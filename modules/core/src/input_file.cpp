@@ -1,18 +1,20 @@
 #include "kinetrace/core/input_file.hpp"
 
 #include <cerrno>
+#include <cstring>
 #include <fcntl.h>
+#include <initializer_list>
 #include <string_view>
 #include <sys/stat.h>
-#include <system_error>
 #include <unistd.h>
 #include <utility>
 
 namespace kinetrace {
 namespace {
 
-Unexpected<Error> file_error(ErrorCode code, const char* path, std::string_view what) {
-  return fail(code, std::string(path).append(": ").append(what));
+Unexpected<InPlaceError> file_error(ErrorCode code, std::string_view path,
+                                    std::initializer_list<std::string_view> what) {
+  return Unexpected(InPlaceError(code, path, what));
 }
 
 const char* kind_of(mode_t mode) {
@@ -26,29 +28,29 @@ const char* kind_of(mode_t mode) {
 
 }  // namespace
 
-Result<InputFile> InputFile::open(const char* path) {
+InPlaceResult<InputFile> InputFile::open(const char* path) {
   // Without O_NONBLOCK, opening a named pipe waits for somebody to write. On regular files it has no effect.
   const int descriptor = ::open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   const int reason = errno;
   if (descriptor < 0 && (reason == ENOENT || reason == ENOTDIR)) {
-    return file_error(ErrorCode::kNotFound, path, "no such file; check the path");
+    return file_error(ErrorCode::kNotFound, path, {"no such file; check the path"});
   }
   if (descriptor < 0 && reason == ENXIO) {
-    return file_error(ErrorCode::kBadFormat, path, "is a socket or a device, not a file; give the path of a file");
+    return file_error(ErrorCode::kBadFormat, path, {"is a socket or a device, not a file; give the path of a file"});
   }
   if (descriptor < 0) {
-    return file_error(ErrorCode::kIo, path,
-                      "cannot be opened (" + std::generic_category().message(reason) +
-                          (reason == EACCES ? "); check its permissions" : ")"));
+    return file_error(
+        ErrorCode::kIo, path,
+        {"cannot be opened (", std::strerror(reason), reason == EACCES ? "); check its permissions" : ")"});
   }
   InputFile file(descriptor, 0);
   struct stat status {};
   if (::fstat(descriptor, &status) != 0) {
-    return file_error(ErrorCode::kIo, path, "cannot be read (" + std::generic_category().message(errno) + ")");
+    return file_error(ErrorCode::kIo, path, {"cannot be read (", std::strerror(errno), ")"});
   }
   if (!S_ISREG(status.st_mode)) {
     return file_error(ErrorCode::kBadFormat, path,
-                      std::string("is ") + kind_of(status.st_mode) + ", not a file; give the path of a file");
+                      {"is ", kind_of(status.st_mode), ", not a file; give the path of a file"});
   }
   file.size_bytes_ = static_cast<std::size_t>(status.st_size);
   return file;
@@ -80,18 +82,18 @@ std::size_t InputFile::read(std::size_t offset, std::span<std::uint8_t> target) 
 }
 
 Result<std::string> InputFile::read_whole(const std::filesystem::path& path, std::size_t max_bytes) {
-  const Result<InputFile> file = open(path.c_str());
+  const InPlaceResult<InputFile> file = open(path.c_str());
   if (!file) {
     return Unexpected(file.error());
   }
   if (file->size_bytes() > max_bytes) {
     return file_error(ErrorCode::kBadFormat, path.c_str(),
-                      "has " + std::to_string(file->size_bytes()) + " bytes; at most " + std::to_string(max_bytes) +
-                          " are read of a file of this kind, is it the right one?");
+                      {"has ", NumberText(file->size_bytes()), " bytes; at most ", NumberText(max_bytes),
+                       " are read of a file of this kind, is it the right one?"});
   }
   std::string content(file->size_bytes(), '\0');
   if (file->read(0, {reinterpret_cast<std::uint8_t*>(content.data()), content.size()}) != content.size()) {
-    return file_error(ErrorCode::kIo, path.c_str(), "cannot be read to its end; check the storage device");
+    return file_error(ErrorCode::kIo, path.c_str(), {"cannot be read to its end; check the storage device"});
   }
   return content;
 }

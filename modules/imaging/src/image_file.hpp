@@ -3,18 +3,24 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <initializer_list>
 #include <string_view>
 
+#include "kinetrace/core/in_place_error.hpp"
 #include "kinetrace/core/input_file.hpp"
-#include "kinetrace/core/result.hpp"
 
 namespace kinetrace::imaging {
 
 /// "PATH: WHAT", as every error about a file begins.
-[[nodiscard]] Unexpected<Error> file_error(ErrorCode code, const char* path, std::string_view what);
+[[nodiscard]] Unexpected<InPlaceError> file_error(ErrorCode code, const char* path,
+                                                  std::initializer_list<std::string_view> what);
+
+/// kInvalidArgument: an image of another size than was expected.
+[[nodiscard]] Unexpected<InPlaceError> size_error(const char* path, int width, int height, int expected_width,
+                                                  int expected_height, std::string_view remedy);
 
 /// As InputFile::open; also kBadFormat if the file is empty.
-[[nodiscard]] Result<InputFile> open_image(const char* path);
+[[nodiscard]] InPlaceResult<InputFile> open_image(const char* path);
 
 /// The upper eight of a sample's `sample_bits` bits; white beyond.
 [[nodiscard]] inline std::uint8_t upper_bits(std::uint32_t sample, int sample_bits) {

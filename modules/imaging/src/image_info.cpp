@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <span>
-#include <string>
 
 #include "image_file.hpp"
 #include "pgm_decoder.hpp"
@@ -24,8 +23,8 @@ std::uint32_t big_endian(const std::uint8_t* bytes, int count) {
   return value;
 }
 
-Unexpected<Error> truncated(const char* path) {
-  return file_error(ErrorCode::kBadFormat, path, "ends within its header; copy it again or remove it");
+Unexpected<InPlaceError> truncated(const char* path) {
+  return file_error(ErrorCode::kBadFormat, path, {"ends within its header; copy it again or remove it"});
 }
 
 // What a header claims.
@@ -35,11 +34,11 @@ struct Claim {
   std::uint32_t bits_per_pixel = 8;
 };
 
-Result<ImageInfo> checked_size(const char* path, const InputFile& file, ImageInfo info, const Claim& claim) {
+InPlaceResult<ImageInfo> checked_size(const char* path, const InputFile& file, ImageInfo info, const Claim& claim) {
   const auto claims = [&](const char* what) {
     return file_error(
         ErrorCode::kBadFormat, path,
-        "its header claims " + std::to_string(claim.width) + "x" + std::to_string(claim.height) + " pixels, " + what);
+        {"its header claims ", NumberText(claim.width), "x", NumberText(claim.height), " pixels, ", what});
   };
   if (claim.width == 0 || claim.height == 0 || claim.width > kMaxImageSide_px || claim.height > kMaxImageSide_px) {
     static_assert(kMaxImageSide_px == 16384);
@@ -55,7 +54,7 @@ Result<ImageInfo> checked_size(const char* path, const InputFile& file, ImageInf
 }
 
 // PNG specification, 11.2.2: IHDR is the first chunk, at a fixed place.
-Result<ImageInfo> png_info(const char* path, const InputFile& file, std::span<const std::uint8_t> head) {
+InPlaceResult<ImageInfo> png_info(const char* path, const InputFile& file, std::span<const std::uint8_t> head) {
   constexpr std::size_t kHeaderBytes = 26;
   if (head.size() < kHeaderBytes) {
     return truncated(path);
@@ -69,7 +68,7 @@ Result<ImageInfo> png_info(const char* path, const InputFile& file, std::span<co
     case 3: info.channels = 3; break;
     case 4: info.channels = 2; break;
     case 6: info.channels = 4; break;
-    default: return file_error(ErrorCode::kBadFormat, path, "has an invalid PNG colour type; the file is damaged");
+    default: return file_error(ErrorCode::kBadFormat, path, {"has an invalid PNG colour type; the file is damaged"});
   }
   constexpr int kPalette = 3;
   const int samples = head[25] == kPalette ? 1 : info.channels;
@@ -79,7 +78,7 @@ Result<ImageInfo> png_info(const char* path, const InputFile& file, std::span<co
 }
 
 // JPEG (ITU T.81, B.1.1): walk the marker segments up to the start of frame, which holds the size.
-Result<ImageInfo> jpeg_info(const char* path, const InputFile& file) {
+InPlaceResult<ImageInfo> jpeg_info(const char* path, const InputFile& file) {
   std::size_t offset = 2;
   std::array<std::uint8_t, 10> segment{};
   while (file.read(offset, segment) == segment.size()) {
@@ -107,8 +106,8 @@ Result<ImageInfo> jpeg_info(const char* path, const InputFile& file) {
   return truncated(path);
 }
 
-Result<ImageInfo> pgm_info(const char* path, const InputFile& file, std::span<const std::uint8_t> head) {
-  const Result<PgmHeader> header = parse_pgm_header(path, head);
+InPlaceResult<ImageInfo> pgm_info(const char* path, const InputFile& file, std::span<const std::uint8_t> head) {
+  const InPlaceResult<PgmHeader> header = parse_pgm_header(path, head);
   if (!header) {
     return Unexpected(header.error());
   }
@@ -121,8 +120,8 @@ Result<ImageInfo> pgm_info(const char* path, const InputFile& file, std::span<co
 
 }  // namespace
 
-Result<ImageInfo> read_image_info(const char* path) {
-  const Result<InputFile> file = open_image(path);
+InPlaceResult<ImageInfo> read_image_info(const char* path) {
+  const InPlaceResult<InputFile> file = open_image(path);
   if (!file) {
     return Unexpected(file.error());
   }
@@ -144,7 +143,7 @@ Result<ImageInfo> read_image_info(const char* path) {
   if (head.size() < kPngMagic.size() && std::equal(head.begin(), head.end(), kPngMagic.begin())) {
     return truncated(path);
   }
-  return file_error(ErrorCode::kUnsupported, path, "is no PNG, JPEG or binary PGM image; convert it to PNG");
+  return file_error(ErrorCode::kUnsupported, path, {"is no PNG, JPEG or binary PGM image; convert it to PNG"});
 }
 
 }  // namespace kinetrace::imaging

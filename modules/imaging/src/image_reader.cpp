@@ -7,13 +7,6 @@
 #include "png_decoder.hpp"
 
 namespace kinetrace::imaging {
-namespace {
-
-std::string size_text(int width, int height) {
-  return std::to_string(width) + "x" + std::to_string(height);
-}
-
-}  // namespace
 
 Status ImageReaderConfig::validate() const {
   static_assert(kMaxImageSide_px == 16384);
@@ -64,50 +57,50 @@ Result<ImageReader> ImageReader::create(const ImageReaderConfig& config, Arena& 
   return reader;
 }
 
-Result<ImageInfo> ImageReader::inspect(const char* path) const {
+InPlaceResult<ImageInfo> ImageReader::inspect(const char* path) const {
   return read_image_info(path).and_then([&](const ImageInfo& info) { return within_limits(path, info); });
 }
 
-Result<ImageInfo> ImageReader::within_limits(const char* path, const ImageInfo& info) const {
+InPlaceResult<ImageInfo> ImageReader::within_limits(const char* path, const ImageInfo& info) const {
   if (info.width > config_.max_width_px || info.height > config_.max_height_px) {
-    return file_error(ErrorCode::kBadFormat, path,
-                      "is " + size_text(info.width, info.height) + " pixels, at most " +
-                          size_text(config_.max_width_px, config_.max_height_px) + " are read here; scale it down");
+    return file_error(
+        ErrorCode::kBadFormat, path,
+        {"is ", NumberText(info.width), "x", NumberText(info.height), " pixels, at most ",
+         NumberText(config_.max_width_px), "x", NumberText(config_.max_height_px), " are read here; scale it down"});
   }
   return info;
 }
 
-Result<std::span<const std::uint8_t>> ImageReader::load(const char* path, int width, int height, ImageInfo& info) {
-  const Result<ImageInfo> header = read_image_info(path);
+InPlaceResult<std::span<const std::uint8_t>> ImageReader::load(const char* path, int width, int height,
+                                                               ImageInfo& info) {
+  const InPlaceResult<ImageInfo> header = read_image_info(path);
   if (!header) {
     return Unexpected(header.error());
   }
   info = *header;
   if (info.width != width || info.height != height) {
-    return file_error(ErrorCode::kInvalidArgument, path,
-                      "is " + size_text(info.width, info.height) + " pixels, expected " + size_text(width, height) +
-                          "; all images of a sequence must have one size");
+    return size_error(path, info.width, info.height, width, height, "; all images of a sequence must have one size");
   }
   if (const auto readable = within_limits(path, info); !readable) {
     return Unexpected(readable.error());
   }
-  const Result<InputFile> file = open_image(path);
+  const InPlaceResult<InputFile> file = open_image(path);
   if (!file) {
     return Unexpected(file.error());
   }
   if (file->size_bytes() > storage_.file.size()) {
     return file_error(ErrorCode::kBadFormat, path,
-                      "has " + std::to_string(file->size_bytes()) + " bytes, at most " +
-                          std::to_string(storage_.file.size()) + " are read of an image here; compress it");
+                      {"has ", NumberText(file->size_bytes()), " bytes, at most ", NumberText(storage_.file.size()),
+                       " are read of an image here; compress it"});
   }
   const std::size_t got = file->read(0, storage_.file.first(file->size_bytes()));
   if (got < file->size_bytes()) {
-    return file_error(ErrorCode::kIo, path, "could not be read to its end; check the storage device");
+    return file_error(ErrorCode::kIo, path, {"could not be read to its end; check the storage device"});
   }
   return storage_.file.first(got);
 }
 
-Status ImageReader::read_gray(const char* path, MutableGrayView target, int sample_bits) {
+InPlaceStatus ImageReader::read_gray(const char* path, MutableGrayView target, int sample_bits) {
   ImageInfo info;
   const auto bytes = load(path, target.width, target.height, info);
   if (!bytes) {
@@ -121,8 +114,8 @@ Status ImageReader::read_gray(const char* path, MutableGrayView target, int samp
   return {};
 }
 
-Result<int> ImageReader::used_bits(const char* path) {
-  const Result<ImageInfo> header = inspect(path);
+InPlaceResult<int> ImageReader::used_bits(const char* path) {
+  const InPlaceResult<ImageInfo> header = inspect(path);
   if (!header) {
     return Unexpected(header.error());
   }
@@ -138,7 +131,7 @@ Result<int> ImageReader::used_bits(const char* path) {
                                           : used_bits_of_pgm(path, *bytes, info);
 }
 
-Status ImageReader::read_rgb(const char* path, ImageView<Rgb8> target) {
+InPlaceStatus ImageReader::read_rgb(const char* path, ImageView<Rgb8> target) {
   ImageInfo info;
   const auto bytes = load(path, target.width, target.height, info);
   if (!bytes) {
@@ -149,10 +142,10 @@ Status ImageReader::read_rgb(const char* path, ImageView<Rgb8> target) {
     case ImageFormat::kJpeg: return jpeg_.decode_rgb(path, *bytes, target);
     case ImageFormat::kPgm: break;
   }
-  return file_error(ErrorCode::kUnsupported, path, "is a PGM, which has no colours");
+  return file_error(ErrorCode::kUnsupported, path, {"is a PGM, which has no colours"});
 }
 
-Status ImageReader::read_gray16(const char* path, ImageView<std::uint16_t> target) {
+InPlaceStatus ImageReader::read_gray16(const char* path, ImageView<std::uint16_t> target) {
   ImageInfo info;
   const auto bytes = load(path, target.width, target.height, info);
   if (!bytes) {
@@ -163,7 +156,7 @@ Status ImageReader::read_gray16(const char* path, ImageView<std::uint16_t> targe
     case ImageFormat::kPgm: return decode_pgm_gray16(path, *bytes, target);
     case ImageFormat::kJpeg: break;
   }
-  return file_error(ErrorCode::kUnsupported, path, "is a JPEG; label images must be gray PNG or PGM");
+  return file_error(ErrorCode::kUnsupported, path, {"is a JPEG; label images must be gray PNG or PGM"});
 }
 
 }  // namespace kinetrace::imaging

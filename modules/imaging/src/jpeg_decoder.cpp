@@ -1,7 +1,6 @@
 #include "kinetrace/imaging/jpeg_decoder.hpp"
 
 #include <cstdio>
-#include <string>
 
 #include <turbojpeg.h>
 
@@ -22,13 +21,9 @@ bool is_padding(const char* warning) {
          bytes <= kMaxBytes && marker == kEndOfImage;
 }
 
-Unexpected<Error> damaged(const char* name, const char* reason) {
+Unexpected<InPlaceError> damaged(const char* name, const char* reason) {
   return file_error(ErrorCode::kBadFormat, name,
-                    std::string("is damaged or truncated (JPEG decoder: ") + reason + "); copy it again or remove it");
-}
-
-std::string size_text(int width, int height) {
-  return std::to_string(width) + "x" + std::to_string(height);
+                    {"is damaged or truncated (JPEG decoder: ", reason, "); copy it again or remove it"});
 }
 
 }  // namespace
@@ -46,18 +41,18 @@ Result<JpegDecoder> JpegDecoder::create() {
   return decoder;
 }
 
-Status JpegDecoder::decode_gray(const char* name, std::span<const std::uint8_t> bytes, MutableGrayView target) {
+InPlaceStatus JpegDecoder::decode_gray(const char* name, std::span<const std::uint8_t> bytes, MutableGrayView target) {
   return decode(name, bytes, TJPF_GRAY, target.width, target.height, target.stride, target.data);
 }
 
-Status JpegDecoder::decode_rgb(const char* name, std::span<const std::uint8_t> bytes, ImageView<Rgb8> target) {
+InPlaceStatus JpegDecoder::decode_rgb(const char* name, std::span<const std::uint8_t> bytes, ImageView<Rgb8> target) {
   static_assert(sizeof(Rgb8) == 3);
   return decode(name, bytes, TJPF_RGB, target.width, target.height, 3 * target.stride,
                 reinterpret_cast<std::uint8_t*>(target.data));
 }
 
-Status JpegDecoder::decode(const char* name, std::span<const std::uint8_t> bytes, int format, int width, int height,
-                           int pitch_bytes, std::uint8_t* samples) {
+InPlaceStatus JpegDecoder::decode(const char* name, std::span<const std::uint8_t> bytes, int format, int width,
+                                  int height, int pitch_bytes, std::uint8_t* samples) {
   // Stop on warning: libjpeg fills the rest of a truncated image with gray and merely warns.
   constexpr int kFlags = TJFLAG_STOPONWARNING | TJFLAG_LIMITSCANS;
   const ForeignCall foreign;
@@ -70,8 +65,7 @@ Status JpegDecoder::decode(const char* name, std::span<const std::uint8_t> bytes
     return damaged(name, tjGetErrorStr2(handle_.get()));
   }
   if (own_width != width || own_height != height) {
-    return file_error(ErrorCode::kInvalidArgument, name,
-                      "is " + size_text(own_width, own_height) + " pixels, expected " + size_text(width, height));
+    return size_error(name, own_width, own_height, width, height, "");
   }
   const int code =
       tjDecompress2(handle_.get(), bytes.data(), length, samples, width, pitch_bytes, height, format, kFlags);

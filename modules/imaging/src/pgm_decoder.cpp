@@ -39,22 +39,23 @@ std::size_t bytes_per_sample(const PgmHeader& header) {
 }
 
 /// The header of a file that has all its pixels.
-Result<PgmHeader> parse_whole(const char* path, std::span<const std::uint8_t> bytes, int width, int height) {
-  Result<PgmHeader> header = parse_pgm_header(path, bytes);
+InPlaceResult<PgmHeader> parse_whole(const char* path, std::span<const std::uint8_t> bytes, int width, int height) {
+  InPlaceResult<PgmHeader> header = parse_pgm_header(path, bytes);
   if (!header) {
     return header;
   }
   const std::size_t row_bytes = static_cast<std::size_t>(width) * bytes_per_sample(*header);
   if ((bytes.size() - header->pixels_offset) / row_bytes < static_cast<std::size_t>(height)) {
-    return file_error(ErrorCode::kBadFormat, path, "is truncated: fewer pixels than its header says; copy it again");
+    return file_error(ErrorCode::kBadFormat, path, {"is truncated: fewer pixels than its header says; copy it again"});
   }
   return header;
 }
 
 // Calls write(x, y, value) for every sample.
 template <typename Write>
-Status for_each_sample(const char* path, std::span<const std::uint8_t> bytes, int width, int height, Write&& write) {
-  const Result<PgmHeader> header = parse_whole(path, bytes, width, height);
+InPlaceStatus for_each_sample(const char* path, std::span<const std::uint8_t> bytes, int width, int height,
+                              Write&& write) {
+  const InPlaceResult<PgmHeader> header = parse_whole(path, bytes, width, height);
   if (!header) {
     return Unexpected(header.error());
   }
@@ -72,20 +73,21 @@ Status for_each_sample(const char* path, std::span<const std::uint8_t> bytes, in
 
 }  // namespace
 
-Result<PgmHeader> parse_pgm_header(const char* path, std::span<const std::uint8_t> bytes) {
+InPlaceResult<PgmHeader> parse_pgm_header(const char* path, std::span<const std::uint8_t> bytes) {
   PgmHeader header;
   std::size_t at = 2;
   const bool complete = next_number(bytes, at, header.width) && next_number(bytes, at, header.height) &&
                         next_number(bytes, at, header.max_value);
   if (!complete || !is_space(bytes[at]) || header.max_value == 0 || header.max_value > kMaxSample) {
-    return file_error(ErrorCode::kBadFormat, path, "has a damaged PGM header; expected P5, width, height, maxval");
+    return file_error(ErrorCode::kBadFormat, path, {"has a damaged PGM header; expected P5, width, height, maxval"});
   }
   header.pixels_offset = at + 1;
   return header;
 }
 
-Status decode_pgm_gray(const char* path, std::span<const std::uint8_t> bytes, MutableGrayView target, int sample_bits) {
-  const Result<PgmHeader> header = parse_whole(path, bytes, target.width, target.height);
+InPlaceStatus decode_pgm_gray(const char* path, std::span<const std::uint8_t> bytes, MutableGrayView target,
+                              int sample_bits) {
+  const InPlaceResult<PgmHeader> header = parse_whole(path, bytes, target.width, target.height);
   if (header && header->max_value == kMaxByte) {
     copy_image(GrayView{bytes.data() + header->pixels_offset, target.width, target.height, target.width}, target);
     return {};
@@ -99,16 +101,17 @@ Status decode_pgm_gray(const char* path, std::span<const std::uint8_t> bytes, Mu
                          });
 }
 
-Result<int> used_bits_of_pgm(const char* path, std::span<const std::uint8_t> bytes, const ImageInfo& info) {
+InPlaceResult<int> used_bits_of_pgm(const char* path, std::span<const std::uint8_t> bytes, const ImageInfo& info) {
   std::uint32_t all = 0;
-  const Status read = for_each_sample(
+  const InPlaceStatus read = for_each_sample(
       path, bytes, info.width, info.height, [&all](int /*x*/, int /*y*/, std::uint32_t value, std::uint32_t max_value) {
         all |= max_value == kMaxSample ? value : kMaxSample;  // Another maxval says what is white.
       });
-  return read ? Result<int>(std::bit_width(all)) : Unexpected(read.error());
+  return read ? InPlaceResult<int>(std::bit_width(all)) : Unexpected(read.error());
 }
 
-Status decode_pgm_gray16(const char* path, std::span<const std::uint8_t> bytes, ImageView<std::uint16_t> target) {
+InPlaceStatus decode_pgm_gray16(const char* path, std::span<const std::uint8_t> bytes,
+                                ImageView<std::uint16_t> target) {
   return for_each_sample(path, bytes, target.width, target.height,
                          [target](int x, int y, std::uint32_t value, std::uint32_t /*max_value*/) {
                            target.at(x, y) = static_cast<std::uint16_t>(value);

@@ -6,7 +6,7 @@
 #include <span>
 
 #include "kinetrace/core/image_view.hpp"
-#include "kinetrace/core/result.hpp"
+#include "kinetrace/core/in_place_error.hpp"
 #include "kinetrace/imaging/image_info.hpp"
 
 namespace kinetrace::imaging {
@@ -18,13 +18,13 @@ struct PgmHeader {
   std::size_t pixels_offset = 0;
 };
 
-[[nodiscard]] Result<PgmHeader> parse_pgm_header(const char* path, std::span<const std::uint8_t> bytes);
-[[nodiscard]] Status decode_pgm_gray(const char* path, std::span<const std::uint8_t> bytes, MutableGrayView target,
-                                     int sample_bits);
+[[nodiscard]] InPlaceResult<PgmHeader> parse_pgm_header(const char* path, std::span<const std::uint8_t> bytes);
+[[nodiscard]] InPlaceStatus decode_pgm_gray(const char* path, std::span<const std::uint8_t> bytes,
+                                            MutableGrayView target, int sample_bits);
 /// See ImageReader::used_bits; `info` is that of an image of 16 bits.
-[[nodiscard]] Result<int> used_bits_of_pgm(const char* path, std::span<const std::uint8_t> bytes,
-                                           const ImageInfo& info);
-[[nodiscard]] Status decode_pgm_gray16(const char* path, std::span<const std::uint8_t> bytes,
-                                       ImageView<std::uint16_t> target);
+[[nodiscard]] InPlaceResult<int> used_bits_of_pgm(const char* path, std::span<const std::uint8_t> bytes,
+                                                  const ImageInfo& info);
+[[nodiscard]] InPlaceStatus decode_pgm_gray16(const char* path, std::span<const std::uint8_t> bytes,
+                                              ImageView<std::uint16_t> target);
 
 }  // namespace kinetrace::imaging

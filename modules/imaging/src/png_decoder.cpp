@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstring>
 #include <memory>
-#include <string>
 
 #include <spng.h>
 
@@ -62,14 +61,14 @@ int decode_rows(std::span<const std::uint8_t> bytes, int format, std::span<std::
   return code == SPNG_EOI ? spng_decode_chunks(context.get()) : code;
 }
 
-Status to_status(int code, const char* path) {
+InPlaceStatus to_status(int code, const char* path) {
   if (code == SPNG_OK) {
     return {};
   }
   const bool truncated = code == SPNG_IO_EOF || code == SPNG_EOF || code == SPNG_EIDAT_TOO_SHORT;
   return file_error(ErrorCode::kBadFormat, path,
-                    std::string(truncated ? "is truncated" : "is damaged") + " (PNG decoder: " + spng_strerror(code) +
-                        "); copy it again or remove it");
+                    {truncated ? "is truncated" : "is damaged", " (PNG decoder: ", spng_strerror(code),
+                     "); copy it again or remove it"});
 }
 
 std::uint8_t luma(const std::uint8_t* rgb) {
@@ -113,8 +112,8 @@ std::uint8_t to_gray(const std::uint8_t* pixel, GrayConversion::Kind kind, int s
 
 }  // namespace
 
-Status decode_png_gray(const char* path, std::span<const std::uint8_t> bytes, const ImageInfo& info,
-                       std::span<std::uint8_t> row, MutableGrayView target, int sample_bits) {
+InPlaceStatus decode_png_gray(const char* path, std::span<const std::uint8_t> bytes, const ImageInfo& info,
+                              std::span<std::uint8_t> row, MutableGrayView target, int sample_bits) {
   const GrayConversion conversion = conversion_for(info);
   int code = SPNG_OK;
   {
@@ -129,8 +128,8 @@ Status decode_png_gray(const char* path, std::span<const std::uint8_t> bytes, co
   return to_status(code, path);
 }
 
-Result<int> used_bits_of_png(const char* path, std::span<const std::uint8_t> bytes, const ImageInfo& info,
-                             std::span<std::uint8_t> row) {
+InPlaceResult<int> used_bits_of_png(const char* path, std::span<const std::uint8_t> bytes, const ImageInfo& info,
+                                    std::span<std::uint8_t> row) {
   unsigned all = 0;
   int code = SPNG_OK;
   {
@@ -142,12 +141,12 @@ Result<int> used_bits_of_png(const char* path, std::span<const std::uint8_t> byt
       }
     });
   }
-  const Status decoded = to_status(code, path);
-  return decoded ? Result<int>(std::bit_width(all)) : Unexpected(decoded.error());
+  const InPlaceStatus decoded = to_status(code, path);
+  return decoded ? InPlaceResult<int>(std::bit_width(all)) : Unexpected(decoded.error());
 }
 
-Status decode_png_rgb(const char* path, std::span<const std::uint8_t> bytes, std::span<std::uint8_t> row,
-                      ImageView<Rgb8> target) {
+InPlaceStatus decode_png_rgb(const char* path, std::span<const std::uint8_t> bytes, std::span<std::uint8_t> row,
+                             ImageView<Rgb8> target) {
   int code = SPNG_OK;
   {
     const ForeignCall foreign;
@@ -161,10 +160,10 @@ Status decode_png_rgb(const char* path, std::span<const std::uint8_t> bytes, std
   return to_status(code, path);
 }
 
-Status decode_png_gray16(const char* path, std::span<const std::uint8_t> bytes, const ImageInfo& info,
-                         std::span<std::uint8_t> row, ImageView<std::uint16_t> target) {
+InPlaceStatus decode_png_gray16(const char* path, std::span<const std::uint8_t> bytes, const ImageInfo& info,
+                                std::span<std::uint8_t> row, ImageView<std::uint16_t> target) {
   if (info.channels != 1 || info.bit_depth < 8) {
-    return file_error(ErrorCode::kUnsupported, path, "is no label image; expected a gray PNG of 8 or 16 bits");
+    return file_error(ErrorCode::kUnsupported, path, {"is no label image; expected a gray PNG of 8 or 16 bits"});
   }
   int code = SPNG_OK;
   {

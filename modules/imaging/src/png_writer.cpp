@@ -84,21 +84,21 @@ int encode(std::FILE* file, ImageView<const Pixel> image, PixelFormat format, Pn
 template <typename Pixel>
 Status write(const char* path, ImageView<const Pixel> image, PixelFormat format, PngEffort effort) {
   if (image.empty()) {
-    return file_error(ErrorCode::kInvalidArgument, path, "cannot be written: the image is empty");
+    return file_error(ErrorCode::kInvalidArgument, path, {"cannot be written: the image is empty"});
   }
   const ForeignCall foreign;
   const std::filesystem::path staged = staged_path(path);
   std::unique_ptr<std::FILE, FileClose> file(::fdopen(open_staged(staged), "wb"));
   if (!file) {
-    return file_error(ErrorCode::kIo, path, "cannot be created; check that the folder exists and is writable");
+    return file_error(ErrorCode::kIo, path, {"cannot be created; check that the folder exists and is writable"});
   }
   const int code = encode(file.get(), image, format, effort);
   const bool flushed = std::fclose(file.release()) == 0;
   if (code != SPNG_OK || !flushed) {
     discard_staged(staged, path);
-    return file_error(ErrorCode::kIo, path,
-                      std::string("cannot be written (") + (code != SPNG_OK ? spng_strerror(code) : "close failed") +
-                          "); check the free space");
+    return file_error(
+        ErrorCode::kIo, path,
+        {"cannot be written (", code != SPNG_OK ? spng_strerror(code) : "close failed", "); check the free space"});
   }
   return put_in_place(staged, path);
 }

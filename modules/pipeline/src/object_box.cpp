@@ -25,9 +25,9 @@ std::optional<trajectory::Heading> ObjectState::heading(const Eigen::Vector3d& d
   Eigen::Vector3d arm_m = Eigen::Vector3d::Zero();
   if (box_.known()) {
     const Box3 box = box_.box_in_object();
-    arm_m = box.center_m - kAxleBehind * box.size_m.x() * box.rotation().col(0) - reference_m_;
+    arm_m = box.center_m - kAxleBehind * box.size_m.x() * box.rotation().col(0) - identity_.reference_m;
   }
-  const Eigen::Vector3d velocity_mps = velocity_at(motion, T_world_obj_.rotation * arm_m);
+  const Eigen::Vector3d velocity_mps = velocity_at(motion, identity_.T_world_obj.rotation * arm_m);
   const double speed_mps = velocity_mps.norm();
   const Eigen::Vector3d across = down.cross(velocity_mps).normalized();
   const double sigma_mps =
@@ -36,14 +36,14 @@ std::optional<trajectory::Heading> ObjectState::heading(const Eigen::Vector3d& d
 }
 
 std::optional<trajectory::MaskEdges> ObjectState::mask_edges() const {
-  if (track_.missed_frames > 0 || track_.area_px == 0) {
+  if (life_.track.missed_frames > 0 || life_.track.area_px == 0) {
     return std::nullopt;
   }
-  const PixelBox& box = track_.box_px;
+  const PixelBox& box = life_.track.box_px;
   const std::array<bool, 4> at_border{box.x0 <= 1, box.x1 >= geometry_.width_px - 1, box.y0 <= 1,
                                       box.y1 >= geometry_.height_px - 1};
   const bool is_cut = at_border[0] || at_border[1] || at_border[2] || at_border[3];
-  const double hidden = 1.0 - double{std::min(is_cut ? 1.F : track_.visible_part, visible_fraction_)};
+  const double hidden = 1.0 - double{std::min(is_cut ? 1.F : life_.track.visible_part, frame_.visible_fraction)};
   trajectory::MaskEdges edges{{box.x0 - 0.5, box.x1 - 0.5, box.y0 - 0.5, box.y1 - 0.5}, {}};
   for (std::size_t side = 0; side < at_border.size(); ++side) {
     const int extent_px = side < 2 ? box.width() : box.height();
@@ -56,25 +56,25 @@ void ObjectState::update_box(const CameraState& camera, const trajectory::Ground
   if (!camera.valid) {
     return;
   }
-  if (frame_change_ == FrameChange::kReplaced) {
+  if (frame_.change == FrameChange::kReplaced) {
     box_.forget_views();
   }
-  trajectory::BoxFrame frame{.timestamp_ns = timestamp_ns_,
-                             .class_id = track_.class_id,
-                             .T_world_obj = T_world_obj_,
-                             .T_obj_cam = T_obj_cam_,
+  trajectory::BoxFrame frame{.timestamp_ns = life_.timestamp_ns,
+                             .class_id = life_.track.class_id,
+                             .T_world_obj = identity_.T_world_obj,
+                             .T_obj_cam = life_.T_obj_cam,
                              .edges = mask_edges(),
                              .points = body_.active() ? body_.estimate().points : std::span<const BodyPoint>(),
                              .disparity_sigma_px = kPointDisparity_px,
                              .ground = ground,
-                             .turns_are_seen = status_ == BodyStatus::kTracked,
+                             .turns_are_seen = life_.status == BodyStatus::kTracked,
                              .heading = heading(ground.down)};
-  const BodyPoint middle{.position_m = (-stereo_offset_m_).cast<float>()};
+  const BodyPoint middle{.position_m = (-identity_.to_origin_m).cast<float>()};
   if (frame.points.empty()) {
     frame.points = {&middle, 1};
     frame.disparity_sigma_px = kStereoDisparity_px;
   }
-  if (status_ != BodyStatus::kTracked && status_ != BodyStatus::kStereoOnly) {
+  if (life_.status != BodyStatus::kTracked && life_.status != BodyStatus::kStereoOnly) {
     frame.edges.reset();  // Where it is now is not known well enough.
   }
   box_.update(frame);
@@ -90,8 +90,8 @@ void ObjectState::follow_middle() {
   for (const BodyPoint& point : points) {
     sum += point.position_m.cast<double>();
   }
-  reference_m_ = sum / static_cast<double>(points.size());
-  motion_.set_reference(reference_m_);
+  identity_.reference_m = sum / static_cast<double>(points.size());
+  motion_.set_reference(identity_.reference_m);
 }
 
 Box3Sigma ObjectState::box_sigma(const ObjectResult& result) const {

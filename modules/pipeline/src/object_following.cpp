@@ -1,203 +1,224 @@
-// The part of ObjectState that goes on without a reconstruction: by stereo position, by direction, or as it last went.
+// The part of ObjectState that goes on without a reconstruction: prediction, and what a frame measures besides it.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
-#include "object_limits.hpp"
+#include "kinetrace/objects/rest_evidence.hpp"
 #include "object_state.hpp"
 
 namespace kinetrace::pipeline {
 namespace {
 
-constexpr double kHiddenFactor = 4.0;    // Surface drift of an object that is partly outside the image.
-constexpr double kRestDrift_mps = 0.02;  // How the place of something at rest grows uncertain while it is not seen.
-constexpr double kStartSigma_m = 0.5;    // Of the position handed to the stereo-only filter without a reconstruction.
-/// Of something that is back, coasting tells the place better than the middle of what is seen of it, up to this many
-/// times as uncertain: it errs on no side.
-constexpr double kWorthCoasting = 2.0;
-/// Found for longer without a break, something shows whether it still rests.
-constexpr std::int64_t kSureOfItsMotion_ns = 400'000'000;
-constexpr double kObservedSigma_px = 0.3;
+/// The middle of what is seen of something half hidden errs alike for as long as that lasts, not anew in every frame:
+/// its standard deviation is so many times that of a surface.
+constexpr double kHiddenFactor = 4.0;
+/// Of a place that is known from one stereo observation.
+constexpr double kPlacedSigma_m = 0.5;
+constexpr double kUnknownSpeed_mps = 5.0;
+constexpr double kUnknownTurn_rad = 1.0;
+// Error of where a smoothed pose puts the object.
+constexpr double kPathSigma_rad = 0.002;
+constexpr double kPathSigma_m = 0.02;
+/// Velocities of overlapping windows are one piece of evidence in so much time.
+constexpr double kEvidenceTime_s = 0.4;
+constexpr double kUndecided = 0.05;   // Probability that neither moving nor rest falls below.
+constexpr double kMaxEvidence = 7.0;  // Nothing is surer than one to a thousand.
+constexpr std::size_t kMinVelocitySamples = 3;
+constexpr int kTellingFeatures = 3;  // Fewer may lie on something else.
+constexpr int kMaxRejections = 3;    // Measurements: then it is elsewhere.
 /// Matched for longer without a break: where it is may be wrong, what it is is not.
 constexpr std::int64_t kSureOfItsMask_ns = 400'000'000;
-constexpr double kElsewhereSigmas = 3.0;
-constexpr double kLikelySigmas = 2.0;
-constexpr double kSlow_mps = 1.0;  // Common errors of what is seen of something amount to that far away.
+/// What was reconstructed is given up where its place is known so many times worse than it is seen.
+constexpr double kMuchWorse = 2.0;
+constexpr double kMinVisible = 0.2;
+constexpr double kOutlineSigma_m = 0.03;
 
-/// Fast enough that rest is unlikely, if not ruled out.
-bool seems_to_move(const trajectory::MotionEstimate& motion) {
-  const double speed_mps = motion.velocity_mps.norm();
-  return speed_mps > kSlow_mps && speed_mps > kLikelySigmas * std::sqrt(motion.covariance.trace());
+double log_odds(double probability) {
+  return std::log(probability / (1.0 - probability));
 }
 
 }  // namespace
 
-void ObjectState::start_filter() {
-  // The pose at hand is the last frame's, or this one's at birth.
-  const bool known_before = motion_.size() > 0;
-  const trajectory::MotionEstimate motion = motion_.at(0);
-  // Its last poses may be too uncertain to show a motion that was well known before.
-  const bool keeps_motion = known_motion_ && known_motion_->moving;
-  // Out of sight, what showed no motion is best looked for where it was, unless it seemed to have one that was not sure
-  // yet. What had been resting before it was found again for a few frames has hardly begun to move just then: that is
-  // its place being put right.
-  const bool stays = !keeps_motion && ((shows_no_motion() && !seems_to_move(motion)) ||
-                                       (rested_ && !tracked_run_.exceeds(kSureOfItsMotion_ns)));
-  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
-  if (motion.moving && !stays) {
-    velocity_mps = motion.velocity_mps;
-  } else if (keeps_motion) {
-    velocity_mps = T_world_obj_.rotation * known_motion_->velocity.tail<3>();
+void ObjectState::start_filter(const Se3& T_world_obj, const Vector6d& velocity) noexcept {
+  const bool shows_velocity = motion_.size() >= kMinVelocitySamples;
+  objects::MotionStart start{.timestamp_ns = life_.timestamp_ns,
+                             .pose = {T_world_obj, life_.covariance},
+                             .velocity = velocity,
+                             .moving = identity_.moving};
+  start.pose.covariance.diagonal().head<3>().array() += kPathSigma_rad * kPathSigma_rad;
+  start.pose.covariance.diagonal().tail<3>().array() += kPathSigma_m * kPathSigma_m;
+  // A slower turn is as well the noise of its last poses, and would add up in what is not seen.
+  if (velocity.head<3>().norm() <= turn_rate_radps_) {
+    start.velocity.head<3>().setZero();
   }
-  const double sigma_m = reconstructed_ ? kReconstructedSigma_m : kStartSigma_m;
-  filter_.start(known_before ? previous_timestamp_ns_ : timestamp_ns_, middle_m(), velocity_mps,
-                sigma_m * sigma_m * Eigen::Matrix3d::Identity(), stays);
+  start.velocity_covariance =
+      shows_velocity ? motion_.at(0).apparent_covariance
+                     : Eigen::Matrix3d(kUnknownSpeed_mps * kUnknownSpeed_mps * Eigen::Matrix3d::Identity());
+  identity_.filter.start(start);
 }
 
-void ObjectState::follow_without_body(const StereoObservation& observation, const CameraState& camera) {
-  if (!filter_.initialised()) {
-    start_filter();
-  }
-  const bool observed = observation.features >= config_.stereo_only_min_features;
-  const double depth_m = observation.features > 0 ? position_in_camera(geometry_, observation).z() : 0.0;
-  if (known_motion_ && seen_elsewhere(observation, camera)) {
-    known_motion_.reset();
-  }
-  const bool expected_here = known_motion_ && coasting_sigma_m() < kWorthCoasting * extent_sigma_m(depth_m);
-  if (status_ == BodyStatus::kLost && observed && !filter_.at_rest() && !expected_here) {
-    reconstructed_ = false;  // It is back: what was reconstructed before has left the map long ago.
-  }
-  // What neither rests nor surely moves has no way to go on by.
-  const bool has_way = known_motion_ && (filter_.at_rest() || known_motion_->moving);
-  if (reconstructed_ && has_way && (mostly_occluded() || (cut_off() && well_known())) &&
-      (observation.features == 0 || coasting_sigma_m() < extent_sigma_m(depth_m))) {
-    coast(observed);
+void ObjectState::weigh_motion() noexcept {
+  if (motion_.size() < kMinVelocitySamples) {
     return;
   }
-  filter_.predict(timestamp_ns_);
-  if (rigid() && !filter_.at_rest() && camera.valid && camera.T_world_cam_before &&
-      observation.motion.features >= config_.stereo_only_min_features) {
-    filter_.update_motion(observation.motion, interval_s_, camera.T_world_cam, *camera.T_world_cam_before);
-  }
-  const double surface_sigma_m =
-      std::max(extent_sigma_m(depth_m), half_hidden() ? kHiddenFactor * surface_sigma_m_ : 0.0);
-  const trajectory::StereoPositionFilter before = filter_;
-  bool seen = observed && camera.valid &&
-              filter_.update(part_seen(observation, camera), observation.features, camera.T_world_cam, surface_sigma_m);
-  if (!observed && track_.missed_frames == 0 && camera.valid && !filter_.at_rest()) {
-    const PixelBox& box = track_.box_px;
-    filter_.update_direction({0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)}, camera.T_world_cam,
-                             std::max(surface_sigma_m, width_m_));
-  }
-  const bool still_there =
-      seen && before.at_rest() && reconstructed_ && (!filter_.jumped() || lies_on_it(observation, camera));
-  if (still_there) {
-    // The middle of what is seen of it says that it is still there, but not better than its reconstruction where.
-    filter_ = before;
-  }
-  if (seen && !still_there && filter_.jumped() && reconstructed_ && !matched_run_.exceeds(kSureOfItsMask_ns)) {
-    filter_ = before;
-    identity_switched_ = true;
-    seen = false;
-  } else if (seen && !still_there && filter_.jumped()) {
-    // What was followed so far was something else: where that was says nothing about the motion of this.
-    motion_.reset();
-    reconstructed_ = false;
-    frame_change_ = FrameChange::kReplaced;
-  }
-  T_world_obj_.translation = filter_.position_m() + T_world_obj_.rotation * stereo_offset_m_;
-  // A rotation that is not measured: about a radian. Where on the object the seen surface lies errs in common over
-  // frames: averaging does not make it surer.
-  set_covariance(1.0, filter_.position_covariance() + surface_sigma_m * surface_sigma_m * Eigen::Matrix3d::Identity());
-  count_prediction(seen);
+  const trajectory::MotionEstimate now_seen = motion_.at(0);
+  const trajectory::MotionEstimate lately = motion_.at(velocity_window_frames_);
+  // A moment ago, frames before and after it tell: mostly that is surer.
+  const bool is_lately_surer = motion_.size() >= velocity_window_frames_ + kMinVelocitySamples &&
+                               lately.apparent_covariance.trace() < now_seen.apparent_covariance.trace();
+  const trajectory::MotionEstimate& motion = is_lately_surer ? lately : now_seen;
+  const double evidence = std::clamp(objects::moving_evidence(motion.velocity_mps, motion.apparent_covariance),
+                                     -kMaxEvidence, kMaxEvidence);
+  const double before = log_odds(identity_.filter.initialised() ? identity_.filter.moving() : identity_.moving);
+  const double now = before + std::min(frame_.interval_s / kEvidenceTime_s, 1.0) * (evidence - before);
+  identity_.moving = 1.0 / (1.0 + std::exp(-now));
 }
 
-bool ObjectState::seen_elsewhere(const StereoObservation& observation, const CameraState& camera) const {
-  if (observation.features < 2 * min_points_ || !camera.valid) {
-    return false;
+void ObjectState::follow(const StereoObservation& observation, const CameraState& camera) {
+  objects::MotionFilter& filter = identity_.filter;
+  if (!filter.initialised()) {
+    life_.covariance.setZero();
+    life_.covariance.diagonal() << Eigen::Vector3d::Constant(kUnknownTurn_rad * kUnknownTurn_rad),
+        Eigen::Vector3d::Constant(kPlacedSigma_m * kPlacedSigma_m);
+    start_filter(identity_.T_world_obj, Vector6d::Zero());
   }
-  const Eigen::Vector3d observed_cam_m = position_in_camera(geometry_, observation);
-  const double off_m = off_body(camera.T_world_cam * observed_cam_m, coasted_pose() * -stereo_offset_m_).norm();
-  const double depth_m = observed_cam_m.z();
-  const double sigma_m = std::hypot(coasting_sigma_m(), extent_sigma_m(depth_m), depth_sigma_m(depth_m));
-  return off_m > kElsewhereSigmas * sigma_m;
-}
-
-Eigen::Vector3d ObjectState::part_seen(const StereoObservation& observation, const CameraState& camera) const {
-  if (!reconstructed_ || !half_hidden()) {
-    return observation.uvd_px;
+  filter.predict(life_.timestamp_ns);
+  identity_.T_world_obj = filter.pose();
+  const Fix fix = camera.valid ? measure(observation, camera) : Fix::kNone;
+  identity_.T_world_obj = filter.pose();
+  life_.covariance = filter.pose_covariance();
+  if (!identity_.reconstructed) {
+    life_.covariance.topLeftCorner<3, 3>() = kUnknownTurn_rad * kUnknownTurn_rad * Eigen::Matrix3d::Identity();
   }
-  const Eigen::Vector3d observed_m = camera.T_world_cam * position_in_camera(geometry_, observation);
-  const Eigen::Vector3d p_cam =
-      camera.T_world_cam.inverse() * (filter_.position_m() + off_body(observed_m, filter_.position_m()));
-  if (p_cam.z() <= 0.0) {
-    return observation.uvd_px;
+  if (fix == Fix::kStereo) {
+    // Where on the object the seen surface lies errs in common over frames: averaging does not make it surer.
+    const double extent_m = extent_sigma_m(position_in_camera(geometry_, observation).z());
+    life_.covariance.diagonal().tail<3>().array() += extent_m * extent_m;
   }
-  const Eigen::Vector3d uvr_px = geometry_.project(p_cam);
-  return {uvr_px.x(), uvr_px.y(), uvr_px.x() - uvr_px.z()};
+  count_prediction(fix);
 }
 
-bool ObjectState::lies_on_it(const StereoObservation& observation, const CameraState& camera) const {
-  const Eigen::Vector3d observed_m = camera.T_world_cam * position_in_camera(geometry_, observation);
-  const Eigen::Vector3d off_m = camera.T_world_cam.rotation.transpose() * off_body(observed_m, middle_m());
-  const double depth_m = (camera.T_world_cam.inverse() * observed_m).z();
-  return off_m.head<2>().norm() <= kReachAtRest_m &&
-         std::abs(off_m.z()) <= kReachAtRest_m + 2.0 * depth_sigma_m(depth_m);
-}
-
-double ObjectState::depth_sigma_m(double depth_m) const {
-  return kObservedSigma_px * depth_m * depth_m / (geometry_.fx_px * geometry_.baseline_m);
-}
-
-double ObjectState::coasting_sigma_m() const {
-  const double growth_m =
-      filter_.at_rest() ? kRestDrift_mps * unseen_s_ : acceleration_mps2_ * acceleration_gain_s2(unseen_s_);
-  return kReconstructedSigma_m + growth_m;
-}
-
-bool ObjectState::keeps_motion() const noexcept {
-  return !filter_.at_rest() && known_motion_->moving;
-}
-
-Se3 ObjectState::coasted_pose() const {
-  if (!keeps_motion()) {
-    return T_world_obj_;
+ObjectState::Fix ObjectState::measure(const StereoObservation& observation, const CameraState& camera) {
+  const std::optional<Fix> fix = measure_place(observation, camera);
+  if (fix) {
+    measure_motion(observation, camera);
   }
-  const double dt_s = 1e-9 * static_cast<double>(timestamp_ns_ - previous_timestamp_ns_);
-  const Vector6d& velocity = known_motion_->velocity;
-  // A slower turn is as well the noise of its last poses, and adds up in what is not seen.
-  const bool turns = velocity.head<3>().norm() > turn_rate_radps_;
-  const Eigen::Vector3d turn_rad = turns ? Eigen::Vector3d(dt_s * velocity.head<3>()) : Eigen::Vector3d::Zero();
-  return (known_motion_->T_world_obj * Se3{so3_exp(turn_rad), dt_s * velocity.tail<3>()}).orthonormalised();
+  return fix.value_or(Fix::kNone);
 }
 
-void ObjectState::coast(bool observed) {
-  const double dt_s = 1e-9 * static_cast<double>(timestamp_ns_ - previous_timestamp_ns_);
-  const bool at_rest = filter_.at_rest();
-  const Vector6d velocity = keeps_motion() ? known_motion_->velocity : Vector6d(Vector6d::Zero());
-  T_world_obj_ = coasted_pose();
-  known_motion_->T_world_obj = keeps_motion() ? T_world_obj_ : known_motion_->T_world_obj;
-  unseen_s_ += dt_s;
-  const double turn_rad = kExpectedFloor_rad + turn_radps2_ * acceleration_gain_s2(unseen_s_);
-  const double way_m = coasting_sigma_m();
-  const Eigen::Matrix3d spread = way_m * way_m * Eigen::Matrix3d::Identity();
-  filter_.start(timestamp_ns_, middle_m(), T_world_obj_.rotation * velocity.tail<3>(), spread, at_rest);
-  set_covariance(turn_rad * turn_rad, spread);
-  // What is detected where it is expected is not lost, however little of it is seen.
-  if ((at_rest || observed) && track_.missed_frames == 0) {
-    predicted_.reset();
+std::optional<ObjectState::Fix> ObjectState::measure_place(const StereoObservation& observation,
+                                                           const CameraState& camera) {
+  objects::MotionFilter& filter = identity_.filter;
+  if (observation.features < config_.stereo_only_min_features) {
+    // The middle of what is left of a mask says nothing about the whole.
+    if (life_.track.missed_frames == 0 && !(identity_.reconstructed && half_hidden())) {
+      filter.update(mask_bearing(), camera.T_world_cam);
+    }
+    return Fix::kNone;
   }
-  count_prediction(false);
+  if (lies_on_body(observation, camera)) {
+    life_.rejections = 0;
+    life_.provisional = false;
+    return Fix::kForeseen;
+  }
+  const objects::StereoPosition seen = stereo_position(observation, camera);
+  const double expected_sigma_m = std::sqrt(filter.pose_covariance().bottomRightCorner<3, 3>().trace() / 3.0);
+  if (filter.update(seen, camera.T_world_cam)) {
+    life_.rejections = 0;
+    life_.provisional = false;
+    if (life_.status == BodyStatus::kLost && !filter.at_rest() && expected_sigma_m > kMuchWorse * seen.extent_sigma_m) {
+      identity_.reconstructed = false;  // It is back: what was reconstructed before has left the map long ago.
+    }
+    const bool foreseen = identity_.reconstructed && half_hidden() && seen.extent_sigma_m > expected_sigma_m;
+    return foreseen ? Fix::kForeseen : Fix::kStereo;
+  }
+  life_.identity_switched = life_.provisional && observation.agreeing >= kTellingFeatures;
+  if (life_.identity_switched || ++life_.rejections < kMaxRejections) {
+    return std::nullopt;
+  }
+  life_.rejections = 0;
+  give_up_path(seen, camera);
+  return life_.identity_switched ? std::nullopt : std::optional(Fix::kStereo);
 }
 
-void ObjectState::count_prediction(bool seen) noexcept {
-  if (seen) {
-    predicted_.reset();
-    unseen_s_ = 0.0;
-    status_ = BodyStatus::kStereoOnly;
+void ObjectState::measure_motion(const StereoObservation& observation, const CameraState& camera) {
+  // Features on something mostly hidden may lie on what hides it: they count where nothing else tells how it moves.
+  const bool is_known_to_go_on = std::abs(identity_.filter.moving() - 0.5) > 0.5 - kUndecided;
+  if (!rigid() || (mostly_occluded() && is_known_to_go_on) || !camera.T_world_cam_before ||
+      observation.motion.features < config_.stereo_only_min_features) {
     return;
   }
-  predicted_.add_frame(interval_ns_);
-  status_ = predicted_.exceeds(lost_after_ns_) ? BodyStatus::kLost : BodyStatus::kPropagated;
+  objects::ImageMotion motion = observation.motion;
+  motion.interval_s = frame_.interval_s;
+  motion.T_world_cam_before = *camera.T_world_cam_before;
+  identity_.filter.update(motion, camera.T_world_cam);
+}
+
+void ObjectState::give_up_path(const objects::StereoPosition& seen, const CameraState& camera) {
+  if (identity_.reconstructed && !life_.matched_run.exceeds(kSureOfItsMask_ns)) {
+    life_.identity_switched = true;
+    return;
+  }
+  // What was followed so far was something else: where that was says nothing about the motion of this.
+  identity_.filter.restart_at(seen, camera.T_world_cam);
+  identity_.reconstructed = false;
+  motion_.reset();
+  frame_.change = FrameChange::kReplaced;
+}
+
+objects::Bearing ObjectState::mask_bearing() const {
+  const PixelBox& box = life_.track.box_px;
+  const double depth_m = life_.T_obj_cam.inverse().translation.z();
+  return {.uv_px = {0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)},
+          .to_origin_m = identity_.T_world_obj.rotation * identity_.to_origin_m,
+          .extent_sigma_m = std::max(extent_sigma_m(std::max(depth_m, 0.0)), identity_.width_m)};
+}
+
+bool ObjectState::lies_on_body(const StereoObservation& observation, const CameraState& camera) const {
+  const Eigen::Vector3d observed_m = camera.T_world_cam * position_in_camera(geometry_, observation);
+  return identity_.reconstructed && half_hidden() && box_.known() && off_body(observed_m, middle_m()).isZero();
+}
+
+objects::StereoPosition ObjectState::stereo_position(const StereoObservation& observation,
+                                                     const CameraState& camera) const {
+  const Eigen::Vector3d p_cam = position_in_camera(geometry_, observation);
+  objects::StereoPosition seen{.uvd_px = observation.uvd_px,
+                               .features = observation.features,
+                               .to_origin_m = identity_.T_world_obj.rotation * identity_.to_origin_m,
+                               .extent_sigma_m = extent_sigma_m(p_cam.z())};
+  if (half_hidden()) {
+    seen.extent_sigma_m = std::max(seen.extent_sigma_m, kHiddenFactor * surface_sigma_m_);
+  } else if (!identity_.reconstructed || identity_.filter.accepts(seen, camera.T_world_cam)) {
+    return seen;
+  }
+  const Eigen::Vector3d on_body_cam_m =
+      camera.T_world_cam.inverse() * (middle_m() + off_body(camera.T_world_cam * p_cam, middle_m()));
+  if (identity_.reconstructed && on_body_cam_m.z() > 0.0) {
+    const Eigen::Vector3d uvr_px = geometry_.project(on_body_cam_m);
+    seen.uvd_px = {uvr_px.x(), uvr_px.y(), uvr_px.x() - uvr_px.z()};
+  }
+  return seen;
+}
+
+double ObjectState::extent_sigma_m(double depth_m) const {
+  const double visible = std::clamp(static_cast<double>(life_.track.visible_part), kMinVisible, 1.0);
+  const double seen_width_m = life_.track.box_px.width() * depth_m / geometry_.fx_px;
+  // Masks tell how much of it is hidden, unless it has just come back; how wide it once was tells then.
+  const double hidden_width_m = std::max(seen_width_m * (1.0 / visible - 1.0), identity_.width_m - seen_width_m);
+  return (rigid() ? surface_sigma_m_ : kOutlineSigma_m) + 0.5 * std::max(hidden_width_m, 0.0);
+}
+
+void ObjectState::count_prediction(Fix fix) noexcept {
+  const bool rests_there = life_.track.missed_frames == 0 && identity_.filter.at_rest();
+  if (fix != Fix::kNone || rests_there) {
+    life_.predicted.reset();  // What is detected where it is expected is not lost, however little of it is seen.
+  }
+  if (fix == Fix::kStereo) {
+    life_.status = BodyStatus::kStereoOnly;
+    return;
+  }
+  life_.predicted.add_frame(frame_.interval_ns);
+  life_.status = life_.predicted.exceeds(lost_after_ns_) ? BodyStatus::kLost : BodyStatus::kPropagated;
 }
 
 }  // namespace kinetrace::pipeline

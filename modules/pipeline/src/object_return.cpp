@@ -3,7 +3,6 @@
 #include <cmath>
 #include <utility>
 
-#include "object_limits.hpp"
 #include "object_state.hpp"
 
 namespace kinetrace::pipeline {
@@ -15,6 +14,8 @@ constexpr std::int64_t kMissedInView_ns = 300'000'000;
 constexpr std::int64_t kMissedHidden_ns = 0;
 constexpr double kReachOfWay = 0.5;
 constexpr double kMaxReach_m = 3.0;
+constexpr double kReachAtRest_m = 0.8;
+constexpr double kObservedSigma_px = 0.3;  // Of a disparity.
 constexpr double kTieBreak = 0.01;
 // What has only a direction is found within so much of it, and more as the camera goes on.
 constexpr double kDirectionReach_px = 8.0;
@@ -45,35 +46,40 @@ Eigen::Vector3d ObjectState::off_body(const Eigen::Vector3d& observed_m, const E
   if (!box_.known()) {
     return off_m;
   }
-  const Eigen::Matrix3d& R_world_obj = T_world_obj_.rotation;
+  const Eigen::Matrix3d& R_world_obj = identity_.T_world_obj.rotation;
   const Eigen::Vector3d outside_m =
-      R_world_obj * offset_from(box_.box_in_object(), R_world_obj.transpose() * off_m - stereo_offset_m_);
+      R_world_obj * offset_from(box_.box_in_object(), R_world_obj.transpose() * off_m - identity_.to_origin_m);
   return outside_m.norm() < off_m.norm() ? outside_m : off_m;
 }
 
 bool ObjectState::is_reid_candidate(const Track& redetected, std::int64_t missed_ns) const noexcept {
-  return alive() && confirmed_ && track_.class_id == redetected.class_id && track_.missed_ns > missed_ns &&
-         track_.missed_frames > redetected.age_frames;
+  return alive() && life_.confirmed && life_.track.class_id == redetected.class_id &&
+         life_.track.missed_ns > missed_ns && life_.track.missed_frames > redetected.age_frames;
+}
+
+double ObjectState::depth_sigma_m(double depth_m) const {
+  return kObservedSigma_px * depth_m * depth_m / (geometry_.fx_px * geometry_.baseline_m);
 }
 
 std::optional<double> ObjectState::position_gate(const Eigen::Vector3d& position_m, const Track& redetected,
                                                  const CameraState& camera) const {
-  const bool hidden = !in_view_ || mostly_occluded();
-  if (!placed_ || !is_reid_candidate(redetected, hidden ? kMissedHidden_ns : kMissedInView_ns)) {
+  const bool hidden = !life_.in_view || mostly_occluded();
+  if (!life_.placed || !is_reid_candidate(redetected, hidden ? kMissedHidden_ns : kMissedInView_ns)) {
     return std::nullopt;
   }
-  const Eigen::Vector3d expected_m = filter_.initialised() ? filter_.position_m() : middle_m();
+  const Eigen::Vector3d expected_m = middle_m();
   // It may have stopped as well as gone on.
-  const Eigen::Vector3d way_m = expected_m - last_seen_m_;
+  const Eigen::Vector3d way_m = expected_m - life_.last_seen_m;
   const double gone = way_m.squaredNorm() > 0.0
-                          ? std::clamp((position_m - last_seen_m_).dot(way_m) / way_m.squaredNorm(), 0.0, 1.0)
+                          ? std::clamp((position_m - life_.last_seen_m).dot(way_m) / way_m.squaredNorm(), 0.0, 1.0)
                           : 0.0;
-  const Eigen::Vector3d nearest_m = last_seen_m_ + gone * way_m;
-  const double speed_mps = filter_.initialised() ? filter_.velocity_mps().norm() : motion_.at(0).velocity_mps.norm();
-  const double unseen_s = 1e-9 * static_cast<double>(timestamp_ns_ - matched_timestamp_ns_);
+  const Eigen::Vector3d nearest_m = life_.last_seen_m + gone * way_m;
+  const double speed_mps = identity_.filter.velocity_mps().norm();
+  const double unseen_s = 1e-9 * static_cast<double>(life_.timestamp_ns - life_.matched_timestamp_ns);
   const double depth_m = (camera.T_world_cam.inverse() * position_m).z();
   // Of what is half hidden when it goes and when it comes, the middle may lie anywhere on it.
-  const double reach_m = std::min(std::max(kReachAtRest_m, width_m_) + kReachOfWay * speed_mps * unseen_s, kMaxReach_m);
+  const double reach_m =
+      std::min(std::max(kReachAtRest_m, identity_.width_m) + kReachOfWay * speed_mps * unseen_s, kMaxReach_m);
   // Depth is as uncertain as its square.
   const Eigen::Vector3d off_m = camera.T_world_cam.rotation.transpose() * off_body(position_m, nearest_m);
   const double part =
@@ -87,10 +93,10 @@ std::optional<double> ObjectState::position_gate(const Eigen::Vector3d& position
 
 std::optional<double> ObjectState::bearing_gate(const Track& redetected, const CameraState& camera) const {
   const tracking::ObjectPrediction expected = predict_direction(camera.T_world_cam);
-  if (placed_ || !is_reid_candidate(redetected, kMissedInView_ns) || !expected.known || expected.depth_m <= 0.0) {
+  if (life_.placed || !is_reid_candidate(redetected, kMissedInView_ns) || !expected.known || expected.depth_m <= 0.0) {
     return std::nullopt;
   }
-  const double unseen_s = 1e-9 * static_cast<double>(timestamp_ns_ - matched_timestamp_ns_);
+  const double unseen_s = 1e-9 * static_cast<double>(life_.timestamp_ns - life_.matched_timestamp_ns);
   const double part =
       gap_px(expected.point_px, redetected.box_px) / (kDirectionReach_px + kDirectionDrift_pxps * unseen_s);
   return part <= 1.0 ? std::optional<double>(part) : std::nullopt;
@@ -99,51 +105,30 @@ std::optional<double> ObjectState::bearing_gate(const Track& redetected, const C
 bool ObjectState::may_come_back_as(const Track& redetected, const CameraState& camera) const {
   const PixelBox& box = redetected.box_px;
   const bool at_border = box.x0 <= 0 || box.y0 <= 0 || box.x1 >= geometry_.width_px || box.y1 >= geometry_.height_px;
-  if (!placed_ || !at_border || redetected.age_ns > kMaxUnnamed_ns ||
+  if (!life_.placed || !at_border || redetected.age_ns > kMaxUnnamed_ns ||
       !is_reid_candidate(redetected, kMissedHidden_ns)) {
     return false;
   }
-  const Eigen::Vector3d p_cam =
-      camera.T_world_cam.inverse() * (filter_.initialised() ? filter_.position_m() : middle_m());
+  const Eigen::Vector3d p_cam = camera.T_world_cam.inverse() * (middle_m());
   if (p_cam.z() <= 0.0) {
     return false;
   }
   const Eigen::Vector2d expected_px = geometry_.project(p_cam).head<2>();
   const bool outside = expected_px.x() < 0.0 || expected_px.x() >= geometry_.width_px || expected_px.y() < 0.0 ||
                        expected_px.y() >= geometry_.height_px;
-  return outside && gap_px(expected_px, box) <= width_m_ * geometry_.fx_px / p_cam.z();
+  return outside && gap_px(expected_px, box) <= identity_.width_m * geometry_.fx_px / p_cam.z();
 }
 
 void ObjectState::continue_from(ObjectState& earlier, const std::optional<Eigen::Vector3d>& position_m) {
-  track_.id = earlier.track_.id;
-  confirmed_ = earlier.confirmed_;
-  if (!earlier.placed_ || !position_m) {
+  life_.track.id = earlier.life_.track.id;
+  life_.confirmed = earlier.life_.confirmed;
+  if (!earlier.life_.placed || !position_m) {
     return;  // Nothing but its name is known.
   }
-  placed_ = true;
-  reconstructed_ = earlier.reconstructed_;
-  frame_fixed_ = earlier.frame_fixed_;
-  tracked_ = earlier.tracked_;
-  known_timestamp_ns_ = earlier.known_timestamp_ns_;
-  has_moved_ = earlier.has_moved_;
-  width_m_ = earlier.width_m_;
+  life_.placed = true;
+  identity_ = earlier.identity_;
   recogniser_.swap(earlier.recogniser_);
   std::swap(box_, earlier.box_);
-  stereo_offset_m_ = earlier.stereo_offset_m_;
-  reference_m_ = earlier.reference_m_;
-  T_world_obj_ = earlier.T_world_obj_;
-  if (earlier.filter_.initialised()) {
-    // Where it was expected, and how surely, is weighed against the middle of what is seen of it now.
-    filter_ = earlier.filter_;
-    known_motion_ = earlier.known_motion_;
-    unseen_s_ = earlier.unseen_s_;
-    previous_timestamp_ns_ = earlier.previous_timestamp_ns_;
-    if (filter_.at_rest()) {
-      known_motion_ = KnownMotion{T_world_obj_, Vector6d::Zero(), false};
-    }
-  } else {
-    T_world_obj_.translation = *position_m + T_world_obj_.rotation * stereo_offset_m_;
-  }
 }
 
 }  // namespace kinetrace::pipeline

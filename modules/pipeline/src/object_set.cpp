@@ -1,9 +1,15 @@
 #include "object_set.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 namespace kinetrace::pipeline {
+namespace {
+
+constexpr double kTieBreak = 1e-3;  // An object at the end of its reach still weighs more than none.
+
+}  // namespace
 
 Result<ObjectSet> ObjectSet::create(const PipelineConfig& config, const StereoGeometry& geometry, Arena& arena) {
   std::vector<ObjectState> slots;
@@ -15,11 +21,13 @@ Result<ObjectSet> ObjectSet::create(const PipelineConfig& config, const StereoGe
     }
     slots.push_back(std::move(*object));
   }
-  return ObjectSet(std::move(slots));
+  return ObjectSet(std::move(slots), arena);
 }
 
 std::size_t ObjectSet::required_bytes(const PipelineConfig& config) {
-  return ObjectState::required_bytes(config) * static_cast<std::size_t>(config.tracking.max_objects);
+  const auto objects = static_cast<std::size_t>(config.tracking.max_objects);
+  return ObjectState::required_bytes(config) * objects +
+         measure_bytes([&](Arena& arena) { FixedVector<ReidentifiedObject>(arena, objects); });
 }
 
 void ObjectSet::prediction(std::int64_t timestamp_ns, const Se3& T_world_cam,
@@ -36,8 +44,11 @@ void ObjectSet::take_tracks(const TrackFrame& tracks) {
       newest_track_id_ = track.id;
       ++counters_.born;
     }
-    const ObjectState& object = slots_[track.slot];
+    ObjectState& object = slots_[track.slot];
     const bool was_confirmed = object.track().id == track.id && object.confirmed();
+    if (object.track().id != track.id) {
+      object.begin(track);
+    }
     counters_.confirmed += track.state == TrackState::kConfirmed && !was_confirmed ? 1U : 0U;
   }
   for (const Track& track : tracks.ended) {
@@ -46,41 +57,44 @@ void ObjectSet::take_tracks(const TrackFrame& tracks) {
   }
 }
 
-std::optional<ReidentifiedObject> ObjectSet::reidentify(const Track& track, const FeatureFrame& frame, LabelView labels,
-                                                        const CameraState& camera) {
-  ObjectState& candidate = slots_[track.slot];
-  if (candidate.track().id != track.id) {
-    candidate.begin(track);
-  }
-  if (candidate.placed()) {
-    return std::nullopt;
-  }
-  const std::optional<Eigen::Vector3d> position_m = candidate.observed_position(frame, labels, camera);
-  ObjectState* const lost = find_lost(candidate, track, position_m, camera);
-  if (lost == nullptr) {
-    return std::nullopt;
-  }
-  candidate.continue_from(*lost, position_m);
-  lost->transfer_identity();
-  return ReidentifiedObject{lost->track().slot, lost->track().id};
+void ObjectSet::split(const Track& seen, const Track& waiting) {
+  std::swap(slots_[seen.slot], slots_[waiting.slot]);
+  slots_[waiting.slot].wait_as(waiting);
+  slots_[seen.slot].begin(seen);
 }
 
-ObjectState* ObjectSet::find_lost(const ObjectState& candidate, const Track& track,
-                                  const std::optional<Eigen::Vector3d>& position_m, const CameraState& camera) {
-  ObjectState* nearest = nullptr;
-  double least = 1.0;
-  for (ObjectState& lost : slots_) {
-    if (&lost == &candidate) {
+std::span<const ReidentifiedObject> ObjectSet::reidentify(std::span<const Track> tracks, const FeatureFrame& frame,
+                                                          LabelView labels, const CameraState& camera) {
+  const auto count = static_cast<int>(slots_.size());
+  affinity_.resize(count, count);
+  for (const Track& track : tracks) {
+    if (!is_unplaced(track)) {
       continue;
     }
-    const std::optional<double> part =
-        lost.placed() && position_m ? lost.position_gate(*position_m, track, camera) : lost.bearing_gate(track, camera);
-    if (part && *part <= least) {
-      nearest = &lost;
-      least = *part;
+    const std::optional<Eigen::Vector3d> position_m = slots_[track.slot].observed_position(frame, labels, camera);
+    for (int slot = 0; slot < count; ++slot) {
+      const ObjectState& lost = slots_[static_cast<std::size_t>(slot)];
+      const bool by_position = lost.placed() && position_m;
+      const std::optional<double> part =
+          by_position ? lost.position_gate(*position_m, track, camera) : lost.bearing_gate(track, camera);
+      if (part && slot != track.slot) {
+        affinity_(slot, track.slot) = 1.0 + kTieBreak - *part;
+      }
     }
   }
-  return nearest;
+  reidentified_.clear();
+  const tracking::Assignment match = tracking::maximum_weight_assignment(affinity_);
+  for (std::size_t slot = 0; slot < slots_.size(); ++slot) {
+    if (match[slot] >= 0) {
+      ObjectState& lost = slots_[slot];
+      ObjectState& found = slots_[static_cast<std::size_t>(match[slot])];
+      const std::uint8_t found_slot = found.track().slot;
+      found.continue_from(lost, found.observed_position(frame, labels, camera));
+      lost.transfer_identity();
+      (void)reidentified_.push_back({lost.track().slot, found_slot, lost.track().id});  // as many places as slots
+    }
+  }
+  return reidentified_.span();
 }
 
 bool ObjectSet::may_be_lost_object(const Track& track, const CameraState& camera) const {

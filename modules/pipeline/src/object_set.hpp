@@ -3,12 +3,13 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "kinetrace/core/fixed_vector.hpp"
 #include "kinetrace/core/frame_result.hpp"
+#include "kinetrace/tracking/assignment.hpp"
 #include "object_state.hpp"
 #include "window_refiner.hpp"
 
@@ -21,9 +22,10 @@ struct TrackCounters {
   std::uint64_t ended = 0;
 };
 
-/// An object that was lost and goes on in another slot.
+/// An object that was lost and goes on in the slot of a new track.
 struct ReidentifiedObject {
   std::uint8_t earlier_slot = 0;
+  std::uint8_t slot = 0;
   std::uint32_t track_id = 0;
 };
 
@@ -46,16 +48,21 @@ class ObjectSet {
   /// Where each object is expected to be seen, by slot.
   void prediction(std::int64_t timestamp_ns, const Se3& T_world_cam,
                   std::span<tracking::ObjectPrediction> by_slot) const;
-  /// Counts this frame's tracks, and ends the objects whose tracks have ended.
+  /// Counts this frame's tracks, begins the objects of new ones, and ends those whose tracks have ended.
   void take_tracks(const TrackFrame& tracks);
 
-  // Then, for each track in turn:
-
-  /// Whether a track without a place yet shows an object that was lost, which then goes on under it; the object of a
-  /// new track begins here.
-  [[nodiscard]] std::optional<ReidentifiedObject> reidentify(const Track& track, const FeatureFrame& frame,
-                                                             LabelView labels, const CameraState& camera);
-  /// Whether a track without a place yet may turn out to be an object that left the image.
+  /// A detection shows the track, and where that is has never been known: it may be an object that was lost.
+  [[nodiscard]] bool is_unplaced(const Track& track) const noexcept {
+    return track.missed_frames == 0 && !slots_[track.slot].placed();
+  }
+  /// The track in this slot shows something else: the object waits in the slot of `waiting`, and a new one begins.
+  void split(const Track& seen, const Track& waiting);
+  /// Which of the unplaced tracks show objects that were lost, which then go on under them: one assignment over all of
+  /// both, by how far each is from where it may be. Call once the other tracks have been observed. Lives until the next
+  /// call.
+  [[nodiscard]] std::span<const ReidentifiedObject> reidentify(std::span<const Track> tracks, const FeatureFrame& frame,
+                                                               LabelView labels, const CameraState& camera);
+  /// Whether an unplaced track may turn out to be an object that left the image.
   [[nodiscard]] bool may_be_lost_object(const Track& track, const CameraState& camera) const;
   /// Pose of this frame; false if the track has passed to another object.
   [[nodiscard]] bool observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera,
@@ -77,12 +84,11 @@ class ObjectSet {
   [[nodiscard]] const TrackCounters& counters() const noexcept { return counters_; }
 
  private:
-  explicit ObjectSet(std::vector<ObjectState> slots) : slots_(std::move(slots)) {}
-  /// The lost object that a track seen at `position_m`, if stereo tells, fits best; null without any.
-  [[nodiscard]] ObjectState* find_lost(const ObjectState& candidate, const Track& track,
-                                       const std::optional<Eigen::Vector3d>& position_m, const CameraState& camera);
-
+  ObjectSet(std::vector<ObjectState> slots, Arena& arena)
+      : slots_(std::move(slots)), reidentified_(arena, slots_.size()) {}
   std::vector<ObjectState> slots_;
+  tracking::AffinityMatrix affinity_;  ///< Lost object by new track, both by slot.
+  FixedVector<ReidentifiedObject> reidentified_;
   TrackCounters counters_;
   std::uint32_t newest_track_id_ = 0;
 };

@@ -12,12 +12,12 @@
 #include "kinetrace/core/feature_frame.hpp"
 #include "kinetrace/core/frame_result.hpp"
 #include "kinetrace/core/track_frame.hpp"
+#include "kinetrace/objects/motion_filter.hpp"
 #include "kinetrace/pipeline/config.hpp"
 #include "kinetrace/sfm/body_reconstruction.hpp"
 #include "kinetrace/tracking/prediction.hpp"
 #include "kinetrace/trajectory/box_estimator.hpp"
 #include "kinetrace/trajectory/object_motion.hpp"
-#include "kinetrace/trajectory/stereo_position_filter.hpp"
 #include "object_recogniser.hpp"
 #include "stereo_observation.hpp"
 #include "trajectory_buffer.hpp"
@@ -27,22 +27,23 @@ namespace kinetrace::pipeline {
 /// A track's object from birth to end. Its frame is fixed at birth: origin at the median of its stereo points, axes
 /// parallel to the world's. Pose source per frame, in this order: own reconstruction (tracked), stereo position
 /// (stereo_only), prediction (propagated).
-// Members stand by meaning; there are a few dozen of these. NOLINTNEXTLINE(clang-analyzer-optin.performance.Padding)
 class ObjectState {
  public:
   [[nodiscard]] static Result<ObjectState> create(const PipelineConfig& config, const StereoGeometry& geometry,
                                                   Arena& arena);
   [[nodiscard]] static std::size_t required_bytes(const PipelineConfig& config);
 
-  [[nodiscard]] bool in_use() const noexcept { return track_.id != 0; }
+  [[nodiscard]] bool in_use() const noexcept { return life_.track.id != 0; }
   /// In use, and its track has not ended with this frame.
-  [[nodiscard]] bool alive() const noexcept { return in_use() && !ended_; }
-  [[nodiscard]] const Track& track() const noexcept { return track_; }
-  [[nodiscard]] bool confirmed() const noexcept { return confirmed_; }
+  [[nodiscard]] bool alive() const noexcept { return in_use() && !life_.ended; }
+  [[nodiscard]] const Track& track() const noexcept { return life_.track; }
+  /// As it was in the frame before.
+  [[nodiscard]] const Track& track_before() const noexcept { return life_.track_before; }
+  [[nodiscard]] bool confirmed() const noexcept { return life_.confirmed; }
   /// Its position has been known at least once.
-  [[nodiscard]] bool placed() const noexcept { return placed_; }
+  [[nodiscard]] bool placed() const noexcept { return life_.placed; }
   /// What the track lies on is not where this object can be: it has passed to another object.
-  [[nodiscard]] bool identity_switched() const noexcept { return identity_switched_; }
+  [[nodiscard]] bool identity_switched() const noexcept { return life_.identity_switched; }
 
   void begin(const Track& track);
   /// Where the object's origin is expected at `timestamp_ns`, the camera of that time given. Unknown before it has a
@@ -53,13 +54,15 @@ class ObjectState {
   /// As end(); the object goes on in another slot, and this one is free once its points have been reported.
   void transfer_identity() {
     end();
-    handed_over_ = true;
+    life_.handed_over = true;
   }
-  [[nodiscard]] bool handed_over() const noexcept { return handed_over_; }
+  /// Its detection shows something else: it waits as this track to be re-identified.
+  void wait_as(const Track& track) noexcept;
+  [[nodiscard]] bool handed_over() const noexcept { return life_.handed_over; }
   /// Where it was has been measured with a calibration that was far off: its path begins anew with the next frame.
   void restart_path() noexcept;
   /// The slot may be given to another track.
-  void release() noexcept { track_ = Track{}; }
+  void release() noexcept { life_.track = Track{}; }
 
   /// Where stereo sees the object of a new track, in the world; nothing without enough features or a camera pose.
   [[nodiscard]] std::optional<Eigen::Vector3d> observed_position(const FeatureFrame& frame, LabelView labels,
@@ -83,8 +86,8 @@ class ObjectState {
                const features::FeatureFrontEnd& front_end);
   /// After conclude(): takes note of what its points look like, now and then.
   void remember(const FeatureFrame& frame, const features::FeatureFrontEnd& front_end) {
-    if (status_ == BodyStatus::kTracked && !pose_ambiguous_) {
-      recogniser_.remember(body_, frame, track_.label(), front_end, interval_ns_);
+    if (life_.status == BodyStatus::kTracked && !life_.pose_ambiguous) {
+      recogniser_.remember(body_, frame, life_.track.label(), front_end, frame_.interval_ns);
     }
   }
   /// After refinement: final newest estimate of this frame.
@@ -103,25 +106,84 @@ class ObjectState {
 
   [[nodiscard]] sfm::BodyReconstruction& body() noexcept { return body_; }
   [[nodiscard]] const sfm::BodyReconstruction& body() const noexcept { return body_; }
-  [[nodiscard]] BodyStatus status() const noexcept { return status_; }
+  [[nodiscard]] BodyStatus status() const noexcept { return life_.status; }
   /// Not seen for so long, or so far outside the image, that there is nothing to report.
   [[nodiscard]] bool is_out_of_view() const noexcept {
-    return track_.area_px == 0 && (status_ == BodyStatus::kLost || !in_view_);
+    return life_.track.area_px == 0 && (life_.status == BodyStatus::kLost || !life_.in_view);
   }
-  [[nodiscard]] FrameChange frame_change() const noexcept { return frame_change_; }
+  [[nodiscard]] FrameChange frame_change() const noexcept { return frame_.change; }
   /// Made in this frame.
-  [[nodiscard]] const std::optional<FrameCorrection>& correction() const noexcept { return correction_; }
+  [[nodiscard]] const std::optional<FrameCorrection>& correction() const noexcept { return frame_.correction; }
   /// True while the body takes part in this frame's refinement.
-  [[nodiscard]] bool reconstructing() const noexcept { return extended_; }
+  [[nodiscard]] bool reconstructing() const noexcept { return frame_.extended; }
 
  private:
   static constexpr float kClearlyVisible = 0.6F;  ///< Where more is hidden, what is seen may well be what hides it.
-  static constexpr std::int64_t kWellKnown_ns = 500'000'000;
+
+  /// What goes on under another track when the object is re-identified, besides its box and its appearance.
+  struct Identity {
+    explicit Identity(const objects::MotionFilter& unstarted) : filter(unstarted) {}
+
+    bool frame_fixed = false;    ///< Its axes and origin have been shown in a reconstruction and never move again.
+    bool reconstructed = false;  ///< Has been tracked by its reconstruction since it was last given up.
+    bool has_moved = false;      ///< Has been found moving.
+    /// Probability, by the path of its reconstruction. Before there is one the object is rather followed as moving: at
+    /// rest, it would lag behind what is seen of it.
+    double moving = 0.95;
+    objects::MotionFilter filter;
+    Se3 T_world_obj;
+    Eigen::Vector3d to_origin_m = Eigen::Vector3d::Zero();  ///< From the middle of what is seen, object axes.
+    /// Point whose path is followed, object frame: the middle of the points. Their errors of rotation move it least.
+    Eigen::Vector3d reference_m = Eigen::Vector3d::Zero();
+    double area_m2 = 0.0;  ///< Of its mask, across the line of sight, as large as it has lately been.
+    double width_m = 0.0;  ///< Across the line of sight, when last seen whole.
+  };
+
+  /// What belongs to the track in this slot. Counts are of fits, each of which is another chance; the rest are times.
+  struct Life {
+    Track track;
+    Track track_before;
+    bool confirmed = false;
+    bool ended = false;
+    bool handed_over = false;
+    bool identity_switched = false;
+    bool placed = false;  ///< Its place has been known since birth.
+    bool in_view = true;  ///< Where it is expected lies in the image.
+    BodyStatus status = BodyStatus::kInitializing;
+    int frames = 0;
+    std::int64_t timestamp_ns = 0;
+    std::int64_t matched_timestamp_ns = 0;  ///< When a detection last showed it.
+    bool provisional = false;               ///< Detected again after a break, before stereo has confirmed it.
+    DwellTime matched_run;                  ///< Without a break in which detections showed it.
+    DwellTime predicted;                    ///< Without a break.
+    int rejections = 0;                     ///< Implausible stereo positions in a row.
+    int failed_residuals = 0;               ///< In a row.
+    /// Frames without a pose although points were seen; a frame with one takes half back.
+    double inconsistencies = 0.0;
+    bool pose_ambiguous = false;  ///< Its frame has been guessed on its return.
+    int ambiguous_frames = 0;     ///< Tracked since then: frames to be corrected once it is known.
+    DwellTime ambiguous_time;     ///< The same as a time.
+    Se3 T_obj_cam;
+    Matrix6d covariance = Matrix6d::Zero();                 ///< As ObjectResult::covariance.
+    Eigen::Vector3d last_seen_m = Eigen::Vector3d::Zero();  ///< Its middle when a detection last showed it.
+    std::optional<Eigen::Vector3d> direction_world;         ///< From the camera, while it has no place.
+  };
+
+  /// What belongs to this frame.
+  struct Frame {
+    bool extended = false;
+    FrameChange change = FrameChange::kNone;
+    std::optional<FrameCorrection> correction;
+    int observed_features = 0;  ///< By stereo.
+    float visible_fraction = 1.F;
+    std::int64_t interval_ns = kUsualInterval_ns;
+    double interval_s = 0.0;  ///< Since the frame before; 0 in the first one.
+  };
 
   ObjectState(const PipelineConfig& config, const StereoGeometry& geometry, sfm::BodyReconstruction body, Arena& arena);
 
   [[nodiscard]] StereoObservation observe_stereo(const FeatureFrame& frame, LabelView labels) const {
-    return pipeline::observe_stereo(frame, labels, track_.label(), min_disparity_px_);
+    return pipeline::observe_stereo(frame, labels, life_.track.label(), min_disparity_px_);
   }
   /// Where features happen to lie on something that bends and swings says little about where it is: its head and the
   /// middle of its outline stay where they are. Depth remains that of the features. What the image's border cuts off is
@@ -129,44 +191,40 @@ class ObjectState {
   void observe_by_outline(LabelView labels, const CameraState& camera, StereoObservation& observation) const;
   /// A class vote that changes later does not undo a reconstruction that works.
   [[nodiscard]] bool rigid() const noexcept {
-    return config_.rigid_pedestrians || body_.active() || track_.class_id != kPedestrianClass;
+    return config_.rigid_pedestrians || body_.active() || life_.track.class_id != kPedestrianClass;
   }
   /// Much of the object is outside the image or behind something: the middle of what is left of it says little about
   /// the whole, and may be what hides it.
   [[nodiscard]] bool half_hidden() const noexcept { return cut_off() || mostly_occluded(); }
+  /// By the image's border.
+  [[nodiscard]] bool cut_off() const noexcept {
+    return life_.track.box_px.x0 <= 1 || life_.track.box_px.x1 >= geometry_.width_px - 1;
+  }
+  [[nodiscard]] bool mostly_occluded() const noexcept {
+    return std::min(life_.track.visible_part, frame_.visible_fraction) < kClearlyVisible;
+  }
   /// From the nearest point of its box to `observed_m`, were the middle of what has been seen of it at `about_m`.
   /// Another end of it may come into sight than the one that went.
   [[nodiscard]] Eigen::Vector3d off_body(const Eigen::Vector3d& observed_m, const Eigen::Vector3d& about_m) const;
-  /// By the image's border.
-  [[nodiscard]] bool cut_off() const noexcept {
-    return track_.box_px.x0 <= 1 || track_.box_px.x1 >= geometry_.width_px - 1;
-  }
-  [[nodiscard]] bool mostly_occluded() const noexcept {
-    return std::min(track_.visible_part, visible_fraction_) < kClearlyVisible;
-  }
-  /// What stands in front of it need not be an object: how much of the area that it has lately shown is seen now.
   /// The track as it is now, and the time since the frame before.
   void begin_frame(const Track& track, std::int64_t timestamp_ns, const CameraState& camera);
+  /// What stands in front of it need not be an object: how much of the area that it has lately shown is seen now.
   void measure_visible_fraction(const CameraState& camera);
   /// A track of its class that was born after it was last detected, longer than `missed_ns` ago.
   [[nodiscard]] bool is_reid_candidate(const Track& redetected, std::int64_t missed_ns) const noexcept;
-  [[nodiscard]] bool shows_no_motion() const noexcept;
-  /// Its reconstruction has lasted: how it moves is known well enough to go on without seeing it.
-  [[nodiscard]] bool well_known() const noexcept { return tracked_.exceeds(kWellKnown_ns) && known_motion_; }
-  /// The reconstruction has not fitted for so long that its points must be wrong.
-  [[nodiscard]] bool fails_residual_check(const CameraState& camera);
   /// Of something too far away for stereo: where it was last seen, if only the camera turns.
   [[nodiscard]] tracking::ObjectPrediction predict_direction(const Se3& T_world_cam) const;
   void note_direction(const CameraState& camera);
   [[nodiscard]] bool place(const StereoObservation& observation, const CameraState& camera);
+
+  // Its pose by its reconstruction.
   [[nodiscard]] bool locate(const FeatureFrame& frame, const CameraState& camera);
   [[nodiscard]] bool find_pose(const FeatureFrame& frame, const CameraState& camera);
   void count_inconsistency(bool found) noexcept;
-  /// Where the object is expected now if it goes on as it went, and how far it may be off: a vehicle's acceleration
-  /// since its velocity was measured. Nothing before it has shown how it moves.
+  /// The reconstruction has not fitted for so long that its points must be wrong.
+  [[nodiscard]] bool fails_residual_check(const CameraState& camera);
+  /// Where the filter expects it. Nothing before its path has shown how it moves.
   [[nodiscard]] std::optional<sfm::BodyReconstruction::Expectation> expected_pose(const CameraState& camera) const;
-  /// The middle of what has been seen of it, in the world.
-  [[nodiscard]] Eigen::Vector3d middle_m() const { return T_world_obj_ * -stereo_offset_m_; }
   /// Nearly all known points agree with the pose found, and they are many.
   [[nodiscard]] bool has_inlier_consensus() const;
   /// Whether the object can have come from where it was to where the reconstruction sees it now.
@@ -178,37 +236,54 @@ class ObjectState {
                   const features::FeatureFrontEnd& front_end);
   /// Its frame has been guessed on its return; true once it is known for sure.
   void resolve_pose(const CameraState& camera, const features::FeatureFrontEnd& front_end);
+  void compose_newest(const CameraState& camera);
+
+  // Its pose without one.
+  void follow(const StereoObservation& observation, const CameraState& camera);
+  /// What stereo has shown of its place.
+  enum class Fix : std::uint8_t {
+    kNone,
+    kForeseen,  ///< It is where it was expected, which is known better than from what is seen of it.
+    kStereo,
+  };
+  /// Measurements of this frame, as surely as they tell.
+  Fix measure(const StereoObservation& observation, const CameraState& camera);
+  /// Nothing where stereo contradicts the path: what is seen may be something else, and so may what its features do.
+  std::optional<Fix> measure_place(const StereoObservation& observation, const CameraState& camera);
+  void measure_motion(const StereoObservation& observation, const CameraState& camera);
+  /// Of what is half hidden, the middle of what is seen lies where its box is expected: nothing new.
+  [[nodiscard]] bool lies_on_body(const StereoObservation& observation, const CameraState& camera) const;
+  /// Of what is half hidden, the middle of what is seen may be anywhere on it, as it may where that does not fit: only
+  /// how far it lies outside its box says that it is elsewhere.
+  [[nodiscard]] objects::StereoPosition stereo_position(const StereoObservation& observation,
+                                                        const CameraState& camera) const;
+  [[nodiscard]] objects::Bearing mask_bearing() const;
+  /// Where it is seen now, it cannot be: its mask has passed to something else, or was on something else before.
+  void give_up_path(const objects::StereoPosition& seen, const CameraState& camera);
+  void count_prediction(Fix fix) noexcept;
+  /// How far the middle of what is seen may lie from where it was: over the surface, and by what is hidden.
+  [[nodiscard]] double extent_sigma_m(double depth_m) const;
+  [[nodiscard]] double depth_sigma_m(double depth_m) const;
+
+  // How it moves.
+  /// The filter goes on from this pose and velocity (body axes), which its path has shown.
+  void start_filter(const Se3& T_world_obj, const Vector6d& velocity) noexcept;
+  /// Moving or at rest, by the velocity that its path shows.
+  void weigh_motion() noexcept;
   /// Velocity of another point of the object than that whose path is followed, world frame.
   [[nodiscard]] static Eigen::Vector3d velocity_at(const trajectory::MotionEstimate& motion,
                                                    const Eigen::Vector3d& arm_world_m);
-  void start_filter();
-  /// Goes on as it last went. `observed`: stereo sees it there, if not enough of it to say where it is.
-  void coast(bool observed);
-  /// (u, v, disparity) to follow. Of what is half hidden, the middle of what is seen may be anywhere on it: only how
-  /// far that lies outside its box says that it is elsewhere.
-  [[nodiscard]] Eigen::Vector3d part_seen(const StereoObservation& observation, const CameraState& camera) const;
-  /// What stereo sees lies on or near the box of this object.
-  [[nodiscard]] bool lies_on_it(const StereoObservation& observation, const CameraState& camera) const;
-  /// There is a known motion, and the object was not at rest.
-  [[nodiscard]] bool keeps_motion() const noexcept;
-  /// Where it is now if it went on as it is known to.
-  [[nodiscard]] Se3 coasted_pose() const;
-  /// Stereo sees many points far from there.
-  [[nodiscard]] bool seen_elsewhere(const StereoObservation& observation, const CameraState& camera) const;
-  [[nodiscard]] double depth_sigma_m(double depth_m) const;
-  /// How far off that may be by now.
-  [[nodiscard]] double coasting_sigma_m() const;
-  void set_covariance(double rotation_rad2, const Eigen::Matrix3d& position_m2) noexcept;
-  void count_prediction(bool seen) noexcept;
-  void follow_without_body(const StereoObservation& observation, const CameraState& camera);
-  void compose_newest(const CameraState& camera);
-  /// How far the middle of what is seen may lie from where it was: over the surface, and by what is hidden.
-  [[nodiscard]] double extent_sigma_m(double depth_m) const;
+  /// The middle of what has been seen of it, in the world.
+  [[nodiscard]] Eigen::Vector3d middle_m() const { return identity_.T_world_obj * -identity_.to_origin_m; }
   /// See trajectory::MotionSample::drift.
   [[nodiscard]] Eigen::Matrix3d position_correlated_covariance() const;
   /// See trajectory::MotionSample.
   [[nodiscard]] Eigen::Matrix3d covariance_per_disparity(const CameraState& camera) const;
   void push_motion(const CameraState& camera);
+  /// Of Identity::reference_m, in the world.
+  [[nodiscard]] Eigen::Matrix3d reference_covariance(const Se3& T_world_obj, const Matrix6d& covariance) const;
+
+  // Its box.
   /// Where it heads in the world, if it moves.
   [[nodiscard]] std::optional<trajectory::Heading> heading(const Eigen::Vector3d& down) const;
   /// Of its mask, if a detection shows it.
@@ -217,76 +292,23 @@ class ObjectState {
   void follow_middle();
   /// Of its box in a kept result: that of the box on the object, and that of the object's pose.
   [[nodiscard]] Box3Sigma box_sigma(const ObjectResult& result) const;
-  /// Of reference_m_, in the world.
-  [[nodiscard]] Eigen::Matrix3d reference_covariance(const Se3& T_world_obj, const Matrix6d& covariance) const;
 
   ObjectConfig config_;
   std::int64_t lost_after_ns_;
   double surface_sigma_m_;
   int min_points_;
   double min_disparity_px_;
-  StereoGeometry geometry_;
-  Track track_;
-  bool confirmed_ = false;
-  bool ended_ = false;
-  bool extended_ = false;
-  bool in_view_ = true;  ///< Where it is expected lies in the image.
-  bool identity_switched_ = false;
-  bool handed_over_ = false;
-  bool placed_ = false;       ///< T_world_obj_ has been set since birth.
-  bool frame_fixed_ = false;  ///< Its axes and origin have been shown in a reconstruction and never move again.
-  FrameChange frame_change_ = FrameChange::kNone;  ///< In this frame.
-  bool path_restarts_ = false;                     ///< With the next frame.
-  std::optional<FrameCorrection> correction_;
-  bool reconstructed_ = false;  ///< Has been tracked by its reconstruction since birth.
-  double unseen_s_ = 0.0;
-  int failed_residual_frames_ = 0;  ///< In a row: each is a new fit, so they are counted.
-  double inconsistency_count_ =
-      0.0;                     ///< Frames without a pose although points were seen; a frame with one takes half back.
-  bool has_moved_ = false;     ///< Has been found moving since birth.
-  int observed_features_ = 0;  ///< By stereo, in this frame.
-  DwellTime tracked_;          ///< By its reconstruction, since birth.
-  DwellTime tracked_run_;      ///< Without a break in which its reconstruction was found, now or last.
-  bool rested_ = false;        ///< Before that run.
-  DwellTime predicted_;        ///< Without a break.
-  BodyStatus status_ = BodyStatus::kInitializing;
-  sfm::BodyReconstruction body_;
-  /// From the smoothed path, at previous_timestamp_ns_.
-  struct KnownMotion {
-    Se3 T_world_obj;
-    Vector6d velocity = Vector6d::Zero();
-    bool moving = false;
-  };
-  std::optional<KnownMotion> known_motion_;
-  double turn_radps2_;
   double turn_rate_radps_;
-  double acceleration_mps2_;
+  std::size_t velocity_window_frames_;
+  StereoGeometry geometry_;
+  Identity identity_;
+  Life life_;
+  Frame frame_;
+  bool path_restarts_ = false;  ///< With the next frame.
+  sfm::BodyReconstruction body_;
   trajectory::ObjectMotion motion_;
-  trajectory::StereoPositionFilter filter_;
   trajectory::BoxEstimator box_;
-  /// Point whose path is followed, object frame: the middle of the points. Their errors of rotation move it least.
-  Eigen::Vector3d reference_m_ = Eigen::Vector3d::Zero();
-  Se3 T_world_obj_;
-  Se3 T_obj_cam_;
-  Matrix6d covariance_ = Matrix6d::Zero();                     ///< As ObjectResult::covariance.
-  Eigen::Vector3d stereo_offset_m_ = Eigen::Vector3d::Zero();  ///< Object origin minus stereo position, object axes.
-  Eigen::Vector3d last_seen_m_ = Eigen::Vector3d::Zero();      ///< Its stereo position when a detection last showed it.
-  std::optional<Eigen::Vector3d> direction_world_;             ///< From the camera, while it has no place.
   ObjectRecogniser recogniser_;
-  DwellTime matched_run_;        ///< Without a break in which detections showed it.
-  bool pose_ambiguous_ = false;  ///< Its frame has been guessed on its return.
-  int ambiguous_frames_ = 0;     ///< Tracked since then: frames to be corrected once it is known.
-  DwellTime uncertain_time_;     ///< The same as a time.
-  double area_m2_ = 0.0;         ///< Of its mask, across the line of sight, as large as it has lately been.
-  float visible_fraction_ = 1.F;
-  double width_m_ = 0.0;           ///< Across the line of sight, when last seen whole.
-  std::int64_t timestamp_ns_ = 0;  ///< 0 before the first frame.
-  bool observed_ = false;          ///< Since birth.
-  std::int64_t interval_ns_ = kUsualInterval_ns;
-  double interval_s_ = 0.0;                 ///< Since the frame before; 0 in the first one.
-  std::int64_t known_timestamp_ns_ = 0;     ///< When its pose was last known for sure, in a reconstruction.
-  std::int64_t matched_timestamp_ns_ = 0;   ///< When a detection last confirmed where it is.
-  std::int64_t previous_timestamp_ns_ = 0;  ///< Of the last pose in motion_.
 };
 
 }  // namespace kinetrace::pipeline

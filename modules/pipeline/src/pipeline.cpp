@@ -70,6 +70,11 @@ struct Pipeline::Impl {
                                    std::int64_t timestamp_ns, StageObserver* observer);
   Result<FeatureFrame> replenish(const TrackFrame& tracks, StageObserver* observer);
   void reconstruct(const FeatureFrame& frame, const TrackFrame& tracks, StageObserver* observer);
+  /// The track in this slot has been detected where its object cannot be.
+  void split(std::uint8_t slot);
+  /// The slots of these tracks, as scratch.slots.
+  template <typename Which>
+  void list_slots(const Which& which);
   Status refine(const FeatureFrame& frame, StageObserver* observer);
   void conclude(const RectifiedPair& pair, const TrackFrame& tracks, StageObserver* observer);
   /// In this frame.
@@ -270,25 +275,52 @@ Result<FeatureFrame> Pipeline::Impl::replenish(const TrackFrame& tracks, StageOb
   return frame;
 }
 
-// The tracker is reported what becomes of a track's identity before the object is observed under it.
+// What is known of identities by now: a track that shows something else is split, new ones may be objects that were
+// lost.
 void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tracks, StageObserver* observer) {
   const StageScope stage(observer, Stage::kSfm);
   camera.extend(frame);
   const CameraState now = camera_now();
-  for (std::size_t i = 0; i < tracker.tracks().size(); ++i) {
-    Track track = tracker.tracks()[i];
-    if (const auto lost = objects.reidentify(track, frame, tracks.left_labels, now)) {
-      tracker.merge_tracks(lost->earlier_slot, track.slot);
-      results.move_slot(lost->track_id, track.slot);
-      track = tracker.track_in(track.slot);
-      --i;  // It has taken the place of the earlier track, which came before.
+  const auto observe = [&](std::uint8_t slot) {
+    return objects.observe(tracker.track_in(slot), frame, tracks.left_labels, now, front_end);
+  };
+  list_slots([&](const Track& track) { return !objects.is_unplaced(track); });
+  for (const std::uint8_t slot : scratch.slots) {
+    if (!observe(slot)) {
+      split(slot);
     }
-    if (objects.may_be_lost_object(track, now)) {
-      tracker.defer_confirmation(track.slot);
-      track = tracker.track_in(track.slot);
+  }
+  list_slots([&](const Track& track) { return objects.is_unplaced(track); });
+  for (const ReidentifiedObject& found : objects.reidentify(tracker.tracks(), frame, tracks.left_labels, now)) {
+    tracker.merge_tracks(found.earlier_slot, found.slot);
+    results.move_slot(found.track_id, found.slot);
+  }
+  for (const std::uint8_t slot : scratch.slots) {
+    if (objects.may_be_lost_object(tracker.track_in(slot), now)) {
+      tracker.defer_confirmation(slot);
     }
-    if (!objects.observe(track, frame, tracks.left_labels, now, front_end)) {
-      tracker.terminate(track.slot);
+    if (!observe(slot)) {
+      tracker.terminate(slot);
+    }
+  }
+}
+
+void Pipeline::Impl::split(std::uint8_t slot) {
+  const Track track = objects.slots()[slot].track_before();
+  if (const std::optional<std::uint8_t> waiting = tracker.split_track(slot, track)) {
+    objects.split(tracker.track_in(slot), tracker.track_in(*waiting));
+    results.move_slot(track.id, *waiting);
+  } else {
+    tracker.terminate(slot);
+  }
+}
+
+template <typename Which>
+void Pipeline::Impl::list_slots(const Which& which) {
+  scratch.slots.clear();
+  for (const Track& track : tracker.tracks()) {
+    if (which(track)) {
+      (void)scratch.slots.push_back(track.slot);  // as many places as slots
     }
   }
 }

@@ -8,7 +8,7 @@
 #include "kinetrace/core/feature_frame.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
-#include "kinetrace/trajectory/stereo_position_filter.hpp"
+#include "kinetrace/objects/measurements.hpp"
 
 namespace kinetrace::pipeline {
 
@@ -16,7 +16,7 @@ struct StereoObservation {
   int features = 0;                                  ///< With a right match; 0: not seen.
   Eigen::Vector3d uvd_px = Eigen::Vector3d::Zero();  ///< Column, row and disparity of the point that stands for it.
   int agreeing = 0;                                  ///< Features about as far away as that point.
-  trajectory::ImageMotion motion;                    ///< Of those of its features that were there in the frame before.
+  objects::ImageMotion motion;                       ///< Of those of its features that were there in the frame before.
 };
 
 /// The medians of the features with this label and at least `min_disparity_px`. `labels`: the masks of the left image.

@@ -123,13 +123,13 @@ void MaskFileSegmenter::load_view(View& view, std::string_view stem) {
   }
 
   view.state = FileState::kUnreadable;
-  const Result<imaging::ImageInfo> info = imaging::read_image_info(path_.data());
+  const InPlaceResult<imaging::ImageInfo> info = imaging::read_image_info(path_.data());
   if (!info) {
     warnings_.add({info.error().message});
     return;
   }
   view.encoding = info->bit_depth == 16 ? MaskEncoding::kMots : MaskEncoding::kInstance;
-  if (const Status read = reader_->read_gray16(path_.data(), view.values); !read) {
+  if (const InPlaceStatus read = reader_->read_gray16(path_.data(), view.values); !read) {
     warnings_.add({read.error().message});
     return;
   }

@@ -36,6 +36,19 @@ BoxPrediction surely_at(const PixelBox& box, const Eigen::Vector2d& shift_px = E
   return there;
 }
 
+/// Of the object: predicted, or as it was last seen.
+struct ExpectedDisparity {
+  double mean_px = 0.0;  ///< 0: not known.
+  double sigma_px = 0.0;
+};
+
+ExpectedDisparity expected_disparity(const TrackInstance& instance) {
+  if (instance.prediction.disparity_px > 0.0) {
+    return {instance.prediction.disparity_px, instance.prediction.disparity_sigma_px};
+  }
+  return {instance.disparity.known ? double{instance.disparity.mean_px} : 0.0, 0.0};
+}
+
 }  // namespace
 
 void StereoTracker::count_votes(LabelView detections, std::span<const Feature> features) noexcept {
@@ -115,9 +128,10 @@ double StereoTracker::evidence(const TrackInstance& instance, const Detection& d
                                std::size_t samples) const noexcept {
   const FeatureVotes& votes = instance.votes_of_features;
   const bool followed = !instance.missed.exceeds(kForeignAfter_ns);
+  const ExpectedDisparity expected = expected_disparity(instance);
   return place_evidence(instance, detection) +
          (followed ? feature_evidence(votes.on_label[detection.label], votes.total) : 0.0) +
-         (instance.disparity.known ? disparity_evidence(instance.disparity.mean_px, disparity_px, samples) : 0.0) +
+         disparity_evidence(expected.mean_px, expected.sigma_px, disparity_px, samples) +
          (classes_agree(instance.track.class_id, detection.class_id) ? 0.0 : kOtherClassEvidence) -
          fragment_evidence(part_on_others(instance, detection));
 }

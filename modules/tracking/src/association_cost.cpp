@@ -150,11 +150,11 @@ double feature_evidence(int on_it, int total) {
                    (total - on_it) * std::log((1.0 - kStaysOnObject) / (1.0 - kLiesOnOther)));
 }
 
-double disparity_evidence(double object_px, double detection_px, std::size_t features) {
+double disparity_evidence(double object_px, double object_sigma_px, double detection_px, std::size_t features) {
   if (object_px <= 0.0 || features == 0) {
     return 0.0;
   }
-  const double sigma_px = std::hypot(kDisparitySigma_px, kDepthExtent * object_px);
+  const double sigma_px = std::hypot(kDisparitySigma_px, kDepthExtent * object_px, object_sigma_px);
   const double sigmas = (detection_px - object_px) / sigma_px;
   const double same = log_normal_peak(sigma_px) - 0.5 * sigmas * sigmas + std::log(kDisparityRange_px);
   const double all_foreign = static_cast<double>(std::min(features, kMaxForeign)) * std::log(kForeignFeature);

@@ -28,9 +28,10 @@ struct BoxPrediction {
 /// object err together, so that many count as a few.
 [[nodiscard]] double feature_evidence(int on_it, int total);
 
-/// Disparities of the object, not known where not positive, and of the detection, the median over so many features. The
-/// fewer they are, the likelier all of them lie on something else.
-[[nodiscard]] double disparity_evidence(double object_px, double detection_px, std::size_t features);
+/// Disparities of the object, not known where not positive, with the standard deviation of its prediction, and of the
+/// detection, the median over so many features. The fewer they are, the likelier all of them lie on something else.
+[[nodiscard]] double disparity_evidence(double object_px, double object_sigma_px, double detection_px,
+                                        std::size_t features);
 
 /// For an object of which a part of `visible` can be seen: log of being detected over being missed.
 [[nodiscard]] double detection_evidence(double visible);

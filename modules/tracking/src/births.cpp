@@ -52,39 +52,83 @@ bool StereoTracker::is_duplicate(const DetectionFrame& detections, std::size_t i
   return false;
 }
 
-bool StereoTracker::start_track(const DetectionFrame& detections, std::size_t index) noexcept {
-  const auto free_slot = std::find_if(slots_.begin(), slots_.end(), [](const TrackInstance& instance) {
-    return instance.slot_state == TrackInstance::Slot::kFree;
-  });
-  if (free_slot == slots_.end() || alive() >= most_tracks_) {
-    return false;
-  }
-  const Detection& detection = detections.left[index];
-  TrackInstance& instance = *free_slot;
+TrackInstance* StereoTracker::free_instance() noexcept {
+  const auto found = std::find_if(slots_.begin(), slots_.end(),
+                                  [](const TrackInstance& instance) { return instance.life == LifeState::kFree; });
+  return found == slots_.end() || alive() >= most_tracks_ ? nullptr : found;
+}
+
+void StereoTracker::be_born(TrackInstance& instance, std::uint16_t class_id) noexcept {
+  const auto slot = static_cast<std::uint8_t>(&instance - slots_.begin());
   const ReferenceMask mask = instance.mask;
+  const PixelBox box_px = instance.track.box_px;
+  const int area_px = instance.track.area_px;
+  const int detection = instance.detection;
   instance = {};
   instance.mask = mask;
-  instance.slot_state = TrackInstance::Slot::kAlive;
-  const std::uint64_t own_bit = std::uint64_t{1} << static_cast<unsigned>(free_slot - slots_.begin());
+  instance.detection = detection;
+  instance.life = config_.confirm_frames == 1 ? LifeState::kConfirmed : LifeState::kTentative;
   for (TrackInstance& other : slots_) {
-    other.in_front &= ~own_bit;
+    other.in_front &= ~(std::uint64_t{1} << slot);
   }
   instance.track.id = next_id_++;
-  instance.track.slot = static_cast<std::uint8_t>(free_slot - slots_.begin());
-  instance.detection = static_cast<int>(index);
-  owner_[index] = instance.track.slot;
+  instance.track.slot = slot;
+  instance.track.state = track_state(instance.life);
+  instance.track.box_px = box_px;
+  instance.track.area_px = area_px;
   instance.matched_frames = 1;
   instance.matched_timestamp_ns = timestamp_ns_;
   instance.age.add_frame(interval_ns_);
   instance.track.age_ns = instance.age.ns();
-  instance.votes.add(detection.class_id);
+  instance.votes.add(class_id);
   instance.track.class_id = instance.votes.winner();
   ++counters_.born;
-  if (config_.confirm_frames == 1) {
-    instance.track.state = TrackState::kConfirmed;
-    ++counters_.confirmed;
+  counters_.confirmed += instance.tentative() ? 0U : 1U;
+}
+
+bool StereoTracker::start_track(const DetectionFrame& detections, std::size_t index) noexcept {
+  TrackInstance* const instance = free_instance();
+  if (instance == nullptr) {
+    return false;
   }
+  instance->detection = static_cast<int>(index);
+  be_born(*instance, detections.left[index].class_id);
+  owner_[index] = instance->track.slot;
   return true;
+}
+
+std::optional<std::uint8_t> StereoTracker::split_track(std::uint8_t slot, const Track& before) noexcept {
+  TrackInstance* const waiting = free_instance();
+  if (waiting == nullptr) {
+    return std::nullopt;
+  }
+  TrackInstance& seen = slots_[slot];
+  const std::uint16_t class_id = seen.track.class_id;
+  const ReferenceMask empty = waiting->mask;
+  *waiting = seen;
+  waiting->mask = empty;
+  waiting->mask.capture(left_, {}, [](std::uint8_t, int, int) { return false; });
+  waiting->life = LifeState::kDormant;
+  waiting->detection = -1;
+  --waiting->matched_frames;
+  const std::int64_t missed_ns = before.missed_ns + interval_ns_;
+  waiting->missed = {};
+  waiting->missed.add_frame(2 * missed_ns);  // the first frame counts half
+  waiting->matched_timestamp_ns = timestamp_ns_ - missed_ns;
+  waiting->track = before;
+  waiting->track.slot = static_cast<std::uint8_t>(waiting - slots_.begin());
+  waiting->track.state = track_state(waiting->life);
+  ++waiting->track.missed_frames;
+  waiting->track.missed_ns = missed_ns;
+  waiting->track.box_px = {};
+  waiting->track.area_px = 0;
+  be_born(seen, class_id);
+  const auto published =
+      std::find_if(published_.begin(), published_.end(), [slot](const Track& track) { return track.slot == slot; });
+  *published = seen.track;
+  (void)published_.push_back(waiting->track);  // as many places as slots
+  sort_published();
+  return waiting->track.slot;
 }
 
 int StereoTracker::alive() const noexcept {
@@ -109,16 +153,15 @@ void StereoTracker::evict_track(int for_area_px) noexcept {
   TrackInstance* victim = nullptr;
   TrackInstance* smallest = nullptr;
   const auto rank = [](const TrackInstance& instance) {  // tentative before confirmed, then the longest unseen
-    return (instance.track.state == TrackState::kTentative ? 1 << 16 : 0) + instance.track.missed_frames;
+    return (instance.tentative() ? 1 << 16 : 0) + instance.track.missed_frames;
   };
   for (TrackInstance& instance : slots_) {
-    const bool tentative = instance.track.state == TrackState::kTentative;
     const bool born_now = instance.track.age_frames == 0;
     if (instance.alive() && !born_now && (smallest == nullptr || instance.track.area_px < smallest->track.area_px)) {
       smallest = &instance;
     }
     if (!instance.alive() || instance.detection >= 0 ||
-        (!tentative && !instance.missed.exceeds(limits_.missed_ns / 2))) {
+        (!instance.tentative() && !instance.missed.exceeds(limits_.missed_ns / 2))) {
       continue;
     }
     if (victim == nullptr || rank(instance) > rank(*victim)) {

@@ -43,13 +43,6 @@ ObjectPrediction direction_of(const PixelBox& box) noexcept {
           .direction_only = true};
 }
 
-TrackState state_of(const TrackInstance& instance, const TrackerConfig& config) noexcept {
-  if (instance.matched_frames < config.confirm_frames && instance.track.state == TrackState::kTentative) {
-    return TrackState::kTentative;
-  }
-  return instance.detection >= 0 ? TrackState::kConfirmed : TrackState::kPropagated;
-}
-
 }  // namespace
 
 void StereoTracker::carve(const TrackerConfig& config, int width_px, int height_px, Arena& arena,
@@ -108,7 +101,7 @@ Result<StereoTracker> StereoTracker::create(const TrackerConfig& config, int wid
 
 void StereoTracker::reset() noexcept {
   for (TrackInstance& instance : slots_) {
-    instance.slot_state = TrackInstance::Slot::kFree;
+    instance.life = LifeState::kFree;
   }
   published_.clear();
   ended_.clear();
@@ -157,10 +150,10 @@ void StereoTracker::begin_frame(std::int64_t timestamp_ns) noexcept {
   started_ = true;
   ended_.clear();
   for (TrackInstance& instance : slots_) {
-    if (instance.slot_state == TrackInstance::Slot::kEnded) {
-      instance.slot_state = TrackInstance::Slot::kFree;
-    } else if (instance.alive() && instance.terminated) {
-      end(instance);
+    if (instance.life == LifeState::kEnded) {
+      instance.life = LifeState::kFree;
+    } else if (instance.terminated) {
+      advance(instance, {.terminated = true});
     }
   }
   prune_to_capacity();
@@ -176,13 +169,14 @@ void StereoTracker::merge_tracks(std::uint8_t earlier, std::uint8_t redetected) 
   TrackInstance& from = slots_[earlier];
   TrackInstance& to = slots_[redetected];
   to.track.id = from.track.id;
-  to.track.state = from.track.state == TrackState::kTentative ? to.track.state : TrackState::kConfirmed;
+  to.life = from.tentative() ? to.life : LifeState::kConfirmed;
+  to.track.state = track_state(to.life);
   to.track.age_frames = from.track.age_frames;
   to.track.age_ns = from.track.age_ns;
   to.age = from.age;
   to.matched_frames += from.matched_frames;
   to.votes = from.votes;
-  from.slot_state = TrackInstance::Slot::kFree;
+  from.life = LifeState::kFree;
   LabelTable without_earlier;
   std::iota(without_earlier.begin(), without_earlier.end(), std::uint8_t{0});
   without_earlier[from.track.label()] = kBackgroundLabel;
@@ -209,9 +203,7 @@ void StereoTracker::accept_match(TrackInstance& instance, const Detection& detec
   instance.missed_in_sight.reset();
   instance.votes.add(detection.class_id);
   instance.track.class_id = instance.votes.winner();
-  const bool was_tentative = instance.track.state == TrackState::kTentative;
-  instance.track.state = state_of(instance, config_);
-  counters_.confirmed += was_tentative && instance.track.state == TrackState::kConfirmed ? 1U : 0U;
+  advance(instance, {.detected = true, .often_detected = instance.matched_frames >= config_.confirm_frames});
   if (!instance.motion_from_flow) {
     learn_motion(instance, detection);
   }
@@ -242,25 +234,35 @@ void StereoTracker::learn_motion(TrackInstance& instance, const Detection& detec
 }
 
 void StereoTracker::accept_miss(TrackInstance& instance, bool was_looked_for) noexcept {
-  Track& track = instance.track;
-  ++track.missed_frames;
+  ++instance.track.missed_frames;
   instance.missed.add_frame(interval_ns_);
-  track.missed_ns = instance.missed.ns();
-  const bool tentative = track.state == TrackState::kTentative;
-  if (tentative && was_looked_for) {
+  instance.track.missed_ns = instance.missed.ns();
+  LifeEvidence evidence;
+  evidence.placed = !instance.tentative() && instance.prediction.known;
+  evidence.in_plain_sight = !evidence.placed || !is_out_of_view(instance);
+  if (instance.tentative() && was_looked_for) {
     instance.tentative_missed.add_frame(interval_ns_);
   }
-  track.state = state_of(instance, config_);
-  const bool placed = !tentative && instance.prediction.known;
-  if (!placed || !is_out_of_view(instance)) {
+  if (evidence.in_plain_sight) {
     instance.missed_in_sight.add_frame(interval_ns_);
   }
-  const bool gone =
-      !placed && (instance.predicted_px < config_.min_area_px || instance.missed.exceeds(limits_.missed_ns));
-  if (instance.missed.exceeds(limits_.unseen_ns + limits_.missed_ns) || gone ||
-      (tentative && instance.tentative_missed.exceeds(limits_.tentative_missed_ns))) {
+  evidence.vanished = instance.predicted_px < config_.min_area_px;
+  evidence.missed = instance.missed.exceeds(limits_.missed_ns);
+  evidence.missed_in_sight = instance.missed_in_sight.exceeds(limits_.missed_ns);
+  evidence.missed_tentative = instance.tentative_missed.exceeds(limits_.tentative_missed_ns);
+  evidence.forgotten = instance.missed.exceeds(limits_.unseen_ns + limits_.missed_ns);
+  advance(instance, evidence);
+}
+
+void StereoTracker::advance(TrackInstance& instance, const LifeEvidence& evidence) noexcept {
+  const LifeState before = instance.life;
+  instance.life = next(before, evidence);
+  if (instance.life == LifeState::kEnded) {
     end(instance);
+    return;
   }
+  instance.track.state = track_state(instance.life);
+  counters_.confirmed += before == LifeState::kTentative && instance.life == LifeState::kConfirmed ? 1U : 0U;
 }
 
 double StereoTracker::part_on(const TrackInstance& instance, const Detection& detection) noexcept {
@@ -274,7 +276,7 @@ bool StereoTracker::is_behind_camera(const TrackInstance& instance) noexcept {
 
 bool StereoTracker::is_assignable(const TrackInstance& instance) const noexcept {
   const bool nearly_outside = instance.track.missed_frames > 0 && instance.mask_part_in_image < kMinPartToClaim;
-  return !nearly_outside && !instance.missed_in_sight.exceeds(limits_.missed_ns);
+  return !nearly_outside && instance.life != LifeState::kDormant;
 }
 
 bool StereoTracker::is_out_of_view(const TrackInstance& instance) const noexcept {
@@ -284,7 +286,7 @@ bool StereoTracker::is_out_of_view(const TrackInstance& instance) const noexcept
 }
 
 void StereoTracker::end(TrackInstance& instance) noexcept {
-  instance.slot_state = TrackInstance::Slot::kEnded;
+  instance.life = LifeState::kEnded;
   (void)ended_.push_back(instance.track);  // as many places as slots, and each ends once
   ++counters_.ended;
 }

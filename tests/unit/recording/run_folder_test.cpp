@@ -126,7 +126,7 @@ TEST(RunFolder, ImagesAreThoseOfTheModelsAndGiveWayToTheNextRun) {
   ASSERT_TRUE(record_all(recording, {.frames = 3, .name_prefix = "left_"}));
   for (int frame = 0; frame < 3; ++frame) {
     const fs::path image = folder.path() / "images" / ("left_" + std::to_string(frame) + "_rectified.png");
-    const auto info = imaging::read_image_info(image.c_str());
+    const Result<imaging::ImageInfo> info = imaging::read_image_info(image.c_str());
     ASSERT_TRUE(info) << info.error().message;
     EXPECT_EQ(info->width, SyntheticRun::kWidth);
     EXPECT_NE(read_text(folder.path() / "colmap/background/images.txt").find(image.filename().string()),

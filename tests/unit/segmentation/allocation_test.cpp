@@ -1,5 +1,9 @@
 // Segmentation never allocates after it was made.
 #include <array>
+#include <filesystem>
+#include <fstream>
+#include <initializer_list>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -63,28 +67,53 @@ TEST(SegmentationAllocations, AreNoneForMotionAndANetworkTogether) {
   expect_no_allocations_while_something_moves(SegmentationMode::kAuto);
 }
 
-TEST(SegmentationAllocations, AreNoneForMaskFilesPresentAndMissing) {
-  test::TempFolder folder;
-  const StereoGeometry geometry = test::street_rig();
-  std::vector<std::uint16_t> pixels(static_cast<std::size_t>(geometry.width_px) *
-                                    static_cast<std::size_t>(geometry.height_px));
-  std::fill_n(pixels.begin(), 5000, std::uint16_t{1001});
-  ASSERT_TRUE(imaging::write_png_gray16(folder.file("0.png").c_str(),
-                                        {pixels.data(), geometry.width_px, geometry.height_px, geometry.width_px})
-                  .has_value());
-  SegmentationConfig config;
-  config.mode = SegmentationMode::kMasks;
-  config.left_dir = folder.path().string();
-  Arena arena(required_bytes(config, geometry, 100));
-  const auto segmenter = make_segmenter(config, geometry, 100, arena).value();
-  for (const char* stem : {"0", "1", "0"}) {
-    SegmentationInput input;
-    input.pair.name = stem;
-    const std::uint64_t before = allocation_counts().own;
-    segmenter->load(input.pair, {});
-    EXPECT_TRUE(segmenter->process(input).has_value());
-    EXPECT_EQ(allocation_counts().own - before, 0U) << stem;
+class MaskFileAllocations : public ::testing::Test {
+ protected:
+  void write(const char* name, std::uint16_t value, int scale = 1) {
+    const std::vector<std::uint16_t> pixels(
+        static_cast<std::size_t>(geometry_.width_px * scale) * static_cast<std::size_t>(geometry_.height_px), value);
+    ASSERT_TRUE(imaging::write_png_gray16(
+        folder_.file(name).c_str(),
+        {pixels.data(), geometry_.width_px * scale, geometry_.height_px, geometry_.width_px * scale}));
   }
+  void expect_none(std::initializer_list<const char*> stems) {
+    ASSERT_TRUE(allocation_counting_available());
+    SegmentationConfig config;
+    config.mode = SegmentationMode::kMasks;
+    config.left_dir = folder_.path().string();
+    Arena arena(required_bytes(config, geometry_, 100));
+    const auto segmenter = make_segmenter(config, geometry_, 100, arena).value();
+    for (const char* stem : stems) {
+      SegmentationInput input;
+      input.pair.name = stem;
+      const std::uint64_t before = allocation_counts().own;
+      segmenter->load(input.pair, {});
+      EXPECT_TRUE(segmenter->process(input).has_value());
+      EXPECT_EQ(allocation_counts().own - before, 0U) << stem;
+    }
+  }
+  test::TempFolder folder_;
+  StereoGeometry geometry_ = test::street_rig();
+};
+
+TEST_F(MaskFileAllocations, AreNoneForThosePresentAndMissing) {
+  write("0.png", 1001);
+  expect_none({"0", "1", "0"});
+}
+
+TEST_F(MaskFileAllocations, AreNoneForThoseThatCannotBeUsed) {
+  write("0.png", 1001);
+  write("cut.png", 1001);
+  std::filesystem::resize_file(folder_.file("cut.png"), 200);
+  write("large.png", 1001, 2);
+  std::ofstream(folder_.file("empty.png"));
+  std::ofstream(folder_.file("text.png")) << "not a picture at all";
+  std::filesystem::create_directory(folder_.file("folder.png"));
+  const std::vector<imaging::Rgb8> colours(static_cast<std::size_t>(geometry_.width_px) *
+                                           static_cast<std::size_t>(geometry_.height_px));
+  ASSERT_TRUE(imaging::write_png_rgb8(folder_.file("colour.png").c_str(),
+                                      {colours.data(), geometry_.width_px, geometry_.height_px, geometry_.width_px}));
+  expect_none({"0", "cut", "large", "empty", "text", "folder", "colour", "0"});
 }
 
 }  // namespace

@@ -82,17 +82,18 @@ TEST(FeatureEvidence, CountsManyFeaturesAsAFew) {
 }
 
 TEST(DisparityEvidence, SpeaksAgainstAnotherDepthAndIsSilentWithoutOne) {
-  EXPECT_EQ(disparity_evidence(0.0, 10.0, 5), 0.0);
-  EXPECT_EQ(disparity_evidence(10.0, 0.0, 0), 0.0);
-  EXPECT_GT(disparity_evidence(10.0, 10.0, 5), 0.0);
-  EXPECT_LT(disparity_evidence(10.0, 14.0, 5), -5.0);
-  EXPECT_NEAR(disparity_evidence(10.0, 9.0, 5), disparity_evidence(10.0, 11.0, 5), 1e-12);
+  EXPECT_EQ(disparity_evidence(0.0, 0.0, 10.0, 5), 0.0);
+  EXPECT_EQ(disparity_evidence(10.0, 0.0, 0.0, 0), 0.0);
+  EXPECT_GT(disparity_evidence(10.0, 0.0, 10.0, 5), 0.0);
+  EXPECT_LT(disparity_evidence(10.0, 0.0, 14.0, 5), -5.0);
+  EXPECT_GT(disparity_evidence(10.0, 3.0, 14.0, 5), 0.0) << "where it is now is not known so well";
+  EXPECT_NEAR(disparity_evidence(10.0, 0.0, 9.0, 5), disparity_evidence(10.0, 0.0, 11.0, 5), 1e-12);
 }
 
 TEST(DisparityEvidence, OfFewFeaturesAllMayLieOnSomethingElse) {
-  EXPECT_GT(disparity_evidence(10.0, 40.0, 1), -2.0);
-  EXPECT_GT(disparity_evidence(10.0, 40.0, 1), disparity_evidence(10.0, 40.0, 3));
-  EXPECT_EQ(disparity_evidence(10.0, 40.0, 50), disparity_evidence(10.0, 80.0, 60)) << "and never says all";
+  EXPECT_GT(disparity_evidence(10.0, 0.0, 40.0, 1), -2.0);
+  EXPECT_GT(disparity_evidence(10.0, 0.0, 40.0, 1), disparity_evidence(10.0, 0.0, 40.0, 3));
+  EXPECT_EQ(disparity_evidence(10.0, 0.0, 40.0, 50), disparity_evidence(10.0, 0.0, 80.0, 60)) << "and never says all";
 }
 
 TEST(DetectionEvidence, AMissSpeaksAgainstWhatIsInPlainSightOnly) {

@@ -32,7 +32,7 @@ class RealMasks : public ::testing::TestWithParam<const char*> {
       stems_.push_back(entry.path().stem().string());
     }
     std::sort(stems_.begin(), stems_.end());
-    const auto info = imaging::read_image_info(true_file(stems_.front()).c_str());
+    const Result<imaging::ImageInfo> info = imaging::read_image_info(true_file(stems_.front()).c_str());
     ASSERT_TRUE(info.has_value());
     geometry_.width_px = info->width;
     geometry_.height_px = info->height;

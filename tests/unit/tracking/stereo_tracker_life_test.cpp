@@ -1,4 +1,6 @@
 // Birth, confirmation, propagation, end; ids and slots.
+#include <array>
+#include <optional>
 #include <utility>
 
 #include <gmock/gmock.h>
@@ -350,6 +352,67 @@ TEST(StereoTracker, ReportsADeferredTrackAsTentativeInThatFrameOnly) {
   const TrackFrame& frame = scene.step(std::array{kCar, other});
   EXPECT_EQ(frame.tracks[1].state, TrackState::kConfirmed);
   EXPECT_EQ(scene.tracker().counters().confirmed, 2U) << "once each";
+}
+
+/// Seen, missed, and detected again.
+Track returns_after_a_break(TrackerScene& scene) {
+  for (int i = 0; i < 3; ++i) {
+    scene.step(std::array{kCar});
+  }
+  scene.detected = {false};
+  scene.step(std::array{kCar});
+  scene.step(std::array{kCar});
+  const Track before = scene.frame().tracks[0];
+  scene.detected = {true};
+  scene.step(std::array{kCar});
+  EXPECT_EQ(scene.frame().tracks[0].missed_frames, 0);
+  return before;
+}
+
+TEST(StereoTracker, WaitsWhereItsDetectionShowsSomethingElse) {
+  TrackerScene scene;
+  const Track before = returns_after_a_break(scene);
+  const std::optional<std::uint8_t> waiting = scene.tracker().split_track(before.slot, before);
+  ASSERT_TRUE(waiting.has_value());
+  ASSERT_EQ(scene.tracker().tracks().size(), 2U);
+  const Track& old = scene.tracker().tracks()[0];
+  const Track& born = scene.tracker().tracks()[1];
+  EXPECT_EQ(old.id, 1U);
+  EXPECT_EQ(old.slot, *waiting);
+  EXPECT_EQ(old.state, TrackState::kPropagated);
+  EXPECT_EQ(old.missed_frames, before.missed_frames + 1);
+  EXPECT_EQ(old.area_px, 0);
+  EXPECT_EQ(born.id, 2U);
+  EXPECT_EQ(born.slot, before.slot);
+  EXPECT_EQ(born.state, TrackState::kTentative);
+  EXPECT_GT(scene.left_iou(born, 0), 0.99) << "what is detected is the new one's";
+  EXPECT_EQ(scene.tracker().counters().born, 2U);
+  scene.object_predictions.assign(2, prediction_of(kCar));
+  const TrackFrame& frame = scene.step(std::array{kCar});
+  ASSERT_EQ(frame.tracks.size(), 2U);
+  EXPECT_EQ(frame.tracks[0].missed_frames, before.missed_frames + 2) << "and stays so, wherever it is expected";
+  EXPECT_EQ(frame.tracks[1].missed_frames, 0);
+}
+
+TEST(StereoTracker, IsWholeAgainWhenSplitByMistakeAndJoined) {
+  TrackerScene scene;
+  const Track before = returns_after_a_break(scene);
+  const std::uint8_t waiting = scene.tracker().split_track(before.slot, before).value();
+  scene.tracker().merge_tracks(waiting, before.slot);
+  ASSERT_EQ(scene.tracker().tracks().size(), 1U);
+  EXPECT_EQ(scene.tracker().tracks()[0].id, 1U);
+  EXPECT_EQ(scene.tracker().tracks()[0].state, TrackState::kConfirmed);
+  EXPECT_EQ(scene.step(std::array{kCar}).tracks[0].id, 1U);
+}
+
+TEST(StereoTracker, IsNotSplitWhereNoSlotIsFree) {
+  TrackerConfig config;
+  config.max_objects = 1;
+  TrackerScene scene(config);
+  const Track before = returns_after_a_break(scene);
+  EXPECT_FALSE(scene.tracker().split_track(before.slot, before));
+  ASSERT_EQ(scene.tracker().tracks().size(), 1U);
+  EXPECT_EQ(scene.tracker().tracks()[0].id, 1U);
 }
 
 TEST(StereoTracker, GoesOnUnderTheEarlierIdAfterJoining) {

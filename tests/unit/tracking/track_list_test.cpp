@@ -40,6 +40,7 @@ class RandomScene {
       prediction = {chance(0.7), {uniform(0.0, kWidth), uniform(0.0, kHeight)}, uniform(3.0, 30.0)};
     }
     scene_.tracker().limit(chance(0.1) ? 3 : 8);
+    before_.assign(tracker().tracks().begin(), tracker().tracks().end());
     scene_.step(shapes_);
   }
 
@@ -65,6 +66,20 @@ class RandomScene {
     return joined;
   }
 
+  /// Tracks that are detected again turn out to show something else.
+  int split_some() {
+    int split = 0;
+    for (const Track& before : before_) {
+      const auto now = std::find_if(tracker().tracks().begin(), tracker().tracks().end(),
+                                    [&](const Track& track) { return track.id == before.id; });
+      const bool is_back = now != tracker().tracks().end() && now->missed_frames == 0 && before.missed_frames > 0;
+      if (is_back && chance(0.5)) {
+        split += tracker().split_track(now->slot, before) ? 1 : 0;
+      }
+    }
+    return split;
+  }
+
   [[nodiscard]] StereoTracker& tracker() { return scene_.tracker(); }
   [[nodiscard]] const TrackFrame& frame() const { return scene_.frame(); }
 
@@ -81,6 +96,7 @@ class RandomScene {
   std::mt19937 random_;
   TrackerScene scene_;
   std::array<Shape, kShapes> shapes_;
+  std::vector<Track> before_;
 };
 
 void expect_sound(const StereoTracker& tracker, const TrackFrame& frame) {
@@ -108,14 +124,18 @@ class TrackList : public ::testing::TestWithParam<unsigned> {};
 TEST_P(TrackList, IsAliveSortedAndUniqueInEveryFrame) {
   RandomScene scene(GetParam());
   int joined = 0;
+  int split = 0;
   for (int i = 0; i < kFrames && !HasFailure(); ++i) {
     SCOPED_TRACE(i);
     scene.step();
+    expect_sound(scene.tracker(), scene.frame());
+    split += scene.split_some();
     expect_sound(scene.tracker(), scene.frame());
     joined += scene.join_some();
     expect_sound(scene.tracker(), scene.frame());
   }
   EXPECT_GE(joined, 2);
+  EXPECT_GE(split, 2);
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, TrackList, ::testing::Range(1U, 4U));

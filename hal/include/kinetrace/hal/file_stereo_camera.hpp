@@ -64,13 +64,13 @@ class KINETRACE_API FileStereoCamera final : public StereoCamera {
   explicit FileStereoCamera(Dataset dataset, const FileCameraConfig& config, imaging::ImageReader reader,
                             const Storage& storage);
   static void carve(const Dataset& dataset, Arena& arena, Storage& storage);
-  [[nodiscard]] Status decode(std::size_t place);
+  [[nodiscard]] InPlaceStatus decode(std::size_t place);
   [[nodiscard]] const char* compose_path(const FrameFolder& folder, std::string_view stem);
   [[nodiscard]] StereoFrame deliver(const FrameList::Frame& frame);
   void advance();
   [[nodiscard]] Error end_of_recording() const;
   [[nodiscard]] bool folders_exist() const;
-  void warn(std::string message);
+  void warn(std::string_view message);
   [[nodiscard]] Status require(bool allowed, const char* call) const;
 
   Dataset dataset_;

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "kinetrace/core/detections.hpp"
+#include "temp_folder.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -18,11 +19,11 @@ constexpr const char* kOther =
     "  - {class: other, share: 1.0, length: [1.0, 0.5], height: [1.0, 0.5], width: [1.0, 0.5], shape: box}\n";
 
 Result<SizeTable> read(const std::string& text) {
-  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "kinetrace_sizes.yaml";
+  // Of its own: tests run side by side.
+  const test::TempFolder folder;
+  const std::string path = folder.file("sizes.yaml");
   std::ofstream(path) << text;
-  Result<SizeTable> table = read_size_file(path);
-  std::filesystem::remove(path);
-  return table;
+  return read_size_file(path);
 }
 
 std::string message(const std::string& text) {

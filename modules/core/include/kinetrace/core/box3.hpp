@@ -2,30 +2,20 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <cstddef>
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
+
+#include "kinetrace/core/export.hpp"
 
 namespace kinetrace {
 
 /// Axes of an upright box as columns: x along its length, y down, z across. `down` is of unit length; the smallest
 /// rotation that takes +y there comes after the one by `yaw_rad` about +y.
-[[nodiscard]] inline Eigen::Matrix3d upright_axes(const Eigen::Vector3d& down, double yaw_rad) {
-  const double c = std::cos(yaw_rad);
-  const double s = std::sin(yaw_rad);
-  Eigen::Matrix3d turn;
-  turn << c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c;
-  return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitY(), down).toRotationMatrix() * turn;
-}
+[[nodiscard]] KINETRACE_API Eigen::Matrix3d upright_axes(const Eigen::Vector3d& down, double yaw_rad);
 
 /// The yaw of a direction in the plane that `down` is normal to; see upright_axes.
-[[nodiscard]] inline double upright_yaw(const Eigen::Vector3d& down, const Eigen::Vector3d& direction) {
-  const Eigen::Vector3d level =
-      Eigen::Quaterniond::FromTwoVectors(down, Eigen::Vector3d::UnitY()).toRotationMatrix() * direction;
-  return std::atan2(-level.z(), level.x());
-}
+[[nodiscard]] KINETRACE_API double upright_yaw(const Eigen::Vector3d& down, const Eigen::Vector3d& direction);
 
 /// Oriented box, world frame. It stands on the ground: `down` is that of the ground below it as far as it is known,
 /// else the world's y axis.

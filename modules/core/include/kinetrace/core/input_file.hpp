@@ -8,6 +8,7 @@
 #include <string>
 
 #include "kinetrace/core/export.hpp"
+#include "kinetrace/core/in_place_error.hpp"
 #include "kinetrace/core/result.hpp"
 
 namespace kinetrace {
@@ -15,11 +16,11 @@ namespace kinetrace {
 /// Of what is read whole: more than any file of ours has.
 inline constexpr std::size_t kMaxFileBytes = std::size_t{1} << 31U;
 
-/// An open regular file, closed on destruction. Opening never waits and never allocates unless it fails.
+/// An open regular file, closed on destruction. Opening never waits and never allocates.
 class KINETRACE_API InputFile {
  public:
   /// Errors, naming the file: kNotFound, kIo, kBadFormat (a folder, a named pipe, a socket or a device).
-  [[nodiscard]] static Result<InputFile> open(const char* path);
+  [[nodiscard]] static InPlaceResult<InputFile> open(const char* path);
   /// The whole content of a file. Errors: as open; kBadFormat beyond `max_bytes`, before any memory is taken; kIo.
   [[nodiscard]] static Result<std::string> read_whole(const std::filesystem::path& path,
                                                       std::size_t max_bytes = kMaxFileBytes);

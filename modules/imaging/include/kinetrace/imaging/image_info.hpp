@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "kinetrace/core/export.hpp"
-#include "kinetrace/core/result.hpp"
+#include "kinetrace/core/in_place_error.hpp"
 
 namespace kinetrace::imaging {
 
@@ -25,6 +25,6 @@ struct ImageInfo {
 /// fails. Memory for the pixels may be taken by what it says: a file holds at least a thousandth of them.
 /// Errors: kNotFound, kIo, kBadFormat (no regular file, empty, truncated, more than 16384 pixels wide or high, more
 /// pixels than a file of its length can hold), kUnsupported (another image format).
-[[nodiscard]] KINETRACE_API Result<ImageInfo> read_image_info(const char* path);
+[[nodiscard]] KINETRACE_API InPlaceResult<ImageInfo> read_image_info(const char* path);
 
 }  // namespace kinetrace::imaging

@@ -9,6 +9,7 @@
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/core/export.hpp"
 #include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/in_place_error.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/imaging/image_info.hpp"
 #include "kinetrace/imaging/jpeg_decoder.hpp"
@@ -31,8 +32,8 @@ struct KINETRACE_API ImageReaderConfig {
 };
 
 /// Decodes one file at a time. Memory: `max_file_bytes` for the file and one row of pixels, from the arena; the codecs
-/// allocate their own working memory inside each call (counted as foreign) and release it again. Own code allocates
-/// only to write an error message. One reader serves one thread.
+/// allocate their own working memory inside each call (counted as foreign) and release it again. Own code never
+/// allocates. One reader serves one thread.
 class KINETRACE_API ImageReader {
  public:
   [[nodiscard]] static std::size_t required_bytes(const ImageReaderConfig& config);
@@ -41,26 +42,26 @@ class KINETRACE_API ImageReader {
 
   /// The header of a file that this reader can read. Errors: as read_image_info; kBadFormat (larger than the reader was
   /// made for), naming the file and its size: before memory is taken for its pixels.
-  [[nodiscard]] Result<ImageInfo> inspect(const char* path) const;
+  [[nodiscard]] InPlaceResult<ImageInfo> inspect(const char* path) const;
 
   /// Decodes to 8-bit luminance. `target` must have the size of the image. Colour becomes Rec. 601 luma; 16-bit samples
   /// keep the upper eight of their `sample_bits` lowest bits, and beyond those are white (PGM with another maxval:
   /// scaled to 255); 1, 2 and 4-bit gray is scaled to 0..255; alpha is ignored. On an error the pixels of `target` are
   /// unspecified. Errors, all naming the file: kNotFound, kIo, kBadFormat (empty, truncated, damaged, larger than the
   /// reader was made for), kUnsupported (another format), kInvalidArgument (size differs from the target).
-  [[nodiscard]] Status read_gray(const char* path, MutableGrayView target, int sample_bits = 16);
+  [[nodiscard]] InPlaceStatus read_gray(const char* path, MutableGrayView target, int sample_bits = 16);
 
   /// How many bits the brightest sample of a grey image of 16 bits needs: cameras of 10, 12 and 14 bits are often
   /// written without being scaled, and nothing in the file says so. 16 for all other images, where the file says what
   /// is white. Errors: as read_gray.
-  [[nodiscard]] Result<int> used_bits(const char* path);
+  [[nodiscard]] InPlaceResult<int> used_bits(const char* path);
 
   /// Decodes to 8-bit colour; grey images have three equal samples. Otherwise as read_gray; kUnsupported for PGM.
-  [[nodiscard]] Status read_rgb(const char* path, ImageView<Rgb8> target);
+  [[nodiscard]] InPlaceStatus read_rgb(const char* path, ImageView<Rgb8> target);
 
   /// Decodes a single-channel PNG of 8 or 16 bits, or a PGM, without any scaling: for label images (KITTI MOTS).
   /// Errors: as read_gray; kUnsupported for colour, palettes, fewer than 8 bits and JPEG.
-  [[nodiscard]] Status read_gray16(const char* path, ImageView<std::uint16_t> target);
+  [[nodiscard]] InPlaceStatus read_gray16(const char* path, ImageView<std::uint16_t> target);
 
  private:
   explicit ImageReader(JpegDecoder jpeg) : jpeg_(std::move(jpeg)) {}
@@ -69,9 +70,10 @@ class KINETRACE_API ImageReader {
     std::span<std::uint8_t> row;
   };
   static void carve(const ImageReaderConfig& config, Arena& arena, Storage& storage);
-  [[nodiscard]] Result<ImageInfo> within_limits(const char* path, const ImageInfo& info) const;
+  [[nodiscard]] InPlaceResult<ImageInfo> within_limits(const char* path, const ImageInfo& info) const;
   /// Reads the whole file into the storage and checks its header against the reader's and the target's size.
-  [[nodiscard]] Result<std::span<const std::uint8_t>> load(const char* path, int width, int height, ImageInfo& info);
+  [[nodiscard]] InPlaceResult<std::span<const std::uint8_t>> load(const char* path, int width, int height,
+                                                                  ImageInfo& info);
 
   ImageReaderConfig config_;
   Storage storage_;

@@ -7,6 +7,7 @@
 
 #include "kinetrace/core/export.hpp"
 #include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/in_place_error.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/imaging/rgb8.hpp"
 
@@ -22,14 +23,15 @@ class KINETRACE_API JpegDecoder {
   /// Decodes to 8-bit luminance. `name` begins the messages. A few stray bytes before the end mark, which many cameras
   /// leave there, are no damage. Errors: kBadFormat (no JPEG, truncated, damaged), kInvalidArgument (the image has
   /// another size than `target`). On an error the pixels of `target` are unspecified.
-  [[nodiscard]] Status decode_gray(const char* name, std::span<const std::uint8_t> bytes, MutableGrayView target);
+  [[nodiscard]] InPlaceStatus decode_gray(const char* name, std::span<const std::uint8_t> bytes,
+                                          MutableGrayView target);
 
   /// The same in colour.
-  [[nodiscard]] Status decode_rgb(const char* name, std::span<const std::uint8_t> bytes, ImageView<Rgb8> target);
+  [[nodiscard]] InPlaceStatus decode_rgb(const char* name, std::span<const std::uint8_t> bytes, ImageView<Rgb8> target);
 
  private:
-  [[nodiscard]] Status decode(const char* name, std::span<const std::uint8_t> bytes, int format, int width, int height,
-                              int pitch_bytes, std::uint8_t* samples);
+  [[nodiscard]] InPlaceStatus decode(const char* name, std::span<const std::uint8_t> bytes, int format, int width,
+                                     int height, int pitch_bytes, std::uint8_t* samples);
   struct Destroy {
     void operator()(void* handle) const noexcept;
   };

@@ -13,6 +13,8 @@ struct ObjectPrediction {
   double depth_m = 0.0;                                ///< Not positive: behind the camera.
   /// The object is so far away that only its direction is known; `depth_m` stands for very far.
   bool direction_only = false;
+  double disparity_px = 0.0;  ///< Of the middle of what is seen of it; 0: not known.
+  double disparity_sigma_px = 0.0;
 };
 
 }  // namespace kinetrace::tracking

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 
 #include "kinetrace/core/arena.hpp"
@@ -93,6 +94,11 @@ class StereoTracker {
   /// of it in this frame, is gone without an end being reported, and its slot is free.
   void merge_tracks(std::uint8_t earlier, std::uint8_t redetected) noexcept;
 
+  /// The track in this slot, detected again in this frame, shows something else there: that goes on in its slot as a
+  /// new track, and the track itself waits in a free one, dormant and without a mask, as it had been before this frame
+  /// (`before`). Returns that slot; nothing, and nothing has changed, where none is free.
+  [[nodiscard]] std::optional<std::uint8_t> split_track(std::uint8_t slot, const Track& before) noexcept;
+
   /// The track in this slot may turn out to be an earlier one: in this frame it is reported as tentative.
   void defer_confirmation(std::uint8_t slot) noexcept;
 
@@ -155,11 +161,17 @@ class StereoTracker {
   void accept_match(TrackInstance& instance, const Detection& detection) noexcept;
   void learn_motion(TrackInstance& instance, const Detection& detection) const noexcept;
   void accept_miss(TrackInstance& instance, bool was_looked_for) noexcept;
+  /// One step of its life (life_cycle.hpp).
+  void advance(TrackInstance& instance, const LifeEvidence& evidence) noexcept;
   void end(TrackInstance& instance) noexcept;
   void initiate_tracks(const DetectionFrame& detections, std::span<const Feature> features);
   [[nodiscard]] bool is_duplicate(const DetectionFrame& detections, std::size_t index,
                                   std::span<const Feature> features);
   [[nodiscard]] bool start_track(const DetectionFrame& detections, std::size_t index) noexcept;
+  /// An instance in a slot of its own without a track; null if there is none, or as many tracks as there may be.
+  [[nodiscard]] TrackInstance* free_instance() noexcept;
+  /// A new track begins in this instance with a detection of this class.
+  void be_born(TrackInstance& instance, std::uint16_t class_id) noexcept;
   void evict_track(int for_area_px) noexcept;
   [[nodiscard]] int alive() const noexcept;
   /// Ends tracks beyond the limit.

@@ -9,6 +9,7 @@
 #include "kinetrace/core/track_frame.hpp"
 #include "kinetrace/tracking/disparity_plane.hpp"
 #include "kinetrace/tracking/label_overlap.hpp"
+#include "kinetrace/tracking/life_cycle.hpp"
 #include "kinetrace/tracking/prediction.hpp"
 #include "kinetrace/tracking/reference_mask.hpp"
 #include "kinetrace/tracking/similarity.hpp"
@@ -43,10 +44,8 @@ struct FeatureVotes {
 
 /// One slot of the tracker.
 struct TrackInstance {
-  enum class Slot : std::uint8_t { kFree, kAlive, kEnded };
-
-  Slot slot_state = Slot::kFree;
-  bool terminated = false;
+  LifeState life = LifeState::kFree;
+  bool terminated = false;  ///< Has passed to another object: ends with the next frame.
   int matched_frames = 0;
   Track track;
   DwellTime age;
@@ -74,7 +73,8 @@ struct TrackInstance {
   double right_shown = 1.0;  ///< Part of the predicted mask seen by the right view; 1 while its disparity is not known.
   PixelBox right_region_px;  ///< Of the left mask carried to the right image: what is seen of it there.
 
-  [[nodiscard]] bool alive() const noexcept { return slot_state == Slot::kAlive; }
+  [[nodiscard]] bool alive() const noexcept { return is_alive(life); }
+  [[nodiscard]] bool tentative() const noexcept { return life == LifeState::kTentative; }
 };
 
 }  // namespace kinetrace::tracking

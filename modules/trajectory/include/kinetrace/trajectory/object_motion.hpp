@@ -36,8 +36,11 @@ struct MotionEstimate {
   /// World frame, of the reference point, whether it differs significantly from zero or not.
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< Of the velocity.
-  double yaw_rate_rad_s = 0.0;                           ///< About the world's y axis (down).
-  bool moving = false;                                   ///< Significant, and faster than min_moving_speed_mps.
+  /// ... but for what a wrong calibration may add, which the next frames show alike.
+  Eigen::Matrix3d apparent_covariance = Eigen::Matrix3d::Zero();
+  double yaw_rate_rad_s = 0.0;     ///< About the world's y axis (down).
+  bool moving = false;             ///< Significant, and faster than min_moving_speed_mps.
+  bool apparently_moving = false;  ///< The same by apparent_covariance.
 };
 
 /// A fixed ring of the last kCapacity poses, newest at age 0; the oldest gives way. No heap.

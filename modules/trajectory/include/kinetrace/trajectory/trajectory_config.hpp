@@ -13,7 +13,7 @@ struct KINETRACE_API TrajectoryConfig {
   int velocity_window_frames = 5;      ///< Velocity is fitted over up to this many frames before and after, [1, 10].
   double min_moving_speed_mps = 0.5;   ///< Slower objects are not called moving, whatever the significance.
   double moving_significance = 4.0;    ///< Speed over its standard deviation to become moving; half of it to stop.
-  double max_acceleration_mps2 = 4.0;  ///< Process noise of the stereo-only filter.
+  double max_acceleration_mps2 = 4.0;  ///< Process noise of the motion filter.
   double stereo_sigma_px = 0.5;        ///< Standard deviation of a stereo position's image coordinates.
   double surface_sigma_m = 0.25;       ///< How far the middle of what is seen drifts over a stereo-only object.
   double smoothing_acceleration_mps2 = 3.0;  ///< Standard deviation of an object's acceleration, in its own axes.

@@ -1,0 +1,105 @@
+// Where an object is between frames and while it is hidden: interacting multiple models (Blom, Bar-Shalom 1988;
+// Bar-Shalom, Li, Kirubarajan 2001, sec. 11.6) of a body at rest and of one that keeps its turn rate and velocity.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include <Eigen/Core>
+
+#include "kinetrace/core/se3.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
+#include "kinetrace/objects/measurements.hpp"
+
+namespace kinetrace::objects {
+
+struct MotionNoise {
+  double acceleration_mps2 = 4.0;  ///< Standard deviation of an acceleration, new every tenth of a second.
+  double turn_radps2 = 0.6;        ///< Of the angular acceleration.
+  double stereo_sigma_px = 0.5;    ///< Of the image coordinates of a stereo position.
+};
+
+/// A pose with the covariance of its rotation (rad) and of its origin's position (m), world axes.
+struct UncertainPose {
+  Se3 T_world_obj;
+  Matrix6d covariance = Matrix6d::Zero();
+};
+
+/// What the filter starts from.
+struct MotionStart {
+  std::int64_t timestamp_ns = 0;
+  UncertainPose pose;
+  Vector6d velocity = Vector6d::Zero();                           ///< In the body's own axes (rad/s, m/s).
+  Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();  ///< Of the linear one, world axes.
+  double moving = 0.5;                                            ///< Probability.
+};
+
+/// Two models of one object's motion and their probabilities. The position of the likelier one is that of the object:
+/// the mean of two places is where it is in neither case. The rotation is predicted, never measured.
+/// No heap; same input, same output, bit for bit.
+class MotionFilter {
+ public:
+  MotionFilter(const MotionNoise& noise, const StereoGeometry& geometry) : noise_(noise), geometry_(geometry) {}
+
+  void reset() noexcept { initialised_ = false; }
+  [[nodiscard]] bool initialised() const noexcept { return initialised_; }
+  void start(const MotionStart& start) noexcept;
+  /// Goes on from where stereo sees it, with an unknown velocity; its rotation stays.
+  void restart_at(const StereoPosition& seen, const Se3& T_world_cam) noexcept;
+  /// What was known of its velocity was that of something else.
+  void forget_velocity() noexcept;
+
+  /// Moves the state to `timestamp_ns` without a measurement. Time that stands still or runs back changes nothing.
+  void predict(std::int64_t timestamp_ns) noexcept;
+
+  // Measurements at the time of the last `predict` or `start`. Each changes nothing and returns false where it is
+  // implausible under both models (chi-square, 99.9 %), or none. Errors of the image's coordinates are those of the
+  // image, so depth is as uncertain as its square (iterated extended Kalman filter).
+
+  bool update(const StereoPosition& seen, const Se3& T_world_cam) noexcept;
+  bool update(const Bearing& seen, const Se3& T_world_cam) noexcept;
+  bool update(const ImageMotion& seen, const Se3& T_world_cam) noexcept;
+  /// Whether `update` would take it in.
+  [[nodiscard]] bool accepts(const StereoPosition& seen, const Se3& T_world_cam) const noexcept;
+
+  /// Probability of moving.
+  [[nodiscard]] double moving() const noexcept { return model_[kMoving].probability; }
+  [[nodiscard]] bool at_rest() const noexcept { return moving() < 0.5; }
+  [[nodiscard]] const Se3& pose() const noexcept { return likelier().pose; }
+  [[nodiscard]] Eigen::Vector3d velocity_mps() const noexcept { return likelier().velocity_mps; }
+  [[nodiscard]] Matrix6d pose_covariance() const noexcept { return pose_covariance(likelier(), timestamp_ns_); }
+  /// Without a measurement until then.
+  [[nodiscard]] UncertainPose predicted(std::int64_t timestamp_ns) const noexcept;
+
+ private:
+  static constexpr std::size_t kStationary = 0;
+  static constexpr std::size_t kMoving = 1;
+
+  struct Model {
+    double probability = 0.5;
+    Se3 pose;
+    Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< World axes.
+    Matrix6d covariance = Matrix6d::Zero();                  ///< Of position and velocity.
+  };
+  using Models = std::array<Model, 2>;
+
+  [[nodiscard]] const Model& likelier() const noexcept { return model_[at_rest() ? kStationary : kMoving]; }
+  [[nodiscard]] Matrix6d pose_covariance(const Model& model, std::int64_t timestamp_ns) const noexcept;
+  [[nodiscard]] Models mixed(double interval_s) const noexcept;
+  void propagate(Models& models, double interval_s) const noexcept;
+  /// Takes a measurement into each model, linearised about it.
+  template <typename Measurement>
+  bool update_models(const Measurement& measured, const Se3& T_world_cam, double gate) noexcept;
+
+  MotionNoise noise_;
+  StereoGeometry geometry_;
+  bool initialised_ = false;
+  std::int64_t timestamp_ns_ = 0;
+  double interval_s_ = 0.0;  ///< Of the last prediction.
+  Models model_;
+  Eigen::Vector3d turn_rate_radps_ = Eigen::Vector3d::Zero();  ///< Body axes.
+  Eigen::Matrix3d start_rotation_covariance_ = Eigen::Matrix3d::Zero();
+  std::int64_t start_timestamp_ns_ = 0;
+};
+
+}  // namespace kinetrace::objects

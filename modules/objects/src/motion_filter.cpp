@@ -1,0 +1,345 @@
+#include "kinetrace/objects/motion_filter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+namespace kinetrace::objects {
+namespace {
+
+/// An acceleration is new so often: the spectral density of white noise is its variance times this.
+constexpr double kAccelerationTime_s = 0.1;
+/// Of a velocity of which nothing is known: that of town traffic.
+constexpr double kUnknownSpeed_mps = 5.0;
+/// What rests is found elsewhere by so much after a second: errors of the camera's path and of the masks.
+constexpr double kRestDrift_m = 0.02;
+constexpr double kRestSpeed_mps = 0.05;
+/// Mean time for which something rests, most of it parked, and for which something moves before it stops in traffic.
+constexpr std::array<double, 2> kDwell_s{200.0, 20.0};
+/// Errors of what is seen last so long: measurements of this time together tell the models apart once.
+constexpr double kErrorCorrelation_s = 0.5;
+/// Velocities are those of a path's middle, so long ago.
+constexpr double kVelocityLag_s = 0.3;
+/// 99.9 % of chi-square with two and three degrees of freedom.
+constexpr double kGate2 = 13.8;
+constexpr double kGate3 = 16.3;
+constexpr double kNoGate = std::numeric_limits<double>::infinity();
+constexpr int kIterations = 3;
+constexpr double kMinDepth_m = 0.1;
+/// Points of one object err together: more than a few features do not sharpen their median.
+constexpr int kMaxIndependentFeatures = 4;
+constexpr double kMinProbability = 1e-6;
+
+/// A measurement of N numbers about a state: what is left of it, its derivative by position and velocity, its noise.
+template <int N>
+struct Observation {
+  Eigen::Matrix<double, N, 1> residual;
+  Eigen::Matrix<double, N, 6> slope;
+  Eigen::Matrix<double, N, N> noise;
+};
+
+/// (u_left, v, disparity) of a point in the camera frame, and its derivative there.
+struct Projection {
+  Eigen::Vector3d uvd_px;
+  Eigen::Matrix3d derivative;
+};
+
+Projection project(const StereoGeometry& g, const Eigen::Vector3d& p) {
+  const double inv_z = 1.0 / p.z();
+  const double bf = g.fx_px * g.baseline_m;
+  Projection out;
+  out.uvd_px << g.fx_px * p.x() * inv_z + g.cx_px, g.fy_px * p.y() * inv_z + g.cy_px, bf * inv_z;
+  out.derivative << g.fx_px * inv_z, 0.0, -g.fx_px * p.x() * inv_z * inv_z,  //
+      0.0, g.fy_px * inv_z, -g.fy_px * p.y() * inv_z * inv_z,                //
+      0.0, 0.0, -bf * inv_z * inv_z;
+  return out;
+}
+
+double median_sigma_px(double sigma_px, int features) {
+  return sigma_px / std::sqrt(static_cast<double>(std::min(features, kMaxIndependentFeatures)));
+}
+
+bool is_measured(const StereoPosition& seen) {
+  return seen.features > 0 && seen.uvd_px.allFinite() && seen.uvd_px.z() > 0.0;
+}
+
+/// The first N of (u_left, v, disparity) of the visible part's middle, which lies `to_origin_m` off the object's origin.
+template <int N>
+std::optional<Observation<N>> observe_point(const Eigen::Matrix<double, N, 1>& seen_px, const Eigen::Vector3d& to_origin_m,
+                                            double sigma_px, double extent_sigma_m, const StereoGeometry& geometry,
+                                            const Se3& T_world_cam, const Vector6d& state) {
+  const Se3 T_cam_world = T_world_cam.inverse();
+  const Eigen::Vector3d p_cam = T_cam_world * (state.head<3>() - to_origin_m);
+  if (!(p_cam.z() > kMinDepth_m)) {
+    return std::nullopt;
+  }
+  const Projection predicted = project(geometry, p_cam);
+  const Eigen::Matrix<double, N, 3> per_metre = predicted.derivative.topRows<N>() * T_cam_world.rotation;
+  Observation<N> out;
+  out.residual = seen_px - predicted.uvd_px.head<N>();
+  out.slope << per_metre, Eigen::Matrix<double, N, 3>::Zero();
+  out.noise = sigma_px * sigma_px * Eigen::Matrix<double, N, N>::Identity() +
+              extent_sigma_m * extent_sigma_m * per_metre * per_metre.transpose();
+  return out;
+}
+
+std::optional<Observation<3>> observe(const StereoPosition& seen, double sigma_px, const StereoGeometry& geometry,
+                                      const Se3& T_world_cam, const Vector6d& state) {
+  return observe_point<3>(seen.uvd_px, seen.to_origin_m, median_sigma_px(sigma_px, seen.features), seen.extent_sigma_m,
+                          geometry, T_world_cam, state);
+}
+
+std::optional<Observation<2>> observe(const Bearing& seen, double sigma_px, const StereoGeometry& geometry,
+                                      const Se3& T_world_cam, const Vector6d& state) {
+  return observe_point<2>(seen.uv_px, seen.to_origin_m, sigma_px, seen.extent_sigma_m, geometry, T_world_cam, state);
+}
+
+// What is seen lies in its own direction, as far away as the object; where it was before follows from the velocity.
+std::optional<Observation<2>> observe(const ImageMotion& seen, double sigma_px, const StereoGeometry& geometry,
+                                      const Se3& T_world_cam, const Vector6d& state) {
+  const double depth_m = (T_world_cam.inverse() * Eigen::Vector3d(state.head<3>())).z();
+  const Eigen::Vector3d ray((seen.now_px.x() - geometry.cx_px) / geometry.fx_px,
+                            (seen.now_px.y() - geometry.cy_px) / geometry.fy_px, 1.0);
+  const Eigen::Vector3d seen_m = T_world_cam * Eigen::Vector3d(depth_m * ray);
+  const Eigen::Vector3d before_m = seen.T_world_cam_before.inverse() * (seen_m - seen.interval_s * state.tail<3>());
+  if (!(depth_m > kMinDepth_m) || !(before_m.z() > kMinDepth_m)) {
+    return std::nullopt;
+  }
+  const Projection predicted = project(geometry, before_m);
+  const Eigen::Matrix<double, 2, 3> per_metre =
+      predicted.derivative.topRows<2>() * seen.T_world_cam_before.rotation.transpose();
+  Observation<2> out;
+  out.residual = seen.before_px - predicted.uvd_px.head<2>();
+  out.slope << per_metre * T_world_cam.rotation * ray * T_world_cam.rotation.col(2).transpose(),
+      -seen.interval_s * per_metre;
+  const double of_median_px = median_sigma_px(sigma_px, seen.features);
+  out.noise = of_median_px * of_median_px * Eigen::Matrix2d::Identity();
+  return out;
+}
+
+/// Normalised innovation squared, and the log of the innovation's density but for its constant.
+struct Innovation {
+  double distance = 0.0;
+  double log_density = 0.0;
+};
+
+template <int N>
+Innovation innovation_of(const Observation<N>& seen, const Matrix6d& covariance) {
+  const Eigen::LDLT<Eigen::Matrix<double, N, N>> spread(seen.slope * covariance * seen.slope.transpose() + seen.noise);
+  Innovation out;
+  out.distance = seen.residual.dot(spread.solve(seen.residual));
+  out.log_density = -0.5 * (out.distance + spread.vectorD().array().log().sum());
+  return out;
+}
+
+}  // namespace
+
+void MotionFilter::start(const MotionStart& start) noexcept {
+  initialised_ = true;
+  timestamp_ns_ = start.timestamp_ns;
+  start_timestamp_ns_ = start.timestamp_ns;
+  interval_s_ = 0.0;
+  start_rotation_covariance_ = start.pose.covariance.topLeftCorner<3, 3>();
+  turn_rate_radps_ = start.velocity.head<3>();
+  for (Model& model : model_) {
+    model.pose = start.pose.T_world_obj;
+    model.covariance.setZero();
+    model.covariance.topLeftCorner<3, 3>() = start.pose.covariance.bottomRightCorner<3, 3>();
+  }
+  model_[kStationary].velocity_mps.setZero();
+  model_[kStationary].covariance.diagonal().tail<3>().setConstant(kRestSpeed_mps * kRestSpeed_mps);
+  model_[kStationary].probability = 1.0 - start.moving;
+  const double lag_mps = noise_.acceleration_mps2 * kVelocityLag_s;
+  model_[kMoving].velocity_mps = start.pose.T_world_obj.rotation * start.velocity.tail<3>();
+  model_[kMoving].covariance.bottomRightCorner<3, 3>() =
+      start.velocity_covariance + lag_mps * lag_mps * Eigen::Matrix3d::Identity();
+  model_[kMoving].probability = start.moving;
+}
+
+void MotionFilter::restart_at(const StereoPosition& seen, const Se3& T_world_cam) noexcept {
+  const Eigen::Vector3d p_cam = geometry_.triangulate(seen.uvd_px.x(), seen.uvd_px.y(), seen.uvd_px.z());
+  const Eigen::Matrix3d per_pixel = T_world_cam.rotation * project(geometry_, p_cam).derivative.inverse();
+  const double of_median_px = median_sigma_px(noise_.stereo_sigma_px, seen.features);
+  MotionStart from{.timestamp_ns = timestamp_ns_, .pose = {pose(), pose_covariance()}};
+  from.pose.T_world_obj.translation = T_world_cam * p_cam + seen.to_origin_m;
+  from.pose.covariance.bottomRightCorner<3, 3>() =
+      of_median_px * of_median_px * per_pixel * per_pixel.transpose() +
+      seen.extent_sigma_m * seen.extent_sigma_m * Eigen::Matrix3d::Identity();
+  from.velocity_covariance = kUnknownSpeed_mps * kUnknownSpeed_mps * Eigen::Matrix3d::Identity();
+  start(from);
+}
+
+void MotionFilter::forget_velocity() noexcept {
+  turn_rate_radps_.setZero();
+  model_[kMoving].covariance.topRightCorner<3, 3>().setZero();
+  model_[kMoving].covariance.bottomLeftCorner<3, 3>().setZero();
+  model_[kMoving].covariance.bottomRightCorner<3, 3>() =
+      kUnknownSpeed_mps * kUnknownSpeed_mps * Eigen::Matrix3d::Identity();
+}
+
+// Who moves may stop, and who rests may go off: each model goes on from what either may have become.
+MotionFilter::Models MotionFilter::mixed(double interval_s) const noexcept {
+  const auto goes_on = [&](std::size_t model) { return std::exp(-interval_s / kDwell_s[model]); };
+  Models out;
+  for (std::size_t to = 0; to < model_.size(); ++to) {
+    const std::size_t from = 1 - to;
+    const Model& same = model_[to];
+    const Model& other = model_[from];
+    const double of_same = goes_on(to) * same.probability;
+    const double of_other = (1.0 - goes_on(from)) * other.probability;
+    Model& result = out[to];
+    result.probability = of_same + of_other;
+    const double weight = of_other / result.probability;
+    result.pose = weight < 0.5 ? same.pose : other.pose;
+    result.pose.translation = (1.0 - weight) * same.pose.translation + weight * other.pose.translation;
+    result.velocity_mps = (1.0 - weight) * same.velocity_mps + weight * other.velocity_mps;
+    Vector6d between;
+    between << other.pose.translation - same.pose.translation, other.velocity_mps - same.velocity_mps;
+    result.covariance = (1.0 - weight) * same.covariance + weight * other.covariance +
+                        weight * (1.0 - weight) * between * between.transpose();
+  }
+  return out;
+}
+
+void MotionFilter::propagate(Models& models, double interval_s) const noexcept {
+  Model& moving = models[kMoving];
+  const Eigen::Matrix3d rotation = moving.pose.rotation * so3_exp(interval_s * turn_rate_radps_);
+  const Eigen::Matrix3d turn = rotation * moving.pose.rotation.transpose();
+  const Eigen::Vector3d velocity_mps = turn * moving.velocity_mps;
+  moving.pose = {orthonormalised(rotation), moving.pose.translation + interval_s * moving.velocity_mps};
+  moving.velocity_mps = velocity_mps;
+  Matrix6d transition = Matrix6d::Identity();
+  transition.topRightCorner<3, 3>().diagonal().setConstant(interval_s);
+  transition.bottomRightCorner<3, 3>() = turn;
+  const double density = noise_.acceleration_mps2 * noise_.acceleration_mps2 * kAccelerationTime_s;
+  const Eigen::Matrix3d unit = density * interval_s * Eigen::Matrix3d::Identity();
+  Matrix6d noise;
+  noise << interval_s * interval_s / 3.0 * unit, 0.5 * interval_s * unit, 0.5 * interval_s * unit, unit;
+  moving.covariance = transition * moving.covariance * transition.transpose() + noise;
+
+  Model& stationary = models[kStationary];
+  stationary.velocity_mps.setZero();
+  const Eigen::Matrix3d place = stationary.covariance.topLeftCorner<3, 3>();
+  stationary.covariance.setZero();
+  stationary.covariance.topLeftCorner<3, 3>() =
+      place + kRestDrift_m * kRestDrift_m * interval_s * Eigen::Matrix3d::Identity();
+  stationary.covariance.diagonal().tail<3>().setConstant(kRestSpeed_mps * kRestSpeed_mps);
+}
+
+void MotionFilter::predict(std::int64_t timestamp_ns) noexcept {
+  const double interval_s = 1e-9 * static_cast<double>(timestamp_ns - timestamp_ns_);
+  if (!initialised_ || interval_s <= 0.0) {
+    return;
+  }
+  timestamp_ns_ = timestamp_ns;
+  interval_s_ = interval_s;
+  model_ = mixed(interval_s);
+  propagate(model_, interval_s);
+}
+
+UncertainPose MotionFilter::predicted(std::int64_t timestamp_ns) const noexcept {
+  Models models = model_;
+  propagate(models, std::max(1e-9 * static_cast<double>(timestamp_ns - timestamp_ns_), 0.0));
+  const Model& model = models[at_rest() ? kStationary : kMoving];
+  return {model.pose, pose_covariance(model, timestamp_ns)};
+}
+
+Matrix6d MotionFilter::pose_covariance(const Model& model, std::int64_t timestamp_ns) const noexcept {
+  const double unseen_s = 1e-9 * static_cast<double>(timestamp_ns - start_timestamp_ns_);
+  const double turn_rad = noise_.turn_radps2 * unseen_s * (0.5 * unseen_s + kVelocityLag_s);
+  Matrix6d covariance = Matrix6d::Zero();
+  covariance.topLeftCorner<3, 3>() = start_rotation_covariance_ + turn_rad * turn_rad * Eigen::Matrix3d::Identity();
+  covariance.bottomRightCorner<3, 3>() = model.covariance.topLeftCorner<3, 3>();
+  return covariance;
+}
+
+template <typename Measurement>
+bool MotionFilter::update_models(const Measurement& measured, const Se3& T_world_cam, double gate) noexcept {
+  const auto observed_at = [&](const Vector6d& state) {
+    return observe(measured, noise_.stereo_sigma_px, geometry_, T_world_cam, state);
+  };
+  const double weight = std::min(interval_s_ / kErrorCorrelation_s, 1.0);
+  std::array<double, 2> log_density{};
+  std::array<bool, 2> fits{};
+  for (std::size_t m = 0; m < model_.size(); ++m) {
+    Model& model = model_[m];
+    Vector6d before;
+    before << model.pose.translation, model.velocity_mps;
+    log_density[m] = -std::numeric_limits<double>::infinity();
+    auto seen = observed_at(before);
+    if (!seen) {
+      continue;
+    }
+    const Innovation innovation = innovation_of(*seen, model.covariance);
+    log_density[m] = innovation.log_density;
+    fits[m] = innovation.distance <= gate;
+    if (!fits[m]) {
+      continue;
+    }
+    // What rests shows the same side with the same error again and again: that tells its place once in so much time.
+    const double repeated = m == kStationary && weight > 0.0 ? 1.0 / weight : 1.0;
+    // Iterated: linearised where the correction before it leads.
+    using Slope = decltype(seen->slope);
+    Eigen::Matrix<double, 6, Slope::RowsAtCompileTime> gain;
+    Vector6d correction = Vector6d::Zero();
+    for (int i = 0; i < kIterations && seen; ++i) {
+      seen->noise *= repeated;
+      const auto spread = (seen->slope * model.covariance * seen->slope.transpose() + seen->noise).eval();
+      gain = spread.ldlt().solve(seen->slope * model.covariance).transpose();
+      correction = gain * (seen->residual + seen->slope * correction);
+      if (i + 1 < kIterations) {
+        auto next = observed_at(before + correction);
+        if (!next) {
+          break;
+        }
+        seen = next;
+      }
+    }
+    // Joseph's form stays symmetric and positive.
+    const Matrix6d keep = Matrix6d::Identity() - gain * seen->slope;
+    model.covariance = keep * model.covariance * keep.transpose() + gain * seen->noise * gain.transpose();
+    model.pose.translation += correction.head<3>();
+    model.velocity_mps += correction.tail<3>();
+  }
+  if (!fits[kStationary] && !fits[kMoving]) {
+    return false;
+  }
+  const double best = std::max(log_density[0], log_density[1]);
+  double sum = 0.0;
+  for (std::size_t m = 0; m < model_.size(); ++m) {
+    model_[m].probability =
+        std::max(model_[m].probability * std::exp(weight * (log_density[m] - best)), kMinProbability);
+    sum += model_[m].probability;
+  }
+  for (Model& model : model_) {
+    model.probability /= sum;
+  }
+  return true;
+}
+
+bool MotionFilter::update(const StereoPosition& seen, const Se3& T_world_cam) noexcept {
+  return initialised_ && is_measured(seen) && update_models(seen, T_world_cam, kGate3);
+}
+
+bool MotionFilter::update(const Bearing& seen, const Se3& T_world_cam) noexcept {
+  return initialised_ && seen.uv_px.allFinite() && update_models(seen, T_world_cam, kNoGate);
+}
+
+bool MotionFilter::update(const ImageMotion& seen, const Se3& T_world_cam) noexcept {
+  return initialised_ && seen.features > 0 && seen.interval_s > 0.0 && update_models(seen, T_world_cam, kGate2);
+}
+
+bool MotionFilter::accepts(const StereoPosition& seen, const Se3& T_world_cam) const noexcept {
+  return initialised_ && is_measured(seen) && std::any_of(model_.begin(), model_.end(), [&](const Model& model) {
+           Vector6d state;
+           state << model.pose.translation, model.velocity_mps;
+           const auto observation = observe(seen, noise_.stereo_sigma_px, geometry_, T_world_cam, state);
+           return observation && innovation_of(*observation, model.covariance).distance <= kGate3;
+         });
+}
+
+}  // namespace kinetrace::objects

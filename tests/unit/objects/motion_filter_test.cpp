@@ -1,0 +1,327 @@
+#include "kinetrace/objects/motion_filter.hpp"
+
+#include <cmath>
+#include <random>
+
+#include <Eigen/Cholesky>
+#include <gtest/gtest.h>
+
+namespace kinetrace::objects {
+namespace {
+
+constexpr std::int64_t kFrame_ns = 100'000'000;
+const StereoGeometry kGeometry{721.0, 721.0, 610.0, 173.0, 0.54, 1242, 375};
+
+Eigen::Vector3d see(const Se3& T_world_cam, const Eigen::Vector3d& p_world) {
+  const Eigen::Vector3d seen = kGeometry.project(T_world_cam.inverse() * p_world);
+  return {seen[0], seen[1], seen[0] - seen[2]};
+}
+
+struct Noise {
+  explicit Noise(double sigma, unsigned seed) : sigma_px(sigma), random(seed) {}
+  Eigen::Vector3d operator()(const Eigen::Vector3d& uvd) {
+    return uvd + sigma_px * Eigen::Vector3d(gauss(random), gauss(random), gauss(random));
+  }
+  double sigma_px;
+  std::mt19937 random;
+  std::normal_distribution<double> gauss;
+};
+
+constexpr double kFrame_s = 1e-9 * kFrame_ns;
+
+StereoPosition stereo(const Eigen::Vector3d& uvd_px, int features = 4, double extent_sigma_m = 0.0) {
+  return {.uvd_px = uvd_px, .features = features, .to_origin_m = {0.0, 0.0, 0.0}, .extent_sigma_m = extent_sigma_m};
+}
+
+MotionStart at(const Eigen::Vector3d& position_m, double sigma_m = 0.5) {
+  MotionStart start;
+  start.pose.T_world_obj.translation = position_m;
+  start.pose.covariance.bottomRightCorner<3, 3>() = sigma_m * sigma_m * Eigen::Matrix3d::Identity();
+  start.velocity_covariance = 25.0 * Eigen::Matrix3d::Identity();
+  return start;
+}
+
+/// Its velocity known.
+MotionStart moving_at(const Eigen::Vector3d& position_m, const Eigen::Vector3d& velocity_mps, double moving = 0.99) {
+  MotionStart start = at(position_m, 0.05);
+  start.velocity.tail<3>() = velocity_mps;
+  start.velocity_covariance = 0.01 * Eigen::Matrix3d::Identity();
+  start.moving = moving;
+  return start;
+}
+
+MotionFilter started(const MotionStart& start, const MotionNoise& noise = {}) {
+  MotionFilter filter(noise, kGeometry);
+  filter.start(start);
+  return filter;
+}
+
+Eigen::Matrix3d place_covariance(const MotionFilter& filter) {
+  return filter.pose_covariance().bottomRightCorner<3, 3>();
+}
+
+TEST(MotionFilter, FollowsAnObjectFromAMovingCamera) {
+  const Eigen::Vector3d velocity(-2.0, 0.0, -6.0);
+  Eigen::Vector3d position(6.0, 1.0, 60.0);
+  MotionFilter filter = started(at(position, 5.0), {.stereo_sigma_px = 0.3});
+  Noise noise(0.3, 1);
+  for (int i = 0; i < 30; ++i) {
+    const Se3 T_world_cam{so3_exp({0.0, 0.01 * i, 0.0}), {0.0, 0.0, 0.8 * i}};
+    position = Eigen::Vector3d(6.0, 1.0, 60.0) + velocity * (0.1 * i);
+    filter.predict(i * kFrame_ns);
+    EXPECT_TRUE(filter.update(stereo(noise(see(T_world_cam, position)), 1), T_world_cam)) << i;
+  }
+  EXPECT_GT(filter.moving(), 0.9);
+  EXPECT_LT((filter.pose().translation - position).norm(), 0.5);
+  EXPECT_LT((filter.velocity_mps() - velocity).norm(), 1.5);
+}
+
+TEST(MotionFilter, ABearingCorrectsWhatGoesAcrossTheViewAndLeavesDepth) {
+  const Eigen::Vector3d position(2.0, 0.5, 30.0);  // In truth it stands.
+  MotionStart start = moving_at(position, {3.0, 0.0, 0.0});
+  start.pose.covariance.bottomRightCorner<3, 3>() = 0.25 * Eigen::Matrix3d::Identity();
+  MotionFilter filter = started(start);
+  for (int i = 1; i <= 20; ++i) {
+    filter.predict(i * kFrame_ns);
+    filter.update(Bearing{.uv_px = see({}, position).head<2>(), .extent_sigma_m = 0.5}, {});
+  }
+  EXPECT_LT((filter.pose().translation - position).head<2>().norm(), 0.3) << "went on, it would be six metres off";
+  EXPECT_LT(std::abs(filter.velocity_mps().x()), 1.0);
+  EXPECT_NEAR(filter.pose().translation.z(), position.z(), 1.0);
+}
+
+TEST(MotionFilter, ABearingSaysNothingOfWhatIsBehindTheCameraOrUnknown) {
+  MotionFilter unstarted({}, kGeometry);
+  const Bearing seen{.uv_px = {100.0, 170.0}, .extent_sigma_m = 0.5};
+  EXPECT_FALSE(unstarted.update(seen, {}));
+  const Eigen::Vector3d behind(0.0, 0.0, -5.0);
+  MotionFilter filter = started(at(behind));
+  EXPECT_FALSE(filter.update(seen, {}));
+  EXPECT_EQ(filter.pose().translation, behind);
+}
+
+/// A camera that drives past something at 60 m. More and more of it comes into sight from behind something else: the
+/// middle of what is seen stays where it is, while it goes at 4 m/s.
+class MotionFilterBehind : public ::testing::Test {
+ protected:
+  const Eigen::Vector3d velocity_{-4.0, 0.0, 0.0};
+
+  static Se3 camera(int frame) { return {so3_exp({0.0, 0.002 * frame, 0.0}), {0.0, 0.0, 0.8 * frame}}; }
+  [[nodiscard]] Eigen::Vector3d corner(int frame) const {
+    return Eigen::Vector3d(8.0, 1.0, 60.0) + frame * kFrame_s * velocity_;
+  }
+  [[nodiscard]] ImageMotion motion(int frame) const {
+    return {.now_px = see(camera(frame), corner(frame)).head<2>(),
+            .before_px = see(camera(frame - 1), corner(frame - 1)).head<2>(),
+            .features = 4,
+            .interval_s = kFrame_s,
+            .T_world_cam_before = camera(frame - 1)};
+  }
+  /// After eight frames, reported of their features' motion or not.
+  [[nodiscard]] MotionFilter filter_after(bool reported) const {
+    MotionFilter filter = started(at(corner(0), 2.0));
+    for (int frame = 0; frame <= 8; ++frame) {
+      filter.predict(frame * kFrame_ns);
+      if (reported && frame > 0) {
+        filter.update(motion(frame), camera(frame));
+      }
+      EXPECT_TRUE(filter.update(stereo(see(camera(frame), corner(0)), 4, 2.0), camera(frame)));
+    }
+    return filter;
+  }
+};
+
+TEST_F(MotionFilterBehind, FeaturesTellHowFastItGoesWhateverIsSeenOfIt) {
+  EXPECT_GT(filter_after(true).moving(), 0.9);
+  EXPECT_LT((filter_after(true).velocity_mps() - velocity_).head<2>().norm(), 0.5);
+  EXPECT_GT((filter_after(false).velocity_mps() - velocity_).head<2>().norm(), 3.0) << "what is seen does not move";
+}
+
+TEST_F(MotionFilterBehind, TakesNoMotionThatCannotBeItsOwn) {
+  MotionFilter filter = filter_after(true);
+  const Eigen::Vector3d before = filter.velocity_mps();
+  ImageMotion wrong = motion(8);
+  wrong.before_px.x() += 120.0;
+  EXPECT_FALSE(filter.update(wrong, camera(8)));
+  ImageMotion none = motion(8);
+  none.features = 0;
+  EXPECT_FALSE(filter.update(none, camera(8))) << "no features";
+  ImageMotion at_once = motion(8);
+  at_once.interval_s = 0.0;
+  EXPECT_FALSE(filter.update(at_once, camera(8))) << "no time";
+  EXPECT_FALSE(filter.update(motion(8), {so3_exp({0.0, 3.0, 0.0}), {0.0, 0.0, 6.4}})) << "behind the camera";
+  EXPECT_EQ(filter.velocity_mps(), before);
+  MotionFilter unstarted({}, kGeometry);
+  EXPECT_FALSE(unstarted.update(motion(8), camera(8)));
+}
+
+TEST(MotionFilter, CovarianceIsThatOfStereo) {
+  const Eigen::Vector3d position(0.0, 0.0, 40.0);
+  const auto covariance_of = [&](int features) {
+    MotionFilter filter = started(at(position, 1e4));
+    EXPECT_TRUE(filter.update(stereo(see({}, position), features), {}));
+    return place_covariance(filter);
+  };
+  const double depth_sigma = 40.0 * 40.0 / (721.0 * 0.54) * 0.5;
+  EXPECT_NEAR(std::sqrt(covariance_of(1)(2, 2)), depth_sigma, 1e-3);
+  EXPECT_NEAR(std::sqrt(covariance_of(1)(0, 0)), 40.0 / 721.0 * 0.5, 1e-3);
+  EXPECT_NEAR(std::sqrt(covariance_of(100)(2, 2)), 0.5 * depth_sigma, 1e-3);
+}
+
+TEST(MotionFilter, CovarianceMatchesTheScatter) {
+  const MotionNoise motion_noise{.acceleration_mps2 = 1.0};
+  double normalised = 0.0;
+  constexpr int kTrials = 200;
+  for (unsigned trial = 0; trial < kTrials; ++trial) {
+    Noise noise(motion_noise.stereo_sigma_px, trial);
+    std::normal_distribution<double> gauss;
+    Eigen::Vector3d position(3.0, 1.0, 25.0);
+    Eigen::Vector3d velocity(3.0 + gauss(noise.random), gauss(noise.random), gauss(noise.random));
+    MotionFilter filter = started(at(position, 2.0), motion_noise);
+    for (int i = 0; i < 15; ++i) {
+      filter.predict(i * kFrame_ns);
+      (void)filter.update(stereo(noise(see({}, position)), 1), {});
+      if (i == 14) {
+        const Eigen::Vector3d error = filter.pose().translation - position;
+        normalised += error.dot(place_covariance(filter).ldlt().solve(error)) / (3.0 * kTrials);
+      }
+      const Eigen::Vector3d acceleration(gauss(noise.random), gauss(noise.random), gauss(noise.random));
+      position += 0.1 * velocity + 0.005 * acceleration;
+      velocity += 0.1 * acceleration;
+    }
+  }
+  EXPECT_NEAR(normalised, 1.0, 0.25);
+}
+
+TEST(MotionFilter, PredictsAtConstantVelocityWithGrowingDoubt) {
+  MotionFilter filter = started(moving_at({0.0, 0.0, 20.0}, {1.0, 0.0, -2.0}));
+  const UncertainPose foreseen = filter.predicted(5 * kFrame_ns);
+  EXPECT_LT((foreseen.T_world_obj.translation - Eigen::Vector3d(0.5, 0.0, 19.0)).norm(), 1e-9);
+  filter.predict(5 * kFrame_ns);
+  EXPECT_LT((filter.pose().translation - foreseen.T_world_obj.translation).norm(), 1e-3);
+  EXPECT_GT(place_covariance(filter)(0, 0), 0.3);
+  const Se3 before = filter.pose();
+  filter.predict(5 * kFrame_ns);
+  filter.predict(2 * kFrame_ns);
+  EXPECT_EQ(filter.pose().translation, before.translation) << "time does not run back";
+}
+
+TEST(MotionFilter, DoubtGrowsByTimeWhateverTheRate) {
+  const auto sigma_after_a_second = [](int frames) {
+    MotionFilter filter = started(moving_at({0.0, 0.0, 20.0}, {1.0, 0.0, -2.0}));
+    for (int i = 1; i <= frames; ++i) {
+      filter.predict(i * (1'000'000'000 / frames));
+    }
+    return std::sqrt(place_covariance(filter)(0, 0));
+  };
+  EXPECT_NEAR(sigma_after_a_second(30), sigma_after_a_second(10), 0.02 * sigma_after_a_second(10));
+}
+
+TEST(MotionFilter, ATurnGoesOnAndTakesTheVelocityAlong) {
+  MotionStart start = moving_at({0.0, 0.0, 20.0}, {5.0, 0.0, 0.0});
+  start.velocity[1] = -0.5;
+  MotionFilter filter = started(start);
+  for (int i = 1; i <= 10; ++i) {
+    filter.predict(i * kFrame_ns);
+  }
+  EXPECT_LT((filter.pose().rotation - so3_exp({0.0, -0.5, 0.0})).norm(), 1e-6);
+  EXPECT_LT((filter.velocity_mps() - so3_exp({0.0, -0.5, 0.0}) * Eigen::Vector3d(5.0, 0.0, 0.0)).norm(), 0.01);
+}
+
+TEST(MotionFilter, WhatRestsStaysAndIsSoonKnownToRest) {
+  MotionFilter filter = started(moving_at({2.0, 0.0, 15.0}, {0.4, 0.0, 0.0}, 0.01));
+  for (int i = 1; i <= 50; ++i) {
+    filter.predict(i * kFrame_ns);
+  }
+  EXPECT_TRUE(filter.at_rest());
+  EXPECT_LT((filter.pose().translation - Eigen::Vector3d(2.0, 0.0, 15.0)).norm(), 0.02);
+  EXPECT_LT(std::sqrt(place_covariance(filter)(0, 0)), 0.3);
+}
+
+TEST(MotionFilter, WhatIsSeenDecidesBetweenGoneOnAndStopped) {
+  const Eigen::Vector3d start(2.0, 0.0, 15.0);
+  const Eigen::Vector3d velocity(3.0, 0.0, 0.0);
+  const auto moving_after = [&](const Eigen::Vector3d& truth_mps) {
+    MotionFilter filter = started(moving_at(start, velocity, 0.5));
+    for (int i = 1; i <= 12; ++i) {
+      filter.predict(i * kFrame_ns);
+      EXPECT_TRUE(filter.update(stereo(see({}, start + i * kFrame_s * truth_mps), 4, 0.3), {})) << i;
+    }
+    EXPECT_LT((filter.pose().translation - start - 12 * kFrame_s * truth_mps).norm(), 0.5);
+    return filter.moving();
+  };
+  EXPECT_GT(moving_after(velocity), 0.9);
+  EXPECT_LT(moving_after(Eigen::Vector3d::Zero()), 0.2);
+}
+
+TEST(MotionFilter, RefusesAnImplausiblePositionAndRestartsThereWhenAsked) {
+  const Eigen::Vector3d here(0.0, 0.0, 20.0);
+  const StereoPosition elsewhere = stereo(see({}, {8.0, 0.0, 20.0}));
+  MotionFilter filter = started(at(here));
+  int frame = 0;
+  for (; frame < 10; ++frame) {
+    filter.predict(frame * kFrame_ns);
+    ASSERT_TRUE(filter.update(stereo(see({}, here)), {}));
+  }
+  filter.predict(frame++ * kFrame_ns);
+  EXPECT_FALSE(filter.accepts(elsewhere, {}));
+  EXPECT_FALSE(filter.update(elsewhere, {}));
+  EXPECT_LT((filter.pose().translation - here).norm(), 0.5);
+  filter.restart_at(elsewhere, {});
+  EXPECT_LT((filter.pose().translation - Eigen::Vector3d(8.0, 0.0, 20.0)).norm(), 1e-9);
+  EXPECT_TRUE(filter.accepts(elsewhere, {}));
+}
+
+TEST(MotionFilter, ASlowlyVaryingSurfaceIsFollowedSlowlyAndNotTakenForAJump) {
+  const Eigen::Vector3d rear(0.0, 0.0, 12.0);
+  const Eigen::Vector3d side(0.8, 0.0, 12.6);
+  const auto step_after = [&](double extent_sigma_m) {
+    MotionFilter filter = started(at(rear));
+    int frame = 0;
+    for (; frame < 20; ++frame) {
+      filter.predict(frame * kFrame_ns);
+      EXPECT_TRUE(filter.update(stereo(see({}, rear), 4, extent_sigma_m), {}));
+    }
+    filter.predict(frame * kFrame_ns);
+    const bool taken = filter.update(stereo(see({}, side), 4, extent_sigma_m), {});
+    return taken ? (filter.pose().translation - rear).norm() : -1.0;
+  };
+  EXPECT_EQ(step_after(0.0), -1.0);
+  EXPECT_GT(step_after(0.5), 0.02);
+  EXPECT_LT(step_after(0.5), 0.5);
+}
+
+TEST(MotionFilter, TheSeenPointMayLieBesideTheOrigin) {
+  const Eigen::Vector3d origin(0.0, 0.0, 20.0);
+  const Eigen::Vector3d to_origin_m(1.0, -0.5, 2.0);
+  StereoPosition seen = stereo(see({}, origin - to_origin_m));
+  seen.to_origin_m = to_origin_m;
+  MotionFilter filter = started(at(origin + Eigen::Vector3d(0.3, 0.0, 0.0)));
+  EXPECT_TRUE(filter.update(seen, {}));
+  EXPECT_LT((filter.pose().translation - origin).head<2>().norm(), 0.01);
+}
+
+TEST(MotionFilter, RefusesWhatIsNoMeasurement) {
+  MotionFilter filter = started(at({0.0, 0.0, 20.0}));
+  EXPECT_FALSE(filter.update(stereo({600.0, 170.0, 0.0}), {}));
+  EXPECT_FALSE(filter.update(stereo({600.0, 170.0, -1.0}), {}));
+  EXPECT_FALSE(filter.update(stereo({std::nan(""), 170.0, 5.0}), {}));
+  EXPECT_FALSE(filter.update(stereo({600.0, 170.0, 5.0}, 0), {}));
+  EXPECT_FALSE(filter.update(Bearing{.uv_px = {std::nan(""), 0.0}}, {}));
+  filter.reset();
+  EXPECT_FALSE(filter.update(stereo({610.0, 173.0, 19.5}), {}));
+}
+
+TEST(MotionFilter, AForgottenVelocityIsFoundAnew) {
+  const Eigen::Vector3d start(0.0, 0.0, 20.0);
+  MotionFilter filter = started(moving_at(start, {9.0, 0.0, 0.0}));
+  filter.forget_velocity();
+  for (int i = 1; i <= 10; ++i) {
+    filter.predict(i * kFrame_ns);
+    EXPECT_TRUE(filter.update(stereo(see({}, start), 4, 0.1), {})) << i;
+  }
+  EXPECT_LT(filter.velocity_mps().norm(), 1.0);
+}
+
+}  // namespace
+}  // namespace kinetrace::objects
