@@ -10,8 +10,9 @@
 #include "cli/failure.hpp"
 #include "cli/messages.hpp"
 #include "kinetrace/core/files.hpp"
-#include "kinetrace/core/text_rows.hpp"
 #include "kinetrace/geo/map_files.hpp"
+#include "live_map.hpp"
+#include "map_arguments.hpp"
 #include "map_picture.hpp"
 #include "map_report.hpp"
 #include "run_trajectories.hpp"
@@ -33,25 +34,6 @@ constexpr std::array<std::pair<const char*, TextOf>, 4> kTexts{{{"trajectories.g
                                                                 {"trajectories.gpx", &geo::gpx_text},
                                                                 {"trajectories.csv", &geo::csv_text}}};
 
-/// Three numbers between commas.
-Outcome<Eigen::Vector3d> parse_triple(const std::string& text, const char* option) {
-  Eigen::Vector3d values;
-  std::string_view rest = text;
-  for (Eigen::Index i = 0; i < 3; ++i) {
-    const std::size_t length = i < 2 ? rest.find(',') : rest.size();
-    const auto number = length == std::string_view::npos ? std::nullopt : parse_number(rest.substr(0, length));
-    if (!number) {
-      return Unexpected(Failure{app::ExitCode::kUsage, std::string(option) +
-                                                           ": expected three numbers with commas "
-                                                           "between them, got " +
-                                                           text});
-    }
-    values[i] = *number;
-    rest.remove_prefix(std::min(length + 1, rest.size()));
-  }
-  return values;
-}
-
 Outcome<geo::ReferenceSource> parse_source(const MapOptions& options, const recording::Run& run) {
   const std::size_t colon = options.reference.find(':');
   geo::ReferenceSource source;
@@ -65,32 +47,17 @@ Outcome<geo::ReferenceSource> parse_source(const MapOptions& options, const reco
   if (!known || colon == std::string::npos || colon + 1 == options.reference.size()) {
     return Unexpected(
         Failure{app::ExitCode::kUsage,
-                "--reference: expected FORMAT:PATH with oxts, nmea, gpx, euroc or csv, got " + options.reference});
+                "--reference: expected FORMAT:PATH with oxts, nmea, gpx, euroc or csv, or navsatfix:TOPIC, got " +
+                    options.reference});
   }
   source.path = options.reference.substr(colon + 1);
   source.near_time_ns = run.camera.front().timestamp_ns;
-  if (!options.origin.empty()) {
-    const Outcome<Eigen::Vector3d> origin = parse_triple(options.origin, "--origin");
-    if (!origin) {
-      return Unexpected(origin.error());
-    }
-    source.origin = geo::Geodetic{origin->x(), origin->y(), origin->z()};
+  const Outcome<std::optional<geo::Geodetic>> origin = parse_origin(options);
+  if (!origin) {
+    return Unexpected(origin.error());
   }
+  source.origin = *origin;
   return source;
-}
-
-Outcome<geo::AlignmentConfig> parse_config(const MapOptions& options) {
-  const Outcome<Eigen::Vector3d> lever_arm = parse_triple(options.lever_arm_m, "--lever-arm");
-  if (!lever_arm) {
-    return Unexpected(lever_arm.error());
-  }
-  geo::AlignmentConfig config;
-  config.freedom = options.dof == 4 ? geo::Freedom::kYaw : geo::Freedom::kRotation;
-  config.lever_arm_m = *lever_arm;
-  config.time_offset_s = options.time_offset_s;
-  config.max_time_offset_s = options.max_time_offset_s;
-  config.path_drift = options.drift_percent / 100.0;
-  return config;
 }
 
 Status make_folder(const fs::path& folder) {
@@ -145,6 +112,13 @@ int write_all(const MapOptions& options, const recording::Run& run, const MapRep
 }
 
 Outcome<int> make_map(const MapOptions& options) {
+  if (options.run.empty()) {
+    return Unexpected(
+        Failure{app::ExitCode::kUsage, "RUN is missing: a run folder; only navsatfix:TOPIC goes without"});
+  }
+  if (!options.publish.empty() || options.seconds > 0.0) {
+    return Unexpected(Failure{app::ExitCode::kUsage, "--publish and --seconds are for --reference navsatfix:TOPIC"});
+  }
   const Outcome<geo::AlignmentConfig> config = parse_config(options);
   if (!config) {
     return Unexpected(config.error());
@@ -174,13 +148,15 @@ Outcome<int> make_map(const MapOptions& options) {
   if (!alignment) {
     return failure(alignment.error());
   }
-  return write_all(options, *run, {options.run.string(), *source, *reference, *config, *alignment});
+  return write_all(options, *run,
+                   {options.run.string(), std::string(geo::to_string(source->format)), source->path.string(),
+                    *reference, *config, *alignment});
 }
 
 }  // namespace
 
 int map_command(const MapOptions& options) {
-  const Outcome<int> exit_code = make_map(options);
+  const Outcome<int> exit_code = is_live(options) ? follow_run(options) : make_map(options);
   return exit_code ? *exit_code : app::report(exit_code.error());
 }
 

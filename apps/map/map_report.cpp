@@ -36,8 +36,8 @@ ordered_json rows(const Matrix& matrix) {
 
 ordered_json reference_json(const MapReport& report) {
   const geo::ReferenceCounts& counts = report.reference.counts;
-  return {{"format", geo::to_string(report.source.format)},
-          {"path", report.source.path.string()},
+  return {{"format", report.format},
+          {"path", report.path},
           {"records", counts.records},
           {"fixes", report.reference.fixes.size()},
           {"bad_checksums", counts.bad_checksums},
@@ -87,11 +87,10 @@ std::string line(const char* format, Values... values) {
 
 std::string reference_text(const MapReport& report) {
   const geo::ReferenceCounts& counts = report.reference.counts;
-  std::string text =
-      line("reference  %zu fixes of %s (%s); in the camera's time %lld, of these outliers %lld\n",
-           report.reference.fixes.size(), report.source.path.c_str(),
-           std::string(geo::to_string(report.source.format)).c_str(), static_cast<long long>(report.alignment.fixes),
-           static_cast<long long>(report.alignment.fixes - report.alignment.inliers));
+  std::string text = line("reference  %zu fixes of %s (%s); in the camera's time %lld, of these outliers %lld\n",
+                          report.reference.fixes.size(), report.path.c_str(), report.format.c_str(),
+                          static_cast<long long>(report.alignment.fixes),
+                          static_cast<long long>(report.alignment.fixes - report.alignment.inliers));
   const std::array<std::pair<const char*, std::int64_t>, 6> irregular{{{"bad checksums", counts.bad_checksums},
                                                                        {"malformed", counts.malformed},
                                                                        {"without fix", counts.without_fix},
@@ -109,7 +108,7 @@ std::string reference_text(const MapReport& report) {
 
 }  // namespace
 
-std::string report_json(const MapReport& report) {
+std::string report_json(const MapReport& report, int indent) {
   const geo::Alignment& alignment = report.alignment;
   const bool is_aligned = alignment.verdict == geo::Verdict::kAligned;
   ordered_json json{{"verdict", is_aligned ? "aligned" : "refused"},
@@ -140,7 +139,7 @@ std::string report_json(const MapReport& report) {
     json["map"] = map_json(report);
     json["ros"] = ros_json(alignment);
   }
-  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + '\n';
+  return json.dump(indent, ' ', false, ordered_json::error_handler_t::replace) + '\n';
 }
 
 std::string report_text(const MapReport& report) {

@@ -10,14 +10,15 @@ namespace kinetrace::map {
 
 struct MapReport {
   std::string run;
-  geo::ReferenceSource source;
+  std::string format;  ///< Of the reference, and where it is.
+  std::string path;
   const geo::Reference& reference;
   geo::AlignmentConfig config;
   const geo::Alignment& alignment;
 };
 
-/// map.json, see the README of modules/geo.
-[[nodiscard]] std::string report_json(const MapReport& report);
+/// map.json, see the README of modules/geo; in one line without `indent`.
+[[nodiscard]] std::string report_json(const MapReport& report, int indent = 2);
 /// Some lines for a person.
 [[nodiscard]] std::string report_text(const MapReport& report);
 

@@ -215,6 +215,8 @@ TEST_F(RosReaders, KnowEveryTopicWithItsTypeAndDefinition) {
                                                        {"/kinetrace/markers", "visualization_msgs/msg/MarkerArray"},
                                                        {"/kinetrace/trajectories", "geometry_msgs/msg/PoseArray"},
                                                        {"/kinetrace/points", "sensor_msgs/msg/PointCloud2"},
+                                                       {"/kinetrace/fix", "sensor_msgs/msg/NavSatFix"},
+                                                       {"/kinetrace/object_fixes", "sensor_msgs/msg/NavSatFix"},
                                                        {"/tf", "tf2_msgs/msg/TFMessage"},
                                                        {"/tf_static", "tf2_msgs/msg/TFMessage"},
                                                        {"/diagnostics", "diagnostic_msgs/msg/DiagnosticArray"}}));

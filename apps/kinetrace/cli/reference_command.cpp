@@ -33,7 +33,7 @@ ValueHints value_hints() {
     hints["--board"].emplace_back(profile.name);
   }
   // Read by another program, which has the table of them.
-  hints["--reference"] = {"oxts:", "euroc:", "nmea:", "gpx:", "csv:"};
+  hints["--reference"] = {"oxts:", "euroc:", "nmea:", "gpx:", "csv:", "navsatfix:"};
   return hints;
 }
 

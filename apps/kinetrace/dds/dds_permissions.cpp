@@ -27,7 +27,7 @@ Topics results(std::string_view ros_prefix) {
   const std::string own = "rt/" + std::string(ros_prefix) + (ros_prefix.empty() ? "" : "/");
   Topics all{topics::kCameraPose,  topics::kObjects, topics::kTrajectories, topics::kPoints, topics::kHealth,
              topics::kCalibration, "rt/tf",          "rt/tf_static",        "rt/diagnostics"};
-  for (const char* name : {"odometry", "detections", "markers", "trajectories", "points"}) {
+  for (const char* name : {"odometry", "detections", "markers", "trajectories", "points", "fix", "object_fixes"}) {
     all.push_back(own + name);
   }
   return all;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 // NOLINTNEXTLINE(readability-identifier-naming): theirs.
@@ -16,14 +17,16 @@ inline constexpr const char* kMapProgram = "kinetrace-map";
 inline constexpr const char* kMapPackage = "kinetrace-map";
 
 struct MapOptions {
-  std::filesystem::path run;
-  std::string reference;      ///< "FORMAT:PATH".
+  std::filesystem::path run;  ///< Empty: a run that goes on, over DDS.
+  std::string reference;      ///< "FORMAT:PATH", or "navsatfix:TOPIC".
+  std::string publish;        ///< The file that a run that goes on publishes by; empty: its defaults.
+  double seconds = 0.0;       ///< Of such a run: ends after so much time; 0: at a signal.
   std::filesystem::path out;  ///< Empty: `map` in the run folder.
   int dof = 6;
   std::string lever_arm_m = "0,0,0";
   std::string origin;  ///< "LATITUDE,LONGITUDE,HEIGHT"; empty: in the middle of the reference.
-  double time_offset_s = 0.0;
-  double max_time_offset_s = 10.0;
+  std::optional<double> time_offset_s;
+  std::optional<double> max_time_offset_s;
   double drift_percent = 0.2;
   bool json = false;
   bool quiet = false;

@@ -58,8 +58,9 @@ Status check_peers(std::string_view peers) {
 
 Status check_frames(const RosConfig& ros) {
   constexpr std::size_t kMax = 63;
-  const std::array<std::pair<std::string_view, std::string_view>, 4> frames{
-      {{"dds.ros2.odom_frame", ros.odom_frame},
+  const std::array<std::pair<std::string_view, std::string_view>, 5> frames{
+      {{"dds.ros2.map_frame", ros.map_frame},
+       {"dds.ros2.odom_frame", ros.odom_frame},
        {"dds.ros2.base_frame", ros.base_frame},
        {"dds.ros2.left_frame", ros.left_frame},
        {"dds.ros2.right_frame", ros.right_frame}}};

@@ -21,8 +21,10 @@ enum class RosTopic : std::uint8_t {
   kTrajectories,
   kPoints,
   kDiagnostics,
+  kFix,
+  kObjectFixes,
 };
-inline constexpr std::size_t kRosTopicCount = 8;
+inline constexpr std::size_t kRosTopicCount = 10;
 
 struct RosTopicKind {
   std::string_view name;
@@ -51,7 +53,9 @@ struct RosTopicKind {
        {"markers", &visualization_msgs_msg_dds__MarkerArray__desc, kSome},
        {"trajectories", &geometry_msgs_msg_dds__PoseArray__desc, kAll},
        {"points", &sensor_msgs_msg_dds__PointCloud2__desc, kNewest},
-       {"diagnostics", &diagnostic_msgs_msg_dds__DiagnosticArray__desc, kSome, true}}};
+       {"diagnostics", &diagnostic_msgs_msg_dds__DiagnosticArray__desc, kSome, true},
+       {"fix", &sensor_msgs_msg_dds__NavSatFix__desc, kNewest},
+       {"object_fixes", &sensor_msgs_msg_dds__NavSatFix__desc, kAll}}};
   return kKinds[static_cast<std::size_t>(topic)];
 }
 

@@ -99,15 +99,14 @@ Result<RosTopics> RosTopics::create(const PublishConfig& config, RosBuffers& buf
     RosTopic topic;
     Priority priority;
   };
-  const std::array<Topic, kRosTopicCount> topics{
-      {{made.odometry_, RosTopic::kOdometry, Priority::kEssential},
-       {made.transforms_, RosTopic::kTransforms, Priority::kEssential},
-       {made.static_transforms_, RosTopic::kStaticTransforms, Priority::kEssential},
-       {made.detections_, RosTopic::kDetections, Priority::kEssential},
-       {made.markers_, RosTopic::kMarkers, Priority::kDrawings},
-       {made.trajectories_, RosTopic::kTrajectories, Priority::kTrajectories},
-       {made.points_, RosTopic::kPoints, Priority::kPoints},
-       {made.diagnostics_, RosTopic::kDiagnostics, Priority::kEssential}}};
+  const std::array<Topic, 8> topics{{{made.odometry_, RosTopic::kOdometry, Priority::kEssential},
+                                     {made.transforms_, RosTopic::kTransforms, Priority::kEssential},
+                                     {made.static_transforms_, RosTopic::kStaticTransforms, Priority::kEssential},
+                                     {made.detections_, RosTopic::kDetections, Priority::kEssential},
+                                     {made.markers_, RosTopic::kMarkers, Priority::kDrawings},
+                                     {made.trajectories_, RosTopic::kTrajectories, Priority::kTrajectories},
+                                     {made.points_, RosTopic::kPoints, Priority::kPoints},
+                                     {made.diagnostics_, RosTopic::kDiagnostics, Priority::kEssential}}};
   for (const Topic& topic : topics) {
     const RosTopicKind& kind = kind_of(topic.topic);
     Result<Writer> writer =

@@ -56,6 +56,7 @@ TEST(PublishConfig, NamesAreWhatDdsAndRosTake) {
 
 TEST(PublishConfig, FramesHaveNamesOfTheirOwn) {
   EXPECT_THAT(refusal([](auto& c) { c.ros2.base_frame = c.ros2.odom_frame; }), HasSubstr("are both \"odom\""));
+  EXPECT_THAT(refusal([](auto& c) { c.ros2.map_frame = c.ros2.odom_frame; }), HasSubstr("dds.ros2.map_frame"));
 }
 
 TEST(PublishConfig, SomethingIsPublished) {

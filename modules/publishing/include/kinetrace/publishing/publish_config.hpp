@@ -60,6 +60,7 @@ struct RosConfig {
   bool enabled = true;
   std::string prefix = "kinetrace";  ///< Namespace of all topics but /tf, /tf_static and /diagnostics; may be empty.
   RosStamps stamps = RosStamps::kSystem;
+  std::string map_frame = "map";           ///< East, north, up; parent of odom_frame while `kinetrace map` aligns.
   std::string odom_frame = "odom";         ///< World: x forward, y left, z up at the first frame; parent of base_frame.
   std::string base_frame = "camera_link";  ///< Left camera, x forward, y left, z up.
   std::string left_frame = "camera_left_optical_frame";    ///< The same place, x right, y down, z forward.
@@ -146,6 +147,7 @@ void visit_fields(Config& config, Visitor&& visit) {
   visit("dds.ros2.enabled", config.ros2.enabled, "topics for ROS 2");
   visit("dds.ros2.prefix", config.ros2.prefix, "namespace of all but /tf, /tf_static and /diagnostics");
   visit("dds.ros2.stamps", config.ros2.stamps, "clock of headers: system or source");
+  visit("dds.ros2.map_frame", config.ros2.map_frame, "east, north, up, of a run that is aligned with a receiver");
   visit("dds.ros2.odom_frame", config.ros2.odom_frame, "world, x forward, y left, z up at the first frame");
   visit("dds.ros2.base_frame", config.ros2.base_frame, "left camera, x forward, y left, z up");
   visit("dds.ros2.left_frame", config.ros2.left_frame, "left camera, x right, y down, z forward");
