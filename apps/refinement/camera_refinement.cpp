@@ -123,7 +123,8 @@ class CameraRefinement {
         Eigen::Vector3d::Constant(1.0 / kStepPosition_m);
     for (std::size_t k = 1; k < problem.T_body_cam.size(); ++k) {
       const Se3 T_before_now = run_.camera[first + k - 1].T_world_cam.inverse() * run_.camera[first + k].T_world_cam;
-      problem.measured_steps.push_back({static_cast<std::uint32_t>(k), T_before_now, inverse_sigma});
+      const auto now = static_cast<std::uint32_t>(k);
+      problem.measured_steps.push_back({now - 1, now, T_before_now, inverse_sigma.asDiagonal()});
     }
     Result<BodyFit> fit = adjust_body(problem, options_);
     if (!fit) {
@@ -131,6 +132,7 @@ class CameraRefinement {
     }
     std::copy(problem.T_body_cam.begin(), problem.T_body_cam.end(),
               result_.T_world_cam.begin() + static_cast<std::ptrdiff_t>(first));
+    result_.sigma_px = std::max(result_.sigma_px, fit->sigma_px);
     carry_on(end);
     keep_points(*fit, first, is_last ? end : end - std::min(end, kSharedRows));
     return {};

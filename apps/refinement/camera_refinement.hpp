@@ -14,6 +14,7 @@ namespace kinetrace::batch {
 struct RefinedCamera {
   std::vector<Se3> T_world_cam;      ///< One per row of Run::camera.
   std::vector<RefinedPoint> points;  ///< World frame; `last_frame` is a row of Run::camera.
+  double sigma_px = 0.0;             ///< Of what was seen, from the residuals.
 };
 
 /// Adjusts stretches of frames one after the other, each beginning within the one before, whose poses it keeps there:

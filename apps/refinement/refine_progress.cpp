@@ -8,8 +8,10 @@
 namespace kinetrace::batch {
 namespace {
 
-// Seconds that a row takes, of the camera's, an object's, and to be written: only their ratios count.
+// Seconds that a row takes, of the camera's, to look for loops, of an object's, and to be written: only their ratios
+// count.
 constexpr double kCameraRow_s = 0.04;
+constexpr double kLoopRow_s = 0.02;
 constexpr double kObjectRow_s = 0.005;
 constexpr double kWrittenRow_s = 0.004;
 
@@ -24,12 +26,17 @@ void RefineProgress::camera(std::size_t rows_done) {
   show("camera", static_cast<double>(rows_done) * kCameraRow_s);
 }
 
+void RefineProgress::loops(double part) {
+  show("loops", rows_ * (kCameraRow_s + part * kLoopRow_s));
+}
+
 void RefineProgress::objects(std::size_t rows_done) {
-  show("objects", rows_ * kCameraRow_s + static_cast<double>(rows_done) * kObjectRow_s);
+  show("objects", rows_ * (kCameraRow_s + kLoopRow_s) + static_cast<double>(rows_done) * kObjectRow_s);
 }
 
 void RefineProgress::written(std::size_t rows_done) {
-  show("writing", rows_ * kCameraRow_s + object_rows_ * kObjectRow_s + static_cast<double>(rows_done) * kWrittenRow_s);
+  show("writing", rows_ * (kCameraRow_s + kLoopRow_s) + object_rows_ * kObjectRow_s +
+                      static_cast<double>(rows_done) * kWrittenRow_s);
 }
 
 void RefineProgress::show(const char* doing, double part) {
@@ -39,7 +46,7 @@ void RefineProgress::show(const char* doing, double part) {
   }
   next_ = now + std::chrono::milliseconds(100);
   visible_ = true;
-  const double whole = rows_ * (kCameraRow_s + kWrittenRow_s) + object_rows_ * kObjectRow_s;
+  const double whole = rows_ * (kCameraRow_s + kLoopRow_s + kWrittenRow_s) + object_rows_ * kObjectRow_s;
   const double done = whole > 0.0 ? std::clamp(part / whole, 1e-3, 1.0) : 1.0;
   const double elapsed_s = std::chrono::duration<double>(now - start_).count();
   const int left_s = static_cast<int>(elapsed_s * (1.0 - done) / done);

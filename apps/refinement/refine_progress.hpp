@@ -12,6 +12,7 @@ class RefineProgress {
   RefineProgress(bool enabled, std::size_t rows, std::size_t object_rows);
 
   void camera(std::size_t rows_done);
+  void loops(double part);
   void objects(std::size_t rows_done);
   void written(std::size_t rows_done);
   /// Removes the line, so that other text can follow.

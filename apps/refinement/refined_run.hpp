@@ -8,6 +8,7 @@
 
 #include "camera_refinement.hpp"
 #include "kinetrace/recording/run_summary.hpp"
+#include "loops/loop_closure.hpp"
 #include "object_refinement.hpp"
 
 namespace kinetrace::batch {
@@ -16,6 +17,8 @@ struct RefinedRun {
   RefinedCamera camera;
   std::map<std::uint32_t, RefinedObject> objects;          ///< By track.
   std::map<std::uint32_t, std::uint32_t> goes_on_as = {};  ///< Tracks that have been joined to another one.
+  ClosedLoops loops = {};
+  std::vector<std::string> notes = {};  ///< What the user should know, one line each.
 };
 
 /// Writes what the run's own folder has, but for images/, in refined places. `summary` is completed by what was found.

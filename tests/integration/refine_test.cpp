@@ -1,8 +1,11 @@
 // `kinetrace refine` and `run --refine batch` from outside, on a small recording.
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <string>
+#include <vector>
 
+#include <Eigen/Core>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -30,8 +33,23 @@ class Refine : public ::testing::Test {
                                path("run")});
     return run_kinetrace(more);
   }
-  [[nodiscard]] ProgramResult refine() const {
-    return run_kinetrace({"refine", path("run"), "--out", path("refined")});
+  [[nodiscard]] ProgramResult refine(std::vector<std::string> more = {}) const {
+    more.insert(more.begin(), {"refine", path("run"), "--out", path("refined")});
+    return run_kinetrace(more);
+  }
+  /// Of the first and the last place of the camera.
+  [[nodiscard]] double distance_of_ends_m(const std::string& run) const {
+    std::ifstream file(path(run) + "/camera.tum");
+    std::vector<Eigen::Vector3d> places;
+    for (std::string line; std::getline(file, line);) {
+      std::istringstream fields(line);
+      double time = 0.0;
+      Eigen::Vector3d place;
+      if (fields >> time >> place.x() >> place.y() >> place.z()) {
+        places.push_back(place);
+      }
+    }
+    return (places.back() - places.front()).norm();
   }
   [[nodiscard]] std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
 
@@ -79,6 +97,32 @@ TEST_F(Refine, TakesWhatARunHasLeftThatWasKilled) {
   const ProgramResult result = refine();
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("did not end in good order"));
+}
+
+TEST_F(Refine, ClosesLoopsOfACameraThatComesBack) {
+  recording_.frames = 80;
+  recording_.step_m = 0.5;
+  recording_.turns_back = true;
+  recording_.write();
+  ASSERT_EQ(run().exit_code, 0);
+  const ProgramResult result = refine();
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("Closed "));
+  const std::string loops = Json::parse(text_of(path("refined/run.json"))).at("dataset").at("loops");
+  EXPECT_GE(std::stoi(loops), 5);
+  EXPECT_LT(distance_of_ends_m("refined"), 0.5 * distance_of_ends_m("run"));
+
+  // Without the images there is a result, and a word on what is missing; where they are now can be said.
+  fs::rename(recording_.root, path("moved"));
+  recording_.root = path("moved");
+  const ProgramResult blind = refine();
+  ASSERT_EQ(blind.exit_code, 0) << blind.err;
+  EXPECT_THAT(blind.err, HasSubstr("--dataset LAYOUT:PATH"));
+  EXPECT_THAT(refine({"--no-loops"}).err, ::testing::IsEmpty());
+  const ProgramResult found = refine({"--dataset", recording_.dataset()});
+  EXPECT_THAT(found.out, HasSubstr("Closed "));
+  EXPECT_THAT(found.err, ::testing::IsEmpty());
+  expect_refusal(refine({"--dataset", "kitti-odometry:" + path("nowhere")}), kNoInput, "nowhere");
 }
 
 TEST_F(Refine, FollowsARunThatAsksForIt) {

@@ -96,7 +96,7 @@ void SmallRecording::write() const {
   for (int frame = 0; frame < frames; ++frame) {
     times << 0.1 * frame << "\n";
     for (int view = 0; view < 2; ++view) {
-      const double view_x_m = frame * kStep + view * kBaseline;
+      const double view_x_m = x_m(frame) + view * kBaseline;
       write_png(image(view, frame), render(width_px, height_px, view_x_m, *this), width_px, height_px);
     }
   }
@@ -112,7 +112,7 @@ void SmallRecording::write_calibration(const std::string& left_tx, const std::st
 }
 
 void SmallRecording::write_image_of_size(int view, int frame, int width, int height) const {
-  write_png(image(view, frame), render(width, height, frame * kStep + view * kBaseline, *this), width, height);
+  write_png(image(view, frame), render(width, height, x_m(frame) + view * kBaseline, *this), width, height);
 }
 
 void truncate_file(const std::filesystem::path& path, std::uintmax_t bytes) {

@@ -1,6 +1,7 @@
 // A tiny rectified recording in KITTI odometry layout, made of noise: two walls that a camera passes sideways.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -16,6 +17,8 @@ struct SmallRecording {
 
   std::filesystem::path root;  ///< What --dataset kitti-odometry: takes.
   int frames = 6;
+  double step_m = kStep;
+  bool turns_back = false;  ///< Half of the frames lead back to where the camera began.
   int width_px = kWidth;
   int height_px = kHeight;
   bool uniform = false;           ///< The same everywhere: nothing to see.
@@ -23,6 +26,10 @@ struct SmallRecording {
 
   [[nodiscard]] std::filesystem::path sequence() const { return root / "sequences" / "00"; }
   [[nodiscard]] std::filesystem::path calibration() const { return sequence() / "calib.txt"; }
+  /// Where the left camera is in a frame.
+  [[nodiscard]] double x_m(int frame) const {
+    return step_m * (turns_back ? std::min(frame, frames - 1 - frame) : frame);
+  }
   /// View 0 is left, 1 right.
   [[nodiscard]] std::filesystem::path image(int view, int frame) const;
   [[nodiscard]] std::string dataset() const { return "kitti-odometry:" + sequence().string(); }

@@ -104,7 +104,7 @@ std::string RecordedImages::stem(std::int64_t frame) const {
   return pass == 0 ? stem : stem + "_pass" + std::to_string(pass + 1);
 }
 
-Result<GrayView> RecordedImages::left(std::int64_t frame) {
+Result<RectifiedPair> RecordedImages::pair(std::int64_t frame) {
   const std::size_t place = find(frame).place;
   if (place == frames().size() || !frames()[place].complete()) {
     return fail(ErrorCode::kNotFound, "the recording in " + frames().left().folder + " has no frame " +
@@ -114,11 +114,15 @@ Result<GrayView> RecordedImages::left(std::int64_t frame) {
   if (!raw) {
     return Unexpected(raw.error());
   }
-  const Result<RectifiedPair> pair = rectifier_.process(*raw);
-  if (!pair) {
-    return Unexpected(pair.error());
+  return rectifier_.process(*raw);
+}
+
+Result<GrayView> RecordedImages::left(std::int64_t frame) {
+  const Result<RectifiedPair> both = pair(frame);
+  if (!both) {
+    return Unexpected(both.error());
   }
-  return pair->left;
+  return both->left;
 }
 
 }  // namespace kinetrace::figure

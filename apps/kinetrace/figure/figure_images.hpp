@@ -1,4 +1,4 @@
-// The pictures that a run was made from, rectified as it saw them.
+// The images that a run was made from, rectified as it saw them.
 #pragma once
 
 #include <cstdint>
@@ -6,6 +6,7 @@
 #include <string>
 
 #include "kinetrace/core/arena.hpp"
+#include "kinetrace/core/frame.hpp"
 #include "kinetrace/core/image_view.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
@@ -15,7 +16,7 @@
 
 namespace kinetrace::figure {
 
-/// Left images of a recording in any order. Memory: what a camera that plays it takes, and the rectifier.
+/// Images of a recording in any order. Memory: what a camera that plays it takes, and the rectifier.
 class RecordedImages {
  public:
   /// Opens the recording that the run was made from, or the same recording where it lies now: `moved_to` is
@@ -28,7 +29,8 @@ class RecordedImages {
   /// File stem of a frame's left image, and "_passN" where the recording was played again; empty if it has no such
   /// frame.
   [[nodiscard]] std::string stem(std::int64_t frame) const;
-  /// The rectified left image; lives until the next call. Errors: kNotFound (no such frame), and those of reading.
+  /// The rectified images; live until the next call. Errors: kNotFound (no such frame), and those of reading.
+  [[nodiscard]] Result<RectifiedPair> pair(std::int64_t frame);
   [[nodiscard]] Result<GrayView> left(std::int64_t frame);
 
  private:

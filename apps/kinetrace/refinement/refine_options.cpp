@@ -10,6 +10,9 @@ void add_refine_options(CLI::App& command, RefineOptions& options) {
       .add_option("--out", options.out, "Run folder for the refined run; made, or replaced if it is an earlier run's")
       ->type_name("DIR")
       ->required();
+  command.add_option("--dataset", options.dataset, "Where the recording lies now, if not where the run was made")
+      ->type_name("LAYOUT:PATH");
+  command.add_flag("!--no-loops", options.loops, "Does not look for places that the camera saw twice");
   command.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
 }
 

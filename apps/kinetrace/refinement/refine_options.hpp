@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "cli/companion.hpp"
 
@@ -12,6 +13,8 @@ inline constexpr Companion kRefineCompanion{"kinetrace-refine", "kinetrace-refin
 struct RefineOptions {
   std::filesystem::path run;
   std::filesystem::path out;
+  std::string dataset;  ///< LAYOUT:PATH; empty: where the run says.
+  bool loops = true;
   bool quiet = false;
 };
 

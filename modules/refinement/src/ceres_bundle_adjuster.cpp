@@ -68,11 +68,15 @@ class TurnCost final : public ceres::SizedCostFunction<3, kPoseAmbient, kPoseAmb
   TurnPrior prior_;
 };
 
-ceres::Solver::Options solver_options(const CeresBundleConfig& config, std::size_t frames) {
+ceres::Solver::Options solver_options(const CeresBundleConfig& config, const BatchProblem& batch) {
   // Above this many cameras the reduced system is mostly zero.
   constexpr std::size_t kDenseFrames = 50;
   ceres::Solver::Options options;
-  options.linear_solver_type = frames <= kDenseFrames ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
+  const bool is_dense = batch.T_body_cam.size() <= kDenseFrames;
+  // Without points there is nothing to eliminate.
+  options.linear_solver_type = batch.observations.empty() ? ceres::SPARSE_NORMAL_CHOLESKY
+                               : is_dense                 ? ceres::DENSE_SCHUR
+                                                          : ceres::SPARSE_SCHUR;
   options.max_num_iterations = config.max_iterations;
   options.num_threads = config.threads;
   options.function_tolerance = config.relative_cost_tolerance;
@@ -92,11 +96,13 @@ Status check_motion(const BatchProblem& batch) {
       std::all_of(batch.measured_poses.begin(), batch.measured_poses.end(), [&](const BatchPose& pose) {
         return batch.motion && pose.frame < frames && pose.T_world_body.is_finite() && pose.inverse_sigma.allFinite();
       });
-  const bool steps_fit =
-      std::all_of(batch.measured_steps.begin(), batch.measured_steps.end(), [&](const BatchStep& step) {
-        return step.frame > 0 && step.frame < frames && step.T_before_now.is_finite() && step.inverse_sigma.allFinite();
-      });
-  if (!fits || !poses_fit || !steps_fit) {
+  const auto steps_fit = [&](std::span<const BatchStep> steps) {
+    return std::all_of(steps.begin(), steps.end(), [&](const BatchStep& step) {
+      return step.from < frames && step.to < frames && step.from != step.to && step.T_from_to.is_finite() &&
+             step.root_information.allFinite();
+    });
+  };
+  if (!fits || !poses_fit || !steps_fit(batch.measured_steps) || !steps_fit(batch.loops)) {
     return fail(ErrorCode::kInvalidArgument, "motion, poses or steps of the batch problem are not those of its frames");
   }
   for (std::size_t k = 1; batch.motion && k < frames; ++k) {
@@ -202,7 +208,10 @@ class Assembly {
       problem_.AddResidualBlock(new TurnCost(batch_.turns[k]), &turn_loss_, block(k - 1), block(k));
     }
     for (const BatchStep& step : batch_.measured_steps) {
-      problem_.AddResidualBlock(new StepCost(step), nullptr, block(step.frame - 1), block(step.frame));
+      problem_.AddResidualBlock(new StepCost(step), nullptr, block(step.from), block(step.to));
+    }
+    for (const BatchStep& loop : batch_.loops) {
+      problem_.AddResidualBlock(new StepCost(loop), &pose_loss_, block(loop.from), block(loop.to));
     }
     for (const BatchPose& pose : batch_.measured_poses) {
       problem_.AddResidualBlock(new PoseCost(world_pose(pose.frame), pose.T_world_body, pose.inverse_sigma),
@@ -259,7 +268,7 @@ class AskWhetherToGoOn final : public ceres::IterationCallback {
 
 Result<BundleSummary> solve(const CeresBundleConfig& config, BatchProblem& batch) {
   Assembly assembly(config, batch);
-  ceres::Solver::Options options = solver_options(config, batch.T_body_cam.size());
+  ceres::Solver::Options options = solver_options(config, batch);
   options.linear_solver_ordering = assembly.ordering();
   AskWhetherToGoOn callback(config.keep_going);
   if (config.keep_going) {
@@ -318,7 +327,7 @@ Result<BundleSummary> CeresBundleAdjuster::refine_batch(BatchProblem& problem) {
   if (Status valid = check_batch(problem); !valid) {
     return Unexpected(valid.error());
   }
-  const bool is_bound = !problem.observations.empty() || !problem.measured_poses.empty();
+  const bool is_bound = !problem.observations.empty() || !problem.measured_poses.empty() || !problem.loops.empty();
   if (!is_bound || !has_free_frame(problem)) {
     BundleSummary nothing_to_do;
     nothing_to_do.converged = true;

@@ -96,18 +96,17 @@ class PoseCost final : public ceres::SizedCostFunction<6, kPoseAmbient> {
   Vector6d inverse_sigma_;
 };
 
-/// The camera's way from one frame to the next as something else has measured it.
+/// The pose of one frame's camera in another one's as something else has measured it.
 class StepCost final : public ceres::SizedCostFunction<6, kPoseAmbient, kPoseAmbient> {
  public:
   explicit StepCost(const BatchStep& step) : step_(step) {}
 
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
-    const Se3 T_before_now = to_pose(blocks[0]) * to_pose(blocks[1]).inverse();
-    Eigen::Map<Vector6d>(residuals, 6) =
-        step_.inverse_sigma.cwiseProduct(left_difference(step_.T_before_now, T_before_now));
+    const Se3 T_from_to = to_pose(blocks[0]) * to_pose(blocks[1]).inverse();
+    Eigen::Map<Vector6d>(residuals, 6) = step_.root_information * left_difference(step_.T_from_to, T_from_to);
     if (jacobians != nullptr) {
-      put_derivative<6>(step_.inverse_sigma.asDiagonal() * Matrix6d::Identity(), jacobians[0]);
-      put_derivative<6>(step_.inverse_sigma.asDiagonal() * -adjoint(T_before_now), jacobians[1]);
+      put_derivative<6>(step_.root_information, jacobians[0]);
+      put_derivative<6>(-step_.root_information * adjoint(T_from_to), jacobians[1]);
     }
     return true;
   }

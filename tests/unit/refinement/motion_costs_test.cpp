@@ -73,8 +73,9 @@ TEST(PoseCost, HasTheDerivativesOfItsResiduals) {
 TEST(StepCost, HasTheDerivativesOfItsResiduals) {
   const Se3 a = pose(0.0, 1.0);
   const Se3 b = pose(0.1, 1.5);
-  BatchStep step{1, a * b.inverse(), Vector6d::Constant(2.0)};
-  step.T_before_now = left_update(step.T_before_now, Vector6d::Constant(1e-3));
+  BatchStep step{0, 1, a * b.inverse(), 2.0 * Matrix6d::Identity()};
+  step.root_information(0, 4) = 0.5;
+  step.T_from_to = left_update(step.T_from_to, Vector6d::Constant(1e-3));
   EXPECT_LT(derivative_error(StepCost(step), blocks_of({a, b})), 0.01);
 }
 

@@ -48,11 +48,12 @@ struct BatchPose {
   Vector6d inverse_sigma = Vector6d::Ones();  ///< Of rotation about the world's axes (1/rad) and position (1/m).
 };
 
-/// The way of the camera from one frame to the next, measured by something else.
+/// The pose of one frame's camera in another one's, measured by something else.
 struct BatchStep {
-  std::uint32_t frame = 0;  ///< The later one; above 0.
-  Se3 T_before_now;
-  Vector6d inverse_sigma = Vector6d::Ones();  ///< Of the left perturbation (1/rad, 1/m).
+  std::uint32_t from = 0;
+  std::uint32_t to = 0;
+  Se3 T_from_to;
+  Matrix6d root_information = Matrix6d::Identity();  ///< U with U^T U = inverse covariance of the left perturbation.
 };
 
 /// A whole trajectory with all its points, without a limit on frames. Refined in place; nothing is owned.
@@ -67,6 +68,7 @@ struct BatchProblem {
   std::optional<BatchMotion> motion = {};
   std::span<const BatchPose> measured_poses = {};  ///< Under a Huber loss at three sigmas; need `motion`.
   std::span<const BatchStep> measured_steps = {};
+  std::span<const BatchStep> loops = {};  ///< Under a Huber loss at three sigmas, since a place may be mistaken.
 };
 
 /// Minimises the very cost of FixedBundleAdjuster in double precision. Allocates; not for use on line.
