@@ -247,7 +247,7 @@ TEST_P(Uvc, AModeItLacksIsAnErrorThatPrintsBoth) {
               ::testing::AllOf(::testing::HasSubstr("700x240"), ::testing::ContainsRegex(" set [^;]*640x240")));
 }
 
-TEST_P(Uvc, ASecondUserIsReportedThatItIsBusy) {
+TEST_P(Uvc, ASecondUserLearnsThatItIsBusy) {
   const auto first = make_streaming(config(0));
   const auto second = make_device(config(0));
   const Status opened = second->open();

@@ -87,7 +87,7 @@ void BodyReconstruction::merge_into_keyframe() {
   }
 }
 
-void BodyReconstruction::evict_points() {
+void BodyReconstruction::advance_window() {
   const std::size_t newest = newest_column();
   if (newest_redundant_) {
     merge_into_keyframe();

@@ -295,7 +295,7 @@ Result<CapturedImage> Session::next(const CaptureInfo& info, std::chrono::millis
     if (!item) {
       break;
     }
-    // Finished later than a newer one that was published already.
+    // Finished later than a newer one that was delivered already.
     if (item->sequence > last_sequence_) {
       return image_of(*item, info);
     }
