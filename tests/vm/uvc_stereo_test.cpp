@@ -364,7 +364,7 @@ TEST_P(UvcUnplugging, BothCamerasAreUnpluggedAgainAndAgain) {
   checker.expect_pairs(3);
 }
 
-// What unplugging meets that nothing has reported of yet.
+// Unplugging that no call has noticed yet.
 TEST_P(UvcUnplugging, ClosingRacesWithUnplugging) {
   for (int round = 0; round < rounds(); ++round) {
     SCOPED_TRACE("round " + std::to_string(round));

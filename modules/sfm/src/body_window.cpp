@@ -37,7 +37,7 @@ bool BodyReconstruction::newest_is_redundant() const {
       continue;
     }
     ++seen;
-    // What the keyframe was reported of later points hangs on the poses of frames that are gone, so it does not count.
+    // What the keyframe inherited of later points hangs on the poses of frames that are gone, so it does not count.
     if ((map_.state(row).observed & bit(newest - 1)) != 0) {
       const std::span<const BundleObservation> o = map_.observations(row);
       scratch_[shared++] =

@@ -39,7 +39,7 @@ class LatestValue {
     if ((exchanged_.load(std::memory_order_relaxed) & kFresh) == 0) {
       return nullptr;
     }
-    // As in publish, with the roles changed.
+    // As in `publish`, with the roles changed.
     reading_ = exchanged_.exchange(reading_, std::memory_order_acq_rel) & kIndex;
     return &slots_[reading_];
   }

@@ -84,7 +84,7 @@ enum class SecurityMode : std::uint8_t {
 }
 
 /// Files of DDS Security, PEM and S/MIME. All are needed when required; none may be set when off, so that nobody
-/// accepts to be protected.
+/// seems protected who is not.
 struct SecurityConfig {
   SecurityMode mode = SecurityMode::kOff;
   std::string identity_ca{};     ///< Certificate of the authority that signed the identities.
