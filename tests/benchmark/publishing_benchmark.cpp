@@ -11,7 +11,7 @@
 namespace kinetrace::publishing {
 namespace {
 
-void transfer_identity(benchmark::State& state) {
+void offer_result(benchmark::State& state) {
   const test::SampleResult sample({.objects = 64, .background_points = 1360, .points_per_object = 10});
   const PublishConfig config;
   Arena arena(ResultMailbox::required_bytes(config));
@@ -25,7 +25,7 @@ void transfer_identity(benchmark::State& state) {
   }
   state.counters["allocations"] = static_cast<double>(allocation_counts().own - before.own);
 }
-BENCHMARK(transfer_identity)->Unit(benchmark::kMicrosecond);
+BENCHMARK(offer_result)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace kinetrace::publishing

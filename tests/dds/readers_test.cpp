@@ -22,7 +22,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// Keeps copies of what it is reported.
+/// Keeps copies of all that it receives.
 class Notebook final : public ResultListener {
  public:
   void receive(const ReceivedCamera& received) override { cameras.push_back(received); }

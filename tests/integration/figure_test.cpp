@@ -58,7 +58,7 @@ TEST_F(Figure, IsAPngOf1600PixelsInTheRunFolder) {
   expect_size(run_ / "figure.png", 1600, 1200);
 }
 
-TEST_F(Figure, GoesWhereItIsReported) {
+TEST_F(Figure, IsWrittenWhereOutSays) {
   const std::filesystem::path file = scratch_.path() / "mine.png";
   const ProgramResult result = figure({"--frame", "2", "--out", file.string(), "--quiet"});
   ASSERT_EQ(result.exit_code, 0) << result.err;

@@ -143,8 +143,8 @@ TEST_F(LiveMode, KilledItHasLostNothingThatWasFinal) {
   EXPECT_EQ(lines("camera.tum"), recording_.frames);
 }
 
-/// Hears until `manager` is reported something that is `wanted`; false where that takes too long.
-bool is_reported(const ServiceManager& manager, const std::function<bool(const std::string&)>& wanted) {
+/// Waits until `manager` has received something that is `wanted`; false where that takes too long.
+bool is_received(const ServiceManager& manager, const std::function<bool(const std::string&)>& wanted) {
   const auto given_up_at = std::chrono::steady_clock::now() + std::chrono::minutes(2);
   while (std::chrono::steady_clock::now() < given_up_at) {
     const std::vector<std::string> received = manager.received();
@@ -178,11 +178,11 @@ TEST_F(LiveMode, StarvedOfProcessorItShedsAndReturnsWhenItCan) {
   const std::string speed = std::to_string(std::min(100.0, kPeriod_ms / (0.6 * starved_ms)));
   const ServiceManager manager;
   Program program(command("live", {"live.mode=on", "live.speed=" + speed}, 1'000'000), &*group);
-  EXPECT_TRUE(is_reported(manager, [](const std::string& text) {
+  EXPECT_TRUE(is_received(manager, [](const std::string& text) {
     return text.starts_with("STATUS=degraded") && text.find("sheds_") != std::string::npos;
   }));
   group->release_processor();
-  EXPECT_TRUE(is_reported(manager, [](const std::string& text) { return text == "STATUS=ok"; }));
+  EXPECT_TRUE(is_received(manager, [](const std::string& text) { return text == "STATUS=ok"; }));
   program.send(SIGTERM);
   const ProgramResult result = program.wait();
   ASSERT_EQ(result.exit_code, 128 + SIGTERM) << result.err;

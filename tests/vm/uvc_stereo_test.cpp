@@ -247,7 +247,7 @@ TEST_P(Uvc, AModeItLacksIsAnErrorThatPrintsBoth) {
               ::testing::AllOf(::testing::HasSubstr("700x240"), ::testing::ContainsRegex(" set [^;]*640x240")));
 }
 
-TEST_P(Uvc, ASecondUserIsReportedThatItIsBusy) {
+TEST_P(Uvc, ASecondUserLearnsThatItIsBusy) {
   const auto first = make_streaming(config(0));
   const auto second = make_device(config(0));
   const Status opened = second->open();
@@ -364,7 +364,7 @@ TEST_P(UvcUnplugging, BothCamerasAreUnpluggedAgainAndAgain) {
   checker.expect_pairs(3);
 }
 
-// What unplugging meets that nothing has reported of yet.
+// Unplugging that no call has noticed yet.
 TEST_P(UvcUnplugging, ClosingRacesWithUnplugging) {
   for (int round = 0; round < rounds(); ++round) {
     SCOPED_TRACE("round " + std::to_string(round));

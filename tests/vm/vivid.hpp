@@ -1,4 +1,4 @@
-// The kernel's test camera, from its other side: what its driver is reported to do wrong.
+// The kernel's test camera, from its other side: the faults that its driver is made to inject.
 #pragma once
 
 #include <string>

@@ -234,7 +234,7 @@ TEST_F(Vivid, GainIsReadBack) {
   EXPECT_EQ(device->info().gain, 77.0);
 }
 
-TEST_F(Vivid, ASecondUserIsReportedThatItIsBusy) {
+TEST_F(Vivid, ASecondUserLearnsThatItIsBusy) {
   const auto first = make_streaming(config_);
   CaptureConfig other = config_;
   other.width_px = 640;

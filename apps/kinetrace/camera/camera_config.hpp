@@ -48,31 +48,36 @@ template <typename Visitor>
 void visit_fields(CameraConfig& config, Visitor&& visit) {
   visit("source", config.source, "v4l2, libcamera or files");
   visit("calibration", config.calibration,
-        "of the rig, relative to this file: OpenCV, Kalibr, ROS or KITTI; files bring their own");
+        "calibration file of the rig, relative to this file; datasets (source files) have their own");
   visit("faults", config.faults, "faults to inject, for tests; as run --fault");
-  visit("devices.left", config.left_device, "path, bus id, serial number or libcamera's id");
-  visit("devices.right", config.right_device, "the same; empty where the left device delivers both views side by side");
+  visit("devices.left", config.left_device, "left device: path, bus id, serial number or libcamera's id");
+  visit("devices.right", config.right_device,
+        "right device, likewise; empty where the left one delivers both views side by side");
   visit("image.format", config.image.format, "grey8, grey10, grey16, yuyv, nv12 or mjpeg");
-  visit("image.width_px", config.image.width_px, "as a device delivers: both views together where it has both");
-  visit("image.height_px", config.image.height_px, "rows");
-  visit("image.rate_hz", config.image.rate_hz, "frames a second");
-  visit("image.auto_exposure", config.auto_exposure, "the device decides");
+  visit("image.width_px", config.image.width_px,
+        "width of an image as a device delivers it, px: both views together where it has both");
+  visit("image.height_px", config.image.height_px, "height of an image, px");
+  visit("image.rate_hz", config.image.rate_hz, "frame rate, Hz");
+  visit("image.auto_exposure", config.auto_exposure, "exposure time chosen by the device");
   visit("image.exposure_us", config.exposure_us, "exposure time without auto_exposure, microseconds");
-  visit("image.auto_gain", config.auto_gain, "the device decides");
+  visit("image.auto_gain", config.auto_gain, "gain chosen by the device");
   visit("image.gain", config.gain, "gain without auto_gain, in the device's own unit");
   visit("image.trigger", config.image.trigger, "free_running or external");
   visit("image.buffers", config.image.buffers, "image buffers asked of the driver, at least 5");
   visit("pairing.tolerance_ms", config.timeouts.pair_tolerance_ms,
-        "the views' mid-exposure times differ by at most this, after the learnt offset; at most half a period");
-  visit("patience.stall_ms", config.timeouts.stall_timeout_ms, "no pair for so long, exposure on top: stalled");
-  visit("patience.lost_ms", config.timeouts.lost_timeout_ms, "stalled for so long: lost, closed and looked for again");
-  visit("patience.reopen_first_ms", config.timeouts.reopen_first_ms, "first pause between attempts; it doubles up to");
-  visit("patience.reopen_longest_ms", config.timeouts.reopen_longest_ms, "... this");
+        "maximum difference of the views' mid-exposure times after the learnt offset, ms; at most half a period");
+  visit("patience.stall_ms", config.timeouts.stall_timeout_ms,
+        "time without a pair, exposure on top, after which the camera is stalled, ms");
+  visit("patience.lost_ms", config.timeouts.lost_timeout_ms,
+        "time stalled after which the camera is lost, closed and looked for again, ms");
+  visit("patience.reopen_first_ms", config.timeouts.reopen_first_ms,
+        "first pause between attempts to open the camera, ms; it doubles each time");
+  visit("patience.reopen_longest_ms", config.timeouts.reopen_longest_ms, "longest pause between attempts, ms");
   visit("files.layout", config.layout,
         "kitti-raw, kitti-odometry, kitti-tracking, euroc, cityscapes, folder or container");
-  visit("files.path", config.path, "relative to this file");
-  visit("files.sequence", config.sequence, "where the path holds several");
-  visit("files.loop", config.loop, "plays the recording so often");
+  visit("files.path", config.path, "path of the dataset, relative to this file");
+  visit("files.sequence", config.sequence, "sequence, where the path holds several");
+  visit("files.loop", config.loop, "number of times that the recording is played");
 }
 
 /// Reads and checks a camera file; paths in it become relative to the working directory.

@@ -18,7 +18,8 @@ struct Companion {
 
 /// An error if the program is not there.
 [[nodiscard]] Status check(const Companion& companion);
-/// Becomes that program, with these arguments. Returns only if it cannot be started: the exit code, reported.
+/// Becomes that program, with these arguments. Returns only if it cannot be started: the exit code of the
+/// failure, which has been reported.
 int become(const Companion& companion, std::vector<std::string> arguments);
 
 /// What is left to do for a command whose options are checked here, where their help is, and then passed on as they

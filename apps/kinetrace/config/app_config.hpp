@@ -47,16 +47,18 @@ template <typename Visitor>
 void visit_fields(AppConfig& config, Visitor&& visit) {
   visit_fields(config.board, visit);
   visit("rectification.keep_borders", config.rectification.keep_borders,
-        "0 cuts away pixels without image data, 1 keeps every source pixel; where the calibration leaves the choice");
-  visit("output.mots", config.output.mots, "write mots.txt: the tracked masks");
+        "borders: 0 cuts away pixels without image data, 1 keeps every source pixel; where the calibration leaves the "
+        "choice");
+  visit("output.mots", config.output.mots, "file mots.txt: the tracked masks");
   visit("output.observations", config.output.observations,
-        "write observations.bin, which `kinetrace refine` needs: 24 bytes a point and frame");
-  visit("output.points", config.output.points, "write points/: coloured point clouds");
-  visit("output.colmap", config.output.colmap, "write colmap/: one COLMAP model per body");
+        "file observations.bin, which `kinetrace refine` needs: 24 bytes a point and frame");
+  visit("output.points", config.output.points, "folder points/: coloured point clouds");
+  visit("output.colmap", config.output.colmap, "folder colmap/: one COLMAP model per body");
   visit_fields(config.input, visit);
   visit_fields(config.live, visit);
   visit("processing.threads", config.processing.threads,
-        "share the work of a frame, as far as there are cores; the result is the same with any number");
+        "threads that share the work of a frame, no more than there are cores; the result does not depend on their "
+        "number");
   pipeline::visit_fields(config.pipeline, visit);
 }
 

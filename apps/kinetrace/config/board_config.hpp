@@ -26,11 +26,12 @@ struct BoardConfig {
 
 template <typename Visitor>
 void visit_fields(BoardConfig& config, Visitor&& visit) {
-  visit("board.name", config.name, "the board that this is made for; none: no board in particular");
-  visit("board.cores", config.cores, "of its processor; 0: not said");
-  visit("board.memory_mib", config.memory_mib, "all that it has, MiB; 0: not said");
-  visit("board.image_width_px", config.image_width_px, "of one view, px; what `kinetrace plan` plans for");
-  visit("board.image_height_px", config.image_height_px, "of one view, px");
+  visit("board.name", config.name,
+        "name of the board that the configuration is made for; empty: no board in particular");
+  visit("board.cores", config.cores, "number of processor cores; 0: not given");
+  visit("board.memory_mib", config.memory_mib, "memory of the board, MiB; 0: not given");
+  visit("board.image_width_px", config.image_width_px, "width of one view, px; `kinetrace plan` plans for it");
+  visit("board.image_height_px", config.image_height_px, "height of one view, px; `kinetrace plan` plans for it");
 }
 
 }  // namespace kinetrace::app

@@ -37,15 +37,15 @@ struct LiveConfig {
 
 template <typename Visitor>
 void visit_fields(LiveConfig& config, Visitor&& visit) {
-  visit(
-      "live.mode", config.mode,
-      "auto (devices), on or off; live, the newest frame wins and others are left out; off, every frame is processed");
-  visit("live.deadline_ms", config.deadline_ms, "for processing a frame, ms; 0: the time between frames");
+  visit("live.mode", config.mode,
+        "auto (on for devices), on (the newest frame wins, others are left out) or off (every frame is processed)");
+  visit("live.deadline_ms", config.deadline_ms, "time limit for processing a frame, ms; 0: the time between frames");
   visit("live.shed", config.shed,
-        "while deadlines are missed, do less: refinement iterations, then points, then objects");
-  visit("live.speed", config.speed, "a recording played live goes so many times as fast as it was taken");
+        "load shedding while deadlines are missed: fewer refinement iterations, then points, then objects");
+  visit("live.speed", config.speed,
+        "speed of a recording that is played live, as a multiple of that at which it was taken");
   visit("live.realtime_priority", config.realtime_priority,
-        "of the thread that captures (SCHED_FIFO, 1 to 99), so that a busy board loses no image; 0: none");
+        "priority of the capture thread (SCHED_FIFO, 1 to 99), so that a busy board loses no image; 0: none");
 }
 
 }  // namespace kinetrace::app

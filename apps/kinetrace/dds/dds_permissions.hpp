@@ -1,4 +1,4 @@
-// What DDS Security is reported about a domain and about who may do what in it.
+// Files for DDS Security: protection of a domain, and permissions of its participants.
 #pragma once
 
 #include <string>

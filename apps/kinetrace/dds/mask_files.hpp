@@ -13,7 +13,7 @@
 
 namespace kinetrace::app {
 
-/// How files are reported which frame they are of.
+/// How files are assigned to frames.
 enum class MaskNaming : std::uint8_t {
   kNumber,  ///< The file's name is the frame's number, as in KITTI.
   kOrder,   ///< The first file, by name, is frame 0.

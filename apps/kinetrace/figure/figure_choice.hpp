@@ -1,4 +1,4 @@
-// What a figure shows unless it is reported.
+// Defaults of a figure: the frame and the object that it shows.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace kinetrace::figure {
 /// The frame in which this track, tracked, is tallest; its first frame if it never is. `track` has rows.
 [[nodiscard]] std::int64_t choose_frame_of(const TrackRows& track);
 
-/// The object of the frame to show the reconstruction of:of those that are tracked the one with the largest product of
+/// The object of the frame to show the reconstruction of: of those that are tracked the one with the largest product of
 /// height in pixels and root of (its points times the frames in which it was tracked), weighted as above. If there is
 /// none in the frame, the object with most tracked frames in the run; none if nothing was ever tracked.
 [[nodiscard]] std::optional<std::uint32_t> choose_object(const FigureRun& run, std::int64_t frame, int width_px,

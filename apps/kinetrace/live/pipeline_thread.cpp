@@ -62,7 +62,7 @@ Result<bool> PipelineThread::offer(const RectifiedPair& pair, std::int64_t expos
   slot.pair.name = slot.name;
   slot.pair.left = slot.left;
   slot.pair.right = slot.right;
-  const bool was_left_out = slots_.transfer_identity();
+  const bool was_left_out = slots_.publish();
   news_.signal();
   return was_left_out;
 }

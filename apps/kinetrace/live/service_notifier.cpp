@@ -94,10 +94,10 @@ void ServiceNotifier::progress(std::int64_t now_ns) noexcept {
 
 void ServiceNotifier::tell(const Condition& now) noexcept {
   const std::lock_guard lock(telling_);
-  if (socket_ < 0 || reported_ == now) {
+  if (socket_ < 0 || notified_ == now) {
     return;
   }
-  reported_ = now;
+  notified_ = now;
   send(StatusLine(now).text());
 }
 

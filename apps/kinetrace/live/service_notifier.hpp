@@ -41,7 +41,7 @@ class ServiceNotifier {
   std::atomic<bool> is_ready_ = false;
   std::atomic<std::int64_t> fed_at_ns_ = 0;
   std::mutex telling_;
-  std::optional<Condition> reported_;
+  std::optional<Condition> notified_;
 };
 
 }  // namespace kinetrace::app

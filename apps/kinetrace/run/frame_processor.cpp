@@ -121,7 +121,7 @@ Status FrameProcessor::process_pair(const RectifiedPair& pair, std::int64_t expo
   if (Status usable = note_masks(**result); !usable) {
     return usable;
   }
-  transfer_identity(**result, exposed_ns);
+  offer_result(**result, exposed_ns);
   clock_->end_frame();
   Status recorded = components_.recorder.record(**result);
   if ((*result)->has_finalised) {
@@ -152,7 +152,7 @@ Status FrameProcessor::note_masks(const FrameResult& result) {
   return {};
 }
 
-void FrameProcessor::transfer_identity(const FrameResult& result, std::int64_t exposed_ns) {
+void FrameProcessor::offer_result(const FrameResult& result, std::int64_t exposed_ns) {
   if (!components_.publishing) {
     return;
   }

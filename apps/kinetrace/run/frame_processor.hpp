@@ -56,7 +56,7 @@ class FrameProcessor {
   void record_raw(const StereoFrame& frame);
   /// `exposed_ns`: steady clock at mid-exposure, 0 where that is not known.
   [[nodiscard]] Status process_pair(const RectifiedPair& pair, std::int64_t exposed_ns);
-  void transfer_identity(const FrameResult& result, std::int64_t exposed_ns);
+  void offer_result(const FrameResult& result, std::int64_t exposed_ns);
   [[nodiscard]] Status note_masks(const FrameResult& result);
   void tell_health();
 

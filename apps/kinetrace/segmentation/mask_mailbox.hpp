@@ -44,7 +44,7 @@ inline constexpr std::string_view kMasksInvalid =
     "another image size than the request tells, pieces or runs that do not add up, or too many of them";
 
 /// Holds masks of a few frames, each whole only with all its pieces, until the pipeline asks. One thread offers, one
-/// awaits. All memory is taken at the start. What arrives is checked here: nothing that a network brings is accepted.
+/// awaits. All memory is taken at the start. What arrives is checked here: nothing that a network brings is trusted.
 /// Pieces are put together by sender: what one sends spoils nothing but its own, and the first to be whole is taken.
 /// Masks of another time than the frame they name are of another run.
 class MaskMailbox final : public MaskSource {

@@ -201,7 +201,7 @@ NetworkThread::~NetworkThread() {
     std::unique_lock lock(shared_->mutex);
     shared_->ends = true;
     shared_->changed.notify_all();
-    hangs_ = hangs_ || !shared_->changed.wait_for(lock, shared_->config.timeouts,
+    hangs_ = hangs_ || !shared_->changed.wait_for(lock, shared_->config.timeout,
                                                   [this] { return shared_->state != Shared::State::kAsked; });
   }
   if (hangs_) {
@@ -226,7 +226,7 @@ DelayedMasks NetworkThread::take() noexcept {
   std::unique_lock lock(shared_->mutex);
   const auto is_done = [this] { return shared_->state != Shared::State::kAsked; };
   if (shared_->config.waits && !hangs_) {
-    hangs_ = !shared_->changed.wait_for(lock, shared_->config.timeouts, is_done);
+    hangs_ = !shared_->changed.wait_for(lock, shared_->config.timeout, is_done);
   }
   if (!is_done()) {
     return {};

@@ -21,8 +21,8 @@ struct NetworkThreadConfig {
   int threads = 1;
   bool right = false;  ///< Looks at the right image too.
   bool waits = true;   ///< Recordings wait for masks; a camera would lose frames meanwhile.
-  /// Then it counts as hanging, and nobody waits for it any more.
-  std::chrono::milliseconds timeouts{5000};
+  /// A frame that takes longer hangs: nobody waits for the network any more.
+  std::chrono::milliseconds timeout{5000};
 };
 
 struct NetworkThreadCounters {

@@ -8,12 +8,12 @@ namespace {
 
 // Cracks run where a drifting value crosses zero. From afar they are too fine to be seen.
 Floats crack(const Points& point) {
-  static const Octaves correlated_covariance(2.6F, 0.55F, 5, 101);
+  static const Octaves meander(2.6F, 0.55F, 5, 101);
   const Floats seen = resolved(0.12F, point.footprint_m);
   if (!any(seen > 0.F)) {
     return 0.F;
   }
-  const Floats distance_m = abs(fractal_noise(correlated_covariance, point.position, point.footprint_m)) * 1.1F;
+  const Floats distance_m = abs(fractal_noise(meander, point.position, point.footprint_m)) * 1.1F;
   const float half_width_m = 0.012F;
   const Floats width_m = max(point.footprint_m, 0.004F);
   return seen * clamp((half_width_m - distance_m) / width_m + 0.5F, 0.F, 1.F) * min(1.F, 2.F * half_width_m / width_m);

@@ -5,8 +5,8 @@
 namespace kinetrace::pipeline {
 namespace {
 
-/// A body without motion yet, or a mover not yet reported from the background: its features go on as they went in the
-/// image.
+/// A body without motion yet, or a mover not yet distinguished from the background: its features go on as they went in
+/// the image.
 void predict_unexplained(std::span<const Feature> previous, const sfm::BodyReconstruction& background,
                          std::span<FeaturePrediction> by_slot) {
   for (const Feature& feature : previous) {

@@ -268,7 +268,7 @@ class ObjectState {
                                                    const Eigen::Vector3d& arm_world_m);
   /// The middle of what has been seen of it, in the world.
   [[nodiscard]] Eigen::Vector3d middle_m() const { return identity_.T_world_obj * -identity_.to_origin_m; }
-  /// See trajectory::MotionSample::drift.
+  /// See trajectory::MotionSample.
   [[nodiscard]] Eigen::Matrix3d position_correlated_covariance() const;
   /// See trajectory::MotionSample.
   [[nodiscard]] Eigen::Matrix3d covariance_per_disparity(const CameraState& camera) const;

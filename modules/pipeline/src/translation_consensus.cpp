@@ -33,20 +33,20 @@ TranslationConsensus group_around(const Eigen::Vector3d& centre_m, std::span<con
 }  // namespace
 
 TranslationConsensus largest_group(std::span<const AppearanceMatch> matches, double most_m, double radius_m) {
-  const std::span<const AppearanceMatch> received =
+  const std::span<const AppearanceMatch> considered =
       matches.first(std::min(matches.size(), TranslationConsensus::kMaxMembers));
   TranslationConsensus largest;
-  for (const AppearanceMatch& centre : received) {
+  for (const AppearanceMatch& centre : considered) {
     if (centre.shift_m.norm() > most_m) {
       continue;
     }
-    const TranslationConsensus group = group_around(centre.shift_m, received, radius_m);
+    const TranslationConsensus group = group_around(centre.shift_m, considered, radius_m);
     if (group.count > largest.count) {
       largest = group;
     }
   }
   for (std::size_t i = 0; i < largest.count; ++i) {
-    largest.shift_m += received[largest.members[i]].shift_m / static_cast<double>(largest.count);
+    largest.shift_m += considered[largest.members[i]].shift_m / static_cast<double>(largest.count);
   }
   return largest;
 }

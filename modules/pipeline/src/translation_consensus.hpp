@@ -26,8 +26,8 @@ struct TranslationConsensus {
 };
 
 /// The largest group whose shifts lie within `radius_m` of one of them that is no longer than `most_m`. A feature that
-/// looks like several points at once (a fence, a tread), or several features that look like one point, are received
-/// once, by the nearest of their shifts. Of more than kMaxMembers matches the rest is left out.
+/// looks like several points at once (a fence, a tread), or several features that look like one point, count once, by
+/// the nearest of their shifts. Of more than kMaxMembers matches the rest is left out.
 [[nodiscard]] TranslationConsensus largest_group(std::span<const AppearanceMatch> matches, double most_m,
                                                  double radius_m);
 

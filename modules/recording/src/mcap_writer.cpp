@@ -127,7 +127,7 @@ Result<std::uint16_t> McapWriter::add_topic(const McapTopic& topic) {
   return static_cast<std::uint16_t>(index);
 }
 
-Status McapWriter::write(std::uint16_t channel, std::int64_t last_image_ns, std::int64_t sent_ns,
+Status McapWriter::write(std::uint16_t channel, std::int64_t received_ns, std::int64_t sent_ns,
                          std::span<const std::byte> cdr) {
   Impl& self = *impl_;
   if (self.failure) {
@@ -140,7 +140,7 @@ Status McapWriter::write(std::uint16_t channel, std::int64_t last_image_ns, std:
                                                  (self.is_finished ? " after finish()" : ", which was never added"));
   }
   McapChannel& to = content.channels[channel];
-  const std::uint64_t time_ns = unsigned_time(last_image_ns);
+  const std::uint64_t time_ns = unsigned_time(received_ns);
   self.records.clear();
   self.records.record(McapOpcode::kMessage, [&](McapBytes& record) {
     record.number(channel).number(static_cast<std::uint32_t>(to.messages));

@@ -22,7 +22,7 @@ struct KnownFile {
   Part part;
   std::string_view content;
   std::uint64_t RunCounts::*count = nullptr;  ///< How many there are, if not one.
-  std::uint64_t RunCounts::*rows = nullptr;   ///< How many rows it has, if that is reported.
+  std::uint64_t RunCounts::*rows = nullptr;   ///< How many rows it has, if they are counted.
 };
 
 constexpr std::array<KnownFile, 19> kKnownFiles{{

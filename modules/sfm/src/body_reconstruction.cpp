@@ -341,7 +341,7 @@ void BodyReconstruction::extend(const FeatureFrame& frame, std::uint8_t label, c
     history_.push(now, PoseHistory::kFrozen);
     return;
   }
-  evict_points();
+  advance_window();
   poses_[newest_column()] = T_body_cam_now_;
   attitudes_[newest_column()] = {R_world_cam != nullptr ? *R_world_cam : Eigen::Matrix3d::Identity(), timestamp_ns_,
                                  R_world_cam != nullptr};

@@ -37,7 +37,7 @@ bool BodyReconstruction::newest_is_redundant() const {
       continue;
     }
     ++seen;
-    // What the keyframe was reported of later points hangs on the poses of frames that are gone, so it does not count.
+    // What the keyframe inherited of later points hangs on the poses of frames that are gone, so it does not count.
     if ((map_.state(row).observed & bit(newest - 1)) != 0) {
       const std::span<const BundleObservation> o = map_.observations(row);
       scratch_[shared++] =
@@ -87,7 +87,7 @@ void BodyReconstruction::merge_into_keyframe() {
   }
 }
 
-void BodyReconstruction::evict_points() {
+void BodyReconstruction::advance_window() {
   const std::size_t newest = newest_column();
   if (newest_redundant_) {
     merge_into_keyframe();

@@ -96,7 +96,7 @@ LabelRegion assign_free_pixels(LabelView prediction, std::uint8_t label, const P
     std::uint8_t* shown = target.row(y);
     int first = -1;
     int last = -1;
-    const auto apply_assignment = [&](int x, int pixels) {
+    const auto take = [&](int x, int pixels) {
       std::fill_n(shown + x, pixels, label);
       first = first < 0 ? x : first;
       last = x + pixels - 1;
@@ -105,12 +105,12 @@ LabelRegion assign_free_pixels(LabelView prediction, std::uint8_t label, const P
     int x = region.x0;
     while (x < region.x1) {
       if (x + kStep <= region.x1 && eight_pixels(predicted + x) == eight_of(label) && eight_pixels(shown + x) == 0) {
-        apply_assignment(x, kStep);
+        take(x, kStep);
         x += kStep;
         continue;
       }
       if (predicted[x] == label && shown[x] == kBackgroundLabel) {
-        apply_assignment(x, 1);
+        take(x, 1);
       }
       ++x;
     }

@@ -20,7 +20,7 @@ constexpr double kVelocityFloor_mps = 0.05;
 // Two samples cannot show that their covariances are too small.
 constexpr std::size_t kMinMovingSamples = 3;
 constexpr double kStopRatio = 0.5;
-constexpr double kErrorCorrelationTime_s = 0.5;  // MotionSample::drift takes at least so long.
+constexpr double kErrorCorrelationTime_s = 0.5;  // Of MotionSample::correlated_covariance, at least.
 
 double seconds_between(std::int64_t from_ns, std::int64_t to_ns) {
   return 1e-9 * static_cast<double>(to_ns - from_ns);

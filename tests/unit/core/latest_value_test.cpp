@@ -13,7 +13,7 @@ TEST(LatestValue, IsEmptyUntilSomethingIsHandedOver) {
   EXPECT_EQ(latest.fetch(), nullptr);
   latest.slot() = 5;
   EXPECT_EQ(latest.fetch(), nullptr) << "not handed over yet";
-  EXPECT_FALSE(latest.transfer_identity());
+  EXPECT_FALSE(latest.publish());
   const int* value = latest.fetch();
   ASSERT_NE(value, nullptr);
   EXPECT_EQ(*value, 5);
@@ -24,7 +24,7 @@ TEST(LatestValue, TheNewestWins) {
   LatestValue<int> latest;
   for (int i = 0; i < 5; ++i) {
     latest.slot() = i;
-    EXPECT_EQ(latest.transfer_identity(), i > 0) << "supersedes what nobody fetched";
+    EXPECT_EQ(latest.publish(), i > 0) << "supersedes what nobody fetched";
   }
   EXPECT_EQ(*latest.fetch(), 4);
   EXPECT_EQ(latest.fetch(), nullptr);
@@ -33,11 +33,11 @@ TEST(LatestValue, TheNewestWins) {
 TEST(LatestValue, WhatIsBeingReadIsNotWritten) {
   LatestValue<int> latest;
   latest.slot() = 1;
-  latest.transfer_identity();
+  latest.publish();
   const int* reading = latest.fetch();
   for (int i = 2; i < 10; ++i) {
     latest.slot() = i;
-    latest.transfer_identity();
+    latest.publish();
     EXPECT_EQ(*reading, 1);
   }
   EXPECT_EQ(*latest.fetch(), 9);
@@ -58,7 +58,7 @@ TEST(LatestValue, ValuesAreWholeAndOnlyGrowNewer) {
       for (long& copy : value.copies) {
         copy = i;
       }
-      latest.transfer_identity();
+      latest.publish();
     }
     ends = true;
   });

@@ -20,7 +20,7 @@ TEST(Result, FailCarriesCodeAndMessage) {
   EXPECT_EQ(to_string(ErrorCode::kNotFound), "not_found");
 }
 
-/// Writes down what it is reported.
+/// Keeps the stages entered and left last.
 class Watcher final : public StageObserver {
  public:
   void enter(Stage stage) noexcept override { (entered = stage, inside = true); }

@@ -170,7 +170,7 @@ TEST_F(AppearanceMemoryTest, RecognisesLittleInSomethingElse) {
   EXPECT_LE(recognise(memory, {0.F, 0.F}, {25.F, 15.F}).size(), 4U);
 }
 
-TEST_F(AppearanceMemoryTest, LooksNoFurtherThanReportedAndAtOneBodyOnly) {
+TEST_F(AppearanceMemoryTest, LooksNoFurtherThanItsReachAndAtOneBodyOnly) {
   AppearanceMemory memory(30, arena_);
   remember_then_see(memory, view_of(texture_, true, 2));
   const auto in_place = [](const std::vector<RecognisedPoint>& found) {

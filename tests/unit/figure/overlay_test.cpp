@@ -175,7 +175,7 @@ TEST_F(OverlayFiles, NeverTakeThePlaceOfTheRecordingsImagesNorOfCopiesOfThem) {
   }
 }
 
-TEST_F(OverlayFiles, EndWhenReported) {
+TEST_F(OverlayFiles, EndWhenTheCallerEndsThem) {
   open_all(10);
   EXPECT_EQ(*write_overlay(*run_, *images_, *masks_, out_, [](std::int64_t frames, int) { return frames < 3; }), 3);
 }

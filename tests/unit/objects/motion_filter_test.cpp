@@ -117,12 +117,12 @@ class MotionFilterBehind : public ::testing::Test {
             .interval_s = kFrame_s,
             .T_world_cam_before = camera(frame - 1)};
   }
-  /// After eight frames, reported of their features' motion or not.
-  [[nodiscard]] MotionFilter filter_after(bool reported) const {
+  /// After eight frames, with the motion of their features or without.
+  [[nodiscard]] MotionFilter filter_after(bool with_motion) const {
     MotionFilter filter = started(at(corner(0), 2.0));
     for (int frame = 0; frame <= 8; ++frame) {
       filter.predict(frame * kFrame_ns);
-      if (reported && frame > 0) {
+      if (with_motion && frame > 0) {
         filter.update(motion(frame), camera(frame));
       }
       EXPECT_TRUE(filter.update(stereo(see(camera(frame), corner(0)), 4, 2.0), camera(frame)));

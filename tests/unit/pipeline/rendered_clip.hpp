@@ -8,7 +8,7 @@
 
 namespace kinetrace::test {
 
-/// What `kinetrace run` is reported.
+/// Arguments of `kinetrace run` for this recording.
 struct RenderedClip {
   std::string dataset;       ///< LAYOUT:PATH
   std::string segmentation;  ///< masks:LEFT,RIGHT

@@ -76,10 +76,10 @@ TEST(RunFolder, EarlierRunsGiveWayAndOtherFilesStay) {
 TEST(RunFolder, AnAbandonedRunIsReplaced) {
   const TemporaryFolder folder;
   {
-    RecorderFixture terminated(recording_config(folder.path()));
-    ASSERT_TRUE(terminated.recorder);
+    RecorderFixture abandoned(recording_config(folder.path()));
+    ASSERT_TRUE(abandoned.recorder);
     SyntheticRun run({});
-    ASSERT_TRUE(terminated.recorder->record(*run.next()));
+    ASSERT_TRUE(abandoned.recorder->record(*run.next()));
   }
   EXPECT_FALSE(fs::exists(folder.path() / "run.json"));
   EXPECT_TRUE(record_all(recording_config(folder.path()), {}));

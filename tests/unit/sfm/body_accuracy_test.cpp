@@ -278,7 +278,7 @@ TEST(BodyAccuracy, ATurningCarIsFollowedThoughItIsNotExpectedToTurn) {
   EXPECT_LT(expected.step_deg.value(), 1.1 * free.step_deg.value() + 0.01);
 }
 
-TEST(BodyAccuracy, BackgroundAndObjectAreReportedApartByTheirLabelAlone) {
+TEST(BodyAccuracy, BackgroundAndObjectAreSeparatedByTheirLabelAlone) {
   // Both bodies in the same frames; the object must not pull the background along.
   SyntheticWorld world({.background_features = 300, .seed = 33}, {{.features = 150}});
   BodyDriver background{BodyConfig{}};

@@ -91,7 +91,7 @@ TEST(ResizedRig, KeepsTheFieldOfView) {
   EXPECT_DOUBLE_EQ(taller.cy_px, kRig.cy_px + 50.0);
 }
 
-TEST(Sensor, AddsTheNoiseItIsReportedTo) {
+TEST(Sensor, AddsTheNoiseThatIsSet) {
   const Image<float> grey(200, 100, 0.2520F);  // The square of 128 / 255.
   const SensorSettings settings{.noise_levels = 2.0, .vignetting = 0.0, .blur_px = 0.0, .right_gain = 1.0};
   const Image<std::uint8_t> image = expose(grey, settings, 1.0, 1, 2);

@@ -76,7 +76,7 @@ TEST(MaskDegradation, DriftsNoFurtherThanAFewPixels) {
   }
 }
 
-TEST(MaskDegradation, MissesAsOftenAsReportedTo) {
+TEST(MaskDegradation, MissesAsOftenAsIsSet) {
   DegradationSettings settings = kSure;
   settings.miss_probability = 0.05;
   int found = 0;

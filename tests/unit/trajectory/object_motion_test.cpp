@@ -244,7 +244,7 @@ TEST(ObjectMotion, WhatMovedStaysMovingAtSignificanceThatWouldNotStartIt) {
   EXPECT_TRUE(slowed_down.at(0).moving);
 }
 
-/// `count` exact samples of a steady motion, each of which may have wandered by `correlated_error_m` along every axis.
+/// `count` exact samples of a steady motion, each of which may be off by `correlated_error_m` along every axis.
 void push_correlated(ObjectMotion& motion, const Eigen::Vector3d& velocity_mps,
                      const Eigen::Vector3d& correlated_error_m, int count, double step_s, double start_s = 0.0) {
   for (int i = 0; i < count; ++i) {
@@ -266,7 +266,7 @@ bool moves(const Eigen::Vector3d& velocity_mps, const Eigen::Vector3d& correlate
   return motion.at(0).moving;
 }
 
-TEST(ObjectMotion, DriftWithinTheDriftIsNoMotionAndFasterIs) {
+TEST(ObjectMotion, MotionWithinTheCorrelatedErrorDoesNotCountAndFasterDoes) {
   // A tenth of a metre over the half second of the window: .2 m/s, and four times that shows a motion.
   const Eigen::Vector3d correlated_error_m(0.0, 0.0, 0.1);
   EXPECT_TRUE(moves({0.0, 0.0, 0.6}, Eigen::Vector3d::Zero(), 6, kFrame_s));
@@ -275,7 +275,7 @@ TEST(ObjectMotion, DriftWithinTheDriftIsNoMotionAndFasterIs) {
   EXPECT_TRUE(moves({0.6, 0.0, 0.0}, correlated_error_m, 6, kFrame_s)) << "across what drifts";
 }
 
-TEST(ObjectMotion, WhatDriftsTakesHalfASecond) {
+TEST(ObjectMotion, ACorrelatedErrorTakesHalfASecond) {
   const Eigen::Vector3d correlated_error_m(0.0, 0.0, 0.1);
   for (const double step_s : {0.05, 0.1}) {
     EXPECT_TRUE(moves({0.0, 0.0, 1.2}, correlated_error_m, 3, step_s)) << step_s;
@@ -285,7 +285,7 @@ TEST(ObjectMotion, WhatDriftsTakesHalfASecond) {
   EXPECT_TRUE(moves({0.0, 0.0, 0.6}, correlated_error_m, 6, 2.0 * kFrame_s));
 }
 
-TEST(ObjectMotion, WhatWasSeenLongBeforeAGapGivesTheDriftNoTime) {
+TEST(ObjectMotion, ObservationsLongBeforeAGapGiveTheErrorNoTime) {
   TrajectoryConfig config;
   config.min_moving_speed_mps = 0.1;
   ObjectMotion motion(config);

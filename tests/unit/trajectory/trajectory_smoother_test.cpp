@@ -162,15 +162,15 @@ TEST_F(TrajectorySmootherTest, HoldsWhatIsAtRest) {
   for (PathNode& node : nodes) {
     node.measured = {Eigen::Matrix3d::Identity(), kSigma_m * Eigen::Vector3d(unit(engine), unit(engine), unit(engine))};
   }
-  const auto correlated_covariance = [&](bool at_rest) {
+  const auto path_length_m = [&](bool at_rest) {
     smoother_.smooth(nodes, 0, at_rest);
-    double way = 0.0;
+    double length_m = 0.0;
     for (std::size_t k = 1; k < nodes.size(); ++k) {
-      way += (nodes[k].smoothed.translation - nodes[k - 1].smoothed.translation).norm();
+      length_m += (nodes[k].smoothed.translation - nodes[k - 1].smoothed.translation).norm();
     }
-    return way;
+    return length_m;
   };
-  EXPECT_LT(correlated_covariance(true), 0.3 * correlated_covariance(false));
+  EXPECT_LT(path_length_m(true), 0.3 * path_length_m(false));
 }
 
 TEST_F(TrajectorySmootherTest, FillsAGapWhereThePathLeadsThroughIt) {

@@ -12,12 +12,12 @@ namespace kinetrace::hal {
 /// Finds images whose end never arrived: the rows at the bottom are of one value throughout.
 ///
 /// Pixels that arrived have noise: with half a grey level of it, a pixel equals its neighbour's value with a
-/// probability below 0.7, so that a row of 64 pixels is flat by chance once in 10^10, and a wider one never. What makes
-/// whole rows flat in an intact image is distinguished by three things. A border of the rectification, or a part of the
-/// car, is there in every frame: only rows beyond the fewest flat ones so far count. A night or a glare is there for
-/// both views: only rows in which the other view sees something count. And clipping sets in gradually: just above the
-/// flat rows most pixels must be of another value. Two such rows are damage. Where a third of the image or more is flat
-/// and the other view sees something there, that is damage from the first frame on and in every frame.
+/// probability below 0.7, so that a row of 64 pixels is flat by chance once in 10^10, and a wider one never. Three
+/// things distinguish that from whole rows that are flat in an intact image. A border of the rectification, or a part
+/// of the car, is there in every frame: only rows beyond the fewest flat ones so far count. A night or a glare is there
+/// for both views: only rows in which the other view sees something count. And clipping sets in gradually: just above
+/// the flat rows most pixels must be of another value. Two such rows are damage. Where a third of the image or more is
+/// flat and the other view sees something there, that is damage from the first frame on and in every frame.
 class KINETRACE_API CutOffDetector {
  public:
   struct Finding {

@@ -32,7 +32,7 @@ class KINETRACE_API ImageSample {
  public:
   /// Looks at `kColumns` x `kRows` pixels.
   void take(GrayView image) noexcept;
-  /// False where nothing can be reported: an image of (nearly) one value, as of a covered lens.
+  /// False where nothing can be concluded: an image of (nearly) one value, as of a covered lens.
   [[nodiscard]] bool has_texture() const noexcept { return has_texture_; }
   [[nodiscard]] bool operator==(const ImageSample& other) const noexcept { return values_ == other.values_; }
 

@@ -1,4 +1,4 @@
-// Times that can be accepted.
+// Plausible times.
 #pragma once
 
 #include <cstdint>

@@ -80,7 +80,7 @@ Result<std::unique_ptr<libcamera::CameraConfiguration>> negotiate(libcamera::Cam
                                               "), libcamera set ", set, "; `kinetrace doctor` lists the modes"));
 }
 
-// Caches hold what was there before the device wrote; drivers that need it are reported when reading begins and ends.
+// Caches hold what was there before the device wrote; drivers that need it are notified when reading begins and ends.
 void announce_reading(int dmabuf, std::uint64_t moment) {
   dma_buf_sync sync{};
   sync.flags = moment | DMA_BUF_SYNC_READ;
@@ -295,7 +295,7 @@ Result<CapturedImage> Session::next(const CaptureInfo& info, std::chrono::millis
     if (!item) {
       break;
     }
-    // Finished later than a newer one that was published already.
+    // Finished later than a newer one that was delivered already.
     if (item->sequence > last_sequence_) {
       return image_of(*item, info);
     }

@@ -43,7 +43,7 @@ Result<std::unique_ptr<ResultMailbox>> ResultMailbox::create(const PublishConfig
 
 void ResultMailbox::offer(const FrameResult& result, std::int64_t handed_over_ns, std::int64_t exposed_ns) noexcept {
   frames_.slot().assign(result, handed_over_ns, exposed_ns);
-  if (frames_.transfer_identity()) {
+  if (frames_.publish()) {
     superseded_.fetch_add(1, kRelaxed);
   }
   offered_.fetch_add(1, kRelaxed);
@@ -59,7 +59,7 @@ void ResultMailbox::offer_finalised(const FrameResult& result) noexcept {
 
 void ResultMailbox::offer_health(const PublishedHealth& health) noexcept {
   health_.slot() = health;
-  health_.transfer_identity();
+  health_.publish();
 }
 
 void ResultMailbox::push(const TrajectoryEvent& event) noexcept {

@@ -27,7 +27,7 @@ bool has_place(BodyStatus status) noexcept {
   return status != BodyStatus::kLost && status != BodyStatus::kInitializing;
 }
 
-// How far to accept a pose, since ROS asks for a number.
+// How far to trust a pose, since ROS asks for a number.
 double score(BodyStatus status) noexcept {
   return status == BodyStatus::kTracked ? 1.0 : status == BodyStatus::kStereoOnly ? 0.5 : 0.25;
 }

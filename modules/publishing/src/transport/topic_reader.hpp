@@ -25,7 +25,7 @@ class TopicReader {
                                                   const TopicQos& qos);
 
   [[nodiscard]] dds_entity_t get() const noexcept { return reader_.get(); }
-  /// Writers that are received.
+  /// Writers that match the reader.
   [[nodiscard]] std::uint32_t writers() const noexcept;
 
   /// Calls `visit(const Message&)` for all that came since the last call, oldest first; or `visit(const Message&,

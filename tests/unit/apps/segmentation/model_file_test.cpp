@@ -129,7 +129,7 @@ TEST_F(ModelFile, WhatIsWrongIsNamedWithItsLine) {
   expect_refused("model: a\nclasses: [car]\nuse: {car: vehicle}\ninput: {width: 650}\n", "multiples of 32");
 }
 
-TEST_F(ModelFile, ANetworkInsteadOfItsDescriptionIsReportedApart) {
+TEST_F(ModelFile, ANetworkInsteadOfItsDescriptionIsRecognised) {
   const std::filesystem::path network = folder_.path() / "net.onnx";
   std::ofstream(network) << "\x08\x07";
   const auto model = load_model(network);

@@ -136,7 +136,7 @@ TEST(NetworkThread, WhatIsWrongWithTheModelIsSaidAtTheStart) {
 TEST(NetworkThread, ANetworkThatHangsIsLeftBehind) {
   NetworkThreadConfig hanging = config(true);
   hanging.runtime = KINETRACE_HANGING_RUNTIME;
-  hanging.timeouts = std::chrono::milliseconds(100);
+  hanging.timeout = std::chrono::milliseconds(100);
   const auto begun = std::chrono::steady_clock::now();
   {
     const auto network = NetworkThread::create(hanging, kGeometry);

@@ -169,7 +169,7 @@ TEST(CompletedQueue, StaysReadableOnceItsSourceHasGone) {
   CompletedQueue queue(2);
   queue.push({0, 0});
   queue.end();
-  EXPECT_TRUE(queue.pop()) << "what was finished before is still published";
+  EXPECT_TRUE(queue.pop()) << "what was finished before is still delivered";
   EXPECT_FALSE(queue.pop());
   EXPECT_TRUE(queue.ended());
   EXPECT_TRUE(is_readable(queue));

@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 
 constexpr std::size_t kImageBytes = 64;
 constexpr std::size_t kBufferBytes = 4096;
-constexpr std::chrono::milliseconds kMaxLateFrames{5000};
+constexpr std::chrono::milliseconds kTimeout{5000};
 
 /// A library whose device delivers as fast as buffers come back, and dies of what its name says.
 class BrittleDevice final : public CaptureDevice {
@@ -129,7 +129,7 @@ std::unique_ptr<CaptureDevice> device_of(const CaptureBackendEntry& backend, con
 Error last_error(CaptureDevice& device) {
   constexpr int kMany = 100;
   for (int i = 0; i < kMany; ++i) {
-    const auto image = device.next(kMaxLateFrames);
+    const auto image = device.next(kTimeout);
     if (!image) {
       return image.error();
     }
@@ -153,7 +153,7 @@ TEST(IsolatedBackend, ImagesArriveInOrderAndBuffersGoBack) {
   EXPECT_EQ(device->info().stride_bytes, 8);
   ASSERT_TRUE(device->start());
   for (int i = 0; i < 40; ++i) {
-    const auto image = device->next(kMaxLateFrames);
+    const auto image = device->next(kTimeout);
     ASSERT_TRUE(image) << image.error().message;
     EXPECT_EQ(image->sequence, i);
     EXPECT_FALSE(image->damaged);
@@ -168,12 +168,12 @@ TEST(IsolatedBackend, AStreamStartedAgainForgetsTheOneBefore) {
   const auto device = device_of(brittle(), "sound");
   ASSERT_TRUE(device->open());
   ASSERT_TRUE(device->start());
-  const auto held = device->next(kMaxLateFrames);
+  const auto held = device->next(kTimeout);
   ASSERT_TRUE(held);
   ASSERT_TRUE(device->stop());
   device->release(held->slot);
   ASSERT_TRUE(device->start());
-  const auto image = device->next(kMaxLateFrames);
+  const auto image = device->next(kTimeout);
   ASSERT_TRUE(image) << image.error().message;
   EXPECT_GT(image->sequence, held->sequence);
   EXPECT_FALSE(image->damaged);

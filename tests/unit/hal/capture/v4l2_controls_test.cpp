@@ -1,4 +1,4 @@
-// Controls as a driver has them that does, or does not do, what it is reported.
+// Controls of a driver that sets what it is asked to set, or does not.
 #include "capture/v4l2/v4l2_controls.hpp"
 
 #include <algorithm>

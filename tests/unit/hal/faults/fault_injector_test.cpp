@@ -177,13 +177,13 @@ TEST_F(Faulty, NothingOfAStreamOutlivesIt) {
 
 TEST_F(Faulty, NeverTakesLongerThanItMay) {
   constexpr std::chrono::milliseconds kFrameTakes(5);
-  constexpr std::chrono::milliseconds kMaxLateFrames(30);
+  constexpr std::chrono::milliseconds kShortTimeout(30);
   for (const char* plan : {"drop@0-199", "unplug@0-199:0"}) {
     begin(plan, 200, kFrameTakes);
-    if (camera_->next(kMaxLateFrames).error().code == ErrorCode::kDisconnected) {
+    if (camera_->next(kShortTimeout).error().code == ErrorCode::kDisconnected) {
       ASSERT_TRUE(camera_->recover());
     }
-    EXPECT_EQ(camera_->next(kMaxLateFrames).error().code, ErrorCode::kTimeout) << plan << " is over after a second";
+    EXPECT_EQ(camera_->next(kShortTimeout).error().code, ErrorCode::kTimeout) << plan << " is over after a second";
   }
 }
 

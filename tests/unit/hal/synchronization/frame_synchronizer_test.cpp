@@ -182,7 +182,7 @@ TEST(FrameSynchronizer, AnOffsetOfHalfAPeriodIsOneOffsetUnderJitter) {
                                   return shot * kPeriod + (view == View::kRight ? kPeriod / 2 : 0) + jitter(random);
                                 }});
   EXPECT_GE(outcome.pairs.size(), 485U);
-  // Which neighbour is the partner cannot be reported; but it must not change.
+  // Which neighbour is the partner cannot be known; but it must not change.
   const std::int64_t lead = outcome.pairs.back().right.sequence - outcome.pairs.back().left.sequence;
   for (const SyncPair& pair : outcome.pairs) {
     EXPECT_EQ(pair.right.sequence - pair.left.sequence, lead);

@@ -80,7 +80,7 @@ TEST(PublishConfig, RequiredSecurityNeedsEveryFile) {
   }
 }
 
-TEST(PublishConfig, NobodyAcceptsToBeProtectedWhoIsNot) {
+TEST(PublishConfig, SettingsThatOnlySeemToProtectAreRefused) {
   EXPECT_THAT(refusal([](auto& c) { c.security.private_key = "key.pem"; }),
               HasSubstr("dds.security.private_key is named, but dds.security.mode is off"));
   EXPECT_THAT(refusal([](auto& c) {

@@ -53,7 +53,7 @@ TEST_F(TrajectoryPiecesTest, APieceIsSentWhenItIsFull) {
   EXPECT_TRUE(last[0].finished);
 }
 
-TEST_F(TrajectoryPiecesTest, AnEndRightAfterAFullPieceIsReportedToo) {
+TEST_F(TrajectoryPiecesTest, AnEndRightAfterAFullPieceIsPublishedToo) {
   for (std::size_t i = 0; i < TrajectoryPieces::kMaxPoses; ++i) {
     static_cast<void>(add(7));
   }

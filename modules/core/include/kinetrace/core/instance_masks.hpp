@@ -40,7 +40,7 @@ enum class View : std::uint8_t { kLeft, kRight };
 struct MaskMessage {
   std::uint64_t sender = 0;  ///< The same for all that one sender writes, and for nobody else's.
   std::int64_t frame_index = 0;
-  std::int64_t timestamp_ns = 0;  ///< As the request for this frame reported it.
+  std::int64_t timestamp_ns = 0;  ///< As in the request for this frame.
   View view = View::kLeft;
   std::uint32_t width_px = 0;
   std::uint32_t height_px = 0;

@@ -24,7 +24,7 @@ class LatestValue {
   [[nodiscard]] T& slot() noexcept { return slots_[filling_]; }
 
   /// Producer: makes the slot's content the newest value. True if one was superseded.
-  bool transfer_identity() noexcept {
+  bool publish() noexcept {
     // Release: the consumer that gets this index sees what was written. Acquire: what the consumer read in the slot
     // that comes back was read before we overwrite it.
     const std::uint8_t previous =
@@ -39,7 +39,7 @@ class LatestValue {
     if ((exchanged_.load(std::memory_order_relaxed) & kFresh) == 0) {
       return nullptr;
     }
-    // As in transfer_identity, with the roles changed.
+    // As in `publish`, with the roles changed.
     reading_ = exchanged_.exchange(reading_, std::memory_order_acq_rel) & kIndex;
     return &slots_[reading_];
   }

@@ -6,8 +6,7 @@
 
 namespace kinetrace::features {
 
-/// Everything the feature front end can be reported. The patch is 16 x 11 pixels and fixed: the kernels are built for
-/// it.
+/// All settings of the feature front end. The patch is 16 x 11 pixels and fixed: the kernels are built for it.
 struct KINETRACE_API FeatureConfig {
   // Capacities. Objects are served before the background; what does not fit is dropped weakest first and counted.
   int max_features = 1600;            ///< Over all bodies; [50, 4000]. Number of slots.

@@ -84,7 +84,7 @@ enum class SecurityMode : std::uint8_t {
 }
 
 /// Files of DDS Security, PEM and S/MIME. All are needed when required; none may be set when off, so that nobody
-/// accepts to be protected.
+/// seems protected who is not.
 struct SecurityConfig {
   SecurityMode mode = SecurityMode::kOff;
   std::string identity_ca{};     ///< Certificate of the authority that signed the identities.
@@ -132,35 +132,41 @@ struct KINETRACE_API PublishConfig {
 template <typename Config, typename Visitor>
 void visit_fields(Config& config, Visitor&& visit) {
   visit("dds.domain", config.domain, "domain number, 0 to 230; ROS_DOMAIN_ID of ROS 2");
-  visit("dds.interface", config.interface, "the one interface that is used: lo stays on this machine; waited for");
+  visit("dds.interface", config.interface,
+        "the one network interface that is used, waited for where it is missing; lo: this machine alone");
   visit("dds.peers", config.peers, "addresses asked for participants, separated by commas");
   visit("dds.multicast", config.multicast, "off, discovery or all; never on lo");
-  visit("dds.device", config.device, "who sends: the key of native topics, at most 31 characters");
-  visit("dds.native", config.native, "topics kinetrace/*");
+  visit("dds.device", config.device, "name of the sender, the key of native topics; at most 31 characters");
+  visit("dds.native", config.native, "native topics, kinetrace/*");
   visit("dds.bytes_per_second", config.bytes_per_second,
-        "at most, over all readers; poses, objects and health go first, points last");
-  visit("dds.piece_bytes", config.piece_bytes, "larger messages come in pieces, 4096 to 20000");
-  visit("dds.max_points", config.max_points, "points of a frame, thinned evenly; 0: none");
-  visit("dds.trajectory_queue", config.trajectory_queue, "finalised poses that may wait for the publisher");
-  visit("dds.log_lines_per_minute", config.log_lines_per_minute, "of the DDS library; the rest is counted");
+        "maximum data rate over all readers, bytes per second; poses, objects and health go first, points last");
+  visit("dds.piece_bytes", config.piece_bytes, "size above which messages come in pieces, bytes, 4096 to 20000");
+  visit("dds.max_points", config.max_points, "maximum number of points of a frame, thinned evenly; 0: none");
+  visit("dds.trajectory_queue", config.trajectory_queue,
+        "maximum number of finalised poses that wait for the publisher");
+  visit("dds.log_lines_per_minute", config.log_lines_per_minute,
+        "maximum number of log lines of the DDS library per minute; the rest is counted");
   visit("dds.xml", config.xml, "own Cyclone DDS configuration instead of interface, peers and multicast");
   visit("dds.ros2.enabled", config.ros2.enabled, "topics for ROS 2");
   visit("dds.ros2.prefix", config.ros2.prefix, "namespace of all but /tf, /tf_static and /diagnostics");
   visit("dds.ros2.stamps", config.ros2.stamps, "clock of headers: system or source");
-  visit("dds.ros2.map_frame", config.ros2.map_frame, "east, north, up, of a run that is aligned with a receiver");
-  visit("dds.ros2.odom_frame", config.ros2.odom_frame, "world, x forward, y left, z up at the first frame");
-  visit("dds.ros2.base_frame", config.ros2.base_frame, "left camera, x forward, y left, z up");
-  visit("dds.ros2.left_frame", config.ros2.left_frame, "left camera, x right, y down, z forward");
-  visit("dds.ros2.right_frame", config.ros2.right_frame, "right camera, likewise");
+  visit("dds.ros2.map_frame", config.ros2.map_frame,
+        "frame of the map: east, north, up; of a run that is aligned with a receiver");
+  visit("dds.ros2.odom_frame", config.ros2.odom_frame,
+        "frame of the world: x forward, y left, z up at the first frame");
+  visit("dds.ros2.base_frame", config.ros2.base_frame, "frame of the left camera: x forward, y left, z up");
+  visit("dds.ros2.left_frame", config.ros2.left_frame, "optical frame of the left camera: x right, y down, z forward");
+  visit("dds.ros2.right_frame", config.ros2.right_frame, "optical frame of the right camera");
   visit("dds.security.mode", config.security.mode, "off or required");
   visit("dds.security.identity_ca", config.security.identity_ca, "certificate of the authority, PEM");
-  visit("dds.security.certificate", config.security.certificate, "of this device, PEM");
-  visit("dds.security.private_key", config.security.private_key, "of this device, PEM");
+  visit("dds.security.certificate", config.security.certificate, "certificate of this device, PEM");
+  visit("dds.security.private_key", config.security.private_key, "private key of this device, PEM");
   visit("dds.security.permissions_ca", config.security.permissions_ca,
         "certificate that signed governance and permissions; empty: identity_ca");
-  visit("dds.security.governance", config.security.governance, "how the domain is protected, signed");
-  visit("dds.security.permissions", config.security.permissions, "what this device may publish, signed");
-  visit("dds.security.plugins", config.security.plugins, "folder of Cyclone's security libraries; empty: found");
+  visit("dds.security.governance", config.security.governance, "protection of the domain, signed");
+  visit("dds.security.permissions", config.security.permissions, "permissions of this device, signed");
+  visit("dds.security.plugins", config.security.plugins,
+        "folder of Cyclone's security libraries; empty: where they are installed");
 }
 
 }  // namespace kinetrace::publishing

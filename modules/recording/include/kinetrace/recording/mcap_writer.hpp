@@ -50,7 +50,7 @@ class KINETRACE_API McapWriter {
 
   /// One message. Times are Unix nanoseconds: when it was received, and when it was sent. After an error the file ends
   /// with the message before, and every further call says the same. Errors: kIo, kInvalidArgument (no such channel).
-  [[nodiscard]] Status write(std::uint16_t channel, std::int64_t last_image_ns, std::int64_t sent_ns,
+  [[nodiscard]] Status write(std::uint16_t channel, std::int64_t received_ns, std::int64_t sent_ns,
                              std::span<const std::byte> cdr);
 
   /// Index and end of the file; nothing can be written afterwards. Errors: kIo.

@@ -134,7 +134,7 @@ class BodyReconstruction {
   using ColumnPoses = std::array<Se3, kMaxWindowFrames>;
   static constexpr double kMinDepth_m = 0.1;
 
-  void evict_points();
+  void advance_window();
   [[nodiscard]] bool newest_is_redundant() const;
   /// Moves what the newest column has seen into the column before it, as if seen from there, so that a frame that makes
   /// room leaves its knowledge of the points behind.

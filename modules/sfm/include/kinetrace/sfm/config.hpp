@@ -30,8 +30,9 @@ struct KINETRACE_API BodyConfig {
   double keyframe_motion_px =
       8.0;  ///< A frame whose points moved less than this (median) since the last keyframe makes room for the next.
   double keyframe_overlap = 0.7;  ///< ... unless the last keyframe knows less than this part of its points.
-  /// How fast the body usually turns in the world: bundle adjustment expects no more, and accepts in more where points
-  /// show it. Far away, few points tell little of an attitude, and it drifts without this. 0: nothing is expected.
+  /// How fast the body usually turns in the world: bundle adjustment expects no more, and accepts more only where
+  /// points show it. Far away, few points tell little of an attitude, and it drifts without this. 0: nothing is
+  /// expected.
   double turn_rate_radps = 0.0;
   int reject_after_frames = 8;  ///< A feature that disagrees this often in a row is given back to the front end.
 
