@@ -12,8 +12,8 @@
 #include "kinetrace/publishing/fix_exchange.hpp"
 #include "kinetrace/publishing/result_reader.hpp"
 #include "live_alignment.hpp"
-#include "map_arguments.hpp"
 #include "map_report.hpp"
+#include "reference_arguments.hpp"
 
 namespace kinetrace::map {
 namespace {
@@ -122,7 +122,8 @@ class Display {
       return;
     }
     const geo::Reference reference{*alignment_.frame(), task.fixes, alignment_.counts(), {}};
-    print(report_json({device, "navsatfix", live_topic(options_), reference, task.config, *alignment_.newest()}, -1));
+    print(report_json(
+        {device, "navsatfix", live_topic(options_.reference), reference, task.config, *alignment_.newest()}, -1));
   }
   void show_state() {
     if (options_.json || options_.quiet) {
@@ -171,7 +172,7 @@ class LiveMap {
         link_(link),
         alignment_(std::move(alignment)),
         reader_(link),
-        fixes_(link, live_topic(options)),
+        fixes_(link, live_topic(options.reference)),
         sender_(link, config),
         follower_(alignment_, sender_, config_),
         display_(options, alignment_),
@@ -265,7 +266,7 @@ class LiveMap {
     return Unexpected(
         Failure{ExitCode::kIo, "not aligned: " + alignment_.reason() + "; is `kinetrace run --publish` at work as " +
                                    config_.device + " in domain " + std::to_string(config_.domain) + " on " +
-                                   config_.interface + ", and a receiver on " + live_topic(options_) + '?'});
+                                   config_.interface + ", and a receiver on " + live_topic(options_.reference) + '?'});
   }
 
   const MapOptions& options_;
@@ -289,22 +290,22 @@ Status check(const MapOptions& options) {
     return fail(ErrorCode::kInvalidArgument,
                 "--reference navsatfix follows a run that goes on: leave out the run folder and --out");
   }
-  const std::string topic = live_topic(options);
+  const std::string topic = live_topic(options.reference);
   const bool is_name =
       topic.size() > 1 && topic.front() == '/' && topic.back() != '/' &&
       topic.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_/") == std::string::npos;
   return is_name ? Status{}
                  : fail(ErrorCode::kInvalidArgument,
                         "--reference: expected navsatfix:TOPIC with a topic of ROS 2 such as /fix, got " +
-                            options.reference);
+                            options.reference.source);
 }
 
 Outcome<LiveAlignment> make_alignment(const MapOptions& options) {
-  const Outcome<geo::AlignmentConfig> config = parse_config(options);
+  const Outcome<geo::AlignmentConfig> config = parse_config(options.reference);
   if (!config) {
     return Unexpected(config.error());
   }
-  const auto origin = parse_origin(options);
+  const auto origin = parse_origin(options.reference);
   if (!origin) {
     return Unexpected(origin.error());
   }
@@ -320,7 +321,7 @@ Outcome<LiveAlignment> make_alignment(const MapOptions& options) {
   if (!window) {
     return failure(window.error());
   }
-  return LiveAlignment(std::move(*window), *config, std::move(frame), options.time_offset_s.has_value());
+  return LiveAlignment(std::move(*window), *config, std::move(frame), options.reference.time_offset_s.has_value());
 }
 
 }  // namespace

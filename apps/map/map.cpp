@@ -12,9 +12,9 @@
 #include "kinetrace/core/files.hpp"
 #include "kinetrace/geo/map_files.hpp"
 #include "live_map.hpp"
-#include "map_arguments.hpp"
 #include "map_picture.hpp"
 #include "map_report.hpp"
+#include "reference_arguments.hpp"
 #include "run_trajectories.hpp"
 
 namespace kinetrace::map {
@@ -33,32 +33,6 @@ constexpr std::array<std::pair<const char*, TextOf>, 4> kTexts{{{"trajectories.g
                                                                 {"trajectories.kml", &geo::kml_text},
                                                                 {"trajectories.gpx", &geo::gpx_text},
                                                                 {"trajectories.csv", &geo::csv_text}}};
-
-Outcome<geo::ReferenceSource> parse_source(const MapOptions& options, const recording::Run& run) {
-  const std::size_t colon = options.reference.find(':');
-  geo::ReferenceSource source;
-  bool known = false;
-  for (const auto& [name, format] : geo::kReferenceFormats) {
-    if (name == options.reference.substr(0, colon)) {
-      source.format = format;
-      known = true;
-    }
-  }
-  if (!known || colon == std::string::npos || colon + 1 == options.reference.size()) {
-    return Unexpected(
-        Failure{app::ExitCode::kUsage,
-                "--reference: expected FORMAT:PATH with oxts, nmea, gpx, euroc or csv, or navsatfix:TOPIC, got " +
-                    options.reference});
-  }
-  source.path = options.reference.substr(colon + 1);
-  source.near_time_ns = run.camera.front().timestamp_ns;
-  const Outcome<std::optional<geo::Geodetic>> origin = parse_origin(options);
-  if (!origin) {
-    return Unexpected(origin.error());
-  }
-  source.origin = *origin;
-  return source;
-}
 
 Status make_folder(const fs::path& folder) {
   std::error_code error;
@@ -119,7 +93,7 @@ Outcome<int> make_map(const MapOptions& options) {
   if (!options.publish.empty() || options.seconds > 0.0) {
     return Unexpected(Failure{app::ExitCode::kUsage, "--publish and --seconds are for --reference navsatfix:TOPIC"});
   }
-  const Outcome<geo::AlignmentConfig> config = parse_config(options);
+  const Outcome<geo::AlignmentConfig> config = parse_config(options.reference);
   if (!config) {
     return Unexpected(config.error());
   }
@@ -133,7 +107,7 @@ Outcome<int> make_map(const MapOptions& options) {
   if (run->camera.size() < 2) {
     return Unexpected(Failure{app::ExitCode::kBadData, options.run.string() + ": has no path of the camera"});
   }
-  const Outcome<geo::ReferenceSource> source = parse_source(options, *run);
+  const Outcome<geo::ReferenceSource> source = parse_source(options.reference, run->camera.front().timestamp_ns);
   if (!source) {
     return Unexpected(source.error());
   }
@@ -156,7 +130,7 @@ Outcome<int> make_map(const MapOptions& options) {
 }  // namespace
 
 int map_command(const MapOptions& options) {
-  const Outcome<int> exit_code = is_live(options) ? follow_run(options) : make_map(options);
+  const Outcome<int> exit_code = is_live(options.reference) ? follow_run(options) : make_map(options);
   return exit_code ? *exit_code : app::report(exit_code.error());
 }
 

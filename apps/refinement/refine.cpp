@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <memory>
 #include <thread>
 
+#include "camera_path.hpp"
 #include "camera_refinement.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/messages.hpp"
-#include "figure/figure_images.hpp"
-#include "loops/loop_closure.hpp"
 #include "object_gaps.hpp"
 #include "object_history.hpp"
 #include "object_joining.hpp"
@@ -66,52 +64,29 @@ Status complete_lives(const recording::Run& run, RefinedRun& refined) {
   return {};
 }
 
-/// Closes the loops of the path. Errors: those of the recording's images, and of close_loops.
-Result<ClosedLoops> find_loops(const recording::Run& run, const RefineOptions& options,
-                               const AdjustmentOptions& adjustment, RefinedCamera& camera, RefineProgress& progress) {
-  std::unique_ptr<figure::RecordedImages> images;
-  const auto pair = [&](std::int64_t frame) -> Result<RectifiedPair> {
-    if (images == nullptr) {
-      Result<figure::RecordedImages> opened = figure::RecordedImages::open(run, options.dataset);
-      if (!opened) {
-        return Unexpected(opened.error());
-      }
-      images = std::make_unique<figure::RecordedImages>(std::move(*opened));
-    }
-    return images->pair(frame);
-  };
-  return close_loops(run, pair, adjustment, camera, [&](double part) { progress.loops(part); });
-}
-
-Result<RefinedRun> refine(const recording::Run& run, const RefineOptions& asked, RefineProgress& progress) {
+Outcome<RefinedRun> refine(const recording::Run& run, const RefineOptions& asked, RefineProgress& progress) {
   Result<std::map<std::uint32_t, ObjectHistory>> histories = object_histories(run);
   if (!histories) {
-    return Unexpected(histories.error());
+    return failure(histories.error());
   }
   const AdjustmentOptions options{.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency())),
                                   .keep_going = [] { return app::interrupted_by() == 0; }};
   RefinedRun refined;
   Result<RefinedCamera> camera = refine_camera(run, options, [&](std::size_t rows) { progress.camera(rows); });
   if (!camera) {
-    return Unexpected(camera.error());
+    return failure(camera.error());
   }
   refined.camera = std::move(*camera);
-  if (asked.loops && options.keep_going()) {
-    const Result<ClosedLoops> loops = find_loops(run, asked, options, refined.camera, progress);
-    if (!loops && !asked.dataset.empty()) {
-      return Unexpected(loops.error());
-    }
-    refined.loops = loops ? *loops : ClosedLoops{};
-    if (!loops) {
-      refined.notes.push_back("places that the camera saw twice were not looked for: " + loops.error().message +
-                              "; --dataset LAYOUT:PATH says where the recording lies, --no-loops leaves them out");
-    }
+  Outcome<PathCorrection> correction = correct_path(run, asked, options, refined.camera, progress);
+  if (!correction) {
+    return Unexpected(correction.error());
   }
+  refined.path = std::move(*correction);
   std::size_t rows_done = 0;
   for (const auto& [track_id, history] : *histories) {
     Result<RefinedObject> object = refine_object(run, refined.camera.T_world_cam, history, options);
     if (!object) {
-      return Unexpected(object.error());
+      return failure(object.error());
     }
     refined.objects.emplace(track_id, std::move(*object));
     rows_done += history.rows.size();
@@ -119,7 +94,7 @@ Result<RefinedRun> refine(const recording::Run& run, const RefineOptions& asked,
   }
   if (app::interrupted_by() == 0) {
     if (const Status completed = complete_lives(run, refined); !completed) {
-      return Unexpected(completed.error());
+      return failure(completed.error());
     }
   }
   return refined;
@@ -130,12 +105,16 @@ recording::RunSummary summary_of(const recording::Run& run, const RefinedRun& re
   summary.version = KINETRACE_VERSION;
   summary.config_json = run.config_json;
   summary.dataset = run.dataset_fields;
-  std::erase_if(summary.dataset,
-                [](const auto& field) { return field.first == "refined_from" || field.first == "loops"; });
+  std::erase_if(summary.dataset, [](const auto& field) {
+    return field.first == "refined_from" || field.first == "loops" || field.first == "reference";
+  });
   summary.dataset.emplace_back("refined_from", options.run.string());
-  summary.dataset.emplace_back("loops", std::to_string(refined.loops.loops));
+  summary.dataset.emplace_back("loops", std::to_string(refined.path.loops));
+  if (!options.reference.source.empty()) {
+    summary.dataset.emplace_back("reference", options.reference.source);
+  }
   summary.warnings = run.notes;
-  summary.warnings.insert(summary.warnings.end(), refined.notes.begin(), refined.notes.end());
+  summary.warnings.insert(summary.warnings.end(), refined.path.notes.begin(), refined.path.notes.end());
   if (const int signal = app::interrupted_by(); signal != 0) {
     summary.warnings.push_back("refinement was stopped by signal " + std::to_string(signal) +
                                "; what it did not reach is as the run had it");
@@ -154,10 +133,10 @@ Outcome<int> carry_out(const RefineOptions& options) {
   }
   app::catch_interrupts();
   RefineProgress progress(!options.quiet, run->camera.size(), run->objects.size());
-  const Result<RefinedRun> refined = refine(*run, options, progress);
+  const Outcome<RefinedRun> refined = refine(*run, options, progress);
   if (!refined) {
     progress.clear();
-    return failure(refined.error());
+    return Unexpected(refined.error());
   }
   const recording::RunSummary summary = summary_of(*run, *refined, options);
   const Status written =
@@ -169,12 +148,11 @@ Outcome<int> carry_out(const RefineOptions& options) {
   if (!options.quiet) {
     std::printf("Refined %zu frames and %zu objects into %s\n", run->camera.size(), refined->objects.size(),
                 options.out.c_str());
-    if (refined->loops.loops > 0) {
-      std::printf("Closed %zu loops, which moved the path by up to %.2f m\n", refined->loops.loops,
-                  refined->loops.moved_m);
+    for (const std::string& result : refined->path.results) {
+      std::puts(result.c_str());
     }
   }
-  for (const std::string& note : refined->notes) {
+  for (const std::string& note : refined->path.notes) {
     app::print_warning(note);
   }
   return summary.exit_status;

@@ -8,8 +8,8 @@
 
 #include "camera_refinement.hpp"
 #include "kinetrace/recording/run_summary.hpp"
-#include "loops/loop_closure.hpp"
 #include "object_refinement.hpp"
+#include "path_graph.hpp"
 
 namespace kinetrace::batch {
 
@@ -17,8 +17,7 @@ struct RefinedRun {
   RefinedCamera camera;
   std::map<std::uint32_t, RefinedObject> objects;          ///< By track.
   std::map<std::uint32_t, std::uint32_t> goes_on_as = {};  ///< Tracks that have been joined to another one.
-  ClosedLoops loops = {};
-  std::vector<std::string> notes = {};  ///< What the user should know, one line each.
+  PathCorrection path = {};
 };
 
 /// Writes what the run's own folder has, but for images/, in refined places. `summary` is completed by what was found.

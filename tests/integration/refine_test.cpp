@@ -1,4 +1,5 @@
 // `kinetrace refine` and `run --refine batch` from outside, on a small recording.
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -20,6 +21,8 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using Json = nlohmann::json;
+
+constexpr std::int64_t kReferenceAhead_ns = 1'600'000'000'000'000'000;
 
 class Refine : public ::testing::Test {
  protected:
@@ -50,6 +53,20 @@ class Refine : public ::testing::Test {
       }
     }
     return (places.back() - places.front()).norm();
+  }
+  /// Writes where the camera was as EuRoC's ground truth has it, z up.
+  void write_reference(const std::string& run, const std::string& name) const {
+    std::ifstream file(path(run) + "/camera.tum");
+    std::ofstream reference(path(name));
+    for (std::string line; std::getline(file, line);) {
+      std::istringstream fields(line);
+      double time_s = 0.0;
+      Eigen::Vector3d place;
+      if (fields >> time_s >> place.x() >> place.y() >> place.z()) {
+        reference << kReferenceAhead_ns + std::llround(1e9 * time_s) << ',' << place.x() << ',' << place.z() << ','
+                  << -place.y() << '\n';
+      }
+    }
   }
   [[nodiscard]] std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
 
@@ -123,6 +140,31 @@ TEST_F(Refine, ClosesLoopsOfACameraThatComesBack) {
   EXPECT_THAT(found.out, HasSubstr("Closed "));
   EXPECT_THAT(found.err, ::testing::IsEmpty());
   expect_refusal(refine({"--dataset", "kitti-odometry:" + path("nowhere")}), kNoInput, "nowhere");
+}
+
+TEST_F(Refine, HoldsThePathByAReference) {
+  recording_.frames = 30;
+  recording_.step_m = 0.5;
+  recording_.write();
+  ASSERT_EQ(run().exit_code, 0);
+  write_reference("run", "truth.csv");
+  const std::vector<std::string> reference{"--no-loops",  "--reference",        "euroc:" + path("truth.csv"),
+                                           "--origin",    "49.011,8.416,116.4", "--time-offset",
+                                           "-1600000000", "--max-time-offset",  "0"};
+  const auto with = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> all = reference;
+    all.insert(all.end(), more.begin(), more.end());
+    return refine(all);
+  };
+  const ProgramResult held = with({"--dof", "4"});
+  ASSERT_EQ(held.exit_code, 0) << held.err;
+  EXPECT_THAT(held.out, HasSubstr("Held the path by 30 of 30 fixes"));
+  EXPECT_EQ(Json::parse(text_of(path("refined/run.json"))).at("dataset").at("reference"), "euroc:" + path("truth.csv"));
+  // It drives straight ahead: what is left and right of its path, and what above, it does not say.
+  expect_refusal(with({}), kBadData, "the reference does not hold the path");
+  expect_refusal(refine({"--reference", "sextant:" + path("truth.csv")}), kUsage, "oxts, nmea, gpx, euroc or csv");
+  expect_refusal(refine({"--reference", "nmea:" + path("nowhere")}), kNoInput, "nowhere");
+  expect_refusal(refine({"--dof", "4"}), kUsage, "--reference");
 }
 
 TEST_F(Refine, FollowsARunThatAsksForIt) {

@@ -2,8 +2,9 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
+
+#include "map/reference_options.hpp"
 
 // NOLINTNEXTLINE(readability-identifier-naming): theirs.
 namespace CLI {
@@ -18,16 +19,10 @@ inline constexpr const char* kMapPackage = "kinetrace-map";
 
 struct MapOptions {
   std::filesystem::path run;  ///< Empty: a run that goes on, over DDS.
-  std::string reference;      ///< "FORMAT:PATH", or "navsatfix:TOPIC".
+  ReferenceOptions reference;
   std::string publish;        ///< The file that a run that goes on publishes by; empty: its defaults.
   double seconds = 0.0;       ///< Of such a run: ends after so much time; 0: at a signal.
   std::filesystem::path out;  ///< Empty: `map` in the run folder.
-  int dof = 6;
-  std::string lever_arm_m = "0,0,0";
-  std::string origin;  ///< "LATITUDE,LONGITUDE,HEIGHT"; empty: in the middle of the reference.
-  std::optional<double> time_offset_s;
-  std::optional<double> max_time_offset_s;
-  double drift_percent = 0.2;
   bool json = false;
   bool quiet = false;
 };

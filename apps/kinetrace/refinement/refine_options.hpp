@@ -5,6 +5,7 @@
 #include <string>
 
 #include "cli/companion.hpp"
+#include "map/reference_options.hpp"
 
 namespace kinetrace::app {
 
@@ -15,6 +16,7 @@ struct RefineOptions {
   std::filesystem::path out;
   std::string dataset;  ///< LAYOUT:PATH; empty: where the run says.
   bool loops = true;
+  ReferenceOptions reference;  ///< Empty source: none.
   bool quiet = false;
 };
 

@@ -9,6 +9,7 @@
 
 #include <opencv2/core.hpp>
 
+#include "../path_graph.hpp"
 #include "keyframes.hpp"
 #include "kinetrace/core/frame.hpp"
 
@@ -16,14 +17,6 @@ namespace kinetrace::batch {
 
 /// The rectified pair of a frame; its images live until the next call.
 using PairReader = std::function<Result<RectifiedPair>(std::int64_t frame)>;
-
-/// One place seen at two times.
-struct Loop {
-  std::size_t from_row = 0;  ///< The earlier one.
-  std::size_t to_row = 0;
-  Se3 T_from_to;
-  Matrix6d information = Matrix6d::Zero();  ///< Inverse covariance of its left perturbation.
-};
 
 /// Appearance proposes: the earlier keyframes whose small pictures are most alike (Milford & Wyeth 2012), then binary
 /// descriptors of the run's own points (ORB; Rublee et al. 2011). Stereo geometry decides: a pose from three points by
@@ -36,7 +29,8 @@ class PlaceMatcher {
                const AdjustmentOptions& options)
       : run_(run), T_world_cam_(T_world_cam), read_(std::move(read)), options_(options) {}
 
-  /// The first of the candidates, by how alike their thumbnails are, that is the same place. Errors: those of reading a pair.
+  /// The first of the candidates, by how alike their thumbnails are, that is the same place. Errors: those of reading a
+  /// pair.
   Result<std::optional<Loop>> match(std::span<const Keyframe> keyframes, std::size_t now,
                                     std::span<const std::size_t> candidates);
 

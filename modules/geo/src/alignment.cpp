@@ -102,6 +102,7 @@ void report_noise(const Linearisation& linear, Alignment& alignment) {
     std::nth_element(values.begin(), middle, values.end());
     return *middle;
   };
+  alignment.sigma_factor = {linear.noise.horizontal, linear.noise.horizontal, linear.noise.vertical};
   alignment.horizontal_noise_m = linear.noise.horizontal * median(horizontal_m);
   alignment.vertical_noise_m = linear.noise.vertical * median(vertical_m);
 }

@@ -102,8 +102,15 @@ Status check_motion(const BatchProblem& batch) {
              step.root_information.allFinite();
     });
   };
-  if (!fits || !poses_fit || !steps_fit(batch.measured_steps) || !steps_fit(batch.loops)) {
-    return fail(ErrorCode::kInvalidArgument, "motion, poses or steps of the batch problem are not those of its frames");
+  const bool fixes_fit = std::all_of(batch.fixes.begin(), batch.fixes.end(), [&](const BatchFix& fix) {
+    const std::array<std::uint32_t, 3> entries{fix.map, fix.before, fix.after};
+    return *std::max_element(entries.begin(), entries.end()) < frames && fix.map != fix.before &&
+           fix.map != fix.after && fix.before != fix.after && fix.part >= 0.0 && fix.part <= 1.0 &&
+           fix.antenna_m.allFinite() && fix.position_m.allFinite() && fix.inverse_sigma.allFinite();
+  });
+  if (!fits || !poses_fit || !fixes_fit || !steps_fit(batch.measured_steps) || !steps_fit(batch.loops)) {
+    return fail(ErrorCode::kInvalidArgument,
+                "motion, poses, steps or fixes of the batch problem are not those of its frames");
   }
   for (std::size_t k = 1; batch.motion && k < frames; ++k) {
     if (batch.motion->timestamps_ns[k] <= batch.motion->timestamps_ns[k - 1]) {
@@ -212,6 +219,9 @@ class Assembly {
     }
     for (const BatchStep& loop : batch_.loops) {
       problem_.AddResidualBlock(new StepCost(loop), &pose_loss_, block(loop.from), block(loop.to));
+    }
+    for (const BatchFix& fix : batch_.fixes) {
+      problem_.AddResidualBlock(new FixCost(fix), &pose_loss_, block(fix.map), block(fix.before), block(fix.after));
     }
     for (const BatchPose& pose : batch_.measured_poses) {
       problem_.AddResidualBlock(new PoseCost(world_pose(pose.frame), pose.T_world_body, pose.inverse_sigma),
@@ -327,7 +337,8 @@ Result<BundleSummary> CeresBundleAdjuster::refine_batch(BatchProblem& problem) {
   if (Status valid = check_batch(problem); !valid) {
     return Unexpected(valid.error());
   }
-  const bool is_bound = !problem.observations.empty() || !problem.measured_poses.empty() || !problem.loops.empty();
+  const bool is_bound = !problem.observations.empty() || !problem.measured_poses.empty() || !problem.loops.empty() ||
+                        !problem.fixes.empty();
   if (!is_bound || !has_free_frame(problem)) {
     BundleSummary nothing_to_do;
     nothing_to_do.converged = true;

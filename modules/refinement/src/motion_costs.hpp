@@ -6,6 +6,7 @@
 #include "kinetrace/core/body_velocity.hpp"
 #include "kinetrace/refinement/ceres_bundle_adjuster.hpp"
 #include "pose_block.hpp"
+#include "reprojection_jacobian.hpp"
 
 namespace kinetrace::refinement {
 
@@ -113,6 +114,35 @@ class StepCost final : public ceres::SizedCostFunction<6, kPoseAmbient, kPoseAmb
 
  private:
   BatchStep step_;
+};
+
+/// A place of the camera's path on a map as something else has measured it. Blocks: map, frame before, frame after.
+class FixCost final : public ceres::SizedCostFunction<3, kPoseAmbient, kPoseAmbient, kPoseAmbient> {
+ public:
+  explicit FixCost(const BatchFix& fix) : fix_(fix) {}
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const Se3 T_map_body = to_pose(blocks[0]);
+    const Se3 T_before_body = to_pose(blocks[1]);
+    const Se3 T_after_body = to_pose(blocks[2]);
+    const Eigen::Vector3d antenna_body_m = (1.0 - fix_.part) * (T_before_body.inverse() * fix_.antenna_m) +
+                                           fix_.part * (T_after_body.inverse() * fix_.antenna_m);
+    const Eigen::Vector3d antenna_map_m = T_map_body * antenna_body_m;
+    Eigen::Map<Eigen::Vector3d>(residuals, 3) = fix_.inverse_sigma.cwiseProduct(antenna_map_m - fix_.position_m);
+    if (jacobians != nullptr) {
+      const auto weight = fix_.inverse_sigma.asDiagonal();
+      put_derivative<3>(weight * pose_jacobian(antenna_map_m), jacobians[0]);
+      const auto by_frame = [&](double part, const Se3& T_cam_body) -> Eigen::Matrix<double, 3, 6> {
+        return -part * (weight * T_map_body.rotation * T_cam_body.rotation.transpose() * pose_jacobian(fix_.antenna_m));
+      };
+      put_derivative<3>(by_frame(1.0 - fix_.part, T_before_body), jacobians[1]);
+      put_derivative<3>(by_frame(fix_.part, T_after_body), jacobians[2]);
+    }
+    return true;
+  }
+
+ private:
+  BatchFix fix_;
 };
 
 }  // namespace kinetrace::refinement

@@ -103,10 +103,12 @@ TEST(Loop, BendsAPathThatTurnsTooLittle) {
   Vector6d weights;
   weights << Eigen::Vector3d::Constant(1e6), Eigen::Vector3d::Constant(1e4);
   const Matrix6d information = weights.asDiagonal();
-  const std::vector<Matrix6d> steps(kFrames, information);
-  const std::vector<Loop> loops{{0, kFrames - 1, truth[0].inverse() * truth.back(), information}};
-  const Status bent = bend_path(kGeometry, steps, loops, kOptions, path);
+  const PathGraph graph{path,
+                        std::vector<Matrix6d>(kFrames, information),
+                        {{0, kFrames - 1, truth[0].inverse() * truth.back(), information}}};
+  const auto bent = bend_path(kGeometry, graph, {}, kOptions);
   ASSERT_TRUE(bent) << bent.error().message;
+  path = bent->T_world_cam;
   EXPECT_EQ(path.front().translation, Eigen::Vector3d::Zero());
   EXPECT_LT((path.back().translation - truth.back().translation).norm(), 0.05 * gap_m);
   // Every step takes its part: none is bent by more than a few times the mean.

@@ -13,17 +13,19 @@ Se3 pose(double turn, double way) {
 }
 
 /// Largest difference between the derivatives of a cost and differences of its residuals.
+template <int kRows = 6>
 double derivative_error(const ceres::CostFunction& cost, std::vector<PoseBlock> blocks) {
+  using Residual = Eigen::Matrix<double, kRows, 1>;
   constexpr double kStep = 1e-6;
   const std::size_t count = blocks.size();
   std::vector<double*> pointers;
-  std::vector<PoseDerivative<6>> derivatives(count);
+  std::vector<PoseDerivative<kRows>> derivatives(count);
   std::vector<double*> derivative_pointers;
   for (std::size_t i = 0; i < count; ++i) {
     pointers.push_back(blocks[i].data());
     derivative_pointers.push_back(derivatives[i].data());
   }
-  Vector6d at;
+  Residual at;
   EXPECT_TRUE(cost.Evaluate(pointers.data(), at.data(), derivative_pointers.data()));
   double largest = 0.0;
   for (std::size_t i = 0; i < count; ++i) {
@@ -31,8 +33,8 @@ double derivative_error(const ceres::CostFunction& cost, std::vector<PoseBlock> 
     for (int k = 0; k < kPoseTangent; ++k) {
       Vector6d step = Vector6d::Zero();
       step[k] = kStep;
-      Vector6d ahead;
-      Vector6d behind;
+      Residual ahead;
+      Residual behind;
       from_pose(left_update(to_pose(before.data()), step), blocks[i].data());
       EXPECT_TRUE(cost.Evaluate(pointers.data(), ahead.data(), nullptr));
       from_pose(left_update(to_pose(before.data()), -step), blocks[i].data());
@@ -77,6 +79,11 @@ TEST(StepCost, HasTheDerivativesOfItsResiduals) {
   step.root_information(0, 4) = 0.5;
   step.T_from_to = left_update(step.T_from_to, Vector6d::Constant(1e-3));
   EXPECT_LT(derivative_error(StepCost(step), blocks_of({a, b})), 0.01);
+}
+
+TEST(FixCost, HasTheDerivativesOfItsResiduals) {
+  const BatchFix fix{0, 1, 2, 0.3, {0.2, -1.1, -0.4}, {30.0, 40.0, 2.0}, {0.5, 0.7, 0.2}};
+  EXPECT_LT(derivative_error<3>(FixCost(fix), blocks_of({pose(0.4, 2.0), pose(0.0, 1.0), pose(0.1, 1.5)})), 1e-4);
 }
 
 // A camera at rest sees something drive by in the first and the last three of nine frames.

@@ -59,7 +59,9 @@ struct Alignment {
   std::int64_t fixes = 0;    ///< While the camera was on its way.
   std::int64_t inliers = 0;  ///< Of these.
   std::int64_t unmatched = 0;
-  std::vector<FixUse> use;          ///< By fix.
+  std::vector<FixUse> use;  ///< By fix.
+  /// By which the fixes' own standard deviations (east, north, up) are to be multiplied, as the residuals show.
+  Eigen::Vector3d sigma_factor = Eigen::Vector3d::Ones();
   double horizontal_noise_m = 0.0;  ///< Median of the fixes' standard deviations, as the residuals show them.
   double vertical_noise_m = 0.0;
   double correlation = 1.0;  ///< So many neighbouring fixes are worth one (autocorrelation time).

@@ -56,6 +56,19 @@ struct BatchStep {
   Matrix6d root_information = Matrix6d::Identity();  ///< U with U^T U = inverse covariance of the left perturbation.
 };
 
+/// A place of the camera's path on a map, measured by something else. The map has a pose in the body's frame as a
+/// camera has: `map` is its entry in T_body_cam. The place is that of a point of the camera (an antenna), linear in
+/// time between two frames.
+struct BatchFix {
+  std::uint32_t map = 0;
+  std::uint32_t before = 0;
+  std::uint32_t after = 0;
+  double part = 0.0;                                        ///< Of the interval from `before` to `after`, [0, 1].
+  Eigen::Vector3d antenna_m = Eigen::Vector3d::Zero();      ///< Camera frame.
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();     ///< On the map.
+  Eigen::Vector3d inverse_sigma = Eigen::Vector3d::Zero();  ///< 1/m, along the map's axes.
+};
+
 /// A whole trajectory with all its points, without a limit on frames. Refined in place; nothing is owned.
 struct BatchProblem {
   StereoGeometry geometry;
@@ -69,6 +82,7 @@ struct BatchProblem {
   std::span<const BatchPose> measured_poses = {};  ///< Under a Huber loss at three sigmas; need `motion`.
   std::span<const BatchStep> measured_steps = {};
   std::span<const BatchStep> loops = {};  ///< Under a Huber loss at three sigmas, since a place may be mistaken.
+  std::span<const BatchFix> fixes = {};   ///< Under a Huber loss at three sigmas.
 };
 
 /// Minimises the very cost of FixedBundleAdjuster in double precision. Allocates; not for use on line.

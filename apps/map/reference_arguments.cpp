@@ -1,4 +1,4 @@
-#include "map_arguments.hpp"
+#include "reference_arguments.hpp"
 
 #include <algorithm>
 
@@ -7,8 +7,8 @@
 namespace kinetrace::map {
 
 using app::Failure;
-using app::MapOptions;
 using app::Outcome;
+using app::ReferenceOptions;
 
 namespace {
 
@@ -33,16 +33,16 @@ Outcome<Eigen::Vector3d> parse_triple(const std::string& text, const char* optio
 
 }  // namespace
 
-std::string live_topic(const MapOptions& options) {
+std::string live_topic(const ReferenceOptions& options) {
   constexpr std::string_view kFormat = "navsatfix:";
-  return options.reference.starts_with(kFormat) ? options.reference.substr(kFormat.size()) : "";
+  return options.source.starts_with(kFormat) ? options.source.substr(kFormat.size()) : "";
 }
 
-bool is_live(const MapOptions& options) {
-  return options.reference.starts_with("navsatfix:");
+bool is_live(const ReferenceOptions& options) {
+  return options.source.starts_with("navsatfix:");
 }
 
-Outcome<std::optional<geo::Geodetic>> parse_origin(const MapOptions& options) {
+Outcome<std::optional<geo::Geodetic>> parse_origin(const ReferenceOptions& options) {
   if (options.origin.empty()) {
     return std::nullopt;
   }
@@ -53,7 +53,34 @@ Outcome<std::optional<geo::Geodetic>> parse_origin(const MapOptions& options) {
   return geo::Geodetic{origin->x(), origin->y(), origin->z()};
 }
 
-Outcome<geo::AlignmentConfig> parse_config(const MapOptions& options) {
+Outcome<geo::ReferenceSource> parse_source(const ReferenceOptions& options, std::int64_t recorded_ns) {
+  const std::size_t colon = options.source.find(':');
+  geo::ReferenceSource source;
+  bool known = false;
+  for (const auto& [name, format] : geo::kReferenceFormats) {
+    if (name == options.source.substr(0, colon)) {
+      source.format = format;
+      known = true;
+    }
+  }
+  if (!known || colon == std::string::npos || colon + 1 == options.source.size()) {
+    return Unexpected(
+        Failure{app::ExitCode::kUsage,
+                "--reference: expected FORMAT:PATH with oxts, nmea, gpx, euroc or csv (or, of kinetrace map, "
+                "navsatfix:TOPIC), got " +
+                    options.source});
+  }
+  source.path = options.source.substr(colon + 1);
+  source.near_time_ns = recorded_ns;
+  const Outcome<std::optional<geo::Geodetic>> origin = parse_origin(options);
+  if (!origin) {
+    return Unexpected(origin.error());
+  }
+  source.origin = *origin;
+  return source;
+}
+
+Outcome<geo::AlignmentConfig> parse_config(const ReferenceOptions& options) {
   const Outcome<Eigen::Vector3d> lever_arm = parse_triple(options.lever_arm_m, "--lever-arm");
   if (!lever_arm) {
     return Unexpected(lever_arm.error());
