@@ -57,7 +57,7 @@ Outcome<PathCorrection> close_loops(const recording::Run& run, const ObservedPat
     }
     std::array<char, 128> text;
     std::snprintf(text.data(), text.size(), "Closed %zu loops, which moved the path by up to %.2f m", correction.loops,
-                  move_camera(std::move(bent->T_world_cam), camera));
+                  move_camera(std::move(*bent), camera));
     correction.results.emplace_back(text.data());
   }
   return correction;
@@ -80,11 +80,12 @@ Outcome<PathCorrection> correct_path(const recording::Run& run, const RefineOpti
   Outcome<PathCorrection> correction =
       options.loops ? close_loops(run, *path, options, adjustment, graph, camera, progress) : PathCorrection{};
   if (correction && has_reference) {
-    const Outcome<std::string> held = hold_by_reference(run, options.reference, graph, adjustment, camera);
+    const Outcome<HeldPath> held = hold_by_reference(run, options.reference, graph, adjustment, camera);
     if (!held) {
       return Unexpected(held.error());
     }
-    correction->results.push_back(*held);
+    correction->scale = held->scale;
+    correction->results.push_back(held->result);
   }
   return correction;
 }

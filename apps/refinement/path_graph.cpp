@@ -55,6 +55,7 @@ Result<BentPath> bend_path(const StereoGeometry& geometry, const PathGraph& grap
                                    .observations = {},
                                    .measured_steps = steps,
                                    .loops = loops,
+                                   .scale = {1.0, map.scale_sigma},
                                    .fixes = fixes};
   auto adjuster = refinement::CeresBundleAdjuster::create(
       {.max_iterations = 100, .threads = options.threads, .keep_going = options.keep_going});
@@ -67,19 +68,20 @@ Result<BentPath> bend_path(const StereoGeometry& geometry, const PathGraph& grap
   }
   const Se3 T_map_world = fixes.empty() ? Se3{} : poses.back().inverse();
   poses.resize(graph.T_world_cam.size());
-  return BentPath{std::move(poses), T_map_world};
+  return BentPath{std::move(poses), T_map_world, problem.scale.value};
 }
 
-double move_camera(std::vector<Se3> T_world_cam, RefinedCamera& camera) {
+double move_camera(BentPath path, RefinedCamera& camera) {
   double moved_m = 0.0;
-  for (std::size_t row = 0; row < T_world_cam.size(); ++row) {
-    moved_m = std::max(moved_m, (T_world_cam[row].translation - camera.T_world_cam[row].translation).norm());
+  for (std::size_t row = 0; row < path.T_world_cam.size(); ++row) {
+    moved_m = std::max(moved_m, (path.T_world_cam[row].translation - camera.T_world_cam[row].translation).norm());
   }
   for (RefinedPoint& point : camera.points) {
     const std::size_t row = point.last_frame;
-    point.position_m = T_world_cam[row] * (camera.T_world_cam[row].inverse() * point.position_m);
+    const Eigen::Vector3d seen_m = camera.T_world_cam[row].inverse() * point.position_m;
+    point.position_m = path.T_world_cam[row] * (path.scale * seen_m);
   }
-  camera.T_world_cam = std::move(T_world_cam);
+  camera.T_world_cam = std::move(path.T_world_cam);
   return moved_m;
 }
 

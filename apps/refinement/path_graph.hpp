@@ -23,6 +23,7 @@ struct MapFixes {
   Se3 T_map_world;  ///< Where the search for it begins.
   Eigen::Vector3d antenna_m = Eigen::Vector3d::Zero();
   std::vector<refinement::BatchFix> fixes = {};  ///< `before`, `after`: rows.
+  double scale_sigma = 0.0;                      ///< How far the steps may be off by a common factor.
 };
 
 struct PathGraph {
@@ -33,12 +34,14 @@ struct PathGraph {
 
 struct BentPath {
   std::vector<Se3> T_world_cam;
-  Se3 T_map_world;  ///< Where fixes were given.
+  Se3 T_map_world;     ///< Where fixes were given.
+  double scale = 1.0;  ///< By which the path is longer than its steps said.
 };
 
 /// What was done about a path beyond its steps.
 struct PathCorrection {
   std::size_t loops = 0;
+  double scale = 1.0;                     ///< By which everything is larger than the run's stereo baseline says.
   std::vector<std::string> results = {};  ///< What was done, one line each.
   std::vector<std::string> notes = {};    ///< What could not be done, one line each.
 };
@@ -48,8 +51,8 @@ struct PathCorrection {
 [[nodiscard]] Result<BentPath> bend_path(const StereoGeometry& geometry, const PathGraph& graph, const MapFixes& map,
                                          const AdjustmentOptions& options);
 
-/// Lays the camera onto another path; points go along with the frame that saw them last. Returns by how much it was
-/// moved at most (m).
-double move_camera(std::vector<Se3> T_world_cam, RefinedCamera& camera);
+/// Lays the camera onto another path; points go along with the frame that saw them last, as much farther from it as the
+/// path is longer. Returns by how much the camera was moved at most (m).
+double move_camera(BentPath path, RefinedCamera& camera);
 
 }  // namespace kinetrace::batch

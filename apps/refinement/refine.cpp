@@ -15,6 +15,7 @@
 #include "object_refinement.hpp"
 #include "refine_progress.hpp"
 #include "refined_run.hpp"
+#include "run_scale.hpp"
 
 namespace kinetrace::batch {
 namespace {
@@ -64,11 +65,8 @@ Status complete_lives(const recording::Run& run, RefinedRun& refined) {
   return {};
 }
 
-Outcome<RefinedRun> refine(const recording::Run& run, const RefineOptions& asked, RefineProgress& progress) {
-  Result<std::map<std::uint32_t, ObjectHistory>> histories = object_histories(run);
-  if (!histories) {
-    return failure(histories.error());
-  }
+/// `run` gets the scale that a reference gives it.
+Outcome<RefinedRun> refine(recording::Run& run, const RefineOptions& asked, RefineProgress& progress) {
   const AdjustmentOptions options{.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency())),
                                   .keep_going = [] { return app::interrupted_by() == 0; }};
   RefinedRun refined;
@@ -82,6 +80,11 @@ Outcome<RefinedRun> refine(const recording::Run& run, const RefineOptions& asked
     return Unexpected(correction.error());
   }
   refined.path = std::move(*correction);
+  scale_run(refined.path.scale, run);
+  Result<std::map<std::uint32_t, ObjectHistory>> histories = object_histories(run);
+  if (!histories) {
+    return failure(histories.error());
+  }
   std::size_t rows_done = 0;
   for (const auto& [track_id, history] : *histories) {
     Result<RefinedObject> object = refine_object(run, refined.camera.T_world_cam, history, options);

@@ -148,20 +148,20 @@ TEST_F(Refine, HoldsThePathByAReference) {
   recording_.write();
   ASSERT_EQ(run().exit_code, 0);
   write_reference("run", "truth.csv");
-  const std::vector<std::string> reference{"--no-loops",  "--reference",        "euroc:" + path("truth.csv"),
-                                           "--origin",    "49.011,8.416,116.4", "--time-offset",
-                                           "-1600000000", "--max-time-offset",  "0"};
+  const std::vector<std::string> reference{"--no-loops", "--reference",        "euroc:" + path("truth.csv"),
+                                           "--origin",   "49.011,8.416,116.4", "--time-offset",
+                                           "-1600000000"};
   const auto with = [&](const std::vector<std::string>& more) {
     std::vector<std::string> all = reference;
     all.insert(all.end(), more.begin(), more.end());
     return refine(all);
   };
-  const ProgramResult held = with({"--dof", "4"});
+  const ProgramResult held = with({"--max-time-offset", "0"});
   ASSERT_EQ(held.exit_code, 0) << held.err;
   EXPECT_THAT(held.out, HasSubstr("Held the path by 30 of 30 fixes"));
   EXPECT_EQ(Json::parse(text_of(path("refined/run.json"))).at("dataset").at("reference"), "euroc:" + path("truth.csv"));
-  // It drives straight ahead: what is left and right of its path, and what above, it does not say.
-  expect_refusal(with({}), kBadData, "the reference does not hold the path");
+  // It drives straight ahead at a constant speed.
+  expect_refusal(with({}), kBadData, "the reference does not hold the path: the place along the path");
   expect_refusal(refine({"--reference", "sextant:" + path("truth.csv")}), kUsage, "oxts, nmea, gpx, euroc or csv");
   expect_refusal(refine({"--reference", "nmea:" + path("nowhere")}), kNoInput, "nowhere");
   expect_refusal(refine({"--dof", "4"}), kUsage, "--reference");

@@ -10,9 +10,9 @@
 
 namespace kinetrace::batch {
 
-app::Outcome<std::string> hold_by_reference(const recording::Run& run, const app::ReferenceOptions& options,
-                                            const PathGraph& graph, const AdjustmentOptions& adjustment,
-                                            RefinedCamera& camera) {
+app::Outcome<HeldPath> hold_by_reference(const recording::Run& run, const app::ReferenceOptions& options,
+                                         const PathGraph& graph, const AdjustmentOptions& adjustment,
+                                         RefinedCamera& camera) {
   const app::Outcome<geo::AlignmentConfig> config = map::parse_config(options);
   if (!config) {
     return Unexpected(config.error());
@@ -35,10 +35,11 @@ app::Outcome<std::string> hold_by_reference(const recording::Run& run, const app
   std::array<char, 256> text;
   std::snprintf(text.data(), text.size(),
                 "Held the path by %lld of %lld fixes (%.2f m horizontally, %.2f m vertically), which moved it by up to "
-                "%.2f m",
+                "%.2f m and scaled it by %+.2f %%",
                 static_cast<long long>(fit->alignment.inliers), static_cast<long long>(fit->alignment.fixes),
-                fit->alignment.horizontal_noise_m, fit->alignment.vertical_noise_m, fit->moved_m);
-  return std::string(text.data());
+                fit->alignment.horizontal_noise_m, fit->alignment.vertical_noise_m, fit->moved_m,
+                100.0 * (fit->scale - 1.0));
+  return HeldPath{fit->scale, text.data()};
 }
 
 }  // namespace kinetrace::batch

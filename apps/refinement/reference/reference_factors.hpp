@@ -9,10 +9,15 @@
 
 namespace kinetrace::batch {
 
-/// Reads the reference and bends the camera's path onto it; returns what the user should know of it, one line.
+struct HeldPath {
+  double scale = 1.0;  ///< By which everything is larger than the run's stereo baseline says.
+  std::string result;  ///< What the user should know of it, one line.
+};
+
+/// Reads the reference and bends the camera's path onto it.
 /// Errors: kUsage, those of reading it, kBadData where it does not determine where the path lies.
-[[nodiscard]] app::Outcome<std::string> hold_by_reference(const recording::Run& run,
-                                                          const app::ReferenceOptions& options, const PathGraph& graph,
-                                                          const AdjustmentOptions& adjustment, RefinedCamera& camera);
+[[nodiscard]] app::Outcome<HeldPath> hold_by_reference(const recording::Run& run, const app::ReferenceOptions& options,
+                                                       const PathGraph& graph, const AdjustmentOptions& adjustment,
+                                                       RefinedCamera& camera);
 
 }  // namespace kinetrace::batch

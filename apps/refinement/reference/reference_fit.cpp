@@ -29,7 +29,7 @@ Result<geo::Alignment> align(const recording::Run& run, const std::vector<Se3>& 
 
 MapFixes factors(const recording::Run& run, std::span<const geo::Fix> fixes, const geo::AlignmentConfig& config,
                  const geo::Alignment& alignment) {
-  MapFixes map{.T_map_world = alignment.T_map_world, .antenna_m = config.lever_arm_m};
+  MapFixes map{.T_map_world = alignment.T_map_world, .antenna_m = config.lever_arm_m, .scale_sigma = config.path_drift};
   const Eigen::Vector3d factor = alignment.sigma_factor * std::sqrt(alignment.correlation);
   const auto is_before = [](const recording::CameraRow& row, std::int64_t time_ns) {
     return row.timestamp_ns < time_ns;
@@ -57,10 +57,13 @@ MapFixes factors(const recording::Run& run, std::span<const geo::Fix> fixes, con
 }  // namespace
 
 Result<ReferenceFit> fit_to_reference(const recording::Run& run, std::span<const geo::Fix> fixes,
-                                      const geo::AlignmentConfig& config, const PathGraph& graph,
+                                      const geo::AlignmentConfig& asked, const PathGraph& graph,
                                       const AdjustmentOptions& options, RefinedCamera& camera) {
-  std::vector<Se3> T_world_cam = camera.T_world_cam;
-  Result<geo::Alignment> alignment = align(run, T_world_cam, {}, fixes, config);
+  geo::AlignmentConfig config = asked;
+  // How the map lies about a straight path bends nothing.
+  config.max_rotation_sigma_rad = 2.0 * M_PI;
+  BentPath path{camera.T_world_cam, {}};
+  Result<geo::Alignment> alignment = align(run, path.T_world_cam, {}, fixes, config);
   const Se3 T_level_map = alignment ? alignment->T_map_world.inverse() : Se3{};
   for (int round = 0; alignment && round < kMaxRounds && options.keep_going(); ++round) {
     Result<BentPath> bent = bend_path(run.rectified, graph, factors(run, fixes, config, *alignment), options);
@@ -68,11 +71,11 @@ Result<ReferenceFit> fit_to_reference(const recording::Run& run, std::span<const
       return Unexpected(bent.error());
     }
     double moved_m = 0.0;
-    for (std::size_t row = 0; row < T_world_cam.size(); ++row) {
-      moved_m = std::max(moved_m, (bent->T_world_cam[row].translation - T_world_cam[row].translation).norm());
+    for (std::size_t row = 0; row < path.T_world_cam.size(); ++row) {
+      moved_m = std::max(moved_m, (bent->T_world_cam[row].translation - path.T_world_cam[row].translation).norm());
     }
-    T_world_cam = std::move(bent->T_world_cam);
-    alignment = align(run, T_world_cam, T_level_map * bent->T_map_world, fixes, config);
+    path = std::move(*bent);
+    alignment = align(run, path.T_world_cam, T_level_map * path.T_map_world, fixes, config);
     if (moved_m < kConverged_m) {
       break;
     }
@@ -80,7 +83,8 @@ Result<ReferenceFit> fit_to_reference(const recording::Run& run, std::span<const
   if (!alignment) {
     return Unexpected(alignment.error());
   }
-  return ReferenceFit{std::move(*alignment), move_camera(std::move(T_world_cam), camera)};
+  const double scale = path.scale;
+  return ReferenceFit{std::move(*alignment), move_camera(std::move(path), camera), scale};
 }
 
 }  // namespace kinetrace::batch

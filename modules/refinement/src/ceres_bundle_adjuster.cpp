@@ -142,6 +142,9 @@ Status check_batch(const BatchProblem& batch) {
                                                    " is not finite, or names a frame or point that does not exist");
     }
   }
+  if (!(batch.scale.value > 0.0 && batch.scale.sigma >= 0.0)) {
+    return fail(ErrorCode::kInvalidArgument, "scale of the batch problem must be positive, its sigma not negative");
+  }
   if (Status turns = check_turns(batch.turns, batch.T_body_cam.size()); !turns) {
     return turns;
   }
@@ -169,6 +172,7 @@ class Assembly {
     }
     add_observations();
     add_motion();
+    add_scale();
     const std::vector<bool> fixed = fixed_frames(batch);
     for (std::size_t k = 0; k < poses_.size(); ++k) {
       if (problem_.HasParameterBlock(block(k))) {
@@ -215,10 +219,10 @@ class Assembly {
       problem_.AddResidualBlock(new TurnCost(batch_.turns[k]), &turn_loss_, block(k - 1), block(k));
     }
     for (const BatchStep& step : batch_.measured_steps) {
-      problem_.AddResidualBlock(new StepCost(step), nullptr, block(step.from), block(step.to));
+      problem_.AddResidualBlock(new StepCost(step), nullptr, block(step.from), block(step.to), &batch_.scale.value);
     }
     for (const BatchStep& loop : batch_.loops) {
-      problem_.AddResidualBlock(new StepCost(loop), &pose_loss_, block(loop.from), block(loop.to));
+      problem_.AddResidualBlock(new StepCost(loop), &pose_loss_, block(loop.from), block(loop.to), &batch_.scale.value);
     }
     for (const BatchFix& fix : batch_.fixes) {
       problem_.AddResidualBlock(new FixCost(fix), &pose_loss_, block(fix.map), block(fix.before), block(fix.after));
@@ -229,6 +233,19 @@ class Assembly {
     }
     for (std::size_t k = 1; batch_.motion && k < poses_.size(); ++k) {
       add_expected_motion(*batch_.motion, k);
+    }
+  }
+
+  void add_scale() {
+    double* scale = &batch_.scale.value;
+    if (!problem_.HasParameterBlock(scale)) {
+      return;
+    }
+    ordering_->AddElementToGroup(scale, 1);
+    if (batch_.scale.sigma > 0.0) {
+      problem_.AddResidualBlock(new ScaleCost(batch_.scale.sigma), nullptr, scale);
+    } else {
+      problem_.SetParameterBlockConstant(scale);
     }
   }
 

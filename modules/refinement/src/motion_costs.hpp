@@ -97,23 +97,48 @@ class PoseCost final : public ceres::SizedCostFunction<6, kPoseAmbient> {
   Vector6d inverse_sigma_;
 };
 
-/// The pose of one frame's camera in another one's as something else has measured it.
-class StepCost final : public ceres::SizedCostFunction<6, kPoseAmbient, kPoseAmbient> {
+/// The pose of one frame's camera in another one's as something else has measured it. Blocks: both frames, and by how
+/// much longer the way is than was measured.
+class StepCost final : public ceres::SizedCostFunction<6, kPoseAmbient, kPoseAmbient, 1> {
  public:
   explicit StepCost(const BatchStep& step) : step_(step) {}
 
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
     const Se3 T_from_to = to_pose(blocks[0]) * to_pose(blocks[1]).inverse();
-    Eigen::Map<Vector6d>(residuals, 6) = step_.root_information * left_difference(step_.T_from_to, T_from_to);
+    const Eigen::Matrix3d& R = step_.T_from_to.rotation;
+    const Se3 measured{R, blocks[2][0] * step_.T_from_to.translation};
+    Eigen::Map<Vector6d>(residuals, 6) = step_.root_information * left_difference(measured, T_from_to);
     if (jacobians != nullptr) {
       put_derivative<6>(step_.root_information, jacobians[0]);
       put_derivative<6>(-step_.root_information * adjoint(T_from_to), jacobians[1]);
+    }
+    if (jacobians != nullptr && jacobians[2] != nullptr) {
+      Vector6d by_scale = Vector6d::Zero();
+      by_scale.tail<3>() = -(T_from_to.rotation * R.transpose() * step_.T_from_to.translation);
+      Eigen::Map<Vector6d>(jacobians[2], 6) = step_.root_information * by_scale;
     }
     return true;
   }
 
  private:
   BatchStep step_;
+};
+
+/// The scale is about 1.
+class ScaleCost final : public ceres::SizedCostFunction<1, 1> {
+ public:
+  explicit ScaleCost(double sigma) : sigma_(sigma) {}
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    residuals[0] = (blocks[0][0] - 1.0) / sigma_;
+    if (jacobians != nullptr && jacobians[0] != nullptr) {
+      jacobians[0][0] = 1.0 / sigma_;
+    }
+    return true;
+  }
+
+ private:
+  double sigma_;
 };
 
 /// A place of the camera's path on a map as something else has measured it. Blocks: map, frame before, frame after.

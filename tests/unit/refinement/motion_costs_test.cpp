@@ -72,13 +72,50 @@ TEST(PoseCost, HasTheDerivativesOfItsResiduals) {
   EXPECT_LT(derivative_error(cost, blocks_of({pose(0.0, 1.0)})), 0.01);
 }
 
-TEST(StepCost, HasTheDerivativesOfItsResiduals) {
-  const Se3 a = pose(0.0, 1.0);
-  const Se3 b = pose(0.1, 1.5);
+/// A step that is known to be 1.01 times as long.
+class LongerStepCost final : public ceres::SizedCostFunction<6, kPoseAmbient, kPoseAmbient> {
+ public:
+  explicit LongerStepCost(const BatchStep& step) : cost_(step) {}
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const std::array<const double*, 3> all{blocks[0], blocks[1], &scale_};
+    std::array<double*, 3> derivatives{};
+    if (jacobians != nullptr) {
+      derivatives = {jacobians[0], jacobians[1], nullptr};
+    }
+    return cost_.Evaluate(all.data(), residuals, jacobians != nullptr ? derivatives.data() : nullptr);
+  }
+
+ private:
+  StepCost cost_;
+  double scale_ = 1.01;
+};
+
+BatchStep step_between(const Se3& a, const Se3& b) {
   BatchStep step{0, 1, a * b.inverse(), 2.0 * Matrix6d::Identity()};
   step.root_information(0, 4) = 0.5;
   step.T_from_to = left_update(step.T_from_to, Vector6d::Constant(1e-3));
-  EXPECT_LT(derivative_error(StepCost(step), blocks_of({a, b})), 0.01);
+  return step;
+}
+
+TEST(StepCost, HasTheDerivativesOfItsResiduals) {
+  const Se3 a = pose(0.0, 1.0);
+  const Se3 b = pose(0.1, 1.02);
+  EXPECT_LT(derivative_error(LongerStepCost(step_between(a, b)), blocks_of({a, b})), 0.02);
+}
+
+TEST(StepCost, HasTheDerivativeByTheScale) {
+  const std::vector<PoseBlock> poses = blocks_of({pose(0.0, 1.0), pose(0.1, 1.5)});
+  const StepCost cost(step_between(pose(0.0, 1.0), pose(0.1, 1.5)));
+  const auto at = [&](double scale, double* derivative) {
+    const std::array<const double*, 3> blocks{poses[0].data(), poses[1].data(), &scale};
+    std::array<double*, 3> derivatives{nullptr, nullptr, derivative};
+    Vector6d residual;
+    EXPECT_TRUE(cost.Evaluate(blocks.data(), residual.data(), derivatives.data()));
+    return residual;
+  };
+  Vector6d derivative;
+  at(1.0, derivative.data());
+  EXPECT_LT(((at(1.001, nullptr) - at(0.999, nullptr)) / 0.002 - derivative).norm(), 1e-3);
 }
 
 TEST(FixCost, HasTheDerivativesOfItsResiduals) {

@@ -69,6 +69,13 @@ struct BatchFix {
   Eigen::Vector3d inverse_sigma = Eigen::Vector3d::Zero();  ///< 1/m, along the map's axes.
 };
 
+/// How much longer the way between frames is than steps and loops say: what a wrong baseline makes of all of them
+/// alike.
+struct BatchScale {
+  double value = 1.0;
+  double sigma = 0.0;  ///< How far from 1 it is expected; 0: it is 1.
+};
+
 /// A whole trajectory with all its points, without a limit on frames. Refined in place; nothing is owned.
 struct BatchProblem {
   StereoGeometry geometry;
@@ -82,7 +89,8 @@ struct BatchProblem {
   std::span<const BatchPose> measured_poses = {};  ///< Under a Huber loss at three sigmas; need `motion`.
   std::span<const BatchStep> measured_steps = {};
   std::span<const BatchStep> loops = {};  ///< Under a Huber loss at three sigmas, since a place may be mistaken.
-  std::span<const BatchFix> fixes = {};   ///< Under a Huber loss at three sigmas.
+  BatchScale scale = {};
+  std::span<const BatchFix> fixes = {};  ///< Under a Huber loss at three sigmas.
 };
 
 /// Minimises the very cost of FixedBundleAdjuster in double precision. Allocates; not for use on line.
