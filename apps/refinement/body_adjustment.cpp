@@ -1,6 +1,7 @@
 #include "body_adjustment.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <span>
 #include <unordered_map>
@@ -42,7 +43,12 @@ class Adjustment {
       return Unexpected(solved.error());
     }
     place_single_points();
-    return fit(sigma_px);
+    BodyFit result = fit(sigma_px);
+    result.correlation = correlation_time();
+    if (const Status known = find_covariances(result); !known) {
+      return Unexpected(known.error());
+    }
+    return result;
   }
 
  private:
@@ -88,27 +94,84 @@ class Adjustment {
   }
 
   Status solve(double sigma_px, int max_iterations, double tolerance) {
+    sigma_px_ = sigma_px;
     for (refinement::BatchObservation& seen : observations_) {
       seen.observation.inverse_sigma_px = static_cast<float>(1.0 / sigma_px);
     }
-    refinement::BatchProblem batch{.geometry = problem_.geometry,
-                                   .T_body_cam = problem_.T_body_cam,
-                                   .fixed_frames = problem_.fixed_frames,
-                                   .points_m = positions_,
-                                   .observations = observations_,
-                                   .motion = problem_.motion,
-                                   .measured_poses = problem_.measured_poses,
-                                   .measured_steps = problem_.measured_steps};
-    auto adjuster = refinement::CeresBundleAdjuster::create({.max_iterations = max_iterations,
-                                                             .threads = options_.threads,
-                                                             .robust_threshold_sigmas = kRobustThreshold_sigmas,
-                                                             .relative_cost_tolerance = tolerance,
-                                                             .keep_going = options_.keep_going});
+    refinement::BatchProblem batch = batch_problem();
+    auto adjuster = adjuster_for(max_iterations, tolerance);
     if (!adjuster) {
       return Unexpected(adjuster.error());
     }
     const auto solved = adjuster->refine_batch(batch);
     return solved ? Status() : Unexpected(solved.error());
+  }
+
+  [[nodiscard]] refinement::BatchProblem batch_problem() {
+    return {.geometry = problem_.geometry,
+            .T_body_cam = problem_.T_body_cam,
+            .fixed_frames = problem_.fixed_frames,
+            .points_m = positions_,
+            .observations = observations_,
+            .motion = problem_.motion,
+            .measured_poses = problem_.measured_poses,
+            .measured_steps = problem_.measured_steps};
+  }
+  [[nodiscard]] Result<refinement::CeresBundleAdjuster> adjuster_for(int max_iterations, double tolerance) const {
+    return refinement::CeresBundleAdjuster::create({.max_iterations = max_iterations,
+                                                    .threads = options_.threads,
+                                                    .robust_threshold_sigmas = kRobustThreshold_sigmas,
+                                                    .relative_cost_tolerance = tolerance,
+                                                    .keep_going = options_.keep_going});
+  }
+
+  Status find_covariances(BodyFit& fit) {
+    if (!options_.with_covariances ||
+        problem_.T_body_cam.size() > refinement::CeresBundleAdjuster::kMaxCovarianceFrames) {
+      return {};
+    }
+    refinement::BatchProblem batch = batch_problem();
+    const auto adjuster = adjuster_for(1, 0.0);
+    if (!adjuster) {
+      return Unexpected(adjuster.error());
+    }
+    Result<std::vector<Matrix6d>> covariances = adjuster->pose_covariances(batch, 1.0 / fit.correlation);
+    if (!covariances) {
+      return Unexpected(covariances.error());
+    }
+    fit.covariances = std::move(*covariances);
+    return {};
+  }
+
+  /// 1 + 2 sum of the autocorrelation of residuals along the tracks of points, as far as pairs of lags stay positive
+  /// (Geyer 1992). Of tracks that are long enough: of short ones the point's own place takes most of it.
+  [[nodiscard]] double correlation_time() const {
+    constexpr std::size_t kMinTrack = 16;
+    constexpr std::size_t kMaxLag = 15;
+    std::unordered_map<std::uint32_t, std::vector<Eigen::Vector2d>> tracks;
+    for (const SeenPoint& seen : problem_.seen) {
+      const Point& point = points_.at(seen.point_id);
+      if (static_cast<std::size_t>(point.observations) >= kMinTrack && is_adjusted(point)) {
+        // Wrong matches are no noise.
+        constexpr double kLimit_sigmas = 4.0;
+        const double limit_px = kLimit_sigmas * sigma_px_;
+        tracks[seen.point_id].push_back(
+            residual_px(seen, positions_[point.index]).head<2>().cwiseMax(-limit_px).cwiseMin(limit_px));
+      }
+    }
+    std::array<double, kMaxLag + 1> products{};
+    for (const auto& [id, residuals] : tracks) {
+      for (std::size_t lag = 0; lag <= kMaxLag; ++lag) {
+        for (std::size_t k = lag; k < residuals.size(); ++k) {
+          products[lag] += residuals[k].dot(residuals[k - lag]) / static_cast<double>(residuals.size() - lag);
+        }
+      }
+    }
+    double time = 1.0;
+    for (std::size_t lag = 1; lag + 1 <= kMaxLag && products[lag] + products[lag + 1] > 0.0; lag += 2) {
+      time += 2.0 * (products[lag] + products[lag + 1]) / products[0];
+    }
+    return std::max(time, 1.0);
   }
 
   /// Of a view by its pose: u_left, v, u_right; NaN where there is no right match.
@@ -183,6 +246,7 @@ class Adjustment {
   std::unordered_map<std::uint32_t, Point> points_;
   std::vector<Eigen::Vector3d> positions_;
   std::vector<refinement::BatchObservation> observations_;
+  double sigma_px_ = 0.0;  ///< That they were last weighed with.
 };
 
 }  // namespace

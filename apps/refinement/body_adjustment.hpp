@@ -44,10 +44,14 @@ struct BodyProblem {
 struct BodyFit {
   std::vector<RefinedPoint> points;  ///< Those that a pair has seen, in ascending id.
   double sigma_px = 0.0;             ///< Standard deviation of what was seen, from the residuals.
+  double correlation = 1.0;          ///< So many neighbouring observations of a point are worth one.
+  /// By frame, of the left perturbation of T_cam_body, where they were asked for and there are not too many frames.
+  std::vector<Matrix6d> covariances;
 };
 
 struct AdjustmentOptions {
   int threads = 1;
+  bool with_covariances = false;
   std::function<bool()> keep_going = {};
 };
 

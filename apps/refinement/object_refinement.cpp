@@ -63,7 +63,9 @@ class PieceRefinement {
     BodyFit fit;
     const bool is_bound = !problem_.fixed_frames.empty() || !problem_.measured_poses.empty();
     if (is_bound && piece_.size() > 2 && options.keep_going()) {
-      Result<BodyFit> adjusted = adjust_body(problem_, options);
+      AdjustmentOptions with_covariances = options;
+      with_covariances.with_covariances = true;
+      Result<BodyFit> adjusted = adjust_body(problem_, with_covariances);
       if (!adjusted) {
         return Unexpected(adjusted.error());
       }
@@ -75,6 +77,9 @@ class PieceRefinement {
       frame.T_obj_cam = problem_.T_body_cam[k];
       frame.row.T_world_obj = T_world_cam_[k] * frame.T_obj_cam.inverse();
       frame.row.T_world_obj.rotation = orthonormalised(frame.row.T_world_obj.rotation);
+      if (k < fit.covariances.size()) {
+        frame.row.variances = world_variances(fit.covariances[k], k);
+      }
     }
     for (RefinedPoint& point : fit.points) {
       point.last_frame += static_cast<std::uint32_t>(piece_.first);
@@ -85,6 +90,15 @@ class PieceRefinement {
 
  private:
   [[nodiscard]] const ObjectRow& row(std::size_t k) const { return history_.rows.at(piece_.first + k); }
+
+  /// About the world's axes, of rotation and position, from the perturbation of T_cam_obj. The object's frame is where
+  /// the fixed frame has it; the camera's path counts as known.
+  [[nodiscard]] Vector6d world_variances(const Matrix6d& covariance, std::size_t k) const {
+    const Eigen::Matrix3d& R = T_world_cam_[k].rotation;
+    Matrix6d by_perturbation;
+    by_perturbation << R, Eigen::Matrix3d::Zero(), -R * skew(problem_.T_body_cam[k].inverse().translation), R;
+    return (by_perturbation * covariance * by_perturbation.transpose()).diagonal();
+  }
 
   void state_problem() {
     problem_.geometry = run_.rectified;

@@ -63,8 +63,9 @@ void place_boxes(const ObjectHistory& history, RefinedObject& object) {
     }
   }
   for (auto& [row, frame] : object.frames) {
-    const CarriedBox own = to_object(history.rows.at(row));
-    const bool is_carried = best && carried_variance(*best, frame.row) < carried_variance(own, frame.row);
+    const ObjectRow& seen = history.rows.at(row);
+    const CarriedBox own = to_object(seen);
+    const bool is_carried = best && carried_variance(*best, seen) < carried_variance(own, seen);
     const CarriedBox& known = is_carried ? *best : own;
     frame.row.box = to_world(known, frame.row.T_world_obj);
     frame.row.box_sigma = known.sigma;

@@ -14,6 +14,7 @@
 #include "marginal_covariance.hpp"
 #include "motion_costs.hpp"
 #include "pose_block.hpp"
+#include "pose_marginals.hpp"
 #include "reprojection_jacobian.hpp"
 #include "turn_residual.hpp"
 #include "window_check.hpp"
@@ -187,6 +188,31 @@ class Assembly {
 
   [[nodiscard]] ceres::Problem& problem() noexcept { return problem_; }
   [[nodiscard]] const std::shared_ptr<ceres::ParameterBlockOrdering>& ordering() const noexcept { return ordering_; }
+  /// Of the free poses at the present state, in the order of frames; the observations' rows times `scale`.
+  [[nodiscard]] std::vector<Matrix6d> free_pose_covariances(double scale) {
+    ceres::Problem::EvaluateOptions options;
+    std::vector<double*>& blocks = options.parameter_blocks;
+    for (Eigen::Vector3d& point : batch_.points_m) {
+      if (problem_.HasParameterBlock(point.data())) {
+        blocks.push_back(point.data());
+      }
+    }
+    const std::size_t points = blocks.size();
+    for (std::size_t k = 0; k < poses_.size(); ++k) {
+      if (is_free(k)) {
+        blocks.push_back(block(k));
+      }
+    }
+    ceres::CRSMatrix jacobian;
+    problem_.Evaluate(options, nullptr, nullptr, nullptr, &jacobian);
+    // Residuals come in the order in which they were added: observations first, three rows each.
+    const auto end = jacobian.rows[3 * batch_.observations.size()];
+    std::for_each(jacobian.values.begin(), jacobian.values.begin() + end, [scale](double& value) { value *= scale; });
+    return marginal_pose_covariances(jacobian, points, blocks.size() - points);
+  }
+  [[nodiscard]] bool is_free(std::size_t frame) {
+    return problem_.HasParameterBlock(block(frame)) && !problem_.IsParameterBlockConstant(block(frame));
+  }
   void take_poses() {
     const std::vector<bool> fixed = fixed_frames(batch_);
     for (std::size_t k = 0; k < poses_.size(); ++k) {
@@ -362,6 +388,29 @@ Result<BundleSummary> CeresBundleAdjuster::refine_batch(BatchProblem& problem) {
     return nothing_to_do;
   }
   return solve(config_, problem);
+}
+
+Result<std::vector<Matrix6d>> CeresBundleAdjuster::pose_covariances(BatchProblem& problem,
+                                                                    double information_scale) const {
+  const ForeignCall foreign;
+  if (Status valid = check_batch(problem); !valid) {
+    return Unexpected(valid.error());
+  }
+  if (problem.T_body_cam.size() > kMaxCovarianceFrames || !(information_scale > 0.0)) {
+    return fail(ErrorCode::kInvalidArgument, "covariances of " + std::to_string(problem.T_body_cam.size()) +
+                                                 " poses are more than " + std::to_string(kMaxCovarianceFrames) +
+                                                 ", or observations count for nothing");
+  }
+  Assembly assembly(config_, problem);
+  const std::vector<Matrix6d> free = assembly.free_pose_covariances(std::sqrt(information_scale));
+  std::vector<Matrix6d> covariances(problem.T_body_cam.size(), Matrix6d::Zero());
+  std::size_t next = 0;
+  for (std::size_t k = 0; k < covariances.size(); ++k) {
+    if (assembly.is_free(k)) {
+      covariances[k] = free[next++];
+    }
+  }
+  return covariances;
 }
 
 Result<BundleSummary> CeresBundleAdjuster::refine(BundleWindow& window) {

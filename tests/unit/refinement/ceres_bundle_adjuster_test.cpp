@@ -118,6 +118,63 @@ TEST(CeresBundleAdjuster, LeavesProblemsWithoutFreeParametersAlone) {
   EXPECT_TRUE(adjuster.refine(empty_window));
 }
 
+/// Mean squared normalised error of the last pose over many draws of the noise.
+double normalised_error(double information_scale) {
+  constexpr int kTrials = 60;
+  std::mt19937 random(77);
+  std::normal_distribution<double> gauss;
+  double sum = 0.0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    BatchScene scene = make_batch(12);
+    for (BatchObservation& seen : scene.observations) {
+      const double sigma_px = 1.0 / static_cast<double>(seen.observation.inverse_sigma_px);
+      seen.observation.u_left_px += static_cast<float>(sigma_px * gauss(random));
+      seen.observation.v_px += static_cast<float>(sigma_px * gauss(random));
+      seen.observation.u_right_px += static_cast<float>(sigma_px * gauss(random));
+    }
+    CeresBundleAdjuster adjuster = CeresBundleAdjuster::create({.robust_threshold_sigmas = 100.0}).value();
+    BatchProblem problem = scene.problem();
+    EXPECT_TRUE(adjuster.refine_batch(problem));
+    const auto covariances = adjuster.pose_covariances(problem, information_scale);
+    EXPECT_TRUE(covariances) << covariances.error().message;
+    const Vector6d error = left_difference(scene.true_T_body_cam.back().inverse(), scene.T_body_cam.back().inverse());
+    sum += error.dot(covariances->back().llt().solve(error)) / 6.0 / kTrials;
+  }
+  return sum;
+}
+
+TEST(CeresBundleAdjuster, CovariancesOfPosesAreHonest) {
+  const double alone = normalised_error(1.0);
+  EXPECT_GT(alone, 0.8);
+  EXPECT_LT(alone, 1.25);
+  EXPECT_NEAR(normalised_error(0.25), 0.25 * alone, 0.01 * alone) << "where an observation is worth a quarter of one";
+}
+
+TEST(CeresBundleAdjuster, FixedPosesHaveNoCovariance) {
+  BatchScene scene = make_batch(20);
+  scene.fixed_frames = {3};
+  BatchProblem problem = scene.problem();
+  const CeresBundleAdjuster adjuster = patient_ceres();
+  const auto covariances = adjuster.pose_covariances(problem, 1.0);
+  ASSERT_TRUE(covariances);
+  ASSERT_EQ(covariances->size(), 20U);
+  EXPECT_EQ((*covariances)[3], Matrix6d::Zero());
+  for (std::size_t k = 4; k < 20; ++k) {
+    EXPECT_GT((*covariances)[k].trace(), 0.0) << k;
+  }
+  EXPECT_GT((*covariances)[19].trace(), (*covariances)[4].trace()) << "it grows with the way from there";
+}
+
+TEST(CeresBundleAdjuster, RefusesCovariancesOfTooManyPoses) {
+  BatchScene scene = make_batch(10);
+  scene.T_body_cam.resize(CeresBundleAdjuster::kMaxCovarianceFrames + 1);
+  BatchProblem problem = scene.problem();
+  EXPECT_FALSE(patient_ceres().pose_covariances(problem, 1.0));
+  scene.T_body_cam.resize(CeresBundleAdjuster::kMaxCovarianceFrames);
+  problem = scene.problem();
+  EXPECT_FALSE(patient_ceres().pose_covariances(problem, 0.0));
+}
+
 TEST(CeresBundleConfig, NamesTheKeyThatIsOutOfRange) {
   CeresBundleConfig config;
   config.threads = 0;

@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -102,6 +103,11 @@ class CeresBundleAdjuster final : public BundleAdjuster {
   [[nodiscard]] Result<BundleSummary> refine(BundleWindow& window) override;
   /// As `refine` for a whole trajectory; the summary holds no covariance.
   [[nodiscard]] Result<BundleSummary> refine_batch(BatchProblem& problem);
+  /// Marginal covariance of each pose at the present state (left perturbation of T_cam_body), robust weights applied,
+  /// points and other free poses integrated out; zero for fixed frames. `information_scale` is what an observation is
+  /// worth beside an independent one: neighbouring errors of one point are alike. For at most kMaxCovarianceFrames.
+  [[nodiscard]] Result<std::vector<Matrix6d>> pose_covariances(BatchProblem& problem, double information_scale) const;
+  static constexpr std::size_t kMaxCovarianceFrames = 600;
 
  private:
   explicit CeresBundleAdjuster(const CeresBundleConfig& config) : config_(config) {}
