@@ -5,6 +5,8 @@
 #include <span>
 #include <unordered_map>
 
+#include "kinetrace/core/median.hpp"
+
 namespace kinetrace::batch {
 namespace {
 
@@ -136,9 +138,7 @@ class Adjustment {
     if (sizes.size() < kMinSizes) {
       return before_px;
     }
-    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-    std::nth_element(sizes.begin(), middle, sizes.end());
-    return std::clamp(kSigmaOfMedian * static_cast<double>(*middle), kMinSigma_px, kMaxSigma_px);
+    return std::clamp(kSigmaOfMedian * double{median(sizes)}, kMinSigma_px, kMaxSigma_px);
   }
 
   void place_single_points() {

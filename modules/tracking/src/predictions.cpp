@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "expectations.hpp"
+#include "kinetrace/core/median.hpp"
 #include "kinetrace/tracking/stereo_tracker.hpp"
 
 namespace kinetrace::tracking {
@@ -124,10 +125,8 @@ Similarity StereoTracker::predict_motion(TrackInstance& instance, std::span<cons
     }
   }
   if (disparities > 0) {
-    const auto middle = scratch_.begin() + static_cast<std::ptrdiff_t>(disparities / 2);
-    std::nth_element(scratch_.begin(), middle, scratch_.begin() + static_cast<std::ptrdiff_t>(disparities));
     instance.disparity.known = true;
-    instance.disparity.mean_px = *middle;
+    instance.disparity.mean_px = median(scratch_.first(disparities));
   }
 
   instance.motion_from_flow = pairs > 0;
