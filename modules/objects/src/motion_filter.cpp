@@ -8,16 +8,15 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "kinetrace/objects/rest_evidence.hpp"
+
 namespace kinetrace::objects {
 namespace {
 
 /// An acceleration is new so often: the spectral density of white noise is its variance times this.
 constexpr double kAccelerationTime_s = 0.1;
-/// Of a velocity of which nothing is known: that of town traffic.
-constexpr double kUnknownSpeed_mps = 5.0;
 /// What rests is found elsewhere by so much after a second: errors of the camera's path and of the masks.
 constexpr double kRestDrift_m = 0.02;
-constexpr double kRestSpeed_mps = 0.05;
 /// Mean time for which something rests, most of it parked, and for which something moves before it stops in traffic.
 constexpr std::array<double, 2> kDwell_s{200.0, 20.0};
 /// Errors of what is seen last so long: measurements of this time together tell the models apart once.

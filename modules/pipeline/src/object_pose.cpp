@@ -14,10 +14,9 @@ namespace {
 // Of a guess where it has come back, however long it was away: it goes on as it went, and turns little.
 constexpr double kGuessTurn_rad = 0.05;
 constexpr double kGuessPlace_m = 0.27;
-constexpr std::size_t kMinPathFrames = 4;  // A shorter path has not shown how the object moves.
-constexpr double kReachableGate = 36.0;    // Chi-square of six numbers.
-constexpr double kConsensusPart = 0.9;     // So many of its points cannot all have passed to something else.
-constexpr double kFarOffIt_m = 2.0;        // An origin farther from the middle of what is seen is on something else.
+constexpr double kReachableGate = 36.0;  // Chi-square of six numbers.
+constexpr double kConsensusPart = 0.9;   // So many of its points cannot all have passed to something else.
+constexpr double kFarOffIt_m = 2.0;      // An origin farther from the middle of what is seen is on something else.
 constexpr std::int64_t kMaxUncertain_ns = 1'500'000'000;
 // A reconstruction scatters no more than the background's, up to reflections and what moves on it. More means that it
 // holds on to a wrong relief: seen from afar, a thing with a wrong relief and a wrong rotation looks nearly right.

@@ -194,6 +194,11 @@ class ObjectState {
   [[nodiscard]] bool cut_off() const noexcept {
     return life_.track.box_px.x0 <= 1 || life_.track.box_px.x1 >= geometry_.width_px - 1;
   }
+  /// Bounded below, as a divisor.
+  [[nodiscard]] double visible_part() const noexcept {
+    constexpr double kMinVisible = 0.2;
+    return std::clamp(double{life_.track.visible_part}, kMinVisible, 1.0);
+  }
   [[nodiscard]] bool mostly_occluded() const noexcept {
     return std::min(life_.track.visible_part, frame_.visible_fraction) < kClearlyVisible;
   }

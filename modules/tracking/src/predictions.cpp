@@ -47,7 +47,7 @@ void StereoTracker::predict(std::span<const Feature> features) {
 bool StereoTracker::may_follow_occluder(const TrackInstance& instance) const noexcept {
   const bool missed = instance.track.missed_frames > 0;
   return instance.prediction.known &&
-         (instance.missed.exceeds(kForeignAfter_ns) || (missed && is_out_of_view(instance)));
+         (instance.missed.exceeds(kCarriedByFeatures_ns) || (missed && is_out_of_view(instance)));
 }
 
 double StereoTracker::expected_growth(const TrackInstance& instance) noexcept {
