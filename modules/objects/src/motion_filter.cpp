@@ -8,13 +8,12 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "kinetrace/core/body_velocity.hpp"
 #include "kinetrace/objects/rest_evidence.hpp"
 
 namespace kinetrace::objects {
 namespace {
 
-/// An acceleration is new so often: the spectral density of white noise is its variance times this.
-constexpr double kAccelerationTime_s = 0.1;
 /// What rests is found elsewhere by so much after a second: errors of the camera's path and of the masks.
 constexpr double kRestDrift_m = 0.02;
 /// Mean time for which something rests, most of it parked, and for which something moves before it stops in traffic.
