@@ -98,10 +98,11 @@ std::optional<Observation<2>> observe(const Bearing& seen, double sigma_px, cons
   return observe_point<2>(seen.uv_px, seen.to_origin_m, sigma_px, seen.extent_sigma_m, geometry, T_world_cam, state);
 }
 
-// What is seen lies in its own direction, as far away as the object; where it was before follows from the velocity.
+// What is seen lies in its own direction, as far away as the seen part of the object; where it was before follows from
+// the velocity.
 std::optional<Observation<2>> observe(const ImageMotion& seen, double sigma_px, const StereoGeometry& geometry,
                                       const Se3& T_world_cam, const Vector6d& state) {
-  const double depth_m = (T_world_cam.inverse() * Eigen::Vector3d(state.head<3>())).z();
+  const double depth_m = (T_world_cam.inverse() * Eigen::Vector3d(state.head<3>() - seen.to_origin_m)).z();
   const Eigen::Vector3d ray((seen.now_px.x() - geometry.cx_px) / geometry.fx_px,
                             (seen.now_px.y() - geometry.cy_px) / geometry.fy_px, 1.0);
   const Eigen::Vector3d seen_m = T_world_cam * Eigen::Vector3d(depth_m * ray);

@@ -150,6 +150,7 @@ void ObjectState::measure_motion(const StereoObservation& observation, const Cam
     return;
   }
   objects::ImageMotion motion = observation.motion;
+  motion.to_origin_m = identity_.T_world_obj.rotation * identity_.to_origin_m;
   motion.interval_s = frame_.interval_s;
   motion.T_world_cam_before = *camera.T_world_cam_before;
   identity_.filter.update(motion, camera.T_world_cam);
