@@ -96,15 +96,20 @@ bool StereoTracker::place_by_prediction(TrackInstance& instance) noexcept {
   if (!now.known || !then.known || now.direction_only != then.direction_only) {
     return false;
   }
-  if (now.direction_only) {
-    instance.mask.place(Similarity::about(then.point_px, 1.0, now.point_px - then.point_px));
+  const auto place = [&](double growth) {
+    const Similarity motion =
+        instance.mask.place(Similarity::about(then.point_px, growth, now.point_px - then.point_px));
+    // From far outside it has been put where it is seen again, and has not moved there.
+    instance.motion = instance.mask_part_in_image > 0.0 ? motion : instance.motion;
     return true;
+  };
+  if (now.direction_only) {
+    return place(1.0);
   }
   const bool too_near = then.depth_m <= kMinPredictionDepth_m || now.depth_m <= kMinPredictionDepth_m ||
                         now.depth_m <= then.depth_m / kMaxPredictionScale;
   if (!too_near) {
-    instance.mask.place(Similarity::about(then.point_px, then.depth_m / now.depth_m, now.point_px - then.point_px));
-    return true;
+    return place(then.depth_m / now.depth_m);
   }
   // It passes by: what was seen of it a moment ago tells more.
   return unseen && put_outside();

@@ -68,6 +68,28 @@ TEST(StereoTracker, BridgesMissedDetectionsByTheLastMotionWithoutFeatures) {
   }
 }
 
+TEST(StereoTracker, BridgesThemAsItsPredictionsWentOnceThereIsNone) {
+  TrackerScene scene({}, 0);
+  Shape car{.x = 200.0, .y = 100.0};
+  const auto step = [&](double dx) {
+    car.x += dx;
+    scene.object_predictions = {{.known = true, .point_px = {car.x, car.y}, .depth_m = 10.0}};
+    scene.step(std::array{car});
+  };
+  for (int i = 0; i < 4; ++i) {
+    step(0.0);
+  }
+  for (int i = 0; i < 4; ++i) {
+    step(12.0);
+  }
+  scene.object_predictions.clear();
+  scene.detected = {false};
+  car.x += 12.0;
+  scene.step(std::array{car});
+  ASSERT_EQ(scene.frame().tracks.size(), 1U);
+  EXPECT_GT(scene.left_iou(scene.frame().tracks[0], 0), 0.95);
+}
+
 TEST(StereoTracker, FollowsItsFeaturesDespiteForeignOnesOnItsMask) {
   TrackerScene scene;
   Shape car{.x = 150.0, .y = 110.0, .half_width = 40.0, .half_height = 30.0};
