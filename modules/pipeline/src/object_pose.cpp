@@ -117,13 +117,13 @@ void ObjectState::begin_body(const StereoObservation& observation, const CameraS
   if (!identity_.frame_fixed || identity_.to_origin_m.norm() > identity_.width_m + kFarOffIt_m) {
     // What stereo has followed so far may have been something next to the object; its frame belongs on its points.
     const Eigen::Vector3d observed_m = camera.T_world_cam * position_in_camera(geometry_, observation);
-    frame_.change = identity_.frame_fixed ? FrameChange::kReplaced : FrameChange::kRefined;
+    frame_.change = std::max(frame_.change, identity_.frame_fixed ? FrameChange::kReplaced : FrameChange::kRefined);
     identity_.T_world_obj.translation = observed_m;
     identity_.to_origin_m.setZero();
     recogniser_.clear();
   } else if (recogniser_.knows_it() && !identity_.filter.at_rest()) {
     life_.pose_ambiguous = !recognise(camera, front_end);
-    frame_.change = life_.pose_ambiguous ? FrameChange::kNone : FrameChange::kRefined;
+    frame_.change = std::max(frame_.change, life_.pose_ambiguous ? FrameChange::kNone : FrameChange::kRefined);
     life_.ambiguous_frames = 0;
     life_.ambiguous_time.reset();
   }

@@ -165,7 +165,7 @@ class ObjectState {
   /// What belongs to this frame.
   struct Frame {
     bool extended = false;
-    FrameChange change = FrameChange::kNone;
+    FrameChange change = FrameChange::kNone;  ///< Of several, the greatest.
     std::optional<FrameCorrection> correction;
     int observed_features = 0;  ///< By stereo.
     double area_before_m2 = 0.0;
