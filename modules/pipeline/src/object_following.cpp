@@ -164,6 +164,7 @@ void ObjectState::give_up_path(const objects::StereoPosition& seen, const Camera
   // What was followed so far was something else: where that was says nothing about the motion of this.
   identity_.filter.restart_at(seen, camera.T_world_cam);
   identity_.reconstructed = false;
+  life_.pose_ambiguous = false;
   motion_.reset();
   frame_.change = FrameChange::kReplaced;
 }

@@ -107,8 +107,13 @@ bool ObjectState::recognise(const CameraState& camera, const features::FeatureFr
                         .place_sigma_m = kGuessPlace_m};
   const std::optional<Se3> found = recogniser_.recognise(guess, body_, life_.track.label(), front_end);
   if (found) {
+    const Se3 T_obj_provisional_world = identity_.T_world_obj.inverse();
     identity_.T_world_obj = (camera.T_world_cam * found->inverse()).orthonormalised();
+    if (life_.pose_ambiguous) {
+      frame_.correction = FrameCorrection{T_obj_provisional_world * identity_.T_world_obj, life_.ambiguous_frames};
+    }
   }
+  life_.pose_ambiguous = !found;
   return found.has_value();
 }
 
@@ -121,27 +126,23 @@ void ObjectState::begin_body(const StereoObservation& observation, const CameraS
     identity_.T_world_obj.translation = observed_m;
     identity_.to_origin_m.setZero();
     recogniser_.clear();
+    life_.pose_ambiguous = false;
   } else if (recogniser_.knows_it() && !identity_.filter.at_rest()) {
-    life_.pose_ambiguous = !recognise(camera, front_end);
-    frame_.change = std::max(frame_.change, life_.pose_ambiguous ? FrameChange::kNone : FrameChange::kRefined);
-    life_.ambiguous_frames = 0;
+    // Begun anew before it was recognised, it is still in the frame that was guessed first.
+    life_.ambiguous_frames = life_.pose_ambiguous ? life_.ambiguous_frames : 0;
     life_.ambiguous_time.reset();
+    const bool is_recognised = recognise(camera, front_end);
+    frame_.change = std::max(frame_.change, is_recognised ? FrameChange::kRefined : FrameChange::kNone);
   }
   body_.begin(identity_.T_world_obj.inverse() * camera.T_world_cam, life_.status);
 }
 
 void ObjectState::resolve_pose(const CameraState& camera, const features::FeatureFrontEnd& front_end) {
   identity_.T_world_obj = camera.T_world_cam * body_.estimate().T_body_cam.inverse();
-  const Se3 T_obj_provisional_world = identity_.T_world_obj.inverse();
   if (recognise(camera, front_end)) {
-    life_.pose_ambiguous = false;
-    frame_.correction = FrameCorrection{T_obj_provisional_world * identity_.T_world_obj,
-                                        static_cast<std::size_t>(life_.ambiguous_frames) + 1};
     body_.begin(identity_.T_world_obj.inverse() * camera.T_world_cam, life_.status);
     return;
   }
-  ++life_.ambiguous_frames;
-  life_.ambiguous_time.add_frame(frame_.interval_ns);
   life_.pose_ambiguous =
       !life_.ambiguous_time.exceeds(kMaxUncertain_ns);  // Later it looks too different: the guess stands.
 }

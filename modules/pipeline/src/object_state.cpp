@@ -220,6 +220,10 @@ void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, con
   life_.timestamp_ns = timestamp_ns;
   motion_.set_disparity_sigma(camera.disparity_sigma_px);
   measure_visible_fraction(camera);
+  if (life_.pose_ambiguous) {
+    ++life_.ambiguous_frames;
+    life_.ambiguous_time.add_frame(frame_.interval_ns);
+  }
   if (track.missed_frames == 0) {
     life_.matched_run.add_frame(frame_.interval_ns);
     life_.matched_timestamp_ns = life_.timestamp_ns;

@@ -153,9 +153,9 @@ class ObjectState {
     int failed_residuals = 0;               ///< In a row.
     /// Frames without a pose although points were seen; a frame with one takes half back.
     double inconsistencies = 0.0;
-    bool pose_ambiguous = false;  ///< Its frame has been guessed on its return.
-    int ambiguous_frames = 0;     ///< Tracked since then: frames to be corrected once it is known.
-    DwellTime ambiguous_time;     ///< The same as a time.
+    bool pose_ambiguous = false;       ///< Its frame has been guessed on its return.
+    std::size_t ambiguous_frames = 0;  ///< Before this one, tracked or not: they are corrected once it is known.
+    DwellTime ambiguous_time;          ///< Since its reconstruction last began.
     Se3 T_obj_cam;
     Matrix6d covariance = Matrix6d::Zero();                 ///< As ObjectResult::covariance.
     Eigen::Vector3d last_seen_m = Eigen::Vector3d::Zero();  ///< Its middle when a detection last showed it.
