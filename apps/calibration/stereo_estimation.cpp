@@ -12,6 +12,7 @@
 #include <ceres/normal_prior.h>
 
 #include "initial_guess.hpp"
+#include "kinetrace/core/median.hpp"
 #include "reprojection_cost.hpp"
 
 namespace kinetrace::calibration {
@@ -110,9 +111,8 @@ class StereoProblem {
     for (const Residual& residual : all) {
       sizes.push_back(residual.error_px.norm());
     }
-    const double median = median_of(sizes);
     constexpr double kMinLimit_px = 0.2;
-    const double limit_px = std::max(kMinLimit_px, 6.0 * median);
+    const double limit_px = std::max(kMinLimit_px, sizes.empty() ? 0.0 : 6.0 * median(std::vector(sizes)));
     std::vector<std::array<Fit, 2>> fits(used_views_.size());
     for (std::size_t i = 0; i < measurements_.size(); ++i) {
       Fit& fit = fits[measurements_[i].view][measurements_[i].is_left ? 0 : 1];
@@ -167,15 +167,6 @@ class StereoProblem {
     std::size_t bad = 0;
     [[nodiscard]] bool is_bad() const { return good < kMinCorners || 2 * bad > good; }
   };
-
-  static double median_of(std::vector<double> values) {
-    if (values.empty()) {
-      return 0.0;
-    }
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  }
 
   void add_view(std::size_t place, const Se3& T_left_board) {
     const std::size_t view = used_views_.size();

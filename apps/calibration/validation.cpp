@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "kinetrace/core/median.hpp"
 #include "lens.hpp"
 
 namespace kinetrace::calibration {
@@ -91,10 +92,8 @@ std::size_t reject_outliers(std::vector<std::vector<Pair>>& views) {
   if (rows.empty()) {
     return 0;
   }
-  const auto middle = rows.begin() + static_cast<std::ptrdiff_t>(rows.size() / 2);
-  std::nth_element(rows.begin(), middle, rows.end());
   constexpr double kMinLimit_px = 0.2;
-  const double limit_px = std::max(kMinLimit_px, 8.0 * *middle);
+  const double limit_px = std::max(kMinLimit_px, 8.0 * median(rows));
   std::size_t rejected = 0;
   for (auto& view : views) {
     rejected += std::erase_if(view, [limit_px](const Pair& pair) { return std::abs(pair.rows_px) > limit_px; });

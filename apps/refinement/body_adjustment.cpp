@@ -6,6 +6,8 @@
 #include <span>
 #include <unordered_map>
 
+#include "kinetrace/core/median.hpp"
+
 namespace kinetrace::batch {
 namespace {
 
@@ -199,9 +201,7 @@ class Adjustment {
     if (sizes.size() < kMinSizes) {
       return before_px;
     }
-    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-    std::nth_element(sizes.begin(), middle, sizes.end());
-    return std::clamp(kSigmaOfMedian * static_cast<double>(*middle), kMinSigma_px, kMaxSigma_px);
+    return std::clamp(kSigmaOfMedian * double{median(sizes)}, kMinSigma_px, kMaxSigma_px);
   }
 
   void place_single_points() {

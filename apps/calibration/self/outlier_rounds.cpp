@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "kinetrace/core/median.hpp"
+
 namespace kinetrace::self_calibration {
 namespace {
 
@@ -35,9 +37,7 @@ double robust_sigma_px(const RigModel& rig, const std::vector<BundleWindow>& win
   if (magnitudes.empty()) {
     return 1.0;
   }
-  const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
-  std::nth_element(magnitudes.begin(), middle, magnitudes.end());
-  return std::max(1.4826 * *middle, kFloor_px);
+  return std::max(1.4826 * median(magnitudes), kFloor_px);
 }
 
 struct TrackError {

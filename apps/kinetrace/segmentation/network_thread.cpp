@@ -13,6 +13,7 @@
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/core/fixed_vector.hpp"
 #include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/median.hpp"
 #include "kinetrace/neural/instance_network.hpp"
 
 namespace kinetrace::app {
@@ -242,11 +243,8 @@ DelayedMasks NetworkThread::take() noexcept {
 NetworkThreadCounters NetworkThread::counters() const {
   const std::lock_guard lock(shared_->mutex);
   NetworkThreadCounters counters = shared_->counters;
-  std::vector<double> sorted = shared_->times_ms;
-  if (!sorted.empty()) {
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    counters.median_ms = *middle;
+  if (!shared_->times_ms.empty()) {
+    counters.median_ms = median(std::vector(shared_->times_ms));
   }
   return counters;
 }

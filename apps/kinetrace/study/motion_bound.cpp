@@ -6,6 +6,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "kinetrace/core/body_velocity.hpp"
+
 namespace kinetrace::app {
 namespace {
 
@@ -90,7 +92,7 @@ class Information {
     for (std::size_t k = 0; k + 1 < velocities.size(); ++k) {
       const Velocity& before = velocities[k];
       const Velocity& after = velocities[k + 1];
-      const double span_s = 0.5 * (before.step_s + after.step_s);
+      const double span_s = white_noise_span_s(0.5 * (before.step_s + after.step_s));
       add_factor(weights(prior.turn_radps2 * span_s, prior.acceleration_mps2 * span_s),
                  {{k, -before.by_from}, {k + 1, after.by_from - before.by_to}, {k + 2, after.by_to}});
     }

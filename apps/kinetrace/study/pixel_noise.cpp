@@ -1,18 +1,13 @@
 #include "study/pixel_noise.hpp"
 
-#include <algorithm>
 #include <cmath>
+
+#include "kinetrace/core/median.hpp"
 
 namespace kinetrace::app {
 namespace {
 
 constexpr std::int64_t kMotsIdsPerClass = 1000;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 
@@ -59,7 +54,8 @@ std::optional<PixelNoise> PixelNoiseMeter::noise() const {
     return std::nullopt;
   }
   constexpr double kSigmasOfMedian = 1.4826;
-  return PixelNoise{kSigmasOfMedian * median(position_px_) / std::sqrt(2.0), kSigmasOfMedian * median(disparity_px_)};
+  return PixelNoise{kSigmasOfMedian * median(std::vector(position_px_)) / std::sqrt(2.0),
+                    kSigmasOfMedian * median(std::vector(disparity_px_))};
 }
 
 }  // namespace kinetrace::app

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <string>
 
+#include "kinetrace/core/median.hpp"
 #include "kinetrace/evaluation/matching.hpp"
 
 namespace kinetrace::app {
@@ -16,12 +17,6 @@ constexpr std::size_t kMinPoints = 5;  // Fewer points have no shape to speak of
 constexpr int kMinTrackRows = 5;       // Fewer rows are explained by an offset.
 constexpr int kMinObservations = 2;    // As in a run's point clouds: what was seen once may be anything.
 constexpr std::int64_t kMotsIdsPerClass = 1000;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 std::vector<evaluation::MaskInstance> tracked_instances(const FrameResult& result) {
   std::vector<evaluation::MaskInstance> instances;
@@ -84,7 +79,7 @@ std::vector<double> depth_errors(const FrameResult& result, std::uint32_t track_
 void measure_points(const std::vector<double>& errors_m, StudyRow& row) {
   row.points = static_cast<int>(errors_m.size());
   if (errors_m.size() >= kMinPoints) {
-    row.depth_bias_m = median(errors_m);
+    row.depth_bias_m = median(std::vector(errors_m));
     row.depth_m = median(deviations(errors_m, 0.0));
     row.shape_m = median(deviations(errors_m, *row.depth_bias_m));
     const auto wrong = std::count_if(errors_m.begin(), errors_m.end(),

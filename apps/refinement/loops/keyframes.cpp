@@ -1,9 +1,9 @@
 #include "keyframes.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <unordered_map>
 
+#include "kinetrace/core/median.hpp"
 #include "kinetrace/recording/observations.hpp"
 #include "pose_information.hpp"
 
@@ -87,9 +87,7 @@ class PathObserver {
     for (const SeenPoint& point : points) {
       depths_m.push_back(position_m(point).z());
     }
-    const auto middle = depths_m.begin() + static_cast<std::ptrdiff_t>(depths_m.size() / 2);
-    std::nth_element(depths_m.begin(), middle, depths_m.end());
-    Keyframe keyframe{row, *middle, travelled_m_[row], variance_m2(row), {}};
+    Keyframe keyframe{row, median(depths_m), travelled_m_[row], variance_m2(row), {}};
     const std::size_t step = (points.size() + kMaxPoints - 1) / kMaxPoints;
     for (std::size_t i = 0; i < points.size(); i += step) {
       keyframe.points.push_back(points[i]);

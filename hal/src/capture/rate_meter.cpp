@@ -1,6 +1,6 @@
 #include "capture/rate_meter.hpp"
 
-#include <algorithm>
+#include "kinetrace/core/median.hpp"
 
 namespace kinetrace::hal {
 
@@ -16,9 +16,8 @@ std::optional<double> RateMeter::add(std::int64_t sequence, std::int64_t stamp_n
   if (count_ < kSteps) {
     return std::nullopt;
   }
-  const auto middle = periods_ns_.begin() + kSteps / 2;
-  std::nth_element(periods_ns_.begin(), middle, periods_ns_.end());
-  return *middle > 0 ? std::optional(1e9 / static_cast<double>(*middle)) : std::nullopt;
+  const std::int64_t period_ns = median(periods_ns_);
+  return period_ns > 0 ? std::optional(1e9 / static_cast<double>(period_ns)) : std::nullopt;
 }
 
 }  // namespace kinetrace::hal

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "dataset/image_files.hpp"
+#include "kinetrace/core/median.hpp"
 #include "kinetrace/imaging/image_info.hpp"
 #include "util/messages.hpp"
 #include "util/text_file.hpp"
@@ -358,12 +359,7 @@ std::int64_t median_step_ns(const std::vector<std::int64_t>& times_ns, std::int6
   for (std::size_t i = 1; i < times_ns.size(); ++i) {
     steps.push_back(times_ns[i] - times_ns[i - 1]);
   }
-  if (steps.empty()) {
-    return fallback_ns;
-  }
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return std::max<std::int64_t>(*middle, 1);
+  return steps.empty() ? fallback_ns : std::max<std::int64_t>(median(steps), 1);
 }
 
 Status check_steps(Dataset& dataset) {

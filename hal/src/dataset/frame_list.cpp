@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "kinetrace/core/median.hpp"
 #include "util/messages.hpp"
 
 namespace kinetrace::hal {
@@ -53,9 +54,7 @@ std::int64_t FrameList::median_period_ns(std::int64_t fallback_ns) const {
     periods.push_back((entries_[i].timestamp_ns - entries_[i - 1].timestamp_ns) /
                       (entries_[i].frame_index - entries_[i - 1].frame_index));
   }
-  const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
-  std::nth_element(periods.begin(), middle, periods.end());
-  return std::max<std::int64_t>(*middle, 1);
+  return std::max<std::int64_t>(median(periods), 1);
 }
 
 std::size_t FrameList::longest_path() const noexcept {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "kinetrace/core/config_check.hpp"
+#include "kinetrace/core/median.hpp"
 #include "monitoring/patch_matcher.hpp"
 
 namespace kinetrace::hal {
@@ -19,12 +20,6 @@ constexpr double kSurelyShifted_px = 1.0;
 constexpr int kMaxApart = 3;
 constexpr double kMuchMotion_px = 0.75;
 constexpr double kMostlyOff = 0.6;
-
-double median(std::span<double> values) noexcept {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 
@@ -127,7 +122,7 @@ SyncMonitor::Residual SyncMonitor::measure(GrayView left, GrayView right, int le
     residual.beyond_infinity += matches.found[i].disparity_px < -kSurelyShifted_px ? 1 : 0;
     residual.in_front += matches.found[i].disparity_px > kSurelyShifted_px ? 1 : 0;
   }
-  residual.disparity_px = median({disparities.data(), matches.count});
+  residual.disparity_px = median(std::span(disparities).first(matches.count));
   const std::span<double> found(rows.data(), matches.count);
   residual.signed_px = median(found);
   std::transform(found.begin(), found.end(), found.begin(), [](double shift) { return std::abs(shift); });

@@ -1,19 +1,15 @@
 #include "motion_neighbours.hpp"
 
-#include <algorithm>
 #include <array>
+#include <span>
+
+#include "kinetrace/core/median.hpp"
 
 namespace kinetrace::features {
 namespace {
 
 constexpr std::size_t kNearest = 5;
 constexpr float kReach_px = 120.F;
-
-float median(std::array<float, kNearest>& values, std::size_t count) noexcept {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(count / 2);
-  std::nth_element(values.begin(), middle, values.begin() + static_cast<std::ptrdiff_t>(count));
-  return *middle;
-}
 
 }  // namespace
 
@@ -68,8 +64,8 @@ bool MotionNeighbours::expected(const Feature& feature, TrackStart& start) const
     y[i] = position.y();
     zoom[i] = neighbour.zoom;
   }
-  start.position_px = {median(x, count), median(y, count)};
-  start.zoom = median(zoom, count);
+  start.position_px = {median(std::span(x).first(count)), median(std::span(y).first(count))};
+  start.zoom = median(std::span(zoom).first(count));
   start.reach = Reach::kNear;
   return true;
 }

@@ -8,6 +8,7 @@
 
 #include "alignment_search.hpp"
 #include "alignment_verdict.hpp"
+#include "kinetrace/core/median.hpp"
 #include "normal_equations.hpp"
 
 namespace kinetrace::geo {
@@ -97,11 +98,6 @@ void report_noise(const Linearisation& linear, Alignment& alignment) {
     horizontal_m.push_back(match.sigma_m.head<2>().norm() / std::sqrt(2.0));
     vertical_m.push_back(match.sigma_m.z());
   }
-  const auto median = [](std::vector<double>& values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  };
   alignment.sigma_factor = {linear.noise.horizontal, linear.noise.horizontal, linear.noise.vertical};
   alignment.horizontal_noise_m = linear.noise.horizontal * median(horizontal_m);
   alignment.vertical_noise_m = linear.noise.vertical * median(vertical_m);

@@ -5,6 +5,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "kinetrace/core/median.hpp"
+
 namespace kinetrace::geo {
 namespace {
 
@@ -17,12 +19,6 @@ constexpr double kGate1 = 10.828;
 constexpr double kGate2 = 13.816;
 // No path and no receiver is better; keeps perfect data from dividing by zero.
 constexpr double kMinNoise_m = 0.01;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 double horizontal_square(const Residual& residual, const Match& match) {
   return residual.error_m.head<2>().cwiseQuotient(match.sigma_m.head<2>()).squaredNorm();
@@ -61,9 +57,9 @@ NoiseScale weigh(std::span<const Match> matches, std::vector<Residual>& residual
     vertical.push_back(vertical_square(residuals[i], matches[i]));
     sigmas_m.push_back(matches[i].sigma_m.minCoeff());
   }
-  const double least = kMinNoise_m / median(std::move(sigmas_m));
-  const NoiseScale scale{std::max(std::sqrt(median(horizontal) / kMedian2), least),
-                         std::max(std::sqrt(median(vertical) / kMedian1), least)};
+  const double least = kMinNoise_m / median(sigmas_m);
+  const NoiseScale scale{std::max(std::sqrt(median(std::vector(horizontal)) / kMedian2), least),
+                         std::max(std::sqrt(median(std::vector(vertical)) / kMedian1), least)};
   const Eigen::Vector3d factors(scale.horizontal, scale.horizontal, scale.vertical);
   for (std::size_t i = 0; i < matches.size(); ++i) {
     const bool is_inlier = horizontal[i] <= kGate2 * scale.horizontal * scale.horizontal &&

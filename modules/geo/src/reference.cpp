@@ -1,7 +1,6 @@
 #include "kinetrace/geo/reference.hpp"
 
-#include <algorithm>
-
+#include "kinetrace/core/median.hpp"
 #include "reference_path.hpp"
 #include "reference_readers.hpp"
 
@@ -34,9 +33,7 @@ Geodetic middle_of(const std::vector<FileFix>& fixes) {
     for (const FileFix& fix : fixes) {
       values.push_back(fix.place.*coordinate);
     }
-    const auto median = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), median, values.end());
-    middle.*coordinate = values.empty() ? 0.0 : *median;
+    middle.*coordinate = values.empty() ? 0.0 : median(values);
   }
   return middle;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinetrace/core/median.hpp"
+
 namespace kinetrace::geo {
 namespace {
 
@@ -19,9 +21,7 @@ double median_step_s(const std::vector<Fix>& fixes) {
   for (std::size_t i = 1; i < fixes.size(); ++i) {
     steps.push_back(seconds(fixes[i].time_ns - fixes[i - 1].time_ns));
   }
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
+  return median(steps);
 }
 
 }  // namespace

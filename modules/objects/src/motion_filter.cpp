@@ -8,16 +8,14 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "kinetrace/core/body_velocity.hpp"
+#include "kinetrace/objects/rest_evidence.hpp"
+
 namespace kinetrace::objects {
 namespace {
 
-/// An acceleration is new so often: the spectral density of white noise is its variance times this.
-constexpr double kAccelerationTime_s = 0.1;
-/// Of a velocity of which nothing is known: that of town traffic.
-constexpr double kUnknownSpeed_mps = 5.0;
 /// What rests is found elsewhere by so much after a second: errors of the camera's path and of the masks.
 constexpr double kRestDrift_m = 0.02;
-constexpr double kRestSpeed_mps = 0.05;
 /// Mean time for which something rests, most of it parked, and for which something moves before it stops in traffic.
 constexpr std::array<double, 2> kDwell_s{200.0, 20.0};
 /// Errors of what is seen last so long: measurements of this time together tell the models apart once.
@@ -100,10 +98,11 @@ std::optional<Observation<2>> observe(const Bearing& seen, double sigma_px, cons
   return observe_point<2>(seen.uv_px, seen.to_origin_m, sigma_px, seen.extent_sigma_m, geometry, T_world_cam, state);
 }
 
-// What is seen lies in its own direction, as far away as the object; where it was before follows from the velocity.
+// What is seen lies in its own direction, as far away as the seen part of the object; where it was before follows from
+// the velocity.
 std::optional<Observation<2>> observe(const ImageMotion& seen, double sigma_px, const StereoGeometry& geometry,
                                       const Se3& T_world_cam, const Vector6d& state) {
-  const double depth_m = (T_world_cam.inverse() * Eigen::Vector3d(state.head<3>())).z();
+  const double depth_m = (T_world_cam.inverse() * Eigen::Vector3d(state.head<3>() - seen.to_origin_m)).z();
   const Eigen::Vector3d ray((seen.now_px.x() - geometry.cx_px) / geometry.fx_px,
                             (seen.now_px.y() - geometry.cy_px) / geometry.fy_px, 1.0);
   const Eigen::Vector3d seen_m = T_world_cam * Eigen::Vector3d(depth_m * ray);

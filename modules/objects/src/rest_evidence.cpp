@@ -10,8 +10,6 @@ namespace {
 
 /// Orders of speed along each axis, m/s, standard deviations: a slow walk, a fast one, a vehicle in town, on a road.
 constexpr std::array<double, 4> kSpeeds_mps{0.3, 1.0, 3.0, 10.0};
-/// What the velocity of something at rest appears to be, besides its covariance.
-constexpr double kRestSpeed_mps = 0.05;
 
 /// Log of the normal density, but for its constant.
 double log_density(const Eigen::Vector3d& value, const Eigen::Matrix3d& covariance, double sigma) {

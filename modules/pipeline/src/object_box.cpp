@@ -8,9 +8,8 @@
 namespace kinetrace::pipeline {
 namespace {
 
-constexpr double kPointDisparity_px = 0.1;   // Of a reconstructed point, in common with its neighbours.
-constexpr double kStereoDisparity_px = 0.3;  // Of the middle of what stereo sees.
-constexpr double kMinHeading_rad = 0.035;    // By which vehicles slip.
+constexpr double kPointDisparity_px = 0.1;  // Of a reconstructed point, in common with its neighbours.
+constexpr double kMinHeading_rad = 0.035;   // By which vehicles slip.
 constexpr double kAxleBehind = 0.28;     // Of the length, from the middle to the rear axle, which goes where it points.
 constexpr double kTurnRate_radps = 0.1;  // Of the turn rate, standard deviation.
 
@@ -72,7 +71,7 @@ void ObjectState::update_box(const CameraState& camera, const trajectory::Ground
   const BodyPoint middle{.position_m = (-identity_.to_origin_m).cast<float>()};
   if (frame.points.empty()) {
     frame.points = {&middle, 1};
-    frame.disparity_sigma_px = kStereoDisparity_px;
+    frame.disparity_sigma_px = kObservedDisparitySigma_px;
   }
   if (life_.status != BodyStatus::kTracked && life_.status != BodyStatus::kStereoOnly) {
     frame.edges.reset();  // Where it is now is not known well enough.

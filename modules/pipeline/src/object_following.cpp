@@ -13,7 +13,6 @@ namespace {
 constexpr double kHiddenFactor = 4.0;
 /// Of a place that is known from one stereo observation.
 constexpr double kPlacedSigma_m = 0.5;
-constexpr double kUnknownSpeed_mps = 5.0;
 constexpr double kUnknownTurn_rad = 1.0;
 // Error of where a smoothed pose puts the object.
 constexpr double kPathSigma_rad = 0.002;
@@ -22,14 +21,12 @@ constexpr double kPathSigma_m = 0.02;
 constexpr double kEvidenceTime_s = 0.4;
 constexpr double kUndecided = 0.05;   // Probability that neither moving nor rest falls below.
 constexpr double kMaxEvidence = 7.0;  // Nothing is surer than one to a thousand.
-constexpr std::size_t kMinVelocitySamples = 3;
-constexpr int kTellingFeatures = 3;  // Fewer may lie on something else.
-constexpr int kMaxRejections = 3;    // Measurements: then it is elsewhere.
+constexpr int kTellingFeatures = 3;   // Fewer may lie on something else.
+constexpr int kMaxRejections = 3;     // Measurements: then it is elsewhere.
 /// Matched for longer without a break: where it is may be wrong, what it is is not.
 constexpr std::int64_t kSureOfItsMask_ns = 400'000'000;
 /// What was reconstructed is given up where its place is known so many times worse than it is seen.
 constexpr double kMuchWorse = 2.0;
-constexpr double kMinVisible = 0.2;
 constexpr double kOutlineSigma_m = 0.03;
 
 double log_odds(double probability) {
@@ -39,7 +36,7 @@ double log_odds(double probability) {
 }  // namespace
 
 void ObjectState::start_filter(const Se3& T_world_obj, const Vector6d& velocity) noexcept {
-  const bool shows_velocity = motion_.size() >= kMinVelocitySamples;
+  const bool shows_velocity = motion_.size() >= trajectory::ObjectMotion::kMinSamples;
   objects::MotionStart start{.timestamp_ns = life_.timestamp_ns,
                              .pose = {T_world_obj, life_.covariance},
                              .velocity = velocity,
@@ -51,19 +48,20 @@ void ObjectState::start_filter(const Se3& T_world_obj, const Vector6d& velocity)
     start.velocity.head<3>().setZero();
   }
   start.velocity_covariance =
-      shows_velocity ? motion_.at(0).apparent_covariance
-                     : Eigen::Matrix3d(kUnknownSpeed_mps * kUnknownSpeed_mps * Eigen::Matrix3d::Identity());
+      shows_velocity
+          ? motion_.at(0).apparent_covariance
+          : Eigen::Matrix3d(objects::kUnknownSpeed_mps * objects::kUnknownSpeed_mps * Eigen::Matrix3d::Identity());
   identity_.filter.start(start);
 }
 
 void ObjectState::weigh_motion() noexcept {
-  if (motion_.size() < kMinVelocitySamples) {
+  if (motion_.size() < trajectory::ObjectMotion::kMinSamples) {
     return;
   }
   const trajectory::MotionEstimate now_seen = motion_.at(0);
   const trajectory::MotionEstimate lately = motion_.at(velocity_window_frames_);
   // A moment ago, frames before and after it tell: mostly that is surer.
-  const bool is_lately_surer = motion_.size() >= velocity_window_frames_ + kMinVelocitySamples &&
+  const bool is_lately_surer = motion_.size() >= velocity_window_frames_ + trajectory::ObjectMotion::kMinSamples &&
                                lately.apparent_covariance.trace() < now_seen.apparent_covariance.trace();
   const trajectory::MotionEstimate& motion = is_lately_surer ? lately : now_seen;
   const double evidence = std::clamp(objects::moving_evidence(motion.velocity_mps, motion.apparent_covariance),
@@ -152,6 +150,7 @@ void ObjectState::measure_motion(const StereoObservation& observation, const Cam
     return;
   }
   objects::ImageMotion motion = observation.motion;
+  motion.to_origin_m = identity_.T_world_obj.rotation * identity_.to_origin_m;
   motion.interval_s = frame_.interval_s;
   motion.T_world_cam_before = *camera.T_world_cam_before;
   identity_.filter.update(motion, camera.T_world_cam);
@@ -165,6 +164,7 @@ void ObjectState::give_up_path(const objects::StereoPosition& seen, const Camera
   // What was followed so far was something else: where that was says nothing about the motion of this.
   identity_.filter.restart_at(seen, camera.T_world_cam);
   identity_.reconstructed = false;
+  life_.pose_ambiguous = false;
   motion_.reset();
   frame_.change = FrameChange::kReplaced;
 }
@@ -205,10 +205,9 @@ objects::StereoPosition ObjectState::stereo_position(const StereoObservation& ob
 }
 
 double ObjectState::extent_sigma_m(double depth_m) const {
-  const double visible = std::clamp(static_cast<double>(life_.track.visible_part), kMinVisible, 1.0);
   const double seen_width_m = life_.track.box_px.width() * depth_m / geometry_.fx_px;
   // Masks tell how much of it is hidden, unless it has just come back; how wide it once was tells then.
-  const double hidden_width_m = std::max(seen_width_m * (1.0 / visible - 1.0), identity_.width_m - seen_width_m);
+  const double hidden_width_m = std::max(seen_width_m * (1.0 / visible_part() - 1.0), identity_.width_m - seen_width_m);
   return (rigid() ? surface_sigma_m_ : kOutlineSigma_m) + 0.5 * std::max(hidden_width_m, 0.0);
 }
 

@@ -14,10 +14,9 @@ namespace {
 // Of a guess where it has come back, however long it was away: it goes on as it went, and turns little.
 constexpr double kGuessTurn_rad = 0.05;
 constexpr double kGuessPlace_m = 0.27;
-constexpr std::size_t kMinPathFrames = 4;  // A shorter path has not shown how the object moves.
-constexpr double kReachableGate = 36.0;    // Chi-square of six numbers.
-constexpr double kConsensusPart = 0.9;     // So many of its points cannot all have passed to something else.
-constexpr double kFarOffIt_m = 2.0;        // An origin farther from the middle of what is seen is on something else.
+constexpr double kReachableGate = 36.0;  // Chi-square of six numbers.
+constexpr double kConsensusPart = 0.9;   // So many of its points cannot all have passed to something else.
+constexpr double kFarOffIt_m = 2.0;      // An origin farther from the middle of what is seen is on something else.
 constexpr std::int64_t kMaxUncertain_ns = 1'500'000'000;
 // A reconstruction scatters no more than the background's, up to reflections and what moves on it. More means that it
 // holds on to a wrong relief: seen from afar, a thing with a wrong relief and a wrong rotation looks nearly right.
@@ -108,8 +107,13 @@ bool ObjectState::recognise(const CameraState& camera, const features::FeatureFr
                         .place_sigma_m = kGuessPlace_m};
   const std::optional<Se3> found = recogniser_.recognise(guess, body_, life_.track.label(), front_end);
   if (found) {
+    const Se3 T_obj_provisional_world = identity_.T_world_obj.inverse();
     identity_.T_world_obj = (camera.T_world_cam * found->inverse()).orthonormalised();
+    if (life_.pose_ambiguous) {
+      frame_.correction = FrameCorrection{T_obj_provisional_world * identity_.T_world_obj, life_.ambiguous_frames};
+    }
   }
+  life_.pose_ambiguous = !found;
   return found.has_value();
 }
 
@@ -118,31 +122,27 @@ void ObjectState::begin_body(const StereoObservation& observation, const CameraS
   if (!identity_.frame_fixed || identity_.to_origin_m.norm() > identity_.width_m + kFarOffIt_m) {
     // What stereo has followed so far may have been something next to the object; its frame belongs on its points.
     const Eigen::Vector3d observed_m = camera.T_world_cam * position_in_camera(geometry_, observation);
-    frame_.change = identity_.frame_fixed ? FrameChange::kReplaced : FrameChange::kRefined;
+    frame_.change = std::max(frame_.change, identity_.frame_fixed ? FrameChange::kReplaced : FrameChange::kRefined);
     identity_.T_world_obj.translation = observed_m;
     identity_.to_origin_m.setZero();
     recogniser_.clear();
+    life_.pose_ambiguous = false;
   } else if (recogniser_.knows_it() && !identity_.filter.at_rest()) {
-    life_.pose_ambiguous = !recognise(camera, front_end);
-    frame_.change = life_.pose_ambiguous ? FrameChange::kNone : FrameChange::kRefined;
-    life_.ambiguous_frames = 0;
+    // Begun anew before it was recognised, it is still in the frame that was guessed first.
+    life_.ambiguous_frames = life_.pose_ambiguous ? life_.ambiguous_frames : 0;
     life_.ambiguous_time.reset();
+    const bool is_recognised = recognise(camera, front_end);
+    frame_.change = std::max(frame_.change, is_recognised ? FrameChange::kRefined : FrameChange::kNone);
   }
   body_.begin(identity_.T_world_obj.inverse() * camera.T_world_cam, life_.status);
 }
 
 void ObjectState::resolve_pose(const CameraState& camera, const features::FeatureFrontEnd& front_end) {
   identity_.T_world_obj = camera.T_world_cam * body_.estimate().T_body_cam.inverse();
-  const Se3 T_obj_provisional_world = identity_.T_world_obj.inverse();
   if (recognise(camera, front_end)) {
-    life_.pose_ambiguous = false;
-    frame_.correction = FrameCorrection{T_obj_provisional_world * identity_.T_world_obj,
-                                        static_cast<std::size_t>(life_.ambiguous_frames) + 1};
     body_.begin(identity_.T_world_obj.inverse() * camera.T_world_cam, life_.status);
     return;
   }
-  ++life_.ambiguous_frames;
-  life_.ambiguous_time.add_frame(frame_.interval_ns);
   life_.pose_ambiguous =
       !life_.ambiguous_time.exceeds(kMaxUncertain_ns);  // Later it looks too different: the guess stands.
 }

@@ -15,7 +15,6 @@ constexpr std::int64_t kMissedHidden_ns = 0;
 constexpr double kReachOfWay = 0.5;
 constexpr double kMaxReach_m = 3.0;
 constexpr double kReachAtRest_m = 0.8;
-constexpr double kObservedSigma_px = 0.3;  // Of a disparity.
 constexpr double kTieBreak = 0.01;
 // What has only a direction is found within so much of it, and more as the camera goes on.
 constexpr double kDirectionReach_px = 8.0;
@@ -58,7 +57,7 @@ bool ObjectState::is_reid_candidate(const Track& redetected, std::int64_t missed
 }
 
 double ObjectState::depth_sigma_m(double depth_m) const {
-  return kObservedSigma_px * depth_m * depth_m / (geometry_.fx_px * geometry_.baseline_m);
+  return kObservedDisparitySigma_px * depth_m * depth_m / (geometry_.fx_px * geometry_.baseline_m);
 }
 
 std::optional<double> ObjectState::position_gate(const Eigen::Vector3d& position_m, const Track& redetected,

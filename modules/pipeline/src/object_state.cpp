@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "kinetrace/tracking/track_instance.hpp"
 #include "kinetrace/trajectory/composition.hpp"
 
 namespace kinetrace::pipeline {
@@ -17,15 +18,13 @@ constexpr double kRestSigmas = 2.0;
 constexpr double kAreaKept = 0.97;  // In a tenth of a second.
 constexpr double kAreaKeptIn_s = 0.1;
 constexpr double kMinDepth_m = 0.1;
-constexpr std::int64_t kBreak_ns = 100'000'000;  // Features carry an object over a shorter one.
-constexpr double kVeryFar_m = 1000.0;            // Nothing shows how far.
+constexpr double kVeryFar_m = 1000.0;  // Nothing shows how far.
 // Disparities of one surface err in common, and differently as it comes nearer. Without a reconstruction, what is
 // followed is the middle of what is seen, which drifts as the object turns and as others hide it.
 constexpr double kCorrelatedDisparityError_px = 0.03;
 constexpr double kLateralCorrelatedError = 0.3;
 constexpr int kTellingFeatures = 4;  // Fewer may all lie on something else; they show no new mover.
 constexpr double kAnywhere_m = 100.0;
-constexpr double kMinVisible = 0.2;
 
 double yaw_of(const Eigen::Vector3d& direction) {
   return std::atan2(-direction.z(), direction.x());
@@ -205,7 +204,7 @@ bool ObjectState::at_rest() const noexcept {
 
 void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, const CameraState& camera) {
   const bool is_first = life_.frames++ == 0;
-  if (track.missed_frames == 0 && life_.track.missed_ns > kBreak_ns) {
+  if (track.missed_frames == 0 && life_.track.missed_ns > tracking::kCarriedByFeatures_ns) {
     life_.provisional = true;
   }
   frame_ = Frame{};
@@ -221,6 +220,10 @@ void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, con
   life_.timestamp_ns = timestamp_ns;
   motion_.set_disparity_sigma(camera.disparity_sigma_px);
   measure_visible_fraction(camera);
+  if (life_.pose_ambiguous) {
+    ++life_.ambiguous_frames;
+    life_.ambiguous_time.add_frame(frame_.interval_ns);
+  }
   if (track.missed_frames == 0) {
     life_.matched_run.add_frame(frame_.interval_ns);
     life_.matched_timestamp_ns = life_.timestamp_ns;
@@ -292,9 +295,8 @@ Eigen::Matrix3d ObjectState::position_correlated_covariance() const {
   const Eigen::Vector3d from_camera_m = identity_.T_world_obj.rotation * -life_.T_obj_cam.translation;
   const double depth_m = std::max(life_.T_obj_cam.inverse().translation.z(), 0.0);
   // The less of it is seen, the fewer points share the error, and the farther its middle is from them.
-  const double visible = std::clamp(static_cast<double>(life_.track.visible_part), kMinVisible, 1.0);
-  const Eigen::Vector3d along_ray_m =
-      kCorrelatedDisparityError_px / visible * depth_m / (geometry_.fx_px * geometry_.baseline_m) * from_camera_m;
+  const Eigen::Vector3d along_ray_m = kCorrelatedDisparityError_px / visible_part() * depth_m /
+                                      (geometry_.fx_px * geometry_.baseline_m) * from_camera_m;
   Eigen::Matrix3d correlated_covariance = along_ray_m * along_ray_m.transpose();
   correlated_covariance.diagonal().array() +=
       kLateralCorrelatedError * kLateralCorrelatedError * along_ray_m.squaredNorm();

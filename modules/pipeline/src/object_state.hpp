@@ -153,9 +153,9 @@ class ObjectState {
     int failed_residuals = 0;               ///< In a row.
     /// Frames without a pose although points were seen; a frame with one takes half back.
     double inconsistencies = 0.0;
-    bool pose_ambiguous = false;  ///< Its frame has been guessed on its return.
-    int ambiguous_frames = 0;     ///< Tracked since then: frames to be corrected once it is known.
-    DwellTime ambiguous_time;     ///< The same as a time.
+    bool pose_ambiguous = false;       ///< Its frame has been guessed on its return.
+    std::size_t ambiguous_frames = 0;  ///< Before this one, tracked or not: they are corrected once it is known.
+    DwellTime ambiguous_time;          ///< Since its reconstruction last began.
     Se3 T_obj_cam;
     Matrix6d covariance = Matrix6d::Zero();                 ///< As ObjectResult::covariance.
     Eigen::Vector3d last_seen_m = Eigen::Vector3d::Zero();  ///< Its middle when a detection last showed it.
@@ -165,7 +165,7 @@ class ObjectState {
   /// What belongs to this frame.
   struct Frame {
     bool extended = false;
-    FrameChange change = FrameChange::kNone;
+    FrameChange change = FrameChange::kNone;  ///< Of several, the greatest.
     std::optional<FrameCorrection> correction;
     int observed_features = 0;  ///< By stereo.
     double area_before_m2 = 0.0;
@@ -193,6 +193,11 @@ class ObjectState {
   /// By the image's border.
   [[nodiscard]] bool cut_off() const noexcept {
     return life_.track.box_px.x0 <= 1 || life_.track.box_px.x1 >= geometry_.width_px - 1;
+  }
+  /// Bounded below, as a divisor.
+  [[nodiscard]] double visible_part() const noexcept {
+    constexpr double kMinVisible = 0.2;
+    return std::clamp(double{life_.track.visible_part}, kMinVisible, 1.0);
   }
   [[nodiscard]] bool mostly_occluded() const noexcept {
     return std::min(life_.track.visible_part, frame_.visible_fraction) < kClearlyVisible;

@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <span>
 
+#include "kinetrace/core/median.hpp"
+
 namespace kinetrace::pipeline {
 namespace {
 
@@ -18,12 +20,6 @@ constexpr double kClearlyNearer = 1.1;
 constexpr double kMinSpread_px = 0.75;
 constexpr double kSpread = 0.1;
 constexpr std::size_t kDisparity = 2;  // Of an observation's (u, v, disparity).
-
-double median(std::span<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Of several quantities, each on its own.
 template <int kQuantities>

@@ -12,6 +12,9 @@
 
 namespace kinetrace::pipeline {
 
+/// Standard deviation of the disparity of the middle of what stereo sees.
+inline constexpr double kObservedDisparitySigma_px = 0.3;
+
 struct StereoObservation {
   int features = 0;                                  ///< With a right match; 0: not seen.
   Eigen::Vector3d uvd_px = Eigen::Vector3d::Zero();  ///< Column, row and disparity of the point that stands for it.

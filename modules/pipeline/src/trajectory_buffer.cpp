@@ -5,9 +5,6 @@
 namespace kinetrace::pipeline {
 namespace {
 
-// A shorter path has not shown how the object moves.
-constexpr std::size_t kMinPathNodes = 4;
-
 /// The object in the frame after this one; null if there is none.
 BufferedObject* after(ResultRing& ring, std::uint32_t track_id, std::size_t age) {
   return age > 0 ? ring.frame(age - 1).find(track_id) : nullptr;
@@ -55,7 +52,7 @@ std::optional<PathEnd> TrajectoryBuffer::smooth(ResultRing& ring, std::size_t pe
   for (std::size_t i = finalised; i < end_age - age; ++i) {
     ring.frame(end_age - 1 - i).find(track_id)->result.T_world_obj = path[i].smoothed;
   }
-  if (age > 0 || path.size() < kMinPathNodes) {
+  if (age > 0 || path.size() < kMinPathFrames) {
     return std::nullopt;
   }
   return PathEnd{path.back().smoothed, trajectory::body_velocity(path[path.size() - 2], path.back())};

@@ -13,6 +13,9 @@
 
 namespace kinetrace::pipeline {
 
+/// A shorter path has not shown how the object moves.
+inline constexpr std::size_t kMinPathFrames = 4;
+
 /// An object's frame had been guessed when its reconstruction began, and is known now.
 struct FrameCorrection {
   Se3 T_provisional_known;

@@ -45,9 +45,6 @@ TranslationConsensus largest_group(std::span<const AppearanceMatch> matches, dou
       largest = group;
     }
   }
-  for (std::size_t i = 0; i < largest.count; ++i) {
-    largest.shift_m += considered[largest.members[i]].shift_m / static_cast<double>(largest.count);
-  }
   return largest;
 }
 

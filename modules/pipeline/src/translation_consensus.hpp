@@ -22,7 +22,6 @@ struct TranslationConsensus {
   static constexpr std::size_t kMaxMembers = 400;
   std::array<std::uint16_t, kMaxMembers> members{};  ///< Indices of matches; the first `count` are set.
   std::size_t count = 0;
-  Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  ///< Their mean.
 };
 
 /// The largest group whose shifts lie within `radius_m` of one of them that is no longer than `most_m`. A feature that

@@ -11,6 +11,7 @@
 #include "folder_lock.hpp"
 #include "kinetrace/core/detections.hpp"
 #include "kinetrace/core/files.hpp"
+#include "kinetrace/core/median.hpp"
 #include "kinetrace/core/text_rows.hpp"
 #include "run_about.hpp"
 #include "run_folder.hpp"
@@ -297,12 +298,7 @@ std::int64_t typical_interval_ns(const std::vector<CameraRow>& camera) {
   for (std::size_t i = 1; i < camera.size(); ++i) {
     intervals.push_back(camera[i].timestamp_ns - camera[i - 1].timestamp_ns);
   }
-  if (intervals.empty()) {
-    return 1;
-  }
-  std::nth_element(intervals.begin(), intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2),
-                   intervals.end());
-  return intervals[intervals.size() / 2];
+  return intervals.empty() ? 1 : median(intervals);
 }
 
 // A source may leave frames out. Frames with objects are numbered in objects.csv; a frame without any is as many

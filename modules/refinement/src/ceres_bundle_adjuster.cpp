@@ -282,7 +282,7 @@ class Assembly {
           &rest_loss_, block(k - 1), block(k));
     }
     if (k >= 2) {
-      const double span_s = 0.5 * (seconds_to(k - 1) + seconds_to(k));
+      const double span_s = white_noise_span_s(0.5 * (seconds_to(k - 1) + seconds_to(k)));
       problem_.AddResidualBlock(new SteadyCost({world_pose(k - 2), world_pose(k - 1), world_pose(k)}, seconds_to(k - 1),
                                                seconds_to(k), (span_s * motion.acceleration).cwiseInverse()),
                                 nullptr, block(k - 2), block(k - 1), block(k));

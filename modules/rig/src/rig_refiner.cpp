@@ -7,6 +7,7 @@
 #include <numbers>
 #include <string>
 
+#include "kinetrace/core/median.hpp"
 #include "rig_filter.hpp"
 #include "two_view_calibration.hpp"
 
@@ -293,10 +294,8 @@ RigRefiner::Parallax RigRefiner::parallax_of(std::span<const RigObservation> obs
     }
   }
   if (parallax.shared >= kMinPoints) {
-    const std::span<float> depths = s.depths_m.first(parallax.shared);
-    const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(parallax.shared / 2);
-    std::nth_element(depths.begin(), middle, depths.end());
-    parallax.moved = (T_world_cam.translation - s.T_world_reference.translation).norm() / static_cast<double>(*middle);
+    const float depth_m = median(s.depths_m.first(parallax.shared));
+    parallax.moved = (T_world_cam.translation - s.T_world_reference.translation).norm() / double{depth_m};
   }
   return parallax;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinetrace/core/median.hpp"
+
 namespace kinetrace::segmentation {
 namespace {
 
@@ -70,17 +72,15 @@ void MaskWarp::find_boxes(ImageView<const std::uint16_t> drawn, std::size_t mask
 }
 
 Eigen::Vector2f MaskWarp::median_shift(std::span<const Motion> motions) noexcept {
-  Eigen::Vector2f median;
+  Eigen::Vector2f shift;
   for (const Eigen::Index axis : {0, 1}) {
     sorted_.clear();
     for (const Motion& motion : motions) {
       static_cast<void>(sorted_.push_back(motion.now_px[axis] - motion.then_px[axis]));
     }
-    float* middle = sorted_.begin() + sorted_.size() / 2;
-    std::nth_element(sorted_.begin(), middle, sorted_.end());
-    median[axis] = *middle;
+    shift[axis] = median(sorted_);
   }
-  return median;
+  return shift;
 }
 
 MaskWarp::Similarity MaskWarp::motion_around(const PixelBox& box_px) noexcept {

@@ -6,6 +6,7 @@
 
 #include <Eigen/LU>
 
+#include "kinetrace/core/median.hpp"
 #include "velocity_test.hpp"
 
 namespace kinetrace::segmentation {
@@ -148,9 +149,7 @@ void MovingBlobs::find_restless(const DenseView& dense, const TemporalTest& test
       }
     }
   }
-  const auto middle = scratch_.begin() + static_cast<std::ptrdiff_t>(n / 2);
-  std::nth_element(scratch_.begin(), middle, scratch_.begin() + static_cast<std::ptrdiff_t>(n));
-  noise_ = n > 0 ? *middle : 0.F;
+  noise_ = n > 0 ? median(scratch_.first(n)) : 0.F;
   const float limit = kRestlessRatio * noise_ + kRestlessGrey;
   for (int cy = 0; cy < disparity.height; ++cy) {
     for (int cx = 0; cx < disparity.width; ++cx) {

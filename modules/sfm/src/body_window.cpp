@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "columns.hpp"
+#include "kinetrace/core/median.hpp"
 #include "kinetrace/sfm/body_reconstruction.hpp"
 
 namespace kinetrace::sfm {
@@ -47,9 +48,7 @@ bool BodyReconstruction::newest_is_redundant() const {
   if (shared == 0 || static_cast<double>(shared) < config_.keyframe_overlap * static_cast<double>(seen)) {
     return false;
   }
-  const auto middle = scratch_.begin() + static_cast<std::ptrdiff_t>(shared / 2);
-  std::nth_element(scratch_.begin(), middle, scratch_.begin() + static_cast<std::ptrdiff_t>(shared));
-  return static_cast<double>(*middle) < config_.keyframe_motion_px;
+  return double{median(scratch_.first(shared))} < config_.keyframe_motion_px;
 }
 
 void BodyReconstruction::drop_column(std::size_t column, std::size_t target_column) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "kinetrace/core/median.hpp"
+
 namespace kinetrace::sfm {
 namespace {
 
@@ -20,11 +22,9 @@ void NoiseScale::learn(std::span<float> squared_px2) {
   if (squared_px2.size() < kMinResiduals) {
     return;
   }
-  const auto middle = squared_px2.begin() + static_cast<std::ptrdiff_t>(squared_px2.size() / 2);
-  std::nth_element(squared_px2.begin(), middle, squared_px2.end());
   const auto count = static_cast<double>(squared_px2.size());
   const double freedom = 3.0 * count;
-  const double variance_px2 = double{*middle} / kChiSquare3Median * freedom / (freedom - kPoseFreedom);
+  const double variance_px2 = double{median(squared_px2)} / kChiSquare3Median * freedom / (freedom - kPoseFreedom);
   const double rate = kRate * count / (count + kHalfTrusted);
   const double running_px2 = sigma_px_ * sigma_px_ + rate * (variance_px2 - sigma_px_ * sigma_px_);
   sigma_px_ = std::clamp(std::sqrt(running_px2), least_px_, most_px_);

@@ -129,7 +129,7 @@ double StereoTracker::part_on_others(const TrackInstance& instance, const Detect
 double StereoTracker::evidence(const TrackInstance& instance, const Detection& detection, double disparity_px,
                                std::size_t samples) const noexcept {
   const FeatureVotes& votes = instance.votes_of_features;
-  const bool followed = !instance.missed.exceeds(kForeignAfter_ns);
+  const bool followed = !instance.missed.exceeds(kCarriedByFeatures_ns);
   const ExpectedDisparity expected = expected_disparity(instance);
   return place_evidence(instance, detection) +
          (followed ? feature_evidence(votes.on_label[detection.label], votes.total) : 0.0) +

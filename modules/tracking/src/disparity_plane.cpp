@@ -6,18 +6,14 @@
 
 #include <Eigen/Dense>
 
+#include "kinetrace/core/median.hpp"
+
 namespace kinetrace::tracking {
 namespace {
 
 constexpr std::size_t kMinPlaneSamples = 6;
 /// Steeper than any object face that both views see.
 constexpr float kMaxSlope = 0.5F;
-
-float median(std::span<float> values) noexcept {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 bool agrees(const DisparityPlane& plane, float tolerance_px, const DisparitySample& sample) noexcept {
   const float expected = plane.mean_px + plane.slope.dot(sample.left_px - plane.center_px);

@@ -2,14 +2,10 @@
 #pragma once
 
 #include <algorithm>
-#include <cstdint>
 
 #include "kinetrace/tracking/track_instance.hpp"
 
 namespace kinetrace::tracking {
-
-/// Features of a track that has not been detected for longer lie on what hides it, or on nothing.
-inline constexpr std::int64_t kForeignAfter_ns = 100'000'000;
 
 /// Nearer things have no size in the image that a similarity could carry.
 inline constexpr double kMinPredictionDepth_m = 0.2;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "expectations.hpp"
+#include "kinetrace/core/median.hpp"
 #include "kinetrace/tracking/stereo_tracker.hpp"
 
 namespace kinetrace::tracking {
@@ -46,7 +47,7 @@ void StereoTracker::predict(std::span<const Feature> features) {
 bool StereoTracker::may_follow_occluder(const TrackInstance& instance) const noexcept {
   const bool missed = instance.track.missed_frames > 0;
   return instance.prediction.known &&
-         (instance.missed.exceeds(kForeignAfter_ns) || (missed && is_out_of_view(instance)));
+         (instance.missed.exceeds(kCarriedByFeatures_ns) || (missed && is_out_of_view(instance)));
 }
 
 double StereoTracker::expected_growth(const TrackInstance& instance) noexcept {
@@ -95,15 +96,20 @@ bool StereoTracker::place_by_prediction(TrackInstance& instance) noexcept {
   if (!now.known || !then.known || now.direction_only != then.direction_only) {
     return false;
   }
-  if (now.direction_only) {
-    instance.mask.place(Similarity::about(then.point_px, 1.0, now.point_px - then.point_px));
+  const auto place = [&](double growth) {
+    const Similarity motion =
+        instance.mask.place(Similarity::about(then.point_px, growth, now.point_px - then.point_px));
+    // From far outside it has been put where it is seen again, and has not moved there.
+    instance.motion = instance.mask_part_in_image > 0.0 ? motion : instance.motion;
     return true;
+  };
+  if (now.direction_only) {
+    return place(1.0);
   }
   const bool too_near = then.depth_m <= kMinPredictionDepth_m || now.depth_m <= kMinPredictionDepth_m ||
                         now.depth_m <= then.depth_m / kMaxPredictionScale;
   if (!too_near) {
-    instance.mask.place(Similarity::about(then.point_px, then.depth_m / now.depth_m, now.point_px - then.point_px));
-    return true;
+    return place(then.depth_m / now.depth_m);
   }
   // It passes by: what was seen of it a moment ago tells more.
   return unseen && put_outside();
@@ -124,10 +130,8 @@ Similarity StereoTracker::predict_motion(TrackInstance& instance, std::span<cons
     }
   }
   if (disparities > 0) {
-    const auto middle = scratch_.begin() + static_cast<std::ptrdiff_t>(disparities / 2);
-    std::nth_element(scratch_.begin(), middle, scratch_.begin() + static_cast<std::ptrdiff_t>(disparities));
     instance.disparity.known = true;
-    instance.disparity.mean_px = *middle;
+    instance.disparity.mean_px = median(scratch_.first(disparities));
   }
 
   instance.motion_from_flow = pairs > 0;

@@ -113,14 +113,9 @@ void StereoTracker::associate_right(const DetectionFrame& detections) noexcept {
   } else {
     clear_labels(right_);
   }
-  for (TrackInstance& instance : slots_) {
-    if (!instance.alive()) {
-      continue;
-    }
-    instance.track.has_right = match[instance.track.slot] >= 0;
-    if (!instance.track.has_right) {
-      instance.track.has_right =
-          assign_free_pixels(prediction_, instance.track.label(), instance.right_region_px, right_).area_px > 0;
+  for (const TrackInstance& instance : slots_) {
+    if (instance.alive() && match[instance.track.slot] < 0) {
+      assign_free_pixels(prediction_, instance.track.label(), instance.right_region_px, right_);
     }
   }
 }

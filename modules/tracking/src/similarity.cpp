@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinetrace/core/median.hpp"
+
 namespace kinetrace::tracking {
 namespace {
 
@@ -166,15 +168,13 @@ std::optional<Similarity> fit_similarity(std::span<const PointPair> pairs, const
 }
 
 Eigen::Vector2d median_translation(std::span<const PointPair> pairs, std::span<float> scratch) {
-  const auto median = [&](auto component) {
+  const auto median_of = [&](auto component) {
     const std::span<float> values = scratch.first(pairs.size());
     std::transform(pairs.begin(), pairs.end(), values.begin(), component);
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return static_cast<double>(*middle);
+    return double{median(values)};
   };
-  return {median([](const PointPair& p) { return p.to.x() - p.from.x(); }),
-          median([](const PointPair& p) { return p.to.y() - p.from.y(); })};
+  return {median_of([](const PointPair& p) { return p.to.x() - p.from.x(); }),
+          median_of([](const PointPair& p) { return p.to.y() - p.from.y(); })};
 }
 
 }  // namespace kinetrace::tracking

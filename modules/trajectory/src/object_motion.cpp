@@ -17,8 +17,6 @@ constexpr double kMaxTime_s = 2.0;
 // Errors below a centimetre, and those that drift with the frames, are not in the covariances.
 constexpr double kPositionFloor_m = 0.01;
 constexpr double kVelocityFloor_mps = 0.05;
-// Two samples cannot show that their covariances are too small.
-constexpr std::size_t kMinMovingSamples = 3;
 constexpr double kStopRatio = 0.5;
 constexpr double kErrorCorrelationTime_s = 0.5;  // Of MotionSample::correlated_covariance, at least.
 
@@ -125,7 +123,7 @@ MotionEstimate ObjectMotion::at(std::size_t age) const noexcept {
     const double chi_square = fit.velocity_mps.dot(covariance.ldlt().solve(fit.velocity_mps));
     return chi_square > significance * significance && fit.velocity_mps.norm() > config_.min_moving_speed_mps;
   };
-  if (count >= kMinMovingSamples) {
+  if (count >= kMinSamples) {
     estimate.velocity_mps = fit.velocity_mps;
     estimate.moving = exceeds(needed, estimate.covariance);
     estimate.apparently_moving = exceeds(config_.moving_significance, estimate.apparent_covariance);

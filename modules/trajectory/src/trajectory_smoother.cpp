@@ -67,7 +67,8 @@ void TrajectorySmoother::add_smoothness(std::span<const PathNode> path, std::siz
                                         std::size_t fixed) noexcept {
   const BodyVelocity before = differentiated_velocity(path[middle - 1], path[middle]);
   const BodyVelocity after = differentiated_velocity(path[middle], path[middle + 1]);
-  const double span_s = 0.5 * (seconds(path[middle - 1], path[middle]) + seconds(path[middle], path[middle + 1]));
+  const double span_s =
+      white_noise_span_s(0.5 * (seconds(path[middle - 1], path[middle]) + seconds(path[middle], path[middle + 1])));
   Vector6d weight;
   weight.head<3>().setConstant(1.0 / (config_.smoothing_turn_radps2 * span_s));
   weight.tail<3>().setConstant(1.0 / (config_.smoothing_acceleration_mps2 * span_s));

@@ -72,10 +72,10 @@ VelocityFit fit_velocity(std::span<const PathPoint> points) {
   if (points.size() >= kMinAcceleratedPoints) {
     const Polynomial<2> curve = fit<2>(points);
     if (line.chi_square - curve.chi_square > kAccelerationGate * curve.variance_factor) {
-      return {curve.coefficients.segment<3>(3), curve.velocity_covariance, true};
+      return {curve.coefficients.segment<3>(3), curve.velocity_covariance};
     }
   }
-  return {line.coefficients.segment<3>(3), line.velocity_covariance, false};
+  return {line.coefficients.segment<3>(3), line.velocity_covariance};
 }
 
 }  // namespace kinetrace::trajectory

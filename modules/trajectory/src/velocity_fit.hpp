@@ -16,7 +16,6 @@ struct PathPoint {
 struct VelocityFit {
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  bool accelerated = false;  ///< A constant acceleration was fitted too.
 };
 
 /// Fits constant velocity or, where at least kMinAcceleratedPoints points show it significantly, constant acceleration.

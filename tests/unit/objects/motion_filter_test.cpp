@@ -301,6 +301,26 @@ TEST(MotionFilter, TheSeenPointMayLieBesideTheOrigin) {
   EXPECT_LT((filter.pose().translation - origin).head<2>().norm(), 0.01);
 }
 
+TEST(MotionFilter, TheMotionOfANearSideTellsTheVelocityWhereverTheOriginLies) {
+  const Eigen::Vector3d velocity_mps(3.0, 0.0, 0.0);
+  const Eigen::Vector3d to_origin_m(0.0, 0.0, 6.0);
+  const auto side = [&](int frame) {
+    return Eigen::Vector3d(Eigen::Vector3d(-1.0, 0.5, 10.0) + frame * kFrame_s * velocity_mps);
+  };
+  MotionFilter filter = started(at(side(0) + to_origin_m));
+  for (int frame = 1; frame <= 6; ++frame) {
+    filter.predict(frame * kFrame_ns);
+    EXPECT_TRUE(filter.update(ImageMotion{.now_px = see({}, side(frame)).head<2>(),
+                                          .before_px = see({}, side(frame - 1)).head<2>(),
+                                          .to_origin_m = to_origin_m,
+                                          .features = 4,
+                                          .interval_s = kFrame_s,
+                                          .T_world_cam_before = {}},
+                              {}));
+  }
+  EXPECT_LT((filter.velocity_mps() - velocity_mps).head<2>().norm(), 0.3);
+}
+
 TEST(MotionFilter, RefusesWhatIsNoMeasurement) {
   MotionFilter filter = started(at({0.0, 0.0, 20.0}));
   EXPECT_FALSE(filter.update(stereo({600.0, 170.0, 0.0}), {}));

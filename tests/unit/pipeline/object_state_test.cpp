@@ -181,6 +181,23 @@ TEST_F(ObjectStateTest, ItsFeaturesTellHowItMovesWhileMoreAndMoreOfItIsSeen) {
   EXPECT_NEAR(shift_px * depth_m / geometry_.fx_px, kAcross_mps, 1.0);
 }
 
+TEST_F(ObjectStateTest, APathThatIsGivenUpIsReplacedThoughAReconstructionBeginsAtOnce) {
+  const auto see = [&](double x_m, std::size_t count) {
+    std::vector<Feature> features = front({x_m, 0.2, 12.0});
+    features.resize(count);
+    observe(object_, track(box_of(features)), features);
+  };
+  object_.begin(track({}));
+  for (int frame = 0; frame < 8; ++frame) {
+    see(-2.0, 2);
+  }
+  EXPECT_EQ(object_.frame_change(), FrameChange::kNone);
+  see(2.0, 2);
+  see(2.0, 2);
+  see(2.0, 20);
+  EXPECT_EQ(object_.frame_change(), FrameChange::kReplaced);
+}
+
 TEST_F(ObjectStateTest, MayComeBackOverTheBorderThatItLeftBy) {
   const std::vector<Feature> features = front({0.3, 0.2, 6.0});
   object_.begin(track(box_of(features)));

@@ -28,9 +28,7 @@ TEST(TranslationConsensus, IsWhatMostAgreeOn) {
                                              {3, 3, {0.15, 0.03, 0.0}},
                                              {4, 4, {-0.4, 0.0, 0.0}},
                                              {5, 5, {-0.4, 0.0, 0.0}}};
-  const TranslationConsensus group = largest_group(matches, kMax_m, kRadius_m);
-  EXPECT_EQ(members(group), (std::vector<std::uint16_t>{0, 1, 2}));
-  EXPECT_TRUE(group.shift_m.isApprox(Eigen::Vector3d(0.15, 0.01, 0.0)));
+  EXPECT_EQ(members(largest_group(matches, kMax_m, kRadius_m)), (std::vector<std::uint16_t>{0, 1, 2}));
 }
 
 TEST(TranslationConsensus, HearsAFeatureThatLooksLikeSeveralPointsOnce) {

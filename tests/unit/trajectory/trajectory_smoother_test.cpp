@@ -111,6 +111,27 @@ TEST_F(TrajectorySmootherTest, AcceptsGoodMeasurementsOfABrakingVehicle) {
   }
 }
 
+// It turns round at once, which it cannot. Twice as many frames measure half as well.
+TEST_F(TrajectorySmootherTest, SmoothsAlikeAtEveryRateOfTheCamera) {
+  constexpr double kTurnsRound_s = 0.6;
+  const auto rounded_m = [](double rate_hz) {
+    const auto turns_round = static_cast<std::size_t>(std::lround(kTurnsRound_s * rate_hz));
+    std::vector<PathNode> nodes(2 * turns_round + 1);
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+      const double time_s = static_cast<double>(k) / rate_hz;
+      nodes[k].timestamp_ns = std::llround(1e9 * time_s);
+      nodes[k].measured.translation.x() = std::abs(time_s - kTurnsRound_s);
+      nodes[k].covariance = rate_hz * covariance(0.03, 0.03);
+    }
+    Arena arena(std::size_t{1} << 17);
+    TrajectorySmoother(TrajectoryConfig{}, nodes.size(), arena).smooth(nodes, 0);
+    return nodes[turns_round].smoothed.translation.x();
+  };
+  EXPECT_GT(rounded_m(10), 0.1);
+  EXPECT_NEAR(rounded_m(20), rounded_m(10), 0.01);
+  EXPECT_NEAR(rounded_m(30), rounded_m(10), 0.01);
+}
+
 TEST_F(TrajectorySmootherTest, IsNotBentByOneWildPosition) {
   std::vector<PathNode> nodes = path(kMaxNodes);
   nodes[6].measured.translation += Eigen::Vector3d(0.0, 0.0, 4.0);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinetrace/core/median.hpp"
+
 namespace kinetrace::pipeline {
 namespace {
 
@@ -34,9 +36,7 @@ double median_disparity_px(std::span<const rig::RigObservation> observations, st
   const std::span<float> disparities = scratch_px.first(observations.size());
   std::transform(observations.begin(), observations.end(), disparities.begin(),
                  [](const rig::RigObservation& o) { return o.left_px.x() - o.right_px.x(); });
-  const auto middle = disparities.begin() + static_cast<std::ptrdiff_t>(disparities.size() / 2);
-  std::nth_element(disparities.begin(), middle, disparities.end());
-  return static_cast<double>(*middle);
+  return double{median(disparities)};
 }
 
 }  // namespace

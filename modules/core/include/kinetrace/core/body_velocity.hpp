@@ -1,9 +1,20 @@
 // How a body moves from one pose to the next, in its own axes, and how that changes with the poses.
 #pragma once
 
+#include <cmath>
+
 #include "kinetrace/core/se3.hpp"
 
 namespace kinetrace {
+
+/// An acceleration is new so often: as white noise, its spectral density is its variance times this.
+inline constexpr double kAccelerationTime_s = 0.1;
+
+/// The standard deviation of an acceleration, times this, is that of the change of velocity over `span_s`. It grows
+/// with the root of time, so that the rate of the camera does not matter.
+[[nodiscard]] inline double white_noise_span_s(double span_s) {
+  return std::sqrt(kAccelerationTime_s * span_s);
+}
 
 /// Velocity (rad/s, m/s) and its derivatives by perturbations (rotation about the world's axes, position) of both
 /// poses.

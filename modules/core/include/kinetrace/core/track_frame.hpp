@@ -21,7 +21,6 @@ struct Track {
   std::uint8_t slot = 0;  ///< In [0, max_objects), reused after the track has ended. Its mask label is slot + 1.
   std::uint16_t class_id = 0;
   TrackState state = TrackState::kTentative;
-  bool has_right = false;      ///< A right mask is attached in this frame.
   int age_frames = 0;          ///< Frames since birth.
   int missed_frames = 0;       ///< Frames since the last matched detection.
   std::int64_t age_ns = 0;     ///< Dwell time (see dwell_time.hpp) since birth,

@@ -29,6 +29,7 @@ struct Bearing {
 struct ImageMotion {
   Eigen::Vector2d now_px = Eigen::Vector2d::Zero();
   Eigen::Vector2d before_px = Eigen::Vector2d::Zero();
+  Eigen::Vector3d to_origin_m = Eigen::Vector3d::Zero();  ///< From the middle of what is seen, as above.
   int features = 0;  ///< That were tracked from frame to frame; these are their medians.
   double interval_s = 0.0;
   Se3 T_world_cam_before;

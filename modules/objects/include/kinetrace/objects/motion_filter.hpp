@@ -13,6 +13,9 @@
 
 namespace kinetrace::objects {
 
+/// Of a velocity of which nothing is known: that of town traffic.
+inline constexpr double kUnknownSpeed_mps = 5.0;
+
 struct MotionNoise {
   double acceleration_mps2 = 4.0;  ///< Standard deviation of an acceleration, new every tenth of a second.
   double turn_radps2 = 0.6;        ///< Of the angular acceleration.

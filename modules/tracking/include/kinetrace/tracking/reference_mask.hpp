@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 
 #include <Eigen/Core>
 
@@ -45,8 +46,11 @@ class ReferenceMask {
     }
   }
 
-  /// The object is where `now_from_reference` takes the mask as it was captured.
-  void place(const Similarity& now_from_reference) noexcept { now_from_ref_ = now_from_reference; }
+  /// The object is where `now_from_reference` takes the mask as it was captured. Returns by which motion it got there.
+  Similarity place(const Similarity& now_from_reference) noexcept {
+    const Similarity before_from_ref = std::exchange(now_from_ref_, now_from_reference);
+    return now_from_ref_ * before_from_ref.inverse();
+  }
   /// Part of the mask's box that lies in the image now.
   [[nodiscard]] double part_in_image() const noexcept;
 

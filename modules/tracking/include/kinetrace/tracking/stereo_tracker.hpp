@@ -121,7 +121,8 @@ class StereoTracker {
   void begin_frame(std::int64_t timestamp_ns) noexcept;
   void set_predictions(std::span<const ObjectPrediction> object_predictions) noexcept;
   void predict(std::span<const Feature> features);
-  /// Puts the mask to where the prediction expects it; false without one, and for what passes by too near for one.
+  /// Puts the mask to where the prediction expects it, which is its motion then; false without one, and for what passes
+  /// by too near for one.
   [[nodiscard]] static bool place_by_prediction(TrackInstance& instance) noexcept;
   /// Outside the image or behind other tracks: no detection can be expected.
   [[nodiscard]] bool is_out_of_view(const TrackInstance& instance) const noexcept;

@@ -16,6 +16,10 @@
 
 namespace kinetrace::tracking {
 
+/// Features carry a track over so long a break in its detections; after a longer one they lie on what hides it, or on
+/// nothing.
+inline constexpr std::int64_t kCarriedByFeatures_ns = 100'000'000;
+
 /// Unknown agrees with every class.
 [[nodiscard]] inline bool classes_agree(std::uint16_t a, std::uint16_t b) noexcept {
   return a == b || a == kUnknownClass || b == kUnknownClass;

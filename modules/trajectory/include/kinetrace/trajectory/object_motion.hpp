@@ -47,6 +47,8 @@ struct MotionEstimate {
 class ObjectMotion {
  public:
   static constexpr std::size_t kCapacity = 48;
+  /// Fewer show no velocity: two cannot show that their covariances are too small.
+  static constexpr std::size_t kMinSamples = 3;
 
   explicit ObjectMotion(const TrajectoryConfig& config) : config_(config) {}
   void reset() noexcept;
@@ -62,7 +64,7 @@ class ObjectMotion {
   /// Weighted least squares over the frames around `age`: constant velocity, or constant acceleration where the path
   /// shows it. Significance is that of the velocity vector (root of its chi-square against zero), so that a sure
   /// lateral motion is not drowned by an uncertain depth; an object whose sample or predecessor was found moving when
-  /// it was new stays so down to half the significance. Fewer than three samples, or an age beyond size(): no velocity,
+  /// it was new stays so down to half the significance. Fewer than kMinSamples, or an age beyond size(): no velocity,
   /// not moving.
   [[nodiscard]] MotionEstimate at(std::size_t age) const noexcept;
 

@@ -16,10 +16,11 @@ struct KINETRACE_API TrajectoryConfig {
   double max_acceleration_mps2 = 4.0;  ///< Process noise of the motion filter.
   double stereo_sigma_px = 0.5;        ///< Standard deviation of a stereo position's image coordinates.
   double surface_sigma_m = 0.25;       ///< How far the middle of what is seen drifts over a stereo-only object.
-  double smoothing_acceleration_mps2 = 3.0;  ///< Standard deviation of an object's acceleration, in its own axes.
-  double smoothing_turn_radps2 = 0.6;        ///< ... and of its angular acceleration.
-  std::string sizes;                         ///< File of the sizes that objects usually have; empty: the table below.
-  SizeTable size_table;                      ///< What that file holds.
+  /// Standard deviation of an object's acceleration, in its own axes, new every tenth of a second (white noise),
+  double smoothing_acceleration_mps2 = 3.0;
+  double smoothing_turn_radps2 = 0.6;  ///< ... and of its angular acceleration.
+  std::string sizes;                   ///< File of the sizes that objects usually have; empty: the table below.
+  SizeTable size_table;                ///< What that file holds.
 
   [[nodiscard]] Status validate() const;
 };

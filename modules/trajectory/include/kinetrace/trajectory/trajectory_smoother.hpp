@@ -24,9 +24,9 @@ struct PathNode {
 
 /// Fixed-lag smoother of SE(3) poses under a white-noise-on-acceleration prior (Bar-Shalom, Li, Kirubarajan 2001; on
 /// SE(3) as Anderson and Barfoot, IROS 2015): between frames the velocity of the body in its own axes changes no more
-/// than a vehicle can brake or steer. Poses that are measured well stay where they are; where a frame tells little
-/// (far away, cut off, predicted), its neighbours decide. Measurements are weighed by a Huber loss, so that one
-/// wild position does not bend the path.
+/// than a vehicle can brake or steer, whatever the rate of the camera. Poses that are measured well stay where they
+/// are; where a frame tells little (far away, cut off, predicted), its neighbours decide. Measurements are weighed by a
+/// Huber loss, so that one wild position does not bend the path.
 ///
 /// Gauss-Newton on the pentadiagonal normal equations of 6 x 6 blocks: linear in the number of nodes.
 class TrajectorySmoother {
