@@ -6,7 +6,6 @@
 
 #include "figure/figure_images.hpp"
 #include "loops/loop_closure.hpp"
-#include "reference/reference_factors.hpp"
 
 namespace kinetrace::batch {
 namespace {
@@ -66,10 +65,9 @@ Outcome<PathCorrection> close_loops(const recording::Run& run, const ObservedPat
 }  // namespace
 
 Outcome<PathCorrection> correct_path(const recording::Run& run, const RefineOptions& options,
-                                     const AdjustmentOptions& adjustment, RefinedCamera& camera,
+                                     const AdjustmentOptions& adjustment, const HoldPath& hold, RefinedCamera& camera,
                                      RefineProgress& progress) {
-  const bool has_reference = !options.reference.source.empty();
-  if (!adjustment.keep_going() || (!options.loops && !has_reference)) {
+  if (!adjustment.keep_going() || (!options.loops && !hold)) {
     return PathCorrection{};
   }
   Result<ObservedPath> path = observe_path(run, camera.T_world_cam, camera.sigma_px);
@@ -79,8 +77,8 @@ Outcome<PathCorrection> correct_path(const recording::Run& run, const RefineOpti
   PathGraph graph{camera.T_world_cam, path->step_information};
   Outcome<PathCorrection> correction =
       options.loops ? close_loops(run, *path, options, adjustment, graph, camera, progress) : PathCorrection{};
-  if (correction && has_reference) {
-    const Outcome<HeldPath> held = hold_by_reference(run, options.reference, graph, adjustment, camera);
+  if (correction && hold) {
+    const Outcome<HeldPath> held = hold(graph, camera);
     if (!held) {
       return Unexpected(held.error());
     }

@@ -69,13 +69,17 @@ Status complete_lives(const recording::Run& run, RefinedRun& refined) {
 Outcome<RefinedRun> refine(recording::Run& run, const RefineOptions& asked, RefineProgress& progress) {
   const AdjustmentOptions options{.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency())),
                                   .keep_going = [] { return app::interrupted_by() == 0; }};
+  const Outcome<HoldPath> hold = read_reference(run, asked.reference, options);
+  if (!hold) {
+    return Unexpected(hold.error());
+  }
   RefinedRun refined;
   Result<RefinedCamera> camera = refine_camera(run, options, [&](std::size_t rows) { progress.camera(rows); });
   if (!camera) {
     return failure(camera.error());
   }
   refined.camera = std::move(*camera);
-  Outcome<PathCorrection> correction = correct_path(run, asked, options, refined.camera, progress);
+  Outcome<PathCorrection> correction = correct_path(run, asked, options, *hold, refined.camera, progress);
   if (!correction) {
     return Unexpected(correction.error());
   }

@@ -3,9 +3,11 @@
 
 namespace kinetrace::batch {
 
-app::Outcome<HeldPath> hold_by_reference(const recording::Run& /*run*/, const app::ReferenceOptions& /*options*/,
-                                         const PathGraph& /*graph*/, const AdjustmentOptions& /*adjustment*/,
-                                         RefinedCamera& /*camera*/) {
+app::Outcome<HoldPath> read_reference(const recording::Run& /*run*/, const app::ReferenceOptions& options,
+                                      const AdjustmentOptions& /*adjustment*/) {
+  if (options.source.empty()) {
+    return HoldPath{};
+  }
   return Unexpected(app::Failure{app::ExitCode::kUsage,
                                  "--reference: this program has been built without maps; install the packages for them "
                                  "that toolchains/packages-build.txt names and build again"});

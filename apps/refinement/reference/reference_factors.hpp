@@ -1,6 +1,7 @@
 // What `--reference` asks of a refinement.
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include "../path_graph.hpp"
@@ -14,10 +15,12 @@ struct HeldPath {
   std::string result;  ///< What the user should know of it, one line.
 };
 
-/// Reads the reference and bends the camera's path onto it.
-/// Errors: kUsage, those of reading it, kBadData where it does not determine where the path lies.
-[[nodiscard]] app::Outcome<HeldPath> hold_by_reference(const recording::Run& run, const app::ReferenceOptions& options,
-                                                       const PathGraph& graph, const AdjustmentOptions& adjustment,
-                                                       RefinedCamera& camera);
+/// Bends the camera's path onto the reference. Errors: kBadData where it does not determine where the path lies.
+using HoldPath = std::function<app::Outcome<HeldPath>(const PathGraph& graph, RefinedCamera& camera)>;
+
+/// Reads the reference, before the work begins; none where none was asked for. `run` and `adjustment` are to outlive
+/// what it returns. Errors: kUsage, those of reading it.
+[[nodiscard]] app::Outcome<HoldPath> read_reference(const recording::Run& run, const app::ReferenceOptions& options,
+                                                    const AdjustmentOptions& adjustment);
 
 }  // namespace kinetrace::batch
