@@ -2,9 +2,7 @@
 
 #include <array>
 #include <cstdio>
-#include <memory>
 
-#include "figure/figure_images.hpp"
 #include "loops/loop_closure.hpp"
 
 namespace kinetrace::batch {
@@ -12,41 +10,16 @@ namespace {
 
 using app::failure;
 using app::Outcome;
-using app::RefineOptions;
 
-/// Errors: those of the recording's images.
-Result<std::vector<Loop>> loops_of(const recording::Run& run, const ObservedPath& path, const RefineOptions& options,
-                                   const AdjustmentOptions& adjustment, const RefinedCamera& camera,
-                                   RefineProgress& progress) {
-  std::unique_ptr<figure::RecordedImages> images;
-  const auto pair = [&](std::int64_t frame) -> Result<RectifiedPair> {
-    if (images == nullptr) {
-      Result<figure::RecordedImages> opened = figure::RecordedImages::open(run, options.dataset);
-      if (!opened) {
-        return Unexpected(opened.error());
-      }
-      images = std::make_unique<figure::RecordedImages>(std::move(*opened));
-    }
-    return images->pair(frame);
-  };
-  return find_loops(run, camera.T_world_cam, path.keyframes, pair, adjustment,
-                    [&](double part) { progress.loops(part); });
-}
-
-/// Adds them to the graph. A recording that is not where the run says is no error, unless it was named.
-Outcome<PathCorrection> close_loops(const recording::Run& run, const ObservedPath& path, const RefineOptions& options,
-                                    const AdjustmentOptions& adjustment, PathGraph& graph, RefinedCamera& camera,
-                                    RefineProgress& progress) {
-  PathCorrection correction;
-  Result<std::vector<Loop>> loops = loops_of(run, path, options, adjustment, camera, progress);
-  if (!loops && !options.dataset.empty()) {
+/// Adds them to the graph.
+Outcome<PathCorrection> close_loops(const recording::Run& run, const ObservedPath& path, const LoopSearch& search,
+                                    const AdjustmentOptions& adjustment, PathGraph& graph, RefinedCamera& camera) {
+  Result<std::vector<Loop>> loops = find_loops(run, camera.T_world_cam, path.keyframes, search.read, adjustment,
+                                               [&](double part) { search.progress.loops(part); });
+  if (!loops) {
     return failure(loops.error());
   }
-  if (!loops) {
-    correction.notes.push_back("places that the camera saw twice were not looked for: " + loops.error().message +
-                               "; --dataset LAYOUT:PATH says where the recording lies, --no-loops leaves them out");
-    return correction;
-  }
+  PathCorrection correction;
   graph.loops = std::move(*loops);
   correction.loops = graph.loops.size();
   if (correction.loops > 0) {
@@ -64,19 +37,19 @@ Outcome<PathCorrection> close_loops(const recording::Run& run, const ObservedPat
 
 }  // namespace
 
-Outcome<PathCorrection> correct_path(const recording::Run& run, const RefineOptions& options,
-                                     const AdjustmentOptions& adjustment, const HoldPath& hold, RefinedCamera& camera,
-                                     RefineProgress& progress) {
-  if (!adjustment.keep_going() || (!options.loops && !hold)) {
+Outcome<PathCorrection> correct_path(const recording::Run& run, const MeasuredBackground& measured,
+                                     const LoopSearch& search, const HoldPath& hold,
+                                     const AdjustmentOptions& adjustment, RefinedCamera& camera) {
+  if (!adjustment.keep_going() || (!search.read && !hold)) {
     return PathCorrection{};
   }
-  Result<ObservedPath> path = observe_path(run, camera.T_world_cam, camera.sigma_px);
+  Result<ObservedPath> path = observe_path(run, measured, camera.T_world_cam, camera.sigma_px);
   if (!path) {
     return failure(path.error());
   }
   PathGraph graph{camera.T_world_cam, path->step_information};
   Outcome<PathCorrection> correction =
-      options.loops ? close_loops(run, *path, options, adjustment, graph, camera, progress) : PathCorrection{};
+      search.read ? close_loops(run, *path, search, adjustment, graph, camera) : PathCorrection{};
   if (correction && hold) {
     const Outcome<HeldPath> held = hold(graph, camera);
     if (!held) {

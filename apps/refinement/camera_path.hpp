@@ -2,17 +2,23 @@
 #pragma once
 
 #include "cli/failure.hpp"
+#include "pair_reader.hpp"
 #include "path_graph.hpp"
 #include "reference/reference_factors.hpp"
 #include "refine_progress.hpp"
-#include "refinement/refine_options.hpp"
 
 namespace kinetrace::batch {
 
-/// Closes loops, if they are asked for, and holds the path by the reference, if there is one. Errors: those of reading
-/// the recording's observations, of its pictures where they were asked for by name, and of the solver.
-[[nodiscard]] app::Outcome<PathCorrection> correct_path(const recording::Run& run, const app::RefineOptions& options,
-                                                        const AdjustmentOptions& adjustment, const HoldPath& hold,
-                                                        RefinedCamera& camera, RefineProgress& progress);
+/// How loops are looked for; by no reader, they are not.
+struct LoopSearch {
+  PairReader read;
+  RefineProgress& progress;
+};
+
+/// Closes loops, and holds the path by the reference, if there is one. Errors: those of reading the run's observations
+/// and the recording's images, and of the solver.
+[[nodiscard]] app::Outcome<PathCorrection> correct_path(const recording::Run& run, const MeasuredBackground& measured,
+                                                        const LoopSearch& search, const HoldPath& hold,
+                                                        const AdjustmentOptions& adjustment, RefinedCamera& camera);
 
 }  // namespace kinetrace::batch

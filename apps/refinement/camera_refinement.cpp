@@ -4,6 +4,8 @@
 #include <deque>
 #include <unordered_map>
 
+#include "run_observations.hpp"
+
 namespace kinetrace::batch {
 namespace {
 
@@ -24,7 +26,7 @@ struct SeenFrame {
 /// The background's observations, by rows of Run::camera.
 class BackgroundReader {
  public:
-  BackgroundReader(const recording::Run& run, recording::ObservationReader& reader) : reader_(reader) {
+  BackgroundReader(const recording::Run& run, RunObservations& reader) : reader_(reader) {
     for (std::size_t row = 0; row < run.camera.size(); ++row) {
       rows_.emplace(run.camera[row].frame, row);
     }
@@ -61,7 +63,7 @@ class BackgroundReader {
   [[nodiscard]] bool is_over() const { return is_over_; }
 
  private:
-  recording::ObservationReader& reader_;
+  RunObservations& reader_;
   std::unordered_map<std::int64_t, std::size_t> rows_;
   std::size_t last_row_ = 0;
   bool is_over_ = false;
@@ -165,9 +167,10 @@ class CameraRefinement {
 
 }  // namespace
 
-Result<RefinedCamera> refine_camera(const recording::Run& run, const AdjustmentOptions& options,
+Result<RefinedCamera> refine_camera(const recording::Run& run, const MeasuredBackground& measured,
+                                    const AdjustmentOptions& options,
                                     const std::function<void(std::size_t)>& progress) {
-  Result<recording::ObservationReader> observations = recording::ObservationReader::open(run);
+  Result<RunObservations> observations = RunObservations::open(run, measured);
   if (!observations) {
     return Unexpected(observations.error());
   }

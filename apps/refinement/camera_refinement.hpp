@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "body_adjustment.hpp"
-#include "kinetrace/recording/observations.hpp"
 #include "kinetrace/recording/run_reader.hpp"
+#include "measurement/background_measurement.hpp"
 
 namespace kinetrace::batch {
 
@@ -21,7 +21,8 @@ struct RefinedCamera {
 /// time grows with the recording's length, memory does not. Where few points are seen, the run's own steps hold the
 /// path together. What is not reached before `options.keep_going` ends goes on as the run had it. `progress` gets the
 /// number of rows that are done. Errors: those of the reader and of the solver.
-[[nodiscard]] Result<RefinedCamera> refine_camera(const recording::Run& run, const AdjustmentOptions& options,
+[[nodiscard]] Result<RefinedCamera> refine_camera(const recording::Run& run, const MeasuredBackground& measured,
+                                                  const AdjustmentOptions& options,
                                                   const std::function<void(std::size_t)>& progress);
 
 }  // namespace kinetrace::batch

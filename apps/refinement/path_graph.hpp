@@ -43,7 +43,6 @@ struct PathCorrection {
   std::size_t loops = 0;
   double scale = 1.0;                     ///< By which everything is larger than the run's stereo baseline says.
   std::vector<std::string> results = {};  ///< What was done, one line each.
-  std::vector<std::string> notes = {};    ///< What could not be done, one line each.
 };
 
 /// The path that fits best (Grisetti et al. 2010), its first pose where it is: loops, and fixes if there are any, under

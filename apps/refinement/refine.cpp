@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <memory>
 #include <thread>
 
 #include "camera_path.hpp"
 #include "camera_refinement.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/messages.hpp"
+#include "figure/figure_images.hpp"
 #include "object_gaps.hpp"
 #include "object_history.hpp"
 #include "object_joining.hpp"
@@ -46,6 +48,44 @@ Outcome<recording::Run> read(const RefineOptions& options) {
   return std::move(*run);
 }
 
+/// How the recording's images are read; empty where nobody wants them, or they are not where the run says, with a note.
+/// Errors: those of opening a recording that was named.
+Outcome<PairReader> image_reader(const recording::Run& run, const RefineOptions& options,
+                                 std::vector<std::string>& notes) {
+  if (!options.images) {
+    return PairReader{};
+  }
+  Result<figure::RecordedImages> opened = figure::RecordedImages::open(run, options.dataset);
+  if (!opened && !options.dataset.empty()) {
+    return failure(opened.error());
+  }
+  if (!opened) {
+    notes.push_back("points were not measured again, and places that the camera saw twice not looked for: " +
+                    opened.error().message +
+                    "; --dataset LAYOUT:PATH says where the recording lies, --no-images does without it");
+    return PairReader{};
+  }
+  if (opened->geometry().width_px != run.rectified.width_px ||
+      opened->geometry().height_px != run.rectified.height_px) {
+    return Unexpected(Failure{ExitCode::kBadData, options.dataset + ": its images are not of the size that those of " +
+                                                      options.run.string() +
+                                                      " had; give the recording that the run was made from"});
+  }
+  const auto images = std::make_shared<figure::RecordedImages>(std::move(*opened));
+  return PairReader([images](std::int64_t frame) { return images->pair(frame); });
+}
+
+/// Not that of a refined run, which has been measured already.
+Result<MeasuredBackground> measure(const recording::Run& run, const PairReader& read, const AdjustmentOptions& options,
+                                   RefineProgress& progress) {
+  const bool is_refined = std::any_of(run.dataset_fields.begin(), run.dataset_fields.end(),
+                                      [](const auto& field) { return field.first == "refined_from"; });
+  if (!read || is_refined) {
+    return MeasuredBackground{};
+  }
+  return measure_background(run, read, {options.keep_going, [&](std::size_t rows) { progress.measured(rows); }});
+}
+
 /// Joins what was cut, and fills what is missing of each object's life.
 Status complete_lives(const recording::Run& run, RefinedRun& refined) {
   const std::vector<Se3>& T_world_cam = refined.camera.T_world_cam;
@@ -74,12 +114,23 @@ Outcome<RefinedRun> refine(recording::Run& run, const RefineOptions& asked, Refi
     return Unexpected(hold.error());
   }
   RefinedRun refined;
-  Result<RefinedCamera> camera = refine_camera(run, options, [&](std::size_t rows) { progress.camera(rows); });
+  const Outcome<PairReader> read = image_reader(run, asked, refined.notes);
+  if (!read) {
+    return Unexpected(read.error());
+  }
+  Result<MeasuredBackground> measured = measure(run, *read, options, progress);
+  if (!measured) {
+    return failure(measured.error());
+  }
+  refined.measured = std::move(*measured);
+  Result<RefinedCamera> camera =
+      refine_camera(run, refined.measured, options, [&](std::size_t rows) { progress.camera(rows); });
   if (!camera) {
     return failure(camera.error());
   }
   refined.camera = std::move(*camera);
-  Outcome<PathCorrection> correction = correct_path(run, asked, options, *hold, refined.camera, progress);
+  Outcome<PathCorrection> correction = correct_path(
+      run, refined.measured, {asked.loops ? *read : PairReader{}, progress}, *hold, options, refined.camera);
   if (!correction) {
     return Unexpected(correction.error());
   }
@@ -121,7 +172,7 @@ recording::RunSummary summary_of(const recording::Run& run, const RefinedRun& re
     summary.dataset.emplace_back("reference", options.reference.source);
   }
   summary.warnings = run.notes;
-  summary.warnings.insert(summary.warnings.end(), refined.path.notes.begin(), refined.path.notes.end());
+  summary.warnings.insert(summary.warnings.end(), refined.notes.begin(), refined.notes.end());
   if (const int signal = app::interrupted_by(); signal != 0) {
     summary.warnings.push_back("refinement was stopped by signal " + std::to_string(signal) +
                                "; what it did not reach is as the run had it");
@@ -159,7 +210,7 @@ Outcome<int> carry_out(const RefineOptions& options) {
       std::puts(result.c_str());
     }
   }
-  for (const std::string& note : refined->path.notes) {
+  for (const std::string& note : refined->notes) {
     app::print_warning(note);
   }
   return summary.exit_status;

@@ -8,8 +8,9 @@
 namespace kinetrace::batch {
 namespace {
 
-// Seconds that a row takes, of the camera's, to look for loops, of an object's, and to be written: only their ratios
-// count.
+// Seconds that a row takes, to be measured again, of the camera's, to look for loops, of an object's, and to be
+// written: only their ratios count.
+constexpr double kMeasuredRow_s = 0.05;
 constexpr double kCameraRow_s = 0.04;
 constexpr double kLoopRow_s = 0.02;
 constexpr double kObjectRow_s = 0.005;
@@ -22,20 +23,24 @@ RefineProgress::RefineProgress(bool enabled, std::size_t rows, std::size_t objec
       rows_(static_cast<double>(rows)),
       object_rows_(static_cast<double>(object_rows)) {}
 
+void RefineProgress::measured(std::size_t rows_done) {
+  show("images", static_cast<double>(rows_done) * kMeasuredRow_s);
+}
+
 void RefineProgress::camera(std::size_t rows_done) {
-  show("camera", static_cast<double>(rows_done) * kCameraRow_s);
+  show("camera", rows_ * kMeasuredRow_s + static_cast<double>(rows_done) * kCameraRow_s);
 }
 
 void RefineProgress::loops(double part) {
-  show("loops", rows_ * (kCameraRow_s + part * kLoopRow_s));
+  show("loops", rows_ * (kMeasuredRow_s + kCameraRow_s + part * kLoopRow_s));
 }
 
 void RefineProgress::objects(std::size_t rows_done) {
-  show("objects", rows_ * (kCameraRow_s + kLoopRow_s) + static_cast<double>(rows_done) * kObjectRow_s);
+  show("objects", rows_ * (kMeasuredRow_s + kCameraRow_s + kLoopRow_s) + static_cast<double>(rows_done) * kObjectRow_s);
 }
 
 void RefineProgress::written(std::size_t rows_done) {
-  show("writing", rows_ * (kCameraRow_s + kLoopRow_s) + object_rows_ * kObjectRow_s +
+  show("writing", rows_ * (kMeasuredRow_s + kCameraRow_s + kLoopRow_s) + object_rows_ * kObjectRow_s +
                       static_cast<double>(rows_done) * kWrittenRow_s);
 }
 
@@ -46,7 +51,8 @@ void RefineProgress::show(const char* doing, double part) {
   }
   next_ = now + std::chrono::milliseconds(100);
   visible_ = true;
-  const double whole = rows_ * (kCameraRow_s + kLoopRow_s + kWrittenRow_s) + object_rows_ * kObjectRow_s;
+  const double whole =
+      rows_ * (kMeasuredRow_s + kCameraRow_s + kLoopRow_s + kWrittenRow_s) + object_rows_ * kObjectRow_s;
   const double done = whole > 0.0 ? std::clamp(part / whole, 1e-3, 1.0) : 1.0;
   const double elapsed_s = std::chrono::duration<double>(now - start_).count();
   const int left_s = static_cast<int>(elapsed_s * (1.0 - done) / done);

@@ -11,6 +11,7 @@ class RefineProgress {
  public:
   RefineProgress(bool enabled, std::size_t rows, std::size_t object_rows);
 
+  void measured(std::size_t rows_done);
   void camera(std::size_t rows_done);
   void loops(double part);
   void objects(std::size_t rows_done);

@@ -6,9 +6,9 @@
 
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/recording/mask_frames.hpp"
-#include "kinetrace/recording/observations.hpp"
 #include "kinetrace/recording/run_recorder.hpp"
 #include "run_details.hpp"
+#include "run_observations.hpp"
 
 namespace kinetrace::batch {
 namespace {
@@ -61,7 +61,7 @@ class Writer {
  public:
   Writer(const recording::Run& run, const RefinedRun& refined, recording::RunSummary summary)
       : run_(run), refined_(refined), summary_(std::move(summary)), names_(image_names(run)) {
-    leaving_.emplace(0, LeavingPoints(refined.camera.points, point_intensities(run, 0)));
+    leaving_.emplace(0, LeavingPoints(refined.camera.points, background_intensities()));
     for (const auto& [track_id, object] : refined.objects) {
       std::map<std::uint32_t, std::uint8_t> intensities = point_intensities(run, track_id);
       for (const auto& [joined, into] : refined.goes_on_as) {
@@ -87,7 +87,7 @@ class Writer {
     if (!masks) {
       return Unexpected(masks.error());
     }
-    Result<recording::ObservationReader> observations = recording::ObservationReader::open(run_);
+    Result<RunObservations> observations = RunObservations::open(run_, refined_.measured);
     if (!observations) {
       return Unexpected(observations.error());
     }
@@ -121,8 +121,18 @@ class Writer {
     return config;
   }
 
+  [[nodiscard]] std::map<std::uint32_t, std::uint8_t> background_intensities() const {
+    std::map<std::uint32_t, std::uint8_t> intensities = point_intensities(run_, 0);
+    for (const auto& [point_id, whole] : refined_.measured.part_of) {
+      if (const auto known = intensities.find(whole); known != intensities.end()) {
+        intensities.emplace(point_id, known->second);
+      }
+    }
+    return intensities;
+  }
+
   /// Of the frame, into `seen_`.
-  Status read_observations(std::int64_t frame, recording::ObservationReader& reader) {
+  Status read_observations(std::int64_t frame, RunObservations& reader) {
     seen_.clear();
     while (!is_over_ && next_frame_ <= frame) {
       if (next_frame_ == frame) {

@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <string>
+#include <vector>
 
 #include "camera_refinement.hpp"
 #include "kinetrace/recording/run_summary.hpp"
@@ -18,6 +20,8 @@ struct RefinedRun {
   std::map<std::uint32_t, RefinedObject> objects;          ///< By track.
   std::map<std::uint32_t, std::uint32_t> goes_on_as = {};  ///< Tracks that have been joined to another one.
   PathCorrection path = {};
+  MeasuredBackground measured = {};
+  std::vector<std::string> notes = {};  ///< What could not be done, one line each.
 };
 
 /// Writes what the run's own folder has, but for images/, in refined places. `summary` is completed by what was found.

@@ -10,12 +10,19 @@
 namespace kinetrace::self_calibration {
 namespace {
 
+using features::AffineGate;
+using features::AffinePlace;
+using features::AffineTemplate;
+
 constexpr int kPyramidLevels = 4;
 constexpr double kReturn_px = 0.5;  // A match followed back ends this near to where it began.
-constexpr double kCorrelation = 0.9;
-constexpr double kReach_px = 2.0;  // From where the coarse steps led.
+constexpr AffineGate kGate{.reach_px = 2.0, .correlation = 0.9};  // From where the coarse steps led.
 const cv::Size kCoarsePatch(15, 15);
 const cv::TermCriteria kCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 20, 0.03);
+
+GrayView view_of(const cv::Mat& image) {
+  return {image.data, image.cols, image.rows, static_cast<int>(image.step)};
+}
 
 cv::Point2f to_opencv(const Eigen::Vector2d& p) {
   return {static_cast<float>(p.x()), static_cast<float>(p.y())};
@@ -61,10 +68,9 @@ bool TrackFinder::is_inside(int view, const Eigen::Vector2d& at) const {
 
 TrackFinder::Images TrackFinder::prepare(const StereoFrame& frame) const {
   Images images;
-  const cv::Mat left = warp_->warped(0, frame.left);
-  left.convertTo(images.left, CV_32F);
-  warp_->warped(1, frame.right).convertTo(images.right, CV_32F);
-  cv::buildOpticalFlowPyramid(left, images.pyramid, kCoarsePatch, kPyramidLevels);
+  images.left = warp_->warped(0, frame.left);
+  images.right = warp_->warped(1, frame.right);
+  cv::buildOpticalFlowPyramid(images.left, images.pyramid, kCoarsePatch, kPyramidLevels);
   return images;
 }
 
@@ -101,8 +107,8 @@ void TrackFinder::follow(const Images& now) {
       continue;
     }
     Point& point = points_[i];
-    const PatchPlace guess{{to[i].x, to[i].y}, point.left.shape};
-    const auto place = point.patch.align(now.left, guess, kReach_px, kCorrelation);
+    const AffinePlace guess{{to[i].x, to[i].y}, point.left.shape};
+    const auto place = point.patch.align(view_of(now.left), guess, kGate);
     if (place && is_inside(0, place->position)) {
       point.flow_px = place->position - point.left.position;
       if (point.right) {
@@ -137,7 +143,7 @@ void TrackFinder::find_new(const Images& now) {
       continue;
     }
     const Eigen::Vector2d at(corner.x, corner.y);
-    if (const auto patch = PatchTemplate::make(now.left, at)) {
+    if (const auto patch = AffineTemplate::make(view_of(now.left), at)) {
       cv::circle(allowed, {corner.x, corner.y}, kApart_px, cv::Scalar(0), cv::FILLED);
       ++in_cell;
       points_.push_back({window_.tracks.size(), *patch, {at}, Eigen::Vector2d::Zero(), std::nullopt});
@@ -147,7 +153,7 @@ void TrackFinder::find_new(const Images& now) {
 }
 
 std::optional<Eigen::Vector2d> TrackFinder::search_row(const Images& now, const Eigen::Vector2d& left_px) const {
-  constexpr int kRadius = PatchTemplate::kRadius_px;
+  constexpr int kRadius = AffineTemplate::kRadius_px;
   constexpr double kEnough = 0.8;
   const auto x = static_cast<int>(std::lround(left_px.x()));
   const auto y = static_cast<int>(std::lround(left_px.y()));
@@ -174,14 +180,14 @@ std::optional<Eigen::Vector2d> TrackFinder::search_row(const Images& now, const 
 
 void TrackFinder::match_right(const Images& now) {
   for (Point& point : points_) {
-    std::optional<PatchPlace> guess = std::exchange(point.right, std::nullopt);
+    std::optional<AffinePlace> guess = std::exchange(point.right, std::nullopt);
     if (!guess) {
       if (const auto found = search_row(now, point.left.position)) {
-        guess = PatchPlace{*found, point.left.shape};
+        guess = AffinePlace{*found, point.left.shape};
       }
     }
     if (guess) {
-      const auto right = point.patch.align(now.right, *guess, kReach_px, kCorrelation);
+      const auto right = point.patch.align(view_of(now.right), *guess, kGate);
       if (right && is_inside(1, right->position)) {
         point.right = right;
       }

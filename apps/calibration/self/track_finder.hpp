@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 
 #include "kinetrace/core/frame.hpp"
-#include "patch_template.hpp"
+#include "kinetrace/features/affine_template.hpp"
 #include "track_window.hpp"
 #include "view_warp.hpp"
 
@@ -32,13 +32,13 @@ class TrackFinder {
  private:
   struct Point {
     std::size_t track = 0;
-    PatchTemplate patch;  ///< Of the left image it was found in.
-    PatchPlace left;      ///< In warped images, like all below.
+    features::AffineTemplate patch;  ///< Of the left image it was found in.
+    features::AffinePlace left;      ///< In warped images, like all below.
     Eigen::Vector2d flow_px = Eigen::Vector2d::Zero();
-    std::optional<PatchPlace> right;
+    std::optional<features::AffinePlace> right;
   };
   struct Images {
-    cv::Mat left;  ///< Floats.
+    cv::Mat left;
     cv::Mat right;
     std::vector<cv::Mat> pyramid;  ///< Of the left one.
   };

@@ -12,6 +12,8 @@ void add_refine_options(CLI::App& command, RefineOptions& options) {
       ->required();
   command.add_option("--dataset", options.dataset, "Where the recording lies now, if not where the run was made")
       ->type_name("LAYOUT:PATH");
+  command.add_flag("!--no-images", options.images,
+                   "Does without the recording's images: points are not measured again, loops not looked for");
   command.add_flag("!--no-loops", options.loops, "Does not look for places that the camera saw twice");
   command
       .add_option("--reference", options.reference.source,

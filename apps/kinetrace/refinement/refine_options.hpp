@@ -15,6 +15,7 @@ struct RefineOptions {
   std::filesystem::path run;
   std::filesystem::path out;
   std::string dataset;  ///< LAYOUT:PATH; empty: where the run says.
+  bool images = true;   ///< Of the recording; without them points are as the run saw them, and loops not looked for.
   bool loops = true;
   ReferenceOptions reference;  ///< Empty source: none.
   bool quiet = false;

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "../run_observations.hpp"
 #include "kinetrace/core/median.hpp"
-#include "kinetrace/recording/observations.hpp"
 #include "pose_information.hpp"
 
 namespace kinetrace::batch {
@@ -115,8 +115,9 @@ class PathObserver {
 
 }  // namespace
 
-Result<ObservedPath> observe_path(const recording::Run& run, std::span<const Se3> T_world_cam, double sigma_px) {
-  Result<recording::ObservationReader> reader = recording::ObservationReader::open(run);
+Result<ObservedPath> observe_path(const recording::Run& run, const MeasuredBackground& measured,
+                                  std::span<const Se3> T_world_cam, double sigma_px) {
+  Result<RunObservations> reader = RunObservations::open(run, measured);
   if (!reader) {
     return Unexpected(reader.error());
   }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "../body_adjustment.hpp"
+#include "../measurement/background_measurement.hpp"
 #include "kinetrace/recording/run_reader.hpp"
 
 namespace kinetrace::batch {
@@ -27,7 +28,7 @@ struct ObservedPath {
 
 /// Reads the background's observations once. A keyframe begins where the camera has moved by a twentieth of the median
 /// depth, or turned by five degrees. Memory: 20 KiB a keyframe. Errors: those of ObservationReader.
-[[nodiscard]] Result<ObservedPath> observe_path(const recording::Run& run, std::span<const Se3> T_world_cam,
-                                                double sigma_px);
+[[nodiscard]] Result<ObservedPath> observe_path(const recording::Run& run, const MeasuredBackground& measured,
+                                                std::span<const Se3> T_world_cam, double sigma_px);
 
 }  // namespace kinetrace::batch

@@ -1,7 +1,6 @@
 // Whether two keyframes show the same place, and how the camera stood in one relative to the other.
 #pragma once
 
-#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -9,14 +8,11 @@
 
 #include <opencv2/core.hpp>
 
+#include "../pair_reader.hpp"
 #include "../path_graph.hpp"
 #include "keyframes.hpp"
-#include "kinetrace/core/frame.hpp"
 
 namespace kinetrace::batch {
-
-/// The rectified pair of a frame; its images live until the next call.
-using PairReader = std::function<Result<RectifiedPair>(std::int64_t frame)>;
 
 /// Appearance proposes: the earlier keyframes whose small pictures are most alike (Milford & Wyeth 2012), then binary
 /// descriptors of the run's own points (ORB; Rublee et al. 2011). Stereo geometry decides: a pose from three points by

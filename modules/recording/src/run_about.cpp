@@ -1,6 +1,7 @@
 #include "run_about.hpp"
 
 #include <cstdint>
+#include <numbers>
 
 #include <nlohmann/json.hpp>
 
@@ -26,6 +27,21 @@ StereoGeometry geometry_of(const Json& json) {
           .height_px = static_cast<int>(whole_number(json.at("height_px")))};
 }
 
+RigCorrection correction_of(const Json& json) {
+  constexpr double kDegree = std::numbers::pi / 180.0;
+  const Json& turn_deg = json.at("turn_deg");
+  const Json& baseline_deg = json.at("baseline_deg");
+  RigCorrection correction;
+  for (std::size_t i = 0; i < 3; ++i) {
+    correction.turn_rad[static_cast<Eigen::Index>(i)] = kDegree * turn_deg.at(i).get<double>();
+  }
+  correction.baseline_rad =
+      kDegree * Eigen::Vector2d(baseline_deg.at(0).get<double>(), baseline_deg.at(1).get<double>());
+  correction.shift_rad = kDegree * json.at("shift_deg").get<double>();
+  correction.focal = 0.01 * json.at("focal_percent").get<double>();
+  return correction;
+}
+
 RunAbout about_of(const Json& json) {
   RunAbout about;
   const Json& dataset = json.at("dataset");
@@ -40,6 +56,9 @@ RunAbout about_of(const Json& json) {
   about.frames = whole_number(json.at("frames"));
   if (const auto rectified = json.find("rectified"); rectified != json.end()) {
     about.rectified = geometry_of(*rectified);
+  }
+  if (const auto calibration = json.find("calibration"); calibration != json.end()) {
+    about.applied = correction_of(calibration->at("applied"));
   }
   if (const auto files = json.find("files"); files != json.end()) {
     for (const Json& file : *files) {

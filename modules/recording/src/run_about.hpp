@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kinetrace/core/result.hpp"
+#include "kinetrace/core/rig_correction.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
 
 namespace kinetrace::recording {
@@ -21,7 +22,8 @@ struct RunAbout {
   std::string passes;
   std::string config_json;
   std::int64_t frames = 0;
-  StereoGeometry rectified;                  ///< All zero where it is not said.
+  StereoGeometry rectified;  ///< All zero where it is not said.
+  RigCorrection applied;
   std::map<std::string, std::int64_t> rows;  ///< By file; those that are not listed are not known.
 };
 

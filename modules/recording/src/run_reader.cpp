@@ -410,6 +410,7 @@ Result<Run> read_run(const fs::path& directory) {
   run.passes = static_cast<std::int64_t>(std::clamp(parse_number(about->passes).value_or(1.0), 1.0, 1e6));
   run.config_json = std::move(about->config_json);
   run.rectified = about->rectified;
+  run.applied = about->applied;
   number_frames(run);
   return run;
 }

@@ -79,7 +79,7 @@ class RunRefinement : public ::testing::Test {
 TEST_F(RunRefinement, FindsTheCamerasPath) {
   const recording::Run run = disturbed();
   std::size_t rows_done = 0;
-  const auto camera = refine_camera(run, kOptions, [&](std::size_t rows) { rows_done = rows; });
+  const auto camera = refine_camera(run, {}, kOptions, [&](std::size_t rows) { rows_done = rows; });
   ASSERT_TRUE(camera) << camera.error().message;
   EXPECT_EQ(rows_done, std::size_t{kFrames});
   EXPECT_LT(largest_step_error_m(camera->T_world_cam), 0.4 * largest_step_error_m(path_of(run)));
@@ -95,7 +95,7 @@ TEST_F(RunRefinement, LeavesThePathAsItWasWhereItIsStopped) {
   const recording::Run run = disturbed();
   AdjustmentOptions stopped = kOptions;
   stopped.keep_going = [] { return false; };
-  const auto camera = refine_camera(run, stopped, [](std::size_t) {});
+  const auto camera = refine_camera(run, {}, stopped, [](std::size_t) {});
   ASSERT_TRUE(camera) << camera.error().message;
   EXPECT_EQ(camera->T_world_cam.size(), run.camera.size());
 }
@@ -124,7 +124,7 @@ TEST_F(RunRefinement, FindsAnObjectsPath) {
 TEST_F(RunRefinement, IsWrittenAsARunThatCanBeReadAndRefinedAgain) {
   const recording::Run run = disturbed();
   RefinedRun refined;
-  auto camera = refine_camera(run, kOptions, [](std::size_t) {});
+  auto camera = refine_camera(run, {}, kOptions, [](std::size_t) {});
   ASSERT_TRUE(camera);
   refined.camera = std::move(*camera);
   const auto histories = object_histories(run);
@@ -146,7 +146,7 @@ TEST_F(RunRefinement, IsWrittenAsARunThatCanBeReadAndRefinedAgain) {
   }
   EXPECT_EQ(std::filesystem::file_size(folder_.path() / "refined" / "mots.txt"),
             std::filesystem::file_size(folder_.path() / "run" / "mots.txt"));
-  EXPECT_TRUE(refine_camera(*again, kOptions, [](std::size_t) {}));
+  EXPECT_TRUE(refine_camera(*again, {}, kOptions, [](std::size_t) {}));
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "kinetrace/core/export.hpp"
 #include "kinetrace/core/frame_result.hpp"
 #include "kinetrace/core/result.hpp"
+#include "kinetrace/core/rig_correction.hpp"
 #include "kinetrace/core/se3.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
 
@@ -68,6 +69,7 @@ struct Run {
   std::int64_t passes = 1;                     ///< Times that the recording was played; frame numbers went on.
   std::string config_json = {};                ///< The configuration, a JSON object; empty where it is not known.
   StereoGeometry rectified = {};               ///< All zero where it is not known.
+  RigCorrection applied = {};                  ///< By which the right camera was corrected at the end.
   bool is_finished = true;                     ///< It ended in good order, and all of its files are there.
   std::vector<CameraRow> camera = {};          ///< By frame.
   std::vector<ObjectRow> objects = {};         ///< By frame, then as in the file.

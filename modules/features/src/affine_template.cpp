@@ -1,13 +1,13 @@
-#include "patch_template.hpp"
+#include "kinetrace/features/affine_template.hpp"
 
 #include <cmath>
 
 #include <Eigen/LU>
 
-namespace kinetrace::self_calibration {
+namespace kinetrace::features {
 
 /// The middle counts most: there is where the surface is nearest to its tangent plane.
-const PatchTemplate::Patch& PatchTemplate::weights() {
+const AffineTemplate::Patch& AffineTemplate::weights() {
   static const Patch kWeights = [] {
     constexpr double kSigma_px = 4.0;
     Patch weights;
@@ -22,7 +22,7 @@ const PatchTemplate::Patch& PatchTemplate::weights() {
 }
 
 /// Takes the weighted mean out and divides by the weighted spread, which it returns.
-float PatchTemplate::normalise(Patch& patch) {
+float AffineTemplate::normalise(Patch& patch) {
   patch.array() -= patch.dot(weights());
   const float spread = std::sqrt(patch.cwiseAbs2().dot(weights()));
   patch /= std::max(spread, 1e-3F);
@@ -30,11 +30,11 @@ float PatchTemplate::normalise(Patch& patch) {
 }
 
 /// Bilinear; false at the image's border.
-bool PatchTemplate::sample(const cv::Mat& image, const PatchPlace& place, Patch& out) {
+bool AffineTemplate::sample(const GrayView& image, const AffinePlace& place, Patch& out) {
   const Eigen::Vector2d extent = kRadius_px * place.shape.cwiseAbs().rowwise().sum();
   const Eigen::Vector2d low = place.position - extent;
   const Eigen::Vector2d high = place.position + extent;
-  if (!(low.minCoeff() >= 1.0 && high.x() < image.cols - 2 && high.y() < image.rows - 2)) {
+  if (!(low.minCoeff() >= 1.0 && high.x() < image.width - 2 && high.y() < image.height - 2)) {
     return false;
   }
   for (int i = 0; i < kPixels; ++i) {
@@ -44,18 +44,18 @@ bool PatchTemplate::sample(const cv::Mat& image, const PatchPlace& place, Patch&
     const int y0 = static_cast<int>(at.y());
     const auto ax = static_cast<float>(at.x() - x0);
     const auto ay = static_cast<float>(at.y() - y0);
-    const float* upper = image.ptr<float>(y0) + x0;
-    const float* lower = image.ptr<float>(y0 + 1) + x0;
-    const float above = upper[0] + ax * (upper[1] - upper[0]);
-    const float below = lower[0] + ax * (lower[1] - lower[0]);
+    const std::uint8_t* upper = image.row(y0) + x0;
+    const std::uint8_t* lower = image.row(y0 + 1) + x0;
+    const float above = static_cast<float>(upper[0]) + ax * static_cast<float>(upper[1] - upper[0]);
+    const float below = static_cast<float>(lower[0]) + ax * static_cast<float>(lower[1] - lower[0]);
     out[i] = above + ay * (below - above);
   }
   return true;
 }
 
-std::optional<PatchTemplate> PatchTemplate::make(const cv::Mat& image, const Eigen::Vector2d& at) {
+std::optional<AffineTemplate> AffineTemplate::make(const GrayView& image, const Eigen::Vector2d& at) {
   constexpr float kFlat = 2.0F;
-  PatchTemplate patch;
+  AffineTemplate patch;
   Patch left, right, above, below;
   const Eigen::Vector2d x(1.0, 0.0);
   const Eigen::Vector2d y(0.0, 1.0);
@@ -80,15 +80,15 @@ std::optional<PatchTemplate> PatchTemplate::make(const cv::Mat& image, const Eig
   return patch.normal_.info() == Eigen::Success ? std::optional(patch) : std::nullopt;
 }
 
-std::optional<PatchPlace> PatchTemplate::align(const cv::Mat& image, const PatchPlace& guess, double reach_px,
-                                               double correlation) const {
+std::optional<AffinePlace> AffineTemplate::align(const GrayView& image, const AffinePlace& guess,
+                                                 const AffineGate& gate) const {
   constexpr int kIterations = 25;
   constexpr double kConverged_px = 0.003;
-  PatchPlace place = guess;
+  AffinePlace place = guess;
   Patch seen;
   for (int i = 0; i < kIterations; ++i) {
     const double size = place.shape.determinant();
-    if (!(size > 0.25 && size < 4.0) || !((place.position - guess.position).norm() < reach_px) ||
+    if (!(size > 0.25 && size < 4.0) || !((place.position - guess.position).norm() < gate.reach_px) ||
         !sample(image, place, seen) || normalise(seen) < 1.0F) {
       return std::nullopt;
     }
@@ -98,11 +98,11 @@ std::optional<PatchPlace> PatchTemplate::align(const cv::Mat& image, const Patch
     place.shape = place.shape * stretch.inverse();
     place.position -= place.shape * step.head<2>();
     if (step.head<2>().norm() < kConverged_px) {
-      const bool alike = seen.cwiseProduct(value_).dot(weights()) > correlation;
+      const bool alike = seen.cwiseProduct(value_).dot(weights()) > gate.correlation;
       return alike ? std::optional(place) : std::nullopt;
     }
   }
   return std::nullopt;
 }
 
-}  // namespace kinetrace::self_calibration
+}  // namespace kinetrace::features

@@ -1,0 +1,191 @@
+#include "background_measurement.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <span>
+#include <unordered_set>
+#include <utility>
+
+#include "kinetrace/core/rig_correction.hpp"
+#include "kinetrace/features/affine_template.hpp"
+
+namespace kinetrace::batch {
+namespace {
+
+using features::AffineGate;
+using features::AffinePlace;
+using features::AffineTemplate;
+using recording::Observation;
+
+/// The run has found each point to a fraction of a pixel; farther off is something else.
+constexpr AffineGate kGate{.reach_px = 1.0, .correlation = 0.9};
+constexpr double kMaxRowDifference_px = 1.0;
+
+struct Point {
+  std::uint32_t id = 0;
+  AffineTemplate patch;  ///< Of the left image that saw it first.
+  AffinePlace left;
+  std::optional<AffinePlace> right;
+  Eigen::Vector2d off_px = Eigen::Vector2d::Zero();  ///< Of the left one from where the run has it.
+};
+
+class Measurement {
+ public:
+  Measurement(const recording::Run& run, std::uint32_t next_id)
+      : geometry_(run.rectified),
+        applied_(run.applied),
+        corrected_(run.rectified, RigCorrection{}, run.applied),
+        next_id_(next_id) {}
+
+  std::vector<Observation> measure(const RectifiedPair& pair, std::span<const Observation> seen) {
+    std::unordered_map<std::uint32_t, Point> points;
+    std::vector<Observation> measured;
+    for (const Observation& each : seen) {
+      if (each.track_id != 0) {
+        continue;
+      }
+      std::optional<Point> point = find(pair, each);
+      measured.push_back(point ? observe(pair, each, *point) : each);
+      if (point) {
+        points.emplace(each.point_id, std::move(*point));
+      }
+    }
+    points_ = std::move(points);
+    return measured;
+  }
+
+  /// What is seen next is not the frame after the one before.
+  void interrupt() { points_.clear(); }
+  [[nodiscard]] std::map<std::uint32_t, std::uint32_t> take_parts() { return std::move(part_of_); }
+
+ private:
+  /// Where the left image shows the point; one that does not look like before begins anew. Empty where there is nothing
+  /// to align.
+  std::optional<Point> find(const RectifiedPair& pair, const Observation& seen) {
+    const Eigen::Vector2d seen_px(seen.u_left_px, seen.v_px);
+    const auto known = points_.find(seen.point_id);
+    if (known != points_.end()) {
+      Point& point = known->second;
+      const auto left = point.patch.align(pair.left, {seen_px + point.off_px, point.left.shape}, kGate);
+      if (left) {
+        point.left = *left;
+        point.off_px = left->position - seen_px;
+        return std::move(point);
+      }
+    }
+    const std::optional<AffineTemplate> patch = AffineTemplate::make(pair.left, seen_px);
+    if (!patch) {
+      return std::nullopt;
+    }
+    return Point{name(seen.point_id), *patch, {seen_px}, std::nullopt};
+  }
+
+  /// Its own the first time, a new one afterwards.
+  std::uint32_t name(std::uint32_t point_id) {
+    if (named_.insert(point_id).second) {
+      return point_id;
+    }
+    part_of_.emplace(next_id_, point_id);
+    return next_id_++;
+  }
+
+  Observation observe(const RectifiedPair& pair, const Observation& seen, Point& point) const {
+    Observation measured = seen;
+    measured.point_id = point.id;
+    measured.u_left_px = static_cast<float>(point.left.position.x());
+    measured.v_px = static_cast<float>(point.left.position.y());
+    const std::optional<Eigen::Vector2d> right_px = find_right(pair, seen, point);
+    measured.u_right_px = right_px ? static_cast<float>(right_px->x()) : std::numeric_limits<float>::quiet_NaN();
+    if (right_px) {
+      measured.v_px = static_cast<float>(0.5 * (point.left.position.y() + right_px->y()));
+    }
+    return measured;
+  }
+
+  std::optional<Eigen::Vector2d> find_right(const RectifiedPair& pair, const Observation& seen, Point& point) const {
+    if (std::isnan(seen.u_right_px)) {
+      return std::nullopt;
+    }
+    const double disparity_px = double{seen.u_left_px} - double{seen.u_right_px};
+    const Eigen::Vector2d raw_px =
+        applied_.raw_right_px(geometry_, {double{seen.u_right_px}, point.left.position.y()}, disparity_px);
+    const auto right =
+        point.patch.align(pair.right, {raw_px, point.right ? point.right->shape : point.left.shape}, kGate);
+    if (!right) {
+      return std::nullopt;
+    }
+    const Eigen::Vector2d right_px = corrected_.right_px(right->position, disparity_px);
+    if (std::abs(right_px.y() - point.left.position.y()) > kMaxRowDifference_px) {
+      return std::nullopt;
+    }
+    point.right = right;
+    return right_px;
+  }
+
+  StereoGeometry geometry_;
+  RigCorrection applied_;
+  RigChange corrected_;
+  std::uint32_t next_id_;
+  std::unordered_set<std::uint32_t> named_;
+  std::map<std::uint32_t, std::uint32_t> part_of_;
+  std::unordered_map<std::uint32_t, Point> points_;  ///< In sight, by the run's names.
+};
+
+/// Above those of all points of the background. Reads all observations.
+Result<std::uint32_t> first_free_id(const recording::Run& run) {
+  Result<recording::ObservationReader> reader = recording::ObservationReader::open(run);
+  if (!reader) {
+    return Unexpected(reader.error());
+  }
+  std::uint32_t free = 1;
+  while (true) {
+    const Result<std::span<const Observation>> seen = reader->next_frame();
+    if (!seen) {
+      return Unexpected(seen.error());
+    }
+    if (seen->empty()) {
+      return free;
+    }
+    for (const Observation& each : *seen) {
+      free = each.track_id == 0 ? std::max(free, each.point_id + 1) : free;
+    }
+  }
+}
+
+}  // namespace
+
+Result<MeasuredBackground> measure_background(const recording::Run& run, const PairReader& read,
+                                              const MeasurementOptions& options) {
+  const Result<std::uint32_t> free = first_free_id(run);
+  if (!free) {
+    return Unexpected(free.error());
+  }
+  Result<recording::ObservationReader> reader = recording::ObservationReader::open(run);
+  if (!reader) {
+    return Unexpected(reader.error());
+  }
+  Measurement measurement(run, *free);
+  MeasuredBackground measured;
+  while (options.keep_going()) {
+    const Result<std::span<const Observation>> seen = reader->next_frame();
+    if (!seen) {
+      return Unexpected(seen.error());
+    }
+    if (seen->empty()) {
+      break;
+    }
+    const std::int64_t frame = seen->front().frame;
+    if (const Result<RectifiedPair> pair = read(frame)) {
+      measured.frames.emplace(frame, measurement.measure(*pair, *seen));
+    } else {
+      measurement.interrupt();
+    }
+    options.progress(measured.frames.size());
+  }
+  measured.part_of = measurement.take_parts();
+  return measured;
+}
+
+}  // namespace kinetrace::batch

@@ -1,0 +1,15 @@
+// The pictures of a recording, in any order.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "kinetrace/core/frame.hpp"
+#include "kinetrace/core/result.hpp"
+
+namespace kinetrace::batch {
+
+/// The rectified pair of a frame; its images live until the next call.
+using PairReader = std::function<Result<RectifiedPair>(std::int64_t frame)>;
+
+}  // namespace kinetrace::batch

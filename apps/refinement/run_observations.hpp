@@ -1,0 +1,31 @@
+// What a run saw, as refinement takes it.
+#pragma once
+
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "kinetrace/recording/observations.hpp"
+#include "measurement/background_measurement.hpp"
+
+namespace kinetrace::batch {
+
+/// The run's observations, those of the background as they have been measured again. Holds one frame.
+class RunObservations {
+ public:
+  /// `measured` must outlive it. Errors: those of ObservationReader.
+  [[nodiscard]] static Result<RunObservations> open(const recording::Run& run, const MeasuredBackground& measured);
+
+  /// As ObservationReader::next_frame.
+  [[nodiscard]] Result<std::span<const recording::Observation>> next_frame();
+
+ private:
+  RunObservations(recording::ObservationReader reader, const MeasuredBackground& measured)
+      : reader_(std::move(reader)), measured_(&measured) {}
+
+  recording::ObservationReader reader_;
+  const MeasuredBackground* measured_;
+  std::vector<recording::Observation> frame_;
+};
+
+}  // namespace kinetrace::batch
