@@ -135,7 +135,7 @@ TEST_F(Refine, ClosesLoopsOfACameraThatComesBack) {
   const ProgramResult blind = refine();
   ASSERT_EQ(blind.exit_code, 0) << blind.err;
   EXPECT_THAT(blind.err, HasSubstr("--dataset LAYOUT:PATH"));
-  EXPECT_THAT(refine({"--no-loops"}).err, ::testing::IsEmpty());
+  EXPECT_THAT(refine({"--no-images"}).err, ::testing::IsEmpty());
   const ProgramResult found = refine({"--dataset", recording_.dataset()});
   EXPECT_THAT(found.out, HasSubstr("Closed "));
   EXPECT_THAT(found.err, ::testing::IsEmpty());

@@ -39,6 +39,7 @@ void FixedLagResults::push(const RectifiedPair& pair, std::span<const ObjectStat
       entry = BufferedObject{.result = {}, .slot = static_cast<std::uint8_t>(slot), .confirmed = false};
       object.report(entry.result);
       entry.change = object.frame_change();
+      entry.drift_covariance = object.drift_covariance();
       if (object.correction()) {
         TrajectoryBuffer::correct(ring_, pending_, object.track().id, *object.correction());
       }

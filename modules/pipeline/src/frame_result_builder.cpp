@@ -3,12 +3,20 @@
 namespace kinetrace::pipeline {
 namespace {
 
+/// A perturbation of the object's frame turns it about its origin.
+Matrix6d in_world_axes(const Matrix6d& covariance, const Eigen::Matrix3d& R_world_obj) {
+  const Matrix6d axes = adjoint(Se3{R_world_obj, Eigen::Vector3d::Zero()});
+  return axes * covariance * axes.transpose();
+}
+
 /// `objects` holds the confirmed ones of the frame afterwards.
 FrameEstimate confirmed_part(const BufferedFrame& frame, std::span<ObjectResult> objects) {
   std::size_t count = 0;
   for (const BufferedObject& entry : frame.objects.first(frame.object_count)) {
     if (entry.confirmed) {
-      objects[count++] = entry.result;
+      objects[count] = entry.result;
+      objects[count].covariance += in_world_axes(entry.drift_covariance, entry.result.T_world_obj.rotation);
+      ++count;
     }
   }
   return {frame.frame_index, frame.timestamp_ns, frame.camera, objects.first(count)};

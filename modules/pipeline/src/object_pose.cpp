@@ -119,7 +119,9 @@ bool ObjectState::recognise(const CameraState& camera, const features::FeatureFr
 
 void ObjectState::begin_body(const StereoObservation& observation, const CameraState& camera,
                              const features::FeatureFrontEnd& front_end) {
-  if (!identity_.frame_fixed || identity_.to_origin_m.norm() > identity_.width_m + kFarOffIt_m) {
+  const bool is_frame_new = !identity_.frame_fixed || identity_.to_origin_m.norm() > identity_.width_m + kFarOffIt_m;
+  bool is_recognised = false;
+  if (is_frame_new) {
     // What stereo has followed so far may have been something next to the object; its frame belongs on its points.
     const Eigen::Vector3d observed_m = camera.T_world_cam * position_in_camera(geometry_, observation);
     frame_.change = std::max(frame_.change, identity_.frame_fixed ? FrameChange::kReplaced : FrameChange::kRefined);
@@ -131,15 +133,22 @@ void ObjectState::begin_body(const StereoObservation& observation, const CameraS
     // Begun anew before it was recognised, it is still in the frame that was guessed first.
     life_.ambiguous_frames = life_.pose_ambiguous ? life_.ambiguous_frames : 0;
     life_.ambiguous_time.reset();
-    const bool is_recognised = recognise(camera, front_end);
+    is_recognised = recognise(camera, front_end);
     frame_.change = std::max(frame_.change, is_recognised ? FrameChange::kRefined : FrameChange::kNone);
   }
+  life_.guess_covariance.setZero();
+  if (!is_frame_new && !is_recognised) {
+    const Se3 axes{identity_.T_world_obj.rotation.transpose(), Eigen::Vector3d::Zero()};
+    life_.guess_covariance = adjoint(axes) * life_.covariance * adjoint(axes).transpose();
+  }
+  identity_.drift_covariance = is_frame_new ? Matrix6d::Zero() : drift_covariance() + life_.guess_covariance;
   body_.begin(identity_.T_world_obj.inverse() * camera.T_world_cam, life_.status);
 }
 
 void ObjectState::resolve_pose(const CameraState& camera, const features::FeatureFrontEnd& front_end) {
   identity_.T_world_obj = camera.T_world_cam * body_.estimate().T_body_cam.inverse();
   if (recognise(camera, front_end)) {
+    identity_.drift_covariance -= life_.guess_covariance;
     body_.begin(identity_.T_world_obj.inverse() * camera.T_world_cam, life_.status);
     return;
   }

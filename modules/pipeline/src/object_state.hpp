@@ -106,6 +106,11 @@ class ObjectState {
     return life_.track.area_px == 0 && (life_.status == BodyStatus::kLost || !life_.in_view);
   }
   [[nodiscard]] FrameChange frame_change() const noexcept { return frame_.change; }
+  /// By how much its frame has drifted on its points since it was fixed, and may have been guessed wrongly: covariance
+  /// of a left perturbation of T_obj_cam.
+  [[nodiscard]] Matrix6d drift_covariance() const {
+    return identity_.drift_covariance + body_.estimate().drift_covariance;
+  }
   /// Made in this frame.
   [[nodiscard]] const std::optional<FrameCorrection>& correction() const noexcept { return frame_.correction; }
   /// True while the body takes part in this frame's refinement.
@@ -126,6 +131,9 @@ class ObjectState {
     double moving = 0.95;
     objects::MotionFilter filter;
     Se3 T_world_obj;
+    /// By how much its frame had drifted on its points before the present reconstruction, or was guessed wrongly with
+    /// it: of a left perturbation of T_obj_cam.
+    Matrix6d drift_covariance = Matrix6d::Zero();
     Eigen::Vector3d to_origin_m = Eigen::Vector3d::Zero();  ///< From the middle of what is seen, object axes.
     /// Point whose path is followed, object frame: the middle of the points. Their errors of rotation move it least.
     Eigen::Vector3d reference_m = Eigen::Vector3d::Zero();
@@ -153,7 +161,8 @@ class ObjectState {
     int failed_residuals = 0;               ///< In a row.
     /// Frames without a pose although points were seen; a frame with one takes half back.
     double inconsistencies = 0.0;
-    bool pose_ambiguous = false;       ///< Its frame has been guessed on its return.
+    bool pose_ambiguous = false;                   ///< Its frame has been guessed on its return.
+    Matrix6d guess_covariance = Matrix6d::Zero();  ///< The part of Identity::drift_covariance that the guess has.
     std::size_t ambiguous_frames = 0;  ///< Before this one, tracked or not: they are corrected once it is known.
     DwellTime ambiguous_time;          ///< Since its reconstruction last began.
     Se3 T_obj_cam;

@@ -22,7 +22,8 @@ struct BufferedObject {
   ObjectResult result;
   std::uint8_t slot = 0;
   bool confirmed = false;
-  FrameChange change = FrameChange::kNone;  ///< Of the object's frame, against the frame before.
+  FrameChange change = FrameChange::kNone;       ///< Of the object's frame, against the frame before.
+  Matrix6d drift_covariance = Matrix6d::Zero();  ///< See ObjectState::drift_covariance; not in that of the result.
 };
 
 struct BufferedFrame {

@@ -57,6 +57,7 @@ BodyReconstruction::BodyReconstruction(const BodyConfig& config, const StereoGeo
       pose_estimator_({config.gate_sigma, config.ransac_max_hypotheses}, geometry),
       noise_(config.min_measurement_sigma_px, config.measurement_sigma_px),
       poses_(arena.take<Se3>(as_size(config.window_frames))),
+      drifts_(arena.take<Matrix6d>(as_size(config.window_frames))),
       attitudes_(arena.take<CameraAttitude>(as_size(config.window_frames))),
       turns_(arena.take<TurnPrior>(as_size(config.window_frames))),
       map_(arena, as_size(config.max_points), as_size(config.max_features), as_size(config.window_frames)),
@@ -90,6 +91,7 @@ void BodyReconstruction::begin(Se3 T_body_cam, BodyStatus status) {
   std::fill(disagreeing_id_.begin(), disagreeing_id_.end(), 0U);
   noise_.restart();
   used_columns_ = 0;
+  std::fill(drifts_.begin(), drifts_.end(), Matrix6d::Zero());
   newest_redundant_ = false;
   T_body_cam_now_ = T_body_cam;
   status_now_ = status;
@@ -384,7 +386,9 @@ const BodyEstimate& BodyReconstruction::conclude(const BundleSummary& refinement
     newest_redundant_ = newest_is_redundant();
     if (refinement.newest_covariance.allFinite() && refinement.newest_covariance.trace() > 0.0) {
       estimate_.covariance = refinement.newest_covariance;
+      estimate_.drift_covariance = drifts_[anchor_column_];
     }
+    drifts_[newest_column()] = estimate_.drift_covariance + estimate_.covariance;
   }
   estimate_.status = status_now_;
   estimate_.T_body_cam = T_body_cam_now_;

@@ -59,6 +59,7 @@ void BodyReconstruction::drop_column(std::size_t column, std::size_t target_colu
     std::copy(gap + 1, columns.end(), gap);
   };
   close_gap(poses_);
+  close_gap(drifts_);
   close_gap(attitudes_);
 }
 
@@ -97,7 +98,7 @@ void BodyReconstruction::advance_window() {
   used_columns_ = std::min(used_columns_ + 1, poses_.size());
 }
 
-std::uint32_t BodyReconstruction::fixed_columns() const {
+std::size_t BodyReconstruction::find_anchor() const {
   std::array<int, kMaxWindowFrames> points_of{};
   for (std::size_t row = 0; row < map_.size(); ++row) {
     for (std::uint32_t rest = map_.point(row).frames; rest != 0; rest &= rest - 1) {
@@ -111,7 +112,7 @@ std::uint32_t BodyReconstruction::fixed_columns() const {
   while (anchor < newest_column() && points_of[anchor] < enough) {
     ++anchor;
   }
-  return first_bits(anchor + 1);
+  return anchor;
 }
 
 TurnPrior BodyReconstruction::expected_turn(std::size_t column) const {
@@ -134,9 +135,10 @@ BundleWindow BodyReconstruction::window() {
   for (std::size_t column = 0; column < turns_.size(); ++column) {
     turns_[column] = expected_turn(column);
   }
+  anchor_column_ = in_window_ ? find_anchor() : newest_column();
   return {.geometry = geometry_,
           .T_body_cam = poses_,
-          .fixed_frames = in_window_ ? fixed_columns() : first_bits(poses_.size()),
+          .fixed_frames = first_bits(anchor_column_ + 1),
           .points = map_.points(),
           .observations = map_.table(),
           .turns = config_.turn_rate_radps > 0.0 ? turns_ : std::span<TurnPrior>{}};

@@ -158,7 +158,9 @@ TEST_F(BackgroundMeasurement, LeavesAFrameWithoutPicturesAsItIs) {
     const auto seen = observations->next_frame();
     ASSERT_TRUE(seen);
     ASSERT_EQ(seen->size(), 13U);
-    EXPECT_EQ(seen->front().u_left_px == as_recorded(0, 1, frame).u_left_px, frame == 0 || frame == 3) << frame;
+    // Where a template is taken, the point is where the run has it.
+    const bool is_as_recorded = frame == 0 || frame == 3 || frame == 4;
+    EXPECT_EQ(seen->front().u_left_px == as_recorded(0, 1, frame).u_left_px, is_as_recorded) << frame;
     EXPECT_EQ(seen->back().track_id, 7U);
     EXPECT_EQ(seen->back().u_left_px, as_recorded(7, 1, frame).u_left_px) << "objects' points are not measured";
   }

@@ -65,9 +65,11 @@ struct FinalisedPose {
 struct BodyEstimate {
   BodyStatus status = BodyStatus::kInitializing;
   Se3 T_body_cam;                          ///< Newest estimate.
-  Matrix6d covariance = Matrix6d::Zero();  ///< Of T_body_cam, left perturbation (rad, m).
-  int observations = 0;                    ///< Features of the body in this frame.
-  int inliers = 0;                         ///< Those that agree with the pose.
+  Matrix6d covariance = Matrix6d::Zero();  ///< Of T_body_cam, left perturbation (rad, m), past what it is fixed to.
+  /// What it is fixed to has drifted by so much since the body began; likewise, to be added.
+  Matrix6d drift_covariance = Matrix6d::Zero();
+  int observations = 0;  ///< Features of the body in this frame.
+  int inliers = 0;       ///< Those that agree with the pose.
   bool is_keyframe = false;
   std::span<const BodyPoint> points;                     ///< Live points.
   std::span<const PointObservation> frame_observations;  ///< Inlier observations of live points in this frame.

@@ -36,7 +36,8 @@ struct ObjectResult {
   /// The camera in the object frame, as this frame alone tells. METHOD eq. 2, T_world_obj = T_world_cam * T_obj_cam^-1,
   /// holds before smoothing.
   Se3 T_obj_cam;
-  /// Of (rotation about the world's axes, position of the object's origin) in rad and m.
+  /// Of (rotation about the world's axes, position of the object's origin) in rad and m: of where the object frame lies
+  /// on the object, against where it was fixed. The camera's path counts as known but for the frames of the window.
   Matrix6d covariance = Matrix6d::Zero();
   /// World frame, of the box centre. Zero where a frame without own reconstruction shows no significant motion.
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();

@@ -159,7 +159,8 @@ class BodyReconstruction {
   [[nodiscard]] float inverse_sigma() const { return static_cast<float>(1.0 / noise_.sigma_px()); }
   void retire(std::size_t row);
   void publish();
-  [[nodiscard]] std::uint32_t fixed_columns() const;
+  /// Refinement is to move the columns after this one.
+  [[nodiscard]] std::size_t find_anchor() const;
   /// Since the column before.
   [[nodiscard]] TurnPrior expected_turn(std::size_t column) const;
   [[nodiscard]] std::size_t newest_column() const noexcept { return poses_.size() - 1; }
@@ -173,6 +174,8 @@ class BodyReconstruction {
   // The window: the newest frame is always the last column; unused columns, at the front, hold a copy of the oldest
   // pose.
   std::span<Se3> poses_;
+  /// By column: covariances of all that a pose has been through since the body began (left perturbation).
+  std::span<Matrix6d> drifts_;
   struct CameraAttitude {
     Eigen::Matrix3d R_world_cam = Eigen::Matrix3d::Identity();
     std::int64_t timestamp_ns = 0;
@@ -181,6 +184,7 @@ class BodyReconstruction {
   std::span<CameraAttitude> attitudes_;  ///< By column.
   std::span<TurnPrior> turns_;           ///< By column, as of the last window().
   std::size_t used_columns_ = 0;
+  std::size_t anchor_column_ = 0;  ///< Of the last window().
   bool newest_redundant_ = false;  ///< The newest frame makes room for the next one: it shows nothing that is new.
   PointMap map_;
   PoseHistory history_;
