@@ -141,7 +141,7 @@ void ObjectState::begin_body(const StereoObservation& observation, const CameraS
     const Se3 axes{identity_.T_world_obj.rotation.transpose(), Eigen::Vector3d::Zero()};
     life_.guess_covariance = adjoint(axes) * life_.covariance * adjoint(axes).transpose();
   }
-  identity_.drift_covariance = is_frame_new ? Matrix6d::Zero() : drift_covariance() + life_.guess_covariance;
+  identity_.drift_covariance = is_frame_new ? Matrix6d(Matrix6d::Zero()) : drift_covariance() + life_.guess_covariance;
   body_.begin(identity_.T_world_obj.inverse() * camera.T_world_cam, life_.status);
 }
 
