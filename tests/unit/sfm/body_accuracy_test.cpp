@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
 #include "body_driver.hpp"
@@ -53,6 +54,29 @@ TEST(BodyAccuracy, ADriveOfAHundredMetresDriftsByCentimetres) {
   RecordProperty("rotation_deg_per_100_m", std::to_string(rotation_deg.value()));
   EXPECT_LT(drift_percent.value(), 0.05);
   EXPECT_LT(rotation_deg.value(), 0.08);
+}
+
+TEST(BodyAccuracy, CovariancesTellHowFarTheBodysFrameHasDrifted) {
+  double by_all = 0.0;
+  double by_newest = 0.0;
+  constexpr int kRuns = 8;
+  for (std::uint32_t seed = 1; seed <= kRuns; ++seed) {
+    SyntheticWorld world({.seed = 100 + seed});
+    BodyDriver driver{BodyConfig{}};
+    Se3 truth;
+    for (int i = 0; i <= 80; ++i) {
+      truth = driven(kStep_m * i, 0.005);
+      driver.step(world.observe(truth));
+    }
+    const BodyEstimate& e = driver.body().estimate();
+    const Vector6d error = left_difference(truth, e.T_body_cam);
+    by_all += error.dot((e.covariance + e.drift_covariance).ldlt().solve(error)) / (6.0 * kRuns);
+    by_newest += error.dot(e.covariance.ldlt().solve(error)) / (6.0 * kRuns);
+  }
+  RecordProperty("squared_error_by_covariance", std::to_string(by_all));
+  EXPECT_GT(by_all, 0.3);
+  EXPECT_LT(by_all, 2.0);
+  EXPECT_GT(by_newest, 5.0) << "most of it is older than the window";
 }
 
 TEST(BodyAccuracy, AStandingRigDoesNotDrift) {
