@@ -16,6 +16,8 @@ constexpr double kTurn_radps2 = 0.6;
 // How fast something at rest may appear to be.
 constexpr double kRestSpeed_mps = 0.05;
 constexpr double kRestTurn_radps = 0.01;
+// As object.turn_rate_radps has it: a short track of few points would turn as its noise does.
+constexpr double kUsualTurn_radps = 0.1;
 // Positions by stereo alone are not known better than this from frame to frame.
 constexpr double kPositionFloor_m = 0.02;
 constexpr double kRotationFloor_rad = 0.02;
@@ -100,14 +102,27 @@ class PieceRefinement {
     return (by_perturbation * covariance * by_perturbation.transpose()).diagonal();
   }
 
+  /// Where the run saw no motion. Until it has seen the first of something that moves it only did not know yet.
+  void list_rest() {
+    const auto moves = [&](std::size_t k) { return row(k).moving; };
+    std::size_t first_moving = 0;
+    while (first_moving < piece_.size() && !moves(first_moving)) {
+      ++first_moving;
+    }
+    for (std::size_t k = 0; k < piece_.size(); ++k) {
+      const bool is_known = first_moving == piece_.size() || k > first_moving;
+      at_rest_.push_back(k > 0 && is_known && !moves(k) && !moves(k - 1) ? 1 : 0);
+    }
+  }
+
   void state_problem() {
     problem_.geometry = run_.rectified;
+    list_rest();
     std::size_t max_points = 0;
     for (std::size_t k = 0; k < piece_.size(); ++k) {
       const recording::CameraRow& camera = run_.camera[piece_.first + k];
       problem_.T_body_cam.push_back(row(k).T_world_obj.inverse() * camera.T_world_cam);
       timestamps_ns_.push_back(camera.timestamp_ns);
-      at_rest_.push_back(k > 0 && !row(k).moving && !row(k - 1).moving ? 1 : 0);
       const auto seen = history_.seen.find(piece_.first + k);
       const std::size_t points = seen == history_.seen.end() ? 0 : seen->second.size();
       if (points > max_points && points >= kMinPoints) {
@@ -126,7 +141,8 @@ class PieceRefinement {
                                               .timestamps_ns = timestamps_ns_,
                                               .at_rest = at_rest_,
                                               .acceleration = of_turn_and_way(kTurn_radps2, kAcceleration_mps2),
-                                              .rest_velocity = of_turn_and_way(kRestTurn_radps, kRestSpeed_mps)};
+                                              .rest_velocity = of_turn_and_way(kRestTurn_radps, kRestSpeed_mps),
+                                              .turn_rate_radps = kUsualTurn_radps};
   }
 
   void add_measurement(std::size_t k) {

@@ -276,10 +276,13 @@ class Assembly {
   }
 
   void add_expected_motion(const BatchMotion& motion, std::size_t k) {
-    if (motion.at_rest[k] != 0) {
-      problem_.AddResidualBlock(
-          new RestCost({world_pose(k - 1), world_pose(k)}, seconds_to(k), motion.rest_velocity.cwiseInverse()),
-          &rest_loss_, block(k - 1), block(k));
+    Vector6d inverse_velocity = motion.rest_velocity.cwiseInverse();
+    if (motion.at_rest[k] == 0) {
+      inverse_velocity << Eigen::Vector3d::Constant(1.0 / motion.turn_rate_radps), Eigen::Vector3d::Zero();
+    }
+    if (!inverse_velocity.isZero(0.0)) {
+      problem_.AddResidualBlock(new VelocityCost({world_pose(k - 1), world_pose(k)}, seconds_to(k), inverse_velocity),
+                                &velocity_loss_, block(k - 1), block(k));
     }
     if (k >= 2) {
       const double span_s = white_noise_span_s(0.5 * (seconds_to(k - 1) + seconds_to(k)));
@@ -301,7 +304,7 @@ class Assembly {
   std::vector<PoseBlock> poses_;
   ceres::CauchyLoss loss_;
   ceres::CauchyLoss turn_loss_{kTurnThreshold};
-  ceres::CauchyLoss rest_loss_{1.0};
+  ceres::CauchyLoss velocity_loss_{1.0};
   ceres::HuberLoss pose_loss_{3.0};
   LeftPerturbation manifold_;
   ceres::Problem problem_{problem_options()};

@@ -52,10 +52,10 @@ class SteadyCost final : public ceres::SizedCostFunction<6, kPoseAmbient, kPoseA
   Vector6d inverse_sigma_;
 };
 
-/// The body has not moved from one frame to the next.
-class RestCost final : public ceres::SizedCostFunction<6, kPoseAmbient, kPoseAmbient> {
+/// The body's velocity is none, as far as `sigma` says: it is at rest, or does not turn.
+class VelocityCost final : public ceres::SizedCostFunction<6, kPoseAmbient, kPoseAmbient> {
  public:
-  RestCost(const std::array<WorldPose, 2>& poses, double interval_s, const Vector6d& inverse_sigma)
+  VelocityCost(const std::array<WorldPose, 2>& poses, double interval_s, const Vector6d& inverse_sigma)
       : poses_(poses), interval_s_(interval_s), inverse_sigma_(inverse_sigma) {}
 
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {

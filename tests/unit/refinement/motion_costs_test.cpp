@@ -62,8 +62,8 @@ TEST(SteadyCost, HasTheDerivativesOfItsResiduals) {
   EXPECT_LT(derivative_error(cost, blocks_of({pose(0.0, 1.0), pose(0.002, 1.2), pose(0.003, 1.5)})), 0.01);
 }
 
-TEST(RestCost, HasTheDerivativesOfItsResiduals) {
-  const RestCost cost({kAt, kAt}, 0.1, Vector6d::Constant(0.1));
+TEST(VelocityCost, HasTheDerivativesOfItsResiduals) {
+  const VelocityCost cost({kAt, kAt}, 0.1, Vector6d::Constant(0.1));
   EXPECT_LT(derivative_error(cost, blocks_of({pose(0.0, 1.0), pose(0.002, 1.01)})), 0.01);
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -40,6 +41,8 @@ struct BatchMotion {
   std::span<const std::uint8_t> at_rest;
   Vector6d acceleration = Vector6d::Ones();   ///< Standard deviations in its own axes: rad/s^2, m/s^2.
   Vector6d rest_velocity = Vector6d::Ones();  ///< How fast something at rest may appear to be: rad/s, m/s.
+  /// How fast what moves usually turns, rad/s; more as far as its points show it (Cauchy loss at one sigma).
+  double turn_rate_radps = std::numeric_limits<double>::infinity();
 };
 
 /// A pose of the body in the world, measured by something else.
