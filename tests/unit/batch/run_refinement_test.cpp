@@ -121,6 +121,33 @@ TEST_F(RunRefinement, FindsAnObjectsPath) {
   }
 }
 
+TEST_F(RunRefinement, DoesNotTakeForRestWhatTheRunHadNotYetSeenToMove) {
+  recording::Run run = disturbed();
+  auto histories = object_histories(run);
+  ASSERT_TRUE(histories) << histories.error().message;
+  ObjectHistory& history = histories->at(3);
+  history.seen.clear();
+  for (auto& [row, object] : history.rows) {
+    object.status = BodyStatus::kStereoOnly;
+    object.T_world_obj = SyntheticRun::T_world_obj(3, static_cast<int>(row));
+    object.variances.setConstant(0.01);
+    object.moving = row >= 15;
+  }
+  std::vector<Se3> T_world_cam;
+  for (int k = 0; k < kFrames; ++k) {
+    T_world_cam.push_back(SyntheticRun::T_world_cam(k));
+  }
+  const auto object = refine_object(run, T_world_cam, history, kOptions);
+  ASSERT_TRUE(object) << object.error().message;
+  for (int k = 6; k < kFrames; ++k) {
+    const Eigen::Vector3d step_m = object->frames.at(static_cast<std::size_t>(k)).row.T_world_obj.translation -
+                                   object->frames.at(static_cast<std::size_t>(k - 1)).row.T_world_obj.translation;
+    const Eigen::Vector3d true_m =
+        SyntheticRun::T_world_obj(3, k).translation - SyntheticRun::T_world_obj(3, k - 1).translation;
+    EXPECT_LT((step_m - true_m).norm(), 0.02) << k;
+  }
+}
+
 TEST_F(RunRefinement, IsWrittenAsARunThatCanBeReadAndRefinedAgain) {
   const recording::Run run = disturbed();
   RefinedRun refined;

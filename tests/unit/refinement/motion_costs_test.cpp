@@ -1,6 +1,8 @@
 // Costs of expected motion: derivatives against differences, and what a batch problem makes of them.
 #include "motion_costs.hpp"
 
+#include <limits>
+
 #include <gtest/gtest.h>
 
 #include "kinetrace/refinement/ceres_bundle_adjuster.hpp"
@@ -136,7 +138,7 @@ class BatchMotionTest : public ::testing::Test {
   void measure(std::size_t frame) {
     measured_.push_back({static_cast<std::uint32_t>(frame), truth(frame), Vector6d::Constant(1e3)});
   }
-  Result<BundleSummary> solve() {
+  Result<BundleSummary> solve(double turn_rate_radps = std::numeric_limits<double>::infinity()) {
     for (std::size_t k = 0; k < kFrames; ++k) {
       T_body_cam_[k] = truth(0).inverse();
       times_[k] = static_cast<std::int64_t>(k) * 100'000'000;
@@ -146,7 +148,10 @@ class BatchMotionTest : public ::testing::Test {
                          .fixed_frames = {},
                          .points_m = {},
                          .observations = {},
-                         .motion = BatchMotion{T_world_cam_, times_, at_rest_},
+                         .motion = BatchMotion{.T_world_cam = T_world_cam_,
+                                               .timestamps_ns = times_,
+                                               .at_rest = at_rest_,
+                                               .turn_rate_radps = turn_rate_radps},
                          .measured_poses = measured_};
     return CeresBundleAdjuster::create({})->refine_batch(problem);
   }
@@ -176,6 +181,22 @@ TEST_F(BatchMotionTest, RestGivesWayToWhatMoves) {
   }
   ASSERT_TRUE(solve());
   EXPECT_NEAR(T_body_cam_[8].inverse().translation.x(), truth(8).translation.x(), 0.01);
+}
+
+TEST_F(BatchMotionTest, TurnsFasterThanUsualOnlyAsFarAsThatIsMeasured) {
+  const auto turned_rad = [&] { return so3_log(T_body_cam_[0].rotation * T_body_cam_[8].rotation.transpose()).norm(); };
+  for (std::size_t k = 0; k < kFrames; ++k) {
+    measure(k);
+  }
+  ASSERT_TRUE(solve(0.02));
+  EXPECT_NEAR(turned_rad(), 0.16, 0.001) << "ten times as fast as usual, and surely so";
+  for (BatchPose& pose : measured_) {
+    pose.inverse_sigma.setConstant(2.0);  // Half a radian, half a metre.
+  }
+  ASSERT_TRUE(solve());
+  EXPECT_NEAR(turned_rad(), 0.16, 0.01);
+  ASSERT_TRUE(solve(0.02));
+  EXPECT_LT(turned_rad(), 0.04) << "that may as well be noise";
 }
 
 TEST_F(BatchMotionTest, RefusesTimesThatStandStill) {
