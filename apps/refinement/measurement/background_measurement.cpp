@@ -82,9 +82,9 @@ class Measurement {
     return Point{name(seen.point_id), *patch, {seen_px}, std::nullopt};
   }
 
-  /// Its own the first time, a new one afterwards.
+  /// Its own the first time, a new one afterwards, as long as there are any.
   std::uint32_t name(std::uint32_t point_id) {
-    if (named_.insert(point_id).second) {
+    if (named_.insert(point_id).second || next_id_ == 0) {
       return point_id;
     }
     part_of_.emplace(next_id_, point_id);
@@ -133,23 +133,23 @@ class Measurement {
   std::unordered_map<std::uint32_t, Point> points_;  ///< In sight, by the run's names.
 };
 
-/// Above those of all points of the background. Reads all observations.
+/// Above those of all points of the background; 0 where none is left. Reads all observations.
 Result<std::uint32_t> first_free_id(const recording::Run& run) {
   Result<recording::ObservationReader> reader = recording::ObservationReader::open(run);
   if (!reader) {
     return Unexpected(reader.error());
   }
-  std::uint32_t free = 1;
+  std::uint32_t largest = 0;
   while (true) {
     const Result<std::span<const Observation>> seen = reader->next_frame();
     if (!seen) {
       return Unexpected(seen.error());
     }
     if (seen->empty()) {
-      return free;
+      return largest + 1;
     }
     for (const Observation& each : *seen) {
-      free = each.track_id == 0 ? std::max(free, each.point_id + 1) : free;
+      largest = each.track_id == 0 ? std::max(largest, each.point_id) : largest;
     }
   }
 }

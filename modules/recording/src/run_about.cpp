@@ -57,7 +57,8 @@ RunAbout about_of(const Json& json) {
   if (const auto rectified = json.find("rectified"); rectified != json.end()) {
     about.rectified = geometry_of(*rectified);
   }
-  if (const auto calibration = json.find("calibration"); calibration != json.end()) {
+  if (const auto calibration = json.find("calibration");
+      calibration != json.end() && calibration->contains("applied")) {
     about.applied = correction_of(calibration->at("applied"));
   }
   if (const auto files = json.find("files"); files != json.end()) {

@@ -35,6 +35,7 @@ class RunReader : public ::testing::Test {
     summary.dataset = {{"dataset", "folder:somewhere"}, {"sequence", "07"}};
     summary.config_json = R"({"output":{"mots":true}})";
     summary.frames = kFrames;
+    summary.rig = RigEstimate{.applied = kApplied};
     ASSERT_TRUE(fixture.recorder->finish(summary));
   }
   [[nodiscard]] std::filesystem::path run_path() const { return folder_.path() / "run"; }
@@ -64,6 +65,7 @@ class RunReader : public ::testing::Test {
   }
 
   static constexpr int kFrames = 12;
+  const RigCorrection kApplied{{0.001, -0.002, 0.003}, {0.01, -0.02}, 0.0005, 0.0};
   TemporaryFolder folder_;
 };
 
@@ -76,6 +78,7 @@ TEST_F(RunReader, GivesBackWhatWasRecorded) {
   EXPECT_TRUE(run->is_finished);
   EXPECT_THAT(run->notes, IsEmpty());
   EXPECT_EQ(run->rectified.width_px, SyntheticRun::kWidth);
+  EXPECT_LT((run->applied.vector() - kApplied.vector()).norm(), 1e-12);
   ASSERT_EQ(run->camera.size(), static_cast<std::size_t>(kFrames));
   for (int i = 0; i < kFrames; ++i) {
     const CameraRow& row = run->camera[static_cast<std::size_t>(i)];
