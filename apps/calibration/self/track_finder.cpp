@@ -16,6 +16,7 @@ using features::AffineTemplate;
 
 constexpr int kPyramidLevels = 4;
 constexpr double kReturn_px = 0.5;  // A match followed back ends this near to where it began.
+constexpr double kPatchSigma_px = 4.0;
 constexpr AffineGate kGate{.reach_px = 2.0, .correlation = 0.9};  // From where the coarse steps led.
 const cv::Size kCoarsePatch(15, 15);
 const cv::TermCriteria kCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 20, 0.03);
@@ -143,7 +144,7 @@ void TrackFinder::find_new(const Images& now) {
       continue;
     }
     const Eigen::Vector2d at(corner.x, corner.y);
-    if (const auto patch = AffineTemplate::make(view_of(now.left), at)) {
+    if (const auto patch = AffineTemplate::make(view_of(now.left), at, kPatchSigma_px)) {
       cv::circle(allowed, {corner.x, corner.y}, kApart_px, cv::Scalar(0), cv::FILLED);
       ++in_cell;
       points_.push_back({window_.tracks.size(), *patch, {at}, Eigen::Vector2d::Zero(), std::nullopt});

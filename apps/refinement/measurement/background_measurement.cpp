@@ -22,6 +22,7 @@ using recording::Observation;
 /// The run has found each point to a fraction of a pixel; farther off is something else.
 constexpr AffineGate kGate{.reach_px = 1.0, .correlation = 0.9};
 constexpr double kMaxRowDifference_px = 1.0;
+constexpr double kPatchSigma_px = 3.0;
 
 struct Point {
   std::uint32_t id = 0;
@@ -75,7 +76,7 @@ class Measurement {
         return std::move(point);
       }
     }
-    const std::optional<AffineTemplate> patch = AffineTemplate::make(pair.left, seen_px);
+    const std::optional<AffineTemplate> patch = AffineTemplate::make(pair.left, seen_px, kPatchSigma_px);
     if (!patch) {
       return std::nullopt;
     }

@@ -6,25 +6,9 @@
 
 namespace kinetrace::features {
 
-/// The middle counts most: there is where the surface is nearest to its tangent plane.
-const AffineTemplate::Patch& AffineTemplate::weights() {
-  static const Patch kWeights = [] {
-    constexpr double kSigma_px = 4.0;
-    Patch weights;
-    for (int i = 0; i < kPixels; ++i) {
-      const double x = i % kSide - kRadius_px;
-      const double y = i / kSide - kRadius_px;
-      weights[i] = static_cast<float>(std::exp(-(x * x + y * y) / (2.0 * kSigma_px * kSigma_px)));
-    }
-    return Patch(weights / weights.sum());
-  }();
-  return kWeights;
-}
-
-/// Takes the weighted mean out and divides by the weighted spread, which it returns.
-float AffineTemplate::normalise(Patch& patch) {
-  patch.array() -= patch.dot(weights());
-  const float spread = std::sqrt(patch.cwiseAbs2().dot(weights()));
+float AffineTemplate::normalise(Patch& patch) const {
+  patch.array() -= patch.dot(weights_);
+  const float spread = std::sqrt(patch.cwiseAbs2().dot(weights_));
   patch /= std::max(spread, 1e-3F);
   return spread;
 }
@@ -53,9 +37,15 @@ bool AffineTemplate::sample(const GrayView& image, const AffinePlace& place, Pat
   return true;
 }
 
-std::optional<AffineTemplate> AffineTemplate::make(const GrayView& image, const Eigen::Vector2d& at) {
+std::optional<AffineTemplate> AffineTemplate::make(const GrayView& image, const Eigen::Vector2d& at, double sigma_px) {
   constexpr float kFlat = 2.0F;
   AffineTemplate patch;
+  for (int i = 0; i < kPixels; ++i) {
+    const double x = i % kSide - kRadius_px;
+    const double y = i / kSide - kRadius_px;
+    patch.weights_[i] = static_cast<float>(std::exp(-(x * x + y * y) / (2.0 * sigma_px * sigma_px)));
+  }
+  patch.weights_ /= patch.weights_.sum();
   Patch left, right, above, below;
   const Eigen::Vector2d x(1.0, 0.0);
   const Eigen::Vector2d y(0.0, 1.0);
@@ -63,7 +53,7 @@ std::optional<AffineTemplate> AffineTemplate::make(const GrayView& image, const 
         sample(image, {at - y}, above) && sample(image, {at + y}, below))) {
     return std::nullopt;
   }
-  const float spread = normalise(patch.value_);
+  const float spread = patch.normalise(patch.value_);
   if (spread < kFlat) {
     return std::nullopt;
   }
@@ -75,7 +65,7 @@ std::optional<AffineTemplate> AffineTemplate::make(const GrayView& image, const 
     const auto v = static_cast<float>(i / kSide - kRadius_px);
     derivative.row(i) << dx[i], dy[i], u * dx[i], v * dx[i], u * dy[i], v * dy[i], patch.value_[i], 1.0F;
   }
-  patch.weighted_ = derivative.transpose() * weights().asDiagonal();
+  patch.weighted_ = derivative.transpose() * patch.weights_.asDiagonal();
   patch.normal_.compute(patch.weighted_ * derivative);
   return patch.normal_.info() == Eigen::Success ? std::optional(patch) : std::nullopt;
 }
@@ -98,7 +88,7 @@ std::optional<AffinePlace> AffineTemplate::align(const GrayView& image, const Af
     place.shape = place.shape * stretch.inverse();
     place.position -= place.shape * step.head<2>();
     if (step.head<2>().norm() < kConverged_px) {
-      const bool alike = seen.cwiseProduct(value_).dot(weights()) > gate.correlation;
+      const bool alike = seen.cwiseProduct(value_).dot(weights_) > gate.correlation;
       return alike ? std::optional(place) : std::nullopt;
     }
   }

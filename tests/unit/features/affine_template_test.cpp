@@ -11,6 +11,7 @@ namespace kinetrace::features {
 namespace {
 
 constexpr int kSize_px = 100;
+constexpr double kSigma_px = 4.0;
 constexpr AffineGate kGate{.reach_px = 3.0, .correlation = 0.9};
 
 class Picture {
@@ -48,7 +49,7 @@ Picture waves_at(const Eigen::Vector2d& shift_px) {
 TEST(AffineTemplate, FindsAPatchUnderAnAffineMapGainAndOffset) {
   Eigen::Matrix2d shape;
   shape << 1.15, 0.05, -0.04, 0.95;
-  const auto patch = AffineTemplate::make(waves_at({0.0, 0.0}).view(), {50.0, 50.0});
+  const auto patch = AffineTemplate::make(waves_at({0.0, 0.0}).view(), {50.0, 50.0}, kSigma_px);
   ASSERT_TRUE(patch);
   const Picture seen = Picture::of_waves(shape, {0.7, -0.4}, 0.8, 15.0);
   const auto place = patch->align(seen.view(), {{50.0, 50.0}}, kGate);
@@ -58,17 +59,17 @@ TEST(AffineTemplate, FindsAPatchUnderAnAffineMapGainAndOffset) {
 }
 
 TEST(AffineTemplate, IsEmptyWhereNothingIsToBeSeen) {
-  EXPECT_FALSE(AffineTemplate::make(Picture::of_one_tone().view(), {50.0, 50.0}));
+  EXPECT_FALSE(AffineTemplate::make(Picture::of_one_tone().view(), {50.0, 50.0}, kSigma_px));
 }
 
 TEST(AffineTemplate, IsEmptyAtTheBorder) {
   const Picture waves = waves_at({0.0, 0.0});
-  EXPECT_FALSE(AffineTemplate::make(waves.view(), {6.0, 50.0}));
-  EXPECT_TRUE(AffineTemplate::make(waves.view(), {11.0, 50.0}));
+  EXPECT_FALSE(AffineTemplate::make(waves.view(), {6.0, 50.0}, kSigma_px));
+  EXPECT_TRUE(AffineTemplate::make(waves.view(), {11.0, 50.0}, kSigma_px));
 }
 
 TEST(AffineTemplate, DoesNotReachFartherThanAsked) {
-  const auto patch = AffineTemplate::make(waves_at({0.0, 0.0}).view(), {50.0, 50.0});
+  const auto patch = AffineTemplate::make(waves_at({0.0, 0.0}).view(), {50.0, 50.0}, kSigma_px);
   ASSERT_TRUE(patch);
   const Picture moved = waves_at({2.0, 0.0});
   EXPECT_TRUE(patch->align(moved.view(), {{50.0, 50.0}}, kGate));
