@@ -35,7 +35,7 @@ class RunReader : public ::testing::Test {
     summary.dataset = {{"dataset", "folder:somewhere"}, {"sequence", "07"}};
     summary.config_json = R"({"output":{"mots":true}})";
     summary.frames = kFrames;
-    summary.rig = RigEstimate{.applied = kApplied};
+    summary.rig.emplace().applied = kApplied;
     ASSERT_TRUE(fixture.recorder->finish(summary));
   }
   [[nodiscard]] std::filesystem::path run_path() const { return folder_.path() / "run"; }
