@@ -20,6 +20,9 @@ void LiveAlignment::lose_camera() noexcept {
 
 void LiveAlignment::add_pose(std::int64_t frame_index, std::int64_t timestamp_ns, std::int64_t handed_over_ns,
                              const Se3& T_world_cam) {
+  if (!(T_world_cam.translation.norm() <= geo::kMaxPosition_m)) {
+    return;
+  }
   if (newest_frame_ && frame_index <= *newest_frame_) {
     lose_camera();
   }
@@ -42,7 +45,8 @@ void LiveAlignment::count_without_fix() noexcept {
 
 void LiveAlignment::add_fix(std::int64_t time_ns, const geo::Geodetic& place, const Eigen::Vector3d& sigma_m) {
   ++counts_.records;
-  if (!geo::is_valid(place) || !sigma_m.allFinite()) {
+  constexpr double kMaxSigma_m = 1e6;
+  if (!geo::is_valid(place) || !((sigma_m.array() >= 0.0) && (sigma_m.array() <= kMaxSigma_m)).all()) {
     ++counts_.malformed;
     return;
   }

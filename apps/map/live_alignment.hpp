@@ -39,7 +39,8 @@ class LiveAlignment {
                 bool offset_is_given)
       : window_(std::move(window)), config_(config), frame_(std::move(frame)), offset_is_given_(offset_is_given) {}
 
-  /// A frame or a time that is not later than the one before belongs to another run.
+  /// A frame or a time that is not later than the one before belongs to another run. A pose beyond geo::kMaxPosition_m
+  /// is left out.
   void add_pose(std::int64_t frame_index, std::int64_t timestamp_ns, std::int64_t handed_over_ns,
                 const Se3& T_world_cam);
   /// The path breaks off: what comes later lies elsewhere.

@@ -91,14 +91,14 @@ class Writer {
     if (!observations) {
       return Unexpected(observations.error());
     }
-    if (const Status begun = recorder->begin(summary_); !begun) {
+    if (Status begun = recorder->begin(summary_); !begun) {
       return begun;
     }
     for (std::size_t row = 0; row < run_.camera.size(); ++row) {
-      if (const Status read = read_observations(run_.camera[row].frame, *observations); !read) {
+      if (Status read = read_observations(run_.camera[row].frame, *observations); !read) {
         return read;
       }
-      if (const Status written = write_row(row, *masks, *recorder); !written) {
+      if (Status written = write_row(row, *masks, *recorder); !written) {
         return written;
       }
       progress(row + 1);

@@ -14,7 +14,7 @@ Result<RunObservations> RunObservations::open(const recording::Run& run, const M
 }
 
 Result<std::span<const recording::Observation>> RunObservations::next_frame() {
-  const Result<std::span<const recording::Observation>> seen = reader_.next_frame();
+  Result<std::span<const recording::Observation>> seen = reader_.next_frame();
   if (!seen || seen->empty()) {
     return seen;
   }

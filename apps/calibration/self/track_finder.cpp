@@ -129,8 +129,8 @@ void TrackFinder::find_new(const Images& now) {
   constexpr int kApart_px = 7;
   const cv::Size size = now.left.size();
   const auto cell_of = [&](double x, double y) {
-    return static_cast<std::size_t>(static_cast<int>(y) * kRows / size.height * kColumns +
-                                    static_cast<int>(x) * kColumns / size.width);
+    const int cell = static_cast<int>(y) * kRows / size.height * kColumns + static_cast<int>(x) * kColumns / size.width;
+    return static_cast<std::size_t>(cell);
   };
   std::vector<std::size_t> count(static_cast<std::size_t>(kColumns) * kRows, 0);
   cv::Mat allowed = warp_->inside(0).clone();

@@ -84,6 +84,7 @@ class PathObserver {
       return;
     }
     std::vector<double> depths_m;
+    depths_m.reserve(points.size());
     for (const SeenPoint& point : points) {
       depths_m.push_back(position_m(point).z());
     }

@@ -19,6 +19,12 @@ Status validate(std::span<const PathPose> path, const AlignmentConfig& config) {
   if (path.size() < 2 || std::adjacent_find(path.begin(), path.end(), std::not_fn(is_in_order)) != path.end()) {
     return fail(ErrorCode::kInvalidArgument, "a path needs two poses or more, in order of time");
   }
+  // Written so that what is not a number fails.
+  if (!std::all_of(path.begin(), path.end(), [](const PathPose& pose) {
+        return pose.T_world_cam.rotation.allFinite() && pose.T_world_cam.translation.norm() <= kMaxPosition_m;
+      })) {
+    return fail(ErrorCode::kInvalidArgument, "a pose lies farther than 10000 km from where the path began");
+  }
   constexpr double kMaxLever_m = 100.0;
   constexpr double kMaxSearch_s = 3600.0;
   const bool is_valid = config.lever_arm_m.allFinite() && config.lever_arm_m.norm() <= kMaxLever_m &&

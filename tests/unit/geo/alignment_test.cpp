@@ -297,6 +297,11 @@ TEST(Alignment, RefusesSettingsOutOfRangeAndPosesOutOfOrder) {
   std::swap(disordered[3], disordered[4]);
   EXPECT_FALSE(align(disordered, {}, {}));
   EXPECT_FALSE(align(std::span(path).first(1), {}, {}));
+  for (const double far_m : {1e8, 1e300, std::nan("")}) {
+    auto astray = path;
+    astray[5].T_world_cam.translation.x() = far_m;
+    EXPECT_FALSE(align(astray, {}, {})) << far_m;
+  }
 }
 
 TEST(Alignment, PositionsAreLessSureFarFromThePath) {

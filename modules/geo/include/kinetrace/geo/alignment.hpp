@@ -19,6 +19,9 @@ struct PathPose {
   Se3 T_world_cam;
 };
 
+/// No path on earth leads farther from where it began.
+inline constexpr double kMaxPosition_m = 1e7;
+
 enum class Freedom : std::uint8_t {
   kYaw = 4,       ///< Heading and position; the camera is taken to be level (no roll, no pitch) in the world's axes.
   kRotation = 6,  ///< Whole rotation and position.
@@ -79,7 +82,7 @@ struct Alignment {
 /// (0.1 % of good fixes) and noise from the residuals' median. Covariance: the residuals' autocorrelation (Geyer,
 /// Stat. Sci. 1992) and a random walk of the path. A path or reference that does not determine the transform is no
 /// error: it is refused, with what is missing. Errors: kInvalidArgument (settings out of range, poses not in order of
-/// time).
+/// time or beyond kMaxPosition_m).
 [[nodiscard]] Result<Alignment> align(std::span<const PathPose> path, std::span<const Fix> fixes,
                                       const AlignmentConfig& config);
 
