@@ -6,6 +6,11 @@
 
 namespace kinetrace::features {
 
+Eigen::Vector2d AffineTemplate::offset_px(int pixel) {
+  const int row = pixel / kSide;
+  return {pixel - row * kSide - kRadius_px, row - kRadius_px};
+}
+
 float AffineTemplate::normalise(Patch& patch) const {
   patch.array() -= patch.dot(weights_);
   const float spread = std::sqrt(patch.cwiseAbs2().dot(weights_));
@@ -22,8 +27,7 @@ bool AffineTemplate::sample(const GrayView& image, const AffinePlace& place, Pat
     return false;
   }
   for (int i = 0; i < kPixels; ++i) {
-    const Eigen::Vector2d at =
-        place.position + place.shape * Eigen::Vector2d(i % kSide - kRadius_px, i / kSide - kRadius_px);
+    const Eigen::Vector2d at = place.position + place.shape * offset_px(i);
     const int x0 = static_cast<int>(at.x());
     const int y0 = static_cast<int>(at.y());
     const auto ax = static_cast<float>(at.x() - x0);
@@ -41,9 +45,7 @@ std::optional<AffineTemplate> AffineTemplate::make(const GrayView& image, const 
   constexpr float kFlat = 2.0F;
   AffineTemplate patch;
   for (int i = 0; i < kPixels; ++i) {
-    const double x = i % kSide - kRadius_px;
-    const double y = i / kSide - kRadius_px;
-    patch.weights_[i] = static_cast<float>(std::exp(-(x * x + y * y) / (2.0 * sigma_px * sigma_px)));
+    patch.weights_[i] = static_cast<float>(std::exp(-offset_px(i).squaredNorm() / (2.0 * sigma_px * sigma_px)));
   }
   patch.weights_ /= patch.weights_.sum();
   Patch left, right, above, below;
@@ -61,8 +63,8 @@ std::optional<AffineTemplate> AffineTemplate::make(const GrayView& image, const 
   const Patch dy = (below - above) / (2.0F * spread);
   Eigen::Matrix<float, kPixels, kParameters> derivative;
   for (int i = 0; i < kPixels; ++i) {
-    const auto u = static_cast<float>(i % kSide - kRadius_px);
-    const auto v = static_cast<float>(i / kSide - kRadius_px);
+    const auto u = static_cast<float>(offset_px(i).x());
+    const auto v = static_cast<float>(offset_px(i).y());
     derivative.row(i) << dx[i], dy[i], u * dx[i], v * dx[i], u * dy[i], v * dy[i], patch.value_[i], 1.0F;
   }
   patch.weighted_ = derivative.transpose() * patch.weights_.asDiagonal();

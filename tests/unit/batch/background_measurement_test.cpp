@@ -64,7 +64,8 @@ class BackgroundMeasurement : public ::testing::Test {
   }
 
   static Eigen::Vector2d true_left_px(std::uint32_t id, int frame) {
-    return {60.25 + 40.0 * ((id - 1U) % 4U) + kStep_px * frame, 50.5 + 45.0 * ((id - 1U) / 4U)};
+    const std::uint32_t row = (id - 1U) / 4U;
+    return {60.25 + 40.0 * (id - 1U - 4U * row) + kStep_px * frame, 50.5 + 45.0 * row};
   }
   /// Off by up to .3 px, otherwise in every frame.
   static Observation as_recorded(std::uint32_t track_id, std::uint32_t id, int frame) {

@@ -48,6 +48,8 @@ class AffineTemplate {
   static constexpr int kParameters = 8;  ///< x, y, four of the shape, gain, offset.
   using Patch = Eigen::Matrix<float, kPixels, 1>;
 
+  /// Of a pixel of the patch from its middle.
+  [[nodiscard]] static Eigen::Vector2d offset_px(int pixel);
   /// Takes the weighted mean out and divides by the weighted spread, which it returns.
   float normalise(Patch& patch) const;
   [[nodiscard]] static bool sample(const GrayView& image, const AffinePlace& place, Patch& out);
