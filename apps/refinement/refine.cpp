@@ -67,7 +67,8 @@ Outcome<PairReader> image_reader(const recording::Run& run, const RefineOptions&
   }
   if (opened->geometry().width_px != run.rectified.width_px ||
       opened->geometry().height_px != run.rectified.height_px) {
-    return Unexpected(Failure{ExitCode::kBadData, options.dataset + ": its images are not of the size that those of " +
+    return Unexpected(Failure{ExitCode::kBadData, (options.dataset.empty() ? run.dataset : options.dataset) +
+                                                      ": its images are not of the size that those of " +
                                                       options.run.string() +
                                                       " had; give the recording that the run was made from"});
   }

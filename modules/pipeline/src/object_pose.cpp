@@ -136,24 +136,42 @@ void ObjectState::begin_body(const StereoObservation& observation, const CameraS
     is_recognised = recognise(camera, front_end);
     frame_.change = std::max(frame_.change, is_recognised ? FrameChange::kRefined : FrameChange::kNone);
   }
-  life_.guess_covariance.setZero();
-  if (!is_frame_new && !is_recognised) {
-    const Se3 axes{identity_.T_world_obj.rotation.transpose(), Eigen::Vector3d::Zero()};
-    life_.guess_covariance = adjoint(axes) * life_.covariance * adjoint(axes).transpose();
+  identity_.drift_covariance = drift_covariance();
+  if (is_frame_new) {
+    identity_.drift_covariance.setZero();
+    life_.guess_covariance.setZero();
+  } else if (is_recognised) {
+    withdraw_guess();
+  } else {
+    add_guess();
   }
-  identity_.drift_covariance = is_frame_new ? Matrix6d(Matrix6d::Zero()) : drift_covariance() + life_.guess_covariance;
   body_.begin(identity_.T_world_obj.inverse() * camera.T_world_cam, life_.status);
+}
+
+void ObjectState::add_guess() {
+  const Matrix6d axes = adjoint(Se3{identity_.T_world_obj.rotation.transpose(), Eigen::Vector3d::Zero()});
+  const Matrix6d covariance = axes * life_.covariance * axes.transpose();
+  life_.guess_covariance += covariance;
+  identity_.drift_covariance += covariance;
+}
+
+void ObjectState::withdraw_guess() {
+  identity_.drift_covariance -= life_.guess_covariance;
+  life_.guess_covariance.setZero();
 }
 
 void ObjectState::resolve_pose(const CameraState& camera, const features::FeatureFrontEnd& front_end) {
   identity_.T_world_obj = camera.T_world_cam * body_.estimate().T_body_cam.inverse();
   if (recognise(camera, front_end)) {
-    identity_.drift_covariance -= life_.guess_covariance;
+    withdraw_guess();
     body_.begin(identity_.T_world_obj.inverse() * camera.T_world_cam, life_.status);
     return;
   }
   life_.pose_ambiguous =
       !life_.ambiguous_time.exceeds(kMaxUncertain_ns);  // Later it looks too different: the guess stands.
+  if (!life_.pose_ambiguous) {
+    life_.guess_covariance.setZero();  // For good: what is remembered from now on is in the guessed frame.
+  }
 }
 
 }  // namespace kinetrace::pipeline

@@ -242,6 +242,10 @@ class ObjectState {
   /// The reconstruction (re)starts where the object is taken to be.
   void begin_body(const StereoObservation& observation, const CameraState& camera,
                   const features::FeatureFrontEnd& front_end);
+  /// The reconstruction begins in a frame that is only as sure as where the object is taken to be.
+  void add_guess();
+  /// Guesses since it was last known turn out to be right, or are corrected.
+  void withdraw_guess();
   /// Its frame has been guessed on its return; true once it is known for sure.
   void resolve_pose(const CameraState& camera, const features::FeatureFrontEnd& front_end);
   void compose_newest(const CameraState& camera);
