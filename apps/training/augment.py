@@ -10,8 +10,9 @@ import numpy as np
 # Grey of the network's input where there is no picture.
 PAD = 114
 
-# The network's usual input, rows and columns, which decides at which scale most pictures enter it; and all scales that are tried.
-USUAL_INPUT = (192, 640)
+# The network's usual input, rows of a tall picture and columns of a wide one, which decides at which scale most pictures enter it; and
+# all scales that are tried.
+USUAL_INPUT = (416, 832)
 SCALES = (0.36, 1.5)
 # A picture with more columns than this for each of its rows is a part of a wide one: columns decide.
 _WIDE = 2.0
@@ -51,7 +52,7 @@ def paste(picture: np.ndarray, instances: np.ndarray, other: np.ndarray, other_i
           random: np.random.Generator) -> None:
     """Puts a few instances of another picture of the same size in front of what is there."""
     identities = random.permutation(np.unique(other_instances[other_instances > 0]))
-    if random.random() < 0.6:
+    if random.random() < 0.8:
         # The rarer ones first.
         identities = sorted(identities, key=lambda identity: identity // _PEOPLE != 1)
     for identity in identities[:random.integers(1, 6)]:

@@ -21,11 +21,10 @@ MIN_HEIGHT_PX = 8
 MIN_AREA_PX = 40
 
 # Sizes of the input (rows, columns) with their part of all batches; pictures in a batch, so that all cost about the same.
-SHAPES = (((192, 320), 0.4, 16), ((192, 640), 0.45, 8), ((288, 352), 0.15, 10))
-
+SHAPES = (((192, 320), 0.3, 16), ((192, 640), 0.25, 8), ((256, 832), 0.25, 5), ((288, 352), 0.2, 10))
 
 # Part of the pictures that get instances of another one pasted in.
-PASTED = 0.4
+PASTED = 0.5
 
 
 class View(NamedTuple):

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from augment import PAD
-from network import CLASSES, PROTOTYPE_STRIDE
+from network import CLASSES, OUTPUTS, PROTOTYPE_STRIDE, STRIDES, cell_middles
 
 
 class Thresholds(NamedTuple):
@@ -41,33 +41,52 @@ def letterbox(picture: np.ndarray, height: int, width: int) -> tuple[np.ndarray,
     return fitted, Fit(scale, left, top)
 
 
-class Detector:
-    """A model of one input size."""
+def input_size(picture_rows: int, picture_columns: int, pixels: int) -> tuple[int, int]:
+    """Rows and columns of the input for such pictures: the widest in multiples of 32 that is no wider than they are, holds all of them,
+    and has at most so many pixels. As the product has it (ModelInput::sized_for)."""
+    for columns in range(_rounded_up(picture_columns), STRIDES[-1], -STRIDES[-1]):
+        rows = _rounded_up(-(-picture_rows * columns // picture_columns))
+        if rows * columns <= pixels:
+            return rows, columns
+    return _rounded_up(-(-picture_rows * STRIDES[-1] // picture_columns)), STRIDES[-1]
 
-    def __init__(self, model: pathlib.Path, height: int, width: int, threads: int = 1) -> None:
+
+def _rounded_up(size: int) -> int:
+    return -(-size // STRIDES[-1]) * STRIDES[-1]
+
+
+class Detector:
+    """A model that train wrote; its input has at most so many pixels."""
+
+    def __init__(self, model: pathlib.Path, pixels: int, threads: int = 1) -> None:
         cv2.setNumThreads(threads)
         self._model = cv2.dnn.readNetFromONNX(str(model))
-        self.height, self.width = height, width
+        self._pixels = pixels
 
     def outputs(self, picture: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What the model says of an input-sized picture of 0..1: rows [4 + classes + prototypes, cells], prototypes."""
+        """What the model says of an input-sized picture of 0..1: rows [cells, left, top, right, bottom, scores, coefficients] with corners
+        of boxes in pixels, and the prototypes."""
         self._model.setInput(picture[None, None].astype(np.float32))
-        rows, prototypes = self._model.forward(["output0", "output1"])
-        return rows[0], prototypes[0]
+        *maps, prototypes = self._model.forward(OUTPUTS)
+        rows = np.concatenate([cells[0].reshape(cells.shape[1], -1) for cells in maps], 1).T.copy()
+        middles = cell_middles(*picture.shape)[0].numpy()
+        rows[:, :2] = middles - rows[:, :2]
+        rows[:, 2:4] = middles + rows[:, 2:4]
+        return rows, prototypes[0]
 
     def detect(self, picture: np.ndarray, thresholds: Thresholds) -> list[Instance]:
         """The instances of a grey picture, best first."""
-        fitted, fit = letterbox(picture, self.height, self.width)
+        fitted, fit = letterbox(picture, *input_size(*picture.shape, self._pixels))
         rows, prototypes = self.outputs(fitted.astype(np.float32) / 255)
-        scores = rows[4:4 + len(CLASSES)]
+        boxes = np.concatenate((rows[:, :2], rows[:, 2:4] - rows[:, :2]), 1)
+        coefficients = rows[:, 4 + len(CLASSES):]
         found = []
         for class_of in range(len(CLASSES)):
-            boxes = np.concatenate((rows[:2] - rows[2:4] / 2, rows[2:4])).T
-            kept = cv2.dnn.NMSBoxes(boxes.tolist(), scores[class_of].tolist(), thresholds.score, thresholds.overlap)
+            scores = rows[:, 4 + class_of]
+            kept = cv2.dnn.NMSBoxes(boxes.tolist(), scores.tolist(), thresholds.score, thresholds.overlap)
             for cell in np.asarray(kept, int).ravel():
-                logits = np.tensordot(rows[4 + len(CLASSES):, cell], prototypes, 1)
-                mask = self._mask(logits, boxes[cell], fit, picture.shape)
-                found.append(Instance(class_of, float(scores[class_of, cell]), mask))
+                mask = self._mask(np.tensordot(coefficients[cell], prototypes, 1), boxes[cell], fit, picture.shape)
+                found.append(Instance(class_of, float(scores[cell]), mask))
         return sorted(found, key=lambda instance: -instance.score)
 
     def _mask(self, logits: np.ndarray, box: np.ndarray, fit: Fit, shape: tuple[int, ...]) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Writes the network as ONNX in the signature of exported YOLOv8-seg models, as OpenCV's DNN can read it."""
+"""Writes the network as ONNX, as OpenCV's DNN can read it."""
 
 import copy
 import pathlib
@@ -9,47 +9,43 @@ import onnx
 import torch
 from torch import Tensor, nn
 
-from network import Network, cell_middles
+from network import OUTPUTS, Network
 
 OPSET = 12
 # Between what OpenCV computes and what the network is: pixels, scores and coefficients.
 MAX_DIFFERENCE = 1e-3
+# Rows and columns.
+TRIED_SIZES = ((256, 832), (192, 640), (416, 576))
 
 
 class Exported(nn.Module):
-    """The network with its answer decoded: rows cx, cy, w, h, class scores, mask coefficients; and the prototypes."""
+    """The network with its answer as one map for each stride: rows left, top, right, bottom (pixels from the middle of the cell), class
+    scores, mask coefficients; and the prototypes."""
 
-    def __init__(self, network: Network, height: int, width: int) -> None:
+    def __init__(self, network: Network) -> None:
         super().__init__()
         self.network = network
-        middles, _ = cell_middles(height, width)
-        self.register_buffer("middles", middles.T[None].contiguous())
 
-    def forward(self, picture: Tensor) -> tuple[Tensor, Tensor]:
-        prediction = self.network(picture)
-        distances = prediction.distances.transpose(1, 2)
-        before, after = distances[:, :2], distances[:, 2:]
-        middle = self.middles + (after - before) * 0.5
-        scores = torch.sigmoid(prediction.scores.transpose(1, 2))
-        rows = torch.cat((middle, after + before, scores, prediction.coefficients.transpose(1, 2)), 1)
-        return rows, prediction.prototypes
+    def forward(self, picture: Tensor) -> tuple[Tensor, ...]:
+        maps, prototypes = self.network.maps(picture)
+        return (*(torch.cat((distances, torch.sigmoid(scores), coefficients), 1) for scores, distances, coefficients in maps),
+                prototypes)
 
 
-def export(network: Network, path: pathlib.Path, height: int, width: int) -> None:
-    """Writes `network` for pictures of this size, normalisation folded into the convolutions, and tries it in OpenCV.
+def export(network: Network, path: pathlib.Path) -> None:
+    """Writes `network` for pictures of any size in multiples of 32, normalisation folded into the convolutions, and tries it in OpenCV.
 
-    Raises ValueError for a size that the network cannot have, RuntimeError where OpenCV computes something else.
+    Raises RuntimeError where OpenCV computes something else.
     """
-    if height % 32 or width % 32:
-        raise ValueError(f"{width}x{height} is no size for the network; take multiples of 32")
-    exported = Exported(copy.deepcopy(network), height, width).eval()
-    torch.onnx.export(exported, torch.zeros(1, 1, height, width), str(path), opset_version=OPSET, input_names=["images"],
-                      output_names=["output0", "output1"], do_constant_folding=True)
+    exported = Exported(copy.deepcopy(network)).eval()
+    any_size = {2: "height", 3: "width"}
+    torch.onnx.export(exported, torch.zeros(1, 1, *TRIED_SIZES[0]), str(path), opset_version=OPSET, input_names=["picture"],
+                      output_names=OUTPUTS, dynamic_axes={"picture": any_size}, do_constant_folding=True)
     model = onnx.load(str(path))
     _spell_out_shared_weights(model.graph)
     onnx.checker.check_model(model)
     onnx.save(model, str(path))
-    _try_in_opencv(exported, path, height, width)
+    _try_in_opencv(exported, path)
 
 
 def _spell_out_shared_weights(graph: onnx.GraphProto) -> None:
@@ -62,18 +58,18 @@ def _spell_out_shared_weights(graph: onnx.GraphProto) -> None:
         graph.node.remove(node)
 
 
-def _try_in_opencv(exported: Exported, path: pathlib.Path, height: int, width: int) -> None:
-    """Compares both outputs on a few pictures of blurred noise."""
+def _try_in_opencv(exported: Exported, path: pathlib.Path) -> None:
+    """Compares all outputs on a few pictures of blurred noise, one size after the other."""
     model = cv2.dnn.readNetFromONNX(str(path))
     random = np.random.default_rng(1)
-    for blur in (1.0, 4.0, 16.0):
+    for (height, width), blur in zip(TRIED_SIZES, (1.0, 4.0, 16.0)):
         picture = cv2.GaussianBlur(random.random((height, width), np.float32), (0, 0), blur)
         picture = cv2.normalize(picture, None, 0, 1, cv2.NORM_MINMAX)[None, None]
         model.setInput(picture)
-        computed = model.forward(["output0", "output1"])
+        computed = model.forward(OUTPUTS)
         with torch.no_grad():
             expected = exported(torch.from_numpy(picture))
-        for name, ours, theirs in zip(("output0", "output1"), expected, computed):
+        for name, ours, theirs in zip(OUTPUTS, expected, computed):
             difference = float(np.abs(ours.numpy() - theirs).max())
             if not difference < MAX_DIFFERENCE:
-                raise RuntimeError(f"OpenCV computes {path} wrongly: {name} differs by {difference}")
+                raise RuntimeError(f"OpenCV computes {path} wrongly: {name} differs by {difference} at {width}x{height}")

@@ -13,6 +13,10 @@ CLASSES = ("vehicle", "person")
 STRIDES = (8, 16, 32)
 PROTOTYPE_STRIDE = 4
 PROTOTYPES = 16
+# Of the exported model.
+OUTPUTS = ("cells8", "cells16", "cells32", "prototypes")
+# Of its input, at most, unless somebody asks for another number.
+PIXELS = 245760
 
 # Before training: boxes four cells wide, and one cell in a hundred an object.
 _FIRST_LOG_DISTANCE = 0.7
@@ -88,12 +92,17 @@ class Network(nn.Module):
         self.prototypes = nn.Sequential(convolution(widths[1], 2 * PROTOTYPES), nn.Conv2d(2 * PROTOTYPES, PROTOTYPES, 1))
 
     def forward(self, picture: Tensor) -> Prediction:
+        maps, prototypes = self.maps(picture)
+        scores, distances, coefficients = (torch.cat([part.flatten(2) for part in kind], 2).transpose(1, 2)
+                                           for kind in zip(*maps))
+        return Prediction(scores, distances, coefficients, prototypes)
+
+    def maps(self, picture: Tensor) -> tuple[list[tuple[Tensor, Tensor, Tensor]], Tensor]:
+        """Scores, distances and coefficients of each stride as maps [B, n, H/stride, W/stride]; and the prototypes."""
         fine = self.stem(picture)
         pyramid = self._pyramid(fine)
-        parts = [head(features) for head, features in zip(self.heads, pyramid)]
-        scores, distances, coefficients = (torch.cat([part.flatten(2) for part in kind], 2).transpose(1, 2)
-                                           for kind in zip(*parts))
-        return Prediction(scores, distances, coefficients, self.prototypes(fine + self.fine(pyramid[0])))
+        maps = [head(features) for head, features in zip(self.heads, pyramid)]
+        return maps, self.prototypes(fine + self.fine(pyramid[0]))
 
     def _pyramid(self, fine: Tensor) -> list[Tensor]:
         """Features of the three strides, each knowing the coarser ones (Lin et al., FPN, 2017)."""

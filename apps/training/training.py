@@ -2,6 +2,7 @@
 
 import copy
 import functools
+import itertools
 import pathlib
 import time
 from typing import NamedTuple
@@ -9,17 +10,21 @@ from typing import NamedTuple
 import torch
 from torch import nn
 
+from adopt import adopt
 from dataset import Batch, Batches, View
 from losses import Losses, losses
 from network import Network, Prediction
 
 SEED = 20
 PEAK_RATE = 3e-3
+# Of the rates, where the weights of a trained network are gone on with.
+CONTINUED_RATE = 0.35
 WARM_UP = 0.03
 WEIGHT_DECAY = 0.02
 MAX_GRADIENT = 10.0
 AVERAGE_OVER_STEPS = 400
 REPORT_EVERY, SAVE_EVERY = 50, 200
+STATISTICS_BATCHES = 24
 
 
 class State(NamedTuple):
@@ -106,17 +111,23 @@ def train_step(state: State, batch: Batch, rate: float) -> Losses:
     return found
 
 
-def train(views: list[View], steps: int, checkpoint: pathlib.Path) -> Network:
-    """Trains for so many steps in all, those before `checkpoint` included; returns the averaged network."""
+def train(views: list[View], steps: int, checkpoint: pathlib.Path, model: pathlib.Path | None = None) -> Network:
+    """Trains for so many steps in all, those before `checkpoint` included; returns the averaged network.
+
+    Without a checkpoint it begins with the weights of the ONNX file `model`, if one is given.
+    """
     state = new_state()
     first = restore(checkpoint, state)
     batches = torch.utils.data.DataLoader(Batches(views, SEED), batch_size=None, num_workers=1, sampler=range(first, steps))
+    if model and first == 0:
+        adopt(state.network, model, [batch.pictures for batch in itertools.islice(batches, STATISTICS_BATCHES)])
+    highest = CONTINUED_RATE if model else 1.0
     state.network.train()
     begin = time.monotonic()
     for step, batch in enumerate(batches, first):
         if step % SAVE_EVERY == 0 and step > first:
             save(checkpoint, state, step)
-        found = train_step(state, batch, learning_rate(step / steps))
+        found = train_step(state, batch, highest * learning_rate(step / steps))
         follow(state.average, state.network, step)
         if step % REPORT_EVERY == 0:
             print(f"step {step} after {(time.monotonic() - begin) / 60:.1f} min: score {found.score:.3f}, box {found.box:.3f}, "

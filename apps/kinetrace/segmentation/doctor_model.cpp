@@ -39,15 +39,15 @@ ModelFinding examine_model(const AppConfig& config, NetworkThread& network, cons
   if (!model) {
     return {false, model.error().message};
   }
+  const neural::ModelInput input = model->input.sized_for(geometry.width_px, geometry.height_px);
   const double took_ms = time_ms(network, geometry);
   const int needed_frames = static_cast<int>(std::ceil(took_ms * rate_hz / 1e3));
   std::array<char, 256> text{};
   std::snprintf(text.data(), text.size(),
                 "%s: %dx%d, %d thread%s, %.1f ms a frame, %.1f MiB; at %.3g Hz masks come %d frame%s late",
-                std::filesystem::path(model->file).filename().c_str(), model->input.width_px, model->input.height_px,
-                onnx.threads, onnx.threads == 1 ? "" : "s", took_ms,
-                static_cast<double>(network.bytes()) / (1024.0 * 1024.0), rate_hz, needed_frames,
-                needed_frames == 1 ? "" : "s");
+                std::filesystem::path(model->file).filename().c_str(), input.width_px, input.height_px, onnx.threads,
+                onnx.threads == 1 ? "" : "s", took_ms, static_cast<double>(network.bytes()) / (1024.0 * 1024.0),
+                rate_hz, needed_frames, needed_frames == 1 ? "" : "s");
   const bool is_in_time = needed_frames <= std::max(1, onnx.latency_frames);
   const bool only_helps = config.pipeline.segmentation.mode == segmentation::SegmentationMode::kAuto;
   return {is_in_time || only_helps,

@@ -47,6 +47,7 @@ class ModelReader {
            Names<ModelFamily>{{"yolov5-seg", ModelFamily::kYolov5Seg},
                               {"yolov8-seg", ModelFamily::kYolov8Seg},
                               {"yolo11-seg", ModelFamily::kYolo11Seg},
+                              {"kinetrace-seg", ModelFamily::kKinetraceSeg},
                               {"mask-rcnn", ModelFamily::kMaskRcnn}},
            model.family);
     text(root, "model", model.file);
@@ -71,9 +72,14 @@ class ModelReader {
 
  private:
   void read_input(const YAML::Node& root, neural::ModelInput& input) {
-    const YAML::Node map = section(root, "input", {"width", "height", "colours", "fit", "scale", "mean", "std", "pad"});
+    const YAML::Node map =
+        section(root, "input", {"width", "height", "pixels", "colours", "fit", "scale", "mean", "std", "pad"});
     number(map, "width", input.width_px);
     number(map, "height", input.height_px);
+    number(map, "pixels", input.max_pixels);
+    if (map["pixels"] && (map["width"] || map["height"])) {
+      refuse(map["pixels"], "input.pixels lets the size follow the pictures; give that, or width and height");
+    }
     choose(map, "colours",
            Names<InputColours>{{"gray", InputColours::kGray}, {"rgb", InputColours::kRgb}, {"bgr", InputColours::kBgr}},
            input.colours);

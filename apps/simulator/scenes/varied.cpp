@@ -177,17 +177,19 @@ void place_person(Site& site, double x_m, double z_m) {
     if (site.ground.take_if_free(around(x_m, z_m, kStanding_m, kStanding_m))) {
       const auto shoulder = [&] { return random.chance(0.5) ? random.uniform(-0.2, 0.3) : random.uniform(-0.3, 1.5); };
       const auto elbow = [&] { return random.chance(0.5) ? random.uniform(0.0, 0.4) : random.uniform(0.0, 2.0); };
-      const Stance stance{{shoulder(), shoulder()}, {elbow(), elbow()}};
+      const double lean_rad = random.chance(0.7) ? random.uniform(-0.05, 0.1) : random.uniform(0.1, 0.9);
+      const Stance stance{{shoulder(), shoulder()}, {elbow(), elbow()}, lean_rad};
       site.scene.actors.push_back(standing_person(raised(parked(x_m, z_m, heading_rad), site.height_m(x_m)), stance,
-                                                  seed_of(random), height_m));
+                                                  seed_of(random), height_m, random_outfit(random)));
     }
     return;
   }
   // Along the street, as far as one gets in the frames there are.
   const double ahead_m = site.side() * 2.5;
   if (site.ground.take_if_free(around(x_m, z_m + 0.5 * ahead_m, kWalking_m, 0.5 * std::abs(ahead_m) + 0.5))) {
-    Actor walker = walking_person(GroundPath({{x_m, z_m}, {x_m, z_m + ahead_m}}),
-                                  SpeedProfile({{0.0, random.uniform(0.5, 1.5)}}), 0.0, seed_of(random), height_m);
+    Actor walker =
+        walking_person(GroundPath({{x_m, z_m}, {x_m, z_m + ahead_m}}), SpeedProfile({{0.0, random.uniform(0.5, 1.5)}}),
+                       0.0, seed_of(random), height_m, Arms::kSwinging, random_outfit(random));
     walker.T_scene_obj = raised(std::move(walker.T_scene_obj), site.height_m(x_m));
     site.scene.actors.push_back(std::move(walker));
   }

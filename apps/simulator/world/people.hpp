@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 
+#include "world/body.hpp"
 #include "world/motion.hpp"
 #include "world/scene.hpp"
 
@@ -15,13 +16,16 @@ inline constexpr double kPersonHeight_m = 1.75;
 
 /// A person who walks along `path`. The gait follows the distance covered: feet stay where they tread.
 [[nodiscard]] Actor walking_person(GroundPath path, SpeedProfile speed, double start_m, std::uint16_t seed,
-                                   double height_m = kPersonHeight_m, Arms arms = Arms::kSwinging);
+                                   double height_m = kPersonHeight_m, Arms arms = Arms::kSwinging,
+                                   const Outfit& outfit = {});
 
-/// How somebody who stands has the arms: left, right; positive brings what hangs forward.
+/// How somebody who stands has the arms, left and right, positive bringing what hangs forward; and the trunk.
 struct Stance {
   std::array<double, 2> shoulders_rad{};
   std::array<double, 2> elbows_rad{};
+  double lean_rad = 0.0;  ///< Of trunk, head and arms; forwards.
 };
-[[nodiscard]] Actor standing_person(Trajectory place, const Stance& stance, std::uint16_t seed, double height_m);
+[[nodiscard]] Actor standing_person(Trajectory place, const Stance& stance, std::uint16_t seed, double height_m,
+                                    const Outfit& outfit = {});
 
 }  // namespace kinetrace::simulator

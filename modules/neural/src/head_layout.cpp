@@ -35,6 +35,7 @@ std::string export_command(ModelFamily family) {
       return "export it with `yolo export model=yolov8n-seg.pt format=onnx opset=12 imgsz=640,640`";
     case ModelFamily::kYolo11Seg:
       return "export it with `yolo export model=yolo11n-seg.pt format=onnx opset=12 imgsz=640,640`";
+    case ModelFamily::kKinetraceSeg: return "export it with `apps/training/train --only-export`";
     case ModelFamily::kMaskRcnn:
       return "take a frozen TensorFlow graph (.pb) with the .pbtxt that OpenCV's tf_text_graph_mask_rcnn.py makes of "
              "it";
@@ -68,7 +69,11 @@ class Finder {
     if (!find_prototypes()) {
       return unfit(model_, outputs_);
     }
-    return model_.family == ModelFamily::kYolov5Seg ? find_yolov5() : find_yolov8();
+    switch (model_.family) {
+      case ModelFamily::kYolov5Seg: return find_yolov5();
+      case ModelFamily::kKinetraceSeg: return find_cells();
+      default: return find_yolov8();
+    }
   }
 
  private:
@@ -121,22 +126,37 @@ class Finder {
     const Tensor* coefficients = output([&](const Tensor& tensor) {
       return tensor.rank == 3 && tensor.sizes[2] == all_cells() && tensor.sizes[1] == layout_.mask_count;
     });
+    const int channels = find_maps(4 * kDistanceBins);
+    if (channels == 0 || coefficients == nullptr) {
+      return unfit(model_, outputs_);
+    }
+    layout_.coefficients = index_of(coefficients);
+    return finish(HeadLayout::Kind::kDistanceMaps, layout_.boxes[0], channels - 4 * kDistanceBins);
+  }
+
+  // One map [1, channels, h, w] for each stride, of equally many channels, more than `others`; 0 where there is none.
+  [[nodiscard]] int find_maps(int others) {
     int channels = 0;
     for (std::size_t level = 0; level < kStrides.size(); ++level) {
       const Tensor* map = output([&](const Tensor& tensor) {
-        return tensor.rank == 4 && tensor.sizes[1] > 4 * kDistanceBins &&
+        return tensor.rank == 4 && tensor.sizes[1] > others &&
                tensor.sizes[2] == model_.input.height_px / kStrides[level] &&
                tensor.sizes[3] == model_.input.width_px / kStrides[level];
       });
-      if (map == nullptr || coefficients == nullptr || (level > 0 && map->sizes[1] != channels)) {
-        return unfit(model_, outputs_);
+      if (map == nullptr || (level > 0 && map->sizes[1] != channels)) {
+        return 0;
       }
       channels = map->sizes[1];
       layout_.boxes[level] = index_of(map);
     }
     layout_.levels = kStrides.size();
-    layout_.coefficients = index_of(coefficients);
-    return finish(HeadLayout::Kind::kDistanceMaps, layout_.boxes[0], channels - 4 * kDistanceBins);
+    return channels;
+  }
+
+  [[nodiscard]] Result<HeadLayout> find_cells() {
+    const int channels = find_maps(4 + layout_.mask_count);
+    return channels == 0 ? unfit(model_, outputs_)
+                         : finish(HeadLayout::Kind::kCellMaps, layout_.boxes[0], channels - 4 - layout_.mask_count);
   }
 
   [[nodiscard]] Result<HeadLayout> find_yolov5() {

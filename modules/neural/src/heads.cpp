@@ -58,6 +58,7 @@ class Decoder {
       case HeadLayout::Kind::kColumns: return decode_columns();
       case HeadLayout::Kind::kRows: return decode_rows();
       case HeadLayout::Kind::kDistanceMaps: return decode_levels(&Decoder::decode_distances);
+      case HeadLayout::Kind::kCellMaps: return decode_levels(&Decoder::decode_cells);
       case HeadLayout::Kind::kAnchorMaps: return decode_levels(&Decoder::decode_anchors);
       case HeadLayout::Kind::kDetections: return decode_detections();
     }
@@ -141,6 +142,22 @@ class Decoder {
            (y + distance[3]) * stride},
           sigmoid(best.value), best.index,
           {coefficients.values.data() + level.first_cell + cell, coefficients.sizes[2]});
+    }
+  }
+
+  void decode_cells(const Level& level) noexcept {
+    const Tensor& map = outputs_[layout_.boxes[level.index]];
+    const std::size_t cells = level.width * level.height;
+    const auto step = static_cast<std::ptrdiff_t>(cells);
+    const auto stride = static_cast<float>(kStrides[level.index]);
+    for (std::size_t cell = 0; cell < cells; ++cell) {
+      const Strided distance{map.values.data() + cell, step};  // To the left, top, right and bottom.
+      const float* scores = distance.first + 4 * step;
+      const BestClass best = best_of({scores, step}, classes_);
+      const float x = (static_cast<float>(cell % level.width) + 0.5F) * stride;
+      const float y = (static_cast<float>(cell / level.width) + 0.5F) * stride;
+      add({x - distance[0], y - distance[1], x + distance[2], y + distance[3]}, best.value, best.index,
+          {scores + static_cast<std::ptrdiff_t>(classes_) * step, step});
     }
   }
 

@@ -19,6 +19,7 @@ struct HeadLayout {
     kColumns,       ///< [1, 4 + C + M, N]: YOLOv8 and 11 as exported.
     kRows,          ///< [1, N, 5 + C + M]: YOLOv5 as exported.
     kDistanceMaps,  ///< Per level [1, 4 * 16 + C, h, w], and [1, M, N]: YOLOv8 and 11, raw.
+    kCellMaps,      ///< Per level [1, 4 + C + M, h, w]: Kinetrace's own.
     kAnchorMaps,    ///< Per level [1, 3, h, w, 5 + C + M]: YOLOv5, raw.
     kDetections,    ///< [1, 1, N, 7] and [N, C, h, w]: Mask R-CNN.
   };

@@ -67,6 +67,9 @@ Status check_operators(const ModelConfig& model, const OnnxSummary& onnx) {
 Status check_input(const ModelConfig& model, const OnnxSummary& onnx) {
   const ModelInput& input = model.input;
   const std::vector<std::int64_t> described{1, input.channels(), input.height_px, input.width_px};
+  if (model.family == ModelFamily::kKinetraceSeg && onnx.input == std::vector<std::int64_t>{1, described[1], 0, 0}) {
+    return {};
+  }
   if (std::find(onnx.input.begin(), onnx.input.end(), 0) != onnx.input.end()) {
     return fail(ErrorCode::kUnsupported,
                 model.file + ": its input " + text_of(onnx.input) +
@@ -94,6 +97,12 @@ Status check_file(const ModelConfig& model) {
                                            "\" are not finite numbers; the training diverged, or the file is damaged");
   }
   return first_failure({check_operators(model, *onnx), check_input(model, *onnx)});
+}
+
+// With the input that pictures of the options' size get.
+ModelConfig sized(ModelConfig model, const NetworkOptions& options) {
+  model.input = model.input.sized_for(options.max_width_px, options.max_height_px);
+  return model;
 }
 
 bool is_finite(const Tensor& tensor) {
@@ -155,17 +164,18 @@ InstanceNetwork::~InstanceNetwork() = default;
 std::size_t InstanceNetwork::required_bytes(const ModelConfig& model, const NetworkOptions& options) {
   return measure_bytes([&](Arena& arena) {
     State state;
-    state.model = model;
+    state.model = sized(model, options);
     state.options = options;
     state.carve(arena);
   });
 }
 
-Result<std::unique_ptr<InstanceNetwork>> InstanceNetwork::create(const ModelConfig& model,
+Result<std::unique_ptr<InstanceNetwork>> InstanceNetwork::create(const ModelConfig& described,
                                                                  const NetworkOptions& options, Arena& arena) {
-  if (const Status fits = check(model, options); !fits) {
+  if (const Status fits = check(described, options); !fits) {
     return Unexpected(fits.error());
   }
+  const ModelConfig model = sized(described, options);
   if (const Status usable = check_file(model); !usable) {
     return Unexpected(usable.error());
   }

@@ -8,13 +8,19 @@
 namespace kinetrace::neural {
 namespace {
 
-constexpr int kStride = 32;  // Of a YOLO's coarsest level.
+constexpr int kStride = 32;  // Of the coarsest level.
+constexpr int kMaxPixels = 4096 * 4096;
+
+int rounded_up(int size) noexcept {
+  return (size + kStride - 1) / kStride * kStride;
+}
 
 Status check_input(const ModelConfig& model) {
   const ModelInput& input = model.input;
   Status in_range = first_failure({
       check_range("input.width", input.width_px, kStride, 4096),
       check_range("input.height", input.height_px, kStride, 4096),
+      check_range("input.pixels", input.max_pixels, 0, kMaxPixels),
       check_range("input.pad", input.pad, 0, 255),
       check_range("input.scale", input.scale, 1e-6F, 1e6F),
   });
@@ -31,6 +37,12 @@ Status check_input(const ModelConfig& model) {
                                                std::to_string(input.width_px) + " and " +
                                                std::to_string(input.height_px));
   }
+  if (input.max_pixels != 0 && (model.family != ModelFamily::kKinetraceSeg || input.max_pixels < kStride * kStride)) {
+    return fail(ErrorCode::kInvalidConfig,
+                model.family == ModelFamily::kKinetraceSeg
+                    ? "input.pixels must be at least 1024, or 0 for a given width and height"
+                    : "input.pixels is for models of the family kinetrace-seg; give input.width and input.height");
+  }
   return {};
 }
 
@@ -45,6 +57,24 @@ float sigmoid(float log_odds) noexcept {
 }
 
 }  // namespace
+
+ModelInput ModelInput::sized_for(int picture_width_px, int picture_height_px) const noexcept {
+  ModelInput sized = *this;
+  if (max_pixels == 0) {
+    return sized;
+  }
+  const int width = std::max(picture_width_px, 1);
+  const int height = std::max(picture_height_px, 1);
+  const auto height_at = [&](int input_width) {
+    return rounded_up(static_cast<int>((std::int64_t{height} * input_width + width - 1) / width));
+  };
+  sized.width_px = rounded_up(width);
+  while (sized.width_px > kStride && std::int64_t{sized.width_px} * height_at(sized.width_px) > max_pixels) {
+    sized.width_px -= kStride;
+  }
+  sized.height_px = height_at(sized.width_px);
+  return sized;
+}
 
 float ScoreCalibration::probability(float score) const noexcept {
   return sigmoid(slope * (log_odds(score) - log_odds(even)));

@@ -146,6 +146,27 @@ TEST_F(Heads, RawDistanceMaps) {
   EXPECT_FLOAT_EQ(found[0].mask[1], 6.F);
 }
 
+TEST_F(Heads, CellMaps) {
+  model_.family = ModelFamily::kKinetraceSeg;
+  output({1, 4 + 3 + kMasks, kHeight / 8, kWidth / 8});
+  std::vector<float>& level16 = output({1, 4 + 3 + kMasks, kHeight / 16, kWidth / 16});
+  output({1, 4 + 3 + kMasks, kHeight / 32, kWidth / 32});
+  prototypes();
+  // The cell at column 2, row 1 of the level of stride 16, whose middle is at (40, 24).
+  constexpr std::size_t kCell = 1 * 4 + 2;
+  std::size_t channel = 0;
+  for (const float value : {16.F, 8.F, 32.F, 1.F, 0.1F, 0.2F, 0.8F, 5.F, 6.F}) {
+    level16[channel++ * kCells16 + kCell] = value;
+  }
+  const auto found = decoded();
+  ASSERT_EQ(found.size(), 1U);
+  expect_box(found[0].box, {24, 16, 72, 25});
+  EXPECT_FLOAT_EQ(found[0].score, 0.8F);
+  EXPECT_EQ(found[0].class_index, 2);
+  EXPECT_FLOAT_EQ(found[0].mask[0], 5.F);
+  EXPECT_FLOAT_EQ(found[0].mask[1], 6.F);
+}
+
 TEST_F(Heads, RawAnchorMaps) {
   model_.family = ModelFamily::kYolov5Seg;
   constexpr int kLength = 5 + 3 + kMasks;

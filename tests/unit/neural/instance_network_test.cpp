@@ -175,7 +175,8 @@ TEST_P(KnownAnswer, LargerPicturesAreScaled) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Families, KnownAnswer,
-                         ::testing::Values(Family{"yolov8-seg.onnx", ModelFamily::kYolov8Seg},
+                         ::testing::Values(Family{"kinetrace-seg.onnx", ModelFamily::kKinetraceSeg},
+                                           Family{"yolov8-seg.onnx", ModelFamily::kYolov8Seg},
                                            Family{"yolo11-seg.onnx", ModelFamily::kYolo11Seg},
                                            Family{"yolov8-seg-raw.onnx", ModelFamily::kYolov8Seg},
                                            Family{"yolov5-seg.onnx", ModelFamily::kYolov5Seg},
@@ -186,6 +187,19 @@ INSTANTIATE_TEST_SUITE_P(Families, KnownAnswer,
                            name.erase(std::remove(name.begin(), name.end(), '-'), name.end());
                            return name;
                          });
+
+TEST(InstanceNetwork, ItsInputFollowsThePicturesWhereTheModelAllows) {
+  ModelConfig config = model("kinetrace-seg.onnx", ModelFamily::kKinetraceSeg);
+  config.input.max_pixels = 192 * 96;
+  const Result<Network> made = make(config, 384, 160);
+  ASSERT_TRUE(made) << made.error().message;
+  const PixelBox first{60, 48, 108, 96};
+  const Blobs blobs = Blobs(3, 384, 160).add(first, kWhite);
+  const auto masks = made->network->segment(blobs.picture());
+  ASSERT_TRUE(masks) << masks.error().message;
+  ASSERT_EQ(masks->size(), 1U);
+  expect_covers((*masks)[0], first);
+}
 
 TEST(InstanceNetwork, AGrayNetworkTakesColourPictures) {
   ModelConfig config = model("yolov8-seg-gray.onnx", ModelFamily::kYolov8Seg);

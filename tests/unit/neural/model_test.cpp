@@ -53,6 +53,43 @@ TEST(ModelConfig, WhatCannotBeIsNamed) {
   expect_refused(model, "calibration.even");
 }
 
+TEST(ModelConfig, ASizeThatFollowsThePicturesIsForModelsThatCanHaveAny) {
+  ModelConfig model = good();
+  model.input.max_pixels = 100000;
+  expect_refused(model, "kinetrace-seg");
+  model.family = ModelFamily::kKinetraceSeg;
+  EXPECT_TRUE(model.validate());
+  model.input.max_pixels = 1000;
+  expect_refused(model, "at least 1024");
+  model.input.max_pixels = -1;
+  expect_refused(model, "input.pixels");
+}
+
+TEST(ModelInput, FollowsThePicturesWithinItsPixels) {
+  ModelInput input;
+  input.max_pixels = 245760;
+  struct Case {
+    int width;
+    int height;
+    int input_width;
+    int input_height;
+  };
+  for (const Case& one :
+       {Case{1242, 375, 832, 256}, Case{752, 480, 576, 384}, Case{640, 480, 544, 416}, Case{480, 640, 416, 576},
+        Case{320, 240, 320, 256}, Case{7, 5, 32, 32}, Case{20000, 10, 7680, 32}}) {
+    const ModelInput sized = input.sized_for(one.width, one.height);
+    EXPECT_EQ(sized.width_px, one.input_width) << one.width << "x" << one.height;
+    EXPECT_EQ(sized.height_px, one.input_height) << one.width << "x" << one.height;
+    EXPECT_LE(sized.width_px * sized.height_px, input.max_pixels);
+  }
+}
+
+TEST(ModelInput, ThatIsGivenStaysAsItIs) {
+  const ModelInput sized = ModelInput{.width_px = 640, .height_px = 192}.sized_for(1242, 375);
+  EXPECT_EQ(sized.width_px, 640);
+  EXPECT_EQ(sized.height_px, 192);
+}
+
 TEST(ScoreCalibration, OfItselfTakesScoresForProbabilities) {
   const ScoreCalibration calibration;
   for (const float score : {0.01F, 0.3F, 0.5F, 0.99F}) {

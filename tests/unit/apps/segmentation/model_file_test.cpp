@@ -106,16 +106,27 @@ TEST_F(ModelFile, WhatIsNotSaidIsAsExportersHaveIt) {
   EXPECT_FLOAT_EQ(model->calibration.even, model->thresholds.score);
 }
 
+TEST_F(ModelFile, TheSizeOfItsInputMayFollowThePictures) {
+  const auto model =
+      read("family: kinetrace-seg\nmodel: net.onnx\nclasses: [car]\nuse: {car: vehicle}\ninput: {pixels: 245760}\n");
+  ASSERT_TRUE(model) << model.error().message;
+  EXPECT_EQ(model->family, ModelFamily::kKinetraceSeg);
+  EXPECT_EQ(model->input.max_pixels, 245760);
+}
+
 TEST_F(ModelFile, WhatIsWrongIsNamedWithItsLine) {
   expect_refused("model: a\nmodell: b\n", "unknown key \"modell\"", 2);
   expect_refused("model: a\nmodel: b\n", "already given in line 1", 2);
-  expect_refused("family: yolov9\n", "family must be one of: yolov5-seg, yolov8-seg, yolo11-seg, mask-rcnn", 1);
+  expect_refused("family: yolov9\n",
+                 "family must be one of: yolov5-seg, yolov8-seg, yolo11-seg, kinetrace-seg, mask-rcnn", 1);
   expect_refused("input: {colour: rgb}\n", "unknown key \"input.colour\"", 1);
   expect_refused("input: [1]\n", "section", 1);
   expect_refused("classes: [car]\nuse: {car: vehicle}\ncalibration: {scale: 1}\n", "unknown key \"calibration.scale\"",
                  3);
   expect_refused("input: {width: wide}\n", "width must be a whole number", 1);
   expect_refused("input: {width: 640.5}\n", "whole number", 1);
+  expect_refused("input: {pixels: 100000, width: 640}\n", "give that, or width and height", 1);
+  expect_refused("model: a\nclasses: [car]\nuse: {car: vehicle}\ninput: {pixels: 100000}\n", "kinetrace-seg");
   expect_refused("input: {scale: .nan}\n", "finite number", 1);
   expect_refused("input: {mean: [1, 2]}\n", "list of 3 numbers", 1);
   expect_refused("input: {colours: gray, mean: [1, 2, 3]}\n", "list of 1 numbers", 1);

@@ -17,10 +17,11 @@ namespace kinetrace::neural {
 
 /// How boxes, classes and masks are read from a network's outputs.
 enum class ModelFamily : std::uint8_t {
-  kYolov5Seg,  ///< ONNX, exported or with raw heads.
-  kYolov8Seg,  ///< ONNX, exported or with raw heads.
-  kYolo11Seg,  ///< The same heads as YOLOv8-seg.
-  kMaskRcnn,   ///< TensorFlow frozen graph with the outputs detection_out_final and detection_masks.
+  kYolov5Seg,     ///< ONNX, exported or with raw heads.
+  kYolov8Seg,     ///< ONNX, exported or with raw heads.
+  kYolo11Seg,     ///< The same heads as YOLOv8-seg.
+  kKinetraceSeg,  ///< ONNX of any input size, as apps/training exports it: a map for each of the strides 8, 16 and 32.
+  kMaskRcnn,      ///< TensorFlow frozen graph with the outputs detection_out_final and detection_masks.
 };
 
 [[nodiscard]] constexpr std::string_view to_string(ModelFamily family) noexcept {
@@ -28,6 +29,7 @@ enum class ModelFamily : std::uint8_t {
     case ModelFamily::kYolov5Seg: return "yolov5-seg";
     case ModelFamily::kYolov8Seg: return "yolov8-seg";
     case ModelFamily::kYolo11Seg: return "yolo11-seg";
+    case ModelFamily::kKinetraceSeg: return "kinetrace-seg";
     case ModelFamily::kMaskRcnn: return "mask-rcnn";
   }
   return "yolov8-seg";
@@ -43,6 +45,8 @@ enum class InputFit : std::uint8_t {
 struct KINETRACE_API ModelInput {
   int width_px = 640;
   int height_px = 640;
+  /// Above 0: the size is not the one above but follows the pictures, with at most so many pixels. For kKinetraceSeg.
+  int max_pixels = 0;
   InputColours colours = InputColours::kRgb;
   InputFit fit = InputFit::kLetterbox;
   float scale = 1.F / 255.F;
@@ -51,6 +55,9 @@ struct KINETRACE_API ModelInput {
   int pad = 114;  ///< Grey level of the border, before scaling.
 
   [[nodiscard]] int channels() const noexcept { return colours == InputColours::kGray ? 1 : 3; }
+  /// With width and height for pictures of this size: the widest input in multiples of 32 that is no wider than they
+  /// are, holds all of them, and has at most `max_pixels`. As it is, where that is 0.
+  [[nodiscard]] ModelInput sized_for(int picture_width_px, int picture_height_px) const noexcept;
 };
 
 /// A class of the network: what tracking makes of it.
