@@ -3,11 +3,33 @@
 #include <unordered_map>
 
 #include "kinetrace/recording/mask_frames.hpp"
-#include "kinetrace/recording/observations.hpp"
+#include "run_observations.hpp"
 
 namespace kinetrace::batch {
 
-Result<std::map<std::uint32_t, ObjectHistory>> object_histories(const recording::Run& run) {
+namespace {
+
+/// With its disparity as the right camera makes it that the background has been measured again with.
+recording::ObjectRow revised(const recording::ObjectRow& object, const Se3& T_world_cam, const StereoGeometry& geometry,
+                             const DisparityChange& change) {
+  const Eigen::Vector3d p_cam = T_world_cam.inverse() * object.T_world_obj.translation;
+  if (change.is_zero() || !(p_cam.z() > 0.0)) {
+    return object;
+  }
+  const Eigen::Vector3d px = geometry.project(p_cam);
+  const double disparity_px = px.x() - px.z();
+  const double revised_px = disparity_px + change.at(geometry, px.x(), px.y());
+  recording::ObjectRow result = object;
+  if (revised_px > 0.5 * disparity_px) {
+    result.T_world_obj.translation = T_world_cam * (p_cam * (disparity_px / revised_px));
+  }
+  return result;
+}
+
+}  // namespace
+
+Result<std::map<std::uint32_t, ObjectHistory>> object_histories(const recording::Run& run,
+                                                                const MeasuredBackground& measured) {
   std::map<std::uint32_t, ObjectHistory> histories;
   std::unordered_map<std::int64_t, std::size_t> rows;
   for (std::size_t row = 0; row < run.camera.size(); ++row) {
@@ -16,10 +38,11 @@ Result<std::map<std::uint32_t, ObjectHistory>> object_histories(const recording:
   for (const recording::ObjectRow& object : run.objects) {
     if (const auto row = rows.find(object.frame); row != rows.end()) {
       histories[object.track_id].track_id = object.track_id;
-      histories[object.track_id].rows.emplace(row->second, object);
+      histories[object.track_id].rows.emplace(row->second, revised(object, run.camera[row->second].T_world_cam,
+                                                                   run.rectified, measured.change_in(object.frame)));
     }
   }
-  Result<recording::ObservationReader> reader = recording::ObservationReader::open(run);
+  Result<RunObservations> reader = RunObservations::open(run, measured);
   if (!reader) {
     return Unexpected(reader.error());
   }

@@ -9,6 +9,7 @@
 #include "body_adjustment.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/recording/run_reader.hpp"
+#include "measurement/background_measurement.hpp"
 
 namespace kinetrace::batch {
 
@@ -18,8 +19,9 @@ struct ObjectHistory {
   std::map<std::size_t, std::vector<SeenPoint>> seen;  ///< Likewise; SeenPoint::frame is that row.
 };
 
-/// By track. Errors: those of ObservationReader.
-[[nodiscard]] Result<std::map<std::uint32_t, ObjectHistory>> object_histories(const recording::Run& run);
+/// By track; disparities as RunObservations has them, also those of positions. Errors: those of ObservationReader.
+[[nodiscard]] Result<std::map<std::uint32_t, ObjectHistory>> object_histories(const recording::Run& run,
+                                                                              const MeasuredBackground& measured = {});
 
 /// Boxes of the masks of each track, by row of Run::camera. Errors: those of MaskFrames.
 [[nodiscard]] Result<std::map<std::uint32_t, std::map<std::size_t, PixelBox>>> object_masks(const recording::Run& run);

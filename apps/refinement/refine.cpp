@@ -137,7 +137,7 @@ Outcome<RefinedRun> refine(recording::Run& run, const RefineOptions& asked, Refi
   }
   refined.path = std::move(*correction);
   scale_run(refined.path.scale, run);
-  Result<std::map<std::uint32_t, ObjectHistory>> histories = object_histories(run);
+  Result<std::map<std::uint32_t, ObjectHistory>> histories = object_histories(run, refined.measured);
   if (!histories) {
     return failure(histories.error());
   }

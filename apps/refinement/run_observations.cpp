@@ -1,8 +1,5 @@
 #include "run_observations.hpp"
 
-#include <algorithm>
-#include <iterator>
-
 namespace kinetrace::batch {
 
 Result<RunObservations> RunObservations::open(const recording::Run& run, const MeasuredBackground& measured) {
@@ -10,7 +7,7 @@ Result<RunObservations> RunObservations::open(const recording::Run& run, const M
   if (!reader) {
     return Unexpected(reader.error());
   }
-  return RunObservations(std::move(*reader), measured);
+  return RunObservations(std::move(*reader), run.rectified, measured);
 }
 
 Result<std::span<const recording::Observation>> RunObservations::next_frame() {
@@ -23,8 +20,13 @@ Result<std::span<const recording::Observation>> RunObservations::next_frame() {
     return seen;
   }
   frame_ = background->second;
-  std::copy_if(seen->begin(), seen->end(), std::back_inserter(frame_),
-               [](const recording::Observation& each) { return each.track_id != 0; });
+  const DisparityChange change = measured_->change_in(seen->front().frame);
+  for (recording::Observation each : *seen) {
+    if (each.track_id != 0) {
+      each.u_right_px -= static_cast<float>(change.at(geometry_, each.u_left_px, each.v_px));
+      frame_.push_back(each);
+    }
+  }
   return std::span<const recording::Observation>(frame_);
 }
 

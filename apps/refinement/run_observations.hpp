@@ -10,7 +10,8 @@
 
 namespace kinetrace::batch {
 
-/// The run's observations, those of the background as they have been measured again. Holds one frame.
+/// The run's observations: those of the background as they have been measured again, those of objects with the right
+/// camera that this was done with. Holds one frame.
 class RunObservations {
  public:
   /// `measured` must outlive it. Errors: those of ObservationReader.
@@ -20,10 +21,12 @@ class RunObservations {
   [[nodiscard]] Result<std::span<const recording::Observation>> next_frame();
 
  private:
-  RunObservations(recording::ObservationReader reader, const MeasuredBackground& measured)
-      : reader_(std::move(reader)), measured_(&measured) {}
+  RunObservations(recording::ObservationReader reader, const StereoGeometry& geometry,
+                  const MeasuredBackground& measured)
+      : reader_(std::move(reader)), geometry_(geometry), measured_(&measured) {}
 
   recording::ObservationReader reader_;
+  StereoGeometry geometry_;
   const MeasuredBackground* measured_;
   std::vector<recording::Observation> frame_;
 };

@@ -13,7 +13,7 @@ PAD = 114
 # The network's usual input, rows of a tall picture and columns of a wide one, which decides at which scale most pictures enter it; and
 # all scales that are tried.
 USUAL_INPUT = (416, 832)
-SCALES = (0.36, 1.5)
+SCALES = (0.36, 2.0)
 # A picture with more columns than this for each of its rows is a part of a wide one: columns decide.
 _WIDE = 2.0
 

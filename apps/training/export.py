@@ -40,7 +40,7 @@ def export(network: Network, path: pathlib.Path) -> None:
     exported = Exported(copy.deepcopy(network)).eval()
     any_size = {2: "height", 3: "width"}
     torch.onnx.export(exported, torch.zeros(1, 1, *TRIED_SIZES[0]), str(path), opset_version=OPSET, input_names=["picture"],
-                      output_names=OUTPUTS, dynamic_axes={"picture": any_size}, do_constant_folding=True)
+                      output_names=list(OUTPUTS), dynamic_axes={"picture": any_size}, do_constant_folding=True)
     model = onnx.load(str(path))
     _spell_out_shared_weights(model.graph)
     onnx.checker.check_model(model)

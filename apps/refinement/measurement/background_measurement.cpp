@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <span>
@@ -40,13 +41,12 @@ class Measurement {
         corrected_(run.rectified, RigCorrection{}, run.applied),
         next_id_(next_id) {}
 
-  std::vector<Observation> measure(const RectifiedPair& pair, std::span<const Observation> seen) {
+  /// `background`: of the frame, as the run has it. The result has the same order.
+  std::vector<Observation> measure(const RectifiedPair& pair, std::span<const Observation> background) {
     std::unordered_map<std::uint32_t, Point> points;
     std::vector<Observation> measured;
-    for (const Observation& each : seen) {
-      if (each.track_id != 0) {
-        continue;
-      }
+    measured.reserve(background.size());
+    for (const Observation& each : background) {
       std::optional<Point> point = find(pair, each);
       measured.push_back(point ? observe(pair, each, *point) : each);
       if (point) {
@@ -134,6 +134,13 @@ class Measurement {
   std::unordered_map<std::uint32_t, Point> points_;  ///< In sight, by the run's names.
 };
 
+std::vector<Observation> background_of(std::span<const Observation> seen) {
+  std::vector<Observation> background;
+  std::copy_if(seen.begin(), seen.end(), std::back_inserter(background),
+               [](const Observation& each) { return each.track_id == 0; });
+  return background;
+}
+
 /// Above those of all points of the background; 0 where none is left. Reads all observations.
 Result<std::uint32_t> first_free_id(const recording::Run& run) {
   Result<recording::ObservationReader> reader = recording::ObservationReader::open(run);
@@ -179,7 +186,10 @@ Result<MeasuredBackground> measure_background(const recording::Run& run, const P
     }
     const std::int64_t frame = seen->front().frame;
     if (const Result<RectifiedPair> pair = read(frame)) {
-      measured.frames.emplace(frame, measurement.measure(*pair, *seen));
+      const std::vector<Observation> before = background_of(*seen);
+      std::vector<Observation> now = measurement.measure(*pair, before);
+      measured.changes.emplace(frame, DisparityChange::between(run.rectified, before, now));
+      measured.frames.emplace(frame, std::move(now));
     } else {
       measurement.interrupt();
     }

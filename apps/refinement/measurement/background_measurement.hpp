@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "../pair_reader.hpp"
+#include "disparity_change.hpp"
 #include "kinetrace/recording/observations.hpp"
 
 namespace kinetrace::batch {
@@ -15,8 +16,17 @@ namespace kinetrace::batch {
 struct MeasuredBackground {
   /// By frame, in place of those of the run. Frames that are not in here are as the run has them.
   std::unordered_map<std::int64_t, std::vector<recording::Observation>> frames;
+  /// By frame, of those frames: what the right camera as it stands at the end changes for everything else that was
+  /// seen.
+  std::unordered_map<std::int64_t, DisparityChange> changes;
   /// A point that looked too different to be the same goes on as a new one: of which it was a part.
   std::map<std::uint32_t, std::uint32_t> part_of;
+
+  /// Zero for frames that are as the run has them.
+  [[nodiscard]] DisparityChange change_in(std::int64_t frame) const {
+    const auto found = changes.find(frame);
+    return found == changes.end() ? DisparityChange() : found->second;
+  }
 };
 
 struct MeasurementOptions {

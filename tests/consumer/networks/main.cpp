@@ -15,9 +15,9 @@ T must(Expected<T, E> result) {
 
 int main(int, char** argv) {
   neural::ModelConfig model;
-  model.family = neural::ModelFamily::kYolov8Seg;
+  model.family = neural::ModelFamily::kKinetraceSeg;
   model.file = argv[1];
-  model.input = {.width_px = 640, .height_px = 192, .colours = neural::InputColours::kGray};
+  model.input = {.max_pixels = 245760, .colours = neural::InputColours::kGray};
   model.classes = {{"vehicle", kVehicleClass}, {"person", kPedestrianClass}};
   const imaging::ImageInfo size = must(imaging::read_image_info(argv[2]));
   const neural::NetworkOptions options{.max_width_px = size.width, .max_height_px = size.height};

@@ -121,6 +121,51 @@ TEST_F(RunRefinement, FindsAnObjectsPath) {
   }
 }
 
+TEST_F(RunRefinement, SeesObjectsWithTheRightCameraThatTheBackgroundWasMeasuredWith) {
+  constexpr float kChange_px = 0.5F;
+  const recording::Run run = disturbed();
+  const auto as_it_was = object_histories(run);
+  ASSERT_TRUE(as_it_was) << as_it_was.error().message;
+  std::vector<std::size_t> rows_seen;
+  for (const auto& [row, seen] : as_it_was->at(3).seen) {
+    if (as_it_was->at(3).rows.contains(row)) {
+      rows_seen.push_back(row);
+    }
+  }
+  ASSERT_GT(rows_seen.size(), 1U) << as_it_was->at(3).seen.size() << " seen, " << as_it_was->at(3).rows.size();
+  const std::size_t unchanged = rows_seen[0];
+  const std::size_t changed = rows_seen[1];
+  const std::int64_t frame = run.camera[changed].frame;
+  std::vector<recording::Observation> before;
+  for (int i = 0; i < 50; ++i) {
+    before.push_back({.frame = static_cast<std::int32_t>(frame),
+                      .u_left_px = 20.F * static_cast<float>(i % 10),
+                      .v_px = 20.F * static_cast<float>(i) / 10.F,
+                      .u_right_px = 20.F * static_cast<float>(i % 10) - 8.F});
+  }
+  std::vector<recording::Observation> now = before;
+  for (recording::Observation& each : now) {
+    each.u_right_px -= kChange_px;
+  }
+  MeasuredBackground measured;
+  measured.frames.emplace(frame, now);
+  measured.changes.emplace(frame, DisparityChange::between(run.rectified, before, now));
+  const auto revised = object_histories(run, measured);
+  ASSERT_TRUE(revised) << revised.error().message;
+  for (const std::size_t row : {unchanged, changed}) {
+    const float expected_px = row == changed ? kChange_px : 0.F;
+    const SeenPoint& old_view = as_it_was->at(3).seen.at(row).front();
+    const SeenPoint& view = revised->at(3).seen.at(row).front();
+    EXPECT_NEAR(old_view.px.z() - view.px.z(), expected_px, 1e-3F);
+    EXPECT_EQ(old_view.px.x(), view.px.x());
+    const Se3 T_cam_world = run.camera[row].T_world_cam.inverse();
+    const auto disparity_px = [&](const ObjectHistory& history) {
+      return run.rectified.disparity_px((T_cam_world * history.rows.at(row).T_world_obj.translation).z());
+    };
+    EXPECT_NEAR(disparity_px(revised->at(3)) - disparity_px(as_it_was->at(3)), expected_px, 1e-3F);
+  }
+}
+
 TEST_F(RunRefinement, DoesNotTakeForRestWhatTheRunHadNotYetSeenToMove) {
   recording::Run run = disturbed();
   auto histories = object_histories(run);

@@ -9,6 +9,7 @@
 
 #include "scenes/scenes.hpp"
 #include "small_simulator.hpp"
+#include "world/body.hpp"
 #include "world/clutter.hpp"
 #include "world/random_vehicle.hpp"
 
@@ -54,6 +55,41 @@ TEST(RandomVehicle, ComesInManySizes) {
   EXPECT_GT(*std::max_element(lengths_m.begin(), lengths_m.end()), 9.F);
   EXPECT_LT(*std::min_element(heights_m.begin(), heights_m.end()), 1.35F);
   EXPECT_GT(*std::max_element(heights_m.begin(), heights_m.end()), 2.8F);
+}
+
+TEST(RandomOutfit, HangsFromTheBodyAndReachesNoGround) {
+  constexpr float kHipAboveGround_m = 0.86F;  // On straight legs, as far as the ankle.
+  int skirts = 0;
+  int bags = 0;
+  for (std::uint32_t seed = 0; seed < 200; ++seed) {
+    Random random(seed);
+    const Outfit outfit = random_outfit(random);
+    const std::vector<Mesh> parts = body_parts(static_cast<std::uint16_t>(seed), outfit);
+    ASSERT_EQ(parts.size(), std::size_t{kPartCount});
+    const Eigen::AlignedBox3f torso = box_of(parts[kTorso]);
+    EXPECT_GE(torso.max().y(), outfit.skirt_m) << seed;
+    EXPECT_LT(torso.max().y(), kHipAboveGround_m) << seed;
+    EXPECT_LT(torso.max().x() - torso.min().x(), 0.8F) << seed;
+    EXPECT_LT(torso.max().z() - torso.min().z(), 0.9F) << seed;
+    EXPECT_GT(-box_of(parts[kHead]).min().y(), 0.84F) << seed;
+    skirts += outfit.skirt_m > 0.F ? 1 : 0;
+    bags += outfit.luggage != Outfit::Luggage::kNone ? 1 : 0;
+  }
+  EXPECT_GT(skirts, 40);
+  EXPECT_LT(skirts, 160);
+  EXPECT_GT(bags, 30);
+}
+
+TEST(RandomOutfit, WithoutOneSomebodyWearsShirtAndTrousers) {
+  const std::vector<Mesh> plain = body_parts(7);
+  const Eigen::AlignedBox3f torso = box_of(plain[kTorso]);
+  EXPECT_NEAR(torso.max().y(), 0.09F, 1e-5F);
+  for (const Mesh::Triangle& triangle : plain[kShinL].triangles) {
+    EXPECT_EQ(triangle.paint.material, Material::kTrousers);
+  }
+  for (const Mesh::Triangle& triangle : plain[kForearmL].triangles) {
+    EXPECT_EQ(triangle.paint.material, Material::kSkin);
+  }
 }
 
 TEST(RandomVehicle, OfTheSameSeedIsTheSame) {
