@@ -66,15 +66,15 @@ Status check_operators(const ModelConfig& model, const OnnxSummary& onnx) {
 
 Status check_input(const ModelConfig& model, const OnnxSummary& onnx) {
   const ModelInput& input = model.input;
-  const std::vector<std::int64_t> described{1, input.channels(), input.height_px, input.width_px};
-  if (model.family == ModelFamily::kKinetraceSeg && onnx.input == std::vector<std::int64_t>{1, described[1], 0, 0}) {
-    return {};
-  }
-  if (std::find(onnx.input.begin(), onnx.input.end(), 0) != onnx.input.end()) {
+  std::vector<std::int64_t> described{1, input.channels(), input.height_px, input.width_px};
+  const bool has_any_size = onnx.input.size() == described.size() && onnx.input[2] == 0 && onnx.input[3] == 0;
+  if (model.family == ModelFamily::kKinetraceSeg && has_any_size) {
+    described[2] = described[3] = 0;
+  } else if (std::find(onnx.input.begin(), onnx.input.end(), 0) != onnx.input.end()) {
     return fail(ErrorCode::kUnsupported,
                 model.file + ": its input " + text_of(onnx.input) +
                     " has no fixed size; export it with one (dynamic=False, imgsz=" + std::to_string(input.height_px) +
-                    "," + std::to_string(input.width_px) + ")");
+                    "," + std::to_string(input.width_px) + "), or say family: kinetrace-seg if it is of that");
   }
   if (onnx.input != described) {
     return fail(ErrorCode::kInvalidConfig, model.file + ": its input is " + text_of(onnx.input) +

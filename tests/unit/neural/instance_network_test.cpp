@@ -201,6 +201,15 @@ TEST(InstanceNetwork, ItsInputFollowsThePicturesWhereTheModelAllows) {
   expect_covers((*masks)[0], first);
 }
 
+TEST(InstanceNetwork, OfAnySizeButNotOfAnyColours) {
+  ModelConfig config = model("kinetrace-seg.onnx", ModelFamily::kKinetraceSeg);
+  config.input.colours = InputColours::kGray;
+  const Result<Network> made = make(config);
+  ASSERT_FALSE(made);
+  EXPECT_EQ(made.error().code, ErrorCode::kInvalidConfig);
+  EXPECT_THAT(made.error().message, HasSubstr("[1, 3, any, any], the YAML file beside it says [1, 1, any, any]"));
+}
+
 TEST(InstanceNetwork, AGrayNetworkTakesColourPictures) {
   ModelConfig config = model("yolov8-seg-gray.onnx", ModelFamily::kYolov8Seg);
   config.input.colours = InputColours::kGray;
