@@ -30,12 +30,12 @@ Se3 part_pose(std::size_t part, double cycle, Arms arms) {
   const double side = left ? 1.0 : -1.0;
   const Leg leg = leg_at(left ? cycle : cycle + 0.5);
   const double hip_m = hip_height_m(cycle);
-  const Se3 hip = joint({0.0, -hip_m, side * kHipHalf_m}, leg.hip_rad);
-  const Se3 knee = hip * joint({0.0, kThigh_m, 0.0}, -leg.knee_rad);
+  Se3 hip = joint({0.0, -hip_m, side * kHipHalf_m}, leg.hip_rad);
+  Se3 knee = hip * joint({0.0, kThigh_m, 0.0}, -leg.knee_rad);
   const bool pushing = arms == Arms::kPushing;
   // Arms swing against the legs.
   const double swing = std::cos(2.0 * std::numbers::pi * (left ? cycle : cycle + 0.5));
-  const Se3 shoulder =
+  Se3 shoulder =
       joint({0.0, -hip_m - kShoulderAboveHip_m, side * kShoulderHalf_m}, pushing ? 0.45 : 0.05 - 0.38 * swing);
   switch (part) {
     case kThighL:
@@ -57,9 +57,9 @@ Se3 standing_part_pose(std::size_t part, const Stance& stance) {
   const double hip_m = kThigh_m + kShin_m + kAnkle_m;
   const auto side = static_cast<std::size_t>(is_left(part) ? 0 : 1);
   const double left_m = is_left(part) ? 1.0 : -1.0;
-  const Se3 hip{Eigen::Matrix3d::Identity(), {0.0, -hip_m, left_m * kHipHalf_m}};
-  const Se3 trunk = joint({0.0, -hip_m, 0.0}, -stance.lean_rad);
-  const Se3 shoulder = trunk * joint({0.0, -kShoulderAboveHip_m, left_m * kShoulderHalf_m},
+  Se3 hip{Eigen::Matrix3d::Identity(), {0.0, -hip_m, left_m * kHipHalf_m}};
+  Se3 trunk = joint({0.0, -hip_m, 0.0}, -stance.lean_rad);
+  Se3 shoulder = trunk * joint({0.0, -kShoulderAboveHip_m, left_m * kShoulderHalf_m},
                                      stance.shoulders_rad[side] + stance.lean_rad);
   switch (part) {
     case kThighL:

@@ -154,8 +154,9 @@ class Decoder {
       const Strided distance{map.values.data() + cell, step};  // To the left, top, right and bottom.
       const float* scores = distance.first + 4 * step;
       const BestClass best = best_of({scores, step}, classes_);
+      const std::size_t row = cell / level.width;
       const float x = (static_cast<float>(cell % level.width) + 0.5F) * stride;
-      const float y = (static_cast<float>(cell / level.width) + 0.5F) * stride;
+      const float y = (static_cast<float>(row) + 0.5F) * stride;
       add({x - distance[0], y - distance[1], x + distance[2], y + distance[3]}, best.value, best.index,
           {scores + static_cast<std::ptrdiff_t>(classes_) * step, step});
     }

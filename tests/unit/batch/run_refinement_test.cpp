@@ -127,6 +127,7 @@ TEST_F(RunRefinement, SeesObjectsWithTheRightCameraThatTheBackgroundWasMeasuredW
   const auto as_it_was = object_histories(run);
   ASSERT_TRUE(as_it_was) << as_it_was.error().message;
   std::vector<std::size_t> rows_seen;
+  rows_seen.reserve(as_it_was->at(3).seen.size());
   for (const auto& [row, seen] : as_it_was->at(3).seen) {
     if (as_it_was->at(3).rows.contains(row)) {
       rows_seen.push_back(row);
@@ -137,6 +138,7 @@ TEST_F(RunRefinement, SeesObjectsWithTheRightCameraThatTheBackgroundWasMeasuredW
   const std::size_t changed = rows_seen[1];
   const std::int64_t frame = run.camera[changed].frame;
   std::vector<recording::Observation> before;
+  before.reserve(50);
   for (int i = 0; i < 50; ++i) {
     before.push_back({.frame = static_cast<std::int32_t>(frame),
                       .u_left_px = 20.F * static_cast<float>(i % 10),
