@@ -60,7 +60,7 @@ Se3 standing_part_pose(std::size_t part, const Stance& stance) {
   Se3 hip{Eigen::Matrix3d::Identity(), {0.0, -hip_m, left_m * kHipHalf_m}};
   Se3 trunk = joint({0.0, -hip_m, 0.0}, -stance.lean_rad);
   Se3 shoulder = trunk * joint({0.0, -kShoulderAboveHip_m, left_m * kShoulderHalf_m},
-                                     stance.shoulders_rad[side] + stance.lean_rad);
+                               stance.shoulders_rad[side] + stance.lean_rad);
   switch (part) {
     case kThighL:
     case kThighR: return hip;
