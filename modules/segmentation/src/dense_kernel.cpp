@@ -133,7 +133,7 @@ void choose_levels(const std::int16_t* const* pair_costs, int cells, int levels,
     for (int d = 0; d < levels; ++d) {
       const Words c = load<Words>(costs + static_cast<std::ptrdiff_t>(d) * stride + i);
       const Words apart = Words{} + static_cast<std::int16_t>(d) - at;
-      second = ((apart > 1) | (apart < -1)) & (c < second) ? c : second;
+      second = (((apart > 1) | (apart < -1)) & (c < second)) ? c : second;
     }
     store(best + i, at);
     store(cost + i, least);
