@@ -17,6 +17,7 @@
 #include "drawing/canvas.hpp"
 #include "drawing/color.hpp"
 #include "kinetrace/core/class_name.hpp"
+#include "kinetrace/imaging/image_info.hpp"
 #include "kinetrace/imaging/png_writer.hpp"
 #include "kinetrace/neural/instance_network.hpp"
 #include "segmentation/model_file.hpp"
@@ -140,7 +141,7 @@ Status write_results(const SegmentOptions& options, const fs::path& file, Masks 
 }
 
 Outcome<void> segment(const SegmentOptions& options) {
-  const Result<neural::ModelConfig> model = load_model(options.model);
+  Result<neural::ModelConfig> model = load_model(options.model);
   if (!model) {
     return failure(model.error());
   }
@@ -151,6 +152,12 @@ Outcome<void> segment(const SegmentOptions& options) {
   if (const Status names = check_names(*files, options.out); !names) {
     return failure(names.error());
   }
+  // Pictures of a folder are usually of one size.
+  const Result<imaging::ImageInfo> first = imaging::read_image_info(files->front().c_str());
+  if (!first) {
+    return failure(first.error());
+  }
+  model->input = model->input.sized_for(first->width, first->height);
   const neural::NetworkOptions network_options{.threads = options.threads,
                                                .max_width_px = PictureFiles::kMaxSide_px,
                                                .max_height_px = PictureFiles::kMaxSide_px};

@@ -73,6 +73,7 @@ ModelInput ModelInput::sized_for(int picture_width_px, int picture_height_px) co
     sized.width_px -= kStride;
   }
   sized.height_px = height_at(sized.width_px);
+  sized.max_pixels = 0;
   return sized;
 }
 

@@ -55,8 +55,8 @@ struct KINETRACE_API ModelInput {
   int pad = 114;  ///< Grey level of the border, before scaling.
 
   [[nodiscard]] int channels() const noexcept { return colours == InputColours::kGray ? 1 : 3; }
-  /// With width and height for pictures of this size: the widest input in multiples of 32 that is no wider than they
-  /// are, holds all of them, and has at most `max_pixels`. As it is, where that is 0.
+  /// With a given width and height, for pictures of this size: the widest input in multiples of 32 that is no wider
+  /// than they are, holds all of them, and has at most `max_pixels`. As it is, where that is 0.
   [[nodiscard]] ModelInput sized_for(int picture_width_px, int picture_height_px) const noexcept;
 };
 
