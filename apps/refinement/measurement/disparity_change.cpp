@@ -42,39 +42,53 @@ std::vector<Sample> samples_of(const StereoGeometry& geometry, std::span<const O
   return samples;
 }
 
+struct Plane {
+  Eigen::Vector3d change_px = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< Of unit weights.
+};
+
+// Least squares with Huber's weights (1964).
+Plane fit(const std::vector<Sample>& samples) {
+  Plane plane;
+  for (int round = 0; round < kRounds; ++round) {
+    Plane next{.information = 1e-6 * Eigen::Matrix3d::Identity()};
+    Eigen::Vector3d weighted = Eigen::Vector3d::Zero();
+    for (const Sample& sample : samples) {
+      const double residual_px = sample.change_px - plane.change_px.dot(sample.place);
+      const double weight = std::min(1.0, kHuber_px / std::max(std::abs(residual_px), 1e-9));
+      next.information += weight * sample.place * sample.place.transpose();
+      weighted += weight * sample.change_px * sample.place;
+    }
+    next.change_px = next.information.ldlt().solve(weighted);
+    plane = next;
+  }
+  return plane;
+}
+
+// Where the image has points: the mean square of their changes, against its uncertainty.
+bool is_sure(const Plane& plane, const std::vector<Sample>& samples) {
+  const Eigen::Matrix3d covariance = kHuber_px * kHuber_px * plane.information.inverse();
+  double mean_square = 0.0;
+  double variance = kMatching_px * kMatching_px;
+  for (const Sample& sample : samples) {
+    const double change_px = plane.change_px.dot(sample.place);
+    mean_square += change_px * change_px / static_cast<double>(samples.size());
+    variance += sample.place.dot(covariance * sample.place) / static_cast<double>(samples.size());
+  }
+  return mean_square > kSure_sigmas * kSure_sigmas * variance;
+}
+
 }  // namespace
 
 DisparityChange DisparityChange::between(const StereoGeometry& geometry, std::span<const Observation> before,
                                          std::span<const Observation> now) {
   const std::vector<Sample> samples = samples_of(geometry, before, now);
-  if (samples.size() < kMinPoints) {
-    return {};
-  }
-  Eigen::Vector3d change_px = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-  for (int round = 0; round < kRounds; ++round) {
-    information = 1e-6 * Eigen::Matrix3d::Identity();
-    Eigen::Vector3d weighted = Eigen::Vector3d::Zero();
-    for (const Sample& sample : samples) {
-      const double residual_px = sample.change_px - change_px.dot(sample.place);
-      const double weight = std::min(1.0, kHuber_px / std::max(std::abs(residual_px), 1e-9));
-      information += weight * sample.place * sample.place.transpose();
-      weighted += weight * sample.change_px * sample.place;
-    }
-    change_px = information.ldlt().solve(weighted);
-  }
-  // Where the image has points: the mean of their changes, against its uncertainty.
-  double mean_square = 0.0;
-  double variance = kMatching_px * kMatching_px;
-  const Eigen::Matrix3d covariance = kHuber_px * kHuber_px * information.inverse();
-  for (const Sample& sample : samples) {
-    const double each_px = change_px.dot(sample.place);
-    mean_square += each_px * each_px / static_cast<double>(samples.size());
-    variance += sample.place.dot(covariance * sample.place) / static_cast<double>(samples.size());
-  }
   DisparityChange change;
-  if (mean_square > kSure_sigmas * kSure_sigmas * variance) {
-    change.change_px_ = change_px;
+  if (samples.size() < kMinPoints) {
+    return change;
+  }
+  if (const Plane plane = fit(samples); is_sure(plane, samples)) {
+    change.change_px_ = plane.change_px;
   }
   return change;
 }
