@@ -31,6 +31,9 @@ constexpr double kMinDepth_m = 0.1;
 /// Points of one object err together: more than a few features do not sharpen their median.
 constexpr int kMaxIndependentFeatures = 4;
 constexpr double kMinProbability = 1e-6;
+/// Of what moves on streets, standard deviation: where a path says less than this about a velocity, most of it is
+/// error.
+constexpr double kUsualSpeed_mps = 20.0;
 
 /// A measurement of N numbers about a state: what is left of it, its derivative by position and velocity, its noise.
 template <int N>
@@ -154,10 +157,12 @@ void MotionFilter::start(const MotionStart& start) noexcept {
   model_[kStationary].velocity_mps.setZero();
   model_[kStationary].covariance.diagonal().tail<3>().setConstant(kRestSpeed_mps * kRestSpeed_mps);
   model_[kStationary].probability = 1.0 - start.moving;
+  const Eigen::Matrix3d usual = kUsualSpeed_mps * kUsualSpeed_mps * Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d gain = usual * (usual + start.velocity_covariance).inverse();
   const double lag_mps = noise_.acceleration_mps2 * kVelocityLag_s;
-  model_[kMoving].velocity_mps = start.pose.T_world_obj.rotation * start.velocity.tail<3>();
+  model_[kMoving].velocity_mps = gain * (start.pose.T_world_obj.rotation * start.velocity.tail<3>());
   model_[kMoving].covariance.bottomRightCorner<3, 3>() =
-      start.velocity_covariance + lag_mps * lag_mps * Eigen::Matrix3d::Identity();
+      gain * start.velocity_covariance + lag_mps * lag_mps * Eigen::Matrix3d::Identity();
   model_[kMoving].probability = start.moving;
 }
 

@@ -161,12 +161,13 @@ void ObjectState::give_up_path(const objects::StereoPosition& seen, const Camera
     life_.identity_switched = true;
     return;
   }
-  // What was followed so far was something else: where that was says nothing about the motion of this.
-  identity_.filter.restart_at(seen, camera.T_world_cam);
-  identity_.reconstructed = false;
-  life_.pose_ambiguous = false;
+  // What was followed so far was something else: where that was and how large says nothing about this.
+  replace_frame();
+  objects::StereoPosition middle = seen;
+  middle.to_origin_m = identity_.to_origin_m;
+  identity_.filter.restart_at(middle, camera.T_world_cam);
+  identity_.frame_fixed = identity_.reconstructed = false;
   motion_.reset();
-  frame_.change = FrameChange::kReplaced;
 }
 
 objects::Bearing ObjectState::mask_bearing() const {

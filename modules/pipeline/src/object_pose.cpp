@@ -17,6 +17,7 @@ constexpr double kGuessPlace_m = 0.27;
 constexpr double kReachableGate = 36.0;  // Chi-square of six numbers.
 constexpr double kConsensusPart = 0.9;   // So many of its points cannot all have passed to something else.
 constexpr double kFarOffIt_m = 2.0;      // An origin farther from the middle of what is seen is on something else.
+constexpr double kFarOffSigmas = 4.0;    // Of the depth by stereo, besides.
 constexpr std::int64_t kMaxUncertain_ns = 1'500'000'000;
 // A reconstruction scatters no more than the background's, up to reflections and what moves on it. More means that it
 // holds on to a wrong relief: seen from afar, a thing with a wrong relief and a wrong rotation looks nearly right.
@@ -29,7 +30,7 @@ constexpr int kMinResidualFrames = 6;        // Samples of the scatter.
 
 }  // namespace
 
-bool ObjectState::locate(const FeatureFrame& frame, const CameraState& camera) {
+bool ObjectState::locate(const FeatureFrame& frame, const StereoObservation& observation, const CameraState& camera) {
   if (rigid() && body_.active() && (fails_residual_check(camera) || life_.inconsistencies >= kMaxInconsistencies)) {
     body_.end();
     identity_.filter.forget_velocity();
@@ -39,22 +40,35 @@ bool ObjectState::locate(const FeatureFrame& frame, const CameraState& camera) {
   if (!rigid() || !body_.active()) {
     return false;
   }
-  const bool found = find_pose(frame, camera);
+  const bool found = find_pose(frame, observation, camera);
   count_inconsistency(found);
   return found;
 }
 
-bool ObjectState::find_pose(const FeatureFrame& frame, const CameraState& camera) {
+bool ObjectState::find_pose(const FeatureFrame& frame, const StereoObservation& observation,
+                            const CameraState& camera) {
   const std::optional<sfm::BodyReconstruction::Expectation> expected = expected_pose(camera);
   if (body_.locate(frame, life_.track.label(), expected ? &*expected : nullptr).status != BodyStatus::kTracked ||
       !camera.valid) {
     return false;
   }
-  if (expected && !has_inlier_consensus() && !passes_innovation_gate(*expected)) {
+  if (is_seen_elsewhere(observation, body_.estimate().T_body_cam) ||
+      (expected && !has_inlier_consensus() && !passes_innovation_gate(*expected))) {
     body_.refuse_pose();
     return false;
   }
   return true;
+}
+
+bool ObjectState::is_seen_elsewhere(const StereoObservation& observation, const Se3& T_obj_cam) const {
+  if (observation.agreeing < config_.stereo_only_min_features || 2 * observation.agreeing < observation.features) {
+    return false;
+  }
+  const Eigen::Vector3d seen_cam_m = position_in_camera(geometry_, observation);
+  const Eigen::Vector3d seen_obj_m = T_obj_cam * seen_cam_m;
+  const Eigen::Vector3d off_m = box_.known() ? offset_from(box_.box_in_object(), seen_obj_m)
+                                             : Eigen::Vector3d(seen_obj_m + identity_.to_origin_m);
+  return off_m.norm() > kFarOffIt_m + kFarOffSigmas * depth_sigma_m(seen_cam_m.z());
 }
 
 // Its points are seen, and yet it is not where they say or not where it can have gone to.
@@ -119,16 +133,18 @@ bool ObjectState::recognise(const CameraState& camera, const features::FeatureFr
 
 void ObjectState::begin_body(const StereoObservation& observation, const CameraState& camera,
                              const features::FeatureFrontEnd& front_end) {
-  const bool is_frame_new = !identity_.frame_fixed || identity_.to_origin_m.norm() > identity_.width_m + kFarOffIt_m;
+  const bool is_on_another =
+      identity_.frame_fixed && is_seen_elsewhere(observation, identity_.T_world_obj.inverse() * camera.T_world_cam);
+  const bool is_frame_new = !identity_.frame_fixed || is_on_another;
   bool is_recognised = false;
+  if (is_on_another) {
+    replace_frame();
+  }
   if (is_frame_new) {
     // What stereo has followed so far may have been something next to the object; its frame belongs on its points.
-    const Eigen::Vector3d observed_m = camera.T_world_cam * position_in_camera(geometry_, observation);
-    frame_.change = std::max(frame_.change, identity_.frame_fixed ? FrameChange::kReplaced : FrameChange::kRefined);
-    identity_.T_world_obj.translation = observed_m;
+    frame_.change = std::max(frame_.change, FrameChange::kRefined);
+    identity_.T_world_obj.translation = camera.T_world_cam * position_in_camera(geometry_, observation);
     identity_.to_origin_m.setZero();
-    recogniser_.clear();
-    life_.pose_ambiguous = false;
   } else if (recogniser_.knows_it() && !identity_.filter.at_rest()) {
     // Begun anew before it was recognised, it is still in the frame that was guessed first.
     life_.ambiguous_frames = life_.pose_ambiguous ? life_.ambiguous_frames : 0;
@@ -146,6 +162,17 @@ void ObjectState::begin_body(const StereoObservation& observation, const CameraS
     add_guess();
   }
   body_.begin(identity_.T_world_obj.inverse() * camera.T_world_cam, life_.status);
+}
+
+void ObjectState::replace_frame() noexcept {
+  if (rigid()) {  // an outline's origin is its middle
+    identity_.to_origin_m.setZero();
+  }
+  identity_.area_m2 = identity_.width_m = 0.0;
+  life_.pose_ambiguous = false;
+  recogniser_.clear();
+  box_.reset();
+  frame_.change = FrameChange::kReplaced;
 }
 
 void ObjectState::add_guess() {

@@ -244,7 +244,7 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
     note_direction(camera);
     return;
   }
-  if (locate(frame, camera)) {
+  if (locate(frame, observation, camera)) {
     life_.status = BodyStatus::kTracked;
     life_.provisional = false;
     life_.predicted.reset();

@@ -226,8 +226,11 @@ class ObjectState {
   [[nodiscard]] bool place(const StereoObservation& observation, const CameraState& camera);
 
   // Its pose by its reconstruction.
-  [[nodiscard]] bool locate(const FeatureFrame& frame, const CameraState& camera);
-  [[nodiscard]] bool find_pose(const FeatureFrame& frame, const CameraState& camera);
+  [[nodiscard]] bool locate(const FeatureFrame& frame, const StereoObservation& observation, const CameraState& camera);
+  [[nodiscard]] bool find_pose(const FeatureFrame& frame, const StereoObservation& observation,
+                               const CameraState& camera);
+  /// Most of what stereo sees on its mask lies clearly outside its box, were this its pose.
+  [[nodiscard]] bool is_seen_elsewhere(const StereoObservation& observation, const Se3& T_obj_cam) const;
   void count_inconsistency(bool found) noexcept;
   /// The reconstruction has not fitted for so long that its points must be wrong.
   [[nodiscard]] bool fails_residual_check(const CameraState& camera);
@@ -271,6 +274,8 @@ class ObjectState {
   [[nodiscard]] objects::Bearing mask_bearing() const;
   /// Where it is seen now, it cannot be: its mask has passed to something else, or was on something else before.
   void give_up_path(const objects::StereoPosition& seen, const CameraState& camera);
+  /// Its frame has been that of something else, and so has all that is known in it.
+  void replace_frame() noexcept;
   void count_prediction(Fix fix) noexcept;
   /// How far the middle of what is seen may lie from where it was: over the surface, and by what is hidden.
   [[nodiscard]] double extent_sigma_m(double depth_m) const;

@@ -198,6 +198,33 @@ TEST_F(ObjectStateTest, APathThatIsGivenUpIsReplacedThoughAReconstructionBeginsA
   EXPECT_EQ(object_.frame_change(), FrameChange::kReplaced);
 }
 
+// Its mask reached over its edge, and its reconstruction began with what stands behind it.
+TEST_F(ObjectStateTest, IsNotTrackedWhereMostOfItIsNotSeen) {
+  std::vector<Feature> behind = front({0.3, 0.2, 15.0});
+  object_.begin(track(box_of(behind)));
+  ObjectResult reported;
+  for (int frame = 0; frame < 12; ++frame) {
+    observe(object_, track(box_of(behind)), behind);
+  }
+  object_.report(reported);
+  ASSERT_EQ(reported.status, BodyStatus::kTracked);
+
+  std::vector<Feature> seen = front({0.3, 0.2, 7.0});
+  for (Feature& feature : seen) {
+    feature.slot = static_cast<std::uint16_t>(feature.slot + behind.size());
+    feature.id += 100;
+  }
+  seen.insert(seen.end(), behind.begin(), behind.begin() + 9);
+  bool is_replaced = false;
+  for (int frame = 0; frame < 8; ++frame) {
+    observe(object_, track(box_of(seen)), seen);
+    is_replaced = is_replaced || object_.frame_change() == FrameChange::kReplaced;
+  }
+  object_.report(reported);
+  EXPECT_TRUE(is_replaced);
+  EXPECT_NEAR(reported.T_world_obj.translation.z(), 7.0, 0.5);
+}
+
 TEST_F(ObjectStateTest, MayComeBackOverTheBorderThatItLeftBy) {
   const std::vector<Feature> features = front({0.3, 0.2, 6.0});
   object_.begin(track(box_of(features)));
