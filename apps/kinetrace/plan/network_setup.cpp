@@ -25,7 +25,7 @@ Result<std::unique_ptr<NetworkThread>> load_network(const AppConfig& config, con
     return Unexpected(model.error());
   }
   if (segmentation.mode == SegmentationMode::kAuto) {
-    model->thresholds.proposal = model->calibration.score(segmentation::kMinCandidateProbability);
+    model->thresholds.proposal = segmentation::kMinCandidateProbability;
   }
   return NetworkThread::create(
       {.model = std::move(*model), .threads = onnx.threads, .right = onnx.right, .waits = waits}, geometry);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <initializer_list>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <string_view>
@@ -57,15 +58,7 @@ class ModelReader {
            model.trained_on);
     read_input(root, model.input);
     read_classes(root, model.classes);
-    const YAML::Node thresholds = section(root, "thresholds", {"score", "overlap"});
-    number(thresholds, "score", model.thresholds.score);
-    number(thresholds, "overlap", model.thresholds.overlap);
-    // Who chose the threshold took what is above for an instance and what is below for none. Scores of such heads are
-    // less sure than they might be: with the network that comes with Kinetrace, on simulated worlds, the slope is 2.
-    model.calibration = {.slope = 2.F, .even = std::clamp(model.thresholds.score, 0.01F, 0.99F)};
-    const YAML::Node calibration = section(root, "calibration", {"slope", "even"});
-    number(calibration, "slope", model.calibration.slope);
-    number(calibration, "even", model.calibration.even);
+    read_scores(root, model);
     numbers(root, "anchors", model.anchors_px, model.anchors_px.size());
     return status_ ? Result<ModelConfig>(std::move(model)) : Unexpected(status_.error());
   }
@@ -124,14 +117,39 @@ class ModelReader {
     }
   }
 
-  void allow(const YAML::Node& map, const std::string& prefix, std::initializer_list<const char*> keys) {
+  /// Thresholds, and what scores are worth, of all classes alike or of each.
+  void read_scores(const YAML::Node& root, ModelConfig& model) {
+    const YAML::Node thresholds = section(root, "thresholds", {"score", "overlap"});
+    number(thresholds, "overlap", model.thresholds.overlap);
+    const YAML::Node calibration = root["calibration"];
+    const bool is_for_all = calibration && calibration.IsMap() && (calibration["slope"] || calibration["even"]);
+    std::vector<std::string> names;
+    std::transform(model.classes.begin(), model.classes.end(), std::back_inserter(names),
+                   [](const ModelClass& one) { return one.name; });
+    const YAML::Node by_class = is_for_all ? YAML::Node() : section(root, "calibration", names);
+    for (ModelClass& one : model.classes) {
+      number(thresholds, "score", one.min_score);
+      // Who chose the threshold took what is above for an instance and what is below for none. Scores of such heads are
+      // less sure than they might be: with the network that comes with Kinetrace, on simulated worlds, the slope is 2.
+      one.calibration = {.slope = 2.F, .even = std::clamp(one.min_score, 0.01F, 0.99F)};
+      const YAML::Node own = is_for_all ? section(root, "calibration", {"slope", "even"})
+                                        : section(by_class, one.name.c_str(), {"slope", "even"});
+      number(own, "slope", one.calibration.slope);
+      number(own, "even", one.calibration.even);
+      if (!thresholds["score"] && own["even"]) {
+        one.min_score = one.calibration.even;
+      }
+    }
+  }
+
+  void allow(const YAML::Node& map, const std::string& prefix, const std::vector<std::string>& keys) {
     std::map<std::string, int> line_of;
     for (const auto& entry : map) {
       const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : std::string();
       if (std::find(keys.begin(), keys.end(), key) == keys.end()) {
         std::string known;
-        for (const char* one : keys) {
-          known += (known.empty() ? "" : ", ") + std::string(one);
+        for (const std::string& one : keys) {
+          known += (known.empty() ? "" : ", ") + one;
         }
         std::string message = "unknown key \"" + prefix;
         return refuse(entry.first, message.append(key).append("\"; there are: ").append(known));
@@ -144,7 +162,7 @@ class ModelReader {
       }
     }
   }
-  [[nodiscard]] YAML::Node section(const YAML::Node& root, const char* key, std::initializer_list<const char*> keys) {
+  [[nodiscard]] YAML::Node section(const YAML::Node& root, const char* key, const std::vector<std::string>& keys) {
     const YAML::Node map = root[key];
     if (!map) {
       return YAML::Node(YAML::NodeType::Map);

@@ -92,19 +92,22 @@ class Finder {
   [[nodiscard]] int all_cells() const { return cells(kStrides[0]) + cells(kStrides[1]) + cells(kStrides[2]); }
 
   bool find_prototypes() {
-    const int width = model_.input.width_px / 4;
-    const int height = model_.input.height_px / 4;
-    const Tensor* prototypes = output([&](const Tensor& tensor) {
-      return tensor.rank == 4 && tensor.sizes[0] == 1 && tensor.sizes[2] == height && tensor.sizes[3] == width;
-    });
-    if (prototypes == nullptr) {
-      return false;
+    for (const int stride : kPrototypeStrides_px) {
+      const int width = model_.input.width_px / stride;
+      const int height = model_.input.height_px / stride;
+      const Tensor* prototypes = output([&](const Tensor& tensor) {
+        return tensor.rank == 4 && tensor.sizes[0] == 1 && tensor.sizes[2] == height && tensor.sizes[3] == width;
+      });
+      if (prototypes != nullptr) {
+        layout_.masks = index_of(prototypes);
+        layout_.mask_count = prototypes->sizes[1];
+        layout_.mask_width = width;
+        layout_.mask_height = height;
+        layout_.prototype_stride_px = stride;
+        return true;
+      }
     }
-    layout_.masks = index_of(prototypes);
-    layout_.mask_count = prototypes->sizes[1];
-    layout_.mask_width = width;
-    layout_.mask_height = height;
-    return true;
+    return false;
   }
 
   [[nodiscard]] Result<HeadLayout> finish(HeadLayout::Kind kind, std::size_t boxes, int classes) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace kinetrace::neural {
 namespace {
@@ -51,7 +52,11 @@ class Decoder {
  public:
   Decoder(const HeadLayout& layout, const ModelConfig& model, std::span<const Tensor> outputs,
           CandidateList& candidates) noexcept
-      : layout_(layout), model_(model), outputs_(outputs), candidates_(candidates), classes_(model.classes.size()) {}
+      : layout_(layout), model_(model), outputs_(outputs), candidates_(candidates), classes_(model.classes.size()) {
+    for (const ModelClass& one : model_.classes) {
+      weakest_ = std::min(weakest_, least_score(one));
+    }
+  }
 
   void decode() noexcept {
     switch (layout_.kind) {
@@ -72,10 +77,15 @@ class Decoder {
     std::size_t first_cell = 0;  ///< Of all levels' cells.
   };
 
+  [[nodiscard]] float least_score(const ModelClass& one) const noexcept {
+    switch (one.class_id) {
+      case ModelClass::kDropped: return std::numeric_limits<float>::infinity();
+      case kIgnoreClass: return one.min_score;
+      default: return std::min(one.min_score, one.calibration.score(model_.thresholds.proposal));
+    }
+  }
   [[nodiscard]] bool is_wanted(int class_index, float score) const noexcept {
-    const std::uint16_t class_id = model_.classes[static_cast<std::size_t>(class_index)].class_id;
-    const ModelThresholds& least = model_.thresholds;
-    return class_id != ModelClass::kDropped && score >= (class_id == kIgnoreClass ? least.score : least.weakest());
+    return score >= weakest_ && score >= least_score(model_.classes[static_cast<std::size_t>(class_index)]);
   }
   void add(const Box& box, float score, int class_index, Strided mask) noexcept {
     if (is_wanted(class_index, score)) {
@@ -100,7 +110,7 @@ class Decoder {
     const auto length = static_cast<std::size_t>(output.sizes[2]);
     for (std::size_t i = 0; i < static_cast<std::size_t>(output.sizes[1]); ++i) {
       const float* row = output.values.data() + i * length;
-      if (row[4] < model_.thresholds.weakest()) {
+      if (row[4] < weakest_) {
         continue;
       }
       const BestClass best = best_of({row + 5, 1}, classes_);
@@ -124,7 +134,7 @@ class Decoder {
     const std::size_t cells = level.width * level.height;
     const auto step = static_cast<std::ptrdiff_t>(cells);
     const auto stride = static_cast<float>(kStrides[level.index]);
-    const float wanted = logit(std::clamp(model_.thresholds.weakest(), 1e-6F, 1.F - 1e-6F));
+    const float wanted = logit(std::clamp(weakest_, 1e-6F, 1.F - 1e-6F));
     for (std::size_t cell = 0; cell < cells; ++cell) {
       const float* first = map.values.data() + cell;
       const BestClass best = best_of({first + static_cast<std::ptrdiff_t>(4 * kDistanceBins) * step, step}, classes_);
@@ -168,7 +178,7 @@ class Decoder {
     const Tensor& map = outputs_[layout_.boxes[level.index]];
     const auto length = static_cast<std::size_t>(map.sizes[4]);
     const auto stride = static_cast<float>(kStrides[level.index]);
-    const float wanted = logit(std::clamp(model_.thresholds.weakest(), 1e-6F, 1.F - 1e-6F));
+    const float wanted = logit(std::clamp(weakest_, 1e-6F, 1.F - 1e-6F));
     const std::size_t cells = level.width * level.height;
     for (std::size_t i = 0; i < kAnchors * cells; ++i) {
       const float* row = map.values.data() + i * length;
@@ -211,6 +221,7 @@ class Decoder {
   std::span<const Tensor> outputs_;
   CandidateList& candidates_;
   std::size_t classes_;
+  float weakest_ = std::numeric_limits<float>::infinity();  ///< Score of any class that is wanted.
 };
 
 }  // namespace

@@ -13,6 +13,9 @@
 
 namespace kinetrace::neural {
 
+/// Pixels of the input to one of the prototypes: YOLO's as exported, and Kinetrace's own.
+inline constexpr std::array<int, 2> kPrototypeStrides_px{4, 2};
+
 /// Which output is what, found once by the shapes. Channel counts: C classes, M mask coefficients, K classes and masks.
 struct HeadLayout {
   enum class Kind : std::uint8_t {
@@ -32,6 +35,7 @@ struct HeadLayout {
   int mask_count = 0;            ///< M.
   int mask_width = 0;            ///< Of the prototypes or masks.
   int mask_height = 0;
+  int prototype_stride_px = kPrototypeStrides_px[0];
 
   /// Errors: kUnsupported where no layout of the family fits, kInvalidConfig where the number of classes does not; with
   /// the shapes found and what would fit.

@@ -105,6 +105,14 @@ ModelConfig sized(ModelConfig model, const NetworkOptions& options) {
   return model;
 }
 
+// Of the masks that the network may give, before they are drawn.
+GridSize largest_grid(const ModelConfig& model) {
+  constexpr int kFinest_px = *std::min_element(kPrototypeStrides_px.begin(), kPrototypeStrides_px.end());
+  return model.family == ModelFamily::kMaskRcnn
+             ? GridSize{kMaskRcnnGrid, kMaskRcnnGrid}
+             : GridSize{model.input.width_px / kFinest_px, model.input.height_px / kFinest_px};
+}
+
 bool is_finite(const Tensor& tensor) {
   return std::all_of(tensor.values.begin(), tensor.values.end(), [](float value) { return std::isfinite(value); });
 }
@@ -128,9 +136,7 @@ struct InstanceNetwork::State {
     letterbox = Letterbox(size, options.max_width_px, options.max_height_px, arena);
     input = arena.take<float>(pixels * static_cast<std::size_t>(size.channels()));
     candidates = CandidateList(arena, kMaxCandidates);
-    const std::size_t grid =
-        model.family == ModelFamily::kMaskRcnn ? std::size_t{kMaskRcnnGrid} * kMaskRcnnGrid : pixels / 16;
-    assembly = MaskAssembly(kMaxInstances, kMaxRuns, grid, arena);
+    assembly = MaskAssembly(kMaxInstances, kMaxRuns, largest_grid(model), arena);
   }
 
   /// Errors: those of create() that only a run shows.
@@ -232,8 +238,8 @@ Result<std::span<const RunLengthMask>> InstanceNetwork::segment(const Picture& p
   state.candidates.suppress(state.model.thresholds.overlap);
   state.assembly.clear();
   for (Candidate candidate : state.candidates.all()) {
-    candidate.score = state.model.calibration.probability(candidate.score);
     const ModelClass& named = state.model.classes[static_cast<std::size_t>(candidate.class_index)];
+    candidate.score = named.calibration.probability(candidate.score);
     state.counters.instances_dropped +=
         state.assembly.add(candidate, named.class_id, state.layout, (*outputs)[state.layout.masks], placed) ? 0 : 1;
   }

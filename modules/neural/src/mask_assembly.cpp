@@ -7,7 +7,6 @@
 namespace kinetrace::neural {
 namespace {
 
-constexpr double kPrototypeCell_px = 4.0;
 /// As precisely as networks place the edges of boxes.
 constexpr int kAtBorder_px = 3;
 
@@ -32,11 +31,12 @@ bool is_cut(const PixelBox& box, const PlacedPicture& picture) noexcept {
 
 }  // namespace
 
-MaskAssembly::MaskAssembly(std::size_t max_masks, std::size_t max_runs, std::size_t max_grid_values, Arena& arena)
+MaskAssembly::MaskAssembly(std::size_t max_masks, std::size_t max_runs, const GridSize& largest_grid, Arena& arena)
     : masks_(arena, max_masks),
       runs_(arena, max_runs),
-      values_(arena.take<float>(max_grid_values)),
-      row_(arena.take<float>(max_grid_values)) {}
+      values_(arena.take<float>(static_cast<std::size_t>(largest_grid.width) *
+                                static_cast<std::size_t>(largest_grid.height))),
+      row_(arena.take<float>(static_cast<std::size_t>(largest_grid.width))) {}
 
 void MaskAssembly::clear() noexcept {
   masks_.clear();
@@ -45,13 +45,14 @@ void MaskAssembly::clear() noexcept {
 
 MaskAssembly::Window MaskAssembly::window_of_prototypes(const Box& box, const HeadLayout& layout) noexcept {
   Window window;
-  window.cell_width_px = window.cell_height_px = kPrototypeCell_px;
+  const double cell_px = layout.prototype_stride_px;
+  window.cell_width_px = window.cell_height_px = cell_px;
   // One cell around, for what is interpolated at the border of the box.
-  const auto first = [](float input, int size) {
-    return std::clamp(static_cast<int>(std::floor(input / kPrototypeCell_px)) - 1, 0, size - 1);
+  const auto first = [cell_px](float input, int size) {
+    return std::clamp(static_cast<int>(std::floor(input / cell_px)) - 1, 0, size - 1);
   };
-  const auto last = [](float input, int size) {
-    return std::clamp(static_cast<int>(std::ceil(input / kPrototypeCell_px)) + 1, 1, size);
+  const auto last = [cell_px](float input, int size) {
+    return std::clamp(static_cast<int>(std::ceil(input / cell_px)) + 1, 1, size);
   };
   window.x0 = first(box.x0, layout.mask_width);
   window.y0 = first(box.y0, layout.mask_height);

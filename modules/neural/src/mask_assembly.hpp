@@ -23,12 +23,17 @@ struct PlacedPicture {
   Placement placement;  ///< Of the part.
 };
 
+struct GridSize {
+  int width = 0;
+  int height = 0;
+};
+
 /// Prototype masks weighted by an instance's coefficients (Bolya et al. 2019, YOLACT, eq. 1), or the grid of a Mask
 /// R-CNN (He et al. 2017, sec. 3), interpolated bilinearly and cut where it is as probable as not, within the box.
 class MaskAssembly {
  public:
   MaskAssembly() = default;
-  MaskAssembly(std::size_t max_masks, std::size_t max_runs, std::size_t max_grid_values, Arena& arena);
+  MaskAssembly(std::size_t max_masks, std::size_t max_runs, const GridSize& largest_grid, Arena& arena);
 
   void clear() noexcept;
   /// False, and nothing is added, where there is no room. A mask without a pixel is left out, and so is what goes on

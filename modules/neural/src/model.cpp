@@ -92,13 +92,17 @@ Status ModelConfig::validate() const {
   if (classes.empty()) {
     return fail(ErrorCode::kInvalidConfig, "classes must name the network's classes, in its order");
   }
-  return first_failure({
-      check_input(*this),
-      check_range("thresholds.score", thresholds.score, 0.F, 1.F),
-      check_range("thresholds.overlap", thresholds.overlap, 0.F, 1.F),
-      check_range("calibration.slope", calibration.slope, 0.01F, 100.F),
-      check_range("calibration.even", calibration.even, 0.001F, 0.999F),
-  });
+  for (const ModelClass& one : classes) {
+    const Status valid = first_failure({
+        check_range(one.name + ": thresholds.score", one.min_score, 0.F, 1.F),
+        check_range(one.name + ": calibration.slope", one.calibration.slope, 0.01F, 100.F),
+        check_range(one.name + ": calibration.even", one.calibration.even, 0.001F, 0.999F),
+    });
+    if (!valid) {
+      return valid;
+    }
+  }
+  return first_failure({check_input(*this), check_range("thresholds.overlap", thresholds.overlap, 0.F, 1.F)});
 }
 
 }  // namespace kinetrace::neural

@@ -27,8 +27,8 @@ class Heads : public ::testing::Test {
     model_.file = "model.onnx";
     model_.input.width_px = kWidth;
     model_.input.height_px = kHeight;
-    model_.classes = {{"car", kVehicleClass}, {"dog", ModelClass::kDropped}, {"person", kPedestrianClass}};
-    model_.thresholds.score = 0.5F;
+    model_.classes = {
+        {"car", kVehicleClass, 0.5F}, {"dog", ModelClass::kDropped, 0.5F}, {"person", kPedestrianClass, 0.5F}};
   }
   std::vector<float>& output(const std::vector<int>& sizes, float value = 0.F) {
     std::size_t count = 1;
@@ -83,7 +83,7 @@ TEST_F(Heads, ExportedColumns) {
 }
 
 TEST_F(Heads, ProposesWeakerOnesIfAskedToButForWhatIsToBeIgnored) {
-  model_.classes.push_back({"sky", kIgnoreClass});
+  model_.classes.push_back({"sky", kIgnoreClass, 0.5F});
   prototypes();
   std::vector<float>& values = output({1, 4 + 4 + kMasks, kCells});
   for (std::size_t column = 0; column < 4; ++column) {
@@ -101,6 +101,28 @@ TEST_F(Heads, ProposesWeakerOnesIfAskedToButForWhatIsToBeIgnored) {
   EXPECT_EQ(decoded().size(), 2U);
   model_.thresholds.proposal = 0.9F;
   EXPECT_EQ(decoded().size(), 1U) << "never fewer";
+}
+
+TEST_F(Heads, EachClassHasAScoreOfItsOwn) {
+  prototypes();
+  std::vector<float>& values = output({1, 4 + 3 + kMasks, kCells});
+  const std::array<float, 4> box{30.F, 10.F, 20.F, 8.F};
+  for (std::size_t column = 0; column < 2; ++column) {
+    for (std::size_t row = 0; row < box.size(); ++row) {
+      values[row * kCells + column] = box[row];
+    }
+  }
+  values[4 * kCells + 0] = 0.4F;  // A car.
+  values[6 * kCells + 1] = 0.4F;  // A person.
+  EXPECT_TRUE(decoded().empty());
+  model_.classes[2].min_score = 0.3F;
+  ASSERT_EQ(decoded().size(), 1U);
+  EXPECT_EQ(decoded()[0].class_index, 2);
+  model_.classes[2].min_score = 0.5F;
+  model_.classes[0].calibration.even = 0.3F;
+  model_.thresholds.proposal = 0.5F;
+  ASSERT_EQ(decoded().size(), 1U) << "more probable than not";
+  EXPECT_EQ(decoded()[0].class_index, 0);
 }
 
 TEST_F(Heads, ExportedRows) {
@@ -183,6 +205,20 @@ TEST_F(Heads, RawAnchorMaps) {
   expect_box(found[0].box, {40 - 31, 24 - 22.5F, 40 + 31, 24 + 22.5F});
   EXPECT_EQ(found[0].class_index, 2);
   EXPECT_FLOAT_EQ(found[0].mask[0], 3.F);
+}
+
+TEST_F(Heads, PrototypesMayHaveHalfTheSizeOfTheInput) {
+  model_.family = ModelFamily::kKinetraceSeg;
+  constexpr int kChannels = 4 + 3 + kMasks;
+  for (const int stride : {8, 16, 32}) {
+    output({1, kChannels, kHeight / stride, kWidth / stride});
+  }
+  output({1, kMasks, kHeight / 2, kWidth / 2});
+  const Result<HeadLayout> layout = HeadLayout::find(model_, outputs_);
+  ASSERT_TRUE(layout) << layout.error().message;
+  EXPECT_EQ(layout->masks, 3U);
+  EXPECT_EQ(layout->prototype_stride_px, 2);
+  EXPECT_EQ(layout->mask_width, kWidth / 2);
 }
 
 TEST_F(Heads, DetectionsOfMaskRcnn) {

@@ -59,8 +59,8 @@ ModelConfig model(const std::string& name, ModelFamily family) {
   config.file = std::string(KINETRACE_MODELS) + "/" + name;
   config.input.width_px = kWidth;
   config.input.height_px = kHeight;
-  config.classes = {{"white", kVehicleClass}, {"red", kPedestrianClass}};
-  config.thresholds = {.score = 0.5F, .overlap = 0.45F};
+  config.classes = {{"white", kVehicleClass, 0.5F}, {"red", kPedestrianClass, 0.5F}};
+  config.thresholds.overlap = 0.45F;
   return config;
 }
 
@@ -121,8 +121,8 @@ TEST(InstanceNetwork, SaysHowProbableItsInstancesAre) {
     return made->network->segment(blobs.picture()).value()[0].score;
   };
   const float plain = score();
-  config.calibration = {.slope = 0.5F, .even = 0.9F};
-  EXPECT_NEAR(score(), config.calibration.probability(plain), 1e-5F);
+  config.classes[0].calibration = {.slope = 0.5F, .even = 0.9F};
+  EXPECT_NEAR(score(), config.classes[0].calibration.probability(plain), 1e-5F);
   EXPECT_LT(score(), plain);
 }
 

@@ -39,11 +39,12 @@ class Assembly : public ::testing::Test {
 
   static constexpr int kGrid = kInput / 4;
   static constexpr std::size_t kCells = std::size_t{kGrid} * kGrid;
+  static constexpr GridSize kLargestGrid{kInput / 2, kInput / 2};
   std::vector<float> values_;
   Tensor grid_;
   HeadLayout layout_;
   Arena arena_{1 << 22};
-  MaskAssembly assembly_{4, 1000, kCells, arena_};
+  MaskAssembly assembly_{4, 1000, kLargestGrid, arena_};
 };
 
 TEST_F(Assembly, WeighsPrototypesAndCutsToTheBox) {
@@ -55,6 +56,22 @@ TEST_F(Assembly, WeighsPrototypesAndCutsToTheBox) {
   EXPECT_EQ(mask.box_px.y1, 24);
   // From column 8 to the middle.
   EXPECT_EQ(area(mask), 24U * 16U);
+}
+
+TEST_F(Assembly, PrototypesOfHalfTheSizeAreTwiceAsFine) {
+  // Every other column of cells, two pixels each.
+  std::vector<float> stripes(std::size_t{kLargestGrid.width} * kLargestGrid.height);
+  for (std::size_t i = 0; i < stripes.size(); ++i) {
+    stripes[i] = i % 2 == 0 ? 1.F : -1.F;
+  }
+  grid_ = {.values = stripes, .sizes = {1, 1, kLargestGrid.height, kLargestGrid.width}, .rank = 4};
+  layout_.mask_count = 1;
+  layout_.mask_width = kLargestGrid.width;
+  layout_.mask_height = kLargestGrid.height;
+  layout_.prototype_stride_px = 2;
+  ASSERT_TRUE(add({8, 8, 56, 24}, {1.F}));
+  EXPECT_EQ(area(assembly_.masks()[0]), 24U * 16U) << "half of 48 columns";
+  EXPECT_EQ(assembly_.masks()[0].runs.size(), 16U * 24U + 1U) << "of two pixels each";
 }
 
 TEST_F(Assembly, CoefficientsDecideWhatIsInside) {
@@ -97,7 +114,7 @@ TEST_F(Assembly, WhatHasNoRoomIsRefusedAndNothingIsLost) {
   EXPECT_FALSE(add({8, 8, 56, 24}, {1.F, 0.F})) << "a fifth mask";
   EXPECT_EQ(assembly_.masks().size(), 4U);
   assembly_.clear();
-  MaskAssembly few_runs(4, 10, kCells, arena_);
+  MaskAssembly few_runs(4, 10, kLargestGrid, arena_);
   assembly_ = few_runs;
   EXPECT_FALSE(add({8, 8, 56, 24}, {1.F, 0.F})) << "one run a row";
   EXPECT_TRUE(assembly_.masks().empty());

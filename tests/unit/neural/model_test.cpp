@@ -43,14 +43,14 @@ TEST(ModelConfig, WhatCannotBeIsNamed) {
   model.input.deviation[1] = 0.F;
   expect_refused(model, "input.std");
   model = good();
-  model.thresholds.score = 1.5F;
+  model.classes[0].min_score = 1.5F;
   expect_refused(model, "thresholds.score");
   model = good();
-  model.calibration.slope = 0.F;
+  model.classes[0].calibration.slope = 0.F;
   expect_refused(model, "calibration.slope");
   model = good();
-  model.calibration.even = 1.F;
-  expect_refused(model, "calibration.even");
+  model.classes[0].calibration.even = 1.F;
+  expect_refused(model, "car: calibration.even");
 }
 
 TEST(ModelConfig, ASizeThatFollowsThePicturesIsForModelsThatCanHaveAny) {

@@ -88,10 +88,10 @@ TEST_F(ModelFile, SaysAllThatANetworkNeeds) {
   EXPECT_EQ(model->classes[1].class_id, ModelClass::kDropped);
   EXPECT_EQ(model->classes[2].class_id, kPedestrianClass);
   EXPECT_EQ(model->classes[3].class_id, kIgnoreClass);
-  EXPECT_FLOAT_EQ(model->thresholds.score, 0.3F);
+  EXPECT_FLOAT_EQ(model->classes[0].min_score, 0.3F);
   EXPECT_FLOAT_EQ(model->thresholds.overlap, 0.6F);
-  EXPECT_FLOAT_EQ(model->calibration.slope, 1.5F);
-  EXPECT_FLOAT_EQ(model->calibration.even, 0.4F);
+  EXPECT_FLOAT_EQ(model->classes[0].calibration.slope, 1.5F);
+  EXPECT_FLOAT_EQ(model->classes[0].calibration.even, 0.4F);
 }
 
 TEST_F(ModelFile, WhatIsNotSaidIsAsExportersHaveIt) {
@@ -102,8 +102,27 @@ TEST_F(ModelFile, WhatIsNotSaidIsAsExportersHaveIt) {
   EXPECT_EQ(model->input.width_px, 640);
   EXPECT_EQ(model->input.colours, InputColours::kRgb);
   EXPECT_FLOAT_EQ(model->input.scale, 1.F / 255.F);
-  EXPECT_FLOAT_EQ(model->calibration.slope, 2.F);
-  EXPECT_FLOAT_EQ(model->calibration.even, model->thresholds.score);
+  EXPECT_FLOAT_EQ(model->classes[0].calibration.slope, 2.F);
+  EXPECT_FLOAT_EQ(model->classes[0].calibration.even, model->classes[0].min_score);
+}
+
+TEST_F(ModelFile, EachClassMayHaveACalibrationOfItsOwn) {
+  const auto model = read(
+      "model: n.onnx\nclasses: [car, man]\nuse: {car: vehicle, man: person}\n"
+      "calibration: {man: {slope: 1.5, even: 0.3}}\n");
+  ASSERT_TRUE(model) << model.error().message;
+  EXPECT_FLOAT_EQ(model->classes[0].calibration.slope, 2.F);
+  EXPECT_FLOAT_EQ(model->classes[0].min_score, 0.25F);
+  EXPECT_FLOAT_EQ(model->classes[1].calibration.slope, 1.5F);
+  EXPECT_FLOAT_EQ(model->classes[1].calibration.even, 0.3F);
+  EXPECT_FLOAT_EQ(model->classes[1].min_score, 0.3F) << "as probable as not";
+}
+
+TEST_F(ModelFile, ACalibrationOfNoClassIsRefused) {
+  const auto model = read("model: n.onnx\nclasses: [car]\nuse: {car: vehicle}\ncalibration: {dog: {slope: 1}}\n");
+  ASSERT_FALSE(model);
+  EXPECT_THAT(model.error().message, HasSubstr("calibration.dog"));
+  EXPECT_THAT(model.error().message, HasSubstr("there are: car"));
 }
 
 TEST_F(ModelFile, TheSizeOfItsInputMayFollowThePictures) {

@@ -20,8 +20,8 @@ NetworkThreadConfig config(bool waits, bool right = false) {
   made.model.file = std::string(KINETRACE_MODELS) + "/yolov8-seg.onnx";
   made.model.input.width_px = kGeometry.width_px;
   made.model.input.height_px = kGeometry.height_px;
-  made.model.classes = {{"white", kVehicleClass}, {"red", kPedestrianClass}};
-  made.model.thresholds = {.score = 0.5F, .overlap = 0.45F};
+  made.model.classes = {{"white", kVehicleClass, 0.5F}, {"red", kPedestrianClass, 0.5F}};
+  made.model.thresholds.overlap = 0.45F;
   made.runtime = KINETRACE_RUNTIME;
   made.waits = waits;
   made.right = right;

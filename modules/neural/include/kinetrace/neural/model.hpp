@@ -60,26 +60,6 @@ struct KINETRACE_API ModelInput {
   [[nodiscard]] ModelInput sized_for(int picture_width_px, int picture_height_px) const noexcept;
 };
 
-/// A class of the network: what tracking makes of it.
-struct ModelClass {
-  /// Stands for classes that are as if the network had not found them.
-  static constexpr std::uint16_t kDropped = 0xFFFF;
-
-  std::string name;
-  std::uint16_t class_id = kDropped;  ///< kVehicleClass, kPedestrianClass, kIgnoreClass, or kDropped.
-};
-
-struct KINETRACE_API ModelThresholds {
-  float score = 0.25F;   ///< Of an instance, [0, 1].
-  float overlap = 0.5F;  ///< Intersection over union of boxes of one class above which the weaker one goes.
-  /// Instances weaker than `score`, down to this, are given too, for whoever has other evidence of them; not those that
-  /// are to be ignored. From `score` on: none.
-  float proposal = 1.F;
-
-  /// Of whatever is given.
-  [[nodiscard]] float weakest() const noexcept { return std::min(score, proposal); }
-};
-
 /// From scores to probabilities (Platt 1999): the log-odds of an instance are slope * (logit(score) - logit(even)). As
 /// it is here, scores are probabilities.
 struct KINETRACE_API ScoreCalibration {
@@ -89,6 +69,24 @@ struct KINETRACE_API ScoreCalibration {
   [[nodiscard]] float probability(float score) const noexcept;
   /// The score that has this probability.
   [[nodiscard]] float score(float probability) const noexcept;
+};
+
+/// A class of the network: what tracking makes of it, and what its scores are worth.
+struct ModelClass {
+  /// Stands for classes that are as if the network had not found them.
+  static constexpr std::uint16_t kDropped = 0xFFFF;
+
+  std::string name;
+  std::uint16_t class_id = kDropped;  ///< kVehicleClass, kPedestrianClass, kIgnoreClass, or kDropped.
+  float min_score = 0.25F;            ///< Of an instance, as the network gives it, [0, 1].
+  ScoreCalibration calibration{};
+};
+
+struct ModelThresholds {
+  float overlap = 0.5F;  ///< Intersection over union of boxes of one class above which the weaker one goes.
+  /// Instances below their class' `min_score`, but as probable as this, are given too, for whoever has other evidence
+  /// of them; not those that are to be ignored. 1: none.
+  float proposal = 1.F;
 };
 
 /// What a network learnt from; it misses more in pictures of the other kind.
@@ -102,8 +100,7 @@ struct KINETRACE_API ModelConfig {
   TrainingPictures trained_on = TrainingPictures::kReal;
   ModelInput input;
   std::vector<ModelClass> classes;  ///< In the order of the network.
-  ModelThresholds thresholds;       ///< Of scores as the network gives them.
-  ScoreCalibration calibration;
+  ModelThresholds thresholds;
   /// Raw YOLOv5 heads: width and height in pixels of three anchors per level, strides 8, 16, 32.
   std::array<float, 18> anchors_px{10, 13, 16, 30, 33, 23, 30, 61, 62, 45, 59, 119, 116, 90, 156, 198, 373, 326};
 
