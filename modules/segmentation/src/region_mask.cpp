@@ -19,6 +19,8 @@ constexpr float kDisparityNoisePx = 0.6F;
 /// (m/s)^2 by which velocities on one object may differ.
 constexpr float kVelocityVariance = 0.1F;
 
+/// A third of the cells within an object's reach are its own.
+constexpr float kPriorNats = -0.8F;
 constexpr float kOwnDepthNats = 0.7F;
 constexpr float kForeignDepthNats = -4.F;
 /// What the frame before said counts for so much, and for no more than this.
@@ -30,11 +32,11 @@ constexpr float kFeatureNats = 3.F;
 constexpr float kBlobNats = 0.5F;
 constexpr float kStillNats = -2.F;
 constexpr float kNearNats = 0.F;
-constexpr float kNatsPerMetre = 3.F;
+constexpr float kNatsPerMetre = 4.F;
 constexpr float kFarNats = -1.F;
 
 /// Edge-aware filter: reach in cells, and the step of grey, or of disparity over noise, that is as far as one cell.
-constexpr float kSmoothingCells = 5.F;
+constexpr float kSmoothingCells = 3.F;
 constexpr float kGreyStep = 8.F;
 constexpr float kDisparityStep = 0.5F;
 
@@ -191,7 +193,7 @@ void RegionMask::weigh_cells(const Candidate& candidate, std::span<const Feature
   const PixelBox& box = candidate.cells;
   constexpr float kFar = 1e6F;
   for (int cy = box.y0; cy < box.y1; ++cy) {
-    std::fill(evidence_.row(cy) + box.x0, evidence_.row(cy) + box.x1, 0.F);
+    std::fill(evidence_.row(cy) + box.x0, evidence_.row(cy) + box.x1, kPriorNats);
     std::fill(distance_.row(cy) + box.x0, distance_.row(cy) + box.x1, kFar);
   }
   for (std::size_t i = 0; i < features.size(); ++i) {
