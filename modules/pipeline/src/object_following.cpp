@@ -138,7 +138,7 @@ ObjectState::Fix ObjectState::measure_place(const StereoObservation& observation
     return Fix::kNone;
   }
   life_.rejections = 0;
-  give_up_path(seen, camera);
+  give_up_path(observation, camera);
   return life_.identity_switched ? Fix::kNone : Fix::kStereo;
 }
 
@@ -156,18 +156,27 @@ void ObjectState::measure_motion(const StereoObservation& observation, const Cam
   identity_.filter.update(motion, camera.T_world_cam);
 }
 
-void ObjectState::give_up_path(const objects::StereoPosition& seen, const CameraState& camera) {
+void ObjectState::give_up_path(const StereoObservation& observation, const CameraState& camera) {
   if (identity_.reconstructed && !life_.matched_run.exceeds(kSureOfItsMask_ns)) {
     life_.identity_switched = true;
     return;
   }
-  // What was followed so far was something else: where that was and how large says nothing about this.
-  replace_frame();
-  objects::StereoPosition middle = seen;
-  middle.to_origin_m = identity_.to_origin_m;
-  identity_.filter.restart_at(middle, camera.T_world_cam);
+  // What was followed so far was something else: nothing that is known in its frame holds for this.
+  if (rigid()) {  // an outline's origin is its middle
+    identity_.to_origin_m.setZero();
+  }
+  identity_.filter.restart_at({.uvd_px = observation.uvd_px,
+                               .features = observation.features,
+                               .to_origin_m = identity_.to_origin_m,
+                               .extent_sigma_m = extent_sigma_m(position_in_camera(geometry_, observation).z())},
+                              camera.T_world_cam);
   identity_.frame_fixed = identity_.reconstructed = false;
+  identity_.area_m2 = identity_.width_m = 0.0;
+  life_.pose_ambiguous = false;
+  recogniser_.clear();
   motion_.reset();
+  box_.reset();
+  frame_.change = FrameChange::kReplaced;
 }
 
 objects::Bearing ObjectState::mask_bearing() const {

@@ -133,13 +133,16 @@ bool ObjectState::recognise(const CameraState& camera, const features::FeatureFr
 
 void ObjectState::begin_body(const StereoObservation& observation, const CameraState& camera,
                              const features::FeatureFrontEnd& front_end) {
-  const bool is_on_another =
-      identity_.frame_fixed && is_seen_elsewhere(observation, identity_.T_world_obj.inverse() * camera.T_world_cam);
-  const bool is_frame_new = !identity_.frame_fixed || is_on_another;
-  bool is_recognised = false;
-  if (is_on_another) {
-    replace_frame();
+  if (identity_.frame_fixed && is_seen_elsewhere(observation, identity_.T_world_obj.inverse() * camera.T_world_cam)) {
+    give_up_path(observation, camera);
+    if (life_.identity_switched) {
+      return;
+    }
+    life_.covariance = identity_.filter.pose_covariance();
+    life_.status = BodyStatus::kStereoOnly;
   }
+  const bool is_frame_new = !identity_.frame_fixed;
+  bool is_recognised = false;
   if (is_frame_new) {
     // What stereo has followed so far may have been something next to the object; its frame belongs on its points.
     frame_.change = std::max(frame_.change, FrameChange::kRefined);
@@ -162,17 +165,6 @@ void ObjectState::begin_body(const StereoObservation& observation, const CameraS
     add_guess();
   }
   body_.begin(identity_.T_world_obj.inverse() * camera.T_world_cam, life_.status);
-}
-
-void ObjectState::replace_frame() noexcept {
-  if (rigid()) {  // an outline's origin is its middle
-    identity_.to_origin_m.setZero();
-  }
-  identity_.area_m2 = identity_.width_m = 0.0;
-  life_.pose_ambiguous = false;
-  recogniser_.clear();
-  box_.reset();
-  frame_.change = FrameChange::kReplaced;
 }
 
 void ObjectState::add_guess() {

@@ -255,17 +255,18 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
     }
   } else {
     follow(observation, camera);
-    if (life_.identity_switched) {
-      return;
-    }
-    if (rigid() && camera.valid && observation.features >= min_points_ &&
+    if (!life_.identity_switched && rigid() && camera.valid && observation.features >= min_points_ &&
         !(mostly_occluded() && identity_.reconstructed)) {
       // Enough points to build on, but none known that fit.
       begin_body(observation, camera, front_end);
     }
   }
   if (body_.active()) {
-    body_.extend(frame, track.label(), camera.valid ? &camera.T_world_cam.rotation : nullptr);
+    FeatureFrame of_it = frame;
+    if (life_.identity_switched) {
+      of_it.features = {};  // what is seen is something else
+    }
+    body_.extend(of_it, track.label(), camera.valid ? &camera.T_world_cam.rotation : nullptr);
     frame_.extended = true;
   }
   if (life_.status == BodyStatus::kTracked && observation.features > 0) {
@@ -392,11 +393,11 @@ void ObjectState::revise(std::size_t age, const CameraState& camera, ObjectResul
 }
 
 void ObjectState::describe_motion(std::size_t age, ObjectResult& result) const {
+  if (age > 0 && age >= motion_.size()) {
+    return;  // The path has begun anew since: what was reported before stands.
+  }
   result.box = box_.known() ? box_.box_in_world(result.T_world_obj) : Box3{.center_m = result.T_world_obj.translation};
   result.box_sigma = box_sigma(result);
-  if (age > 0 && age >= motion_.size()) {
-    return;  // The path has begun anew since: what was reported of the motion before stands.
-  }
   const trajectory::MotionEstimate motion = motion_.at(age);
   // Without a reconstruction, a velocity that is not significant is that of the seen surface, not of the object.
   const bool meaningful = result.status == BodyStatus::kTracked || motion.moving;

@@ -273,9 +273,7 @@ class ObjectState {
                                                         const CameraState& camera) const;
   [[nodiscard]] objects::Bearing mask_bearing() const;
   /// Where it is seen now, it cannot be: its mask has passed to something else, or was on something else before.
-  void give_up_path(const objects::StereoPosition& seen, const CameraState& camera);
-  /// Its frame has been that of something else, and so has all that is known in it.
-  void replace_frame() noexcept;
+  void give_up_path(const StereoObservation& observation, const CameraState& camera);
   void count_prediction(Fix fix) noexcept;
   /// How far the middle of what is seen may lie from where it was: over the surface, and by what is hidden.
   [[nodiscard]] double extent_sigma_m(double depth_m) const;
