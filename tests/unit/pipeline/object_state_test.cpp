@@ -198,6 +198,35 @@ TEST_F(ObjectStateTest, APathThatIsGivenUpIsReplacedThoughAReconstructionBeginsA
   EXPECT_EQ(object_.frame_change(), FrameChange::kReplaced);
 }
 
+TEST_F(ObjectStateTest, KeepsItsPosesApartInTimeWhenItsTrackPassesToSomethingElse) {
+  constexpr double kAcross_mps = 6.0;
+  const auto at = [&](int frame) { return front({-3.0 + 0.1 * kAcross_mps * frame, 0.2, 12.0}); };
+  constexpr int kTracked = 9;
+  std::vector<Feature> features = at(0);
+  object_.begin(track(box_of(features)));
+  ObjectResult last;
+  for (int frame = 0; frame < kTracked; ++frame) {
+    features = at(frame);
+    observe(object_, track(box_of(features)), features);
+  }
+  object_.report(last);
+  ASSERT_EQ(last.status, BodyStatus::kTracked);
+  constexpr int kMissed = 4;
+  for (int missed = 1; missed <= kMissed; ++missed) {
+    observe(object_, track(box_of(features), missed));
+  }
+  std::vector<Feature> other = front({-1.5, 0.2, 5.0});
+  for (Feature& feature : other) {
+    feature.id += 100;
+  }
+  observe(object_, track(box_of(other)), other);
+  ASSERT_TRUE(object_.identity_switched());
+  object_.wait_as(track({}, kMissed + 1));
+  const Eigen::Vector3d reported_m = last.T_obj_cam.translation;
+  object_.revise(kMissed + 1, camera_, last);
+  EXPECT_LT((last.T_obj_cam.translation - reported_m).norm(), 0.1) << "a frame is " << 0.1 * kAcross_mps << " m";
+}
+
 // Its mask reached over its edge, and its reconstruction began with what stands behind it.
 TEST_F(ObjectStateTest, IsNotTrackedWhereMostOfItIsNotSeen) {
   std::vector<Feature> behind = front({0.3, 0.2, 15.0});
