@@ -1,0 +1,182 @@
+// Whether what is seen is the object: paths that are given up, tracks that pass to something else, returns.
+#include <optional>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "object_state_fixture.hpp"
+
+namespace kinetrace::pipeline {
+namespace {
+
+TEST_F(ObjectStateTest, APathThatIsGivenUpIsReplacedThoughAReconstructionBeginsAtOnce) {
+  const auto see = [&](double x_m, std::size_t count) {
+    std::vector<Feature> features = front({x_m, 0.2, 12.0});
+    features.resize(count);
+    observe(object_, track(box_of(features)), features);
+  };
+  object_.begin(track({}));
+  for (int frame = 0; frame < 8; ++frame) {
+    see(-2.0, 2);
+  }
+  EXPECT_EQ(object_.frame_change(), FrameChange::kNone);
+  see(2.0, 2);
+  see(2.0, 2);
+  see(2.0, 20);
+  EXPECT_EQ(object_.frame_change(), FrameChange::kReplaced);
+}
+
+TEST_F(ObjectStateTest, KeepsItsPosesApartInTimeWhenItsTrackPassesToSomethingElse) {
+  constexpr double kAcross_mps = 6.0;
+  const auto at = [&](int frame) { return front({-3.0 + 0.1 * kAcross_mps * frame, 0.2, 12.0}); };
+  constexpr int kTracked = 9;
+  std::vector<Feature> features = at(0);
+  object_.begin(track(box_of(features)));
+  ObjectResult last;
+  for (int frame = 0; frame < kTracked; ++frame) {
+    features = at(frame);
+    observe(object_, track(box_of(features)), features);
+  }
+  object_.report(last);
+  ASSERT_EQ(last.status, BodyStatus::kTracked);
+  constexpr int kMissed = 4;
+  for (int missed = 1; missed <= kMissed; ++missed) {
+    observe(object_, track(box_of(features), missed));
+  }
+  std::vector<Feature> other = front({-1.5, 0.2, 5.0});
+  for (Feature& feature : other) {
+    feature.id += 100;
+  }
+  observe(object_, track(box_of(other)), other);
+  ASSERT_TRUE(object_.identity_switched());
+  object_.wait_as(track({}, kMissed + 1));
+  const Eigen::Vector3d reported_m = last.T_obj_cam.translation;
+  object_.revise(kMissed + 1, camera_, last);
+  EXPECT_LT((last.T_obj_cam.translation - reported_m).norm(), 0.1) << "a frame is " << 0.1 * kAcross_mps << " m";
+}
+
+// Its mask reached over its edge, and its reconstruction began with what stands behind it.
+TEST_F(ObjectStateTest, IsNotTrackedWhereMostOfItIsNotSeen) {
+  std::vector<Feature> behind = front({0.3, 0.2, 15.0});
+  object_.begin(track(box_of(behind)));
+  ObjectResult reported;
+  for (int frame = 0; frame < 12; ++frame) {
+    observe(object_, track(box_of(behind)), behind);
+  }
+  object_.report(reported);
+  ASSERT_EQ(reported.status, BodyStatus::kTracked);
+
+  std::vector<Feature> seen = front({0.3, 0.2, 7.0});
+  for (Feature& feature : seen) {
+    feature.slot = static_cast<std::uint16_t>(feature.slot + behind.size());
+    feature.id += 100;
+  }
+  seen.insert(seen.end(), behind.begin(), behind.begin() + 9);
+  bool is_replaced = false;
+  for (int frame = 0; frame < 8; ++frame) {
+    observe(object_, track(box_of(seen)), seen);
+    is_replaced = is_replaced || object_.frame_change() == FrameChange::kReplaced;
+  }
+  object_.report(reported);
+  EXPECT_TRUE(is_replaced);
+  EXPECT_NEAR(reported.T_world_obj.translation.z(), 7.0, 0.5);
+}
+
+TEST_F(ObjectStateTest, MayComeBackOverTheBorderThatItLeftBy) {
+  const std::vector<Feature> features = front({0.3, 0.2, 6.0});
+  object_.begin(track(box_of(features)));
+  for (int frame = 0; frame < 12; ++frame) {
+    observe(object_, track(box_of(features)), features);
+  }
+  const int width = geometry_.width_px;
+  const int row = geometry_.height_px / 2;
+  const PixelBox at_left{0, row - 10, 5, row + 10};
+  const PixelBox at_right{width - 5, row - 10, width, row + 10};
+  const double half_view_rad = std::atan(0.5 * width / geometry_.fx_px);
+  // The camera turns to the right, so that it leaves by the left.
+  camera_.T_world_cam.rotation = so3_exp({0.0, 0.1 + half_view_rad, 0.0});
+  observe(object_, track({}, 1));
+  EXPECT_TRUE(object_.may_come_back_as(redetected(at_left), camera_));
+  EXPECT_FALSE(object_.may_come_back_as(redetected(at_left, kPedestrianClass), camera_));
+  EXPECT_FALSE(object_.may_come_back_as(redetected(at_right), camera_));
+  EXPECT_FALSE(object_.may_come_back_as(redetected({3, row - 10, 8, row + 10}), camera_)) << "not at the border";
+  Track seen_before = redetected(at_left);
+  seen_before.age_frames = 1;
+  EXPECT_FALSE(object_.may_come_back_as(seen_before, camera_)) << "beside it, when it was still seen";
+  for (int missed = 2; missed < 12; ++missed) {
+    observe(object_, track({}, missed));
+  }
+  EXPECT_TRUE(object_.may_come_back_as(seen_before, camera_));
+  Track for_long = redetected(at_left);
+  for_long.age_frames = 6;
+  for_long.age_ns = 6 * kFrame_ns + kFrame_ns / 2;
+  EXPECT_FALSE(object_.may_come_back_as(for_long, camera_)) << "stereo would have seen it";
+  camera_.T_world_cam.rotation.setIdentity();
+  EXPECT_FALSE(object_.may_come_back_as(redetected(at_left), camera_)) << "expected in the image";
+}
+
+TEST_F(ObjectStateTest, IsRatherWhatIsSeenInItsMiddleThanAnywhereOnIt) {
+  const Eigen::Vector3d middle_m(0.3, 0.2, 6.0);
+  const std::vector<Feature> features = front(middle_m);
+  object_.begin(track(box_of(features)));
+  for (int frame = 0; frame < 12; ++frame) {
+    observe(object_, track(box_of(features)), features);
+  }
+  for (int missed = 1; missed <= 5; ++missed) {
+    observe(object_, track({}, missed));
+  }
+  const auto part = [&](double beside_m) {
+    return object_.position_gate(middle_m + Eigen::Vector3d(beside_m, 0.0, 0.0), redetected({}), camera_).value_or(2.0);
+  };
+  EXPECT_LT(part(0.0), part(0.3));
+  EXPECT_LT(part(0.3), 0.1) << "both are on it";
+  EXPECT_GT(part(8.0), 1.0);
+}
+
+TEST_F(ObjectStateTest, IsNotWhatWasSeenBesideIt) {
+  const Eigen::Vector3d middle_m(0.3, 0.2, 6.0);
+  const std::vector<Feature> features = front(middle_m);
+  const PixelBox box = box_of(features);
+  object_.begin(track(box));
+  other_.begin(track(box));
+  observe(object_, track(box), features);
+  observe(other_, track(box));
+  for (int missed = 1; missed <= 5; ++missed) {
+    observe(object_, track(box, missed));
+    observe(other_, track(box, missed));
+  }
+  Track newer = redetected(box);
+  newer.age_frames = 4;
+  EXPECT_TRUE(object_.position_gate(middle_m, newer, camera_));
+  EXPECT_TRUE(other_.bearing_gate(newer, camera_));
+  newer.age_frames = 5;
+  EXPECT_FALSE(object_.position_gate(middle_m, newer, camera_)) << "first seen when this one was last";
+  EXPECT_FALSE(other_.bearing_gate(newer, camera_));
+}
+
+TEST_F(ObjectStateTest, HandsItsNameAndItsBoxOver) {
+  const Eigen::Vector3d middle_m(0.3, 0.2, 6.0);
+  const std::vector<Feature> features = front(middle_m);
+  object_.begin(track(box_of(features)));
+  for (int frame = 0; frame < 12; ++frame) {
+    observe(object_, track(box_of(features)), features);
+  }
+  ASSERT_EQ(object_.status(), BodyStatus::kTracked);
+  ObjectResult before;
+  object_.report(before);
+  object_.describe_motion(0, before);
+  ASSERT_GT(before.box.size_m.x(), 1.0);
+
+  Track redetected = track(box_of(features), 0, 2);
+  other_.begin(redetected);
+  other_.continue_from(object_);
+  EXPECT_EQ(other_.track().id, 1U);
+  EXPECT_TRUE(other_.placed());
+  ObjectResult after;
+  other_.report(after);
+  other_.describe_motion(0, after);
+  EXPECT_EQ(after.box.size_m, before.box.size_m);
+}
+
+}  // namespace
+}  // namespace kinetrace::pipeline
