@@ -39,8 +39,8 @@ class Objects(NamedTuple):
 
     boxes: Tensor  # [n, 4]: left, top, right, bottom, pixels
     classes: Tensor  # [n]
-    masks: Tensor  # [n, H/4, W/4]: visible part of each cell
-    ignored: Tensor  # [H/4, W/4]: part of each cell that is held against nobody
+    masks: Tensor  # [n, H/2, W/2]: visible part of each cell
+    ignored: Tensor  # [H/2, W/2]: part of each cell that is held against nobody
 
 
 class Batch(NamedTuple):

@@ -23,7 +23,7 @@ CELLS_PER_OBJECT = 9
 # A cell may answer for an object that covers at least so much of one of its prototype cells.
 MIN_COVERED = 0.4
 # Masks that are compared in each picture; all of them would take long and teach little more.
-MASKS_PER_PICTURE = 24
+MASKS_PER_PICTURE = 10
 
 
 class Assignment(NamedTuple):
@@ -59,7 +59,7 @@ def overlap(a: Tensor, b: Tensor) -> tuple[Tensor, Tensor]:
 
 
 def _on_cells(maps: Tensor) -> Tensor:
-    """The largest value of each map [n, H/4, W/4] in every cell of all strides: [n, cells]."""
+    """The largest value of each map [n, H/2, W/2] in every cell of all strides: [n, cells]."""
     pooled = [functional.max_pool2d(maps[:, None], stride // PROTOTYPE_STRIDE).flatten(1) for stride in STRIDES]
     return torch.cat(pooled, 1)
 

@@ -1,4 +1,4 @@
-"""The network: a small convolutional pyramid, box and mask heads on three strides, prototypes at a quarter of the size.
+"""The network: a small convolutional pyramid, box and mask heads on three strides, prototypes at half of the size.
 
 Instance masks are sums of prototypes (Bolya et al., YOLACT, 2019); boxes are four distances from the middle of a cell (Tian et
 al., FCOS, 2019). Every convolution is plain and followed by a ReLU: what OpenCV's DNN computes fastest on a CPU.
@@ -11,8 +11,10 @@ from torch import Tensor, nn
 
 CLASSES = ("vehicle", "person")
 STRIDES = (8, 16, 32)
-PROTOTYPE_STRIDE = 4
+PROTOTYPE_STRIDE = 2
 PROTOTYPES = 16
+# Channels between the prototypes and what sharpens them.
+EDGES = 24
 # Of the exported model.
 OUTPUTS = ("cells8", "cells16", "cells32", "prototypes")
 # Of its input, at most, unless somebody asks for another number.
@@ -31,7 +33,7 @@ class Prediction(NamedTuple):
     scores: Tensor  # [B, cells, classes], logits
     distances: Tensor  # [B, cells, 4]: left, top, right, bottom, pixels of the input
     coefficients: Tensor  # [B, cells, prototypes]
-    prototypes: Tensor  # [B, prototypes, H/4, W/4]
+    prototypes: Tensor  # [B, prototypes, H/2, W/2]
 
 
 def convolution(inputs: int, outputs: int, stride: int = 1, size: int = 3) -> nn.Sequential:
@@ -83,13 +85,18 @@ class Network(nn.Module):
     def __init__(self, widths: tuple[int, ...] = (16, 32, 64, 128, 192), blocks: tuple[int, ...] = (1, 1, 2, 1),
                  neck: int = 64) -> None:
         super().__init__()
-        self.stem = nn.Sequential(convolution(1, widths[0], 2), stage(widths[0], widths[1], blocks[0]))
+        self.edges = convolution(1, widths[0], 2)
+        self.stem = stage(widths[0], widths[1], blocks[0])
         self.stages = nn.ModuleList(stage(widths[i], widths[i + 1], blocks[i]) for i in (1, 2, 3))
         self.laterals = nn.ModuleList(convolution(width, neck, size=1) for width in widths[2:])
         self.smooth = nn.ModuleList(convolution(neck, neck) for _ in range(2))
         self.heads = nn.ModuleList(Head(neck, neck, stride) for stride in STRIDES)
         self.fine = nn.Sequential(convolution(neck, widths[1], size=1), nn.Upsample(scale_factor=2, mode="nearest"))
-        self.prototypes = nn.Sequential(convolution(widths[1], 2 * PROTOTYPES), nn.Conv2d(2 * PROTOTYPES, PROTOTYPES, 1))
+        self.prototypes = nn.Sequential(convolution(widths[1], 2 * PROTOTYPES), nn.Conv2d(2 * PROTOTYPES, PROTOTYPES, 1),
+                                        nn.Upsample(scale_factor=2, mode="bilinear", align_corners=False))
+        self.sharpening = nn.Sequential(convolution(widths[0] + PROTOTYPES, EDGES), nn.Conv2d(EDGES, PROTOTYPES, 1))
+        for parameter in self.sharpening[1].parameters():
+            nn.init.zeros_(parameter)
 
     def forward(self, picture: Tensor) -> Prediction:
         maps, prototypes = self.maps(picture)
@@ -98,11 +105,17 @@ class Network(nn.Module):
         return Prediction(scores, distances, coefficients, prototypes)
 
     def maps(self, picture: Tensor) -> tuple[list[tuple[Tensor, Tensor, Tensor]], Tensor]:
-        """Scores, distances and coefficients of each stride as maps [B, n, H/stride, W/stride]; and the prototypes."""
-        fine = self.stem(picture)
+        """Scores, distances and coefficients of each stride as maps [B, n, H/stride, W/stride]; and the prototypes.
+
+        Those are computed at a quarter of the size, and then follow the edges that the picture has at half of it: a person of 40
+        rows is only three cells of a quarter wide.
+        """
+        edges = self.edges(picture)
+        fine = self.stem(edges)
         pyramid = self._pyramid(fine)
         maps = [head(features) for head, features in zip(self.heads, pyramid)]
-        return maps, self.prototypes(fine + self.fine(pyramid[0]))
+        prototypes = self.prototypes(fine + self.fine(pyramid[0]))
+        return maps, prototypes + self.sharpening(torch.cat((edges, prototypes), 1))
 
     def _pyramid(self, fine: Tensor) -> list[Tensor]:
         """Features of the three strides, each knowing the coarser ones (Lin et al., FPN, 2017)."""
