@@ -12,7 +12,7 @@ namespace {
 using segmentation::SegmentationMode;
 
 /// Lower bounds of a network's memory, so that none is loaded that cannot fit: of the one that comes with Kinetrace
-/// (30 MiB, measured with OpenCV 4.6), and of one of a few KiB.
+/// (53 MiB with its largest input, less with smaller pictures; OpenCV 4.6), and of one of a few KiB.
 constexpr std::size_t kShippedNetworkBytes = std::size_t{20} << 20U;
 constexpr std::size_t kSmallestNetworkBytes = std::size_t{7} << 20U;
 

@@ -23,8 +23,6 @@ constexpr double kUndecided = 0.05;   // Probability that neither moving nor res
 constexpr double kMaxEvidence = 7.0;  // Nothing is surer than one to a thousand.
 constexpr int kTellingFeatures = 3;   // Fewer may lie on something else.
 constexpr int kMaxRejections = 3;     // Measurements: then it is elsewhere.
-/// Matched for longer without a break: where it is may be wrong, what it is is not.
-constexpr std::int64_t kSureOfItsMask_ns = 400'000'000;
 /// What was reconstructed is given up where its place is known so many times worse than it is seen.
 constexpr double kMuchWorse = 2.0;
 constexpr double kOutlineSigma_m = 0.03;
@@ -157,7 +155,7 @@ void ObjectState::measure_motion(const StereoObservation& observation, const Cam
 }
 
 void ObjectState::give_up_path(const StereoObservation& observation, const CameraState& camera) {
-  if (identity_.reconstructed && !life_.matched_run.exceeds(kSureOfItsMask_ns)) {
+  if (identity_.reconstructed && is_newly_matched()) {
     life_.identity_switched = true;
     return;
   }

@@ -134,6 +134,9 @@ bool ObjectState::recognise(const CameraState& camera, const features::FeatureFr
 void ObjectState::begin_body(const StereoObservation& observation, const CameraState& camera,
                              const features::FeatureFrontEnd& front_end) {
   if (identity_.frame_fixed && is_seen_elsewhere(observation, identity_.T_world_obj.inverse() * camera.T_world_cam)) {
+    if (half_hidden() && !is_newly_matched()) {
+      return;  // What is left of its mask lies on something else.
+    }
     give_up_path(observation, camera);
     if (life_.identity_switched) {
       return;

@@ -117,6 +117,8 @@ class ObjectState {
   [[nodiscard]] bool reconstructing() const noexcept { return frame_.extended; }
 
  private:
+  /// Matched for longer without a break: where it is may be wrong, what it is is not.
+  static constexpr std::int64_t kSureOfItsMask_ns = 400'000'000;
   static constexpr float kClearlyVisible = 0.6F;  ///< Where more is hidden, what is seen may well be what hides it.
 
   /// What goes on under another track when the object is re-identified, besides its box and its appearance.
@@ -203,6 +205,7 @@ class ObjectState {
   [[nodiscard]] bool cut_off() const noexcept {
     return life_.track.box_px.x0 <= 1 || life_.track.box_px.x1 >= geometry_.width_px - 1;
   }
+  [[nodiscard]] bool is_newly_matched() const noexcept { return !life_.matched_run.exceeds(kSureOfItsMask_ns); }
   /// Bounded below, as a divisor.
   [[nodiscard]] double visible_part() const noexcept {
     constexpr double kMinVisible = 0.2;
