@@ -16,8 +16,8 @@ constexpr double kGuessTurn_rad = 0.05;
 constexpr double kGuessPlace_m = 0.27;
 constexpr double kReachableGate = 36.0;  // Chi-square of six numbers.
 constexpr double kConsensusPart = 0.9;   // So many of its points cannot all have passed to something else.
-constexpr double kFarOffIt_m = 2.0;      // An origin farther from the middle of what is seen is on something else.
-constexpr double kFarOffSigmas = 4.0;    // Of the depth by stereo, besides.
+constexpr double kFarOffIt_m = 2.0;      // Outside its box by this,
+constexpr double kFarOffSigmas = 4.0;    // and by this of the depth by stereo, is something else.
 constexpr std::int64_t kMaxUncertain_ns = 1'500'000'000;
 // A reconstruction scatters no more than the background's, up to reflections and what moves on it. More means that it
 // holds on to a wrong relief: seen from afar, a thing with a wrong relief and a wrong rotation looks nearly right.
