@@ -95,6 +95,7 @@ class Network(nn.Module):
         self.prototypes = nn.Sequential(convolution(widths[1], 2 * PROTOTYPES), nn.Conv2d(2 * PROTOTYPES, PROTOTYPES, 1),
                                         nn.Upsample(scale_factor=2, mode="bilinear", align_corners=False))
         self.sharpening = nn.Sequential(convolution(widths[0] + PROTOTYPES, EDGES), nn.Conv2d(EDGES, PROTOTYPES, 1))
+        # Nothing at first: a network without it goes on from what it has learnt.
         for parameter in self.sharpening[1].parameters():
             nn.init.zeros_(parameter)
 

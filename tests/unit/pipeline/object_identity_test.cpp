@@ -43,10 +43,7 @@ TEST_F(ObjectStateTest, KeepsItsPosesApartInTimeWhenItsTrackPassesToSomethingEls
   for (int missed = 1; missed <= kMissed; ++missed) {
     observe(object_, track(box_of(features), missed));
   }
-  std::vector<Feature> other = front({-1.5, 0.2, 5.0});
-  for (Feature& feature : other) {
-    feature.id += 100;
-  }
+  const std::vector<Feature> other = of_another(front({-1.5, 0.2, 5.0}));
   observe(object_, track(box_of(other)), other);
   ASSERT_TRUE(object_.identity_switched());
   object_.wait_as(track({}, kMissed + 1));
@@ -66,11 +63,7 @@ TEST_F(ObjectStateTest, IsNotTrackedWhereMostOfItIsNotSeen) {
   object_.report(reported);
   ASSERT_EQ(reported.status, BodyStatus::kTracked);
 
-  std::vector<Feature> seen = front({0.3, 0.2, 7.0});
-  for (Feature& feature : seen) {
-    feature.slot = static_cast<std::uint16_t>(feature.slot + behind.size());
-    feature.id += 100;
-  }
+  std::vector<Feature> seen = of_another(front({0.3, 0.2, 7.0}));
   seen.insert(seen.end(), behind.begin(), behind.begin() + 9);
   bool is_replaced = false;
   for (int frame = 0; frame < 8; ++frame) {

@@ -71,6 +71,15 @@ class ObjectStateTest : public ::testing::Test {
     return features;
   }
 
+  /// The same places, seen on something else: other slots and identities.
+  static std::vector<Feature> of_another(std::vector<Feature> features) {
+    for (Feature& feature : features) {
+      feature.slot = static_cast<std::uint16_t>(feature.slot + 100U);
+      feature.id += 100;
+    }
+    return features;
+  }
+
   PixelBox box_of(const std::vector<Feature>& features) const {
     PixelBox box;
     for (const Feature& feature : features) {

@@ -127,10 +127,7 @@ TEST_F(ObjectStateTest, DoesNotCoastAwayFromWhatIsSeen) {
   const Vector6d wild = (Vector6d() << Eigen::Vector3d::Zero(), Eigen::Vector3d(-10.0, 0.0, -90.0)).finished();
   object_.learn_motion(reported.T_world_obj, wild);
   constexpr double kSecond_z_m = 8.0;
-  std::vector<Feature> second = front({-0.5, 0.2, kSecond_z_m});
-  for (Feature& feature : second) {
-    feature.id += 100;
-  }
+  const std::vector<Feature> second = of_another(front({-0.5, 0.2, kSecond_z_m}));
   for (int frame = 0; frame < 10; ++frame) {
     observe(object_, at_the_border(second), second);
     object_.report(reported);
