@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 
 #include <Eigen/Cholesky>
@@ -343,6 +344,28 @@ bool MotionFilter::update(const Bearing& seen, const Se3& T_world_cam) noexcept 
 
 bool MotionFilter::update(const ImageMotion& seen, const Se3& T_world_cam) noexcept {
   return initialised_ && seen.features > 0 && seen.interval_s > 0.0 && update_models(seen, T_world_cam, kGate2);
+}
+
+std::optional<double> MotionFilter::log_likelihood(const StereoPosition& seen, double body_px3,
+                                                   const Se3& T_world_cam) const noexcept {
+  std::array<double, 2> log_density{};
+  log_density.fill(-std::numeric_limits<double>::infinity());
+  for (std::size_t m = 0; m < model_.size(); ++m) {
+    Vector6d state;
+    state << model_[m].pose.translation, model_[m].velocity_mps;
+    const auto observation = observe(seen, noise_.stereo_sigma_px, geometry_, T_world_cam, state);
+    if (initialised_ && is_measured(seen) && observation) {
+      const Innovation innovation = innovation_of(*observation, model_[m].covariance);
+      const double spread_px3 =
+          std::pow(2.0 * std::numbers::pi, 1.5) * std::exp(-innovation.log_density - 0.5 * innovation.distance);
+      log_density[m] = std::log(model_[m].probability) - 0.5 * innovation.distance - std::log(body_px3 + spread_px3);
+    }
+  }
+  const double best = std::max(log_density[0], log_density[1]);
+  if (!std::isfinite(best)) {
+    return std::nullopt;
+  }
+  return best + std::log(std::exp(log_density[0] - best) + std::exp(log_density[1] - best));
 }
 
 bool MotionFilter::accepts(const StereoPosition& seen, const Se3& T_world_cam) const noexcept {

@@ -188,7 +188,7 @@ objects::Bearing ObjectState::mask_bearing() const {
 
 bool ObjectState::lies_on_body(const StereoObservation& observation, const CameraState& camera) const {
   const Eigen::Vector3d observed_m = camera.T_world_cam * position_in_camera(geometry_, observation);
-  return identity_.reconstructed && half_hidden() && box_.known() && off_body(observed_m, middle_m()).isZero();
+  return identity_.reconstructed && half_hidden() && box_.known() && off_body(observed_m).isZero();
 }
 
 objects::StereoPosition ObjectState::stereo_position(const StereoObservation& observation,
@@ -203,11 +203,8 @@ objects::StereoPosition ObjectState::stereo_position(const StereoObservation& ob
   } else if (!identity_.reconstructed || identity_.filter.accepts(seen, camera.T_world_cam)) {
     return seen;
   }
-  const Eigen::Vector3d on_body_cam_m =
-      camera.T_world_cam.inverse() * (middle_m() + off_body(camera.T_world_cam * p_cam, middle_m()));
-  if (identity_.reconstructed && on_body_cam_m.z() > 0.0) {
-    const Eigen::Vector3d uvr_px = geometry_.project(on_body_cam_m);
-    seen.uvd_px = {uvr_px.x(), uvr_px.y(), uvr_px.x() - uvr_px.z()};
+  if (identity_.reconstructed) {
+    seen.to_origin_m = nearest_on_body(observation, camera).to_origin_m;
   }
   return seen;
 }

@@ -1,6 +1,7 @@
 // The part of ObjectState that tells whether a new track is an object that was lost.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "object_state.hpp"
@@ -8,17 +9,14 @@
 namespace kinetrace::pipeline {
 namespace {
 
-// How far from where it is expected a lost object may be found again: that it stood still or went on is half the truth.
 // Where it should be in plain sight, a detection has only been missed, and what appears beside it is something else.
 constexpr std::int64_t kMissedInView_ns = 300'000'000;
 constexpr std::int64_t kMissedHidden_ns = 0;
-constexpr double kReachOfWay = 0.5;
-constexpr double kMaxReach_m = 3.0;
-constexpr double kReachAtRest_m = 0.8;
-constexpr double kTieBreak = 0.01;
-// What has only a direction is found within so much of it, and more as the camera goes on.
-constexpr double kDirectionReach_px = 8.0;
-constexpr double kDirectionDrift_pxps = 10.0;
+/// Density of new objects: one a frame in what is seen well, 50 m x 50 m x 2 m.
+constexpr double kNewObjectsPer_m3 = 1.0 / 5000.0;
+// Error of a direction, from the nearest pixel of a mask, and what the camera's way adds.
+constexpr double kDirectionSigma_px = 2.0;
+constexpr double kDirectionDrift_pxps = 2.5;
 // What comes in over the border of the image shows itself to stereo within this time.
 constexpr std::int64_t kMaxUnnamed_ns = 600'000'000;
 
@@ -31,17 +29,8 @@ double gap_px(const Eigen::Vector2d& point_px, const PixelBox& box) {
 
 }  // namespace
 
-std::optional<Eigen::Vector3d> ObjectState::observed_position(const FeatureFrame& frame, LabelView labels,
-                                                              const CameraState& camera) const {
-  const StereoObservation observation = observe_stereo(frame, labels);
-  if (observation.features < config_.stereo_only_min_features || !camera.valid) {
-    return std::nullopt;
-  }
-  return camera.T_world_cam * position_in_camera(geometry_, observation);
-}
-
-Eigen::Vector3d ObjectState::off_body(const Eigen::Vector3d& observed_m, const Eigen::Vector3d& about_m) const {
-  Eigen::Vector3d off_m = observed_m - about_m;
+Eigen::Vector3d ObjectState::off_body(const Eigen::Vector3d& observed_m) const {
+  const Eigen::Vector3d off_m = observed_m - middle_m();
   if (!box_.known()) {
     return off_m;
   }
@@ -49,6 +38,15 @@ Eigen::Vector3d ObjectState::off_body(const Eigen::Vector3d& observed_m, const E
   const Eigen::Vector3d outside_m =
       R_world_obj * offset_from(box_.box_in_object(), R_world_obj.transpose() * off_m - identity_.to_origin_m);
   return outside_m.norm() < off_m.norm() ? outside_m : off_m;
+}
+
+objects::StereoPosition ObjectState::nearest_on_body(const StereoObservation& observation,
+                                                     const CameraState& camera) const {
+  const Eigen::Vector3d observed_m = camera.T_world_cam * position_in_camera(geometry_, observation);
+  return {.uvd_px = observation.uvd_px,
+          .features = observation.features,
+          .to_origin_m = identity_.T_world_obj.translation - (observed_m - off_body(observed_m)),
+          .extent_sigma_m = surface_sigma_m_};
 }
 
 bool ObjectState::is_reid_candidate(const Track& redetected, std::int64_t missed_ns) const noexcept {
@@ -60,45 +58,32 @@ double ObjectState::depth_sigma_m(double depth_m) const {
   return kObservedDisparitySigma_px * depth_m * depth_m / (geometry_.fx_px * geometry_.baseline_m);
 }
 
-std::optional<double> ObjectState::position_gate(const Eigen::Vector3d& position_m, const Track& redetected,
-                                                 const CameraState& camera) const {
+std::optional<double> ObjectState::position_evidence(const StereoObservation& observation, const Track& redetected,
+                                                     const CameraState& camera) const {
   const bool hidden = !life_.in_view || mostly_occluded();
   if (!life_.placed || !is_reid_candidate(redetected, hidden ? kMissedHidden_ns : kMissedInView_ns)) {
     return std::nullopt;
   }
-  const Eigen::Vector3d expected_m = middle_m();
-  // It may have stopped as well as gone on.
-  const Eigen::Vector3d way_m = expected_m - life_.last_seen_m;
-  const double gone = way_m.squaredNorm() > 0.0
-                          ? std::clamp((position_m - life_.last_seen_m).dot(way_m) / way_m.squaredNorm(), 0.0, 1.0)
-                          : 0.0;
-  const Eigen::Vector3d nearest_m = life_.last_seen_m + gone * way_m;
-  const double speed_mps = identity_.filter.velocity_mps().norm();
-  const double unseen_s = 1e-9 * static_cast<double>(life_.timestamp_ns - life_.matched_timestamp_ns);
-  const double depth_m = (camera.T_world_cam.inverse() * position_m).z();
-  // Of what is half hidden when it goes and when it comes, the middle may lie anywhere on it.
-  const double reach_m =
-      std::min(std::max(kReachAtRest_m, identity_.width_m) + kReachOfWay * speed_mps * unseen_s, kMaxReach_m);
-  // Depth is as uncertain as its square.
-  const Eigen::Vector3d off_m = camera.T_world_cam.rotation.transpose() * off_body(position_m, nearest_m);
-  const double part =
-      std::hypot(off_m.head<2>().norm() / reach_m, off_m.z() / (reach_m + 2.0 * depth_sigma_m(depth_m)));
-  if (part > 1.0) {
-    return std::nullopt;
-  }
-  // Of two whose boxes hold it, the one nearer to its middle.
-  return std::min(1.0, part + kTieBreak * (position_m - nearest_m).norm() / reach_m);
+  objects::StereoPosition seen = nearest_on_body(observation, camera);
+  const double body_m3 = box_.known() ? box_.box_in_object().size_m.prod() : 0.0;
+  seen.extent_sigma_m = box_.known() ? surface_sigma_m_ : extent_sigma_m(0.0);
+  const Eigen::Vector3d p_cam = position_in_camera(geometry_, observation);
+  const double m3_per_px3 =
+      std::pow(p_cam.z(), 4) / (geometry_.fx_px * geometry_.fy_px * geometry_.fx_px * geometry_.baseline_m);
+  const std::optional<double> same = identity_.filter.log_likelihood(seen, body_m3 / m3_per_px3, camera.T_world_cam);
+  return same ? std::optional<double>(*same - std::log(kNewObjectsPer_m3 * m3_per_px3)) : std::nullopt;
 }
 
-std::optional<double> ObjectState::bearing_gate(const Track& redetected, const CameraState& camera) const {
+std::optional<double> ObjectState::bearing_evidence(const Track& redetected, const CameraState& camera) const {
   const tracking::ObjectPrediction expected = predict_direction(camera.T_world_cam);
   if (life_.placed || !is_reid_candidate(redetected, kMissedInView_ns) || !expected.known || expected.depth_m <= 0.0) {
     return std::nullopt;
   }
   const double unseen_s = 1e-9 * static_cast<double>(life_.timestamp_ns - life_.matched_timestamp_ns);
-  const double part =
-      gap_px(expected.point_px, redetected.box_px) / (kDirectionReach_px + kDirectionDrift_pxps * unseen_s);
-  return part <= 1.0 ? std::optional<double>(part) : std::nullopt;
+  const double sigma_px = kDirectionSigma_px + kDirectionDrift_pxps * unseen_s;
+  const double sigmas = gap_px(expected.point_px, redetected.box_px) / sigma_px;
+  const double image_px2 = static_cast<double>(geometry_.width_px) * geometry_.height_px;
+  return std::log(image_px2 / (2.0 * std::numbers::pi * sigma_px * sigma_px)) - 0.5 * sigmas * sigmas;
 }
 
 bool ObjectState::may_come_back_as(const Track& redetected, const CameraState& camera) const {

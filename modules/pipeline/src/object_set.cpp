@@ -5,12 +5,6 @@
 #include <utility>
 
 namespace kinetrace::pipeline {
-namespace {
-
-constexpr double kTieBreak = 1e-3;  // An object at the end of its reach still weighs more than none.
-
-}  // namespace
-
 Result<ObjectSet> ObjectSet::create(const PipelineConfig& config, const StereoGeometry& geometry, Arena& arena) {
   std::vector<ObjectState> slots;
   slots.reserve(static_cast<std::size_t>(config.tracking.max_objects));
@@ -21,7 +15,7 @@ Result<ObjectSet> ObjectSet::create(const PipelineConfig& config, const StereoGe
     }
     slots.push_back(std::move(*object));
   }
-  return ObjectSet(std::move(slots), arena);
+  return ObjectSet(std::move(slots), config.objects.stereo_only_min_features, arena);
 }
 
 std::size_t ObjectSet::required_bytes(const PipelineConfig& config) {
@@ -67,19 +61,18 @@ std::span<const ReidentifiedObject> ObjectSet::reidentify(std::span<const Track>
     if (!is_unplaced(track)) {
       continue;
     }
-    const std::optional<Eigen::Vector3d> position_m = slots_[track.slot].observed_position(frame, labels, camera);
+    const StereoObservation observation = slots_[track.slot].observe_stereo(frame, labels);
+    const bool is_positioned = camera.valid && observation.features >= min_features_;
     for (int slot = 0; slot < count; ++slot) {
       const ObjectState& lost = slots_[static_cast<std::size_t>(slot)];
       const bool was_split_from_it = lost.track_before().slot == track.slot;
       if (((detected >> slot) & 1U) != 0 || was_split_from_it) {
         continue;
       }
-      const bool by_position = lost.placed() && position_m;
-      const std::optional<double> part =
-          by_position ? lost.position_gate(*position_m, track, camera) : lost.bearing_gate(track, camera);
-      if (part) {
-        affinity_(slot, track.slot) = 1.0 + kTieBreak - *part;
-      }
+      const std::optional<double> evidence = lost.placed() && is_positioned
+                                                 ? lost.position_evidence(observation, track, camera)
+                                                 : lost.bearing_evidence(track, camera);
+      affinity_(slot, track.slot) = std::max(evidence.value_or(0.0), 0.0);
     }
   }
   reidentified_.clear();

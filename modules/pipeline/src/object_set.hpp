@@ -51,8 +51,8 @@ class ObjectSet {
   /// The track in this slot shows something else: the object waits in the slot of `waiting`, and a new one begins.
   void split(const Track& seen, const Track& waiting);
   /// Which of the unplaced tracks show objects that were lost, which then go on under them: one assignment over all of
-  /// both, by how far each is from where it may be. Call once the other tracks have been observed. Lives until the next
-  /// call.
+  /// both, by log-likelihood ratios against new objects. Call once the other tracks have been observed. Lives until the
+  /// next call.
   [[nodiscard]] std::span<const ReidentifiedObject> reidentify(std::span<const Track> tracks, const FeatureFrame& frame,
                                                                LabelView labels, const CameraState& camera);
   /// Whether an unplaced track may turn out to be an object that left the image.
@@ -75,9 +75,10 @@ class ObjectSet {
   void end();
 
  private:
-  ObjectSet(std::vector<ObjectState> slots, Arena& arena)
-      : slots_(std::move(slots)), reidentified_(arena, slots_.size()) {}
+  ObjectSet(std::vector<ObjectState> slots, int min_features, Arena& arena)
+      : slots_(std::move(slots)), min_features_(min_features), reidentified_(arena, slots_.size()) {}
   std::vector<ObjectState> slots_;
+  int min_features_;                   ///< Of a position by stereo.
   tracking::AffinityMatrix affinity_;  ///< Lost object by new track, both by slot.
   FixedVector<ReidentifiedObject> reidentified_;
 };

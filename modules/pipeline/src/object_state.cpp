@@ -357,9 +357,6 @@ void ObjectState::conclude(const BundleSummary& refinement, const CameraState& c
   if (life_.track.missed_frames == 0 && !half_hidden()) {
     identity_.width_m = life_.track.box_px.width() * p_cam.z() / geometry_.fx_px;
   }
-  if ((life_.track.missed_frames == 0 && !mostly_occluded()) || motion_.size() == 0) {
-    life_.last_seen_m = middle_m();
-  }
   life_.in_view = p_cam.z() > 0.0 && u_px >= 0.0 && u_px < geometry_.width_px;
   push_motion(camera);
   update_box(camera, ground);

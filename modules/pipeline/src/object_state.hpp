@@ -58,16 +58,16 @@ class ObjectState {
   /// The slot may be given to another track.
   void release() noexcept { life_.track = Track{}; }
 
-  /// Where stereo sees the object of a new track, in the world; nothing without enough features or a camera pose.
-  [[nodiscard]] std::optional<Eigen::Vector3d> observed_position(const FeatureFrame& frame, LabelView labels,
-                                                                 const CameraState& camera) const;
-  /// Whether this object, out of view, may be what the new track `redetected` sees at `position_m`: the distance as a
-  /// part of what it may have gone meanwhile, at most one. Nothing if it is in view or of another class, or was still
-  /// detected when the new track already was.
-  [[nodiscard]] std::optional<double> position_gate(const Eigen::Vector3d& position_m, const Track& redetected,
-                                                    const CameraState& camera) const;
-  /// The same for an object of which only the direction is known: whether `redetected` may show it where it is.
-  [[nodiscard]] std::optional<double> bearing_gate(const Track& redetected, const CameraState& camera) const;
+  /// What stereo sees of this object; without features nothing.
+  [[nodiscard]] StereoObservation observe_stereo(const FeatureFrame& frame, LabelView labels) const {
+    return pipeline::observe_stereo(frame, labels, life_.track.label(), min_disparity_px_);
+  }
+  /// Log-likelihood ratio of `observation`, of the new track `redetected`, showing this lost object, against a new one.
+  /// Nothing if this one is in view or of another class, or was still detected when the new track already was.
+  [[nodiscard]] std::optional<double> position_evidence(const StereoObservation& observation, const Track& redetected,
+                                                        const CameraState& camera) const;
+  /// The same for an object of which only the direction is known, by the mask of `redetected`.
+  [[nodiscard]] std::optional<double> bearing_evidence(const Track& redetected, const CameraState& camera) const;
   /// Whether `redetected`, of which stereo sees nothing yet, may be this object that comes back over the border of the
   /// image: for some frames, until stereo tells, it has no name.
   [[nodiscard]] bool may_come_back_as(const Track& redetected, const CameraState& camera) const;
@@ -168,9 +168,8 @@ class ObjectState {
     std::size_t ambiguous_frames = 0;  ///< Before this one, tracked or not: they are corrected once it is known.
     DwellTime ambiguous_time;          ///< Since its reconstruction last began.
     Se3 T_obj_cam;
-    Matrix6d covariance = Matrix6d::Zero();                 ///< As ObjectResult::covariance.
-    Eigen::Vector3d last_seen_m = Eigen::Vector3d::Zero();  ///< Its middle when a detection last showed it.
-    std::optional<Eigen::Vector3d> direction_world;         ///< From the camera, while it has no place.
+    Matrix6d covariance = Matrix6d::Zero();          ///< As ObjectResult::covariance.
+    std::optional<Eigen::Vector3d> direction_world;  ///< From the camera, while it has no place.
   };
 
   /// What belongs to this frame.
@@ -187,9 +186,6 @@ class ObjectState {
 
   ObjectState(const PipelineConfig& config, const StereoGeometry& geometry, sfm::BodyReconstruction body, Arena& arena);
 
-  [[nodiscard]] StereoObservation observe_stereo(const FeatureFrame& frame, LabelView labels) const {
-    return pipeline::observe_stereo(frame, labels, life_.track.label(), min_disparity_px_);
-  }
   /// Where features happen to lie on something that bends and swings says little about where it is: its head and the
   /// middle of its outline stay where they are. Depth remains that of the features. What the image's border cuts off is
   /// taken from where the object was.
@@ -214,9 +210,11 @@ class ObjectState {
   [[nodiscard]] bool mostly_occluded() const noexcept {
     return std::min(life_.track.visible_part, frame_.visible_fraction) < kClearlyVisible;
   }
-  /// From the nearest point of its box to `observed_m`, were the middle of what has been seen of it at `about_m`.
-  /// Another end of it may come into sight than the one that went.
-  [[nodiscard]] Eigen::Vector3d off_body(const Eigen::Vector3d& observed_m, const Eigen::Vector3d& about_m) const;
+  /// From the nearest point of its box to `observed_m`. Another end of it may come into sight than the one that went.
+  [[nodiscard]] Eigen::Vector3d off_body(const Eigen::Vector3d& observed_m) const;
+  /// What is seen as that point of its body, the nearest.
+  [[nodiscard]] objects::StereoPosition nearest_on_body(const StereoObservation& observation,
+                                                        const CameraState& camera) const;
   /// The track as it is now, and the time since the frame before.
   void begin_frame(const Track& track, std::int64_t timestamp_ns, const CameraState& camera);
   /// What stands in front of it need not be an object: how much of the area that it has lately shown is seen now.

@@ -280,6 +280,19 @@ TEST(MotionFilter, RefusesAnImplausiblePositionAndRestartsThereWhenAsked) {
   EXPECT_TRUE(filter.accepts(elsewhere, {}));
 }
 
+TEST(MotionFilter, LikelihoodsOfPlacesFallWithDistanceAndWithTheSizeOfTheBody) {
+  const Eigen::Vector3d here(0.0, 0.0, 20.0);
+  MotionFilter filter = started(at(here));
+  const auto log_likelihood = [&](double beside_m, double body_px3) {
+    return filter.log_likelihood(stereo(see({}, here + Eigen::Vector3d(beside_m, 0.0, 0.0))), body_px3, {}).value();
+  };
+  EXPECT_GT(log_likelihood(0.0, 0.0), log_likelihood(0.5, 0.0));
+  EXPECT_LT(log_likelihood(12.0, 0.0), log_likelihood(0.0, 0.0) - 8.0);
+  EXPECT_NEAR(log_likelihood(0.0, 1e9), -std::log(1e9), 0.1) << "anywhere on a large body";
+  filter.reset();
+  EXPECT_FALSE(filter.log_likelihood(stereo(see({}, here)), 0.0, {}));
+}
+
 TEST(MotionFilter, ASlowlyVaryingSurfaceIsFollowedSlowlyAndNotTakenForAJump) {
   const Eigen::Vector3d rear(0.0, 0.0, 12.0);
   const Eigen::Vector3d side(0.8, 0.0, 12.6);

@@ -108,7 +108,7 @@ TEST_F(ObjectStateTest, MayComeBackOverTheBorderThatItLeftBy) {
   EXPECT_FALSE(object_.may_come_back_as(redetected(at_left), camera_)) << "expected in the image";
 }
 
-TEST_F(ObjectStateTest, IsRatherWhatIsSeenInItsMiddleThanAnywhereOnIt) {
+TEST_F(ObjectStateTest, IsWhatIsSeenWithinReachOfItsPredictedBody) {
   const Eigen::Vector3d middle_m(0.3, 0.2, 6.0);
   const std::vector<Feature> features = front(middle_m);
   object_.begin(track(box_of(features)));
@@ -118,12 +118,13 @@ TEST_F(ObjectStateTest, IsRatherWhatIsSeenInItsMiddleThanAnywhereOnIt) {
   for (int missed = 1; missed <= 5; ++missed) {
     observe(object_, track({}, missed));
   }
-  const auto part = [&](double beside_m) {
-    return object_.position_gate(middle_m + Eigen::Vector3d(beside_m, 0.0, 0.0), redetected({}), camera_).value_or(2.0);
+  const auto evidence = [&](double beside_m) {
+    return object_.position_evidence(stereo_at(middle_m + Eigen::Vector3d(beside_m, 0.0, 0.0)), redetected({}), camera_)
+        .value();
   };
-  EXPECT_LT(part(0.0), part(0.3));
-  EXPECT_LT(part(0.3), 0.1) << "both are on it";
-  EXPECT_GT(part(8.0), 1.0);
+  EXPECT_GT(evidence(0.0), 3.0) << "far likelier than a new object";
+  EXPECT_NEAR(evidence(0.3), evidence(0.0), 1.0) << "both are on it";
+  EXPECT_LT(evidence(8.0), 0.0);
 }
 
 TEST_F(ObjectStateTest, IsNotWhatWasSeenBesideIt) {
@@ -140,11 +141,11 @@ TEST_F(ObjectStateTest, IsNotWhatWasSeenBesideIt) {
   }
   Track newer = redetected(box);
   newer.age_frames = 4;
-  EXPECT_TRUE(object_.position_gate(middle_m, newer, camera_));
-  EXPECT_TRUE(other_.bearing_gate(newer, camera_));
+  EXPECT_TRUE(object_.position_evidence(stereo_at(middle_m), newer, camera_));
+  EXPECT_TRUE(other_.bearing_evidence(newer, camera_));
   newer.age_frames = 5;
-  EXPECT_FALSE(object_.position_gate(middle_m, newer, camera_)) << "first seen when this one was last";
-  EXPECT_FALSE(other_.bearing_gate(newer, camera_));
+  EXPECT_FALSE(object_.position_evidence(stereo_at(middle_m), newer, camera_)) << "first seen when this one was last";
+  EXPECT_FALSE(other_.bearing_evidence(newer, camera_));
 }
 
 TEST_F(ObjectStateTest, HandsItsNameAndItsBoxOver) {

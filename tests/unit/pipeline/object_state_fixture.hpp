@@ -80,6 +80,12 @@ class ObjectStateTest : public ::testing::Test {
     return features;
   }
 
+  /// Four features at this place, camera frame.
+  StereoObservation stereo_at(const Eigen::Vector3d& p_cam) const {
+    const Eigen::Vector3d uvr_px = geometry_.project(p_cam);
+    return {.features = 4, .uvd_px = {uvr_px.x(), uvr_px.y(), uvr_px.x() - uvr_px.z()}, .agreeing = 4, .motion = {}};
+  }
+
   PixelBox box_of(const std::vector<Feature>& features) const {
     PixelBox box;
     for (const Feature& feature : features) {

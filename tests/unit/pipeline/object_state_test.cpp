@@ -16,16 +16,19 @@ TEST_F(ObjectStateTest, WaitsInItsDirectionWhileItHasNoPlace) {
   const tracking::ObjectPrediction prediction = object_.prediction(time_ns_, camera_.T_world_cam);
   EXPECT_TRUE(prediction.known && prediction.direction_only);
   EXPECT_LT((prediction.point_px - Eigen::Vector2d(63.5, 42.5)).norm(), 1e-6);
-  EXPECT_FALSE(object_.bearing_gate(redetected(box), camera_)) << "in view";
+  EXPECT_FALSE(object_.bearing_evidence(redetected(box), camera_)) << "in view";
 
   for (int missed = 1; missed <= 4; ++missed) {
-    EXPECT_FALSE(object_.bearing_gate(redetected(box), camera_)) << missed;
+    EXPECT_FALSE(object_.bearing_evidence(redetected(box), camera_)) << missed;
     observe(object_, track(box, missed));
   }
-  EXPECT_TRUE(object_.bearing_gate(redetected(box), camera_));
-  EXPECT_FALSE(object_.bearing_gate(redetected(box, kPedestrianClass), camera_));
-  EXPECT_TRUE(object_.bearing_gate(redetected({74, 40, 80, 46}), camera_)) << "within reach";
-  EXPECT_FALSE(object_.bearing_gate(redetected({90, 40, 96, 46}), camera_)) << "too far";
+  const auto evidence = [&](const PixelBox& seen) {
+    return object_.bearing_evidence(redetected(seen), camera_).value();
+  };
+  EXPECT_GT(evidence(box), 3.0);
+  EXPECT_FALSE(object_.bearing_evidence(redetected(box, kPedestrianClass), camera_));
+  EXPECT_GT(evidence({70, 40, 76, 46}), 0.0) << "within reach";
+  EXPECT_LT(evidence({90, 40, 96, 46}), 0.0) << "too far";
 }
 
 TEST_F(ObjectStateTest, HasNoPlaceWhereItsFeaturesDisagreeHowFarAwayItIs) {

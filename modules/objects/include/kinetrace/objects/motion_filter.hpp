@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include <Eigen/Core>
 
@@ -64,6 +65,11 @@ class MotionFilter {
   bool update(const ImageMotion& seen, const Se3& T_world_cam) noexcept;
   /// Whether `update` would take it in.
   [[nodiscard]] bool accepts(const StereoPosition& seen, const Se3& T_world_cam) const noexcept;
+  /// Log-density of `seen`, per cubic pixel of (u_left, v, disparity), over both models by their probabilities. It is
+  /// the point of the object that is nearest to what is seen, which lies anywhere in `body_px3` alike. Nothing behind
+  /// the camera.
+  [[nodiscard]] std::optional<double> log_likelihood(const StereoPosition& seen, double body_px3,
+                                                     const Se3& T_world_cam) const noexcept;
 
   /// Probability of moving.
   [[nodiscard]] double moving() const noexcept { return model_[kMoving].probability; }
