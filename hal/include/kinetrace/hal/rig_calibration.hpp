@@ -71,9 +71,10 @@ struct KINETRACE_API RigCalibration {
   [[nodiscard]] Status validate();
 };
 
-/// The calibration of a rig whose views deliver images of this size: an OpenCV stereo calibration or Kalibr camchain in
-/// a YAML file, a folder with one of these or a pair of ROS CameraInfo files, or KITTI's calib_cam_to_cam.txt (cameras
-/// 00 and 01). Errors: kNotFound, kBadCalibration (also: for another size).
+/// The calibration of a rig whose views deliver images of this size: an OpenCV stereo calibration (YAML, XML or JSON),
+/// a Kalibr camchain, a folder with one of these or a pair of ROS CameraInfo files, KITTI's calib_cam_to_cam.txt
+/// (cameras 00 and 01), a ZED factory file (.conf) or a DepthAI EEPROM (JSON). Errors: kNotFound, kBadCalibration
+/// (also: for another size).
 [[nodiscard]] KINETRACE_API Result<RigCalibration> read_rig_calibration(const std::filesystem::path& path, int width_px,
                                                                         int height_px);
 
