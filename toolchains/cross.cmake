@@ -1,10 +1,10 @@
-# What cross building for every architecture has in common: compilers by their name, libraries from the sysroot that
-# toolchains/make-sysroot makes, tools (idlc too) from this machine, and tests under qemu's user mode.
+# Common to cross building for all architectures: compilers by name, libraries from the sysroot of
+# toolchains/make-sysroot, tools (also idlc) from this machine, tests under qemu's user mode.
 
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_C_COMPILER ${triplet}-gcc)
 set(CMAKE_CXX_COMPILER ${triplet}-g++)
-# Set by the compiler's check later on; packages are looked for before.
+# The compiler check sets this later, after the search for packages.
 set(CMAKE_LIBRARY_ARCHITECTURE ${triplet})
 
 if(DEFINED ENV{KINETRACE_SYSROOT})

@@ -18,7 +18,7 @@ if(TARGET kinetrace-simulate)
   kinetrace_reference(kinetrace-simulate kinetrace-simulator --reference)
 endif()
 
-# What the delivered binaries are made with and need, in this machine's versions, or the sysroot's.
+# Build tools and dependencies of the delivered binaries, in the versions of this machine or the sysroot.
 add_custom_command(OUTPUT ${PROJECT_BINARY_DIR}/kinetrace.spdx.json
   COMMAND ${PROJECT_SOURCE_DIR}/toolchains/sbom ${PROJECT_VERSION} ${kinetrace_sysroot_arch} > ${PROJECT_BINARY_DIR}/kinetrace.spdx.json
   DEPENDS ${PROJECT_SOURCE_DIR}/toolchains/sbom ${PROJECT_SOURCE_DIR}/toolchains/list ${PROJECT_SOURCE_DIR}/toolchains/packages-build.txt

@@ -1,8 +1,8 @@
-# Flags that make faults harder to exploit, for everything that is delivered. tests/package/hardening looks at the result.
+# Flags that make faults harder to exploit, for all delivered binaries. tests/package/hardening checks the result.
 include(CheckPIESupported)
 check_pie_supported()
 add_link_options(-Wl,-z,relro -Wl,-z,now)
-# A sanitizer checks more, in its own way; what is not optimised cannot be fortified.
+# Sanitizers check more, by other means; FORTIFY needs optimisation.
 if(KINETRACE_SANITIZED)
   return()
 endif()

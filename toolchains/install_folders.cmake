@@ -1,7 +1,7 @@
-# Where things are installed. Libraries of several architectures lie side by side, as everywhere on Debian.
+# Installation folders. Libraries of several architectures lie side by side, as usual on Debian.
 if(NOT DEFINED CMAKE_INSTALL_LIBDIR AND CMAKE_LIBRARY_ARCHITECTURE)
   set(CMAKE_INSTALL_LIBDIR lib/${CMAKE_LIBRARY_ARCHITECTURE} CACHE STRING "Folder of libraries, below the prefix")
 endif()
 include(GNUInstallDirs)
-# What is installed need not wait for the tests to be built.
+# Installation does not need the tests.
 set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)

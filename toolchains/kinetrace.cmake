@@ -1,17 +1,17 @@
-# How every target of the project is built: language level, warnings, hot kernels, and one function per kind of target.
+# Common settings of all targets: language level, warnings, hot kernels, and one function per kind of target.
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
-# What shared libraries show is marked KINETRACE_API, see modules/core/include/kinetrace/core/export.hpp.
+# Exported symbols of shared libraries are marked KINETRACE_API, see modules/core/include/kinetrace/core/export.hpp.
 set(CMAKE_C_VISIBILITY_PRESET hidden)
 set(CMAKE_CXX_VISIBILITY_PRESET hidden)
 set(CMAKE_VISIBILITY_INLINES_HIDDEN ON)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
-# Boards carry no function that nobody calls, and no library of which nothing is used.
+# Removes unused functions and libraries, which would take space on boards.
 add_compile_options(-ffunction-sections -fdata-sections)
 add_link_options(-Wl,--gc-sections -Wl,--as-needed)
-# Recordings are longer than 2 GiB, also on 32-bit boards.
+# Files of recordings may exceed 2 GiB, also on 32-bit boards.
 if(CMAKE_SIZEOF_VOID_P EQUAL 4)
   add_compile_definitions(_FILE_OFFSET_BITS=64)
 endif()
@@ -19,18 +19,17 @@ if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release)
 endif()
 
-# Used when present, never required.
+# Optional.
 find_program(KINETRACE_CCACHE ccache)
 if(KINETRACE_CCACHE)
-  # Precompiled headers carry time stamps, and GCC hides what it takes from them; without these ccache would never hit.
+  # Precompiled headers have time stamps, and GCC does not report what it reads from them; without this setting ccache would never hit.
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${KINETRACE_CCACHE})
   add_compile_options($<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess> "$<$<COMPILE_LANG_AND_ID:CXX,Clang>:SHELL:-Xclang -fno-pch-timestamp>")
 endif()
 
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 
-# Warnings are for our targets; dependencies are SYSTEM. A user's compiler may be newer than any that this was built with, and warn of
-# more.
+# Warnings are for our targets; dependencies are SYSTEM. A user's compiler may be newer than all tested ones, and warn of more.
 option(KINETRACE_WARNINGS_AS_ERRORS "Stop at warnings: for those who change the sources" OFF)
 add_library(kinetrace_options INTERFACE)
 target_compile_options(kinetrace_options INTERFACE
@@ -40,15 +39,14 @@ target_compile_options(kinetrace_options INTERFACE
   $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
 # Vector types passed between inlined functions of one file never cross an ABI border.
 target_compile_options(kinetrace_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-psabi>)
-# GCC 12 sees copies of strings that leave their bounds where there are none: with sanitizers, where sizes have 32 bits, and in tests,
-# which put texts together.
+# GCC 12 falsely reports copies of strings out of bounds: with sanitizers, with sizes of 32 bits, and in tests, which concatenate strings.
 set(kinetrace_no_false_bounds "$<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-stringop-overflow;-Wno-stringop-overread;-Wno-restrict>")
 if(KINETRACE_SANITIZED OR CMAKE_SIZEOF_VOID_P EQUAL 4)
   target_compile_options(kinetrace_options INTERFACE "${kinetrace_no_false_bounds}")
 endif()
 
-# What most sources include. No header here has inline functions that call templates of its own: each source would instantiate them
-# (CLI11: eight seconds).
+# Headers of most sources. None of them may have inline functions that call its own templates: each source would instantiate them (CLI11:
+# eight seconds).
 set(kinetrace_common_headers
   <Eigen/Core> <Eigen/Geometry> <algorithm> <cmath> <filesystem> <functional> <memory> <span> <sstream> <string> <vector>)
 
@@ -66,7 +64,7 @@ function(kinetrace_precompile target kind)
     if(kind STREQUAL "test")
       _kinetrace_headers(test <gtest/gtest.h> <gmock/gmock.h>)
       target_link_libraries(kinetrace_headers_test PRIVATE GTest::gmock GTest::gtest)
-      # As CMake compiles what executables consist of.
+      # As CMake compiles the sources of executables.
       set_target_properties(kinetrace_headers_test PROPERTIES POSITION_INDEPENDENT_CODE OFF)
       target_compile_options(kinetrace_headers_test PRIVATE ${CMAKE_CXX_COMPILE_OPTIONS_PIE})
     else()
@@ -97,8 +95,7 @@ function(kinetrace_module name)
   endif()
 endfunction()
 
-# kinetrace_cold(TARGET): what is carried out once a command, or once a picture that a person looks at; what it takes on a board's disk
-# counts, not how fast it is.
+# kinetrace_cold(TARGET): code that runs once per command, or once per picture for a person; optimised for size on disk, not for speed.
 function(kinetrace_cold target)
   target_compile_options(${target} PRIVATE $<$<NOT:$<CONFIG:Debug>>:-Os>)
   get_target_property(type ${target} TYPE)
@@ -107,8 +104,8 @@ function(kinetrace_cold target)
   endif()
 endfunction()
 
-# What hot kernels are compiled for: everything that the architecture runs on, and the processors that boards and desks have today.
-# ARM's baseline does without NEON, so that what NEON computes can be compared. Other architectures have the baseline twice.
+# Targets of hot kernels: the baseline of the architecture, and the processors of today's boards and desktops. ARM's baseline is without
+# NEON, so that the results of NEON can be compared. Other architectures have the baseline twice.
 set(kinetrace_baseline_flags "")
 set(kinetrace_fast_flags "")
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
@@ -137,15 +134,15 @@ function(kinetrace_kernel target file)
   _variant(fast "${kinetrace_fast_flags}")
 endfunction()
 
-# Emulated, everything takes up to thirty times as long.
+# Emulation is up to thirty times slower.
 set(kinetrace_test_timeout_s 300)
 if(CMAKE_CROSSCOMPILING)
   set(kinetrace_test_timeout_s 1800)
 endif()
 
-# kinetrace_test(NAME [ALONE] SOURCES ... LIBS ... [LABELS ...]): a GoogleTest program with its tests registered one by one, labelled
-# with its folder below tests/ ("unit") unless set otherwise. ALONE: what it tests is about time; nothing else runs meanwhile, and
-# emulated, where time is another, its label is "time" only.
+# kinetrace_test(NAME [ALONE] SOURCES ... LIBS ... [LABELS ...]): a GoogleTest program with its tests registered one by one, labelled with
+# its folder below tests/ ("unit") unless set otherwise. ALONE: the test depends on time; nothing else runs meanwhile, and under emulation,
+# where time differs, its label is "time" only.
 function(kinetrace_test name)
   cmake_parse_arguments(ARG "ALONE" "" "SOURCES;LIBS;LABELS" ${ARGN})
   if(NOT ARG_LABELS)

@@ -40,8 +40,8 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/lib)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_COMPONENTS_ALL ${libraries} libkinetrace-dev ${programs})
 
-# Of another architecture dpkg-shlibdeps knows what make-sysroot wrote down. CPack starts what it finds by this name, without
-# arguments of ours.
+# For another architecture dpkg-shlibdeps uses the symbols that make-sysroot has noted. CPack starts the program of this name, without our
+# arguments; hence a wrapper.
 set(package_tools ${PROJECT_BINARY_DIR}/packaging/tools)
 if(CMAKE_CROSSCOMPILING)
   set(CPACK_DEBIAN_PACKAGE_ARCHITECTURE ${kinetrace_sysroot_arch})
@@ -72,7 +72,7 @@ macro(kinetrace_package component section summary details)
     DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${component} COMPONENT ${component})
 endmacro()
 
-# kinetrace_library_package(NAME SUMMARY DETAILS [packages...]): the same for libNAME, with what Debian wants to know of libraries.
+# kinetrace_library_package(NAME SUMMARY DETAILS [packages...]): the same for libNAME, with Debian's metadata of libraries.
 macro(kinetrace_library_package name summary details)
   set(package lib${name}${PROJECT_VERSION_MAJOR})
   kinetrace_package(${package} libs "${summary}" "${details}" ${ARGN})
@@ -95,7 +95,7 @@ kinetrace_library_package(kinetrace-publishing "3-D trajectories from stereo ima
   "${what}\nThis library publishes results as DDS topics, also for ROS 2." libkinetrace${PROJECT_VERSION_MAJOR})
 kinetrace_package(libkinetrace-dev libdevel "3-D trajectories from stereo images: development files"
   "${what}\nThese are headers, the CMake package and pkg-config files." ${libraries})
-# What the headers include.
+# Dependencies of the headers.
 file(STRINGS toolchains/packages-build.txt eigen REGEX eigen)
 string(APPEND CPACK_DEBIAN_LIBKINETRACE-DEV_PACKAGE_DEPENDS ", ${eigen}")
 kinetrace_package(kinetrace video "3-D trajectories from stereo images: programs"
@@ -115,7 +115,7 @@ kinetrace_package(kinetrace-simulator video "3-D trajectories from stereo images
   "${what}\nThis program renders stereo recordings with exact truth.")
 include(CPack)
 
-# Without the tests, which are part of `all`.
+# Does not build the tests, which are part of `all`.
 add_custom_target(kinetrace_packages
   COMMAND ${CMAKE_COMMAND} -E rm -rf ${CPACK_PACKAGE_DIRECTORY}
   COMMAND ${CMAKE_COMMAND} -E env CMAKE_PROGRAM_PATH=${package_tools} ${CMAKE_CPACK_COMMAND} --config ${PROJECT_BINARY_DIR}/CPackConfig.cmake

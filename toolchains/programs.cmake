@@ -1,11 +1,11 @@
-# Where the programs and what belongs to them are installed; each COMPONENT becomes a package, see packages.cmake.
+# Installation of the programs and their files; each COMPONENT becomes a package, see packages.cmake.
 include(toolchains/install_folders.cmake)
 install(TARGETS kinetrace RUNTIME COMPONENT kinetrace)
 install(DIRECTORY config/ DESTINATION ${CMAKE_INSTALL_DATADIR}/kinetrace COMPONENT kinetrace FILES_MATCHING PATTERN *.yaml
   PATTERN models EXCLUDE)
 install(FILES config/kinetrace.service DESTINATION lib/systemd/system COMPONENT kinetrace)
 if(TARGET kinetrace_libcamera_plugin)
-  # The program looks for it there; one architecture's program, one architecture's plugin.
+  # The program searches for its plugin there; both have the same architecture.
   install(TARGETS kinetrace_libcamera_plugin LIBRARY DESTINATION lib/kinetrace COMPONENT kinetrace-libcamera)
 endif()
 if(TARGET kinetrace_opencv_dnn)
@@ -14,7 +14,7 @@ if(TARGET kinetrace_opencv_dnn)
     FILES_MATCHING PATTERN *.yaml PATTERN *.onnx)
 endif()
 if(TARGET kinetrace-calibrate)
-  # Beside the program that starts it.
+  # In the folder of the program that starts it.
   install(TARGETS kinetrace-calibrate RUNTIME COMPONENT kinetrace-calibration)
 endif()
 if(TARGET kinetrace-map)

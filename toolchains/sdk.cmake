@@ -1,10 +1,10 @@
-# What others build against: shared libraries made of the modules, their headers, a CMake package and pkg-config files.
-# Four libraries, so that nobody carries what they do not use; all need the first:
+# The SDK: shared libraries made of the modules, their headers, a CMake package and pkg-config files. Four libraries, to install only those
+# in use; all need the first:
 #   libkinetrace             core, imaging, processing, pipeline, recording: image codecs are all it needs
 #   libkinetrace-hal         recordings and cameras: OpenCV (calib3d, imgproc, core), yaml-cpp
 #   libkinetrace-neural      neural networks, by the plugin kinetrace-opencv-dnn.so; OpenCV's dnn is needed by that alone
 #   libkinetrace-publishing  DDS
-# The programs are made of the same modules, but whole: they need none of these libraries.
+# The programs link the same modules statically and need none of these libraries.
 include(CMakePackageConfigHelpers)
 include(toolchains/install_folders.cmake)
 file(RELATIVE_PATH kinetrace_prefix_from_pc /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
@@ -29,11 +29,11 @@ function(kinetrace_shared_library name component description)
   target_link_libraries(${target} PUBLIC Eigen3::Eigen)
   set(required eigen3)
   if(ARG_NEEDS)
-    # First, so that what it shows is not taken out of archives once more.
+    # First, so that its symbols are not taken from archives again.
     target_link_libraries(${target} PUBLIC shared_${ARG_NEEDS})
     get_target_property(required shared_${ARG_NEEDS} OUTPUT_NAME)
   endif()
-  # The archives bring what the objects need from elsewhere.
+  # The archives provide the external dependencies of the objects.
   target_link_libraries(${target} PRIVATE ${modules})
 
   string(REPLACE "kinetrace" "libkinetrace" package ${name})
@@ -59,7 +59,7 @@ foreach(module core imaging pipeline recording neural)
   kinetrace_install_headers(modules/${module} *.hpp)
 endforeach()
 kinetrace_install_headers(hal *.hpp)
-# Of the processing modules only the settings, which are part of the pipeline's.
+# Of the processing modules only the settings, which are part of the pipeline's settings.
 foreach(module rig features segmentation tracking sfm refinement trajectory)
   kinetrace_install_headers(modules/${module} *config.hpp fixed_bundle_adjuster.hpp size_table.hpp)
 endforeach()

@@ -1,6 +1,5 @@
-# Tests are built where what they need is installed (packages-test.txt); whoever only builds the programs does not have it. What is not
-# built is said: nobody should look for tests that are not there.
-# kinetrace_choose(KIND PACKAGE...): what AUTO means for KINETRACE_BUILD_KIND, where it is not ON or OFF.
+# Tests are built only if their dependencies (packages-test.txt) are installed; a build of the programs alone does not need these. A message
+# names tests that are not built. kinetrace_choose(KIND PACKAGE...): resolves AUTO of KINETRACE_BUILD_KIND to ON or OFF.
 macro(kinetrace_choose kind)
   set(missing "")
   if(KINETRACE_BUILD_${kind} STREQUAL "AUTO")

@@ -1,4 +1,4 @@
-// Calibration files that come with a plain folder pair. `size` is that of the images, for files that do not say.
+// Calibration files beside a plain pair of folders. `size`: of the images, for files without a size.
 #pragma once
 
 #include <filesystem>
@@ -14,9 +14,10 @@
 
 namespace kinetrace::hal {
 
-/// All YAML files of a folder, sorted by name. The first that is damaged fails the whole: better than to miss it.
+/// All YAML files of a folder, sorted by name. A damaged file fails the whole: it may be the calibration.
 [[nodiscard]] Result<std::vector<YamlDocument>> load_yaml_files(const std::filesystem::path& folder);
-/// The one calibration among the files; `root` is where they were looked for. Errors: kNotFound, kBadCalibration.
+/// The only calibration among the files; `root`: folder of the search, for messages. Errors: kNotFound,
+/// kBadCalibration.
 [[nodiscard]] Result<RigCalibration> read_yaml_calibration(const std::filesystem::path& root,
                                                            const std::vector<YamlDocument>& files,
                                                            const ImageSize& size);
@@ -38,16 +39,16 @@ namespace kinetrace::hal {
 [[nodiscard]] Result<RigCalibration> read_zed_calibration(const std::filesystem::path& path, std::string_view text,
                                                           const ImageSize& size);
 
-/// What a DepthAI device holds, scaled to images of this size. Errors: kBadCalibration.
+/// Calibration of a DepthAI device, scaled to images of this size. Errors: kBadCalibration.
 [[nodiscard]] bool is_depthai_calibration(std::string_view text);
 [[nodiscard]] Result<RigCalibration> read_depthai_calibration(const std::filesystem::path& path, std::string_view text,
                                                               const ImageSize& size);
 
-/// Puts 4, 5 or 8 coefficients into the camera as set_distortion does; what is wrong with them, without the key.
+/// Sets 4, 5 or 8 coefficients as set_distortion does. Returns the problem, without the key.
 [[nodiscard]] std::optional<std::string> distortion_problem(CameraModel& camera,
                                                             const std::vector<double>& coefficients);
 
-/// Puts 4, 5 or 8 coefficients (radial-tangential) or 4 (equidistant) into the camera; further ones must be zero.
+/// Sets 4, 5 or 8 coefficients (radial-tangential) or 4 (equidistant); further ones must be zero.
 [[nodiscard]] Status set_distortion(CameraModel& camera, const std::vector<double>& coefficients,
                                     const YamlDocument& file, std::string_view key);
 

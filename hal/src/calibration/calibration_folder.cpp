@@ -1,4 +1,4 @@
-// Finds the one calibration among the files that stand beside images, or that a camera's configuration names.
+// Finds the only calibration among the files beside the images, or among those that a camera's configuration names.
 #include <algorithm>
 #include <iterator>
 

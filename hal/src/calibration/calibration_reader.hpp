@@ -1,4 +1,4 @@
-// How a layout asks for the calibration of its recording.
+// Reads the calibration of a recording, once its image size is known.
 #pragma once
 
 #include <functional>
@@ -13,7 +13,7 @@ struct ImageSize {
   int height_px = 0;
 };
 
-/// Makes the rig's calibration once the size of the images is known.
+/// Makes the rig's calibration for images of this size.
 using CalibrationReader = std::function<Result<RigCalibration>(const ImageSize&)>;
 
 }  // namespace kinetrace::hal

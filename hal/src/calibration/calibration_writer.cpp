@@ -1,4 +1,4 @@
-// Writes the calibration of a rig in the forms that OpenCV and Kalibr read.
+// Writes the calibration of a rig in the formats of OpenCV and Kalibr.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -14,7 +14,7 @@ namespace {
 
 using Numbers = std::vector<double>;
 
-// Number of distortion coefficients that say everything, of those that the formats know.
+// Smallest number of coefficients, of those that the formats allow, that holds the whole distortion.
 std::size_t coefficient_count(const CameraModel& camera) {
   const auto is_zero_from = [&camera](std::size_t first) {
     return std::all_of(camera.distortion.begin() + static_cast<std::ptrdiff_t>(first), camera.distortion.end(),
@@ -26,7 +26,7 @@ std::size_t coefficient_count(const CameraModel& camera) {
   return is_zero_from(5) ? 5 : 8;
 }
 
-// All digits: read back, the number is the same.
+// Round trip: reading yields the same number.
 std::string exact(double value) {
   std::array<char, 32> digits{};
   return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr};

@@ -1,4 +1,4 @@
-// What DepthAI devices hold in their EEPROM, as their library writes it into a JSON file (eepromToJsonFile).
+// Calibration in the EEPROM of DepthAI devices, as their library writes it to JSON (eepromToJsonFile).
 #include <cmath>
 #include <optional>
 #include <set>
@@ -17,12 +17,12 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Sockets of the cameras, as the library numbers them: CAM_B and CAM_C.
+// Camera sockets by the library's numbers: CAM_B and CAM_C.
 constexpr int kLeftSocket = 1;
 constexpr int kRightSocket = 2;
 constexpr double kMetresPerCentimetre = 1e-2;
 
-// Reads by key; what is missing or of another kind throws as nlohmann-json does.
+// Reads by key; missing values and values of another type throw the exceptions of nlohmann-json.
 class EepromFile {
  public:
   EepromFile(std::filesystem::path path, const Json& root) : path_(std::move(path)), root_(root) {}
@@ -80,7 +80,7 @@ class EepromFile {
                        .cy_px = K(1, 2)};
     auto coefficients = data.at("distortionCoeff").get<std::vector<double>>();
     if (camera.lens == LensModel::kEquidistant && coefficients.size() > 4) {
-      coefficients.resize(4);  // All cameras have 14 places; the rest means nothing here.
+      coefficients.resize(4);  // The file has 14 for every camera; the rest is unused here.
     }
     if (const auto problem = distortion_problem(camera, coefficients)) {
       throw "distortionCoeff " + *problem;
@@ -88,12 +88,12 @@ class EepromFile {
     return resized(camera, size);
   }
 
-  // As the device scales and crops its sensor's image: as wide as asked for, rows left out at the top and the bottom.
+  // Scales and crops as the device does: to the requested width, with rows removed at the top and the bottom.
   static CameraModel resized(CameraModel camera, const ImageSize& size) {
     const double scale = static_cast<double>(size.width_px) / std::max(camera.width_px, 1);
     const double left_out_px = camera.height_px * scale - size.height_px;
     if (left_out_px < -0.5) {
-      return camera;  // More rows than the sensor has: the size itself is then reported as wrong.
+      return camera;  // More rows than the sensor has: the caller reports the size.
     }
     camera.fx_px *= scale;
     camera.fy_px *= scale;
@@ -104,8 +104,8 @@ class EepromFile {
     return camera;
   }
 
-  // A camera's extrinsics lead to another camera, and by that one on: p_to = R * p_from + t, in centimetres. Poses of
-  // either camera in the last one that both chains have.
+  // Extrinsics form a chain from camera to camera: p_to = R * p_from + t, in centimetres. The pose follows from the
+  // poses of both cameras in the last camera that their chains share.
   [[nodiscard]] Se3 pose(int left, int right) const {
     const std::vector<Link> from_left = chain(left);
     const std::vector<Link> from_right = chain(right);

@@ -16,8 +16,8 @@ Eigen::Vector2d distort_radial_tangential(const Eigen::Vector2d& m, const std::a
           y * radial + d[2] * (r2 + 2 * y * y) + 2 * d[3] * x * y};
 }
 
-// Kannala and Brandt, "A generic camera model and calibration method for conventional, wide-angle, and fish-view
-// lenses", PAMI 2006, eq. 6 with the coefficient of theta fixed to one.
+// Kannala and Brandt, "A generic camera model and calibration method for conventional, wide-angle, and fisheye lenses",
+// PAMI 2006, eq. 6 with the coefficient of theta fixed to one.
 Eigen::Vector2d distort_equidistant(const Eigen::Vector2d& m, const std::array<double, 8>& d) {
   const double r = m.norm();
   if (r < 1e-12) {

@@ -17,7 +17,7 @@ Keys distortion_keys(const std::string& view) {
   return {"D" + view, "distCoeffs" + view, "distortion_coefficients_" + view, "dist_coeffs_" + view};
 }
 
-// A value that may stand in any of the files under any of the spellings.
+// A value, found in one of the files under one of the spellings.
 struct Place {
   const YamlDocument* file;
   std::string key;
@@ -33,7 +33,8 @@ Result<Place> find(const std::vector<YamlDocument>& files, const Keys& keys) {
                              concat("is missing (looked for ", listed(keys), "); save the whole calibration"));
 }
 
-// Files of one calibration share it; where both say the same thing, they are two, and either may be the old one.
+// The files of one calibration complement each other. The same key in two files means two calibrations, one of them
+// perhaps outdated.
 Status say_it_once(const std::vector<YamlDocument>& files, const Keys& keys) {
   const YamlDocument* first = nullptr;
   for (const YamlDocument& file : files) {

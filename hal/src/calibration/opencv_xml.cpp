@@ -1,5 +1,4 @@
-// OpenCV's calibration files in XML (cv::FileStorage), read here: the library's own reader ends the program on some
-// malformed texts.
+// Reads OpenCV's calibration files in XML (cv::FileStorage). The library's own reader aborts on some malformed texts.
 #include <cctype>
 #include <set>
 #include <string>
@@ -14,12 +13,12 @@ namespace {
 
 constexpr int kMaxDepth = 16;
 
-// Elements, texts and comments: all that cv::FileStorage writes. Attributes are passed over.
+// Reads elements, texts and comments: all that cv::FileStorage writes. Skips attributes.
 class XmlReader {
  public:
   explicit XmlReader(std::string_view text) : text_(text) {}
 
-  /// The content of <opencv_storage>. Throws std::string: what is wrong.
+  /// The content of <opencv_storage>. Throws the problem as std::string.
   YAML::Node read() {
     skip_markup();
     const Tag root = opening_tag();
@@ -90,7 +89,7 @@ class XmlReader {
     return tag;
   }
 
-  // What is between the tags of an element: elements, or words.
+  // The content of an element: elements, or words.
   YAML::Node element(const std::string& name, int depth) {
     if (depth > kMaxDepth) {
       fail_here("elements are nested too deep");
@@ -129,7 +128,7 @@ class XmlReader {
     at_ = end + 1;
   }
 
-  // Elements called _ are those of a list.
+  // Elements named _ are the items of a list.
   void add(YAML::Node& node, std::set<std::string>& names, const std::string& name, const YAML::Node& child) const {
     const bool is_list = name == "_";
     if (!node.IsNull() && node.IsSequence() != is_list) {

@@ -14,14 +14,15 @@ constexpr int kMaxSide_px = 16384;
 constexpr double kMaxBaseline_m = 10.0;
 constexpr double kMinBaseline_m = 1e-3;       // Endoscopes have 4 mm.
 constexpr double kRotationTolerance = 5e-3;   // Matrices written with three digits still pass.
-constexpr double kMaxAxisTilt = 0.1;          // Of the baseline against the rows of images called rectified.
+constexpr double kMaxAxisTilt = 0.1;          // Tilt of the baseline against the rows of rectified images.
 constexpr double kMinForwardAgreement = 0.7;  // Cosine between the views' viewing directions: 45 degrees.
 constexpr double kIntrinsicsTolerance_px = 0.01;
-// Of the longer side of an image: widest fisheye lenses have .25, a view of half a degree 115.
+// Relative to the longer side of the image: 0.25 for the widest fisheye lenses, 115 for a field of view of half a
+// degree.
 constexpr double kMinFocal = 0.02;
 constexpr double kMaxFocal = 200.0;
-// Of distances from the optical axis by the coefficients against those without. Halfway to the border of the image the
-// widest lenses in use stay below 1.6.
+// Ratio of distorted to undistorted distance from the optical axis. Halfway to the image border the widest lenses in
+// use stay below 1.6.
 constexpr double kMaxDistortion = 2.0;
 
 using Projection = Eigen::Matrix<double, 3, 4>;
@@ -73,8 +74,8 @@ Status check_pinhole(const std::string& source, std::string_view view, double fx
   return status;
 }
 
-// Whether the image is drawn out or folded along a ray in this direction, halfway to its border: no lens does that, but
-// coefficients in another order or of another model do.
+// Whether the distortion stretches or folds the image along a ray in this direction, halfway to its border:
+// coefficients in another order or of another model do, those of a lens do not.
 bool is_warped_along(const CameraModel& camera, const Eigen::Vector2d& direction) {
   constexpr int kSteps = 32;
   const double halfway_px = 0.25 * std::min(camera.width_px, camera.height_px);
@@ -118,7 +119,7 @@ Status check_camera(const std::string& source, std::string_view view, const Came
   return pinhole ? check_distortion(source, view, camera) : pinhole;
 }
 
-// Repairs what writing with few digits has done, rejects what is no rotation.
+// Corrects the rounding of matrices written with few digits; rejects matrices that are no rotation.
 Status repair_rotation(const std::string& source, std::string_view name, Eigen::Matrix3d& rotation) {
   const double deviation = (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (!rotation.allFinite() || deviation > kRotationTolerance || rotation.determinant() <= 0) {
@@ -129,7 +130,7 @@ Status repair_rotation(const std::string& source, std::string_view name, Eigen::
   return {};
 }
 
-// `offset`: centre of the right view seen from the left one.
+// `offset`: centre of the right view in the frame of the left one.
 Status check_baseline(const std::string& source, const Eigen::Vector3d& offset, double max_tilt) {
   const double length = offset.norm();
   if (!std::isfinite(length) || length < kMinBaseline_m) {

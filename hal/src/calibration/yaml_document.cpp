@@ -13,9 +13,8 @@ namespace {
 constexpr std::size_t kMaxNodes = std::size_t{1} << 20;
 constexpr int kMaxDepth = 16;
 
-// What makes a tree unfit to be walked through or looked up in. An alias stands for all that it names: that may contain
-// the alias itself, or double with every line of the file, so that depth and number of values are bounded here, once
-// for every walk that follows.
+// Rejects trees that are unsafe to traverse. An alias may contain itself, or double the number of values with every
+// line of the file: depth and number of values are therefore bounded here, once for all traversals.
 class TreeCheck {
  public:
   std::optional<std::string> problem(const YAML::Node& node, const std::string& place = {}, int depth = 0) {
@@ -36,8 +35,7 @@ class TreeCheck {
     for (const auto& entry : map) {
       const std::string key =
           concat(place, place.empty() ? "" : ".", entry.first.IsScalar() ? entry.first.Scalar() : "");
-      // yaml-cpp keeps duplicates and finds only the first: the second, perhaps the one meant, would be lost in
-      // silence.
+      // yaml-cpp keeps duplicates and finds only the first: the second would be ignored silently.
       if (!seen.insert(key).second) {
         return concat("'", key, "' is there twice; remove one");
       }
@@ -49,7 +47,7 @@ class TreeCheck {
   }
 
   std::optional<std::string> problem_of_list(const YAML::Node& list, const std::string& place, int depth) {
-    for (const YAML::Node& element : list) {  // None where it is a plain value.
+    for (const YAML::Node& element : list) {  // Empty for a plain value.
       if (auto below = problem(element, place, depth + 1)) {
         return below;
       }
@@ -88,7 +86,7 @@ Result<YamlDocument> YamlDocument::load(const std::filesystem::path& path) {
       return parse_xml(path, text);
     }
     if (path.extension() == ".json") {
-      // JSON is YAML, but for tabs between values.
+      // JSON is YAML except for tabs between values.
       std::replace(text.begin(), text.end(), '\t', ' ');
     }
     return parse(path, std::move(text));

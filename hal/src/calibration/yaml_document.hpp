@@ -19,14 +19,13 @@ namespace kinetrace::hal {
 /// One file. Keys are dotted paths: "cam0.intrinsics". Errors are kBadCalibration and name the file and the key.
 class YamlDocument {
  public:
-  /// By its extension: .xml, .json, or else YAML. Errors: as read_text, for a text below 1 MiB; as parse, parse_xml.
+  /// Format by extension: .xml, .json, else YAML. Errors: as read_text, for a text below 1 MiB; as parse, parse_xml.
   [[nodiscard]] static Result<YamlDocument> load(const std::filesystem::path& path);
-  /// Takes OpenCV's "%YAML:1.0" first line, which is no YAML. Errors, naming the file as `path`: kBadCalibration (no
+  /// Accepts OpenCV's first line "%YAML:1.0", which is no YAML. Errors, naming the file as `path`: kBadCalibration (no
   /// YAML, duplicate keys, nested too deep or too large once aliases are replaced).
   [[nodiscard]] static Result<YamlDocument> parse(const std::filesystem::path& path, std::string text);
 
-  /// The same from what cv::FileStorage writes as XML. Errors: kBadCalibration (no XML, elements twice or nested too
-  /// deep).
+  /// The same from the XML of cv::FileStorage. Errors: kBadCalibration (no XML, elements twice or nested too deep).
   [[nodiscard]] static Result<YamlDocument> parse_xml(const std::filesystem::path& path, std::string_view text);
 
   [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }

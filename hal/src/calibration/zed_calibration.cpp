@@ -18,7 +18,7 @@ struct Resolution {
   int width_px;
   int height_px;
 };
-// Of one view, as the maker's documentation lists them.
+// Sizes of one view by the maker's documentation.
 constexpr std::array<Resolution, 6> kResolutions{{{"2k", 2208, 1242},
                                                   {"fhd", 1920, 1080},
                                                   {"fhd1200", 1920, 1200},
@@ -60,7 +60,7 @@ class ZedFile {
     }
   }
 
-  /// A key that is not there is `fallback`, if that is given.
+  /// `fallback`: value of a missing key; none: an error.
   [[nodiscard]] Result<double> number_at(const std::string& key, std::optional<double> fallback = {}) const {
     const auto found = values_.find(key);
     if (found == values_.end()) {
@@ -101,9 +101,8 @@ Result<CameraModel> read_camera(const ZedFile& file, const std::string& section,
   return camera;
 }
 
-// The maker's own example (stereolabs/zed-open-capture, examples) turns (RX, CV, RZ) into a matrix by Rodrigues'
-// formula and gives that to OpenCV as the rotation from left to right, and (Baseline, TY, TZ), which are millimetres
-// and point to the right camera, as the direction between them.
+// As in the maker's example (stereolabs/zed-open-capture, examples): Rodrigues' formula turns (RX, CV, RZ) into the
+// rotation from left to right; (Baseline, TY, TZ), in millimetres, points to the right camera.
 Result<Se3> read_pose(const ZedFile& file, const std::string& resolution) {
   std::array<double, 6> values{};
   const std::array<const char*, 6> keys{"rx", "cv", "rz", "baseline", "ty", "tz"};

@@ -12,7 +12,7 @@ struct Transition {
   CameraState to;
 };
 
-// As documented at CameraState. kClosed, from every state to kClosed, is left out.
+// As documented at CameraState, without kClosed, which leads from every state to kClosed.
 constexpr Transition kTransitions[] = {
     {CameraState::kClosed, CameraEvent::kOpened, CameraState::kConfigured},
     {CameraState::kConfigured, CameraEvent::kStarted, CameraState::kStreaming},

@@ -1,4 +1,4 @@
-// The states of a live camera, and the timers that move it between them.
+// The states of a live camera, and the timers of their transitions.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ struct CameraTimeouts {
   std::int64_t reopen_longest_ns = 0;   ///< The interval doubles with each failed attempt, up to this.
 };
 
-/// What happens to a camera. The first five are the success of a call of StereoCamera.
+/// Events of a camera. The first five are successful calls of StereoCamera.
 enum class CameraEvent : std::uint8_t {
   kOpened,
   kStarted,
@@ -29,7 +29,7 @@ enum class CameraEvent : std::uint8_t {
   kClosed,
 };
 
-/// Pure: time comes with each call, nothing is read or closed here.
+/// Pure: the caller passes the time; no I/O.
 class CameraStateMachine {
  public:
   explicit CameraStateMachine(const CameraTimeouts& timeouts) : timeouts_(timeouts) {}
@@ -44,7 +44,7 @@ class CameraStateMachine {
   [[nodiscard]] std::int64_t last_frame_ns() const noexcept { return last_frame_ns_; }
   /// The first moment at which missing data is a loss.
   [[nodiscard]] std::int64_t loss_due_ns(std::int64_t exposure_ns) const noexcept;
-  /// The timeout that has passed and is to be handled: kStallTimeout or kLost.
+  /// The timeout that has expired and is to be handled: kStallTimeout or kLost.
   [[nodiscard]] std::optional<CameraEvent> expired(std::int64_t now_ns, std::int64_t exposure_ns) const noexcept;
   [[nodiscard]] bool is_reopen_due(std::int64_t now_ns) const noexcept { return now_ns >= next_reopen_ns_; }
 

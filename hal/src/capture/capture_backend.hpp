@@ -1,4 +1,4 @@
-// How a backend outside this library joins it. Explicit: the application says so before it opens a camera.
+// Registration of backends outside this library, by the application, before it opens a camera.
 #pragma once
 
 #include <functional>
@@ -14,7 +14,7 @@ struct CaptureBackendEntry {
   std::function<std::vector<CaptureListing>()> list;
 };
 
-/// From then on make_capture_device and list_capture_devices know the backend. Not while other threads use them.
+/// Adds a backend to make_capture_device and list_capture_devices. Not while other threads use these.
 void register_capture_backend(CaptureBackend backend, const CaptureBackendEntry& entry);
 
 }  // namespace kinetrace::hal

@@ -28,7 +28,7 @@ class Machine final : public CaptureEnvironment {
     for (std::size_t i = 0; i < count; ++i) {
       files[i] = {handles[i].fd, POLLIN, 0};
     }
-    // Rounded up: to wake a moment before the time would mean to wait again for nothing.
+    // Rounded up: waking just before the time would cause a second, useless wait.
     const std::int64_t left_ms = (until_ns - now_ns() + kNanosecondsPerMs - 1) / kNanosecondsPerMs;
     poll(files.data(), count, static_cast<int>(std::clamp<std::int64_t>(left_ms, 0, kMax_ms)));
     for (std::size_t i = 0; i < count; ++i) {

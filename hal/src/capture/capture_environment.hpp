@@ -1,4 +1,4 @@
-// What a live camera needs of the machine: devices, time, waiting. Tests put a scripted one in its place.
+// Interface of a live camera to the machine: devices, time, waiting. Tests replace it by a scripted one.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace kinetrace::hal {
 
-/// A descriptor to wait for; `ready` is the answer.
+/// A descriptor to wait for; `ready` is the result.
 struct WaitHandle {
   int fd = -1;
   bool ready = false;
@@ -26,7 +26,7 @@ class CaptureEnvironment {
   [[nodiscard]] virtual Result<std::unique_ptr<CaptureDevice>> make_device(const CaptureConfig& config) = 0;
   /// CLOCK_MONOTONIC, the clock of CapturedImage::timestamp_ns.
   [[nodiscard]] virtual std::int64_t now_ns() = 0;
-  /// Until one of the handles is ready (or broken, which next() then explains) or that time has come.
+  /// Waits until a handle is ready (or broken, which next() then reports) or until that time.
   virtual void wait(std::span<WaitHandle> handles, std::int64_t until_ns) = 0;
 };
 

@@ -1,4 +1,4 @@
-// What a plugin and the program that loads it agree on.
+// Interface between a plugin and the program that loads it.
 #pragma once
 
 #include "capture/capture_backend.hpp"

@@ -10,7 +10,7 @@
 namespace kinetrace::hal {
 namespace {
 
-// From the exposure to a buffer that can be taken, at the most.
+// Upper bound of the time from the exposure to a filled buffer.
 constexpr std::int64_t kArrivalTolerance_ns = 1'000'000'000;
 constexpr int kMaxRestarts = 3;
 
@@ -49,7 +49,7 @@ std::string CaptureStream::described() const {
 
 Status CaptureStream::open() {
   CaptureConfig wanted = config_;
-  // Every name but a path finds the device wherever it is plugged in.
+  // A path may change when the device is plugged in again; all other names stay valid.
   if (!identity_.stable_id.empty() && config_.device.starts_with('/')) {
     wanted.device = identity_.stable_id;
   }
@@ -79,8 +79,8 @@ Status CaptureStream::open() {
   return {};
 }
 
-// A device named by its serial number may come back elsewhere. Where no more than a path is known, what answers there
-// must at least be called as before.
+// A device configured by its serial number may return on another port. A device known by its path alone must at least
+// have the same name as before.
 bool CaptureStream::is_the_same(const CaptureInfo& info) const {
   const bool may_move = !info.serial.empty() && config_.device == info.serial;
   const bool is_known_by_path = identity_.stable_id.starts_with('/');
@@ -113,8 +113,8 @@ bool CaptureStream::is_sound(const CapturedImage& image) const noexcept {
   return !image.damaged && image.slot >= 0 && static_cast<std::size_t>(image.slot) < kMaxSlots;
 }
 
-// That of the image where the device tells it, else the one that was set. None is longer than a period, whatever a
-// driver says.
+// The exposure that the device reports for the image, else the one that was set; limited to a period, since drivers may
+// report nonsense.
 void CaptureStream::note_exposure(const CapturedImage& image) noexcept {
   constexpr double kNanosecondsPerUs = 1e3;
   const auto set_ns = static_cast<std::int64_t>(device_->info().exposure_us.value_or(0.0) * kNanosecondsPerUs);
@@ -126,7 +126,7 @@ std::int64_t CaptureStream::mid_exposure_ns(const CapturedImage& image) const no
   return image.timestamp_ns + (is_start ? exposure_ns_ / 2 : -exposure_ns_ / 2);
 }
 
-// Everything that counts in periods relies on the rate; a device that does not tell it is measured.
+// Numbering and pairing count in periods and rely on the rate: it is measured if the device does not report it.
 Status CaptureStream::check_rate(const CapturedImage& image) {
   constexpr double kTolerance = 0.1;
   if (device_->info().rate_hz > 0.0 || config_.trigger == TriggerMode::kExternal) {
@@ -141,7 +141,7 @@ Status CaptureStream::check_rate(const CapturedImage& image) {
                      number(*rate_hz), " Hz; set image.rate_hz to that, shorten the exposure or add light"));
 }
 
-// A fatal error of the stream is often mended by starting it again; one that keeps coming back is a loss.
+// A restart often repairs a fatal error of the stream; a repeated error is a loss.
 Status CaptureStream::restart(const Error& cause) {
   if (++restarts_in_a_row_ > kMaxRestarts) {
     return fail(ErrorCode::kDisconnected, concat(described(), ": keeps failing: ", cause.message));
@@ -156,7 +156,7 @@ Status CaptureStream::restart(const Error& cause) {
   return {};
 }
 
-// What next() says where it has no image.
+// Handles a call of next() without an image.
 Result<std::optional<SyncFrame>> CaptureStream::initiate_tracks(const Error& error) {
   if (error.code == ErrorCode::kTimeout) {
     note_empty();
@@ -171,8 +171,8 @@ Result<std::optional<SyncFrame>> CaptureStream::initiate_tracks(const Error& err
   return std::nullopt;
 }
 
-// An image came at some time between that when the device had none and that when we took it: while we were held up, it
-// waited.
+// An image arrives between the last time that the device had none and the time that it is taken: it may have waited in
+// the driver.
 std::int64_t CaptureStream::plausible_time_ns(const CapturedImage& image, CameraCounters& counters) noexcept {
   const Arrival arrival{empty_ns_, last_image_ns_};
   const TimelineGuard::Evidence evidence{.expected_ns = arrival.latest_ns - arrival_.latest_ns,
@@ -184,7 +184,7 @@ std::int64_t CaptureStream::plausible_time_ns(const CapturedImage& image, Camera
   return time.time_ns;
 }
 
-// By time only where images come by themselves.
+// Triggered images are not numbered by time: they have no period.
 std::int64_t CaptureStream::number_of(const CapturedImage& image, std::optional<std::int64_t> time_ns) noexcept {
   const bool is_counted = device_->info().sequence_counts_losses;
   const bool is_timed = config_.trigger == TriggerMode::kFreeRunning;
@@ -202,7 +202,7 @@ Result<std::optional<SyncFrame>> CaptureStream::take(CameraCounters& counters) {
     device_->release(image->slot);
     return Unexpected(as_asked.error());
   }
-  // Whatever number it comes under.
+  // Even under a new sequence number.
   const bool is_repeated = stamp_ns_ == image->timestamp_ns;
   stamp_ns_ = image->timestamp_ns;
   if (!is_sound(*image) || is_repeated) {

@@ -21,7 +21,7 @@
 namespace kinetrace::hal {
 
 /// Opens its device by name, from the second time on by stable id if the name is a path; keeps captured images by slot;
-/// turns stamps into plausible mid-exposure times.
+/// converts stamps to plausible mid-exposure times.
 class CaptureStream {
  public:
   [[nodiscard]] static std::size_t required_bytes(const CaptureConfig& config);
@@ -29,28 +29,27 @@ class CaptureStream {
   [[nodiscard]] static Result<CaptureStream> create(std::string view, const CaptureConfig& config, Arena& arena,
                                                     CaptureEnvironment& environment);
 
-  /// Errors: as CaptureDevice::open; kDisconnected where another device than before answers.
+  /// Errors: as CaptureDevice::open; kDisconnected if it finds another device than before.
   [[nodiscard]] Status open();
   [[nodiscard]] Status start();
   [[nodiscard]] Status stop();
   void close() noexcept;
 
-  /// Takes one image if it is worth pairing, `sequence` being its image_number(); none otherwise, with the reason
+  /// Takes one image for pairing, with its image_number() as `sequence`; none if it is unusable, with the reason
   /// counted. Errors: kDisconnected.
   [[nodiscard]] Result<std::optional<SyncFrame>> take(CameraCounters& counters);
-  /// The device has no image at present. Whoever says so helps to tell an image that waited for us from a clock that
-  /// jumped.
+  /// Call it when the device has no image: that distinguishes images that waited in the driver from jumps of the clock.
   void note_empty() noexcept { empty_ns_ = environment_->now_ns(); }
   [[nodiscard]] Result<GrayView> luminance(int slot);
   void release(int slot) noexcept;
 
   /// Of the newest image, damaged ones included: see ImageNumbering.
   [[nodiscard]] std::int64_t image_number() const noexcept { return numbering_.number(); }
-  /// Grows whenever start() made all slots handed out before invalid.
+  /// Increases with every start(), which invalidates all slots.
   [[nodiscard]] int generation() const noexcept { return generation_; }
   [[nodiscard]] int wait_fd() const noexcept { return device_->wait_fd(); }
   [[nodiscard]] std::int64_t last_image_ns() const noexcept { return last_image_ns_; }
-  /// Of the newest image, as far as the device tells it.
+  /// Of the newest image, if the device reports it; else as set.
   [[nodiscard]] std::int64_t exposure_ns() const noexcept { return exposure_ns_; }
   /// "left camera (name of the device)".
   [[nodiscard]] std::string described() const;
@@ -87,12 +86,12 @@ class CaptureStream {
   RateMeter rate_;
   ImageNumbering numbering_;
   std::int64_t last_image_ns_ = 0;  ///< When the last image was taken, damaged ones included.
-  std::int64_t empty_ns_ = 0;       ///< When the device was last known to have none.
+  std::int64_t empty_ns_ = 0;       ///< When the device last had none.
   struct Arrival {
     std::int64_t earliest_ns = 0;
     std::int64_t latest_ns = 0;  ///< When it was taken.
   };
-  Arrival arrival_;                       ///< Of the last sound image.
+  Arrival arrival_;                       ///< Of the last valid image.
   std::optional<std::int64_t> stamp_ns_;  ///< Of the last image since start().
   std::int64_t exposure_ns_ = 0;
   int generation_ = 0;

@@ -50,14 +50,14 @@ void CompletedQueue::clear() noexcept {
 
 void CompletedQueue::raise() noexcept {
   const std::uint64_t one = 1;
-  // Fails only where the counter is full, that is, where the descriptor is readable anyway.
+  // Fails only if the counter is full; then the descriptor is readable anyway.
   [[maybe_unused]] const ssize_t written = write(event_.get(), &one, sizeof one);
 }
 
 void CompletedQueue::lower_if_idle() noexcept {
   if (items_.empty() && !ended_) {
     std::uint64_t count = 0;
-    // Fails only where it is not readable already.
+    // Fails only if it is not readable anyway.
     [[maybe_unused]] const ssize_t got = read(event_.get(), &count, sizeof count);
   }
 }

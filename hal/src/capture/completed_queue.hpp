@@ -1,4 +1,4 @@
-// Images that another thread has finished, waiting for the one that uses them.
+// Queue of completed images between the thread of the source and its consumer.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@
 
 namespace kinetrace::hal {
 
-/// Handed out by sequence, whatever order they were finished in. `wait_fd` is readable while there is something to take
-/// or the source has gone. Never allocates after construction.
+/// Ordered by sequence, not by completion. `wait_fd` is readable while the queue has items or after the source has
+/// ended. Never allocates after construction.
 class CompletedQueue {
  public:
   struct Item {
@@ -24,7 +24,7 @@ class CompletedQueue {
   explicit CompletedQueue(std::size_t capacity);
 
   void push(const Item& item) noexcept;
-  /// The item with the least sequence.
+  /// The item with the lowest sequence.
   [[nodiscard]] std::optional<Item> pop() noexcept;
   /// The source will never push again.
   void end() noexcept;

@@ -1,4 +1,4 @@
-// How many bytes an image takes as a device delivers it.
+// Size of an image in bytes, as a device delivers it.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,7 @@
 
 namespace kinetrace::hal {
 
-/// Bytes of one pixel's luminance and what is interleaved with it; zero where compressed.
+/// Bytes of one pixel's luminance with interleaved data; zero for compressed formats.
 [[nodiscard]] constexpr int bytes_per_pixel(PixelFormat format) noexcept {
   switch (format) {
     case PixelFormat::kGrey8:
@@ -20,7 +20,7 @@ namespace kinetrace::hal {
   return 0;
 }
 
-/// Bytes from the first luminance to the last; for compressed images one: no bytes at all are no image.
+/// Bytes from the first luminance to the last; one for compressed images, which must not be empty.
 [[nodiscard]] constexpr std::size_t bytes_needed(const CaptureInfo& info) noexcept {
   const int pixel = bytes_per_pixel(info.format);
   if (pixel == 0) {

@@ -60,7 +60,7 @@ Status validate_view(const std::string& view, const CaptureConfig& config) {
                         check_range("image.buffers", config.buffers, 5, 32)});
 }
 
-// Both cameras see the same: what differs between them is a mistake.
+// Both cameras must have the same mode: a difference is a mistake.
 Status validate_pair(const CaptureConfig& left, const CaptureConfig& right) {
   if (left.device == right.device) {
     return fail(ErrorCode::kInvalidConfig,

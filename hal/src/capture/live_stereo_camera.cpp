@@ -76,7 +76,7 @@ struct LiveStereoCamera::Impl {
   Impl(const Impl&) = delete;  // The pairer refers to streams and counters.
   Impl& operator=(const Impl&) = delete;
 
-  /// `success` is what `call` leads to.
+  /// `success`: event of a successful `call`.
   [[nodiscard]] Status require(CameraEvent success, const char* call) const;
   void handle(CameraEvent event);
 
@@ -128,7 +128,7 @@ Status LiveStereoCamera::Impl::start_streams() {
   return {};
 }
 
-// All of them, whatever happens to one; the first error.
+// Stops all streams, even after an error; returns the first error.
 Status LiveStereoCamera::Impl::stop_streams() {
   Status stopped;
   for (CaptureStream& stream : streams) {
@@ -146,7 +146,7 @@ void LiveStereoCamera::Impl::close_streams() {
   }
 }
 
-// Later than everything before, in whole periods; false if it is not later.
+// Advances the frame number by whole periods; false if the time does not increase.
 bool LiveStereoCamera::Impl::advance_to(std::int64_t time_ns) {
   if (last_index < 0) {
     last_index = 0;
@@ -160,7 +160,7 @@ bool LiveStereoCamera::Impl::advance_to(std::int64_t time_ns) {
   return true;
 }
 
-// The newest pair as a frame; none if there is no pair, or none that can be used.
+// The newest pair as a frame; none without a usable pair.
 std::optional<StereoFrame> LiveStereoCamera::Impl::deliver() {
   const std::optional<SyncPair> pair = pairer.take();
   if (!pair) {
@@ -187,7 +187,8 @@ std::int64_t LiveStereoCamera::Impl::longest_exposure_ns() const {
   return longest_ns;
 }
 
-// Names the camera whose last image is the oldest, if that explains the stall; else why images did not become frames.
+// Names the camera with the oldest last image if that explains the stall, else the reason why images did not become
+// frames.
 Error LiveStereoCamera::Impl::no_data_error(std::int64_t now_ns) const {
   const auto oldest = std::min_element(streams.begin(), streams.end(), [](const auto& a, const auto& b) {
     return a.last_image_ns() < b.last_image_ns();
@@ -221,7 +222,7 @@ Error LiveStereoCamera::Impl::lose(Error cause) {
   return {ErrorCode::kDisconnected, std::move(cause.message)};
 }
 
-// What next() ends with where there is no frame.
+// The error of next() without a frame.
 Error LiveStereoCamera::Impl::timeout(std::int64_t now_ns) {
   const std::optional<CameraEvent> expired = states.expired(now_ns, longest_exposure_ns());
   if (expired == CameraEvent::kLost) {
@@ -293,7 +294,7 @@ Status LiveStereoCamera::start() {
   self.pairer.reset();
   self.last_index = -1;
   if (Status started = self.start_streams(); !started) {
-    static_cast<void>(self.stop_streams());  // Why it did not start says more.
+    static_cast<void>(self.stop_streams());  // The reason of the failed start matters more.
     return started;
   }
   self.handle(CameraEvent::kStarted);

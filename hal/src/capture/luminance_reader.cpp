@@ -35,7 +35,7 @@ void convert(const CapturedImage& image, const CaptureInfo& info, MutableGrayVie
   }
 }
 
-// Little-endian 16-bit samples of which `bits` are used, in the low end: the upper 8 of them, saturated.
+// Little-endian 16-bit samples with kBits used low bits: converts the upper 8 of these, saturated.
 template <int kBits>
 void convert_samples(const CapturedImage& image, const CaptureInfo& info, MutableGrayView target) {
   convert(image, info, target, [](const std::uint8_t* bytes) {
@@ -81,7 +81,7 @@ Result<LuminanceReader> LuminanceReader::create(const CaptureConfig& config, Are
   return LuminanceReader(std::move(impl));
 }
 
-// The driver's word is not enough: a view beyond the bytes would be read by everybody.
+// Drivers are not trusted: a view beyond the bytes would be read out of bounds later.
 Status LuminanceReader::Impl::check(const CapturedImage& image, const CaptureInfo& info) const {
   const bool fits_reader =
       lies_in_place(format) || (info.width_px == converted.width && info.height_px == converted.height);
@@ -102,7 +102,7 @@ Status LuminanceReader::Impl::decode(const CapturedImage& image, const CaptureIn
   const std::span bytes(reinterpret_cast<const std::uint8_t*>(image.data.data()), image.data.size());
   Status decoded = jpeg->decode_gray(info.name.c_str(), bytes, converted);
   if (!decoded) {
-    decoded.error().code = ErrorCode::kBadFormat;  // Another size than announced is damage, too.
+    decoded.error().code = ErrorCode::kBadFormat;  // An unannounced size is damage, too.
   }
   return decoded;
 }

@@ -1,4 +1,4 @@
-// Captured bytes into 8-bit luminance.
+// Converts captured bytes to 8-bit luminance.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@
 
 namespace kinetrace::hal {
 
-/// Luminance that lies in the buffer as 8-bit rows (GREY, NV12) is viewed in place; other formats are converted into
-/// memory of the reader, one image, taken from the arena. One reader serves one device and one thread.
+/// Returns 8-bit luminance rows (GREY, NV12) in place; converts other formats into an image of its own from the arena.
+/// One reader serves one device and one thread.
 class LuminanceReader {
  public:
   [[nodiscard]] static std::size_t required_bytes(const CaptureConfig& config);

@@ -1,4 +1,4 @@
-// A part of a device's memory, mapped for reading.
+// A read-only mapping of a part of a device's memory.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@ namespace kinetrace::hal {
 
 class MappedBytes {
  public:
-  /// errno tells why where it is not valid() afterwards.
+  /// Sets errno if it is not valid() afterwards.
   MappedBytes(int fd, std::size_t length, std::int64_t offset) noexcept {
     void* address = mmap(nullptr, length, PROT_READ, MAP_SHARED, fd, offset);
     if (address != MAP_FAILED) {

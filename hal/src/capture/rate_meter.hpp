@@ -1,4 +1,4 @@
-// The rate of a device that does not tell it.
+// Measures the rate of a device that does not report it.
 #pragma once
 
 #include <array>
@@ -8,12 +8,12 @@
 
 namespace kinetrace::hal {
 
-/// Measures over the first images of a stream, once. Images that were lost do not matter, nor do a few late stamps.
+/// Measures once, over the first images of a stream. Robust to lost images and to a few late stamps.
 class RateMeter {
  public:
   /// The stream begins.
   void reset() noexcept { *this = {}; }
-  /// For every image. The rate in Hz, at the image that completes the measurement.
+  /// Call it for every image. Returns the rate in Hz once, at the image that completes the measurement.
   [[nodiscard]] std::optional<double> add(std::int64_t sequence, std::int64_t stamp_ns) noexcept;
 
  private:

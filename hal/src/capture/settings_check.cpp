@@ -8,7 +8,7 @@
 namespace kinetrace::hal {
 namespace {
 
-// Frames in flight have the settings of before.
+// Frames in flight still have the previous settings.
 constexpr int kSettlingImages = 8;
 
 Status compare(const std::string& name, const char* what, std::optional<double> asked, std::optional<double> got,
@@ -30,7 +30,7 @@ double exposure_tolerance_us(std::optional<double> exposure_us) {
 
 Status SettingsCheck::check(const std::string& name, const CaptureSettings& got) {
   constexpr double kGainStep = 0.05;
-  constexpr double kPeriodPart = 0.01;  // As of a rate that is read back.
+  constexpr double kPeriodPart = 0.01;  // The same tolerance as for a rate that is read back.
   if (++images_ <= kSettlingImages) {
     return {};
   }

@@ -1,4 +1,4 @@
-// Whether a camera takes its images as it was asked to, where that shows in the images alone.
+// Checks requested settings against the metadata of images, where these alone report them.
 #pragma once
 
 #include <optional>
@@ -8,14 +8,14 @@
 
 namespace kinetrace::hal {
 
-/// What an image was taken with, or is to be. None: not reported, or left to the camera.
+/// Requested or actual settings of an image. None: left to the camera, or not reported.
 struct CaptureSettings {
   std::optional<double> exposure_us{};
   std::optional<double> gain{};
   std::optional<double> period_us{};
 };
 
-/// Compares what was asked for with what images report, once settings have had the time to reach the sensor.
+/// Compares requested settings with those that images report, after the images that were still in flight.
 class SettingsCheck {
  public:
   SettingsCheck() = default;
@@ -23,7 +23,7 @@ class SettingsCheck {
 
   /// The stream begins.
   void reset() noexcept { images_ = 0; }
-  /// For every image. Errors: kUnsupported (both are printed); `name` is the device's.
+  /// Call it for every image. Errors: kUnsupported (prints both); `name` is the device's.
   [[nodiscard]] Status check(const std::string& name, const CaptureSettings& got);
 
  private:

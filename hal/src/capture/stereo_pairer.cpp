@@ -5,7 +5,7 @@
 namespace kinetrace::hal {
 namespace {
 
-// How long a device is left alone that reports itself ready and has no image.
+// Pause for a device that reports itself ready but has no image.
 constexpr std::int64_t kPollBackoff_ns = 1'000'000;
 
 View view_of(std::size_t camera) {
@@ -24,7 +24,7 @@ StereoPairer::StereoPairer(std::span<CaptureStream> streams, CaptureEnvironment&
       synchronizer_(config) {}
 
 void StereoPairer::begin() noexcept {
-  static_cast<void>(forget_restarted());  // These are the first starts.
+  static_cast<void>(forget_restarted());  // First starts are no restarts.
   missed_.restart();
 }
 
@@ -38,7 +38,7 @@ std::array<WaitHandle, 2> StereoPairer::wait_for_images(std::int64_t until_ns) {
 }
 
 void StereoPairer::wait(std::int64_t now_ns, std::int64_t until_ns) {
-  if (falsely_ready_) {  // To wait for that device would return at once.
+  if (falsely_ready_) {  // Waiting for that device would return at once.
     environment_->wait({}, now_ns + kPollBackoff_ns);
   } else {
     static_cast<void>(wait_for_images(until_ns));
@@ -91,7 +91,7 @@ Result<bool> StereoPairer::take_image(std::size_t camera) {
   return true;
 }
 
-// A stream that was started again has taken all its buffers back: none of them may be used or released any more.
+// A restarted stream owns all its buffers again: none may be used or released any more.
 std::uint64_t StereoPairer::forget_restarted() noexcept {
   std::uint64_t restarts = 0;
   for (std::size_t camera = 0; camera < streams_.size(); ++camera) {

@@ -1,4 +1,4 @@
-// From the images of one or two streams to the newest stereo pair.
+// Makes the newest stereo pair from the images of one or two streams.
 #pragma once
 
 #include <array>
@@ -23,40 +23,40 @@ struct StereoViews {
 };
 
 /// Pairs the images of two streams by time, or makes a pair of each image of one stream that shows both views side by
-/// side. Keeps the newest pair; gives every other image back to its device and counts why. Streams, environment and
+/// side. Keeps the newest pair; returns every other image to its device and counts the reason. Streams, environment and
 /// counters must outlive it. Never allocates.
 class StereoPairer {
  public:
   StereoPairer(std::span<CaptureStream> streams, CaptureEnvironment& environment, const SyncConfig& config, int buffers,
                CameraCounters& counters);
 
-  /// Forgets what was learnt about the times of the streams.
+  /// Resets the estimated time offset of the streams.
   void reset() noexcept { synchronizer_ = FrameSynchronizer(config_); }
-  /// The streams have just been started: nothing is missed before their first pair.
+  /// Call it after starting the streams: no frames count as missed before their first pair.
   void begin() noexcept;
 
-  /// Takes the images that the devices have, at most as many as they can have queued. Errors: kDisconnected.
+  /// Takes the available images, at most as many as the devices can queue. Errors: kDisconnected.
   [[nodiscard]] Status gather();
-  /// Until a stream may have an image or that time has come. After gather().
+  /// Waits until a stream may have an image or until that time. Call it after gather().
   void wait(std::int64_t now_ns, std::int64_t until_ns);
 
-  /// The newest pair, if there is one that was not taken yet. Its images stay valid until release_taken().
+  /// The newest pair, if it was not taken before. Its images stay valid until release_taken().
   [[nodiscard]] std::optional<SyncPair> take();
   void release_taken() noexcept;
   void release_all() noexcept;
-  /// None where an image cannot be read.
+  /// None if an image cannot be read.
   [[nodiscard]] std::optional<StereoViews> views(const SyncPair& pair);
-  /// `pair` is delivered. Counts the frames that were missed before it.
+  /// Counts the frames missed before the delivered `pair`.
   void count_gaps(const SyncPair& pair) noexcept;
 
   [[nodiscard]] bool side_by_side() const noexcept { return streams_.size() == 1; }
-  /// As FrameSynchronizer::move. False where there is nothing to pair.
+  /// As FrameSynchronizer::move. False for side-by-side images.
   bool move(int frames) noexcept;
   [[nodiscard]] const FrameSynchronizer& synchronizer() const noexcept { return synchronizer_; }
 
  private:
   [[nodiscard]] Result<bool> take_image(std::size_t camera);
-  /// Returns how many streams have been started again since the last call.
+  /// Returns the number of streams restarted since the last call.
   std::uint64_t forget_restarted() noexcept;
   void offer(const SyncPair& pair) noexcept;
   void count_drops() noexcept;
@@ -73,7 +73,7 @@ class StereoPairer {
   std::array<int, 2> generations_{};
   std::optional<SyncPair> taken_;
   std::optional<SyncPair> newest_;  ///< Not yet taken.
-  bool falsely_ready_ = false;      ///< A device reported itself ready and had no image.
+  bool falsely_ready_ = false;      ///< A device reported itself ready but had no image.
 };
 
 }  // namespace kinetrace::hal

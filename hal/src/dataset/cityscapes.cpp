@@ -68,7 +68,7 @@ Result<City> choose_city(const DatasetSpec& spec) {
   return *std::find_if(all.begin(), all.end(), [&name](const City& city) { return city.name == *name; });
 }
 
-// "CITY_SEQ" of the frames wanted: what was asked for, or the only one that the city has.
+// "CITY_SEQ" of the recording: the requested one, or the only one of the city.
 Result<std::string> choose_recording(const fs::path& folder, const std::string& wanted, const ImageFolder& images) {
   std::set<std::string> recordings;
   for (const std::string& stem : images.stems) {

@@ -1,4 +1,4 @@
-// Recordings that kinetrace made itself, see container_file.hpp.
+// Container recordings of `kinetrace record`, see container_file.hpp.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -38,7 +38,7 @@ std::string ten_digits(std::int64_t number) {
   return text.data();
 }
 
-// How a recording came apart, for the notes.
+// Damage of a recording, for the notes.
 struct Damage {
   std::int64_t records = 0;
   std::int64_t out_of_order = 0;
@@ -106,7 +106,7 @@ Result<Dataset> open_container(const DatasetSpec& spec) {
   Damage damage;
   for (const fs::path& path : *paths) {
     auto file = ContainerFile::open(path);
-    // The newest file may have been cut before its header was whole.
+    // The newest file may have been cut within its header.
     if (!file && header && file.error().code == ErrorCode::kBadFormat && path == paths->back()) {
       dataset.notes.push_back(file.error().message);
       break;

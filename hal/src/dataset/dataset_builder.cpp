@@ -14,16 +14,16 @@
 namespace kinetrace::hal {
 namespace {
 
-// No camera known here is faster than 1000 Hz, the highest rate of a DatasetSpec; ten times that is another unit.
-// Frames more than a day apart show no motion that could be followed: such times are wrong, or in another unit as well.
+// The highest rate of a DatasetSpec is 1000 Hz; times at ten times that rate have another unit. Frames more than a day
+// apart show no motion that can be tracked: their times are wrong or have another unit, too.
 constexpr std::int64_t kFastestStep_ns = 1'000'000;
 constexpr std::int64_t kMinStep_ns = kFastestStep_ns / 10;
 constexpr std::int64_t kSlowestStep_ns = std::int64_t{24} * 3600 * 1'000'000'000;
 
-// Slower than any camera that something is followed with: rather milliseconds that were taken for seconds.
+// Slower than any camera used for tracking: probably milliseconds taken for seconds.
 constexpr std::int64_t kSlowStep_ns = std::int64_t{10} * 1'000'000'000;
 
-// A stem with the sides it is there on.
+// A stem and the sides on which it exists.
 struct Member {
   std::string stem;
   bool left = false;
@@ -82,7 +82,7 @@ std::vector<std::int64_t> numbers_by_place(std::size_t count) {
   return numbers;
 }
 
-// What a stem's digits may say about time.
+// A time format of the digits of a stem.
 struct StemClock {
   std::size_t min_digits;
   std::size_t max_digits;
@@ -96,7 +96,7 @@ std::optional<std::int64_t> parse_microseconds_ns(std::string_view digits) {
                                                                          : std::nullopt;
 }
 
-// In the order in which they are tried; the last two count from 1970.
+// In order of trial; the last two count from 1970.
 constexpr std::array<StemClock, 4> kStemClocks{{
     {14, 14, parse_calendar_ns},  // YYYYMMDDhhmmss
     {17, 17, parse_calendar_ns},  // With milliseconds.
@@ -108,8 +108,8 @@ std::string_view trailing_digits(std::string_view stem) {
   return stem.substr(stem.find_last_not_of("0123456789") + 1);
 }
 
-// Times of all stems by one clock; none if one of them is no time, or if no camera takes images at such steps: then the
-// digits mean something else.
+// Times of all stems by one clock; none if a stem is no time or if the steps are implausible for a camera: then the
+// digits have another meaning.
 std::optional<std::vector<std::int64_t>> times_by(const StemClock& clock, const std::vector<Member>& members) {
   std::vector<std::int64_t> times_ns;
   times_ns.reserve(members.size());
@@ -187,7 +187,7 @@ struct Timeline {
   std::string source;  // Of the times.
 };
 
-// As the recorder wrote it. Frames that it did not come to the end of are left out.
+// The timeline that the recorder wrote, without unfinished frames.
 Result<Timeline> recorded_timeline(const std::filesystem::path& path, std::vector<Member>& members,
                                    std::vector<std::string>& notes) {
   const auto times = read_frame_times_ns(path);
@@ -213,7 +213,7 @@ Result<Timeline> recorded_timeline(const std::filesystem::path& path, std::vecto
   return timeline;
 }
 
-// From the names of the files and the list of times. Adds a note where numbers or times had to be assumed.
+// Deduces the timeline from file names and the list of times. Adds a note if numbers or times are assumed.
 Result<Timeline> deduced_timeline(const SequenceFiles& files, const std::vector<Member>& members,
                                   std::vector<std::string>& notes) {
   const std::string& folder = files.left.files.folder;
@@ -249,8 +249,7 @@ Result<Timeline> deduced_timeline(const SequenceFiles& files, const std::vector<
   return timeline;
 }
 
-// The cameras of a rig are triggered together: what their clocks say differs by far less than the time to the next
-// frame.
+// The cameras of a rig are triggered together: their times differ by far less than a period.
 void note_disagreeing_times(const SequenceFiles& files, std::vector<std::string>& notes) {
   if (!is_there(files.times_path) || !is_there(files.right_times_path)) {
     return;

@@ -44,7 +44,7 @@ Result<fs::path> find_mav(const DatasetSpec& spec) {
                   "folder that holds mav0");
 }
 
-// The list in data.csv without the entries whose file is not there; such an image is a missing side.
+// The entries of data.csv with an existing file; the others are missing sides.
 Result<std::vector<TimedImage>> read_image_list(const fs::path& camera, const ImageFolder& images) {
   const fs::path path = camera / "data.csv";
   const Result<std::string> text = read_text(path);
@@ -79,7 +79,8 @@ std::int64_t distance_ns(const TimedImage& a, const TimedImage& b) {
   return std::abs(a.time_ns - b.time_ns);
 }
 
-// Whether images[i] finds no partner: the next of the other side comes too late for it, or suits its successor better.
+// Whether images[i] has no partner: the next image of the other side is too late, or nearer to the successor of
+// images[i].
 bool stands_alone(const std::vector<TimedImage>& images, std::size_t i, const std::vector<TimedImage>& others,
                   std::size_t other, std::int64_t period_ns) {
   if (i == images.size()) {
@@ -91,7 +92,7 @@ bool stands_alone(const std::vector<TimedImage>& images, std::size_t i, const st
   return i + 1 < images.size() && distance_ns(images[i + 1], others[other]) < distance_ns(images[i], others[other]);
 }
 
-// Pairs each left image with the nearest right one within half a period; both lists ascend in time. What finds no
+// Pairs each left image with the nearest right one within half a period; both lists ascend in time. An image without a
 // partner becomes a frame with one side.
 std::vector<std::pair<const TimedImage*, const TimedImage*>> matched(const std::vector<TimedImage>& left,
                                                                      const std::vector<TimedImage>& right,

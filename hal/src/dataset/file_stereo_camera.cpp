@@ -11,7 +11,7 @@
 namespace kinetrace::hal {
 namespace {
 
-// What one pass takes of frame numbers and of time.
+// Frame numbers and time that one pass spans.
 struct PassSpan {
   std::int64_t numbers = 0;
   std::int64_t duration_ns = 0;

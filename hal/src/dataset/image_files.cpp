@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kFullBits = 16;
 
-// By the header of the first image that has one: recordings are of one kind.
+// By the first readable header: all images of a recording have one format.
 bool has_grey_of_16_bits(const FrameList& frames) {
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const std::string_view stem = frames[i].left_stem;
@@ -23,7 +23,7 @@ bool has_grey_of_16_bits(const FrameList& frames) {
   return false;
 }
 
-// Of images all over the recording. What cannot be read is skipped here, and counted when it is played.
+// From images spread over the recording. Unreadable ones are skipped here, and counted when the recording is played.
 int most_used_bits(const FrameList& frames, imaging::ImageReader& reader) {
   constexpr std::size_t kFramesLookedAt = 8;
   const std::size_t step = std::max<std::size_t>(1, frames.size() / kFramesLookedAt);
@@ -39,7 +39,7 @@ int most_used_bits(const FrameList& frames, imaging::ImageReader& reader) {
 
 }  // namespace
 
-// A file much larger than its pixels is damaged; it is skipped instead of sizing everybody's memory.
+// A file much larger than its pixels is damaged: it is skipped, so that it does not determine the size of the buffers.
 imaging::ImageReaderConfig image_reader_config(const Dataset& dataset) {
   constexpr std::size_t kMinBuffer = 4096;
   constexpr std::size_t kBytesPerPixel = 8;  // 16-bit colour with alpha, not compressed.

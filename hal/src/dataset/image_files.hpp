@@ -1,4 +1,4 @@
-// How a recording's image files are read.
+// Reading of a recording's image files.
 #pragma once
 
 #include "kinetrace/hal/dataset.hpp"
@@ -8,8 +8,8 @@ namespace kinetrace::hal {
 
 [[nodiscard]] imaging::ImageReaderConfig image_reader_config(const Dataset& dataset);
 
-/// Dataset::sample_bits, from images all over the recording: cameras of 10, 12 and 14 bits are often written into 16
-/// without being scaled, which would leave next to nothing of them in 8. Adds a note where that is so.
+/// Sets Dataset::sample_bits from images spread over the recording: values of 10, 12 and 14 bits are often stored
+/// unscaled in 16 bits; their upper 8 bits would be almost empty. Adds a note in that case.
 void find_sample_bits(Dataset& dataset);
 
 }  // namespace kinetrace::hal

@@ -32,7 +32,7 @@ Result<fs::path> find_drive(const DatasetSpec& spec) {
     for (const std::string& name : subfolders(date)) {
       if (is_drive(date / name)) {
         drives.push_back((below / name).string());
-        // As it is listed, too.
+        // Also by the name in the list.
         if (spec.sequence.empty() || is_called(name, spec.sequence) || drives.back() == spec.sequence) {
           matches.push_back(drives.back());
         }

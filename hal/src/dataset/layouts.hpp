@@ -1,4 +1,4 @@
-// One function per layout: finds frames and calibration; open_dataset does what they share.
+// One function per layout: finds frames and calibration. open_dataset does the common work.
 #pragma once
 
 #include "kinetrace/core/result.hpp"
@@ -6,7 +6,7 @@
 
 namespace kinetrace::hal {
 
-/// Beside KITTI's own files in what `kinetrace record` writes: which frame has which time.
+/// Written by `kinetrace record` beside KITTI's own files: the time of each frame.
 inline constexpr const char* kFrameTimesFile = "frames.txt";
 
 [[nodiscard]] Result<Dataset> open_kitti_raw(const DatasetSpec& spec);

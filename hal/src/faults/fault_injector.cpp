@@ -13,7 +13,7 @@
 namespace kinetrace::hal {
 namespace {
 
-// Grey of what a driver leaves in a buffer that was not filled.
+// Grey value of the unfilled part of a buffer.
 constexpr std::uint8_t kUnfilled = 0;
 
 // Steele, Lea, Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014: the finaliser of SplitMix64.
@@ -24,7 +24,7 @@ std::uint64_t mixed(std::uint64_t x) noexcept {
   return x ^ (x >> 31U);
 }
 
-// In [0, 1), from seed, kind and frame alone.
+// In [0, 1), a function of seed, kind and frame.
 double lot(std::uint64_t seed, FaultKind kind, std::int64_t number) noexcept {
   const std::uint64_t bits =
       mixed(mixed(seed ^ (static_cast<std::uint64_t>(kind) << 56U)) + static_cast<std::uint64_t>(number));
@@ -72,7 +72,7 @@ Status FaultInjector::start() {
   return started;
 }
 
-// What is left of one stream must not come in the next, nor be looked at: it may lie in buffers of the device.
+// Frames of one stream must not reach the next, nor be read: they may refer to buffers of the device.
 void FaultInjector::forget() noexcept {
   state_.reset();
   gone_until_ = -1;
@@ -122,7 +122,7 @@ Result<StereoFrame> FaultInjector::produce(std::chrono::milliseconds timeout) {
   do {
     Result<StereoFrame> frame = camera_->next(deadline.left());
     if (!frame && frame.error().code == ErrorCode::kEndOfStream && held_back_) {
-      return *std::exchange(held_back_, std::nullopt);  // No frame follows that it could come after.
+      return *std::exchange(held_back_, std::nullopt);  // The stream has ended: no frame follows.
     }
     if (!frame) {
       state_.reset();
@@ -156,7 +156,7 @@ Result<StereoFrame> FaultInjector::produce(std::chrono::milliseconds timeout) {
     }
     waiting_ = std::exchange(held_back_, std::nullopt);
     if (!waiting_ && active(FaultKind::kDuplicate, number) != nullptr) {
-      waiting_ = *frame;  // The camera's buffers stay as they are until it is asked again.
+      waiting_ = *frame;  // Valid: the camera keeps its buffers until its next call.
     }
     return frame;
   } while (!deadline.is_over());
@@ -212,7 +212,7 @@ void FaultInjector::cut_off(StereoFrame& frame, std::int64_t number, double perc
   const bool is_left = lot(plan_.seed, FaultKind::kCorrupt, ~number) < 0.5;
   GrayView& image = is_left ? frame.left : frame.right;
   const MutableGrayView spoilt = storage_.spoilt[is_left ? 0 : 1];
-  // Of a view that also lags behind, the image is there already.
+  // A delayed view has been copied already.
   if (image.data != spoilt.data) {
     copy_image(image, spoilt);
   }
@@ -223,7 +223,7 @@ void FaultInjector::cut_off(StereoFrame& frame, std::int64_t number, double perc
   image = spoilt;
 }
 
-// Copies only where the plan needs it.
+// Copies only if the plan delays a view.
 void FaultInjector::lag_right(StereoFrame& frame, bool lags) {
   const bool ever = std::any_of(plan_.faults.begin(), plan_.faults.end(),
                                 [](const Fault& fault) { return fault.kind == FaultKind::kDesync; });

@@ -1,4 +1,4 @@
-// Reads what --fault and camera configurations say about faults.
+// Parses the faults of --fault and of camera configurations.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -45,7 +45,7 @@ Unexpected<Error> refused(std::string_view part, std::string_view why) {
       concat("fault '", part, "': ", why, "; write KIND@FIRST[-LAST][%PERCENT][:VALUE], for example drop@10-12"));
 }
 
-// Cuts `text` at the first `mark`; what follows, if the mark is there.
+// Cuts `text` at the first `mark` and returns the rest; none without a mark.
 std::optional<std::string_view> cut(std::string_view& text, char mark) {
   const std::size_t at = text.find(mark);
   if (at == std::string_view::npos) {

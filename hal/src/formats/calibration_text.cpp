@@ -73,7 +73,7 @@ CameraModel lens_of(const Numbers& values) {
   return view;
 }
 
-// What the text says, by key, with the number of values that each key must have.
+// Values of the text by key; each key has a fixed number of values.
 class Lines {
  public:
   explicit Lines(std::string_view text) {

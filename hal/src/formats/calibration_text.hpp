@@ -1,4 +1,4 @@
-// A rig's calibration as text that is read back to exactly the same numbers.
+// A rig's calibration as text, exact in a round trip.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ namespace kinetrace::hal {
 [[nodiscard]] Result<RigCalibration> parse_calibration_text(std::string_view text, const std::string& source);
 
 /// The same rig as KITTI's calib_cam_to_cam.txt, cameras 00 and 01, with the rectification of `keep_borders` = 0.
-/// Errors: kUnsupported (a lens that it cannot describe), kBadCalibration.
+/// Errors: kUnsupported (a lens that the file cannot hold), kBadCalibration.
 [[nodiscard]] Result<std::string> kitti_calibration_text(const RigCalibration& rig);
 
 }  // namespace kinetrace::hal

@@ -46,7 +46,7 @@ bool read_at(const InputFile& file, std::span<char> target, std::int64_t offset)
   return file.read(static_cast<std::size_t>(offset), bytes) == bytes.size();
 }
 
-// Rows of an image into memory, many with one call.
+// Reads the rows of an image, many with one system call.
 bool read_rows(const InputFile& file, MutableGrayView image, std::int64_t& offset) noexcept {
   constexpr int kRowsAtOnce = 64;
   const auto row_bytes = static_cast<std::size_t>(image.width);

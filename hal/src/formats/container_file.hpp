@@ -7,7 +7,7 @@
 //              of the pixels, zero u32; then the left and the right image, row by row
 //     record   ... all of one size, so that a damaged one does not hide those behind it
 //
-// Files are only ever appended to. Wherever one is cut, the records before the cut are whole.
+// Files are append-only: in a truncated file the records before the cut are complete.
 #pragma once
 
 #include <cstddef>
@@ -49,19 +49,18 @@ struct RecordHeader {
 [[nodiscard]] Result<std::string> encode_header(const ContainerHeader& header);
 void encode_record_header(const RecordHeader& record, std::span<std::byte, kRecordHeaderBytes> bytes) noexcept;
 
-/// Reads one file, which is open only while it is being read: a long recording has more files than a program may have
-/// open.
+/// Reads one file, which is open only during a read: a long recording has more files than a program may open.
 class ContainerFile {
  public:
   /// Errors: kNotFound, kIo, kBadFormat (not a container, damaged header).
   [[nodiscard]] static Result<ContainerFile> open(const std::filesystem::path& path);
 
   [[nodiscard]] const ContainerHeader& header() const noexcept { return header_; }
-  /// Whole records by the file's length.
+  /// Complete records, by the file's length.
   [[nodiscard]] std::int64_t record_count() const noexcept { return record_count_; }
-  /// Behind the last whole record: of a file that was cut.
+  /// Bytes after the last complete record: the file was cut.
   [[nodiscard]] std::size_t trailing_bytes() const noexcept { return trailing_bytes_; }
-  /// Called with a record's number and its header, none where that is damaged.
+  /// Called with a record's number and its header; no header if that is damaged.
   using RecordVisitor = std::function<void(std::int64_t, const std::optional<RecordHeader>&)>;
   /// All of them, in order. Errors: kNotFound, kIo.
   [[nodiscard]] Status for_each_record(const RecordVisitor& visit) const;

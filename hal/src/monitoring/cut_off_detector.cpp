@@ -6,10 +6,10 @@ namespace kinetrace::hal {
 namespace {
 
 constexpr int kMinMissingRows = 2;
-constexpr int kAlwaysMissingShare = 3;  // One over it.
+constexpr int kAlwaysMissingShare = 3;  // As a divisor of the height.
 constexpr int kMinContrast = 12;        // Several times the noise of a saturated or black row.
 
-// Pixels looked at of a row that is not to be read as a whole.
+// Visits a few pixels, spread over a row.
 template <typename Visit>
 void sample_row(GrayView image, int y, Visit visit) noexcept {
   constexpr int kPixelsLookedAt = 16;
@@ -30,7 +30,7 @@ bool has_contrast(GrayView image, int y) noexcept {
   return highest - lowest >= kMinContrast;
 }
 
-// Rows at the bottom that are of one and the same value throughout.
+// Number of rows at the bottom with one single value.
 int flat_rows(GrayView image) noexcept {
   const std::uint8_t filling = image.row(image.height - 1)[image.width - 1];
   int rows = 0;
@@ -44,7 +44,7 @@ int flat_rows(GrayView image) noexcept {
   return rows;
 }
 
-// Of `rows` at the bottom but the last `usual` ones, those in which `other` sees something.
+// Number of rows in which `other` has contrast, among the `rows` at the bottom without the last `usual` ones.
 int seen_rows(GrayView other, int rows, int usual) noexcept {
   int seen = 0;
   for (int row = usual; row < rows; ++row) {
@@ -53,8 +53,8 @@ int seen_rows(GrayView other, int rows, int usual) noexcept {
   return seen;
 }
 
-// Whether most pixels above `rows` at the bottom are of another value than those below. The row in between may have
-// arrived in part.
+// Whether most pixels above the `rows` at the bottom have another value. Skips one row in between, which may be
+// incomplete.
 bool has_sharp_edge(GrayView image, int rows) noexcept {
   const int above = image.height - 1 - rows - 1;
   if (above < 0) {

@@ -11,7 +11,7 @@ namespace kinetrace::hal {
 namespace {
 
 constexpr int kMaxUnusable = 32;
-// Jitter is no jump. Live cameras number by time, rounded: theirs is at most half a period.
+// Above the jitter: live cameras number by rounded time, with an error of at most half a period.
 constexpr double kJumpPeriods = 0.6;
 
 }  // namespace
@@ -58,7 +58,7 @@ void FrameGuard::note_unusable(const Unusable& unusable) noexcept {
   }
 }
 
-// A stream of which not one frame passed has not just ended: it was of no use.
+// A stream that ends without a valid frame is an error with its reason.
 Error FrameGuard::explain(Error end) const {
   if (end.code != ErrorCode::kEndOfStream || begun_ || !first_unusable_) {
     return end;
@@ -98,7 +98,7 @@ Result<StereoFrame> FrameGuard::next(std::chrono::milliseconds timeout) {
     }
     if (config_.mend_times) {
       const std::int64_t expected_ns = expected_step_ns(*frame);
-      // A camera may be faster than announced, and one numbered by time then counts each frame as a period.
+      // A camera may be faster than announced; numbering by time then counts each frame as a period.
       const std::int64_t shortest_ns = frame->frame_index == last_index_ + 1 ? 0 : expected_ns;
       const TimelineGuard::Step step = timeline_.correct(frame->timestamp_ns, {expected_ns, shortest_ns, expected_ns});
       own_.clock_jumps += step.jumped ? 1 : 0;

@@ -5,19 +5,19 @@
 namespace kinetrace::hal {
 namespace {
 
-// Noise of half a grey level changes a pixel in a third of the frames at least; a thousand pixels equal by chance do
-// not occur. Three frames in a row leave room for a driver that hands out one image twice.
+// Noise of half a grey level changes a pixel in at least a third of the frames: a thousand pixels are never equal by
+// chance. Three frames tolerate a driver that delivers one image twice.
 constexpr int kEqualFrames = 3;
-// Fewer matches than this in a grid of 64 are seldom right in common.
+// Fewer matches in a grid of 64 are seldom consistent.
 constexpr int kMinMatches = 12;
-// Matches that say the same, of all that could.
+// Part of the matches that must agree.
 constexpr double kNearlyAll = 0.9;
-// More than mismatches on repeated texture make up.
+// Part above that of mismatches on repeated texture.
 constexpr double kMany = 0.25;
 constexpr double kRowsApart_px = 1.0;
-// A calibration that is off by more is of another rig: what lies farther beyond infinity is on the wrong side of it.
+// Larger yaw errors are not those of a calibration: more negative disparities mean exchanged views.
 constexpr double kMaxYaw_rad = 0.0087;  // Half a degree.
-// Of patches with texture: in good pairs a quarter finds its match at the least, by chance one in thirty.
+// Of patches with texture: at least a quarter match in good pairs, one in thirty by chance.
 constexpr int kManyPatches = 32;  // Half of all.
 constexpr double kHardlyAny = 0.1;
 
@@ -97,7 +97,7 @@ void InputMonitor::assess(const SyncReport& report, double focal_px) noexcept {
                          report.disparity_px < -kMaxYaw_rad * focal_px;
   vote(InputFault::kViewsExchanged, exchanged);
   vote(InputFault::kBeyondInfinity, !exchanged && report.beyond_infinity > kMany * all);
-  // Rows differ as well where the views show different moments.
+  // Rows also differ if a view is late.
   if (report.latest == SyncVerdict::kInStep || report.latest == SyncVerdict::kUnknown) {
     vote(InputFault::kRowsApart, report.residual_px > kRowsApart_px);
   }

@@ -27,11 +27,11 @@ void halve(GrayView source, MutableGrayView target) noexcept {
   }
 }
 
-// Leaves each row's detail and takes its brightness away.
+// Removes the local mean of each row: views of different gain compare.
 void flatten(MutableGrayView image) noexcept {
   constexpr int kRadius = 8;
   constexpr int kGrey = 128;
-  std::array<std::uint8_t, 2 * kRadius + 1> ring{};  // Pixels of the window as they were.
+  std::array<std::uint8_t, 2 * kRadius + 1> ring{};  // Original pixels of the window.
   for (int y = 0; y < image.height; ++y) {
     std::uint8_t* row = image.row(y);
     const int last = image.width - 1;
@@ -53,7 +53,7 @@ void flatten(MutableGrayView image) noexcept {
   }
 }
 
-// Sum of absolute differences of two patches given by their upper left pixels.
+// Sum of absolute differences of two patches, given by their upper left pixels.
 int difference(GrayView a, int ax, int ay, GrayView b, int bx, int by) noexcept {
   int sum = 0;
   for (int y = 0; y < kPatchHeight; ++y) {
@@ -66,7 +66,7 @@ int difference(GrayView a, int ax, int ay, GrayView b, int bx, int by) noexcept 
   return sum;
 }
 
-// How well a patch tells both columns and rows apart.
+// Texture of a patch along columns and rows.
 int texture(GrayView image, int x0, int y0) noexcept {
   int across = 0;
   int down = 0;
@@ -86,7 +86,7 @@ struct Patch {
   int y = 0;
 };
 
-// The best textured patch of a cell; none if the cell is blank.
+// The patch of a cell with most texture; none if the cell is blank.
 std::optional<Patch> choose(GrayView image, int column, int row) noexcept {
   constexpr int kStep = 8;
   constexpr int kMinTexture = 4 * (kPatchWidth - 1) * (kPatchHeight - 1);
@@ -108,7 +108,7 @@ std::optional<Patch> choose(GrayView image, int column, int row) noexcept {
   return best;
 }
 
-// The minimum of a parabola through three costs one step apart, as a shift of the middle one.
+// Offset of the minimum of a parabola through three adjacent costs from the middle one.
 double sub_step(int before, int at, int after) noexcept {
   const int curvature = before - 2 * at + after;
   return curvature > 0 ? 0.5 * (before - after) / curvature : 0.0;
@@ -147,7 +147,7 @@ std::optional<PatchMatch> match(GrayView left, GrayView right, const Patch& patc
   }
   for (int disparity = first; disparity <= last; ++disparity) {
     const bool is_elsewhere = std::abs(disparity - best_disparity) > kNeighbourhood;
-    // A fifth better than anything elsewhere.
+    // The best cost must be a fifth below all others outside its neighbourhood.
     if (is_elsewhere && 5 * best > 4 * least[static_cast<std::size_t>(disparity - first)]) {
       return std::nullopt;
     }

@@ -1,4 +1,4 @@
-// Patches of the left image found again in the right one, coarsely and quickly, to assess pairs by.
+// Coarse and fast matching of left patches in the right image, to assess pairs.
 #pragma once
 
 #include <array>
@@ -8,10 +8,10 @@
 
 namespace kinetrace::hal {
 
-/// Where a patch lies in the right image, in pixels of full-size images.
+/// Displacement of a patch in the right image, in pixels of full-size images.
 struct PatchMatch {
-  double row_px = 0.0;        ///< Right row less left row.
-  double disparity_px = 0.0;  ///< Left column less right column.
+  double row_px = 0.0;        ///< Right row minus left row.
+  double disparity_px = 0.0;  ///< Left column minus right column.
 };
 
 /// At most one match for each cell of a grid over the left image.
@@ -24,20 +24,20 @@ struct PatchMatches {
   std::size_t searched = 0;  ///< Cells with texture.
 };
 
-/// Disparities to search, in pixels of full-size images, both ends included; within +-kMaxDisparity_px.
+/// Range of the disparity search, in pixels of full-size images, both ends included; within +-kMaxDisparity_px.
 struct DisparityRange {
   int first_px = 0;
   int last_px = 0;
 };
 inline constexpr int kMaxDisparity_px = 512;
-/// Rows up and down that are searched, in pixels of full-size images.
+/// Range of the row search, up and down, in pixels of full-size images.
 inline constexpr int kMaxRowShift_px = 12;
 
-/// `source` at half its size, each row without its brightness, so that views of different gain compare.
+/// Halves `source` and removes the local brightness of its rows, so that views of different gain compare.
 void prepare_patches(GrayView source, MutableGrayView target) noexcept;
 
-/// Patches of 16x8 pixels of prepared images, by sums of absolute differences; a match is a fifth better than any other
-/// place of the search range.
+/// Patches of 16x8 pixels of prepared images, by sums of absolute differences; the cost of a match is a fifth below all
+/// others of the search range.
 [[nodiscard]] PatchMatches match_patches(GrayView left, GrayView right, const DisparityRange& range) noexcept;
 
 }  // namespace kinetrace::hal

@@ -11,12 +11,13 @@ namespace kinetrace::hal {
 namespace {
 
 constexpr int kMinMatches = 8;
-// In pixels of the full images: the median of good matches is .1 px, .3 px at the most.
+// In pixels of the full images. Good pairs have a median residual of 0.1 px, at most 0.3 px.
 constexpr double kSurelyOff_px = 0.25;
 constexpr double kMuchBetter = 0.5;
-// Ten times the error of a good match: what lies so far on either side of infinity does so surely.
+// Ten times the error of a good match: the sign of such a disparity is certain.
 constexpr double kSurelyShifted_px = 1.0;
-// Over skipped frames: rows by which the image must move from frame to frame, and how many frames off is off.
+// For pairs with skipped frames in between: maximum distance in frames, minimum image motion in rows per frame, and
+// residual in frames that counts as out of step.
 constexpr int kMaxApart = 3;
 constexpr double kMuchMotion_px = 0.75;
 constexpr double kMostlyOff = 0.6;
@@ -134,7 +135,7 @@ void SyncMonitor::vote(const Residual& same, const Residual& right_late, const R
   if (std::max({same.matches, right_late.matches, right_early.matches}) < kMinMatches) {
     return;
   }
-  // Images that do not match at all are as far off as can be seen.
+  // Images without matches get the largest observable residual.
   const auto effective_px = [](const Residual& residual) {
     return residual.matches >= kMinMatches ? residual.median_px : kMaxRowShift_px;
   };
@@ -149,9 +150,9 @@ void SyncMonitor::vote(const Residual& same, const Residual& right_late, const R
   }
 }
 
-// The true partner of a late image is not there: frames in between were skipped. But if rows move by v from frame to
-// frame, views in step differ by 0, and by n v over n frames either way; with the right view one frame late it is v,
-// and (n - 1) v and (n + 1) v over n frames.
+// The true partner of a late image is missing: frames in between were skipped. If rows move by v per frame, synchronous
+// views differ by 0 in one frame and by n v over n frames, either way; with the right view one frame late they differ
+// by v in one frame, and by (n - 1) v and (n + 1) v over n frames.
 void SyncMonitor::vote_by_motion(const Residual& same, const Residual& right_late, const Residual& right_early,
                                  int frames_apart) noexcept {
   if (std::min({same.matches, right_late.matches, right_early.matches}) < kMinMatches) {
@@ -161,7 +162,7 @@ void SyncMonitor::vote_by_motion(const Residual& same, const Residual& right_lat
   if (motion_px < kMuchMotion_px) {
     return;
   }
-  // In frames; both are 0 in step and 1 out of step, as far as motion is even.
+  // In frames; for uniform motion both are 0 in step and 1 out of step.
   const double late = (right_early.median_px - right_late.median_px) / (2.0 * motion_px);
   const double off = same.median_px / motion_px;
   if (std::abs(late) > kMostlyOff && off > kMostlyOff) {

@@ -48,7 +48,7 @@ Status AppendFile::append(std::span<const std::byte> piece) {
 }
 
 void AppendFile::cut(std::uint64_t bytes) noexcept {
-  // Making a file shorter needs no room on the disk. Where it fails the disk has gone, and readers tolerate the rest.
+  // Truncation needs no space. If it fails the disk has gone; readers tolerate the incomplete piece.
   if (ftruncate(file_.get(), static_cast<off_t>(bytes)) == 0) {
     bytes_ = bytes;
   }

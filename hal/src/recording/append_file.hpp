@@ -1,4 +1,4 @@
-// A file that grows by whole pieces, and what makes files last through a loss of power.
+// Appends to files atomically, and makes them durable against a loss of power.
 #pragma once
 
 #include <cstddef>
@@ -14,16 +14,16 @@ namespace kinetrace::hal {
 class AppendFile {
  public:
   AppendFile() = default;
-  /// Makes the file. Errors: kIo (it is there already, no permission, disk full).
+  /// Creates the file. Errors: kIo (exists already, no permission, disk full).
   [[nodiscard]] static Result<AppendFile> create(const char* path);
 
   [[nodiscard]] bool valid() const noexcept { return file_.valid(); }
   [[nodiscard]] std::uint64_t bytes() const noexcept { return bytes_; }
-  /// All or nothing: what a full disk took of a piece is taken back. Errors: kIo, without the file's name.
+  /// All or nothing: removes a piece that a full disk wrote in part. Errors: kIo, without the file's name.
   [[nodiscard]] Status append(std::span<const std::byte> piece);
-  /// Takes back everything after the first `bytes`.
+  /// Truncates the file to `bytes`.
   void cut(std::uint64_t bytes) noexcept;
-  /// The content lasts; so does the name, once its folder is synced too. Errors: kIo, without the file's name.
+  /// Makes the content durable; its name is once the folder is synced, too. Errors: kIo, without the file's name.
   [[nodiscard]] Status sync() const;
 
  private:
@@ -32,9 +32,9 @@ class AppendFile {
   std::uint64_t bytes_ = 0;
 };
 
-/// The names in `folder` last. Errors: kIo.
+/// Makes the names in `folder` durable. Errors: kIo.
 [[nodiscard]] Status sync_folder(const char* folder);
-/// Everything on the disk of `folder` lasts, in one go. Errors: kIo.
+/// Makes everything on the disk of `folder` durable, with one call. Errors: kIo.
 [[nodiscard]] Status sync_disk_of(const char* folder);
 
 }  // namespace kinetrace::hal

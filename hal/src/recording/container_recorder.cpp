@@ -43,7 +43,7 @@ class ContainerRecorder final : public RawRecorder {
     file_ = std::move(*file);
     ++segments_;
     const Status begun = append(std::as_bytes(std::span(header_)));
-    // A file whose name a loss of power takes would be lost with all that is synced into it.
+    // If a loss of power took the name of a file, its synced content would be lost, too.
     return begun ? sync_folder(folder_.c_str()) : begun;
   }
 

@@ -40,7 +40,7 @@ int format_date(std::int64_t time_ns, LineText& text) {
                        static_cast<int>(time.seconds().count()), static_cast<int>(time.subseconds().count()));
 }
 
-// Cameras count from when the machine was switched on; KITTI's times are dates.
+// Camera times count from the start of the machine; KITTI's times are dates.
 std::int64_t epoch_of(std::int64_t first_ns) {
   constexpr std::int64_t kSurelyADate_ns = 1'000'000'000 * kSecond_ns;
   if (first_ns >= kSurelyADate_ns) {
@@ -54,9 +54,9 @@ std::span<const std::byte> bytes_of(std::string_view text) {
   return std::as_bytes(std::span(text));
 }
 
-// Beside KITTI's own files there is one that says which frame has which time: its lines are written last, and a frame
-// without one is none. Images and the lines of KITTI's times are found to belong together only by their count, which a
-// loss of power makes wrong.
+// Beside KITTI's own files, frames.txt maps frame numbers to times: its lines are written last, and a frame without a
+// line does not count. KITTI relates images and lines of times by their count alone, which is wrong after a loss of
+// power.
 class KittiRecorder final : public RawRecorder {
  public:
   KittiRecorder(const RawRecorderConfig& config, fs::path drive)
@@ -98,14 +98,14 @@ class KittiRecorder final : public RawRecorder {
     return {};
   }
 
-  // Syncing each of a second's images by itself would take longer than the second.
+  // Syncing every image of a second by itself would take more than a second.
   Status sync() override { return sync_disk_of(drive_.c_str()); }
 
   std::int64_t frames() const noexcept override { return frames_; }
 
  private:
   static constexpr std::size_t kMaxName = 64;
-  /// Of a frame: headers, checksums, lines of times, and what incompressible images grow by.
+  /// Per frame: headers, checksums, lines of times, and the growth of incompressible images.
   static constexpr std::uint64_t kBytesBesidePixels = 16384;
   static constexpr std::size_t kFrameTimes = kViews.size();
 
@@ -127,7 +127,7 @@ class KittiRecorder final : public RawRecorder {
                            "; all of a recording have one size"));
       }
     }
-    // What compresses well takes less; noise takes hardly more.
+    // Upper bound: even incompressible noise takes hardly more.
     const std::uint64_t pixels = static_cast<std::uint64_t>(width_px_) * static_cast<std::uint64_t>(height_px_);
     return check_space(drive_, config_.keep_free_bytes, 2 * pixels + kBytesBesidePixels);
   }
@@ -165,7 +165,7 @@ class KittiRecorder final : public RawRecorder {
     }
   }
 
-  // An image has its name once it is whole.
+  // An image gets its name once it is complete.
   Status write_image(std::size_t view, std::int64_t number, const GrayView& image) {
     compose_paths(view, number);
     Status written = imaging::write_png_gray8(unfinished_path_.data(), image, imaging::PngEffort::kFast);
@@ -211,7 +211,7 @@ Result<std::unique_ptr<RawRecorder>> make_kitti_recorder(const RawRecorderConfig
   if (!calibration) {
     return Unexpected(calibration.error());
   }
-  // As KITTI names them: images as the sensor gave them, or rectified ones.
+  // KITTI's names: `sync` for rectified images, `extract` for raw ones.
   const fs::path drive = config.directory / (config.calibration.rectified ? "drive_0001_sync" : "drive_0001_extract");
   auto recorder = std::make_unique<KittiRecorder>(config, drive);
   if (const Status begun = recorder->begin(*calibration); !begun) {

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Never into a folder with anything in it: a recording cannot be taken again.
+// Never into a folder that is not empty: a recording cannot be repeated.
 Status make_empty_folder(const fs::path& directory) {
   std::error_code error;
   fs::create_directories(directory, error);
@@ -64,7 +64,7 @@ Result<std::unique_ptr<RawRecorder>> RawRecorder::create(const RawRecorderConfig
   }
   auto recorder =
       config.format == RawFormat::kContainer ? make_container_recorder(config, arena) : make_kitti_recorder(config);
-  // The folders made, the calibration and the first headers: without them the frames would be of no use.
+  // Syncs folders, calibration and first headers: frames are useless without them.
   if (const Status lasts = sync_disk_of(config.directory.c_str()); recorder && !lasts) {
     return Unexpected(lasts.error());
   }

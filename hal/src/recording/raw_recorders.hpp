@@ -12,7 +12,7 @@ namespace kinetrace::hal {
                                                                            Arena& arena);
 [[nodiscard]] Result<std::unique_ptr<RawRecorder>> make_kitti_recorder(const RawRecorderConfig& config);
 
-/// kIo where the disk of `folder` would have less than `keep_free_bytes` after `needed_bytes` more.
+/// kIo if fewer than `keep_free_bytes` would stay free on the disk of `folder` after `needed_bytes` more.
 [[nodiscard]] Status check_space(const std::filesystem::path& folder, std::uint64_t keep_free_bytes,
                                  std::uint64_t needed_bytes);
 

@@ -1,4 +1,4 @@
-// A calibration that holds what was found out about it.
+// Applies an estimated correction to a calibration.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,11 +9,12 @@
 namespace kinetrace::hal {
 namespace {
 
-/// Another focal length that undistorts to the same pixels: coefficients are of powers of the normalised radius.
+/// Changes the focal length without changing the distortion in pixels: coefficients scale with powers of the normalised
+/// radius.
 CameraModel with_focal(CameraModel lens, double scale) {
   lens.fx_px *= scale;
   lens.fy_px *= scale;
-  // k1 k2 p1 p2 k3 k4 k5 k6, by OpenCV's order.
+  // k1 k2 p1 p2 k3 k4 k5 k6, in OpenCV's order.
   constexpr std::array<int, 8> kPowers{2, 4, 1, 1, 6, 2, 4, 6};
   if (lens.lens == LensModel::kRadialTangential) {
     for (std::size_t i = 0; i < std::min(lens.distortion.size(), kPowers.size()); ++i) {
@@ -33,7 +34,7 @@ Result<RigCalibration> corrected_rig(const RigCalibration& calibration, const Re
   }
   RigCalibration corrected = to_raw_rig(calibration);
   const Eigen::Vector3d direction(1.0, correction.baseline_rad.x(), correction.baseline_rad.y());
-  // As the rectified right camera really stands, and from there back through the rectification of both.
+  // Corrects the rotation of the rectified right camera, then undoes the rectification of both views.
   const Eigen::Matrix3d R_raw_promised = plan->R_right.transpose() * so3_exp(-correction.turn_rad);
   corrected.T_right_left.rotation = R_raw_promised * plan->R_left;
   corrected.T_right_left.translation = -R_raw_promised * (plan->geometry.baseline_m * direction.normalized());

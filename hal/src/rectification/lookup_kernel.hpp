@@ -1,4 +1,4 @@
-// Images through a look-up table: the hot loop of rectification, once per instruction set.
+// Remaps images by a look-up table: the hot loop of rectification, once per instruction set.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@ namespace kinetrace::hal {
 /// Fractions are in 1/32 px, both ends included: 32 is the whole way to the next pixel.
 inline constexpr int kLookupSteps = 32;
 
-/// Of a source image, which pixel and how far beyond, for each pixel of a row.
+/// Source position of each pixel of a row: pixel and fraction.
 struct LookupRow {
   const std::int16_t* positions;   ///< x, y; each with x + 1 and y + 1 within the source.
   const std::uint16_t* fractions;  ///< Of x in the lower byte, of y in the upper one.
@@ -20,9 +20,9 @@ struct LookupRow {
 using LookupKernel = void (*)(const std::uint8_t* source, std::ptrdiff_t stride, const LookupRow& row,
                               std::uint8_t* target);
 
-/// The best for this machine; see cpu_runs_fast_kernels.
+/// The fastest kernel of this machine; see cpu_runs_fast_kernels.
 [[nodiscard]] LookupKernel lookup_kernel() noexcept;
-/// The portable one.
+/// The portable kernel.
 [[nodiscard]] LookupKernel baseline_lookup_kernel() noexcept;
 
 }  // namespace kinetrace::hal

@@ -1,4 +1,4 @@
-// Plain loops that the compiler vectorises, but for the one that collects pixels from all over the source.
+// Plain loops that the compiler vectorises, except the gathering of source pixels.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -31,7 +31,7 @@ void collect(const Byte* source, std::ptrdiff_t stride, const std::int16_t* posi
   }
 }
 
-// The lower and the upper byte, weighted: at most 255 * 32.
+// Weighted sum of the lower and the upper byte: at most 255 * 32.
 Word between(Word pair, Word fraction) {
   constexpr Word kSteps = kLookupSteps;
   return static_cast<Word>((pair & 0xFF) * static_cast<Word>(kSteps - fraction) + (pair >> 8) * fraction);

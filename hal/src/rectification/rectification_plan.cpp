@@ -13,13 +13,14 @@ void plan_from_given(RectificationPlan& plan) {
   const RectifyingTransforms& given = *plan.calibration.given;
   plan.R_left = given.R_left;
   plan.R_right = given.R_right;
-  // The calibration is valid, so this cannot fail.
+  // Cannot fail: the calibration is valid.
   plan.geometry =
       geometry_from_projections(given.P_left, given.P_right, given.width_px, given.height_px, plan.calibration.source)
           .value();
 }
 
-// Bouguet's method: each view turns half the rotation between them, then both turn until the baseline is their x axis.
+// Bouguet's method: each view takes half of the relative rotation, then both are rotated until the baseline is their x
+// axis.
 void plan_from_rig(RectificationPlan& plan, double keep_borders) {
   const RigCalibration& rig = plan.calibration;
   const cv::Matx33d K_left = camera_matrix(rig.left);
@@ -64,7 +65,7 @@ bool is_pinhole_of(const CameraModel& camera, const Eigen::Matrix3d& R, const St
          camera.width_px == geometry.width_px && camera.height_px == geometry.height_px;
 }
 
-// A computed rectification can degenerate where the lens model bends back on itself.
+// A computed rectification can degenerate where the lens model is not monotonic.
 Status check_result(const RectificationPlan& plan) {
   RigCalibration result;
   result.source = plan.calibration.source;

@@ -1,4 +1,4 @@
-// Which rotation and camera matrix each view is rectified with.
+// Rotation and camera matrix of the rectification of each view.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +15,7 @@ struct RectificationPlan {
   StereoGeometry geometry;     ///< Of the result; its camera matrix is that of both views.
   Eigen::Matrix3d R_left = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d R_right = Eigen::Matrix3d::Identity();
-  bool passes_through = false;  ///< Nothing to do: the images are rectified.
+  bool passes_through = false;  ///< The images are rectified already.
 };
 
 [[nodiscard]] Result<RectificationPlan> plan_rectification(const RigCalibration& calibration,

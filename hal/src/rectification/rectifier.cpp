@@ -17,7 +17,7 @@
 namespace kinetrace::hal {
 namespace {
 
-// So many rows are worth handing to another worker.
+// Smallest number of rows that is worth another worker.
 constexpr std::size_t kRowsAtOnce = 32;
 
 // Headers over memory that the arena owns.
@@ -41,8 +41,7 @@ void fill_tables(const CameraModel& camera, const Eigen::Matrix3d& R, const Ster
   }
 }
 
-// Along one axis: a position beyond the last pixel, and how far, as the kernel takes them. Outside the source it is the
-// nearest pixel.
+// Position along one axis in the form of the kernel; clamped to the source.
 struct Place {
   int position;
   int fraction;
@@ -54,7 +53,7 @@ Place within(int position, int fraction, int size) {
   return position < size - 1 ? Place{position, fraction} : Place{size - 2, kLookupSteps};
 }
 
-// From OpenCV's tables, in place.
+// Converts OpenCV's tables to the form of the kernel, in place.
 void align_tables(std::span<std::int16_t> positions, std::span<std::uint16_t> fractions, int width, int height) {
   constexpr int kBitsPerAxis = 5;
   constexpr int kBitsPerByte = 8;
@@ -125,7 +124,7 @@ Result<Rectifier> Rectifier::create(const RigCalibration& calibration, const Rec
                        " bytes; enlarge the memory budget"));
   }
   const ForeignCall foreign;
-  // Stages run in parallel, not OpenCV's loops: its thread pool would allocate hundreds of times in every call.
+  // Stages run in parallel, OpenCV's loops do not: its thread pool would allocate hundreds of times in every call.
   cv::setNumThreads(1);
   try {
     const std::array<const CameraModel*, 2> cameras{&plan->calibration.left, &plan->calibration.right};
@@ -167,7 +166,7 @@ Result<RectifiedPair> Rectifier::process(const StereoFrame& frame, Workers* work
   if (passes_through_) {
     return pair;
   }
-  // The rows of the left image, then those of the right one.
+  // Row indices: left image first, then the right one.
   const std::size_t height = static_cast<std::size_t>(geometry_.height_px);
   const std::array sources{frame.left, frame.right};
   in_pieces(workers, height * views_.size(), kRowsAtOnce, [&](std::size_t begin, std::size_t end) {

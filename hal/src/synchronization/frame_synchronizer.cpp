@@ -11,12 +11,13 @@
 namespace kinetrace::hal {
 namespace {
 
-// Of the alpha-beta filter: a twentieth of each misfit, and critically damped drift (beta = alpha^2 / 2, rounded).
+// Gains of the alpha-beta filter: a twentieth of the innovation, and critically damped drift (beta = alpha^2 / 2,
+// rounded).
 constexpr double kOffsetGain = 0.05;
 constexpr double kDriftGain = 0.001;
-// Crystals are within 100 ppm of each other; free-running sensors within the steps of their dividers.
+// Crystals differ by at most 100 ppm, free-running sensors by the steps of their dividers.
 constexpr double kMaxDrift = 1e-3;
-// Partners change beyond half a period, with a margin so that jitter does not change them back at once.
+// Partners change beyond half a period; the margin keeps jitter from changing them back at once.
 constexpr double kSlipPeriods = 0.6;
 constexpr int kStaleUntilRestart = 3;
 
@@ -83,8 +84,8 @@ std::optional<SyncDrop> FrameSynchronizer::next_drop() noexcept {
   return first;
 }
 
-// A frame that is not later than the last one is stale, unless its number shows that it is new and its time is more
-// than jitter earlier, or so many come that it must be the clock.
+// A frame that is not later than the last one is stale. Exceptions, which show a jump of the clock: its number is new
+// and its time is earlier by more than jitter, or too many stale frames in a row.
 bool FrameSynchronizer::is_stale(Stream& stream, const SyncFrame& frame) noexcept {
   if (!stream.last || frame.time_ns > stream.last->time_ns) {
     stream.stale_in_a_row = 0;
@@ -171,7 +172,7 @@ void FrameSynchronizer::learn(const SyncPair& pair) noexcept {
   }
 }
 
-// How far each remembered left time is from right ones, modulo the period: if all agree, that is the offset.
+// Differences of remembered left times and the right times, modulo the period: if all agree, they are the offset.
 void FrameSynchronizer::relock() noexcept {
   Stream& left = stream(View::kLeft);
   Stream& right = stream(View::kRight);
@@ -181,7 +182,7 @@ void FrameSynchronizer::relock() noexcept {
   const std::int64_t apart_ns = newest_ns - jump_ns_;
   const std::int64_t jump_ns = std::llabs(apart_ns) > kJumpPeriods * config_.period_ns ? newest_ns : jump_ns_;
   const auto period_ns = static_cast<double>(config_.period_ns);
-  // What is not used sorts behind the rest: all of them are sorted, whose number the compiler knows.
+  // Sorts the whole array, whose size is a compile-time constant: unused elements are infinite and sort last.
   std::array<double, kRemembered> differences_ns{};
   differences_ns.fill(std::numeric_limits<double>::infinity());
   for (std::size_t i = 0; i < left.remembered; ++i) {

@@ -10,7 +10,7 @@ std::int64_t ImageNumbering::next(std::optional<std::int64_t> sequence, std::opt
   if (sequence && before) {
     number_ += std::max<std::int64_t>(1, *sequence - *before);
   } else if (time_ns && timed_) {
-    // Images without a time in between do not matter: one that came in addition must not move those that follow.
+    // Ignores images without a time in between: an additional one must not shift the following numbers.
     const std::int64_t periods = (*time_ns - timed_->time_ns + period_ns_ / 2) / period_ns_;
     number_ = timed_->number + std::max<std::int64_t>(1, periods);
   } else {

@@ -5,7 +5,7 @@
 
 namespace kinetrace::hal {
 
-// Places are left behind, and those of them that nobody saw are missed.
+// Moves the window by `places`; those without an image are missed.
 void MissedFrames::advance(std::int64_t places) noexcept {
   const auto left_behind = static_cast<std::size_t>(places);
   const std::bitset<kWindow> kept = left_behind < kWindow ? seen_ >> left_behind : std::bitset<kWindow>();

@@ -1,4 +1,4 @@
-// How many frames neither view had an image of.
+// Counts frames without an image of either view.
 #pragma once
 
 #include <array>
@@ -10,20 +10,19 @@
 
 namespace kinetrace::hal {
 
-/// Counts from pair to pair: numbers of images (ImageNumbering) since the last pair that was delivered, of which no
-/// image came from either view. What one view alone lost shows as the other's image without a partner and is not
-/// counted here. Never allocates.
+/// Counts the image numbers (ImageNumbering) since the last delivered pair for which neither view had an image. A loss
+/// of one view alone leaves the other's image without a partner and is not counted here. Never allocates.
 class MissedFrames {
  public:
-  /// Nothing is counted before the next pair: the camera was away.
+  /// Nothing counts before the next pair: the camera was stopped or lost.
   void restart() noexcept { begun_ = false; }
-  /// An image came, whatever became of it.
+  /// Call it for every image, used or not.
   void see(View view, std::int64_t number) noexcept;
-  /// A pair of these images is delivered. Returns how many frames were missed before it, since the last one.
+  /// Call it for every delivered pair. Returns the number of missed frames since the last one.
   std::uint64_t deliver(std::int64_t left_number, std::int64_t right_number) noexcept;
 
  private:
-  /// A view may be silent for so many frames while the other goes on.
+  /// Number of frames for which one view may stall while the other continues.
   static constexpr std::size_t kWindow = 256;
 
   [[nodiscard]] std::int64_t place_of(View view, std::int64_t number) const noexcept {
@@ -33,7 +32,7 @@ class MissedFrames {
 
   bool begun_ = false;
   std::array<std::int64_t, 2> base_{};  ///< Numbers of place 0, by view.
-  std::bitset<kWindow> seen_;           ///< Bit i: place i + 1.
+  std::bitset<kWindow> seen_;           ///< Bit i: an image of place i + 1.
   std::uint64_t missed_ = 0;
 };
 

@@ -1,4 +1,4 @@
-// Frame numbers of drivers, which wrap at 2^32.
+// Unwraps frame numbers of drivers, which wrap at 2^32.
 #pragma once
 
 #include <cstdint>
@@ -6,11 +6,11 @@
 
 namespace kinetrace::hal {
 
-/// Continues a 32-bit number beyond its range: each number is taken as the one nearest to the number before.
+/// Continues a 32-bit number beyond its range: each number is the one nearest to its predecessor.
 class SequenceUnwrapper {
  public:
   [[nodiscard]] std::int64_t unwrap(std::uint32_t sequence) noexcept {
-    // The difference modulo 2^32, read as signed, is the shortest way round.
+    // The difference modulo 2^32, as a signed number, is the shortest step.
     last_ = last_ ? *last_ + static_cast<std::int32_t>(sequence - static_cast<std::uint32_t>(*last_)) : sequence;
     return *last_;
   }

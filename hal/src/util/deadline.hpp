@@ -1,4 +1,4 @@
-// How long a call may still take.
+// The remaining time of a call.
 #pragma once
 
 #include <algorithm>
@@ -6,12 +6,12 @@
 
 namespace kinetrace::hal {
 
-/// `timeout` from its making on.
+/// Expires `timeout` after construction.
 class Deadline {
  public:
   explicit Deadline(std::chrono::milliseconds timeout) : end_(Clock::now() + timeout) {}
 
-  /// Rounded up, so that waiting for it is enough; zero once it is over.
+  /// Remaining time, rounded up so that one wait is enough; zero after expiry.
   [[nodiscard]] std::chrono::milliseconds left() const {
     return std::max(std::chrono::ceil<std::chrono::milliseconds>(end_ - Clock::now()), std::chrono::milliseconds(0));
   }

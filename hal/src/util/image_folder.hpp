@@ -25,7 +25,7 @@ struct ImageFolder {
 [[nodiscard]] Result<ImageFolder> list_images(const std::filesystem::path& folder, std::string_view prefix = "",
                                               std::string_view tag = "");
 
-/// Of the file with this stem.
+/// Path of the image with this stem.
 [[nodiscard]] std::string image_path(const FrameFolder& folder, std::string_view stem);
 
 /// Number that a stem ends with: "frame_000012" is 12; none without digits at the end or beyond 64 bits.
@@ -36,7 +36,7 @@ struct ImageFolder {
 
 [[nodiscard]] bool is_folder(const std::filesystem::path& path);
 [[nodiscard]] bool is_file(const std::filesystem::path& path);
-/// Of whatever kind: what cannot be read is to be named, not passed over.
+/// Whether the path exists, of any kind: an unreadable one is to be reported, not skipped.
 [[nodiscard]] bool is_there(const std::filesystem::path& path);
 
 }  // namespace kinetrace::hal

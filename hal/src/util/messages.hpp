@@ -19,7 +19,7 @@ template <typename... Parts>
 /// Shortest form with up to six digits: "0.54", "nan".
 [[nodiscard]] inline std::string number(double value) {
   if (std::isnan(value)) {
-    return "nan";  // Its sign says nothing.
+    return "nan";  // Its sign has no meaning.
   }
   std::array<char, 32> buffer{};
   const auto end =

@@ -32,7 +32,7 @@ std::optional<T> parse_whole(std::string_view text) {
   return value;
 }
 
-// From "2011-09-26 14:06:03.368359168": the digits of a date where they have to be.
+// Parses "2011-09-26 14:06:03.368359168" by the positions of its digits.
 std::optional<std::int64_t> parse_date_ns(std::string_view text) {
   constexpr std::string_view kForm = "0000-00-00 00:00:00.";
   constexpr std::size_t kSeparator = 10;  // A blank or a T.

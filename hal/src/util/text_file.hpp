@@ -14,14 +14,13 @@
 namespace kinetrace::hal {
 
 inline constexpr std::size_t kMaxTextBytes = std::size_t{256} << 20;
-/// Calibrations are a few kilobytes, a hundred where the corners seen are kept in them.
+/// Calibrations have a few kilobytes, a hundred with the detected corners.
 inline constexpr std::size_t kMaxCalibrationBytes = std::size_t{1} << 20;
 
 /// Whole content. Errors: kNotFound, kIo, kBadFormat (no regular file, empty, or beyond `max_bytes`).
 [[nodiscard]] Result<std::string> read_text(const std::filesystem::path& path, std::size_t max_bytes = kMaxTextBytes);
 
-/// Lines without their ends, carriage returns and surrounding blanks; blank lines and lines that begin with '#' left
-/// out.
+/// Lines without line ends, carriage returns and surrounding blanks; without blank lines and lines that begin with '#'.
 [[nodiscard]] std::vector<std::string_view> content_lines(std::string_view text);
 
 /// The whole of `text` as a number; none if it is not one. "nan" and "inf" are numbers here: callers check.
@@ -31,8 +30,8 @@ inline constexpr std::size_t kMaxCalibrationBytes = std::size_t{1} << 20;
 /// A list of numbers separated by blanks or commas; none if anything else is in it.
 [[nodiscard]] std::optional<std::vector<double>> parse_numbers(std::string_view text);
 
-/// Nanoseconds of the day and time that these digits are: YYYYMMDDhhmmss, and up to nine for the fraction of the
-/// second. None if there is no such moment, or before 1970.
+/// Nanoseconds since 1970 of a date and time, YYYYMMDDhhmmss with up to nine digits for the fraction of the second.
+/// None if there is no such moment, or before 1970.
 [[nodiscard]] std::optional<std::int64_t> parse_calendar_ns(std::string_view digits);
 
 /// Nanoseconds from "2011-09-26 14:06:03.368359168" (taken as UTC), an integer of 16 digits or more (nanoseconds), or
@@ -42,8 +41,8 @@ inline constexpr std::size_t kMaxCalibrationBytes = std::size_t{1} << 20;
 /// One time per line. Errors: as read_text; kBadFormat with the line.
 [[nodiscard]] Result<std::vector<std::int64_t>> read_times_ns(const std::filesystem::path& path);
 
-/// Times in nanoseconds by frame number, one of each per line. Lines that are not whole, the last one without its end
-/// included, are left out: a loss of power may have made them so. Errors: as read_text.
+/// Times in nanoseconds by frame number, one of each per line. Incomplete lines, also a last one without its end, are
+/// skipped: a loss of power leaves such lines. Errors: as read_text.
 [[nodiscard]] Result<std::map<std::int64_t, std::int64_t>> read_frame_times_ns(const std::filesystem::path& path);
 
 }  // namespace kinetrace::hal

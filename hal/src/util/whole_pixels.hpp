@@ -1,4 +1,4 @@
-// Image sizes out of calibration files.
+// Image sizes in calibration files.
 #pragma once
 
 #include <cmath>
@@ -6,8 +6,8 @@
 
 namespace kinetrace::hal {
 
-/// A number of pixels as it was written; 0 if it is negative or no number, the largest int if it is beyond that.
-/// Whether it is a size that images have, RigCalibration::validate says.
+/// A number of pixels; 0 if it is negative or not a number, the largest int if it is beyond that.
+/// RigCalibration::validate checks its plausibility.
 [[nodiscard]] inline int whole_pixels(double value) {
   constexpr double kMax = std::numeric_limits<int>::max();
   if (!(value > 0.0)) {

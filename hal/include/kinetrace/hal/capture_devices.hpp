@@ -1,4 +1,4 @@
-// Which capture devices this machine has.
+// Lists the capture devices of this machine.
 #pragma once
 
 #include <string>
@@ -9,17 +9,17 @@
 
 namespace kinetrace::hal {
 
-/// What `kinetrace doctor` shows of a device.
+/// A device as `kinetrace doctor` lists it.
 struct CaptureListing {
   CaptureBackend backend = CaptureBackend::kV4l2;
   std::string path;  ///< Empty where the backend has none.
   std::string stable_id;
   std::string name;
-  std::string problem{};           ///< Why nothing more is known of it, and what to do; empty: all is known.
+  std::string problem{};           ///< Why it could not be queried, and the remedy; empty: it could.
   std::vector<std::string> modes;  ///< "GREY 640x480 at 5..60 Hz"
 };
 
-/// Every capture device of this machine, of all backends built in. None is no error.
+/// All capture devices of this machine, of all available backends. An empty list is not an error.
 [[nodiscard]] KINETRACE_API std::vector<CaptureListing> list_capture_devices();
 
 }  // namespace kinetrace::hal

@@ -1,4 +1,4 @@
-// Images whose transfer broke off.
+// Detects images whose transfer was cut off.
 #pragma once
 
 #include <array>
@@ -9,15 +9,18 @@
 
 namespace kinetrace::hal {
 
-/// Finds images whose end never arrived: the rows at the bottom are of one value throughout.
+/// Detects truncated images: their rows at the bottom have one single value.
 ///
-/// Pixels that arrived have noise: with half a grey level of it, a pixel equals its neighbour's value with a
-/// probability below 0.7, so that a row of 64 pixels is flat by chance once in 10^10, and a wider one never. Three
-/// things distinguish that from whole rows that are flat in an intact image. A border of the rectification, or a part
-/// of the car, is there in every frame: only rows beyond the fewest flat ones so far count. A night or a glare is there
-/// for both views: only rows in which the other view sees something count. And clipping sets in gradually: just above
-/// the flat rows most pixels must be of another value. Two such rows are damage. Where a third of the image or more is
-/// flat and the other view sees something there, that is damage from the first frame on and in every frame.
+/// Noise makes flat rows improbable: with noise of half a grey level, a pixel equals its neighbour with a probability
+/// below 0.7, so a row of 64 pixels is flat by chance once in 10^10, and a wider one never. Flat rows of intact images
+/// are excluded by three criteria:
+/// - Borders of the rectification and parts of the vehicle appear in every frame: only rows beyond the smallest number
+///   of flat rows so far count.
+/// - Darkness and glare affect both views: only rows in which the other view has contrast count.
+/// - Clipping sets in gradually: most pixels just above the flat rows must have another value.
+///
+/// Two remaining rows are damage. A flat area of a third of the image or more in which the other view has contrast is
+/// damage in every frame, the first one included.
 class KINETRACE_API CutOffDetector {
  public:
   struct Finding {
@@ -25,8 +28,8 @@ class KINETRACE_API CutOffDetector {
     int rows = 0;  ///< Missing at the bottom.
   };
 
-  /// Of the next frame of a stream; none if both images look whole. Reads a few rows of them. The first frame has
-  /// nothing to be compared with: less than a third that is missing there is not found.
+  /// Examines the next frame of a stream; none if both images look intact. Reads a few rows of each. The first frame
+  /// has no reference: there, less than a missing third is not detected.
   [[nodiscard]] std::optional<Finding> examine(const StereoFrame& frame) noexcept;
 
  private:

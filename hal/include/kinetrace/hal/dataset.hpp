@@ -28,7 +28,7 @@ enum class DatasetLayout : std::uint8_t {
   kContainer
 };
 
-/// Of all layouts, as parse_layout understands them.
+/// Names of the layouts that parse_layout accepts.
 [[nodiscard]] KINETRACE_API std::span<const std::string_view> layout_names() noexcept;
 [[nodiscard]] KINETRACE_API std::string_view to_string(DatasetLayout layout) noexcept;
 /// From "kitti-raw", "kitti-odometry", "kitti-tracking", "euroc", "cityscapes", "folder" or "container". Errors:
@@ -46,29 +46,28 @@ struct DatasetSpec {
   std::string sequence = {};  ///< For paths that hold several; empty where there is only one.
   CameraChoice cameras = CameraChoice::kAuto;
   double frame_rate_hz = 0.0;  ///< For recordings without time stamps; 0: the layout's own (10, Cityscapes 17).
-  /// Layouts of raw images (kitti-raw, folder) look for no calibration then: that of the dataset says only how
-  /// large they are, see images_alone.
+  /// Layouts of raw images (kitti-raw, folder) then read no calibration; that of the dataset holds the image size only,
+  /// see images_alone.
   bool uncalibrated = false;
 };
 
 /// A recording, ready to be played: its calibration (validated) and its list of frames.
 struct Dataset {
-  std::string name;  ///< The sequence's, for reports.
+  std::string name;  ///< Name of the sequence, for reports.
   DatasetLayout layout = DatasetLayout::kFolder;
   RigCalibration calibration;
   FrameList frames;
-  double nominal_rate_hz = 0.0;    ///< One over the median time between frames.
-  std::size_t max_file_bytes = 0;  ///< Of the largest image file.
-  int sample_bits = 16;            ///< Of grey images of 16 bits: how many of them the camera's values need.
+  double nominal_rate_hz = 0.0;                         ///< One over the median time between frames.
+  std::size_t max_file_bytes = 0;                       ///< Of the largest image file.
+  int sample_bits = 16;                                 ///< Of 16-bit grey images: bits that the camera's values use.
   std::shared_ptr<const ContainerRecording> container;  ///< Holds the images, in the order of `frames`; else null.
-  std::vector<std::string> notes;  ///< What had to be assumed, one line each: "no time stamps in X: 10 Hz assumed".
+  std::vector<std::string> notes;  ///< Assumptions, one line each: "no time stamps in X: 10 Hz assumed".
 };
 
-/// Finds the frames and the calibration. Reads file names, headers and text files, and a few images if they are grey
-/// and of 16 bits.
-/// Errors, one line with the path and the remedy: kNotFound (folder, images or calibration; says what was looked for),
-/// kInvalidArgument (sequence missing or ambiguous; lists those there are), kBadCalibration, kBadFormat (damaged text
-/// files, no readable pair, sizes that do not fit the calibration or each other), kUnsupported.
+/// Finds the frames and the calibration. Reads file names, headers and text files, and a few images if these are 16-bit
+/// grey. Errors, one line with the path and the remedy: kNotFound (folder, images or calibration; says what was looked
+/// for), kInvalidArgument (sequence missing or ambiguous; lists the available ones), kBadCalibration, kBadFormat
+/// (damaged text files, no readable pair, sizes that do not fit the calibration or each other), kUnsupported.
 [[nodiscard]] KINETRACE_API Result<Dataset> open_dataset(const DatasetSpec& spec);
 
 }  // namespace kinetrace::hal

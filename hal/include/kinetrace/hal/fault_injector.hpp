@@ -1,4 +1,4 @@
-// A camera in trouble, on demand: every fault that cameras are known for, at exactly known frames.
+// Injects the known faults of cameras at given frames.
 #pragma once
 
 #include <array>
@@ -20,13 +20,13 @@
 namespace kinetrace::hal {
 
 enum class FaultKind : std::uint8_t {
-  kUnplug,     ///< "unplug": the device goes, and is back after VALUE attempts to recover (2).
+  kUnplug,     ///< "unplug": the device disappears, and is back after VALUE attempts to recover (2).
   kStuck,      ///< "stuck": a time-out in place of the frame.
   kSlow,       ///< "slow": the frame comes VALUE milliseconds later (100).
-  kDrop,       ///< "drop": the frame never comes.
+  kDrop,       ///< "drop": the frame is lost.
   kDuplicate,  ///< "duplicate": the frame comes twice.
   kReorder,    ///< "reorder": the frame comes after the one that follows it.
-  kCorrupt,    ///< "corrupt": the lower VALUE per cent (60) of one view's image never arrived.
+  kCorrupt,    ///< "corrupt": the lower VALUE per cent (60) of one view's image are missing.
   kDesync,     ///< "desync": the right image is that of the frame before.
   kClock,      ///< "clock": from the first frame on, times are VALUE seconds later (3600; may be negative).
   kSize,       ///< "size": the images have half the width and height.
@@ -37,7 +37,7 @@ struct Fault {
   FaultKind kind = FaultKind::kDrop;
   std::int64_t first = 0;
   std::int64_t last = 0;     ///< Included.
-  double probability = 1.0;  ///< Of each frame in that range; decided by the seed and the frame, not by chance.
+  double probability = 1.0;  ///< Of each frame in that range; a function of seed and frame.
   double value = 0.0;
 };
 
@@ -47,17 +47,17 @@ struct FaultPlan {
   [[nodiscard]] bool empty() const noexcept { return faults.empty(); }
 };
 
-/// Of all kinds, as parse_faults understands them.
+/// Names of the kinds that parse_faults accepts.
 [[nodiscard]] KINETRACE_API std::span<const std::string_view> fault_kind_names() noexcept;
 
 /// From "KIND@FIRST[-LAST][%PERCENT][:VALUE]", several with commas, and "seed=N" among them:
-/// "drop@10-12,clock@40:-5,duplicate@0-999%10,seed=7". Errors: kInvalidArgument, with the part that is wrong.
+/// "drop@10-12,clock@40:-5,duplicate@0-999%10,seed=7". Errors: kInvalidArgument, with the invalid part.
 [[nodiscard]] KINETRACE_API Result<FaultPlan> parse_faults(std::string_view text);
 
-/// Decorates a camera with faults. The same plan on the same frames gives the same stream. The camera behind knows
-/// nothing of them: a stall, a loss and the way back are played here, and what a LiveStereoCamera does about real ones
-/// (its patience, reopening at growing intervals) is neither used nor shown. Frames of another size than announced pass
-/// as they are. Memory from the arena: five images.
+/// Decorates a camera with faults. The same plan on the same frames gives the same stream. Stalls, losses and
+/// recoveries are simulated here, without the decorated camera: the timeouts of a LiveStereoCamera and its reopening at
+/// growing intervals are not exercised. Frames of another size than announced pass unchanged. Memory from the arena:
+/// five images.
 class KINETRACE_API FaultInjector final : public StereoCamera {
  public:
   /// `width_px` x `height_px`: of the camera's images.
@@ -79,12 +79,12 @@ class KINETRACE_API FaultInjector final : public StereoCamera {
 
   [[nodiscard]] CameraState state() const noexcept override { return state_.value_or(camera_->state()); }
   [[nodiscard]] const CameraInfo& info() const noexcept override { return camera_->info(); }
-  /// Those of the camera, and the drops (as gaps), stalls, losses and recoveries made here.
+  /// Counters of the camera, plus the injected drops (as gaps), stalls, losses and recoveries.
   [[nodiscard]] const CameraCounters& counters() const noexcept override;
 
  private:
   struct Storage {
-    std::array<MutableGrayView, 2> spoilt;  ///< What was changed of the frame at hand.
+    std::array<MutableGrayView, 2> spoilt;  ///< Modified images of the current frame.
     std::array<MutableGrayView, 2> kept;    ///< The frame held back.
     MutableGrayView last_right;
   };
@@ -107,7 +107,7 @@ class KINETRACE_API FaultInjector final : public StereoCamera {
   Storage storage_;
   std::optional<CameraState> state_;  ///< None: the camera's own.
   std::int64_t number_ = 0;           ///< Of the next frame from the camera.
-  std::int64_t gone_until_ = -1;      ///< Frames up to this one fall into the time without a device.
+  std::int64_t gone_until_ = -1;      ///< Last frame lost to an unplugged device.
   int attempts_left_ = 0;
   bool has_last_right_ = false;
   std::optional<StereoFrame> waiting_;    ///< To be delivered next.

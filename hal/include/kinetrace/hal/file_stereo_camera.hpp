@@ -21,15 +21,15 @@
 namespace kinetrace::hal {
 
 struct KINETRACE_API FileCameraConfig {
-  int passes = 1;        ///< Plays the recording this often; frame numbers and times keep increasing.
+  int passes = 1;        ///< How often the recording is played; frame numbers and times keep increasing.
   int max_warnings = 8;  ///< Messages kept about skipped frames; all are counted.
 
   [[nodiscard]] Status validate() const;
 };
 
-/// Plays a Dataset, as fast as it is asked: `next` decodes and never waits. Frames with a missing side and frames that
-/// cannot be decoded are skipped and counted. A recording whose folder has gone (a drive pulled out) is kDisconnected;
-/// `recover` continues with the next frame once it is back. Memory from the arena: two images and the image reader.
+/// Plays a Dataset at the caller's pace: `next` decodes and never waits. Frames with a missing side and frames that
+/// cannot be decoded are skipped and counted. A missing folder (an unplugged drive) is kDisconnected; `recover`
+/// continues with the next frame once it is back. Memory from the arena: two images and the image reader.
 class KINETRACE_API FileStereoCamera final : public StereoCamera {
  public:
   [[nodiscard]] static std::size_t required_bytes(const Dataset& dataset, const FileCameraConfig& config);
@@ -49,8 +49,8 @@ class KINETRACE_API FileStereoCamera final : public StereoCamera {
   [[nodiscard]] const CameraCounters& counters() const noexcept override { return counters_; }
 
   [[nodiscard]] const Dataset& dataset() const noexcept { return dataset_; }
-  /// Any frame of the recording, by its place in the list, in any state and without moving on; for tools. Its images
-  /// live until the next call of this or `next`. Errors: those of decoding it.
+  /// Any frame of the recording by its index in the list, in any state, without advancing; for tools. Its images live
+  /// until the next call of this or `next`. Errors: those of decoding it.
   [[nodiscard]] Result<StereoFrame> frame_at(std::size_t place);
 
   /// Why frames were skipped since start(): the first `max_warnings` messages, one line each.

@@ -1,4 +1,4 @@
-// Stands between any camera and the pipeline, so that only frames pass that the pipeline can trust.
+// Filters the frames of a camera, so that only valid ones reach the pipeline.
 #pragma once
 
 #include <chrono>
@@ -16,22 +16,22 @@
 namespace kinetrace::hal {
 
 struct FrameGuardConfig {
-  /// Times that contradict the frame numbers are a jump of the clock and are mended; that one frame follows the other
-  /// sooner than announced is no contradiction. Not for recordings: their times
-  /// are what they are, and only those that do not advance are refused.
+  /// Corrects times that contradict the frame numbers: the clock has jumped. A step shorter than the announced period
+  /// is no contradiction. Not for recordings: their times are kept, and only frames whose time does not advance are
+  /// skipped.
   bool mend_times = true;
 };
 
-/// Passes on the frames of another camera in order, each once, with times that advance. Skipped and counted are frames
-/// that came before, of another size than announced, or cut off (CutOffDetector). States are those of the camera
-/// behind. The end of a stream of which nothing passed is kBadFormat, with the first image that was of no use.
+/// Passes on the frames of another camera in order, each once, with increasing times. Skips and counts frames that are
+/// repeated, of another size than announced, or cut off (CutOffDetector). States are those of the other camera. The end
+/// of a stream without a valid frame is kBadFormat, with the first unusable image.
 class KINETRACE_API FrameGuard final : public StereoCamera {
  public:
   FrameGuard(std::unique_ptr<StereoCamera> camera, const FrameGuardConfig& config);
 
   [[nodiscard]] Status open() override { return camera_->open(); }
   [[nodiscard]] Status start() override;
-  /// Also kTimeout after many unusable frames in a row, though the camera has more and the time is not yet over.
+  /// Also kTimeout after many unusable frames in a row, before the time is over.
   [[nodiscard]] Result<StereoFrame> next(std::chrono::milliseconds timeout) override;
   [[nodiscard]] Status stop() override { return camera_->stop(); }
   [[nodiscard]] Status recover() override { return camera_->recover(); }
@@ -42,7 +42,7 @@ class KINETRACE_API FrameGuard final : public StereoCamera {
 
   [[nodiscard]] CameraState state() const noexcept override { return camera_->state(); }
   [[nodiscard]] const CameraInfo& info() const noexcept override { return camera_->info(); }
-  /// Those of the camera behind, less what was skipped here.
+  /// Counters of the camera, with the frames skipped here moved from delivered to skipped.
   [[nodiscard]] const CameraCounters& counters() const noexcept override;
 
  private:
@@ -55,7 +55,7 @@ class KINETRACE_API FrameGuard final : public StereoCamera {
   };
   void note_unusable(const Unusable& unusable) noexcept;
   [[nodiscard]] Error explain(Error end) const;
-  /// Counts why, if the frame is not to pass.
+  /// Counts the reason if the frame must not pass.
   [[nodiscard]] bool passes(const StereoFrame& frame) noexcept;
   [[nodiscard]] double period_ns() const noexcept;
   [[nodiscard]] std::int64_t expected_step_ns(const StereoFrame& frame) const noexcept;

@@ -31,7 +31,7 @@ class KINETRACE_API FrameList {
   };
 
   static constexpr std::int64_t kMaxFrameIndex = INT32_MAX - 1;
-  /// Of a nanosecond clock: 1933 to 2116 if that counts from 1970. Any two times in between can be subtracted.
+  /// Range of times in ns: 1933 to 2116 if counted from 1970. Differences within it do not overflow.
   static constexpr std::int64_t kMinTime_ns = -(std::int64_t{1} << 60);
   static constexpr std::int64_t kMaxTime_ns = std::int64_t{1} << 62;
   [[nodiscard]] static constexpr bool holds_time(std::int64_t timestamp_ns) noexcept {
@@ -48,8 +48,8 @@ class KINETRACE_API FrameList {
         right_(std::move(right)),
         times_source_(times_source.empty() ? left_.folder : std::move(times_source)) {}
 
-  /// Appends a frame; equal stems are stored once. Errors: kBadFormat if index or time do not increase or are none that
-  /// the list holds, kCapacity beyond 4 GiB of stems.
+  /// Appends a frame; equal stems are stored once. Errors: kBadFormat if index or time do not increase or are out of
+  /// range, kCapacity beyond 4 GiB of stems.
   [[nodiscard]] Status add(const Frame& frame);
 
   [[nodiscard]] std::size_t size() const noexcept { return entries_.size(); }

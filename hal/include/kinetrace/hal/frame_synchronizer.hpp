@@ -1,4 +1,4 @@
-// Which left and which right image were taken together.
+// Pairs left and right images that were taken at the same time.
 #pragma once
 
 #include <array>
@@ -15,15 +15,15 @@ enum class View : std::uint8_t { kLeft, kRight };
 
 struct KINETRACE_API SyncConfig {
   std::int64_t period_ns = 33'333'333;    ///< Nominal time between frames.
-  std::int64_t tolerance_ns = 4'000'000;  ///< Of the time between the views, after the learnt offset; <= period / 2.
+  std::int64_t tolerance_ns = 4'000'000;  ///< Maximum time between the views, less the offset; <= period / 2.
 
   [[nodiscard]] Status validate() const;
 };
 
-/// An image as far as pairing goes.
+/// Number and time of an image, for pairing.
 struct SyncFrame {
-  int slot = -1;              ///< The caller's name for it.
-  std::int64_t sequence = 0;  ///< Of its own stream; decides only whether a frame is new, never who its partner is.
+  int slot = -1;              ///< Chosen by the caller.
+  std::int64_t sequence = 0;  ///< Of its own stream; tells whether a frame is new, does not affect pairing.
   std::int64_t time_ns = 0;   ///< Mid-exposure; both views in one clock.
 };
 
@@ -35,8 +35,8 @@ struct SyncPair {
 /// A frame that will not be paired; the caller gives its buffer back.
 struct SyncDrop {
   enum class Reason : std::uint8_t {
-    kUnpaired,  ///< The other view has nothing from that time.
-    kStale,     ///< Came again, or later than a newer one.
+    kUnpaired,  ///< The other view has no frame of that time.
+    kStale,     ///< Repeated, or out of order.
     kReset,     ///< Its clock jumped back.
   };
   View view = View::kLeft;
@@ -50,20 +50,20 @@ struct SyncCounters {
   std::array<std::uint64_t, 2> unpaired{};  ///< By view.
   std::array<std::uint64_t, 2> stale{};
   std::uint64_t slips = 0;        ///< The offset outgrew half a period: partners changed by one frame.
-  std::uint64_t relocks = 0;      ///< The offset was learnt anew because nothing fitted any more.
+  std::uint64_t relocks = 0;      ///< Re-estimations of the offset, when no frames matched any more.
   std::uint64_t clock_jumps = 0;  ///< One view's times went back.
 };
 
-/// Pairs two streams by time. Of two frames that do not fit together only the older one is dropped: the newer may still
-/// find its partner. A pair is emitted once, in order of time, and no frame is in two pairs.
+/// Pairs two streams by time. Of two frames that do not match only the older one is dropped: the newer may still match
+/// a later frame. Pairs are emitted in order of time; no frame is in two pairs.
 ///
-/// What the times of the views differ by constantly (latency of one device's stamps) and how that drifts is learnt with
-/// an alpha-beta filter and taken off before tolerance is applied. Where nothing has fitted for `kRelockAfter` frames
-/// of both views, the offset is learnt anew from their recent times. The learnt offset stays within about half a
-/// period, unless one view's clock is off by more than `kJumpPeriods`: then the newest frames of both are taken to
-/// belong together, which may be wrong by one frame; SyncMonitor sees that in the images, and move() mends it.
+/// An alpha-beta filter estimates the offset between the views' times (latency of one device's stamps) and its drift;
+/// the tolerance applies to the residual. After `kRelockAfter` frames of both views without a pair, the offset is
+/// re-estimated from their recent times. The offset stays within about half a period, unless one view's clock is off by
+/// more than `kJumpPeriods`: then the newest frames of both views are assumed to match, which may be wrong by one
+/// frame; SyncMonitor detects that in the images, and move() corrects it.
 ///
-/// Never more than `kWaiting` frames of a view wait. No memory beyond the object, no clock; deterministic.
+/// At most `kWaiting` frames of a view wait. No memory beyond the object, no clock; deterministic.
 class KINETRACE_API FrameSynchronizer {
  public:
   static constexpr std::size_t kWaiting = 2;
@@ -78,17 +78,17 @@ class KINETRACE_API FrameSynchronizer {
   [[nodiscard]] std::optional<SyncPair> next_pair() noexcept;
   [[nodiscard]] std::optional<SyncDrop> next_drop() noexcept;
 
-  /// Partners of left frames are from now on the right ones that come `frames` later than those so far. What one view
-  /// has in excess is dropped as unpaired; no frame is used twice.
+  /// From now on pairs left frames with right frames that are `frames` later than before. Surplus frames of one view
+  /// are dropped as unpaired; no frame is used twice.
   void move(int frames) noexcept { jump_ns_ += frames * config_.period_ns; }
 
-  /// Forgets a view's frames without dropping them: their buffers are gone. What was learnt stays.
+  /// Discards a view's frames without reporting drops: their buffers are gone. Keeps the offset and its drift.
   void forget(View view) noexcept;
 
   [[nodiscard]] const SyncCounters& counters() const noexcept { return counters_; }
-  /// What right times are later than left ones, learnt so far.
+  /// Estimated right minus left time.
   [[nodiscard]] std::int64_t offset_ns() const noexcept;
-  /// How fast that grows, ns per ns.
+  /// Drift of the offset, ns per ns.
   [[nodiscard]] double drift() const noexcept { return drift_; }
 
  private:
@@ -115,7 +115,7 @@ class KINETRACE_API FrameSynchronizer {
   void drop(View view, const SyncFrame& frame, SyncDrop::Reason reason) noexcept;
   void drop_front(View view) noexcept { drop(view, stream(view).pop(), SyncDrop::Reason::kUnpaired); }
   [[nodiscard]] double predicted_offset_ns(std::int64_t left_time_ns) const noexcept;
-  /// How much later the right frame is than it should be.
+  /// Innovation: right time minus its prediction from the left time.
   [[nodiscard]] double misfit_ns(const SyncFrame& left, const SyncFrame& right) const noexcept;
   void learn(const SyncPair& pair) noexcept;
   void relock() noexcept;
@@ -125,8 +125,8 @@ class KINETRACE_API FrameSynchronizer {
   std::array<SyncDrop, kMaxDrops> drops_{};
   std::size_t drop_count_ = 0;
   SyncCounters counters_;
-  std::int64_t jump_ns_ = 0;  ///< Whole difference of the clocks, and of frames; zero where both are one.
-  double offset_ns_ = 0.0;    ///< Beyond that, at `offset_time_ns_`.
+  std::int64_t jump_ns_ = 0;  ///< Difference of the clocks, and moves by whole frames; 0: one clock.
+  double offset_ns_ = 0.0;    ///< Remaining offset at `offset_time_ns_`.
   double drift_ = 0.0;
   std::optional<std::int64_t> offset_time_ns_;
 };

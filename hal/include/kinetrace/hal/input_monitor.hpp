@@ -1,4 +1,4 @@
-// What is wrong with the images of a stereo camera or recording, seen in the images themselves.
+// Detects faults of a stereo camera or recording from its images.
 #pragma once
 
 #include <array>
@@ -16,10 +16,10 @@ namespace kinetrace::hal {
 
 enum class InputFault : std::uint8_t {
   kViewsIdentical,  ///< Left and right images are equal bit by bit.
-  kViewsExchanged,  ///< What the left view sees lies farther left in the left image: all disparities are negative.
-  kViewsUnrelated,  ///< Hardly anything of the left image is in the right one.
-  kNoParallax,      ///< No disparity reaches a pixel: one picture twice, or everything is too far away.
-  kBeyondInfinity,  ///< Some disparities are negative: the calibration turns the views against each other.
+  kViewsExchanged,  ///< Left and right are swapped: all disparities are negative.
+  kViewsUnrelated,  ///< Hardly any patch of the left image has a match in the right one.
+  kNoParallax,      ///< All disparities are below a pixel: one picture twice, or a scene too far away.
+  kBeyondInfinity,  ///< Some disparities are negative: the yaw between the views is calibrated wrongly.
   kRowsApart,       ///< Matches do not lie in one row: the calibration does not fit the images.
   kViewsOutOfStep,  ///< One view's images are a frame late.
   kLeftFrozen,      ///< The left image stays the same bit by bit.
@@ -27,12 +27,12 @@ enum class InputFault : std::uint8_t {
 };
 inline constexpr std::size_t kInputFaultCount = 9;
 
-/// Values of an image at places spread over it: a real sensor's noise never gives the same ones twice.
+/// Pixels of an image on a sparse grid: the noise of a sensor never yields the same values twice.
 class KINETRACE_API ImageSample {
  public:
-  /// Looks at `kColumns` x `kRows` pixels.
+  /// Samples `kColumns` x `kRows` pixels.
   void take(GrayView image) noexcept;
-  /// False where nothing can be concluded: an image of (nearly) one value, as of a covered lens.
+  /// False for an image of (nearly) one value, as of a covered lens: its equality is no evidence.
   [[nodiscard]] bool has_texture() const noexcept { return has_texture_; }
   [[nodiscard]] bool operator==(const ImageSample& other) const noexcept { return values_ == other.values_; }
 
@@ -43,7 +43,7 @@ class KINETRACE_API ImageSample {
   bool has_texture_ = false;
 };
 
-/// Whether most of the recent looks show the same fault.
+/// Whether most of the recent measurements show the same fault.
 class KINETRACE_API FaultVotes {
  public:
   static constexpr std::size_t kVotes = 8;
@@ -58,10 +58,10 @@ class KINETRACE_API FaultVotes {
   std::size_t count_ = 0;
 };
 
-/// Looks at every pair as it comes (a thousand pixels of each image, some microseconds), and at every few pairs closely
-/// (SyncMonitor). A fault holds once at least three looks agree: bit-equal images after three frames, the others after
-/// three close looks. What the images do not show is not concluded: blank and dark images have no fault
-/// here. Never allocates; memory from the arena: SyncMonitor's.
+/// Samples every pair (a thousand pixels of each image, some microseconds), and matches patches in every few pairs
+/// (SyncMonitor). A fault holds once at least three measurements agree: bit-equal images after three frames, other
+/// faults after three matched pairs. Blank and dark images are no evidence of a fault. Never allocates; memory from the
+/// arena: SyncMonitor's.
 class KINETRACE_API InputMonitor {
  public:
   /// Errors: kInvalidConfig, kCapacity.
@@ -71,17 +71,17 @@ class KINETRACE_API InputMonitor {
     return SyncMonitor::required_bytes(config, width_px, height_px);
   }
 
-  /// Whether the next rectified pair will be looked at; of others process() needs the raw frame alone.
+  /// Whether process() will read the next rectified pair; otherwise it needs the raw frame alone.
   [[nodiscard]] bool wants_pair() const noexcept { return sync_.wants_pair(); }
-  /// One frame, raw and rectified. True if the pair was looked at closely, so that sync() is new.
+  /// One frame, raw and rectified. True if the pair was matched, so that sync() is new.
   bool process(const StereoFrame& frame, const RectifiedPair& pair) noexcept;
   [[nodiscard]] bool holds(InputFault fault) const noexcept { return holding_[static_cast<std::size_t>(fault)]; }
   [[nodiscard]] const SyncReport& sync() const noexcept { return sync_.report(); }
-  /// Assesses anew whether views are in step: they are paired in another way from now on.
+  /// Restarts the check of synchronisation after a change of the pairing.
   void restart_sync() noexcept { sync_.restart(); }
 
  private:
-  /// Of one view: as it was in the frame before, and for how many frames it has not changed.
+  /// Last sample of one view, and for how many frames it has not changed.
   struct View {
     ImageSample last;
     bool begun = false;

@@ -1,4 +1,4 @@
-// What a live camera is asked for: which devices, which format, and how patient to be with them.
+// Configuration of a live camera: devices, format, timeouts.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,7 @@ enum class TriggerMode : std::uint8_t {
 };
 
 // Names as in configuration files: "grey8", "grey10", "grey16", "yuyv", "nv12", "mjpeg"; "v4l2", "libcamera";
-// "free_running", "external". from_string is false, and nothing changed, for any other text.
+// "free_running", "external". from_string returns false without a change for any other text.
 [[nodiscard]] KINETRACE_API std::string_view to_string(PixelFormat format) noexcept;
 [[nodiscard]] KINETRACE_API std::string_view to_string(CaptureBackend backend) noexcept;
 [[nodiscard]] KINETRACE_API std::string_view to_string(TriggerMode mode) noexcept;
@@ -57,13 +57,13 @@ struct CaptureConfig {
 struct KINETRACE_API LiveCameraConfig {
   CaptureConfig left;                  ///< Or the one device with both views side by side, the left view on the left.
   std::optional<CaptureConfig> right;  ///< None: side by side.
-  /// Mid-exposure times of a pair differ by at most this, after the learnt offset; at most half a period.
+  /// Mid-exposure times of a pair differ by at most this, after correction of the offset; at most half a period.
   double pair_tolerance_ms = 4.0;
   /// No pair for this long, exposure time on top: stalled.
   double stall_timeout_ms = 500.0;
-  /// Stalled for this long: the device counts as lost, is closed and looked for again.
+  /// Stalled for this long: the device counts as lost, is closed and searched for.
   double lost_timeout_ms = 1500.0;
-  /// First pause between attempts to take a lost device back; doubles up to the longest.
+  /// First pause between attempts to reopen a lost device; doubles up to the longest.
   double reopen_first_ms = 100.0;
   double reopen_longest_ms = 2000.0;
 

@@ -1,4 +1,4 @@
-// One or two capture devices as a stereo camera that outlives their troubles.
+// One or two capture devices as a stereo camera that recovers from stalls and losses.
 #pragma once
 
 #include <chrono>
@@ -16,24 +16,22 @@ namespace kinetrace::hal {
 
 class CaptureEnvironment;
 
-/// How left and right relate in time, as far as measured.
+/// Estimated time offset between the views.
 struct PairingStatus {
-  double offset_ms = 0.0;       ///< What right images are later than left ones, by their stamps.
-  double drift_ppm = 0.0;       ///< How fast that grows.
-  std::uint64_t relearned = 0;  ///< Times that the offset had to be learnt anew.
+  double offset_ms = 0.0;       ///< Right minus left time stamp.
+  double drift_ppm = 0.0;       ///< Drift of the offset.
+  std::uint64_t relearned = 0;  ///< Number of re-estimations of the offset.
 };
 
 /// Pairs the images of two devices by mid-exposure time (FrameSynchronizer), or splits those of one device that
-/// delivers both views side by side. `next` gives the newest pair there is; older ones count as outdated. Images whose
-/// luminance lies in the device's buffer are viewed there, without a copy: a pair's two buffers go back to the devices
-/// with the next call.
+/// delivers both views side by side. `next` returns the newest pair; older ones count as outdated. Images whose
+/// luminance lies in the device's buffer are not copied: the next call returns a pair's two buffers to the devices.
 ///
-/// No frame for longer than `stall_timeout_ms`, with the exposure time on top, is kStalled; `lost_timeout_ms` more, or
-/// a device that reports to be gone, is kLost with an error that names the camera: pairs end when one camera does. Both
-/// devices are then closed; `recover` may be called as often as one likes, tries at growing intervals, and looks for
-/// the same devices by their stable id, wherever they have reappeared. Devices that follow a trigger line are never
-/// lost for want of images. Times and frame numbers go on where they were: frames are numbered by time, in nominal
-/// periods.
+/// No frame for longer than `stall_timeout_ms` plus the exposure time is kStalled; `lost_timeout_ms` more, or a device
+/// that reports its removal, is kLost with an error that names the camera: pairs end when one camera does. Both devices
+/// are then closed; `recover` may be called at any rate, tries at growing intervals, and finds the same devices by
+/// their stable id, wherever they have reappeared. Externally triggered devices are never lost for lack of images.
+/// Times and frame numbers continue: frames are numbered by time, in nominal periods.
 ///
 /// Memory from the arena: an image per device whose format has to be converted. Nothing allocates between start() and
 /// an error.
@@ -42,7 +40,7 @@ class KINETRACE_API LiveStereoCamera final : public StereoCamera {
   [[nodiscard]] static std::size_t required_bytes(const LiveCameraConfig& config);
   /// Touches no device yet. Errors: kInvalidConfig, kCapacity, kUnsupported (pixel format).
   [[nodiscard]] static Result<LiveStereoCamera> create(const LiveCameraConfig& config, Arena& arena);
-  /// The same in an environment that is not this machine; it must outlive the camera.
+  /// The same in another environment than this machine; it must outlive the camera.
   [[nodiscard]] static Result<LiveStereoCamera> create(const LiveCameraConfig& config, Arena& arena,
                                                        CaptureEnvironment& environment);
 
@@ -61,8 +59,8 @@ class KINETRACE_API LiveStereoCamera final : public StereoCamera {
   [[nodiscard]] const CameraInfo& info() const noexcept override;
   [[nodiscard]] const CameraCounters& counters() const noexcept override;
   [[nodiscard]] PairingStatus pairing() const noexcept;
-  /// Left images are from now on paired with right ones that are `frames` later: for whoever sees in the images that
-  /// one view is late by as much. False, and nothing changed, where both views come in one image.
+  /// From now on pairs left images with right ones that are `frames` later, to correct a view that the images show to
+  /// be late by as much. False, without a change, where one image holds both views.
   bool move_pairing(int frames) noexcept;
 
  private:

@@ -1,4 +1,4 @@
-// Raw pairs onto the disk, as they come from the camera.
+// Records the raw pairs of a camera to disk.
 #pragma once
 
 #include <cstddef>
@@ -20,19 +20,19 @@ enum class RawFormat : std::uint8_t {
 };
 
 struct KINETRACE_API RawRecorderConfig {
-  std::filesystem::path directory;  ///< Made; must not exist or be empty.
+  std::filesystem::path directory;  ///< Created; an existing one must be empty.
   RawFormat format = RawFormat::kContainer;
-  RigCalibration calibration;                                 ///< Goes with the images.
+  RigCalibration calibration;                                 ///< Stored with the images.
   double rate_hz = 0.0;                                       ///< Nominal.
-  std::uint64_t segment_bytes = std::uint64_t{512} << 20U;    ///< A container's file; then the next begins.
-  std::uint64_t keep_free_bytes = std::uint64_t{256} << 20U;  ///< Left on the disk for others.
+  std::uint64_t segment_bytes = std::uint64_t{512} << 20U;    ///< Size at which a container begins its next file.
+  std::uint64_t keep_free_bytes = std::uint64_t{256} << 20U;  ///< Space to leave free on the disk.
 
   [[nodiscard]] Status validate() const;
 };
 
-/// Appends pairs. After an error (disk full, folder gone) it takes nothing more; what was written until then stays
-/// readable: an incomplete last record is removed. Write calls may block for as long as the disk does: for a thread of
-/// its own. Never allocates in `write`, except for messages.
+/// Appends pairs. After an error (disk full, folder gone) it accepts no more pairs; earlier ones stay readable: an
+/// incomplete last record is removed. `write` may block for as long as the disk does: use a thread of its own. `write`
+/// allocates for messages only.
 class KINETRACE_API RawRecorder {
  public:
   [[nodiscard]] static std::size_t required_bytes(const RawRecorderConfig& config);
@@ -47,7 +47,7 @@ class KINETRACE_API RawRecorder {
 
   /// Frame numbers increase. Errors: kIo (names the file and the reason), kInvalidArgument (size).
   [[nodiscard]] virtual Status write(const StereoFrame& frame) = 0;
-  /// What was written is safe on the disk afterwards. Errors: kIo.
+  /// Makes all written pairs durable. Errors: kIo.
   [[nodiscard]] virtual Status sync() = 0;
   [[nodiscard]] virtual std::int64_t frames() const noexcept = 0;  ///< Written so far.
 };

@@ -1,4 +1,4 @@
-// Raw pairs into rectified ones: epipolar lines become rows, both views get the same pinhole camera.
+// Rectifies raw pairs: epipolar lines become rows, both views get the same pinhole camera.
 #pragma once
 
 #include <array>
@@ -19,8 +19,8 @@
 namespace kinetrace::hal {
 
 struct KINETRACE_API RectifierConfig {
-  /// Where the calibration brings no rectification of its own: 0 zooms until no pixel without image data is left, 1
-  /// keeps every source pixel, between is between (alpha of cv::stereoRectify, balance of cv::fisheye::stereoRectify).
+  /// For calibrations without a rectification of their own: 0 zooms until every pixel has image data, 1 keeps every
+  /// source pixel, values between interpolate (alpha of cv::stereoRectify, balance of cv::fisheye::stereoRectify).
   double keep_borders = 0.0;
 
   [[nodiscard]] Status validate() const;
@@ -33,7 +33,7 @@ class KINETRACE_API Rectifier {
  public:
   /// Zero if the calibration or the configuration is invalid; `create` then says why.
   [[nodiscard]] static std::size_t required_bytes(const RigCalibration& calibration, const RectifierConfig& config);
-  /// Geometry that a rectifier made from these will have. Errors: kBadCalibration, kInvalidConfig.
+  /// Geometry of the rectifier that `create` makes from these. Errors: kBadCalibration, kInvalidConfig.
   [[nodiscard]] static Result<StereoGeometry> rectified_geometry(const RigCalibration& calibration,
                                                                  const RectifierConfig& config);
   /// Errors: kBadCalibration, kInvalidConfig, kCapacity.
@@ -67,8 +67,8 @@ class KINETRACE_API Rectifier {
   std::array<View, 2> views_;
 };
 
-/// The calibration of raw images with which a rectifier does what `correction` of rectified images says (see
-/// RigEstimate): the next start begins with what was found out. Errors: those of Rectifier::create.
+/// Applies `correction`, estimated on rectified images (see RigEstimate), to the calibration of the raw images, so that
+/// the next start begins with it. Errors: those of Rectifier::create.
 [[nodiscard]] KINETRACE_API Result<RigCalibration> corrected_rig(const RigCalibration& calibration,
                                                                  const RectifierConfig& config,
                                                                  const RigCorrection& correction);

@@ -1,4 +1,4 @@
-// What is known about a stereo rig's lenses and how its views stand to each other.
+// Calibration of a stereo rig: lenses and relative pose of the views.
 #pragma once
 
 #include <array>
@@ -48,7 +48,7 @@ struct RectifyingTransforms {
 };
 
 /// A stereo rig in one of three forms:
-/// - `rectified` set: the images are rectified already, nothing else is looked at;
+/// - `rectified` set: the images are rectified already, all else is ignored;
 /// - `given` set: raw images of `left` and `right`, rectified by the file's own matrices;
 /// - neither: raw images; the rectification is computed from `left`, `right` and `T_right_left`.
 struct KINETRACE_API RigCalibration {
@@ -65,40 +65,41 @@ struct KINETRACE_API RigCalibration {
 
   /// Rejects, with kBadCalibration naming the source and the remedy: values that are not finite, focal lengths <= 0,
   /// principal points more than half an image outside, distortion that folds or tears the image halfway to its border,
-  /// views of different sizes, rotations that are none, a baseline that is below 1 mm, swapped (right view left of the
-  /// left one), not horizontal, or beyond 10 m (millimetres?). Rotations that deviate by rounding are replaced by the
+  /// views of different sizes, invalid rotations, a baseline that is below 1 mm, swapped (right view left of the left
+  /// one), not horizontal, or beyond 10 m (millimetres?). Rotations that deviate by rounding are replaced by the
   /// nearest rotation.
   [[nodiscard]] Status validate();
 };
 
-/// The calibration of a rig whose views deliver images of this size: an OpenCV stereo calibration or Kalibr camchain in
-/// a YAML file, a folder with one of these or a pair of ROS CameraInfo files, or KITTI's calib_cam_to_cam.txt (cameras
-/// 00 and 01). Errors: kNotFound, kBadCalibration (also: for another size).
+/// The calibration of a rig whose views deliver images of this size: an OpenCV stereo calibration (YAML, XML or JSON),
+/// a Kalibr camchain, a folder with one of these or a pair of ROS CameraInfo files, KITTI's calib_cam_to_cam.txt
+/// (cameras 00 and 01), a ZED factory file (.conf) or a DepthAI EEPROM (JSON). Errors: kNotFound, kBadCalibration
+/// (also: for another size).
 [[nodiscard]] KINETRACE_API Result<RigCalibration> read_rig_calibration(const std::filesystem::path& path, int width_px,
                                                                         int height_px);
 
-/// Stands in for the calibration of images of which nothing but their size is known. Its lenses are made up: good for
-/// whoever looks at the images alone.
+/// Placeholder calibration of images of which only the size is known. Its lenses are arbitrary: for use of the images
+/// alone.
 [[nodiscard]] KINETRACE_API Result<RigCalibration> images_alone(int width_px, int height_px);
 
 /// How a calibration is written. read_rig_calibration reads both.
 enum class CalibrationFormat : std::uint8_t {
   kOpencv,  ///< YAML with K1, D1, K2, D2, R and T; cv::FileStorage reads it.
-  kKalibr,  ///< A camchain: cam0 left, cam1 right. Knows four coefficients a lens.
+  kKalibr,  ///< A camchain: cam0 left, cam1 right. Four coefficients per lens.
 };
 
-/// The same rig as raw images with a pose between its views, whichever form it had: rectified views become lenses
-/// without distortion, and rectifying matrices a pose. The rectification itself is computed anew from it.
+/// Converts any of the three forms to raw images with a relative pose: rectified views become lenses without
+/// distortion, rectifying matrices a pose. The rectification is then recomputed from the pose.
 [[nodiscard]] KINETRACE_API RigCalibration to_raw_rig(const RigCalibration& rig);
 
-/// The text of a calibration file, with all digits that its numbers have. `remarks` become comments at its beginning.
-/// Errors: kUnsupported (lenses of two kinds for OpenCV, more than four coefficients for Kalibr), kBadCalibration (see
+/// The text of a calibration file, with all digits of its numbers. `remarks` become comments at its beginning. Errors:
+/// kUnsupported (lenses of two kinds for OpenCV, more than four coefficients for Kalibr), kBadCalibration (see
 /// RigCalibration::validate).
 [[nodiscard]] KINETRACE_API Result<std::string> rig_calibration_text(const RigCalibration& rig,
                                                                      CalibrationFormat format,
                                                                      std::span<const std::string> remarks = {});
 
-/// Writes that text in the place of `path`, as a whole or not at all. Errors: as rig_calibration_text; kIo.
+/// Writes that text to `path`, atomically. Errors: as rig_calibration_text; kIo.
 [[nodiscard]] KINETRACE_API Status write_rig_calibration(const RigCalibration& rig, const std::filesystem::path& path,
                                                          CalibrationFormat format,
                                                          std::span<const std::string> remarks = {});

@@ -1,4 +1,4 @@
-// Where stereo frames come from: one interface for recordings and live cameras.
+// Interface of all sources of stereo frames: recordings and live cameras.
 #pragma once
 
 #include <chrono>
@@ -44,28 +44,28 @@ enum class CameraState : std::uint8_t { kClosed, kConfigured, kStreaming, kStall
   return "closed";
 }
 
-/// Running totals since start(), losses of the device included. Devices deliver images one by one: each that is not
-/// used counts once, under the reason why it was not. Frames of which nothing came at all are gaps.
+/// Running totals since start(), across losses of the device. Each unused image counts once, under its reason. Frames
+/// without any image are gaps.
 struct CameraCounters {
   std::uint64_t frames_delivered = 0;
   std::uint64_t skipped_missing_side = 0;  ///< The other view had no usable image.
   std::uint64_t skipped_unreadable = 0;    ///< An image was damaged.
-  std::uint64_t skipped_outdated = 0;      ///< A complete pair, but a newer one was there already.
-  std::uint64_t skipped_repeated = 0;      ///< Came again, or later than a newer one.
+  std::uint64_t skipped_outdated = 0;      ///< A complete pair, superseded by a newer one.
+  std::uint64_t skipped_repeated = 0;      ///< Repeated, or out of order.
   std::uint64_t skipped_wrong_size = 0;    ///< Of another size than announced.
-  /// Frames that were due and of which neither view's image reached us; of a camera that was lost, those until then and
-  /// from its first frame afterwards.
+  /// Expected frames without an image of either view. The time from a loss of the camera to its next frame does not
+  /// count.
   std::uint64_t gaps = 0;
-  std::uint64_t clock_jumps = 0;      ///< Times that could not be; what was delivered goes on evenly.
-  std::uint64_t pairing_slips = 0;    ///< The views drifted apart by half a period: each now has another partner.
-  std::uint64_t pairing_moves = 0;    ///< The images showed that the views were a frame apart: mended from then on.
-  std::uint64_t stream_restarts = 0;  ///< Times that a device's stream failed and was started again by itself.
+  std::uint64_t clock_jumps = 0;      ///< Implausible times; delivered times continue evenly.
+  std::uint64_t pairing_slips = 0;    ///< Changes of partner after the views drifted apart by half a period.
+  std::uint64_t pairing_moves = 0;    ///< Corrections of the pairing by a frame, from the images.
+  std::uint64_t stream_restarts = 0;  ///< Automatic restarts of a device's failed stream.
   std::uint64_t stalls = 0;           ///< Times that the stall timeout passed without a frame.
   std::uint64_t losses = 0;           ///< Times that a device was lost.
-  std::uint64_t recoveries = 0;       ///< Times that it was taken back.
+  std::uint64_t recoveries = 0;       ///< Times that it was reopened.
 };
 
-/// What the camera is. Constant from open() on.
+/// Properties of the camera. Constant from open() on.
 struct CameraInfo {
   std::string name;
   int width_px = 0;  ///< Of one view's images, as delivered (not rectified).
@@ -84,7 +84,7 @@ class KINETRACE_API StereoCamera {
   StereoCamera& operator=(StereoCamera&&) = default;
   virtual ~StereoCamera() = default;
 
-  /// Takes the device or recording. Errors: kNotFound, kIo, kUnsupported, kIllegalState.
+  /// Opens the device or recording. Errors: kNotFound, kIo, kUnsupported, kIllegalState.
   [[nodiscard]] virtual Status open() = 0;
   /// Begins to deliver; a recording starts at its first frame, counters at zero. Errors: kIo, kIllegalState.
   [[nodiscard]] virtual Status start() = 0;
@@ -94,12 +94,12 @@ class KINETRACE_API StereoCamera {
   [[nodiscard]] virtual Result<StereoFrame> next(std::chrono::milliseconds timeout) = 0;
   /// Ends delivery. Errors: kIllegalState.
   [[nodiscard]] virtual Status stop() = 0;
-  /// Takes a lost device back. Errors: kDisconnected (still gone), kIllegalState.
+  /// Tries to reopen a lost device. Errors: kDisconnected (still gone), kIllegalState.
   [[nodiscard]] virtual Status recover() = 0;
-  /// Gives the device back. Allowed in every state.
+  /// Releases the device. Allowed in every state.
   virtual void close() noexcept = 0;
 
-  /// What an image is called in messages: its file where it has one.
+  /// Name of an image in messages: its file where it has one.
   [[nodiscard]] virtual std::string image_name(std::int64_t frame_index, bool is_left) const {
     return info().name + (is_left ? ": left" : ": right") + " image of frame " + std::to_string(frame_index);
   }

@@ -1,4 +1,4 @@
-// Whether left and right show the same moment, seen in the images themselves.
+// Checks from the images whether left and right were taken at the same time.
 #pragma once
 
 #include <array>
@@ -15,8 +15,8 @@
 namespace kinetrace::hal {
 
 struct KINETRACE_API SyncMonitorConfig {
-  int interval_frames = 5;     ///< Looks at every so many-th pair and the one before it.
-  int max_disparity_px = 128;  ///< Nearer things are not matched.
+  int interval_frames = 5;     ///< Measures every so many-th pair, with the one before it.
+  int max_disparity_px = 128;  ///< Nearer points are not matched.
 
   [[nodiscard]] Status validate() const;
 };
@@ -30,32 +30,32 @@ enum class SyncVerdict : std::uint8_t {
 
 struct SyncReport {
   SyncVerdict verdict = SyncVerdict::kUnknown;
-  SyncVerdict latest = SyncVerdict::kUnknown;  ///< What the last measurement says by itself.
-  int agreeing = 0;  ///< Of the last `kVotes` measurements which could tell, those that say so.
+  SyncVerdict latest = SyncVerdict::kUnknown;  ///< Verdict of the last measurement alone.
+  int agreeing = 0;  ///< Number of the last `kVotes` conclusive measurements with this verdict.
   int measurements = 0;
-  int matches = 0;                  ///< Of the last measurement.
-  int searched = 0;                 ///< Patches with texture, for which a match was sought.
-  int frames_apart = 0;             ///< Of its two pairs: 1; 2 or 3 tell less, and more nothing, though it says 4.
+  int matches = 0;       ///< Of the last measurement.
+  int searched = 0;      ///< Patches with texture, for which a match was sought.
+  int frames_apart = 0;  ///< Between its two pairs: 1; 2 or 3: less conclusive; 4 or more (reported as 4): not at all.
   double residual_px = 0.0;         ///< Median distance of matches from their epipolar line, of the last measurement.
   double signed_residual_px = 0.0;  ///< Median of right row less left row.
   int in_front = 0;                 ///< Matches with a disparity above a pixel, of the last measurement.
-  int beyond_infinity = 0;          ///< ... below minus one pixel: nothing real is there.
+  int beyond_infinity = 0;          ///< ... below minus one pixel, impossible for a real point.
   double disparity_px = 0.0;        ///< Median.
 };
 
-/// In a rectified pair matches lie in one row. If one image is older than the other and the rig has moved meanwhile,
-/// they do not; but they do between that image and the other view's image of the frame before. So three pairings are
-/// measured: of one frame, and either image with the other's predecessor; the verdict is that of most of the recent
-/// measurements which could tell. Where the pair before is two or three frames old, since processing does not keep up
-/// with the camera, the three are compared with what even motion between them would give. A miscalibrated rig has a
-/// residual in all three and is not mistaken for late. Rigs that only slide sideways show nothing.
+/// In a rectified pair matches lie in one row. If one image is a frame late and the rig has moved meanwhile, they do
+/// not; but they do between that image and the other view's image of the frame before. Three pairings are therefore
+/// measured: both images of one frame, and either image with the other's predecessor. The verdict is the majority of
+/// the recent conclusive measurements. If the pair before is two or three frames old, because processing does not keep
+/// up with the camera, the three residuals are compared with those of uniform motion. A miscalibrated rig has a
+/// residual in all three pairings and is not mistaken for a late view. Purely sideways motion of the rig is not
+/// conclusive.
 ///
-/// The first `kEarlyLooks` measurements come sooner, of one frame alone: they tell nothing of time.
+/// The first `kEarlyLooks` measurements come sooner, of one frame alone: they do not assess synchronisation.
 ///
-/// Works on images of half the size: at most 64 patches of 16x8 pixels, +-12 px of rows, sums of absolute
-/// differences. Disparities of one frame are searched on both sides of infinity. About 1.3 ms for 640x480 in every
-/// `interval_frames`-th frame, less than .2 ms in the one before, nothing in others. Memory from the arena: one image
-/// pair. Never allocates.
+/// Works on images of half the size: at most 64 patches of 16x8 pixels, +-12 px of rows, sums of absolute differences.
+/// Within one frame negative disparities are searched, too. About 1.3 ms for 640x480 in every `interval_frames`-th
+/// frame, less than .2 ms in the one before, nothing in others. Memory from the arena: one image pair. Never allocates.
 class KINETRACE_API SyncMonitor {
  public:
   static constexpr std::size_t kVotes = 8;
@@ -66,12 +66,12 @@ class KINETRACE_API SyncMonitor {
   [[nodiscard]] static Result<SyncMonitor> create(const SyncMonitorConfig& config, int width_px, int height_px,
                                                   Arena& arena);
 
-  /// Whether process() will look at the next pair; the images of others may be left out.
+  /// Whether process() will read the next pair; otherwise its images may be left out.
   [[nodiscard]] bool wants_pair() const noexcept { return next_look() != Look::kNone; }
   /// True if this pair was measured, so that the report is new.
   bool process(const RectifiedPair& pair) noexcept;
   [[nodiscard]] const SyncReport& report() const noexcept { return report_; }
-  /// Assesses anew: views are paired in another way from now on.
+  /// Restarts the assessment after a change of the pairing.
   void restart() noexcept;
 
  private:
@@ -79,7 +79,7 @@ class KINETRACE_API SyncMonitor {
     std::array<MutableGrayView, 2> now;     ///< Left, right, half the size.
     std::array<MutableGrayView, 2> before;  ///< Of the pair before.
   };
-  /// What one pairing of images showed.
+  /// Measurement of one pairing of images.
   struct Residual {
     int matches = 0;
     double median_px = 0.0;
@@ -92,7 +92,7 @@ class KINETRACE_API SyncMonitor {
   SyncMonitor(const SyncMonitorConfig& config, const Storage& storage) : config_(config), storage_(storage) {}
   enum class Look : std::uint8_t { kNone, kEarly, kBefore, kNow };
   [[nodiscard]] Look next_look() const noexcept;
-  /// Of one frame alone: what is measured before the views can be compared in time.
+  /// Measures one frame alone, without its predecessor.
   [[nodiscard]] Residual look(const RectifiedPair& pair) noexcept;
   static void carve(int width_px, int height_px, Arena& arena, Storage& storage);
   [[nodiscard]] Residual measure(GrayView left, GrayView right, int least_disparity_px) const noexcept;

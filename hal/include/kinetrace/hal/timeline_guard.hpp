@@ -1,4 +1,4 @@
-// Plausible times.
+// Detects and corrects jumps of a clock.
 #pragma once
 
 #include <cstdint>
@@ -8,9 +8,9 @@
 
 namespace kinetrace::hal {
 
-/// Checks the times of a source's frames against other evidence of how much time has passed: when they arrived, or how
-/// far their numbers moved on. Where the two contradict each other the clock has jumped, and from then on times are
-/// shifted so that they go on by the evidence. Pure and deterministic.
+/// Checks the times of frames against independent evidence of the elapsed time: arrival times or frame numbers. A
+/// contradiction means that the clock has jumped; from then on times are shifted so that they continue by the evidence.
+/// Pure and deterministic.
 class KINETRACE_API TimelineGuard {
  public:
   /// The evidence may be wrong by `tolerance_ns`. `must_advance`: every frame is known to be new, so that a time that
@@ -18,9 +18,9 @@ class KINETRACE_API TimelineGuard {
   explicit TimelineGuard(std::int64_t tolerance_ns, bool must_advance = false)
       : tolerance_ns_(tolerance_ns), must_advance_(must_advance) {}
 
-  /// How much time passed since the frame before, as far as something else than its clock can tell.
+  /// Time since the previous frame, by other evidence than its clock.
   struct Evidence {
-    std::int64_t expected_ns = 0;  ///< Taken in place of a step that cannot be.
+    std::int64_t expected_ns = 0;  ///< Replaces an implausible step.
     std::int64_t shortest_ns = 0;
     std::int64_t longest_ns = 0;
   };

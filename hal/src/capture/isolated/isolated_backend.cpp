@@ -14,7 +14,7 @@
 namespace kinetrace::hal {
 namespace {
 
-/// A buffer of the other process.
+/// A buffer shared by the other process.
 struct SharedBuffer {
   explicit SharedBuffer(OwnedFd file)
       : mapping(file.get(), static_cast<std::size_t>(std::max<off_t>(lseek(file.get(), 0, SEEK_END), 0)), 0),
@@ -53,7 +53,7 @@ class IsolatedDevice final : public CaptureDevice {
   std::unique_ptr<IsolatedProcess> process_;
   std::vector<std::byte> room_;  ///< For answers.
   std::vector<std::optional<SharedBuffer>> buffers_;
-  std::uint64_t stream_ = 0;  ///< As the other side counts: how often it was started.
+  std::uint64_t stream_ = 0;  ///< Number of starts; the worker counts them as well.
 };
 
 Unexpected<Error> IsolatedDevice::gone() const {
@@ -128,7 +128,7 @@ Result<CapturedImage> IsolatedDevice::next(std::chrono::milliseconds timeout) {
     }
     const bool is_current = event.stream == stream_;
     if (event.is_image) {
-      // Of a stream before this one, too: its buffer is reported only once.
+      // Also for images of a previous stream: each buffer is announced only once.
       auto image = image_of(event, std::move(got->descriptors[0]));
       if (is_current) {
         return image;
@@ -137,7 +137,7 @@ Result<CapturedImage> IsolatedDevice::next(std::chrono::milliseconds timeout) {
       return fail(event.error, event.message.data());
     }
   } while (!deadline.is_over());
-  return fail(ErrorCode::kTimeout, "no image");  // So short that it needs no memory: this happens all the time.
+  return fail(ErrorCode::kTimeout, "no image");  // Frequent: short enough for no allocation.
 }
 
 Result<CapturedImage> IsolatedDevice::image_of(const IsolatedEvent& event, OwnedFd descriptor) {
@@ -159,7 +159,7 @@ Result<CapturedImage> IsolatedDevice::image_of(const IsolatedEvent& event, Owned
 
 void IsolatedDevice::release(int slot) noexcept {
   if (process_) {
-    // Where it cannot be sent the process hangs, which the silence of its images tells.
+    // If sending fails the process hangs; its missing images then report that.
     static_cast<void>(process_->images().send(packet_of(IsolatedRelease{stream_, slot})));
   }
 }
@@ -185,7 +185,7 @@ std::vector<CaptureListing> list_isolated(const IsolatedSpawner& spawner, const 
 CaptureBackendEntry isolate(const CaptureBackendEntry& backend, const std::string& library) {
   const auto spawner = IsolatedSpawner::start(backend);
   if (!spawner) {
-    return backend;  // Better without a net than without a camera.
+    return backend;  // Better without isolation than without a camera.
   }
   return {[spawner = *spawner, library](const CaptureConfig& config) -> std::unique_ptr<CaptureDevice> {
             return std::make_unique<IsolatedDevice>(config, library, spawner);

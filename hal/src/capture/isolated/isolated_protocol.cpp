@@ -10,7 +10,7 @@ void put(PacketWriter& packet, const CaptureConfig& config) {
 }
 
 CaptureConfig take_config(PacketReader& packet) {
-  // Members are read in the order in which they are written here.
+  // Members are read in the order of this list.
   return {.backend = packet.take<CaptureBackend>(),
           .device = packet.text(),
           .format = packet.take<PixelFormat>(),

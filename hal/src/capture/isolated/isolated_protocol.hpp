@@ -1,4 +1,4 @@
-// What the two ends of an isolated capture backend say to each other.
+// Protocol between the two ends of an isolated capture backend.
 #pragma once
 
 #include <array>
@@ -12,17 +12,17 @@
 
 namespace kinetrace::hal {
 
-/// Calls, each answered by a status and what it returns.
+/// Calls, each answered by a status and its result.
 enum class IsolatedCall : std::uint8_t { kList, kOpen, kStart, kStop };
 
-/// An answer: whatever is listed, it has to fit.
+/// Upper bound of an answer; the list of all devices must fit.
 inline constexpr std::size_t kMaxAnswerBytes = std::size_t{64} * 1024;
-/// Buffers of a device.
+/// Maximum number of buffers of a device.
 inline constexpr int kMaxSlots = 32;
 
-/// An image that waits in its buffer, or why none will come. Its descriptor comes with the first image of each buffer.
+/// A filled buffer, or the error that ended the stream. The first image of each buffer carries its descriptor.
 struct IsolatedEvent {
-  std::uint64_t stream = 0;  ///< How often the stream was started until then.
+  std::uint64_t stream = 0;  ///< Number of starts of the stream so far.
   bool is_image = false;
   bool damaged = false;
   int slot = -1;
@@ -35,7 +35,7 @@ struct IsolatedEvent {
   std::array<char, 400> message{};  ///< Of the error; ends with a zero.
 };
 
-/// A buffer that is given back.
+/// Returns a buffer.
 struct IsolatedRelease {
   std::uint64_t stream = 0;
   int slot = -1;

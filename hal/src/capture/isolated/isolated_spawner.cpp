@@ -16,7 +16,7 @@
 namespace kinetrace::hal {
 namespace {
 
-// Starting a camera takes foreign libraries long, and a loaded machine longer.
+// Starting a camera is slow in some libraries, and slower on a loaded machine.
 constexpr std::chrono::milliseconds kMaxAnswer{10'000};
 constexpr std::chrono::milliseconds kMaxEnd{2000};
 constexpr std::chrono::milliseconds kLong = std::chrono::hours(24);
@@ -30,7 +30,7 @@ int open_process(pid_t process) {
   return static_cast<int>(syscall(SYS_pidfd_open, process, 0));
 }
 
-/// Leaves behind what belongs to the program: its files, its terminal's signals. It ends when its socket says so.
+/// Closes the program's files and ignores the terminal's signals: only the socket ends this process.
 void detach(int kept_descriptor) {
   prctl(PR_SET_NAME, "kinetrace-camera");
   constexpr int kSocket = 3;
@@ -66,7 +66,7 @@ void serve_orders(const CaptureBackendEntry& backend, const PacketSocket& orders
     const pid_t parent = getpid();
     const pid_t process = fork();
     if (process == 0) {
-      // Dies with this one even where a foreign library hangs.
+      // Dies with its parent even if a foreign library hangs.
       prctl(PR_SET_PDEATHSIG, SIGKILL);
       if (getppid() != parent) {
         return;

@@ -11,16 +11,16 @@
 
 namespace kinetrace::hal {
 
-/// A process of its own that serves one device; killed with its owner.
+/// A process that serves one device; killed with its owner.
 class IsolatedProcess {
  public:
   IsolatedProcess(PacketSocket calls, PacketSocket images, OwnedFd process) noexcept;
   IsolatedProcess(const IsolatedProcess&) = delete;
   IsolatedProcess& operator=(const IsolatedProcess&) = delete;
-  /// Returns when it has ended and its devices are free.
+  /// Waits until the process has ended and its devices are free.
   ~IsolatedProcess();
 
-  /// The answer, which lies in `room` afterwards; empty where the process has ended, or did not answer in time.
+  /// The answer, stored in `room`; empty if the process has ended or did not answer in time.
   [[nodiscard]] std::span<const std::byte> call(const PacketWriter& packet, std::span<std::byte> room) const;
   [[nodiscard]] const PacketSocket& images() const noexcept { return images_; }
 
@@ -30,8 +30,8 @@ class IsolatedProcess {
   OwnedFd process_;
 };
 
-/// A small process, forked at once, from which all others are: a program with threads may not fork safely, and what it
-/// has opened by then is no business of theirs. Ends with its owner, and with the program however that ends.
+/// A small process, forked early, that forks all others: a program with threads cannot fork safely, and the others must
+/// not inherit its open files. Ends with its owner, and with the program even if that crashes.
 class IsolatedSpawner {
  public:
   /// Errors: kIo.

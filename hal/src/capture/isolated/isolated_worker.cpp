@@ -19,7 +19,7 @@ class Worker {
   Worker(const CaptureBackendEntry& backend, PacketSocket calls, PacketSocket images)
       : backend_(backend), calls_(std::move(calls)), images_(std::move(images)) {}
 
-  /// False once the other side has gone.
+  /// False after the other side has closed.
   [[nodiscard]] bool work() {
     std::array<pollfd, 3> files{pollfd{calls_.fd(), POLLIN, 0}, pollfd{images_.fd(), POLLIN, 0},
                                 pollfd{streaming_ ? device_->wait_fd() : -1, POLLIN, 0}};
@@ -85,7 +85,7 @@ class Worker {
     const auto image = device_->next(kNoWait);
     IsolatedEvent event{.stream = stream_};
     if (!image) {
-      // After an error nothing comes until the stream is started again.
+      // After an error no image is sent until the stream is started again.
       streaming_ = image.error().code == ErrorCode::kTimeout;
       if (!streaming_) {
         event.error = image.error().code;

@@ -1,4 +1,4 @@
-// The far side of an isolated capture backend: a process that has one device, or lists them all.
+// The worker of an isolated capture backend: a process that serves one device, or lists all.
 #pragma once
 
 #include "capture/capture_backend.hpp"
@@ -6,8 +6,8 @@
 
 namespace kinetrace::hal {
 
-/// Does what `calls` asks for and sends images into `images`, until either is closed. For a process of its own, which
-/// ends without tidying up: what a foreign library makes of an unplugged device is not waited for.
+/// Executes `calls` and sends images to `images` until either is closed. Then ends the process without cleaning up: a
+/// foreign library may hang on an unplugged device.
 [[noreturn]] void serve_device(const CaptureBackendEntry& backend, PacketSocket calls, PacketSocket images);
 
 }  // namespace kinetrace::hal

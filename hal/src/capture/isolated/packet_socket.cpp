@@ -11,7 +11,7 @@
 namespace kinetrace::hal {
 namespace {
 
-/// Room for the descriptors that travel with a packet.
+/// Space for the descriptors of a packet.
 struct alignas(cmsghdr) ControlBytes {
   std::array<char, CMSG_SPACE(kMaxDescriptors * sizeof(int))> bytes{};
 };
@@ -79,7 +79,7 @@ std::optional<PacketSize> PacketSocket::receive(std::span<std::byte> room,
   if (count < 0 && (errno == EAGAIN || errno == EINTR)) {
     return std::nullopt;
   }
-  // An error is an end, too: the other process died with packets unread.
+  // An error means the end, too: the other process died with unread packets.
   got.bytes = static_cast<std::size_t>(std::max<ssize_t>(count, 0));
   take_descriptors(message, got);
   return got;

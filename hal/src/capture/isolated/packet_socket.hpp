@@ -18,7 +18,7 @@
 
 namespace kinetrace::hal {
 
-/// Values one after the other, as this program lays them out: both ends are the same program.
+/// Concatenated values in native layout: both ends are the same program.
 class PacketWriter {
  public:
   template <typename T>
@@ -40,7 +40,7 @@ class PacketWriter {
   std::vector<std::byte> bytes_;
 };
 
-/// Reads them back in the same order. What is not there is empty, and `complete()` false from then on.
+/// Reads values in the order of writing. A missing value is empty, and `complete()` is false from then on.
 class PacketReader {
  public:
   explicit PacketReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
@@ -74,23 +74,23 @@ class PacketReader {
 
 inline constexpr std::size_t kMaxDescriptors = 2;
 
-/// What receive() got.
+/// Result of receive().
 struct PacketSize {
   std::size_t bytes = 0;  ///< Zero: the other end has gone.
   std::array<OwnedFd, kMaxDescriptors> descriptors;
 };
 
-/// One end of a socket that keeps packets apart. Never allocates.
+/// One end of a socket that preserves packet boundaries. Never allocates.
 class PacketSocket {
  public:
   PacketSocket() = default;
   explicit PacketSocket(OwnedFd socket) noexcept : socket_(std::move(socket)) {}
-  /// Two ends of one. Errors: kIo.
+  /// Two connected ends. Errors: kIo.
   [[nodiscard]] static Result<std::pair<PacketSocket, PacketSocket>> make_pair();
 
-  /// Without waiting; false where the other end has gone or has not read what was sent before.
+  /// Does not wait; false if the other end has gone or its queue is full.
   [[nodiscard]] bool send(std::span<const std::byte> packet, std::span<const int> descriptors = {}) const noexcept;
-  /// None after the timeout. What does not fit into `room` is lost.
+  /// None after the timeout. Bytes beyond `room` are lost.
   [[nodiscard]] std::optional<PacketSize> receive(std::span<std::byte> room,
                                                   std::chrono::milliseconds timeout) const noexcept;
   [[nodiscard]] int fd() const noexcept { return socket_.get(); }

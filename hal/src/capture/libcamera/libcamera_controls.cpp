@@ -17,7 +17,7 @@ const libcamera::ControlInfo* find(const libcamera::Camera& camera, const libcam
   return found == camera.controls().end() ? nullptr : &found->second;
 }
 
-// Half a unit of the control outside is what rounding explains.
+// Tolerance at the limits, in units of the control: rounding.
 constexpr double kHalfUnit = 0.5;
 
 template <typename T>
@@ -80,7 +80,7 @@ Status set_rate(const libcamera::Camera& camera, const CaptureConfig& config, Ca
   constexpr double kUsPerSecond = 1e6;
   const libcamera::ControlInfo* limits = find(camera, controls::FrameDurationLimits);
   if (limits == nullptr) {
-    return {};  // The camera's own rate, which nothing tells.
+    return {};  // The camera runs at its own rate and does not report it.
   }
   const double period_us = kUsPerSecond / config.rate_hz;
   const auto shortest_us = static_cast<double>(limits->min().get<std::int64_t>());

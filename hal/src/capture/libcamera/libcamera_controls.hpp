@@ -10,8 +10,8 @@
 namespace kinetrace::hal {
 
 /// The controls to start the camera with; fills exposure, gain and rate into `info`. libcamera applies controls with
-/// the stream: before that, what the camera cannot do is found by its limits; from then on, by what images report.
-/// Errors: kUnsupported (no such control, or outside its limits: both are printed).
+/// the stream: before, unsupported values are found by the camera's limits; afterwards, by the metadata of images.
+/// Errors: kUnsupported (no such control, or outside its limits; prints both).
 [[nodiscard]] Result<libcamera::ControlList> choose_libcamera_controls(const libcamera::Camera& camera,
                                                                        const CaptureConfig& config, CaptureInfo& info);
 

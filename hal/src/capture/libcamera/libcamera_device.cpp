@@ -27,8 +27,8 @@
 namespace kinetrace::hal {
 namespace {
 
-// How many there are is up to the camera's pipeline handler, whatever it is asked for. Up to three are held by whoever
-// pairs images; one has to be filled meanwhile.
+// The camera's pipeline handler chooses the number, whatever was requested. Pairing holds up to three buffers; one more
+// has to be filled meanwhile.
 constexpr std::size_t kMinBuffers = 4;
 constexpr std::size_t kMaxBuffers = 32;
 constexpr double kUsPerSecond = 1e6;
@@ -48,7 +48,7 @@ std::string described(const libcamera::StreamConfiguration& stream) {
                 size_text(static_cast<int>(stream.size.width), static_cast<int>(stream.size.height)));
 }
 
-/// A configuration as asked for that the camera takes unchanged. Errors: kUnsupported (both are printed).
+/// A configuration as requested that the camera accepts unchanged. Errors: kUnsupported (prints both).
 Result<std::unique_ptr<libcamera::CameraConfiguration>> negotiate(libcamera::Camera& camera,
                                                                   const CaptureConfig& config,
                                                                   const CaptureInfo& info) {
@@ -80,7 +80,7 @@ Result<std::unique_ptr<libcamera::CameraConfiguration>> negotiate(libcamera::Cam
                                               "), libcamera set ", set, "; `kinetrace doctor` lists the modes"));
 }
 
-// Caches hold what was there before the device wrote; drivers that need it are notified when reading begins and ends.
+// Caches may hold data from before the device wrote: announces begin and end of reading to drivers that need it.
 void announce_reading(int dmabuf, std::uint64_t moment) {
   dma_buf_sync sync{};
   sync.flags = moment | DMA_BUF_SYNC_READ;
@@ -108,7 +108,7 @@ class Session {
     MappedBytes mapping;
     int dmabuf = -1;
     bool with_user = false;
-    bool is_returning = false;  ///< libcamera refused it the last time.
+    bool is_returning = false;  ///< libcamera has refused it.
   };
 
   [[nodiscard]] Status acquire(const CaptureConfig& config, CaptureInfo& info);
@@ -178,7 +178,7 @@ Status Session::open(const CaptureConfig& config, CaptureInfo& info) {
   info.height_px = config.height_px;
   info.stride_bytes = config.format == PixelFormat::kMjpeg ? 0 : static_cast<int>(stream.stride);
   info.timestamp_kind = TimestampKind::kStartOfExposure;
-  // Drivers of USB cameras count what they deliver, not what the sensor took.
+  // Drivers of USB cameras count delivered images, not those of the sensor.
   info.sequence_counts_losses = location != libcamera::properties::CameraLocationExternal;
   auto controls = choose_libcamera_controls(*camera_, config, info);
   if (!controls) {
@@ -232,7 +232,7 @@ Status Session::start(const CaptureInfo& info) {
                               : fail(ErrorCode::kIo, concat(info.name, ": starting the stream: ", reason(code)));
   }
   streaming_ = true;
-  // Some pipelines heed the controls of start() and some those of requests only.
+  // Some pipelines apply the controls of start(), others those of requests only.
   const libcamera::ControlList* controls = &*controls_;
   for (Slot& slot : slots_) {
     if (const int code = enqueue(slot, std::exchange(controls, nullptr)); code != 0) {
@@ -257,7 +257,7 @@ Status Session::stop(const CaptureInfo& info) {
   return {};
 }
 
-// Where libcamera refuses, the buffer waits for retry_returns().
+// If libcamera refuses, the buffer waits for retry_returns().
 int Session::enqueue(Slot& slot, const libcamera::ControlList* controls) noexcept {
   const ForeignCall foreign;
   slot.with_user = false;
@@ -279,7 +279,7 @@ void Session::retry_returns() noexcept {
 }
 
 void Session::on_completed(libcamera::Request* request) {
-  // This is libcamera's thread: from here on what it allocates, here and elsewhere, is not ours.
+  // Runs in libcamera's thread, whose allocations count as foreign from here on.
   static thread_local const ForeignCall foreign;
   if (request->status() == libcamera::Request::RequestCancelled) {
     return;
@@ -295,7 +295,7 @@ Result<CapturedImage> Session::next(const CaptureInfo& info, std::chrono::millis
     if (!item) {
       break;
     }
-    // Finished later than a newer one that was delivered already.
+    // An image that completes after a newer one was delivered is skipped.
     if (item->sequence > last_sequence_) {
       return image_of(*item, info);
     }
@@ -304,10 +304,10 @@ Result<CapturedImage> Session::next(const CaptureInfo& info, std::chrono::millis
   if (completed_.ended()) {
     return fail(ErrorCode::kDisconnected, info.name + ": the device has gone; check its cable and power");
   }
-  return fail(ErrorCode::kTimeout, "no image");  // So short that it needs no memory: this happens all the time.
+  return fail(ErrorCode::kTimeout, "no image");  // Frequent: short enough for no allocation.
 }
 
-// What the sensor was really set to for this image, as far as the pipeline handler tells.
+// Actual sensor settings of this image, as far as the pipeline handler reports them.
 CaptureSettings settings_of(const libcamera::ControlList& metadata) {
   const auto as_real = [&metadata](const auto& control) {
     const auto value = metadata.get(control);

@@ -1,4 +1,4 @@
-// libcamera's camera manager, of which a process may have one, and what its cameras are called.
+// libcamera's camera manager, one per process, and the names of its cameras.
 #pragma once
 
 #include <libcamera/libcamera.h>
@@ -11,10 +11,10 @@
 
 namespace kinetrace::hal {
 
-/// Starts the manager when first called. Errors: kIo.
+/// Starts the manager on the first call. Errors: kIo.
 [[nodiscard]] Result<libcamera::CameraManager*> libcamera_manager();
 
-/// Errors: kNotFound (lists what there is), kIo.
+/// Errors: kNotFound (lists the cameras), kIo.
 [[nodiscard]] Result<std::shared_ptr<libcamera::Camera>> find_libcamera(const std::string& id);
 
 /// Model, or id where it has none.

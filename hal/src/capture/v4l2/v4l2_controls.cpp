@@ -36,7 +36,7 @@ std::optional<v4l2_queryctrl> find_control(const V4l2File& file, __u32 id) {
   return query;
 }
 
-// There is no standard control for the trigger; drivers that have one name it so.
+// V4L2 has no standard control for the trigger; drivers use this name.
 std::optional<v4l2_queryctrl> find_trigger(const V4l2File& file) {
   v4l2_queryctrl query{};
   query.id = V4L2_CTRL_FLAG_NEXT_CTRL;
@@ -58,7 +58,7 @@ std::optional<__s32> find_entry(const V4l2File& file, const v4l2_queryctrl& menu
     query.id = menu.id;
     query.index = static_cast<__u32>(index);
     if (file.call(VIDIOC_QUERYMENU, &query) != 0) {
-      continue;  // Menus have holes.
+      continue;  // Menus may have gaps.
     }
     const std::string entry = lower(text(query.name));
     if (std::any_of(words.begin(), words.end(),
@@ -76,7 +76,7 @@ bool has_entry(const V4l2File& file, __u32 id, __s32 index) {
   return file.call(VIDIOC_QUERYMENU, &query) == 0;
 }
 
-// Sets the control and returns what the driver made of it.
+// Sets the control and returns the value that the driver set.
 Result<__s32> set_control(const V4l2File& file, __u32 id, __s32 value, const char* what) {
   v4l2_control control{id, value};
   if (const Status set = file.require(VIDIOC_S_CTRL, &control, what); !set) {
@@ -88,10 +88,11 @@ Result<__s32> set_control(const V4l2File& file, __u32 id, __s32 value, const cha
   return control.value;
 }
 
-// The same; another value than asked for is an error. `unit` turns the control's unit into that of the configuration.
+// The same; another value than requested is an error. `unit`: of the control, in units of the configuration.
 Result<double> set_exactly(const V4l2File& file, const v4l2_queryctrl& control, double asked, double unit,
                            const CaptureInfo& info, const char* what) {
-  // Beyond the control's range some drivers fail and others clamp; to both the answer is the range.
+  // Beyond the control's range some drivers fail, others clamp: clamping first makes the error print the range for
+  // both.
   const double steps =
       std::clamp(std::round(asked / unit), static_cast<double>(control.minimum), static_cast<double>(control.maximum));
   const Result<__s32> got = set_control(file, control.id, static_cast<__s32>(steps), what);
@@ -107,7 +108,7 @@ Result<double> set_exactly(const V4l2File& file, const v4l2_queryctrl& control, 
   return value;
 }
 
-// A mode is set or it is not: nothing lies between.
+// Modes have no tolerance.
 Status set_mode(const V4l2File& file, __u32 id, __s32 mode, const CaptureInfo& info, const char* what) {
   const Result<__s32> got = set_control(file, id, mode, what);
   if (!got) {
@@ -137,7 +138,7 @@ Result<bool> choose_exposure_mode(const V4l2File& file, const std::array<__s32, 
 
 Status set_exposure(const V4l2File& file, const CaptureConfig& config, CaptureInfo& info) {
   if (!config.exposure_us) {
-    // A device without automatics keeps the exposure that it has.
+    // A device without automatic exposure keeps its exposure.
     const auto automatic = choose_exposure_mode(file, {V4L2_EXPOSURE_APERTURE_PRIORITY, V4L2_EXPOSURE_AUTO}, info);
     return automatic ? Status{} : Unexpected(automatic.error());
   }
@@ -193,7 +194,7 @@ Status set_trigger(const V4l2File& file, const CaptureConfig& config, const Capt
   const bool external = config.trigger == TriggerMode::kExternal;
   const auto control = find_trigger(file);
   if (!control) {
-    // Without the control the device runs freely.
+    // A device without the control is free-running.
     return external ? Status(fail(ErrorCode::kUnsupported,
                                   info.name + ": has no control 'Trigger Mode'; set trigger to free_running, or set "
                                               "the device up with its maker's tool"))

@@ -10,12 +10,12 @@
 
 namespace kinetrace::hal {
 
-/// Sets what the configuration names, leaves the rest to the device's automatics where it has any, and fills exposure
-/// and gain into `info` as read back. Errors: kUnsupported (no such control, or
-/// set to something else: both are printed), kIo, kDisconnected.
+/// Sets the configured values, leaves the others to the device's automatic control if it has one, and writes exposure
+/// and gain as read back to `info`. Errors: kUnsupported (no such control, or another value set; prints both), kIo,
+/// kDisconnected.
 [[nodiscard]] Status set_v4l2_controls(const V4l2File& file, const CaptureConfig& config, CaptureInfo& info);
 
-/// The exposure that the device uses now, also where it chooses that itself; none where it does not tell.
+/// The current exposure, automatic ones included; none if the device does not report it.
 [[nodiscard]] std::optional<double> read_v4l2_exposure_us(const V4l2File& file) noexcept;
 
 }  // namespace kinetrace::hal

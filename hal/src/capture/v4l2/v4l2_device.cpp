@@ -20,7 +20,7 @@
 namespace kinetrace::hal {
 namespace {
 
-// A bus id that several nodes share names none of them.
+// A bus id shared by several nodes identifies none of them.
 std::string stable_id(const V4l2Node& node, const std::vector<V4l2Node>& nodes) {
   const auto sharing =
       std::count_if(nodes.begin(), nodes.end(), [&node](const V4l2Node& other) { return other.bus_id == node.bus_id; });
@@ -77,7 +77,7 @@ Status V4l2Device::open() {
   info_.name = node->described();
   info_.stable_id = stable_id(*node, list_v4l2_nodes());
   info_.serial = node->serial;
-  // The driver of USB cameras counts what it delivers, not what the sensor took.
+  // The driver of USB cameras counts delivered images, not those of the sensor.
   info_.sequence_counts_losses = node->driver != "uvcvideo";
   if (Status set = set_v4l2_mode(*file, *node, config_, info_); !set) {
     return set;
@@ -131,7 +131,7 @@ Status V4l2Device::stop() {
   return stream_->queue.stop(stream_->file);
 }
 
-// Automatic exposure changes slowly, and asking a USB camera takes a transfer of its own.
+// Not read for every image: automatic exposure changes slowly, and a query of a USB camera costs a transfer.
 std::optional<std::int64_t> V4l2Device::exposure_ns() noexcept {
   constexpr int kImagesPerReading = 16;
   constexpr double kNanosecondsPerUs = 1e3;
@@ -151,7 +151,7 @@ Result<CapturedImage> V4l2Device::next(std::chrono::milliseconds timeout) {
   const bool ready = wait_readable(stream_->file.fd(), timeout);
   const int code = ready ? stream_->queue.dequeue(stream_->file, frame) : EAGAIN;
   if (code == EAGAIN) {
-    return fail(ErrorCode::kTimeout, "no image");  // So short that it needs no memory: this happens all the time.
+    return fail(ErrorCode::kTimeout, "no image");  // Frequent: short enough for no allocation.
   }
   if (code != 0) {
     return Unexpected(stream_->file.error(code, "taking an image"));

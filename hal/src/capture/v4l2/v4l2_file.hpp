@@ -15,7 +15,7 @@ class V4l2File {
   using Ioctl = int (*)(int fd, unsigned long request, void* argument);
 
   V4l2File() = default;
-  /// Of an open device; tests put a scripted driver behind it.
+  /// For an open device; tests pass a scripted driver.
   V4l2File(std::string path, OwnedFd fd, Ioctl ioctl) : path_(std::move(path)), fd_(std::move(fd)), ioctl_(ioctl) {}
   /// Errors: kNotFound, kIo (busy, no permission); the message names the remedy.
   [[nodiscard]] static Result<V4l2File> open(const std::string& path);

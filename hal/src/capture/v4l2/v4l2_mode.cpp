@@ -14,8 +14,8 @@
 namespace kinetrace::hal {
 namespace {
 
-// The usual code of a format comes first; the last one that a device has is taken. Of NV12 in two planes the luminance
-// is the first plane, and the only one that has to be mapped.
+// The usual code of a format comes first; the last one that a device supports is used. NV12 in two planes: only the
+// first plane, the luminance, has to be mapped.
 constexpr std::array<std::pair<PixelFormat, __u32>, 8> kCodes{{{PixelFormat::kGrey8, V4L2_PIX_FMT_GREY},
                                                                {PixelFormat::kGrey10, V4L2_PIX_FMT_Y10},
                                                                {PixelFormat::kGrey16, V4L2_PIX_FMT_Y16},
@@ -34,10 +34,10 @@ std::optional<PixelFormat> format_of(__u32 code) {
   return std::nullopt;
 }
 
-// Values of one enumeration ioctl, until the driver says that there are no more.
+// All values of an enumeration ioctl.
 template <typename Request>
 std::vector<Request> enumerate(const V4l2File& file, unsigned long code, Request request) {
-  constexpr __u32 kMax = 256;  // A driver that never ends would keep us here.
+  constexpr __u32 kMax = 256;  // Bounds the loop for drivers that never end.
   std::vector<Request> found;
   for (request.index = 0; request.index < kMax && file.call(code, &request) == 0; ++request.index) {
     found.push_back(request);
@@ -110,7 +110,7 @@ Mode as_mode(const v4l2_format& format) {
   return {pixels.pixelformat, pixels.width, pixels.height, pixels.field, pixels.bytesperline};
 }
 
-// Of the wanted format, or of all where it has none of that.
+// Modes of the requested format, or of all formats if that has none.
 std::string offered(const V4l2File& file, const V4l2Node& node, PixelFormat format) {
   const std::vector<std::string> modes = list_v4l2_modes(file, node);
   std::vector<std::string> fitting;
@@ -133,7 +133,7 @@ Result<Mode> set_format(const V4l2File& file, const V4l2Node& node, const Captur
     return fail(ErrorCode::kUnsupported, concat(node.described(), ": asked for ", described(asked), ", the driver set ",
                                                 described(got), "; ", offered(file, node, config.format)));
   }
-  // Half images of two moments are no image.
+  // Interlaced fields come from two moments.
   if (got.field != V4L2_FIELD_NONE && got.field != V4L2_FIELD_ANY) {
     return fail(ErrorCode::kUnsupported,
                 concat(node.described(), ": delivers interlaced images in ", described(got), "; choose another mode"));
@@ -154,9 +154,9 @@ v4l2_fract interval_of(double rate_hz) {
   return {static_cast<__u32>(std::lround(kTicks / rate_hz)), static_cast<__u32>(kTicks)};
 }
 
-// Zero where the device does not tell its rate.
+// Zero if the device does not report its rate.
 Result<double> set_rate(const V4l2File& file, const V4l2Node& node, const CaptureConfig& config) {
-  constexpr double kTolerance = 0.01;  // 29.97 is what many call 30.
+  constexpr double kTolerance = 0.01;  // 29.97 is often called 30.
   v4l2_streamparm request{};
   request.type = v4l2_buffer_type(node);
   request.parm.capture.timeperframe = interval_of(config.rate_hz);

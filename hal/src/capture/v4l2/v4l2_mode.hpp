@@ -1,4 +1,4 @@
-// What a V4L2 device delivers: format, size and rate.
+// Format, size and rate of a V4L2 device.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@ namespace kinetrace::hal {
 /// The buffer type of all calls on this node.
 [[nodiscard]] std::uint32_t v4l2_buffer_type(const V4l2Node& node) noexcept;
 
-/// Sets format, size and rate, and fills them, with the stride, into `info` as the driver set them. Errors:
-/// kUnsupported (the driver set something else: both are printed, and what it can), kIo, kDisconnected.
+/// Sets format, size and rate, and writes the values of the driver, with the stride, to `info`. Errors: kUnsupported
+/// (the driver set another value; prints both and the supported ones), kIo, kDisconnected.
 [[nodiscard]] Status set_v4l2_mode(const V4l2File& file, const V4l2Node& node, const CaptureConfig& config,
                                    CaptureInfo& info);
 

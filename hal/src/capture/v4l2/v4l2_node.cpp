@@ -17,13 +17,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Fields of fixed length that end with a zero unless they are full.
+// Fields of fixed length, zero-terminated unless full.
 template <std::size_t kSize>
 std::string text(const unsigned char (&field)[kSize]) {
   return {field, std::find(std::begin(field), std::end(field), '\0')};
 }
 
-// The node belongs to an interface of the USB device, whose folder is above.
+// The node belongs to an interface of the USB device; the folder of the device is its parent.
 std::string usb_serial(const std::string& path) {
   std::error_code error;
   const fs::path node = fs::canonical(path, error).filename();

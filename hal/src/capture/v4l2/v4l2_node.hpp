@@ -1,4 +1,4 @@
-// Which V4L2 devices there are, and which one a name means.
+// Lists V4L2 devices and finds one by name.
 #pragma once
 
 #include <string>
@@ -25,13 +25,13 @@ struct V4l2Node {
 /// Every node that captures and streams video, by number. Nodes for metadata or output are left out.
 [[nodiscard]] std::vector<V4l2Node> list_v4l2_nodes();
 
-/// Why device files in `folder` cannot be opened, where that can be helped: permission, in use.
+/// Remediable reasons why device files in `folder` cannot be opened: permission, in use.
 [[nodiscard]] std::vector<Error> unreadable_v4l2_nodes(const std::string& folder = "/dev");
 
-/// What this file is. Errors: kUnsupported (does not capture video), kIo.
+/// Describes an open file. Errors: kUnsupported (does not capture video), kIo.
 [[nodiscard]] Result<V4l2Node> describe_v4l2_node(const V4l2File& file);
 
-/// The node of that path, bus id or serial. Errors: kNotFound (lists what there is), kInvalidArgument (several fit).
+/// The node of that path, bus id or serial. Errors: kNotFound (lists the devices), kInvalidArgument (several match).
 [[nodiscard]] Result<V4l2Node> find_v4l2_node(const std::string& name);
 
 }  // namespace kinetrace::hal

@@ -12,7 +12,7 @@
 namespace kinetrace::hal {
 namespace {
 
-// A v4l2_buffer with room for its planes. Not to be moved: the one points to the other.
+// A v4l2_buffer with its planes. Not movable: the buffer points to the planes.
 class BufferRequest {
  public:
   BufferRequest(std::uint32_t type, std::uint32_t index) noexcept {
@@ -142,7 +142,7 @@ int V4l2Queue::dequeue(const V4l2File& file, V4l2Frame& frame) noexcept {
   }
   const v4l2_buffer& filled = *request.get();
   if (filled.index >= buffers_.size()) {
-    return EIO;  // The driver's word is not enough.
+    return EIO;  // Drivers are not trusted.
   }
   Buffer& buffer = buffers_[filled.index];
   buffer.place = Place::kUser;

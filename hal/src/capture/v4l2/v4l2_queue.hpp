@@ -33,21 +33,21 @@ class V4l2Queue {
   V4l2Queue& operator=(V4l2Queue&&) noexcept = default;
   ~V4l2Queue() = default;
 
-  /// Takes, maps and, where the driver can, exports `count` buffers. Errors: kUnsupported (fewer), kIo, kDisconnected.
+  /// Allocates, maps and, if the driver can, exports `count` buffers. Errors: kUnsupported (fewer), kIo, kDisconnected.
   [[nodiscard]] static Result<V4l2Queue> create(const V4l2File& file, std::uint32_t type, int count);
 
   [[nodiscard]] Status start(const V4l2File& file);
-  /// Every buffer is ours again. The stream of a device that has gone counts as stopped.
+  /// Takes all buffers back from the driver. A device that has gone counts as stopped.
   [[nodiscard]] Status stop(const V4l2File& file);
   /// 0 and the frame, or the errno.
   [[nodiscard]] int dequeue(const V4l2File& file, V4l2Frame& frame) noexcept;
-  /// Gives a frame's buffer back; does nothing for a slot that is not out. Where the driver refuses, the buffer waits
-  /// for retry_returns().
+  /// Returns a frame's buffer to the driver; no effect for a slot that is not in use. If the driver refuses, the buffer
+  /// waits for retry_returns().
   void release(const V4l2File& file, int slot) noexcept;
   void retry_returns(const V4l2File& file) noexcept;
 
   [[nodiscard]] std::size_t size() const noexcept { return buffers_.size(); }
-  /// V4L2_BUF_FLAG_* of a buffer as taken: tell the clock and the moment of time stamps.
+  /// V4L2_BUF_FLAG_* of a dequeued buffer: clock and moment of time stamps.
   [[nodiscard]] std::uint32_t flags() const noexcept { return flags_; }
 
  private:
