@@ -9,8 +9,8 @@
 
 namespace kinetrace::app {
 
-/// Calls in this order: begin, play, finish. `setup` and `components` outlive it; without finish(), the destructors
-/// end the threads and the run folder stays unfinished.
+/// Calls in this order: begin, play, finish. `setup` and `components` must outlive it; without finish(), the
+/// destructors end the threads and the run folder stays unfinished.
 class RunSession {
  public:
   RunSession(RunSetup& setup, RunComponents& components);

@@ -27,7 +27,7 @@ struct RunAbout {
   std::map<std::string, std::int64_t> rows;  ///< By file; unknown for files not listed.
 };
 
-/// Errors: those of read_json_text; kBadFormat (not what a run writes).
+/// Errors: those of read_json_text; kBadFormat (not a run.json of a run).
 [[nodiscard]] Result<RunAbout> read_run_about(const std::filesystem::path& path);
 
 }  // namespace kinetrace::recording

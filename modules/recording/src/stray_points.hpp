@@ -13,7 +13,7 @@ namespace kinetrace::recording {
 /// depth. The object's largest box counts, since early ones cover only the parts observed until then.
 class StrayPoints {
  public:
-  /// `poses` is sorted by body and frame, open, and outlives this.
+  /// `poses` must be open, sorted by body and frame, and outlive this.
   StrayPoints(SpoolFile<PoseRecord>& poses, const StereoGeometry& geometry) : poses_(poses), geometry_(geometry) {}
 
   /// Call in ascending order of bodies. The background and objects without a box have no stray points.

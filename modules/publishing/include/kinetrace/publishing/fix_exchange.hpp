@@ -64,7 +64,7 @@ struct MapDiagnostics {
 /// alignment on /diagnostics. Messages without readers or beyond the budget are not sent.
 class KINETRACE_API MapSender {
  public:
-  /// `link` outlives it.
+  /// `link` must outlive it.
   MapSender(Link& link, const PublishConfig& config);
   MapSender(const MapSender&) = delete;
   MapSender& operator=(const MapSender&) = delete;
