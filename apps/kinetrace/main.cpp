@@ -12,7 +12,7 @@ namespace kinetrace::app {
 namespace {
 
 int carry_out(int argc, char** argv) {
-  // The last resort: the library reports errors as values, but the system may refuse memory.
+  // Last resort: the library reports errors as values, but an allocation may fail.
   try {
     const Outcome<Action> action = parse_command_line(argc, argv);
     return action ? (*action)() : report(action.error());
@@ -21,7 +21,7 @@ int carry_out(int argc, char** argv) {
   }
 }
 
-// Whatever a command printed: what is lost on the way out is no success.
+// Lost output turns success into failure.
 int finish_output(int exit_code) {
   const std::optional<std::string> lost = output_failure();
   const int writing_failed = lost ? report({ExitCode::kIo, *lost}) : 0;

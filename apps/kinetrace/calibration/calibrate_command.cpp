@@ -1,4 +1,4 @@
-// Starts the program that calibrates: a board that only runs does not carry what estimation takes.
+// Starts the calibration program: a board that only runs Kinetrace need not install the libraries for estimation.
 #include <memory>
 
 #include <CLI/CLI.hpp>

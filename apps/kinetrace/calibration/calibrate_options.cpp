@@ -40,7 +40,7 @@ void add_calibrate_options(CLI::App& command, CalibrateOptions& options) {
       ->type_name("DIR");
   command.add_option("--draw", options.draw, "Writes the target as an SVG to print in its true size, and ends")
       ->type_name("FILE");
-  // None to draw a target.
+  // Drawing a target takes no images.
   command.get_option_group("Source")->require_option(0, 1);
   add_until_options(command, options.until);
   command.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");

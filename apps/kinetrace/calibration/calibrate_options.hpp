@@ -1,5 +1,4 @@
-// What `kinetrace calibrate` is asked for. Known to the command, which only passes it on, and to the program that does
-// it.
+// Options of `kinetrace calibrate`: shared by the command, which only passes them on, and the program that calibrates.
 #pragma once
 
 #include <filesystem>
@@ -9,19 +8,19 @@
 
 namespace kinetrace::app {
 
-/// The program that calibrates, and the package that brings it.
+/// The calibration program and its package.
 inline constexpr const char* kCalibrateProgram = "kinetrace-calibrate";
 inline constexpr const char* kCalibratePackage = "kinetrace-calibration";
 
 struct CalibrateOptions {
   SourceOptions source;
   UntilOptions until;
-  std::string target;           ///< As parse_target understands it; empty with `self`.
-  std::string self;             ///< "LAYOUT:PATH" of a recording without a target; empty: with one.
-  double baseline_m = 0.0;      ///< Known beside that recording.
+  std::string target;           ///< Syntax of parse_target; empty with `self`.
+  std::string self;             ///< "LAYOUT:PATH" of a recording without a target; empty: calibrate with a target.
+  double baseline_m = 0.0;      ///< Known baseline of that recording.
   std::string lens = "radtan";  ///< A name of kLensNames.
   std::filesystem::path out;    ///< Folder for the calibration and its report.
-  std::filesystem::path draw;   ///< The target to print; nothing is calibrated then.
+  std::filesystem::path draw;   ///< Write the target to print here instead of calibrating.
   bool quiet = false;
 };
 

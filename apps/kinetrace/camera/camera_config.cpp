@@ -17,7 +17,7 @@ std::string relative_to(const std::filesystem::path& file, const std::string& pa
   return path.empty() ? path : (file.parent_path() / path).string();
 }
 
-// A number that nothing would use is refused: its author takes it to be set.
+// An unused number is refused: its author assumes that it has an effect.
 Status check_settings(const CameraConfig& config) {
   struct Setting {
     const char* name;

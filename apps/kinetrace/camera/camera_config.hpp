@@ -1,4 +1,4 @@
-// What a camera file says: which devices, or which files, and how patient to be with them.
+// The camera file: devices or files, and their time-outs.
 #pragma once
 
 #include <filesystem>
@@ -25,8 +25,8 @@ struct CameraConfig {
   std::string faults;
 
   std::string left_device;
-  std::string right_device;  ///< Empty: the left one has both views.
-  hal::CaptureConfig image;  ///< Of either device, but for its name.
+  std::string right_device;  ///< Empty: the left device delivers both views.
+  hal::CaptureConfig image;  ///< Settings of both devices, except the name.
   bool auto_exposure = true;
   double exposure_us = kNotGiven;
   bool auto_gain = true;
@@ -80,8 +80,8 @@ void visit_fields(CameraConfig& config, Visitor&& visit) {
   visit("files.loop", config.loop, "number of times that the recording is played");
 }
 
-/// Reads and checks a camera file; paths in it become relative to the working directory.
-/// Without `needs_calibration` it may name none. Errors, with file and line or key: kNotFound, kIo, kInvalidConfig.
+/// Reads and checks a camera file; paths in it become relative to the working directory. The calibration may be missing
+/// without `needs_calibration`. Errors, with file and line or key: kNotFound, kIo, kInvalidConfig.
 [[nodiscard]] Result<CameraConfig> load_camera_config(const std::filesystem::path& path, bool needs_calibration = true);
 
 }  // namespace kinetrace::app

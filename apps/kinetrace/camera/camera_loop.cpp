@@ -11,7 +11,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Bounds how long a silent camera keeps us from noticing a signal.
+// Bounds the delay until a signal is noticed while the camera is silent.
 constexpr std::chrono::milliseconds kFrameTimeout(200);
 constexpr std::chrono::milliseconds kBetweenRecoveries(20);
 
@@ -55,7 +55,7 @@ class Player {
     }
   }
 
-  // Whatever passes is no error.
+  // A time-out is no error; nor is a loss that is waited for.
   Status handle_error(const Error& error) {
     if (error.code == ErrorCode::kTimeout) {
       return {};

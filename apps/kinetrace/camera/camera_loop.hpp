@@ -1,4 +1,4 @@
-// Frame after frame from a camera, through silence and loss, until the end.
+// Reads frames from a camera until the end, through time-outs and loss.
 #pragma once
 
 #include <functional>
@@ -16,16 +16,16 @@ namespace kinetrace::app {
 struct CameraLoop {
   hal::StereoCamera& camera;  ///< Started.
   UntilOptions until;
-  bool waits_for_camera = false;  ///< Takes a lost camera back whenever it returns; else its loss is the end.
+  bool waits_for_camera = false;  ///< Waits until a lost camera returns; else its loss ends the loop.
   HealthMonitor& health;
   Progress& progress;
-  StageObserver* observer = nullptr;  ///< Of Stage::kCapture.
-  std::function<void()> on_idle{};    ///< Called now and then while no frame comes; may be empty.
+  StageObserver* observer = nullptr;  ///< Observes Stage::kCapture.
+  std::function<void()> on_idle{};    ///< Called repeatedly while no frame arrives; may be empty.
 };
 
-/// Calls `visit` with every frame until the recording ends, a limit is reached or a signal came. A camera that says
-/// nothing is asked again. Errors: those of `visit`; kDisconnected of a camera that is not waited for; whatever else
-/// the camera reports; kTimeout if not a single frame came.
+/// Calls `visit` with every frame until the recording ends, a limit is reached or a signal arrives. Reading is retried
+/// after a time-out. Errors: those of `visit`; kDisconnected without `waits_for_camera`; other errors of the camera;
+/// kTimeout if no frame at all arrived.
 [[nodiscard]] Status play_camera(const CameraLoop& loop, const std::function<Status(const StereoFrame&)>& visit);
 
 }  // namespace kinetrace::app

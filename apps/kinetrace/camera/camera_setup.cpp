@@ -35,14 +35,14 @@ Outcome<hal::DatasetSpec> dataset_spec(const SourceOptions& options) {
   return spec;
 }
 
-// LAYOUT:PATH as run.json keeps it: the same recording from whatever folder it is read.
+// LAYOUT:PATH for run.json, with an absolute path: valid from any working directory.
 std::string source_text(const std::string& layout, const std::filesystem::path& path) {
   std::error_code error;
   const std::filesystem::path absolute = std::filesystem::absolute(path, error).lexically_normal();
   return layout + ":" + (error ? path : absolute).string();
 }
 
-// What the features need; said here, where the recording can be named.
+// Minimum size for feature extraction; checked here, where the error can name the recording.
 Status check_size(const hal::Dataset& dataset, const hal::DatasetSpec& spec) {
   constexpr int kMinWidth_px = 64;
   constexpr int kMinHeight_px = 48;
@@ -70,7 +70,7 @@ Outcome<CameraSetup> recorded(const hal::DatasetSpec& spec) {
   return setup;
 }
 
-/// Who looks for a frame's images must know whether numbers go on after the recording's last.
+/// To look up a frame's images, readers must know whether frame numbers continue beyond the recording's last.
 void describe_passes(CameraSetup& setup) {
   if (setup.passes > 1) {
     setup.description.emplace_back("passes", std::to_string(setup.passes));
@@ -129,7 +129,7 @@ Outcome<CameraSetup> from_devices(const CameraConfig& config, bool uncalibrated)
   return setup;
 }
 
-// Wherever they are asked for, the run says so: it must not pass for one without.
+// The run's description records injected faults: it must not pass for a run without faults.
 void inject(const hal::FaultPlan& plan, const std::string& text, CameraSetup& setup) {
   setup.faults = plan;
   setup.is_camera = true;
@@ -148,7 +148,7 @@ Outcome<CameraSetup> from_camera_file(const SourceOptions& options) {
     setup->images = "camera file " + options.camera;
     setup->description.emplace_back("camera", options.camera);
     setup->description.emplace_back("calibration", setup->calibration.source);
-    // Those of the command line take the place of the file's.
+    // Faults on the command line replace those of the file.
     if (!config->faults.empty() && options.faults.empty()) {
       inject(hal::parse_faults(config->faults).value(), config->faults, *setup);
     }
@@ -215,7 +215,7 @@ Result<GuardedCamera> CameraSetup::make(Arena& arena) const {
     }
     camera = std::move(*faulty);
   }
-  // The times of a recording are what they are, unless faults were put into them.
+  // A recording's times are not repaired unless faults were injected.
   const bool mend_times = mends_times && (live.has_value() || !faults.empty());
   made.camera = std::make_unique<hal::FrameGuard>(std::move(camera), hal::FrameGuardConfig{.mend_times = mend_times});
   return made;

@@ -1,4 +1,4 @@
-// Where a run's frames come from, decided before any memory is taken.
+// The source of a run's frames, determined before memory is allocated.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@
 
 namespace kinetrace::app {
 
-/// A camera behind its guard, with a look past the guard for reports.
+/// A camera behind its guard; `file` and `live` give reports direct access.
 struct GuardedCamera {
   std::unique_ptr<hal::FrameGuard> camera;
   const hal::FileStereoCamera* file = nullptr;  ///< Null for live cameras.
@@ -32,18 +32,18 @@ struct CameraSetup {
   hal::RigCalibration calibration;
   std::optional<hal::Dataset> dataset;        ///< A recording ...
   std::optional<hal::LiveCameraConfig> live;  ///< ... or devices.
-  std::filesystem::path folder;               ///< The recording's; empty for devices.
+  std::filesystem::path folder;               ///< Folder of the recording; empty for devices.
   int passes = 1;
   hal::FaultPlan faults;
-  /// Named by --camera, or a recording that faults make one: waited for when lost, and its pairs are watched. A
-  /// recording that has gone ends the run.
+  /// True for --camera and for a recording with injected faults: the run waits for a lost camera and monitors the
+  /// pairing. A lost recording ends the run.
   bool is_camera = false;
-  bool mends_times = true;  ///< Of a camera, see FrameGuardConfig; not where its times are what is looked at.
-  std::string images;       ///< Where they come from, in words: "recording kitti-raw:out/town".
+  bool mends_times = true;  ///< For cameras, see FrameGuardConfig; false where the times themselves are examined.
+  std::string images;       ///< Source of the images for messages: "recording kitti-raw:out/town".
   std::vector<std::pair<std::string, std::string>> description;  ///< For run.json.
   std::vector<std::string> notes;
 
-  /// As the recording or the camera file says.
+  /// Nominal rate of the recording or the camera file.
   [[nodiscard]] double rate_hz() const { return live ? live->left.rate_hz : dataset->nominal_rate_hz; }
   [[nodiscard]] std::size_t required_bytes() const;
   /// Errors: kCapacity, kUnsupported, kInvalidArgument.
@@ -52,7 +52,7 @@ struct CameraSetup {
 
 /// From --dataset or --camera, and --fault.
 [[nodiscard]] Outcome<CameraSetup> camera_setup(const SourceOptions& options);
-/// A recording as it is.
+/// A recording without injected faults.
 [[nodiscard]] CameraSetup recording_setup(const hal::Dataset& dataset);
 
 }  // namespace kinetrace::app

@@ -6,7 +6,7 @@
 namespace kinetrace::app {
 namespace {
 
-// Which of the camera's totals mean what.
+// Health reasons of the camera's counters.
 struct Symptom {
   std::uint64_t hal::CameraCounters::*counter;
   HealthReason reason;
@@ -41,7 +41,7 @@ void HealthMonitor::Account::note(HealthReason reason, std::uint64_t count) noex
   last_trouble = frame;
 }
 
-// What was noticed before the first frame came counts from that on.
+// Reasons noted before the first frame are dated to the first frame.
 void HealthMonitor::Account::begin_at(std::int64_t first) noexcept {
   for (HealthEntry& entry : entries) {
     if (entry.count > 0) {
@@ -84,7 +84,7 @@ void HealthMonitor::observe(const FrameEstimate& newest) noexcept {
     now_.begin_at(newest.frame_index);
   }
   const BodyStatus pose = newest.camera.status;
-  // The first frame of all has nothing to be tracked against.
+  // The first frame has no predecessor to track against.
   now_.note(HealthReason::kPoseLost,
             had_frame && (pose == BodyStatus::kPropagated || pose == BodyStatus::kLost) ? 1 : 0);
   now_.update();

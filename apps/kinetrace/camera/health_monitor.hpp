@@ -1,4 +1,4 @@
-// Watches a run and keeps account of what was wrong with it.
+// Monitors the health of a run and counts the reasons of degradation.
 #pragma once
 
 #include <array>
@@ -14,16 +14,16 @@
 
 namespace kinetrace::app {
 
-/// How a run is at one moment.
+/// Health of a run at one moment.
 struct Condition {
   HealthState state = HealthState::kOk;
-  std::bitset<kHealthReasonCount> reasons;  ///< By HealthReason: what was wrong lately.
+  std::bitset<kHealthReasonCount> reasons;  ///< By HealthReason: recent ones.
 
   [[nodiscard]] bool operator==(const Condition&) const noexcept = default;
 };
 
-/// Degraded while something was wrong within the last `kRecentFrames` frames, lost while the camera is. Never
-/// allocates, except for entries(). For any thread.
+/// Degraded while a reason was noted within the last `kRecentFrames` frames, lost while the camera is lost. Never
+/// allocates, except for entries(). Thread-safe.
 class HealthMonitor {
  public:
   static constexpr std::int64_t kRecentFrames = 30;
@@ -33,9 +33,9 @@ class HealthMonitor {
   HealthMonitor& operator=(const HealthMonitor&) = delete;
   ~HealthMonitor() = default;
 
-  /// After every call of the camera, with what it has counted so far.
+  /// Call after every call of the camera, with its running totals.
   void observe(hal::CameraState camera, const hal::CameraCounters& counters) noexcept;
-  /// After every processed frame.
+  /// Call after every processed frame.
   void observe(const FrameEstimate& newest) noexcept;
   void note(HealthReason reason, std::uint64_t count = 1) noexcept;
 
@@ -44,11 +44,11 @@ class HealthMonitor {
   [[nodiscard]] hal::CameraState camera() const noexcept { return copy().camera; }
   /// The newest processed frame; -1 before the first.
   [[nodiscard]] std::int64_t frame() const noexcept { return copy().frame; }
-  /// How it is now.
+  /// Current health.
   [[nodiscard]] Condition condition() const noexcept;
-  /// By HealthReason; a count of 0 never happened.
+  /// By HealthReason; a count of 0: never noted.
   [[nodiscard]] std::array<HealthEntry, kHealthReasonCount> all() const noexcept { return copy().entries; }
-  /// Whatever happened at least once, in the order of HealthReason.
+  /// Reasons noted at least once, in the order of HealthReason.
   [[nodiscard]] std::vector<HealthEntry> entries() const;
 
  private:

@@ -15,7 +15,7 @@ struct FaultRule {
   InputFault fault;
   HealthReason reason;
   bool every_frame;   ///< Seen in every frame, not only at close looks.
-  bool ends_the_run;  ///< Nothing computed from such images is right.
+  bool ends_the_run;  ///< Results from such images are invalid.
 };
 // Views out of step are noted by PairingKeeper.
 constexpr std::array<FaultRule, hal::kInputFaultCount> kRules{{
@@ -73,7 +73,8 @@ bool InputWatch::is_left_to_refinement(InputFault fault, const RefinedCalibratio
   return of_calibration && calibration.refines && (calibration.corrected || now_ns - *begun_ns_ < kTimeToCorrect_ns);
 }
 
-// One cause, one line: identical views have no parallax either; a late view of two devices is mended.
+// One message per cause: identical views have no parallax either; a late view of two devices is corrected by the
+// pairing.
 bool InputWatch::is_worth_saying(InputFault fault) const noexcept {
   switch (fault) {
     case InputFault::kNoParallax: return !monitor_.holds(InputFault::kViewsIdentical);

@@ -1,4 +1,4 @@
-// Says what is wrong with a run's images: once, with the place to mend it.
+// Reports each fault of a run's images once, with the remedy.
 #pragma once
 
 #include <bitset>
@@ -15,38 +15,37 @@
 
 namespace kinetrace::app {
 
-/// Takes a line for the user.
+/// Receives one line for the user.
 using Warn = std::function<void(const std::string& warning)>;
 
-/// Where a run's input comes from, in words.
+/// Names of a run's inputs, for messages.
 struct InputNames {
   std::string images;       ///< "recording kitti-raw:out/town", "camera file rig.yaml"
   std::string calibration;  ///< File.
 };
 
-/// What is wrong and what to do about it, in a line.
+/// The fault and its remedy in one line.
 [[nodiscard]] std::string describe(hal::InputFault fault, const hal::InputMonitor& monitor, const InputNames& names,
                                    const StereoGeometry& geometry);
 
 /// Faults of the calibration are not noted while it is `corrected`, nor in the first seconds of a run that `refines`
-/// it, which will say more about them.
+/// it: refinement reports them in more detail.
 struct RefinedCalibration {
   bool refines = false;
   bool corrected = false;
 };
 
-/// Each fault that hal::InputMonitor finds is noted in health every time, and said once. Exchanged and identical views
-/// end the run if `policy` says so: nothing computed from them is right. Views out of step are mended where they can
-/// be.
+/// Each fault that hal::InputMonitor detects is noted in health every time and reported once. Exchanged and identical
+/// views invalidate all results; `policy` decides whether they end the run. Views out of step are paired anew where
+/// possible.
 class InputWatch {
  public:
   InputWatch(const hal::InputMonitor& monitor, const PairingKeeper& pairing, InputPolicy policy, InputNames names)
       : monitor_(monitor), pairing_(pairing), policy_(policy), names_(std::move(names)) {}
 
-  /// Whether process() will look at the next rectified pair; others may be empty.
+  /// Whether process() uses the next rectified pair; else the pair may be empty.
   [[nodiscard]] bool wants_pair() const noexcept { return monitor_.wants_pair(); }
-  /// One frame, raw and rectified. Never allocates unless there is something to say.
-  /// Errors: kBadFormat (the images cannot be used).
+  /// One frame, raw and rectified. Allocates only to report a fault. Errors: kBadFormat (the images cannot be used).
   [[nodiscard]] Status process(const StereoFrame& frame, const RectifiedPair& pair, HealthMonitor& health,
                                const Warn& warn, const RefinedCalibration& calibration = {});
 

@@ -14,11 +14,11 @@ namespace {
 namespace fs = std::filesystem;
 
 bool load_once() {
-  // What is wrong we say ourselves; whoever wants to see more has set it already.
+  // Kinetrace reports errors itself; a user who wants libcamera's log has set the variable already.
   setenv("LIBCAMERA_LOG_LEVELS", "*:ERROR", 0);
   std::error_code error;
   const fs::path folder = program_folder();
-  // Of a build, and of an installation (bin/kinetrace).
+  // Folders of a build and of an installation (bin/kinetrace).
   for (const char* place : {"kinetrace-libcamera.so", "../lib/kinetrace/kinetrace-libcamera.so"}) {
     const fs::path plugin = folder / place;
     if (!fs::exists(plugin, error)) {

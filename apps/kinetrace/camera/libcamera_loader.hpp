@@ -1,10 +1,10 @@
-// libcamera, where the program was installed with it.
+// Loads the optional libcamera plugin.
 #pragma once
 
 namespace kinetrace::app {
 
-/// Makes cameras of libcamera known if its plugin lies beside the program; a plugin that is there but cannot be loaded
-/// is a warning. Does it once, however often it is called.
+/// Registers libcamera's cameras if the plugin lies beside the program; a plugin that cannot be loaded causes a
+/// warning. Repeated calls have no effect.
 void load_libcamera();
 
 }  // namespace kinetrace::app

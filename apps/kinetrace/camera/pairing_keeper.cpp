@@ -16,7 +16,7 @@ bool PairingKeeper::mend(const hal::SyncReport& report) noexcept {
   if (!can_mend() || report.agreeing < kSure) {
     return false;
   }
-  // The right image of a moment comes a frame later than the left one, or earlier.
+  // The right image of a moment arrives one frame after the left one, or one frame before.
   const bool moved = camera_->move_pairing(report.verdict == hal::SyncVerdict::kRightLate ? 1 : -1);
   moves_ += moved ? 1 : 0;
   return moved;

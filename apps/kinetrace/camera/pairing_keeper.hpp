@@ -1,4 +1,4 @@
-// Keeps both views of a camera on the same moment.
+// Keeps both views of a camera paired by time.
 #pragma once
 
 #include "camera/health_monitor.hpp"
@@ -7,18 +7,18 @@
 
 namespace kinetrace::app {
 
-/// What SyncMonitor finds out of step is noted, and, once `kSure` measurements in a row say the same, mended: the
-/// camera pairs its images with those of the frame before or after. A move that does not help is taken back by the next
-/// one; after `kMaxMoves` without success it is left at noting. Never allocates.
+/// Notes views that SyncMonitor finds out of step. After `kSure` consecutive measurements that agree, the camera pairs
+/// its images with those of the frame before or after. The next move reverts one that did not help; after `kMaxMoves`
+/// without success faults are only noted. Never allocates.
 class PairingKeeper {
  public:
   static constexpr int kSure = 6;
   static constexpr int kMaxMoves = 4;
 
-  /// `camera`: null where there is nothing to be mended (recordings, one device with both views). It must outlive this.
+  /// `camera`: null where pairing cannot be changed (recordings, one device with both views). It must outlive this.
   explicit PairingKeeper(hal::LiveStereoCamera* camera) : camera_(camera) {}
 
-  /// A new measurement. True if views are paired in another way from now on, so that the monitor has to assess anew.
+  /// Takes a new measurement. True if the pairing has changed, so that the monitor has to assess anew.
   [[nodiscard]] bool process(const hal::SyncReport& report, HealthMonitor& health) noexcept;
   [[nodiscard]] bool can_mend() const noexcept { return camera_ != nullptr && moves_ < kMaxMoves; }
 

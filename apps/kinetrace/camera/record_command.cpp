@@ -34,7 +34,7 @@ struct Recorded {
   hal::CameraCounters counters;
 };
 
-// With nothing else to go on for, a recording that has stopped is the end.
+// Recording is the only purpose here, so its failure ends the command.
 Status record_frame(RecordingThread& raw, const StereoFrame& frame, bool waits_for_disk) {
   if (waits_for_disk) {
     raw.wait_for_room();
@@ -44,7 +44,7 @@ Status record_frame(RecordingThread& raw, const StereoFrame& frame, bool waits_f
   return failure ? Unexpected(*failure) : Status{};
 }
 
-/// Says what is wrong with the images while they can still be recorded anew. Recording goes on whatever it is.
+/// Reports faults of the images while they can still be recorded anew. Recording continues in any case.
 class RecordWatch {
  public:
   [[nodiscard]] static Result<std::size_t> required_bytes(const CameraSetup& setup) {
@@ -82,7 +82,7 @@ class RecordWatch {
   InputWatch watch_;
 };
 
-// What the camera sends until the recording ends; `watch` may be null.
+// Records the camera's frames until the end; `watch` may be null.
 Status record_frames(const RecordOptions& options, const CameraSetup& setup, hal::StereoCamera& camera,
                      RecordingThread& raw, RecordWatch* watch) {
   HealthMonitor health;
@@ -115,7 +115,7 @@ Outcome<Recorded> record(const RecordOptions& options) {
     return Unexpected(setup.error());
   }
   const hal::RawRecorderConfig config = raw_recorder_config(options.raw, setup->calibration, setup->rate_hz());
-  // What cannot be rectified can be recorded, to be calibrated later.
+  // Images without a valid calibration can be recorded, to be calibrated later.
   const Result<std::size_t> watch_bytes = RecordWatch::required_bytes(*setup);
   if (!watch_bytes) {
     print_warning(watch_bytes.error().message + "; recording without a look at the images");
@@ -137,7 +137,7 @@ Outcome<Recorded> record(const RecordOptions& options) {
   if (const Status begun = first_failure({frames.open(), frames.start()}); !begun) {
     return failure(begun.error());
   }
-  // Last, so that no folder is made unless there is something to record.
+  // Last, so that no folder is created before the camera is ready.
   auto raw = RecordingThread::create(config, arena);
   if (!raw) {
     return Unexpected(raw.error());

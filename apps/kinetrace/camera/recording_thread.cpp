@@ -51,7 +51,7 @@ Outcome<std::unique_ptr<RecordingThread>> RecordingThread::create(const hal::Raw
 
 RecordingThread::RecordingThread(std::unique_ptr<hal::RawRecorder> recorder, double rate_hz, const Slots& slots)
     : recorder_(std::move(recorder)),
-      // About once a second: what a loss of power costs.
+      // About once a second: bounds the loss at a power failure.
       frames_between_syncs_(std::max<std::int64_t>(1, std::llround(rate_hz))),
       slots_(slots),
       thread_([this] { run(); }) {}

@@ -1,4 +1,4 @@
-// Raw pairs onto the disk without the camera waiting for it.
+// Records raw pairs to disk without blocking the camera.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ namespace kinetrace::app {
                                                          const hal::RigCalibration& calibration, double rate_hz);
 
 /// A RawRecorder in a thread of its own, behind a queue of `kSlots` pairs. While the queue is full, pairs are dropped
-/// and counted; when the recorder fails, recording ends and everything else goes on. Memory from the arena: the queue.
+/// and counted. A failure of the recorder ends recording alone. Memory from the arena: the queue.
 class RecordingThread {
  public:
   static constexpr std::size_t kSlots = 8;
@@ -37,9 +37,9 @@ class RecordingThread {
 
   /// Copies the pair; never waits for the disk. Pairs of another size than the rig's are dropped.
   void offer(const StereoFrame& frame) noexcept;
-  /// Waits until the queue has room, or recording has ended: for sources that can wait.
+  /// Waits until the queue has room or recording has ended: for recordings, which can wait.
   void wait_for_room();
-  /// Writes what is queued and ends.
+  /// Writes the queued pairs and ends the thread.
   void finish() noexcept;
 
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }

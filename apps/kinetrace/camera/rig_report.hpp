@@ -1,4 +1,4 @@
-// What is known about a rig's calibration, in words.
+// A rig's calibration estimate as text.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace kinetrace::app {
 
-/// "the right camera is turned by pitch 0.101 +-0.002, yaw ... degrees", with the offset of disparities and the error
-/// of depths that it means; that it is as calibrated; or that motion has not shown it. One line.
+/// "the right camera is turned by pitch 0.101 +-0.002, yaw ... degrees", with the resulting offset of disparities and
+/// error of depths; or that it is as calibrated; or that the motion was insufficient. One line.
 [[nodiscard]] std::string rig_text(const RigEstimate& rig, const StereoGeometry& geometry);
 
 }  // namespace kinetrace::app

@@ -12,7 +12,7 @@
 namespace kinetrace::app {
 namespace {
 
-using Names = std::deque<std::string>;  // Whose elements stay where they are.
+using Names = std::deque<std::string>;  // A deque, so that elements do not move.
 
 std::string nearest(std::string_view word, const Names& names) {
   return did_you_mean(word, std::vector<std::string_view>(names.begin(), names.end()));
@@ -42,7 +42,7 @@ std::string unknown_word(const std::string& word, const CLI::App& command, const
   return word + ": no such command" + (meant.empty() ? "; see " + name + " --help" : meant);
 }
 
-// Of the innermost command that was recognised: what is around it was understood.
+// Searches the innermost recognised command: the words before it were valid.
 std::string explained(const CLI::App& command, const std::string& name, const CLI::ParseError& error) {
   for (const std::string& word : command.remaining()) {
     return word.size() > 1 && word.front() == '-' ? unknown_option(word, command, name)

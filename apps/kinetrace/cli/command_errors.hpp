@@ -1,4 +1,4 @@
-// What is wrong with a command line, in words that name it.
+// Error messages for a wrong command line.
 #pragma once
 
 #include <string>
@@ -11,8 +11,8 @@ class ParseError;
 
 namespace kinetrace::app {
 
-/// One line: the word that is not known, with the nearest one that is; or else what the parser says is missing or
-/// wrong. After `program` has failed to parse.
+/// One line: the unknown word with the nearest known one, or else the parser's own message. Call after `program` has
+/// failed to parse.
 [[nodiscard]] std::string command_error(const CLI::App& program, const CLI::ParseError& error);
 
 }  // namespace kinetrace::app

@@ -17,7 +17,7 @@ struct Command {
   Action (*add)(CLI::App& command);
 };
 
-// In the order of --help. Completion, the manual page and suggestions for wrong words are made from it too.
+// In the order of --help. Also the source of completion, the manual page and suggestions.
 constexpr std::array kCommands{
     Command{"run", "Reconstructs trajectories from a recording or a camera into a run folder", add_run},
     Command{"record", "Records a camera's synchronised raw images, without processing", add_record},
@@ -45,14 +45,14 @@ constexpr std::array kCommands{
     Command{"reference", "Prints this command line as a manual page or for bash", add_reference},
 };
 
-// Ends the help of every command but those with a footer of their own.
+// Footer of the help of commands without a footer of their own.
 constexpr const char* kFooter = R"(
 Exit codes: 0 done, 1 a condition of --fail-if holds or a check of doctor failed, 64 wrong command line, 65 damaged or unusable recording,
 calibration or truth, 66 input not found, 70 internal error, 73 run folder cannot be made, 74 reading or writing failed,
 78 wrong configuration or memory budget too small; 128 + n when signal n ended a run early (what was computed is
 written).)";
 
-// An empty value is a variable of a script that was not set. It must not pass for an option that was not given.
+// An empty value usually comes from an unset variable of a script. It must not pass for an option that was not given.
 void refuse_empty_values(CLI::App& command) {
   for (CLI::Option* option : command.get_options()) {
     option->check([](const std::string& value) { return std::string(value.empty() ? "must not be empty" : ""); });

@@ -1,4 +1,4 @@
-// From the words of the command line to what the program is to do.
+// Parses the command line into the action to run.
 #pragma once
 
 #include "cli/commands.hpp"
@@ -6,7 +6,7 @@
 
 namespace kinetrace::app {
 
-/// Reads the command line. Help and the version are printed at once; then nothing is left to do. Failures: kUsage.
+/// Reads the command line. Help and the version are printed at once; the action is then empty. Failures: kUsage.
 [[nodiscard]] Outcome<Action> parse_command_line(int argc, const char* const* argv);
 
 }  // namespace kinetrace::app

@@ -14,7 +14,7 @@ std::string upper(std::string text) {
   return text;
 }
 
-// "N" of "N:POSITIVE": what checks add comes after a colon, but there is one in "LAYOUT:PATH", too.
+// "N" of "N:POSITIVE": checks append their description after a colon, but "LAYOUT:PATH" contains a colon, too.
 std::string value_name(const CLI::Option& option) {
   std::string type = option.get_type_name();
   for (const char* check : {":{", ":POSITIVE", ":INT in [", ":FLOAT in [", ":name", ":prefix"}) {
@@ -23,7 +23,7 @@ std::string value_name(const CLI::Option& option) {
   return type;
 }
 
-// The values that --help lists for an option, {a,b}; none if any will do.
+// The values that --help lists for an option, {a,b}; none if any value is accepted.
 std::vector<std::string> choices(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   const std::size_t begin = type.find('{');
@@ -39,7 +39,8 @@ bool takes_value(const CLI::Option& option) {
 
 // --- groff
 
-// Text of a paragraph: nothing in it is a request or an escape, and hyphens can be typed as they are shown.
+// Escapes a paragraph: no part of it acts as a request or an escape, and hyphens are ASCII, so that options can be
+// copied.
 std::string escaped(std::string_view text) {
   std::string out;
   bool at_line_start = true;
@@ -93,7 +94,7 @@ std::string command_section(const CLI::App& command, const std::string& prefix) 
 
 // --- bash
 
-// What may come after the words so far, as a branch of a case over the commands given.
+// Completions after the words so far, as a branch of a case over the commands given.
 std::string completion_branch(const CLI::App& command, const std::string& words, const ValueHints& hints) {
   std::vector<std::string> names;
   std::string values;
@@ -135,7 +136,7 @@ std::string command_names(const CLI::App& command) {
   return names;
 }
 
-// Finds the commands among the words given; nothing for a program without any.
+// Finds the commands among the words given; empty for a program without commands.
 std::string command_search(const CLI::App& program) {
   std::string commands = command_names(program);
   if (commands.empty()) {
@@ -186,7 +187,7 @@ std::string manual_page(const CLI::App& program) {
 
 std::string bash_completion(const CLI::App& program, const ValueHints& hints) {
   const std::string& name = program.get_name();
-  // The last but one of the words may be an option that wants a value.
+  // The last word but one may be an option that takes a value.
   return "# bash completion for " + name + "\n_" + name +
          "() {\n"
          "  local words given='" +

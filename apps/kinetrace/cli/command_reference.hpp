@@ -16,16 +16,16 @@ namespace kinetrace::app {
 /// A page for man(1), in the macros of groff_man(7).
 [[nodiscard]] std::string manual_page(const CLI::App& program);
 
-/// Values that an option can be given besides those it is checked against, by its name ("--dataset", "SCENE"). What
-/// ends with a colon goes on.
+/// Completions of an option beyond its checked values, by the option's name ("--dataset", "SCENE"). A value that ends
+/// with a colon is a prefix.
 using ValueHints = std::map<std::string, std::vector<std::string>>;
 
-/// A script for bash's complete: commands, their options, and the values of options that know theirs; else files.
+/// A script for bash's complete: commands, their options, and the values of options that list them; else files.
 [[nodiscard]] std::string bash_completion(const CLI::App& program, const ValueHints& hints);
 
-/// Commands below `command`; groups of options, which CLI11 keeps as commands without a name, are not among them.
+/// Subcommands of `command`, without groups of options, which CLI11 represents as commands without a name.
 [[nodiscard]] std::vector<const CLI::App*> commands_of(const CLI::App& command);
-/// Those of its groups, too.
+/// Including the options of its groups.
 [[nodiscard]] std::vector<const CLI::Option*> options_of(const CLI::App& command);
 
 }  // namespace kinetrace::app

@@ -11,10 +11,10 @@ class App;
 
 namespace kinetrace::app {
 
-/// What is left to do once the command line has been read. Returns the exit code for the shell.
+/// The action of a parsed command line. Returns the exit code.
 using Action = std::function<int()>;
 
-/// For a command whose options are the fields of one struct: `add_options` binds them, `carry_out` is given them.
+/// For a command whose options are the fields of one struct: `add_options` binds them, `carry_out` receives them.
 template <typename Options>
 [[nodiscard]] Action bind_options(CLI::App& command, void (*add_options)(CLI::App&, Options&),
                                   int (*carry_out)(const Options&)) {
@@ -23,9 +23,9 @@ template <typename Options>
   return [options, carry_out] { return carry_out(*options); };
 }
 
-// Each adds the options of its command, and returns what the command does with them.
+// Each adds the options of its command and returns the command's action.
 
-/// Plays a recording or a camera through the whole chain into a run folder.
+/// Processes a recording or a camera into a run folder.
 [[nodiscard]] Action add_run(CLI::App& command);
 /// Records raw images.
 [[nodiscard]] Action add_record(CLI::App& command);
@@ -33,7 +33,7 @@ template <typename Options>
 [[nodiscard]] Action add_calibrate(CLI::App& command);
 /// Refines a whole run, by a program of its own.
 [[nodiscard]] Action add_refine(CLI::App& command);
-/// Looks for what is wrong with cameras, calibration and memory.
+/// Checks cameras, calibration and memory.
 [[nodiscard]] Action add_doctor(CLI::App& command);
 /// Times the stages on a recording.
 [[nodiscard]] Action add_bench(CLI::App& command);
@@ -43,11 +43,11 @@ template <typename Options>
 [[nodiscard]] Action add_config(CLI::App& command);
 /// Compares a run with ground truth.
 [[nodiscard]] Action add_evaluate(CLI::App& command);
-/// Measures how an object's reconstruction depends on its size in the image and on the frames it is made from.
+/// Measures errors of an object's reconstruction by its size in the image and the number of frames.
 [[nodiscard]] Action add_study(CLI::App& command);
-/// Prints what a run found.
+/// Prints the results of a run.
 [[nodiscard]] Action add_summary(CLI::App& command);
-/// Draws the result figure of a run and, if asked for, every frame with what was found in it.
+/// Draws the result figure of a run and, on request, every frame with its results.
 [[nodiscard]] Action add_figure(CLI::App& command);
 /// Aligns a run with a reference and writes its trajectories for maps, by a program of its own.
 [[nodiscard]] Action add_map(CLI::App& command);

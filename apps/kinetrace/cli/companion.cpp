@@ -16,7 +16,7 @@
 namespace kinetrace::app {
 namespace {
 
-// The options that were given, as they were given.
+// The given options, unchanged.
 void append_given(const CLI::App& command, std::vector<std::string>& arguments) {
   for (const CLI::Option* option : command.get_options()) {
     if (option->count() == 0 || option->get_name() == "--help") {

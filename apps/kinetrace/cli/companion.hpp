@@ -1,4 +1,4 @@
-// Commands that a program of their own carries out, beside this one.
+// Commands implemented by a separate program beside this one.
 #pragma once
 
 #include <memory>
@@ -12,18 +12,18 @@ namespace kinetrace::app {
 
 struct Companion {
   const char* program;  ///< Beside this one.
-  const char* package;  ///< That brings it.
-  const char* doing;    ///< "calibrating": what needs it.
+  const char* package;  ///< Package of the program.
+  const char* doing;    ///< Purpose: "calibrating".
 };
 
 /// An error if the program is not there.
 [[nodiscard]] Status check(const Companion& companion);
-/// Becomes that program, with these arguments. Returns only if it cannot be started: the exit code of the
-/// failure, which has been reported.
+/// Replaces this process by the program (exec) with these arguments. Returns only on failure, which has been reported:
+/// the exit code.
 int become(const Companion& companion, std::vector<std::string> arguments);
 
-/// What is left to do for a command whose options are checked here, where their help is, and then passed on as they
-/// were given. `options` are what the command's options are bound to.
+/// The action of a command whose options are checked here, where their help is, and then passed on unchanged. The
+/// command's options are bound to `options`.
 [[nodiscard]] Action pass_on(CLI::App& command, std::shared_ptr<void> options, const Companion& companion);
 
 }  // namespace kinetrace::app

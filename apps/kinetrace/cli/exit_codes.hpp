@@ -1,4 +1,4 @@
-// What the program tells the shell, after sysexits.h.
+// Exit codes, after sysexits.h.
 #pragma once
 
 #include "kinetrace/core/result.hpp"
@@ -13,7 +13,7 @@ enum class ExitCode : int {
   kNoInput = 66,        ///< A file or folder does not exist.
   kInternal = 70,       ///< A defect of this program.
   kCannotCreate = 73,   ///< The run folder cannot be made.
-  kIo = 74,             ///< Reading or writing failed on the way.
+  kIo = 74,             ///< Reading or writing failed during the run.
   kConfig = 78,         ///< The configuration is wrong or asks for more memory than the budget holds.
 };
 inline constexpr int kSignalBase = 128;  ///< Plus the signal's number, when a signal ended the run early.

@@ -1,4 +1,4 @@
-// How a command fails: what to print and what to tell the shell.
+// Failure of a command: message and exit code.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@ namespace kinetrace::app {
 
 struct Failure {
   ExitCode code = ExitCode::kInternal;
-  std::string message;  ///< One line: the thing that failed and the remedy.
+  std::string message;  ///< One line: the cause and the remedy.
 };
 
 template <typename T>

@@ -21,7 +21,7 @@ void catch_interrupts() noexcept {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGALRM, SIGUSR1, SIGUSR2, SIGXCPU}) {
     struct sigaction before {};
     sigaction(signal, nullptr, &before);
-    // Ctrl-C is for whoever watches, also where a shell has put us into the background.
+    // Ctrl-C must work even if a shell started the program in the background with SIGINT ignored.
     if (signal == SIGINT || before.sa_handler != SIG_IGN) {
       sigaction(signal, &action, nullptr);
     }

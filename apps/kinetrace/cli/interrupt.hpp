@@ -1,14 +1,14 @@
-// Signals that ask a program to end as a question the main loop can ask.
+// Termination signals as a flag that the main loop polls.
 #pragma once
 
 namespace kinetrace::app {
 
-/// From now on the first signal that asks to end (Ctrl-C, SIGTERM, a terminal or connection that goes, and what timers
-/// and users send: SIGINT, SIGTERM, SIGHUP, SIGALRM, SIGUSR1, SIGUSR2, SIGXCPU) only raises a flag; a second one of the
-/// same kind ends the process as usual. What a parent made us ignore, such as SIGHUP by nohup, stays ignored.
+/// From now on the first of SIGINT (Ctrl-C), SIGTERM, SIGHUP (terminal or connection closed), SIGALRM, SIGUSR1, SIGUSR2
+/// and SIGXCPU only sets a flag; a second signal of the same kind ends the process as usual. Signals that the parent
+/// set to be ignored, such as SIGHUP by nohup, stay ignored.
 void catch_interrupts() noexcept;
 
-/// Number of the signal that came, 0 while none has.
+/// Number of the received signal; 0: none.
 [[nodiscard]] int interrupted_by() noexcept;
 
 }  // namespace kinetrace::app

@@ -14,7 +14,7 @@ constexpr const char* kYellow = "\033[1;33m";
 
 void print(const char* colour, const char* kind, std::string_view message) {
   const bool has_color = stderr_has_color();
-  // It may name files, or repeat what a network brought.
+  // The text may contain file names or data from the network.
   const std::string shown = printable(message);
   std::fprintf(stderr, "kinetrace: %s%s%s %s\n", has_color ? colour : "", kind, has_color ? "\033[0m" : "",
                shown.c_str());

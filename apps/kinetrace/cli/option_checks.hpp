@@ -1,4 +1,4 @@
-// Limits of options. CLI11's own let "not a number" through and print the largest number that there is.
+// Limits of options. CLI11's own checks accept NaN and print the largest representable number.
 #pragma once
 
 #include <cmath>

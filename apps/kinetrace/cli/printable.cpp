@@ -16,7 +16,8 @@ struct Character {
   std::size_t bytes = 0;  ///< 0: not UTF-8.
 };
 
-/// What a first byte says: how many bytes follow, its own part of the code, and the least code that needs so many.
+/// Properties of a first byte: number of bytes that follow, its bits of the code point, and the smallest code point of
+/// this length.
 struct Form {
   std::uint8_t mask;
   std::uint8_t bits;

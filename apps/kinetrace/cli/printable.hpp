@@ -1,4 +1,4 @@
-// Text from files and networks on its way to a terminal.
+// Escapes untrusted text for a terminal.
 #pragma once
 
 #include <string>
@@ -6,8 +6,8 @@
 
 namespace kinetrace::app {
 
-/// The text with everything that a terminal would obey instead of showing as \xNN, one for each byte: control
-/// characters of ASCII (line ends, too), those of Unicode (U+0080 to U+009F), and whatever is not UTF-8.
+/// The text with bytes that a terminal would interpret replaced by \xNN, one for each byte: ASCII control characters
+/// (line ends, too), those of Unicode (U+0080 to U+009F), and invalid UTF-8.
 [[nodiscard]] std::string printable(std::string_view text);
 
 }  // namespace kinetrace::app

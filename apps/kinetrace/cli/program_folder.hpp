@@ -1,4 +1,4 @@
-// Where this program lies.
+// Folder of this program.
 #pragma once
 
 #include <filesystem>
@@ -6,7 +6,7 @@
 
 namespace kinetrace::app {
 
-/// Of a build, the build's folder; of an installation, PREFIX/bin.
+/// In a build, the build folder; in an installation, PREFIX/bin.
 [[nodiscard]] inline std::filesystem::path program_folder() {
   std::error_code error;
   return std::filesystem::read_symlink("/proc/self/exe", error).parent_path();

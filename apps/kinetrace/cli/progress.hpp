@@ -1,4 +1,4 @@
-// A line that shows how far a run is, on a terminal.
+// Progress line on a terminal.
 #pragma once
 
 #include <chrono>
@@ -7,10 +7,10 @@
 
 namespace kinetrace::app {
 
-/// Redraws one line on standard error a few times a second; silent unless that is a terminal. Never allocates.
+/// Redraws one line on standard error a few times a second; silent if that is no terminal. Never allocates.
 class Progress {
  public:
-  /// `frames_expected` is none for a source without end.
+  /// `frames_expected`: none for an endless source.
   Progress(bool enabled, std::optional<std::int64_t> frames_expected);
 
   void show(std::int64_t frames_done, int objects);
@@ -28,7 +28,7 @@ class Progress {
 
 /// True if standard error is a terminal that can redraw a line.
 [[nodiscard]] bool stderr_is_terminal() noexcept;
-/// The same, and the user did not ask for plain text (https://no-color.org).
+/// The same, unless the user asked for plain text (https://no-color.org).
 [[nodiscard]] bool stderr_has_color() noexcept;
 
 }  // namespace kinetrace::app

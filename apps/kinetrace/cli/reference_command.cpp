@@ -16,7 +16,7 @@
 namespace kinetrace::app {
 namespace {
 
-// For completion: values of options that take others besides.
+// For completion: suggested values of options that accept others, too.
 ValueHints value_hints() {
   ValueHints hints;
   for (const std::string_view layout : hal::layout_names()) {
@@ -32,7 +32,7 @@ ValueHints value_hints() {
   for (const BoardProfile& profile : board_profiles()) {
     hints["--board"].emplace_back(profile.name);
   }
-  // Read by another program, which has the table of them.
+  // Parsed by another program, which has the table of values.
   hints["--reference"] = {"oxts:", "euroc:", "nmea:", "gpx:", "csv:", "navsatfix:"};
   return hints;
 }
@@ -44,7 +44,7 @@ Action add_reference(CLI::App& command) {
   command.add_option("FORM", *form, "man: a page for man(1); bash: completion, source <(kinetrace reference bash)")
       ->required()
       ->check(CLI::IsMember({"man", "bash"}));
-  // Made while there is a command line to describe.
+  // Generated here, while the command line exists.
   const auto text = std::make_shared<std::string>();
   command.callback([form, text, &program = *command.get_parent()] {
     *text = *form == "man" ? manual_page(program) : bash_completion(program, value_hints());

@@ -26,7 +26,7 @@ void add_source_options(CLI::App& command, SourceOptions& source) {
   from.add_option("--camera", source.camera, "A camera file; config/cameras holds commented examples")
       ->type_name("FILE");
   from.require_option(1);
-  // A camera file says these itself.
+  // A camera file contains these settings itself.
   command.add_option("--sequence", source.sequence, "Which sequence, where the path holds several")
       ->type_name("NAME")
       ->needs(dataset);

@@ -1,4 +1,4 @@
-// Standard input, output and error: there when the program begins, and written when it ends.
+// Standard input, output and error: open at start, flushed at the end.
 #pragma once
 
 #include <optional>
@@ -6,12 +6,12 @@
 
 namespace kinetrace::app {
 
-/// First of all. Those that are closed become unusable ones, so that no file of ours gets their number and is printed
-/// into. From now on, a write to a pipe that nobody reads, or beyond the size that a file may have, fails with an error
-/// as any other, which is reported where it is written, instead of ending the process.
+/// Call first. Replaces closed standard files by /dev/null, opened for reading, so that no other file gets their
+/// descriptor and receives printed text. From now on a write to a closed pipe, or beyond the file size limit, fails
+/// with an ordinary error instead of ending the process.
 void prepare_standard_files() noexcept;
 
-/// Last of all. Why standard output does not hold all that was printed; none if it does.
+/// Call last. The reason why standard output is incomplete; none if it is complete.
 [[nodiscard]] std::optional<std::string> output_failure();
 
 }  // namespace kinetrace::app

@@ -1,4 +1,4 @@
-// The whole configuration of the program: everything a file or --set can say.
+// The whole configuration of the program: all keys of a file and of --set.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@
 
 namespace kinetrace::app {
 
-/// What goes into the run folder; see RecordingConfig.
+/// Contents of the run folder; see RecordingConfig.
 struct OutputConfig {
   bool mots = true;
   bool observations = true;
@@ -21,11 +21,11 @@ struct OutputConfig {
   bool colmap = true;
 };
 
-/// How a frame is worked on.
+/// Processing of a frame.
 struct ProcessingConfig {
-  int threads = 2;  ///< That share a frame's work, [1, 4]; not those of capture, networks and publishing.
+  int threads = 2;  ///< Threads that share a frame's work, [1, 4]; without those of capture, networks and publishing.
 
-  /// As many as there are cores for.
+  /// Upper bound: the number of cores.
   [[nodiscard]] int workers() const;
   /// Errors: kInvalidConfig.
   [[nodiscard]] Status validate() const;
@@ -62,8 +62,8 @@ void visit_fields(AppConfig& config, Visitor&& visit) {
   pipeline::visit_fields(config.pipeline, visit);
 }
 
-/// Defaults, then the board, the file and the settings; checked as a whole. `segmentation` as on the command line,
-/// empty for the configured one. Errors: kInvalidConfig, kNotFound, kIo, kInvalidArgument (segmentation).
+/// Defaults, then the board, the file and the settings; checked as a whole. `segmentation`: value of --segmentation;
+/// empty: the configured one. Errors: kInvalidConfig, kNotFound, kIo, kInvalidArgument (segmentation).
 [[nodiscard]] Result<AppConfig> load_config(const ConfigSource& source, const std::string& segmentation = "");
 
 }  // namespace kinetrace::app

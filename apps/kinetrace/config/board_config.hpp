@@ -1,4 +1,4 @@
-// What is known of the board that a configuration is made for.
+// Properties of the board that a configuration is made for.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace kinetrace::app {
 
-/// Says nothing to a run; `plan` takes the images' size from here and says what part of the board's memory is taken.
+/// Has no effect on a run; `plan` takes the image size from here and reports the share of the board's memory.
 struct BoardConfig {
   std::string name{};         ///< Empty: no board in particular.
-  int cores = 0;              ///< 0: not said, as below.
-  int memory_mib = 0;         ///< All that it has.
+  int cores = 0;              ///< 0: unknown; likewise below.
+  int memory_mib = 0;         ///< Total memory of the board.
   int image_width_px = 1242;  ///< Of one view.
   int image_height_px = 375;
 

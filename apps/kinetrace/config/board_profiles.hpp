@@ -17,7 +17,7 @@ struct BoardProfile {
 /// By name.
 [[nodiscard]] std::span<const BoardProfile> board_profiles() noexcept;
 
-/// As a configuration file would. Errors: kInvalidConfig for a name that is not known, with those that are.
+/// Sets the fields of a profile like a configuration file. Errors: kInvalidConfig (unknown name; lists the known ones).
 [[nodiscard]] Status apply_board(std::string_view name, const ConfigFields& fields);
 
 }  // namespace kinetrace::app

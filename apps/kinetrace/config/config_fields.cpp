@@ -16,7 +16,7 @@ std::string_view last_part(std::string_view key) {
   return key.substr(key.rfind('.') + 1);
 }
 
-// A key most likely is meant to be one of the same name in another section, or one a few letters away.
+// Suggests a key of the same name in another section, else the nearest spelling.
 std::string meant_key(const ConfigFields& fields, std::string_view key) {
   std::vector<std::string_view> keys;
   for (const ConfigField& field : fields) {
@@ -34,7 +34,7 @@ Status unknown_key(const ConfigFields& fields, std::string_view key, std::string
               "unknown key \"" + std::string(key) + "\"" + (meant.empty() ? "; " + std::string(key_list) : meant));
 }
 
-// An enumeration's description lists its names: they are those of the words that it takes.
+// The description of an enumeration lists its names: collect the words in it that are valid values.
 std::string meant_value(const ConfigField& field, std::string_view text) {
   const EnumReference* const choice = std::get_if<EnumReference>(&field.value);
   if (choice == nullptr) {
@@ -67,7 +67,7 @@ std::string number_text(Number number) {
   return error == std::errc() ? std::string(digits.data(), end) : std::string();
 }
 
-// Values from text; false, and nothing changed, if the text is no value of the type.
+// Parses a value; returns false and leaves the target unchanged if the text is no value of its type.
 struct Assign {
   std::string_view text;
 

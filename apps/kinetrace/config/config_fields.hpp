@@ -18,18 +18,18 @@ struct EnumReference {
   bool (*set)(std::string_view text, void* value) = nullptr;
 };
 
-/// One key and the place that holds its value. Lives no longer than the configuration it points into.
+/// One key and a reference to its value. Must not outlive the configuration.
 struct ConfigField {
   std::string key;  ///< Dotted: "features.max_features".
   std::variant<bool*, int*, float*, double*, std::string*, EnumReference> value;
-  std::string doc;  ///< One line: what it does, its unit and range.
+  std::string doc;  ///< One line: effect, unit and range.
 
   [[nodiscard]] bool is_text() const noexcept {
     return std::holds_alternative<std::string*>(value) || std::holds_alternative<EnumReference>(value);
   }
 };
 using ConfigFields = std::vector<ConfigField>;
-/// Sentences for the user about what was read though it should be written otherwise.
+/// Notes for the user on accepted keys with a newer form.
 using ConfigNotes = std::vector<std::string>;
 
 inline constexpr std::string_view kConfigKeyList = "`kinetrace config` lists all keys";
@@ -55,10 +55,10 @@ template <typename Config>
   return fields;
 }
 
-/// Sets the field `key` from text as written in a file or on the command line.
-/// A key of an earlier version (renamed_keys.hpp) sets the one that has taken its place, and `notes` say so.
-/// Errors: kInvalidConfig (unknown key, with the nearest known one; not a value of the field's type; not finite).
-/// `key_list`: where an unknown key's author finds those there are.
+/// Sets the field `key` from text as written in a file or on the command line. A key of an earlier version
+/// (renamed_keys.hpp) sets its replacement and adds a line to `notes`. Errors: kInvalidConfig (unknown key, with the
+/// nearest known one; not a value of the field's type; not finite). `key_list`: appended to the error of an unknown
+/// key; says where the keys are listed.
 [[nodiscard]] Status set_field(const ConfigFields& fields, std::string_view key, std::string_view text,
                                ConfigNotes* notes = nullptr, std::string_view key_list = kConfigKeyList);
 

@@ -22,7 +22,7 @@ std::string at_line(const std::string& name, const YAML::Mark& mark) {
   return name + ":" + std::to_string(mark.line + 1) + ": ";
 }
 
-// Walks the maps of one file, from the outermost inwards.
+// Reads the nested maps of one file, outermost first.
 class FileReader {
  public:
   FileReader(const std::string& name, const ConfigFields& fields, ConfigNotes* notes, std::string_view key_list)
@@ -50,7 +50,7 @@ class FileReader {
     if (is_section(fields_, key)) {
       return read_section(at, key, value);
     }
-    // Sets an empty text where the value is none, so that an unknown key is named first.
+    // Sets an empty text if the value is no scalar, so that an unknown key is reported first.
     const bool is_plain = value.IsScalar();
     if (Status status = set_field(fields_, key, is_plain ? value.Scalar() : std::string(), notes_, key_list_);
         !status) {
@@ -80,7 +80,7 @@ class FileReader {
   std::map<std::string, int> line_of_;
 };
 
-// A field's place in a nested tree: its section names and its own.
+// The path of a field: its section names and its own.
 std::vector<std::string> split_key(const std::string& key) {
   std::vector<std::string> parts;
   std::istringstream stream(key);

@@ -9,7 +9,7 @@
 
 namespace kinetrace::app {
 
-/// What a file is to be, for messages.
+/// Expected kind of file, for messages.
 struct ConfigFileKind {
   std::string missing = "no such configuration file; `kinetrace config` prints one";
   std::string unfit = "not a configuration file (a YAML text below 1 MiB)";
@@ -17,12 +17,10 @@ struct ConfigFileKind {
   std::string key_list = std::string(kConfigKeyList);
 };
 
-/// Reads a YAML file of nested maps into `fields`; keys that it does not name keep their value. A file is accepted only
-/// as a whole: on an error some fields may already be set, so the caller gives up.
-/// Errors, with file and line: kNotFound, kIo, kInvalidConfig (unknown or repeated key, wrong type, not finite, not
-/// YAML; nothing in it, as a full disk leaves files; one of comments alone is a file of
-/// defaults).
-/// `notes`: see set_field().
+/// Reads a YAML file of nested maps into `fields`; other fields keep their value. On an error some fields may already
+/// be set: discard the configuration. Errors, with file and line: kNotFound, kIo, kInvalidConfig (unknown or repeated
+/// key, wrong type, not finite, not YAML; an empty file, as a full disk leaves it; a file of comments alone is valid:
+/// defaults). `notes`: see set_field().
 [[nodiscard]] Status read_config_file(const std::filesystem::path& path, const ConfigFields& fields,
                                       const ConfigFileKind& kind = {}, ConfigNotes* notes = nullptr);
 
@@ -30,12 +28,12 @@ struct ConfigFileKind {
 [[nodiscard]] Status read_config_text(const std::string& name, std::string_view text, const ConfigFields& fields,
                                       ConfigNotes* notes = nullptr, std::string_view key_list = kConfigKeyList);
 
-/// A text below 1 MiB. Errors: kNotFound and kInvalidConfig (too large, no file), with what the path is not and the
-/// remedy as `missing` and `unfit` say; kIo.
+/// Reads a text below 1 MiB. Errors: kNotFound (message `missing`), kInvalidConfig (too large, no file; message
+/// `unfit`), kIo.
 [[nodiscard]] Result<std::string> read_text(const std::filesystem::path& path, const std::string& missing,
                                             const std::string& unfit);
 
-/// Applies one `key=value` of the command line. Errors: kInvalidConfig.
+/// Applies one `key=value` from the command line. Errors: kInvalidConfig.
 [[nodiscard]] Status apply_setting(std::string_view setting, const ConfigFields& fields, ConfigNotes* notes = nullptr);
 
 /// All fields as YAML, each with its comment; `read_config_file` reads it back to the same values.

@@ -1,4 +1,4 @@
-// What a run does about input that cannot be used.
+// Policy for unusable input.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +7,8 @@
 namespace kinetrace::app {
 
 enum class InputPolicy : std::uint8_t {
-  kStop,  ///< Ends the run: exchanged or identical views, masks of which none fits.
-  kWarn,  ///< Says so and goes on.
+  kStop,  ///< Ends the run on exchanged or identical views and on masks of which none fits.
+  kWarn,  ///< Warns and continues.
 };
 
 [[nodiscard]] constexpr std::string_view to_string(InputPolicy policy) noexcept {

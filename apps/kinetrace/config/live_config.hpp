@@ -1,4 +1,4 @@
-// What differs when frames come from the world and not from a disk.
+// Settings of live mode.
 #pragma once
 
 #include <cstdint>
@@ -27,8 +27,8 @@ enum class LiveMode : std::uint8_t {
 struct LiveConfig {
   LiveMode mode = LiveMode::kAuto;
   double deadline_ms = 0.0;   ///< For processing a frame; 0: the time between frames.
-  bool shed = true;           ///< Do less while deadlines are missed.
-  double speed = 1.0;         ///< Of a recording, in recorded time per time.
+  bool shed = true;           ///< Reduce the effort while deadlines are missed.
+  double speed = 1.0;         ///< Playback speed of a recording, recorded time per real time.
   int realtime_priority = 0;  ///< SCHED_FIFO for the thread that captures; 0: as all others.
 
   /// Errors: kInvalidConfig.

@@ -1,4 +1,4 @@
-// Keys of earlier versions that are still read.
+// Keys of earlier versions that are still accepted.
 #pragma once
 
 #include <algorithm>
@@ -7,10 +7,10 @@
 
 namespace kinetrace::app {
 
-/// Both are times: the old key counts frames of a camera at 10 Hz, the new one seconds.
+/// Where both keys exist, the old one counts frames at 10 Hz, the new one seconds.
 struct RenamedKey {
   std::string_view was;
-  std::string_view is;  ///< Empty: it says nothing any more.
+  std::string_view is;  ///< Empty: the key is ignored.
 };
 
 inline constexpr double kFramesPerSecond = 10.0;
@@ -26,7 +26,7 @@ inline constexpr std::array<RenamedKey, 8> kRenamedKeys{{
     {"trajectory.min_box_size_m", ""},
 }};
 
-/// The name that `key` has now.
+/// The current name of `key`.
 [[nodiscard]] constexpr std::string_view present_key(std::string_view key) noexcept {
   const auto* const renamed =
       std::find_if(kRenamedKeys.begin(), kRenamedKeys.end(), [key](const RenamedKey& k) { return k.was == key; });

@@ -18,12 +18,12 @@ using trajectory::BodyShape;
 using trajectory::KindOfObject;
 using trajectory::SizeTable;
 
-// Deviations below a millimetre would outweigh all that is measured, and overflow once squared.
+// Deviations below a millimetre would outweigh every measurement, and overflow once squared.
 constexpr float kMinSize_m = 0.001F;
 constexpr float kMaxSize_m = 100.F;
 constexpr float kMinShare = 0.001F;
 
-/// Reads one kind after the other; the first thing that is wrong ends it.
+/// Reads the kinds in order until the first error.
 class SizeReader {
  public:
   explicit SizeReader(std::string name) : name_(std::move(name)) {}

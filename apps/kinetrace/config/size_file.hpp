@@ -1,4 +1,4 @@
-// The sizes that objects usually have, from a file.
+// Reads the priors of object sizes from a file.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@ namespace kinetrace::app {
 
 /// Reads a YAML file like config/sizes.yaml: a list `kinds` of maps with class (car, pedestrian, unknown, other, or the
 /// segmentation's number), share, length, height, width (mean and standard deviation, m), and shape (box or saloon).
-/// Errors, with file and line: kNotFound, kIo, kInvalidConfig (not such a file, a value that no size has, more than
+/// Errors, with file and line: kNotFound, kIo, kInvalidConfig (another kind of file, a value out of range, more than
 /// SizeTable::kMaxKinds, no kind for other classes).
 [[nodiscard]] Result<trajectory::SizeTable> read_size_file(const std::filesystem::path& path);
 

@@ -38,7 +38,7 @@ std::string content(BIO* bio) {
   return {data, static_cast<std::size_t>(size)};
 }
 
-// 127 random bits: no two certificates of an authority may have the same.
+// 127 random bits: serial numbers of one authority must be unique.
 bool set_serial(X509* certificate) {
   std::array<unsigned char, 16> bytes{};
   if (RAND_bytes(bytes.data(), static_cast<int>(bytes.size())) != 1) {
@@ -152,7 +152,7 @@ Result<Identity> Authority::issue(std::string_view name, const Validity& validit
 }
 
 Result<std::string> Authority::sign(std::string_view document) const {
-  constexpr int kFlags = PKCS7_TEXT | PKCS7_DETACHED;  // Readable beside its signature.
+  constexpr int kFlags = PKCS7_TEXT | PKCS7_DETACHED;  // Clear text followed by the signature.
   const Bio in = reader(document);
   const std::unique_ptr<PKCS7, Freed<PKCS7_free>> signature(
       PKCS7_sign(certificate_.get(), key_.get(), nullptr, in.get(), kFlags));

@@ -1,4 +1,4 @@
-// An authority for DDS Security: it certifies who takes part in a domain, and signs what they may do there.
+// A certificate authority for DDS Security: certifies the participants of a domain and signs their permissions.
 #pragma once
 
 #include <cstdint>
@@ -18,16 +18,16 @@ struct Validity {
   std::int64_t end_s = 0;
 };
 
-/// Who somebody is, and the proof; PEM, the key without a password.
+/// A certificate and its private key; PEM, the key without a password.
 struct Identity {
   std::string certificate;
   std::string private_key;
 };
 
-/// Certificate and key that others trust. Keys are ECDSA P-256, as DDS Security 1.1 asks for.
+/// Certificate and key of a trusted authority. Keys are ECDSA P-256, as DDS Security 1.1 asks for.
 class Authority {
  public:
-  /// A new one. Errors: kInternal, if the cryptographic library refuses.
+  /// Creates a new authority. Errors: kInternal (failure of the cryptographic library).
   [[nodiscard]] static Result<Authority> make(std::string_view name, const Validity& validity);
   /// From PEM text. Errors: kBadFormat.
   [[nodiscard]] static Result<Authority> read(const Identity& pem);

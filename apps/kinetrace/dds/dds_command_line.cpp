@@ -8,7 +8,7 @@
 namespace kinetrace::app {
 namespace {
 
-// Names of folders and of certificates at once.
+// The names serve as folders and as certificate names.
 std::string dds_name_error(const std::string& name) {
   constexpr std::size_t kMax = 31;
   const bool is_clean =

@@ -1,5 +1,4 @@
-// The commands that speak DDS: their options, and what they do in a program that has been built with DDS. Without, they
-// fail with kUsage.
+// Options and entry points of the DDS commands. In a program built without DDS they fail with kUsage.
 #pragma once
 
 #include <filesystem>
@@ -10,14 +9,14 @@
 
 namespace kinetrace::app {
 
-/// Names of those who get keys; none at all: one device and one viewer.
+/// Names of participants that get keys; without any name: one device and one viewer.
 struct KeysOptions {
-  std::filesystem::path out;  ///< New, or one that holds an authority, which then certifies the new ones.
+  std::filesystem::path out;  ///< A new folder, or one with an authority, which then certifies the new participants.
   std::vector<std::string> devices;
   std::vector<std::string> viewers;
   std::vector<std::string> segmenters;
-  int days = 365;                        ///< Valid for so long.
-  std::string ros_prefix = "kinetrace";  ///< As dds.ros2.prefix; it is part of the topics' names.
+  int days = 365;                        ///< Validity.
+  std::string ros_prefix = "kinetrace";  ///< Value of dds.ros2.prefix, part of the topic names.
 };
 
 struct MonitorOptions {
@@ -26,13 +25,13 @@ struct MonitorOptions {
   bool quiet = false;
   std::filesystem::path record;  ///< MCAP file; empty: none.
   double seconds = 0.0;          ///< 0: until a signal comes.
-  int messages = 0;              ///< Ends after so many of Kinetrace's own topics; 0: never.
+  int messages = 0;              ///< Ends after this number of messages of native topics; 0: never.
 };
 
 struct MaskOptions {
   NetworkOptions network;
   std::string folders;    ///< "LEFT_DIR[,RIGHT_DIR]"
-  bool by_order = false;  ///< Files are frames in the order of their names, not by number.
+  bool by_order = false;  ///< Files are assigned to frames by the order of their names, not by number.
   double seconds = 0.0;   ///< 0: until a signal comes.
   bool quiet = false;
 };

@@ -1,4 +1,4 @@
-// The network as the command line says.
+// DDS configuration and link from the command line.
 #pragma once
 
 #include "dds/dds_options.hpp"
@@ -8,10 +8,10 @@
 
 namespace kinetrace::app {
 
-/// The file, if there is one, and the options above it; checked as a whole. Errors: those of load_publish_config.
+/// Reads the file, if any, and applies the options; checked as a whole. Errors: those of load_publish_config.
 [[nodiscard]] Result<publishing::PublishConfig> network_config(const NetworkOptions& options);
 
-/// Looks after the link and waits for messages, 100 ms at most. Prints what the user should hear.
+/// Supervises the link, prints its notices and waits for messages, 100 ms at most.
 void serve(publishing::Link& link);
 
 }  // namespace kinetrace::app

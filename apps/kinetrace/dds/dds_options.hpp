@@ -1,4 +1,4 @@
-// Where on the network a command reads or writes.
+// Network options of commands.
 #pragma once
 
 #include <optional>
@@ -6,12 +6,12 @@
 
 namespace kinetrace::app {
 
-/// The file of a run's --publish, and what stands above it.
+/// The file of a run's --publish and the options that override it.
 struct NetworkOptions {
   std::string file;  ///< With keys dds.*; empty: their defaults.
   std::optional<int> domain;
   std::string interface;  ///< Empty: as in the file.
-  std::string device;     ///< Empty: all, or as in the file where one is needed.
+  std::string device;     ///< Empty: all devices, or that of the file if one is needed.
 };
 
 }  // namespace kinetrace::app

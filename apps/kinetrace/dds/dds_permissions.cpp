@@ -33,7 +33,7 @@ Topics results(std::string_view ros_prefix) {
   return all;
 }
 
-// What every node of ROS 2 writes and reads about itself; without it none starts.
+// Infrastructure topics of every ROS 2 node; without them no node starts.
 const Topics kRosHousekeeping{"ros_discovery_info", "rt/rosout", "rt/parameter_events", "rq/*", "rr/*"};
 
 Topics operator+(Topics left, const Topics& right) {

@@ -23,10 +23,10 @@ enum class DdsRole {
   return "viewer";
 }
 
-/// For every domain: only known participants, everything encrypted.
+/// For all domains: authenticated participants only, everything encrypted.
 [[nodiscard]] std::string governance_xml();
 
-/// What the identity "CN=name" may do; everything else is denied. `ros_prefix` as dds.ros2.prefix.
+/// Permissions of the identity "CN=name"; everything else is denied. `ros_prefix`: value of dds.ros2.prefix.
 [[nodiscard]] std::string permissions_xml(std::string_view name, DdsRole role, std::string_view ros_prefix,
                                           const Validity& validity);
 

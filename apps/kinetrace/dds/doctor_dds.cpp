@@ -9,7 +9,7 @@ using publishing::Link;
 using publishing::LinkState;
 using publishing::PublishConfig;
 
-// Who is there answers an announcement at once.
+// Present participants answer an announcement at once.
 constexpr std::int64_t kListen_ns = 1'500'000'000;
 
 std::string where(const PublishConfig& config) {

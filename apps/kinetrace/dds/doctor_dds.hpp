@@ -1,4 +1,4 @@
-// What doctor finds out about DDS.
+// DDS checks of `kinetrace doctor`.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@ namespace kinetrace::app {
 
 struct NetworkFinding {
   bool holds = false;
-  std::string detail;  ///< With the remedy where it does not hold.
+  std::string detail;  ///< With the remedy if the check failed.
 };
 
-/// Takes part in the domain for a moment. `file` is that of a run's --publish; empty: the defaults.
+/// Joins the domain briefly. `file`: that of a run's --publish; empty: the defaults.
 [[nodiscard]] NetworkFinding examine_network(const std::string& file);
 
 }  // namespace kinetrace::app

@@ -1,4 +1,4 @@
-# Keys for DDS Security, where there is DDS.
+# Keys for DDS Security, if DDS is available.
 if(TARGET kinetrace::publishing)
   find_package(OpenSSL REQUIRED COMPONENTS Crypto)
   target_sources(kinetrace PRIVATE authority.cpp dds_permissions.cpp keys_command.cpp)

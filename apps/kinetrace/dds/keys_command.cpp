@@ -26,7 +26,7 @@ constexpr std::int64_t kYear2020_s = 1'577'836'800;
 constexpr mode_t kSecret = 0600;
 constexpr mode_t kPublic = 0644;
 
-// Paths in it are relative to it, so a folder works wherever it is copied to.
+// Paths are relative to this file, so that the folder can be copied anywhere.
 constexpr const char* kSettingsName = "dds.yaml";
 constexpr std::string_view kSettings =
     "# Security of DDS with the files beside this one; all other keys of dds.* may be added.\n"
@@ -66,7 +66,7 @@ Outcome<void> write_file(const fs::path& path, const File& file) {
   return {};
 }
 
-/// All of them or, after a failure, no folder.
+/// Writes all files; removes the folder after a failure.
 Outcome<void> write_folder(const fs::path& folder, const std::vector<File>& files, fs::perms permissions) {
   std::error_code error;
   fs::create_directories(folder.parent_path(), error);
@@ -90,7 +90,7 @@ std::string text_of(const fs::path& path) {
   return text.str();
 }
 
-/// The folder of keys, as ROS 2 lays it out, so that its tools find an enclave by its name.
+/// The keystore in the layout of ROS 2, so that its tools find an enclave by its name.
 class Keystore {
  public:
   explicit Keystore(fs::path folder) : folder_(std::move(folder)) {}
@@ -99,7 +99,7 @@ class Keystore {
   [[nodiscard]] fs::path authority_certificate() const { return folder_ / "public" / "ca.cert.pem"; }
   [[nodiscard]] fs::path enclave(const std::string& name) const { return folder_ / "enclaves" / name; }
 
-  /// The authority that is there, else a new one.
+  /// The existing authority, else a new one.
   [[nodiscard]] Outcome<Authority> authority(std::int64_t now_s) const {
     std::error_code absent;
     if (!fs::exists(authority_key(), absent)) {
@@ -144,7 +144,7 @@ class Keystore {
   fs::path folder_;
 };
 
-/// Everything that one participant needs, and nothing that another one must not see.
+/// All files that a participant needs, without secrets of others.
 Result<std::vector<File>> enclave_files(const Authority& authority, const Participant& participant,
                                         std::string_view ros_prefix, const Validity& validity) {
   const Result<Identity> own = authority.pem();
@@ -204,7 +204,7 @@ Outcome<void> check_new(const Keystore& keystore, const std::vector<Participant>
 }
 
 Outcome<Validity> validity_of(const KeysOptions& options, const Authority& authority, std::int64_t now_s) {
-  // From yesterday: clocks differ, and not every machine keeps universal time.
+  // Valid from yesterday on: clocks differ, and some machines do not keep UTC.
   const Validity wanted{now_s - kDay_s, now_s + options.days * kDay_s};
   if (wanted.end_s > authority.end_s()) {
     return Unexpected(Failure{ExitCode::kUsage, "the authority ends " + utc_text(authority.end_s()) +

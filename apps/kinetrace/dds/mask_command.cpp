@@ -19,7 +19,7 @@ namespace {
 using publishing::MaskSender;
 using MaskFiles = std::map<std::int64_t, std::filesystem::path>;
 
-/// Answers requests with masks from files. Whoever computes masks does the same, with a network instead of files.
+/// Answers requests with masks from files. A program with a neural network does the same with computed masks.
 class MaskServer {
  public:
   MaskServer(const MaskOptions& options, MaskFiles left, MaskFiles right, publishing::Link& link,
@@ -50,7 +50,7 @@ class MaskServer {
  private:
   enum class Answer : std::uint8_t { kSent, kUnknownFrame };
 
-  /// One frame that cannot be answered is no reason to leave the others without masks.
+  /// A failure on one frame must not deprive the others of masks.
   void note(const Result<Answer>& answer) {
     if (answer) {
       answered_ += *answer == Answer::kSent ? 1 : 0;
@@ -72,7 +72,7 @@ class MaskServer {
     if (left == left_.end()) {
       return Answer::kUnknownFrame;  // The run propagates.
     }
-    // Both are read before either is sent: a run cannot use one of two.
+    // Both views are read before sending: a run cannot use one view alone.
     std::vector<MaskSender::Image> images;
     for (const auto& [view, file] : {std::pair{View::kLeft, left}, std::pair{View::kRight, right}}) {
       if (view == View::kRight && (!request.right || file == right_.end())) {

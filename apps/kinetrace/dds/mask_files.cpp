@@ -36,7 +36,7 @@ Result<std::vector<fs::path>> png_files(const fs::path& folder) {
   return files;
 }
 
-/// Appends runs, a longer one split by one of length 0.
+/// Appends a run; one too long for 16 bits is split by a run of length 0.
 void push_run(std::size_t length, std::vector<std::uint16_t>& runs) {
   constexpr std::size_t kMax = std::numeric_limits<std::uint16_t>::max();
   for (; length > kMax; length -= kMax) {

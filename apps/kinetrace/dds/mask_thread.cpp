@@ -39,7 +39,7 @@ void MaskThread::tell_of_refused() {
 }
 
 void MaskThread::run() {
-  // How long a new sender may stay unnoticed.
+  // Bounds the delay until a new sender is noticed.
   constexpr std::int64_t kAtMost_ns = 50'000'000;
   bool was_reported = false;
   while (!ends_) {

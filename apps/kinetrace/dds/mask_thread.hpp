@@ -1,4 +1,4 @@
-// Masks from the network into a mailbox, without the pipeline touching the network.
+// Receives masks over DDS into a mailbox, outside the pipeline's thread.
 #pragma once
 
 #include <atomic>
@@ -11,11 +11,11 @@
 
 namespace kinetrace::app {
 
-/// Listens in a thread of its own: requests go out, masks come in.
+/// Sends requests and receives masks in a thread of its own.
 class MaskThread {
  public:
-  /// Made and destroyed by the pipeline's thread. `tell` is called from its own with what the user should hear. `link`
-  /// and `mailbox` outlive it; somebody else looks after the link.
+  /// Created and destroyed by the pipeline's thread. `tell` receives notices for the user, called from this class's own
+  /// thread. `link` and `mailbox` must outlive it; the caller supervises the link.
   MaskThread(publishing::Link& link, const std::string& device, MaskMailbox& mailbox,
              std::function<void(const std::string& line)> tell);
   MaskThread(const MaskThread&) = delete;
@@ -25,7 +25,7 @@ class MaskThread {
  private:
   void run();
   [[nodiscard]] Status serve();
-  /// Each once, as soon as there is something to say.
+  /// Reports each kind of refused message once.
   void tell_of_refused();
 
   publishing::Link& link_;

@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
-/// ROS 2 topics into a file.
+/// Records ROS 2 topics to an MCAP file.
 class McapRecording {
  public:
   McapRecording(publishing::Link& link, const std::string& prefix, recording::McapWriter file)
@@ -58,12 +58,12 @@ class McapRecording {
   std::vector<std::uint16_t> channels_;
 };
 
-/// Redraws the table on a terminal; elsewhere prints it now and then. With JSON, only the rates.
+/// Redraws the table on a terminal; elsewhere prints it once a second. With JSON, only the rates.
 class Display {
  public:
   Display(bool json, bool quiet) : json_(json), quiet_(quiet), redraws_(!json && is_terminal()) {}
 
-  /// Now and then; `is_last` at once.
+  /// Rate-limited, except for `is_last`.
   void show(const MonitorState& state, std::int64_t now_ns, bool is_last = false) {
     if (quiet_ || (now_ns < next_ns_ && !is_last) || state.devices().empty()) {
       return;
@@ -130,7 +130,7 @@ class Monitor {
       serve(link_);
     }
     display_.show(state_, steady_time_ns(), true);
-    // Whatever ended it, the file gets its index.
+    // Completes the MCAP file, also after an error.
     if (recording_) {
       const Status finished = recording_->finish();
       received = received ? finished : received;
@@ -153,7 +153,7 @@ class Monitor {
   }
   [[nodiscard]] bool is_over() const {
     const double seconds = static_cast<double>(steady_time_ns() - begin_ns_) * 1e-9;
-    // Whoever read what is printed may have gone.
+    // The reader of a pipe may have closed it.
     return interrupted_by() != 0 || std::ferror(stdout) != 0 ||
            (options_.seconds > 0.0 && seconds >= options_.seconds) ||
            (options_.messages > 0 && state_.messages() >= static_cast<std::uint64_t>(options_.messages));

@@ -113,7 +113,7 @@ ordered_json object_json(const ObjectResult& object) {
           {"inliers", object.inliers}};
 }
 
-// Numbers that are not finite become null; text of others may be anything, so all but plain ASCII is escaped.
+// Numbers that are not finite become null; received text is untrusted, so everything but plain ASCII is escaped.
 std::string line_of(const ordered_json& value) {
   return value.dump(-1, ' ', true, ordered_json::error_handler_t::replace) + "\n";
 }

@@ -1,4 +1,4 @@
-// How `kinetrace monitor` shows what it hears.
+// Output of `kinetrace monitor`.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,10 @@ namespace kinetrace::app {
 /// The table: a few lines of each device and one of each object.
 [[nodiscard]] std::string monitor_table(const MonitorState& state, std::int64_t steady_ns);
 
-/// Prints each message of a wanted device as one JSON object on a line of standard output, before handing it on.
+/// Prints each message of a selected device as one line of JSON on standard output, then forwards it.
 class JsonPrinter final : public publishing::ResultListener {
  public:
-  /// Falls silent after `max_messages`; 0: never. `state` outlives it.
+  /// Stops printing after `max_messages`; 0: never. `state` must outlive it.
   JsonPrinter(MonitorState& state, std::uint64_t max_messages) : state_(state), max_messages_(max_messages) {}
   void receive(const publishing::ReceivedCamera& camera) override;
   void receive(const publishing::ReceivedObjects& objects) override;
@@ -23,7 +23,7 @@ class JsonPrinter final : public publishing::ResultListener {
   void receive(const publishing::ReceivedCalibration& calibration) override;
 
  private:
-  /// Hands the message on; true if it is to be printed.
+  /// Forwards the message; true if it is to be printed.
   template <typename Received>
   [[nodiscard]] bool pass_on(const Received& received) {
     state_.receive(received);

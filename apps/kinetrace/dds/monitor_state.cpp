@@ -5,7 +5,7 @@
 namespace kinetrace::app {
 namespace {
 
-/// Of times that anybody may have sent: no difference of two is beyond this. Exact to a microsecond.
+/// In double: received times are untrusted, and their difference may overflow 64 bits. Exact to a microsecond.
 double difference_ns(std::int64_t later_ns, std::int64_t earlier_ns) noexcept {
   return static_cast<double>(later_ns) - static_cast<double>(earlier_ns);
 }
@@ -97,7 +97,7 @@ void MonitorState::receive(const publishing::ReceivedObjects& objects) {
   }
   for (const ObjectResult& object : objects.objects) {
     if (memory.pieces.size() == kMaxIds) {
-      break;  // No honest sender has so many.
+      break;  // Beyond any valid sender.
     }
     memory.pieces.push_back({object, age_s(memory, object.track_id, objects.timestamp_ns)});
   }

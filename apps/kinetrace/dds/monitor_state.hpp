@@ -1,4 +1,4 @@
-// What has been seen each device: the rows of `kinetrace monitor`.
+// State of each received device: the rows of `kinetrace monitor`.
 #pragma once
 
 #include <array>
@@ -20,18 +20,18 @@ namespace kinetrace::app {
 class RateWindow {
  public:
   void add(std::int64_t now_ns) noexcept;
-  /// 0 while fewer than two came.
+  /// 0 below two messages.
   [[nodiscard]] double rate_hz(std::int64_t now_ns) const noexcept;
 
  private:
   static constexpr std::int64_t kWindow_ns = 2'000'000'000;
-  std::array<std::int64_t, 128> times_{};  ///< The newest of them, in a ring.
+  std::array<std::int64_t, 128> times_{};  ///< Ring of the newest arrival times.
   std::size_t count_ = 0;
 };
 
 struct MonitoredObject {
   ObjectResult result;
-  double age_s = 0.0;  ///< Since it was seen first, by the source's clock.
+  double age_s = 0.0;  ///< Since the first observation, by the source's clock.
 };
 
 struct MonitoredReason {
@@ -46,7 +46,7 @@ struct MonitoredDevice {
   std::int64_t timestamp_ns = 0;
   CameraResult camera;
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
-  double delay_ms = 0.0;  ///< From the sender's pipeline to here; means something where both have the same clock.
+  double delay_ms = 0.0;  ///< From the sender's pipeline to here; valid only if both share a clock.
   std::vector<MonitoredObject> objects;
   std::optional<HealthState> health;
   std::string camera_state;
@@ -66,7 +66,7 @@ class MonitorState final : public publishing::ResultListener {
   /// `device` empty: all.
   explicit MonitorState(std::string device) : wanted_(std::move(device)) {}
 
-  /// The clocks for what is received from now on.
+  /// Sets the clocks for the messages that follow.
   void set_time(std::int64_t steady_ns, std::int64_t system_ns) noexcept;
 
   void receive(const publishing::ReceivedCamera& camera) override;
@@ -75,11 +75,11 @@ class MonitorState final : public publishing::ResultListener {
   void receive(const publishing::ReceivedCalibration& calibration) override;
 
   [[nodiscard]] bool wants(std::string_view device) const noexcept { return wanted_.empty() || wanted_ == device; }
-  /// In the order they were received first.
+  /// In the order of first reception.
   [[nodiscard]] const std::vector<MonitoredDevice>& devices() const noexcept { return devices_; }
-  /// Some device that was received but is not wanted; empty if there is none.
+  /// A received device that is not selected; empty: none.
   [[nodiscard]] const std::string& other_device() const noexcept { return other_; }
-  /// Messages of wanted devices, of any topic.
+  /// Messages of selected devices, of any topic.
   [[nodiscard]] std::uint64_t messages() const noexcept { return messages_; }
 
  private:
@@ -90,11 +90,11 @@ class MonitorState final : public publishing::ResultListener {
   struct Memory {
     std::vector<FirstSeen> first_seen;  ///< A ring once full; parallel to `devices_`.
     std::size_t oldest = 0;
-    std::int64_t pieces_of = -1;  ///< Frame whose pieces are being put together.
+    std::int64_t pieces_of = -1;  ///< Frame whose pieces are being assembled.
     std::uint32_t pieces_received = 0;
     std::vector<MonitoredObject> pieces;
   };
-  /// Index in `devices_`; none for what is not wanted or beyond the capacity.
+  /// Index in `devices_`; none for devices not selected or beyond the capacity.
   [[nodiscard]] std::optional<std::size_t> index_of(std::string_view device);
   [[nodiscard]] static double age_s(Memory& memory, std::uint32_t track_id, std::int64_t timestamp_ns);
 

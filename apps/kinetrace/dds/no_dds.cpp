@@ -1,4 +1,4 @@
-// Of a program that has been built without DDS.
+// DDS commands of a program built without DDS.
 #include <string>
 
 #include "cli/messages.hpp"

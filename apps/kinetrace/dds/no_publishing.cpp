@@ -1,4 +1,4 @@
-// Of a program that has been built without DDS.
+// Publishing in a program built without DDS.
 #include "dds/run_publishing.hpp"
 
 namespace kinetrace::app {

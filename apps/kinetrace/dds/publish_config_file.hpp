@@ -1,4 +1,4 @@
-// The file that says what is published, and how.
+// The configuration file of publishing.
 #pragma once
 
 #include <filesystem>
@@ -8,8 +8,8 @@
 
 namespace kinetrace::app {
 
-/// Reads and checks it; paths in it become relative to the working directory. See config/dds for commented examples.
-/// Errors, with file and line or key: kNotFound, kIo, kInvalidConfig.
+/// Reads and checks the file; relative paths in it are resolved against its folder. See config/dds for commented
+/// examples. Errors, with file and line or key: kNotFound, kIo, kInvalidConfig.
 [[nodiscard]] Result<publishing::PublishConfig> load_publish_config(const std::filesystem::path& path);
 
 }  // namespace kinetrace::app

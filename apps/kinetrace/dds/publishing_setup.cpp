@@ -1,4 +1,4 @@
-// Of a program that has been built with DDS.
+// Publishing in a program built with DDS.
 #include "cli/messages.hpp"
 #include "dds/publish_config_file.hpp"
 #include "dds/publishing_thread.hpp"

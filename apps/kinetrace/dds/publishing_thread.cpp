@@ -9,11 +9,11 @@
 namespace kinetrace::app {
 namespace {
 
-// How long the network may change unnoticed while no result comes.
+// Bounds the delay until a change of the network is noticed while no results arrive.
 constexpr int kIdle_ms = 200;
 
-// A thread of this kind never takes the processor from the one that wakes it: on a busy machine the pipeline would
-// otherwise pay for sending. Where the system refuses, it does.
+// A SCHED_BATCH thread never preempts the thread that wakes it; otherwise sending would delay the pipeline on a busy
+// machine. A refusal by the system is ignored.
 void let_others_go_first() {
   const sched_param none{};
   ::pthread_setschedparam(::pthread_self(), SCHED_BATCH, &none);

@@ -1,4 +1,4 @@
-// Results out into the network without the pipeline waiting for it.
+// Publishes results without blocking the pipeline.
 #pragma once
 
 #include <atomic>
@@ -19,11 +19,11 @@
 
 namespace kinetrace::app {
 
-/// A Publisher in a thread of its own, behind a ResultMailbox. Offering is a copy, and send() one write to an
-/// eventfd, whatever network and readers do. Memory from the arena: mailbox and messages.
+/// A Publisher in a thread of its own, behind a ResultMailbox. Offering costs a copy, send() one write to an eventfd,
+/// independent of network and readers. Memory from the arena: mailbox and messages.
 class PublishingThread final : public RunPublishing {
  public:
-  /// Called from the thread with what the user should hear.
+  /// Receives notices for the user; called from the thread.
   using Tell = std::function<void(const std::string& line)>;
 
   [[nodiscard]] static std::size_t required_bytes(const publishing::PublishConfig& config);
@@ -55,10 +55,11 @@ class PublishingThread final : public RunPublishing {
   void serve();
 
   std::unique_ptr<publishing::ResultMailbox> mailbox_;
-  std::unique_ptr<publishing::Publisher> publisher_;  ///< Used by the thread, but for its state and counters.
+  std::unique_ptr<publishing::Publisher> publisher_;  ///< Used by the thread, except for state and counters.
   Tell tell_;
   std::string device_;
-  std::unique_ptr<MaskThread> masks_;    ///< Null unless masks are received. After the publisher, whose link it uses.
+  std::unique_ptr<MaskThread>
+      masks_;  ///< Null unless masks are received. Declared after the publisher, whose link it uses.
   recording::LatencyHistogram latency_;  ///< Of the thread.
   EventFd news_;
   std::atomic<bool> ends_ = false;

@@ -1,4 +1,4 @@
-// What publishing is to a run; a program built without DDS knows this much and no more.
+// Interface of publishing for a run, without dependencies on DDS.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@
 
 namespace kinetrace::app {
 
-/// A run's results on their way out. Calls come from the run's thread and never wait.
+/// Publishes a run's results. Called from the run's thread; never blocks.
 class RunPublishing {
  public:
   RunPublishing() = default;
@@ -30,28 +30,29 @@ class RunPublishing {
   RunPublishing& operator=(RunPublishing&&) = delete;
   virtual ~RunPublishing() = default;
 
-  /// `exposed_ns`: steady clock at mid-exposure, 0 where that is not known.
+  /// `exposed_ns`: steady clock at mid-exposure; 0: unknown.
   virtual void offer(const FrameResult& result, std::int64_t exposed_ns) noexcept = 0;
-  /// Of a result that comes only with a finalised frame.
+  /// For a result with a finalised frame only.
   virtual void offer_finalised(const FrameResult& result) noexcept = 0;
   virtual void offer_health(const HealthMonitor& health, const FrameCounters& counters,
                             const RigEstimate& rig) noexcept = 0;
-  /// Lets what has been offered go out. Wakes another thread, to which a busy system may give this one's processor: so
-  /// this is called when a frame is done. What is offered without it goes out a little later.
+  /// Sends what was offered. Wakes another thread, which may take this thread's processor on a busy system: call it at
+  /// the end of a frame. Without this call, results are sent a little later.
   virtual void send() noexcept = 0;
-  /// False while what is offered reaches nobody, because network or DDS are not there.
+  /// False while nothing can be sent for lack of a network or of DDS.
   [[nodiscard]] virtual bool is_connected() const noexcept = 0;
-  /// Masks that other processes send go into the mailbox, which outlives this; once, before the first frame.
+  /// Starts to receive masks from other processes into the mailbox, which must outlive this; once, before the first
+  /// frame.
   virtual void receive_masks(MaskMailbox& mailbox) = 0;
-  /// Sends what is left and ends.
+  /// Sends the remainder and ends.
   virtual void finish() noexcept = 0;
-  /// From exposure until a result was with the network; after finish().
+  /// Latency from exposure until a result was sent; after finish().
   [[nodiscard]] virtual recording::LatencySummary latency() const = 0;
   /// For run.json.
   [[nodiscard]] virtual std::vector<std::pair<std::string, std::uint64_t>> counters() const = 0;
 };
 
-/// What is to be published, checked before any memory is taken.
+/// Checked configuration of publishing, created before memory is allocated.
 class PublishingSetup {
  public:
   PublishingSetup() = default;
@@ -63,26 +64,26 @@ class PublishingSetup {
 
   /// From the arena.
   [[nodiscard]] virtual MemoryPlanEntry plan() const = 0;
-  /// What the DDS library takes by itself.
+  /// Memory of the DDS library itself.
   [[nodiscard]] virtual std::size_t library_bytes() const = 0;
-  /// All settings, for those who write them down.
+  /// All settings, for run.json.
   [[nodiscard]] virtual ConfigFields fields() = 0;
   /// Starts publishing. Failures: as errors of Publisher::create.
   [[nodiscard]] virtual Outcome<std::unique_ptr<RunPublishing>> start(const StereoGeometry& geometry,
                                                                       Arena& arena) const = 0;
 };
 
-/// Reads and checks a file with keys dds.*; paths in it are relative to it. Failures: kNoInput, kIo, kConfig; kUsage
-/// where the program has been built without DDS.
+/// Reads and checks a file with keys dds.*; paths in it are relative to it. Failures: kNoInput, kIo, kConfig; kUsage in
+/// a program built without DDS.
 [[nodiscard]] Outcome<std::unique_ptr<PublishingSetup>> publishing_setup(const std::string& file, int max_objects);
 
-/// The same for what --publish says: null without it.
+/// The same for the value of --publish: null if it is empty.
 [[nodiscard]] inline Outcome<std::unique_ptr<PublishingSetup>> optional_publishing(const std::string& file,
                                                                                    int max_objects) {
   return file.empty() ? nullptr : publishing_setup(file, max_objects);
 }
 
-/// With those of publishing behind them, unless it is null.
+/// The configuration's fields, followed by those of publishing unless it is null.
 [[nodiscard]] inline ConfigFields all_fields(ConfigFields fields, PublishingSetup* publishing) {
   if (publishing != nullptr) {
     const ConfigFields more = publishing->fields();

@@ -1,4 +1,4 @@
-// Looks for what is wrong before somebody carries the camera outside.
+// Checks a rig before use in the field.
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -38,8 +38,8 @@ namespace {
 
 struct DoctorOptions {
   std::string camera;    ///< Camera file; empty: only list the devices.
-  std::string publish;   ///< As for a run.
-  double seconds = 2.0;  ///< Watch the images for so long.
+  std::string publish;   ///< File of a run's --publish.
+  double seconds = 2.0;  ///< Duration of the check of the images.
   ConfigSource config;
 };
 
@@ -51,7 +51,7 @@ std::string text(const char* format, double value) {
   return buffer.data();
 }
 
-/// Prints one line per check and remembers whether all held.
+/// Prints one line per check and records whether all passed.
 class Findings {
  public:
   void ok(const std::string& what, const std::string& detail) {
@@ -88,7 +88,7 @@ void list_devices(Findings& findings) {
   }
 }
 
-/// What was seen of the images.
+/// Measurements of the images.
 struct Watched {
   std::int64_t frames = 0;
   std::int64_t first_ns = 0;
@@ -98,7 +98,7 @@ struct Watched {
   hal::SyncReport pairing;
   std::vector<std::string> faults;  ///< In the images, as lines.
   double residual_sum_px = 0.0;
-  RigEstimate rig;  ///< Of the calibration, as far as the camera has moved.
+  RigEstimate rig;  ///< Estimate of the calibration, as far as the camera has moved.
 
   void add(std::int64_t time_ns) {
     if (frames > 0) {
@@ -116,14 +116,14 @@ struct Watched {
   }
 };
 
-// Often enough for a look of a few seconds.
+// Frequent enough for a check of a few seconds.
 constexpr hal::SyncMonitorConfig kMonitor{.interval_frames = 2};
 
-// Nothing but the camera's own motion, which tells what rows do not: the yaw between the views.
+// Estimates only the camera's own motion, which reveals an error that rows do not: the yaw between the views.
 pipeline::PipelineConfig only_calibration(const pipeline::PipelineConfig& config) {
   pipeline::PipelineConfig check = config;
   check.segmentation.mode = segmentation::SegmentationMode::kNone;
-  check.calibration.mode = rig::RefineMode::kOn;  // To see past wrong rows.
+  check.calibration.mode = rig::RefineMode::kOn;  // Corrects wrong rows, so that matching succeeds.
   return check;
 }
 
@@ -165,7 +165,7 @@ Status watch(const CameraSetup& setup, const GuardedCamera& camera, const Doctor
     }
     return {};
   });
-  // Rows and pairing have lines of their own.
+  // Rows and pairing are separate checks.
   for (const hal::InputFault fault :
        {hal::InputFault::kViewsIdentical, hal::InputFault::kViewsExchanged, hal::InputFault::kViewsUnrelated,
         hal::InputFault::kNoParallax, hal::InputFault::kBeyondInfinity, hal::InputFault::kLeftFrozen,
@@ -204,7 +204,7 @@ void assess_timing(const Watched& watched, const GuardedCamera& camera, Findings
   }
 }
 
-// Images that are far apart in time tell little or nothing, however the camera is nodded.
+// Images far apart in time give little or no evidence of the pairing, however the camera is moved.
 std::string pairing_text(const hal::SyncReport& pairing) {
   const std::string seen = pairing.verdict == hal::SyncVerdict::kUnknown
                                ? "not seen: nod the camera while this runs to check it"
@@ -214,7 +214,7 @@ std::string pairing_text(const hal::SyncReport& pairing) {
                                   : seen + apart;
 }
 
-// Rows and yaw: the first are seen in every pair, the second once the camera has moved.
+// Rows and yaw: rows are observable in every pair, the yaw once the camera has moved.
 void assess_calibration(const Watched& watched, const StereoGeometry& geometry, Findings& findings) {
   constexpr double kMax_px = 1.0;
   const double residual_px = watched.residual_sum_px / watched.pairing.measurements;
@@ -250,7 +250,7 @@ void assess_geometry(const StereoGeometry& geometry, const hal::RigCalibration& 
                          text(", baseline %.4f m", geometry.baseline_m));
 }
 
-// The one that would take part in a run, waiting; null if none would. Says why not.
+// The network that a run would use, started; null if a run would use none, with the reason.
 std::unique_ptr<NetworkThread> network_of(AppConfig& config, const StereoGeometry& geometry, const PlanRun& plan_run,
                                           Findings& findings) {
   Result<StartedNetwork> network = start_network(config, geometry, true, plan_run);
@@ -338,15 +338,15 @@ void examine_camera(const DoctorOptions& options, AppConfig& config, Findings& f
     findings.failed("config", setup.error().message);
     return;
   }
-  // What is wrong with it has been said; its memory is not counted then.
+  // Its error has been reported; its memory is then not counted.
   auto publishing = optional_publishing(options.publish, config.pipeline.tracking.max_objects).value_or(nullptr);
-  // A rate is measured on times as they come, not on such as were brought back to that rate.
+  // The rate must be measured on raw times, not on repaired ones.
   setup->mends_times = false;
   catch_interrupts();
   examine(*setup, config, options, publishing.get(), findings);
 }
 
-// Without a camera, for a common one.
+// Without a camera, the plan assumes a common one.
 void examine_network_alone(AppConfig& config, Findings& findings) {
   constexpr double kRate_hz = 10.0;
   const StereoGeometry geometry{.width_px = config.board.image_width_px, .height_px = config.board.image_height_px};

@@ -35,7 +35,7 @@ std::vector<Tick> ticks_of(const Axis& axis, double length_px, double pixels_per
 }
 
 bool is_within(const Range& range, double value) {
-  // Rounding must not lose a tick at the end of an axis.
+  // Tolerance, so that rounding does not lose a tick at the end of an axis.
   const double slack = 1e-9 * range.size();
   return value >= range.low - slack && value <= range.high + slack;
 }
@@ -59,7 +59,7 @@ std::optional<Range> quantile_range(std::vector<double>& values, double share) {
 double round_below(double limit) {
   const double power = std::pow(10.0, std::floor(std::log10(limit)));
   for (const double factor : {10.0, 5.0, 2.0}) {
-    // A limit that is a round number itself may have come out a rounding error smaller.
+    // A round limit may be too small by a rounding error.
     if (factor * power <= limit * (1.0 + 1e-9)) {
       return factor * power;
     }
@@ -167,7 +167,7 @@ void Axes::draw_ticks_y(Canvas& canvas) const {
     const double y = area_.bottom() - share_of(y_, tick.value) * area_.height;
     canvas.line({area_.x, y}, {area_.right(), y}, {.color = kGrid, .width_px = tick.label.empty() ? 0.6 : 1.0});
     if (!tick.label.empty() && y + kTickSize_px <= free_up_to) {
-      // Those at the ends stay beside the area, clear of what is above and below.
+      // Labels at the ends must not protrude beyond the area.
       const double inside = std::clamp(y, area_.y + kTickSize_px / 2, area_.bottom() - kTickSize_px / 2);
       canvas.text({area_.x - kGap_px, inside}, tick.label, style);
       free_up_to = y - kTickSize_px;

@@ -1,4 +1,4 @@
-// Axes: from values to pixels, with ticks at round numbers.
+// Axes: map values to pixels, with ticks at round numbers.
 #pragma once
 
 #include <optional>
@@ -25,8 +25,8 @@ struct Range {
   }
 };
 
-/// From the quantile `share` to the quantile 1 - `share` of the finite values, so that single wild ones do not count.
-/// None without a finite value. Reorders `values`.
+/// From the quantile `share` to the quantile 1 - `share` of the finite values, robust to outliers. None without a
+/// finite value. Reorders `values`.
 [[nodiscard]] std::optional<Range> quantile_range(std::vector<double>& values, double share);
 
 struct Tick {
@@ -43,10 +43,10 @@ struct Tick {
 [[nodiscard]] double round_below(double limit);
 /// The smallest of them that is not below `limit` > 0.
 [[nodiscard]] double round_above(double limit);
-/// A number for a label: as few digits as tell it apart from others `step` away.
+/// A number for a label: the fewest digits that distinguish values `step` apart.
 [[nodiscard]] std::string tick_label(double value, double step);
 
-/// One direction of a drawing.
+/// One axis of a drawing.
 struct Axis {
   std::string label;  ///< With its unit: "z forward [m]".
   Range range;
@@ -54,17 +54,17 @@ struct Axis {
   bool reversed = false;  ///< Values grow to the left, or downwards.
 };
 
-/// A rectangle of paper with two axes.
+/// A plot area with two axes.
 class Axes {
  public:
-  /// `area` is what the values fill; numbers and labels lie outside, in the margins below.
+  /// `area` excludes numbers and labels, which take the margins below.
   Axes(const Rect& area, Axis x, Axis y);
 
-  /// Where a point is drawn; not finite where the value is not, or not positive on a logarithmic axis.
+  /// Position of a point on the canvas; not finite if the value is not finite, or not positive on a logarithmic axis.
   [[nodiscard]] Point to_canvas(double x, double y) const;
   [[nodiscard]] const Rect& area() const noexcept { return area_; }
 
-  /// Background, thin grid, numbers and labels. What is drawn afterwards should be clipped to `area`.
+  /// Background, thin grid, numbers and labels. Clip later drawing to `area`.
   void draw(Canvas& canvas) const;
 
  private:
@@ -76,7 +76,7 @@ class Axes {
   Axis y_;
 };
 
-/// Space that numbers and labels take outside the area.
+/// Space for numbers and labels outside the area.
 inline constexpr double kMarginLeft_px = 68.0;
 inline constexpr double kMarginBelow_px = 44.0;
 

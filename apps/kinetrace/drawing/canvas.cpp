@@ -21,7 +21,7 @@ cv::Mat as_mat(GrayView image) {
           static_cast<std::size_t>(image.stride)};
 }
 
-/// Samples of a part of the canvas: set where something is drawn.
+/// Coverage samples of a part of the canvas.
 class Samples {
  public:
   explicit Samples(const PixelBox& box)
@@ -62,7 +62,7 @@ Rect bounds_of(std::span<const Segment> segments) {
 }
 
 cv::Mat1b to_coverage(GrayView mask, const Rect& rect, const PixelBox& box) {
-  // Where the mask's pixels lie on the canvas: a scaling and a shift, in OpenCV's convention of integer centres.
+  // The mask's pixels on the canvas: scaling and shift, in OpenCV's convention of integer centres.
   const double sx = rect.width / mask.width;
   const double sy = rect.height / mask.height;
   cv::Mat1b set;

@@ -49,25 +49,25 @@ struct Stroke {
 enum class HorizontalAnchor : std::uint8_t { kLeft, kCenter, kRight };
 enum class VerticalAnchor : std::uint8_t { kTop, kMiddle, kBaseline };
 
-/// How text looks and which of its points lies where it is put. Only ASCII can be written; anything else becomes '?'.
+/// Style and anchor of a text. ASCII only; other characters become '?'.
 struct TextStyle {
   double size_px = 10.0;  ///< Height of capital letters.
   Color color = kInk;
   bool bold = false;
   HorizontalAnchor horizontal = HorizontalAnchor::kLeft;
   VerticalAnchor vertical = VerticalAnchor::kBaseline;
-  double halo_px = 0.0;  ///< Width of a margin in `halo`, to lift the text off what is below it.
+  double halo_px = 0.0;  ///< Width of an outline in `halo`, for contrast with the ground.
   Color halo = kPaper;
   bool upwards = false;  ///< Turned by 90 degrees, to be read from the right; the anchors turn with it.
 };
 
 /// Width of the text in pixels.
 [[nodiscard]] double text_width(std::string_view text, const TextStyle& style);
-/// `text`, or its beginning and "..", so that it is not wider than `width_px`.
+/// `text`, truncated with ".." to at most `width_px`.
 [[nodiscard]] std::string shortened(std::string_view text, double width_px, const TextStyle& style);
 
-/// Everything is drawn with the exact share of each pixel that it covers (sampled 4 x 4 times), so that lines of any
-/// width are smooth. Points that are not finite interrupt a line; whatever lies outside the clip is left out.
+/// Antialiased by the coverage of each pixel (4 x 4 samples), so that lines of any width are smooth. Points that are
+/// not finite interrupt a line; everything outside the clip is left out.
 class Canvas {
  public:
   Canvas(int width_px, int height_px, Color background);
@@ -83,7 +83,7 @@ class Canvas {
 
   void line(const Point& a, const Point& b, const Stroke& stroke);
   void polyline(std::span<const Point> points, const Stroke& stroke);
-  /// Many lines as one: where they cross, they do not add up. Empty lines are allowed.
+  /// Draws lines as one shape: opacity does not add up at crossings. Empty lines are allowed.
   void polylines(std::span<const std::vector<Point>> lines, const Stroke& stroke);
   void polygon(std::span<const Point> corners, Color color, double alpha = 1.0);
   void rectangle(const Rect& rect, Color color, double alpha = 1.0);
@@ -92,9 +92,9 @@ class Canvas {
 
   void text(const Point& anchor, std::string_view text, const TextStyle& style);
 
-  /// A gray image, scaled to fill `rect`; `fade` of white is mixed in.
+  /// A gray image, scaled to fill `rect`, blended with the share `fade` of white.
   void image(GrayView image, const Rect& rect, double fade = 0.0);
-  /// Covers the pixels where `mask` (an image that fills `rect`) is not zero.
+  /// Fills the pixels where `mask` (an image that fills `rect`) is not zero.
   void mask(GrayView mask, const Rect& rect, Color color, double alpha);
   /// Draws the border of that area.
   void mask_outline(GrayView mask, const Rect& rect, const Stroke& stroke);

@@ -1,4 +1,4 @@
-// Names on coloured ground beside what they name.
+// Chips: names on coloured ground beside their targets.
 #pragma once
 
 #include <string>
@@ -8,17 +8,17 @@
 
 namespace kinetrace::drawing {
 
-/// Something to be named.
+/// A name and its target.
 struct Chip {
-  std::vector<std::string> texts;  ///< The best first, then shorter ones for where that does not fit; at least one.
+  std::vector<std::string> texts;  ///< At least one, in order of preference: shorter ones are used if space is short.
   Color color;
-  Rect target;  ///< What is named; the chip goes above it, else below, else beside.
+  Rect target;  ///< The chip goes above the target, else below, else beside.
 };
 
-/// More chips than this make a crowd, in which none has the best of its texts.
+/// With more chips than this, none uses its first text.
 inline constexpr std::size_t kCrowd = 16;
 
-/// Draws chips that neither overlap nor leave `area`, those of tall targets first; what finds no place is left out.
+/// Draws chips that neither overlap nor leave `area`, those of tall targets first; chips without room are left out.
 void draw_chips(Canvas& canvas, const Rect& area, std::vector<Chip> chips, double size_px);
 
 }  // namespace kinetrace::drawing

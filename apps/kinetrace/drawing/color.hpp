@@ -1,4 +1,4 @@
-// Colours that stay apart for colour-blind readers, and the few greys that everything else is drawn in.
+// Colours distinguishable for colour-blind readers, and greys for everything else.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ inline constexpr Color kRed{213, 94, 0};       ///< Vermillion: cameras around a
 
 enum class Dash : std::uint8_t { kSolid, kDashed, kDotted };
 
-/// How one of many things of a kind is drawn: everywhere the same.
+/// Drawing style of one item of a set, the same in all pictures.
 struct LineStyle {
   Color color = kInk;
   Dash dash = Dash::kSolid;
@@ -38,7 +38,7 @@ struct LineStyle {
 inline constexpr int kLineStyles = 18;
 
 /// The style with this number. Six hues of Okabe and Ito ("Color Universal Design", 2008), which readers with any
-/// common colour blindness tell apart; yellow is left out because it vanishes on white, black because the camera has
+/// common colour blindness tell apart; yellow is left out for its low contrast on white, black because the camera uses
 /// it. Hue changes fastest; 6..11 are darker and dashed, 12..17 lighter and dotted.
 [[nodiscard]] LineStyle line_style(int index) noexcept;
 

@@ -1,4 +1,4 @@
-// Lines cut to what is visible, and into dashes.
+// Clips lines and splits them into dashes.
 #pragma once
 
 #include <span>
@@ -13,8 +13,8 @@ struct Segment {
   Point b;
 };
 
-/// Appends the pieces of a line that lie within `clip` and are inked. Points that are not finite interrupt the line.
-/// The pattern follows the length of the whole line, whatever of it is visible.
+/// Appends the drawn pieces of a line within `clip`. Points that are not finite interrupt the line. The phase of the
+/// pattern follows the whole line, independent of the clip.
 void append_dashes(std::span<const Point> points, const Rect& clip, Dash dash, double width_px,
                    std::vector<Segment>& segments);
 

@@ -1,4 +1,4 @@
-// Labels that cover neither each other nor the edge.
+// Places labels without overlap and within the edges.
 #pragma once
 
 #include <optional>
@@ -9,19 +9,19 @@
 
 namespace kinetrace::drawing {
 
-/// Finds room for labels one after the other: the first come is the best placed.
+/// Places labels greedily: the first gets the best place.
 class LabelPlacer {
  public:
   explicit LabelPlacer(const Rect& area) : area_(area) {}
 
-  /// Takes a rectangle of this size beside or above `anchor`, where it covers the least of what it should avoid, and as
-  /// near as possible; none if every place is taken.
+  /// Reserves a rectangle of this size around `anchor` with the least overlap with avoided lines, then the nearest;
+  /// none if every place is taken.
   [[nodiscard]] std::optional<Rect> place(const Point& anchor, double width_px, double height_px, double gap_px);
-  /// Takes exactly this place, if it is free and within the area, when moved into the area by at most its own size.
+  /// Reserves this place, shifted into the area by at most its own size, if it is free.
   [[nodiscard]] std::optional<Rect> place_at(const Rect& wanted);
-  /// No label will lie here.
+  /// Blocks a rectangle for labels.
   void block(const Rect& rect) { taken_.push_back(rect); }
-  /// Labels avoid this line where they can.
+  /// Adds a line to avoid where possible.
   void avoid(std::span<const Point> line);
 
  private:
@@ -29,7 +29,7 @@ class LabelPlacer {
 
   Rect area_;
   std::vector<Rect> taken_;
-  std::vector<Point> avoided_;  ///< A few pixels apart.
+  std::vector<Point> avoided_;  ///< Samples of the lines, a few pixels apart.
 };
 
 }  // namespace kinetrace::drawing

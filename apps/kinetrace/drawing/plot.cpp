@@ -19,7 +19,7 @@ bool is_drawable(const PlotAxis& axis, double value) {
   return std::isfinite(value) && (!axis.logarithmic || value > 0.0);
 }
 
-// From the extreme values to the next round numbers.
+// Extremes, rounded outwards.
 Range rounded(const PlotAxis& axis, double low, double high) {
   if (axis.logarithmic) {
     const double bottom = round_below(low);
@@ -30,7 +30,7 @@ Range rounded(const PlotAxis& axis, double low, double high) {
     const double half = std::max(std::abs(low) * 0.1, 0.5);
     return {low - half, high + half};
   }
-  // A quantity that comes near zero is shown from zero.
+  // An axis that begins near zero starts at zero.
   if (low > 0.0 && low < 0.4 * high) {
     low = 0.0;
   }

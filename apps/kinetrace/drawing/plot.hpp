@@ -36,7 +36,7 @@ struct Plot {
 };
 
 /// Draws into `rect`, title and labels included; at least 240 x 180 pixels. The legend goes to the corner with the
-/// fewest points; series without a name have no entry. Without any point to draw, the plot says so.
+/// fewest points; series without a name have no entry. A plot without points contains a note instead.
 void draw_plot(Canvas& canvas, const Rect& rect, const Plot& plot);
 
 }  // namespace kinetrace::drawing

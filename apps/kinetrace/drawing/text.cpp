@@ -86,7 +86,7 @@ void Canvas::text(const Point& anchor, std::string_view text, const TextStyle& s
   const Font font = font_of(style);
   const double width = text_width(plain, style);
   const double margin = style.halo_px + 2.0;
-  // Where the text's first base point lies on the canvas; turned text runs towards smaller y.
+  // Start of the text's base line on the canvas; rotated text runs towards smaller y.
   const double along = horizontal_shift(style, width);
   const double across = baseline_shift(style);
   const Point base =

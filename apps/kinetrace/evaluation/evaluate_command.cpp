@@ -22,13 +22,13 @@ using evaluation::Evaluation;
 
 struct EvaluateOptions {
   std::filesystem::path run;
-  std::filesystem::path against;  ///< Another run, to be compared with; empty: none.
+  std::filesystem::path against;  ///< Run to compare with; empty: none.
   std::filesystem::path truth;
-  std::string truth_format;            ///< Empty: by what is there.
-  std::filesystem::path truth_camera;  ///< Poses for truth that has none; empty: none.
+  std::string truth_format;            ///< Empty: detected from the files.
+  std::filesystem::path truth_camera;  ///< Camera poses for ground truth without them; empty: none.
   std::filesystem::path truth_masks;   ///< Folder of mask images; empty: the truth's own.
   std::filesystem::path body_camera;   ///< EuRoC's sensor.yaml; empty: found beside the truth.
-  std::string association;             ///< "masks", "boxes", "centres", or empty for the best there is.
+  std::string association;             ///< "masks", "boxes", "centres", or empty for the best available.
   std::vector<std::string> fail_if;
   bool json = false;
   bool quiet = false;
@@ -61,13 +61,13 @@ Result<Se3> read_body_camera(const fs::path& path) {
       return Se3{matrix.topLeftCorner<3, 3>(), matrix.topRightCorner<3, 1>()}.orthonormalised();
     }
   } catch (const YAML::Exception&) {
-    // Said below: the library's own words name no file and no remedy.
+    // Reported below: the library's message names neither file nor remedy.
   }
   return fail(ErrorCode::kBadFormat,
               path.string() + ": has no T_BS with 16 numbers; give EuRoC's sensor.yaml of the left camera");
 }
 
-// Beside EuRoC's truth unless it is named.
+// Defaults to the file beside EuRoC's ground truth.
 fs::path find_body_camera(const EvaluateOptions& options) {
   if (!options.body_camera.empty()) {
     return options.body_camera;
@@ -168,7 +168,7 @@ int check_conditions(const std::vector<evaluation::Condition>& conditions, const
   return code;
 }
 
-/// Evaluates a run, and leaves the result in its folder.
+/// Evaluates a run and writes the result into its folder.
 Result<Evaluation> measure(const EvaluateOptions& options, const fs::path& folder) {
   Result<Evaluation> evaluation = evaluate(options, folder);
   if (!evaluation) {
@@ -184,7 +184,7 @@ Result<Evaluation> measure(const EvaluateOptions& options, const fs::path& folde
   return evaluation;
 }
 
-/// Warns where two runs are of different frames. The true paths differ where the numbers of frames do not.
+/// Warns if two runs cover different frames. Runs with equal numbers of frames may still differ in the true path.
 void check_same_frames(const Evaluation& run, const Evaluation& against) {
   constexpr double kSame_m = 1e-6;
   if (run.camera.frames == against.camera.frames && std::abs(run.camera.path_m - against.camera.path_m) < kSame_m) {

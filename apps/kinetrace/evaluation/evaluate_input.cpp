@@ -47,7 +47,7 @@ std::vector<Eigen::Vector3d> track_centres(const RunFrame& run_frame) {
   return centres;
 }
 
-/// Builds the frames one after the other.
+/// Builds the frames in order.
 class Matcher {
  public:
   Matcher(const evaluation::Truth& truth, const StereoGeometry& rectified, recording::MaskFrames masks,
@@ -142,7 +142,7 @@ class Matcher {
     if (const Status added = metrics_.add(image->masks(), tracked); !added) {
       return fail(added.error().code, path->string() + ": " + added.error().message);
     }
-    // Objects have KITTI's instance numbers, which do not repeat from class to class.
+    // Objects are numbered by KITTI's instance numbers, which are unique across classes.
     constexpr std::int64_t kIdsPerClass = 1000;
     std::vector<MaskInstance> objects = image->instances;
     for (MaskInstance& object : objects) {
@@ -188,7 +188,7 @@ std::vector<evaluation::PosePair> pair_cameras(const recording::Run& run, const 
   return pairs;
 }
 
-// What was left out, and so does not count.
+// Frames and objects left out of the evaluation.
 void add_notes(const recording::Run& run, const evaluation::Truth& truth, EvaluationInput& input) {
   if (input.camera.size() < run.camera.size()) {
     input.notes.push_back("the truth has a camera pose for " + std::to_string(input.camera.size()) + " of the run's " +
@@ -199,7 +199,7 @@ void add_notes(const recording::Run& run, const evaluation::Truth& truth, Evalua
   }
 }
 
-// The run does not record how its images were turned to be rectified; EuRoC's truth is that of the raw camera.
+// EuRoC's ground truth refers to the raw camera, and a run does not record the rectifying rotation.
 double turn_camera(std::vector<evaluation::PosePair>& pairs) {
   const Eigen::Matrix3d rotation = evaluation::camera_rotation(pairs);
   for (evaluation::PosePair& pair : pairs) {

@@ -1,4 +1,4 @@
-// What a run folder holds, as a table.
+// Prints the contents of a run folder as a table.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -40,7 +40,7 @@ struct ObjectSummary {
   Eigen::Vector3d first_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d last_m = Eigen::Vector3d::Zero();
   double speed_sum_mps = 0.0;
-  std::optional<double> nearest_m;  ///< To the camera; none where it had no pose in these frames.
+  std::optional<double> nearest_m;  ///< Minimum distance to the camera; none if the camera had no pose in these frames.
 
   [[nodiscard]] double displacement_m() const { return (last_m - first_m).norm(); }
   [[nodiscard]] double mean_speed_mps() const { return speed_sum_mps / frames; }

@@ -18,8 +18,7 @@ using drawing::Rect;
 
 constexpr double kDegree = 0.017453292519943295;
 
-/// Gray values of a cloud for the panel: stretched to the contrast that the cloud has, and never white, which would
-/// vanish.
+/// Gray values of a cloud for the panel: stretched to the cloud's contrast, but never white, which would be invisible.
 class Toner {
  public:
   explicit Toner(const Cloud& cloud) {
@@ -75,7 +74,7 @@ std::vector<Line2> seen_by(const Onlooker& onlooker, const std::vector<Line3>& l
   return images;
 }
 
-/// Indices of points along a line that are at least so far from the one before; the first finite one is among them.
+/// Indices of points along a line at least `least_px` from the previous one, beginning with the first finite point.
 std::vector<std::size_t> spaced(const Line2& line, double least_px) {
   std::vector<std::size_t> kept;
   for (std::size_t i = 0; i < line.size(); ++i) {
@@ -86,7 +85,7 @@ std::vector<std::size_t> spaced(const Line2& line, double least_px) {
   return kept;
 }
 
-/// Where cameras look on average, and what is down for them.
+/// Mean viewing direction and mean down direction of cameras.
 Onlooker::Direction mean_view(const std::vector<Se3>& cameras) {
   Eigen::Vector3d forward = Eigen::Vector3d::Zero();
   Eigen::Vector3d down = Eigen::Vector3d::Zero();
@@ -95,14 +94,14 @@ Onlooker::Direction mean_view(const std::vector<Se3>& cameras) {
     down += camera.rotation.col(1);
   }
   Onlooker::Direction direction;
-  // Cameras that look everywhere have no mean: then as the first one.
+  // Without a significant mean, the first camera decides.
   const double enough = 0.2 * static_cast<double>(cameras.size());
   direction.forward = forward.norm() > enough ? forward : cameras.front().rotation.col(2);
   direction.down = down.norm() > enough ? down : cameras.front().rotation.col(1);
   return direction;
 }
 
-/// From behind and above, and as far aside as shows everything largest.
+/// From behind and above, at the side angle with the largest scale.
 Onlooker widest_view(Onlooker::Direction direction, const Onlooker::Subject& subject, const Rect& area) {
   direction.elevated_rad = 28.0 * kDegree;
   direction.aside_rad = 20.0 * kDegree;
@@ -117,7 +116,7 @@ Onlooker widest_view(Onlooker::Direction direction, const Onlooker::Subject& sub
   return best;
 }
 
-/// The chosen object as its own reconstruction has it.
+/// The chosen object in its own frame.
 struct ObjectView {
   std::vector<Se3> T_obj_cam;  ///< Of the frames in which it was tracked.
   std::vector<Line3> box;      ///< Edges, object frame; empty if it never was tracked.
@@ -160,7 +159,7 @@ void draw_object_points(Canvas& canvas, const Rect& area, const Scene& scene, co
   draw_panel(canvas, area);
   Onlooker::Direction direction = view.T_obj_cam.empty() ? Onlooker::Direction{} : mean_view(view.T_obj_cam);
   if (!view.T_obj_cam.empty()) {
-    // Towards the object, wherever in the picture it was.
+    // Towards the object, independent of its place in the image.
     Eigen::Vector3d towards = Eigen::Vector3d::Zero();
     for (const Se3& camera : view.T_obj_cam) {
       towards -= camera.translation.normalized();

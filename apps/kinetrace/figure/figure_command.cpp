@@ -20,11 +20,11 @@ namespace {
 struct FigureOptions {
   std::filesystem::path run;
   std::optional<std::int64_t> frame;    ///< None: the frame that shows most.
-  std::optional<std::uint32_t> object;  ///< None: the one that shows best in that frame.
+  std::optional<std::uint32_t> object;  ///< None: see figure_choice.hpp.
   std::filesystem::path out;            ///< PNG file; empty: figure.png in the run folder.
   std::filesystem::path overlay;        ///< Folder for a picture of each frame; empty: none.
-  std::filesystem::path film;           ///< The same, with the trajectories so far below; empty: none.
-  std::string dataset;                  ///< "LAYOUT:PATH" where the recording lies now; empty: where it was.
+  std::filesystem::path film;           ///< The same, above the trajectories so far; empty: none.
+  std::string dataset;                  ///< "LAYOUT:PATH" of a moved recording; empty: as in run.json.
   bool quiet = false;
 };
 
@@ -32,7 +32,7 @@ struct FigureOptions {
 struct Source {
   figure::FigureRun run;
   recording::MaskFrames masks;
-  std::unique_ptr<figure::RecordedImages> images;  ///< None if the recording is not where run.json says.
+  std::unique_ptr<figure::RecordedImages> images;  ///< Null if the recording is not at the path in run.json.
   std::string image_problem;
 };
 
@@ -54,7 +54,8 @@ Outcome<Source> open_source(const FigureOptions& options) {
     source.images = std::make_unique<figure::RecordedImages>(std::move(*images));
     return source;
   }
-  // Who names a recording, or wants pictures of it, needs it; a figure is of use without.
+  // A missing recording is an error only if the user named it or asked for pictures of its frames; a figure is useful
+  // without images.
   if (!options.dataset.empty() || !options.overlay.empty() || !options.film.empty()) {
     return failure(images.error());
   }

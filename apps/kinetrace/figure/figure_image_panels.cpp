@@ -20,7 +20,7 @@ using drawing::VerticalAnchor;
 constexpr double kLabelSize_px = 8.5;
 constexpr double kRow_px = 21.0;
 
-// The image's shape, as large as the area allows, in its middle.
+// The largest rectangle of the image's shape, centred in the area.
 ImagePlace place_of(const Rect& area, const Scene& scene) {
   const double scale = std::min(area.width / scene.geometry.width_px, area.height / scene.geometry.height_px);
   const double width = scale * scene.geometry.width_px;

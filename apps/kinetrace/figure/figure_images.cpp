@@ -23,7 +23,7 @@ Result<hal::Dataset> open_recording(const recording::Run& run, const std::string
   if (run.cameras == "gray" || run.cameras == "color") {
     spec.cameras = run.cameras == "gray" ? hal::CameraChoice::kGray : hal::CameraChoice::kColor;
   }
-  // The name of the sequence chooses among several; where there is one, not every layout knows it by that name.
+  // The sequence's name selects among several; with only one, some layouts do not accept the name.
   Result<hal::Dataset> alone = hal::open_dataset(spec);
   if (alone || alone.error().code != ErrorCode::kInvalidArgument || run.sequence.empty()) {
     return alone;
@@ -32,7 +32,7 @@ Result<hal::Dataset> open_recording(const recording::Run& run, const std::string
   return hal::open_dataset(spec);
 }
 
-/// As the run was configured.
+/// Rectification of the run's configuration.
 hal::RectifierConfig rectification_of(const recording::Run& run) {
   hal::RectifierConfig rectification;
   const nlohmann::json config = nlohmann::json::parse(run.config_json, nullptr, false);
@@ -87,7 +87,7 @@ Result<RecordedImages> RecordedImages::open(const recording::Run& run, const std
   return RecordedImages(std::move(arena), std::move(*camera), *rectifier, run.passes);
 }
 
-// Numbers of a further pass go on after the recording's last.
+// Frame numbers of a further pass continue after the recording's last.
 RecordedImages::Found RecordedImages::find(std::int64_t frame) const {
   const std::int64_t first = frames()[0].frame_index;
   const std::int64_t numbers = frames()[frames().size() - 1].frame_index - first + 1;

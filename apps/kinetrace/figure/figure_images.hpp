@@ -1,4 +1,4 @@
-// The images that a run was made from, rectified as it saw them.
+// The recorded images of a run, rectified as in the run.
 #pragma once
 
 #include <cstdint>
@@ -16,25 +16,23 @@
 
 namespace kinetrace::figure {
 
-/// Images of a recording in any order. Memory: what a camera that plays it takes, and the rectifier.
+/// Images of a recording with random access. Memory: a camera that plays it and the rectifier.
 class RecordedImages {
  public:
-  /// Opens the recording that the run was made from, or the same recording where it lies now: `moved_to` is
-  /// LAYOUT:PATH, or empty. Errors: kInvalidArgument (not LAYOUT:PATH), kBadFormat (the run does not say what it was
-  /// made from), and those of open_dataset.
+  /// Opens the run's recording. `moved_to`: LAYOUT:PATH of a moved recording, or empty. Errors: kInvalidArgument (not
+  /// LAYOUT:PATH), kBadFormat (the run does not name its recording), and those of open_dataset.
   [[nodiscard]] static Result<RecordedImages> open(const recording::Run& run, const std::string& moved_to);
 
   [[nodiscard]] const StereoGeometry& geometry() const noexcept { return rectifier_.geometry(); }
   [[nodiscard]] const hal::FrameList& frames() const noexcept { return camera_.dataset().frames; }
-  /// File stem of a frame's left image, and "_passN" where the recording was played again; empty if it has no such
-  /// frame.
+  /// File stem of a frame's left image, with "_passN" for further passes; empty if the recording has no such frame.
   [[nodiscard]] std::string stem(std::int64_t frame) const;
-  /// The rectified images; live until the next call. Errors: kNotFound (no such frame), and those of reading.
+  /// The rectified images; valid until the next call. Errors: kNotFound (no such frame), and those of reading.
   [[nodiscard]] Result<RectifiedPair> pair(std::int64_t frame);
   [[nodiscard]] Result<GrayView> left(std::int64_t frame);
 
  private:
-  /// A frame of the run in the recording.
+  /// Position of a frame in the recording.
   struct Found {
     std::size_t place = 0;  ///< In the list; its size if the frame is not there.
     std::int64_t pass = 0;  ///< From 0.

@@ -69,7 +69,7 @@ void draw_trail(Canvas& canvas, const OverlayFrame& frame, const recording::Obje
   canvas.polylines(lines, {.color = color, .width_px = 1.8 * frame.line_px});
 }
 
-/// The box's image, or nothing if the camera is inside it or it is behind.
+/// Draws the box, clipped at kNearest_m.
 void draw_box(Canvas& canvas, const OverlayFrame& frame, const recording::ObjectRow& object) {
   const std::vector<Line2> lines =
       project_lines(in_camera(edges_of(object.box), frame.camera.T_world_cam), frame.geometry, frame.place);
@@ -98,7 +98,7 @@ std::optional<Rect> label_target(const OverlayFrame& frame, const recording::Obj
   return std::nullopt;
 }
 
-/// What one track has in this frame.
+/// Data of one track in this frame.
 struct Seen {
   const recording::ObjectRow* object = nullptr;  ///< None while it is still initializing.
   const TrackMask* mask = nullptr;

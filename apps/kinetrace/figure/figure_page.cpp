@@ -21,7 +21,7 @@ constexpr double kColumn_px = (kPageWidth_px - 2 * kMargin_px - kGutter_px) / 2;
 constexpr double kCloud_px = 410.0;
 constexpr double kWide_px = kPageWidth_px - 2 * kMargin_px;
 
-/// Where everything goes; panels without their captions.
+/// Layout; panels without their captions.
 struct Layout {
   Rect input, objects, background, table, object_cloud, background_cloud;
   TrajectoryAreas paths;
@@ -50,7 +50,7 @@ Layout layout_of(const Scene& scene) {
   constexpr double kLong = 3.0;
   layout.paths.stacked = elongation > kLong;
   if (layout.paths.stacked) {
-    // As high as the paths are wide, so that their length fills the page.
+    // Height that follows from the paths' extent when their length fills the page.
     const double wide_px = kWide_px - drawing::kMarginLeft_px;
     const double top_px = std::clamp(std::round(wide_px / elongation), 240.0, 420.0) + drawing::kMarginBelow_px;
     constexpr double kSide_px = 230.0;

@@ -13,13 +13,13 @@
 
 namespace kinetrace::figure {
 
-/// The x-z plane seen from above: against y, which points down. z runs up the page, or to the right where that shows
-/// everything larger; x is then its right-hand side in either case, never mirrored.
+/// The x-z plane seen from above: against y, which points down. z points up, or right where that gives a larger scale;
+/// x is always on the right-hand side of z, never mirrored.
 class PlanView {
  public:
   /// `area` excludes the margins of the axes.
   PlanView(const drawing::Rect& area, const drawing::Range& x, const drawing::Range& z);
-  /// With z to the right, whatever is larger.
+  /// Always with z to the right.
   [[nodiscard]] static PlanView lying(const drawing::Rect& area, const drawing::Range& x, const drawing::Range& z);
 
   void draw_axes(drawing::Canvas& canvas) const { axes_.draw(canvas); }
@@ -27,7 +27,7 @@ class PlanView {
   [[nodiscard]] drawing::Point to_canvas(const Eigen::Vector3d& p) const;
   [[nodiscard]] Line2 to_canvas(const Line3& line) const;
   [[nodiscard]] double pixels_per_metre() const noexcept { return pixels_per_metre_; }
-  /// What z covers, wider than asked for where there was room.
+  /// Range of z, extended to fill the area.
   [[nodiscard]] const drawing::Range& z_range() const noexcept { return z_; }
 
  private:

@@ -19,7 +19,7 @@ static_assert(std::endian::native == std::endian::little, "PLY values are copied
 
 constexpr int kAbsent = -1;
 
-/// Where in a vertex the values that count lie.
+/// Offsets of the used values in a vertex.
 struct VertexLayout {
   std::size_t count = 0;
   int bytes = 0;
@@ -75,7 +75,7 @@ bool add_property(std::istringstream& words, VertexLayout& layout) {
   return true;
 }
 
-/// False at the end, and where no header goes on for so long.
+/// False at the end of the file and beyond the length of any header.
 bool next_line(std::ifstream& file, std::string& line) {
   std::array<char, 256> characters{};
   file.getline(characters.data(), characters.size());
@@ -101,7 +101,7 @@ Result<VertexLayout> read_header(std::ifstream& file, const std::filesystem::pat
     } else if (keyword == "element") {
       std::string name;
       words >> name >> layout.count;
-      // What follows the vertices is not read.
+      // Data behind the vertices is ignored.
       if (++elements == 1 && (name != "vertex" || !words)) {
         return damaged(path, "does not begin with vertices");
       }

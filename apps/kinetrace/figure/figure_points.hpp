@@ -1,4 +1,4 @@
-// Point clouds of a run folder, thinned while they are read.
+// Reads point clouds of a run folder, thinned on the fly.
 #pragma once
 
 #include <cstddef>
@@ -23,9 +23,9 @@ struct Cloud {
 };
 
 /// Reads a binary little-endian PLY with float x, y, z and, if there is one, uchar red as the gray value; other
-/// properties of fixed size are skipped. Takes every n-th vertex, n being the smallest that keeps at most `most` of
-/// them; memory does not depend on the size of the file. Points that are not finite are left out. Errors, with the
-/// file: kNotFound, kBadFormat (another kind of file, or shorter than its header says).
+/// properties of fixed size are skipped. Takes every n-th vertex, with the smallest n that keeps at most `most`; memory
+/// does not depend on the file's size. Points that are not finite are left out. Errors, with the file: kNotFound,
+/// kBadFormat (another kind of file, or shorter than its header says).
 [[nodiscard]] Result<Cloud> read_cloud(const std::filesystem::path& path, std::size_t most);
 
 }  // namespace kinetrace::figure

@@ -1,4 +1,4 @@
-// A finished run as figures need it: by frame and by track.
+// A finished run indexed by frame and by track.
 #pragma once
 
 #include <cstddef>
@@ -19,10 +19,10 @@ struct TrackRows {
   std::uint32_t track_id = 0;
   std::uint16_t class_id = 0;
   std::vector<const recording::ObjectRow*> rows;  ///< Into the run.
-  bool moving = false;                            ///< In at least three frames and a fifth of them.
+  bool moving = false;                            ///< Moves in at least three frames and a fifth of all.
 };
 
-/// Owns the rows; the pointers and spans handed out live as long as it does and survive a move.
+/// Owns the rows; pointers and spans into it are valid for its lifetime and survive a move.
 class FigureRun {
  public:
   /// Errors: those of read_run; kBadFormat (a run without a single frame).
@@ -52,7 +52,7 @@ class FigureRun {
 [[nodiscard]] std::string class_name(std::uint16_t class_id);
 /// "car 12".
 [[nodiscard]] std::string track_name(std::uint16_t class_id, std::uint32_t track_id);
-/// A number with so many decimals and its unit: "7.6 m/s".
+/// A number with this many decimals and its unit: "7.6 m/s".
 [[nodiscard]] std::string with_unit(double value, int decimals, const char* unit);
 
 }  // namespace kinetrace::figure

@@ -8,7 +8,7 @@
 namespace kinetrace::figure {
 namespace {
 
-// More cannot be distinguished in a figure.
+// More points cannot be distinguished in a figure.
 constexpr std::size_t kMaxBackgroundPoints = 60'000;
 constexpr std::size_t kMaxObjectPoints = 20'000;
 
@@ -52,7 +52,7 @@ void take_image(RecordedImages& images, Scene& scene) {
   copy_image(*image, MutableGrayView{scene.image.data(), image->width, image->height, image->width});
 }
 
-/// A point cloud, or an empty one where the run did not write it. They come with the end of a run.
+/// A point cloud, or an empty one if the run did not write it: clouds are written at the end of a run.
 Result<Cloud> cloud_if_written(const recording::Run& run, const std::string& name, std::size_t most) {
   if (!run.is_finished) {
     return Cloud{};

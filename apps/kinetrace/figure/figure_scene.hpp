@@ -1,4 +1,4 @@
-// Everything one figure shows, in memory.
+// The data of one figure.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ struct TrackMask {
 struct Scene {
   const FigureRun* run = nullptr;
   std::int64_t frame = 0;
-  std::optional<std::uint32_t> object;  ///< Whose reconstruction is shown.
+  std::optional<std::uint32_t> object;  ///< The object with its reconstruction shown.
   StereoGeometry geometry;              ///< Of the rectified left camera.
   std::vector<std::uint8_t> image;      ///< geometry.width_px x geometry.height_px; empty if there is none.
   std::string image_problem;            ///< Why there is none.
@@ -43,23 +43,22 @@ struct Scene {
   }
 };
 
-/// What the user asked for.
+/// The user's choice.
 struct SceneChoice {
   std::optional<std::int64_t> frame;
   std::optional<std::uint32_t> object;
 };
 
-/// Collects what the folder has; `images` is null where the recording cannot be opened, `image_problem` then says why.
-/// `run` must outlive the scene. Errors: kInvalidArgument (no such frame or track in the run: says which there are),
+/// Loads the data from the run folder. `images` is null if the recording cannot be opened; `image_problem` then has the
+/// reason. `run` must outlive the scene. Errors: kInvalidArgument (no such frame or track; lists the existing ones),
 /// and those of damaged files of the run folder. Missing optional files (masks, points) leave their parts empty.
 [[nodiscard]] Result<Scene> make_scene(const FigureRun& run, const SceneChoice& choice, RecordedImages* images,
                                        const std::string& image_problem, recording::MaskFrames& masks);
 
-/// The rectified left camera as the run has it; where it does not say, a camera of 90 degrees and the size of the
-/// masks, or 2:1.
+/// The run's rectified left camera; if unknown, a camera of 90 degrees with the size of the masks, or 2:1.
 [[nodiscard]] StereoGeometry recorded_geometry(const recording::Run& run, LabelView labels);
 
-/// The background's points; none where the run has not written them. Errors: those of read_cloud.
+/// The background's points; none if the run has not written them. Errors: those of read_cloud.
 [[nodiscard]] Result<Cloud> background_of(const recording::Run& run);
 
 /// The masks of a frame one by one.

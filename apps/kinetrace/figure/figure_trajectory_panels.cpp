@@ -25,11 +25,11 @@ constexpr std::size_t kBackgroundPoints = 15'000;
 constexpr double kMin_m = 2.0;  ///< The smallest extent that is shown.
 constexpr double kLabelSize_px = 8.5;
 
-/// One track's way through the world: of the point of its body that was the middle of its box in the end.
+/// One track's path in the world: that of the body's point at the centre of its last tracked box.
 struct Path {
   const TrackRows* track = nullptr;
   Line3 points;                           ///< Not finite where the track was lost.
-  std::vector<Eigen::Vector3d> reliable;  ///< Those of them that were tracked.
+  std::vector<Eigen::Vector3d> reliable;  ///< The tracked ones.
 };
 
 struct Paths {
@@ -97,8 +97,8 @@ Paths paths_of(const Scene& scene) {
   return paths_of(scene, scene.run->last_frame());
 }
 
-/// What a view must show along one axis: the camera's way and that of moving objects but for single wild points, and
-/// most of what stands. Of the objects, only what was tracked counts, unless nothing was.
+/// Range of a view along one axis: the paths of camera and moving objects without outliers, and most static objects.
+/// Only tracked positions of objects count, unless there are none.
 Range range_along(const Paths& paths, Eigen::Index axis) {
   std::array<std::vector<double>, 3> values;  // Camera, moving, static.
   for (const Eigen::Vector3d& p : paths.camera) {
@@ -193,7 +193,7 @@ void draw_label(Canvas& canvas, drawing::LabelPlacer& placer, const Point& ancho
   }
 }
 
-/// Everything inside the axes of one view, with labels that avoid each other and the scale bar.
+/// Contents of one view, with labels that avoid each other and the scale bar.
 void draw_world(Canvas& canvas, const Rect& area, const Scene& scene, const Paths& paths, const Projection& to_canvas,
                 const Rect& kept_free, bool name_static) {
   canvas.clip(area);
@@ -241,7 +241,7 @@ void draw_world(Canvas& canvas, const Rect& area, const Scene& scene, const Path
   }
 }
 
-/// Where camera and objects are in the scene's frame.
+/// Camera and objects in the scene's frame.
 void draw_now(Canvas& canvas, const PlanView& plan, const Scene& scene) {
   canvas.clip(plan.area());
   for (const recording::ObjectRow& object : scene.run->objects_at(scene.frame)) {
@@ -270,7 +270,7 @@ void draw_bar(Canvas& canvas, const Rect& area, double pixels_per_metre) {
   draw_scale_bar(canvas, {area.right() - 16.0, area.bottom() - 14.0}, pixels_per_metre, 0.2 * area.width);
 }
 
-/// `range`, and what of the frame's boxes lies near it.
+/// `range`, extended by the frame's boxes near it.
 Range with_boxes(const Range& range, const Scene& scene, Eigen::Index axis) {
   constexpr double kNear = 0.35;
   const Range limit = range.widened(kNear);
@@ -311,7 +311,7 @@ PlanView draw_top(Canvas& canvas, const Rect& area, const Scene& scene, const Pa
   return plan;
 }
 
-/// Returns by how much heights are stretched.
+/// Returns the stretch factor of heights.
 double draw_side(Canvas& canvas, const Rect& area, const Scene& scene, const Paths& paths, Range z, bool stacked) {
   const Range y = range_along(paths, 1).at_least(kMin_m / 2).widened(0.2);
   if (!stacked) {

@@ -48,8 +48,8 @@ namespace {
 
 using drawing::Range;
 
-/// `value(p)` over the subject: what is not wild of the points, and the whole of the rest. Values that are not finite
-/// do not count.
+/// Range of `value(p)` over the subject: `points` without outliers, and nearly all of `whole`. Values that are not
+/// finite are ignored.
 template <typename Value>
 Range range_of(const Onlooker::Subject& subject, const Range& fallback, Value&& value) {
   constexpr double kWildOfWhole = 0.004;
@@ -72,7 +72,7 @@ Eigen::Matrix3d axes_of(const Onlooker::Direction& direction) {
   if (level.norm() < 1e-6) {
     level = down.unitOrthogonal();
   }
-  // Walking round to the left turns the view to the right; rising tilts it down.
+  // Moving around to the left turns the view to the right; rising tilts it down.
   const Eigen::Vector3d turned = Eigen::AngleAxisd(direction.aside_rad, down) * level.normalized();
   const Eigen::Vector3d forward = std::cos(direction.elevated_rad) * turned + std::sin(direction.elevated_rad) * down;
   const Eigen::Vector3d right = down.cross(forward).normalized();
@@ -96,11 +96,11 @@ Onlooker::Onlooker(const Direction& direction, const Subject& subject, const dra
     middle[axis] = range.center();
     size[axis] = std::max(range.size(), kMin_m);
   }
-  // From so far, the nearest things look about 1.6 times as large as the farthest.
+  // At this distance the nearest points appear about 1.6 times as large as the farthest.
   middle_distance_m_ = 0.5 * size.norm() + 1.6 * size.z();
   view_ = R_view_.transpose() * (middle - Eigen::Vector3d(0.0, 0.0, middle_distance_m_));
 
-  // In the image plane one unit before the view; what is beside or behind the view does not count.
+  // In the image plane at unit distance; points beside or behind the onlooker are ignored.
   const auto seen_range = [&](Eigen::Index axis) {
     constexpr double kMargin = 0.05;
     const auto seen = [&](const Eigen::Vector3d& p) {

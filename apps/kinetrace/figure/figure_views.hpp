@@ -1,4 +1,4 @@
-// From the world into pictures: boxes through the camera, point clouds through an onlooker's views.
+// Projections: boxes through the camera, point clouds through an onlooker's view.
 #pragma once
 
 #include <array>
@@ -22,9 +22,9 @@ using Line3 = std::vector<Eigen::Vector3d>;
 /// Its twelve edges.
 [[nodiscard]] std::vector<Line3> edges_of(const Box3& box);
 
-/// How pixels of the rectified image lie on a canvas.
+/// Maps pixels of the rectified image to a canvas.
 struct ImagePlace {
-  drawing::Rect rect;  ///< What the image fills.
+  drawing::Rect rect;  ///< Area of the image.
   int width_px = 0;    ///< The image's own size.
   int height_px = 0;
 
@@ -38,33 +38,33 @@ struct ImagePlace {
 /// Points nearer to the camera than this are not projected.
 inline constexpr double kNearest_m = 0.1;
 
-/// Images of lines in the camera frame; what lies nearer than kNearest_m is cut off.
+/// Projects lines in the camera frame, clipped at kNearest_m.
 [[nodiscard]] std::vector<Line2> project_lines(const std::vector<Line3>& lines_cam, const StereoGeometry& geometry,
                                                const ImagePlace& place);
 
-/// An onlooker far off: perspective, fitted so that most of what it looks at fills a rectangle.
+/// A distant perspective view, fitted so that most of the subject fills a rectangle.
 class Onlooker {
  public:
   struct Direction {
-    Eigen::Vector3d forward = Eigen::Vector3d::UnitZ();  ///< Where it looks, before it is turned.
+    Eigen::Vector3d forward = Eigen::Vector3d::UnitZ();  ///< Viewing direction before rotation.
     Eigen::Vector3d down = Eigen::Vector3d::UnitY();
-    double aside_rad = 0.0;     ///< It then walks round what it sees by this angle, to the left,
+    double aside_rad = 0.0;     ///< Then moves around the subject by this angle, to the left,
     double elevated_rad = 0.0;  ///< and rises by this one.
   };
-  /// What should be in view.
+  /// Points to show.
   struct Subject {
     std::span<const Eigen::Vector3d> points;  ///< All but the outermost `wild_share` on each side of the picture.
     double wild_share = 0.03;
-    std::span<const Eigen::Vector3d> whole;  ///< These too, but for a few in a thousand.
+    std::span<const Eigen::Vector3d> whole;  ///< All but a few per thousand.
   };
   /// Fits the subject into the area; an empty subject is a metre about the origin.
   Onlooker(const Direction& direction, const Subject& subject, const drawing::Rect& area);
 
-  /// Not finite for what lies behind the onlooker.
+  /// Not finite for points behind the onlooker.
   [[nodiscard]] drawing::Point to_canvas(const Eigen::Vector3d& p) const;
   [[nodiscard]] double distance_m(const Eigen::Vector3d& p) const { return (R_view_ * (p - view_)).z(); }
   [[nodiscard]] Line2 to_canvas(const Line3& line) const;
-  /// Pixels that a metre takes at the middle of what is seen.
+  /// Scale at the middle of the subject.
   [[nodiscard]] double pixels_per_metre() const { return scale_ / middle_distance_m_; }
 
  private:
@@ -78,7 +78,7 @@ class Onlooker {
 /// The pyramid of a camera: its edges, `depth_m` long.
 [[nodiscard]] std::vector<Line3> camera_pyramid(const Se3& T_world_cam, const StereoGeometry& geometry, double depth_m);
 
-/// At most `most` of `count` things, evenly: every n-th, n as small as possible, at least 1.
+/// Step n of even thinning to at most `most` of `count` items: the smallest possible, at least 1.
 [[nodiscard]] std::size_t every_nth(std::size_t count, std::size_t most);
 
 }  // namespace kinetrace::figure

@@ -1,4 +1,4 @@
-// Where a picture may be written.
+// Checks of paths for pictures.
 #pragma once
 
 #include <filesystem>
@@ -8,12 +8,11 @@
 
 namespace kinetrace::figure {
 
-/// A picture may take the place of an earlier picture (a PNG of 8-bit colours, as all of figure's are) or of an
-/// empty file, and of nothing else. Errors: kInvalidArgument.
+/// A picture may replace only an earlier picture (a PNG of 8-bit colours, as `figure` writes) or an empty file. Errors:
+/// kInvalidArgument.
 [[nodiscard]] Status check_replaceable(const std::filesystem::path& file);
 
-/// The recording's own folders are never written into: pictures of frames have the names of its images.
-/// Errors: kInvalidArgument.
+/// Folders of the recording are refused: pictures of frames have the names of its images. Errors: kInvalidArgument.
 [[nodiscard]] Status check_apart(const std::filesystem::path& directory, const hal::FrameList& recording);
 
 }  // namespace kinetrace::figure

@@ -1,4 +1,4 @@
-// The machine's clocks as numbers.
+// The system's clocks as integers.
 #pragma once
 
 #include <chrono>
@@ -6,12 +6,12 @@
 
 namespace kinetrace::app {
 
-/// Never set: for durations and deadlines.
+/// Monotonic: for durations and deadlines.
 [[nodiscard]] inline std::int64_t steady_time_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
       .count();
 }
-/// Since 1970: what other machines understand.
+/// Unix time, comparable between machines.
 [[nodiscard]] inline std::int64_t system_time_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
       .count();

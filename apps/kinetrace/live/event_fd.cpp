@@ -16,7 +16,7 @@ EventFd::~EventFd() {
 }
 
 void EventFd::signal() const noexcept {
-  // Fails only where 2^64 signals have not been waited for; then one is pending anyway.
+  // Fails only with 2^64 pending signals; the waiter then wakes anyway.
   constexpr std::uint64_t kOne = 1;
   [[maybe_unused]] const ssize_t written = ::write(fd_, &kOne, sizeof(kOne));
 }

@@ -1,9 +1,9 @@
-// How one thread wakes another one without waiting for it.
+// Wakes another thread without blocking.
 #pragma once
 
 namespace kinetrace::app {
 
-/// A file descriptor that is closed with it. Signals before a wait are not lost, and count once.
+/// Owns an eventfd. Signals before a wait are not lost, and count once.
 class EventFd {
  public:
   EventFd();
@@ -11,10 +11,10 @@ class EventFd {
   EventFd& operator=(const EventFd&) = delete;
   ~EventFd();
 
-  /// False if the process may not have another open file.
+  /// False if the process has reached its limit of open files.
   [[nodiscard]] bool is_open() const noexcept { return fd_ >= 0; }
   void signal() const noexcept;
-  /// Returns after a signal since the last call, or when the time is over.
+  /// Returns after a signal since the last call, or at the time-out.
   void wait(int timeout_ms) const noexcept;
 
  private:

@@ -27,7 +27,7 @@ std::int64_t Pacer::wait_for(std::int64_t timestamp_ns) {
        left_ns = due_ns - steady_time_ns()) {
     std::this_thread::sleep_for(std::min(kMaxNap, std::chrono::nanoseconds(left_ns)));
   }
-  // A disk that cannot follow moves all that comes later.
+  // A delay by the disk shifts all later frames.
   const std::int64_t delay_ns = std::max<std::int64_t>(0, came_ns - due_ns);
   first_due_ns_ += delay_ns;
   return due_ns + delay_ns;
@@ -59,7 +59,7 @@ Result<std::unique_ptr<LiveRun>> LiveRun::create(const LiveConfig& config, doubl
 }
 
 void LiveRun::await(const StereoFrame& frame) {
-  // A camera's times may have been mended, and then be ahead of the clock.
+  // Repaired times of a camera may be ahead of the clock.
   due_ns_ = pacer_ ? pacer_->wait_for(frame.timestamp_ns) : std::min(frame.timestamp_ns, steady_time_ns());
 }
 

@@ -20,12 +20,12 @@
 
 namespace kinetrace::app {
 
-/// A recording at the pace at which it was taken, or a multiple.
+/// Plays a recording at its recorded pace, or a multiple.
 class Pacer {
  public:
   explicit Pacer(double speed) noexcept : speed_(speed) {}
-  /// Waits until a frame of this time is due, or a signal came. Returns when it was due, on the steady clock, or when
-  /// it came if that was later; then later ones are due later too.
+  /// Waits until a frame with this time stamp is due, or a signal arrives. Returns the due time on the steady clock; a
+  /// frame that arrives late is due at its arrival and delays all later ones.
   std::int64_t wait_for(std::int64_t timestamp_ns);
 
  private:
@@ -34,33 +34,33 @@ class Pacer {
   std::int64_t first_due_ns_ = 0;
 };
 
-/// Owns the thread in which pairs are processed. While a pair is processed the newest other one waits; the one that
-/// waited before is left out and counted. What is processed is as without this class, and in the same order.
+/// Owns the processing thread. While a pair is processed, the newest other pair waits; the pair that it replaces is
+/// dropped and counted. Order and results of processed pairs are the same as without this class.
 class LiveRun {
  public:
   struct Processing {
     PipelineThread::Process process;
-    std::function<void()> idle;                ///< Now and then while nothing comes.
-    std::function<void(const Effort&)> limit;  ///< Between two calls of `process`.
-    int max_objects = 0;                       ///< As configured.
+    std::function<void()> idle;                ///< Called periodically while no frame arrives.
+    std::function<void(const Effort&)> limit;  ///< Called between two calls of `process`.
+    int max_objects = 0;                       ///< Configured value.
   };
 
   [[nodiscard]] static std::size_t required_bytes(const StereoGeometry& geometry) {
     return PipelineThread::required_bytes(geometry);
   }
-  /// `paces`: frames come as fast as they are read, and are given the pace of their times; else times are of the
-  /// steady clock. All calls of `processing` are made by one thread; `health` outlives this. Errors: those of
+  /// `paces`: frames are read without delay and paced by their time stamps; else time stamps are of the steady clock.
+  /// All calls of `processing` come from one thread; `health` must outlive this. Errors: those of
   /// PipelineThread::create.
   [[nodiscard]] static Result<std::unique_ptr<LiveRun>> create(const LiveConfig& config, double nominal_rate_hz,
                                                                bool paces, const StereoGeometry& geometry,
                                                                Processing processing, HealthMonitor& health,
                                                                Arena& arena);
 
-  /// Before a frame is worked on: waits until it is due where frames have no pace of their own.
+  /// Call before processing a frame: waits until it is due if frames are paced.
   void await(const StereoFrame& frame);
   /// Errors: those of `process`, of an earlier pair.
   [[nodiscard]] Status offer(const RectifiedPair& pair);
-  /// Processes what waits. Errors: those of `process`.
+  /// Processes the waiting pair. Errors: those of `process`.
   [[nodiscard]] Status finish() noexcept { return thread_->finish(); }
 
   /// After finish().

@@ -1,4 +1,4 @@
-// Keeps a pipeline within its deadline by letting it do less, and more again.
+// Keeps the pipeline within its deadline by adapting its effort.
 #pragma once
 
 #include <cstdint>
@@ -9,13 +9,13 @@
 
 namespace kinetrace::app {
 
-/// What is shed goes in a declared order. Whole frames come first, and by themselves: while one is processed, only the
-/// newest waits. When that goes on, level after level: refinement iterations, points (in two steps), objects (in two
-/// steps; what is unseen and small ends first, see StereoTracker).
+/// Load is shed in a fixed order. Frames are dropped first, by the queue itself: only the newest waits. If deadlines
+/// are still missed, levels follow: refinement iterations, points (in two steps), objects (in two steps; unseen and
+/// small ones end first, see StereoTracker).
 ///
-/// A late frame counts one, a frame in time takes half of one back; at `kMaxLateFrames` the next level begins. After
-/// `kEasyFrames` in a row that needed less than `kEasyPart` of the deadline one level is taken back. Where that proves
-/// wrong within as many frames, the next return takes twice as long, up to 16 times.
+/// A late frame adds 1 to a count, a frame in time subtracts 0.5; at `kMaxLateFrames` the next level begins. After
+/// `kEasyFrames` consecutive frames below `kEasyPart` of the deadline, one level is taken back. If it is needed again
+/// within `kEasyFrames`, the wait before the next return doubles, up to 16 times.
 class LoadShedder {
  public:
   static constexpr int kLevels = 6;
@@ -25,12 +25,12 @@ class LoadShedder {
 
   LoadShedder(double deadline_ms, int max_objects) noexcept : deadline_ms_(deadline_ms), max_objects_(max_objects) {}
 
-  /// After each frame, with what it took to process. Returns whether `effort()` has changed.
+  /// Call after each frame with its processing time. Returns whether `effort()` has changed.
   bool update(double processing_ms) noexcept;
 
   [[nodiscard]] int level() const noexcept { return level_; }
   [[nodiscard]] Effort effort() const noexcept;
-  /// What is shed now, for health; none at full effort.
+  /// The reason for health at the current level; none at full effort.
   [[nodiscard]] std::optional<HealthReason> sheds() const noexcept;
 
  private:
@@ -42,7 +42,7 @@ class LoadShedder {
   double late_ = 0.0;
   int easy_frames_ = 0;
   std::optional<int> frames_since_return_;
-  int caution_ = 1;  ///< Times kEasyFrames until the next return.
+  int caution_ = 1;  ///< Multiplier of kEasyFrames until the next return.
 };
 
 }  // namespace kinetrace::app

@@ -8,7 +8,7 @@ namespace kinetrace::app {
 namespace {
 
 constexpr int kIdle_ms = 200;
-// Of files; longer names cost an allocation.
+// Reserved length of file names; longer ones cost an allocation.
 constexpr std::size_t kLongName = 256;
 
 }  // namespace
@@ -42,7 +42,7 @@ Result<std::unique_ptr<PipelineThread>> PipelineThread::create(const StereoGeome
     return fail(ErrorCode::kIo, "live mode needs one more open file than the process may have; raise its limit");
   }
   made->thread_ = std::thread([thread = made.get()] { thread->run(); });
-  made->has_begun_.wait();  // A thread takes memory when it begins.
+  made->has_begun_.wait();  // Starting a thread allocates memory.
   return made;
 }
 
@@ -91,7 +91,7 @@ bool PipelineThread::process_newest() {
 void PipelineThread::run() {
   has_begun_.count_down();
   while (failure()) {
-    const bool is_last_look = ends_;  // Before looking: what was offered before the end is processed.
+    const bool is_last_look = ends_;  // Read before looking: a pair offered before the end is processed.
     if (process_newest()) {
       continue;
     }

@@ -1,4 +1,4 @@
-// Processing in a thread of its own, so that a camera is never kept waiting.
+// Processing in a thread of its own, so that capture never blocks.
 #pragma once
 
 #include <atomic>
@@ -20,32 +20,32 @@
 
 namespace kinetrace::app {
 
-/// Hands rectified pairs from the thread that captures to the one that processes; the newest wins. Memory from the
-/// arena: three pairs of images.
+/// Passes rectified pairs from the capture thread to the processing thread; the newest wins. Memory from the arena:
+/// three pairs of images.
 class PipelineThread {
  public:
-  /// Both are called from the thread. `exposed_ns` as given to offer().
+  /// Both are called from the processing thread. `exposed_ns`: value given to offer().
   using Process = std::function<Status(const RectifiedPair& pair, std::int64_t exposed_ns)>;
   using Idle = std::function<void()>;
 
   [[nodiscard]] static std::size_t required_bytes(const StereoGeometry& geometry);
-  /// `idle` is called now and then while nothing comes. Errors: kCapacity; kIo if the process may have no more files.
+  /// `idle` is called periodically while no pair arrives. Errors: kCapacity; kIo (limit of open files).
   [[nodiscard]] static Result<std::unique_ptr<PipelineThread>> create(const StereoGeometry& geometry, Process process,
                                                                       Idle idle, Arena& arena);
   PipelineThread(const PipelineThread&) = delete;
   PipelineThread& operator=(const PipelineThread&) = delete;
   ~PipelineThread() { static_cast<void>(finish()); }
 
-  /// Copies the pair and returns at once. True if one that waited was left out for it. Errors: those of `process`,
-  /// after which nothing is processed any more.
+  /// Copies the pair and returns at once. True if it replaced a waiting pair. Errors: those of `process`, after which
+  /// processing stops.
   [[nodiscard]] Result<bool> offer(const RectifiedPair& pair, std::int64_t exposed_ns);
-  /// Processes what waits and ends. Errors: those of `process`.
+  /// Processes the waiting pair and ends the thread. Errors: those of `process`.
   [[nodiscard]] Status finish() noexcept;
 
  private:
   struct Slot {
     RectifiedPair pair;
-    std::string name;  ///< Of which pair.name is a view; its memory is taken once.
+    std::string name;  ///< Storage of pair.name; allocated once.
     std::int64_t exposed_ns = 0;
     MutableGrayView left;
     MutableGrayView right;
@@ -53,7 +53,7 @@ class PipelineThread {
   PipelineThread(const StereoGeometry& geometry, Process process, Idle idle, Arena& arena);
   [[nodiscard]] static Slot carve(const StereoGeometry& geometry, Arena& arena);
   void run();
-  /// False when there is nothing.
+  /// False if no pair waits.
   bool process_newest();
   [[nodiscard]] Status failure() const;
 

@@ -1,4 +1,4 @@
-// Priority over everything that is not urgent.
+// Real-time priority.
 #pragma once
 
 #include "kinetrace/core/result.hpp"

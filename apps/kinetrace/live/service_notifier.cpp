@@ -22,7 +22,7 @@ std::int64_t number(std::string_view text) noexcept {
   return value;
 }
 
-/// 0 where nobody, or another process, is watched.
+/// 0 if no process, or another one, is watched.
 std::int64_t watchdog_ns() noexcept {
   const std::string_view pid = environment("WATCHDOG_PID");
   return pid.empty() || number(pid) == getpid() ? number(environment("WATCHDOG_USEC")) * 1000 : 0;
@@ -86,7 +86,7 @@ void ServiceNotifier::progress(std::int64_t now_ns) noexcept {
     send("READY=1");
   }
   std::int64_t fed_ns = fed_at_ns_;
-  // Of two threads that find it due, one feeds.
+  // If two threads find it due, one notifies.
   if (feed_every_ns_ > 0 && now_ns - fed_ns >= feed_every_ns_ && fed_at_ns_.compare_exchange_strong(fed_ns, now_ns)) {
     send("WATCHDOG=1");
   }
@@ -105,7 +105,7 @@ void ServiceNotifier::send(std::string_view state) const noexcept {
   if (socket_ < 0) {
     return;
   }
-  // A manager that does not listen is no reason for a run to suffer.
+  // A failure to notify must not affect the run.
   [[maybe_unused]] const ssize_t sent = ::sendto(socket_, state.data(), state.size(), MSG_NOSIGNAL,
                                                  reinterpret_cast<const sockaddr*>(&address_), address_bytes_);
 }

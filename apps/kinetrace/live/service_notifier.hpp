@@ -1,4 +1,4 @@
-// What systemd is notified of a run that it supervises.
+// Notifies systemd of a supervised run's state.
 #pragma once
 
 #include <atomic>
@@ -14,8 +14,8 @@
 namespace kinetrace::app {
 
 /// Speaks the protocol of sd_notify(3): state changes as text in a datagram to $NOTIFY_SOCKET. Without that variable
-/// nothing is sent. Its own implementation, as systemd's documentation suggests for programs that need nothing else of
-/// libsystemd, which would cost a megabyte. Calls never wait and never allocate, and may come from any thread.
+/// nothing is sent. Implemented here, as systemd's documentation suggests for programs without other uses of
+/// libsystemd, which would cost a megabyte. Calls never block and never allocate. Thread-safe.
 class ServiceNotifier {
  public:
   /// Reads NOTIFY_SOCKET, WATCHDOG_USEC and WATCHDOG_PID.
@@ -24,10 +24,10 @@ class ServiceNotifier {
   ServiceNotifier& operator=(const ServiceNotifier&) = delete;
   ~ServiceNotifier();
 
-  /// Something was really done. The first time the service is ready; from then on the watchdog is fed, at most four
-  /// times in its interval. `now_ns`: steady clock.
+  /// Reports real progress. The first call reports the service as ready; later calls feed the watchdog, at most four
+  /// times per interval. `now_ns`: steady clock.
   void progress(std::int64_t now_ns) noexcept;
-  /// Tells how the run is, in one line that `systemctl status` shows, whenever that has changed.
+  /// Sends a changed condition as the status line of `systemctl status`.
   void tell(const Condition& now) noexcept;
   void stopping() noexcept { send("STOPPING=1"); }
 
@@ -37,7 +37,7 @@ class ServiceNotifier {
   int socket_ = -1;
   sockaddr_un address_{};
   socklen_t address_bytes_ = 0;
-  std::int64_t feed_every_ns_ = 0;  ///< 0: there is no watchdog.
+  std::int64_t feed_every_ns_ = 0;  ///< 0: no watchdog.
   std::atomic<bool> is_ready_ = false;
   std::atomic<std::int64_t> fed_at_ns_ = 0;
   std::mutex telling_;

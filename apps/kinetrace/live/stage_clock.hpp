@@ -1,4 +1,4 @@
-// Times the stages of a frame's way.
+// Times the stages of a frame.
 #pragma once
 
 #include <algorithm>
@@ -16,10 +16,10 @@
 
 namespace kinetrace::app {
 
-/// A stage's time is what passes between its enter and leave, less the stages entered in between; a stage entered
-/// several times in a frame counts once, with the sum. The frame's time is all that passes between begin_frame and
-/// end_frame, less kCapture (decoding of images and masks). What libraries allocate in the clock's thread is counted in
-/// the same way. `Clock` has a static now(), as in <chrono>.
+/// A stage's time is that between its enter and leave, without nested stages; a stage entered several times in a frame
+/// counts once, with the sum. The frame's time is that between begin_frame and end_frame, without kCapture (decoding of
+/// images and masks). Libraries' allocations in the clock's thread are counted in the same way. `Clock` has a static
+/// now(), as in <chrono>.
 template <typename Clock>
 class BasicStageClock final : public StageObserver {
  public:
@@ -60,7 +60,7 @@ class BasicStageClock final : public StageObserver {
     }
     return times;
   }
-  /// The most that libraries allocated in a frame, by stage.
+  /// Maximum of the libraries' allocations in a frame, by stage.
   [[nodiscard]] std::vector<std::pair<std::string, std::uint64_t>> foreign_allocations() const {
     std::vector<std::pair<std::string, std::uint64_t>> counts;
     for (std::size_t i = 0; i < kStageCount; ++i) {

@@ -1,4 +1,4 @@
-// How much stack the threads of a run may have.
+// Stack size of a run's threads.
 #pragma once
 
 #include <cstddef>
@@ -7,12 +7,12 @@
 
 namespace kinetrace::app {
 
-/// Of each thread. What the memory plan sets aside, and all that a thread can get. Measured use: 70 to 110 KiB.
+/// Stack of each thread: reserved in the memory plan and the thread's limit. Measured use: 70 to 110 KiB.
 inline constexpr std::size_t kThreadStackBytes = std::size_t{256} * 1024;
 
-/// Threads made from now on, by whomever, get kThreadStackBytes instead of the system's 8 MiB. The first thread keeps
-/// what it has. Errors: kIo if that is less (`ulimit -s`), or if the system refuses. Nothing changes under a sanitizer,
-/// which needs more.
+/// All threads created from now on, also by libraries, get kThreadStackBytes instead of the system's 8 MiB. The main
+/// thread keeps its stack. Errors: kIo if that is smaller (`ulimit -s`), or if the system refuses. No effect under a
+/// sanitizer, which needs more.
 [[nodiscard]] Status limit_thread_stacks();
 
 }  // namespace kinetrace::app

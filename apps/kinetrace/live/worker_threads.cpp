@@ -3,12 +3,12 @@
 namespace kinetrace::app {
 namespace {
 
-// Of the state, from the lowest bit.
+// Bit fields of the state, from the lowest bit.
 constexpr std::uint32_t kAtWork = 0xFF;
 constexpr std::uint32_t kOpen = 0x100;
 constexpr unsigned kRoundShift = 9;
 
-/// Rounds of a frame follow each other within some 100 us: being woken takes as long.
+/// Yields before blocking: rounds of a frame follow each other within some 100 us, about the cost of a wake-up.
 constexpr int kYields = 200;
 
 constexpr std::uint32_t round_of(std::uint32_t state) noexcept {
@@ -38,12 +38,12 @@ void WorkerThreads::run(Job job) noexcept {
     return;
   }
   job_ = job;
-  // Nobody is at work: the last round has ended. Release: who joins sees the job.
+  // No helper is at work: the last round has ended. Release: a helper that joins sees the job.
   state_.store(((round_of(state_.load(std::memory_order_relaxed)) + 1) << kRoundShift) | kOpen,
                std::memory_order_release);
   state_.notify_all();
   job(0);
-  // All of it is begun, so who has not joined by now has nothing to do.
+  // All parts have been started, so late helpers need not join.
   std::uint32_t state = state_.fetch_and(~kOpen, std::memory_order_acq_rel) & ~kOpen;
   while ((state & kAtWork) != 0) {
     state_.wait(state, std::memory_order_acquire);

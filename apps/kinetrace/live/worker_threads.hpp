@@ -1,4 +1,4 @@
-// Threads that share the work of a frame.
+// Worker threads within a frame.
 #pragma once
 
 #include <atomic>
@@ -12,11 +12,11 @@
 
 namespace kinetrace::app {
 
-/// Helpers of whoever calls run(). One that the system does not let run in time is not waited for: the caller does its
-/// part, too.
+/// Helper threads of the caller of run(). A helper that is not scheduled in time does not delay the round: the caller
+/// takes over its part.
 class WorkerThreads final : public Workers {
  public:
-  /// `count` with the caller; at 1 it works alone.
+  /// `count` includes the caller; 1: no helpers.
   explicit WorkerThreads(int count);
   ~WorkerThreads() override;
 
@@ -24,13 +24,13 @@ class WorkerThreads final : public Workers {
 
  private:
   void serve(std::size_t worker) noexcept;
-  /// Waits for the next round and joins it; false when there will be none.
+  /// Waits for the next round and joins it; false at the end.
   [[nodiscard]] bool join(std::uint32_t& last_round) noexcept;
-  /// Waits until it is another.
+  /// Waits until the state differs from `state`.
   [[nodiscard]] std::uint32_t next_state(std::uint32_t state) noexcept;
 
   std::optional<Job> job_;
-  /// The number of the round, whether helpers may join it, and how many are at it.
+  /// Round number, whether helpers may join, and the number of helpers at work.
   std::atomic<std::uint32_t> state_{0};
   std::atomic<bool> ends_{false};
   std::vector<std::thread> threads_;

@@ -1,4 +1,4 @@
-// Starts the program that makes maps: a board that only runs does not carry what they take.
+// Starts the map program: a board that only runs Kinetrace need not install its libraries.
 #include <memory>
 
 #include <CLI/CLI.hpp>

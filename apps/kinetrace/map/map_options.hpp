@@ -1,4 +1,4 @@
-// What `kinetrace map` is asked for. Known to the command, which only passes it on, and to the program that does it.
+// Options of `kinetrace map`: shared by the command, which only passes them on, and the map program.
 #pragma once
 
 #include <filesystem>
@@ -13,15 +13,15 @@ class App;
 
 namespace kinetrace::app {
 
-/// The program that makes maps, and the package that brings it.
+/// The map program and its package.
 inline constexpr const char* kMapProgram = "kinetrace-map";
 inline constexpr const char* kMapPackage = "kinetrace-map";
 
 struct MapOptions {
-  std::filesystem::path run;  ///< Empty: a run that goes on, over DDS.
+  std::filesystem::path run;  ///< Empty: a run in progress, over DDS.
   ReferenceOptions reference;
-  std::string publish;        ///< The file that a run that goes on publishes by; empty: its defaults.
-  double seconds = 0.0;       ///< Of such a run: ends after so much time; 0: at a signal.
+  std::string publish;        ///< File of the running run's --publish; empty: the defaults.
+  double seconds = 0.0;       ///< Duration for a run in progress; 0: until a signal.
   std::filesystem::path out;  ///< Empty: `map` in the run folder.
   bool json = false;
   bool quiet = false;

@@ -1,4 +1,4 @@
-// Options that say where the camera was, as a reference has it. Shared by `kinetrace map` and `kinetrace refine`.
+// Options of the reference for the camera's positions. Shared by `kinetrace map` and `kinetrace refine`.
 #pragma once
 
 #include <optional>
@@ -21,7 +21,7 @@ struct ReferenceOptions {
   double drift_percent = 0.2;
 };
 
-/// All but `--reference` itself.
+/// All options except `--reference` itself.
 void add_reference_options(CLI::App& command, ReferenceOptions& options);
 
 }  // namespace kinetrace::app

@@ -17,7 +17,7 @@ CameraSetup camera_of(const BoardConfig& board) {
   view.fy_px = view.fx_px;
   view.cx_px = 0.5 * (width_px - 1);
   view.cy_px = 0.5 * (height_px - 1);
-  view.distortion[0] = -0.1;  // Without any, there would be nothing to rectify.
+  view.distortion[0] = -0.1;  // Distortion, so that the plan includes rectification.
   dataset.calibration.source = "kinetrace plan";
   dataset.calibration.left = view;
   dataset.calibration.right = view;

@@ -1,4 +1,4 @@
-// A camera as plans assume it, where there is none yet.
+// The camera assumed by plans without one.
 #pragma once
 
 #include "camera/camera_setup.hpp"
@@ -6,7 +6,7 @@
 
 namespace kinetrace::app {
 
-/// Raw images of the board's size, as the most demanding kind: they have to be rectified.
+/// Raw images of the board's size that must be rectified: the most demanding case.
 [[nodiscard]] CameraSetup camera_of(const BoardConfig& board);
 
 }  // namespace kinetrace::app

@@ -27,7 +27,7 @@ std::string mib(double bytes) {
   return text.data();
 }
 
-// The run's own, with the first; those that DDS starts are in its participant's share.
+// The run's threads, including the main thread; those of DDS are part of its participant's share.
 int thread_count(const AppConfig& config, const CameraSetup& camera, const RawOutputOptions& raw,
                  const PublishingSetup* publishing) {
   const bool receives_masks = config.pipeline.segmentation.mode == segmentation::SegmentationMode::kDds;

@@ -1,4 +1,4 @@
-// Who takes how much, before anybody takes it.
+// The memory plan of a run, made before any allocation.
 #pragma once
 
 #include <cstdint>
@@ -28,29 +28,29 @@ namespace kinetrace::app {
 /// Whether a run with this camera is live: the newest frame wins, and frames are left out when processing is too slow.
 [[nodiscard]] bool is_live(const LiveConfig& config, const CameraSetup& camera) noexcept;
 
-/// What a run takes at most.
+/// Upper bound of a run's memory.
 struct RunMemory {
   MemoryPlan arena;    ///< In the order of creation; its total is the arena's size.
-  MemoryPlan outside;  ///< What threads and libraries take from the system.
+  MemoryPlan outside;  ///< Memory of threads and libraries, outside the arena.
 
   [[nodiscard]] std::size_t total_bytes() const noexcept { return arena.total_bytes() + outside.total_bytes(); }
 };
 
-/// Everything that a run with this camera takes, with what it records, publishes and segments with, if any.
-/// Errors: those of the parts (kInvalidConfig, kBadCalibration).
+/// Memory of a run with this camera, including recording, publishing and the network, if any. Errors: those of the
+/// parts (kInvalidConfig, kBadCalibration).
 [[nodiscard]] Result<RunMemory> plan_memory(const AppConfig& config, const CameraSetup& camera,
                                             const RawOutputOptions& raw = {},
                                             const PublishingSetup* publishing = nullptr,
                                             const NetworkThread* network = nullptr);
 
-/// memory.budget_mib; without one, what the plan needs.
+/// memory.budget_mib; if unset, the plan's total.
 [[nodiscard]] double budget_bytes(const RunMemory& plan, const pipeline::MemoryConfig& config) noexcept;
 
-/// kBudget, with what is missing and which part is largest, if more is planned than memory.budget_mib,
-/// or than the machine has.
+/// kBudget if the plan exceeds memory.budget_mib or the machine's memory; the message has the shortfall and the largest
+/// part.
 [[nodiscard]] Status check_budget(const RunMemory& plan, const pipeline::MemoryConfig& config);
 
-/// The largest resident set that the process had so far; 0 if the system does not tell.
+/// Peak resident set of the process; 0 if unknown.
 [[nodiscard]] std::uint64_t peak_rss_bytes();
 
 }  // namespace kinetrace::app

@@ -11,8 +11,8 @@ namespace {
 
 using segmentation::SegmentationMode;
 
-/// Lower bounds of a network's memory, so that none is loaded that cannot fit: of the one that comes with Kinetrace
-/// (53 MiB with its largest input, less with smaller pictures; OpenCV 4.6), and of one of a few KiB.
+/// Lower bounds of a network's memory, so that a network that cannot fit is not loaded: for the bundled one (53 MiB
+/// with its largest input, less with smaller pictures; OpenCV 4.6), and for one of a few KiB.
 constexpr std::size_t kShippedNetworkBytes = std::size_t{20} << 20U;
 constexpr std::size_t kSmallestNetworkBytes = std::size_t{7} << 20U;
 
@@ -31,7 +31,7 @@ Result<std::unique_ptr<NetworkThread>> load_network(const AppConfig& config, con
       {.model = std::move(*model), .threads = onnx.threads, .right = onnx.right, .waits = waits}, geometry);
 }
 
-/// Whether the budget holds a run with this network, or, if there is none yet, with what it takes at the least.
+/// Whether the budget suffices for a run with this network, or, if it is not loaded yet, with its lower bound.
 Status check_room(const AppConfig& config, const NetworkThread* network, const PlanRun& plan_run) {
   Result<RunMemory> memory = plan_run(config, network);
   if (!memory) {

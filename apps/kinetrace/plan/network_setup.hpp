@@ -1,4 +1,4 @@
-// From the configuration to a neural network that is ready.
+// Starts the configured neural network.
 #pragma once
 
 #include <filesystem>
@@ -15,24 +15,23 @@
 
 namespace kinetrace::app {
 
-/// Null where there is none, and in words why, if segmentation.mode would have had one.
+/// Null without a network; `why_none` has the reason if segmentation.mode allows one.
 struct StartedNetwork {
   std::unique_ptr<NetworkThread> thread;
   std::optional<std::string> why_none;
 };
 
-/// What a run takes with this network, or with none.
+/// Plans a run's memory with this network, or without one.
 using PlanRun = std::function<Result<RunMemory>(const AppConfig&, const NetworkThread*)>;
 
-/// Starts the network that segmentation.mode needs. `auto` becomes `motion` in `config` where the network that comes
-/// with Kinetrace cannot be loaded, and where memory.budget_mib does not hold the plan with a network: one that
-/// certainly does not fit is not even loaded. `waits`: for a recording, whose frames wait for their masks. Errors:
-/// those of `plan_run`, and those of load_model and NetworkThread::create for `onnx` or a model that the configuration
-/// names.
+/// Starts the network that segmentation.mode needs. `auto` becomes `motion` in `config` if the bundled network cannot
+/// be loaded, or if the plan with a network exceeds memory.budget_mib; a network that certainly does not fit is not
+/// loaded. `waits`: frames wait for their masks, as for recordings. Errors: those of `plan_run`, and those of
+/// load_model and NetworkThread::create for `onnx` or a model that the configuration names.
 [[nodiscard]] Result<StartedNetwork> start_network(AppConfig& config, const StereoGeometry& geometry, bool waits,
                                                    const PlanRun& plan_run);
 
-/// As model_caution, of the configured network; none where segmentation.mode does not use one.
+/// model_caution of the configured network; none if segmentation.mode uses no network.
 [[nodiscard]] std::optional<std::string> network_caution(const AppConfig& config,
                                                          const std::filesystem::path& pictures);
 

@@ -21,7 +21,7 @@ namespace {
 struct PlanOptions {
   ConfigSource config;
   std::string publish;  ///< As for a run.
-  std::string size;     ///< "WxH"; empty: as the configuration says.
+  std::string size;     ///< "WxH"; empty: the configured size.
 };
 
 std::string mib(double bytes) {
@@ -63,7 +63,7 @@ void print_costs(const std::vector<SettingCost>& costs) {
 }
 
 struct ImageSize {
-  int width_px = 0;  ///< 0: as the configuration says.
+  int width_px = 0;  ///< 0: the configured size.
   int height_px = 0;
 };
 
@@ -73,7 +73,7 @@ Outcome<ImageSize> parse_size(const std::string& text) {
     return size;
   }
   char rest = 0;
-  // NOLINTNEXTLINE(cert-err34-c): values beyond int's range are refused by the bounds below.
+  // NOLINTNEXTLINE(cert-err34-c): the bounds below reject values beyond int's range.
   const int fields = std::sscanf(text.c_str(), "%5dx%5d%c", &size.width_px, &size.height_px, &rest);
   const auto is_usable = [](int side_px) { return side_px >= 64 && side_px <= 8192; };
   if (fields != 2 || !is_usable(size.width_px) || !is_usable(size.height_px)) {
@@ -82,7 +82,7 @@ Outcome<ImageSize> parse_size(const std::string& text) {
   return size;
 }
 
-// With the size of images that was asked for.
+// Loads the configuration and applies --size.
 Outcome<AppConfig> config_of(const PlanOptions& options) {
   const Outcome<ImageSize> size = parse_size(options.size);
   if (!size) {
@@ -103,18 +103,18 @@ Result<RunMemory> plan_for(AppConfig config, const PublishingSetup* publishing, 
   if (const Status valid = config.validate(); !valid) {
     return Unexpected(valid.error());
   }
-  // Devices, for which this plans, are live unless that is off.
+  // The plan is for devices, which are live unless live mode is off.
   config.live.mode = config.live.mode == LiveMode::kOff ? LiveMode::kOff : LiveMode::kOn;
   return plan_memory(config, camera_of(config.board), {}, publishing, network);
 }
 
-// What a run takes beside its arena, made once for all plans.
+// Parts outside the arena, created once for all plans.
 struct Parts {
   std::unique_ptr<PublishingSetup> publishing;  ///< Null without --publish.
-  std::unique_ptr<NetworkThread> network;       ///< Null unless one takes part.
+  std::unique_ptr<NetworkThread> network;       ///< Null without a network.
 };
 
-// Says it where `auto` is motion alone.
+// Reports that `auto` has become motion alone.
 Outcome<Parts> parts_of(const PlanOptions& options, AppConfig& config) {
   auto publishing = optional_publishing(options.publish, config.pipeline.tracking.max_objects);
   if (!publishing) {

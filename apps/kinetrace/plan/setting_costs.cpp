@@ -9,10 +9,10 @@
 namespace kinetrace::app {
 namespace {
 
-// Parts begin at multiples of 64 bytes, which must not pass for what one more takes.
+// Smaller differences are artefacts of alignment: parts begin at multiples of 64 bytes.
 constexpr double kRounding_bytes = 16.0;
 
-// With `value` in `place`; nothing where that is not valid.
+// Total with `value` in `place`; none if invalid.
 template <typename Value>
 std::optional<double> total_with(Value& place, Value value, const std::function<Result<double>()>& total_bytes) {
   const Value before = std::exchange(place, value);
@@ -22,7 +22,7 @@ std::optional<double> total_with(Value& place, Value value, const std::function<
 }
 
 std::optional<double> cost_of_one(int& place, double now_bytes, const std::function<Result<double>()>& total_bytes) {
-  // A step of an eighth: finer ones are lost in the rounding.
+  // A step of an eighth: finer steps would vanish in the rounding.
   const int step = std::max(1, std::abs(place) / 8);
   for (const int change : {step, -step}) {
     if (const auto total = total_with(place, place + change, total_bytes)) {

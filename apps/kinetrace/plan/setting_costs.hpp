@@ -1,4 +1,4 @@
-// Which setting takes how much memory.
+// Memory cost of each setting.
 #pragma once
 
 #include <functional>
@@ -12,14 +12,13 @@ namespace kinetrace::app {
 
 struct SettingCost {
   std::string key;
-  std::string value;         ///< As it is set.
-  double bytes = 0.0;        ///< What one more takes; of a switch: what it takes when on.
-  double share_bytes = 0.0;  ///< Of the value as it is set, were each one alike.
+  std::string value;         ///< Current value.
+  double bytes = 0.0;        ///< Cost of an increment by one; for a switch: of turning it on.
+  double share_bytes = 0.0;  ///< Cost of the current value, assuming equal increments.
 };
 
-/// What the plan says of configurations that differ in one setting each. `total_bytes` plans with the fields as they
-/// are, and fails where they are not valid; fields are as before afterwards. The largest share comes first; settings
-/// that take nothing are left out.
+/// Costs from plans that differ in one setting each. `total_bytes` plans with the current fields and fails if they are
+/// invalid; the fields are restored. Sorted by share, largest first; settings without cost are left out.
 [[nodiscard]] std::vector<SettingCost> setting_costs(const ConfigFields& fields,
                                                      const std::function<Result<double>()>& total_bytes);
 

@@ -1,4 +1,4 @@
-// Starts the program that refines whole recordings: a board that only runs does not carry what that takes.
+// Starts the refinement program: a board that only runs Kinetrace need not install its libraries.
 #include <memory>
 
 #include <CLI/CLI.hpp>

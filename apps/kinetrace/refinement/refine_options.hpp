@@ -1,4 +1,4 @@
-// What `kinetrace refine` is asked for. Known to the command, which only passes it on, and to the program that does it.
+// Options of `kinetrace refine`: shared by the command, which only passes them on, and the refinement program.
 #pragma once
 
 #include <filesystem>
@@ -14,8 +14,9 @@ inline constexpr Companion kRefineCompanion{"kinetrace-refine", "kinetrace-refin
 struct RefineOptions {
   std::filesystem::path run;
   std::filesystem::path out;
-  std::string dataset;  ///< LAYOUT:PATH; empty: where the run says.
-  bool images = true;   ///< Of the recording; without them points are as the run saw them, and loops not looked for.
+  std::string dataset;  ///< LAYOUT:PATH; empty: the run's recording.
+  bool images = true;   ///< Use the recording's images; without them, points keep the run's observations and no loops
+                        ///< are searched.
   bool loops = true;
   ReferenceOptions reference;  ///< Empty source: none.
   bool quiet = false;

@@ -1,4 +1,4 @@
-// Times the stages on a recording, for one version of the program against another.
+// Times the stages on a recording, to compare versions of the program.
 #include <cstdio>
 #include <fstream>
 #include <memory>
@@ -29,13 +29,13 @@ struct BenchOptions {
   ConfigSource config;
   int repeat = 3;
   std::string out;      ///< JSON; empty: none.
-  std::string against;  ///< An earlier one; empty: no comparison.
+  std::string against;  ///< Report of an earlier version; empty: no comparison.
 };
 
 std::string processor_name() {
   std::ifstream file("/proc/cpuinfo");
   for (std::string line; std::getline(file, line);) {
-    // x86 has the one, some ARM boards the other.
+    // The first exists on x86, the second on some ARM boards.
     for (const char* key : {"model name", "Model"}) {
       const std::size_t colon = line.find(": ");
       if (line.rfind(key, 0) == 0 && colon != std::string::npos) {
@@ -81,7 +81,7 @@ Outcome<BenchReport> measure(const BenchOptions& options) {
 }
 
 int bench_command(const BenchOptions& options) {
-  // First, so that nobody waits for a comparison that cannot be made.
+  // First, so that an unreadable report fails before the measurement.
   std::optional<BenchReport> before;
   if (!options.against.empty()) {
     Result<BenchReport> read = read_bench_report(options.against);

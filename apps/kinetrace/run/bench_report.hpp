@@ -1,4 +1,4 @@
-// How long stages took, as a table and as a file that a later version compares itself with.
+// Times of stages, as a table and as a file for later comparison.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace kinetrace::app {
 
 struct BenchReport {
   std::string version;
-  std::string processor;  ///< As the system names it.
+  std::string processor;  ///< Name reported by the system.
   std::string kernels;    ///< See kernel_isa.
   std::string dataset;
   int width_px = 0;  ///< Rectified.
@@ -27,7 +27,7 @@ struct BenchReport {
 [[nodiscard]] std::string bench_json(const BenchReport& report);
 /// Errors, with the file: kNotFound, kBadFormat.
 [[nodiscard]] Result<BenchReport> read_bench_report(const std::filesystem::path& path);
-/// `before` may be null; else each median stands beside the earlier one, with the change in per cent.
+/// `before` may be null; else the table adds each earlier median and the change in per cent.
 [[nodiscard]] std::string bench_table(const BenchReport& report, const BenchReport* before);
 
 }  // namespace kinetrace::app

@@ -41,7 +41,7 @@ Status FrameProcessor::process(const StereoFrame& frame) {
     return Unexpected(pair.error());
   }
   if (!live_) {
-    return process_pair(*pair, 0);  // A recording was exposed long ago.
+    return process_pair(*pair, 0);  // Latency from exposure has no meaning for a recording.
   }
   capture_clock().end_frame();
   Status offered = live_->offer(*pair);
@@ -58,8 +58,7 @@ Status FrameProcessor::finish() {
 }
 
 void FrameProcessor::on_idle() {
-  // Waiting for a camera that has gone, or is silent, is what a run is to do then. While frames come, only results
-  // count.
+  // Waiting for a lost or silent camera counts as progress. While frames arrive, only results do.
   if (report_.health.camera() != hal::CameraState::kStreaming) {
     components_.service->progress(steady_time_ns());
     components_.service->tell(report_.health.condition());
@@ -81,7 +80,7 @@ Result<RectifiedPair> FrameProcessor::prepare(const StereoFrame& frame) {
   record_raw(frame);
   Result<RectifiedPair> pair = [&] {
     const StageScope scope(&capture_clock(), Stage::kRectify);
-    // Live, the workers belong to the thread that processes.
+    // In live mode the workers belong to the processing thread.
     return components_.rectifier.process(frame, live_ ? nullptr : components_.workers.get());
   }();
   if (pair) {
@@ -95,7 +94,7 @@ Result<RectifiedPair> FrameProcessor::prepare(const StereoFrame& frame) {
   return pair;
 }
 
-// Recording must not stop anything else.
+// A failure of recording must not stop the run.
 void FrameProcessor::record_raw(const StereoFrame& frame) {
   if (!components_.raw) {
     return;

@@ -1,4 +1,4 @@
-// From a camera's frame to results recorded and on their way.
+// Processes a camera's frames; records and publishes the results.
 #pragma once
 
 #include <atomic>
@@ -13,7 +13,7 @@
 
 namespace kinetrace::app {
 
-/// What the thread that processes and the one that captures both look at.
+/// State shared by the processing thread and the capture thread.
 class Progressed {
  public:
   void set(const Processed& value) {
@@ -30,19 +30,19 @@ class Progressed {
   Processed value_;
 };
 
-/// A run's frames, one after the other in one thread, or with processing beside capture (live). Calls come from the
-/// thread that captures; `components` and `report` outlive it.
+/// Processes a run's frames in the calling thread, or in a thread of its own (live). Called from the capture thread;
+/// `components` and `report` must outlive it.
 class FrameProcessor {
  public:
   FrameProcessor(RunComponents& components, RunReport& report) : components_(components), report_(report) {}
 
-  /// Live from now on; once, before the first frame. Errors: those of LiveRun::create.
+  /// Switches to live mode; once, before the first frame. Errors: those of LiveRun::create.
   [[nodiscard]] Status go_live(const RunSetup& setup, double rate_hz, Arena& arena);
-  /// Errors: those of the components; live, those of an earlier frame.
+  /// Errors: those of the components; in live mode, those of an earlier frame.
   [[nodiscard]] Status process(const StereoFrame& frame);
-  /// While no frame comes. Live, the other thread tells health.
+  /// Call while no frame arrives. In live mode the processing thread reports health.
   void on_idle();
-  /// After the last frame. Errors: those of processing what waited, and of masks of which none fitted.
+  /// Call after the last frame. Errors: those of the waiting frames; kBadFormat if no mask file was usable.
   [[nodiscard]] Status finish();
 
   [[nodiscard]] Processed processed() const;
@@ -54,7 +54,7 @@ class FrameProcessor {
  private:
   [[nodiscard]] Result<RectifiedPair> prepare(const StereoFrame& frame);
   void record_raw(const StereoFrame& frame);
-  /// `exposed_ns`: steady clock at mid-exposure, 0 where that is not known.
+  /// `exposed_ns`: steady clock at mid-exposure; 0: unknown.
   [[nodiscard]] Status process_pair(const RectifiedPair& pair, std::int64_t exposed_ns);
   void offer_result(const FrameResult& result, std::int64_t exposed_ns);
   [[nodiscard]] Status note_masks(const FrameResult& result);
@@ -64,7 +64,7 @@ class FrameProcessor {
   RunReport& report_;
   Warn warn_ = [this](const std::string& warning) { report_.warn_now(warning); };
   Progressed progressed_;
-  std::atomic<bool> calibration_corrected_ = false;  ///< Said by the thread that processes.
+  std::atomic<bool> calibration_corrected_ = false;  ///< Written by the processing thread.
   std::unique_ptr<StageClock> clock_ = std::make_unique<StageClock>();
   AllocationCounts allocations_at_last_offer_;
   std::uint64_t mask_frames_missing_ = 0;      ///< So far.

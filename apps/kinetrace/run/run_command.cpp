@@ -1,4 +1,4 @@
-// The command that everything else is for.
+// The main command.
 #include <memory>
 #include <string>
 #include <utility>
@@ -52,7 +52,7 @@ int run_command(const RunOptions& options) {
   return outcome->summary().exit_status;
 }
 
-// The run itself stays beside the refined one, as DIR.online.
+// The online run stays beside the refined one, as DIR.online.
 int run_and_refine(const RunOptions& options) {
   if (options.refine.empty()) {
     return run_command(options);

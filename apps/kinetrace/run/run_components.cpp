@@ -86,7 +86,7 @@ Outcome<RunComponents> make_components(RunSetup& setup, Arena& arena) {
   if (!publishing) {
     return Unexpected(publishing.error());
   }
-  // Last, so that nothing is made or replaced in a folder unless everything else is ready.
+  // Last, so that no folder is changed before all other components are ready.
   auto recorder = make_recorder(setup, *rectifier, arena);
   if (!recorder) {
     return Unexpected(recorder.error());

@@ -22,26 +22,26 @@
 
 namespace kinetrace::app {
 
-/// In the order that a frame passes them. All memory is taken when they are made.
+/// In the order of processing. All memory is allocated at creation.
 struct RunComponents {
   GuardedCamera camera;
   hal::Rectifier rectifier;
-  std::unique_ptr<WorkerThreads> workers;  ///< Share what takes longest in a frame.
-  std::unique_ptr<NetworkThread> network;  ///< Null unless a neural network takes part.
+  std::unique_ptr<WorkerThreads> workers;  ///< Share the most expensive stages.
+  std::unique_ptr<NetworkThread> network;  ///< Null without a neural network.
   std::unique_ptr<MaskMailbox> masks;      ///< Null unless masks come from another process.
   pipeline::Pipeline pipeline;
   recording::RunRecorder recorder;
   InputWatch input;
-  std::optional<MaskFileWatch> mask_files;       ///< Where masks come from files.
+  std::optional<MaskFileWatch> mask_files;       ///< Present if masks come from files.
   std::unique_ptr<RecordingThread> raw;          ///< Null unless asked for.
-  std::unique_ptr<RecordingThread> raw_ended{};  ///< What became of it where it stopped early.
-  bool refines_calibration = false;              ///< And corrects it.
-  bool waits_for_disk = false;                   ///< Recordings do; a camera would lose frames meanwhile.
+  std::unique_ptr<RecordingThread> raw_ended{};  ///< The recording after it stopped early.
+  bool refines_calibration = false;              ///< Refines and corrects.
+  bool waits_for_disk = false;                   ///< True for recordings; a camera would lose frames meanwhile.
   std::unique_ptr<RunPublishing> publishing;     ///< Null unless asked for.
   std::unique_ptr<ServiceNotifier> service = std::make_unique<ServiceNotifier>();
 };
 
-/// Makes all of them, the run folder last; takes the setup's network. Failures name what could not be made.
+/// Creates all components, the run folder last; takes over the setup's network. Failures name the component.
 [[nodiscard]] Outcome<RunComponents> make_components(RunSetup& setup, Arena& arena);
 
 }  // namespace kinetrace::app

@@ -1,4 +1,4 @@
-// What a run is asked to do.
+// Options of a run.
 #pragma once
 
 #include <filesystem>
@@ -15,10 +15,10 @@ struct RunOptions {
                              ///< empty for the configured one.
   ConfigSource config;
   std::filesystem::path out;
-  std::string refine;   ///< "batch": the whole recording is refined afterwards; empty: it is not.
+  std::string refine;   ///< "batch": refine the whole recording afterwards; empty: do not.
   bool images = false;  ///< Also the rectified left images.
   RawOutputOptions raw;
-  std::filesystem::path save_calibration;  ///< The corrected calibration goes here; empty: nowhere.
+  std::filesystem::path save_calibration;  ///< Path for the corrected calibration; empty: not saved.
   std::string publish;                     ///< File with keys dds.*; empty: nothing is published.
   bool json = false;
   bool quiet = false;

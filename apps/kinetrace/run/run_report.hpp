@@ -1,4 +1,4 @@
-// What a run tells about itself: to run.json, and to the user.
+// Collects the report of a run for run.json and for the user.
 #pragma once
 
 #include <chrono>
@@ -25,16 +25,16 @@
 
 namespace kinetrace::app {
 
-/// What a user reads when raw images cannot be recorded any longer.
+/// Message for the user when recording of raw images has stopped.
 [[nodiscard]] std::string raw_stopped(const Error& why);
 
-/// What processing has come to.
+/// Final state of processing.
 struct Processed {
   std::int64_t frames = 0;
   int objects_now = 0;
   FrameCounters counters;
   RigEstimate rig;
-  AllocationCounts allocations;  ///< What comes after the last frame belongs to ending the run.
+  AllocationCounts allocations;  ///< Excludes allocations after the last frame.
 };
 
 class RunReport {
@@ -44,35 +44,35 @@ class RunReport {
 
   HealthMonitor health;  ///< Updated with every frame, by all threads.
 
-  /// What is planned, and allowed.
+  /// Planned and allowed memory.
   void set_memory(const RunMemory& plan, const pipeline::MemoryConfig& config);
-  /// Of the rectified images.
+  /// Geometry of the rectified images.
   void set_geometry(const StereoGeometry& geometry) { geometry_ = geometry; }
   /// Every final estimate, in order.
   void add_finalised(const FrameEstimate& finalised) noexcept { tally_.add(finalised); }
-  /// Before the first frame, when everything has been made.
+  /// Call before the first frame, after all components exist.
   void start();
-  /// Says it at once, and keeps it for run.json. From any thread.
+  /// Prints a warning at once and keeps it for run.json. Thread-safe.
   void warn_now(const std::string& warning);
-  /// Says it after the results: what is no fault, and worth knowing.
+  /// Adds a note, printed after the results: information that is no fault.
   void note(std::string note) { notes_.push_back(std::move(note)); }
-  /// After the last frame. `played` says how it ended. `capture_clock` timed capture and rectification, `clock` the
-  /// rest; they may be the same.
+  /// Call after the last frame. `played`: status of the frames. `capture_clock` timed capture and rectification,
+  /// `clock` the rest; they may be the same.
   void finish(const GuardedCamera& camera, const Processed& processed, const StageClock& capture_clock,
               const StageClock& clock, const Status& played);
-  /// After finish(), of live mode.
+  /// Adds live mode; after finish().
   void add_live(const recording::LiveSummary& live) { summary_.live = live; }
-  /// After finish(), where masks came from other processes.
+  /// Adds masks from other processes; after finish().
   void add_masks(const MaskCounters& masks);
-  /// After finish(), where masks came from a neural network.
+  /// Adds the neural network; after finish().
   void add_network(const NetworkThread& network);
-  /// After finish(), where raw images were recorded.
+  /// Adds the recording of raw images; after finish().
   void add_raw(const RecordingThread& raw);
-  /// After finish() and add_live(), where results were published.
+  /// Adds publishing; after finish() and add_live().
   void add_published(const RunPublishing& published);
 
   [[nodiscard]] const recording::RunSummary& summary() const noexcept { return summary_; }
-  /// For the user: a few lines, or run.json with --json. Warnings go to standard error.
+  /// Prints a few lines, or run.json with --json. Warnings go to standard error.
   void print() const;
 
  private:
@@ -89,8 +89,9 @@ class RunReport {
   std::chrono::steady_clock::time_point start_;
   double seconds_ = 0.0;
   recording::RunSummary summary_;
-  std::unique_ptr<std::mutex> mutex_ = std::make_unique<std::mutex>();  ///< While frames are processed.
-  std::vector<std::string> reported_;  ///< Those of summary_.warnings that the user has read already.
+  std::unique_ptr<std::mutex> mutex_ =
+      std::make_unique<std::mutex>();  ///< Guards the report while frames are processed.
+  std::vector<std::string> reported_;  ///< Already printed warnings of summary_.warnings.
   std::vector<std::string> notes_;     ///< For print().
 };
 

@@ -17,7 +17,7 @@
 namespace kinetrace::app {
 namespace {
 
-// A recording waits for nobody, and would be over before whoever makes masks has been found.
+// Without waiting, a short recording could end before a sender of masks is discovered.
 void wait_for_masks(MaskMailbox& masks) {
   constexpr int kTimeout_s = 10;
   const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(kTimeout_s);
@@ -31,7 +31,7 @@ void wait_for_masks(MaskMailbox& masks) {
   }
 }
 
-// None if only the user ends it.
+// None if only the user ends the run.
 std::optional<std::int64_t> expected_frames(std::optional<std::int64_t> available, const UntilOptions& until) {
   if (until.max_frames == 0) {
     return available;
@@ -97,7 +97,7 @@ Status RunSession::play() {
 }
 
 Status RunSession::finish(Status played) {
-  // In the order of the data: what waits is processed, then written, then counted.
+  // In the order of the data flow: process the waiting frames, then write, then count.
   played = first_failure({played, processor_.finish()});
   components_.service->stopping();
   played = first_failure({played, finalize()});
@@ -106,7 +106,7 @@ Status RunSession::finish(Status played) {
   return first_failure({played, save_calibration(), components_.recorder.finish(report_.summary())});
 }
 
-// The estimates that were still open.
+// Records the remaining estimates.
 Status RunSession::finalize() {
   while (const FrameResult* result = components_.pipeline.drain()) {
     report_.add_finalised(result->finalised);

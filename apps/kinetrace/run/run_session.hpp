@@ -9,25 +9,25 @@
 
 namespace kinetrace::app {
 
-/// Calls in this order: begin, play, finish. `setup` and `components` outlive it; without finish(), the destructors
-/// end the threads and the run folder stays unfinished.
+/// Calls in this order: begin, play, finish. `setup` and `components` must outlive it; without finish(), the
+/// destructors end the threads and the run folder stays unfinished.
 class RunSession {
  public:
   RunSession(RunSetup& setup, RunComponents& components);
 
-  /// Starts the camera and the run folder; live, takes memory for that from the arena. Errors: those of the camera,
-  /// the recorder and FrameProcessor::go_live.
+  /// Starts the camera and the run folder; in live mode allocates from the arena. Errors: those of the camera, the
+  /// recorder and FrameProcessor::go_live.
   [[nodiscard]] Status begin(Arena& arena);
-  /// Every frame until the recording ends, a limit is reached or a signal came. Errors: those of play_camera.
+  /// Processes frames until the recording ends, a limit is reached or a signal arrives. Errors: those of play_camera.
   [[nodiscard]] Status play();
-  /// Writes what was computed, whatever ended the frames: `played`. That, or else the first error of finishing.
+  /// Writes the results in any case; `played`: status of the frames. Returns it, or else the first error of finishing.
   [[nodiscard]] Status finish(Status played);
 
   [[nodiscard]] RunReport& report() noexcept { return report_; }
 
  private:
   [[nodiscard]] Status finalize();
-  /// Where the user asked for it and there is something to correct.
+  /// If requested and the calibration was found wrong.
   [[nodiscard]] Status save_calibration();
   void report_components();
 

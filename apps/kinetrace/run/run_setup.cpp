@@ -20,10 +20,10 @@ Outcome<std::unique_ptr<PublishingSetup>> publishing_of(const RunOptions& option
   return optional_publishing(options.publish, config.pipeline.tracking.max_objects);
 }
 
-// A run that is refined afterwards sees more, since it need not keep up with a camera: most of what whole recordings
-// know beyond a window's frames is in the number of points.
+// A run that is refined afterwards uses more features, since it need not keep up with a camera: more points account for
+// most of the gain of a whole recording over a window.
 void prepare_refinement(AppConfig& config) {
-  constexpr int kFeatures = 4000;  // The most that there are slots for.
+  constexpr int kFeatures = 4000;  // The number of slots.
   constexpr int kBackgroundFeatures = 2500;
   constexpr int kBackgroundPoints = 2200;
   constexpr int kBucket_px = 13;  // As many buckets as background features, in 1242x375 pixels.

@@ -1,4 +1,4 @@
-// What a run is to be, from the command line to the memory plan.
+// Setup of a run, from the command line to the memory plan.
 #pragma once
 
 #include <memory>
@@ -21,11 +21,11 @@ struct RunSetup {
   AppConfig config;
   CameraSetup camera;
   std::unique_ptr<PublishingSetup> publishing;  ///< Null unless asked for.
-  std::unique_ptr<NetworkThread> network;       ///< Null unless a neural network takes part...
-  std::optional<std::string> why_no_network;    ///< ... and in words why, if one was to.
+  std::unique_ptr<NetworkThread> network;       ///< Null without a neural network ...
+  std::optional<std::string> why_no_network;    ///< ... with the reason, if one was requested.
   RunMemory memory;                             ///< Within the budget.
 
-  /// Failures name what is wrong with the options, the configuration, the recording or the plan.
+  /// Failures name the fault of the options, the configuration, the recording or the plan.
   [[nodiscard]] static Outcome<RunSetup> create(const RunOptions& options);
 
   [[nodiscard]] bool is_live() const noexcept { return app::is_live(config.live, camera); }

@@ -1,4 +1,4 @@
-// What a run has found, in a few numbers.
+// Counts a run's results.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace kinetrace::app {
 
-/// Adds up final estimates, frame after frame. An object counts once it has a pose, and as moved once its speed
+/// Accumulates final estimates in order of frames. An object counts once it has a pose, and as moved once its speed
 /// differed significantly from zero. Never allocates.
 class RunTally {
  public:
@@ -30,8 +30,8 @@ class RunTally {
     bool moved = false;
     std::uint64_t last = 0;
   };
-  /// Far more than are alive at once. One that was not seen for longest makes room: it would have to come back after so
-  /// many others to be counted again.
+  /// Far more than are alive at once. At the capacity the least recently seen object is replaced: it would be counted
+  /// again only if it returned after so many others.
   static constexpr std::size_t kRemembered = 512;
 
   [[nodiscard]] Seen& seen(std::uint32_t track_id) noexcept;

@@ -1,4 +1,4 @@
-// What doctor says of the neural network.
+// Check of the neural network by `kinetrace doctor`.
 #pragma once
 
 #include <string>
@@ -14,8 +14,8 @@ struct ModelFinding {
   std::string detail;
 };
 
-/// Times the configured network, which has been started and waits, on pictures of this size, for a camera of `rate_hz`.
-/// One that is late does not hold, unless it only helps, as for segmentation.mode auto.
+/// Times the started network on pictures of this size, for a camera of `rate_hz`. A network slower than the camera
+/// fails the check, unless it is optional, as for segmentation.mode auto.
 [[nodiscard]] ModelFinding examine_model(const AppConfig& config, NetworkThread& network,
                                          const StereoGeometry& geometry, double rate_hz);
 

@@ -1,4 +1,4 @@
-// Says when mask files do not fit the recording.
+// Reports mask files that do not fit the recording.
 #pragma once
 
 #include <cstdint>
@@ -12,19 +12,19 @@
 
 namespace kinetrace::app {
 
-/// The first mask file that cannot be used is said at once. Where not one fits within `kAssessed_ns` though some are
-/// there, or none is there in the whole recording, the input cannot be used.
+/// Warns at the first unusable mask file. The input is unusable if files exist but none fits within `kAssessed_ns`, or
+/// if the whole recording has none.
 class MaskFileWatch {
  public:
   static constexpr std::int64_t kAssessed_ns = 2'000'000'000;
 
   explicit MaskFileWatch(InputPolicy policy) : policy_(policy) {}
 
-  /// After a frame. `complaint`: the first thing that was wrong with a mask file, empty if nothing was.
-  /// Errors: kBadFormat (none of them can be used).
+  /// Call after a frame. `complaint`: the first fault of a mask file; empty: none. Errors: kBadFormat (none of them can
+  /// be used).
   [[nodiscard]] Status process(const FrameCounters& counters, std::int64_t timestamp_ns, std::string_view complaint,
                                HealthMonitor& health, const Warn& warn);
-  /// After the last frame. Errors: kBadFormat (not one mask was used).
+  /// Call after the last frame. Errors: kBadFormat (no mask was usable).
   [[nodiscard]] Status finish(std::string_view complaint, const Warn& warn) const;
 
  private:

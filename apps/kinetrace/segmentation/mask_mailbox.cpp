@@ -58,7 +58,7 @@ void MaskMailbox::release_for(const RectifiedPair& pair) noexcept {
     const bool is_of_other_run =
         slot.in_use && slot.frame_index == pair.frame_index && slot.timestamp_ns != pair.timestamp_ns;
     counters_.messages_of_other_run += is_of_other_run ? slot.messages : 0;
-    // What the pipeline left out, and what it read last, makes room.
+    // Releases skipped frames and the frame read last.
     slot.in_use = slot.in_use && slot.frame_index >= pair.frame_index && !is_of_other_run;
   }
 }
@@ -147,7 +147,7 @@ MaskMailbox::Slot* MaskMailbox::reserve_slot(const MaskMessage& message) noexcep
   return slot;
 }
 
-// False if it contradicts what came before, or there is no room for all of it.
+// False if the message contradicts earlier pieces, or exceeds the capacity.
 bool MaskMailbox::store(const MaskMessage& message, ViewMasks& view) noexcept {
   if (view.pieces != 0 && view.pieces != message.pieces) {
     return false;
@@ -192,7 +192,7 @@ void MaskMailbox::offer(const MaskMessage& message) noexcept {
     }
     ++slot->messages;
     if (slot->is_bad || is_whole(*slot)) {
-      return;  // Decided; the pipeline may be reading it.
+      return;  // Complete or rejected; the pipeline may be reading it.
     }
     if (!is_valid(message) || !store(message, slot->views[message.view == View::kLeft ? 0 : 1])) {
       ++counters_.messages_invalid;

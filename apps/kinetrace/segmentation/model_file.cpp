@@ -34,7 +34,7 @@ constexpr const char* kDefaultModel = "kinetrace-sim.yaml";
 template <typename Value>
 using Names = std::initializer_list<std::pair<const char*, Value>>;
 
-/// Reads one map of the file after the other; the first thing that is wrong ends it.
+/// Reads the maps of the file in order until the first error.
 class ModelReader {
  public:
   explicit ModelReader(std::string name) : name_(std::move(name)) {}
@@ -117,7 +117,7 @@ class ModelReader {
     }
   }
 
-  /// Thresholds, and what scores are worth, of all classes alike or of each.
+  /// Reads thresholds and the calibration of scores, common to all classes or by class.
   void read_scores(const YAML::Node& root, ModelConfig& model) {
     const YAML::Node thresholds = section(root, "thresholds", {"score", "overlap"});
     number(thresholds, "overlap", model.thresholds.overlap);
@@ -129,8 +129,8 @@ class ModelReader {
     const YAML::Node by_class = is_for_all ? YAML::Node() : section(root, "calibration", names);
     for (ModelClass& one : model.classes) {
       number(thresholds, "score", one.min_score);
-      // Who chose the threshold took what is above for an instance and what is below for none. Scores of such heads are
-      // less sure than they might be: with the network that comes with Kinetrace, on simulated worlds, the slope is 2.
+      // Default: the threshold was chosen as the score of even odds. Scores of such heads are underconfident: for the
+      // bundled network on simulated worlds the slope is 2.
       one.calibration = {.slope = 2.F, .even = std::clamp(one.min_score, 0.01F, 0.99F)};
       const YAML::Node own = is_for_all ? section(root, "calibration", {"slope", "even"})
                                         : section(by_class, one.name.c_str(), {"slope", "even"});
@@ -248,7 +248,7 @@ Result<std::string> text_of(const fs::path& path) {
   return read_text(path, "no such model; give the YAML file that describes a network, " + guide, unfit);
 }
 
-// kinetrace-simulate leaves the truth beside what it renders, a few folders above the pictures.
+// kinetrace-simulate writes ground truth a few folders above the rendered pictures.
 bool is_rendered(const fs::path& pictures) {
   constexpr int kFolders = 6;
   std::error_code error;

@@ -1,4 +1,4 @@
-// The YAML file beside a neural network.
+// The YAML file that describes a neural network.
 #pragma once
 
 #include <filesystem>
@@ -11,12 +11,12 @@
 
 namespace kinetrace::app {
 
-/// Reads what describes a network; file names in it are relative to it. Errors, with file and line: kNotFound (empty
-/// `path`: the network that comes with Kinetrace is not installed), kIo, kInvalidConfig.
+/// Reads the description of a network; file names in it are relative to it. Errors, with file and line: kNotFound
+/// (empty `path`: the bundled network is not installed), kIo, kInvalidConfig.
 [[nodiscard]] Result<neural::ModelConfig> load_model(const std::filesystem::path& path);
 
-/// What to tell whoever uses this network on these pictures, a file or folder or, of a camera, nothing: one that knows
-/// rendered pictures only is not for others. None if there is nothing to tell.
+/// Warns if a network trained on rendered pictures alone is used on others; else none. `pictures`: a file or folder;
+/// empty for a camera.
 [[nodiscard]] std::optional<std::string> model_caution(const neural::ModelConfig& model,
                                                        const std::filesystem::path& pictures);
 

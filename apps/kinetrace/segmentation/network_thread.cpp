@@ -70,12 +70,12 @@ struct NetworkThread::Shared {
   std::optional<Arena> arena;
   std::unique_ptr<InstanceNetwork> network;
 
-  // Written by who offers while idle, read by the thread while asked.
+  // Written by the offering thread while idle, read by the network's thread while asked.
   MutableGrayView left;
   MutableGrayView right;
-  PixelBox region_px;  ///< Of the left image, which alone is looked at then; empty: all of what there is.
+  PixelBox region_px;  ///< Region of the left image, which is then the only one segmented; empty: all images in full.
   std::array<Answer, 2> answers;
-  std::size_t asked_answer = 0;  ///< That the thread fills; the pipeline reads the other one.
+  std::size_t asked_answer = 0;  ///< Index of the answer that the thread fills; the pipeline reads the other one.
 
   mutable std::mutex mutex;
   std::condition_variable changed;
@@ -110,7 +110,7 @@ struct NetworkThread::Shared {
       return Unexpected(made.error());
     }
     network = std::move(*made);
-    // All that a whole frame allocates is allocated now.
+    // Segments a whole frame once, so that all its allocations happen now.
     return segment(answers[1]);
   }
 
@@ -162,7 +162,7 @@ void NetworkThread::run(Shared& shared) {
   while (started) {
     shared.changed.wait(lock, [&] { return shared.ends || shared.state == Shared::State::kAsked; });
     if (shared.ends) {
-      shared.state = Shared::State::kIdle;  // Nobody needs to wait for what was not begun.
+      shared.state = Shared::State::kIdle;  // A request that was not begun ends the wait for it.
       shared.changed.notify_all();
       return;
     }

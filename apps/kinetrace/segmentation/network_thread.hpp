@@ -19,24 +19,24 @@ struct NetworkThreadConfig {
   neural::ModelConfig model;
   std::string runtime = {};  ///< As NetworkOptions::runtime.
   int threads = 1;
-  bool right = false;  ///< Looks at the right image too.
-  bool waits = true;   ///< Recordings wait for masks; a camera would lose frames meanwhile.
-  /// A frame that takes longer hangs: nobody waits for the network any more.
+  bool right = false;  ///< Segments the right image, too.
+  bool waits = true;   ///< Wait for masks: for recordings; a camera would lose frames meanwhile.
+  /// A frame that takes longer counts as hung: the network is abandoned.
   std::chrono::milliseconds timeout{5000};
 };
 
 struct NetworkThreadCounters {
   std::uint64_t frames = 0;  ///< Answered.
   std::uint64_t failed = 0;  ///< Of these: with an error.
-  double median_ms = 0.0;    ///< Of a frame, both views, over the last 256.
+  double median_ms = 0.0;    ///< Per frame, both views, over the last 256.
   double longest_ms = 0.0;
 };
 
-/// Segments one frame at a time in a thread of its own, which also loads the network, so that all that the runtime
-/// allocates is allocated there. Its memory is its own: a network that hangs is left behind with all it has.
+/// Segments one frame at a time in a thread of its own, which also loads the network, so that all allocations of the
+/// runtime happen there. It owns its memory, so that a hung network can be abandoned.
 class NetworkThread final : public DelayedMaskSource {
  public:
-  /// Returns when the network was loaded and has run once. Errors: those of InstanceNetwork::create.
+  /// Returns after the network was loaded and has run once. Errors: those of InstanceNetwork::create.
   [[nodiscard]] static Result<std::unique_ptr<NetworkThread>> create(const NetworkThreadConfig& config,
                                                                      const StereoGeometry& geometry);
   ~NetworkThread() override;
@@ -44,7 +44,7 @@ class NetworkThread final : public DelayedMaskSource {
   void offer(const RectifiedPair& pair, const PixelBox& region_px) noexcept override;
   [[nodiscard]] DelayedMasks take() noexcept override;
 
-  /// By how much the resident set has grown through it, at the start: libraries, weights, layers, buffers.
+  /// Growth of the resident set by the network at the start: libraries, weights, layers, buffers.
   [[nodiscard]] std::size_t bytes() const noexcept { return bytes_; }
   /// For any thread.
   [[nodiscard]] NetworkThreadCounters counters() const;

@@ -14,7 +14,7 @@
 
 namespace kinetrace::app {
 
-/// Reads one picture after the other; the first decides how much memory is taken.
+/// Reads pictures in sequence; the first determines the memory.
 class PictureFiles {
  public:
   static constexpr int kMaxSide_px = 8192;
@@ -23,7 +23,7 @@ class PictureFiles {
     neural::Picture picture;  ///< As it is: grey or colour.
     GrayView gray;
   };
-  /// What it returns lives until the next call. Errors, naming the file: those of imaging::ImageReader.
+  /// The result is valid until the next call. Errors, naming the file: those of imaging::ImageReader.
   [[nodiscard]] Result<Loaded> read(const std::filesystem::path& path);
 
  private:
@@ -33,7 +33,7 @@ class PictureFiles {
   std::vector<imaging::Rgb8> colours_;
 };
 
-/// Files as given, and those in folders that look like pictures, sorted by name. Errors: kNotFound.
+/// The given files, and image files (by extension) of given folders, sorted by name. Errors: kNotFound.
 [[nodiscard]] Result<std::vector<std::filesystem::path>> picture_files(const std::vector<std::filesystem::path>& paths);
 
 }  // namespace kinetrace::app

@@ -1,4 +1,4 @@
-// A neural network on single images, so that a model can be looked at before it flies.
+// Runs a neural network on single images, to examine a model before use.
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
@@ -32,7 +32,7 @@ using Masks = std::span<const RunLengthMask>;
 
 struct SegmentOptions {
   std::vector<std::filesystem::path> images;  ///< Files, or folders of files.
-  std::filesystem::path model;                ///< YAML; empty: the one that comes with Kinetrace.
+  std::filesystem::path model;                ///< YAML; empty: the bundled one.
   std::filesystem::path out;
   int threads = 1;
   bool quiet = false;
@@ -99,7 +99,7 @@ fs::path result_name(const fs::path& file) {
   return file.stem().string() + ".png";
 }
 
-/// Two pictures must not have one result, nor a result take a picture's place. Errors: kInvalidArgument.
+/// Results must neither collide with each other nor replace a picture. Errors: kInvalidArgument.
 Status check_names(const std::vector<fs::path>& files, const fs::path& out) {
   std::map<fs::path, const fs::path*> picture_of;
   for (const fs::path& file : files) {
@@ -120,7 +120,7 @@ Status check_names(const std::vector<fs::path>& files, const fs::path& out) {
   return {};
 }
 
-/// Where the results go. Errors: kCannotCreate.
+/// Creates the folders of results. Errors: kCannotCreate.
 Outcome<void> make_folders(const fs::path& out) {
   for (const char* name : {"masks", "overlay"}) {
     std::error_code error;

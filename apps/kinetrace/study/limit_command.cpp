@@ -23,13 +23,13 @@ namespace {
 struct LimitOptions {
   std::vector<std::filesystem::path> recordings;  ///< Folders made by kinetrace-simulate.
   std::string masks = "detections";
-  std::vector<double> noise_px;  ///< Of places and of disparities; empty: as measured.
+  std::vector<double> noise_px;  ///< Of positions and of disparities; empty: as measured.
   ConfigSource config;
   std::filesystem::path out;
   bool quiet = false;
 };
 
-/// What one recording tells while it is played.
+/// Measurements during playback of one recording.
 struct Measurement {
   StudyErrors errors;
   VisiblePoints visible;
@@ -65,7 +65,7 @@ std::vector<LimitRow> limit_rows(const Measurement& measured, const StereoGeomet
   for (const auto& [id, body] : measured.visible.bodies()) {
     const std::vector<PoseBound> of_body = pose_bounds(body, geometry, noise, prior);
     for (std::size_t k = 0; k < of_body.size(); ++k) {
-      // A motion is from the frame before; one over a gap is none.
+      // Motion is measured between consecutive frames only.
       PoseBound bound = of_body[k];
       if (k == 0 || body.views[k - 1].frame + 1 != body.views[k].frame) {
         bound.motion_m = bound.motion_deg = 0.0;

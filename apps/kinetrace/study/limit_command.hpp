@@ -5,7 +5,7 @@
 
 namespace kinetrace::app {
 
-/// Measures errors of objects over their Cramer-Rao bounds.
+/// Measures errors of objects relative to their Cramer-Rao bounds.
 [[nodiscard]] Action add_limit(CLI::App& command);
 
 }  // namespace kinetrace::app

@@ -1,4 +1,4 @@
-// Errors of objects over the least ones that measurements allow, as a table and as a chart.
+// Errors of objects relative to their Cramer-Rao bounds, as a table and as a chart.
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@ namespace kinetrace::app {
 struct LimitRow {
   StudyRow run;
   PoseBound bound;
-  std::size_t points = 0;  ///< Visible ones that the bound is made from.
+  std::size_t points = 0;  ///< Visible points in the bound.
 };
 
 struct LimitRun {
@@ -47,7 +47,7 @@ inline constexpr std::array<double, 6> kLimitDistances_m{0.0, 10.0, 20.0, 30.0, 
 
 /// One metric in one bin.
 struct LimitBin {
-  std::size_t frames = 0;                  ///< In which an object is seen and has a bound.
+  std::size_t frames = 0;                  ///< Frames with a visible object and a bound.
   evaluation::ErrorStatistics distance_m;  ///< Of those measured.
   evaluation::ErrorStatistics error;
   evaluation::ErrorStatistics bound;

@@ -23,14 +23,14 @@ Vector6d weights(double rotation, double translation) {
   return w;
 }
 
-/// How a point of the object moves in it with the perturbation of its pose.
+/// Derivative of a point in the object's frame by the perturbation of the pose.
 Matrix36d lever(const Eigen::Vector3d& position_m) {
   Matrix36d d;
   d << -skew(position_m), Eigen::Matrix3d::Identity();
   return d;
 }
 
-/// Information on a point's place in the object from one view.
+/// Fisher information of a point's position in the object from one view.
 Eigen::Matrix3d point_information(const SeenBody::View& view, const Eigen::Vector3d& position_m,
                                   const StereoGeometry& geometry, const PixelNoise& noise) {
   const Eigen::Vector3d p = view.T_cam_obj * position_m;
@@ -73,7 +73,7 @@ class Information {
   }
 
   void add_prior(const SeenBody& body, const MotionPrior& prior) {
-    // Of the velocity from a view to the next, in the object's axes, by the perturbations of both.
+    // Derivative of the velocity between views, in the object's axes, by the perturbations of both.
     struct Velocity {
       double step_s;
       Matrix6d by_from;
@@ -140,7 +140,8 @@ std::vector<PoseBound> pose_bounds(const SeenBody& body, const StereoGeometry& g
   const auto pair = [&](std::size_t k, std::size_t l) -> Matrix6d {
     return covariance.block<6, 6>(static_cast<Eigen::Index>(6 * k), static_cast<Eigen::Index>(6 * l));
   };
-  // Of the centre with the mean of all centres: what is left without it has the variance C_kk - 2 C_km + C_mm.
+  // Covariance of the centre with the mean of all centres; the centre minus the mean has the variance C_kk - 2 C_km +
+  // C_mm.
   const Matrix36d to_center = lever(body.center_m);
   const double share = 1.0 / static_cast<double>(body.views.size());
   std::vector<double> with_mean(body.views.size(), 0.0);

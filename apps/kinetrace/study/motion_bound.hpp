@@ -1,4 +1,4 @@
-// How exactly an object's path can be known at best.
+// Cramer-Rao bound of an object's trajectory.
 #pragma once
 
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace kinetrace::app {
 
-/// What is known of an object's motion before it is seen: standard deviations of its acceleration, in its own axes.
+/// Prior of an object's motion: standard deviations of its acceleration, in its own axes.
 struct MotionPrior {
   double acceleration_mps2 = 3.0;
   double turn_radps2 = 0.6;
@@ -22,10 +22,10 @@ struct PoseBound {
   double motion_deg = 0.0;  ///< ... its rotation.
 };
 
-/// Cramer-Rao bound of the object's poses in all views, one for each. No estimator without bias has smaller errors,
-/// whether it knows only what came before a frame or the whole recording.
+/// Cramer-Rao bound of the object's poses in all views, one for each. It holds for every unbiased estimator, online or
+/// batch.
 ///
-/// Unknown are the poses T_k = L_k Exp(xi_k), L_k the true ones, and the places X_j of the points in the object; the
+/// Unknowns: the poses T_k = L_k Exp(xi_k), with true poses L_k, and the positions X_j of the points in the object; the
 /// camera is known. With the Jacobian H_kj of (u_left, v, disparity) by X_j, their noise N, and D_j = (-[X_j]x, I):
 ///
 ///   M_kj = H_kj^T N^-1 H_kj,   U_j = sum_k M_kj

@@ -11,8 +11,8 @@ namespace kinetrace::app {
 
 class MotsImages {
  public:
-  /// `width_px`, `height_px`: what it must have; 0: any size. Errors, naming the file: kBadFormat (another size), those
-  /// of Gray16Images and of label_mots_image.
+  /// `width_px`, `height_px`: required size; 0: any size. Errors, naming the file: kBadFormat (another size), those of
+  /// Gray16Images and of label_mots_image.
   [[nodiscard]] Result<evaluation::MotsImage> read(const std::filesystem::path& path, int width_px = 0,
                                                    int height_px = 0);
 

@@ -1,4 +1,4 @@
-// How exactly a run measures points in the image, against the truth.
+// Measurement noise of a run's points in the image, against ground truth.
 #pragma once
 
 #include <cstdint>
@@ -21,18 +21,18 @@ struct PixelNoise {
   double disparity_px = 0.0;  ///< Of u_left - u_right.
 };
 
-/// Takes the observations of moving rigid objects. A point's true place on its object is that of the pixel where it was
-/// seen a frame before; from there true poses say where it must be now. Both places have an error, so that the
-/// difference has twice the variance of one.
+/// Takes the observations of moving rigid objects. A point's true position on its object follows from its pixel in the
+/// previous frame; true poses predict its pixel in this frame. Both pixels have an error, so that the residual has
+/// twice the variance of one.
 class PixelNoiseMeter {
  public:
   explicit PixelNoiseMeter(const StereoGeometry& geometry) : geometry_(geometry) {}
 
-  /// A frame, in ascending order.
+  /// Takes a frame, in ascending order.
   void add(const FrameResult& result, const Se3& T_world_cam, const std::vector<evaluation::LocatedObject>& objects,
            const TrueImages& images);
 
-  /// By the median of magnitudes, 1.4826 of which are a standard deviation: wrong points do not count. None without
+  /// From the median of magnitudes, times 1.4826 for a standard deviation: robust to outliers. None without
   /// observations.
   [[nodiscard]] std::optional<PixelNoise> noise() const;
 

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 struct StudyOptions {
   std::vector<std::filesystem::path> recordings;  ///< Folders made by kinetrace-simulate.
   std::vector<int> windows{1, 5, 10, 20};         ///< Frames of an object's window.
-  std::string masks = "detections";               ///< Or "instances": the exact ones.
+  std::string masks = "detections";               ///< Or "instances": exact masks.
   ConfigSource config;
   std::filesystem::path out;
   bool quiet = false;
@@ -33,7 +33,7 @@ struct StudyOptions {
 /// One configuration of the study.
 struct Variant {
   std::string name;
-  int window_frames = 0;  ///< 0: the configuration as it is.
+  int window_frames = 0;  ///< 0: the unchanged configuration.
 };
 
 std::vector<Variant> variants(const StudyOptions& options) {
@@ -45,8 +45,8 @@ std::vector<Variant> variants(const StudyOptions& options) {
   return all;
 }
 
-// Every frame is kept, so that a window is that many frames and not keyframes, which gather what others saw. The
-// background is the same in all variants.
+// Every frame is a keyframe, so that a window consists of frames and not of keyframes, which gather the measurements of
+// frames between them. The background is the same in all variants.
 void apply(const Variant& variant, const StudyOptions& options, pipeline::PipelineConfig& config) {
   if (variant.window_frames > 0) {
     const int longest = *std::max_element(options.windows.begin(), options.windows.end());

@@ -13,9 +13,9 @@ namespace {
 
 constexpr double kMinOverlap = 0.5;
 constexpr double kWrong = 0.2;
-constexpr std::size_t kMinPoints = 5;  // Fewer points have no shape to speak of.
-constexpr int kMinTrackRows = 5;       // Fewer rows are explained by an offset.
-constexpr int kMinObservations = 2;    // As in a run's point clouds: what was seen once may be anything.
+constexpr std::size_t kMinPoints = 5;  // Fewer points determine no shape.
+constexpr int kMinTrackRows = 5;       // Fewer rows are fitted too well by an offset.
+constexpr int kMinObservations = 2;    // As in a run's point clouds: a single observation may be an outlier.
 constexpr std::int64_t kMotsIdsPerClass = 1000;
 
 std::vector<evaluation::MaskInstance> tracked_instances(const FrameResult& result) {
@@ -36,7 +36,7 @@ struct MotionError {
   double rotation_deg = 0.0;
 };
 
-/// Of the motion from one pose to the next, in the true body frame `L`.
+/// Error of the motion from one pose to the next, in the true body frame `L`.
 MotionError motion_error(const Se3& L_before, const Se3& L, const Se3& T_before, const Se3& T) {
   const Se3 H = T * T_before.inverse();
   const Se3 error = (L_before.inverse() * L).inverse() * (L_before.inverse() * H * L_before);
@@ -91,7 +91,7 @@ void measure_points(const std::vector<double>& errors_m, StudyRow& row) {
 }  // namespace
 
 Status StudyErrors::add(const FrameResult& result) {
-  if (!result.pair.left.empty()) {  // Empty while draining: only finalised poses come.
+  if (!result.pair.left.empty()) {  // Empty while draining: finalised poses only.
     if (Status begun = begin_frame(result); !begun) {
       return begun;
     }

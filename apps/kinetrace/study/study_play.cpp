@@ -17,14 +17,14 @@ namespace {
 
 constexpr std::chrono::milliseconds kFrameTimeout(2000);
 
-/// Everything but the camera.
+/// All components except the camera.
 struct Processing {
   WorkerThreads& workers;
   hal::Rectifier& rectifier;
   pipeline::Pipeline& pipeline;
 };
 
-// From rectification to trajectories; timed where there is a clock.
+// From rectification to trajectories; `clock` may be null.
 Result<const FrameResult*> process(const StereoFrame& frame, Processing& processing, StageClock* clock) {
   if (clock != nullptr) {
     clock->begin_frame();

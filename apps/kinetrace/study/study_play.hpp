@@ -12,9 +12,8 @@
 namespace kinetrace::app {
 
 /// Calls `visit` with every result, those of draining included, until the first error or an interrupt (interrupt.hpp).
-/// The memory budget does not apply, but that it may leave no room for a network: segmentation.mode auto is then motion
-/// from here on, and that is said. `clock`, if there is one, times every frame. Errors: those of the parts and of
-/// `visit`.
+/// The memory budget applies to the network alone: without room for it, segmentation.mode auto becomes motion, with a
+/// warning. `clock` may be null; else it times every frame. Errors: those of the parts and of `visit`.
 [[nodiscard]] Status play_recording(const hal::Dataset& dataset, AppConfig& config,
                                     const std::function<Status(const FrameResult&)>& visit,
                                     StageClock* clock = nullptr);

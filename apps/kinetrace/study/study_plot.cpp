@@ -24,7 +24,7 @@ std::vector<std::size_t> shown_metrics() {
   return shown;
 }
 
-/// RMS over all recordings, and from the best to the worst recording as a band.
+/// RMS over all recordings, with a band from the best to the worst recording.
 drawing::Series curve(const std::vector<StudyRun>& runs, const std::string& window, const StudyAxis& axis,
                       std::size_t metric, int style) {
   drawing::Series series;

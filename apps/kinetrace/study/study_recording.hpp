@@ -1,4 +1,4 @@
-// A recording that is studied: images, masks, truth.
+// A recording for a study: images, masks, ground truth.
 #pragma once
 
 #include <filesystem>
@@ -13,13 +13,13 @@ namespace kinetrace::app {
 struct StudyRecording {
   std::string name;
   hal::Dataset dataset;
-  std::string segmentation;  ///< As --segmentation has it.
+  std::string segmentation;  ///< Value of --segmentation.
   StudyTruth truth;
 };
 
-/// A folder made by kinetrace-simulate. `masks` are "detections" or "instances": the exact ones.
+/// A folder made by kinetrace-simulate. `masks`: "detections", or "instances" for exact masks.
 [[nodiscard]] Outcome<StudyRecording> open_study_recording(const std::filesystem::path& path, const std::string& masks);
-/// Makes the folder of a study's results, if there is none.
+/// Creates the folder of a study's results, if missing.
 [[nodiscard]] Status make_study_folder(const std::filesystem::path& directory);
 
 }  // namespace kinetrace::app

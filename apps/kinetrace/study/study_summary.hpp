@@ -24,7 +24,7 @@ struct StudyRun {
 
 struct StudyMetric {
   std::string_view name;   ///< Of its column.
-  std::string_view title;  ///< For people.
+  std::string_view title;  ///< For charts and tables.
   std::string_view unit;
   bool in_tables = false;  ///< Shown on the terminal; all are in the files.
   bool in_plot = false;
@@ -41,7 +41,7 @@ inline constexpr std::array<StudyMetric, 8> kStudyMetrics{{
     {"wrong_points", "points off by a fifth of the distance", "1", false, false, &StudyRow::wrong_points},
 }};
 
-/// What the frames are sorted by.
+/// Quantity of the bins.
 struct StudyAxis {
   std::string_view name;
   std::vector<double> edges;  ///< Bins lie between neighbours.
@@ -49,17 +49,17 @@ struct StudyAxis {
 };
 [[nodiscard]] const std::array<StudyAxis, 2>& study_axes();
 
-/// Fewer measurements than this are shown as none.
+/// Bins with fewer measurements are shown as empty.
 inline constexpr std::size_t kStudyMinMeasurements = 10;
 
 /// All frames of a bin.
 struct StudyBin {
-  std::size_t frames = 0;   ///< In which the object can be seen.
-  std::size_t tracked = 0;  ///< In which it has a pose from its own reconstruction.
+  std::size_t frames = 0;   ///< Frames with a visible object.
+  std::size_t tracked = 0;  ///< Frames with a pose from its own reconstruction.
   evaluation::ErrorStatistics axis;
   std::array<evaluation::ErrorStatistics, kStudyMetrics.size()> errors;  ///< As kStudyMetrics.
 
-  /// Root mean square of a metric, to be shown.
+  /// Root mean square of a metric, for display.
   [[nodiscard]] std::optional<double> shown(std::size_t metric) const noexcept {
     return errors[metric].count() >= kStudyMinMeasurements ? errors[metric].rmse() : std::nullopt;
   }

@@ -10,7 +10,8 @@ namespace {
 
 constexpr int kCellWidth_px = 16;
 constexpr int kCellHeight_px = 11;
-// A point is seen where the true depth is its own; the surface between pixels is known about so well.
+// Relative tolerance between a point's depth and the true depth at its pixel: about the error of the surface between
+// pixels.
 constexpr double kSameDepth = 0.02;
 constexpr std::int64_t kMotsIdsPerClass = 1000;
 
@@ -20,7 +21,7 @@ Cell cell_of(double x_px, double y_px) {
   return {static_cast<int>(std::floor(x_px / kCellWidth_px)), static_cast<int>(std::floor(y_px / kCellHeight_px))};
 }
 
-/// By label; empty where there is none of it.
+/// Bounding boxes by label.
 std::map<std::uint8_t, PixelBox> boxes_of(LabelView labels) {
   std::map<std::uint8_t, PixelBox> boxes;
   for (int y = 0; y < labels.height; ++y) {

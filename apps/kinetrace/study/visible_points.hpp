@@ -1,4 +1,4 @@
-// The surface points of moving objects that a recording shows, from its truth.
+// Visible surface points of moving objects, from ground truth.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@
 
 namespace kinetrace::app {
 
-/// One object over the frames in which it is seen.
+/// One object in the frames in which it is visible.
 struct SeenBody {
   struct View {
     std::int64_t frame = 0;
@@ -26,21 +26,21 @@ struct SeenBody {
   };
   struct Point {
     Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< In the object.
-    std::vector<std::size_t> views;                        ///< In which it is seen, ascending.
+    std::vector<std::size_t> views;                        ///< Views that show it, ascending.
   };
   Eigen::Vector3d center_m = Eigen::Vector3d::Zero();  ///< Of its box, in the object.
   std::vector<View> views;                             ///< In ascending time.
   std::vector<Point> points;
 };
 
-/// Follows surface points by true poses and depths. An object has a point in every cell of the image in which its
-/// surface has a depth; cells are as large as the patch that features are tracked by (16 x 11 pixels), so that no two
-/// points are measured by the same pixels. A point ends where it is hidden or leaves the image.
+/// Tracks surface points by true poses and depths. An object has a point in every cell of the image with a depth of its
+/// surface; cells have the size of the tracked patches (16 x 11 pixels), so that no two points share pixels. A point
+/// ends when it is occluded or leaves the image.
 class VisiblePoints {
  public:
   explicit VisiblePoints(const StereoGeometry& geometry) : geometry_(geometry) {}
 
-  /// The next frame with the moving rigid objects seen in it; frames in ascending order.
+  /// Takes a frame with its visible moving rigid objects; frames in ascending order.
   void add(std::int64_t frame, std::int64_t timestamp_ns, const Se3& T_world_cam,
            const std::vector<evaluation::LocatedObject>& objects, const TrueImages& images);
 

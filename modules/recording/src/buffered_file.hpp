@@ -1,4 +1,4 @@
-// Files on plain file descriptors with buffers from the arena: no allocation while writing, no error overlooked.
+// Files on plain file descriptors with buffers from the arena: no allocation while writing; every error is reported.
 #pragma once
 
 #include <charconv>

@@ -27,7 +27,7 @@ std::filesystem::path model_directory(const Workspace& workspace, std::uint32_t 
          (track_id == kBackgroundTrack ? "background" : "object_" + std::to_string(track_id));
 }
 
-/// Which images the model is of.
+/// Names of the model's images.
 std::string_view images_note(const RecordingConfig& config) {
   return config.images ? "Images: those in images/ of the run folder."
          : of_recorded_images(config)
@@ -53,7 +53,7 @@ Status write_cameras(const Workspace& workspace, const std::filesystem::path& di
   return out->close();
 }
 
-/// points3D.txt of one body after the other; each new one gets its folder and cameras.txt.
+/// Writes points3D.txt body by body; creates each folder with its cameras.txt.
 class ModelWriter {
  public:
   explicit ModelWriter(const Workspace& workspace) : workspace_(workspace) {}
@@ -100,7 +100,7 @@ void write_point(const PointRecord& point, BufferedWriter& out) {
   out.text(" ").general(static_cast<double>(point.error_px), kDigits);
 }
 
-/// The final point an observation belongs to, or nullptr. Asked in ascending order.
+/// The final point of an observation, or nullptr. Call in ascending order.
 const PointRecord* find_point(SpoolFile<PointRecord>& points, const ObservationRecord& key) {
   const auto of_observation = std::tie(key.track_id, key.point_id);
   const PointRecord* point = points.peek();
@@ -115,7 +115,8 @@ bool same_point(const ObservationRecord& a, const ObservationRecord* b) {
   return b != nullptr && a.track_id == b->track_id && a.point_id == b->point_id;
 }
 
-/// Passes on `observation` and those of the same point behind it, with `point_id`; lists them in `points3d` if given.
+/// Copies `observation` and the following ones of the same point to `marked`, with `point_id`; lists them in `points3d`
+/// if given.
 void write_observations(ObservationRecord observation, std::uint32_t point_id, Observations& observations,
                         BufferedWriter* points3d, BufferedWriter& marked) {
   const ObservationRecord key = observation;
@@ -195,7 +196,7 @@ Status write_image_name(SpoolFile<NameRecord>& names, std::int32_t frame, Buffer
   return fail(ErrorCode::kInternal, "no name was recorded for frame " + std::to_string(frame));
 }
 
-/// The line of observations of one image. Those of earlier images (of bodies without a model) are skipped.
+/// Writes the observations of one image as a line. Skips those of earlier images (of bodies without a model).
 Status write_image_points(const PoseRecord& pose, Observations& observations, BufferedWriter& out) {
   const auto image = std::tie(pose.track_id, pose.frame);
   const ObservationRecord* observation = observations.peek();
@@ -253,7 +254,7 @@ Result<BufferedWriter> create_images(const Workspace& workspace, std::uint32_t t
 Status write_images(const Workspace& workspace, const std::filesystem::path& marked_path) {
   SpoolFile<PoseRecord> poses(workspace.poses(), workspace.slice(0));
   Observations observations(marked_path, workspace.slice(1));
-  // One record at a time: names are looked up by bisection.
+  // Buffer of one record: names are looked up by bisection.
   SpoolFile<NameRecord> names(workspace.names(), workspace.slice(2).first(sizeof(NameRecord)));
   for (const Status& opened : {poses.open(), observations.open(), names.open()}) {
     if (!opened) {
@@ -301,7 +302,8 @@ Status keep_image_observations(const Workspace& workspace) {
   if (!kept) {
     return Unexpected(kept.error());
   }
-  std::array<std::uint32_t, kMaxObjects + 1> tracked{};  // Bodies with a pose of their own in the frame at hand.
+  std::array<std::uint32_t, kMaxObjects + 1>
+      tracked{};  // Bodies tracked by their own reconstruction in the current frame.
   std::size_t tracked_count = 0;
   std::int32_t frame = -1;
   for (; const ObservationRecord* observation = observations.peek(); observations.advance()) {

@@ -6,7 +6,7 @@
 namespace kinetrace::recording {
 
 /// Reduces the spooled observations to those in frames whose finalised pose is the body's own ("images"). Expects
-/// observations and poses in the order in which they were recorded.
+/// observations and poses in recorded order.
 [[nodiscard]] Status keep_image_observations(const Workspace& workspace);
 
 /// Expects final points, poses sorted by body and frame, and image observations. Writes cameras.txt, images.txt and

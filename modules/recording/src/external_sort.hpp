@@ -1,4 +1,4 @@
-// Sorts a file of records that may be much larger than memory.
+// External merge sort of a file of records.
 #pragma once
 
 #include <algorithm>
@@ -60,7 +60,7 @@ class ExternalSort {
     return {};
   }
 
-  /// Merges into a second file, then back, until everything is one run; the result takes the original's name.
+  /// Merges between two files until one sorted run is left; the result takes the original's name.
   Status merge_runs(FileHandle source, std::uint64_t run_length) {
     const std::filesystem::path merged_path = path_.string() + ".merge";
     for (; run_length < count_; run_length *= kMaxWays) {

@@ -1,4 +1,4 @@
-// Who uses a run folder: one run that writes, or any number of readers.
+// Lock of a run folder: one writing run, or any number of readers.
 #pragma once
 
 #include <filesystem>
@@ -9,15 +9,15 @@ namespace kinetrace::recording {
 
 enum class FolderUse { kRead, kWrite };
 
-/// Held as long as it lives, and no longer than the process, however that ends. Locks the folder itself, so nothing is
-/// left behind in it.
+/// Held for the object's lifetime, at most until the process ends in any way. Locks the folder itself, so no lock file
+/// remains.
 class FolderLock {
  public:
-  /// Does not wait. A folder that cannot be locked (some network file systems) counts as free.
+  /// Does not wait. Without support for locks (some network file systems), the folder counts as free.
   [[nodiscard]] static FolderLock take(const std::filesystem::path& directory, FolderUse use);
 
   FolderLock() = default;
-  /// Somebody else uses the folder: another run, or for a run also its readers.
+  /// The folder is in use: by another run, or, for a run, also by readers.
   [[nodiscard]] bool is_refused() const noexcept { return is_refused_; }
 
  private:

@@ -8,7 +8,7 @@
 namespace kinetrace::recording {
 namespace {
 
-/// Levels of objects and lists; brackets within strings are none.
+/// Nesting depth of objects and lists; ignores brackets within strings.
 int depth_of(std::string_view text) {
   int depth = 0;
   int deepest = 0;

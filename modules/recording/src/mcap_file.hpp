@@ -1,4 +1,4 @@
-// What the parts of the MCAP writer share: the file, and what is in it.
+// Shared by the parts of the MCAP writer: the file and its contents.
 #pragma once
 
 #include <cstdint>
@@ -27,31 +27,31 @@ struct McapChannel {
 
 struct McapContent {
   std::vector<McapSchema> schemas;
-  std::vector<McapChannel> channels;  ///< An id is the position, from 0.
+  std::vector<McapChannel> channels;  ///< The id is the position, from 0.
   std::uint64_t messages = 0;
   std::uint64_t first_time_ns = 0;  ///< Of the messages.
   std::uint64_t last_time_ns = 0;
 };
 
-/// A file that grows by whole pieces.
+/// A file that grows by whole records.
 struct McapFile {
   std::filesystem::path path;
   FileHandle file;
-  std::uint64_t end = 0;  ///< Of what is whole.
+  std::uint64_t end = 0;  ///< End of the last whole record.
 
-  /// All of it, or nothing. Errors: kIo.
+  /// Appends all bytes or none. Errors: kIo.
   [[nodiscard]] Status append(std::span<const std::byte> bytes);
-  /// Takes back everything after the first `bytes`.
+  /// Truncates the file to `bytes`.
   void cut(std::uint64_t bytes) noexcept;
 };
 
-/// One message per chunk, nothing compressed: what is fixed about its records.
+/// Fixed sizes of records: one message per chunk, uncompressed.
 inline constexpr std::uint64_t kMcapMessageIndexBytes = kMcapPrefixBytes + 2 + 4 + 8 + 8;
 
 void append_schema(const McapContent& content, std::size_t index, McapBytes& out);
 void append_channel(const McapContent& content, std::size_t index, McapBytes& out);
 
-/// Everything after the data section, which `file` holds up to its end. The index is made from the file itself, so
+/// Writes everything after the data section, the current end of `file`. The index is built from the file itself, so
 /// memory does not grow with its length. Errors: kIo.
 [[nodiscard]] Status write_mcap_summary(McapFile& file, const McapContent& content);
 

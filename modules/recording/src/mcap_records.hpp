@@ -28,7 +28,7 @@ enum class McapOpcode : std::uint8_t {
 inline constexpr std::array<std::uint8_t, 8> kMcapMagic{0x89, 'M', 'C', 'A', 'P', '0', '\r', '\n'};
 inline constexpr std::size_t kMcapPrefixBytes = 9;  ///< Opcode and length of a record.
 
-/// Bytes that records are appended to.
+/// Buffer for appending records.
 class McapBytes {
  public:
   template <typename Integer>
@@ -48,7 +48,7 @@ class McapBytes {
   McapBytes& text(std::string_view text) {
     return number(static_cast<std::uint32_t>(text.size())).raw(std::as_bytes(std::span(text)));
   }
-  /// What `fill(*this)` appends, behind its length as an Integer.
+  /// Appends the output of `fill(*this)`, preceded by its length as an Integer.
   template <typename Integer, typename Fill>
   McapBytes& sized(Fill&& fill) {
     const std::size_t at = bytes_.size();
@@ -68,7 +68,7 @@ class McapBytes {
   void clear() noexcept { bytes_.clear(); }
   [[nodiscard]] std::size_t size() const noexcept { return bytes_.size(); }
   [[nodiscard]] std::span<const std::byte> span() const noexcept { return bytes_; }
-  /// What comes after the first `count` bytes.
+  /// The bytes after the first `count`.
   [[nodiscard]] std::span<const std::byte> after(std::size_t count) const noexcept { return span().subspan(count); }
 
  private:

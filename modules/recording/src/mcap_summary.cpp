@@ -7,7 +7,7 @@
 namespace kinetrace::recording {
 namespace {
 
-/// What the index says about a chunk of one message.
+/// Index entry of a chunk with one message.
 struct ChunkFacts {
   std::uint64_t offset = 0;
   std::uint64_t chunk_bytes = 0;  ///< With its prefix.
@@ -45,7 +45,7 @@ void append_statistics(const McapContent& content, McapBytes& out) {
   });
 }
 
-/// Writes the summary group by group, remembers where each is, and keeps the checksum.
+/// Writes the summary by groups and tracks their offsets and the checksum.
 class Summary {
  public:
   explicit Summary(McapFile& file) : file_(file), data_end_(file.end) {}
@@ -64,7 +64,7 @@ class Summary {
     }
     return {};
   }
-  /// Into the file, so that what is kept in memory stays small.
+  /// Flushes to the file to bound memory.
   [[nodiscard]] Status flush_if_large() {
     constexpr std::size_t kLarge = 65536;
     return out_.size() < kLarge ? Status{} : flush();
@@ -76,7 +76,7 @@ class Summary {
     constexpr std::uint64_t kFooterBytes = 8 + 8 + 4;
     const std::uint64_t offsets_at = position();
     out_.raw(offsets_.span());
-    // The footer's checksum covers the footer too, up to itself.
+    // The footer's checksum includes the footer up to the checksum itself.
     out_.number(static_cast<std::uint8_t>(McapOpcode::kFooter)).number(kFooterBytes);
     out_.number(data_end_).number(offsets_at);
     const std::uint32_t checksum = Crc32(crc_).update(out_.span()).value();
@@ -124,7 +124,7 @@ Status append_chunk_indexes(const McapFile& file, Summary& summary, McapBytes& o
     McapNumbers numbers(prefix);
     const auto opcode = static_cast<McapOpcode>(numbers.next<std::uint8_t>());
     const auto content_bytes = numbers.next<std::uint64_t>();
-    // What a disk gives back need not be what was written.
+    // Data read back from a disk may differ from the data written.
     if (content_bytes > summary.data_end() || record.offset + kMcapPrefixBytes > summary.data_end() - content_bytes) {
       return fail(ErrorCode::kIo, file.path.string() +
                                       ": was read back damaged; it has no index, readers find its "

@@ -59,7 +59,7 @@ Status McapFile::append(std::span<const std::byte> bytes) {
 }
 
 void McapFile::cut(std::uint64_t bytes) noexcept {
-  // Without success a reader stops at the torn piece, which it would have done anyway.
+  // If truncation fails, readers stop at the torn record.
   static_cast<void>(::ftruncate(file.get(), static_cast<off_t>(bytes)) == 0);
   end = bytes;
 }
@@ -68,7 +68,7 @@ struct McapWriter::Impl {
   McapFile file;
   McapContent content{};
   Crc32 data_crc{};
-  McapBytes records{};  ///< What a chunk holds, and what is appended next; kept for their memory.
+  McapBytes records{};  ///< Contents of a chunk, and bytes to append next; buffers are reused.
   McapBytes out{};
   std::optional<Error> failure{};
   bool is_finished = false;

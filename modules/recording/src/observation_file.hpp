@@ -1,4 +1,4 @@
-// observations.bin: a line that says what it is, then records of recording::Observation.
+// observations.bin: a header, then records of recording::Observation.
 #pragma once
 
 #include <string_view>

@@ -25,7 +25,7 @@ struct Range {
   [[nodiscard]] std::uint64_t size() const { return last - first; }
 };
 
-/// The records of `track_id` from the position of `file` on; leaves the file behind them.
+/// The records of `track_id` from the position of `file` on; leaves the position behind them.
 template <typename Record>
 Range take_body(SpoolFile<Record>& file, std::uint32_t track_id) {
   for (const Record* record = file.peek(); record != nullptr && record->track_id < track_id; record = file.peek()) {
@@ -61,7 +61,7 @@ void write_vertex(const Eigen::Vector3f& position_m, const PointRecord& point, s
   out.record(gray).record(gray).record(gray).record(frame).record(point.point_id);
 }
 
-/// The points as they are, in their body's frame.
+/// Writes the points in their body's frame.
 Status write_model(const Workspace& workspace, const std::string& name, const std::string& comment, Points& points,
                    const Range& range) {
   Result<BufferedWriter> out = create_ply(workspace, name, comment, range.size());

@@ -1,4 +1,4 @@
-// points/: what was reconstructed, as PLY.
+// points/: the reconstructed points as PLY.
 #pragma once
 
 #include "spool.hpp"

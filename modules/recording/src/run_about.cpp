@@ -12,7 +12,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// A number with a fraction or an exponent is none, whatever its value.
+/// None for a number with a fraction or an exponent, even if its value is an integer.
 std::int64_t whole_number(const Json& json) {
   return json.get_ref<const std::int64_t&>();
 }

@@ -1,4 +1,4 @@
-// run.json read back.
+// Reads run.json.
 #pragma once
 
 #include <cstdint>
@@ -22,12 +22,12 @@ struct RunAbout {
   std::string passes;
   std::string config_json;
   std::int64_t frames = 0;
-  StereoGeometry rectified;  ///< All zero where it is not said.
+  StereoGeometry rectified;  ///< All zero: unknown.
   RigCorrection applied;
-  std::map<std::string, std::int64_t> rows;  ///< By file; those that are not listed are not known.
+  std::map<std::string, std::int64_t> rows;  ///< By file; unknown for files not listed.
 };
 
-/// Errors: those of read_json_text; kBadFormat (not what a run writes).
+/// Errors: those of read_json_text; kBadFormat (not a run.json of a run).
 [[nodiscard]] Result<RunAbout> read_run_about(const std::filesystem::path& path);
 
 }  // namespace kinetrace::recording

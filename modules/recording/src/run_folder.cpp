@@ -21,8 +21,8 @@ struct KnownFile {
   std::string_view path;  ///< "ID" stands for a track id, "NAME" for an image's name.
   Part part;
   std::string_view content;
-  std::uint64_t RunCounts::*count = nullptr;  ///< How many there are, if not one.
-  std::uint64_t RunCounts::*rows = nullptr;   ///< How many rows it has, if they are counted.
+  std::uint64_t RunCounts::*count = nullptr;  ///< Number of files; null: one.
+  std::uint64_t RunCounts::*rows = nullptr;   ///< Number of rows, if counted.
 };
 
 constexpr std::array<KnownFile, 19> kKnownFiles{{
@@ -49,7 +49,7 @@ constexpr std::array<KnownFile, 19> kKnownFiles{{
     {"colmap/object_ID/images.txt", Part::kColmap, "its images", &RunCounts::object_models},
     {"colmap/object_ID/points3D.txt", Part::kColmap, "its points", &RunCounts::object_models},
 }};
-/// Made of a run by other commands: of the earlier run, they would be taken for those of the new one.
+/// Made from a run by other commands; removed, since those of an earlier run would be mistaken for the new run's.
 constexpr std::array<std::string_view, 9> kMadeOfRun{"evaluation.json",
                                                      "figure.png",
                                                      "map",
@@ -99,7 +99,7 @@ bool is_known(std::string_view path) {
   constexpr std::string_view kUnfinished = ".tmp";
   if (path.ends_with(kUnfinished)) {
     path.remove_suffix(kUnfinished.size());
-    // What replace_file had staged, with the number of its process.
+    // Temporary files of replace_file, named with the process id.
     const std::size_t last = path.find_last_not_of("0123456789");
     path = last != std::string_view::npos && path[last] == '.' ? path.substr(0, last) : path;
   }
@@ -114,7 +114,7 @@ bool is_run_folder(const fs::path& directory) {
   return std::getline(readme, line) && line == kMarker;
 }
 
-/// Removes what an earlier run wrote. Folders stay if somebody else's files are in them.
+/// Removes the files of an earlier run. Folders with other files stay.
 Status remove_earlier_run(const fs::path& directory) {
   std::error_code error;
   fs::remove_all(directory / ".spool", error);
@@ -134,8 +134,7 @@ Status remove_earlier_run(const fs::path& directory) {
   if (error) {
     return file_error("list", directory, error.value());
   }
-  // run.json first, so that nothing passes for finished any more; then deepest first, so that folders are empty when
-  // their turn comes.
+  // run.json first, so that the folder no longer counts as complete; then deepest first, so that folders are empty.
   std::stable_partition(known.begin(), known.end(), [](const fs::path& path) { return path.filename() != "run.json"; });
   for (auto path = known.rbegin(); path != known.rend(); ++path) {
     fs::remove(*path, error);

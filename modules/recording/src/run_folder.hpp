@@ -1,4 +1,4 @@
-// The folder of a run: which files it holds, and how an earlier run in it gives way.
+// The run folder: its files, and removal of an earlier run.
 #pragma once
 
 #include <cstdint>
@@ -13,20 +13,20 @@
 
 namespace kinetrace::recording {
 
-/// Where a run in progress says what it is made from; it goes when run.json has come.
+/// Description of a run in progress; removed after run.json is written.
 inline constexpr std::string_view kBegunPath = ".spool/run.json";
 
-/// One kind of file of a run that has been finished.
+/// One kind of file of a finished run.
 struct FileEntry {
   std::string path;                                  ///< "ID" stands for a track id.
   std::uint64_t count = 1;                           ///< Files of this kind.
-  std::optional<std::uint64_t> rows = std::nullopt;  ///< Of one file, where readers are to miss none.
+  std::optional<std::uint64_t> rows = std::nullopt;  ///< Rows of the file, if readers check for missing ones.
 };
 
-/// Makes `config.directory` ready: created, or cleared of the files of an earlier run. Nothing else is touched. The
-/// folder stays this run's while the lock lives. Errors: kInvalidArgument (in use; holds something else), kIo.
+/// Prepares `config.directory`: creates it, or removes the files of an earlier run and nothing else. The lock reserves
+/// the folder for this run. Errors: kInvalidArgument (in use; holds something else), kIo.
 [[nodiscard]] Result<FolderLock> prepare_run_folder(const RecordingConfig& config);
-/// What a run with this configuration has left behind, for run.json.
+/// The files of a run with this configuration, for run.json.
 [[nodiscard]] std::vector<FileEntry> list_files(const RecordingConfig& config, const RunCounts& counts);
 
 }  // namespace kinetrace::recording

@@ -104,7 +104,7 @@ Json files_json(std::span<const FileEntry> files) {
   return list;
 }
 
-/// Null where nobody has counted.
+/// Null if not counted.
 void add_allocations(const RunSummary& summary, Json& run) {
   run["allocations_after_start"] = nullptr;
   run["foreign_allocations_after_start"] = nullptr;

@@ -1,4 +1,4 @@
-// run.json: what a run has to say about itself.
+// Writes run.json.
 #pragma once
 
 #include <span>

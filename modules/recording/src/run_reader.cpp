@@ -28,7 +28,7 @@ constexpr std::size_t kMaskFields = 6;
 constexpr std::size_t kLabelFields = 18;
 constexpr double kUnitTolerance = 0.01;
 
-/// Opens a file of rows; of one that may still be growing only whole rows count.
+/// Opens a file of rows; of an unfinished file only whole rows count.
 Result<TextRows> open_rows(const fs::path& path, TextRows::Separator separator, bool is_finished) {
   Result<TextRows> rows = TextRows::open(path, separator);
   if (rows && !is_finished) {
@@ -37,7 +37,7 @@ Result<TextRows> open_rows(const fs::path& path, TextRows::Separator separator, 
   return rows;
 }
 
-/// After the last row: none is cut, and there are as many as run.json says.
+/// Checks, after the last row, that it is whole and that the number of rows is that of run.json.
 Status check_end(TextRows& rows, std::size_t found, std::optional<std::int64_t> expected) {
   if (!rows.ends_with_whole_row()) {
     rows.reject("the last row is cut off; copy the run folder again");
@@ -54,7 +54,7 @@ std::optional<std::int64_t> reported_rows(const RunAbout& about, const char* fil
   return found == about.rows.end() ? std::nullopt : std::optional(found->second);
 }
 
-/// Both files round: the one to a micrometre and a billionth, the other to nine digits.
+/// Tolerance for rounding: one file has a micrometre and a billionth, the other nine digits.
 bool is_same_pose(const Se3& a, const Se3& b) {
   constexpr double kTolerance = 1e-6;
   constexpr double kDigits = 1e-8;
@@ -150,12 +150,12 @@ std::vector<std::string_view> object_columns() {
   return names;
 }
 
-/// Reads the columns of a row one after the other, as the writer's header lists them.
+/// Reads the columns of a row in the order of the writer's header.
 class ColumnReader {
  public:
   ColumnReader(TextRows& rows, const std::vector<std::size_t>& places) : rows_(rows), places_(places) {}
 
-  /// The file has the next column.
+  /// Whether the file has the next column.
   [[nodiscard]] bool has_next() const { return places_[next_] != TextRows::kNoColumn; }
   std::string_view text() { return rows_.text(places_[next_++]); }
   double number() { return rows_.number(places_[next_++]); }
@@ -220,7 +220,7 @@ ObjectRow object_row(TextRows& rows, const std::vector<std::size_t>& places) {
   return row;
 }
 
-/// What the rows of objects.csv must agree on with each other and with the camera's.
+/// Checks the consistency of the rows of objects.csv with each other and with the camera's.
 class ObjectRowCheck {
  public:
   explicit ObjectRowCheck(const std::vector<CameraRow>& camera) {
@@ -229,7 +229,7 @@ class ObjectRowCheck {
     }
   }
 
-  /// Whether the row is one of a frame that the camera's files have, too. Mistakes are reported to `rows`.
+  /// Whether the camera's files have the row's frame. Errors are reported to `rows`.
   bool check(const ObjectRow& row, bool is_finished, TextRows& rows) {
     if (row.frame < frame_) {
       rows.reject("the frame number falls from the row before");
@@ -254,7 +254,7 @@ class ObjectRowCheck {
 
  private:
   std::set<std::int64_t> camera_times_ns_;
-  std::set<std::uint32_t> tracks_;  ///< Of the frame at hand.
+  std::set<std::uint32_t> tracks_;  ///< Tracks of the current frame.
   std::int64_t frame_ = std::numeric_limits<std::int64_t>::min();
   std::int64_t timestamp_ns_ = 0;
 };
@@ -275,7 +275,7 @@ Status read_objects(const RunAbout& about, Run& run) {
   return run.is_finished ? check_end(*rows, run.objects.size(), reported_rows(about, "objects.csv")) : rows->status();
 }
 
-/// Nobody reads the labels back, but a folder with half of them is a damaged one.
+/// Labels are not read back, but an incomplete file marks a damaged folder.
 Status check_labels(const RunAbout& about, Run& run) {
   const std::optional<std::int64_t> reported = reported_rows(about, "label_02.txt");
   if (!reported || !run.is_finished) {
@@ -301,8 +301,8 @@ std::int64_t typical_interval_ns(const std::vector<CameraRow>& camera) {
   return intervals.empty() ? 1 : median(intervals);
 }
 
-// A source may leave frames out. Frames with objects are numbered in objects.csv; a frame without any is as many
-// numbers from its neighbour as intervals fit between the two.
+// A source may skip frames. Frames with objects are numbered in objects.csv; the number of a frame without objects
+// follows from its neighbour's by the elapsed time in frame intervals.
 void number_frames(Run& run) {
   std::map<std::int64_t, std::int64_t> frame_at_time;
   for (const ObjectRow& object : run.objects) {
@@ -332,7 +332,7 @@ void number_frames(Run& run) {
   }
 }
 
-constexpr std::int64_t kMaxSide = 8192;  ///< Of images in folders that do not say how large theirs are.
+constexpr std::int64_t kMaxSide = 8192;  ///< Bound for images of unknown size.
 
 std::string size_text(std::int64_t width_px, std::int64_t height_px) {
   return std::to_string(width_px) + " x " + std::to_string(height_px);
@@ -369,7 +369,7 @@ MaskRow mask_row(const StereoGeometry& rectified, TextRows& rows) {
   return row;
 }
 
-/// run.json, or what a run that has not written it left behind at its start.
+/// Reads run.json, or the description of an unfinished run.
 Result<RunAbout> read_about(Run& run, bool is_in_use) {
   std::error_code error;
   if (fs::exists(run.directory / "run.json", error)) {

@@ -131,7 +131,7 @@ Status RunRecorder::Impl::open_files() {
   }
   objects.text(kObjectsHeader);
   kept_observations.text(kObservationHeader);
-  // Readers of a run in progress find the header, and a full disk shows now.
+  // Readers of a run in progress find the header, and a full disk is detected now.
   return objects.flush();
 }
 
@@ -220,8 +220,7 @@ void RunRecorder::Impl::append_newest(const FrameResult& result) noexcept {
 NameRecord RunRecorder::Impl::image_name(const RectifiedPair& pair) const noexcept {
   NameRecord record{.frame = static_cast<std::int32_t>(newest_frame)};
   const std::string_view suffix = of_recorded_images(config) ? "" : kRectifiedSuffix;
-  // A name that comes twice, does not fit, or would break the line or the path it is written to, gives way to the frame
-  // number.
+  // The frame number replaces a name that is not unique, too long, or invalid in a line or path.
   const bool is_usable = !config.repeats && !pair.name.empty() &&
                          pair.name.size() + suffix.size() < record.stem.size() &&
                          pair.name.find_first_of(" \t\r\n/") == std::string_view::npos;

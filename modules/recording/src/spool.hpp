@@ -1,4 +1,4 @@
-// The records that wait in DIR/.spool until the end of the run, and where they wait.
+// The records in DIR/.spool and their files.
 #pragma once
 
 #include <array>
@@ -41,7 +41,7 @@ struct PoseRecord {
   std::int32_t frame = 0;
   std::int64_t timestamp_ns = 0;
   std::uint32_t body_tracked = 0;   ///< 1: T_body_cam comes from the body's own reconstruction.
-  std::uint32_t world_tracked = 0;  ///< 1: so does the camera's pose (the paper's condition for a trajectory point).
+  std::uint32_t world_tracked = 0;  ///< 1: likewise the camera's pose (the paper's condition for a trajectory point).
   StoredPose T_body_cam;
   StoredPose T_world_body;
   std::array<float, 3> box_center_m{};  ///< Body frame.
@@ -62,7 +62,7 @@ struct ObservationRecord {
 struct PointRecord {
   std::uint32_t track_id = kBackgroundTrack;
   std::uint32_t point_id = kNoPoint;
-  std::int32_t frame = 0;  ///< The frame with which it left the map.
+  std::int32_t frame = 0;  ///< Frame in which the point left the map.
   std::array<float, 3> position_m{};
   float error_px = 0.F;
   std::uint16_t observations = 0;
@@ -74,8 +74,7 @@ struct NameRecord {
   std::int32_t frame = 0;
   std::array<char, 76> stem{};
 };
-/// What the stem of a recorded image is followed by where that one is not rectified: nobody is to take the one for the
-/// other.
+/// Appended to the stem of a recorded image that is not rectified, to distinguish the two.
 inline constexpr std::string_view kRectifiedSuffix = "_rectified";
 
 /// True if the COLMAP models are of the recorded images, under their names.
@@ -96,7 +95,7 @@ inline bool by_image(const ObservationRecord& a, const ObservationRecord& b) {
   return std::tie(a.track_id, a.frame, a.index) < std::tie(b.track_id, b.frame, b.index);
 }
 
-/// Where `finish` works, and with what memory.
+/// Folder and memory of `finish`.
 struct Workspace {
   const RecordingConfig& config;
   std::span<std::byte> memory;
@@ -115,14 +114,14 @@ struct Workspace {
   [[nodiscard]] std::filesystem::path names() const { return spool("names.bin"); }
 };
 
-/// How much of what a run left behind.
+/// Counts of a run's rows and files.
 struct RunCounts {
   std::uint64_t object_rows = 0;
   std::uint64_t label_rows = 0;
   std::uint64_t mask_rows = 0;
   std::uint64_t observations = 0;
   std::uint64_t images = 0;
-  std::uint64_t stray_points = 0;  ///< That were left out.
+  std::uint64_t stray_points = 0;  ///< Points left out as stray.
   std::uint64_t tracks = 0;
   std::uint64_t object_clouds = 0;
   std::uint64_t object_models = 0;

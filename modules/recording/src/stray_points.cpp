@@ -7,9 +7,9 @@
 namespace kinetrace::recording {
 namespace {
 
-constexpr double kUnseen = 1.25;  // The box leaves out the outermost points, and sides that were never seen.
+constexpr double kUnseen = 1.25;  // The box excludes the outermost points and unobserved sides.
 constexpr double kDeviations = 2.0;
-constexpr double kMinError_px = 0.5;  // Few observations agree with each other better than with the truth.
+constexpr double kMinError_px = 0.5;  // Lower bound: the residuals of few observations underestimate the error.
 
 }  // namespace
 
@@ -22,7 +22,7 @@ bool StrayPoints::contains(const PointRecord& point) {
   if (radius_m_ == 0.0 || apart_m <= surely_m) {
     return false;
   }
-  // A point whose depth is less certain than the object is long does not tell where on the object it lies.
+  // Bounded by the object's size: a less certain depth does not locate the point on the object.
   return apart_m > surely_m + std::min(kDeviations * depth_deviation_m(point), radius_m_);
 }
 
@@ -44,7 +44,7 @@ void StrayPoints::go_to(std::uint32_t track_id) {
   last_ = poses_.position();
 }
 
-/// Of a stereo observation from where the camera was when the point left the map: z^2 / (f b) for each pixel of
+/// Depth error of a stereo observation from the camera's pose when the point left the map: z^2 / (f b) per pixel of
 /// disparity.
 double StrayPoints::depth_deviation_m(const PointRecord& point) {
   std::uint64_t after = first_;

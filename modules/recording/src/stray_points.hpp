@@ -1,4 +1,4 @@
-// Points that are not their object's: wrong matches that were seen too seldom to be noticed while the run went on.
+// Stray points of objects: wrong matches with too few observations to be rejected during the run.
 #pragma once
 
 #include <cstdint>
@@ -9,15 +9,14 @@
 
 namespace kinetrace::recording {
 
-/// A point of an object lies within its box, give or take what the box has not seen and what the point's own depth may
-/// be wrong by. The largest box that the object ever had stands for it, since early ones hold only what was seen by
-/// then.
+/// A point of an object must lie within its box, with a margin for unobserved parts and for the error of the point's
+/// depth. The object's largest box counts, since early ones cover only the parts observed until then.
 class StrayPoints {
  public:
-  /// `poses` is sorted by body and frame, open, and outlives this.
+  /// `poses` must be open, sorted by body and frame, and outlive this.
   StrayPoints(SpoolFile<PoseRecord>& poses, const StereoGeometry& geometry) : poses_(poses), geometry_(geometry) {}
 
-  /// Asked in ascending order of bodies. The background, and objects that never had a box, have no stray points.
+  /// Call in ascending order of bodies. The background and objects without a box have no stray points.
   [[nodiscard]] bool contains(const PointRecord& point);
 
  private:
@@ -30,7 +29,7 @@ class StrayPoints {
   std::uint64_t first_ = 0;  ///< The body's records: [first_, last_).
   std::uint64_t last_ = 0;
   Eigen::Vector3d center_m_ = Eigen::Vector3d::Zero();  ///< Body frame.
-  double radius_m_ = 0.0;                               ///< Of the sphere around the box.
+  double radius_m_ = 0.0;                               ///< Radius of the sphere around the box.
 };
 
 }  // namespace kinetrace::recording

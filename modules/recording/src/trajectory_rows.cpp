@@ -17,7 +17,7 @@ std::string_view kitti_type(std::uint16_t class_id) noexcept {
   return class_id == kVehicleClass ? "Car" : class_id == kPedestrianClass ? "Pedestrian" : "Misc";
 }
 
-/// Labels need a score to be ranked by; it says how well the pose is supported.
+/// Score of a label for ranking, by the support of its pose.
 double kitti_score(BodyStatus status) noexcept {
   return status == BodyStatus::kTracked ? 1.0 : status == BodyStatus::kStereoOnly ? 0.5 : 0.25;
 }
@@ -50,7 +50,7 @@ KittiPlacement kitti_placement(const Box3& box, const Se3& T_world_cam) {
 
 void write_tum_row(std::int64_t timestamp_ns, const StoredPose& pose, BufferedWriter& out) noexcept {
   constexpr std::int64_t kNsPerS = 1'000'000'000;
-  // Whole and fractional seconds apart: a double would lose nanoseconds of today's clocks.
+  // Whole and fractional seconds separately: a double would lose nanoseconds of today's clocks.
   const auto magnitude = timestamp_ns < 0 ? std::uint64_t{0} - static_cast<std::uint64_t>(timestamp_ns)
                                           : static_cast<std::uint64_t>(timestamp_ns);
   std::array<char, 10> fraction{'.', '0', '0', '0', '0', '0', '0', '0', '0', '0'};

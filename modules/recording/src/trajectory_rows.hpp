@@ -14,7 +14,7 @@ inline constexpr std::string_view kObjectsHeader =
     "frame,timestamp_ns,track_id,class,status,tx,ty,tz,qx,qy,qz,qw,vx,vy,vz,moving,heading,box_x,box_y,box_z,box_l,"
     "box_h,box_w,box_yaw,cov_rx,cov_ry,cov_rz,cov_tx,cov_ty,cov_tz,point_count,inliers,pixel_height,mask_x0,mask_y0,"
     "mask_x1,mask_y1,box_down_x,box_down_y,box_down_z,sd_along,sd_down,sd_across,sd_l,sd_h,sd_w,sd_yaw,heading_known\n";
-/// Runs of earlier versions end after these: their boxes are upright about the world's y axis, without uncertainty.
+/// Columns of earlier versions: boxes upright about the world's y axis, without uncertainty.
 inline constexpr std::size_t kColumnsOfAllVersions = 37;
 
 /// Position and orientation of an object's box as KITTI labels have it: in the camera frame of its own image.
@@ -30,7 +30,7 @@ void write_tum_row(std::int64_t timestamp_ns, const StoredPose& pose, BufferedWr
 /// The upper 3 x 4 part of T_world_cam, row by row.
 void write_kitti_row(const Se3& T_world_cam, BufferedWriter& out) noexcept;
 void write_object_row(const FrameEstimate& frame, const ObjectResult& object, BufferedWriter& out) noexcept;
-/// Nothing is written for an object that is lost or has no pixel in the image: KITTI labels list what is visible.
+/// Writes nothing for an object that is lost or has no pixel in the image: KITTI labels list visible objects.
 bool write_label_row(const FrameEstimate& frame, const ObjectResult& object, BufferedWriter& out) noexcept;
 /// One line per confirmed or propagated track that has a pixel; returns their number.
 int write_mots_rows(const FrameResult& result, BufferedWriter& out) noexcept;
@@ -38,7 +38,7 @@ inline constexpr std::int64_t kMotsIdsPerClass = 1000;
 inline constexpr std::int64_t kMotsLargeIds = 100'000'000;  ///< Above every class_id * 1000 + 999.
 /// class_id * 1000 + track_id as KITTI MOTS has it; ids from 1000 on do not fit and become 100 000 000 + track_id.
 [[nodiscard]] std::int64_t mots_object_id(std::uint16_t class_id, std::uint32_t track_id) noexcept;
-/// The inverse; outside the range of track ids if the two do not fit.
+/// The inverse; outside the range of track ids if the two are inconsistent.
 [[nodiscard]] std::int64_t mots_track_id(std::int64_t class_id, std::int64_t object_id) noexcept;
 
 }  // namespace kinetrace::recording

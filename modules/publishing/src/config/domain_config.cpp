@@ -57,10 +57,10 @@ std::string discovery(const PublishConfig& config) {
          "</Discovery>";
 }
 
-// We receive acknowledgements and requests, never much at once. A writer that ends waits for readers as long as a slow
-// network needs, and not for each of them as long as the library's default: they end one after the other. A receive
-// thread per socket is woken for its end by a packet to the participant's own address, and hangs when that has changed;
-// the one thread for all has a pipe.
+// Received traffic is small: acknowledgements and requests. The linger time of writers suffices for a slow network; the
+// library's default would add up over all writers, which end one after the other. A receive thread per socket is woken
+// at its end by a packet to the participant's own address and hangs if that has changed; the single thread for all
+// sockets uses a pipe.
 constexpr std::string_view kSmallAndSwift =
     "<Sizing><ReceiveBufferSize>256 KiB</ReceiveBufferSize><ReceiveBufferChunkSize>64 KiB</ReceiveBufferChunkSize>"
     "</Sizing><Internal><MultipleReceiveThreads>false</MultipleReceiveThreads>"
@@ -88,7 +88,7 @@ std::string security(const SecurityConfig& config) {
          "</Cryptographic></Security>";
 }
 
-// XML without its comments, in lower case: the library takes names in any case.
+// XML without comments, in lower case: the library ignores the case of names.
 std::string plain_xml(std::string_view xml) {
   std::string plain;
   for (std::size_t i = 0; i < xml.size();) {
@@ -101,7 +101,7 @@ std::string plain_xml(std::string_view xml) {
   return plain;
 }
 
-// The Id attribute of each Domain element; one without is for any domain.
+// The Id attribute of each Domain element; an element without it applies to any domain.
 Status check_domains(const PublishConfig& config, const std::string& plain) {
   for (std::size_t tag = plain.find("<domain"); tag != std::string::npos; tag = plain.find("<domain", tag + 1)) {
     const std::string attributes = plain.substr(tag, plain.find('>', tag) - tag);

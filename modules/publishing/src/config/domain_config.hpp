@@ -1,4 +1,4 @@
-// The configuration that Cyclone DDS is started with.
+// Configuration of Cyclone DDS.
 #pragma once
 
 #include <string>
@@ -10,11 +10,11 @@
 namespace kinetrace::publishing {
 
 /// One interface, small buffers, no shared memory (which aborts the process where its daemon is missing), and security
-/// if required. Given to dds_create_domain, it keeps the library from looking at CYCLONEDDS_URI.
+/// if required. Passed to dds_create_domain, it prevents the library from reading CYCLONEDDS_URI.
 [[nodiscard]] std::string domain_xml(const PublishConfig& config, bool interface_has_multicast);
 
-/// The user's own configuration, checked for what would silently not be what it says: another domain's, shared memory,
-/// security (which has keys of its own). Errors: kNotFound, kIo, kInvalidConfig.
+/// Reads the user's configuration and refuses settings that would silently have no effect: another domain's Id, shared
+/// memory, security (which has keys of its own). Errors: kNotFound, kIo, kInvalidConfig.
 [[nodiscard]] Result<std::string> read_own_xml(const PublishConfig& config);
 
 }  // namespace kinetrace::publishing

@@ -10,8 +10,8 @@ bool has(const std::string& text, std::string_view part) {
   return text.find(part) != std::string::npos;
 }
 
-/// "config: //CycloneDDS/Domain: Genral: unknown element (CYCLONEDDS_URI+0 line 1)" without what only the library
-/// knows. It takes any configuration for one that came in this variable.
+/// "config: //CycloneDDS/Domain: Genral: unknown element (CYCLONEDDS_URI+0 line 1)" without the prefix and the
+/// variable: the library attributes any configuration to this variable.
 std::string without_origin(const std::string& words) {
   constexpr std::string_view kPrefix = "config: ";
   constexpr std::string_view kVariable = "CYCLONEDDS_URI+0 ";
@@ -23,7 +23,7 @@ std::string without_origin(const std::string& words) {
   return plain;
 }
 
-/// A document of DDS Security, as the user knows it.
+/// A document of DDS Security by its key and file.
 std::string named(std::string_view key, const std::string& file) {
   return "dds.security." + std::string(key) + ": " + file;
 }

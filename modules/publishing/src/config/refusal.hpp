@@ -1,4 +1,4 @@
-// What the DDS library refuses, in words that help.
+// Explains refusals by the DDS library.
 #pragma once
 
 #include "kinetrace/core/result.hpp"
@@ -6,8 +6,8 @@
 
 namespace kinetrace::publishing {
 
-/// `error` quotes the DDS library, which does not know the files that it was configured from. Where one of them is to
-/// blame, the result names it and says what to do; else it is `error`.
+/// `error` quotes the DDS library, which does not know its configuration files. If one of them is the cause, the result
+/// names it with the remedy; else it is `error`.
 [[nodiscard]] Error explained(const PublishConfig& config, const Error& error);
 
 }  // namespace kinetrace::publishing

@@ -49,7 +49,7 @@ Result<Bio> open_file(std::string_view key, const std::string& path) {
   return file;
 }
 
-// A key that wants a password would otherwise ask for it on the terminal.
+// Without this callback an encrypted key would prompt for a password on the terminal.
 int no_password(char* /*buffer*/, int /*size*/, int /*writes*/, void* /*user*/) {
   return -1;
 }
@@ -68,7 +68,7 @@ Result<Key> read_key(const std::string& path) {
   return key;
 }
 
-/// Errors also where it is not valid at `now_s`.
+/// Errors also if it is not valid at `now_s`.
 Result<Certificate> read_certificate(std::string_view key, const std::string& path, std::int64_t now_s) {
   Result<Bio> file = open_file(key, path);
   if (!file) {
@@ -131,7 +131,7 @@ Status check_signed(std::string_view key, const std::string& path, const std::st
   }
   const std::unique_ptr<STACK_OF(X509), FreeStack> signers(sk_X509_new_null());
   sk_X509_push(signers.get(), authority);
-  // The signer is exactly this authority: no chain, and no certificate that the document brings along.
+  // The signer must be exactly this authority: no chain, and no certificate embedded in the document.
   constexpr int kFlags = PKCS7_TEXT | PKCS7_NOVERIFY | PKCS7_NOINTERN;
   if (PKCS7_verify(document.get(), signers.get(), nullptr, content, nullptr, kFlags) != 1) {
     return fail(ErrorCode::kInvalidConfig, named(key, path) + " is not signed by " + authority_path +

@@ -1,4 +1,4 @@
-// Owners of what the C interface of Cyclone DDS hands out.
+// Owners of handles of Cyclone DDS's C interface.
 #pragma once
 
 #include <memory>
@@ -10,11 +10,11 @@
 
 namespace kinetrace::publishing {
 
-/// A DDS entity, deleted with everything that was made in it.
+/// A DDS entity, deleted with all its children.
 class Entity {
  public:
   Entity() = default;
-  /// Takes what a dds_create_ function returned; a negative value is an error and owns nothing.
+  /// Takes the result of a dds_create_ function; a negative value is an error and owns nothing.
   explicit Entity(dds_entity_t handle) noexcept : handle_(handle) {}
   Entity(const Entity&) = delete;
   Entity& operator=(const Entity&) = delete;
@@ -32,7 +32,7 @@ class Entity {
 
   [[nodiscard]] bool exists() const noexcept { return handle_ > 0; }
   [[nodiscard]] dds_entity_t get() const noexcept { return handle_; }
-  /// Why it does not exist.
+  /// Reason for a missing entity.
   [[nodiscard]] const char* error() const noexcept { return dds_strretcode(-handle_); }
 
  private:

@@ -29,20 +29,20 @@ std::string waits_for(const std::string& interface) {
 
 struct Link::Impl {
   PublishConfig config;
-  std::string own_xml;  ///< Empty: the configuration is made from the keys.
+  std::string own_xml;  ///< Empty: the configuration is generated from the keys.
   std::unique_ptr<LogSink> log;
-  // Not of a participant, so that they outlive each of them. While they exist, the library does, and takes handles of
-  // what has gone.
+  // Independent of participants, so that they outlive each of them. They keep the library initialized, so that it
+  // tolerates stale handles.
   Entity waitset;
   Entity alarm;
-  std::optional<InterfaceAddress> address{};  ///< What the participant was made with.
+  std::optional<InterfaceAddress> address{};  ///< Address of the current participant.
   std::optional<std::int64_t> next_look_ns{};
   std::optional<std::int64_t> next_try_ns{};
   std::optional<std::string> notice{};
   std::optional<Participant> participant{};
-  mutable std::mutex mutex{};  ///< Of what other threads read:
+  mutable std::mutex mutex{};  ///< Guards members that other threads read:
   LinkMembership membership{};
-  std::uint64_t participants = 0;  ///< Made so far.
+  std::uint64_t participants = 0;  ///< Number created so far.
   std::atomic<LinkState> state = LinkState::kWaiting;
 
   [[nodiscard]] bool has_own_xml() const noexcept { return !own_xml.empty(); }
@@ -63,7 +63,7 @@ Status Link::Impl::check_security() const {
 }
 
 Status Link::Impl::connect() {
-  // Again at every start of a participant: certificates expire.
+  // Checked at every start of a participant: certificates expire.
   if (Status secure = check_security(); !secure) {
     return secure;
   }
@@ -85,7 +85,7 @@ void Link::Impl::disconnect(const std::string& why) {
   notice = why;
 }
 
-// With a configuration of the user's own nobody knows which interface it means.
+// The interface of the user's own configuration is unknown.
 void Link::Impl::look_at_interface(std::int64_t now_ns) {
   if (has_own_xml() || (next_look_ns && now_ns < *next_look_ns)) {
     return;

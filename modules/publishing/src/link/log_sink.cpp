@@ -37,7 +37,7 @@ LogSink::~LogSink() {
 }
 
 void LogSink::add(const char* line, std::size_t size) noexcept {
-  // What may follow the first line only repeats it.
+  // Further lines only repeat the first one.
   size = static_cast<std::size_t>(std::find(line, line + size, '\n') - line);
   while (size > 0 && line[size - 1] == ' ') {
     --size;

@@ -1,4 +1,4 @@
-// Warnings and errors of the DDS library, at a rate that a user can read.
+// Rate-limited warnings and errors of the DDS library.
 #pragma once
 
 #include <array>
@@ -14,32 +14,32 @@
 
 namespace kinetrace::publishing {
 
-/// The library calls from threads of its own, so this is the one place of the module with a lock; the pipeline's thread
-/// never comes here. There is one sink in a process. Lines are kept until fetched, `kKept` at most.
+/// The library calls from its own threads, so this class locks; the pipeline's thread never uses it. One sink per
+/// process. Keeps at most `kKept` lines until fetched.
 class LogSink {
  public:
   static constexpr std::size_t kKept = 8;
 
-  /// Errors: kIllegalState while there is another one.
+  /// Errors: kIllegalState (another sink exists).
   [[nodiscard]] static Result<std::unique_ptr<LogSink>> create(int lines_per_minute);
   LogSink(const LogSink&) = delete;
   LogSink& operator=(const LogSink&) = delete;
   ~LogSink();
 
-  /// What the library says, as it calls us.
+  /// Callback of the library.
   void add(const char* line, std::size_t size) noexcept;
-  /// Renews the allowance; called now and then. `now_ns` is a steady clock.
+  /// Renews the allowance; called periodically. `now_ns` is a steady clock.
   void tick(std::int64_t now_ns) noexcept;
-  /// The next line that may be shown.
+  /// The next line within the allowance.
   [[nodiscard]] std::optional<std::string> take();
-  /// The newest line, whether it may be shown or not: why a call of the library failed. It is forgotten with this.
+  /// Takes the newest line, regardless of the allowance: the reason of a failed call of the library.
   [[nodiscard]] std::string take_reason();
 
   [[nodiscard]] std::uint64_t lines() const noexcept { return lines_.load(std::memory_order_relaxed); }
   [[nodiscard]] std::uint64_t suppressed() const noexcept { return suppressed_.load(std::memory_order_relaxed); }
 
  private:
-  using Line = std::array<char, 256>;  // Longer ones are cut.
+  using Line = std::array<char, 256>;  // Longer lines are truncated.
   explicit LogSink(int lines_per_minute) : lines_per_minute_(lines_per_minute), allowance_(lines_per_minute) {}
 
   const int lines_per_minute_;

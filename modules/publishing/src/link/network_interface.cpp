@@ -24,7 +24,7 @@ std::unique_ptr<ifaddrs, AddressesDeleter> all_addresses() {
 }  // namespace
 
 std::optional<InterfaceAddress> find_interface(const std::string& name) {
-  const ForeignCall foreign;  // The C library makes a list each time.
+  const ForeignCall foreign;  // The C library allocates a list each time.
   const auto addresses = all_addresses();
   for (const ifaddrs* entry = addresses.get(); entry != nullptr; entry = entry->ifa_next) {
     if (name != entry->ifa_name || (entry->ifa_flags & IFF_UP) == 0 || entry->ifa_addr == nullptr ||

@@ -1,4 +1,4 @@
-// Whether a network interface is there, and under which address.
+// Presence and address of a network interface.
 #pragma once
 
 #include <optional>
@@ -6,9 +6,9 @@
 
 namespace kinetrace::publishing {
 
-/// What a participant is bound to: when any of it changes, a participant made before does not work any more.
+/// The address that a participant is bound to: any change breaks an existing participant.
 struct InterfaceAddress {
-  unsigned index = 0;  ///< Another one means that the interface was removed and made again.
+  unsigned index = 0;  ///< Changes when the interface is removed and created again.
   std::string ipv4;
   bool multicast = false;
 

@@ -12,8 +12,8 @@
 namespace kinetrace::publishing {
 namespace {
 
-// Where a socket of a new domain cannot be made, Cyclone DDS 0.10 takes down what it has not set up yet, and crashes
-// (rtps_fini). It opens half as many.
+// If a new domain cannot open a socket, Cyclone DDS 0.10 tears down parts that it has not set up yet and crashes
+// (rtps_fini). It needs half as many files.
 Status check_free_files() {
   std::array<int, 12> files{};
   int count = 0;
@@ -51,7 +51,7 @@ Result<Participant> Participant::create(int domain, const std::string& xml,
     return fail(ErrorCode::kInvalidConfig, "DDS domain " + std::to_string(domain) +
                                                " cannot be made: " + (reason.empty() ? made.domain_.error() : reason));
   }
-  // The domain has opened its sockets.
+  // The domain's sockets are open now.
   if (const Status confined = interface ? confine_sockets(domain, *interface) : Status{}; !confined) {
     return Unexpected(confined.error());
   }

@@ -1,4 +1,4 @@
-// The membership in a DDS domain: what both publishing and reading need first.
+// Membership in a DDS domain, the basis of readers and writers.
 #pragma once
 
 #include <optional>
@@ -11,14 +11,14 @@
 
 namespace kinetrace::publishing {
 
-/// A domain with a configuration of its own, and a participant in it. While it exists nobody else in the process can
-/// use the domain with another configuration.
+/// A domain with a configuration of its own, and a participant in it. While it exists, the process cannot use the
+/// domain with another configuration.
 class Participant {
  public:
   Participant() = default;
 
-  /// Nothing is received but by `interface`; by any where there is none. Errors: kInvalidConfig where the library
-  /// refuses the configuration, kIo where it refuses the participant; with what the library has logged about it.
+  /// Receives by `interface` only; without one, by any. Errors, with the library's log line: kInvalidConfig
+  /// (configuration refused), kIo (participant refused).
   [[nodiscard]] static Result<Participant> create(int domain, const std::string& xml,
                                                   const std::optional<InterfaceAddress>& interface, LogSink& log);
 
@@ -26,7 +26,7 @@ class Participant {
 
  private:
   Entity domain_;
-  Entity participant_;  // After the domain, so that it goes first.
+  Entity participant_;  // Declared after the domain, so that it is destroyed first.
 };
 
 }  // namespace kinetrace::publishing

@@ -44,7 +44,7 @@ Status attach(int socket, const InterfaceAddress& allowed) {
   constexpr std::uint32_t kWholePacket = 0xFFFFFFFF;
   in_addr address{};
   inet_pton(AF_INET, allowed.ipv4.c_str(), &address);
-  // By the interface: pass. By the loopback: pass if it is for the interface's address.
+  // Passes packets of the interface, and those of the loopback to the interface's address.
   std::array<sock_filter, 7> program{{BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kInterfaceIndex),
                                       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, allowed.index, 3, 0),
                                       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, if_nametoindex("lo"), 0, 3),
@@ -62,7 +62,7 @@ Status attach(int socket, const InterfaceAddress& allowed) {
 }  // namespace
 
 Status confine_sockets(int domain, const InterfaceAddress& allowed) {
-  const ForeignCall foreign;  // The standard library allocates for each folder entry.
+  const ForeignCall foreign;  // The standard library allocates for each directory entry.
   std::error_code error;
   for (fs::directory_iterator entry("/proc/self/fd", error), end; !error && entry != end; entry.increment(error)) {
     const std::string name = entry->path().filename().string();

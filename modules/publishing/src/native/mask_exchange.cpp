@@ -166,7 +166,7 @@ Status check(const MaskSender::Image& image) {
   return {};
 }
 
-/// Where each piece begins, and the end: as many masks as go into a message.
+/// First mask of each piece, and the end: each piece holds as many masks as fit into a message.
 std::vector<std::size_t> cut_into_pieces(const std::vector<MaskSender::Image::Mask>& masks) {
   std::vector<std::size_t> cuts{0};
   std::size_t bytes = 0;
@@ -190,7 +190,7 @@ kinetrace_InstanceMask instance_mask(const MaskSender::Image::Mask& mask) {
   out.y0_px = static_cast<std::uint16_t>(mask.box_px.y0);
   out.x1_px = static_cast<std::uint16_t>(mask.box_px.x1);
   out.y1_px = static_cast<std::uint16_t>(mask.box_px.y1);
-  // Writing never changes what a sequence shows.
+  // Writing does not modify a sequence's data.
   show(out.runs, {const_cast<std::uint16_t*>(mask.runs.data()), mask.runs.size()});  // NOLINT(*-const-cast)
   return out;
 }

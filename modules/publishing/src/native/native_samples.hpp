@@ -1,4 +1,4 @@
-// What listeners get of native messages, as the DDS library has decoded them: a stranger may have sent them.
+// Converts decoded native messages for listeners. Messages are untrusted.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Kinetrace's own topics: writers, and how results become messages.
+// Native topics: writers, and conversion of results to messages.
 #pragma once
 
 #include <cstddef>
@@ -16,11 +16,11 @@
 
 namespace kinetrace::publishing {
 
-/// Where messages are filled in; outlives participants.
+/// Message buffers; outlive participants.
 struct NativeBuffers {
   NativeBuffers(const PublishConfig& config, Arena& arena);
 
-  std::span<kinetrace_TrackedObject> objects;  ///< As many as go into a piece; points likewise.
+  std::span<kinetrace_TrackedObject> objects;  ///< Capacity of a piece; points likewise.
   std::span<float> positions_m;
   std::span<std::uint32_t> track_ids;
   std::span<std::uint8_t> intensities;
@@ -37,7 +37,7 @@ class NativeTopics {
   void publish(const StereoGeometry& geometry, Outbox& outbox) const;
   /// Pose and objects.
   void publish(const PublishedFrame& frame, const CameraMotion& motion, Outbox& outbox) const;
-  /// What may come later.
+  /// The topics of lower priority.
   void publish_points(const PublishedFrame& frame, Outbox& outbox) const;
   void publish(const PublishedHealth& health, const PublishCounters& sent, Outbox& outbox) const;
   void publish(const TrajectoryPart& part, Outbox& outbox) const;

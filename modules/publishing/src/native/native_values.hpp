@@ -1,4 +1,4 @@
-// Single values as the native messages carry them.
+// Conversion of single values to and from native messages.
 #pragma once
 
 #include <cstddef>
@@ -33,7 +33,7 @@ namespace kinetrace::publishing {
   return {Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized().toRotationMatrix(), from_wire(pose.position)};
 }
 
-// The numbers in the IDL are what other programs rely on; ours may be renumbered.
+// The numbers in the IDL are the interface to other programs; internal ones may change.
 [[nodiscard]] constexpr std::uint8_t to_wire(BodyStatus status) noexcept {
   switch (status) {
     case BodyStatus::kInitializing: return kinetrace_STATUS_INITIALIZING;
@@ -73,7 +73,7 @@ namespace kinetrace::publishing {
   return RigVerdict::kUnknown;
 }
 
-/// What a later version may add is unknown, and counts as the worst.
+/// Values of later versions are unknown and read as the worst.
 [[nodiscard]] constexpr BodyStatus body_status(std::uint8_t status) noexcept {
   for (const BodyStatus known :
        {BodyStatus::kInitializing, BodyStatus::kTracked, BodyStatus::kStereoOnly, BodyStatus::kPropagated}) {

@@ -20,7 +20,7 @@ struct Readers {
 };
 
 Result<Readers> make_readers(const Link& link, const LinkMembership& membership) {
-  // Deep enough for what comes while a terminal is slow.
+  // Deep enough to buffer messages while a terminal is slow.
   const TopicQos some{.depth = 64};
   const TopicQos kept{.depth = 1, .keeps_last = true};
   struct Spec {

@@ -22,7 +22,7 @@ kinetrace_TrajectoryPose trajectory_pose(const TrajectoryEvent& event) noexcept 
 
 }  // namespace
 
-// Ended tracks are still settling while others have taken their places.
+// Twice the objects: poses of ended tracks become final while new tracks are in their slots.
 TrajectoryPieces::TrajectoryPieces(const PublishConfig& config, Arena& arena)
     : open_(arena.take<Open>(2 * static_cast<std::size_t>(config.max_objects))),
       poses_per_piece_(items_per_piece(config.piece_bytes, sizeof(kinetrace_TrajectoryPose), kMaxPoses)) {}

@@ -1,4 +1,4 @@
-// Final poses, gathered into pieces of trajectories.
+// Collects final poses into pieces of trajectories.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace kinetrace::publishing {
 
-/// Poses of one object, without a gap on our side. Points into the collector until its next call.
+/// Consecutive poses of one object. Points into the collector until its next call.
 struct TrajectoryPart {
   std::uint32_t track_id = 0;
   std::uint16_t class_id = 0;
@@ -21,20 +21,19 @@ struct TrajectoryPart {
   std::span<kinetrace_TrajectoryPose> poses;
 };
 
-/// Bounded: while more trajectories are open than there is room for, the one without news for longest is published as
-/// it is and its count forgotten.
+/// Bounded: at the capacity, the least recently updated trajectory is published early, and its pose count is lost.
 class TrajectoryPieces {
  public:
   static constexpr std::size_t kMaxPoses = 64;  ///< Bound of TrajectoryPiece in the IDL.
 
   TrajectoryPieces(const PublishConfig& config, Arena& arena);
 
-  /// Takes the event in, and calls `send(part)` for every part that is ready with it.
+  /// Takes an event and calls `send(part)` for every part that it completes.
   template <typename Send>
   void add(const TrajectoryEvent& event, Send&& send) noexcept {
     Open* open = find(event.track_id);
     if (event.ends) {
-      if (open != nullptr) {  // Else it was published before, for lack of room.
+      if (open != nullptr) {  // Null: published earlier for lack of room.
         TrajectoryPart last = give_out(*open);
         last.finished = true;
         send(last);
@@ -43,7 +42,7 @@ class TrajectoryPieces {
       return;
     }
     if (open == nullptr) {
-      open = &longest_without_news();  // Free ones before all others.
+      open = &longest_without_news();  // Free slots come first.
       if (open->count > 0) {
         send(give_out(*open));
       }
@@ -69,7 +68,7 @@ class TrajectoryPieces {
   [[nodiscard]] Open& longest_without_news() noexcept;
   static void begin(Open& open, const TrajectoryEvent& event) noexcept;
   void append(Open& open, const TrajectoryEvent& event) noexcept;
-  /// What is gathered; `open` goes on behind it.
+  /// The collected poses; `open` continues behind them.
   static TrajectoryPart give_out(Open& open) noexcept;
 
   std::span<Open> open_;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::memory_order kRelaxed = std::memory_order_relaxed;
 
-/// Where messages are filled in, and what is gathered for them; as long as the publisher lives.
+/// Message buffers and collected pieces, with the publisher's lifetime.
 struct Buffers {
   Buffers(const PublishConfig& config, Arena& arena)
       : native(config, arena), ros(config, arena), trajectories(config, arena) {}
@@ -23,7 +23,7 @@ struct Buffers {
   TrajectoryPieces trajectories;
 };
 
-/// Writers, as long as the participant they were made with.
+/// Writers, with the lifetime of their participant.
 struct Topics {
   std::optional<NativeTopics> native;
   std::optional<RosTopics> ros;
@@ -31,7 +31,7 @@ struct Topics {
   /// Errors: kIo.
   [[nodiscard]] static Result<Topics> create(const PublishConfig& config, const StereoGeometry& geometry,
                                              dds_entity_t participant, Buffers& buffers);
-  /// Calls `publish(topics)` for each kind that is wanted.
+  /// Calls `publish(topics)` for each configured kind of topics.
   template <typename Publish>
   void for_each(Publish&& publish) {
     if (native) {
@@ -72,8 +72,8 @@ struct Publisher::Impl {
   Outbox outbox;
   std::unique_ptr<Link> link;
   CameraMotionMeter motion_meter{};
-  std::optional<Topics> topics{};  ///< After the link, so that they go first.
-  std::uint64_t made_in = 0;       ///< Number of the membership that the topics belong to, or failed in.
+  std::optional<Topics> topics{};  ///< Declared after the link, so that they are destroyed first.
+  std::uint64_t made_in = 0;       ///< Number of the membership in which the topics were created, or failed.
   std::optional<std::string> notice{};
   std::optional<std::int64_t> next_health_ns{};
   HealthState reported_state = HealthState::kOk;
@@ -102,7 +102,7 @@ Status Publisher::Impl::follow_link() {
   }
   topics = std::move(*made);
   has_topics = true;
-  next_health_ns.reset();  // New readers hear of it at once.
+  next_health_ns.reset();  // New readers receive it at once.
   topics->for_each([&](const auto& kind) { kind.publish(geometry, outbox); });
   return {};
 }
@@ -116,7 +116,7 @@ std::size_t Publisher::required_bytes(const PublishConfig& config) {
 
 std::size_t Publisher::participant_bytes(const PublishConfig& config) noexcept {
   constexpr std::size_t kMib = std::size_t{1024} * 1024;
-  // Plugins and libcrypto's tables come with security.
+  // Security adds plugins and libcrypto's tables.
   return (config.security.mode == SecurityMode::kRequired ? 10 : 4) * kMib;
 }
 

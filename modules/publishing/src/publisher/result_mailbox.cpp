@@ -7,7 +7,8 @@ namespace {
 
 constexpr std::memory_order kRelaxed = std::memory_order_relaxed;
 
-// A track ends in the newest frame while its poses are still settling, and its place may be taken meanwhile.
+// More than the objects: a track ends in the newest frame before its last poses are final, and its slot may be reused
+// meanwhile.
 std::size_t open_capacity(const PublishConfig& config) {
   return 4 * static_cast<std::size_t>(config.max_objects);
 }
@@ -80,7 +81,7 @@ void ResultMailbox::remember(const ObjectResult& object, std::int64_t frame) noe
   const auto known = std::find_if(open_.begin(), open_.end(),
                                   [&](const OpenTrajectory& open) { return open.track_id == object.track_id; });
   if (known == open_.end()) {
-    // At capacity the trajectory is published all the same; only its end goes unnoticed.
+    // At capacity the trajectory is published nevertheless; only its end is missed.
     static_cast<void>(open_.push_back({object.track_id, object.class_id, frame}));
   }
 }
@@ -105,7 +106,7 @@ void ResultMailbox::end_where_gone(const FrameResult& result) noexcept {
     if (is_alive(result, open.track_id)) {
       open.last_alive_frame = result.newest.frame_index;
     } else if (result.finalised.frame_index >= open.last_alive_frame) {
-      // All frames in which it may have been seen are final.
+      // All frames that may contain it are final.
       push_end(open);
       open_.swap_remove(i);
     }

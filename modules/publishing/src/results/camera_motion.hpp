@@ -1,4 +1,4 @@
-// How fast the camera moves, from one published frame to the next.
+// Velocity of the camera between published frames.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 namespace kinetrace::publishing {
 
 struct CameraMotion {
-  bool is_known = false;                                             ///< Else everything is zero.
+  bool is_known = false;                                             ///< False: all members are zero.
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();            ///< Camera frame.
   Eigen::Vector3d angular_velocity_radps = Eigen::Vector3d::Zero();  ///< Camera frame.
   /// Of (angular velocity, velocity), camera frame. An upper bound: the errors of consecutive poses are taken to be
@@ -20,10 +20,10 @@ struct CameraMotion {
   Matrix6d covariance = Matrix6d::Zero();
 };
 
-/// Differences of consecutive camera poses.
+/// Velocity from consecutive camera poses.
 class CameraMotionMeter {
  public:
-  /// Longer pauses, and poses that are only predicted or lost, say nothing.
+  /// No velocity after a longer gap, or from poses that are predicted or lost.
   static constexpr std::int64_t kMaxPause_ns = 1'000'000'000;
 
   CameraMotion update(const PublishedFrame& frame) noexcept;

@@ -7,7 +7,7 @@
 namespace kinetrace::publishing {
 namespace {
 
-/// Where a body's own frame lies in the world; null while nobody knows.
+/// Pose of a body's frame in the world; null: unknown.
 const Se3* placement(const BodyGeometry& body, const FrameEstimate& newest, const Se3& world) noexcept {
   if (body.track_id == 0) {
     return &world;

@@ -1,4 +1,4 @@
-// Fewer of many, evenly spread.
+// Even thinning of a sequence.
 #pragma once
 
 #include <algorithm>
@@ -6,12 +6,12 @@
 
 namespace kinetrace::publishing {
 
-/// Lets through `most` of `total` items, or all if there are not more.
+/// Keeps `most` of `total` items, evenly spread, or all if there are not more.
 class Thinning {
  public:
   Thinning(std::size_t most, std::size_t total) noexcept : kept_(std::min(most, total)), total_(total) {}
 
-  /// Asked once for each item.
+  /// Call once for each item.
   [[nodiscard]] bool lets_through() noexcept {
     sum_ += kept_;
     if (sum_ < total_) {

@@ -107,7 +107,7 @@ struct MapSender::Impl {
   PublishConfig config;
   Outbox outbox;
 
-  /// Null where there is nobody to write it for.
+  /// Null without readers.
   template <typename Message>
   void write(Writer MapWriters::*writer, const Message& message) noexcept {
     if (const MapWriters* all = writers.peek(); all != nullptr && Outbox::is_wanted(all->*writer)) {

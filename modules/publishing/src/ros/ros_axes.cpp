@@ -16,7 +16,7 @@ Se3 to_ros(const Se3& T_a_b) noexcept {
 }
 
 Matrix6d to_ros_covariance(const Matrix6d& covariance) noexcept {
-  // Rotation comes from below, position from above; both turn into the axes of ROS.
+  // Swaps the blocks of rotation and position, and rotates both into the axes of ROS.
   Matrix6d J = Matrix6d::Zero();
   J.topRightCorner<3, 3>() = ros_axes();
   J.bottomLeftCorner<3, 3>() = ros_axes();
@@ -24,7 +24,7 @@ Matrix6d to_ros_covariance(const Matrix6d& covariance) noexcept {
 }
 
 RosBox to_ros(const Box3& box) noexcept {
-  // Length, left and up; ours are length, down and left.
+  // From (length, down, left) to (length, left, up).
   const Eigen::Matrix3d axes = box.rotation();
   Eigen::Matrix3d R_world_box;
   R_world_box << axes.col(0), axes.col(2), -axes.col(1);
@@ -32,7 +32,7 @@ RosBox to_ros(const Box3& box) noexcept {
 }
 
 Matrix6d to_ros_covariance(const RosBox& box, const Box3Sigma& sigma) noexcept {
-  constexpr double kTilt_rad = 0.03;  // By which grounds slope and vehicles lean.
+  constexpr double kTilt_rad = 0.03;  // Typical slope of the ground and lean of vehicles.
   const double half_turns_rad2 = sigma.heading_known ? 0.0 : 0.5 * std::numbers::pi * std::numbers::pi;
   const Eigen::Vector3d position_m(sigma.center_m.x(), sigma.center_m.z(), sigma.center_m.y());
   const Eigen::Vector3d rotation_rad2(kTilt_rad * kTilt_rad, kTilt_rad * kTilt_rad,

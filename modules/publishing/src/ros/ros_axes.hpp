@@ -1,4 +1,4 @@
-// From our axes (x right, y down, z forward) to those of ROS (REP 103: x forward, y left, z up).
+// Converts Kinetrace's axes (x right, y down, z forward) to those of ROS (REP 103: x forward, y left, z up).
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@ namespace kinetrace::publishing {
 /// R_ros_ours: p_ros = R_ros_ours * p_ours.
 [[nodiscard]] const Eigen::Matrix3d& ros_axes() noexcept;
 
-/// Both frames of T_a_b get the axes of ROS.
+/// Rotates both frames of T_a_b to the axes of ROS.
 [[nodiscard]] Se3 to_ros(const Se3& T_a_b) noexcept;
 
 /// Of (position, rotation), as ROS orders it, from one of (rotation, position).
@@ -23,8 +23,8 @@ struct RosBox {
   Eigen::Vector3d size_m;
 };
 [[nodiscard]] RosBox to_ros(const Box3& box) noexcept;
-/// Covariance of that pose, (position, rotation) about the axes of odom. A yaw that may as well be the opposite one has
-/// the variance of half turns.
+/// Covariance of that pose, (position, rotation) about the axes of odom. A yaw with unknown heading includes the
+/// variance of half turns.
 [[nodiscard]] Matrix6d to_ros_covariance(const RosBox& box, const Box3Sigma& sigma) noexcept;
 
 }  // namespace kinetrace::publishing

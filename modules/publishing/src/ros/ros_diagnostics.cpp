@@ -23,7 +23,7 @@ RosDiagnostics::RosDiagnostics(Arena& arena) : storage_(arena.take<Storage>(1).d
 void RosDiagnostics::add(std::string_view key, std::uint64_t value) noexcept {
   std::snprintf(storage_->texts[count_].data(), storage_->texts[count_].size(), "%llu",
                 static_cast<unsigned long long>(value));
-  // Names are literals, so they end in a zero and live long.
+  // Names are literals: zero-terminated and static.
   storage_->values[count_] = {ros_text(key.data()), storage_->texts[count_].data()};
   ++count_;
 }

@@ -1,4 +1,4 @@
-// Health as ROS 2 shows it: one status with its reasons and counters as values.
+// Health for ROS 2: one status with reasons and counters as values.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ class RosDiagnostics {
   RosDiagnostics() = default;
   explicit RosDiagnostics(Arena& arena);
 
-  /// The message's texts and sequences live here and in `device`.
+  /// The message refers to storage here and to `device`.
   [[nodiscard]] diagnostic_msgs_msg_dds__DiagnosticArray_ fill(const PublishedHealth& health,
                                                                const PublishCounters& sent, const std::string& device,
                                                                const std_msgs_msg_dds__Header_& header) noexcept;
@@ -36,7 +36,7 @@ class RosDiagnostics {
   void add(std::string_view key, std::uint64_t value) noexcept;
   void add(std::string_view key, std::string_view value) noexcept;
 
-  Storage* storage_ = nullptr;  ///< Null while measuring.
+  Storage* storage_ = nullptr;  ///< Null while measuring the size.
   std::size_t count_ = 0;
 };
 

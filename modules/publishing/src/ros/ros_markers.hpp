@@ -1,4 +1,4 @@
-// What RViz draws: a box, a velocity and a name per object.
+// Markers for RViz: box, velocity and name of each object.
 #pragma once
 
 #include <array>
@@ -11,8 +11,8 @@
 
 namespace kinetrace::publishing {
 
-/// Markers of a few objects, filled in anew for each message. They fade by themselves after `kLifetime_s`, so that what
-/// is gone needs no message.
+/// Markers of a few objects, refilled for each message. They expire after `kLifetime_s`, so that removed objects need
+/// no message.
 class RosMarkers {
  public:
   static constexpr std::size_t kPerObject = 3;

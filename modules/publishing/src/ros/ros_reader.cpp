@@ -13,7 +13,7 @@
 namespace kinetrace::publishing {
 namespace {
 
-// What comes while a disk is slow; of /tf_static, one from each node that sends it.
+// Buffers messages while a disk is slow; of /tf_static, one from each sending node.
 constexpr std::int32_t kDepth = 64;
 
 /// "nav_msgs::msg::dds_::Odometry_" becomes "nav_msgs/msg/Odometry".
@@ -29,7 +29,7 @@ std::string ros_type(std::string_view dds_type) {
   return type;
 }
 
-/// As ROS's recorder writes it, with the numbers of its middleware interface.
+/// In the format of ROS's recorder, with the numbers of its middleware interface.
 std::string offered_qos(const TopicQos& qos) {
   constexpr std::string_view kForever = "    sec: 9223372036\n    nsec: 854775807\n";
   const std::string forever(kForever);
@@ -61,7 +61,7 @@ struct Unref {
 };
 using SerializedData = std::unique_ptr<ddsi_serdata, Unref>;
 
-/// The next message as it travelled; null if there is none.
+/// The next serialized message; null if there is none.
 SerializedData take_one(dds_entity_t reader, dds_sample_info_t& info) noexcept {
   const ForeignCall foreign;
   ddsi_serdata* data = nullptr;
@@ -74,7 +74,7 @@ struct RosReader::Impl {
   InLink<Readers> readers;
   std::string prefix;
   std::vector<RosTopicDescription> topics{};
-  std::vector<std::byte> bytes{};  ///< Of one message; kept for its memory.
+  std::vector<std::byte> bytes{};  ///< Buffer of one message, reused.
 
   std::span<const std::byte> copy(const ddsi_serdata& data) {
     bytes.resize(ddsi_serdata_size(&data));

@@ -1,4 +1,4 @@
-// The ROS 2 topics there are: the one place that says how each is called and what it carries.
+// The table of ROS 2 topics with their names and types.
 #pragma once
 
 #include <array>
@@ -30,13 +30,13 @@ struct RosTopicKind {
   std::string_view name;
   const dds_topic_descriptor_t* type = nullptr;
   TopicQos qos;
-  bool is_common = false;  ///< Of the whole ROS system: without our prefix.
+  bool is_common = false;  ///< Shared by the ROS system: without Kinetrace's prefix.
 
-  /// As ROS says it.
+  /// Name in ROS.
   [[nodiscard]] std::string ros_name(const std::string& prefix) const {
     return (is_common || prefix.empty() ? "/" : "/" + prefix + "/") + std::string(name);
   }
-  /// As it is on the wire.
+  /// Name on the wire.
   [[nodiscard]] std::string dds_name(const std::string& prefix) const { return "rt" + ros_name(prefix); }
 };
 

@@ -22,17 +22,17 @@ constexpr std::size_t kMarkerBytes =
 constexpr std::size_t kPointBytes = 16;
 constexpr std::size_t kHeaderBytes = 64;
 
-// ROS has no word for a pose that is lost: better none than a wrong one.
+// ROS cannot represent a lost pose, so it is not published.
 bool has_place(BodyStatus status) noexcept {
   return status != BodyStatus::kLost && status != BodyStatus::kInitializing;
 }
 
-// How far to trust a pose, since ROS asks for a number.
+// ROS requires a score.
 double score(BodyStatus status) noexcept {
   return status == BodyStatus::kTracked ? 1.0 : status == BodyStatus::kStereoOnly ? 0.5 : 0.25;
 }
 
-// ROS has no word for "unknown" either; filters take this as one.
+// ROS cannot represent an unknown covariance either; filters treat this one as unknown.
 Matrix6d unknown_covariance() noexcept {
   constexpr double kHuge = 1e6;
   return kHuge * Matrix6d::Identity();
@@ -58,7 +58,7 @@ void fill(const ObjectResult& object, const std_msgs_msg_dds__Header_& header, R
   detection.id = storage.id.data();
 }
 
-/// Calls `add(object)` for those that ROS is shown.
+/// Calls `add(object)` for the published objects.
 template <typename Add>
 void for_each_placed(const PublishedFrame& frame, Add&& add) {
   for (const ObjectResult& object : frame.objects) {
@@ -196,7 +196,7 @@ void RosTopics::publish_detections(const PublishedFrame& frame, Outbox& outbox) 
     ++count;
   });
   if (count > 0 || !is_sent) {
-    send();  // That there is nothing is news too.
+    send();  // An empty message is sent, too.
   }
 }
 

@@ -1,4 +1,4 @@
-// Topics for ROS 2: writers, and how results become messages.
+// Topics for ROS 2: writers, and conversion of results to messages.
 #pragma once
 
 #include <array>
@@ -19,11 +19,11 @@
 
 namespace kinetrace::publishing {
 
-/// Where messages are filled in; outlives participants.
+/// Message buffers; outlive participants.
 struct RosBuffers {
   RosBuffers(const PublishConfig& config, Arena& arena);
 
-  /// What a detection points to.
+  /// Storage that a detection points to.
   struct DetectionStorage {
     vision_msgs_msg_dds__ObjectHypothesisWithPose_ hypothesis;
     std::array<char, 16> class_name;
@@ -38,11 +38,11 @@ struct RosBuffers {
   RosDiagnostics diagnostics;
 };
 
-/// What goes into headers, and the clock for it.
+/// Frames and clock of headers.
 class RosStamper {
  public:
   explicit RosStamper(const RosConfig& config) noexcept : stamps_(config.stamps) {}
-  /// Learns how far the system clock is ahead of the source's.
+  /// Updates the offset of the system clock from the source's.
   void observe(const PublishedFrame& frame) noexcept;
   [[nodiscard]] std_msgs_msg_dds__Header_ header(std::int64_t timestamp_ns, const std::string& frame) const noexcept;
 
@@ -53,14 +53,14 @@ class RosStamper {
 
 class RosTopics {
  public:
-  /// `config` and `buffers` outlive it. Errors: kIo.
+  /// `config` and `buffers` must outlive it. Errors: kIo.
   [[nodiscard]] static Result<RosTopics> create(const PublishConfig& config, RosBuffers& buffers,
                                                 dds_entity_t participant);
 
   void publish(const StereoGeometry& geometry, Outbox& outbox) const;
   /// Pose and objects.
   void publish(const PublishedFrame& frame, const CameraMotion& motion, Outbox& outbox);
-  /// What may come later: markers and points.
+  /// The topics of lower priority: markers and points.
   void publish_drawings(const PublishedFrame& frame, Outbox& outbox) const;
   void publish(const PublishedHealth& health, const PublishCounters& sent, Outbox& outbox) const;
   void publish(const TrajectoryPart& part, Outbox& outbox) const;

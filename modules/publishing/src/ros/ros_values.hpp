@@ -1,4 +1,4 @@
-// Single values as the messages of ROS 2 carry them.
+// Conversion of single values to ROS 2 messages.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 namespace kinetrace::publishing {
 
-/// The C structures of messages want pointers to char that they could change; writing never does.
+/// The C structures of messages need non-const pointers; writing does not modify the text.
 [[nodiscard]] inline char* ros_text(const char* text) noexcept {
   return const_cast<char*>(text);  // NOLINT(cppcoreguidelines-pro-type-const-cast)
 }
@@ -37,7 +37,7 @@ namespace kinetrace::publishing {
   return {ros_vector(pose.translation), ros_quaternion(pose.quaternion())};
 }
 
-/// Time before 1970, as of a recording without dates, becomes 0.
+/// Times before 1970, as in a recording without dates, become 0.
 [[nodiscard]] constexpr builtin_interfaces_msg_dds__Time_ ros_time(std::int64_t time_ns) noexcept {
   constexpr std::int64_t kSecond_ns = 1'000'000'000;
   const std::int64_t clamped_ns = time_ns < 0 ? 0 : time_ns;

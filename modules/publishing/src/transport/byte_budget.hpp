@@ -1,4 +1,4 @@
-// How many bytes may be sent, and whose turn it is when there are not enough.
+// Budget of bytes to send, with priorities.
 #pragma once
 
 #include <algorithm>
@@ -9,17 +9,16 @@
 
 namespace kinetrace::publishing {
 
-/// What is sent first when not everything can be. Each class leaves untouched what the more important ones may need
-/// before the allowance has grown again.
+/// Priorities. Each class leaves a reserve for the more important ones until the budget has grown again.
 enum class Priority : std::uint8_t {
-  kEssential,     ///< Poses, objects, health, calibration: may use all that is there.
+  kEssential,     ///< Poses, objects, health, calibration: may use the whole budget.
   kTrajectories,  ///< Leaves a quarter.
   kDrawings,      ///< Markers; leaves 3/8.
   kPoints,        ///< Leaves half.
 };
 
-/// A token bucket: it grows by bytes_per_second and holds a quarter of a second's worth, but always enough that a piece
-/// of points fits into its half.
+/// A token bucket: it grows by bytes_per_second up to a quarter of a second's worth, but at least to four pieces, so
+/// that a piece of points always fits into its half.
 class ByteBudget {
  public:
   /// Full at first.
@@ -28,7 +27,7 @@ class ByteBudget {
         capacity_(std::max(bytes_per_second / 4.0, kPiecesHeld * piece_bytes)),
         allowance_(capacity_) {}
 
-  /// Lets the allowance grow. `now_ns` is a steady clock.
+  /// Grows the budget. `now_ns` is a steady clock.
   void refill(std::int64_t now_ns) noexcept {
     constexpr double kSecond_ns = 1e9;
     const std::int64_t elapsed_ns = now_ns - last_ns_.value_or(now_ns);
@@ -36,7 +35,7 @@ class ByteBudget {
     last_ns_ = now_ns;
   }
 
-  /// True, and taken, if `bytes` may be sent now.
+  /// Takes `bytes` and returns true if they may be sent now.
   [[nodiscard]] bool take(std::size_t bytes, Priority priority) noexcept {
     constexpr std::array<double, 4> kLeft{0.0, 0.25, 0.375, 0.5};
     const double rest = allowance_ - static_cast<double>(bytes);
@@ -47,7 +46,7 @@ class ByteBudget {
     return true;
   }
 
-  /// What is sent whether it may or not.
+  /// Charges bytes that are sent unconditionally.
   void charge(std::size_t bytes) noexcept { allowance_ -= static_cast<double>(bytes); }
 
  private:

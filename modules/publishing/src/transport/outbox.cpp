@@ -48,7 +48,7 @@ std::uint32_t Writer::readers() const noexcept {
 void Outbox::write(const Writer& writer, const void* message, std::size_t bytes) noexcept {
   const std::size_t sent_bytes = bytes * std::max<std::size_t>(1, writer.readers());
   if (writer.is_kept()) {
-    budget_.charge(sent_bytes);  // Small and seldom, and some come only once.
+    budget_.charge(sent_bytes);  // Sent unconditionally: small and rare, and some are offered only once.
   } else if (!budget_.take(sent_bytes, writer.priority())) {
     skipped_.fetch_add(1, kRelaxed);
     return;

@@ -1,4 +1,4 @@
-// The way every message takes out: within the budget, and counted.
+// Sends all messages within the budget and counts them.
 #pragma once
 
 #include <atomic>
@@ -19,25 +19,25 @@ namespace kinetrace::publishing {
 class Writer {
  public:
   Writer() = default;
-  /// Errors: kIo, with the topic and what the library says.
+  /// Errors: kIo, with the topic and the library's message.
   [[nodiscard]] static Result<Writer> create(dds_entity_t participant, const dds_topic_descriptor_t& type,
                                              const std::string& topic, const TopicQos& qos, Priority priority);
 
   [[nodiscard]] dds_entity_t get() const noexcept { return writer_.get(); }
   [[nodiscard]] Priority priority() const noexcept { return priority_; }
-  /// Readers that get what is written now.
+  /// Number of matched readers.
   [[nodiscard]] std::uint32_t readers() const noexcept;
-  /// Readers that come later get the last message too, so it is written without any.
+  /// Late readers receive the last message, so it is written even without readers.
   [[nodiscard]] bool is_kept() const noexcept { return is_kept_; }
 
  private:
   Entity topic_;
-  Entity writer_;  // After the topic, so that it goes first.
+  Entity writer_;  // Declared after the topic, so that it is destroyed first.
   Priority priority_ = Priority::kEssential;
   bool is_kept_ = false;
 };
 
-/// A writer to be made.
+/// Specification of a writer.
 struct TopicSpec {
   Writer& writer;
   const dds_topic_descriptor_t& type;
@@ -45,26 +45,26 @@ struct TopicSpec {
   TopicQos qos;
   Priority priority;
 };
-/// Errors: as Writer::create, of the first that fails.
+/// Creates all writers. Errors: those of Writer::create, from the first that fails.
 [[nodiscard]] Status make_writers(dds_entity_t participant, std::span<const TopicSpec> specs);
 
-/// Writes what somebody reads and the budget allows.
+/// Writes messages that have readers and fit the budget.
 class Outbox {
  public:
   Outbox(int bytes_per_second, int piece_bytes) noexcept : budget_(bytes_per_second, piece_bytes) {}
 
   void refill(std::int64_t now_ns) noexcept { budget_.refill(now_ns); }
-  /// False where filling in a message would be in vain.
+  /// False if a message would not be sent.
   [[nodiscard]] static bool is_wanted(const Writer& writer) noexcept {
     return writer.is_kept() || writer.readers() > 0;
   }
-  /// `message` is of the writer's type, `bytes` what it is about on the wire.
+  /// `message` is of the writer's type; `bytes` is its approximate size on the wire.
   void write(const Writer& writer, const void* message, std::size_t bytes) noexcept;
   void count_into(PublishCounters& counters) const noexcept;
 
  private:
   ByteBudget budget_;
-  // Written by one thread, read by any; they order nothing.
+  // Written by one thread, read by any; relaxed, since they order nothing.
   std::atomic<std::uint64_t> messages_ = 0;
   std::atomic<std::uint64_t> bytes_ = 0;
   std::atomic<std::uint64_t> skipped_ = 0;

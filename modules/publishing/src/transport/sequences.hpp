@@ -1,4 +1,4 @@
-// Filling in the C structures of messages without copying what they point to.
+// Fills the C structures of messages without copying their elements.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace kinetrace::publishing {
 
-/// Makes a message's sequence show `items`, which stay ours.
+/// Makes a message's sequence refer to `items`, which the caller keeps.
 template <typename Sequence>
 void show(Sequence& sequence, std::span<std::remove_pointer_t<decltype(Sequence::_buffer)>> items) noexcept {
   sequence._buffer = items.data();
@@ -19,14 +19,14 @@ void show(Sequence& sequence, std::span<std::remove_pointer_t<decltype(Sequence:
   sequence._release = false;
 }
 
-/// Bounded strings are arrays; what does not fit is cut.
+/// Bounded strings are arrays; excess is truncated.
 inline void copy_text(std::string_view text, std::span<char> out) noexcept {
   const std::size_t size = std::min(text.size(), out.size() - 1);
   std::copy_n(text.data(), size, out.begin());
   out[size] = '\0';
 }
 
-/// A part of something that is too long for one message.
+/// A piece of data too long for one message.
 struct Piece {
   std::size_t first = 0;
   std::size_t count = 0;
@@ -34,7 +34,7 @@ struct Piece {
   std::uint32_t of = 1;
 };
 
-/// Calls `send(piece)` for each piece; once also where there is nothing, since that is news too.
+/// Calls `send(piece)` for each piece; once with an empty piece if there are no items.
 template <typename Send>
 void in_pieces(std::size_t total, std::size_t per_piece, Send&& send) {
   const std::size_t pieces = std::max<std::size_t>(1, (total + per_piece - 1) / per_piece);
@@ -45,7 +45,7 @@ void in_pieces(std::size_t total, std::size_t per_piece, Send&& send) {
   }
 }
 
-/// How many items of `item_bytes` fit into a piece, beside what every message begins with; at least one.
+/// Number of items of `item_bytes` that fit into a piece beside the message's fixed part; at least one.
 [[nodiscard]] constexpr std::size_t items_per_piece(int piece_bytes, std::size_t item_bytes,
                                                     std::size_t bound) noexcept {
   constexpr std::size_t kBeginningBytes = 256;

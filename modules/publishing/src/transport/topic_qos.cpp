@@ -3,7 +3,7 @@
 namespace kinetrace::publishing {
 
 Qos make_qos(const TopicQos& qos) {
-  // KEEP_LAST writers never wait for a reader; this only bounds the unheard-of.
+  // KEEP_LAST writers never wait for a reader; this bound is a precaution.
   constexpr dds_duration_t kBlocksAtMost = DDS_MSECS(10);
   Qos made(dds_create_qos());
   dds_qset_reliability(made.get(), qos.best_effort ? DDS_RELIABILITY_BEST_EFFORT : DDS_RELIABILITY_RELIABLE,

@@ -7,16 +7,15 @@
 
 namespace kinetrace::publishing {
 
-/// How a message is encoded: what ROS 2 reads, or what may grow by members.
+/// Encoding of messages: that of ROS 2, or one that allows new members.
 enum class Encoding : std::uint8_t { kRos, kNative };
 
-/// KEEP_LAST, and RELIABLE for all that writes: a reader that stopped never holds a writer, and both kinds of readers
-/// match.
+/// KEEP_LAST, and RELIABLE for all writers: a stalled reader never blocks a writer, and both kinds of readers match.
 struct TopicQos {
   Encoding encoding = Encoding::kNative;
   std::int32_t depth = 1;
-  bool keeps_last = false;   ///< TRANSIENT_LOCAL: readers that come later get what is in the history.
-  bool best_effort = false;  ///< A reader that matches both kinds of writers, as sensors of ROS 2 have them.
+  bool keeps_last = false;   ///< TRANSIENT_LOCAL: late readers receive the history.
+  bool best_effort = false;  ///< A reader that matches both kinds of writers, for ROS 2 sensors.
 };
 
 [[nodiscard]] Qos make_qos(const TopicQos& qos);

@@ -1,4 +1,4 @@
-// Readers of topics: what Writer is to sending.
+// Readers of topics, the counterpart of Writer.
 #pragma once
 
 #include <cstddef>
@@ -15,22 +15,22 @@
 
 namespace kinetrace::publishing {
 
-/// A topic and its reader, which `Link::wait` notices.
+/// A topic and its reader, attached to `Link::wait`.
 class TopicReader {
  public:
   TopicReader() = default;
-  /// Errors: kIo, with the topic and what the library says.
+  /// Errors: kIo, with the topic and the library's message.
   [[nodiscard]] static Result<TopicReader> create(const Link& link, const LinkMembership& membership,
                                                   const dds_topic_descriptor_t& type, const std::string& topic,
                                                   const TopicQos& qos);
 
   [[nodiscard]] dds_entity_t get() const noexcept { return reader_.get(); }
-  /// Writers that match the reader.
+  /// Number of matched writers.
   [[nodiscard]] std::uint32_t writers() const noexcept;
 
-  /// Calls `visit(const Message&)` for all that came since the last call, oldest first; or `visit(const Message&,
-  /// writer)`, with a number that is the same for all that one writer sends. The message lives as long as the call.
-  /// `Message` is the C structure of the topic's type.
+  /// Calls `visit(const Message&)` for all messages since the last call, oldest first; or `visit(const Message&,
+  /// writer)`, with a number that identifies the writer. The message is valid during the call. `Message` is the C
+  /// structure of the topic's type.
   template <typename Message, typename Visit>
   void take(Visit&& visit) {
     constexpr std::size_t kAtOnce = 16;
@@ -62,18 +62,18 @@ class TopicReader {
 
  private:
   Entity topic_;
-  Entity reader_;  // After the topic, so that it goes first.
+  Entity reader_;  // Declared after the topic, so that it is destroyed first.
 };
 
-/// Something that is made in a link's participant, and made anew with the next one.
+/// An object created in a link's participant, and created again with the next one.
 template <typename Made>
 class InLink {
  public:
-  /// `link` outlives it.
+  /// `link` must outlive it.
   explicit InLink(Link& link) noexcept : link_(&link) {}
 
-  /// What `make(membership)` returned for the present participant; null while there is none. Errors: those of `make`,
-  /// explained; it is called again at the next call.
+  /// The result of `make(membership)` for the current participant; null without one. Errors: those of `make`,
+  /// explained; `make` is retried at the next call.
   template <typename Make>
   [[nodiscard]] Result<Made*> get(Make&& make) {
     const LinkMembership membership = link_->membership();
@@ -94,7 +94,7 @@ class InLink {
     }
     return made_.get();
   }
-  /// What there is; null before `get` made it.
+  /// The current object; null before `get` created it.
   [[nodiscard]] const Made* peek() const noexcept { return made_.get(); }
   [[nodiscard]] Link& link() const noexcept { return *link_; }
 

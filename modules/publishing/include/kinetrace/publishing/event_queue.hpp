@@ -1,4 +1,4 @@
-// A bounded queue from one thread to another, where neither ever waits.
+// A bounded, wait-free queue between two threads.
 #pragma once
 
 #include <atomic>
@@ -9,9 +9,9 @@
 
 namespace kinetrace::publishing {
 
-/// One producer, one consumer, wait-free; what does not fit is refused. Storage from an arena.
+/// Single producer, single consumer, wait-free; a full queue refuses. Storage from an arena.
 template <typename T>
-// What each thread writes lies in a cache line of its own.
+// Each thread writes to a cache line of its own.
 // NOLINTNEXTLINE(clang-analyzer-optin.performance.Padding)
 class EventQueue {
  public:

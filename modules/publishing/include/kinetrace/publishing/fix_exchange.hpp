@@ -1,4 +1,4 @@
-// Places on the Earth in ROS 2: a receiver's fixes in, where the camera and objects are on the map out.
+// GNSS fixes over ROS 2: reads those of a receiver; publishes positions of camera and objects on the map.
 #pragma once
 
 #include <cstddef>
@@ -18,11 +18,11 @@
 
 namespace kinetrace::publishing {
 
-/// sensor_msgs/NavSatFix. Views live as long as the call that they are given to.
+/// sensor_msgs/NavSatFix. Views are valid during the call that receives them.
 struct NavSatFix {
   std::int64_t stamp_ns = 0;
   std::string_view frame;  ///< Of the antenna, the camera or an object.
-  bool has_fix = false;    ///< As the receiver says; only then the place counts.
+  bool has_fix = false;    ///< From the receiver's status; without it the position is invalid.
   double latitude_deg = 0.0;
   double longitude_deg = 0.0;
   double height_m = 0.0;  ///< Above the ellipsoid. NaN: not known.
@@ -30,20 +30,20 @@ struct NavSatFix {
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();  ///< East, north, up.
 };
 
-/// Reads the fixes of receivers on one topic, reliable or not. Memory is bounded by the depth of the topic. What comes
-/// is not trusted: places are to be checked.
+/// Reads the fixes of receivers on one topic, reliable or not. Memory is bounded by the depth of the topic. Fixes are
+/// untrusted: the caller must check positions.
 class KINETRACE_API FixReader {
  public:
-  /// `topic` as ROS says it: "/fix". `link` outlives it.
+  /// `topic`: ROS name, "/fix". `link` must outlive it.
   FixReader(Link& link, const std::string& topic);
   FixReader(const FixReader&) = delete;
   FixReader& operator=(const FixReader&) = delete;
   ~FixReader();
 
-  /// Hands on everything that came since the last call; does not wait, see Link::wait. Errors: kIo where the DDS
-  /// library refuses the topic.
+  /// Passes on all fixes since the last call; does not wait, see Link::wait. Errors: kIo if the DDS library refuses the
+  /// topic.
   [[nodiscard]] Status take(const std::function<void(const NavSatFix&)>& visit);
-  /// Receivers whose fixes are received.
+  /// Number of matched receivers.
   [[nodiscard]] std::uint32_t senders() const noexcept;
 
  private:
@@ -51,32 +51,32 @@ class KINETRACE_API FixReader {
   std::unique_ptr<Impl> impl_;
 };
 
-/// How the alignment stands, for /diagnostics.
+/// State of the alignment, for /diagnostics.
 struct MapDiagnostics {
   bool is_aligned = false;
   std::string_view message;
-  std::int64_t fixes = 0;  ///< In the window.
+  std::int64_t fixes = 0;  ///< Number in the window.
   std::int64_t inliers = 0;
-  double position_sigma_m = 0.0;  ///< Horizontal, of the newest place.
+  double position_sigma_m = 0.0;  ///< Horizontal, of the newest position.
 };
 
-/// Publishes what the alignment of a run makes of its results: `/tf` from map to odom, `fix`, `object_fixes`, and its
-/// state on /diagnostics. What nobody reads, or the budget does not allow, is left out.
+/// Publishes the results of an aligned run: `/tf` from map to odom, `fix`, `object_fixes`, and the state of the
+/// alignment on /diagnostics. Messages without readers or beyond the budget are not sent.
 class KINETRACE_API MapSender {
  public:
-  /// `link` outlives it.
+  /// `link` must outlive it.
   MapSender(Link& link, const PublishConfig& config);
   MapSender(const MapSender&) = delete;
   MapSender& operator=(const MapSender&) = delete;
   ~MapSender();
 
-  /// Before the others, again and again. `now_ns` is a steady clock. Nothing is sent while there is no network.
-  /// Errors: kIo where the DDS library refuses a topic.
+  /// Call periodically, before the other functions. `now_ns` is a steady clock. Nothing is sent without a network.
+  /// Errors: kIo if the DDS library refuses a topic.
   [[nodiscard]] Status supervise(std::int64_t now_ns);
 
   /// T_map_world: the map's axes are east, north and up, the world's those of the first camera.
   void send_transform(std::int64_t stamp_ns, const Se3& T_map_world) noexcept;
-  /// `fix.frame` is not sent: it is that of the camera.
+  /// `fix.frame` is ignored: the camera's frame is sent.
   void send_camera(const NavSatFix& fix) noexcept;
   /// With the frame "object_ID".
   void send_object(std::uint32_t track_id, const NavSatFix& fix) noexcept;

@@ -1,4 +1,4 @@
-// Instance masks over DDS: who wants them says for which frame, who makes them answers.
+// Instance masks over DDS: requests and answers by frame.
 #pragma once
 
 #include <cstdint>
@@ -19,21 +19,21 @@ namespace kinetrace::publishing {
 inline constexpr std::size_t kMaxMasksInMessage = 64;
 inline constexpr std::size_t kMaxRunsOfMask = 4096;
 
-/// The side that wants masks. Calls come from one thread, which is not the pipeline's.
+/// The requesting side. Called from one thread, which is not the pipeline's.
 class KINETRACE_API MaskReceiver {
  public:
-  /// Masks for `device` alone are received. `link` outlives it.
+  /// Receives masks for `device` alone. `link` must outlive it.
   MaskReceiver(Link& link, std::string device);
   MaskReceiver(const MaskReceiver&) = delete;
   MaskReceiver& operator=(const MaskReceiver&) = delete;
   ~MaskReceiver();
 
-  /// Hands on everything that came since the last call; does not wait, see Link::wait. Messages are not checked.
-  /// Errors: kIo where the DDS library refuses a topic.
+  /// Passes on all messages since the last call, unchecked; does not wait, see Link::wait. Errors: kIo if the DDS
+  /// library refuses a topic.
   [[nodiscard]] Status take(const std::function<void(const MaskMessage&)>& visit);
-  /// Says that masks are wanted; also to those who come later. Nothing while there is no network. Errors: as take.
+  /// Requests masks, also from senders that join later. No effect without a network. Errors: as take.
   [[nodiscard]] Status request(const MaskRequest& request);
-  /// How many could send masks, as of the last call.
+  /// Number of possible senders, as of the last call.
   [[nodiscard]] std::uint32_t senders() const noexcept;
 
  private:
@@ -41,7 +41,7 @@ class KINETRACE_API MaskReceiver {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The side that makes masks, for one device.
+/// The answering side, for one device.
 class KINETRACE_API MaskSender {
  public:
   /// All masks of one image, the topmost first; see RunLengthMask.
@@ -60,14 +60,14 @@ class KINETRACE_API MaskSender {
     std::vector<Mask> masks{};
   };
 
-  /// `link` outlives it.
+  /// `link` must outlive it.
   MaskSender(Link& link, std::string device);
   MaskSender(const MaskSender&) = delete;
   MaskSender& operator=(const MaskSender&) = delete;
   ~MaskSender();
 
-  /// The newest request that was not returned yet; does not wait, see Link::wait. Errors: kIo where the DDS library
-  /// refuses a topic.
+  /// The newest request not returned yet; does not wait, see Link::wait. Errors: kIo if the DDS library refuses a
+  /// topic.
   [[nodiscard]] Result<std::optional<MaskRequest>> take_request();
   /// In pieces of about 16 kB. Errors: kInvalidArgument (a mask does not fit the image, or has more than kMaxRunsOfMask
   /// runs), kIo (nothing is sent), kDisconnected (there is no network).

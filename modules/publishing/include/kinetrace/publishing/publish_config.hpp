@@ -1,4 +1,4 @@
-// What is published, to whom, and at what cost.
+// Configuration of publishing.
 #pragma once
 
 #include <cstdint>
@@ -11,12 +11,12 @@
 
 namespace kinetrace::publishing {
 
-/// How participants find each other on an interface other than the loopback. Data itself is sent to each reader by
-/// unicast unless kAll.
+/// Discovery of participants on an interface other than the loopback. Data is sent to each reader by unicast unless
+/// kAll.
 enum class Multicast : std::uint8_t {
-  kOff,        ///< Only `peers` are asked.
-  kDiscovery,  ///< As ROS 2 does by default.
-  kAll,        ///< Data too: for several readers on a wire; poor on most wireless networks.
+  kOff,        ///< Contacts `peers` only.
+  kDiscovery,  ///< The default of ROS 2.
+  kAll,        ///< Data, too: for several readers on a wired network; poor on most wireless ones.
 };
 
 [[nodiscard]] constexpr std::string_view to_string(Multicast multicast) noexcept {
@@ -27,7 +27,7 @@ enum class Multicast : std::uint8_t {
   }
   return "off";
 }
-/// For configuration files; false, and nothing changed, if `text` is none of the names.
+/// For configuration files; returns false and changes nothing if `text` is none of the names.
 [[nodiscard]] constexpr bool from_string(std::string_view text, Multicast& multicast) noexcept {
   for (const Multicast candidate : {Multicast::kOff, Multicast::kDiscovery, Multicast::kAll}) {
     if (text == to_string(candidate)) {
@@ -40,8 +40,8 @@ enum class Multicast : std::uint8_t {
 
 /// The clock of ROS 2 headers.
 enum class RosStamps : std::uint8_t {
-  kSystem,  ///< System clock when the pipeline handed the result over: what other nodes of a live system use.
-  kSource,  ///< The camera's or recording's own time.
+  kSystem,  ///< System clock when the pipeline handed the result over: the clock of other nodes in a live system.
+  kSource,  ///< Time stamp of the camera or recording.
 };
 
 [[nodiscard]] constexpr std::string_view to_string(RosStamps stamps) noexcept {
@@ -63,7 +63,7 @@ struct RosConfig {
   std::string map_frame = "map";           ///< East, north, up; parent of odom_frame while `kinetrace map` aligns.
   std::string odom_frame = "odom";         ///< World: x forward, y left, z up at the first frame; parent of base_frame.
   std::string base_frame = "camera_link";  ///< Left camera, x forward, y left, z up.
-  std::string left_frame = "camera_left_optical_frame";    ///< The same place, x right, y down, z forward.
+  std::string left_frame = "camera_left_optical_frame";    ///< At camera_link, x right, y down, z forward.
   std::string right_frame = "camera_right_optical_frame";  ///< One baseline to the right of it.
 };
 
@@ -83,48 +83,48 @@ enum class SecurityMode : std::uint8_t {
   return true;
 }
 
-/// Files of DDS Security, PEM and S/MIME. All are needed when required; none may be set when off, so that nobody
-/// seems protected who is not.
+/// Files of DDS Security, PEM and S/MIME. All must be set when required, none when off: files without effect would
+/// suggest protection.
 struct SecurityConfig {
   SecurityMode mode = SecurityMode::kOff;
   std::string identity_ca{};     ///< Certificate of the authority that signed the identities.
   std::string certificate{};     ///< This device's identity ...
   std::string private_key{};     ///< ... and its key.
   std::string permissions_ca{};  ///< Certificate that signed governance and permissions; empty: identity_ca.
-  std::string governance{};      ///< Signed: how a domain is protected.
-  std::string permissions{};     ///< Signed: what this device may publish.
+  std::string governance{};      ///< Signed: protection of the domain.
+  std::string permissions{};     ///< Signed: permissions of this device.
   std::string plugins{};         ///< Folder of Cyclone's security libraries; empty: where they are installed.
 };
 
 struct KINETRACE_API PublishConfig {
-  static constexpr int kMaxDomain = 230;  ///< Beyond, port numbers run out.
+  static constexpr int kMaxDomain = 230;  ///< Port numbers are exhausted beyond.
   static constexpr int kMinPieceBytes = 4096;
   static constexpr int kMaxPieceBytes = 20'000;
   static constexpr int kMaxPoints = 20'000;
   static constexpr std::size_t kMaxDeviceLength = 31;
 
   int domain = 0;
-  /// The one network interface that is used. "lo" stays on this machine. An interface that is not there is waited for.
+  /// The only network interface. "lo" stays on this machine. A missing interface is waited for.
   std::string interface = "lo";
-  std::string peers{};  ///< Addresses asked for participants, separated by commas; beside multicast.
+  std::string peers{};  ///< Addresses for unicast discovery, separated by commas; in addition to multicast.
   Multicast multicast = Multicast::kDiscovery;
-  std::string device = "kinetrace";  ///< Who sends: the key of all native topics.
+  std::string device = "kinetrace";  ///< Name of the sender: the key of all native topics.
   bool native = true;
   RosConfig ros2{};
-  int bytes_per_second = 4'000'000;  ///< Of user data, counted once per reader; see ByteBudget for what goes first.
-  int piece_bytes = 16'000;          ///< Larger messages come in pieces.
+  int bytes_per_second = 4'000'000;  ///< User data, counted once per reader; priorities: see ByteBudget.
+  int piece_bytes = 16'000;          ///< Larger messages are split.
   int max_points = 2000;             ///< Points of a frame, over all bodies; more are thinned evenly. 0: none.
   int trajectory_queue = 2048;       ///< Finalised poses that may wait for the publisher; more are dropped and counted.
   int log_lines_per_minute = 12;     ///< Of the DDS library; the rest is counted.
-  /// Cyclone DDS configuration file for what the other keys do not offer; empty: the configuration is made from them.
-  /// It replaces interface, peers and multicast, and cannot be combined with security.
+  /// Cyclone DDS configuration file for settings beyond these keys; empty: generated from the keys. It replaces
+  /// interface, peers and multicast, and cannot be combined with security.
   std::string xml{};
   SecurityConfig security{};
 
-  /// Objects in a frame. Set by the program from the pipeline's configuration, no key of its own.
+  /// Objects in a frame. Set by the program from the pipeline's configuration; not a key.
   int max_objects = kMaxObjects;
 
-  /// Ranges, names, and combinations that contradict each other; opens no file. Errors: kInvalidConfig.
+  /// Checks ranges, names and contradictory combinations; opens no file. Errors: kInvalidConfig.
   [[nodiscard]] Status validate() const;
 };
 

@@ -1,4 +1,4 @@
-// What the publisher needs of a result, as a copy of its own.
+// The publisher's copy of a result.
 #pragma once
 
 #include <array>
@@ -25,10 +25,10 @@ struct PublishedPoint {
   std::uint8_t intensity = 0;
 };
 
-/// The newest estimate of one frame. Objects and points live in an arena and have fixed capacities.
+/// The newest estimate of one frame. Objects and points have fixed capacities, from an arena.
 struct KINETRACE_API PublishedFrame {
   PublishedFrame() = default;
-  /// Room for config.max_objects objects and config.max_points points.
+  /// Capacities: config.max_objects and config.max_points.
   PublishedFrame(const PublishConfig& config, Arena& arena);
 
   /// Copies `result.newest`, and points of all its bodies that have a pose, thinned evenly to the capacity. Objects
@@ -45,20 +45,20 @@ struct KINETRACE_API PublishedFrame {
   std::size_t points_available = 0;  ///< Before thinning.
 };
 
-/// How the system is, as its health monitor says.
+/// Health of the system, from its health monitor.
 struct PublishedHealth {
   std::int64_t frame_index = -1;  ///< Newest processed frame; -1 before the first.
   std::int64_t handed_over_ns = 0;
   HealthState state = HealthState::kOk;
-  std::string_view camera;  ///< State of the camera; text that lives as long as the program. Empty: unknown.
-  std::array<HealthEntry, kHealthReasonCount> entries{};  ///< By HealthReason; a count of 0 is no trouble.
+  std::string_view camera;                                ///< State of the camera; a string literal. Empty: unknown.
+  std::array<HealthEntry, kHealthReasonCount> entries{};  ///< By HealthReason; a count of 0: never noted.
   FrameCounters counters;
-  RigEstimate rig;  ///< As calibrated where it is not refined.
+  RigEstimate rig;  ///< As calibrated if there is no refinement.
 };
 
 /// A final pose of an object, or the end of its trajectory.
 struct TrajectoryEvent {
-  bool ends = false;  ///< No pose: `track_id` will have no more.
+  bool ends = false;  ///< End of the trajectory of `track_id`; has no pose.
   std::uint32_t track_id = 0;
   std::uint16_t class_id = 0;
   BodyStatus status = BodyStatus::kLost;

@@ -1,4 +1,4 @@
-// Results out into the network, as DDS topics.
+// Publishes results as DDS topics.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ namespace kinetrace::publishing {
 /// Running totals. A message for several readers counts once, its bytes once for each.
 struct PublishCounters {
   std::uint64_t frames = 0;                ///< Fetched from the mailbox.
-  std::uint64_t frames_without_link = 0;   ///< Of these, not sent for lack of a participant.
+  std::uint64_t frames_without_link = 0;   ///< Of these: not sent for lack of a participant.
   std::uint64_t messages = 0;              ///< Written.
   std::uint64_t bytes = 0;                 ///< Of user data, estimated.
   std::uint64_t skipped_for_budget = 0;    ///< Messages that bytes_per_second did not allow.
@@ -37,7 +37,7 @@ struct PublishCounterName {
   std::string_view name;
   std::uint64_t PublishCounters::*member;
 };
-/// All of PublishCounters, by the names under which users see them.
+/// All of PublishCounters with their names for users.
 inline constexpr std::array<PublishCounterName, 9> kPublishCounterNames{{
     {"dds_frames", &PublishCounters::frames},
     {"dds_frames_without_link", &PublishCounters::frames_without_link},
@@ -51,18 +51,18 @@ inline constexpr std::array<PublishCounterName, 9> kPublishCounterNames{{
 }};
 static_assert(sizeof(PublishCounters) == kPublishCounterNames.size() * sizeof(std::uint64_t), "a counter has no name");
 
-/// Owns the participant and everything that writes. All calls but `state` and `counters` come from one thread, which
-/// the application owns. Writing may take as long as the network likes (a saturated link has been seen to hold a write
-/// for 0.4 s); that is why the pipeline's thread never calls this.
+/// Owns the participant and all writers. All calls but `state` and `counters` come from one thread, owned by the
+/// application. A write may block on the network (0.4 s observed on a saturated link); so the pipeline's thread never
+/// calls this.
 ///
-/// It has the process's Link and looks after it; others that read or write in the same domain share it.
+/// Owns and supervises the process's Link; other readers and writers in the same domain share it.
 class KINETRACE_API Publisher {
  public:
   static constexpr std::int64_t kHealthEvery_ns = 1'000'000'000;
 
-  /// From the arena: buffers of messages. The DDS library allocates by itself: see participant_bytes.
+  /// Memory from the arena: message buffers. The DDS library allocates its own: see participant_bytes.
   [[nodiscard]] static std::size_t required_bytes(const PublishConfig& config);
-  /// What a participant adds to the resident memory: twice what was measured with 64 objects and 2000 points at 30 Hz.
+  /// Resident memory of a participant: twice the value measured with 64 objects and 2000 points at 30 Hz.
   [[nodiscard]] static std::size_t participant_bytes(const PublishConfig& config) noexcept;
 
   /// Errors: as Link::create; kCapacity.
@@ -72,23 +72,23 @@ class KINETRACE_API Publisher {
   Publisher& operator=(const Publisher&) = delete;
   ~Publisher();
 
-  /// Everything that is due: looks after the participant, then sends what the mailbox has. `now_ns` is a steady clock.
-  /// Returns the frame that was sent; null if there was none, or no network for it. Valid until the next call.
+  /// Does the periodic work: supervises the participant, then sends the contents of the mailbox. `now_ns` is a steady
+  /// clock. Returns the frame that was sent, valid until the next call; null if there was none, or no network.
   const PublishedFrame* serve(ResultMailbox& mailbox, std::int64_t now_ns);
 
-  /// The parts of `serve`.
+  /// The two parts of `serve`.
   void supervise(std::int64_t now_ns);
   void publish(const PublishedFrame& frame, std::int64_t now_ns);
   void publish(const PublishedHealth& health, std::int64_t now_ns);
   void publish(const TrajectoryEvent& event, std::int64_t now_ns);
 
-  /// What the user should hear: a change of the link, a line of the DDS library. None if there is nothing new.
+  /// The next notice for the user: a change of the link, a line of the DDS library; none if there is nothing new.
   [[nodiscard]] std::optional<std::string> take_notice();
 
-  /// From any thread.
+  /// Thread-safe.
   [[nodiscard]] LinkState state() const noexcept;
   [[nodiscard]] PublishCounters counters() const noexcept;
-  /// For readers and other writers, which do not outlive the publisher.
+  /// For other readers and writers, which must not outlive the publisher.
   [[nodiscard]] Link& link() noexcept;
 
  private:

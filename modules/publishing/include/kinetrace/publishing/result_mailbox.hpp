@@ -1,4 +1,4 @@
-// Results on their way from the pipeline's thread to the publisher's.
+// Passes results from the pipeline's thread to the publisher's.
 #pragma once
 
 #include <atomic>
@@ -18,16 +18,16 @@
 
 namespace kinetrace::publishing {
 
-/// What the mailbox has counted so far.
+/// Running totals of the mailbox.
 struct MailboxCounters {
   std::uint64_t offered = 0;     ///< Frames.
   std::uint64_t superseded = 0;  ///< Of these, replaced by a newer one before the publisher fetched them.
   std::uint64_t trajectory_poses_dropped = 0;
 };
 
-/// One producer (the pipeline's thread), one consumer (the publisher's). The producer never waits, never allocates and
-/// makes no system call, whatever the consumer does: of frames and health the newest wins; final poses, which come only
-/// once, have a queue of their own (`trajectory_queue`), and what it does not hold is counted.
+/// One producer (the pipeline's thread), one consumer (the publisher's). The producer never blocks, never allocates and
+/// makes no system call: of frames and health the newest wins; final poses, which are offered only once, have a queue
+/// (`trajectory_queue`), which drops and counts the excess.
 class KINETRACE_API ResultMailbox {
  public:
   [[nodiscard]] static std::size_t required_bytes(const PublishConfig& config);
@@ -36,29 +36,29 @@ class KINETRACE_API ResultMailbox {
 
   // Producer.
 
-  /// Copies what is to be published. `handed_over_ns` is the system clock (Unix), `exposed_ns` the steady clock at
-  /// mid-exposure, 0 where that is not known. At most 50 us for 64 objects and 2000 points.
+  /// Copies the data to publish. `handed_over_ns` is the system clock (Unix), `exposed_ns` the steady clock at
+  /// mid-exposure; 0: unknown. At most 50 us for 64 objects and 2000 points.
   void offer(const FrameResult& result, std::int64_t handed_over_ns, std::int64_t exposed_ns = 0) noexcept;
-  /// Of a result that comes only with a finalised frame (Pipeline::drain).
+  /// For a result with a finalised frame only (Pipeline::drain).
   void offer_finalised(const FrameResult& result) noexcept;
   void offer_health(const PublishedHealth& health) noexcept;
-  /// No more results will come: every trajectory that is still open ends.
+  /// Ends every open trajectory; call after the last result.
   void end_trajectories() noexcept;
 
-  // Consumer. Valid until the next call that returns one; null if nothing is new.
+  // Consumer. Results are valid until the next one is returned; null: nothing new.
   [[nodiscard]] const PublishedFrame* fetch_frame() noexcept { return frames_.fetch(); }
   [[nodiscard]] const PublishedHealth* fetch_health() noexcept { return health_.fetch(); }
   [[nodiscard]] bool fetch(TrajectoryEvent& event) noexcept { return events_.pop(event); }
 
-  /// From any thread.
+  /// Thread-safe.
   [[nodiscard]] MailboxCounters counters() const noexcept;
 
  private:
-  // A trajectory that has poses and has not ended.
+  // A trajectory with poses that has not ended.
   struct OpenTrajectory {
     std::uint32_t track_id = 0;
     std::uint16_t class_id = 0;
-    std::int64_t last_alive_frame = 0;  ///< Newest frame in which its body was there.
+    std::int64_t last_alive_frame = 0;  ///< Newest frame with its body.
   };
 
   ResultMailbox(const PublishConfig& config, Arena& arena);

@@ -1,4 +1,4 @@
-// Kinetrace's own topics, received: what another Kinetrace publishes.
+// Receives the native topics of another Kinetrace.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +17,8 @@
 
 namespace kinetrace::publishing {
 
-// Frames and units as in FrameResult. Views live as long as the call that they are given to. What this version does
-// not know of a status is the worst one.
+// Frames and units as in FrameResult. Views are valid during the call that receives them. An unknown status is read as
+// the worst one.
 
 struct ReceivedCamera {
   std::string_view device;
@@ -29,7 +29,7 @@ struct ReceivedCamera {
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< Camera's frame.
 };
 
-/// Objects of one frame, or a piece of them.
+/// Objects of one frame, complete or a piece.
 struct ReceivedObjects {
   std::string_view device;
   std::int64_t frame_index = 0;
@@ -78,18 +78,18 @@ class KINETRACE_API ResultListener {
   virtual void receive(const ReceivedCalibration& calibration) = 0;
 };
 
-/// Reads poses, objects, health and calibration of all devices in the domain. Points and trajectories are left alone:
-/// who does not read them does not make the sender send them. Memory is bounded by the depth of the topics.
+/// Reads poses, objects, health and calibration of all devices in the domain. Points and trajectories are not read, so
+/// that the sender need not send them. Memory is bounded by the depth of the topics.
 class KINETRACE_API ResultReader {
  public:
-  /// `link` outlives it.
+  /// `link` must outlive it.
   explicit ResultReader(Link& link);
   ResultReader(const ResultReader&) = delete;
   ResultReader& operator=(const ResultReader&) = delete;
   ~ResultReader();
 
-  /// Tells everything that came since the last call; does not wait, see Link::wait. Nothing while there is no network.
-  /// Errors: kIo where the DDS library refuses a topic.
+  /// Passes on all messages since the last call; does not wait, see Link::wait. No messages without a network. Errors:
+  /// kIo if the DDS library refuses a topic.
   [[nodiscard]] Status take(ResultListener& listener);
 
  private:

@@ -1,4 +1,4 @@
-// ROS 2 topics, received as they travel: for files that hold what was sent, byte by byte.
+// Receives ROS 2 topics as serialized bytes, for recordings.
 #pragma once
 
 #include <cstddef>
@@ -19,21 +19,21 @@ struct RosTopicDescription {
   std::string name;        ///< "/kinetrace/odometry".
   std::string type;        ///< "nav_msgs/msg/Odometry".
   std::string definition;  ///< See ros_definition.
-  std::string qos;         ///< What is offered, in YAML, as players of recordings read it.
+  std::string qos;         ///< Offered quality of service, in YAML for players of recordings.
 };
 
-/// A message that was received. The bytes live as long as the call that they are given to.
+/// A received message. The bytes are valid during the call that receives them.
 struct RosMessage {
   std::size_t topic = 0;           ///< Index in the topics.
   std::int64_t sent_ns = 0;        ///< System clock (Unix) of the sender.
   std::span<const std::byte> cdr;  ///< With its four-byte header.
 };
 
-/// Reads all topics that Kinetrace offers to ROS 2; of /tf, /tf_static and /diagnostics also what other nodes send.
-/// Memory is bounded by the depth of the topics and the largest message.
+/// Reads all topics that Kinetrace publishes to ROS 2; of /tf, /tf_static and /diagnostics also messages of other
+/// nodes. Memory is bounded by the depth of the topics and the largest message.
 class KINETRACE_API RosReader {
  public:
-  /// `prefix` is that of the sender (dds.ros2.prefix). `link` outlives it.
+  /// `prefix` is that of the sender (dds.ros2.prefix). `link` must outlive it.
   RosReader(Link& link, const std::string& prefix);
   RosReader(const RosReader&) = delete;
   RosReader& operator=(const RosReader&) = delete;
@@ -41,8 +41,8 @@ class KINETRACE_API RosReader {
 
   [[nodiscard]] const std::vector<RosTopicDescription>& topics() const noexcept;
 
-  /// Hands on everything that came since the last call, topic by topic; does not wait, see Link::wait. An error of
-  /// `visit` ends the call. Errors: those of `visit`; kIo where the DDS library refuses a topic.
+  /// Passes on all messages since the last call, topic by topic; does not wait, see Link::wait. An error of `visit`
+  /// ends the call. Errors: those of `visit`; kIo if the DDS library refuses a topic.
   [[nodiscard]] Status take(const std::function<Status(const RosMessage&)>& visit);
 
  private:

@@ -1,4 +1,4 @@
-// JSON files before they are parsed. For host-side tools; allocates.
+// Bounds the nesting of JSON files before parsing. For host-side tools; allocates.
 #pragma once
 
 #include <filesystem>
@@ -9,8 +9,8 @@
 
 namespace kinetrace::recording {
 
-/// The text of a JSON file that a parser and a writer that call themselves for each level can take: nested 64 deep at
-/// most. Whether it is JSON is for the parser to say. Errors: those of read_file, kBadFormat (nested deeper).
+/// Reads the text of a JSON file nested at most 64 deep, for recursive parsers and writers. Does not check the syntax.
+/// Errors: those of read_file, kBadFormat (nested deeper).
 [[nodiscard]] KINETRACE_API Result<std::string> read_json_text(const std::filesystem::path& path);
 
 }  // namespace kinetrace::recording

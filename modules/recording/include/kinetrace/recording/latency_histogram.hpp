@@ -1,4 +1,4 @@
-// Quantiles of durations in fixed memory, however long the run.
+// Quantiles of durations in fixed memory.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace kinetrace::recording {
 
-/// What a run says about one stage.
+/// Times of one stage.
 struct TimingSummary {
   std::uint64_t count = 0;
   double median_ms = 0.0;
@@ -17,7 +17,7 @@ struct TimingSummary {
   double max_ms = 0.0;  ///< Exact.
 };
 
-/// ... and about the time from exposure to result.
+/// Latency from exposure to result.
 struct LatencySummary {
   std::uint64_t count = 0;
   double p50_ms = 0.0;

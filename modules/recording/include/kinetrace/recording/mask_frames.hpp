@@ -13,19 +13,19 @@
 
 namespace kinetrace::recording {
 
-/// A track that is seen in a frame.
+/// The mask of a track in a frame.
 struct FrameMask {
-  std::uint8_t label = 0;  ///< Of its pixels, from 1 in the order of the file.
+  std::uint8_t label = 0;  ///< Label of its pixels, from 1 in the order of the file.
   std::uint32_t track_id = 0;
   std::uint16_t class_id = 0;
   PixelBox box_px;
   std::int64_t area_px = 0;
 };
 
-/// One frame's masks; the views live until the next call of MaskFrames::at.
+/// One frame's masks; the views are valid until the next call of MaskFrames::at.
 struct MaskFrame {
-  LabelView labels;                  ///< FrameMask::label or kBackgroundLabel; empty if the run has no mask at all.
-  std::span<const FrameMask> masks;  ///< None in a frame that mots.txt does not name.
+  LabelView labels;                  ///< FrameMask::label or kBackgroundLabel; empty if the run has no masks.
+  std::span<const FrameMask> masks;  ///< Empty for a frame without rows in mots.txt.
 };
 
 /// Paints the masks of any frame. Memory: mots.txt and one image.

@@ -1,4 +1,4 @@
-// What a run saw: the image positions of reconstructed points, frame by frame. Kept for refinement after the run.
+// Observations of a run: image positions of reconstructed points, frame by frame, for refinement after the run.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@ namespace kinetrace::recording {
 /// A record of observations.bin, little-endian: one point of one body in one frame.
 struct Observation {
   std::uint32_t track_id = 0;  ///< 0: the background.
-  std::uint32_t point_id = 0;  ///< Of the body's point; above 0.
+  std::uint32_t point_id = 0;  ///< Id within the body; above 0.
   std::int32_t frame = 0;
   float u_left_px = 0.F;
   float v_px = 0.F;        ///< Mean row of the pair.
@@ -28,17 +28,17 @@ static_assert(sizeof(Observation) == 24, "the layout of the file");
 /// Reads observations.bin frame by frame. For host-side tools; holds one frame.
 class KINETRACE_API ObservationReader {
  public:
-  /// Of a run that did not end in good order, whole records are read as far as they go. Errors: kNotFound (the run kept
-  /// none), kBadFormat (not such a file, cut off, or not as long as run.json says), kIo.
+  /// Of an unfinished run, all whole records are read. Errors: kNotFound (the run recorded none), kBadFormat (another
+  /// kind of file, cut off, or not of the length in run.json), kIo.
   [[nodiscard]] static Result<ObservationReader> open(const Run& run);
 
   ObservationReader(ObservationReader&&) noexcept;
   ObservationReader& operator=(ObservationReader&&) noexcept;
   ~ObservationReader();
 
-  /// The observations of the next frame that has any, as they were recorded; empty after the last one. Valid until the
-  /// next call. Errors: kBadFormat (frames out of order, values that are not finite, no point), with the file and the
-  /// number of the record; kIo.
+  /// The observations of the next frame with any, in recorded order; empty after the last one. Valid until the next
+  /// call. Errors: kBadFormat (frames out of order, values that are not finite, no point), with the file and the
+  /// record's number; kIo.
   [[nodiscard]] Result<std::span<const Observation>> next_frame();
 
  private:

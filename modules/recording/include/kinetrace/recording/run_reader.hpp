@@ -33,14 +33,14 @@ struct ObjectRow {
   std::int64_t frame = 0;
   std::int64_t timestamp_ns = 0;
   std::uint32_t track_id = 0;
-  std::uint16_t class_id = 0;  ///< Of the segmentation; see core/detections.hpp.
+  std::uint16_t class_id = 0;  ///< Class of the segmentation; see core/detections.hpp.
   BodyStatus status = BodyStatus::kLost;
   Se3 T_world_obj;
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< World frame, of the box centre.
   bool moving = false;
   double heading_rad = 0.0;
   Box3 box;
-  Box3Sigma box_sigma;                    ///< Zero in runs of versions that did not write it.
+  Box3Sigma box_sigma;                    ///< Zero in runs of earlier versions without it.
   Vector6d variances = Vector6d::Zero();  ///< rad^2 about the world's axes, then m^2 of the origin.
   int point_count = 0;
   int inliers = 0;
@@ -58,36 +58,35 @@ struct MaskRow {
   std::string rle;  ///< COCO's compressed run lengths.
 };
 
-/// What a run folder holds as rows. World = first left rectified camera.
+/// The rows of a run folder. World = first left rectified camera.
 struct Run {
   std::filesystem::path directory = {};
-  std::string dataset = {};  ///< "LAYOUT:PATH" as it was given; the path may be relative to where the run was made.
-  /// All that run.json says of it, by name; these three among it.
+  std::string dataset = {};  ///< "LAYOUT:PATH" as given; the path may be relative to the run's working directory.
+  /// All fields of the dataset in run.json, by name, including these three.
   std::vector<std::pair<std::string, std::string>> dataset_fields = {};
-  std::string sequence = {};                   ///< Name of the sequence.
-  std::string cameras = {};                    ///< "gray", "color", or empty.
-  std::int64_t passes = 1;                     ///< Times that the recording was played; frame numbers went on.
-  std::string config_json = {};                ///< The configuration, a JSON object; empty where it is not known.
-  StereoGeometry rectified = {};               ///< All zero where it is not known.
-  RigCorrection applied = {};                  ///< By which the right camera was corrected at the end.
-  bool is_finished = true;                     ///< It ended in good order, and all of its files are there.
-  std::vector<CameraRow> camera = {};          ///< By frame.
-  std::vector<ObjectRow> objects = {};         ///< By frame, then as in the file.
-  std::optional<std::int64_t> mask_rows = {};  ///< Of mots.txt; none where it is not known.
+  std::string sequence = {};                          ///< Name of the sequence.
+  std::string cameras = {};                           ///< "gray", "color", or empty.
+  std::int64_t passes = 1;                            ///< Number of passes over the recording; frame numbers continue.
+  std::string config_json = {};                       ///< The configuration, a JSON object; empty: unknown.
+  StereoGeometry rectified = {};                      ///< All zero: unknown.
+  RigCorrection applied = {};                         ///< Correction of the right camera at the end.
+  bool is_finished = true;                            ///< The run has finished and all files exist.
+  std::vector<CameraRow> camera = {};                 ///< By frame.
+  std::vector<ObjectRow> objects = {};                ///< By frame, then in the file's order.
+  std::optional<std::int64_t> mask_rows = {};         ///< Of mots.txt; none: unknown.
   std::optional<std::int64_t> observation_rows = {};  ///< Of observations.bin; likewise.
-  std::vector<std::string> notes = {};          ///< What the user should know about what has been read, one line each.
-  std::shared_ptr<const FolderLock> lock = {};  ///< Keeps new runs out of the folder while it is read.
+  std::vector<std::string> notes = {};                ///< Notes for the user, one line each.
+  std::shared_ptr<const FolderLock> lock = {};        ///< Keeps new runs out of the folder while reading.
 };
 
-/// Reads run.json, camera.tum, camera_kitti.txt and objects.csv, and compares what they say of the same. The camera
-/// files have no frame numbers: they come from the time stamps of objects.csv, and between and beyond those from the
-/// interval between frames. Of a run that was stopped, or that is still going on, that is what had been written so far:
-/// the frames that all files have, with a note. Errors, each with file and line: kNotFound (no folder of a run),
-/// kBadFormat (damaged, or files that do not fit each other), kIo.
+/// Reads run.json, camera.tum, camera_kitti.txt and objects.csv, and checks their consistency. The camera files have no
+/// frame numbers: these come from the time stamps of objects.csv, and between and beyond those from the frame interval.
+/// Of an aborted or running run it returns the frames common to all files, with a note. Errors, each with file and
+/// line: kNotFound (no run folder), kBadFormat (damaged or inconsistent files), kIo.
 [[nodiscard]] KINETRACE_API Result<Run> read_run(const std::filesystem::path& directory);
 
-/// Reads mots.txt, ordered by frame; empty if the run wrote none. Errors: kBadFormat with file and line (also: another
-/// image size or number of rows than the run's).
+/// Reads mots.txt, ordered by frame; empty if the run wrote none. Errors: kBadFormat with file and line (also: image
+/// size or number of rows differ from the run's).
 [[nodiscard]] KINETRACE_API Result<std::vector<MaskRow>> read_masks(const Run& run);
 
 }  // namespace kinetrace::recording
