@@ -20,7 +20,7 @@ struct FreeDetector {
   void operator()(apriltag_detector_t* detector) const { apriltag_detector_destroy(detector); }
 };
 
-// The family has a border one bit wide; Kalibr prints the same bits with two.
+// The family's border is one bit wide; Kalibr prints the same codes with two.
 void widen_border(apriltag_family_t& family, int border_bits) {
   const auto more = static_cast<std::uint32_t>(border_bits - 1);
   for (std::uint32_t i = 0; i < family.nbits; ++i) {
@@ -37,12 +37,12 @@ class AprilDetector final : public TargetDetector {
       : target_(std::move(target)), family_(tag36h11_create()), detector_(apriltag_detector_create()) {
     widen_border(*family_, target_.border_bits);
     apriltag_detector_add_family(detector_.get(), family_.get());
-    detector_->quad_decimate = 1.0F;  // Edges are measured in the image as it is.
+    detector_->quad_decimate = 1.0F;  // Edges are measured at full resolution.
     detector_->nthreads = 1;
   }
 
-  // Black squares touch the tags' corners and enclose the white beside their edges, so that it is not seen as one. With
-  // black made thinner, they come apart; as they are, some have a corner in the wrong place.
+  // Black squares touch the tags' corners and enclose the white beside their edges, which hides tags. Thinning black
+  // separates them; without thinning, some corners are misplaced.
   std::vector<Corner> detect(GrayView view) override {
     const cv::Mat image = as_mat(view);
     std::vector<SeenMarker> seen;
@@ -69,7 +69,7 @@ class AprilDetector final : public TargetDetector {
     apriltag_detections_destroy(found);
   }
 
-  // The library begins at the bottom left corner, goes the other way round, and has pixel centres at halves.
+  // The library starts at the bottom left corner, goes the other way round, and has pixel centres at halves.
   static SeenMarker marker_of(const apriltag_detection_t& tag, int thinner_px) {
     SeenMarker marker{.id = tag.id, .corners_px = {}};
     const cv::Point2d middle(tag.c[0], tag.c[1]);

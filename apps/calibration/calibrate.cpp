@@ -33,8 +33,8 @@ Lens lens_named(const std::string& name) {
   return found == kLensNames.end() ? Lens::kRadialTangential : found->second;
 }
 
-// What moves is blurred, and at another place in the other image where the cameras are not exactly in step. Of live
-// images there are enough to wait for one at rest; a recording is taken as it is.
+// Moving targets are blurred, and displaced between images of cameras that are not exactly synchronised. A live camera
+// delivers enough images to wait for rest; recordings are used as they are.
 class StillnessGate {
  public:
   explicit StillnessGate(bool enabled) : enabled_(enabled) {}
@@ -65,7 +65,7 @@ EstimationOptions estimation_options(const CalibrateOptions& options, const Came
           .height_px = setup.calibration.raw_height_px()};
 }
 
-// Enough has been seen of a live camera when nothing is missing and what is there gives a calibration.
+// A live session is complete if no view is missing and the views give a calibration.
 class CompletenessCheck {
  public:
   CompletenessCheck(const Target& target, const EstimationOptions& options) : target_(target), options_(options) {}

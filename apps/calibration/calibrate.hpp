@@ -5,7 +5,7 @@
 
 namespace kinetrace::calibration {
 
-/// Plays the recording or watches the camera, estimates, writes. Returns the exit code; what is wrong has been said.
+/// Plays the recording or reads the camera, estimates, writes. Returns the exit code; errors have been printed.
 [[nodiscard]] int calibrate_command(const app::CalibrateOptions& options);
 
 }  // namespace kinetrace::calibration

@@ -5,7 +5,7 @@
 
 namespace kinetrace::calibration {
 
-/// Reads the recording, estimates, writes. Returns the exit code; what is wrong has been said.
+/// Reads the recording, estimates, writes. Returns the exit code; errors have been printed.
 [[nodiscard]] int calibrate_self_command(const app::CalibrateOptions& options);
 
 }  // namespace kinetrace::calibration

@@ -43,7 +43,7 @@ void draw_coverage(Canvas& canvas, const Panel& panel, const ViewCollector& view
   }
 }
 
-// The mean of the residuals around a point: what the lens model does not describe. Single ones are noise.
+// The mean residual around a point shows deviations from the lens model; single residuals are noise.
 void draw_residuals(Canvas& canvas, const Panel& panel, const StereoEstimate& estimate, bool is_left, int height_px,
                     double magnification) {
   constexpr int kColumns = 16;

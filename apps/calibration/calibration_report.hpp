@@ -1,4 +1,4 @@
-// What a calibration leaves behind: its files, and what it says about itself in lines, JSON and a picture.
+// Output of a calibration: its files, and reports as lines, JSON and a picture.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,7 @@
 
 namespace kinetrace::calibration {
 
-/// What was calibrated from, for those who read the report later.
+/// Source of the calibration, for the report.
 struct ReportSource {
   std::string images;
   std::string target;
@@ -22,22 +22,22 @@ struct ReportSource {
 /// Lines for the terminal.
 [[nodiscard]] std::vector<std::string> report_lines(const TargetCalibration& calibration);
 
-/// Comments for the calibration files: from what, how good.
+/// Comments for the calibration files: source and quality.
 [[nodiscard]] std::vector<std::string> remarks(const TargetCalibration& calibration, const ReportSource& source);
 
 /// Everything, with the whole covariance, as JSON.
 [[nodiscard]] std::string report_json(const TargetCalibration& calibration, const ViewCollector& views,
                                       const ReportSource& source);
 
-/// Four panels: where corners were seen in either image, and what the estimate leaves over there. Errors: kIo.
+/// Four panels: detected corners in both images, and their residuals. Errors: kIo.
 [[nodiscard]] Status write_picture(const TargetCalibration& calibration, const ViewCollector& views,
                                    const std::filesystem::path& path);
 
-/// The folder for a calibration's files, made before images are looked at. If it is new and nothing was written into
-/// it, it goes with this.
+/// The folder for a calibration's files, created before images are processed. A new folder without files is removed
+/// again by the destructor.
 class OutputFolder {
  public:
-  /// Looks also whether files can be written into it. Errors: kIo.
+  /// Also checks that files can be written into it. Errors: kIo.
   [[nodiscard]] static Result<OutputFolder> make(const std::filesystem::path& folder);
   OutputFolder(OutputFolder&& other) noexcept : made_(std::exchange(other.made_, {})) {}
   OutputFolder& operator=(OutputFolder&&) = delete;
@@ -46,10 +46,10 @@ class OutputFolder {
  private:
   explicit OutputFolder(std::filesystem::path made) : made_(std::move(made)) {}
 
-  std::filesystem::path made_;  ///< Empty if it was there.
+  std::filesystem::path made_;  ///< Empty if it existed before.
 };
 
-/// calibration.yaml, and camchain.yaml where it can say what the lens is. Errors: kIo.
+/// calibration.yaml, and camchain.yaml if it supports the lens model. Errors: kIo.
 [[nodiscard]] Status write_calibration_files(const hal::RigCalibration& rig, const std::filesystem::path& folder,
                                              std::span<const std::string> head);
 

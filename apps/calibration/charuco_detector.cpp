@@ -1,7 +1,7 @@
 #include <utility>
 
 #include <opencv2/core/version.hpp>
-// The detector of markers moved from OpenCV's contributed modules into objdetect.
+// The marker detector moved from OpenCV's contributed modules into objdetect.
 #if CV_VERSION_MAJOR > 4 || CV_VERSION_MINOR >= 7
 #include <opencv2/objdetect/aruco_detector.hpp>
 #else

@@ -44,7 +44,7 @@ class ChessboardDetector final : public TargetDetector {
     return points;
   }
 
-  // By the gradients around each corner, as far as to the neighbours: half the error on noisy images.
+  // By the gradients around each corner, in windows reaching to the neighbours: half the error on noisy images.
   void refine(const cv::Mat& image, Points& points) const {
     double nearest_px = 1e9;
     for (int i = 0; i + 1 < static_cast<int>(points.size()); ++i) {
@@ -65,13 +65,13 @@ class ChessboardDetector final : public TargetDetector {
       for (std::size_t i = 0; i < points.size(); ++i) {
         constexpr double kMaxMove_px = 1.0;
         if (cv::norm(points[i] - found[i]) > kMaxMove_px) {
-          points[i] = found[i];  // Something else lay in the window.
+          points[i] = found[i];  // The window contained another edge.
         }
       }
     }
   }
 
-  // Along the first rows, in the image.
+  // Direction of the first rows in the image.
   cv::Point2f along(const Points& points) const {
     return points[static_cast<std::size_t>(size_.width - 1)] - points.front();
   }
@@ -97,7 +97,7 @@ class ChessboardDetector final : public TargetDetector {
   }
 
   cv::Size size_;
-  bool looks_the_same_;  ///< When it is turned by 180 degrees.
+  bool looks_the_same_;  ///< When rotated by 180 degrees.
 };
 
 }  // namespace

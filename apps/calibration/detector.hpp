@@ -15,11 +15,11 @@ namespace kinetrace::calibration {
 
 /// A point of the target in an image, pixel centres at integers.
 struct Corner {
-  int id = 0;  ///< Its place in Target::points_m.
+  int id = 0;  ///< Index into Target::points_m.
   Eigen::Vector2d px;
 };
 
-/// What a pair of images shows of the target. Corners are in the order of their ids.
+/// The target's corners in a pair of images, in the order of their ids.
 struct BoardView {
   std::int64_t frame_index = 0;
   std::vector<Corner> left;
@@ -35,15 +35,15 @@ class TargetDetector {
   TargetDetector& operator=(TargetDetector&&) = delete;
   virtual ~TargetDetector() = default;
 
-  /// Corners in the order of their ids; none where the target is not seen.
+  /// Corners in the order of their ids; none without a visible target.
   [[nodiscard]] virtual std::vector<Corner> detect(GrayView image) = 0;
-  /// Both images. Chessboards that look the same upside down are numbered alike in both.
+  /// Both images. Chessboards that look the same upside down are numbered consistently.
   [[nodiscard]] virtual BoardView detect_pair(GrayView left, GrayView right) {
     return {.left = detect(left), .right = detect(right)};
   }
 };
 
-/// The one for the kind of target. Errors: kInvalidArgument (unknown dictionary).
+/// The detector of a kind of target. Errors: kInvalidArgument (unknown dictionary).
 [[nodiscard]] Result<std::unique_ptr<TargetDetector>> make_detector(const Target& target);
 
 // One kind each.

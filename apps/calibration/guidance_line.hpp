@@ -1,4 +1,4 @@
-// What is still missing, on the terminal, while the target is shown.
+// Guidance on the terminal during collection: which views are missing.
 #pragma once
 
 #include <chrono>

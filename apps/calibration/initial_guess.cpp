@@ -11,7 +11,7 @@ namespace kinetrace::calibration {
 namespace {
 
 constexpr std::size_t kMinCorners = 4;
-// Of the image's width: from 150 degrees of a fisheye lens to 10 of a long one.
+// In image widths: from 150 degrees of a fisheye lens to 10 of a long one.
 constexpr std::array kFocals{0.2, 0.25, 0.32, 0.4, 0.5, 0.62, 0.78, 0.95, 1.2, 1.5, 1.9, 2.5, 3.5, 5.5};
 
 Se3 pose_of(const cv::Mat& rotation_vector, const cv::Mat& translation) {
@@ -29,7 +29,7 @@ hal::CameraModel without_distortion(Lens lens, int width_px, int height_px, doub
           .cy_px = (height_px - 1) / 2.0};
 }
 
-// Views that make a good sample, spread over all of them.
+// A sample spread over all views.
 std::vector<std::size_t> sample(std::size_t count) {
   constexpr std::size_t kMaxViews = 24;
   std::vector<std::size_t> chosen;
@@ -41,7 +41,7 @@ std::vector<std::size_t> sample(std::size_t count) {
 }
 
 double distance(const Se3& a, const Se3& b) {
-  // A radian is as far as a metre of a rig whose parts are about that far from what they look at.
+  // A radian counts as much as a metre, the order of magnitude of the distance to the target.
   return so3_log(a.rotation.transpose() * b.rotation).norm() + (a.translation - b.translation).norm();
 }
 
@@ -50,7 +50,7 @@ struct Candidate {
   Se3 T_right_left;
 };
 
-// The candidate that the others are nearest to; what is far does not count more than what is elsewhere.
+// The candidate nearest to the others; distances are truncated, so that outliers do not dominate.
 const Candidate* most_agreed(const std::vector<Candidate>& candidates) {
   const Candidate* best = nullptr;
   double least = std::numeric_limits<double>::max();
@@ -89,7 +89,7 @@ std::vector<Se3> plane_poses(const hal::CameraModel& camera, const Target& targe
     cv::solvePnPGeneric(board, rays, cv::Matx33d(1, 0, 0, 0, 1, 0, 0, 0, 1), cv::noArray(), rotations, translations,
                         false, cv::SOLVEPNP_IPPE);
   } catch (const cv::Exception&) {
-    return {};  // Corners on one line.
+    return {};  // Collinear corners.
   }
   std::vector<Se3> poses;
   for (std::size_t i = 0; i < rotations.size(); ++i) {
@@ -123,7 +123,7 @@ std::optional<hal::CameraModel> guess_camera(Lens lens, int width_px, int height
     double sum = 0.0;
     for (const std::size_t i : sample(views.size())) {
       const auto poses = plane_poses(camera, target, views[i]);
-      // A view that fits no pose counts as one that fits badly.
+      // A view without any pose counts as a bad fit.
       const double worst_px = width_px;
       sum +=
           poses.empty() ? worst_px : std::min(worst_px, reprojection_rms_px(camera, target, poses.front(), views[i]));
@@ -153,7 +153,7 @@ std::optional<StereoGuess> guess_poses(const hal::CameraModel& left, const hal::
   }
   StereoGuess guess{.T_right_left = agreed->T_right_left, .T_left_board = {}};
   for (std::size_t i = 0; i < views.size(); ++i) {
-    // Of the two poses of a plane, the one that the other view confirms.
+    // Of the two poses of a plane, the one confirmed by the other view.
     std::optional<Se3> best;
     double least = std::numeric_limits<double>::max();
     for (const Se3& pose : left_poses[i]) {

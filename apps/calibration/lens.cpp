@@ -7,7 +7,7 @@
 namespace kinetrace::calibration {
 namespace {
 
-// Of the lens without distortion, a start that leads to the right solution for all that a lens does.
+// Initial value by the lens without distortion, from which the iteration converges for every realistic lens.
 std::optional<Eigen::Vector2d> undistorted_start(const hal::CameraModel& camera, const Eigen::Vector2d& px) {
   const Eigen::Vector2d d((px.x() - camera.cx_px) / camera.fx_px, (px.y() - camera.cy_px) / camera.fy_px);
   if (camera.lens != hal::LensModel::kEquidistant || d.norm() < 1e-9) {

@@ -1,4 +1,4 @@
-// The kinds of lenses that can be estimated, and the way from a pixel back to its ray.
+// Lens models for estimation, and unprojection from a pixel to its ray.
 #pragma once
 
 #include <array>
@@ -41,7 +41,7 @@ inline constexpr std::array<std::pair<std::string_view, Lens>, 4> kLensNames{{{"
   return lens == Lens::kFisheye ? hal::LensModel::kEquidistant : hal::LensModel::kRadialTangential;
 }
 
-/// Direction (x/z, y/z) of what a pixel shows; none where the lens model does not reach it or is not invertible there.
+/// Direction (x/z, y/z) of a pixel; none where the lens model is not defined or not invertible.
 [[nodiscard]] std::optional<Eigen::Vector2d> normalised_ray(const hal::CameraModel& camera, const Eigen::Vector2d& px);
 
 }  // namespace kinetrace::calibration

@@ -81,7 +81,7 @@ MarkerBits april_bits(int id, int border_bits) {
             image->buf[(y + margin) * image->stride + x + margin] == 0;
       }
     }
-    std::free(image->buf);  // The library does not show its own function for this.
+    std::free(image->buf);  // The library does not export its own function for this.
     std::free(image);
   }
   tag36h11_destroy(family);

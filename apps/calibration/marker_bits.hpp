@@ -1,4 +1,4 @@
-// What is printed inside a marker.
+// Bit patterns of markers.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@ namespace kinetrace::calibration {
 /// OpenCV's number of a dictionary of ArUco markers; none for another name.
 [[nodiscard]] std::optional<int> dictionary_number(std::string_view dictionary);
 
-/// Rows of cells from the top, border included, black where true. Empty for a marker that the dictionary does not have.
+/// Rows of cells from the top, border included, true is black. Empty for a marker that is not in the dictionary.
 using MarkerBits = std::vector<std::vector<bool>>;
 [[nodiscard]] MarkerBits marker_bits(const Target& target, int id);
 

@@ -38,10 +38,10 @@ std::array<cv::Point2f, 4> board_corners(const Marker& marker) {
   return corners;
 }
 
-// A lens bends straight lines: of a whole board, a plane's homography holds to a part of a marker only.
+// Tolerance, in marker sides, of a homography of the whole board, as distortion bends straight lines.
 constexpr double kBending = 0.35;
 
-// The board in the image as a plane, by the markers' centres; empty where they do not span it.
+// Homography from the board to the image by the markers' centres; empty with too few markers.
 cv::Mat homography_of_centres(const Target& target, const std::vector<SeenMarker>& markers) {
   constexpr std::size_t kMinMarkers = 4;
   if (markers.size() < kMinMarkers) {
@@ -58,7 +58,7 @@ cv::Mat homography_of_centres(const Target& target, const std::vector<SeenMarker
   return cv::findHomography(board, image, cv::RANSAC, kBending * side);
 }
 
-// With few markers, by their corners as they were read.
+// With few markers, by their detected corners.
 cv::Mat homography_of_corners(const Target& target, const std::vector<SeenMarker>& markers, double tolerance_px) {
   Points board;
   Points image;
@@ -70,7 +70,7 @@ cv::Mat homography_of_corners(const Target& target, const std::vector<SeenMarker
   return cv::findHomography(board, image, cv::RANSAC, tolerance_px);
 }
 
-// Turns the marker so that its corners lie as near as possible to where the board says; false if that is not near.
+// Rotates the marker's corner order to fit the board best; false if no order fits.
 bool turn_into_place(const Target& target, const cv::Mat& homography, SeenMarker& marker) {
   const auto corners = board_corners(*marker_of(target, marker.id));
   Points predicted;
@@ -93,8 +93,8 @@ bool turn_into_place(const Target& target, const cv::Mat& homography, SeenMarker
   return least < kBending * side;
 }
 
-// False for a marker whose corners are not where its nearest neighbours put them: something black beside it was taken
-// for a part of it.
+// False for a marker whose corners disagree with its nearest neighbours: a black area beside it was taken for a part of
+// it.
 bool fits_neighbours(const Target& target, const std::vector<SeenMarker>& markers, const SeenMarker& marker) {
   constexpr std::size_t kNeighbours = 6;
   std::vector<const SeenMarker*> others;
@@ -131,10 +131,10 @@ bool fits_neighbours(const Target& target, const std::vector<SeenMarker>& marker
   return true;
 }
 
-// Where a corner is expected: from the marker beside it alone, so that the lens does not matter.
+// Expected place of a corner: predicted from the adjacent marker alone, so that distortion does not matter.
 struct Expected {
   cv::Point2f px;
-  double square_px = 0.0;  ///< Length of what surrounds it without another corner.
+  double square_px = 0.0;  ///< Side of a square around it without another corner.
   int markers = 0;
 };
 
@@ -153,7 +153,7 @@ void expect_tag_corners(const Target& target, const SeenMarker& marker, std::map
   }
 }
 
-// Corners of the square that holds the marker.
+// Corners of the square around the marker.
 void expect_square_corners(const Target& target, const SeenMarker& marker, std::map<int, Expected>& expected) {
   const Marker& printed = *marker_of(target, marker.id);
   const auto corners = board_corners(printed);
@@ -172,7 +172,7 @@ void expect_square_corners(const Target& target, const SeenMarker& marker, std::
     const int id = y * (target.columns - 1) + x;
     Points predicted;
     cv::perspectiveTransform(Points{on_board(target.points_m[static_cast<std::size_t>(id)])}, predicted, homography);
-    // Markers stand in the corners' way: the window must not reach them.
+    // The refinement window must not reach the markers.
     add_expectation(expected, id, predicted.front(), 2 * inset_m / target.marker_m * side_px(marker));
   }
 }

@@ -1,4 +1,4 @@
-// From the markers of a target to the corners that are measured.
+// From a target's markers to refined corners.
 #pragma once
 
 #include <array>
@@ -10,18 +10,17 @@
 
 namespace kinetrace::calibration {
 
-/// A marker as a detector of markers found it.
+/// A marker as detected.
 struct SeenMarker {
   int id = 0;
-  std::array<cv::Point2f, 4> corners_px;  ///< Clockwise from the top left one as it is printed.
+  std::array<cv::Point2f, 4> corners_px;  ///< Clockwise from the top left one as printed.
 };
 
-/// Markers that agree with each other about where the target lies: of one that was misread, or stands on another board,
-/// the corners are elsewhere. Which corner of a marker is the first is decided by its place among the others. None if
-/// fewer than two agree.
+/// Markers that agree on the target's position; this rejects misread markers and those of other boards. The first
+/// corner of a marker is determined by its position among the others. None if fewer than two agree.
 [[nodiscard]] std::vector<SeenMarker> consistent_markers(const Target& target, std::vector<SeenMarker> markers);
 
-/// Corners of the target that have a consistent marker beside them, refined to a part of a pixel.
+/// Corners of the target beside a consistent marker, with subpixel refinement.
 [[nodiscard]] std::vector<Corner> refined_corners(const Target& target, const std::vector<SeenMarker>& markers,
                                                   const cv::Mat& image);
 

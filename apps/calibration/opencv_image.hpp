@@ -1,4 +1,4 @@
-// An image in the form OpenCV takes it.
+// Images as OpenCV matrices.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -7,7 +7,7 @@
 
 namespace kinetrace::calibration {
 
-/// The same pixels, which OpenCV must not change.
+/// Shares the pixels, which OpenCV must not change.
 [[nodiscard]] inline cv::Mat as_mat(GrayView image) {
   return {image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.data),
           static_cast<std::size_t>(image.stride)};

@@ -1,4 +1,4 @@
-// What both reports on a calibration need.
+// Common parts of both calibration reports.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// What is minimised: the distance between where a corner was measured and where the cameras should see it.
+// Reprojection error: distance between the measured and the projected corner.
 #pragma once
 
 #include <Eigen/Core>

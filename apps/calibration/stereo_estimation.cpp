@@ -40,19 +40,19 @@ hal::CameraModel model_with(hal::CameraModel model, const Camera& camera) {
 }
 
 struct Measurement {
-  std::size_t view = 0;  ///< Of the problem's.
+  std::size_t view = 0;  ///< Index within the problem.
   bool is_left = true;
   Corner corner;
 };
 
-// What is free in a stage of the solution.
+// Free parameters in a stage of the solution.
 struct Stage {
   bool principal_point = true;
   int coefficients = 0;
-  double loss_px = 0.0;  ///< Residuals beyond count little; 0: as they are.
+  double loss_px = 0.0;  ///< Scale of the robust loss; 0: least squares.
 };
 
-// The unknowns, and all that was measured of them.
+// The unknowns, and their measurements.
 class StereoProblem {
  public:
   StereoProblem(const Target& target, std::span<const BoardView> views, const EstimationOptions& options)
@@ -104,7 +104,7 @@ class StereoProblem {
     fold_perturbations();
   }
 
-  // Leaves out corners that lie too far off, and views that are worse than the others or keep too few corners.
+  // Rejects outlier corners, and views that are worse than the others or keep too few corners.
   void reject_outliers() {
     const std::vector<Residual> all = residuals();
     std::vector<double> sizes;
@@ -224,7 +224,7 @@ class StereoProblem {
     }
   }
 
-  // The rational model's coefficients are hardly distinguishable: a weak prior keeps them where lenses have them.
+  // The rational model's coefficients are hardly distinguishable: a weak prior keeps them at usual values.
   void constrain(ceres::Problem& problem, const Stage& stage, Camera& camera) const {
     std::vector<int> constant;
     if (!stage.principal_point) {
@@ -309,7 +309,7 @@ class StereoProblem {
     return normal;
   }
 
-  // From the parameters that were free to all of them.
+  // Spreads the covariance of the free parameters over all parameters.
   static void scatter(const Eigen::MatrixXd& covariance, int coefficients, ParameterMatrix& all) {
     std::vector<int> place;
     for (int camera = 0; camera < 2; ++camera) {

@@ -23,7 +23,7 @@ struct EstimationOptions {
   int threads = 2;
 };
 
-/// A corner and what is left of it.
+/// A corner and its residual.
 struct Residual {
   std::size_t view = 0;
   bool is_left = true;
@@ -31,7 +31,7 @@ struct Residual {
   Eigen::Vector2d error_px;  ///< Projected minus measured.
 };
 
-/// Names of what is estimated: fx fy cx cy and eight coefficients of either camera, then rotation and translation.
+/// Names of the parameters: fx fy cx cy and eight coefficients of either camera, then rotation and translation.
 inline constexpr int kCameraParameters = 12;
 inline constexpr int kParameters = 2 * kCameraParameters + 6;
 using ParameterVector = Eigen::Matrix<double, kParameters, 1>;
@@ -41,26 +41,26 @@ using ParameterMatrix = Eigen::Matrix<double, kParameters, kParameters>;
 struct StereoEstimate {
   hal::RigCalibration rig;
   /// In the order of parameter_name; the last six are of T_right_left under left_update (rad, m). Rows and columns of
-  /// what was not estimated are zero. Scaled by the residuals that are left.
+  /// parameters that were not estimated are zero. Scaled by the final residuals.
   ParameterMatrix covariance = ParameterMatrix::Zero();
   double left_rms_px = 0.0;  ///< Of a corner's distance, both axes together.
   double right_rms_px = 0.0;
-  double sigma_px = 0.0;                ///< Of one coordinate of a corner, by what the estimate leaves over.
+  double sigma_px = 0.0;                ///< Of one coordinate of a corner, from the residuals.
   std::vector<Se3> T_left_board;        ///< By view, of those used.
-  std::vector<std::size_t> used_views;  ///< Places in the views that were given.
+  std::vector<std::size_t> used_views;  ///< Indices into the given views.
   std::size_t rejected_views = 0;
   std::size_t rejected_corners = 0;
-  std::vector<Residual> residuals;  ///< Of the corners used; `view` is a place in the views that were given.
+  std::vector<Residual> residuals;  ///< Of the corners used; `view` is an index into the given views.
 
   [[nodiscard]] ParameterVector sigmas() const { return covariance.diagonal().cwiseMax(0.0).cwiseSqrt(); }
-  /// Standard deviation of the focal length relative to it, the larger one of both cameras.
+  /// Relative standard deviation of the focal length, the larger one of both cameras.
   [[nodiscard]] double relative_focal_sigma() const;
   /// Of the rotation between the views, the largest of the axes.
   [[nodiscard]] double rotation_sigma_rad() const { return sigmas().tail<6>().head<3>().maxCoeff(); }
 };
 
-/// Views need not all be good: of those that contradict the rest, corners or the whole are left out. Errors:
-/// kBadCalibration, with what to do (too few views; no solution).
+/// Tolerates bad views: outlier corners or whole views are rejected. Errors: kBadCalibration, with the remedy (too few
+/// views; no solution).
 [[nodiscard]] Result<StereoEstimate> estimate_stereo(const Target& target, std::span<const BoardView> views,
                                                      const EstimationOptions& options);
 

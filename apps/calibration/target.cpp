@@ -142,7 +142,7 @@ std::string metres(double length_m) {
   return text.data();
 }
 
-// Values of a target file; what is missing or none throws as yaml-cpp does.
+// Values of a target file; missing or invalid ones throw as in yaml-cpp.
 Result<Target> target_of(const YAML::Node& file) {
   const auto type = file["target_type"].as<std::string>();
   const auto integer = [&file](const char* key) { return file[key].as<int>(); };
@@ -224,8 +224,8 @@ Target charuco_target(int columns, int rows, double square_m, double marker_m, s
   target.rows = rows;
   target.marker_m = marker_m;
   target.dictionary = std::move(dictionary);
-  // The first inner corner is the origin: the top left square begins one square before it. That square is black, but on
-  // old boards with an even number of rows.
+  // The first inner corner is the origin: the top left square begins one square before it. That square is black, except
+  // on old boards with an even number of rows.
   const int first_white = legacy && rows % 2 == 0 ? 0 : 1;
   const double inset_m = (square_m - marker_m) / 2;
   for (int row = 0; row < rows; ++row) {

@@ -1,4 +1,4 @@
-// The board that is shown to the cameras: which points it has, and where they lie on it.
+// The calibration board: its points and their positions.
 #pragma once
 
 #include <array>
@@ -14,12 +14,12 @@
 namespace kinetrace::calibration {
 
 enum class TargetKind : std::uint8_t {
-  kChessboard,  ///< Plain squares; must be seen as a whole.
-  kCharuco,     ///< A chessboard with ArUco markers in its white squares; any part of it will do.
+  kChessboard,  ///< Plain squares; must be completely visible.
+  kCharuco,     ///< A chessboard with ArUco markers in its white squares; may be partly visible.
   kAprilGrid,   ///< AprilTags in rows and columns, black squares at their corners, as Kalibr prints them.
 };
 
-/// A square marker: its number and the points of its corners, clockwise from the top left one as it is printed.
+/// A square marker: its number and its corners, clockwise from the top left one as printed.
 struct Marker {
   int id = 0;
   std::array<Eigen::Vector3d, 4> corners_m;

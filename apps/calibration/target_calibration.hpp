@@ -1,4 +1,4 @@
-// From the views that were collected to a calibration that is good enough, or a refusal that says what to do.
+// From the collected views to a sufficient calibration, or a refusal with its remedy.
 #pragma once
 
 #include <string>
@@ -14,10 +14,10 @@ namespace kinetrace::calibration {
 struct TargetCalibration {
   StereoEstimate estimate;            ///< From all views.
   Validation validation;              ///< On every fifth view, of an estimate from the others.
-  std::vector<std::string> warnings;  ///< Good enough, but.
+  std::vector<std::string> warnings;  ///< Shortcomings of an accepted calibration.
 };
 
-/// Errors: kBadCalibration, one line with all that is missing.
+/// Errors: kBadCalibration, one line with all shortcomings.
 [[nodiscard]] Result<TargetCalibration> calibrate(const Target& target, const ViewCollector& views,
                                                   const EstimationOptions& options);
 

@@ -9,7 +9,7 @@
 namespace kinetrace::calibration {
 namespace {
 
-// The top left square is black, but on boards that begin with a marker.
+// The top left square is black, except on boards that begin with a marker.
 void add_squares(const Target& target, std::vector<BlackRectangle>& black) {
   const bool is_charuco = target.kind == TargetKind::kCharuco;
   const int columns = target.columns + (is_charuco ? 0 : 1);
@@ -25,7 +25,7 @@ void add_squares(const Target& target, std::vector<BlackRectangle>& black) {
   }
 }
 
-// Cells that are side by side in a row are one rectangle: printers leave no gaps between them.
+// Adjacent cells in a row form one rectangle, so that printers leave no gaps between them.
 bool add_marker(const Target& target, const Marker& marker, std::vector<BlackRectangle>& black) {
   const MarkerBits bits = marker_bits(target, marker.id);
   const Eigen::Vector2d corner = marker.corners_m[0].head<2>();

@@ -21,7 +21,7 @@ Eigen::Matrix3d rectifying_rotation(const Se3& T_right_left) {
   return R;
 }
 
-// A corner that both images show, in the frame of the rectified left view.
+// A corner visible in both images, in the frame of the rectified left view.
 struct Pair {
   int id = 0;
   double rows_px = 0.0;
@@ -81,7 +81,7 @@ std::vector<Pair> pairs_of(const Triangulation& triangulation, const BoardView& 
   return pairs;
 }
 
-// By rows: what is many times as far off as the rest was not measured well.
+// By rows: corners with many times the usual difference were not measured well.
 std::size_t reject_outliers(std::vector<std::vector<Pair>>& views) {
   std::vector<double> rows;
   for (const auto& view : views) {

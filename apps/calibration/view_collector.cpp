@@ -27,7 +27,7 @@ std::string percent(double part) {
   return std::to_string(static_cast<int>(std::lround(100.0 * part))) + " %";
 }
 
-// Where corners were seen in one image.
+// Cells of an image in which corners were seen.
 class Coverage {
  public:
   Coverage(int width_px, int height_px) : width_px_(width_px), height_px_(height_px) {}
@@ -44,7 +44,7 @@ class Coverage {
   [[nodiscard]] double part() const {
     return static_cast<double>(std::count(seen_.begin(), seen_.end(), true)) / static_cast<double>(seen_.size());
   }
-  /// Of nine parts of the image, the one that lacks most: "top left".
+  /// The emptiest of nine parts of the image: "top left".
   [[nodiscard]] std::string emptiest() const {
     constexpr std::array<const char*, 3> kRows{"top ", "", "bottom "};
     constexpr std::array<const char*, 3> kColumns{"left", "middle", "right"};
@@ -184,7 +184,7 @@ bool ViewCollector::is_new(const Placement& placement) const {
   });
 }
 
-// Again whenever there are half as many views more: what was thought of the tilt depends on the focal length.
+// Repeated whenever the number of views has grown by half, as tilts depend on the focal length.
 void ViewCollector::refine_camera() {
   constexpr std::size_t kFirst = 4;
   if (views_.size() < kFirst || 2 * views_.size() < 3 * views_of_camera_) {

@@ -1,4 +1,4 @@
-// Chooses the views to calibrate from, and says which are still missing.
+// Selects views for calibration, and names the missing ones.
 #pragma once
 
 #include <array>
@@ -16,42 +16,42 @@
 
 namespace kinetrace::calibration {
 
-/// What became of a pair of images.
+/// Outcome of offering a pair of images.
 enum class Offer : std::uint8_t {
   kTaken,
   kNoTarget,      ///< In neither image.
   kOneImageOnly,  ///< The other image does not show enough of it.
-  kSimilar,       ///< Another view that was taken shows nearly the same.
+  kSimilar,       ///< Nearly the same as a view taken before.
 };
 
-/// How the target stands in a view.
+/// Placement of the target in a view.
 struct Placement {
-  Eigen::Vector2d centre;    ///< In the left image, in parts of its size.
-  double size = 0.0;         ///< Side of a square as large as the target appears, in parts of the image's.
+  Eigen::Vector2d centre;    ///< In the left image, relative to its size.
+  double size = 0.0;         ///< Side of a square with the target's area, relative to the image's.
   Eigen::Vector2d tilt_rad;  ///< About the image's x axis and about its y axis; 0 where it faces the camera.
   double distance_m = 0.0;
 };
 
-/// What the views that were taken cover.
+/// Coverage of the views taken.
 struct Assessment {
   std::size_t views = 0;
-  double left_coverage = 0.0;  ///< Part of the image's cells in which corners were seen.
+  double left_coverage = 0.0;  ///< Fraction of the image's cells in which corners were seen.
   double right_coverage = 0.0;
   std::array<int, 4> tilted{};  ///< Views that tilt away at the top, at the bottom, at the left, at the right.
   double largest_tilt_rad = 0.0;
   double nearest_m = 0.0;
   double farthest_m = 0.0;
-  /// What to show next, the most important first. Empty: nothing is missing.
+  /// Views to show next, the most important first. Empty: nothing is missing.
   std::vector<std::string> missing;
-  /// Why these views must not be calibrated from, with what to do; empty: they may.
+  /// Reasons why these views are insufficient, with remedies; empty if sufficient.
   std::vector<std::string> refusals;
 };
 
 class ViewCollector {
  public:
   static constexpr std::size_t kMinViews = 10;   ///< Fewer are refused.
-  static constexpr std::size_t kGoodViews = 25;  ///< So many are asked for.
-  static constexpr std::size_t kMaxViews = 120;  ///< More add nothing but time.
+  static constexpr std::size_t kGoodViews = 25;  ///< This many are asked for.
+  static constexpr std::size_t kMaxViews = 120;  ///< More only take time.
   static constexpr int kCellColumns = 8;
   static constexpr int kCellRows = 6;
 
@@ -61,7 +61,7 @@ class ViewCollector {
 
   [[nodiscard]] const std::vector<BoardView>& views() const noexcept { return views_; }
   [[nodiscard]] Assessment assess() const;
-  /// Pairs of images that were offered, by what became of them.
+  /// Offered pairs of images, by outcome.
   [[nodiscard]] std::size_t count(Offer offer) const { return counts_[static_cast<std::size_t>(offer)]; }
 
  private:
@@ -73,7 +73,7 @@ class ViewCollector {
   Lens lens_;
   int width_px_;
   int height_px_;
-  hal::CameraModel camera_;  ///< Good enough to tell how the target is tilted.
+  hal::CameraModel camera_;  ///< Good enough to determine the target's tilt.
   std::size_t views_of_camera_ = 0;
   std::vector<BoardView> views_;
   std::vector<Placement> placements_;

@@ -1,4 +1,4 @@
-// Aligns beside what is received and published, which never waits for it.
+// Aligns on a thread of its own; receiving and publishing never wait for it.
 #pragma once
 
 #include <condition_variable>
@@ -14,19 +14,19 @@ namespace kinetrace::map {
 
 class AlignmentThread {
  public:
-  /// `on_done` is called by the thread when there is something to collect.
+  /// The thread calls `on_done` when a result is ready.
   explicit AlignmentThread(std::function<void()> on_done);
   AlignmentThread(const AlignmentThread&) = delete;
   AlignmentThread& operator=(const AlignmentThread&) = delete;
   ~AlignmentThread();
 
-  /// The task, to be filled in and then begun; null while one is at work or waits to be collected.
+  /// The task, to be filled in and then begun; null while one is running or not yet collected.
   [[nodiscard]] AlignmentTask* idle_task() noexcept;
   void begin();
-  /// What became of it, once.
+  /// The result of the task, once.
   [[nodiscard]] std::optional<Result<geo::Alignment>> collect();
   [[nodiscard]] const AlignmentTask& task() const noexcept { return task_; }
-  /// How long the last one took.
+  /// Duration of the last alignment.
   [[nodiscard]] std::int64_t took_ns() const noexcept { return took_ns_; }
 
  private:
@@ -38,7 +38,7 @@ class AlignmentThread {
   std::condition_variable changed_;
   State state_ = State::kIdle;
   bool ends_ = false;
-  AlignmentTask task_;  ///< Of whom the state says.
+  AlignmentTask task_;  ///< Its owner depends on the state.
   std::optional<Result<geo::Alignment>> done_;
   std::int64_t took_ns_ = 0;
   std::thread thread_;

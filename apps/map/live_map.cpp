@@ -31,7 +31,7 @@ bool has_place(BodyStatus status) noexcept {
   return status != BodyStatus::kLost && status != BodyStatus::kInitializing;
 }
 
-/// What comes from the network need not be what a run sends.
+/// Data from the network may be invalid.
 bool is_plausible(const publishing::ReceivedCamera& received) noexcept {
   constexpr std::int64_t kFarthest_ns = 4'000'000'000'000'000'000;  // 126 years.
   const auto is_time = [](std::int64_t time_ns) { return time_ns > -kFarthest_ns && time_ns < kFarthest_ns; };
@@ -50,7 +50,7 @@ NavSatFix fix_at(const MapPlace& place, std::int64_t stamp_ns) {
           .covariance_m2 = place.covariance_m2};
 }
 
-/// Results in, places on the map out.
+/// Receives results, publishes positions on the map.
 class Follower final : public publishing::ResultListener {
  public:
   Follower(LiveAlignment& alignment, publishing::MapSender& sender, const publishing::PublishConfig& config)
@@ -60,7 +60,7 @@ class Follower final : public publishing::ResultListener {
     if (received.device != config_.device || !is_plausible(received)) {
       return;
     }
-    // Stamps are those of the run's own topics, so that tf joins both.
+    // The run's own stamps, so that tf can connect both.
     latency_ns_ =
         config_.ros2.stamps == publishing::RosStamps::kSystem ? received.handed_over_ns - received.timestamp_ns : 0;
     if (!has_place(received.camera.status)) {
@@ -112,7 +112,7 @@ void take_fix(const NavSatFix& fix, LiveAlignment& alignment) {
   alignment.add_fix(fix.stamp_ns, {fix.latitude_deg, fix.longitude_deg, fix.height_m}, sigma_m);
 }
 
-/// Prints what changes, or each alignment as JSON.
+/// Prints changes, or each alignment as JSON.
 class Display {
  public:
   Display(const MapOptions& options, const LiveAlignment& alignment) : options_(options), alignment_(alignment) {}
@@ -130,7 +130,7 @@ class Display {
       return;
     }
     const std::string reason = alignment_.reason();
-    // Numbers in it change with each alignment.
+    // Compares the text's beginning only, as its numbers change with each alignment.
     const std::string kind = (alignment_.is_aligned() ? "aligned" : "waiting") + reason.substr(0, 20);
     if (kind != shown_) {
       shown_ = kind;
@@ -251,7 +251,7 @@ class LiveMap {
 
   [[nodiscard]] bool is_over() const {
     const double seconds = static_cast<double>(app::steady_time_ns() - begin_ns_) * 1e-9;
-    // Whoever read what is printed may have gone.
+    // The reader of standard output may have closed it.
     return app::interrupted_by() != 0 || std::ferror(stdout) != 0 ||
            (options_.seconds > 0.0 && seconds >= options_.seconds);
   }

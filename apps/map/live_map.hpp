@@ -1,4 +1,4 @@
-// `kinetrace map --reference navsatfix:TOPIC`: follows a run that publishes, and publishes where it is on the map.
+// `kinetrace map --reference navsatfix:TOPIC`: follows a live run, and publishes its position on the map.
 #pragma once
 
 #include "cli/failure.hpp"
@@ -6,7 +6,7 @@
 
 namespace kinetrace::map {
 
-/// Until a signal or the time that was asked for; the exit code. Prints how the alignment stands.
+/// Until a signal or the requested time; the exit code. Prints the state of the alignment.
 [[nodiscard]] app::Outcome<int> follow_run(const app::MapOptions& options);
 
 }  // namespace kinetrace::map

@@ -14,7 +14,7 @@ namespace kinetrace::map {
 namespace {
 
 int carry_out(int argc, char** argv) {
-  // The last resort: errors are values, but the system may refuse memory, and libraries may throw.
+  // The library reports errors as values, but allocations and other libraries may throw.
   try {
     CLI::App program("Puts a run on the map; started by `kinetrace map`.", app::kMapProgram);
     program.set_version_flag("--version", std::string("kinetrace-map ") + KINETRACE_VERSION);

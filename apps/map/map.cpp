@@ -40,7 +40,7 @@ Status make_folder(const fs::path& folder) {
   return error ? fail(ErrorCode::kIo, "cannot make " + folder.string() + ": " + error.message()) : Status{};
 }
 
-/// Of an earlier alignment, which a refused one must not seem to confirm.
+/// Removes files of an earlier alignment, which a refused one must not seem to confirm.
 void remove_map(const fs::path& folder) {
   std::error_code ignored;
   fs::remove(folder / kPicture, ignored);

@@ -5,7 +5,7 @@
 
 namespace kinetrace::map {
 
-/// Returns the exit code; what went wrong has been printed.
+/// Returns the exit code; errors have been printed.
 [[nodiscard]] int map_command(const app::MapOptions& options);
 
 }  // namespace kinetrace::map

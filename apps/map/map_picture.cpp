@@ -25,7 +25,7 @@ constexpr double kTitle_px = 44.0;
 constexpr double kMinExtent_m = 10.0;
 constexpr std::size_t kMaxLabels = 24;
 
-/// What the picture shows along one axis: the paths, and good fixes beside them.
+/// Range along one axis of the paths of camera and moving objects, and of the inlier fixes.
 Range range_along(Eigen::Index axis, std::span<const geo::MapTrajectory> trajectories, const geo::Reference& reference,
                   const geo::Alignment& alignment) {
   Range range{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
@@ -91,7 +91,7 @@ drawing::Stroke stroke_of(const geo::MapTrajectory& trajectory) {
 
 void draw_paths(Canvas& canvas, const drawing::Axes& axes, std::span<const geo::MapTrajectory> trajectories) {
   drawing::LabelPlacer placer(axes.area().grown(-3.0));
-  // The camera is the first, and lies on top.
+  // The camera comes first, and is drawn on top.
   for (auto trajectory = trajectories.rbegin(); trajectory != trajectories.rend(); ++trajectory) {
     const std::vector<Point> line = line_of(axes, *trajectory);
     canvas.polyline(line, stroke_of(*trajectory));

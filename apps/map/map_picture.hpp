@@ -10,7 +10,7 @@
 
 namespace kinetrace::map {
 
-/// Fixes lie where the reference has them; outliers are marked. Errors: kIo.
+/// Fixes are drawn at the reference's positions; outliers are marked. Errors: kIo.
 [[nodiscard]] Status write_map_picture(const std::filesystem::path& file,
                                        std::span<const geo::MapTrajectory> trajectories,
                                        const geo::Reference& reference, const geo::Alignment& alignment);

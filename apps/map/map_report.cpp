@@ -77,7 +77,7 @@ Eigen::Vector3d sigmas(const geo::Alignment& alignment, Eigen::Index first) {
   return alignment.covariance.diagonal().segment<3>(first).cwiseMax(0.0).cwiseSqrt();
 }
 
-/// printf into a text.
+/// printf into a string.
 template <typename... Values>
 std::string line(const char* format, Values... values) {
   std::array<char, 512> text{};

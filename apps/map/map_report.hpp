@@ -1,4 +1,4 @@
-// What an alignment was made of and how sure it is, as JSON and for a terminal.
+// Report on an alignment and its uncertainty, as JSON and for a terminal.
 #pragma once
 
 #include <string>
@@ -19,7 +19,7 @@ struct MapReport {
 
 /// map.json, see the README of modules/geo; in one line without `indent`.
 [[nodiscard]] std::string report_json(const MapReport& report, int indent = 2);
-/// Some lines for a person.
+/// Some lines for the terminal.
 [[nodiscard]] std::string report_text(const MapReport& report);
 
 }  // namespace kinetrace::map

@@ -1,4 +1,4 @@
-// Of a program that has been built without DDS.
+// Replacement in a program built without DDS.
 #include "live_map.hpp"
 
 namespace kinetrace::map {

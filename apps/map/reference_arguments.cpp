@@ -89,7 +89,7 @@ Outcome<geo::AlignmentConfig> parse_config(const ReferenceOptions& options) {
   config.freedom = options.dof == 4 ? geo::Freedom::kYaw : geo::Freedom::kRotation;
   config.lever_arm_m = *lever_arm;
   config.time_offset_s = options.time_offset_s.value_or(config.time_offset_s);
-  // The clocks of one machine differ by what the images take until they are results.
+  // On one machine, clocks differ at most by the latency of the results.
   constexpr double kLiveSearch_s = 1.0;
   config.max_time_offset_s =
       options.max_time_offset_s.value_or(is_live(options) ? kLiveSearch_s : config.max_time_offset_s);

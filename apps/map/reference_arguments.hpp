@@ -1,4 +1,4 @@
-// Options that say where the camera was, as what they mean.
+// Options for a position reference, parsed.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +13,9 @@
 
 namespace kinetrace::map {
 
-/// The reference is a topic, so the run goes on.
+/// Whether the reference is a topic, so that the run is live.
 [[nodiscard]] bool is_live(const app::ReferenceOptions& options);
-/// Its name as ROS says it; empty where it has none.
+/// Its name in ROS; empty without a topic.
 [[nodiscard]] std::string live_topic(const app::ReferenceOptions& options);
 
 // Errors: kUsage.

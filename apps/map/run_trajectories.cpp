@@ -15,7 +15,7 @@ using geo::Alignment;
 using geo::MapPoint;
 using geo::MapTrajectory;
 
-/// Clockwise from north; 0 of what points straight up.
+/// Clockwise from north; 0 for a vertical direction.
 double heading_deg(const Eigen::Vector3d& direction_enu) {
   const double angle_deg = std::atan2(direction_enu.x(), direction_enu.y()) * 180.0 / M_PI;
   return angle_deg < 0.0 ? angle_deg + 360.0 : angle_deg;
@@ -26,7 +26,7 @@ double horizontal_sigma_m(const Alignment& alignment, const Eigen::Vector3d& enu
   return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance).eigenvalues()[1]);
 }
 
-/// Between the neighbours, where there are any.
+/// Between the neighbouring frames, if there are any.
 Eigen::Vector3d camera_velocity(const std::vector<recording::CameraRow>& rows, std::size_t i) {
   const auto& before = rows[i > 0 ? i - 1 : i];
   const auto& after = rows[i + 1 < rows.size() ? i + 1 : i];

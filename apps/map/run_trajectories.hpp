@@ -1,4 +1,4 @@
-// What a run folder holds, as paths on the map.
+// Paths of a run folder on the map.
 #pragma once
 
 #include <vector>
@@ -9,10 +9,10 @@
 
 namespace kinetrace::map {
 
-/// The camera's path as the alignment takes it.
+/// The camera's path for the alignment.
 [[nodiscard]] std::vector<geo::PathPose> camera_path(const recording::Run& run);
 
-/// The camera and, by track id, every object that had a place: the middle of its box. Frames in which it was lost are
+/// The camera and, by track id, every object with a position: the middle of its box. Frames in which it was lost are
 /// left out.
 [[nodiscard]] std::vector<geo::MapTrajectory> map_trajectories(const recording::Run& run,
                                                                const geo::Alignment& alignment);

@@ -11,11 +11,11 @@
 namespace kinetrace::batch {
 namespace {
 
-// Matching is good to a tenth of a pixel; the first round must not be misled by poses that are less so.
+// Matching is accurate to a tenth of a pixel; a larger sigma tolerates less accurate initial poses in the first round.
 constexpr double kFirstSigma_px = 0.25;
 constexpr double kMinSigma_px = 0.03;
 constexpr double kMaxSigma_px = 1.0;
-// Half the observations weigh less than fully: what is left of wrong matches and of surfaces that bend is many times
+// Half the observations are downweighted: residuals of remaining wrong matches and of non-rigid surfaces are many times
 // the noise.
 constexpr double kRobustThreshold_sigmas = 1.0;
 constexpr double kMinDisparity_px = 0.25;
@@ -23,10 +23,10 @@ constexpr double kMinDisparity_px = 0.25;
 struct Point {
   std::uint32_t id = 0;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  double weight = 0.0;  ///< Of the stereo positions it was made of.
+  double weight = 0.0;  ///< Sum over the stereo positions it was averaged from.
   std::uint32_t last_frame = 0;
   int observations = 0;
-  std::uint32_t index = 0;  ///< In the adjustment.
+  std::uint32_t index = 0;  ///< Within the adjustment.
 };
 
 class Adjustment {
@@ -36,7 +36,7 @@ class Adjustment {
   Result<BodyFit> run() {
     triangulate();
     list_observations();
-    // The first round only has to tell the noise.
+    // The first round only estimates the noise.
     if (const Status solved = solve(kFirstSigma_px, 10, 1e-3); !solved) {
       return Unexpected(solved.error());
     }
@@ -60,7 +60,7 @@ class Adjustment {
   [[nodiscard]] Eigen::Vector3d stereo_position(const SeenPoint& seen, double& weight) const {
     const Eigen::Vector3d px = seen.px.cast<double>();
     const Eigen::Vector3d p_cam = problem_.geometry.triangulate(px.x(), px.y(), px.x() - px.z());
-    weight = std::pow(p_cam.z(), -4.0);  // Its depth is as uncertain as its square.
+    weight = std::pow(p_cam.z(), -4.0);  // Depth uncertainty grows with the squared depth.
     return problem_.T_body_cam[seen.frame] * p_cam;
   }
 
@@ -146,7 +146,7 @@ class Adjustment {
   }
 
   /// 1 + 2 sum of the autocorrelation of residuals along the tracks of points, as far as pairs of lags stay positive
-  /// (Geyer 1992). Of tracks that are long enough: of short ones the point's own place takes most of it.
+  /// (Geyer 1992). Of long tracks only: in short ones, the point's own position absorbs most of it.
   [[nodiscard]] double correlation_time() const {
     constexpr std::size_t kMinTrack = 16;
     constexpr std::size_t kMaxLag = 15;
@@ -154,7 +154,7 @@ class Adjustment {
     for (const SeenPoint& seen : problem_.seen) {
       const Point& point = points_.at(seen.point_id);
       if (static_cast<std::size_t>(point.observations) >= kMinTrack && is_adjusted(point)) {
-        // Wrong matches are no noise.
+        // Limits the influence of wrong matches.
         constexpr double kLimit_sigmas = 4.0;
         const double limit_px = kLimit_sigmas * sigma_px_;
         tracks[seen.point_id].push_back(
@@ -176,14 +176,14 @@ class Adjustment {
     return std::max(time, 1.0);
   }
 
-  /// Of a view by its pose: u_left, v, u_right; NaN where there is no right match.
+  /// Residual by the pose of the frame: u_left, v, u_right; NaN without a right match.
   [[nodiscard]] Eigen::Vector3d residual_px(const SeenPoint& seen, const Eigen::Vector3d& position_m) const {
     const Eigen::Vector3d p_cam = problem_.T_body_cam[seen.frame].inverse() * position_m;
     return problem_.geometry.project(p_cam) - seen.px.cast<double>();
   }
 
   [[nodiscard]] double noise_px(double before_px) const {
-    constexpr double kSigmaOfMedian = 1.4826;  // Of a normal distribution.
+    constexpr double kSigmaOfMedian = 1.4826;  // For a normal distribution.
     constexpr std::size_t kMinSizes = 100;
     std::vector<float> sizes;
     for (const SeenPoint& seen : problem_.seen) {
@@ -246,7 +246,7 @@ class Adjustment {
   std::unordered_map<std::uint32_t, Point> points_;
   std::vector<Eigen::Vector3d> positions_;
   std::vector<refinement::BatchObservation> observations_;
-  double sigma_px_ = 0.0;  ///< That they were last weighed with.
+  double sigma_px_ = 0.0;  ///< Of the present weights.
 };
 
 }  // namespace

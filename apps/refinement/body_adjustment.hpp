@@ -15,7 +15,7 @@
 
 namespace kinetrace::batch {
 
-/// A point of a body in one frame; frames are numbered from 0 in the adjustment.
+/// Observation of a body's point in one frame; frames are numbered from 0 in the adjustment.
 struct SeenPoint {
   std::uint32_t frame = 0;
   std::uint32_t point_id = 0;
@@ -30,7 +30,7 @@ struct RefinedPoint {
   std::uint16_t observations = 0;
 };
 
-/// What is adjusted, and what is known beside the observations. Frames without observations follow from the latter.
+/// Adjusted states, and constraints beside the observations. Frames without observations follow from the constraints.
 struct BodyProblem {
   StereoGeometry geometry;
   std::vector<Se3> T_body_cam;  ///< First estimates; adjusted in place.
@@ -42,10 +42,11 @@ struct BodyProblem {
 };
 
 struct BodyFit {
-  std::vector<RefinedPoint> points;  ///< Those that a pair has seen, in ascending id.
-  double sigma_px = 0.0;             ///< Standard deviation of what was seen, from the residuals.
-  double correlation = 1.0;          ///< So many neighbouring observations of a point are worth one.
-  /// By frame, of the left perturbation of T_cam_body, where they were asked for and there are not too many frames.
+  std::vector<RefinedPoint> points;  ///< Those with a stereo match, in ascending id.
+  double sigma_px = 0.0;             ///< Standard deviation of the observations, from the residuals.
+  double correlation = 1.0;  ///< Autocorrelation time: this many neighbouring observations of a point count as one.
+  /// By frame, of the left perturbation of T_cam_body, if requested and with at most
+  /// CeresBundleAdjuster::kMaxCovarianceFrames frames.
   std::vector<Matrix6d> covariances;
 };
 
@@ -55,9 +56,9 @@ struct AdjustmentOptions {
   std::function<bool()> keep_going = {};
 };
 
-/// Points begin where stereo sees them from the given poses. Two rounds: the noise is that of the median residual of
-/// the first one. Points of one frame say nothing of the path; they get their place afterwards. Errors: those of
-/// CeresBundleAdjuster.
+/// Initial points are triangulated by stereo from the given poses. Two rounds: the noise of the second is from the
+/// median residual of the first. Points seen in one frame do not constrain the path; they are triangulated afterwards.
+/// Errors: those of CeresBundleAdjuster.
 [[nodiscard]] Result<BodyFit> adjust_body(BodyProblem& problem, const AdjustmentOptions& options);
 
 }  // namespace kinetrace::batch

@@ -11,7 +11,7 @@ namespace {
 using app::failure;
 using app::Outcome;
 
-/// Adds them to the graph.
+/// Finds loops, adds them to the graph and bends the path.
 Outcome<PathCorrection> close_loops(const recording::Run& run, const ObservedPath& path, const LoopSearch& search,
                                     const AdjustmentOptions& adjustment, PathGraph& graph, RefinedCamera& camera) {
   Result<std::vector<Loop>> loops = find_loops(run, camera.T_world_cam, path.keyframes, search.read, adjustment,

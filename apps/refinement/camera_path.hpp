@@ -1,4 +1,4 @@
-// The camera's path beyond what neighbouring frames tell of it: places seen twice, and a reference.
+// Constraints on the camera's path beyond neighbouring frames: loops, and a reference.
 #pragma once
 
 #include "cli/failure.hpp"
@@ -9,14 +9,14 @@
 
 namespace kinetrace::batch {
 
-/// How loops are looked for; by no reader, they are not.
+/// Settings of the loop search; without a reader, there is none.
 struct LoopSearch {
   PairReader read;
   RefineProgress& progress;
 };
 
-/// Closes loops, and holds the path by the reference, if there is one. Errors: those of reading the run's observations
-/// and the recording's images, and of the solver.
+/// Closes loops, and constrains the path by the reference, if there is one. Errors: those of reading the run's
+/// observations and the recording's images, and of the solver.
 [[nodiscard]] app::Outcome<PathCorrection> correct_path(const recording::Run& run, const MeasuredBackground& measured,
                                                         const LoopSearch& search, const HoldPath& hold,
                                                         const AdjustmentOptions& adjustment, RefinedCamera& camera);

@@ -9,12 +9,13 @@
 namespace kinetrace::batch {
 namespace {
 
-// Points live for a few frames up to some tens: both ends of what two stretches share are firm.
+// Points live for a few up to some tens of frames: with this overlap, both ends of the shared rows are well
+// constrained.
 constexpr std::size_t kSharedRows = 40;
 constexpr std::size_t kMaxRows = 400;
-// About 600 bytes each while they are adjusted.
+// About 600 bytes each during the adjustment.
 constexpr std::size_t kMaxObservations = 600'000;
-// How far a step of the run may be off: it only counts where next to nothing is seen.
+// Error of the run's steps: relevant only in frames with very few points.
 constexpr double kStepRotation_rad = 0.02;
 constexpr double kStepPosition_m = 0.3;
 
@@ -32,7 +33,7 @@ class BackgroundReader {
     }
   }
 
-  /// Appends rows below `end`, and the one after, as far as there are any.
+  /// Appends rows below `end`, and the following one, as far as available.
   Status read_until(std::size_t end, std::size_t max_points, std::deque<SeenFrame>& frames) {
     std::size_t points = 0;
     for (const SeenFrame& frame : frames) {
@@ -80,7 +81,7 @@ class CameraRefinement {
   Result<RefinedCamera> refine(BackgroundReader& reader, const std::function<void(std::size_t)>& progress) {
     std::deque<SeenFrame> frames;
     std::size_t first = 0;
-    std::size_t kept = 1;  // Rows at the beginning of a stretch that stay where they are.
+    std::size_t kept = 1;  // Rows at the beginning of a stretch whose poses are fixed.
     const std::size_t rows = run_.camera.size();
     while (first < rows) {
       if (const Status read = reader.read_until(first + kMaxRows, kMaxObservations, frames); !read) {
@@ -140,7 +141,7 @@ class CameraRefinement {
     return {};
   }
 
-  /// Rows that have not been adjusted follow those that have.
+  /// Rows that have not been adjusted continue from the adjusted ones by the run's steps.
   void carry_on(std::size_t end) {
     if (end < run_.camera.size() && end > 0) {
       const Se3 T_new_old = result_.T_world_cam[end - 1] * run_.camera[end - 1].T_world_cam.inverse();

@@ -1,4 +1,4 @@
-// The smooth path between two places where something was seen, and whether it can have gone that way.
+// Smooth path between two observed positions, and whether it is plausible.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,9 +17,9 @@ struct GapPath {
   /// `s` in [0, 1].
   [[nodiscard]] Eigen::Vector3d position_m(double s) const;
   [[nodiscard]] Eigen::Vector3d velocity_mps(double s) const;
-  /// The largest on the way, which is at one of its ends: it is linear in between.
+  /// The largest acceleration, at one of the ends: it is linear in between.
   [[nodiscard]] double acceleration_mps2() const;
-  /// That of what brakes and engines usually do, with what positions at both ends may be off.
+  /// Whether usual braking and driving accelerations allow it, with a tolerance for position errors at both ends.
   [[nodiscard]] bool is_possible(double max_s) const;
 };
 

@@ -14,7 +14,7 @@ namespace kinetrace::batch {
 namespace {
 
 int carry_out(int argc, char** argv) {
-  // The last resort: errors are values, but the system may refuse memory, and libraries may throw.
+  // The library reports errors as values, but allocations and other libraries may throw.
   try {
     CLI::App program("Refines a run as a whole; started by `kinetrace refine`.", app::kRefineCompanion.program);
     program.set_version_flag("--version", std::string("kinetrace-refine ") + KINETRACE_VERSION);

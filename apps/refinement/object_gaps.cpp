@@ -10,10 +10,10 @@ namespace {
 using recording::ObjectRow;
 
 constexpr double kMaxGap_s = 5.0;
-// Longer ago, the velocity at first says little.
+// The first velocity is not extrapolated further.
 constexpr double kMaxBirth_s = 1.0;
 
-/// `known` in another frame, its box's centre at `center_m`.
+/// `known` moved to another frame, with its box's centre at `center_m`.
 ObjectRow moved_row(const ObjectRow& known, const recording::CameraRow& camera, const Eigen::Vector3d& center_m) {
   ObjectRow row = known;
   row.frame = camera.frame;

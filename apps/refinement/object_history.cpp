@@ -9,7 +9,7 @@ namespace kinetrace::batch {
 
 namespace {
 
-/// With its disparity as the right camera makes it that the background has been measured again with.
+/// With the disparity corrected for the right camera's pose that was used to measure the background again.
 recording::ObjectRow revised(const recording::ObjectRow& object, const Se3& T_world_cam, const StereoGeometry& geometry,
                              const DisparityChange& change) {
   const Eigen::Vector3d p_cam = T_world_cam.inverse() * object.T_world_obj.translation;

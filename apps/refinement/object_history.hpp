@@ -1,4 +1,4 @@
-// What a run knows of each object over its life.
+// A run's data on each object over its life.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@ struct ObjectHistory {
   std::map<std::size_t, std::vector<SeenPoint>> seen;  ///< Likewise; SeenPoint::frame is that row.
 };
 
-/// By track; disparities as RunObservations has them, also those of positions. Errors: those of ObservationReader.
+/// By track; disparities, also those of positions, as in RunObservations. Errors: those of ObservationReader.
 [[nodiscard]] Result<std::map<std::uint32_t, ObjectHistory>> object_histories(const recording::Run& run,
                                                                               const MeasuredBackground& measured = {});
 

@@ -14,14 +14,15 @@ namespace {
 
 using recording::ObjectRow;
 
-// What is hidden for longer comes back where more than one thing may have gone.
+// After a longer occlusion, more than one object may reappear there.
 constexpr double kMaxGap_s = 3.0;
-// Sizes of a box that both know well differ by less, in standard deviations (99.9 % of three).
+// Gate for the difference of two sizes, squared, in standard deviations (99.9 % of chi-square with three degrees of
+// freedom).
 constexpr double kSizeGate = 16.3;
-// Rows that an end must have for its velocity to be known.
+// Rows needed to know the velocity at an end.
 constexpr std::size_t kMinRows = 3;
 
-/// First and last row in which something is known of an object.
+/// First and last observed row of an object.
 struct Life {
   std::uint32_t track_id = 0;
   std::size_t first = 0;
@@ -79,7 +80,7 @@ std::vector<Candidate> candidates(const std::map<std::uint32_t, RefinedObject>& 
   return found;
 }
 
-/// No other pair with either of the two is nearly as likely.
+/// Whether no other pair with either of the two is nearly as likely.
 bool is_clear(const Candidate& one, const std::vector<Candidate>& all) {
   constexpr double kClearly = 3.0;
   return std::all_of(all.begin(), all.end(), [&](const Candidate& other) {
@@ -89,8 +90,8 @@ bool is_clear(const Candidate& one, const std::vector<Candidate>& all) {
   });
 }
 
-/// From the earlier object's frame into the later one's: centres of the boxes agree, and the earlier one turns on the
-/// way as its direction does.
+/// From the earlier object's frame into the later one's: the centres of the boxes coincide, and the earlier object
+/// rotates with its direction of motion.
 Se3 frame_change(const ObjectRow& from, const ObjectRow& to) {
   const bool is_turn_known = from.moving && to.moving;
   const double turn_rad = is_turn_known ? std::remainder(to.heading_rad - from.heading_rad, 2.0 * M_PI) : 0.0;

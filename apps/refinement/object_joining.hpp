@@ -1,4 +1,4 @@
-// Tracks that are one object, cut in two.
+// Joins tracks of the same object.
 #pragma once
 
 #include <cstdint>
@@ -8,9 +8,9 @@
 
 namespace kinetrace::batch {
 
-/// Joins a track that begins after another one has ended to it, where a path that things usually take leads from the
-/// end of the one to the beginning of the other, and no other track does as well. The joined object keeps the earlier
-/// id and frame. Returns by which id each track that is no more goes on.
+/// Joins a track to one that ended before it began, where usual motion connects the end of the one with the beginning
+/// of the other, and no other track fits nearly as well. The joined object keeps the earlier id and frame. Returns the
+/// new id of each joined track.
 [[nodiscard]] std::map<std::uint32_t, std::uint32_t> join_tracks(std::map<std::uint32_t, RefinedObject>& objects);
 
 }  // namespace kinetrace::batch

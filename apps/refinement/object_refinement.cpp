@@ -10,20 +10,20 @@ namespace {
 
 using recording::ObjectRow;
 
-// As trajectory.smoothing_acceleration_mps2 and smoothing_turn_radps2 have it.
+// As trajectory.smoothing_acceleration_mps2 and smoothing_turn_radps2.
 constexpr double kAcceleration_mps2 = 3.0;
 constexpr double kTurn_radps2 = 0.6;
-// How fast something at rest may appear to be.
+// Tolerated apparent speed at rest.
 constexpr double kRestSpeed_mps = 0.05;
 constexpr double kRestTurn_radps = 0.01;
-// As object.turn_rate_radps has it: a short track of few points would turn as its noise does.
+// As object.turn_rate_radps: a prior against the noisy rotation of short tracks with few points.
 constexpr double kUsualTurn_radps = 0.1;
-// Positions by stereo alone are not known better than this from frame to frame.
+// Lower bound of the frame-to-frame sigma of stereo-only positions.
 constexpr double kPositionFloor_m = 0.02;
 constexpr double kRotationFloor_rad = 0.02;
-// Positions by stereo alone come from a filter: their errors last for some frames, and count as one.
+// Stereo-only positions come from a filter: errors of this many frames are correlated and count as one.
 constexpr double kCorrelatedFrames = 8.0;
-// Fewer points than this do not hold a pose.
+// Fewer points do not determine a pose.
 constexpr std::size_t kMinPoints = 8;
 
 Vector6d of_turn_and_way(double turn, double way) {
@@ -32,7 +32,7 @@ Vector6d of_turn_and_way(double turn, double way) {
   return both;
 }
 
-/// Rows [first, last] of Run::camera in which an object was followed without a gap.
+/// Rows [first, last] of Run::camera in which an object was tracked without a gap.
 struct Piece {
   std::size_t first = 0;
   std::size_t last = 0;
@@ -59,7 +59,7 @@ class PieceRefinement {
                   const Piece& piece)
       : run_(run), T_world_cam_(T_world_cam.subspan(piece.first, piece.size())), history_(history), piece_(piece) {}
 
-  /// Leaves frames and points of the piece in `object`.
+  /// Stores frames and points of the piece in `object`.
   Status refine(const AdjustmentOptions& options, RefinedObject& object) {
     state_problem();
     BodyFit fit;
@@ -93,8 +93,8 @@ class PieceRefinement {
  private:
   [[nodiscard]] const ObjectRow& row(std::size_t k) const { return history_.rows.at(piece_.first + k); }
 
-  /// About the world's axes, of rotation and position, from the perturbation of T_cam_obj. The object's frame is where
-  /// the fixed frame has it; the camera's path counts as known.
+  /// Variances of rotation and position about the world's axes, from the covariance of the perturbation of T_cam_obj.
+  /// The object's frame is that of the fixed frame; the camera's path is taken as exact.
   [[nodiscard]] Vector6d world_variances(const Matrix6d& covariance, std::size_t k) const {
     const Eigen::Matrix3d& R = T_world_cam_[k].rotation;
     Matrix6d by_perturbation;
@@ -102,7 +102,8 @@ class PieceRefinement {
     return (by_perturbation * covariance * by_perturbation.transpose()).diagonal();
   }
 
-  /// Where the run saw no motion. Until it has seen the first of something that moves it only did not know yet.
+  /// Frames at rest: those without motion in the run. Before the first motion of a moving object, the run had only not
+  /// detected it yet.
   void list_rest() {
     const auto moves = [&](std::size_t k) { return row(k).moving; };
     std::size_t first_moving = 0;
@@ -162,7 +163,7 @@ class PieceRefinement {
   std::vector<std::uint8_t> at_rest_;
 };
 
-/// Lost rows stay where the run had them, seen from the camera.
+/// Lost rows keep the run's pose relative to the camera.
 void carry_lost_rows(const recording::Run& run, std::span<const Se3> T_world_cam, const ObjectHistory& history,
                      RefinedObject& object) {
   for (const auto& [row, lost] : history.rows) {

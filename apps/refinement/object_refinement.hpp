@@ -1,4 +1,4 @@
-// An object's points and path over all of its life.
+// An object's points and path over its whole life.
 #pragma once
 
 #include <cstddef>
@@ -22,10 +22,9 @@ struct RefinedObject {
   std::vector<RefinedPoint> points;                  ///< Object frame; `last_frame` is a row of Run::camera.
 };
 
-/// Adjusts the object's points with all of its poses under the motion that things usually have, wherever it was
-/// followed without a gap. `T_world_cam` is the camera's refined path. What was not
-/// refined moves with the camera.
-/// Errors: those of the solver.
+/// Adjusts the object's points jointly with all of its poses under the usual motion of objects, in each stretch tracked
+/// without a gap. `T_world_cam` is the camera's refined path. Rows that are not refined move with the camera. Errors:
+/// those of the solver.
 [[nodiscard]] Result<RefinedObject> refine_object(const recording::Run& run, std::span<const Se3> T_world_cam,
                                                   const ObjectHistory& history, const AdjustmentOptions& options);
 

@@ -13,7 +13,7 @@ using recording::ObjectRow;
 struct CarriedBox {
   Box3 box;
   Box3Sigma sigma;
-  Vector6d pose_variances = Vector6d::Zero();  ///< Of the pose it was seen from, in the world.
+  Vector6d pose_variances = Vector6d::Zero();  ///< Of its frame's pose, in the world.
 };
 
 CarriedBox to_object(const ObjectRow& row) {
@@ -40,7 +40,7 @@ double variance(const Box3Sigma& sigma, const Eigen::Vector3d& size_m) {
   return sigma.center_m.squaredNorm() + 0.25 * sigma.size_m.squaredNorm() + turn_m * turn_m;
 }
 
-/// By which it grows where the object may have turned in between.
+/// Increase of the variance by the uncertain rotation in between.
 double carried_variance(const CarriedBox& carried, const ObjectRow& row) {
   const double turn_rad2 = row.variances.head<3>().sum() + carried.pose_variances.head<3>().sum();
   return variance(carried.sigma, carried.box.size_m) + turn_rad2 * carried.box.center_m.squaredNorm();
@@ -73,7 +73,7 @@ void place_boxes(const ObjectHistory& history, RefinedObject& object) {
 }
 
 void set_velocities(RefinedObject& object) {
-  // As many frames before as after: an even turn or acceleration then leaves no error.
+  // As many frames before as after: constant rotation or acceleration then causes no error.
   constexpr std::size_t kReach = 3;
   const auto is_known = [&](std::size_t row) {
     const auto frame = object.frames.find(row);
@@ -97,7 +97,7 @@ void set_velocities(RefinedObject& object) {
     const double time_s = 1e-9 * static_cast<double>(to.timestamp_ns - from.timestamp_ns);
     const bool has_velocity = row.moving || row.status == BodyStatus::kTracked;
     row.velocity_mps = has_velocity ? Eigen::Vector3d(way_m / time_s) : Eigen::Vector3d::Zero();
-    // Of a motion towards nowhere, the box tells the direction.
+    // Without motion, the heading is the box's.
     const Eigen::Vector3d along = row.moving ? row.velocity_mps : Eigen::Vector3d(row.box.rotation().col(0));
     row.heading_rad = std::atan2(-along.z(), along.x());
   }

@@ -1,4 +1,4 @@
-// The pictures of a recording, in any order.
+// Random access to a recording's pictures.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace kinetrace::batch {
 
-/// The rectified pair of a frame; its images live until the next call.
+/// The rectified pair of a frame; its images are valid until the next call.
 using PairReader = std::function<Result<RectifiedPair>(std::int64_t frame)>;
 
 }  // namespace kinetrace::batch

@@ -48,8 +48,8 @@ Outcome<recording::Run> read(const RefineOptions& options) {
   return std::move(*run);
 }
 
-/// How the recording's images are read; empty where nobody wants them, or they are not where the run says, with a note.
-/// Errors: those of opening a recording that was named.
+/// Reader of the recording's images; empty if they are not wanted, or, with a note, not where the run says. Errors:
+/// those of opening a recording that was given as an option.
 Outcome<PairReader> image_reader(const recording::Run& run, const RefineOptions& options,
                                  std::vector<std::string>& notes) {
   if (!options.images) {
@@ -76,7 +76,7 @@ Outcome<PairReader> image_reader(const recording::Run& run, const RefineOptions&
   return PairReader([images](std::int64_t frame) { return images->pair(frame); });
 }
 
-/// Not that of a refined run, which has been measured already.
+/// Not for a refined run, which has been measured already.
 Result<MeasuredBackground> measure(const recording::Run& run, const PairReader& read, const AdjustmentOptions& options,
                                    RefineProgress& progress) {
   const bool is_refined = std::any_of(run.dataset_fields.begin(), run.dataset_fields.end(),
@@ -87,7 +87,7 @@ Result<MeasuredBackground> measure(const recording::Run& run, const PairReader& 
   return measure_background(run, read, {options.keep_going, [&](std::size_t rows) { progress.measured(rows); }});
 }
 
-/// Joins what was cut, and fills what is missing of each object's life.
+/// Joins split tracks, and fills gaps and starts of each object's track.
 Status complete_lives(const recording::Run& run, RefinedRun& refined) {
   const std::vector<Se3>& T_world_cam = refined.camera.T_world_cam;
   const auto masks_px = object_masks(run);
@@ -106,7 +106,7 @@ Status complete_lives(const recording::Run& run, RefinedRun& refined) {
   return {};
 }
 
-/// `run` gets the scale that a reference gives it.
+/// A reference may rescale `run`.
 Outcome<RefinedRun> refine(recording::Run& run, const RefineOptions& asked, RefineProgress& progress) {
   const AdjustmentOptions options{.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency())),
                                   .keep_going = [] { return app::interrupted_by() == 0; }};

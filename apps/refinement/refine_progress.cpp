@@ -8,8 +8,8 @@
 namespace kinetrace::batch {
 namespace {
 
-// Seconds that a row takes, to be measured again, of the camera's, to look for loops, of an object's, and to be
-// written: only their ratios count.
+// Seconds per row: of measuring again, of refining the camera, of the loop search, of refining an object, and of
+// writing; only their ratios matter.
 constexpr double kMeasuredRow_s = 0.05;
 constexpr double kCameraRow_s = 0.04;
 constexpr double kLoopRow_s = 0.02;

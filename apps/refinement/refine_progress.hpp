@@ -1,4 +1,4 @@
-// A line that shows how far refinement is, and how long it still takes.
+// Progress line with the remaining time.
 #pragma once
 
 #include <chrono>

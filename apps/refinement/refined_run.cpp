@@ -33,7 +33,7 @@ ObjectResult result_of(const RefinedObjectFrame& frame) {
           .inliers = row.inliers};
 }
 
-/// Points of one body, each leaving the map with the frame that saw it last.
+/// Points of one body, each output with the frame that saw it last.
 class LeavingPoints {
  public:
   LeavingPoints(const std::vector<RefinedPoint>& points, const std::map<std::uint32_t, std::uint8_t>& intensities) {
@@ -116,7 +116,7 @@ class Writer {
     config.mots = std::filesystem::exists(run_.directory / "mots.txt", error);
     config.points = std::filesystem::exists(run_.directory / "points", error);
     config.colmap = std::filesystem::exists(run_.directory / "colmap", error);
-    config.is_rectified = true;  // Names of images are those of the run, as they are.
+    config.is_rectified = true;  // Image names are taken unchanged from the run.
     config.conversion_kib = 16 * 1024;
     return config;
   }
@@ -160,7 +160,7 @@ class Writer {
     }
     std::vector<Track> tracks;
     for (const recording::FrameMask& mask : painted->masks) {
-      // A joined track may still have been looked for where its later part was found: that part's mask counts.
+      // A joined track may still have been searched for in frames of its later part: the later part's mask counts.
       const std::uint32_t track_id = name_of(mask.track_id);
       std::erase_if(tracks, [&](const Track& track) { return track.id == track_id; });
       tracks.push_back({.id = track_id,
@@ -196,7 +196,7 @@ class Writer {
     return joined == refined_.goes_on_as.end() ? track_id : joined->second;
   }
 
-  /// The run's COLMAP model names the frames in which its camera was tracked; without one, all were.
+  /// The run's COLMAP model lists the frames in which its camera was tracked; without one, all were.
   [[nodiscard]] bool is_tracked(std::int64_t frame) const { return names_.empty() || names_.contains(frame); }
 
   std::vector<BodyGeometry> bodies_at(std::size_t row) {

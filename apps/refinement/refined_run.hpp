@@ -1,4 +1,4 @@
-// A refined run as a run folder.
+// Writes a refined run as a run folder.
 #pragma once
 
 #include <cstdint>
@@ -18,14 +18,14 @@ namespace kinetrace::batch {
 struct RefinedRun {
   RefinedCamera camera;
   std::map<std::uint32_t, RefinedObject> objects;          ///< By track.
-  std::map<std::uint32_t, std::uint32_t> goes_on_as = {};  ///< Tracks that have been joined to another one.
+  std::map<std::uint32_t, std::uint32_t> goes_on_as = {};  ///< New ids of tracks joined to another one.
   PathCorrection path = {};
   MeasuredBackground measured = {};
-  std::vector<std::string> notes = {};  ///< What could not be done, one line each.
+  std::vector<std::string> notes = {};  ///< Steps that failed, one line each.
 };
 
-/// Writes what the run's own folder has, but for images/, in refined places. `summary` is completed by what was found.
-/// `progress` gets the number of rows that are written. Errors: those of RunRecorder, and of what is read again.
+/// Writes all files of the run's folder, except images/, with refined values. `summary` is completed with the results.
+/// `progress` gets the number of rows written. Errors: those of RunRecorder, and of the files read again.
 [[nodiscard]] Status write_refined_run(const recording::Run& run, const RefinedRun& refined,
                                        const std::filesystem::path& directory, recording::RunSummary summary,
                                        const std::function<void(std::size_t)>& progress);

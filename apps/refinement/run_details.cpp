@@ -11,7 +11,7 @@ std::map<std::int64_t, std::string> image_names(const recording::Run& run) {
   std::map<std::int64_t, std::string> names;
   std::ifstream file(run.directory / "colmap" / "background" / "images.txt");
   std::string line;
-  bool is_image = true;  // Each image has a line for itself and one for its points.
+  bool is_image = true;  // Each image has two lines: its pose and its points.
   while (std::getline(file, line)) {
     if (line.starts_with("#")) {
       continue;

@@ -1,4 +1,4 @@
-// What only the models of a run hold: names of images, gray values of points.
+// Details available only in a run's models: names of images, gray values of points.
 #pragma once
 
 #include <cstdint>

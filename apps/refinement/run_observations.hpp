@@ -1,4 +1,4 @@
-// What a run saw, as refinement takes it.
+// A run's observations for refinement.
 #pragma once
 
 #include <span>
@@ -10,8 +10,8 @@
 
 namespace kinetrace::batch {
 
-/// The run's observations: those of the background as they have been measured again, those of objects with the right
-/// camera that this was done with. Holds one frame.
+/// Observations of the background as measured again, and of objects with disparities corrected for the same right
+/// camera. Holds one frame.
 class RunObservations {
  public:
   /// `measured` must outlive it. Errors: those of ObservationReader.

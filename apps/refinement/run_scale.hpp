@@ -1,12 +1,12 @@
-// A run whose stereo baseline was not what its calibration says.
+// Rescales a run whose true stereo baseline differs from its calibration.
 #pragma once
 
 #include "kinetrace/recording/run_reader.hpp"
 
 namespace kinetrace::batch {
 
-/// Makes all metres of a run `scale` times as long: the baseline, paths, boxes, velocities and their deviations. Pixels
-/// and angles stay.
+/// Multiplies all lengths of a run by `scale`: the baseline, paths, boxes, velocities and their deviations. Pixels and
+/// angles stay.
 void scale_run(double scale, recording::Run& run);
 
 }  // namespace kinetrace::batch

@@ -35,7 +35,7 @@ Status record(StereoSimulator& simulator, const Options& options) {
   }
   const int frames = simulator.scene().frames;
   app::Progress progress(!options.quiet, frames);
-  // A frame is written while the next one is made: both have parts that keep no more than one core busy.
+  // A frame is written while the next one is rendered: parts of both occupy only one core.
   const std::launch when = options.simulator.threads > 1 ? std::launch::async : std::launch::deferred;
   std::future<Status> writing;
   const auto finish_writing = [&]() -> Status { return writing.valid() ? writing.get() : Status{}; };
@@ -85,7 +85,7 @@ int carry_out(int argc, char** argv) {
 }
 
 int simulate(int argc, char** argv) {
-  // The last resort: the library reports errors as values, but the system may refuse memory.
+  // The library reports errors as values, but an allocation may still throw.
   try {
     return carry_out(argc, argv);
   } catch (const std::exception& error) {

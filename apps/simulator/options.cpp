@@ -121,7 +121,7 @@ app::ValueHints value_hints() {
   return hints;
 }
 
-// Ends the command line there, as --help does: what else is required is not asked for.
+// Ends parsing here, as --help does, so that required options may be missing.
 void add_reference(CLI::App& app) {
   const auto print = [&app](const std::string& form) {
     std::fputs((form == "man" ? app::manual_page(app) : app::bash_completion(app, value_hints())).c_str(), stdout);

@@ -22,7 +22,7 @@ struct Options {
   bool quiet = false;
 };
 
-/// Nothing when there is nothing to do: --help, --version or --reference was printed. Errors: kUsage.
+/// None if --help, --version or --reference was printed. Errors: kUsage.
 [[nodiscard]] app::Outcome<std::optional<Options>> parse_options(int argc, const char* const* argv);
 
 }  // namespace kinetrace::simulator

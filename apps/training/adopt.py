@@ -1,4 +1,4 @@
-"""Weights of an exported model back into a network that can be trained on."""
+"""Loads the weights of an exported model into a network for further training."""
 
 import pathlib
 
@@ -12,11 +12,11 @@ from network import Network
 
 
 def adopt(network: Network, model: pathlib.Path, pictures: list[Tensor]) -> None:
-    """Gives `network` the weights of an ONNX file that export() wrote; its normalisations measure `pictures` [B, 1, H, W].
+    """Sets `network` to the weights of an ONNX file written by export(); normalisations get the statistics of `pictures` [B, 1, H, W].
 
-    The file has every normalisation folded into the convolution before it. It is taken out again: what the convolution
-    gives on the pictures is its mean and variance, and its scale and offset undo just that, so that the network
-    computes what the model computes. Raises ValueError where the file is of another network.
+    In the file, every normalisation is folded into the convolution before it. Here it is separated again: its mean and
+    variance are those of the convolution's output on the pictures, and its scale and offset cancel them, so that the
+    network computes the same as the model. Raises ValueError if the file is of another network.
     """
     convolutions = _in_order_of_use(network)
     graph = onnx.load(str(model)).graph
@@ -39,7 +39,7 @@ def adopt(network: Network, model: pathlib.Path, pictures: list[Tensor]) -> None
 
 
 def _set(normalisation: nn.BatchNorm2d, mean: Tensor, variance: Tensor, bias: Tensor) -> None:
-    """Statistics, and a scale that undoes the division by them."""
+    """Sets the statistics, and a scale that cancels the division by them."""
     normalisation.running_mean.copy_(mean)
     normalisation.running_var.copy_(variance)
     normalisation.weight.copy_((variance + normalisation.eps).sqrt())
@@ -47,7 +47,7 @@ def _set(normalisation: nn.BatchNorm2d, mean: Tensor, variance: Tensor, bias: Te
 
 
 def _in_order_of_use(network: Network) -> list[nn.Conv2d]:
-    """Its convolutions as they are computed one after the other, which is their order in the file."""
+    """The network's convolutions in the order of computation, which is their order in the file."""
     used = []
     handles = [module.register_forward_hook(lambda module, *_: used.append(module))
                for module in network.modules() if isinstance(module, nn.Conv2d)]
@@ -61,7 +61,7 @@ def _in_order_of_use(network: Network) -> list[nn.Conv2d]:
 
 
 def _normalisations(network: Network) -> dict[nn.Conv2d, nn.BatchNorm2d]:
-    """The normalisation behind each convolution that has one."""
+    """The normalisation after each convolution that has one."""
     found = {}
     for sequence in network.modules():
         if isinstance(sequence, nn.Sequential):
@@ -73,7 +73,7 @@ def _normalisations(network: Network) -> dict[nn.Conv2d, nn.BatchNorm2d]:
 
 def _output_statistics(network: Network, convolutions: list[nn.Conv2d],
                        pictures: list[Tensor]) -> dict[nn.Conv2d, tuple[Tensor, Tensor]]:
-    """Mean and variance [channels] of what each convolution gives on the pictures."""
+    """Mean and variance [channels] of each convolution's output on the pictures."""
     sums = {convolution: [0, 0.0, 0.0] for convolution in convolutions}
 
     def note(convolution: nn.Conv2d, _: tuple[Tensor], output: Tensor) -> None:

@@ -1,42 +1,42 @@
-"""Random other views of a picture: as other lenses, sensors and lights would have shown it, and with other things in it.
+"""Random augmentation of pictures: other lenses, sensors and illumination, and other objects in them.
 
-Worlds that are rendered look all alike; what makes a vehicle one is learnt where everything else changes (Tobin et al., "Domain
-randomization", 2017). Instances are pasted from picture to picture (Ghiasi et al., "Simple copy-paste", 2021).
+Rendered worlds are all similar; varying everything else makes the network learn the objects themselves (Tobin et al., "Domain
+randomization", 2017). Instances are pasted between pictures (Ghiasi et al., "Simple copy-paste", 2021).
 """
 
 import cv2
 import numpy as np
 
-# Grey of the network's input where there is no picture.
+# Grey level of padding in the network's input.
 PAD = 114
 
-# The network's usual input, rows of a tall picture and columns of a wide one, which decides at which scale most pictures enter it; and
-# all scales that are tried.
+# Usual size of the network's input, rows of a tall picture and columns of a wide one, for the scale of most pictures; and the range of
+# scales.
 USUAL_INPUT = (416, 832)
 SCALES = (0.36, 2.0)
-# A picture with more columns than this for each of its rows is a part of a wide one: columns decide.
+# Wide pictures have a higher ratio of columns to rows; they are scaled by their columns.
 _WIDE = 2.0
 
-# Added to the ids of what has been pasted; a picture has fewer of its own.
+# Added to the ids of pasted instances; a picture has fewer of its own.
 _PASTED_IDS = 500
-# MOTS ids of people begin here, and end before twice this.
+# MOTS ids of people begin here and end before twice this.
 _PEOPLE = 2000
 
 
 def cut(picture: np.ndarray, instances: np.ndarray, height: int, width: int,
         random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """A part of the picture of this size, scaled, turned a little and perhaps mirrored; and the same of its truth."""
+    """A random crop of this size, scaled, slightly rotated and possibly mirrored, of the picture and its truth."""
     rows, columns = picture.shape
     if random.random() < 0.35:
         fitting = USUAL_INPUT[1] / columns if columns > _WIDE * rows else USUAL_INPUT[0] / rows
         scale = fitting * random.uniform(0.93, 1.07)
     else:
-        # Whole pictures fit, but hardly any more of the input is left empty.
+        # The lowest scale shows the whole picture with little padding.
         least = max(SCALES[0], 0.95 * min(width / columns, height / rows))
         scale = np.exp(random.uniform(np.log(least), np.log(SCALES[1])))
     stretch = np.exp(random.normal(0.0, 0.06))
     angle = random.normal(0.0, 0.03)
-    # The middle of the part: anywhere that wastes no input, or the picture's own middle where the input is larger.
+    # The crop's middle: random without padding, or the picture's own middle where the input is larger.
     slack = np.maximum(0.0, np.array((columns, rows)) - np.array((width, height)) / scale)
     middle = np.array((columns, rows)) / 2 + slack * random.uniform(-0.5, 0.5, 2)
     turn = scale * np.array(((np.cos(angle), -np.sin(angle)), (np.sin(angle), np.cos(angle))))
@@ -50,10 +50,10 @@ def cut(picture: np.ndarray, instances: np.ndarray, height: int, width: int,
 
 def paste(picture: np.ndarray, instances: np.ndarray, other: np.ndarray, other_instances: np.ndarray,
           random: np.random.Generator) -> None:
-    """Puts a few instances of another picture of the same size in front of what is there."""
+    """Pastes a few instances of another picture of the same size in front of the picture's content."""
     identities = random.permutation(np.unique(other_instances[other_instances > 0]))
     if random.random() < 0.8:
-        # The rarer ones first.
+        # People first: they are rarer.
         identities = sorted(identities, key=lambda identity: identity // _PEOPLE != 1)
     for identity in identities[:random.integers(1, 6)]:
         mask = other_instances == identity
@@ -65,9 +65,9 @@ def paste(picture: np.ndarray, instances: np.ndarray, other: np.ndarray, other_i
 
 
 def disturb(picture: np.ndarray, instances: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    """Another light, exposure and sensor, with things in the way that are no objects; grey levels 0..1.
+    """Other illumination, exposure and sensor, and occluders that are no instances; grey levels 0..1.
 
-    What is covered is taken out of `instances`.
+    Occluded pixels are removed from `instances`.
     """
     levels = picture.astype(np.float32) * np.float32(1 / 255)
     if random.random() < 0.35:
@@ -91,14 +91,14 @@ def disturb(picture: np.ndarray, instances: np.ndarray, random: np.random.Genera
 
 
 def _noise(shape: tuple[int, ...], cells: float, random: np.random.Generator) -> np.ndarray:
-    """Smooth noise of mean 0 and deviation about 1 with so many cells along the picture's height."""
+    """Smooth noise of mean 0 and deviation about 1, with `cells` cells along the picture's height."""
     rows = max(2, round(cells))
     columns = max(2, round(cells * shape[1] / shape[0]))
     return cv2.resize(random.standard_normal((rows, columns), np.float32), shape[::-1], interpolation=cv2.INTER_CUBIC)
 
 
 def _region(shape: tuple[int, ...], random: np.random.Generator) -> np.ndarray:
-    """A part of a picture, 0..1: half of it, a polygon, or what noise happens to be; with a hard or a soft edge."""
+    """A random region, 0..1: a half plane, a polygon, or thresholded noise; with a hard or a soft edge."""
     height, width = shape
     kind = random.random()
     if kind < 0.35:
@@ -118,7 +118,7 @@ def _region(shape: tuple[int, ...], random: np.random.Generator) -> np.ndarray:
 
 
 def _shade(levels: np.ndarray, random: np.random.Generator) -> None:
-    """Shadow on a part of the picture, or light."""
+    """Darkens or brightens a region of the picture."""
     factor = np.exp(random.uniform(-1.8, -0.2)) if random.random() < 0.8 else np.exp(random.uniform(0.2, 0.9))
     levels *= 1 + np.float32(factor - 1) * _region(levels.shape, random)
 
@@ -131,7 +131,7 @@ def _retone_instances(levels: np.ndarray, instances: np.ndarray, random: np.rand
 
 
 def _roughen_background(levels: np.ndarray, instances: np.ndarray, random: np.random.Generator) -> None:
-    """Speckles as of leaves in hard light, on some of what is no object."""
+    """Adds speckles, as of leaves in hard light, to a part of the background."""
     cells = np.exp(random.uniform(2.0, 4.6))
     rough = _noise(levels.shape, cells, random) + 0.6 * _noise(levels.shape, 2.3 * cells, random)
     where = _region(levels.shape, random) * (instances == 0)
@@ -139,7 +139,7 @@ def _roughen_background(levels: np.ndarray, instances: np.ndarray, random: np.ra
 
 
 def _cover(levels: np.ndarray, instances: np.ndarray, random: np.random.Generator) -> None:
-    """Puts something in front that is no object: a shape of any texture."""
+    """Adds an occluder that is no instance: a shape of any texture."""
     height, width = levels.shape
     size = np.exp(random.uniform(np.log(6.0), np.log(90.0), 2))
     middle = random.uniform((0, 0), (width, height))
@@ -164,7 +164,7 @@ def _cover(levels: np.ndarray, instances: np.ndarray, random: np.random.Generato
 
 
 def _expose(levels: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    """Another exposure, contrast and vignetting; what is too bright is white."""
+    """Another exposure, contrast and vignetting; the caller clips the levels."""
     levels = np.clip(levels, 1e-4, 4.0) ** np.float32(np.exp(random.normal(0.0, 0.3)))
     middle = np.float32(levels.mean())
     aimed = random.uniform(0.15, 0.65)
@@ -179,7 +179,7 @@ def _expose(levels: np.ndarray, random: np.random.Generator) -> np.ndarray:
 
 
 def _soften(levels: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    """Out of focus, moved, resampled or sharpened."""
+    """Defocus, motion blur, resampling or sharpening."""
     kind = random.random()
     if kind < 0.2:
         return cv2.GaussianBlur(levels, (0, 0), random.uniform(0.3, 1.6))
@@ -200,7 +200,7 @@ def _soften(levels: np.ndarray, random: np.random.Generator) -> np.ndarray:
 
 
 def _process(levels: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    """What a camera's software may do: local contrast, compression."""
+    """Processing in a camera: local contrast, compression."""
     grey = (levels * 255).astype(np.uint8)
     if random.random() < 0.5:
         tiles = int(random.integers(2, 7)), int(random.integers(2, 9))

@@ -1,4 +1,4 @@
-"""Rendered recordings in memory, and training batches cut from them at random."""
+"""Rendered recordings in memory, and random training batches from them."""
 
 import multiprocessing.pool
 import pathlib
@@ -16,14 +16,14 @@ from network import PROTOTYPE_STRIDE
 CLASS_OF_MOTS = {1: 0, 2: 1, 3: 0}
 MOTS_IDS_PER_CLASS = 1000
 
-# What is smaller than this in the network's input is neither asked for nor held against it.
+# The loss ignores smaller objects in the network's input.
 MIN_HEIGHT_PX = 8
 MIN_AREA_PX = 40
 
-# Sizes of the input (rows, columns) with their part of all batches; pictures in a batch, so that all cost about the same.
+# Sizes of the input (rows, columns), their share of all batches, and pictures per batch, chosen for about equal cost.
 SHAPES = (((192, 320), 0.3, 16), ((192, 640), 0.25, 8), ((256, 832), 0.25, 5), ((288, 352), 0.2, 10))
 
-# Part of the pictures that get instances of another one pasted in.
+# Fraction of the pictures with instances pasted from another one.
 PASTED = 0.5
 
 
@@ -35,12 +35,12 @@ class View(NamedTuple):
 
 
 class Objects(NamedTuple):
-    """What is to be found in one picture."""
+    """The objects of one picture."""
 
     boxes: Tensor  # [n, 4]: left, top, right, bottom, pixels
     classes: Tensor  # [n]
     masks: Tensor  # [n, H/2, W/2]: visible part of each cell
-    ignored: Tensor  # [H/2, W/2]: part of each cell that is held against nobody
+    ignored: Tensor  # [H/2, W/2]: part of each cell that the loss ignores
 
 
 class Batch(NamedTuple):
@@ -49,7 +49,7 @@ class Batch(NamedTuple):
 
 
 def read_view(picture: pathlib.Path, instances: pathlib.Path) -> View:
-    """One picture with its truth. Raises FileNotFoundError naming what cannot be read."""
+    """One picture with its truth. Raises FileNotFoundError naming the unreadable file."""
     read = [cv2.imread(str(path), cv2.IMREAD_UNCHANGED) for path in (picture, instances)]
     for path, image in zip((picture, instances), read):
         if image is None:
@@ -58,7 +58,7 @@ def read_view(picture: pathlib.Path, instances: pathlib.Path) -> View:
 
 
 def views_of(recording: pathlib.Path, views: tuple[str, ...] = ("left", "right")) -> list[tuple[pathlib.Path, pathlib.Path]]:
-    """Paths of the pictures of a simulated recording, each with that of its instances, in order of time."""
+    """Paths of the pictures of a simulated recording, each with its instances' path, in order of time."""
     folders = {"left": "image_00", "right": "image_01"}
     pairs = []
     for view in views:
@@ -75,14 +75,14 @@ def load(recordings: list[pathlib.Path]) -> list[View]:
 
 
 def mask_on_prototypes(mask: np.ndarray) -> np.ndarray:
-    """The part of each prototype cell that the mask covers."""
+    """Fraction of each prototype cell that the mask covers."""
     height, width = mask.shape
     size = (width // PROTOTYPE_STRIDE, height // PROTOTYPE_STRIDE)
     return cv2.resize(mask.astype(np.float32), size, interpolation=cv2.INTER_AREA)
 
 
 def objects_in(instances: np.ndarray) -> Objects:
-    """The objects of a picture that are large enough; the others, and what the truth leaves open, are ignored."""
+    """The objects of a picture that are large enough; smaller ones and those of unknown class are ignored."""
     ignored = np.zeros(instances.shape, bool)
     boxes, classes, masks = [], [], []
     for identity in np.unique(instances[instances > 0]):

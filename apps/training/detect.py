@@ -1,4 +1,4 @@
-"""Runs an exported model in OpenCV's DNN and gives the instances of a picture, as the product does."""
+"""Runs an exported model in OpenCV's DNN and returns the instances of a picture, as the product does."""
 
 import pathlib
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from network import CLASSES, OUTPUTS, PROTOTYPE_STRIDE, STRIDES, cell_middles
 
 class Thresholds(NamedTuple):
     score: float
-    overlap: float  # IoU of boxes of one class; of two that overlap more, the better one stays
+    overlap: float  # IoU of boxes of one class, for non-maximum suppression
 
 
 class Instance(NamedTuple):
@@ -22,7 +22,7 @@ class Instance(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """How a picture lies in the network's input: scaled, then moved right by `left` and down by `top`."""
+    """Placement of a picture in the network's input: scaled, then moved right by `left` and down by `top`."""
 
     scale: float
     left: int
@@ -42,8 +42,8 @@ def letterbox(picture: np.ndarray, height: int, width: int) -> tuple[np.ndarray,
 
 
 def input_size(picture_rows: int, picture_columns: int, pixels: int) -> tuple[int, int]:
-    """Rows and columns of the input for such pictures: the widest in multiples of 32 that is no wider than they are, holds all of them,
-    and has at most so many pixels. As the product has it (ModelInput::sized_for)."""
+    """Rows and columns of the input for such pictures: the widest in multiples of 32 that is no wider than the picture rounded up,
+    contains it, and has at most `pixels` pixels. The same as the product's ModelInput::sized_for."""
     for columns in range(_rounded_up(picture_columns), STRIDES[-1], -STRIDES[-1]):
         rows = _rounded_up(-(-picture_rows * columns // picture_columns))
         if rows * columns <= pixels:
@@ -56,7 +56,7 @@ def _rounded_up(size: int) -> int:
 
 
 class Detector:
-    """A model that train wrote; its input has at most so many pixels."""
+    """A model written by train; its input has at most `pixels` pixels."""
 
     def __init__(self, model: pathlib.Path, pixels: int, threads: int = 1) -> None:
         cv2.setNumThreads(threads)
@@ -64,8 +64,8 @@ class Detector:
         self._pixels = pixels
 
     def outputs(self, picture: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What the model says of an input-sized picture of 0..1: rows [cells, left, top, right, bottom, scores, coefficients] with corners
-        of boxes in pixels, and the prototypes."""
+        """Outputs for a picture of 0..1 of the input's size: a row per cell of left, top, right, bottom (box corners in pixels), scores,
+        coefficients; and the prototypes."""
         self._model.setInput(picture[None, None].astype(np.float32))
         *maps, prototypes = self._model.forward(OUTPUTS)
         rows = np.concatenate([cells[0].reshape(cells.shape[1], -1) for cells in maps], 1).T.copy()
@@ -91,7 +91,7 @@ class Detector:
 
     def _mask(self, logits: np.ndarray, box: np.ndarray, fit: Fit, shape: tuple[int, ...]) -> np.ndarray:
         """A mask in the picture from logits on prototype cells and a box (left, top, width, height) of the input."""
-        # From the middle of a pixel to the cell around it.
+        # Maps pixel coordinates to cell coordinates; integers are centres.
         per_pixel = fit.scale / PROTOTYPE_STRIDE
         x, y = (0.5 * per_pixel + side / PROTOTYPE_STRIDE - 0.5 for side in (fit.left, fit.top))
         to_cells = np.array(((per_pixel, 0, x), (0, per_pixel, y)))

@@ -1,4 +1,4 @@
-"""Writes the network as ONNX, as OpenCV's DNN can read it."""
+"""Writes the network as ONNX readable by OpenCV's DNN."""
 
 import copy
 import pathlib
@@ -12,14 +12,14 @@ from torch import Tensor, nn
 from network import OUTPUTS, Network
 
 OPSET = 12
-# Between what OpenCV computes and what the network is, as part of what is larger than 1: pixels, scores and coefficients.
+# Between OpenCV and PyTorch, for pixels, scores and coefficients: absolute up to 1, relative above.
 MAX_DIFFERENCE = 1e-3
 # Rows and columns.
 TRIED_SIZES = ((256, 832), (192, 640), (416, 576))
 
 
 class Exported(nn.Module):
-    """The network with its answer as one map for each stride: rows left, top, right, bottom (pixels from the middle of the cell), class
+    """The network with one output map for each stride: channels left, top, right, bottom (pixels from the middle of the cell), class
     scores, mask coefficients; and the prototypes."""
 
     def __init__(self, network: Network) -> None:
@@ -33,9 +33,9 @@ class Exported(nn.Module):
 
 
 def export(network: Network, path: pathlib.Path) -> None:
-    """Writes `network` for pictures of any size in multiples of 32, normalisation folded into the convolutions, and tries it in OpenCV.
+    """Writes `network` for pictures of any size in multiples of 32, normalisation folded into the convolutions, and checks it in OpenCV.
 
-    Raises RuntimeError where OpenCV computes something else.
+    Raises RuntimeError if OpenCV computes a different result.
     """
     exported = Exported(copy.deepcopy(network)).eval()
     any_size = {2: "height", 3: "width"}
@@ -49,7 +49,7 @@ def export(network: Network, path: pathlib.Path) -> None:
 
 
 def _spell_out_shared_weights(graph: onnx.GraphProto) -> None:
-    """Gives equal weights one copy each: the exporter writes Identity nodes of weights, which OpenCV 4.6 cannot read."""
+    """Duplicates shared weights: the exporter writes Identity nodes of weights, which OpenCV 4.6 cannot read."""
     weights = {weight.name: weight for weight in graph.initializer}
     for node in [node for node in graph.node if node.op_type == "Identity" and node.input[0] in weights]:
         copied = graph.initializer.add()

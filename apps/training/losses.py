@@ -1,6 +1,6 @@
-"""Which cell answers for which object, and how wrong its answer is.
+"""Assignment of cells to objects, and losses.
 
-Cells are chosen by how well they already do, and are asked for a score as high as their box is good (Feng et al., TOOD: task-aligned
+Cells are assigned by their present predictions; the target score is the quality of their box (Feng et al., TOOD: task-aligned
 one-stage object detection, 2021). Boxes: generalised IoU (Rezatofighi et al., 2019). Masks: cross-entropy inside the box (Bolya et
 al., YOLACT, 2019) and the Dice loss (Milletari et al., V-Net, 2016).
 """
@@ -16,22 +16,22 @@ from network import PROTOTYPE_STRIDE, STRIDES, Prediction, cell_middles
 
 SCORE_WEIGHT, BOX_WEIGHT, MASK_WEIGHT = 1.0, 2.0, 2.0
 
-# Of TOOD's alignment score^a * IoU^b; and how many cells answer for one object.
+# Powers a and b of TOOD's alignment score^a * IoU^b; cells assigned to one object.
 SCORE_POWER, IOU_POWER = 0.5, 4.0
 CELLS_PER_OBJECT = 9
 
-# A cell may answer for an object that covers at least so much of one of its prototype cells.
+# Only objects that cover at least this fraction of one of a cell's prototype cells may be assigned to it.
 MIN_COVERED = 0.4
-# Masks that are compared in each picture; all of them would take long and teach little more.
+# Masks in the loss of each picture; all of them would take long without much benefit.
 MASKS_PER_PICTURE = 10
 
 
 class Assignment(NamedTuple):
-    """The cells of one picture that answer for an object."""
+    """The cells of one picture that are assigned to an object."""
 
     cells: Tensor  # [p]
     objects: Tensor  # [p]
-    qualities: Tensor  # [p]: the score that is asked for
+    qualities: Tensor  # [p]: the target score
 
 
 class Losses(NamedTuple):
@@ -44,12 +44,12 @@ class Losses(NamedTuple):
 
 
 def boxes_of(distances: Tensor, middles: Tensor) -> Tensor:
-    """Corners [..., 4] of boxes given by distances from the middles of their cells."""
+    """Corners [..., 4] of boxes from distances to the middles of their cells."""
     return torch.cat((middles - distances[..., :2], middles + distances[..., 2:]), -1)
 
 
 def overlap(a: Tensor, b: Tensor) -> tuple[Tensor, Tensor]:
-    """IoU of boxes and, for the generalised one, the part of their common hull that neither covers."""
+    """IoU of boxes and, for the generalised one, the fraction of their common hull that neither covers."""
     size = (torch.minimum(a[..., 2:], b[..., 2:]) - torch.maximum(a[..., :2], b[..., :2])).clamp(min=0)
     hull = torch.maximum(a[..., 2:], b[..., 2:]) - torch.minimum(a[..., :2], b[..., :2])
     common = size.prod(-1)
@@ -66,7 +66,7 @@ def _on_cells(maps: Tensor) -> Tensor:
 
 @torch.no_grad()
 def assign(scores: Tensor, boxes: Tensor, objects: Objects) -> Assignment:
-    """The cells of a picture that answer for its objects: of those that see an object, the ones that do best so far."""
+    """Assigns cells of a picture to its objects: among cells that see an object, those with the best present alignment."""
     count = len(objects.classes)
     if count == 0:
         none = torch.zeros(0, dtype=torch.int64)
@@ -76,7 +76,7 @@ def assign(scores: Tensor, boxes: Tensor, objects: Objects) -> Assignment:
     alignment = scores.sigmoid()[:, objects.classes].T ** SCORE_POWER * iou ** IOU_POWER * allowed
     best, cells = alignment.topk(CELLS_PER_OBJECT, 1)
     chosen = torch.zeros_like(alignment).scatter(1, cells, best)
-    # A cell answers for one object only.
+    # A cell is assigned to one object only.
     strongest, owner = chosen.max(0)
     cells = torch.nonzero(strongest > 0)[:, 0]
     owner = owner[cells]
@@ -86,7 +86,7 @@ def assign(scores: Tensor, boxes: Tensor, objects: Objects) -> Assignment:
 
 
 def score_loss(scores: Tensor, assignment: Assignment, objects: Objects) -> Tensor:
-    """Cross-entropy with the scores asked for, summed over a picture's cells; ignored parts of the picture count nothing."""
+    """Cross-entropy with the target scores, summed over a picture's cells without the ignored ones."""
     asked = torch.zeros_like(scores)
     asked[assignment.cells, objects.classes[assignment.objects]] = assignment.qualities
     counted = _on_cells(objects.ignored[None])[0] < 0.5
@@ -96,7 +96,7 @@ def score_loss(scores: Tensor, assignment: Assignment, objects: Objects) -> Tens
 
 
 def mask_loss(coefficients: Tensor, prototypes: Tensor, boxes: Tensor, masks: Tensor) -> Tensor:
-    """Sum over instances of cross-entropy and Dice loss inside their boxes, each widened by a prototype cell."""
+    """Sum over instances of cross-entropy and Dice loss inside their boxes, widened by a prototype cell."""
     logits = (coefficients @ prototypes.flatten(1)).view(masks.shape)
     left, top, right, bottom = (boxes / PROTOTYPE_STRIDE).T[..., None]
     y, x = torch.arange(masks.shape[1]), torch.arange(masks.shape[2])
@@ -109,7 +109,7 @@ def mask_loss(coefficients: Tensor, prototypes: Tensor, boxes: Tensor, masks: Te
 
 
 def losses(prediction: Prediction, batch: Batch) -> Losses:
-    """Mean losses of a batch, each answer weighted by what is asked of it."""
+    """Mean losses of a batch; box losses are weighted by the target scores."""
     middles, _ = cell_middles(*batch.pictures.shape[2:])
     all_boxes = boxes_of(prediction.distances, middles)
     score = box = mask = prediction.scores.new_zeros(())

@@ -1,7 +1,7 @@
 """The network: a small convolutional pyramid, box and mask heads on three strides, prototypes at half of the size.
 
 Instance masks are sums of prototypes (Bolya et al., YOLACT, 2019); boxes are four distances from the middle of a cell (Tian et
-al., FCOS, 2019). Every convolution is plain and followed by a ReLU: what OpenCV's DNN computes fastest on a CPU.
+al., FCOS, 2019). Plain convolutions with ReLU are the fastest in OpenCV's DNN on a CPU.
 """
 
 from typing import NamedTuple
@@ -13,22 +13,22 @@ CLASSES = ("vehicle", "person")
 STRIDES = (8, 16, 32)
 PROTOTYPE_STRIDE = 2
 PROTOTYPES = 16
-# Channels between the prototypes and what sharpens them.
+# Hidden channels of the prototypes' sharpening.
 EDGES = 24
 # Of the exported model.
 OUTPUTS = ("cells8", "cells16", "cells32", "prototypes")
-# Of its input, at most, unless somebody asks for another number.
+# Default limit of the input's size.
 PIXELS = 245760
 
-# Before training: boxes four cells wide, and one cell in a hundred an object.
+# Before training: boxes four cells wide, and an object in one cell of a hundred.
 _FIRST_LOG_DISTANCE = 0.7
 _FIRST_SCORE_LOGIT = -4.6
-# exp() of more than this is no box in any picture.
+# Limit before exp(), beyond any box in a picture.
 _MAX_LOG_DISTANCE = 6.0
 
 
 class Prediction(NamedTuple):
-    """What the network says of a batch; cells of all strides in a row, finest first."""
+    """Output for a batch; cells of all strides concatenated, finest first."""
 
     scores: Tensor  # [B, cells, classes], logits
     distances: Tensor  # [B, cells, 4]: left, top, right, bottom, pixels of the input
@@ -43,7 +43,7 @@ def convolution(inputs: int, outputs: int, stride: int = 1, size: int = 3) -> nn
 
 
 class Residual(nn.Module):
-    """Two convolutions beside a shortcut (He et al., 2016)."""
+    """Two convolutions with a shortcut (He et al., 2016)."""
 
     def __init__(self, channels: int) -> None:
         super().__init__()
@@ -55,7 +55,7 @@ class Residual(nn.Module):
 
 
 def stage(inputs: int, outputs: int, blocks: int) -> nn.Sequential:
-    """Halves the size, then looks longer."""
+    """Halves the size, followed by residual blocks."""
     return nn.Sequential(convolution(inputs, outputs, 2), *(Residual(outputs) for _ in range(blocks)))
 
 
@@ -74,7 +74,7 @@ class Head(nn.Module):
 
     def forward(self, features: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         features = self.trunk(features)
-        # A ReLU from above, because OpenCV 4.6 knows no clamp of this opset.
+        # An upper limit by ReLU, because OpenCV 4.6 does not support clamp of this opset.
         log_distances = _MAX_LOG_DISTANCE - torch.relu(_MAX_LOG_DISTANCE - self.distances(features))
         return self.scores(features), log_distances.exp() * self.stride, self.coefficients(features)
 
@@ -95,7 +95,7 @@ class Network(nn.Module):
         self.prototypes = nn.Sequential(convolution(widths[1], 2 * PROTOTYPES), nn.Conv2d(2 * PROTOTYPES, PROTOTYPES, 1),
                                         nn.Upsample(scale_factor=2, mode="bilinear", align_corners=False))
         self.sharpening = nn.Sequential(convolution(widths[0] + PROTOTYPES, EDGES), nn.Conv2d(EDGES, PROTOTYPES, 1))
-        # Nothing at first: a network without it goes on from what it has learnt.
+        # Zero at first, so that a network trained without it is unchanged.
         for parameter in self.sharpening[1].parameters():
             nn.init.zeros_(parameter)
 
@@ -108,8 +108,8 @@ class Network(nn.Module):
     def maps(self, picture: Tensor) -> tuple[list[tuple[Tensor, Tensor, Tensor]], Tensor]:
         """Scores, distances and coefficients of each stride as maps [B, n, H/stride, W/stride]; and the prototypes.
 
-        Those are computed at a quarter of the size, and then follow the edges that the picture has at half of it: a person of 40
-        rows is only three cells of a quarter wide.
+        Prototypes are computed at a quarter of the size, and then sharpened with edge features at half of it: at a quarter, a
+        person of 40 rows is only three cells wide.
         """
         edges = self.edges(picture)
         fine = self.stem(edges)
@@ -119,7 +119,7 @@ class Network(nn.Module):
         return maps, prototypes + self.sharpening(torch.cat((edges, prototypes), 1))
 
     def _pyramid(self, fine: Tensor) -> list[Tensor]:
-        """Features of the three strides, each knowing the coarser ones (Lin et al., FPN, 2017)."""
+        """Features of the three strides, each including the coarser ones (Lin et al., FPN, 2017)."""
         levels = []
         features = fine
         for down, lateral in zip(self.stages, self.laterals):

@@ -1,20 +1,20 @@
-"""Renders the scenes that the network learns from: many small worlds, a few frames of each, far apart in time."""
+"""Renders the training scenes: many small worlds, a few frames of each, far apart in time."""
 
 import pathlib
 import subprocess
 from typing import Iterable, Iterator, NamedTuple
 
-# A little more than the 640 columns that the network sees of a street: room for scaling and cropping.
+# More than the network's 640 columns of a street: room for scaling and cropping.
 WIDE = (832, 288)
-# What the drone's and the glasses' own cameras see: more rows.
+# Sizes of the drone's and the glasses' own cameras, with more rows.
 TALL = {"drone": (752, 480), "wearable": (640, 480)}
 
-# The simulator's appearance of a picture, by turns: sensor noise, blur of the lens, vignetting.
+# Image quality of the simulator, by turns: sensor noise, blur of the lens, vignetting.
 LOOKS = ((1.5, 0.35, 0.2), (0.7, 0.35, 0.1), (2.5, 0.35, 0.2), (1.2, 0.7, 0.3))
 
 
 class Share(NamedTuple):
-    """Some worlds of a scene: how many from which seed on, how many frames of each at which rate and size."""
+    """Worlds of a scene: number, first seed, frames of each with rate and size."""
 
     scene: str
     first_seed: int
@@ -24,18 +24,18 @@ class Share(NamedTuple):
     size: tuple[int, int] = WIDE
 
 
-# All seeds are beyond those that the product's own tests and figures use.
+# All seeds are above those of the product's own tests and figures.
 TRAINING = (
-    # Unlike each other, and so what real streets have to be among.
+    # Diverse, to generalise to real streets.
     Share("varied", 1000, 220, 16, 10.0),
-    # What the product's own recordings look like.
+    # Similar to the product's own recordings.
     Share("street", 1000, 40, 16, 1.7),
     Share("drone", 1000, 44, 16, 1.7),
     Share("wearable", 1000, 28, 16, 1.7),
     Share("drone", 1100, 34, 16, 1.7, TALL["drone"]),
     Share("wearable", 1100, 24, 16, 1.7, TALL["wearable"]),
 )
-# Never trained on: what thresholds are chosen by.
+# Never trained on: for choosing thresholds.
 VALIDATION = (
     Share("varied", 500, 4, 8, 10.0),
     Share("street", 500, 4, 12, 1.3),
@@ -54,7 +54,7 @@ def worlds(shares: Iterable[Share]) -> Iterator[tuple[Share, int]]:
 
 
 def render(simulator: str, folder: pathlib.Path, share: Share, seed: int) -> pathlib.Path:
-    """Renders one world unless it is there already, and returns its folder. An interrupted one is made anew."""
+    """Renders one world unless it exists, and returns its folder. An interrupted one is rendered again."""
     recording = folder / f"{share.scene}-{seed}"
     done = recording / "rendered"
     if not done.exists():
@@ -70,6 +70,6 @@ def render(simulator: str, folder: pathlib.Path, share: Share, seed: int) -> pat
 
 
 def render_all(simulator: str, folder: pathlib.Path, shares: Iterable[Share]) -> list[pathlib.Path]:
-    """Renders what is missing of the shares; returns the folders of all their worlds."""
+    """Renders the missing worlds of the shares; returns the folders of all their worlds."""
     folder.mkdir(parents=True, exist_ok=True)
     return [render(simulator, folder, *world) for world in worlds(shares)]

@@ -1,4 +1,4 @@
-"""How many of the instances in a picture are found, and how many of those found are there."""
+"""Recall and precision of the instances in a picture."""
 
 from typing import Iterable, NamedTuple
 
@@ -7,7 +7,7 @@ import numpy as np
 from dataset import CLASS_OF_MOTS, MOTS_IDS_PER_CLASS
 from detect import Instance
 
-# The bar for what is found: so high in the picture, masks overlapping so much.
+# Least height of instances that count, and least overlap of matching masks.
 MIN_HEIGHT_PX = 40
 MIN_IOU = 0.6
 
@@ -16,9 +16,9 @@ class Counts(NamedTuple):
     """Instances of one class, over some pictures."""
 
     there: int = 0  # above the height
-    found: int = 0  # of those, by a mask that fits
+    found: int = 0  # of those, with a matching mask
     reported: int = 0  # by the network, above the height
-    right: int = 0  # of those, fitting an instance of whatever height
+    right: int = 0  # of those, matching an instance of any height
     iou: float = 0.0  # summed over those found
 
     def __add__(self, other: "Counts") -> "Counts":
@@ -52,7 +52,7 @@ def iou(a: np.ndarray, b: np.ndarray) -> float:
 
 
 def match(found: Iterable[np.ndarray], truth: list[np.ndarray], min_iou: float) -> tuple[dict[int, float], dict[int, float]]:
-    """Pairs masks found, best first, each with the best free true one that fits; IoU by index found and by index true."""
+    """Matches found masks, best first, each with the best unmatched true one; IoU by index found and by index true."""
     of_found: dict[int, float] = {}
     of_truth: dict[int, float] = {}
     for index, mask in enumerate(found):
@@ -64,7 +64,7 @@ def match(found: Iterable[np.ndarray], truth: list[np.ndarray], min_iou: float) 
 
 
 class Findings(NamedTuple):
-    """One class of one picture: what has been found, best first, what is there, and which of them fit."""
+    """One class of one picture: found instances, best first, true masks, and matches between them."""
 
     found: list[Instance]
     truth: list[np.ndarray]
@@ -78,7 +78,7 @@ class Findings(NamedTuple):
                       sum(index in self.of_found for index in reported), sum(self.of_truth.get(index, 0.0) for index in there))
 
     def beyond_truth(self) -> list[Instance]:
-        """What has been found above the height and fits nothing."""
+        """Found instances above the height without a match."""
         return [self.found[index] for index in self._reported() if index not in self.of_found]
 
     def _reported(self) -> list[int]:

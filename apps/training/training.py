@@ -1,4 +1,4 @@
-"""The training loop: so many steps, a learning rate that follows them, and averaged weights."""
+"""The training loop: steps, a learning-rate schedule, and averaged weights."""
 
 import copy
 import functools
@@ -17,7 +17,7 @@ from network import Network, Prediction
 
 SEED = 20
 PEAK_RATE = 3e-3
-# Of the rates, where the weights of a trained network are gone on with.
+# Factor to the rates when continuing from a trained network.
 CONTINUED_RATE = 0.35
 WARM_UP = 0.03
 WEIGHT_DECAY = 0.02
@@ -28,7 +28,7 @@ STATISTICS_BATCHES = 24
 
 
 class State(NamedTuple):
-    """All that a training continues from."""
+    """State to continue a training from."""
 
     network: Network
     average: Network
@@ -46,7 +46,7 @@ def new_state() -> State:
 
 
 def learning_rate(progress: float) -> float:
-    """Rises over the first of the steps, then falls as a cosine; progress 0..1."""
+    """Rises during the warm-up, then falls as a cosine; progress 0..1."""
     if progress < WARM_UP:
         return PEAK_RATE * (0.02 + progress / WARM_UP)
     falling = (min(progress, 1.0) - WARM_UP) / (1 - WARM_UP)
@@ -54,7 +54,7 @@ def learning_rate(progress: float) -> float:
 
 
 def follow(average: nn.Module, network: nn.Module, step: int) -> None:
-    """Moves the averaged weights towards the present ones; fast at first, when the present ones change fast."""
+    """Moves the averaged weights towards the present ones; faster at first, when these change fast."""
     part = max(1 / AVERAGE_OVER_STEPS, 1 / (step / 4 + 1))
     for mean, now in zip(average.state_dict().values(), network.state_dict().values()):
         if mean.dtype.is_floating_point:
@@ -64,7 +64,7 @@ def follow(average: nn.Module, network: nn.Module, step: int) -> None:
 
 
 def save(path: pathlib.Path, state: State, step: int) -> None:
-    """Writes a checkpoint in one go: an interrupted one leaves the former."""
+    """Replaces the checkpoint atomically: after an interruption the former one remains."""
     partial = path.with_suffix(".partial")
     torch.save({"network": state.network.state_dict(), "average": state.average.state_dict(),
                 "optimizer": state.optimizer.state_dict(), "step": step}, partial)
@@ -72,7 +72,7 @@ def save(path: pathlib.Path, state: State, step: int) -> None:
 
 
 def restore(path: pathlib.Path, state: State) -> int:
-    """Continues from a checkpoint where there is one; returns the steps taken so far."""
+    """Loads a checkpoint if there is one; returns the steps taken so far."""
     if not path.exists():
         return 0
     saved = torch.load(path)
@@ -83,7 +83,7 @@ def restore(path: pathlib.Path, state: State) -> int:
 
 
 def restored_average(path: pathlib.Path) -> Network:
-    """The averaged network of a checkpoint. Raises FileNotFoundError where there is none."""
+    """The averaged network of a checkpoint. Raises FileNotFoundError if there is none."""
     state = new_state()
     if restore(path, state) == 0:
         raise FileNotFoundError(f"there is no {path}; train first")
@@ -92,13 +92,13 @@ def restored_average(path: pathlib.Path) -> Network:
 
 @functools.cache
 def computes_bfloat16() -> bool:
-    """Whether the processor multiplies bfloat16 itself: convolutions then take less than half the time."""
+    """Whether the processor has bfloat16 instructions: convolutions then take less than half the time."""
     information = pathlib.Path("/proc/cpuinfo")
     return information.exists() and "avx512_bf16" in information.read_text()
 
 
 def train_step(state: State, batch: Batch, rate: float) -> Losses:
-    """One step down; returns the losses before it."""
+    """One optimisation step; returns the losses before it."""
     for group in state.optimizer.param_groups:
         group["lr"] = rate
     with torch.autocast("cpu", torch.bfloat16, enabled=computes_bfloat16()):
@@ -112,9 +112,9 @@ def train_step(state: State, batch: Batch, rate: float) -> Losses:
 
 
 def train(views: list[View], steps: int, checkpoint: pathlib.Path, model: pathlib.Path | None = None) -> Network:
-    """Trains for so many steps in all, those before `checkpoint` included; returns the averaged network.
+    """Trains until step `steps`, counting those before `checkpoint`; returns the averaged network.
 
-    Without a checkpoint it begins with the weights of the ONNX file `model`, if one is given.
+    Without a checkpoint it begins with the weights of the ONNX file `model`, if given.
     """
     state = new_state()
     first = restore(checkpoint, state)

@@ -19,7 +19,7 @@ struct Round {
 constexpr std::array<Round, 4> kFromAfar{{{false, 20, 1e-4}, {false, 20, 1e-4}, {false, 20, 1e-5}, {false, 30, 1e-5}}};
 constexpr std::array<Round, 4> kFromNear{{{true, 15, 1e-4}, {false, 20, 1e-5}, {false, 30, 1e-5}, {false, 40, 1e-6}}};
 
-/// 1.48 times the median magnitude of a coordinate's residual, in the scale of its point.
+/// 1.48 times the median magnitude of the residuals, per coordinate, each divided by its point's scale.
 double robust_sigma_px(const RigModel& rig, const std::vector<BundleWindow>& windows) {
   constexpr double kFloor_px = 1e-3;
   std::vector<double> magnitudes;
@@ -63,7 +63,7 @@ bool fits(const BundlePoint& point, const TrackError& error, double sigma_px) {
          error.worst_px < kWorstSigmas * sigma_px;
 }
 
-/// A track's own scatter, drawn towards that of all where it is short: its variance with an inverse-gamma prior.
+/// A track's own scatter, shrunk towards the common one for short tracks: its variance with an inverse-gamma prior.
 double sigma_scale(const BundlePoint& point, const TrackError& error, double sigma_px) {
   constexpr double kPriorCoordinates = 8.0;
   const auto coordinates = static_cast<double>(2 * point.observations.size());
@@ -99,7 +99,7 @@ Status adjust_in_rounds(RigModel& rig, std::vector<BundleWindow>& windows, Round
     if (const Result<BundleResult> result = adjust(rig, windows, options); !result) {
       return Unexpected(result.error());
     }
-    // Scatter of all as if all were alike, for rejection; then of each in its own scale.
+    // First a common scale for rejection, then an individual one for each track.
     reset_scales(windows);
     options.sigma_px = robust_sigma_px(rig, windows);
     reject_and_weigh(rig, windows, options.sigma_px);

@@ -12,14 +12,14 @@ struct Features {
 
 Features describe(const cv::Mat& image) {
   constexpr int kMaxFeatures = 1500;
-  constexpr double kContrast = 0.02;  // Half of the usual: dull corners of the image matter as well.
+  constexpr double kContrast = 0.02;  // Half of the usual, for features in areas of low contrast.
   const cv::Ptr<cv::SIFT> sift = cv::SIFT::create(kMaxFeatures, 3, kContrast);
   Features features;
   sift->detectAndCompute(image, cv::noArray(), features.points, features.descriptors);
   return features;
 }
 
-/// For each feature of `from` the one of `to`, or -1.
+/// For each feature of `from` the index of its match in `to`, or -1.
 std::vector<int> distinct_matches(const Features& from, const Features& to) {
   constexpr float kRatio = 0.8F;
   std::vector<std::vector<cv::DMatch>> nearest;

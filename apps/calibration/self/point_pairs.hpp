@@ -1,4 +1,4 @@
-// Points that the left and the right image of a rig share, found without knowing anything about the rig.
+// Left-right correspondences, found without knowledge of the rig.
 #pragma once
 
 #include <vector>
@@ -14,7 +14,7 @@ struct PointPair {
 };
 
 /// Pairs of two images: scale-invariant features (Lowe, IJCV 2004), mutual and clearly better than the second best.
-/// Some are wrong.
+/// They contain outliers.
 [[nodiscard]] std::vector<PointPair> find_point_pairs(const cv::Mat& left, const cv::Mat& right);
 
 }  // namespace kinetrace::self_calibration

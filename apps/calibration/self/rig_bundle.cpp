@@ -15,8 +15,8 @@ LeftResidual view_residual(const RigModel& rig, const BundlePoint& point, const 
   return {rig.size, point.T_host_world.inverse(), seen.raw_px, 1.0 / (sigma_px * point.sigma_scale)};
 }
 
-/// All parameters in one piece of memory: Ceres orders blocks by address, and sums in that order, which would differ
-/// from run to run.
+/// All parameters in one array: Ceres orders blocks by address and sums in that order, so separate allocations would
+/// make results differ between runs.
 class Blocks {
  public:
   Blocks(const RigModel& rig, std::span<const BundleWindow> windows) {
@@ -62,8 +62,8 @@ class Blocks {
   }
 
   std::vector<double> values_;
-  std::vector<std::size_t> poses_;   ///< Of each window: where its poses begin.
-  std::vector<std::size_t> points_;  ///< The same of its points.
+  std::vector<std::size_t> poses_;   ///< First pose of each window.
+  std::vector<std::size_t> points_;  ///< First point of each window.
 };
 
 class BundleProblem {
@@ -189,7 +189,7 @@ Linearisation linearise(const RigModel& rig, const BundleWindow& window, const B
   if (seen.frame == 0) {
     at.by_pose.setZero();
   }
-  // The Cauchy loss as a weight: that of iteratively reweighted least squares.
+  // The Cauchy loss as a weight of iteratively reweighted least squares.
   const double s = options.robust_sigmas;
   const double weight = std::sqrt(1.0 / (1.0 + at.residual.squaredNorm() / (s * s)));
   at.residual *= weight;
@@ -199,7 +199,7 @@ Linearisation linearise(const RigModel& rig, const BundleWindow& window, const B
   return at;
 }
 
-/// Adds what one point says about rig and poses once it is eliminated itself.
+/// Adds a point's information about rig and poses, with the point eliminated.
 void add_point(const RigModel& rig, const BundleWindow& window, const BundlePoint& point, const BundleOptions& options,
                Eigen::MatrixXd& normal, Eigen::VectorXd& gradient) {
   const Eigen::Index size = normal.rows();
@@ -263,7 +263,8 @@ RigInformation rig_information(const RigModel& rig, const BundleWindow& window, 
     }
   }
   const Eigen::Index poses = size - kRigSize;
-  // The first pose is fixed, and a frame without points has no pose: a unit keeps them apart.
+  // The first pose is fixed, and the pose of a frame without points is undetermined: unit diagonals keep the matrix
+  // regular.
   Eigen::MatrixXd own = normal.bottomRightCorner(poses, poses);
   own.diagonal().array() += 1e-6;
   const Eigen::LDLT<Eigen::MatrixXd> factor(own);

@@ -17,22 +17,22 @@ namespace kinetrace::self_calibration {
 
 using PoseBlock = std::array<double, 6>;  ///< T_camera_world: rotation vector, translation; metres.
 
-/// A point as (x, y, 1) / inverse depth in a host frame, which stays where the start put it: so the far and the near
-/// are equally well conditioned (Civera et al., T-RO 2008), at no more than three parameters.
+/// A point as (x, y, 1) / inverse depth in a host frame, which keeps its initial pose: far and near points are equally
+/// well conditioned (Civera et al., T-RO 2008), with at most three parameters.
 struct BundlePoint {
   Se3 T_host_world;
   std::array<double, 3> ray_and_inverse_depth{};
   std::vector<Observation> observations;
-  double sigma_scale = 1.0;  ///< How much worse than the usual its observations are: dull points are.
+  double sigma_scale = 1.0;  ///< Noise of its observations relative to the usual: larger for points of low contrast.
   bool used = true;
 };
 
 struct BundleWindow {
-  std::vector<PoseBlock> poses;  ///< Of the left camera; the first stays.
+  std::vector<PoseBlock> poses;  ///< Of the left camera; the first is fixed.
   std::vector<BundlePoint> points;
 };
 
-/// What lenses in use are like, as standard deviations; weak beside the images.
+/// Standard deviations of usual lenses; weak compared to the images.
 struct LensPriors {
   LensBlock sigma{0.5, 0.004, 0.03, 0.03, 0.5, 0.4, 0.003, 0.003, 0.15};
   /// Between the two lenses of a rig, which are of one kind.
@@ -42,11 +42,11 @@ struct LensPriors {
 
 struct BundleOptions {
   LensPriors priors;
-  double sigma_px = 0.3;       ///< Of a usual observation.
+  double sigma_px = 0.3;       ///< Of an average observation.
   double robust_sigmas = 2.0;  ///< Scale of the Cauchy loss.
   bool rig_fixed = false;      ///< Poses and points alone.
   int iterations = 30;
-  double tolerance = 1e-6;  ///< Relative change of the cost that ends it.
+  double tolerance = 1e-6;  ///< Relative change of the cost for convergence.
   int threads = 1;
 };
 
@@ -59,11 +59,11 @@ struct BundleResult {
 /// Improves rig, poses and points together. Errors: kInternal where Ceres fails.
 [[nodiscard]] Result<BundleResult> adjust(RigModel& rig, std::span<BundleWindow> windows, const BundleOptions& options);
 
-/// Residual of one observation, pixels.
+/// Residual of one observation in pixels.
 [[nodiscard]] Eigen::Vector2d residual_px(const RigModel& rig, const BundleWindow& window, const BundlePoint& point,
                                           const Observation& seen);
 
-/// Normal equations of one window about the rig alone, poses and points eliminated.
+/// Normal equations of one window for the rig alone, with poses and points eliminated.
 struct RigInformation {
   Eigen::Matrix<double, kRigSize, kRigSize> normal = Eigen::Matrix<double, kRigSize, kRigSize>::Zero();
   Eigen::Matrix<double, kRigSize, 1> gradient = Eigen::Matrix<double, kRigSize, 1>::Zero();

@@ -104,7 +104,7 @@ double inverse_depth(const RigModel& rig, const Eigen::Vector2d& left_px, const 
   const Se3 T_right_left = rig.T_right_left();
   const Eigen::Vector3d left = unproject(rig.lens[0], rig.size, left_px).homogeneous();
   const Eigen::Vector3d right = unproject(rig.lens[1], rig.size, right_px).homogeneous();
-  // right ~ R left + inverse_depth t: both sides crossed with `right`.
+  // right ~ R left + inverse_depth t: cross product of both sides with `right`.
   const Eigen::Vector3d turned = right.cross(T_right_left.rotation * left);
   const Eigen::Vector3d shifted = right.cross(T_right_left.translation);
   return -shifted.dot(turned) / shifted.squaredNorm();

@@ -1,4 +1,4 @@
-// A stereo rig as the estimation holds it: two lenses and their mount, every parameter near one in size.
+// Parameters of a stereo rig for estimation: two lenses and their mount, all of magnitude about one.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ struct ImageSize {
   [[nodiscard]] Eigen::Vector2d centre_px() const { return {0.5 * (width_px - 1), 0.5 * (height_px - 1)}; }
 };
 
-/// Places in a lens block. Lengths in units of the image's width, so that all have comparable size.
+/// Indices into a lens block. Lengths in image widths, so that all have comparable magnitude.
 enum LensParameter : int {
   kLogFocal,   ///< ln(fx / width).
   kLogAspect,  ///< ln(fy / fx).
@@ -30,7 +30,7 @@ enum LensParameter : int {
   kK3,
   kLensSize
 };
-/// Places in a mount block: rotation vector of R_right_left, then the baseline's direction, T = -b (1, y, z) / |.|.
+/// Indices into a mount block: rotation vector of R_right_left, then the baseline's direction, T = -b (1, y, z) / |.|.
 enum MountParameter : int { kTurnX, kTurnY, kTurnZ, kBaselineY, kBaselineZ, kMountSize };
 
 using LensBlock = std::array<double, kLensSize>;
@@ -45,11 +45,11 @@ struct RigModel {
 
   [[nodiscard]] Se3 T_right_left() const;
   [[nodiscard]] double focal_px(std::size_t view) const { return size.width_px * std::exp(lens[view][kLogFocal]); }
-  /// Left lens, right lens, mount in one row.
+  /// Index over left lens, right lens, mount.
   [[nodiscard]] double& parameter(int place);
 };
 
-/// A rig of two equal lenses without distortion that look the same way.
+/// A rig of two equal, parallel lenses without distortion.
 [[nodiscard]] RigModel plain_rig(const ImageSize& size, double baseline_m, double focal_px);
 [[nodiscard]] hal::RigCalibration to_calibration(const RigModel& rig);
 /// The reverse, for lenses of the radial-tangential model without rational terms and a pose between them.
@@ -72,7 +72,7 @@ void project(const T* lens, const ImageSize& size, const T* p_cam, T* pixel) {
   pixel[1] = fx * exp(lens[kLogAspect]) * yd + width * lens[kOffsetY] + T(centre.y());
 }
 
-/// Where the right camera's origin lies in units of the baseline: the direction of T_right_left's translation.
+/// Unit direction of T_right_left's translation: the right camera's origin in units of the baseline.
 template <typename T>
 void baseline_direction(const T* mount, T* direction) {
   using std::sqrt;
@@ -82,7 +82,7 @@ void baseline_direction(const T* mount, T* direction) {
   direction[2] = scale * mount[kBaselineZ];
 }
 
-/// The ray (x, y, 1) that a pixel is seen along; Newton's method.
+/// The ray (x, y, 1) of a pixel; Newton's method.
 [[nodiscard]] Eigen::Vector2d unproject(const LensBlock& lens, const ImageSize& size, const Eigen::Vector2d& pixel);
 
 /// Inverse depth along the left ray of a left-right pair, 1/m, by least squares; negative behind infinity.

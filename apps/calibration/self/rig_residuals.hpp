@@ -64,7 +64,7 @@ struct RightResidual {
   using Cost = ceres::AutoDiffCostFunction<RightResidual, 2, kLensSize, kMountSize, 6, 3>;
 };
 
-/// Weak knowledge of one lens: zero but for its sigma; the focal length about the image's width.
+/// Weak prior of one lens: zero with its sigma; the focal length about the image's width.
 struct LensPrior {
   LensBlock sigma;
   template <typename T>

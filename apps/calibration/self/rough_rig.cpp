@@ -13,8 +13,8 @@
 namespace kinetrace::self_calibration {
 namespace {
 
-/// The straight ray of a pixel from the plain one: the division model of Fitzgibbon (CVPR 2001) to first order, which
-/// needs no inversion.
+/// Undistorted ray from a distorted one: the division model of Fitzgibbon (CVPR 2001) to first order, which needs no
+/// inversion.
 template <typename T>
 Eigen::Matrix<T, 3, 1> straightened(const Eigen::Vector2d& ray, const T& bend) {
   const T scale = T(1) + bend * ray.squaredNorm();
@@ -23,7 +23,7 @@ Eigen::Matrix<T, 3, 1> straightened(const Eigen::Vector2d& ray, const T& bend) {
 
 /// Signed distance of a pair from its epipolar geometry, in pixels.
 struct SampsonDistance {
-  Eigen::Vector2d left;  ///< Plain rays: (pixel - centre) / focal length.
+  Eigen::Vector2d left;  ///< Distorted rays: (pixel - centre) / focal length.
   Eigen::Vector2d right;
   double focal_px;
 
@@ -85,7 +85,7 @@ class EpipolarFit {
   double cost = std::numeric_limits<double>::infinity();
 
  private:
-  /// Rigs are built to look the same way; holds what too few pairs leave open.
+  /// Prior of parallel views; constrains parameters that few pairs leave undetermined.
   static ceres::CostFunction* prior() {
     constexpr double kInverseSigma = 1.0 / 0.05;
     ceres::Matrix weight = ceres::Matrix::Identity(kMountSize, kMountSize) * kInverseSigma;
@@ -119,7 +119,7 @@ RoughRig rough_rig(std::span<const PointPair> pairs, const ImageSize& size, doub
   const EpipolarFit fit = best_fit(pairs, size, focal_px);
   RoughRig rough{plain_rig(size, baseline_m, focal_px), {}, 0.0};
   rough.rig.mount = fit.mount;
-  // The two forms of bending agree near the centre, and with k2 at the corners.
+  // Both distortion models agree near the centre and, by k2, at the corners.
   const double corner = 0.5 * std::hypot(size.width_px, size.height_px) / focal_px;
   const double straight = corner * (1.0 + fit.bend * corner * corner);
   const double k2 = (corner / straight - 1.0 + fit.bend * straight * straight) / std::pow(straight, 4);

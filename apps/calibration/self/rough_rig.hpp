@@ -1,4 +1,4 @@
-// A first rig from pooled left-right pairs alone, good to some pixels: enough to search along rows.
+// Initial rig from pooled left-right pairs alone, good to some pixels: enough to search along rows.
 #pragma once
 
 #include <span>
@@ -16,10 +16,9 @@ struct RoughRig {
   double rms_px = 0.0;             ///< Of the inliers' distance from their epipolar lines.
 };
 
-/// The epipolar geometry of a rig is the same in all frames, so the pairs of all are taken together: Sampson distances
-/// (Hartley and Zisserman, "Multiple View Geometry", 2nd ed., eq. 11.9) with a common radial distortion, minimised with
-/// a robust loss that narrows step by step, from a rig whose views look the same way. A focal length is not seen well
-/// by this: `focal_px` stays.
+/// A rig's epipolar geometry is the same in all frames, so all pairs are pooled: Sampson distances (Hartley and
+/// Zisserman, "Multiple View Geometry", 2nd ed., eq. 11.9) with a common radial distortion, minimised with a robust
+/// loss of decreasing scale, from parallel views. The focal length is poorly determined by this: `focal_px` stays.
 [[nodiscard]] RoughRig rough_rig(std::span<const PointPair> pairs, const ImageSize& size, double baseline_m,
                                  double focal_px);
 

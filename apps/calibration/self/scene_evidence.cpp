@@ -23,7 +23,7 @@ const Observation& last_left(const BundlePoint& point) {
                        [](const Observation& seen) { return seen.view == 0; });
 }
 
-/// How far the point would be seen from there if it lay at infinity.
+/// Distance of the observation from the projection of the same point at infinity.
 double parallax_px(const RigModel& rig, const BundleWindow& window, const BundlePoint& point) {
   BundlePoint far = point;
   far.ray_and_inverse_depth[2] = 0.0;
@@ -31,7 +31,7 @@ double parallax_px(const RigModel& rig, const BundleWindow& window, const Bundle
   return (residual_px(rig, window, point, seen) - residual_px(rig, window, far, seen)).norm();
 }
 
-/// On a plane inverse depths are linear in the image: least absolute values by iterated weights.
+/// Inverse depths of a plane are linear in the image: least absolute values by iterated weights.
 double plane_share(const RigModel& rig, const BundleWindow& window) {
   constexpr double kNear_px = 0.3;  // Of disparity.
   constexpr double kFloor_px = 0.05;

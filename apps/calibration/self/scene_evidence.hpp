@@ -1,4 +1,4 @@
-// What the recording shows that a calibration can be found from: motion, parallax, depth.
+// Evidence of a recording for calibration: motion, parallax, depth.
 #pragma once
 
 #include <vector>
@@ -9,10 +9,10 @@ namespace kinetrace::self_calibration {
 
 struct SceneEvidence {
   std::size_t points = 0;
-  double travel_px = 0.0;    ///< Median over tracks of how far the image moved over a track.
-  double parallax_px = 0.0;  ///< Median over tracks of the part that the camera's translation made.
+  double travel_px = 0.0;    ///< Median over tracks of the image motion along a track.
+  double parallax_px = 0.0;  ///< Median over tracks of the motion caused by the camera's translation.
   double depth_ratio = 1.0;  ///< Far depth over near depth: ninth decile over first.
-  double plane_share = 0.0;  ///< Part of the points that lie on one plane, mean over windows.
+  double plane_share = 0.0;  ///< Fraction of the points on one plane, mean over windows.
 };
 
 [[nodiscard]] SceneEvidence scene_evidence(const RigModel& rig, const std::vector<BundleWindow>& windows);

@@ -28,7 +28,7 @@ struct PooledPairs {
   std::vector<PointPair> pairs;
 };
 
-/// Of frames spread over the recording; damaged ones are passed over.
+/// Pairs of frames spread over the recording; damaged frames are skipped.
 Result<PooledPairs> pool_pairs(const FrameSource& source, const SelfCalibrationOptions& options) {
   constexpr std::size_t kMinPairs = 150;
   const std::size_t count = std::min(options.pairs, source.frames);
@@ -49,7 +49,7 @@ Result<PooledPairs> pool_pairs(const FrameSource& source, const SelfCalibrationO
   return pooled;
 }
 
-/// What the first matches have, and some more on both sides.
+/// Range of the first matches, with a margin on both sides.
 StereoSearch search_range(const ViewWarp& warp, const std::vector<PointPair>& inliers, int rows_px) {
   std::vector<double> disparities;
   for (const PointPair& pair : inliers) {
@@ -62,7 +62,7 @@ StereoSearch search_range(const ViewWarp& warp, const std::vector<PointPair>& in
   return {least - 6.0 - 0.1 * (most - least), most + 10.0 + 0.3 * (most - least), rows_px};
 }
 
-/// At least three windows, so that their scatter can be seen.
+/// At least three windows, to estimate their scatter.
 std::vector<TrackWindow> find_tracks(const FrameSource& source, const ViewWarp& warp, const StereoSearch& search,
                                      const SelfCalibrationOptions& options, std::size_t most) {
   const std::size_t length = std::min(options.frames_per_window, source.frames / 3);
@@ -97,7 +97,7 @@ struct Adjusted {
   BundleOptions options;  ///< With the scatter of the observations.
 };
 
-/// Tracks found with the help of one rig, and the rig that explains them best.
+/// Tracks found by one rig, and the rig that fits them best.
 Result<Adjusted> adjusted(const FrameSource& source, const RigModel& rig, const std::vector<PointPair>& inliers,
                           RoundPlan plan, const SelfCalibrationOptions& options) {
   const bool is_near = plan == RoundPlan::kFromNear;
@@ -115,8 +115,8 @@ Result<Adjusted> adjusted(const FrameSource& source, const RigModel& rig, const 
   return result;
 }
 
-/// Epipolar geometry leaves the focal length open: from the usual one, a wide and a long lens, the first that fits
-/// well, else the best.
+/// Epipolar geometry does not determine the focal length: tries a usual, a wide and a long lens; takes the first that
+/// fits well, else the best.
 Result<Adjusted> first_rig(const FrameSource& source, const PooledPairs& pooled, std::vector<PointPair>& inliers,
                            const SelfCalibrationOptions& options) {
   constexpr std::array<double, 3> kFocalLengths{0.8, 0.45, 1.5};  // In image widths.

@@ -1,4 +1,4 @@
-// A rig's calibration from an ordinary recording of which only the length of the baseline is known.
+// A rig's calibration from an ordinary recording, given only the length of the baseline.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@ struct SelfCalibrationOptions {
   double baseline_m = 0.0;
   std::size_t windows = 8;  ///< Stretches of frames, spread over the recording.
   std::size_t frames_per_window = 12;
-  std::size_t pairs = 12;  ///< That the first rig is made from.
+  std::size_t pairs = 12;  ///< Number of frames for the first rig.
   LensPriors priors;
   int threads = 1;
   std::function<void(const std::string&)> progress = [](const std::string&) {};
@@ -32,8 +32,8 @@ struct SelfCalibration {
   Findings findings;
 };
 
-/// Errors: kInvalidArgument (baseline, too few frames), kBadCalibration where the recording does not determine the rig;
-/// the message says why and what to record. Takes some hundred MiB and a minute or two.
+/// Errors: kInvalidArgument (baseline, too few frames), kBadCalibration if the recording does not determine the rig;
+/// the message gives the reason and what to record. Takes some hundred MiB and a minute or two.
 [[nodiscard]] Result<SelfCalibration> self_calibrate(const FrameSource& source, const SelfCalibrationOptions& options);
 
 }  // namespace kinetrace::self_calibration

@@ -1,4 +1,4 @@
-// What a self-calibration says about itself: lines, comments, JSON.
+// Reports of a self-calibration: lines, comments, JSON.
 #pragma once
 
 #include <string>

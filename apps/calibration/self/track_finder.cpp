@@ -15,9 +15,9 @@ using features::AffinePlace;
 using features::AffineTemplate;
 
 constexpr int kPyramidLevels = 4;
-constexpr double kReturn_px = 0.5;  // A match followed back ends this near to where it began.
+constexpr double kReturn_px = 0.5;  // Largest distance of a match tracked back from its start.
 constexpr double kPatchSigma_px = 4.0;
-constexpr AffineGate kGate{.reach_px = 2.0, .correlation = 0.9};  // From where the coarse steps led.
+constexpr AffineGate kGate{.reach_px = 2.0, .correlation = 0.9};  // From the result of the coarse steps.
 const cv::Size kCoarsePatch(15, 15);
 const cv::TermCriteria kCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 20, 0.03);
 
@@ -35,7 +35,7 @@ struct Corner {
   int y = 0;
 };
 
-/// Local maxima of the smaller eigenvalue (Shi and Tomasi, CVPR 1994) above a part of the strongest, by strength.
+/// Local maxima of the smaller eigenvalue (Shi and Tomasi, CVPR 1994) above a fraction of the strongest, by strength.
 std::vector<Corner> local_maxima(const cv::Mat& image, const cv::Mat& allowed) {
   constexpr double kPartOfStrong = 0.004;
   cv::Mat strength;

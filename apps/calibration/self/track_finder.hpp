@@ -1,4 +1,4 @@
-// Follows points through a window of frames and from left to right, in images warped alike.
+// Tracks points through a window of frames and from left to right, in warped images.
 #pragma once
 
 #include <optional>
@@ -13,7 +13,7 @@
 
 namespace kinetrace::self_calibration {
 
-/// Where left-right matches are looked for in warped images.
+/// Search range of left-right matches in warped images.
 struct StereoSearch {
   double least_disparity_px = 0.0;
   double most_disparity_px = 0.0;
@@ -26,13 +26,13 @@ class TrackFinder {
 
   /// The next frame of the window.
   void add(const StereoFrame& frame, std::size_t place);
-  /// The window so far, without points seen in one frame only; starts a new one.
+  /// The window so far, without points seen in one frame only; starts a new window.
   [[nodiscard]] TrackWindow take();
 
  private:
   struct Point {
     std::size_t track = 0;
-    features::AffineTemplate patch;  ///< Of the left image it was found in.
+    features::AffineTemplate patch;  ///< Of its first left image.
     features::AffinePlace left;      ///< In warped images, like all below.
     Eigen::Vector2d flow_px = Eigen::Vector2d::Zero();
     std::optional<features::AffinePlace> right;

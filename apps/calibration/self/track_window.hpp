@@ -1,4 +1,4 @@
-// What a stretch of consecutive frames shows of the same points, in raw pixels.
+// Tracks through a stretch of consecutive frames, in raw pixels.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 namespace kinetrace::self_calibration {
 
-/// Raw pairs by their place in a recording. A frame lives until the next call.
+/// Raw pairs by their index in a recording. A frame is valid until the next call.
 struct FrameSource {
   std::size_t frames = 0;
   std::function<Result<StereoFrame>(std::size_t place)> read;
@@ -25,7 +25,7 @@ struct Observation {
   Eigen::Vector2d raw_px = Eigen::Vector2d::Zero();
 };
 
-/// One point; ordered by frame, left before right. Its first observation is a left one with a right one beside it.
+/// One point; ordered by frame, left before right. Its first observation is a left one with a right one.
 struct Track {
   std::vector<Observation> observations;
 };

@@ -18,7 +18,7 @@ Eigen::Vector2d pixel_in(const RigModel& rig, std::size_t view, const Eigen::Vec
   return pixel;
 }
 
-/// Derivative of the relative depth of what lies there by the rig's parameters.
+/// Derivative of a point's relative depth by the rig's parameters.
 RigRow depth_derivative(const RigModel& rig, const Eigen::Vector3d& p_left) {
   constexpr double kStep = 1e-6;
   const Eigen::Vector2d left_px = pixel_in(rig, 0, p_left);

@@ -19,7 +19,7 @@ Status verdict(const Findings& findings) {
   constexpr double kMinTravel_px = 4.0;
   constexpr double kMinParallax_px = 4.0;
   constexpr std::size_t kMinWindows = 3;
-  constexpr std::size_t kMinPoints = 100;  // A window.
+  constexpr std::size_t kMinPoints = 100;  // Per window.
   constexpr double kMaxPlaneShare = 0.95;
   constexpr double kMinUsed = 0.3;
   constexpr double kWorstFit_px = 0.5;

@@ -11,10 +11,10 @@ namespace {
 
 constexpr int kPatchMargin_px = 10;
 
-/// Rotation from the left camera into the common orientation: x along the baseline, z as near as may be to where both
-/// cameras look.
+/// Rotation from the left camera into the common orientation: x along the baseline, z as near as possible to both
+/// optical axes.
 Eigen::Matrix3d common_orientation(const Se3& T_right_left) {
-  // Where the right camera's centre lies for the left one.
+  // The right camera's centre in the left camera's frame.
   const Eigen::Vector3d x = -(T_right_left.rotation.transpose() * T_right_left.translation).normalized();
   const Eigen::Vector3d look = Eigen::Vector3d::UnitZ() + T_right_left.rotation.transpose().col(2);
   Eigen::Matrix3d rows;
@@ -67,7 +67,7 @@ void ViewWarp::choose_canvas() {
 
 void ViewWarp::fill_tables(int view) {
   const auto v = static_cast<std::size_t>(view);
-  // Beyond what the lens shows, the polynomial may bend rays back into the image.
+  // Beyond the lens's field of view, the polynomial may bend rays back into the image.
   double farthest2 = 0.0;
   for (const Eigen::Vector2d& pixel : border_of(rig_.size)) {
     farthest2 = std::max(farthest2, unproject(rig_.lens[v], rig_.size, pixel).squaredNorm());

@@ -1,4 +1,4 @@
-// Raw images as an assumed rig would rectify them, so that matches lie near rows and patches look alike.
+// Raw images rectified by an assumed rig, so that matches lie near rows and patches look alike.
 #pragma once
 
 #include <array>
@@ -11,13 +11,13 @@
 
 namespace kinetrace::self_calibration {
 
-/// A smooth map of both views. What is measured in warped images is carried back exactly, so an assumed rig that is
-/// wrong makes matching harder, not biased. Canvases hold what the raw images show, up to one and a half times as wide.
+/// A smooth map of both views. Measurements in warped images are mapped back exactly, so errors of the assumed rig make
+/// matching harder but cause no bias. Canvases hold the raw images' content, up to one and a half times as wide.
 class ViewWarp {
  public:
   explicit ViewWarp(const RigModel& rig);
 
-  /// Eight bits, nothing outside the raw image: the border's pixels go on.
+  /// Eight bits; outside the raw image, its border's pixels are repeated.
   [[nodiscard]] cv::Mat warped(int view, GrayView raw) const;
   [[nodiscard]] Eigen::Vector2d to_raw(int view, const Eigen::Vector2d& warped_px) const;
   [[nodiscard]] Eigen::Vector2d to_warped(int view, const Eigen::Vector2d& raw_px) const;
@@ -29,7 +29,7 @@ class ViewWarp {
   void fill_tables(int view);
 
   RigModel rig_;
-  std::array<Eigen::Matrix3d, 2> R_common_view_;  ///< From each camera into the orientation both get.
+  std::array<Eigen::Matrix3d, 2> R_common_view_;  ///< From each camera into the common orientation.
   double focal_px_ = 0.0;
   Eigen::Vector2d centre_px_ = Eigen::Vector2d::Zero();
   cv::Size canvas_;

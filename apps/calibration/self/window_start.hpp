@@ -1,4 +1,4 @@
-// Where a window's bundle adjustment starts: points from stereo, poses from points.
+// Initial values of a window's bundle adjustment: points from stereo, poses from points.
 #pragma once
 
 #include <optional>

@@ -15,7 +15,7 @@ constexpr std::size_t kMaxPoints = 500;
 constexpr std::size_t kMinPoints = 8;
 constexpr double kKeyframeDistance_depths = 0.05;
 constexpr double kKeyframeTurn_rad = 0.0873;
-// Where next to nothing is seen, a step is as the run had it, give or take this much.
+// In frames with very few points, a step is the run's, with this uncertainty.
 constexpr double kStepRotation_rad = 0.02;
 constexpr double kStepPosition_m = 0.3;
 
@@ -71,7 +71,7 @@ class PathObserver {
     path_.step_information[row] += pose_information(geometry_, shared_m, sigma_px_);
   }
 
-  /// Of the steps up to this row, which come in order.
+  /// Sum of the steps' variances up to this row; rows come in ascending order.
   double variance_m2(std::size_t row) {
     for (; rows_summed_ <= row; ++rows_summed_) {
       variance_m2_ += path_.step_information[rows_summed_].inverse().diagonal().tail<3>().sum();

@@ -1,4 +1,4 @@
-// What closing loops needs of the camera's path: keyframes with their points, and how firm each step is.
+// Input of loop closure from the camera's path: keyframes with their points, and the information of each step.
 #pragma once
 
 #include <cstddef>
@@ -11,11 +11,11 @@
 
 namespace kinetrace::batch {
 
-/// A frame that shows another part of the surroundings than the keyframe before it.
+/// A frame that shows a different part of the surroundings than the keyframe before it.
 struct Keyframe {
   std::size_t row = 0;                 ///< Of Run::camera.
   double depth_m = 0.0;                ///< Median of its points.
-  double travelled_m = 0.0;            ///< Length of the path up to here.
+  double travelled_m = 0.0;            ///< Length of the path so far.
   double variance_m2 = 0.0;            ///< Sum of the variances of its steps' positions.
   std::vector<SeenPoint> points = {};  ///< With a right match.
 };

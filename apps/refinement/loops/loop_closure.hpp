@@ -1,4 +1,4 @@
-// Places that the camera saw twice.
+// Search for places that the camera saw twice.
 #pragma once
 
 #include <functional>
@@ -9,8 +9,8 @@
 
 namespace kinetrace::batch {
 
-/// The loops of a path. Pictures are only read where poses say that a place may have been seen twice. `progress` gets
-/// the part that is done. Errors: those of reading pictures.
+/// The loops of a path. Pictures are read only where the poses allow the same place. `progress` gets the fraction done.
+/// Errors: those of reading pictures.
 [[nodiscard]] Result<std::vector<Loop>> find_loops(const recording::Run& run, std::span<const Se3> T_world_cam,
                                                    std::span<const Keyframe> keyframes, const PairReader& read,
                                                    const AdjustmentOptions& options,

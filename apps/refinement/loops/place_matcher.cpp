@@ -19,20 +19,20 @@ constexpr std::size_t kMaxCandidates = 2;
 constexpr int kThumbnailWidth_px = 32;
 constexpr int kMaxCorners = 3000;
 constexpr int kFastThreshold = 7;
-// A match is to be clearly better than the next one (Lowe 2004).
+// A match must be clearly better than the second best (Lowe 2004).
 constexpr float kRatio = 0.8F;
-// A pose from three matches finds a further wrong one within 4 px with a probability of 10^-4: of 500, never nine.
+// A wrong match fits a pose from three others within 4 px with a probability of 10^-4: of 500, never nine.
 constexpr float kSampleLimit_px = 4.0F;
 constexpr int kMinSampled = 12;
 constexpr std::size_t kMinAligned = 30;
 constexpr int kPatch_px = 15;
 constexpr int kPyramidLevels = 2;
 constexpr float kMaxRowDifference_px = 1.0F;
-// The same surfaces, seen from nearly the same place: alignment is as good as tracking, or it is another place.
+// The same surfaces from nearly the same place: alignment must be as accurate as tracking, or it is another place.
 constexpr double kMaxSigma_px = 0.5;
 constexpr double kInlier_sigmas = 3.0;
-// Places that look alike (windows of a house) lie further apart than the path can have drifted. Short ways are known to
-// this part of the depth in any case.
+// Repetitive structures (windows of a house) are further apart than the path can have drifted. Tolerance in addition to
+// the drift, as a fraction of the depth.
 constexpr double kTolerance_depths = 0.05;
 
 cv::Mat copy_of(const GrayView& image) {
@@ -52,12 +52,12 @@ cv::Mat thumbnail_of(const cv::Mat& image) {
   return small / std::max(cv::norm(small), 1e-3);
 }
 
-/// Of corners at these places, with the index of each in `class_id`; those too near the border are left out.
+/// Descriptors of the given corners, with the index of each in `class_id`; those too near the border are left out.
 cv::Mat describe(const cv::Mat& image, std::vector<cv::KeyPoint>& corners) {
   constexpr float kOrbPatch_px = 31.0F;
   for (cv::KeyPoint& corner : corners) {
     corner.size = kOrbPatch_px;
-    corner.angle = 0.0F;  // The camera looks the same way again.
+    corner.angle = 0.0F;  // The camera has nearly the same orientation at both times.
     corner.octave = 0;
   }
   cv::Mat descriptors;
@@ -82,7 +82,7 @@ bool is_inside(const cv::Point2f& px, const cv::Mat& image) {
          px.y <= static_cast<float>(image.rows - 1);
 }
 
-/// Patches of one picture found in another one near where they are expected.
+/// Tracks patches of one picture to another, starting from their expected positions.
 std::vector<bool> align(const cv::Mat& from, const cv::Mat& to, const std::vector<cv::Point2f>& at,
                         std::vector<cv::Point2f>& found) {
   std::vector<std::uint8_t> status;

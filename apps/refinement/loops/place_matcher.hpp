@@ -1,4 +1,4 @@
-// Whether two keyframes show the same place, and how the camera stood in one relative to the other.
+// Whether two keyframes show the same place, and the relative pose between them.
 #pragma once
 
 #include <map>
@@ -14,19 +14,19 @@
 
 namespace kinetrace::batch {
 
-/// Appearance proposes: the earlier keyframes whose small pictures are most alike (Milford & Wyeth 2012), then binary
+/// Appearance proposes: the earlier keyframes with the most similar thumbnails (Milford & Wyeth 2012), then binary
 /// descriptors of the run's own points (ORB; Rublee et al. 2011). Stereo geometry decides: a pose from three points by
 /// random samples, then patches of the earlier left picture aligned in both later ones and adjusted over the two
-/// frames. Memory: 20 KiB a keyframe that was looked at. Deterministic.
+/// frames. Memory: 20 KiB per keyframe examined. Deterministic.
 class PlaceMatcher {
  public:
-  /// `T_world_cam`: the path so far, which must not contradict what is found.
+  /// `T_world_cam`: the path so far; loops must be consistent with it.
   PlaceMatcher(const recording::Run& run, std::span<const Se3> T_world_cam, PairReader read,
                const AdjustmentOptions& options)
       : run_(run), T_world_cam_(T_world_cam), read_(std::move(read)), options_(options) {}
 
-  /// The first of the candidates, by how alike their thumbnails are, that is the same place. Errors: those of reading a
-  /// pair.
+  /// The first of the candidates, ordered by similarity of their thumbnails, that shows the same place. Errors: those
+  /// of reading a pair.
   Result<std::optional<Loop>> match(std::span<const Keyframe> keyframes, std::size_t now,
                                     std::span<const std::size_t> candidates);
 
@@ -36,7 +36,7 @@ class PlaceMatcher {
   };
   struct Place {
     cv::Mat thumbnail;                   ///< Zero mean, unit norm.
-    std::vector<std::size_t> described;  ///< Of the keyframe's points.
+    std::vector<std::size_t> described;  ///< Indices of the keyframe's points.
     cv::Mat descriptors;                 ///< One a row.
   };
 

@@ -1,4 +1,4 @@
-// How surely points that two frames have in common tell the one's pose from the other.
+// Information of common points about the relative pose of two frames.
 #pragma once
 
 #include <span>

@@ -6,13 +6,13 @@
 namespace kinetrace::batch {
 namespace {
 
-// Two views have nothing in common once they are this far apart in terms of depth, or turned by 45 degrees.
+// Two views share nothing at a distance of this many depths, or with 45 degrees between them.
 constexpr double kApart_depths = 1.0;
 constexpr double kApart_rad = 0.785;
-// Of both together: patches of one view are found in the other.
+// Limit for the sum of both: patches of one view are still found in the other.
 constexpr double kAlike = 0.3;
 
-/// 0: the same view; from 1 on: another one.
+/// 0: the same view; from 1 on: no overlap.
 double separation(double distance_m, double turn_rad, double depth_m) {
   return distance_m / (kApart_depths * depth_m) + turn_rad / kApart_rad;
 }

@@ -20,17 +20,17 @@ using features::AffinePlace;
 using features::AffineTemplate;
 using recording::Observation;
 
-/// The run has found each point to a fraction of a pixel; farther off is something else.
+/// The run has located each point to a fraction of a pixel; matches farther off are wrong.
 constexpr AffineGate kGate{.reach_px = 1.0, .correlation = 0.9};
 constexpr double kMaxRowDifference_px = 1.0;
 constexpr double kPatchSigma_px = 3.0;
 
 struct Point {
   std::uint32_t id = 0;
-  AffineTemplate patch;  ///< Of the left image that saw it first.
+  AffineTemplate patch;  ///< From its first left image.
   AffinePlace left;
   std::optional<AffinePlace> right;
-  Eigen::Vector2d off_px = Eigen::Vector2d::Zero();  ///< Of the left one from where the run has it.
+  Eigen::Vector2d off_px = Eigen::Vector2d::Zero();  ///< Of the left observation, relative to the run's.
 };
 
 class Measurement {
@@ -41,7 +41,7 @@ class Measurement {
         corrected_(run.rectified, RigCorrection{}, run.applied),
         next_id_(next_id) {}
 
-  /// `background`: of the frame, as the run has it. The result has the same order.
+  /// `background`: the run's observations in the frame. The result has the same order.
   std::vector<Observation> measure(const RectifiedPair& pair, std::span<const Observation> background) {
     std::unordered_map<std::uint32_t, Point> points;
     std::vector<Observation> measured;
@@ -57,13 +57,13 @@ class Measurement {
     return measured;
   }
 
-  /// What is seen next is not the frame after the one before.
+  /// The next frame does not follow the previous one.
   void interrupt() { points_.clear(); }
   [[nodiscard]] std::map<std::uint32_t, std::uint32_t> take_parts() { return std::move(part_of_); }
 
  private:
-  /// Where the left image shows the point; one that does not look like before begins anew. Empty where there is nothing
-  /// to align.
+  /// The point in the left image; after a change of appearance it starts with a new template. Empty where there is no
+  /// texture to align.
   std::optional<Point> find(const RectifiedPair& pair, const Observation& seen) {
     const Eigen::Vector2d seen_px(seen.u_left_px, seen.v_px);
     const auto known = points_.find(seen.point_id);
@@ -83,7 +83,7 @@ class Measurement {
     return Point{name(seen.point_id), *patch, {seen_px}, std::nullopt};
   }
 
-  /// Its own the first time, a new one afterwards, as long as there are any.
+  /// The run's id the first time, a new one afterwards, while any are left.
   std::uint32_t name(std::uint32_t point_id) {
     if (named_.insert(point_id).second || next_id_ == 0) {
       return point_id;
@@ -131,7 +131,7 @@ class Measurement {
   std::uint32_t next_id_;
   std::unordered_set<std::uint32_t> named_;
   std::map<std::uint32_t, std::uint32_t> part_of_;
-  std::unordered_map<std::uint32_t, Point> points_;  ///< In sight, by the run's names.
+  std::unordered_map<std::uint32_t, Point> points_;  ///< Visible points, by the run's ids.
 };
 
 std::vector<Observation> background_of(std::span<const Observation> seen) {
@@ -141,7 +141,7 @@ std::vector<Observation> background_of(std::span<const Observation> seen) {
   return background;
 }
 
-/// Above those of all points of the background; 0 where none is left. Reads all observations.
+/// The first id above all of the background's points; 0 if none is left. Reads all observations.
 Result<std::uint32_t> first_free_id(const recording::Run& run) {
   Result<recording::ObservationReader> reader = recording::ObservationReader::open(run);
   if (!reader) {

@@ -1,4 +1,4 @@
-// The background's points, measured again in the recording's pictures.
+// Background points, measured again in the recording's pictures.
 #pragma once
 
 #include <cstdint>
@@ -14,15 +14,14 @@
 namespace kinetrace::batch {
 
 struct MeasuredBackground {
-  /// By frame, in place of those of the run. Frames that are not in here are as the run has them.
+  /// By frame, instead of the run's observations. Frames that are not in here keep the run's.
   std::unordered_map<std::int64_t, std::vector<recording::Observation>> frames;
-  /// By frame, of those frames: what the right camera as it stands at the end changes for everything else that was
-  /// seen.
+  /// By frame, of those frames: the change of all other disparities by the right camera's final pose.
   std::unordered_map<std::int64_t, DisparityChange> changes;
-  /// A point that looked too different to be the same goes on as a new one: of which it was a part.
+  /// A point whose appearance changed too much was split: the original id of each new point.
   std::map<std::uint32_t, std::uint32_t> part_of;
 
-  /// Zero for frames that are as the run has them.
+  /// Zero for frames that keep the run's observations.
   [[nodiscard]] DisparityChange change_in(std::int64_t frame) const {
     const auto found = changes.find(frame);
     return found == changes.end() ? DisparityChange() : found->second;
@@ -34,10 +33,10 @@ struct MeasurementOptions {
   std::function<void(std::size_t rows)> progress = {};
 };
 
-/// Aligns all observations of a point, left and right, with one template, that of the frame which saw it first; from
-/// frame to frame, errors stay with a point for some frames and do not average out. The right camera stands as
-/// `run.applied` says at the end of the run. Pictures that cannot be read leave their frame as it is. Memory: 24 bytes
-/// an observation, 10 KiB for each point in sight. Errors: those of ObservationReader.
+/// Aligns all observations of a point, left and right, with one template from its first frame; errors of frame-to-frame
+/// tracking persist with a point for some frames and do not average out. The right camera has its pose at the end of
+/// the run, `run.applied`. Frames whose pictures cannot be read are not changed. Memory: 24 bytes an observation, 10
+/// KiB for each visible point. Errors: those of ObservationReader.
 [[nodiscard]] Result<MeasuredBackground> measure_background(const recording::Run& run, const PairReader& read,
                                                             const MeasurementOptions& options);
 

@@ -14,8 +14,8 @@ using recording::Observation;
 constexpr std::size_t kMinPoints = 30;
 constexpr int kRounds = 8;
 constexpr double kHuber_px = 0.1;
-// Means over a frame by the run's matching and by one template a point differ by less than this where the calibration
-// is true (rendered street and drone, KITTI raw 0039).
+// With a true calibration, mean disparities of a frame by the run's matching and by one template a point differ by less
+// than this (rendered street and drone, KITTI raw 0039).
 constexpr double kMatching_px = 0.03;
 constexpr double kSure_sigmas = 3.0;
 
@@ -44,7 +44,7 @@ std::vector<Sample> samples_of(const StereoGeometry& geometry, std::span<const O
 
 struct Plane {
   Eigen::Vector3d change_px = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< Of unit weights.
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< With unit weights.
 };
 
 // Least squares with Huber's weights (1964).
@@ -65,7 +65,7 @@ Plane fit(const std::vector<Sample>& samples) {
   return plane;
 }
 
-// Where the image has points: the mean square of their changes, against its uncertainty.
+// Significance at the points' positions: the mean square change against its uncertainty.
 bool is_sure(const Plane& plane, const std::vector<Sample>& samples) {
   const Eigen::Matrix3d covariance = kHuber_px * kHuber_px * plane.information.inverse();
   double mean_square = 0.0;

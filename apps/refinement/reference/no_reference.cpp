@@ -1,4 +1,4 @@
-// Of a program that has been built without maps.
+// Replacement in a program built without maps.
 #include "reference_factors.hpp"
 
 namespace kinetrace::batch {

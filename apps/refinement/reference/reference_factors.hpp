@@ -1,4 +1,4 @@
-// What `--reference` asks of a refinement.
+// Option `--reference` of a refinement.
 #pragma once
 
 #include <functional>
@@ -11,15 +11,15 @@
 namespace kinetrace::batch {
 
 struct HeldPath {
-  double scale = 1.0;  ///< By which everything is larger than the run's stereo baseline says.
-  std::string result;  ///< What the user should know of it, one line.
+  double scale = 1.0;  ///< Scale of the world relative to the run's stereo baseline.
+  std::string result;  ///< For the user, one line.
 };
 
-/// Bends the camera's path onto the reference. Errors: kBadData where it does not determine where the path lies.
+/// Bends the camera's path onto the reference. Errors: kBadData if it does not determine the path's place.
 using HoldPath = std::function<app::Outcome<HeldPath>(const PathGraph& graph, RefinedCamera& camera)>;
 
-/// Reads the reference, before the work begins; none where none was asked for. `run` and `adjustment` are to outlive
-/// what it returns. Errors: kUsage, those of reading it.
+/// Reads the reference, before the work begins; none without a reference option. `run` and `adjustment` must outlive
+/// the result. Errors: kUsage, those of reading it.
 [[nodiscard]] app::Outcome<HoldPath> read_reference(const recording::Run& run, const app::ReferenceOptions& options,
                                                     const AdjustmentOptions& adjustment);
 

@@ -7,10 +7,10 @@ namespace kinetrace::batch {
 namespace {
 
 constexpr int kMaxRounds = 8;
-// Less is no matter on any map.
+// Negligible on any map.
 constexpr double kConverged_m = 0.005;
 
-/// `T_level_world`: to a world that is as level as the first alignment took it to be.
+/// `T_level_world`: to a world levelled as in the first alignment.
 Result<geo::Alignment> align(const recording::Run& run, const std::vector<Se3>& T_world_cam, const Se3& T_level_world,
                              std::span<const geo::Fix> fixes, const geo::AlignmentConfig& config) {
   std::vector<geo::PathPose> path;
@@ -60,7 +60,7 @@ Result<ReferenceFit> fit_to_reference(const recording::Run& run, std::span<const
                                       const geo::AlignmentConfig& asked, const PathGraph& graph,
                                       const AdjustmentOptions& options, RefinedCamera& camera) {
   geo::AlignmentConfig config = asked;
-  // How the map lies about a straight path bends nothing.
+  // The rotation of the map about a straight path does not matter for bending.
   config.max_rotation_sigma_rad = 2.0 * M_PI;
   BentPath path{camera.T_world_cam, {}};
   Result<geo::Alignment> alignment = align(run, path.T_world_cam, {}, fixes, config);

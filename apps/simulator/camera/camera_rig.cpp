@@ -46,7 +46,7 @@ RawCamera barrel(const StereoGeometry& g, const Eigen::Vector2d& off_centre_px, 
   RawCamera camera;
   camera.width_px = static_cast<int>(std::lround(g.width_px * 1392.0 / 1242.0));
   camera.height_px = static_cast<int>(std::lround(g.height_px * 512.0 / 375.0));
-  // The longer the side in view, the stronger the lens bends it in: keep its corners in the picture.
+  // Distortion moves the corners of the longer side furthest inwards: the focal length keeps them in the picture.
   const double f = 1.12 * g.fx_px;
   camera.K << f, 0, 0.5 * (camera.width_px - 1) + off_centre_px.x(), 0, 0.997 * f,
       0.5 * (camera.height_px - 1) + off_centre_px.y(), 0, 0, 1;
@@ -55,7 +55,7 @@ RawCamera barrel(const StereoGeometry& g, const Eigen::Vector2d& off_centre_px, 
   return camera;
 }
 
-// From a pixel to its samples, and to its centre.
+// Offsets from a pixel's centre to its samples, then zero for the centre itself.
 std::vector<Eigen::Vector2d> sample_offsets(int samples_per_side) {
   const double n = samples_per_side;
   std::vector<Eigen::Vector2d> offsets;

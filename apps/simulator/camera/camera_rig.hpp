@@ -24,7 +24,7 @@ struct RawCamera {
   std::array<double, 5> distortion{};
   Eigen::Matrix3d R_rect = Eigen::Matrix3d::Identity();
 
-  /// Whether it bends nothing and looks where the rectified camera looks.
+  /// Whether it has no distortion and the orientation of the rectified camera.
   [[nodiscard]] bool is_pinhole() const;
   /// Normalised image coordinates in the rectified camera of a raw pixel.
   [[nodiscard]] Eigen::Vector2d rectified_ray(const Eigen::Vector2d& pixel) const;
@@ -39,26 +39,25 @@ struct CameraRig {
   bool distorted = false;
 };
 
-/// The same rig with another picture size: the same lens before a finer or coarser sensor, with rows cut or added at
-/// the upper and the lower edge. Without a height, the shape of the picture stays.
+/// The same rig with another picture size: the same lens on a finer or coarser sensor, with rows cut or added at the
+/// upper and the lower edge. Without a height, the aspect ratio stays.
 [[nodiscard]] StereoGeometry resized(const StereoGeometry& rig, std::optional<int> width_px,
                                      std::optional<int> height_px);
 
 /// Cameras that deliver rectified pictures.
 [[nodiscard]] CameraRig ideal_rig(const StereoGeometry& rectified);
-/// Cameras as they come from a workshop: barrel distortion, cameras a degree askew, principal points off centre. Their
-/// pictures cover the whole rectified image.
+/// Realistic raw cameras: barrel distortion, axes a degree askew, principal points off centre. Their pictures cover the
+/// whole rectified image.
 [[nodiscard]] CameraRig distorted_rig(const StereoGeometry& rectified);
 
-/// Where a camera really is and looks: rays (x, y, 1) of the calibrated camera leave along (x + shift.x, y + shift.y,
-/// 1).
+/// True pose of a camera: rays (x, y, 1) of the calibrated camera leave along (x + shift.x, y + shift.y, 1).
 struct ViewPose {
   Se3 T_scene_view;
   Eigen::Vector2f principal_shift = Eigen::Vector2f::Zero();  ///< In normalised image coordinates.
 };
 
-/// Which way each sample of each pixel looks: normalised image coordinates in the rectified frame of the camera.
-/// Samples of a pixel lie on a turned grid, so that no two share a row or a column.
+/// Direction of each sample of each pixel: normalised image coordinates in the rectified frame of the camera. Samples
+/// of a pixel lie on a rotated grid, so that no two share a row or a column.
 class SampleRays {
  public:
   SampleRays(const RawCamera& camera, int samples_per_side);
@@ -78,7 +77,7 @@ class SampleRays {
   [[nodiscard]] float pixel_rad() const noexcept { return pixel_rad_; }
 
  private:
-  // How far it is in a table from a pixel to the next one.
+  // Distance in a table from a pixel to its neighbour.
   struct Steps {
     std::size_t column = 0;
     std::size_t row = 0;
@@ -92,8 +91,8 @@ class SampleRays {
   int height_;
   int samples_;
   float pixel_rad_;
-  // Of each pixel the samples, then the centre. A pinhole has the same x in all rows and the same y in all columns: its
-  // tables fit the cache.
+  // For each pixel its samples, then the centre. A pinhole has the same x in all rows and the same y in all columns:
+  // its tables fit the cache.
   Steps x_steps_;
   Steps y_steps_;
   std::vector<float> xs_;

@@ -9,7 +9,7 @@
 namespace kinetrace::simulator {
 namespace {
 
-// Direction and principal point, one oscillation for each.
+// Direction and principal point, each with its own oscillation.
 Eigen::Matrix<double, 5, 1> drifted(double amplitude_rad, double time_s, std::uint32_t seed) {
   constexpr double kPeriod_s = 9.0;
   Random random(seed, 31);

@@ -23,8 +23,8 @@ IntVector exposed(Floats radiance, int x, const RowExposure& row) noexcept {
   const Floats dx = to_floats(columns) - row.centre_x_px;
   const Floats lens = 1.F - row.shading * (dx * dx + row.from_centre_y_px * row.from_centre_y_px);
   const Floats light = max(radiance * lens * row.exposure, 0.F);
-  // The response is a square root, under which shot noise is the same at every level; read noise grows as the slope of
-  // the response, towards the dark.
+  // The response is a square root, which makes shot noise equal at all levels; read noise grows with the slope of the
+  // response, towards the dark.
   const Floats level = 255.F * sqrt(light);
   const Floats read = 128.F / max(level, 24.F);
   const Floats deviation = row.noise_levels * sqrt(0.5F + 0.5F * min(read * read, 2.F));

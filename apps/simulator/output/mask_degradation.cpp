@@ -33,7 +33,7 @@ std::map<std::uint16_t, int> areas(const Image<std::uint16_t>& labels) {
   return result;
 }
 
-// New ids 1, 2, ... in random order; labels that are not in `kept` vanish.
+// New ids 1, 2, ... in random order; labels not in `kept` become 0.
 std::map<std::uint16_t, std::uint16_t> new_ids(const std::vector<std::uint16_t>& kept, Random& random) {
   std::vector<std::uint16_t> order(kept.size());
   for (std::size_t i = 0; i < order.size(); ++i) {
@@ -56,7 +56,7 @@ void relabel(Image<std::uint16_t>& labels, const std::map<std::uint16_t, std::ui
 
 constexpr int kBorderReach_px = 4;
 
-// Of a picture's row, the columns from the first to after the last that can be near a label.
+// In a row of the picture, the columns [begin, end) that can be near a label.
 struct Columns {
   int begin = 0;
   int end = 0;
@@ -87,8 +87,8 @@ std::vector<Columns> columns_near_labels(const Image<std::uint16_t>& labels) {
   return near;
 }
 
-// Of a row's pixels between `columns`, whether any of some around them has another label: then it is not zero. Step by
-// step over the whole row, so that the compiler takes several pixels at once.
+// Sets `differences` of a row's pixels between `columns` to non-zero where a nearby pixel has another label. Loops over
+// the whole row, so that the compiler can vectorise them.
 void find_borders(const Image<std::uint16_t>& labels, int y, const Columns& columns,
                   std::vector<std::uint16_t>& differences) {
   constexpr int kReach = kBorderReach_px;
@@ -119,7 +119,8 @@ void find_borders(const Image<std::uint16_t>& labels, int y, const Columns& colu
   }
 }
 
-// Smooth bumps of some ten pixels with smaller ones on them, at eight columns of a row; each `field` has its own.
+// Smooth noise with a scale of some ten pixels and finer octaves, at eight columns of a row; independent for each
+// `field`.
 Lanes bumps_at(const Octaves& bumps, const std::array<int, kLanes>& columns, int y, float field) {
   Lanes3 points;
   for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -128,7 +129,7 @@ Lanes bumps_at(const Octaves& bumps, const std::array<int, kLanes>& columns, int
   return fractal_noise(bumps, points, Lanes{});
 }
 
-// Looks up each pixel a little beside itself; how far changes smoothly over the picture.
+// Looks up each pixel at a small offset that varies smoothly over the picture.
 Image<std::uint16_t> noisy_borders(const Image<std::uint16_t>& labels, double border_px, std::uint32_t stream) {
   // In units of pixels.
   const Octaves bumps(12.F, 0.6F, 3, stream);
@@ -199,7 +200,7 @@ Image<std::uint16_t> degraded_masks(const Image<std::uint16_t>& labels, const De
   Image<std::uint16_t> result = noisy_borders(labels, settings.border_px, hash_of(stream, 1));
   std::vector<std::uint16_t> found;
   for (const auto& [label, area] : areas(result)) {
-    // Keyed by the object, so that adding one to a scene leaves the others' misses as they were.
+    // Keyed by the object, so that an object added to a scene does not change the misses of the others.
     if (area >= settings.smallest_px && !Random(stream, label, 2).chance(settings.miss_probability)) {
       found.push_back(label);
     }

@@ -33,7 +33,7 @@ Image<std::uint16_t> depth_levels(const Image<float>& depth_m) {
   Image<std::uint16_t> levels(depth_m.width(), depth_m.height());
   for (std::size_t i = 0; i < levels.pixels().size(); ++i) {
     const float level = depth_m.pixels()[i] * 256.F;
-    // Rounded without a call, so that the compiler takes several pixels at once.
+    // Rounded without a function call, so that the compiler can vectorise the loop.
     const auto whole = static_cast<int>(std::min(level, 65536.F));
     const int rounded = whole + (level - static_cast<float>(whole) >= 0.5F ? 1 : 0);
     levels.pixels()[i] = static_cast<std::uint16_t>(rounded > 65535 ? 0 : rounded);
@@ -41,7 +41,7 @@ Image<std::uint16_t> depth_levels(const Image<float>& depth_m) {
   return levels;
 }
 
-// Only what an earlier simulation left may be replaced.
+// Replaces only folders of an earlier simulation.
 Status clear_folder(const fs::path& folder) {
   std::error_code error;
   const bool empty = !fs::exists(folder, error) || fs::is_empty(folder, error);

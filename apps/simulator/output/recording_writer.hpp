@@ -13,7 +13,7 @@ namespace kinetrace::simulator {
 
 struct RecordingSettings {
   std::filesystem::path folder;
-  bool degrade = true;  ///< Detections as a network would give them; else exact but for their ids.
+  bool degrade = true;  ///< Detections degraded as from a network; otherwise exact with shuffled ids.
   DegradationSettings degradation;
 };
 
@@ -40,7 +40,7 @@ class RecordingWriter {
   std::filesystem::path truth_;
   std::array<std::ofstream, 2> timestamps_;
   std::ofstream camera_poses_;
-  std::ofstream right_camera_;  ///< Open where it does not stand as calibrated.
+  std::ofstream right_camera_;  ///< Open only if the right camera's pose differs from its calibration.
   std::ofstream objects_;
   std::ofstream labels_;
 };

@@ -37,7 +37,7 @@ std::vector<double> row_major(const Matrix& matrix) {
   return values;
 }
 
-// KITTI's levels: 0 all there, 1 partly, 2 largely missing.
+// KITTI's levels: 0 complete, 1 partly, 2 largely missing.
 int level(double part, double partly, double largely) {
   return part < partly ? 0 : part < largely ? 1 : 2;
 }

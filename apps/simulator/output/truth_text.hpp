@@ -17,7 +17,7 @@ namespace kinetrace::simulator {
 /// KITTI odometry's poses: the upper three rows of T_world_cam.
 void write_pose(const Se3& pose, std::ostream& out);
 
-/// Where the right camera really stands, see RigErrors::RightCamera.
+/// True pose error of the right camera, see RigErrors::RightCamera.
 extern const char* const kRightCameraHeader;
 void write_right_camera_row(const SimulatedFrame& frame, std::ostream& out);
 

@@ -1,4 +1,4 @@
-// What rays ask of Embree, in the words of its versions 3 and 4; the only place that knows the difference.
+// Ray queries for Embree versions 3 and 4; only this file depends on the version.
 #pragma once
 
 #include <array>
@@ -9,12 +9,12 @@
 
 namespace kinetrace::simulator {
 
-/// Packets as wide as an AVX2 register, which Embree takes as they are; wider ones it would copy.
+/// Packets as wide as an AVX2 register, which Embree traces in place; wider ones it would copy.
 inline constexpr std::size_t kGroupWidth = 8;
 
 #if RTC_VERSION_MAJOR >= 4
 
-/// A ray whose far end lies before its origin asks nothing: it is beyond the packet's end, or has met something.
+/// A ray whose far end lies before its origin is inactive: it lies beyond the packet's end, or was blocked already.
 struct ActiveRays {
   alignas(32) std::array<int, kGroupWidth> valid;
 
@@ -25,7 +25,7 @@ struct ActiveRays {
   }
 };
 
-/// What the rays, which point about the same way, meet first.
+/// Nearest hits of nearly parallel rays.
 inline void intersect(RTCScene scene, std::span<RTCRayHit8> groups) {
   RTCIntersectArguments arguments;
   rtcInitIntersectArguments(&arguments);
@@ -35,7 +35,7 @@ inline void intersect(RTCScene scene, std::span<RTCRayHit8> groups) {
   }
 }
 
-/// Rays that meet anything get a far end of minus infinity.
+/// Blocked rays get a far end of minus infinity.
 inline void occlude(RTCScene scene, std::span<RTCRay8> groups) {
   RTCOccludedArguments arguments;
   rtcInitOccludedArguments(&arguments);
@@ -58,14 +58,14 @@ inline RTCIntersectContext coherent_context() {
   return context;
 }
 
-/// What the rays, which point about the same way, meet first.
+/// Nearest hits of nearly parallel rays.
 inline void intersect(RTCScene scene, std::span<RTCRayHit8> groups) {
   RTCIntersectContext context = coherent_context();
   rtcIntersectNM(scene, &context, reinterpret_cast<RTCRayHitN*>(groups.data()), kGroupWidth,
                  static_cast<unsigned>(groups.size()), sizeof groups[0]);
 }
 
-/// Rays that meet anything get a far end of minus infinity.
+/// Blocked rays get a far end of minus infinity.
 inline void occlude(RTCScene scene, std::span<RTCRay8> groups) {
   RTCIntersectContext context = coherent_context();
   rtcOccludedNM(scene, &context, reinterpret_cast<RTCRayN*>(groups.data()), kGroupWidth,

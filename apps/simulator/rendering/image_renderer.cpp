@@ -32,13 +32,13 @@ class TileRenderer {
     queue_.finish();
   }
 
-  // What the rays through the centres met in the tile that was rendered last.
+  // Copies the hits of the centre rays in the last rendered tile.
   void copy_truth(TruthImages& truth) const {
     for (const std::size_t slot : sampler_.filled()) {
       const TileSampler::Pixel& pixel = sampler_.pixel(slot);
       const Sample& centre = sampler_.centre(slot);
       if (centre.paint != nullptr) {
-        // Rays have length one along the optical axis, so that distances are depths.
+        // Rays have unit length along the optical axis, so that distances are depths.
         truth.depth_m.at(pixel.x, pixel.y) = centre.distance;
         truth.actors.at(pixel.x, pixel.y) = world_.actor_label(centre.part);
       }
@@ -63,7 +63,7 @@ class TileRenderer {
     if (centre.paint == nullptr) {
       return queue_.add_sky(centre.direction, share.weight, share.pixel);
     }
-    // A pixel that covers a long strip takes one texture sample for each of its rays.
+    // A pixel with a long footprint takes one texture sample for each of its rays.
     if (const float stretch = stretch_of(centre); content == TileSampler::Content::kTriangle && stretch > kElongated) {
       shade_continued(slot, stretch, share);
     } else {
@@ -75,7 +75,7 @@ class TileRenderer {
   // Samples of one pixel.
   using Group = std::span<const Sample* const>;
 
-  // A pixel of several surfaces: their samples are brought together and weighed by their number.
+  // A pixel of several surfaces: samples are grouped by surface and weighted by their number.
   void shade_mixed(std::size_t slot, const Share& share) {
     const std::span<const Sample> samples = sampler_.samples(slot);
     const Share each = share.times(1.F / static_cast<float>(samples.size()));
@@ -130,7 +130,7 @@ class TileRenderer {
                      strip, each.weight, each.pixel);
   }
 
-  // Of the part of a long pixel that falls to each of its samples.
+  // Size of the part of a long pixel's footprint that each of its samples covers.
   [[nodiscard]] float strip_width_m(const Sample& sample, float stretch) const {
     const float length = stretch / static_cast<float>(rays_.samples());
     return sample.distance * rays_.pixel_rad() * std::max(1.F, length);
@@ -155,7 +155,7 @@ class TileRenderer {
     shade(first, mean, share);
   }
 
-  // A point on the surface that `sample` met.
+  // A point on the surface that `sample` hit.
   void shade(const Sample& sample, ShadedPoint point, const Share& share) {
     if (sample.part == 0) {
       point.local.position += texture_origin_;

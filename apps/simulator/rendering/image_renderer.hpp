@@ -1,4 +1,4 @@
-// Pictures of the world as light that reaches the sensor.
+// Pictures of the world as radiance at the sensor.
 #pragma once
 
 #include "camera/camera_rig.hpp"
@@ -8,9 +8,9 @@
 
 namespace kinetrace::simulator {
 
-/// Adds `weight` times the light that falls on each pixel of a camera. A pixel is the mean over its
-/// samples: a surface's texture is filtered to the pixel's size on it, its outlines and shadows are sampled. If `truth`
-/// is given, it becomes what the rays through the pixels' centres meet, as of render_truth with the same lens.
+/// Adds `weight` times the light of each pixel of a camera. A pixel is the mean over its samples: a surface's texture
+/// is filtered to the pixel's footprint, outlines and shadows are sampled. `truth`, if given, receives the hits of the
+/// rays through the pixels' centres, as of render_truth with the same lens.
 void add_radiance(const RayWorld& world, const SampleRays& rays, const ViewPose& view, int threads, float weight,
                   Image<float>& radiance, TruthImages* truth = nullptr);
 

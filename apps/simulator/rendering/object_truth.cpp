@@ -24,7 +24,7 @@ struct Projection {
   }
 };
 
-// The box's outline; edges that cross the plane just before the camera are cut there.
+// Outline of the box; edges are clipped at a plane just in front of the camera.
 Projection project_box(const StereoGeometry& geometry, const Se3& T_cam_obj, const Eigen::Vector3d& size_lhw_m) {
   std::array<Eigen::Vector3d, 8> corners;
   for (std::size_t i = 0; i < corners.size(); ++i) {

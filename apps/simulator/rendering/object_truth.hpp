@@ -1,4 +1,4 @@
-// Truth about the objects of a frame.
+// Ground truth of the objects in a frame.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace kinetrace::simulator {
 
-/// All objects of the scene, in view or not. `truth` is that of the left camera.
+/// All objects of the scene, visible or not. `truth` is that of the left camera.
 [[nodiscard]] std::vector<ObjectTruth> observe_objects(const RayWorld& world, const StereoGeometry& geometry,
                                                        const TruthImages& truth, double time_s, const Se3& T_scene_cam,
                                                        const Se3& T_world_scene);

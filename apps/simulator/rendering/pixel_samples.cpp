@@ -10,10 +10,10 @@ using Eigen::Vector3f;
 
 constexpr float kShadowOffset_m = 2e-3F;
 
-// Where pixels have as many samples, one of them is a probe, and the others are continued from the centre.
+// If pixels have this many samples, one of them is a probe, and the others can be extrapolated from the centre.
 constexpr std::size_t kProbedCount = kStripLanes;
 
-// What find_triangles() tells of pixels without a triangle; above the indices of triangles.
+// Result of find_triangles() for pixels without a single triangle; above the indices of triangles.
 constexpr std::uint32_t kSeveral = TileGrid::kOutside - 1;
 constexpr std::uint32_t kSky = TileGrid::kOutside - 2;
 
@@ -37,8 +37,8 @@ TileSampler::TileSampler(const RayWorld& world, const SampleRays& rays, const Vi
   }
 }
 
-// One sample tells, besides the centre, what the pixel shows. Taken in turns over squares of two by two pixels, so that
-// neither rows nor columns leave a gap of more than half a pixel in which a line could hide.
+// One sample, besides the centre, probes the pixel's content. The probe alternates within squares of two by two pixels,
+// so that neither rows nor columns leave a gap of more than half a pixel, which could hide a line.
 std::size_t TileSampler::probe_of(std::size_t slot) noexcept {
   constexpr std::array<std::array<std::size_t, 2>, 2> kTurns{{{1, 3}, {2, 0}}};
   const auto& [x, y] = kTileOrder[slot];
@@ -70,7 +70,7 @@ void TileSampler::place(int x0, int y0) {
   }
 }
 
-// The probes, too: so close to the centres, they take the same way through the tree.
+// Traces centres and probes together: they are so close that they take the same path through the tree.
 void TileSampler::trace_centres() {
   for (const std::size_t slot : filled_) {
     queue_ray(slot, count_);
@@ -84,13 +84,13 @@ void TileSampler::trace_centres() {
   }
 }
 
-// Most tiles show no actor, nor come near one.
+// Most tiles show no actor and have none nearby.
 RayWorld::Reach TileSampler::reach_of_tile() const {
   const int x0 = pixels_.front().x;
   const int y0 = pixels_.front().y;
   const int x1 = std::min(x0 + kTileSide_px, rays_.width()) - 1;
   const int y1 = std::min(y0 + kTileSide_px, rays_.height()) - 1;
-  // A lens may bend the tile, but what lies within its border stays within.
+  // A distorting lens may bend the tile, but its border still encloses its interior.
   Eigen::AlignedBox2f tile;
   for (int x = x0; x <= x1; ++x) {
     tile.extend(rays_.centre(x, y0)).extend(rays_.centre(x, y1));
@@ -99,7 +99,7 @@ RayWorld::Reach TileSampler::reach_of_tile() const {
     tile.extend(rays_.centre(x0, y)).extend(rays_.centre(x1, y));
   }
   tile.translate(principal_shift_);
-  // Samples lie half a pixel from the centre, or a little more at the edge of a lens that bends.
+  // Samples lie half a pixel from the centre, or slightly more at the edge of a distorting lens.
   const Eigen::Vector2f margin = Eigen::Vector2f::Constant(2.F * rays_.pixel_rad());
   tile.min() -= margin;
   tile.max() += margin;
@@ -108,7 +108,7 @@ RayWorld::Reach TileSampler::reach_of_tile() const {
   return near_actor ? RayWorld::Reach::kEverything : RayWorld::Reach::kStaticWorld;
 }
 
-// Finds out what the pixels show, and traces the samples of those that show many things.
+// Classifies the pixels, and traces the samples of mixed ones.
 void TileSampler::trace_contents() {
   if (count_ == kProbedCount) {
     find_triangles();
@@ -161,7 +161,7 @@ TileSampler::Content TileSampler::content_of(std::size_t slot) {
   return shows_one_triangle(slot) ? Content::kTriangle : shows_one_surface(slot) ? Content::kSurface : Content::kMixed;
 }
 
-// The triangle of the static world, or the sky, that both the centre and the probe of a pixel meet.
+// The triangle of the static world, or the sky, that both the centre and the probe of a pixel hit.
 void TileSampler::find_triangles() {
   grid_.clear();
   for (const std::size_t slot : filled_) {
@@ -174,14 +174,15 @@ void TileSampler::find_triangles() {
   grid_.compare();
 }
 
-// A flat triangle of the static world, or nothing. Triangles are convex: what lies between rays that meet one meets it
-// too, unless something thinner than the gaps between them stands before it.
+// Whether the pixel shows one flat triangle of the static world, or only sky. Triangles are convex: rays between rays
+// that hit a triangle hit it too, unless an object thinner than the gaps between them stands in front.
 bool TileSampler::shows_one_triangle(std::size_t slot) const {
   const std::uint32_t triangle = grid_.at(slot);
   if (triangle == kSeveral || !grid_.is_steady(slot)) {
     return false;
   }
-  // At the tile's edge the triangle is continued: not so near the horizon that a ray may miss its plane.
+  // Samples beyond the triangle's edge are extrapolated in its plane, except near the horizon, where a ray may miss the
+  // plane.
   const Sample& first = centre(slot);
   return triangle == kSky || (world_.parts()[0].facets[triangle].flat &&
                               std::abs(first.face_normal.dot(first.direction)) > 0.01F * first.direction.norm());
@@ -195,7 +196,7 @@ bool TileSampler::shows_one_surface(std::size_t slot) {
   });
 }
 
-// A triangle's samples, to be shadowed one by one.
+// Extrapolates the samples on a triangle, for individual shadow rays.
 void TileSampler::continue_samples(std::size_t slot) {
   const Sample& known = centre(slot);
   const SurfaceStrip strip = continued(slot);
@@ -208,7 +209,7 @@ void TileSampler::continue_samples(std::size_t slot) {
   }
 }
 
-// All rays at once, whether they are queued or not.
+// Computes the directions of all rays at once, queued or not.
 void TileSampler::aim_queue() {
   const Column x = queued_x_ + principal_shift_.x();
   const Column y = queued_y_ + principal_shift_.y();
@@ -238,7 +239,7 @@ void TileSampler::trace_queue() {
   packet.count = 0;
 }
 
-// Once for each sample.
+// Computes position, normal and uv; once for each sample.
 void TileSampler::locate(Sample& sample) const {
   if (sample.paint != nullptr || sample.part == RayPacket::kMiss) {
     return;
@@ -269,8 +270,8 @@ void TileSampler::locate(Sample& sample) const {
   }
 }
 
-// One ray to the sun for a pixel of one surface. Of a mixed pixel whose samples are alike nevertheless, the others
-// follow where the first and the last agree.
+// One ray to the sun for a pixel of one surface. In a mixed pixel with similar samples, the others follow if the first
+// and the last agree.
 void TileSampler::cast_shadows() {
   open_.clear();
   for (const std::size_t slot : filled_) {
@@ -301,7 +302,7 @@ void TileSampler::cast_shadows() {
   sample_shadow_edges();
 }
 
-// Where the light changes from one pixel of a surface to the next, all samples are asked after all.
+// At shadow edges, where neighbouring pixels of a surface disagree, all samples cast shadow rays.
 void TileSampler::sample_shadow_edges() {
   open_.clear();
   grid_.clear();
@@ -332,7 +333,7 @@ void TileSampler::sample_shadow_edges() {
   for (const std::size_t slot : open_) {
     locate_samples(slot);
     for (Sample& sample : samples(slot)) {
-      // The continued ones lie in the triangle's plane to the last bit.
+      // The extrapolated ones lie in the triangle's plane to the last bit.
       if (pixels_[slot].content == Content::kTriangle) {
         queue_shadow(sample, sample.local.position);
       } else {

@@ -1,4 +1,4 @@
-// What the rays of a small square of pixels meet.
+// Ray hits in a small square of pixels.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@
 
 namespace kinetrace::simulator {
 
-/// One ray of one pixel and what it met. Two cache lines; of a ray that only tells what is there, the first is enough.
+/// One ray of one pixel and its hit. Two cache lines; probes use only the first.
 struct alignas(64) Sample {
   Eigen::Vector3f direction;              ///< Scene frame; not of unit length.
   std::uint32_t part = RayPacket::kMiss;  ///< Index into RayWorld::parts().
@@ -27,17 +27,17 @@ struct alignas(64) Sample {
   float distance = 0.F;  ///< In units of the direction's length.
   float u = 0.F;         ///< Barycentric coordinates of the triangle's second and third corner.
   float v = 0.F;
-  const Paint* paint = nullptr;  ///< None for the sky, and while what follows is not known.
-  float in_sun = 0.F;            ///< 1 where nothing stands between the surface and the sun.
+  const Paint* paint = nullptr;  ///< Null for the sky, and until the hit has been located.
+  float in_sun = 0.F;            ///< 1 where the sun is not blocked.
   Eigen::Vector3f normal;        ///< Interpolated, scene frame.
   Eigen::Vector3f face_normal;   ///< Of the triangle, scene frame, towards the viewer.
   SurfacePoint local;            ///< In the part's frame.
 };
 
-/// As many as a pixel may have.
+/// Most samples of a pixel.
 inline constexpr std::size_t kMaxSamples = 16;
 
-/// On the same smooth piece of the same surface.
+/// Whether both lie on the same smooth piece of the same surface.
 [[nodiscard]] inline bool alike(const Sample& a, const Sample& b) {
   if (a.paint == nullptr || b.paint == nullptr) {
     return a.paint == b.paint;
@@ -46,18 +46,18 @@ inline constexpr std::size_t kMaxSamples = 16;
          a.paint->tone == b.paint->tone && a.normal.dot(b.normal) > 0.95F;
 }
 
-/// How many times as long as wide a pixel is on the sample's surface.
+/// Aspect ratio of the pixel's footprint on the sample's surface.
 [[nodiscard]] inline float stretch_of(const Sample& sample) {
   const float facing = std::abs(sample.face_normal.dot(sample.direction)) / sample.direction.norm();
   return 1.F / std::max(facing, 0.02F);
 }
 
-/// A pixel that is longer on the surface covers a strip that one texture sample cannot stand for.
+/// Longer footprints need more than one texture sample.
 inline constexpr float kElongated = 1.8F;
 
-/// Traces tile by tile. A pixel is the mean of its samples; where the rays through its centre and through one sample,
-/// and those of its neighbours, tell that the samples would all meet the same, they are not traced one by one.
-/// Holds working memory: one for each thread.
+/// Traces tile by tile. A pixel is the mean of its samples; they are not traced individually if the rays through its
+/// centre and one sample, and those of its neighbours, show that all samples would have the same content. Holds working
+/// memory: one for each thread.
 class TileSampler {
  public:
   /// All must outlive the sampler.
@@ -67,30 +67,30 @@ class TileSampler {
   void trace(int x0, int y0);
 
   enum class Content {
-    kTriangle,  ///< One flat triangle of the static world, or the sky: the samples follow from the centre.
-    kSurface,   ///< One smooth surface seen from the front: the centre stands for the samples.
-    kMixed,     ///< Anything: the samples have been traced.
+    kTriangle,  ///< One flat triangle of the static world, or the sky: samples are extrapolated from the centre.
+    kSurface,   ///< One smooth surface seen from the front: the centre represents the samples.
+    kMixed,     ///< Any content: all samples are traced.
   };
   struct Pixel {
     int x = 0;
     int y = 0;
     Content content = Content::kMixed;
-    std::size_t probe = 0;  ///< The sample that is traced besides the centre to tell the content.
+    std::size_t probe = 0;  ///< The sample traced besides the centre to classify the content.
   };
   /// The tile's pixels that lie in the picture.
   [[nodiscard]] std::span<const std::size_t> filled() const noexcept { return filled_; }
   [[nodiscard]] const Pixel& pixel(std::size_t slot) const noexcept { return pixels_[slot]; }
-  /// The ray through the pixel's centre. What light falls there is known unless the content is mixed.
+  /// The ray through the pixel's centre. Its illumination is known unless the content is mixed.
   [[nodiscard]] const Sample& centre(std::size_t slot) const noexcept { return sample_of(slot, count_); }
   /// All samples of a mixed pixel.
   [[nodiscard]] std::span<Sample> samples(std::size_t slot) noexcept {
     return std::span(samples_).subspan(slot * (count_ + 1), count_);
   }
-  /// Where the rays of the samples meet the triangle that a pixel shows.
+  /// Where the rays of the samples meet the pixel's triangle.
   [[nodiscard]] SurfaceStrip continued(std::size_t slot) const;
 
  private:
-  // Rays that wait for a packet to be full, and the samples that they are for.
+  // Rays that wait for a full packet, and their samples.
   struct Queue {
     RayPacket packet;
     std::array<Sample*, RayPacket::kSize> samples{};
@@ -147,10 +147,10 @@ class TileSampler {
   std::array<Pixel, kTilePixels> pixels_{};
   std::vector<std::size_t> filled_;
   std::vector<Sample> samples_;    // Of each pixel its samples, then the centre: as SampleRays has them.
-  std::vector<std::size_t> open_;  // Slots of pixels whose light is not known yet.
+  std::vector<std::size_t> open_;  // Slots of pixels whose illumination is not known yet.
 };
 
-// Here for the sake of its caller, into which it is compiled.
+// Here so that it is inlined into its caller.
 inline SurfaceStrip TileSampler::continued(std::size_t slot) const {
   const Pixel& pixel = pixels_[slot];
   const Sample& known = centre(slot);

@@ -61,7 +61,7 @@ std::size_t groups_of(const RayPacket& packet) {
   return (packet.count + kWidth - 1) / kWidth;
 }
 
-// The rays from `first` on. What lies beyond the packet's end is distinguished by a range without any distance.
+// The rays from `first` on. Lanes beyond the packet's end get an empty range.
 template <typename Rays>
 void fill_rays(const RayPacket& packet, std::size_t first, Rays& rays) {
   std::memcpy(rays.org_x, &packet.origin_x[first], sizeof rays.org_x);
@@ -81,7 +81,7 @@ void fill_rays(const RayPacket& packet, std::size_t first, Rays& rays) {
   }
 }
 
-// Zero for a triangle without area.
+// Zero for a degenerate triangle.
 RayWorld::UvSlope uv_slope(const Mesh::Vertex& a, const Mesh::Vertex& b, const Mesh::Vertex& c) {
   Eigen::Matrix<double, 3, 2> edges;
   edges << (b.position - a.position).cast<double>(), (c.position - a.position).cast<double>();
@@ -132,7 +132,7 @@ void read_hits(const RTCRayHit8& rays, std::size_t first, RayPacket& packet) {
   }
 }
 
-// The whole view for a box that reaches behind the camera; empty for one that lies there.
+// The whole view for a box that reaches behind the camera; empty for one entirely behind it.
 Eigen::AlignedBox2f view_of(const Eigen::AlignedBox3f& box, const Eigen::Isometry3f& T_view_part) {
   constexpr float kNearest_m = 0.01F;
   Eigen::AlignedBox2f view;
@@ -152,8 +152,8 @@ Eigen::AlignedBox2f view_of(const Eigen::AlignedBox3f& box, const Eigen::Isometr
 
 }  // namespace
 
-// The static world is traced on its own: as one more instance among the actors it would be entered by every ray, most
-// often before what stands in front of it.
+// The static world is traced separately: as another instance among the actors it would be entered by every ray, most
+// often before the actors in front of it.
 struct RayWorld::Handles {
   Device device;
   std::vector<SceneHandle> meshes;  // One for each part.
@@ -241,7 +241,7 @@ void RayWorld::cast_outlines() {
   }
 }
 
-// Most of what the sun shines on is in no actor's way.
+// False for most sunlit points, which saves tracing the actors.
 bool RayWorld::near_outline(const RayPacket& packet) const {
   using Column = Eigen::Map<const Eigen::ArrayXf>;
   const auto count = static_cast<Eigen::Index>(packet.count);

@@ -1,4 +1,4 @@
-// The scene as rays see it. Hides Embree (Wald et al., "Embree: a kernel framework for efficient CPU ray tracing",
+// Ray tracing in the scene. Hides Embree (Wald et al., "Embree: a kernel framework for efficient CPU ray tracing",
 // 2014).
 #pragma once
 
@@ -15,11 +15,11 @@
 
 namespace kinetrace::simulator {
 
-/// Rays traced together; they should point about the same way. As many as Embree takes through its tree at once.
+/// Rays traced together; they should be nearly parallel. As many as Embree traverses its tree with at once.
 struct alignas(32) RayPacket {
   static constexpr std::size_t kSize = 32;
   static constexpr std::uint32_t kMiss = ~0U;
-  std::size_t count = 0;  ///< The first so many are traced; what comes out for the others means nothing.
+  std::size_t count = 0;  ///< Number of rays; results of the others are undefined.
   alignas(32) std::array<float, kSize> origin_x{}, origin_y{}, origin_z{};
   alignas(32) std::array<float, kSize> direction_x{}, direction_y{}, direction_z{};
   // Results of trace(): distance in units of the direction's length; body part and triangle hit, or kMiss.
@@ -48,14 +48,14 @@ class RayWorld {
   RayWorld(const RayWorld&) = delete;
   RayWorld& operator=(const RayWorld&) = delete;
 
-  /// All that a hit on a triangle needs, in two cache lines.
+  /// Data of a triangle for shading a hit, in two cache lines.
   struct alignas(64) Facet {
     std::array<Mesh::Vertex, 3> corners;
     Eigen::Vector3f normal;  ///< Unit length, part's frame.
     bool flat = false;       ///< The corners' normals are the face's own.
     Paint paint;
   };
-  /// Takes a step in a triangle's plane to the step of uv.
+  /// Maps a step in a triangle's plane to a step of uv.
   using UvSlope = Eigen::Matrix<float, 2, 3>;
   /// One rigid mesh in the scene.
   struct Part {
@@ -68,25 +68,24 @@ class RayWorld {
     Eigen::Vector3f t_scene_part = Eigen::Vector3f::Zero();
   };
 
-  /// Moves everything to where it is at `time_s`. Not while rays are being traced.
+  /// Moves all actors to their poses at `time_s`. Not while rays are being traced.
   void set_time(double time_s);
 
-  /// What rays can meet: the static world alone where the caller knows that no actor is in their way.
+  /// Candidates for hits: the static world alone if the caller knows that no actor can be hit.
   enum class Reach { kEverything, kStaticWorld };
 
   void trace(RayPacket& packet, Reach reach = Reach::kEverything) const;
-  /// Whether anything stands between the rays' origins and the sun; directions need not be set.
+  /// Whether the sun is blocked from the rays' origins; directions need not be set.
   void trace_shadow(RayPacket& packet) const;
-  /// True if the ray meets this part, whatever stands before it.
+  /// Whether the ray meets this part, ignoring everything in front of it.
   [[nodiscard]] bool meets_part(std::size_t part, const Eigen::Vector3f& origin,
                                 const Eigen::Vector3f& direction) const;
 
-  /// Where actors may be in the view of a camera that looks along z: outside these rectangles of (x / z, y / z) none
-  /// is.
+  /// Rectangles of (x / z, y / z), in the view of a camera that looks along z, outside of which there is no actor.
   [[nodiscard]] std::vector<Eigen::AlignedBox2f> actors_in_view(const Se3& T_scene_view) const;
 
   [[nodiscard]] std::span<const Part> parts() const noexcept { return parts_; }
-  /// Index into Scene::actors plus one of the actor that a part belongs to; 0 for the static world.
+  /// Index into Scene::actors plus one of the part's actor; 0 for the static world.
   [[nodiscard]] std::uint16_t actor_label(std::uint32_t part) const noexcept {
     return static_cast<std::uint16_t>(parts_[part].actor + 1);
   }

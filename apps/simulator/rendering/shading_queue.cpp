@@ -25,7 +25,7 @@ void ShadingQueue::Targets::receive(const Lanes& radiance) {
   count = 0;
 }
 
-// The group's index; a group that is not there yet is made.
+// Index of the group, which is created if missing.
 std::size_t ShadingQueue::place_of(const Paint& paint, bool strips) {
   std::size_t place = 0;
   while (place < used_ && !groups_[place].has(paint, strips)) {

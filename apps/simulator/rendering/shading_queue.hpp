@@ -1,4 +1,4 @@
-// Points of surfaces and of the sky that wait to be shaded, until there are eight of a kind.
+// Queue of surface and sky points, shaded eight of a kind at a time.
 #pragma once
 
 #include <array>
@@ -21,29 +21,29 @@ struct ShadedPoint {
   float in_sun = 0.F;
 };
 
-/// Adds light to pixels. Which points are shaded together does not change what comes out, but for the order in which a
-/// pixel's parts are added; that depends on the order of the calls alone.
+/// Adds light to pixels. Grouping does not change the result except for the order in which a pixel's parts are added;
+/// that depends on the order of the calls alone.
 class ShadingQueue {
  public:
   explicit ShadingQueue(const Light& light);
 
   /// `weight` times the point's light will be added to `pixel`, which must live until finish().
   void add(const Paint& paint, const ShadedPoint& point, float weight, float& pixel);
-  /// The same for all points of a strip, which are like `point` but for where they are.
+  /// The same for all points of a strip, which differ from `point` only in their position.
   void add_strip(const Paint& paint, const ShadedPoint& point, const SurfaceStrip& strip, float weight, float& pixel);
   /// The same for the sky in a direction of any length.
   void add_sky(const Eigen::Vector3f& direction, float weight, float& pixel);
-  /// Shades what still waits.
+  /// Shades the remaining points.
   void finish();
 
  private:
-  // What the results of one pack are for.
+  // Destinations of the results of one pack.
   struct Targets {
     std::size_t count = 0;
     std::array<float*, kLanes> pixels{};
     std::array<float, kLanes> weights{};
 
-    /// The first of the `lanes` that now belong to the pixel.
+    /// Index of the first of the `lanes` that now belong to the pixel.
     std::size_t add(std::size_t lanes, float weight, float& pixel);
     [[nodiscard]] bool full() const noexcept { return count == kLanes; }
     void receive(const Lanes& radiance);
@@ -67,15 +67,15 @@ class ShadingQueue {
 
   const ShadingKernel& kernel_;
   Daylight light_;
-  std::vector<Group> groups_;  // The first `used_` of them.
+  std::vector<Group> groups_;  // Only the first `used_` are valid.
   std::size_t used_ = 0;
-  // Where a look was found before, by its hash.
+  // Cache of group indices, by a hash of the look.
   std::array<std::size_t, 64> recent_{};
   Targets sky_targets_;
   Lanes3 sky_directions_;
 };
 
-// What follows is called for every pixel: compiled into its caller, points never go through memory.
+// Called for every pixel: inlined, so that points stay in registers.
 
 inline std::size_t ShadingQueue::Targets::add(std::size_t lanes, float weight, float& pixel) {
   const std::size_t first = count;

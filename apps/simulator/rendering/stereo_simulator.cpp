@@ -68,7 +68,6 @@ struct StereoSimulator::State {
     return pose;
   }
 
-  // Where the camera really is and looks.
   [[nodiscard]] ViewPose true_pose(View view, double time_s) const {
     ViewPose pose{T_scene_view(view, time_s)};
     if (view == View::kRight && settings.errors.move_right_camera()) {
@@ -83,7 +82,7 @@ struct StereoSimulator::State {
     return pose;
   }
 
-  // About how far the picture, or what moves in it, runs over the sensor while the shutter is open.
+  // Approximate length, on the sensor, of the motion during the exposure.
   [[nodiscard]] double streak_px(double time_s) const {
     constexpr double kSurroundings_m = 4.0;
     constexpr double kNearest_m = 2.0;
@@ -101,7 +100,7 @@ struct StereoSimulator::State {
     return scene.rig.fx_px * streak_rad;
   }
 
-  // As many as it takes for streaks instead of copies side by side.
+  // Enough instants that motion blur shows streaks instead of separate copies.
   [[nodiscard]] int instants_at(double time_s) const {
     constexpr double kMin = 4.0;
     constexpr double kMax = 24.0;
@@ -125,8 +124,7 @@ struct StereoSimulator::State {
     return light;
   }
 
-  // Whether the rays of the picture, taken at once through lenses as the calibration knows them, are those of the
-  // truth.
+  // Whether the picture is an instantaneous view by the calibrated cameras, so that its rays also give the truth.
   [[nodiscard]] bool picture_shows_truth() const {
     return !rig.distorted && settings.shutter_ms == 0.0 && !settings.errors.move_right_camera();
   }

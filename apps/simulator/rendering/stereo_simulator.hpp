@@ -20,9 +20,9 @@ struct SimulatorSettings {
   std::uint32_t seed = 1;    ///< Of sensor noise, calibration drift and mask degradation.
   int samples_per_side = 2;  ///< A pixel is the mean of its square; 1 to 4.
   int threads = 2;
-  bool distortion = false;  ///< Raw pictures of crooked lenses, to be rectified.
-  double shutter_ms = 0.0;  ///< > 0: what moves in that time is blurred.
-  RigErrors errors;         ///< What the calibration that is written does not know.
+  bool distortion = false;  ///< Raw pictures of distorted, misaligned lenses.
+  double shutter_ms = 0.0;  ///< Above 0: motion blur of this exposure time.
+  RigErrors errors;         ///< Errors of the written calibration.
   SensorSettings sensor;
 
   [[nodiscard]] Status validate() const;
@@ -39,8 +39,8 @@ struct ObjectTruth {
   Eigen::Vector3d size_lhw_m = Eigen::Vector3d::Zero();
   int visible_px = 0;                    ///< In the left rectified image.
   PixelBox box_px;                       ///< Of the visible pixels; empty if there are none.
-  double occlusion = 0.0;                ///< Part of its pixels inside the image that others hide.
-  double truncation = 0.0;               ///< Part of its projected box outside the image.
+  double occlusion = 0.0;                ///< Fraction of its pixels inside the image that are occluded by others.
+  double truncation = 0.0;               ///< Fraction of its projected box outside the image.
   std::array<double, 4> projected_px{};  ///< Left, top, right, bottom of the whole box, clipped to the image.
 };
 

@@ -1,4 +1,4 @@
-// The small squares of pixels in which pictures are traced.
+// Small squares of pixels that are traced together.
 #pragma once
 
 #include <array>
@@ -9,8 +9,8 @@ namespace kinetrace::simulator {
 inline constexpr int kTileSide_px = 16;
 inline constexpr std::size_t kTilePixels = std::size_t{kTileSide_px} * kTileSide_px;
 
-/// The tile's pixels (x, y), counted from its corner, in the order in which they are traced: along Morton's curve, so
-/// that the rays of a packet stay close together. A pixel's place in it is its slot.
+/// The tile's pixels (x, y), relative to its corner, in the order in which they are traced: along Morton's curve, so
+/// that the rays of a packet stay close together. A pixel's index in it is its slot.
 inline constexpr std::array<std::array<int, 2>, kTilePixels> kTileOrder = [] {
   std::array<std::array<int, 2>, kTilePixels> order{};
   for (std::size_t slot = 0; slot < kTilePixels; ++slot) {

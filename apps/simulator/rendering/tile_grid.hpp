@@ -1,4 +1,4 @@
-// What the pixels of a tile have in common with those beside them.
+// Comparison of a tile's pixels with their neighbours.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 
 namespace kinetrace::simulator {
 
-/// A value for each pixel of a tile, within a margin for what lies outside the tile or the picture. Neighbours are the
-/// pixels that share a side.
+/// A value for each pixel of a tile, with a margin for pixels outside the tile or the picture. Neighbours are pixels
+/// that share a side.
 class TileGrid {
  public:
   static constexpr std::uint32_t kOutside = ~0U;
@@ -27,12 +27,12 @@ class TileGrid {
       return static_cast<std::uint32_t>(values_[there] == values_[here]) |
              static_cast<std::uint32_t>(values_[there] == kOutside);
     };
-    // All at once, margins and all: without branches it takes a few pixels at a time.
+    // All at once, margins included: without branches the loop is vectorised.
     for (std::size_t i = kSide; i < kSize - kSide; ++i) {
       steady_[i] = same(i, i - 1) & same(i, i + 1) & same(i, i - kSide) & same(i, i + kSide);
     }
   }
-  /// Whether all neighbours had the same value when they were compared.
+  /// Whether all neighbours had the same value in compare().
   [[nodiscard]] bool is_steady(std::size_t slot) const noexcept { return steady_[kPlace[slot]] != 0U; }
 
   /// Whether `agrees` holds for this slot and those of its neighbours.
@@ -48,7 +48,7 @@ class TileGrid {
   static constexpr std::size_t kSide = kTileSide_px + 2;
   static constexpr std::size_t kSize = kSide * kSide;
 
-  // Of each slot its place in the grid, which goes row by row, and back.
+  // Index of each slot in the row-major grid, and the inverse.
   static constexpr std::array<std::size_t, kTilePixels> kPlace = [] {
     std::array<std::size_t, kTilePixels> places{};
     for (std::size_t slot = 0; slot < kTilePixels; ++slot) {

@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-// As SampleRays does it, to the last bit.
+// Bit-identical to SampleRays.
 Eigen::Vector2f pixel_ray(const StereoGeometry& g, int x, int y) {
   return Eigen::Vector2d((x - g.cx_px) / g.fx_px, (y - g.cy_px) / g.fy_px).cast<float>();
 }
@@ -57,7 +57,7 @@ class CentreTracer {
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       const auto& [x, y] = pixels[i];
       if (packet.part[i] != RayPacket::kMiss) {
-        // Rays have length one along the optical axis, so that distances are depths.
+        // Rays have unit length along the optical axis, so that distances are depths.
         truth.depth_m.at(x, y) = packet.distance[i];
         truth.actors.at(x, y) = world_.actor_label(packet.part[i]);
       }

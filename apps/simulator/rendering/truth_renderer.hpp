@@ -1,4 +1,4 @@
-// What is in each pixel, exactly: by the ray through its centre.
+// Exact content of each pixel, by the ray through its centre.
 #pragma once
 
 #include <cstdint>
@@ -11,10 +11,10 @@
 namespace kinetrace::simulator {
 
 struct TruthImages {
-  /// Nothing but sky.
+  /// Only sky.
   TruthImages(int width_px, int height_px) : actors(width_px, height_px), depth_m(width_px, height_px) {}
 
-  Image<std::uint16_t> actors;  ///< Index into Scene::actors plus one; 0 where there is none.
+  Image<std::uint16_t> actors;  ///< Index into Scene::actors plus one; 0 without an actor.
   Image<float> depth_m;         ///< Along the optical axis; 0 for the sky.
 };
 
@@ -22,7 +22,7 @@ struct TruthImages {
 [[nodiscard]] TruthImages render_truth(const RayWorld& world, const StereoGeometry& geometry, const Se3& T_scene_view,
                                        int threads);
 
-/// How many pixels of the rectified image an actor would cover if nothing stood before it.
+/// Number of pixels of the rectified image that an actor would cover without occlusion.
 [[nodiscard]] int unoccluded_pixels(const RayWorld& world, const StereoGeometry& geometry, const Se3& T_scene_view,
                                     int actor, const PixelBox& search_px);
 

@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-// A rectangle on the ground, from its centre by `along` and `across`.
+// A rectangle on the ground: centre and half axes.
 struct Place {
   Vector2d centre = Vector2d::Zero();
   Vector2d along = Vector2d::Zero();
@@ -23,7 +23,7 @@ Vector2d on_ground(const Eigen::Vector3d& v) {
 }
 
 Place place_of(const Actor& actor, double time_s) {
-  constexpr double kApart_m = 0.1;  // To be kept on each side.
+  constexpr double kApart_m = 0.1;  // On each side.
   const Se3 pose = actor.T_scene_obj(time_s);
   return {on_ground(pose.translation), (0.5 * actor.size_lhw_m.x() + kApart_m) * on_ground(pose.rotation.col(0)),
           (0.5 * actor.size_lhw_m.z() + kApart_m) * on_ground(pose.rotation.col(2)),

@@ -1,4 +1,4 @@
-// As many objects as Kinetrace follows at once, vehicles and people, on a large square.
+// As many objects as Kinetrace tracks at once, vehicles and people, on a large square.
 #include "scenes/scenes.hpp"
 #include "scenes/street_kit.hpp"
 #include "util/random.hpp"

@@ -1,4 +1,4 @@
-// Scenes on which an estimator fails if it is not careful.
+// Difficult scenes, for the robustness of estimators.
 #include <cmath>
 
 #include "scenes/scenes.hpp"
@@ -46,7 +46,7 @@ Trajectory stand_at(double x_m, double z_m) {
 
 }  // namespace
 
-// At night: a hundredth of the light, an exposure that cannot make up for it, and so mostly noise. Nothing moves.
+// At night: a hundredth of the light, an exposure that cannot compensate for it, hence mostly noise. Nothing moves.
 Scene dark_scene(const Variation& variation) {
   Scene scene = quiet_street(variation.seed(31));
   add_parked_vehicles(scene, variation);
@@ -77,7 +77,7 @@ Scene textureless_scene(const Variation& variation) {
   return scene;
 }
 
-// The rig turns and tilts but never moves; one car crosses.
+// The rig rotates and tilts without translation; one car crosses.
 Scene pure_rotation_scene(const Variation& variation) {
   Scene scene = quiet_street(variation.seed(35));
   add_parked_vehicles(scene, variation);
@@ -92,7 +92,7 @@ Scene pure_rotation_scene(const Variation& variation) {
   return scene;
 }
 
-// A truck drives past so close that for some time hardly anything else is in view.
+// A truck passes so close that for some time it covers almost the whole image.
 Scene object_fills_image_scene(const Variation& variation) {
   Scene scene = quiet_street(variation.seed(37));
   add_parked_vehicles(scene, variation);
@@ -106,7 +106,7 @@ Scene object_fills_image_scene(const Variation& variation) {
   return scene;
 }
 
-// Nothing moves, not even the rig: all that changes is noise.
+// Nothing moves, not even the rig: only noise changes.
 Scene static_scene(const Variation& variation) {
   Scene scene = quiet_street(variation.seed(41));
   add_parked_vehicles(scene, variation);

@@ -1,4 +1,4 @@
-// One car that draws away from 8 to 80 m: how errors grow as objects get small.
+// One car that recedes from 8 to 80 m: growth of errors with shrinking objects.
 #include "scenes/scenes.hpp"
 #include "scenes/street_kit.hpp"
 

@@ -22,10 +22,10 @@ constexpr double kOuter_m = 14.5;
 // z of the lanes of both streets; the near ones of each go to the right.
 constexpr std::array<double, 2> kFrontStreet_m{-15.2, -11.6};
 constexpr std::array<double, 2> kRearStreet_m{33.0, 36.6};
-// So far out that nobody comes to the end.
+// So far out that no vehicle reaches the end.
 constexpr double kFarOut_m = 320.0;
 
-/// All at the same pace, one behind the other.
+/// Vehicles at the same speed, one behind the other.
 struct Stream {
   struct Member {
     VehicleKind kind = VehicleKind::kHatchback;
@@ -42,7 +42,7 @@ void add_stream(Scene& scene, const Variation& variation, const Stream& stream) 
   std::uint32_t key = 32U * stream.key;
   for (const Stream::Member& member : stream.members) {
     Trajectory way = drive(stream.path, variation.paced(stream.speed, stream.key), member.start_m);
-    // One look for all of a kind.
+    // The same look for all of a kind.
     const std::uint16_t look = variation.look(static_cast<std::uint16_t>(100 + static_cast<int>(member.kind)));
     scene.actors.push_back(vehicle(member.kind, look, variation.aside(std::move(way), kMaxAside_m, ++key)));
   }
@@ -76,7 +76,7 @@ GroundPath along_x(double z, double direction) {
   return GroundPath(Points{{-direction * kFarOut_m, z}, {direction * kFarOut_m, z}});
 }
 
-// Where on such a path somebody is `before_m` short of x = 0.
+// Position on such a path, `before_m` short of x = 0.
 constexpr double short_of(double before_m) {
   return kFarOut_m - before_m;
 }
@@ -85,7 +85,7 @@ void add_traffic(Scene& scene, const Variation& variation) {
   constexpr VehicleKind kCar = VehicleKind::kHatchback;
   constexpr VehicleKind kSedan = VehicleKind::kSedan;
   constexpr VehicleKind kBus = VehicleKind::kBus;
-  // Passes us closely.
+  // Passes close to the camera.
   add_stream(scene, variation,
              {1,
               along_x(kFrontStreet_m[0], 1.0),
@@ -115,7 +115,7 @@ void add_traffic(Scene& scene, const Variation& variation) {
     outer.members.push_back({kCar, short_of(before_m)});
   }
   add_stream(scene, variation, outer);
-  // Seen through between what goes on before it.
+  // Visible through gaps in the traffic in front of it.
   add_stream(scene, variation,
              {5,
               along_x(kRearStreet_m[0], 1.0),
@@ -219,7 +219,7 @@ Scene roundabout_scene(const Variation& variation) {
   scene.rig = car_rig();
   scene.frames = 300;
   add_traffic(scene, variation);
-  // Creeps up to the street and looks about.
+  // Creeps up to the street and looks around.
   const Sway sway{{0.004, 0.02, 0.003}, {0.01, 0.012, 0.0}, 0.1, 1.0, variation.seed(53)};
   scene.T_scene_cam = mounted(drive(GroundPath(Points{{-1.5, -60}, {-1.2, -33}, {-0.5, -27}, {0, -21}, {0, 0}}),
                                     SpeedProfile({{0.0, 0.2}, {10.0, 0.45}, {20.0, 0.25}}), 28.5),

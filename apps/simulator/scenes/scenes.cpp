@@ -25,7 +25,7 @@ constexpr std::array<SceneEntry, 12> kScenes{{
     {"varied", "any street with any vehicles, people and light, seen from anywhere; for training", &varied_scene},
 }};
 
-// The freest world in which nobody runs into anybody; as laid out, nobody does.
+// The most varied world without collisions; the scene as designed has none.
 Scene make_world(const SceneEntry& entry, std::uint32_t world) {
   for (const double liberty : {1.0, 0.6, 0.3, 0.0}) {
     const Variation variation(world, liberty);

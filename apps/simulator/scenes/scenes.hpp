@@ -1,4 +1,4 @@
-// The scenes one can simulate.
+// The available scenes.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +13,12 @@ namespace kinetrace::simulator {
 
 struct SceneEntry {
   const char* name;
-  const char* summary;  ///< What it shows, in a few words.
+  const char* summary;  ///< Its content, in a few words.
   Scene (*make)(const Variation&);
 };
 
 [[nodiscard]] std::span<const SceneEntry> scenes();
-/// A scene in the given world; see Variation. Errors: kInvalidArgument (no such scene; lists those there are).
+/// A scene in the given world; see Variation. Errors: kInvalidArgument (no such scene; the message lists all).
 [[nodiscard]] Result<Scene> make_scene(std::string_view name, std::uint32_t world = 1);
 
 [[nodiscard]] Scene street_scene(const Variation& variation);

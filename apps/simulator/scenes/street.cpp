@@ -38,7 +38,7 @@ void add_moving_vehicles(Scene& scene, const Variation& variation) {
   add(VehicleKind::kTruck, 5, {{-kInner_m, 150}, {-kInner_m, -60}}, SpeedProfile({{0.0, 8.0}, {8.0, 7.0}}), 112.0);
   add(VehicleKind::kHatchback, 6, {{-kInner_m, 150}, {-kInner_m, -60}}, SpeedProfile({{0.0, 9.0}, {5.0, 8.0}}), 86.0);
   add(VehicleKind::kVan, 7, {{-kOuter_m, 150}, {-kOuter_m, -60}}, SpeedProfile({{0.0, 7.5}}), 86.0);
-  // Out of the side street on the right, then far ahead of us.
+  // Out of the side street on the right, then far ahead of the camera.
   add(VehicleKind::kSedan, 8,
       {{60, 63.5}, {30, 63.5}, {17, 63.5}, {11, 63.8}, {6.8, 66.5}, {5.4, 72}, {5.2, 80}, {5.2, 100}, {5.2, 160}},
       SpeedProfile({{0.0, 6.0}, {2.0, 4.5}, {4.5, 4.5}, {7.5, 8.5}}), 36.0);

@@ -43,7 +43,7 @@ void add_roadway(Mesh& mesh, const StreetPlan& plan) {
   add_crosswalk(mesh, -plan.half_road_m, plan.half_road_m, crossing1 + 2.4F);
 }
 
-// Everything beside one stretch of the road on one side; `side` is -1 left, 1 right.
+// Everything along one side of a stretch of road; `side` is -1 left, 1 right.
 void add_roadside(Mesh& mesh, const StreetPlan& plan, const Stretch& stretch, float side, std::uint32_t seed) {
   const float road = plan.half_road_m + plan.parking_m;
   const float house = road + plan.sidewalk_m;
@@ -76,7 +76,7 @@ void add_roadside(Mesh& mesh, const StreetPlan& plan, const Stretch& stretch, fl
   for (float at = stretch.z0 + 6.F; at < stretch.z1; at += 24.F) {
     const auto variant = static_cast<std::uint16_t>(random.bits());
     add_lamp(mesh, side * (road + 0.5F), at, -side * 1.8F, variant);
-    // The last one's crown does not hang over the cross street.
+    // The last tree's crown must not hang over the cross street.
     constexpr float kCrown_m = 3.F;
     const float tree_z = std::min(at + 9.F, stretch.z1 - kCrown_m);
     add_tree(mesh, side * (road + 0.8F), tree_z, uniform(random, 4.5, 6.5), variant);
@@ -144,7 +144,7 @@ void add_parked(Scene& scene, const Variation& variation, const ParkingSpot& spo
   const VehicleKind kind = variation.kind(spot.kind, seed);
   const Eigen::Vector3d half_m = 0.5 * vehicle_size_m(kind).cast<double>();
   const double reach_m = half_m.z() * std::cos(spot.askew_rad) + half_m.x() * std::abs(std::sin(spot.askew_rad));
-  // Broad ones keep off the curb.
+  // Broad vehicles keep off the curb.
   const double x_m = spot.side * std::min(kUsual_m, kCurbstone_m - reach_m);
   const double heading_rad = (spot.side > 0.0 ? kAlongZ_rad : kAgainstZ_rad) + spot.askew_rad;
   scene.actors.push_back(

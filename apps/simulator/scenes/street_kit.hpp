@@ -1,4 +1,4 @@
-// What the scenes on a street have in common.
+// Common parts of the street scenes.
 #pragma once
 
 #include <cstdint>
@@ -38,17 +38,17 @@ struct StreetPlan {
 /// A vehicle in traffic; `seed` also is the key of its variation.
 [[nodiscard]] Actor driven_vehicle(const Variation& variation, VehicleKind kind, std::uint16_t seed, GroundPath path,
                                    SpeedProfile speed, double start_m);
-/// A place to park at the curb of the right (`side` 1) or the left (-1) parking strip, for vehicles that head as the
-/// traffic does there, but for `askew_rad`.
+/// A place to park at the curb of the right (`side` 1) or the left (-1) parking strip, in the direction of the traffic
+/// there, rotated by `askew_rad`.
 struct ParkingSpot {
   VehicleKind kind = VehicleKind::kHatchback;
   double side = 1.0;
   double z_m = 0.0;
   double askew_rad = 0.0;
 };
-/// Adds what is parked there, if anything; `seed` also is the key of its variation.
+/// Adds the vehicle parked there, if any; `seed` also is the key of its variation.
 void add_parked(Scene& scene, const Variation& variation, const ParkingSpot& spot, std::uint16_t seed);
-/// Somebody who walks along a sidewalk.
+/// A person walking along a sidewalk.
 [[nodiscard]] Actor passer_by(const Variation& variation, GroundPath path, SpeedProfile speed, double start_m,
                               std::uint16_t seed);
 

@@ -11,7 +11,7 @@
 namespace kinetrace::simulator {
 namespace {
 
-// Everything is slower by the same factor, so that nobody meets who did not meet before.
+// One factor for everything, so that it causes no new collisions.
 void set_pace(Scene& scene, double pace) {
   const auto paced = [pace](Trajectory trajectory) -> Trajectory {
     return [pace, trajectory = std::move(trajectory)](double time_s) { return trajectory(pace * time_s); };
@@ -86,7 +86,7 @@ void Variation::apply(Scene& scene) const {
   const auto turn = static_cast<float>(random.uniform(-0.7, 0.7));
   scene.light.to_sun = Eigen::AngleAxisf(turn, Eigen::Vector3f::UnitY()) * scene.light.to_sun;
   scene.light.to_sun.y() *= static_cast<float>(random.uniform(0.8, 1.3));
-  // Whole metres: what is laid in slabs stays in step with its edges.
+  // Whole metres keep textures aligned with the edges of slabs.
   const auto metres = [&] { return static_cast<float>(random.index(200) - 100); };
   const float x = metres();
   scene.texture_origin_m = {x, 0.F, metres()};

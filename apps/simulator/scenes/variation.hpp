@@ -1,4 +1,4 @@
-// What differs between two worlds of the same scene.
+// Differences between worlds of the same scene.
 #pragma once
 
 #include <cstdint>
@@ -9,16 +9,16 @@
 
 namespace kinetrace::simulator {
 
-/// World 1 is the one that a scene has been laid out for. In every other world the same things happen among other
-/// houses, trees and vehicles, on other ground, under another sun, a little slower; and everybody has a pace, a place
-/// in the lane, a place to park and a height of their own. Keys tell one from the other.
+/// World 1 is the scene as designed. Every other world has the same events among other houses, trees and vehicles, on
+/// other ground, under another sun, a little slower; every vehicle and person has its own pace, place in the lane,
+/// place to park and height. Keys distinguish vehicles and people.
 class Variation {
  public:
-  /// `liberty` in [0, 1]: how far vehicles and people may depart from what has been laid out.
+  /// `liberty` in [0, 1]: how far vehicles and people may depart from the design.
   explicit Variation(std::uint32_t world = 1, double liberty = 1.0)
       : world_(world), liberty_(world == 1 ? 0.0 : liberty) {}
 
-  /// For whatever a scene draws at random.
+  /// Seed of a scene's other random choices.
   [[nodiscard]] std::uint32_t seed(std::uint32_t first) const noexcept;
   /// Of a vehicle or a person.
   [[nodiscard]] std::uint16_t look(std::uint16_t first) const noexcept;
@@ -26,15 +26,15 @@ class Variation {
   [[nodiscard]] VehicleKind kind(VehicleKind first, std::uint32_t key) const noexcept;
   /// Nobody has parked there.
   [[nodiscard]] bool is_empty(std::uint32_t key) const noexcept;
-  /// Where somebody has parked along the street, instead of at `first_m`.
+  /// Position of a parked vehicle along the street, instead of `first_m`.
   [[nodiscard]] double place_m(double first_m, std::uint32_t key) const noexcept;
   /// Height of a person.
   [[nodiscard]] double height_m(std::uint32_t key) const noexcept;
-  /// Somebody's own pace: up to 7 % slower than laid out.
+  /// Individual pace: up to 7 % slower than designed.
   [[nodiscard]] SpeedProfile paced(SpeedProfile speed, std::uint32_t key) const;
   /// Up to `most_m` to the left or to the right of the path.
   [[nodiscard]] Trajectory aside(Trajectory trajectory, double most_m, std::uint32_t key) const;
-  /// What concerns the scene as a whole: sun, pace, ground.
+  /// Varies the scene as a whole: sun, pace, ground.
   void apply(Scene& scene) const;
 
  private:

@@ -1,7 +1,7 @@
-// Streets as unlike each other as can be, for training networks: any vehicles, people, clutter, ground, light and
-// camera, so that what is common to all pictures is what vehicles and people look like (Tobin et al., "Domain
-// randomization for transferring deep neural networks from simulation to the real world", 2017; Prakash et al.,
-// "Structured domain randomization", 2019).
+// Streets as diverse as possible, for training networks: any vehicles, people, clutter, ground, light and camera, so
+// that only the appearance of vehicles and people is common to all pictures (Tobin et al., "Domain randomization for
+// transferring deep neural networks from simulation to the real world", 2017; Prakash et al., "Structured domain
+// randomization", 2019).
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -44,7 +44,7 @@ void draw_rig(Site& site) {
   site.scene.rig.cy_px += site.random.uniform(-30.0, 40.0);
 }
 
-// A few places to look from, each looked from several times in other directions.
+// A few camera positions, each with several directions.
 void place_cameras(Site& site) {
   constexpr int kPlaces = 9;
   constexpr int kViewsOfEach = 4;
@@ -69,7 +69,7 @@ void place_cameras(Site& site) {
   }
 }
 
-// True where the vehicle has been placed: nobody in its way, and not on a curb.
+// True if the vehicle was placed: the space is free, and not on a curb.
 bool place_vehicle(Site& site, const RandomVehicle& made, double x_m, double z_m, double heading_rad) {
   constexpr double kApart_m = 0.14;
   constexpr float kLow_m = 2.F;
@@ -139,7 +139,7 @@ void park_across(Site& site, double side) {
 
 void add_vehicles(Site& site, const std::array<double, 2>& strips_m) {
   Random& random = site.random;
-  // On the road first: they are the rarer ones.
+  // On the road first: vehicles there are rarer.
   for (int i = random.index(9); i > 0; --i) {
     const double heading_rad = random.chance(0.75) ? along_street(site) + 0.06 * random.normal()
                                                    : random.uniform(-std::numbers::pi, std::numbers::pi);
@@ -163,9 +163,9 @@ void add_vehicles(Site& site, const std::array<double, 2>& strips_m) {
   }
 }
 
-// Somebody who walks or stands there.
+// A person who walks or stands there.
 void place_person(Site& site, double x_m, double z_m) {
-  constexpr double kStanding_m = 0.54;  // Whichever way somebody is turned.
+  constexpr double kStanding_m = 0.54;  // In any orientation.
   constexpr double kWalking_m = 0.36;
   Random& random = site.random;
   const double height_m = random.chance(0.8) ? random.uniform(1.5, 1.95) : random.uniform(1.0, 1.5);
@@ -184,7 +184,7 @@ void place_person(Site& site, double x_m, double z_m) {
     }
     return;
   }
-  // Along the street, as far as one gets in the frames there are.
+  // Along the street, as far as a person walks within the frames.
   const double ahead_m = site.side() * 2.5;
   if (site.ground.take_if_free(around(x_m, z_m + 0.5 * ahead_m, kWalking_m, 0.5 * std::abs(ahead_m) + 0.5))) {
     Actor walker =
@@ -232,7 +232,7 @@ double any_strip_m(Random& random) {
 }  // namespace
 
 Scene varied_scene(const Variation& variation) {
-  // The camera jumps from view to view, at least once a frame at whatever pace.
+  // The camera jumps from view to view, at least once a frame at any pace.
   constexpr double kViews_hz = 20.0;
   Site site(variation.seed(91));
   const std::array<double, 2> strips_m{any_strip_m(site.random), any_strip_m(site.random)};

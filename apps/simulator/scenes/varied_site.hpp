@@ -1,4 +1,4 @@
-// A street of scene `varied` that is being furnished, and what stands around its vehicles and people.
+// A street of scene `varied` during construction, and the surroundings of its vehicles and people.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace kinetrace::simulator {
 
-// What is taken already.
+// Occupied places.
 class Places {
  public:
   [[nodiscard]] bool is_free(const GroundArea& area) const {
@@ -45,12 +45,12 @@ inline std::uint16_t seed_of(Random& random) {
   return static_cast<std::uint16_t>(random.bits());
 }
 
-// A street along z that is being furnished.
+// A street along z during construction.
 struct Site {
-  // Everybody is where the cameras look.
+  // Range of vehicles and people, within the cameras' view.
   static constexpr double kBegin_m = -14.0;
   static constexpr double kEnd_m = 72.0;
-  // Houses and trees go on beyond.
+  // Range of houses and trees.
   static constexpr float kFarBegin_m = -70.F;
   static constexpr float kFarEnd_m = 150.F;
 
@@ -58,8 +58,8 @@ struct Site {
 
   Scene scene;
   Random random;
-  Places ground;   // Whatever stands.
-  Places heights;  // Only what no crown of a tree may hang over.
+  Places ground;   // Of anything that stands.
+  Places heights;  // Only of things that no tree's crown may hang over.
   double half_road_m = 0.0;
   double edge_m = 0.0;  // Where the sidewalks begin, beyond the parking strips.
   double walk_m = 0.0;

@@ -1,4 +1,4 @@
-// What stands around the vehicles and people of scene `varied`.
+// Surroundings of the vehicles and people of scene `varied`.
 #include <array>
 #include <cmath>
 #include <utility>
@@ -57,7 +57,7 @@ void add_house(Site& site, float side, float z0, float z1) {
   add_doors(site, side, front, z0, z1);
 }
 
-// A tree where there is room for it; its crown may hang over the road.
+// A tree, if there is room for it; its crown may hang over the road.
 void add_tree_at(Site& site, float x, float z) {
   Random& random = site.random;
   const float tall = uniform(random, 3.5, 13.0);

@@ -1,4 +1,4 @@
-// Glasses on somebody's head in a hall: fast turns, a short baseline, a trolley pushed past.
+// Glasses on a person's head in a hall: fast turns, a short baseline, a trolley pushed past.
 #include <cmath>
 #include <numbers>
 
@@ -115,7 +115,7 @@ Actor trolley(Trajectory trajectory) {
   return actor;
 }
 
-// Head turns: still for a moment, then quickly to the next side; up to 100 degrees a second.
+// Head turns: still for a moment, then fast to the other side; up to 100 degrees a second.
 double head_yaw_rad(double time_s) {
   const auto turn = [&](double begin_s, double seconds, double angle_rad) {
     const double s = std::clamp((time_s - begin_s) / seconds, 0.0, 1.0);
@@ -136,7 +136,7 @@ Scene wearable_scene(const Variation& variation) {
   scene.rig = {400.0, 400.0, 319.5, 239.5, 0.10, 640, 480};
   scene.rate_hz = 25.0;
   scene.frames = 200;
-  // The trolley comes towards us and passes on our right; who pushes it walks behind.
+  // The trolley approaches and passes on the right; the person who pushes it walks behind.
   const GroundPath path(Points{{0.3, 11.5}, {0.6, 8}, {1.1, 5}, {1.3, 2}, {1.3, -1.5}});
   const SpeedProfile speed = variation.paced(SpeedProfile({{0.0, 0.9}, {3.0, 1.1}, {6.0, 0.8}}), 11);
   scene.actors.push_back(trolley(drive(path, speed, 2.0)));

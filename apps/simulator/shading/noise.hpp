@@ -11,7 +11,7 @@ namespace kinetrace::simulator {
 /// before.
 struct Octaves {
   static constexpr int kMax = 8;
-  // Plain arrays: kernels call nothing of the standard library.
+  // Plain arrays: kernels must not call the standard library.
   float frequency[kMax]{};  ///< Lattice cells per metre.
   float amplitude[kMax]{};
   int count;  ///< How many there are.
@@ -23,7 +23,7 @@ struct Octaves {
 };
 
 /// At eight points: zero mean, about unit variance. Octaves fade out as their cells become smaller than `footprint_m`,
-/// the size of a pixel on the surface: what a pixel cannot resolve must not flicker in it.
+/// the size of a pixel on the surface: unresolved detail would flicker.
 [[nodiscard]] Lanes fractal_noise(const Octaves& octaves, const Lanes3& points, const Lanes& footprint_m);
 
 }  // namespace kinetrace::simulator

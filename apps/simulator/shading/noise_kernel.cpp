@@ -8,7 +8,7 @@ constexpr std::uint32_t kStepX = 0x8da6b343U;
 constexpr std::uint32_t kStepY = 0xd8163841U;
 constexpr std::uint32_t kStepZ = 0xcb1ab31fU;
 
-// Lattices of neighbouring octaves must not share their planes.
+// Shifts prevent neighbouring octaves from sharing lattice planes.
 constexpr float kShift[Octaves::kMax] = {0.37F, 5.71F, 11.13F, 17.59F, 23.83F, 31.07F, 37.41F, 43.93F};
 constexpr std::uint32_t kKey[Octaves::kMax] = {0x1U,        0x9e3779b9U, 0x3c6ef372U, 0xdaa66d2bU,
                                                0x78dde6e4U, 0x1715609dU, 0xb54cda56U, 0x5384540fU};
@@ -17,8 +17,7 @@ Floats smooth(Floats t) noexcept {
   return t * t * t * (t * (t * 6.F - 15.F) + 10.F);
 }
 
-// The first step of a corner's hash. It takes the parts of a key one by one: folded and then joined by exclusive or,
-// they are what they would be joined and then folded.
+// The first step of a corner's hash. It folds the parts of a key one by one, as folding commutes with exclusive or.
 WordVector merged(WordVector key) noexcept {
   return key ^ (key >> 15);
 }
@@ -57,7 +56,7 @@ Floats value_noise(const Vec3& point, std::uint32_t seed) noexcept {
   return blend(blend(near_low, near_high, ty), blend(far_low, far_high, ty), tz) * 0x1p-31F;
 }
 
-// 1 for octaves whose cells are three times the footprint, 0 for those that a pixel swallows.
+// 1 for octaves whose cells are three times the footprint, 0 for those that a pixel does not resolve.
 Floats visible(Floats cells_per_footprint) noexcept {
   return clamp((0.95F - cells_per_footprint) * (1.F / 0.6F), 0.F, 1.F);
 }

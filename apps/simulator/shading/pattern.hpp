@@ -1,4 +1,4 @@
-// Regular patterns with exact box filters: how much of a pixel's width a stripe covers. For kernel sources.
+// Regular patterns with exact box filters: the coverage of a pixel's width by stripes. For kernel sources.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace kinetrace::simulator::KINETRACE_KERNEL_ISA {
 
-/// Part of [x - width / 2, x + width / 2] that lies in [from, to].
+/// Fraction of [x - width / 2, x + width / 2] that lies in [from, to].
 [[nodiscard]] inline Floats band(Floats x, Floats from, Floats to, Floats width) noexcept {
   const Floats overlap = min(to, x + 0.5F * width) - max(from, x - 0.5F * width);
   return clamp(overlap / width, 0.F, 1.F);
@@ -38,7 +38,7 @@ namespace kinetrace::simulator::KINETRACE_KERNEL_ISA {
   return a + (b - a) * t;
 }
 
-/// 1 for cells that a pixel resolves, fading to 0 for those it swallows.
+/// 1 for cells that a pixel resolves, fading to 0 for those that it does not.
 [[nodiscard]] inline Floats resolved(float cell_m, Floats footprint_m) noexcept {
   return clamp(1.5F - 1.5F * footprint_m / cell_m, 0.F, 1.F);
 }
@@ -50,7 +50,7 @@ namespace kinetrace::simulator::KINETRACE_KERNEL_ISA {
   return to_floats(to_ints(in_cell >> 8U)) * 0x1p-24F;
 }
 
-/// In [0, 1), constant over everything of one paint; each `property` of the paint has its own.
+/// In [0, 1), constant over all surfaces of one paint; independent for each `property` of the paint.
 [[nodiscard]] inline float paint_value(std::uint32_t seed, std::uint32_t property) noexcept {
   return unit_float(hash_of(seed, property));
 }

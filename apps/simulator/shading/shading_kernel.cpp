@@ -1,4 +1,4 @@
-// Light: sun, sky, and what mirrors. Compiled for each instruction set; see kinetrace_kernel.
+// Illumination: sun, sky, and reflections. Compiled for each instruction set; see kinetrace_kernel.
 #include "shading/shading_kernel.hpp"
 
 #include "shading/noise_kernel.hpp"
@@ -8,7 +8,7 @@
 namespace kinetrace::simulator::KINETRACE_KERNEL_ISA {
 namespace {
 
-// The surroundings as a mirror shows them: sky above a skyline of houses, street below. Only its outline matters.
+// The reflected surroundings: sky above a skyline of houses, street below. Only their outline matters.
 Floats surroundings(const Daylight& light, const Vec3& direction) {
   constexpr float kMaxRoof = 0.38F;
   constexpr float kStreetEdge = 0.04F;
@@ -43,7 +43,7 @@ Floats ninetieth_power(Floats x) {
   return x64 * x16 * x8 * x2;
 }
 
-// What `gloss` adds to and takes from the light of a matt surface.
+// Change of a matt surface's light by `gloss`.
 Floats glossed(const Daylight& light, const Vec3& to_sun, Floats matt, Floats gloss, const Vec3& normal,
                const Vec3& ray, Floats in_sun) {
   const Vec3 view = normalized(ray);
@@ -54,7 +54,7 @@ Floats glossed(const Daylight& light, const Vec3& to_sun, Floats matt, Floats gl
   // real surfaces are not perfectly flat.
   const Floats fresnel = gloss + (0.5F - 0.5F * gloss) * fifth_power(1.F - facing);
   const Floats towards_sun = dot(mirrored, to_sun);
-  // Far from the mirror image of the sun, nothing of it is left.
+  // The sun's reflection is negligible far from its mirror direction.
   const Floats glint = select(towards_sun > 0.8F, ninetieth_power(towards_sun), 0.F);
   return mix(matt, surroundings(light, mirrored), fresnel) + 14.F * gloss * light.sun * in_sun * glint;
 }

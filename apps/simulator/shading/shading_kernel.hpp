@@ -1,5 +1,5 @@
-// Light that surfaces and the sky send to the camera, eight rays at a time; compiled for each instruction set, which
-// all give the same to the last bit.
+// Light from surfaces and the sky to the camera, eight rays at a time; compiled for each instruction set, with
+// bit-identical results.
 #pragma once
 
 #include "shading/noise.hpp"
@@ -8,7 +8,7 @@
 
 namespace kinetrace::simulator {
 
-/// The light of a scene as the kernels take it: see Light.
+/// A scene's light in the form of the kernels: see Light.
 struct Daylight {
   float to_sun[3]{};  ///< Unit length, scene frame.
   float sun = 0.F;
@@ -33,7 +33,7 @@ namespace kernel_fast {
 extern const ShadingKernel shading_kernel;
 }
 
-/// The quickest one that this machine runs.
+/// The fastest one that this machine supports.
 [[nodiscard]] const ShadingKernel& shading_kernel();
 
 }  // namespace kinetrace::simulator

@@ -1,4 +1,4 @@
-// Points of surfaces as the shading kernels take them: eight at a time.
+// Surface points in the form of the shading kernels: eight at a time.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,8 +7,8 @@
 
 namespace kinetrace::simulator {
 
-/// Eight points of surfaces under one paint, each with the ray that met it. Lanes that nobody set hold what they held
-/// before; their results mean nothing.
+/// Eight surface points under one paint, each with the ray that hit it. Unset lanes hold old values; their results are
+/// meaningless.
 struct alignas(32) SurfacePack {
   Lanes3 position;        ///< In the frame of the body it belongs to.
   Lanes3 normal;          ///< In the same frame.
@@ -17,10 +17,10 @@ struct alignas(32) SurfacePack {
   alignas(32) Lanes footprint_m{};  ///< Size of a pixel there.
   Lanes3 scene_normal;              ///< Unit length, towards the viewer, scene frame.
   Lanes3 ray;                       ///< From the camera, of any length, scene frame.
-  alignas(32) Lanes in_sun{};       ///< Part of the sun that is not blocked.
+  alignas(32) Lanes in_sun{};       ///< Fraction of the sun that is not blocked.
 };
 
-/// Points of one flat surface that a pixel shows, one for each of its samples; half a pack.
+/// Points of a pixel on one flat surface, one for each of its samples; half a pack.
 inline constexpr int kStripLanes = kLanes / 2;
 using StripLanes = Eigen::Array<float, kStripLanes, 1>;
 

@@ -1,4 +1,4 @@
-// Which texture a material has.
+// Dispatch from materials to textures.
 #include "shading/textures.hpp"
 
 namespace kinetrace::simulator::KINETRACE_KERNEL_ISA {

@@ -6,7 +6,7 @@
 
 namespace kinetrace::simulator::KINETRACE_KERNEL_ISA {
 
-/// Points on surfaces, in the frame of the body they belong to.
+/// Surface points, in the frame of their body.
 struct Points {
   Vec3 position;
   Vec3 normal;

@@ -35,7 +35,7 @@ Floats concrete(const Paint& paint, const Points& point) {
   return 0.3F + 0.15F * paint_value(paint.seed, 2) + 0.06F * fractal_noise(grain, point.position, point.footprint_m);
 }
 
-// A regular grid of windows; in the frame of the wall's uv.
+// A regular grid of windows, in the wall's uv coordinates.
 struct WindowGrid {
   float pitch_m;
   float storey_m;
@@ -69,7 +69,7 @@ Looks window_look(const Paint& paint, const WindowGrid& grid, Floats u, Floats v
   return {mix(frame, pane, glass), 0.08F * glass};
 }
 
-// A wall, whose albedo `wall` is asked for where it shows, with windows in it.
+// A wall with windows; its albedo `wall` is evaluated only where it is visible.
 template <typename Wall>
 Looks with_windows(const Wall& wall, const Paint& paint, const Points& point) {
   constexpr float kSill_m = 0.85F;
@@ -81,7 +81,7 @@ Looks with_windows(const Wall& wall, const Paint& paint, const Points& point) {
       stripes(u, grid.pitch_m, grid.wide_m, width_m) * stripes(v, grid.storey_m, grid.tall_m, width_m);
   Looks look{any(opening < 1.F) ? wall() : 0.F};
   if (any(opening > 0.F)) {
-    constexpr float kFromAfar = 0.22F;  // Albedo of a window too small to show its parts.
+    constexpr float kFromAfar = 0.22F;  // Albedo of a window whose parts are not resolved.
     const Floats detail = resolved(0.8F, point.footprint_m);
     const Looks window = any(detail > 0.F) ? window_look(paint, grid, u, v, point.footprint_m) : Looks{};
     look.albedo = mix(look.albedo, mix(kFromAfar, window.albedo, detail), opening);

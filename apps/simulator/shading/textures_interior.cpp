@@ -1,4 +1,4 @@
-// Rooms and what stands in them; also the plain surface of the textureless scene.
+// Rooms and their furniture; also the plain surface of the textureless scene.
 #include "shading/noise_kernel.hpp"
 #include "shading/pattern.hpp"
 #include "shading/textures.hpp"
@@ -42,7 +42,7 @@ Floats panel_wall(const Paint& paint, const Points& point) {
              max(0.6F * joints, skirting));
 }
 
-// A picture: patches of several sizes, as prints, books and notices have them.
+// A picture: patches of several sizes, as in prints, books and notices.
 Floats poster(const Paint& paint, const Points& point) {
   static const Octaves ink(0.3F, 0.75F, 7, 605);
   Floats value = 0.4F + 0.07F * fractal_noise(ink, point.position, point.footprint_m);

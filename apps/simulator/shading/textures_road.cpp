@@ -6,7 +6,7 @@
 namespace kinetrace::simulator::KINETRACE_KERNEL_ISA {
 namespace {
 
-// Cracks run where a drifting value crosses zero. From afar they are too fine to be seen.
+// Cracks run along the zero crossings of smooth noise. They are not resolved from a distance.
 Floats crack(const Points& point) {
   static const Octaves meander(2.6F, 0.55F, 5, 101);
   const Floats seen = resolved(0.12F, point.footprint_m);

@@ -17,7 +17,7 @@ float paint_albedo(const Paint& paint) {
   return kTones[hash_of(paint.seed, 1) % kCount];
 }
 
-// What the drawing functions below share: where we are on the body, and how wide a pixel is there.
+// Common input of the drawing functions: the position on the body, and the width of a pixel there.
 struct BodyPoint {
   const BodyShape& shape;
   Floats x;  ///< Forward.
@@ -26,7 +26,7 @@ struct BodyPoint {
   Floats width_m;
 };
 
-// How much `value` covers the look so far.
+// Blends `albedo` and `gloss` over the look, by their coverage.
 void cover(Looks& look, Floats albedo, Floats gloss, Floats coverage) {
   look.albedo = mix(look.albedo, albedo, coverage);
   look.gloss = mix(look.gloss, gloss, coverage);

@@ -1,4 +1,4 @@
-// Numbers eight at a time, as they lie in memory.
+// Eight numbers at a time, in memory.
 #pragma once
 
 #include <array>

@@ -14,7 +14,7 @@ using FloatVector = float __attribute__((vector_size(4 * kLanes)));
 using IntVector = std::int32_t __attribute__((vector_size(4 * kLanes)));
 using WordVector = std::uint32_t __attribute__((vector_size(4 * kLanes)));
 
-/// Numbers that behave as one; plain floats turn into eight equal ones.
+/// Numbers used like one; plain floats are broadcast to eight lanes.
 struct Floats {
   FloatVector v;
 
@@ -60,7 +60,7 @@ inline Floats select(Mask mask, Floats yes, Floats no) noexcept {
   return mask.v ? yes.v : no.v;
 }
 
-/// Of values that fit 32 bits, cut off towards zero.
+/// Of values that fit 32 bits, rounded towards zero.
 inline IntVector truncated(Floats x) noexcept {
   return __builtin_convertvector(x.v, IntVector);
 }
@@ -68,7 +68,7 @@ inline Floats to_floats(IntVector x) noexcept {
   return __builtin_convertvector(x, FloatVector);
 }
 
-// One instruction each where there is one: compilers make several of the vector operators.
+// Single instructions where available: compilers make several of the vector operators.
 #ifdef __AVX__
 /// Whether the mask holds in any lane.
 inline bool any(Mask mask) noexcept {
@@ -131,10 +131,10 @@ inline WordVector to_words(IntVector x) noexcept {
   return reinterpret_cast<const WordVector&>(x);
 }
 
-/// Of angles up to some thousand radians; off by less than 1e-6 of a radian's length for those below a hundred.
+/// Of angles up to some thousand radians; error below 1e-6 for angles below a hundred.
 inline Floats sin(Floats angle) noexcept {
   constexpr float kPi = 3.14159265F;
-  // Half turns, taken off in two steps: the first is exact.
+  // Half turns are subtracted in two steps, the first of them exact.
   constexpr float kPiHead = 3.140625F;
   constexpr float kPiTail = 9.67653590e-4F;
   const Floats half_turns = floor_of(angle * (1.F / kPi) + 0.5F);

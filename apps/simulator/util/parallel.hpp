@@ -1,4 +1,4 @@
-// Work on a few threads, with results that do not depend on how many.
+// Parallel work whose results do not depend on the number of threads.
 #pragma once
 
 #include <atomic>

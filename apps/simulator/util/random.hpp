@@ -1,4 +1,4 @@
-// Random numbers that depend on where they are used, never on when: the same seed gives the same pixels in any order.
+// Random numbers by key, independent of the order of use: the same seed gives the same pixels in any order.
 #pragma once
 
 #include <cmath>
@@ -6,7 +6,7 @@
 
 namespace kinetrace::simulator {
 
-// Always inlined: kernels use them in registers of several instruction sets, which must not share one compiled copy.
+// Always inlined: kernels of several instruction sets use them in registers and must not share one compiled copy.
 
 /// Mixes all bits of `x` (C. Wellons, "Prospecting for hash functions", 2018: lowbias32). A word, or a vector of words.
 template <typename Word>
@@ -19,7 +19,7 @@ template <typename Word>
   return x;
 }
 
-/// A hash with one more key in it.
+/// A hash extended by one key.
 template <typename Word>
 [[nodiscard, gnu::always_inline]] constexpr Word hash_step(Word hash, Word key) noexcept {
   return mixed(hash ^ (key + 0x9e3779b9U + (hash << 6U)));

@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-// A limb from its joint at the origin.
+// A limb with its joint at the origin.
 Mesh limb(float length, float radius, float end_radius, const Paint& paint) {
   Mesh mesh;
   mesh.add_cylinder({0.F, 0.F, 0.F}, {0.F, length, 0.F}, radius, end_radius, 12, paint);
@@ -42,7 +42,7 @@ void add_trunk(Mesh& mesh, const std::array<Girth, N>& girths, float factor, con
   mesh.add_loft(rings, paint);
 }
 
-// What the parts are made of.
+// Materials of the parts.
 struct Cloth {
   Paint upper;
   Paint lower;
@@ -58,7 +58,7 @@ struct Cloth {
         shoe{Material::kShoe, seed} {}
 };
 
-// A skirt, or what hangs down of a dress or a coat: wide enough for the thighs in it.
+// A skirt, or the lower part of a dress or a coat: wide enough for the thighs.
 void add_skirt(Mesh& mesh, const Outfit& outfit, const Paint& paint) {
   const float low_m = outfit.skirt_m;
   add_trunk(mesh,
@@ -130,7 +130,7 @@ Mesh head(const Outfit& outfit, const Cloth& cloth) {
 
 Mesh foot(const Paint& shoe) {
   Mesh mesh;
-  // The sole is as far below the ankle as the gait has it.
+  // The sole's distance below the ankle matches the gait's.
   mesh.add_ellipsoid({0.055F, 0.04F, 0.F}, {0.135F, static_cast<float>(kAnkle_m) - 0.04F, 0.046F}, 8, shoe);
   mesh.add_ellipsoid({-0.01F, 0.015F, 0.F}, {0.06F, 0.055F, 0.042F}, 6, shoe);
   return mesh;

@@ -1,4 +1,4 @@
-// The parts of a person's body and what it wears: rigid, each in the frame of its joint.
+// A person's body parts and clothes: rigid, each in the frame of its joint.
 #pragma once
 
 #include <cstdint>
@@ -27,17 +27,17 @@ enum BodyPart : std::size_t {
 
 inline constexpr double kUpperArm_m = 0.29;
 
-/// What somebody looks like; as it stands: a shirt with short sleeves, trousers, short hair, nothing carried.
+/// A person's appearance; by default a shirt with short sleeves, trousers, short hair, nothing carried.
 struct Outfit {
   enum class Legs : std::uint8_t { kTrousers, kShorts, kBare };
   enum class Head : std::uint8_t { kShortHair, kLongHair, kCap, kHood };
   enum class Luggage : std::uint8_t { kNone, kBackpack, kShoulderBag };
 
-  float girth = 1.F;   ///< Of the trunk, as part of the usual one.
+  float girth = 1.F;   ///< Of the trunk, relative to the usual one.
   bool plain = false;  ///< A shirt without stripes, checks or print.
   bool long_sleeves = false;
   Legs legs = Legs::kTrousers;
-  float skirt_m = 0.F;    ///< How far a skirt, dress or coat hangs below the hip; 0: there is none.
+  float skirt_m = 0.F;    ///< Length of a skirt, dress or coat below the hip; 0: none.
   bool is_dress = false;  ///< The skirt is of the shirt's cloth.
   Head head = Head::kShortHair;
   Luggage luggage = Luggage::kNone;

@@ -1,4 +1,4 @@
-// What stands about in streets and is neither a vehicle nor a person.
+// Objects in streets that are neither vehicles nor people.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,7 +8,7 @@
 
 namespace kinetrace::simulator {
 
-/// A thing about the origin, on the ground.
+/// An object standing on the ground at the origin.
 struct Clutter {
   Mesh mesh;
   Eigen::Vector2f half_m = Eigen::Vector2f::Zero();  ///< Of the square around it, along x and z.
@@ -17,7 +17,7 @@ struct Clutter {
 /// A bin, post, pole, sign, board, crate, container, bush, cabinet, cone, bench, heap or hut, of any size and look.
 [[nodiscard]] Clutter random_clutter(Random& random);
 
-/// A factor to albedos, as often below 1 as above.
+/// A random factor for albedos, as often below 1 as above.
 [[nodiscard]] float random_tone(Random& random);
 
 /// Gives all of a mesh the same tone.

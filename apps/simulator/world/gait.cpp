@@ -8,8 +8,8 @@ namespace kinetrace::simulator {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-// Part of a cycle in which a foot is on the ground (D. Winter, "Biomechanics and motor control of human movement",
-// 1987: 0.6 at a walk; a little less makes up for a pelvis that does not turn).
+// Fraction of a cycle in which a foot is on the ground (D. Winter, "Biomechanics and motor control of human movement",
+// 1987: 0.6 at a walk; slightly less, as this pelvis does not rotate).
 constexpr double kStance = 0.55;
 constexpr double kReach_m = 0.5 * kStance * kStride_m;
 
@@ -61,7 +61,7 @@ double hip_height_m(double cycle) {
 Leg leg_at(double cycle) {
   const Foot foot = foot_at(cycle);
   const double down_m = hip_height_m(cycle) - foot.ankle_m;
-  // Never quite stretched.
+  // The leg is never fully stretched.
   const double length_m = std::min(std::hypot(foot.ahead_m, down_m), 0.999 * (kThigh_m + kShin_m));
   const double at_hip = (kThigh_m * kThigh_m + length_m * length_m - kShin_m * kShin_m) / (2.0 * kThigh_m * length_m);
   const double at_knee = (kThigh_m * kThigh_m + kShin_m * kShin_m - length_m * length_m) / (2.0 * kThigh_m * kShin_m);

@@ -1,4 +1,4 @@
-// How legs walk.
+// Walking motion of legs.
 #pragma once
 
 namespace kinetrace::simulator {
@@ -19,8 +19,8 @@ struct Leg {
 /// Height of the hip joints over the ground; `cycle` counts strides.
 [[nodiscard]] double hip_height_m(double cycle);
 
-/// The leg whose foot touches the ground when `cycle` is a whole number. While it carries, its foot stays where it
-/// treads: it moves backwards in the body by just as much as the body moves on.
+/// The leg whose foot touches the ground when `cycle` is a whole number. A standing foot does not slip: it moves
+/// backwards relative to the body by the distance that the body covers.
 [[nodiscard]] Leg leg_at(double cycle);
 
 }  // namespace kinetrace::simulator

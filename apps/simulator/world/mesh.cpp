@@ -18,7 +18,7 @@ std::uint32_t count_of(const std::vector<Mesh::Vertex>& vertices) {
   return static_cast<std::uint32_t>(vertices.size());
 }
 
-// Some vector at a right angle to `axis`.
+// A vector perpendicular to `axis`.
 Vector3f across(const Vector3f& axis) {
   const Vector3f helper = std::abs(axis.y()) < 0.9F * axis.norm() ? Vector3f::UnitY() : Vector3f::UnitX();
   return axis.cross(helper).normalized();

@@ -1,4 +1,4 @@
-// Triangle meshes with what the textures need to know.
+// Triangle meshes with the data that textures need.
 #pragma once
 
 #include <array>
@@ -34,14 +34,14 @@ struct Mesh {
   /// Closed cylinder from `from` to `to`, tapering from radius `from_radius` to `to_radius`.
   void add_cylinder(const Eigen::Vector3f& from, const Eigen::Vector3f& to, float from_radius, float to_radius,
                     int sides, const Paint& paint);
-  /// Ellipsoid; with `roughness` > 0 its radius varies by that fraction, differently for each `paint.seed`.
+  /// Ellipsoid; with `roughness` > 0 its radius varies by that fraction, depending on `paint.seed`.
   void add_ellipsoid(const Eigen::Vector3f& center, const Eigen::Vector3f& radii, int rings, const Paint& paint,
                      float roughness = 0.F);
   /// A closed skin over rings of equally many points, with smooth normals. uv is zero.
   void add_loft(std::span<const std::vector<Eigen::Vector3f>> rings, const Paint& paint);
   /// About the origin; `factor` > 0.
   void scale(float factor);
-  /// All of `other`, moved.
+  /// Adds `other`, moved.
   void append(const Mesh& other, const Eigen::Matrix3f& rotation, const Eigen::Vector3f& translation);
 
  private:

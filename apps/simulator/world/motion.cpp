@@ -20,7 +20,7 @@ Se3 ground_pose(const Eigen::Vector2d& at, double heading_rad) {
 }  // namespace
 
 GroundPath::GroundPath(std::vector<Eigen::Vector2d> points) : points_(std::move(points)) {
-  // Mirrored end points make the curve begin and end exactly on the first and the last point.
+  // Mirrored end points make the curve begin and end exactly at the first and the last point.
   points_.insert(points_.begin(), 2.0 * points_[0] - points_[1]);
   points_.push_back(2.0 * points_.back() - points_[points_.size() - 2]);
   const std::size_t spans = points_.size() - 3;
@@ -49,7 +49,7 @@ Se3 GroundPath::pose_at(double distance_m) const {
   const auto i = static_cast<std::size_t>(after - arc_lengths_.begin());
   const double t = (distance_m - arc_lengths_[i - 1]) / (arc_lengths_[i] - arc_lengths_[i - 1]);
   const Eigen::Vector2d position = samples_[i - 1] + t * (samples_[i] - samples_[i - 1]);
-  // Chords turn in steps; between their middles the tangent turns evenly.
+  // Chord directions change in steps; between the chords' middles the tangent is interpolated.
   const auto chord = [&](std::size_t k) -> Eigen::Vector2d {
     const std::size_t last = samples_.size() - 1;
     const std::size_t end = std::clamp<std::size_t>(k, 1, last);
@@ -119,7 +119,7 @@ Se3 sway_at(const Sway& sway, double time_s) {
       const double frequency_hz =
           sway.slowest_hz * std::pow(sway.fastest_hz / sway.slowest_hz, (i + random.unit()) / kSines);
       const double phase = random.uniform(0.0, 2.0 * std::numbers::pi);
-      // Faster sines are smaller: what shakes has mass.
+      // Faster sines are smaller, because of the carrier's inertia.
       const double weight = 0.6 * std::sqrt(sway.slowest_hz / frequency_hz);
       offset[axis] += amplitude[axis] * weight * std::sin(2.0 * std::numbers::pi * frequency_hz * time_s + phase);
     }

@@ -1,4 +1,4 @@
-// Paths and speeds of things that move as vehicles and people do.
+// Paths and speeds of vehicles and people.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 
 namespace kinetrace::simulator {
 
-/// A smooth curve on the ground: a uniform cubic B-spline, whose curvature is continuous, so that what follows it
-/// steers without jerks. It begins at the first and ends at the last of the given points and passes near the others.
+/// A smooth curve on the ground: a uniform cubic B-spline, whose continuous curvature means steering without jerks. It
+/// begins at the first and ends at the last of the given points and passes near the others.
 class GroundPath {
  public:
   /// Points are (x, z) in the scene frame; at least two.
@@ -38,7 +38,7 @@ class SpeedProfile {
   };
   explicit SpeedProfile(std::vector<Knot> knots);
   [[nodiscard]] double distance_m(double time_s) const;
-  /// `factor` times as quick at every moment.
+  /// The speed at every moment times `factor`.
   [[nodiscard]] SpeedProfile scaled(double factor) const;
 
  private:
@@ -46,7 +46,7 @@ class SpeedProfile {
   std::vector<Knot> knots_;
 };
 
-/// A thing at `start_m` along the path when time is zero.
+/// Motion along the path, from `start_m` at time zero.
 [[nodiscard]] Trajectory drive(GroundPath path, SpeedProfile speed, double start_m = 0.0);
 /// At rest on the ground at (x, z), turned by `heading_rad` from +x towards -z.
 [[nodiscard]] Trajectory parked(double x_m, double z_m, double heading_rad);

@@ -33,7 +33,7 @@ Se3 part_pose(std::size_t part, double cycle, Arms arms) {
   Se3 hip = joint({0.0, -hip_m, side * kHipHalf_m}, leg.hip_rad);
   Se3 knee = hip * joint({0.0, kThigh_m, 0.0}, -leg.knee_rad);
   const bool pushing = arms == Arms::kPushing;
-  // Arms swing against the legs.
+  // Arms swing opposite to the legs.
   const double swing = std::cos(2.0 * std::numbers::pi * (left ? cycle : cycle + 0.5));
   Se3 shoulder =
       joint({0.0, -hip_m - kShoulderAboveHip_m, side * kShoulderHalf_m}, pushing ? 0.45 : 0.05 - 0.38 * swing);
@@ -93,7 +93,7 @@ Actor person(std::uint16_t seed, double scale, const Outfit& outfit) {
 
 Actor walking_person(GroundPath path, SpeedProfile speed, double start_m, std::uint16_t seed, double height_m,
                      Arms arms, const Outfit& outfit) {
-  // The taller, the longer the stride.
+  // Stride length grows with height.
   const double scale = height_m / kPersonHeight_m;
   Actor actor = person(seed, scale, outfit);
   actor.T_obj_part = [speed, seed, arms, scale](double time_s, std::size_t part) {

@@ -14,12 +14,12 @@ enum class Arms : std::uint8_t { kSwinging, kPushing };
 
 inline constexpr double kPersonHeight_m = 1.75;
 
-/// A person who walks along `path`. The gait follows the distance covered: feet stay where they tread.
+/// A person who walks along `path`. The gait follows the distance covered, so that feet do not slip.
 [[nodiscard]] Actor walking_person(GroundPath path, SpeedProfile speed, double start_m, std::uint16_t seed,
                                    double height_m = kPersonHeight_m, Arms arms = Arms::kSwinging,
                                    const Outfit& outfit = {});
 
-/// How somebody who stands has the arms, left and right, positive bringing what hangs forward; and the trunk.
+/// Posture of a standing person: left and right arm, positive forwards, and the trunk.
 struct Stance {
   std::array<double, 2> shoulders_rad{};
   std::array<double, 2> elbows_rad{};

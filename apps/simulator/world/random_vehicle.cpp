@@ -15,24 +15,24 @@ struct Range {
   float high;
 };
 
-// Of what a body of one make may measure.
+// Ranges of a make's dimensions.
 struct Make {
-  double share;  ///< Of all vehicles; they add up to 1.
+  double share;  ///< Of all vehicles; the shares add up to 1.
   Range length_m;
   Range height_m;
   Range width_m;
-  Range belt;         ///< Part of the height where the windows begin.
-  Range bonnet_rear;  ///< Height of the bonnet before the windscreen, part of the height.
+  Range belt;         ///< Height where the windows begin, relative to the vehicle's.
+  Range bonnet_rear;  ///< Height of the bonnet before the windscreen, relative to the vehicle's.
   Range bonnet_front;
-  Range bonnet;        ///< Part of the length.
-  Range windscreen_m;  ///< How far its top lies behind its foot.
-  Range boot;          ///< Part of the length.
-  Range deck;          ///< Height of the boot's lid or the bed, part of the height.
+  Range bonnet;        ///< Relative to the vehicle's length.
+  Range windscreen_m;  ///< Horizontal distance of its top behind its foot.
+  Range boot;          ///< Relative to the vehicle's length.
+  Range deck;          ///< Height of the boot's lid or the bed, relative to the vehicle's.
   Range rear_window_m;
   Range wheel_m;  ///< Radius.
   Range lean;     ///< Of the side windows.
   Range rounding;
-  double rear_side_windows;  ///< How many have them.
+  double rear_side_windows;  ///< Probability of having them.
   int pillars;
 };
 
@@ -219,7 +219,7 @@ constexpr std::array<Make, 10> kMakes{{
      1},
 }};
 
-// A box truck's cab is none of the above.
+// Share of box trucks, whose cab is of none of the makes above.
 constexpr double kBoxTrucks = 0.06;
 constexpr Make kCab{0.0,
                     {1.6F, 2.3F},
@@ -258,7 +258,7 @@ const Make& any_make(Random& random) {
   return kMakes.front();
 }
 
-// Black, white and silver are what most cars are painted in.
+// Most cars are black, white or silver.
 float any_paint(Random& random) {
   const double kind = random.unit();
   if (kind < 0.35) {
@@ -279,7 +279,7 @@ BodyTrim any_trim(Random& random, const BodyShape& shape, int pillars) {
   trim.strip_m = draw(random, 0.4F, 0.7F);
   trim.plate_front_m = draw(random, 0.3F, 0.55F);
   trim.plate_rear_m = random.chance(0.5) ? draw(random, 0.35F, 0.6F) : draw(random, 0.6F, 0.9F);
-  // What is at the front moves with the bonnet's edge.
+  // Front details move with the bonnet's edge.
   const float nose = std::max(0.55F, shape.belt_m * draw(random, 0.62F, 0.78F));
   trim.headlamp_m = nose;
   trim.headlamp_radius_m = draw(random, 0.08F, 0.22F);
@@ -362,7 +362,7 @@ void load_truck(Random& random, VehicleDesign& design) {
   cab.origin_x_m = 0.5F * design.box_length_m;
 }
 
-// What some have on their roof.
+// Optional load on the roof.
 float load_roof(Random& random, const VehicleDesign& design, Mesh& mesh) {
   const BodyShape& s = design.shape;
   const float low = std::max(s.height_m, design.box_height_m);
@@ -376,7 +376,7 @@ float load_roof(Random& random, const VehicleDesign& design, Mesh& mesh) {
   return tall;
 }
 
-// Opens the driver's or the passenger's door; returns where one stands to get in.
+// Opens the driver's or the passenger's door; returns where a person stands to get in.
 Eigen::Vector2f open_door(Random& random, const VehicleDesign& design, std::uint16_t seed, Mesh& mesh) {
   constexpr float kThick_m = 0.07F;
   const BodyShape& s = design.shape;
@@ -387,7 +387,7 @@ Eigen::Vector2f open_door(Random& random, const VehicleDesign& design, std::uint
   const float tall = std::min(s.height_m - 0.1F, 2.1F) - low;
   const float hinge_x = s.origin_x_m + s.windscreen_m - 0.12F;
   const float hinge_z = 0.5F * s.width_m;
-  // What one sees through the opening.
+  // The interior visible through the opening.
   mesh.add_box({hinge_x - 0.5F * wide, -low - 0.5F * tall, side * (hinge_z - 0.02F)}, {0.95F * wide, tall, 0.06F},
                {Material::kPlain, seed, nullptr, draw(random, 0.03F, 0.4F)});
   const Vector3f middle(hinge_x - 0.5F * wide * std::cos(angle), -low - 0.5F * tall,

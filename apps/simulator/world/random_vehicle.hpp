@@ -13,12 +13,12 @@ struct RandomVehicle {
   std::shared_ptr<const BodyShape> shape;                ///< The mesh's paint points to it.
   Mesh mesh;                                             ///< As of vehicle_mesh.
   Eigen::Vector3f size_lhw_m = Eigen::Vector3f::Zero();  ///< Without open doors.
-  /// Where somebody stands, x and z in the vehicle, who gets in by an open door; if there is one.
+  /// Position, x and z in the vehicle, of a person getting in by the open door; none if doors are closed.
   std::optional<Eigen::Vector2f> doorway_m;
 };
 
 /// A small car, saloon, estate, coupe, off-roader, people carrier, van, delivery van, bus, pick-up or box truck, with
-/// proportions and looks of its own.
+/// random proportions and looks.
 [[nodiscard]] RandomVehicle random_vehicle(Random& random);
 
 }  // namespace kinetrace::simulator

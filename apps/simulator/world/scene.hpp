@@ -1,4 +1,4 @@
-// What is simulated: a world, things in it, light, a stereo rig on a path.
+// Input of the simulation: a world, actors, light, a stereo rig on a path.
 #pragma once
 
 #include <cstddef>
@@ -28,16 +28,16 @@ struct Actor {
   bool rigid = true;
   Eigen::Vector3d size_lhw_m = Eigen::Vector3d::Zero();  ///< Of its box: along x, y and z.
   std::vector<Mesh> parts;
-  std::shared_ptr<const BodyShape> shape;  ///< That the parts' paint points to, where it is the actor's own.
+  std::shared_ptr<const BodyShape> shape;  ///< Referenced by the parts' paint; null if the actor does not own it.
   Trajectory T_scene_obj;
-  /// Pose of a part in the object; empty for rigid things, whose parts never move in it.
+  /// Pose of a part in the object; empty for rigid objects, whose parts are fixed.
   std::function<Se3(double time_s, std::size_t part)> T_obj_part;
 };
 
 struct Light {
   Eigen::Vector3f to_sun = Eigen::Vector3f(-0.45F, -0.75F, -0.35F);  ///< Need not have unit length.
-  float sun = 1.F;        ///< Irradiance of a surface facing the sun; a white one in full light appears as 1.
-  float ambient = 0.38F;  ///< From the sky and from all around.
+  float sun = 1.F;        ///< Irradiance of a surface facing the sun; a white surface in full light appears as 1.
+  float ambient = 0.38F;  ///< From the sky and the surroundings.
   float sky = 1.1F;       ///< Brightness of the sky near the horizon.
   float exposure = 1.F;   ///< Factor from radiance to the sensor's range.
 };
@@ -49,11 +49,11 @@ struct Scene {
   std::vector<Actor> actors;
   Trajectory T_scene_cam;  ///< Left camera of the rectified rig.
   Light light;
-  /// Where the world's textures have their origin; whole metres.
+  /// Origin of the world's textures; whole metres.
   Eigen::Vector3f texture_origin_m = Eigen::Vector3f::Zero();
   StereoGeometry rig;
   double rate_hz = 10.0;
-  int frames = 100;  ///< As many as the scene has been laid out for.
+  int frames = 100;  ///< The number that the scene was designed for.
 };
 
 }  // namespace kinetrace::simulator

@@ -9,7 +9,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-// What lies on the street lies a little above it, so that rays meet it first.
+// Marks on the street lie slightly above it, so that rays hit them first.
 constexpr float kLayer_m = 0.004F;
 
 float uniform(Random& random, double low, double high) {
@@ -71,7 +71,7 @@ void add_road_wear(Mesh& mesh, const GroundArea& area, int count, std::uint32_t 
     const float x = uniform(random, area.x0 + 1.0, area.x1 - 1.0);
     const float z = uniform(random, area.z0, area.z1);
     const auto variant = static_cast<std::uint16_t>(random.bits());
-    // Each at its own height: where two overlap, one is on top.
+    // Each at its own height, so that overlaps have a defined order.
     const float layer = 0.5F * kLayer_m * (1.F + 0.9F * static_cast<float>(i) / static_cast<float>(count));
     if (random.chance(0.3)) {
       mesh.add_cylinder({x, 0.F, z}, {x, -layer, z}, 0.33F, 0.33F, 24, {Material::kManhole, variant});
@@ -117,7 +117,7 @@ void add_tree(Mesh& mesh, float x, float z, float height_m, std::uint16_t seed) 
     Vector3f offset(uniform(random, -1, 1) * spread, -uniform(random, 0.05, 0.45) * height_m,
                     uniform(random, -1, 1) * spread);
     const float radius = uniform(random, 0.1, 0.17) * height_m;
-    // One can walk below.
+    // Headroom for pedestrians.
     offset.y() = std::min(offset.y(), -fork.y() - kHeadroom_m - radius);
     mesh.add_cylinder(fork, fork + 0.8F * offset, 0.012F * height_m, 0.005F * height_m, 6, {Material::kBark, seed});
     mesh.add_ellipsoid(fork + offset, {radius, 0.8F * radius, radius}, 10,

@@ -1,4 +1,4 @@
-// What stands beside a street: added to a static world mesh. Ground is y = 0, y points down, metres.
+// Static surroundings of a street: added to a world mesh. Ground is y = 0, y points down, metres.
 #pragma once
 
 #include <cstdint>

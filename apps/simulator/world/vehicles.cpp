@@ -127,7 +127,7 @@ std::vector<Vector3f> section(const BodyShape& shape, float x, float top) {
   return ring;
 }
 
-// The outline at intermediate places too: a smooth skin needs short faces.
+// The outline with intermediate points: a smooth skin needs short faces.
 std::vector<std::vector<Vector3f>> sections(const VehicleDesign& design) {
   constexpr int kSteps = 3;
   std::vector<std::vector<Vector3f>> rings;

@@ -16,10 +16,10 @@ inline constexpr int kVehicleKinds = 5;
 /// A point of a body's outline seen from the side.
 struct OutlinePoint {
   float x;       ///< From the rear (-0.5) to the front (0.5) of the length.
-  float height;  ///< In parts of the height.
+  float height;  ///< Relative to the vehicle's height.
 };
 
-/// What a vehicle is built from. Of a truck, the shape is that of the cab alone, at the front.
+/// Parameters of a vehicle. A truck's shape is that of the cab alone, at the front.
 struct VehicleDesign {
   BodyShape shape;
   std::span<const OutlinePoint> outline;  ///< From the rear to the front.

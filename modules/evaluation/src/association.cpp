@@ -16,7 +16,7 @@ std::optional<std::size_t> index_of(const ObjectFrame& frame, std::uint32_t trac
                                      : std::optional(static_cast<std::size_t>(found - frame.tracks.begin()));
 }
 
-// Weights in which a pair of the frame before outweighs any other choice for its row or column.
+// Weights with which a pair of the previous frame outweighs any other choice for its row or column.
 Eigen::MatrixXd weights_of(const ObjectFrame& frame, const TrackOfObject& before, double min_similarity) {
   constexpr double kStay = 1000.0;
   Eigen::MatrixXd weights = frame.similarity;
@@ -38,7 +38,7 @@ Eigen::MatrixXd weights_of(const ObjectFrame& frame, const TrackOfObject& before
 
 std::vector<FrameAssociation> associate(std::span<const ObjectFrame> frames, double min_similarity) {
   std::vector<FrameAssociation> associations;
-  TrackOfObject before;      // In the frame before.
+  TrackOfObject before;      // In the previous frame.
   TrackOfObject last_known;  // In any frame so far.
   for (const ObjectFrame& frame : frames) {
     const std::vector<int> columns = best_matching(weights_of(frame, before, min_similarity));

@@ -1,4 +1,4 @@
-// Which track is which object, frame after frame.
+// Association of tracks with objects, frame by frame.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace kinetrace::evaluation {
 /// Indices into ObjectFrame::tracks, one for each of ObjectFrame::truth.
 struct FrameAssociation {
   std::vector<std::optional<std::size_t>> matched;
-  /// The same, but where there is no match: the object's last track if it is in the frame and not matched to another.
+  /// The same, but unmatched objects get their last track if it is in the frame and not matched to another.
   std::vector<std::optional<std::size_t>> followed;
 };
 

@@ -50,7 +50,7 @@ double area_of(const Polygon& polygon) {
   return 0.5 * doubled.norm();
 }
 
-/// A square of that plane which is much larger than what it is clipped to.
+/// A square in the plane, much larger than the polygon it is clipped to.
 Polygon square_of(const HalfSpace& plane, const Eigen::Vector3d& near_m, double half_m) {
   const Eigen::Vector3d middle = near_m + (plane.offset_m - plane.normal.dot(near_m)) * plane.normal;
   const Eigen::Vector3d u = half_m * plane.normal.unitOrthogonal();
@@ -58,8 +58,8 @@ Polygon square_of(const HalfSpace& plane, const Eigen::Vector3d& near_m, double 
   return {middle + u + v, middle - u + v, middle - u - v, middle + u - v};
 }
 
-/// Volume of what all half spaces have in common, by the divergence theorem: a third of the sum of its faces' areas
-/// times their distances from `inside_m`.
+/// Volume of the half spaces' intersection, by the divergence theorem: a third of the sum of its faces' areas times
+/// their distances from `inside_m`.
 double common_volume(const std::vector<HalfSpace>& half_spaces, const Eigen::Vector3d& inside_m, double reach_m) {
   constexpr double kSamePlane = 1e-9;
   double volume = 0.0;
@@ -69,7 +69,7 @@ double common_volume(const std::vector<HalfSpace>& half_spaces, const Eigen::Vec
       const bool is_same = (half_spaces[i].normal - half_spaces[j].normal).norm() < kSamePlane &&
                            std::abs(half_spaces[i].offset_m - half_spaces[j].offset_m) < kSamePlane;
       if (is_same && j < i) {
-        face.clear();  // Counted there.
+        face.clear();  // Counted with an identical plane.
       } else if (!is_same) {
         face = clipped(face, half_spaces[j]);
       }

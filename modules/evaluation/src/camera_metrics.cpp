@@ -11,10 +11,11 @@ namespace {
 
 constexpr std::array<double, 8> kKittiLengths_m{100, 200, 300, 400, 500, 600, 700, 800};
 constexpr std::array<double, 5> kShortLengths_m{5, 10, 20, 50, 100};
-constexpr double kMinSpread_m = 0.1;   // A camera that stands has no scale: noise would be fitted to noise.
-constexpr double kLongPath_m = 200.0;  // Two of KITTI's lengths at least.
+constexpr double kMinSpread_m =
+    0.1;  // The scale of a stationary camera is undetermined: noise would be fitted to noise.
+constexpr double kLongPath_m = 200.0;  // At least two of KITTI's lengths.
 
-/// What is wrong with the estimated motion from `a` to `b`.
+/// Error of the estimated motion from `a` to `b`.
 Se3 relative_error(const PosePair& a, const PosePair& b) {
   const Se3 true_motion = a.T_world_cam_true.inverse() * b.T_world_cam_true;
   const Se3 motion = a.T_world_cam.inverse() * b.T_world_cam;

@@ -12,7 +12,7 @@ Eigen::Matrix3d camera_rotation(std::span<const PosePair> pairs) {
     const PosePair& b = pairs[i];
     const Se3 true_motion = a.T_world_cam_true.inverse() * b.T_world_cam_true;
     const Se3 motion = a.T_world_cam.inverse() * b.T_world_cam;
-    // A turn of one radian counts as much as a displacement of one metre; both are turned alike.
+    // A rotation by one radian counts as much as a displacement of one metre; R rotates both.
     correlation += motion.translation * true_motion.translation.transpose() +
                    so3_log(motion.rotation) * so3_log(true_motion.rotation).transpose();
   }

@@ -8,7 +8,7 @@
 namespace kinetrace::evaluation {
 namespace {
 
-/// A figure of both runs, in the order of the command line.
+/// A figure of both runs, this run first.
 struct Row {
   const char* name;
   const char* unit;

@@ -40,7 +40,7 @@ bool compare(double value, Comparison comparison, double bound) {
   return false;
 }
 
-// None if a name on the way does not exist; null if it ends in something that was not measured as a whole.
+// None if a name on the path does not exist; null if it leads into a value that was not measured.
 const nlohmann::json* find(const nlohmann::json& root, std::string_view path) {
   const nlohmann::json* place = &root;
   while (!path.empty() && !place->is_null()) {

@@ -88,7 +88,7 @@ Json false_moving_json(const std::vector<FalseMovingTrack>& tracks) {
   return list;
 }
 
-// Where to look first.
+// Starting points for an analysis.
 Json worst_motions_json(std::vector<MotionSample> motions) {
   constexpr std::ptrdiff_t kListed = 10;
   const auto end = motions.begin() + std::min(kListed, std::ssize(motions));

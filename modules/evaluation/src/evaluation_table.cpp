@@ -10,7 +10,7 @@
 namespace kinetrace::evaluation {
 namespace {
 
-/// Text made line by line.
+/// Text assembled line by line.
 class Lines {
  public:
   // NOLINTNEXTLINE(cert-dcl50-cpp): the attribute lets the compiler check the arguments.

@@ -6,13 +6,13 @@
 namespace kinetrace::evaluation {
 namespace {
 
-/// What a track follows, as far as is known.
+/// What is known about a track's object.
 struct Followed {
   std::uint32_t object_id = 0;
   bool moving = false;
 };
 
-/// By track in the frame: the object it is matched with, else the one that most of its pixels belong to.
+/// Object of each track in the frame: the matched one, else the one that most of its pixels belong to.
 std::vector<const TrueObject*> objects_of_tracks(const ObjectFrame& frame, const FrameAssociation& association) {
   std::vector<const TrueObject*> objects(frame.tracks.size(), nullptr);
   for (std::size_t track = 0; track < frame.tracks.size(); ++track) {
@@ -45,7 +45,7 @@ void count(const ObjectFrame& frame, const TrackInFrame& track, const Followed* 
 std::vector<FalseMovingTrack> find_false_moving(std::span<const ObjectFrame> frames,
                                                 std::span<const FrameAssociation> associations,
                                                 const ObjectConfig& config) {
-  // A track may be ahead of its object's first match, so the first object is known beforehand.
+  // A track may begin before its object's first match, so first objects are collected in advance.
   std::map<std::uint32_t, Followed> followed;
   for (std::size_t f = frames.size(); f-- > 0;) {
     const std::vector<const TrueObject*> objects = objects_of_tracks(frames[f], associations[f]);

@@ -1,4 +1,4 @@
-// Tracks that are said to move and do not.
+// Tracks reported as moving without a moving object.
 #pragma once
 
 #include <span>

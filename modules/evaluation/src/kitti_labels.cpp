@@ -12,7 +12,7 @@ namespace {
 constexpr std::uint16_t kOtherClass = 3;
 constexpr std::size_t kFields = 17;
 constexpr std::size_t kFieldsWithScore = 18;
-constexpr double kMoving_mps = 1.0;  // Labels are noisy: a parked car seems to move by some decimetres.
+constexpr double kMoving_mps = 1.0;  // Labels are noisy: parked cars appear to move by some decimetres.
 
 struct KittiType {
   std::string_view name;

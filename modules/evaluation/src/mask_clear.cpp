@@ -6,7 +6,7 @@
 
 namespace kinetrace::evaluation {
 
-// At 0.5 at most one mask fits, but for ties: those go to the track of the frame before.
+// At 0.5 at most one mask matches, except for ties: those go to the track of the previous frame.
 void ClearAccumulator::add(const MaskPairs& frame) {
   const auto truths = static_cast<std::int64_t>(frame.truth_ids.size());
   const auto results = static_cast<std::int64_t>(frame.result_ids.size());

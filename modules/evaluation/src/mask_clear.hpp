@@ -15,8 +15,8 @@ class ClearAccumulator {
 
  private:
   MotsScores scores_;
-  std::map<std::int64_t, std::int64_t> last_match_;      ///< Track of an object when it was matched last.
-  std::map<std::int64_t, std::int64_t> previous_match_;  ///< ... in the frame before.
+  std::map<std::int64_t, std::int64_t> last_match_;      ///< Track of each object's last match.
+  std::map<std::int64_t, std::int64_t> previous_match_;  ///< ... in the previous frame.
 };
 
 }  // namespace kinetrace::evaluation

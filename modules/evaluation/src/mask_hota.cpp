@@ -99,7 +99,7 @@ void HotaAccumulator::add(const MaskPairs& pairs) {
   frames_.push_back(std::move(frame));
 }
 
-// How well two ids fit each other over the whole sequence: their Jaccard index.
+// Agreement of two ids over the whole sequence: their Jaccard index.
 double HotaAccumulator::alignment(const IdPair& pair) const {
   const double together = potential_.at(pair);
   return together / (truths_.masks(pair.first) + results_.masks(pair.second) - together);

@@ -25,7 +25,7 @@ std::vector<Eigen::Index> members(std::span<const MaskInstance> instances, Optio
   return indices;
 }
 
-/// `results` without those that match nothing and lie mostly in the ignore region.
+/// `results` without false positives that lie mostly in the ignore region.
 std::vector<Eigen::Index> counted(const std::vector<Eigen::Index>& truths, const std::vector<Eigen::Index>& results,
                                   const MaskOverlap& overlap) {
   const Eigen::MatrixXd iou = overlap.iou(truths, results);
@@ -97,7 +97,7 @@ double MotsScores::motsp() const noexcept {
 struct MaskMetrics::Impl {
   std::map<std::uint16_t, Accumulator> classes;
   Accumulator any_class;
-  bool has_masks = false;  ///< The result, so far.
+  bool has_masks = false;  ///< Whether the result has had any so far.
   bool knows_classes = false;
 };
 

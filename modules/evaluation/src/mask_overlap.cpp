@@ -39,7 +39,7 @@ Status check_sizes(LabelView truth, LabelView result) {
                                                " in the result; evaluate a run of the same rectified images");
 }
 
-/// How many pixels have each pair of labels.
+/// Number of pixels with each pair of labels.
 class PixelCounts {
  public:
   PixelCounts(LabelView truth, LabelView result) : counts_(kLabels * kLabels) {

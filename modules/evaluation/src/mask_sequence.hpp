@@ -1,4 +1,4 @@
-// What is left of a frame when its pixels have been counted.
+// Mask overlaps of a frame, reduced from its pixels.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 namespace kinetrace::evaluation {
 
 inline constexpr double kRounding = 2.220446049250313e-16;  ///< Slack of TrackEval's comparisons with thresholds.
-inline constexpr double kMotsIou = 0.5;                     ///< At which masks match for (s)MOTSA and ignore regions.
+inline constexpr double kMotsIou = 0.5;                     ///< Matching threshold of (s)MOTSA and ignore regions.
 
 /// The masks of one class in one frame.
 struct MaskPairs {

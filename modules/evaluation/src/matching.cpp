@@ -13,7 +13,7 @@ std::vector<int> best_matching(const Eigen::MatrixXd& weights) {
   const std::size_t size = std::max(rows, columns) + 1;
   std::vector<double> numbers(3 * size);
   std::vector<std::size_t> indices(2 * size);
-  const std::unique_ptr<bool[]> in_tree = std::make_unique<bool[]>(size);  // vector<bool> has no bools.
+  const std::unique_ptr<bool[]> in_tree = std::make_unique<bool[]>(size);  // vector<bool> has no contiguous bools.
   const std::span<double> all_numbers(numbers);
   const std::span<std::size_t> all_indices(indices);
   std::vector<int> column_of_row(rows, -1);

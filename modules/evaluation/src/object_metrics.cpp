@@ -11,14 +11,14 @@
 namespace kinetrace::evaluation {
 namespace {
 
-/// One object in one frame, with what is said about it.
+/// One object in one frame, with its estimate.
 struct Observation {
   std::int64_t frame = 0;
   const TrueObject* truth = nullptr;
   double distance_m = 0.0;                        ///< From the camera.
   std::optional<std::uint32_t> matched_track_id;  ///< Matched in this frame.
   std::uint32_t track_id = 0;                     ///< Of `estimate`.
-  const TrackEstimate* estimate = nullptr;        ///< Null without a pose, and if it is lost.
+  const TrackEstimate* estimate = nullptr;        ///< Null without a pose, or if it is lost.
 };
 
 using Timelines = std::map<std::uint32_t, std::vector<Observation>>;  // By object.
@@ -177,7 +177,7 @@ void add_distances(const std::vector<Observation>& timeline, const ObjectConfig&
   }
 }
 
-/// Every box is compared that there is, also where its pose is predicted.
+/// All boxes are compared, including those with predicted poses.
 void add_boxes(const std::vector<Observation>& timeline, const ObjectConfig& config, BoxMetrics& boxes) {
   std::map<std::uint32_t, std::int64_t> first_frames;  // By track.
   for (const Observation& observation : timeline) {
@@ -223,7 +223,7 @@ void add(const ObjectErrors& one, bool rigid, ObjectErrors& all) {
     all.motion_by_source[i].add(one.motion_by_source[i]);
   }
   all.missing_motions += one.missing_motions;
-  // What walks has no body frame that an offset could be constant in.
+  // Non-rigid objects have no body frame in which an offset could be constant.
   if (rigid) {
     all.distance_m.add(one.distance_m);
     all.offset_m.add(one.offset_m);

@@ -6,7 +6,7 @@
 namespace kinetrace::evaluation {
 namespace {
 
-/// `fields`: of each row, since rows of one format may pass for those of another; 0: as many as the first has.
+/// `fields`: number per row, since rows of one format may be valid in another; 0: as many as in the first row.
 template <typename ReadPose>
 Result<TrueCamera> read_rows(const std::filesystem::path& path, TextRows::Separator separator, std::size_t fields,
                              bool by_time, const ReadPose& read_pose) {
@@ -71,7 +71,7 @@ Result<TrueCamera> read_tum(const std::filesystem::path& path) {
 
 Result<TrueCamera> read_euroc(const std::filesystem::path& path, const Se3& T_body_cam) {
   return read_rows(path, TextRows::Separator::kComma, 0, true, [&](TextRows& rows) {
-    // Unlike elsewhere the real part of the quaternion comes first.
+    // Unlike in the other formats, the real part of the quaternion comes first.
     return rows.pose(1, TextRows::QuaternionOrder::kRealFirst) * T_body_cam;
   });
 }

@@ -14,10 +14,10 @@ namespace kinetrace::evaluation {
 
 using ObjectsByFrame = std::map<std::int64_t, std::vector<LocatedObject>>;
 
-/// The simulator's objects.csv; objects that cannot be seen are left out.
+/// The simulator's objects.csv, visible objects only.
 [[nodiscard]] Result<ObjectsByFrame> read_simulator_objects(const std::filesystem::path& path);
 
-/// KITTI tracking labels; poses are turned into the world by `camera`, frames without a camera pose left out.
+/// KITTI tracking labels; poses are transformed into the world by `camera`, frames without a camera pose are left out.
 /// Velocities come from the positions two frames before and after.
 [[nodiscard]] Result<ObjectsByFrame> read_kitti_labels(const std::filesystem::path& path, const TrueCamera& camera,
                                                        const TruthSource& source);

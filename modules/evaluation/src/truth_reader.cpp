@@ -22,13 +22,13 @@ bool is_folder(const fs::path& path) {
   return fs::is_directory(path, error);
 }
 
-/// A file or folder whose format is known.
+/// A file or folder of known format.
 struct Place {
   TruthFormat format = TruthFormat::kSimulator;
   fs::path path;  ///< The folder of kSimulator, else the file.
 };
 
-// By the first row: what the formats look like is different enough.
+// By the first row, in which the formats differ enough.
 std::optional<TruthFormat> format_of_file(const fs::path& path) {
   constexpr std::size_t kKittiPoseFields = 12;
   constexpr std::size_t kLabelFields = 17;
@@ -127,7 +127,7 @@ Result<TrueCamera> read_camera(const Place& place, const TruthSource& source) {
   return read_camera(*camera, source);
 }
 
-// The simulator writes one pose for each frame; with one too few or too many all that follow are another frame's.
+// The simulator writes one pose for each frame; a missing or extra row would shift all following poses to other frames.
 Status check_pose_count(const Place& place, const Truth& truth) {
   const auto poses = static_cast<std::int64_t>(truth.camera.poses.size());
   const std::string has = (place.path / "camera_poses.txt").string() + ": has " + std::to_string(poses) + " rows, ";

@@ -19,7 +19,7 @@ Status validate(std::span<const PathPose> path, const AlignmentConfig& config) {
   if (path.size() < 2 || std::adjacent_find(path.begin(), path.end(), std::not_fn(is_in_order)) != path.end()) {
     return fail(ErrorCode::kInvalidArgument, "a path needs two poses or more, in order of time");
   }
-  // Written so that what is not a number fails.
+  // Written so that NaN fails.
   if (!std::all_of(path.begin(), path.end(), [](const PathPose& pose) {
         return pose.T_world_cam.rotation.allFinite() && pose.T_world_cam.translation.norm() <= kMaxPosition_m;
       })) {
@@ -55,7 +55,7 @@ void apply(const UnknownVector& step, const AlignmentConfig& config, const Eigen
                  config.time_offset_s + config.max_time_offset_s);
 }
 
-/// Matches under the state, with their weights.
+/// Matches at the current state, with their weights.
 struct Linearisation {
   std::vector<Match> matches;
   std::vector<Residual> residuals;
@@ -74,7 +74,7 @@ Linearisation linearise_at(const AntennaPath& path, std::span<const Fix> fixes, 
   return linear;
 }
 
-/// Gauss-Newton; inliers are chosen anew in each step.
+/// Gauss-Newton; inliers are selected again in each step.
 Linearisation refine(const AntennaPath& path, std::span<const Fix> fixes, const AlignmentConfig& config,
                      AlignmentStart& state) {
   const std::vector<int> unknowns = free_unknowns(config, false);
@@ -86,7 +86,7 @@ Linearisation refine(const AntennaPath& path, std::span<const Fix> fixes, const 
     UnknownVector step = UnknownVector::Zero();
     const Eigen::VectorXd solution = H.ldlt().solve(g);
     step(unknowns) = solution;
-    // In units of the standard deviation, squared.
+    // Squared, in standard deviations.
     const bool is_converged = g.dot(solution) < 1e-8;
     apply(step, config, linear.center_m, state);
     linear = linearise_at(path, fixes, state);
@@ -109,7 +109,7 @@ void report_noise(const Linearisation& linear, Alignment& alignment) {
   alignment.vertical_noise_m = linear.noise.vertical * median(vertical_m);
 }
 
-/// Everything but the verdict.
+/// The result without its verdict.
 Alignment describe(const Linearisation& linear, const AntennaPath& path, std::size_t fixes,
                    const AlignmentConfig& config, const AlignmentStart& state) {
   Alignment alignment;

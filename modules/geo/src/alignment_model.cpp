@@ -59,7 +59,7 @@ Se3 closed_form(std::span<const Match> matches, std::span<const double> weights,
   }
   from /= sum;
   to /= sum;
-  // Of the level frame, so that what a path leaves open stays level.
+  // Relative to the level frame, so that undetermined rotations stay level.
   const Eigen::Matrix3d level = level_rotation();
   Eigen::Matrix3d cross = Eigen::Matrix3d::Zero();
   for (std::size_t i = 0; i < matches.size(); ++i) {

@@ -7,12 +7,12 @@
 namespace kinetrace::geo {
 namespace {
 
-// More fixes tell no more about the start.
+// More fixes do not improve the start.
 constexpr std::size_t kSearchFixes = 300;
 // Inliers of the start lie within three standard deviations.
 constexpr double kGateSigmas = 3.0;
 
-/// Of one number in place of three: the closed form weighs all axes alike.
+/// A scalar instead of three: the closed form weights all axes alike.
 double variance_m2(const Match& match, double drift_m) {
   return match.sigma_m.squaredNorm() / 3.0 + drift_m * drift_m;
 }
@@ -22,7 +22,7 @@ struct Fit {
   double cost = std::numeric_limits<double>::infinity();
 };
 
-/// Graduated non-convexity with the loss of Geman and McClure: from least squares to one that leaves outliers out (Yang
+/// Graduated non-convexity with the loss of Geman and McClure: from least squares to a loss that ignores outliers (Yang
 /// et al., RA-L 2020, sec. III). `cost` is the mean of squared residuals in units of the gate, each at most 1.
 Fit fit_robustly(std::span<const Match> matches, Freedom freedom, double drift_m) {
   std::vector<double> gates_m2;
@@ -57,7 +57,7 @@ Fit fit_robustly(std::span<const Match> matches, Freedom freedom, double drift_m
   return fit;
 }
 
-/// Small enough that the path moves by less than the reference's noise from one time offset to the next.
+/// Step between time offsets for which the path moves by less than the reference's noise.
 double search_step_s(const AntennaPath& path, std::span<const Fix> fixes, double range_s) {
   const double duration_s = static_cast<double>(path.end_ns() - path.begin_ns()) * 1e-9;
   const double speed_mps = path.length_m() / std::max(duration_s, 1e-3);
@@ -89,7 +89,8 @@ std::optional<AlignmentStart> search_start(const AntennaPath& path, std::span<co
       continue;
     }
     const Fit fit = fit_robustly(matches, config.freedom, drift_m);
-    // What the path is not there for counts as an outlier, so that the best fit is not the one of fewest fixes.
+    // Fixes outside of the path's time count as outliers; otherwise the best fit would be the one with the fewest
+    // fixes.
     const double share =
         static_cast<double>(matches.size() * stride) / static_cast<double>(std::max<std::int64_t>(within, 1));
     const double cost = 1.0 - std::min(share, 1.0) * (1.0 - fit.cost);

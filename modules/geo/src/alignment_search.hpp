@@ -1,4 +1,4 @@
-// A first transform and time offset, from anywhere within the search and among outliers.
+// Initial transform and time offset, found globally and with outliers.
 #pragma once
 
 #include <optional>
@@ -13,7 +13,7 @@ struct AlignmentStart {
   double time_offset_s = 0.0;
 };
 
-/// The best of all time offsets of the search; none where too few fixes fall into the path's time at any of them.
+/// The best of all time offsets of the search; none if too few fixes match the path at any of them.
 [[nodiscard]] std::optional<AlignmentStart> search_start(const AntennaPath& path, std::span<const Fix> fixes,
                                                          const AlignmentConfig& config);
 

@@ -19,7 +19,7 @@ std::string number(double value, const char* format = "%.3g") {
   return text;
 }
 
-/// The direction in which the path extends most, on the map.
+/// Direction of the path's largest extent, on the map.
 Eigen::Vector3d main_direction(std::span<const Residual> residuals) {
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
   for (const Residual& residual : residuals) {
@@ -40,7 +40,7 @@ std::string unknown_rotation(const Alignment& alignment, std::span<const Residua
     return "the heading " + known + ": the path of " + number(alignment.path_m) +
            " m extends too little in the plane " + noise + "; record a longer one";
   }
-  // Nearer to the line than to any other axis.
+  // Closer to the line's direction than to any other axis.
   constexpr double kAlong = 0.7;
   if (std::abs(axis.dot(main_direction(residuals))) > kAlong) {
     return "the rotation about the direction of travel " + known + ": the path is a straight line " + noise +
@@ -83,7 +83,7 @@ std::string what_is_missing(const Alignment& alignment, std::span<const Residual
   if (!(rotation_sigma_rad <= config.max_rotation_sigma_rad)) {
     return unknown_rotation(alignment, residuals, config, rotation.eigenvectors().col(2), rotation_sigma_rad);
   }
-  // A metre off, as by the rotation; and an average that is worse than one of its independent parts says nothing.
+  // A metre, as for the rotation; but never stricter than the noise of a single independent fix.
   constexpr double kMaxPositionSigma_m = 1.0;
   const double noise_m = std::max(alignment.horizontal_noise_m, alignment.vertical_noise_m);
   const double limit_m = std::max(kMaxPositionSigma_m, noise_m * std::sqrt(alignment.correlation));

@@ -1,4 +1,4 @@
-// Whether an alignment may be used, and if not, what to do about that.
+// Whether an alignment is usable; if not, the remedy.
 #pragma once
 
 #include <span>
@@ -9,11 +9,11 @@
 
 namespace kinetrace::geo {
 
-/// One line; where reference and path hardly share any time.
+/// Reason and remedy if reference and path hardly overlap in time; one line.
 [[nodiscard]] std::string too_few_fixes(const AntennaPath& path, std::span<const Fix> fixes,
                                         const AlignmentConfig& config);
 
-/// One line; empty if nothing is missing.
+/// Reason and remedy of a refusal, one line; empty if there is none.
 [[nodiscard]] std::string what_is_missing(const Alignment& alignment, std::span<const Residual> residuals,
                                           const AlignmentConfig& config);
 

@@ -7,14 +7,14 @@
 namespace kinetrace::geo {
 namespace {
 
-// Of millimetres nobody is sure, and beyond a kilometre a fix says nothing.
+// Accuracies below a millimetre are not credible; beyond a kilometre a fix is useless.
 constexpr double kMinSigma_m = 1e-3;
 constexpr double kMaxSigma_m = 1e3;
 // The difference of any two still fits into 64 bits.
 constexpr std::int64_t kMaxTime_ns = std::numeric_limits<std::int64_t>::max() / 2;
-// Farther from its origin no frame is a local one.
+// Limit of a local frame.
 constexpr double kMaxCoordinate_m = 1e6;
-// A motion capture or laser tracker, whose errors are nearly alike in all directions.
+// Motion capture or a laser tracker, with nearly isotropic errors.
 constexpr double kTrackerSigma_m = 0.01;
 
 }  // namespace

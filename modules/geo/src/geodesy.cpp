@@ -32,7 +32,7 @@ Eigen::Matrix3d enu_axes(const Geodetic& place) {
 }  // namespace
 
 bool is_valid(const Geodetic& place) noexcept {
-  // Written so that what is not a number fails.
+  // Written so that NaN fails.
   return std::abs(place.latitude_deg) <= 90.0 && std::abs(place.longitude_deg) <= 180.0 && place.height_m >= -12e3 &&
          place.height_m <= 100e3;
 }

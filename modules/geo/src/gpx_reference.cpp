@@ -12,7 +12,7 @@ std::optional<double> number(const char* text) {
   return parse_number(text);
 }
 
-/// None where time, place or height is missing or is none.
+/// None if time, position or height is missing or invalid.
 std::optional<FileFix> parse_point(const pugi::xml_node& point) {
   const auto time_ns = parse_date_time_ns(point.child_value("time"));
   const auto latitude = number(point.attribute("lat").value());
@@ -21,7 +21,7 @@ std::optional<FileFix> parse_point(const pugi::xml_node& point) {
   if (!time_ns || !latitude || !longitude || !elevation) {
     return std::nullopt;
   }
-  // The standard calls it "elevation"; only with the geoid's height beside it, it is certain to be one above the sea.
+  // GPX does not define the elevation's datum; only with a geoid height it is certainly above sea level.
   const double geoid_m = number(point.child_value("geoidheight")).value_or(0.0);
   FileFix fix{*time_ns, {*latitude, *longitude, *elevation + geoid_m}, kUsualSigma_m};
   if (const auto dilution = number(point.child_value("hdop")); dilution && *dilution >= 0.5 && *dilution <= 50.0) {

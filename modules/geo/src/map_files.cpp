@@ -8,7 +8,7 @@
 namespace kinetrace::geo {
 namespace {
 
-/// printf into the end of a text.
+/// Appends printf output to a text.
 template <typename... Values>
 void append(std::string& text, const char* format, Values... values) {
   char piece[512];
@@ -20,7 +20,7 @@ std::int64_t reference_time_ns(const MapPoint& point, const MapFileContext& cont
   return point.timestamp_ns - std::llround(context.time_offset_s * 1e9);
 }
 
-/// Trajectories without their gaps. A line needs two points: what stands alone is given twice.
+/// Trajectories split at gaps. A line needs two points: single points are duplicated.
 std::vector<std::vector<const MapPoint*>> stretches(const MapTrajectory& trajectory) {
   std::vector<std::vector<const MapPoint*>> parts;
   for (const MapPoint& point : trajectory.points) {

@@ -20,7 +20,7 @@ double range_sigma_m(int quality) {
   }
 }
 
-/// What GGA calls a position that was not measured.
+/// Qualities without a measured position.
 bool is_no_fix(int quality) {
   constexpr int kDeadReckoning = 6;
   return quality == 0 || quality >= kDeadReckoning;
@@ -53,7 +53,7 @@ class NmeaReader {
     if (!dated_ && !file_.fixes.empty()) {
       file_.notes.emplace_back("the log has no date (RMC or ZDA): that of the recording is taken");
     }
-    // Positions that came before the first date.
+    // Positions before the first date.
     for (std::size_t i = 0; i < undated_; ++i) {
       file_.fixes[i].time_ns += first_day_ns();
     }
@@ -80,7 +80,7 @@ class NmeaReader {
       ++file_.counts.malformed;
       return;
     }
-    // Above the sea; the geoid's height above the ellipsoid makes it one above the ellipsoid.
+    // Above sea level; the geoid's height above the ellipsoid converts it.
     const double geoid_m = parse_number(fields[10]).value_or(0.0);
     FileFix fix{0, {*latitude, *longitude, *altitude + geoid_m}, usual_sigma_m(static_cast<int>(*quality), fields[7])};
     if (!is_valid(fix.place)) {
@@ -98,8 +98,8 @@ class NmeaReader {
     return dilution * range_sigma_m(quality) / kUsualSigma_m.x() * kUsualSigma_m;
   }
 
-  /// The date of a sentence may come before or after the position of the same second: a clock that goes back by hours
-  /// is past midnight.
+  /// A sentence's date may come before or after the position of the same second: a clock that goes back by hours has
+  /// passed midnight.
   std::int64_t day_of(std::int64_t clock_ns) {
     if (clock_ns < last_clock_ns_ - kDay_ns / 2) {
       day_ns_ += kDay_ns;
@@ -135,7 +135,7 @@ class NmeaReader {
       return;
     }
     if (!dated_) {
-      // Days that have gone by before the first date.
+      // Days before the first date.
       first_day_ns_ = *day_ns - day_of(*clock_ns);
       dated_ = true;
     }
@@ -155,7 +155,7 @@ class NmeaReader {
   FileFixes file_;
   std::int64_t near_time_ns_;
   bool dated_ = false;
-  std::size_t undated_ = 0;  ///< So many of the first fixes count from midnight of the log's first day.
+  std::size_t undated_ = 0;  ///< This many of the first fixes count from midnight of the log's first day.
   std::int64_t first_day_ns_ = 0;
   std::int64_t day_ns_ = 0;
   std::int64_t last_clock_ns_ = 0;

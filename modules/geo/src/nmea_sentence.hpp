@@ -12,15 +12,15 @@ enum class SentenceState : std::uint8_t { kGood, kBadChecksum, kMalformed };
 
 struct Sentence {
   SentenceState state = SentenceState::kMalformed;
-  std::string_view type = {};                 ///< "GGA", "RMC", of any talker.
+  std::string_view type = {};                 ///< "GGA", "RMC", from any talker.
   std::vector<std::string_view> fields = {};  ///< After the type.
 };
 
-/// `$GPGGA,...*hh`, whatever precedes the `$`. A sentence without a checksum counts as malformed: of what comes over a
-/// serial line, that is the only witness.
+/// `$GPGGA,...*hh`, whatever precedes the `$`. A sentence without a checksum counts as malformed: on a serial line,
+/// nothing else detects errors.
 [[nodiscard]] Sentence parse_sentence(std::string_view line);
 
-/// `ddmm.mmmm` or `dddmm.mmmm` with N, S, E or W; none for what is no angle.
+/// `ddmm.mmmm` or `dddmm.mmmm` with N, S, E or W; none if invalid.
 [[nodiscard]] std::optional<double> parse_angle_deg(std::string_view value, std::string_view hemisphere);
 
 }  // namespace kinetrace::geo

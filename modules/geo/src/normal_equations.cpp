@@ -17,7 +17,7 @@ constexpr double kMedian1 = 0.4549;
 constexpr double kMedian2 = 1.3863;
 constexpr double kGate1 = 10.828;
 constexpr double kGate2 = 13.816;
-// No path and no receiver is better; keeps perfect data from dividing by zero.
+// Lower bound for paths and receivers; keeps perfect data from dividing by zero.
 constexpr double kMinNoise_m = 0.01;
 
 double horizontal_square(const Residual& residual, const Match& match) {
@@ -126,7 +126,7 @@ double correlation_time(std::span<const Residual> residuals) {
     return power > 0.0 ? sum / power : 0.0;
   };
   double time = -1.0;
-  // Sums of two neighbouring lags are positive for any reversible process; where they are not, only noise is left.
+  // Sums of two neighbouring lags are positive for any reversible process; the first negative sum is noise.
   for (std::size_t lag = 0; lag + 1 < errors.size(); lag += 2) {
     const double pair = correlation(lag) + correlation(lag + 1);
     if (pair <= 0.0) {
@@ -139,8 +139,7 @@ double correlation_time(std::span<const Residual> residuals) {
 
 UnknownMatrix covariance(std::span<const Residual> residuals, const UnknownMatrix& information,
                          const std::vector<int>& unknowns, double correlation, double drift_m, double path_m) {
-  // Two points of a random walk share what was walked until the first of them: the sum over pairs is one over the
-  // steps.
+  // Two points of a random walk share the steps before the first of them: the sum over pairs is a sum over the steps.
   TransposedJacobian ahead = TransposedJacobian::Zero();
   UnknownMatrix walked = UnknownMatrix::Zero();
   for (std::size_t i = residuals.size(); i-- > 0;) {

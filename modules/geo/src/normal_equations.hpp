@@ -11,7 +11,7 @@
 namespace kinetrace::geo {
 
 /// Unknowns: rotation about the map's axes through the path's middle, position, time offset, and scale, which is only
-/// looked at.
+/// estimated as a check.
 inline constexpr int kOffsetUnknown = 6;
 inline constexpr int kScaleUnknown = 7;
 inline constexpr int kUnknowns = 8;
@@ -19,13 +19,13 @@ using UnknownVector = Eigen::Matrix<double, kUnknowns, 1>;
 using UnknownMatrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 using Jacobian = Eigen::Matrix<double, 3, kUnknowns>;
 
-/// The reference's noise in units of what it says of itself.
+/// Factor from the reference's stated sigmas to its noise.
 struct NoiseScale {
   double horizontal = 1.0;
   double vertical = 1.0;
 };
 
-/// A match under a transform.
+/// Residual of a match under a transform.
 struct Residual {
   Eigen::Vector3d error_m = Eigen::Vector3d::Zero();  ///< Fix minus point, on the map.
   Jacobian jacobian = Jacobian::Zero();               ///< Of the point.
@@ -39,22 +39,22 @@ struct Residual {
 [[nodiscard]] std::vector<Residual> linearise(std::span<const Match> matches, const Se3& T_map_world,
                                               const Eigen::Vector3d& center_m);
 
-/// From the residuals' medians, so that outliers do not count; then the weights, with chi-square gates.
+/// Noise from the residuals' medians, which are robust to outliers; then the weights, with chi-square gates.
 [[nodiscard]] NoiseScale weigh(std::span<const Match> matches, std::vector<Residual>& residuals);
 
-/// The unknowns that are estimated, in order.
+/// Indices of the estimated unknowns, in order.
 [[nodiscard]] std::vector<int> free_unknowns(const AlignmentConfig& config, bool with_scale);
 
-/// J^T W J with a prior that is wider than any answer, so that it can always be inverted.
+/// J^T W J with a very wide prior, so that it is always invertible.
 [[nodiscard]] UnknownMatrix information(std::span<const Residual> residuals, const AlignmentConfig& config);
 [[nodiscard]] UnknownVector gradient(std::span<const Residual> residuals);
 
-/// So many neighbouring inliers are worth one: the autocorrelation time of their weighted errors by the initial
+/// Autocorrelation time of the inliers' weighted errors, the number of neighbours that count as one, by the initial
 /// positive sequence (Geyer, Stat. Sci. 1992, sec. 3.3); at least 1.
 [[nodiscard]] double correlation_time(std::span<const Residual> residuals);
 
-/// Covariance of `unknowns`, zero elsewhere: white noise times `correlation`, and a path that walks at random until it
-/// is off by `drift_m` at its end, of `path_m`.
+/// Covariance of `unknowns`, zero elsewhere: white noise times `correlation`, and a random walk of the path that
+/// reaches `drift_m` at its end, after `path_m`.
 [[nodiscard]] UnknownMatrix covariance(std::span<const Residual> residuals, const UnknownMatrix& information,
                                        const std::vector<int>& unknowns, double correlation, double drift_m,
                                        double path_m);

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 // Columns of KITTI's dataformat.txt.
 constexpr std::size_t kFields = 30;
 constexpr std::size_t kAccuracyField = 23;
-// Less is not known of any receiver on the road.
+// Lower bound for receivers on vehicles.
 constexpr double kMinSigma_m = 0.01;
 constexpr double kMaxSigma_m = 1e3;
 

@@ -18,14 +18,14 @@ Result<FileFixes> read_file(const ReferenceSource& source) {
   return fail(ErrorCode::kInternal, "a reference without a reader");
 }
 
-/// What the counts say of a file without a fix.
+/// Explanation for a file without a fix, from the counts.
 std::string why_none(const ReferenceCounts& counts) {
   return std::to_string(counts.records) + " records, of which " + std::to_string(counts.malformed) +
          " are malformed, " + std::to_string(counts.bad_checksums) + " have a bad checksum and " +
          std::to_string(counts.without_fix) + " say that there is no fix";
 }
 
-/// The median of each coordinate, so that no wild fix tilts the map; 0 of none.
+/// The median of each coordinate, robust to outliers; 0 without fixes.
 Geodetic middle_of(const std::vector<FileFix>& fixes) {
   Geodetic middle;
   for (double Geodetic::*const coordinate : {&Geodetic::latitude_deg, &Geodetic::longitude_deg, &Geodetic::height_m}) {

@@ -1,4 +1,4 @@
-// From fixes as files have them to a path: ordered in time, its irregularities counted.
+// From fixes in a file to a path: ordered in time, with counted irregularities.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace kinetrace::geo {
 
-/// Leaves out fixes that are not later than all before them, counts gaps and jumps.
+/// Removes fixes that are not later than all before them, counts gaps and jumps.
 void make_path(std::vector<Fix>& fixes, ReferenceCounts& counts);
 
 }  // namespace kinetrace::geo

@@ -20,7 +20,7 @@ std::optional<int> digits(std::string_view text, std::size_t at, std::size_t cou
   return value;
 }
 
-/// `.fff...` as nanoseconds, none given is 0; what is beyond a nanosecond is cut off.
+/// `.fff...` as nanoseconds, 0 without digits; further digits are truncated.
 std::optional<std::int64_t> fraction_ns(std::string_view text) {
   if (text.empty()) {
     return 0;
@@ -40,7 +40,7 @@ std::optional<std::int64_t> fraction_ns(std::string_view text) {
   return value;
 }
 
-/// What follows the time: `Z`, `+hh:mm`, `-hhmm`, nothing.
+/// Suffix of the time: `Z`, `+hh:mm`, `-hhmm`, nothing.
 std::optional<std::int64_t> zone_ns(std::string_view text) {
   if (text.empty() || text == "Z") {
     return 0;

@@ -1,4 +1,4 @@
-// How well boxes fit their objects.
+// Errors and consistency of boxes.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace kinetrace::evaluation {
 
-/// Mean square of errors over their standard deviations, one if these are honest.
+/// Mean square of errors over their standard deviations; one if the latter are consistent.
 class NormalisedErrors {
  public:
   void add(double error, double sigma) noexcept {
@@ -39,19 +39,19 @@ struct BoxErrors {
   ErrorStatistics iou_footprint;
   ErrorStatistics center_m;
   std::array<ErrorStatistics, 3> size_m;  ///< Length, height, width.
-  ErrorStatistics yaw_deg;                ///< Up to turns by 180 degrees; at most 90.
-  std::size_t known_headings = 0;         ///< Boxes of which the run says that it knows their front ...
-  std::size_t known_turned = 0;           ///< ... of which it is the rear.
+  ErrorStatistics yaw_deg;                ///< Modulo 180 degrees; at most 90.
+  std::size_t known_headings = 0;         ///< Boxes whose front the run claims to know ...
+  std::size_t known_turned = 0;           ///< ... of these, those with front and rear swapped.
   NormalisedErrors center_normalised;     ///< Along each of the box's axes.
   NormalisedErrors size_normalised;
   NormalisedErrors yaw_normalised;
 };
 
-/// What a box was estimated from.
+/// Observation state of a box.
 enum class BoxStage : std::uint8_t {
   kEarly,   ///< Less than kEarlyFrames frames after its track's first estimate.
-  kSeen,    ///< Later, and in plain sight.
-  kHidden,  ///< Later; half of the object or more is hidden or outside the image.
+  kSeen,    ///< Later, and mostly visible.
+  kHidden,  ///< Later; half of the object or more is occluded or outside the image.
 };
 inline constexpr int kEarlyFrames = 10;
 inline constexpr double kHalfHidden = 0.5;

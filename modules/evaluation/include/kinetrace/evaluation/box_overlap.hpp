@@ -17,8 +17,8 @@ struct BoxOverlap {
   double iou_footprint = 0.0;  ///< Of the footprints in the plane that the true box's y axis is normal to.
 };
 
-/// For two boxes upright about the same axis as KITTI's benchmark has it: footprints' intersection times common height.
-/// Exact for boxes that are tilted against each other too. Zero where a box has no volume.
+/// For two boxes upright about the same axis as in KITTI's benchmark: intersection of footprints times common height.
+/// Exact also for boxes tilted against each other. Zero where a box has no volume.
 [[nodiscard]] BoxOverlap overlap(const OrientedBox& truth, const OrientedBox& estimate);
 
 }  // namespace kinetrace::evaluation

@@ -1,4 +1,4 @@
-// How far the camera's trajectory is from the truth.
+// Errors of the camera's trajectory.
 #pragma once
 
 #include <cstddef>
@@ -22,17 +22,17 @@ struct PosePair {
 /// Errors over the sub-trajectories of one length.
 struct SegmentErrors {
   double length_m = 0.0;
-  std::size_t count = 0;  ///< Sub-trajectories, one from each frame that has enough path left.
+  std::size_t count = 0;  ///< Sub-trajectories, one from each frame with enough remaining path.
   double t_rel_percent = 0.0;
   double r_rel_deg_per_m = 0.0;
 };
 
-/// Positions' distances from the truth in m, after the trajectory has been laid onto the true one (absolute trajectory
-/// error; Sturm et al., IROS 2012).
+/// Distances of the positions from the truth in m, after alignment with the true trajectory (absolute trajectory error;
+/// Sturm et al., IROS 2012).
 struct AbsoluteErrors {
   ErrorStatistics first;  ///< By the first pose: drift shows in full.
   ErrorStatistics se3;    ///< By the rigid motion with the least squares (Umeyama, PAMI 1991); from three frames on.
-  ErrorStatistics sim3;   ///< By the similarity with the least squares; none if the camera stands (within 0.1 m).
+  ErrorStatistics sim3;   ///< By the similarity with the least squares; none for a stationary camera (within 0.1 m).
   std::optional<double> scale;  ///< Of that similarity: true length over estimated length.
 };
 
@@ -51,8 +51,8 @@ struct CameraMetrics {
 
 /// `pairs` by frame. Sub-trajectories have KITTI's lengths (100, 200 .. 800 m) if the true path is 200 m or longer,
 /// else 5, 10, 20, 50 and 100 m. They start at every frame and end with the first frame that is at least that far along
-/// the true path; errors are divided by that distance, not by the nominal one, since the difference is not small for
-/// short ones.
+/// the true path; errors are divided by that distance, not by the nominal one, as the two differ noticeably for short
+/// lengths.
 [[nodiscard]] CameraMetrics evaluate_camera(std::span<const PosePair> pairs);
 
 }  // namespace kinetrace::evaluation

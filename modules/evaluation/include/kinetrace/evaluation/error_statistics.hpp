@@ -8,7 +8,7 @@
 
 namespace kinetrace::evaluation {
 
-/// Of nothing there is no mean: what could not be measured is none, never zero.
+/// Statistics without samples are none, never zero.
 class ErrorStatistics {
  public:
   /// `error` is a magnitude, not negative.

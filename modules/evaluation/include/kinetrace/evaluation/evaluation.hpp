@@ -1,4 +1,4 @@
-// All that is known about a run against its truth, and how it is reported.
+// All metrics of a run against its truth, and their reports.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace kinetrace::evaluation {
 
-/// By what tracks are matched with true objects.
+/// How tracks are matched with true objects.
 enum class Association : std::uint8_t { kMasks, kBoxes, kCentres };
 [[nodiscard]] std::string_view to_string(Association association) noexcept;
 
@@ -21,9 +21,10 @@ struct Evaluation {
   std::string run;
   std::string truth;
   std::string truth_format;
-  std::vector<std::string> notes;  ///< What a reader of the figures should know, one line each.
+  std::vector<std::string> notes;  ///< Caveats for the reader of the figures, one line each.
   CameraMetrics camera;
-  /// By how many deg the camera's estimated frame was turned, see camera_rotation; none if it was not.
+  /// Angle of the constant rotation between the camera's estimated and true frame, see camera_rotation; none if none
+  /// was removed.
   std::optional<double> camera_rotation_deg;
   Association association = Association::kMasks;
   ObjectConfig object_config;
@@ -31,11 +32,11 @@ struct Evaluation {
   std::optional<MaskReport> masks;
 };
 
-/// The whole evaluation as a JSON object; what could not be measured is null. Names and units are in the module's
-/// README.
+/// The whole evaluation as a JSON object; values that could not be measured are null. Names and units are in the
+/// module's README.
 [[nodiscard]] std::string evaluation_json(const Evaluation& evaluation);
 
-/// The same for people, as lines of text; what could not be measured is "none".
+/// The same as lines of text for people; values that could not be measured are "none".
 [[nodiscard]] std::string evaluation_table(const Evaluation& evaluation);
 
 /// The main figures of two runs by the same truth, side by side with their ratios, as lines of text.

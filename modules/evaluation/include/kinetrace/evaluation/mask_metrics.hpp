@@ -13,7 +13,7 @@ namespace kinetrace::evaluation {
 
 inline constexpr std::size_t kHotaThresholds = 19;  ///< Intersection over union 0.05, 0.10, ..., 0.95.
 
-/// One threshold of HOTA (Luiten et al., IJCV 2021). All in [0, 1] but the counts, in masks.
+/// One threshold of HOTA (Luiten et al., IJCV 2021). All values in [0, 1], except counts of masks.
 struct HotaAtThreshold {
   double tp = 0.0;
   double fn = 0.0;
@@ -51,9 +51,9 @@ struct MotsScores {
   std::int64_t id_switches = 0;  ///< Matched to another track than when the object was matched last.
   double soft_tp = 0.0;          ///< Sum of the intersections over union of the true positives.
 
-  [[nodiscard]] bool has_truth() const noexcept { return tp + fn > 0; }  ///< Without, MOTSA has no meaning.
+  [[nodiscard]] bool has_truth() const noexcept { return tp + fn > 0; }  ///< Without true masks, MOTSA is undefined.
   [[nodiscard]] double motsa() const noexcept;   ///< (TP - FP - IDS) / (TP + FN), at most 1, may be negative.
-  [[nodiscard]] double smotsa() const noexcept;  ///< The same with the soft TP above the line.
+  [[nodiscard]] double smotsa() const noexcept;  ///< The same with the soft TP in the numerator.
   [[nodiscard]] double motsp() const noexcept;   ///< Soft TP / TP; 0 without any.
 };
 
@@ -63,7 +63,7 @@ struct MaskScores {
 };
 
 struct MaskReport {
-  /// The result says of no mask what it is (regions found by motion): it can only be scored whatever the class.
+  /// The result's masks have no class (regions found by motion): they are scored regardless of class.
   bool is_classless = false;
   std::map<std::uint16_t, MaskScores> classes;  ///< Each class against itself alone; none if classless.
   MaskScores combined;   ///< The classes together, each by its number of masks (TrackEval's cls_comb_det_av); if
@@ -71,9 +71,9 @@ struct MaskReport {
   MaskScores any_class;  ///< Classes disregarded.
 };
 
-/// Takes a sequence frame by frame. First, of each class, result masks that match no true mask (at 0.5) and lie by more
-/// than half within the ignore region are removed. HOTA's global alignment needs the whole sequence: until `report`,
-/// the ids of each frame and the overlaps that are not zero are kept, some dozen bytes a mask.
+/// Takes a sequence frame by frame. First, per class, removes result masks that match no true mask (at 0.5) and lie by
+/// more than half within the ignore region. HOTA's global alignment needs the whole sequence: until `report`, the ids
+/// of each frame and the non-zero overlaps are kept, some dozen bytes a mask.
 class MaskMetrics {
  public:
   MaskMetrics();
@@ -81,8 +81,8 @@ class MaskMetrics {
   MaskMetrics& operator=(MaskMetrics&&) noexcept;
   ~MaskMetrics();
 
-  /// Adds the next frame; a result without a mask counts as all missed. Errors: those of overlap_masks; the frame is
-  /// then not counted.
+  /// Adds the next frame; without result masks, all true masks count as missed. Errors: those of overlap_masks; the
+  /// frame is then not counted.
   [[nodiscard]] Status add(const InstanceMasks& truth, const InstanceMasks& result);
 
   [[nodiscard]] MaskReport report() const;

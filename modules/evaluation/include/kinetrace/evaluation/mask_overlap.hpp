@@ -1,4 +1,4 @@
-// How far the masks of truth and result cover each other in one frame.
+// Overlap of true and result masks in one frame.
 #pragma once
 
 #include <cstdint>
@@ -19,14 +19,14 @@ struct MaskInstance {
   std::uint16_t class_id = 0;  ///< Of KITTI MOTS; see core/detections.hpp.
 };
 
-/// The masks of a frame, disjoint as KITTI MOTS demands. Pixels with kIgnoreLabel lie in truth's ignore region; pixels
-/// whose label no instance has are background.
+/// The masks of a frame, disjoint as in KITTI MOTS. Pixels with kIgnoreLabel lie in truth's ignore region; pixels with
+/// a label of no instance are background.
 struct InstanceMasks {
   LabelView labels;  ///< May be empty if there are no instances.
   std::span<const MaskInstance> instances;
 };
 
-/// An image of KITTI MOTS as labels.
+/// A KITTI MOTS image as labels.
 struct MotsImage {
   std::vector<std::uint8_t> labels;  ///< Row-major, without gaps.
   int width = 0;
@@ -45,10 +45,10 @@ struct MaskOverlap {
   Eigen::MatrixXd iou;            ///< Intersection over union, in [0, 1].
   Eigen::VectorXd truth_area_px;  ///< Zero for an instance without pixels.
   Eigen::VectorXd result_area_px;
-  Eigen::VectorXd ignored;  ///< Part of each result mask within truth's ignore region, in [0, 1].
+  Eigen::VectorXd ignored;  ///< Fraction of each result mask within truth's ignore region, in [0, 1].
 };
 
-/// Errors: kInvalidArgument (images of different size, a label that is no instance's, a label or an id twice).
+/// Errors: kInvalidArgument (images of different size, a label of no instance, a duplicate label or id).
 [[nodiscard]] Result<MaskOverlap> overlap_masks(const InstanceMasks& truth, const InstanceMasks& result);
 
 }  // namespace kinetrace::evaluation

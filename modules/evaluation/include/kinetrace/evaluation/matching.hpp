@@ -1,4 +1,4 @@
-// Who is who in one frame: truth against estimate.
+// Optimal matching of truth and estimate in one frame.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace kinetrace::evaluation {
 
-/// Column of each row, or -1: the matching with the greatest sum of weights, of pairs whose weight is above zero
+/// Column of each row, or -1: the matching with the greatest sum of weights, using only weights above zero
 /// (Kuhn-Munkres).
 [[nodiscard]] std::vector<int> best_matching(const Eigen::MatrixXd& weights);
 

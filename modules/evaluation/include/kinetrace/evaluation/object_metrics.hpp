@@ -1,4 +1,4 @@
-// How well objects were found, followed and measured.
+// Errors of object detection, tracking and reconstruction.
 #pragma once
 
 #include <array>
@@ -18,14 +18,14 @@
 
 namespace kinetrace::evaluation {
 
-/// One object in one frame as it truly was. Only objects that can be seen are listed.
+/// Truth of one object in one frame. Only visible objects are listed.
 struct TrueObject {
   std::uint32_t id = 0;
   std::uint16_t class_id = 0;
   bool moving = false;
   bool rigid = true;
-  int height_px = 0;  ///< Of what can be seen.
-  /// Part of it that is hidden or outside the image, 0 to 1; 0 where the truth does not say.
+  int height_px = 0;  ///< Of the visible part.
+  /// Fraction occluded or outside the image, 0 to 1; 0 if unknown.
   double hidden = 0.0;
   Se3 T_world_obj;                                         ///< x forward, y down, z left.
   Eigen::Vector3d center_m = Eigen::Vector3d::Zero();      ///< World frame, of its box.
@@ -33,7 +33,7 @@ struct TrueObject {
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< World frame, of the object's origin.
 };
 
-/// What a track says about its object in one frame.
+/// A track's estimate of its object in one frame.
 struct TrackEstimate {
   BodyStatus status = BodyStatus::kLost;
   Se3 T_world_obj;
@@ -51,7 +51,7 @@ struct TrackInFrame {
   int covers = -1;  ///< Index of the true object to which most of the track's pixels belong; -1: none or unknown.
 };
 
-/// All about one frame, truth and estimate in the same world.
+/// Truth and estimates of one frame, in the same world.
 struct ObjectFrame {
   std::int64_t frame = 0;
   Se3 T_world_cam_true;
@@ -61,13 +61,13 @@ struct ObjectFrame {
 };
 
 struct ObjectConfig {
-  double min_similarity = 0.5;      ///< Below this, a track is not the object's (CLEAR MOT, KITTI MOTS).
-  double min_height_px = 40.0;      ///< Only objects taller than this must be followed and are measured.
-  double motion_range_m = 30.0;     ///< Motion, speed and heading: objects this near to the camera.
-  double distance_range_m = 20.0;   ///< Distance to the true trajectory: objects this near to the camera.
-  std::size_t min_track_rows = 5;   ///< Fewer rows say nothing about a trajectory: an offset explains them.
-  int min_false_moving_frames = 3;  ///< So many frames make a false moving track.
-  bool truth_is_complete = true;    ///< What is not in the truth is at rest. Not so for hand-made labels.
+  double min_similarity = 0.5;      ///< Tracks below this do not match the object (CLEAR MOT, KITTI MOTS).
+  double min_height_px = 40.0;      ///< Only objects taller than this count for coverage and errors.
+  double motion_range_m = 30.0;     ///< Range of motion, speed and heading: distance from the camera.
+  double distance_range_m = 20.0;   ///< Range of the distance to the true trajectory: distance from the camera.
+  std::size_t min_track_rows = 5;   ///< With fewer rows, the fitted offset would explain the errors.
+  int min_false_moving_frames = 3;  ///< Fewer frames make no false moving track.
+  bool truth_is_complete = true;    ///< Objects not in the truth are at rest. False for hand-made labels.
 };
 
 struct MotionErrors {
@@ -79,34 +79,34 @@ struct MotionErrors {
   }
 };
 
-/// Whence a motion's two poses come: the weaker of the two.
+/// Status of a motion's poses: the weaker of the two.
 inline constexpr std::array<BodyStatus, 3> kPoseSources{BodyStatus::kTracked, BodyStatus::kStereoOnly,
                                                         BodyStatus::kPropagated};
 
 /// Of one object, or of all together.
 struct ObjectErrors {
   std::size_t visible_frames = 0;
-  std::size_t matched_frames = 0;  ///< Visible, and a track is matched.
+  std::size_t matched_frames = 0;  ///< Visible, with a matched track.
   std::size_t tall_frames = 0;     ///< Visible and taller than min_height_px.
   std::size_t covered_frames = 0;  ///< Of these: the object's track has a pose that is not lost.
   std::size_t id_switches = 0;     ///< Matched to another track than at its last match.
   std::size_t fragmentations = 0;  ///< Matched again after visible frames without a match.
   /// From frame to frame in the true body frame, of moving rigid objects: H = T_est,k T_est,k-1^-1, B = L_k-1^-1 H
-  /// L_k-1, B_true = L_k-1^-1 L_k, error B_true^-1 B, L the true pose. Independent of where the estimated body frame
-  /// was put (Zhang et al., VDO-SLAM, 2020; Morris et al., DynoSAM, 2025).
+  /// L_k-1, B_true = L_k-1^-1 L_k, error B_true^-1 B, L the true pose. Independent of the choice of the estimated body
+  /// frame (Zhang et al., VDO-SLAM, 2020; Morris et al., DynoSAM, 2025).
   MotionErrors motion;
   std::array<MotionErrors, kPoseSources.size()> motion_by_source;  ///< As kPoseSources.
-  std::size_t missing_motions = 0;  ///< Both frames asked for a motion, but a pose is missing or the track changed.
+  std::size_t missing_motions = 0;  ///< Frames with a motion in the truth, but a pose is missing or the track changed.
   ErrorStatistics distance_m;       ///< Of the estimated origin, after the best constant offset in the true body frame.
-  ErrorStatistics offset_m;     ///< That offset's length, one for each track: an object's size at most if all is well.
-  ErrorStatistics center_m;     ///< Of the box's centre, nothing fitted; includes that only one side may be seen.
+  ErrorStatistics offset_m;         ///< Length of that offset, one for each track: normally at most an object's size.
+  ErrorStatistics center_m;     ///< Of the box's centre, nothing fitted; includes the effect of seeing only one side.
   ErrorStatistics speed_mps;    ///< Of moving rigid objects.
-  ErrorStatistics heading_deg;  ///< Of moving rigid objects, where the estimate says that they move.
+  ErrorStatistics heading_deg;  ///< Of moving rigid objects that the estimate reports as moving.
   std::size_t moving_rows = 0;  ///< Poses of moving rigid objects in range ...
-  std::size_t found_moving_rows = 0;  ///< ... of which the estimate says that they move.
+  std::size_t found_moving_rows = 0;  ///< ... of these, those reported as moving.
 };
 
-/// The error of one motion, from the frame before to this one.
+/// Error of one motion, from the previous frame to this one.
 struct MotionSample {
   std::int64_t frame = 0;
   std::uint32_t object_id = 0;
@@ -115,7 +115,7 @@ struct MotionSample {
   double translation_m = 0.0;
   double rotation_deg = 0.0;
   double distance_m = 0.0;  ///< Of the object from the camera.
-  int height_px = 0;        ///< Of what can be seen.
+  int height_px = 0;        ///< Of the visible part.
 };
 
 struct ObjectReport {
@@ -127,27 +127,27 @@ struct ObjectReport {
   ObjectErrors errors;
 };
 
-/// A track that was said to move although what it follows is at rest, or nothing.
+/// A track reported as moving although its object is at rest, or without any object.
 struct FalseMovingTrack {
   std::uint32_t track_id = 0;
   std::int64_t first_frame = 0;
   std::int64_t last_frame = 0;
   std::size_t frames = 0;
   double mean_speed_mps = 0.0;
-  std::optional<std::uint32_t> object_id;  ///< None: it belongs to no object.
+  std::optional<std::uint32_t> object_id;  ///< None: it has no object.
 };
 
 struct ObjectMetrics {
   ObjectErrors all;
-  std::vector<ObjectReport> objects;  ///< By id; objects that were seen.
-  std::vector<MotionSample> motions;  ///< Those that `all.motion` is made of, by object and frame.
+  std::vector<ObjectReport> objects;  ///< By id; visible objects.
+  std::vector<MotionSample> motions;  ///< Samples of `all.motion`, by object and frame.
   std::vector<FalseMovingTrack> false_moving;
   BoxMetrics boxes;  ///< Of rigid objects over min_height_px.
 };
 
-/// `frames` by frame number. Tracks are matched with objects frame by frame: a match of the frame before stays if it is
-/// still similar enough, the rest by Kuhn-Munkres (CLEAR MOT; Bernardin and Stiefelhagen 2008). Where an object has no
-/// match, its last track stands for it unless that is matched to another object.
+/// `frames` by frame number. Tracks are matched with objects frame by frame: a match of the previous frame is kept if
+/// still similar enough, the rest is assigned by Kuhn-Munkres (CLEAR MOT; Bernardin and Stiefelhagen 2008). An object
+/// without a match is represented by its last track unless that is matched to another object.
 [[nodiscard]] ObjectMetrics evaluate_objects(std::span<const ObjectFrame> frames, const ObjectConfig& config);
 
 }  // namespace kinetrace::evaluation

@@ -1,4 +1,4 @@
-// How alike a true object and a track are in one frame: 0 not at all, 1 the same.
+// Similarity of a true object and a track in one frame: 0 different, 1 identical.
 #pragma once
 
 #include <vector>
@@ -29,7 +29,7 @@ struct ImageBox {
 /// Intersection over union; 0 if one of them is empty.
 [[nodiscard]] double box_iou(const ImageBox& a, const ImageBox& b);
 
-/// Each of these sets `frame.similarity`; `frame.truth` and `frame.tracks` are given.
+/// Each of these sets `frame.similarity` from `frame.truth` and `frame.tracks`.
 
 /// Intersection over union of the masks, and `covers` of the tracks. Instances of `truth` have the objects' ids, those
 /// of `tracks` the tracks' ids. A track without a mask is compared by its box in `track_boxes` (by index of the track;
@@ -41,8 +41,8 @@ struct ImageBox {
 void compare_boxes(const std::vector<ImageBox>& truth_boxes, const std::vector<ImageBox>& track_boxes,
                    ObjectFrame& frame);
 
-/// 1 at the same place, 0.5 at `gate_m` from each other, 0 from twice that on. A position that is not finite is far
-/// from everything.
+/// 1 at the same place, 0.5 at a distance of `gate_m`, 0 from twice that on. A position that is not finite has
+/// similarity 0.
 void compare_centres(const std::vector<Eigen::Vector3d>& truth_m, const std::vector<Eigen::Vector3d>& tracks_m,
                      double gate_m, ObjectFrame& frame);
 

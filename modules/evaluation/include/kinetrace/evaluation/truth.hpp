@@ -43,12 +43,12 @@ struct TrueCamera {
   bool by_time = false;
   std::vector<Pose> poses;  ///< By key.
 
-  /// The pose of a frame. By time: between the two neighbours if both are within `tolerance_ns`, else that of the
-  /// nearer one if it is; none if there is none.
+  /// The pose of a frame. By time: interpolated between the two neighbours if both are within `tolerance_ns`, else the
+  /// nearer one if it is within it; none otherwise.
   [[nodiscard]] std::optional<Se3> at(std::int64_t frame, std::int64_t timestamp_ns, std::int64_t tolerance_ns) const;
 };
 
-/// An object with what it is found by.
+/// An object with its position for association.
 struct LocatedObject {
   TrueObject object;
   Eigen::Vector3d center_m = Eigen::Vector3d::Zero();  ///< Of its box, world frame.
@@ -58,16 +58,16 @@ struct LocatedObject {
 struct Truth {
   TruthFormat format = TruthFormat::kSimulator;
   TrueCamera camera;
-  std::map<std::int64_t, std::vector<LocatedObject>> objects;  ///< By frame; objects that can be seen.
+  std::map<std::int64_t, std::vector<LocatedObject>> objects;  ///< By frame; visible objects.
   bool has_objects = false;
   bool has_boxes = false;
-  bool is_complete = false;           ///< No object is missing.
+  bool is_complete = false;           ///< Contains all objects.
   std::filesystem::path mask_folder;  ///< KITTI MOTS images named by frame number, %010d.png or %06d.png; empty: none.
 };
 
 struct TruthSource {
   std::filesystem::path path;         ///< File or folder.
-  std::optional<TruthFormat> format;  ///< None: by what is there.
+  std::optional<TruthFormat> format;  ///< None: detected.
   std::filesystem::path camera;       ///< For kKittiTracking: a file of another format with the camera's poses.
   std::optional<Se3> T_body_cam;      ///< For kEuroc: T_BS of the left camera's sensor.yaml.
   std::filesystem::path masks;        ///< Instead of the truth's own masks.
@@ -75,8 +75,8 @@ struct TruthSource {
   std::int64_t time_tolerance_ns = 10'000'000;
 };
 
-/// Reads ground truth. Errors, with file and line: kNotFound, kBadFormat, kInvalidArgument (a file is missing that the
-/// format needs), kUnsupported (no format is recognised).
+/// Reads ground truth. Errors, with file and line: kNotFound, kBadFormat, kInvalidArgument (a file required by the
+/// format is missing), kUnsupported (no format is recognised).
 [[nodiscard]] Result<Truth> read_truth(const TruthSource& source);
 
 /// The truth's mask image of a frame, or none if it has no such file.

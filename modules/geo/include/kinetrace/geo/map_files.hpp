@@ -1,4 +1,4 @@
-// Trajectories in WGS84 as texts that maps and tables read.
+// Trajectories in WGS84 as texts for maps and tables.
 #pragma once
 
 #include <cstdint>
@@ -12,16 +12,16 @@
 
 namespace kinetrace::geo {
 
-/// Where the camera or an object was in one frame.
+/// Position of the camera or an object in one frame.
 struct MapPoint {
   std::int64_t frame = 0;
   std::int64_t timestamp_ns = 0;                           ///< Of the camera's clock.
   Eigen::Vector3d enu_m = Eigen::Vector3d::Zero();         ///< In the map frame.
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< East, north, up.
   double heading_deg = 0.0;                                ///< Clockwise from north, [0, 360).
-  double sigma_m = 0.0;       ///< Horizontal standard deviation by the alignment alone, in the worse direction.
+  double sigma_m = 0.0;       ///< Horizontal standard deviation by the alignment alone, in the worst direction.
   std::string_view status;    ///< As in objects.csv.
-  bool is_after_gap = false;  ///< Frames are missing before this one: no line leads here.
+  bool is_after_gap = false;  ///< Frames are missing before this one: lines are interrupted.
 };
 
 struct MapTrajectory {
@@ -33,10 +33,11 @@ struct MapTrajectory {
   [[nodiscard]] std::string name() const { return id == 0 ? kind : kind + " " + std::to_string(id); }
 };
 
-/// What all files need besides the trajectories.
+/// Data common to all files besides the trajectories.
 struct MapFileContext {
   LocalFrame frame;
-  double time_offset_s = 0.0;  ///< Camera's clock minus the reference's: files with UTC have the reference's.
+  double time_offset_s =
+      0.0;  ///< Camera's clock minus the reference's: files with UTC have times of the reference's clock.
 };
 
 /// RFC 7946: a FeatureCollection with a feature for each trajectory; longitude, latitude, height above the ellipsoid.
