@@ -33,7 +33,7 @@ struct SeenTurns {
     sum_rad += turn_rad;
     sum_rad2 += turn_rad * turn_rad;
   }
-  /// Mean turn of a window, weighted by its information, which grows with the square of the turn. 0: none so far.
+  /// Typical turn of a window, in which large turns weigh more, like their information. 0: none so far.
   [[nodiscard]] double typical_rad() const noexcept { return sum_rad > 0.0 ? sum_rad2 / sum_rad : 0.0; }
 };
 
@@ -67,7 +67,7 @@ constexpr double kMinWindow_s = 0.15;
 // A steady, well-known rig is measured less often.
 constexpr double kRelaxed_s = 0.9;
 constexpr std::uint64_t kRelaxedAfter = 8;
-// The certain part of a state: its distance from the calibration beyond this many standard deviations.
+// The certain part of a state is its estimate times max(0, 1 - (kSure sigma / estimate)^2).
 constexpr double kSure = 2.0;
 // A state is off beyond this many.
 constexpr double kOff = 4.0;

@@ -119,7 +119,8 @@ void TemporalTest::add_equations(const Eigen::Vector3f& velocity_mps, int lag, i
   const auto fx = static_cast<float>(geometry_.fx_px);
   const auto fy = static_cast<float>(geometry_.fy_px);
   const float z = fx * static_cast<float>(geometry_.baseline_m) / disparity_px;
-  Eigen::Matrix<float, 2, 3> jacobian;                                   // place in the earlier image by velocity
+  // Derivative of the place in the earlier image by the velocity.
+  Eigen::Matrix<float, 2, 3> jacobian;
   jacobian << fx, 0.F, static_cast<float>(geometry_.cx_px) - place.x(),  //
       0.F, fy, static_cast<float>(geometry_.cy_px) - place.y();
   jacobian = -jacobian * step.back / (z * static_cast<float>(step_px_));

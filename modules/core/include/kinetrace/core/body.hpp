@@ -20,7 +20,7 @@ enum class BodyStatus : std::uint8_t {
   kStereoOnly,  ///< Too few points for a reconstruction (far, small, non-rigid): position from this frame's stereo, no
                 ///< rotation.
   kPropagated,  ///< No support in this frame: pose predicted by the last motion.
-  kLost,        ///< No support for too long: the prediction is useless.
+  kLost,        ///< No support for longer than a prediction is valid.
 };
 
 [[nodiscard]] constexpr std::string_view to_string(BodyStatus status) noexcept {

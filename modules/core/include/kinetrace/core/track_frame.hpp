@@ -25,10 +25,9 @@ struct Track {
   int missed_frames = 0;       ///< Frames since the last matched detection.
   std::int64_t age_ns = 0;     ///< Dwell time (see dwell_time.hpp) since birth,
   std::int64_t missed_ns = 0;  ///< ... and without a detection.
-  float visible_part =
-      1.F;          ///< Fraction of the expected mask that is detected, in the image and not occluded, over both views.
-  PixelBox box_px;  ///< Of the left mask; empty when outside the image.
-  int area_px = 0;  ///< Of the left mask.
+  float visible_part = 1.F;    ///< Fraction of the expected mask detected, in the image and unoccluded; both views.
+  PixelBox box_px;             ///< Of the left mask; empty when outside the image.
+  int area_px = 0;             ///< Of the left mask.
 
   [[nodiscard]] std::uint8_t label() const noexcept { return static_cast<std::uint8_t>(slot + 1); }
 };

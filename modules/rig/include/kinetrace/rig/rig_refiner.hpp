@@ -30,8 +30,8 @@ struct TwoViewPoint;
 
 /// Estimates the right camera's pose against its calibration from pairs of frames between which the camera has moved
 /// (two_view_calibration), and filters it over time (rig_filter). Applies only the certain part of a correction: the
-/// estimate shrunk towards the calibration by two standard deviations (positive-part estimator of James and Stein,
-/// 1961). States without evidence stay as calibrated, bit for bit.
+/// estimate times max(0, 1 - (2 sigma / estimate)^2), which shrinks it towards the calibration (positive-part estimator
+/// of James and Stein, 1961). States without evidence stay as calibrated, bit for bit.
 ///
 /// Not observable: the baseline's length. Focal lengths are observable only if the camera turns by some degrees in a
 /// window; otherwise their error looks like another depth, and their estimate stays. They are reported, not

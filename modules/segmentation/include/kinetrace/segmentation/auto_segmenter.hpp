@@ -1,4 +1,4 @@
-// Fusion of motion segmentation and a neural network.
+// Motion segmentation and a neural network together.
 #pragma once
 
 #include <cstddef>

@@ -83,7 +83,7 @@ class BodyReconstruction {
   const BodyEstimate& conclude(const BundleSummary& refinement);
 
   /// Pose of this frame from recognised points of this body, near `guess`; nothing if fewer than `least` agree.
-  /// Independent of the map; const.
+  /// Neither uses nor changes the map.
   [[nodiscard]] std::optional<Se3> pose_from(std::span<const PoseObservation> observations, const Expectation& guess,
                                              int least);
   /// Position of a feature that agrees with the reconstruction; null for any other.
