@@ -1,6 +1,6 @@
 // Replaces the C allocation functions in programs that link it; glibc's own do the work. operator new ends in malloc,
-// so this sees everything: malloc, calloc, realloc, the aligned family, and C++. Replaces pthread_create too, so that
-// threads which a library starts are the library's.
+// so this counts everything: malloc, calloc, realloc, the aligned family, and C++. Replaces pthread_create too, so that
+// threads started by a library count as foreign.
 #include <cerrno>
 #include <cstddef>
 #include <dlfcn.h>
@@ -70,7 +70,7 @@ int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*
   auto start = std::make_unique<ThreadStart>(ThreadStart{routine, argument});
   const int error = create(thread, attributes, run_as_foreign, start.get());
   if (error == 0) {
-    static_cast<void>(start.release());  // The thread's.
+    static_cast<void>(start.release());  // Owned by the thread.
   }
   return error;
 }

@@ -13,7 +13,7 @@ Arena::Arena(std::size_t capacity_bytes)
 }
 
 std::byte* Arena::reserve(std::size_t count, std::size_t element_bytes) noexcept {
-  // A count that overflows (a negative setting turned unsigned) must not wrap round to a small request.
+  // A count that overflows (a negative setting turned unsigned) must not wrap to a small request.
   constexpr std::size_t kMax = std::numeric_limits<std::size_t>::max() / kAlignment * kAlignment;
   const bool too_large = count > (kMax - kAlignment) / element_bytes;
   const std::size_t rounded_bytes =

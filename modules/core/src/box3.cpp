@@ -6,8 +6,8 @@
 
 namespace kinetrace {
 
-// Not inline: what Eigen takes for rotations between two directions (a singular value decomposition for opposite ones)
-// costs seconds of compile time in every file.
+// Not inline: Eigen's rotation between two directions (a singular value decomposition for opposite ones) costs seconds
+// of compile time in every file.
 Eigen::Matrix3d upright_axes(const Eigen::Vector3d& down, double yaw_rad) {
   const double c = std::cos(yaw_rad);
   const double s = std::sin(yaw_rad);

@@ -17,7 +17,7 @@ bool cpu_has_fast_isa() noexcept {
   return __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;
 }
 #elif defined(__aarch64__)
-// Part of the architecture.
+// NEON is part of the architecture.
 constexpr const char* kFastIsa = "neon";
 constexpr bool cpu_has_fast_isa() noexcept {
   return true;

@@ -60,14 +60,14 @@ int write_whole(const fs::path& path, std::string_view content) {
   if (const int error = write_all(file.get(), content); error != 0) {
     return error;
   }
-  // Pipes and devices cannot be synchronised.
+  // fsync fails on pipes and devices.
   if (::fsync(file.get()) != 0 && errno != EINVAL && errno != EROFS) {
     return errno;
   }
   return file.close() ? 0 : errno;
 }
 
-/// A link stays one: what it points to is replaced.
+/// Follows links, so that replacing a linked file keeps the link.
 fs::path target_of(const fs::path& path) {
   std::error_code error;
   const bool is_link = fs::is_symlink(path, error);
@@ -79,7 +79,7 @@ Unexpected<Error> obstructed(const fs::path& path, std::string_view what, const 
   return fail(ErrorCode::kIo, path.string().append(": ").append(what).append(" (" + why + "); check the permissions"));
 }
 
-/// What has the name of something else that was looked for.
+/// Kind of an existing entry that is not of the expected kind.
 std::string_view other_kind(fs::file_type type) noexcept {
   switch (type) {
     case fs::file_type::regular: return "is a file; ";
@@ -96,7 +96,7 @@ std::string_view other_kind(fs::file_type type) noexcept {
 
 Unexpected<Error> unreachable(const fs::path& path, std::string_view missing) {
   std::error_code error;
-  // Nothing there is no error to it.
+  // A missing entry is reported as kNotFound below.
   const fs::file_status status = fs::status(path, error);
   if (error && error != std::errc::no_such_file_or_directory && error != std::errc::not_a_directory) {
     return obstructed(path, "cannot be reached", error.message());
@@ -120,7 +120,7 @@ fs::path staged_path(const fs::path& path) {
   if (fs::exists(status) && !fs::is_regular_file(status)) {
     return target;
   }
-  // Of this process alone: another one may be writing the same file.
+  // Unique to the process: another one may be writing the same file.
   fs::path staged = target;
   staged += ".";
   staged += std::to_string(::getpid());
@@ -129,7 +129,7 @@ fs::path staged_path(const fs::path& path) {
 }
 
 int open_staged(const fs::path& staged) noexcept {
-  // A pipe that nobody reads would hold the program for ever.
+  // Without O_NONBLOCK, opening a pipe without a reader would block for ever.
   const int file = ::open(staged.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK, 0666);
   if (file >= 0) {
     (void)::fcntl(file, F_SETFL, 0);
@@ -172,7 +172,7 @@ Status replace_file(const fs::path& path, std::string_view content) {
   if (Status placed = put_in_place(staged, path); !placed) {
     return placed;
   }
-  // The new name lasts only once the folder itself is on disk.
+  // A rename is durable only once the folder is on disk.
   const fs::path folder = staged.has_parent_path() ? staged.parent_path() : fs::path(".");
   if (const Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
       opened.get() >= 0 && ::fsync(opened.get()) != 0) {

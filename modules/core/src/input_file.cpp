@@ -29,7 +29,7 @@ const char* kind_of(mode_t mode) {
 }  // namespace
 
 InPlaceResult<InputFile> InputFile::open(const char* path) {
-  // Without O_NONBLOCK, opening a named pipe waits for somebody to write. On regular files it has no effect.
+  // Without O_NONBLOCK, opening a named pipe waits for a writer. It has no effect on regular files.
   const int descriptor = ::open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   const int reason = errno;
   if (descriptor < 0 && (reason == ENOENT || reason == ENOTDIR)) {

@@ -9,7 +9,7 @@
 namespace kinetrace {
 namespace {
 
-// Levenshtein's edit distance, where two neighbours that are exchanged are one edit (optimal string alignment).
+// Levenshtein's edit distance in which exchanging two neighbours is one edit (optimal string alignment).
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before_last(b.size() + 1);
   std::vector<std::size_t> last(b.size() + 1);
@@ -34,7 +34,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 std::optional<std::string_view> nearest_name(std::string_view word, std::span<const std::string_view> names) {
   std::optional<std::string_view> nearest;
-  // Fewer than all letters: what shares none with a word is not meant by it.
+  // Fewer edits than letters: a name that shares no letter is no suggestion.
   std::size_t bound = std::min(std::max<std::size_t>(2, word.size() / 4) + 1, word.size());
   for (const std::string_view name : names) {
     if (const std::size_t distance = edit_distance(word, name); distance < bound) {

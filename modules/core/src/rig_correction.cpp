@@ -18,7 +18,7 @@ Eigen::Matrix3d RigCorrection::raw_from_turned(const StereoGeometry& g) const {
 
 Eigen::Vector2d RigCorrection::baseline_shift_px(const StereoGeometry& g, const Eigen::Vector2d& right_px,
                                                  double disparity_px) const {
-  // A centre farther down sees everything higher up, one farther forward sees it farther from the middle.
+  // With the camera centre lower, points appear higher; with it farther forward, farther from the principal point.
   const double forward = baseline_rad.y() * disparity_px / g.fx_px;
   return {(right_px.x() - g.cx_px) * forward,
           (right_px.y() - g.cy_px) * forward - baseline_rad.x() * disparity_px * g.fy_px / g.fx_px};

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view kBlanks = " \t\r\f\v";
 constexpr std::size_t kMaxRow = std::size_t{1} << 24U;
-constexpr double kRotationTolerance = 0.01;  // Text of few digits is a rotation only nearly.
+constexpr double kRotationTolerance = 0.01;  // Rounding of the text.
 
 std::string quoted(std::string_view word) {
   constexpr std::size_t kMaxQuoted = 40;
@@ -35,7 +35,7 @@ std::optional<Number> parse_whole(std::string_view text) {
   return error == std::errc{} && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
 }
 
-// What follows the e of a number, 0 where nothing does.
+// The exponent of a number from the text behind the e; 0 if empty.
 std::optional<int> parse_exponent(std::string_view text) {
   if (text.starts_with('+') && !text.starts_with("+-")) {
     text.remove_prefix(1);
@@ -43,8 +43,8 @@ std::optional<int> parse_exponent(std::string_view text) {
   return parse_whole<int>(text);
 }
 
-// Digit by digit: Unix time with nanoseconds has more digits than a double holds, and a long double is no more than
-// that on some processors.
+// Digit by digit: Unix time with nanoseconds has more digits than a double holds, and on some processors a long double
+// has no more.
 std::optional<std::int64_t> parse_seconds_ns(std::string_view text) {
   constexpr int kNanosecondPlaces = 9;
   constexpr int kMaxPlaces = 40;
@@ -59,7 +59,7 @@ std::optional<std::int64_t> parse_seconds_ns(std::string_view text) {
       digits.find_first_not_of("0123456789") != std::string::npos) {
     return std::nullopt;
   }
-  digits.insert(0, 1, '0');  // So that there is one before those that are rounded away.
+  digits.insert(0, 1, '0');  // So that a digit is left before the rounded ones.
   const int places = 1 + static_cast<int>(point) + *exponent + kNanosecondPlaces;
   const auto kept = static_cast<std::size_t>(std::max(places, 0));
   const int up = kept < digits.size() && digits[kept] >= '5' ? 1 : 0;
@@ -84,7 +84,7 @@ std::optional<std::int64_t> parse_integer(std::string_view text) {
 
 std::optional<std::int64_t> parse_time_ns(std::string_view text) {
   constexpr std::size_t kMinNanosecondDigits = 16;
-  // The difference of any two still fits into 64 bits.
+  // The difference of any two must fit into 64 bits.
   constexpr std::int64_t kLatest_ns = std::numeric_limits<std::int64_t>::max() / 2;
   const bool is_nanoseconds =
       text.size() >= kMinNanosecondDigits && text.find_first_not_of("0123456789") == std::string_view::npos;

@@ -15,7 +15,7 @@ bool says_nothing(std::string_view line) {
 
 }  // namespace
 
-// YAML 1.2.2, 9.1: a line that begins with a marker is one wherever it stands, in a quoted text too.
+// YAML 1.2.2, 9.1: a line that begins with a document marker is one even inside a quoted text.
 std::optional<int> second_document_line(std::string_view yaml) {
   bool has_begun = false;
   bool has_ended = false;

@@ -8,9 +8,9 @@ namespace kinetrace::features {
 
 struct AppearanceMemory::Entry {
   std::uint32_t feature_id;
-  std::uint32_t note;  ///< Number of the note that it was last taken in.
+  std::uint32_t note;  ///< Number of the last note that contained it.
   Eigen::Vector3f p_body;
-  float disparity_px;  ///< Stands for its size.
+  float disparity_px;  ///< Stands for its scale.
   PatchMask own;
   ReferencePatch patch;
 };

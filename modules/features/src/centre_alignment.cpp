@@ -6,7 +6,8 @@
 namespace kinetrace::features {
 namespace {
 
-// The two sides of a contour are hardly further apart where both still look like the patch; beyond, it is another one.
+// The two sides of a contour move relative to each other by little more while both still resemble the patch; a larger
+// shift is a mismatch.
 constexpr float kMaxShift_px = 1.5F;
 constexpr float kConverged_px = 0.01F;
 

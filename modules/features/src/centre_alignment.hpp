@@ -1,4 +1,4 @@
-// The last, exact step of every alignment.
+// The last step of every alignment.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,10 +7,10 @@
 
 namespace kinetrace::features {
 
-/// Puts `position`, where `patch` was found in `image`, where the middle of the patch is. A patch that reaches over a
-/// contour is found somewhere between where its two sides are, and where between them changes as the camera comes
-/// nearer: depths are then off in common. Unchanged where the middle has too little texture. Narrows `patch`.
-/// `options` as for aligning the whole patch.
+/// Moves `position`, the match of `patch` in `image`, to the match of the patch's centre alone. A patch over a contour
+/// matches between the positions of its two sides, by a part that changes as the camera approaches: a bias common to
+/// all depths. Unchanged if the centre has too little texture. Narrows `patch`. `options` as for aligning the whole
+/// patch.
 void align_centre(const Plane& image, const AlignOptions& options, PatchTemplate& patch,
                   Eigen::Vector2f& position) noexcept;
 

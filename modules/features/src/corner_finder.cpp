@@ -8,14 +8,14 @@
 namespace kinetrace::features {
 namespace {
 
-// A corner's patch, with a pixel to spare for its gradients, lies in the image.
+// A corner's patch lies in the image, with a pixel to spare for its gradients.
 constexpr int kBorderX = kPatchWidth / 2 + 2;
 constexpr int kBorderY = kPatchHeight / 2 + 2;
 constexpr int kWindowRadius = 2;
 constexpr int kRows = 3;
 // Vector loads reach this far beyond the columns in use.
 constexpr int kSpill = 16;
-// Features closer than this share their patch and say the same twice.
+// Features closer than this share their patch and are redundant.
 constexpr int kUponRadius = 1;
 constexpr std::uint8_t kNear = 1;
 constexpr std::uint8_t kUpon = 2;

@@ -24,7 +24,7 @@ struct Corner {
   std::uint8_t body = 0;
 };
 
-/// Which places are taken: a half-size map of the surroundings of features.
+/// Half-size map of the surroundings of features.
 class OccupancyMap {
  public:
   OccupancyMap() = default;
@@ -32,9 +32,9 @@ class OccupancyMap {
 
   void clear() noexcept;
   void add(const Eigen::Vector2f& position_px) noexcept;
-  /// Within the minimum distance of a feature.
+  /// True within the minimum distance of a feature.
   [[nodiscard]] bool near(float x_px, float y_px) const noexcept;
-  /// Practically on top of a feature.
+  /// True practically on top of a feature.
   [[nodiscard]] bool upon(float x_px, float y_px) const noexcept;
 
  private:
@@ -47,23 +47,23 @@ class CornerFinder {
   CornerFinder() = default;
   CornerFinder(const FeatureConfig& config, Arena& arena, int width_px, int height_px);
 
-  /// Declares the bucket around a live feature taken.
+  /// Marks the bucket around a live feature as taken.
   void occupy(const Eigen::Vector2f& position_px, std::uint8_t body) noexcept;
-  /// All buckets are free again.
+  /// Frees all buckets.
   void clear() noexcept;
 
-  /// The strongest corner of every free bucket, not near anything in `occupancy`: objects first, then background, each
-  /// from strong to weak. `workers` may be null.
+  /// The strongest corner of every free bucket, not near a feature of `occupancy`: objects first, then background, each
+  /// in descending strength. `workers` may be null.
   [[nodiscard]] std::span<const Corner> find(const Plane& image, LabelView labels, const OccupancyMap& occupancy,
                                              Workers* workers) noexcept;
 
  private:
-  /// The image is searched in so many bands of rows, whoever searches them.
+  /// Number of bands of rows in which the image is searched, independent of the workers.
   static constexpr std::size_t kBands = 2;
 
   /// A grid of square buckets over the image.
   struct Grid {
-    std::array<std::span<Corner>, kBands> best;  ///< By band: a bucket may lie in both.
+    std::array<std::span<Corner>, kBands> best;  ///< By band, since a bucket may lie in both.
     std::span<std::uint8_t> taken;               ///< 1 + body of a feature in the bucket, 0 when free.
     int columns = 0;
     int size_px = 1;
@@ -72,7 +72,7 @@ class CornerFinder {
              static_cast<std::size_t>(x / size_px);
     }
   };
-  /// What the search of a band needs for itself.
+  /// Scratch memory of a band's search.
   struct Scratch {
     std::span<std::int32_t> sums_xx;
     std::span<std::int32_t> sums_xy;
@@ -82,7 +82,7 @@ class CornerFinder {
     std::size_t row_stride = 0;
     [[nodiscard]] float* eigenvalues(int y) const noexcept;
   };
-  /// What is searched.
+  /// Input of a search.
   struct Search {
     const Plane& image;
     LabelView labels;

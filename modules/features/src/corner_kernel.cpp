@@ -6,7 +6,7 @@
 namespace kinetrace::features::KINETRACE_KERNEL_ISA {
 namespace {
 
-// Products of 16-bit numbers: the baseline has no others.
+// Products of 16-bit numbers: the baseline has only these.
 void accumulate_row(const Plane& image, int y, int sign, std::int32_t* __restrict xx, std::int32_t* __restrict xy,
                     std::int32_t* __restrict yy) {
   const std::uint8_t* __restrict row = image.data + static_cast<long>(y) * image.stride;
@@ -38,7 +38,7 @@ inline Floats window_sum(const std::int32_t* sums) {
 void eigenvalue_row(const std::int32_t* xx, const std::int32_t* xy, const std::int32_t* yy, int x0, int x1,
                     float* eigenvalues) {
   // 25 pixels; differences over two pixels are twice the gradient.
-  // Below this ratio of the eigenvalues it is an edge, along which nothing can be located.
+  // With a smaller ratio of eigenvalues it is an edge, along which the position is undefined.
   constexpr float kMinRatio = 0.1F;
   constexpr float kScale = 1.F / (25.F * 4.F);
   for (int x = x0; x < x1; x += kLanes) {
@@ -73,7 +73,7 @@ int find_maxima(const float* above, const float* row, const float* below, int x0
     if (!any(is_maximum)) {
       continue;
     }
-    // Of equal neighbours the first one wins.
+    // The first of equal neighbours is the maximum.
     is_maximum &= (centre > load(above + x - 1)) & (centre > load(above + x)) & (centre > load(above + x + 1)) &
                   (centre > load(row + x - 1)) & (centre >= load(row + x + 1)) & (centre >= load(below + x - 1)) &
                   (centre >= load(below + x)) & (centre >= load(below + x + 1));

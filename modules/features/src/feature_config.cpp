@@ -7,7 +7,7 @@
 namespace kinetrace::features {
 namespace {
 
-/// Checks ranges one after the other and remembers the first that fails.
+/// Checks ranges in turn and keeps the first failure.
 class RangeCheck {
  public:
   /// Written so that NaN is out of range.
@@ -27,7 +27,7 @@ class RangeCheck {
 };
 
 constexpr int kMaxFeatures = 4000;
-// Below any gradient that 8-bit pixels can show.
+// Below any gradient of 8-bit pixels.
 constexpr float kMinStrength = 0.1F;
 constexpr float kMaxStrength = 128.F;
 

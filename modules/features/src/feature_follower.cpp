@@ -5,9 +5,9 @@ namespace {
 
 enum class Attempt : std::uint8_t { kFirst, kSecond };
 
-/// Size is inverse to depth, and so is disparity.
+/// Image size is proportional to disparity: both are inverse to depth.
 float predicted_zoom(const Feature& feature, const FeaturePrediction& prediction) noexcept {
-  // A tenth of a pixel of noise in this is still small; beyond the factor something is wrong.
+  // From this disparity on a tenth of a pixel of noise hardly matters; a larger factor is an error.
   constexpr float kMinDisparity_px = 4.F;
   constexpr float kMaxZoom = 2.F;
   const float before_px = feature.previous_left_px.x() - feature.previous_u_right_px;
@@ -18,13 +18,13 @@ float predicted_zoom(const Feature& feature, const FeaturePrediction& prediction
   return zoom > 1.F / kMaxZoom && zoom < kMaxZoom ? zoom : 1.F;
 }
 
-/// Null where there is none.
+/// Null without a prediction.
 const FeaturePrediction* prediction(const FeatureSlot& slot, std::span<const FeaturePrediction> by_slot) noexcept {
   const std::size_t index = slot.feature.slot;
   return index < by_slot.size() && by_slot[index].known ? &by_slot[index] : nullptr;
 }
 
-/// One frame's work.
+/// Tracking of one frame.
 struct FramePass {
   const TemporalTracker& tracker;
   MotionNeighbours& neighbours;
@@ -58,12 +58,12 @@ struct FramePass {
   }
 
   TrackOutcome follow_mispredicted(FeatureSlot& slot, const FeaturePrediction& prediction) const noexcept {
-    // Searching far and wide for a feature whose neighbours were all found finds, more often than not, something else.
+    // With all neighbours found as predicted, a wide search mostly finds mismatches.
     if (neighbours.trustworthy(slot.feature.body)) {
       const TrackOutcome outcome = follow_neighbours(slot);
       return succeeded(outcome) || slot.feature.age_frames > 0 ? outcome : search_for(slot);
     }
-    // The predictions of the whole body are off: a little, or altogether.
+    // The predictions of the whole body are off, slightly or entirely.
     const TrackOutcome outcome = follow_predicted(slot, prediction, Reach::kWide);
     return succeeded(outcome) ? outcome : search_for(slot);
   }
@@ -129,7 +129,7 @@ void FeatureFollower::follow_others(const ImagePyramid& previous, const ImagePyr
                                     std::span<const FeaturePrediction> by_slot, std::span<FeatureSlot> slots,
                                     FeatureCounters& counters) noexcept {
   const FramePass pass{tracker_, neighbours_, found_, previous, current, counters};
-  // Now there are neighbours to tell where the others may have gone.
+  // Tracked features now predict the motion of the others.
   for (const std::uint16_t index : unpredicted_.span()) {
     pass.conclude(slots[index], pass.follow_unpredicted(slots[index]), Attempt::kFirst);
   }
@@ -138,7 +138,7 @@ void FeatureFollower::follow_others(const ImagePyramid& previous, const ImagePyr
     const FeaturePrediction* const predicted = prediction(slot, by_slot);
     const TrackOutcome second =
         predicted != nullptr ? pass.follow_mispredicted(slot, *predicted) : TrackOutcome::kResidual;
-    // Why it failed the first time says more than why the long shot did.
+    // Report the reason of the first failure, not that of the long shot.
     pass.conclude(slot, succeeded(second) ? second : failed.outcome, Attempt::kSecond);
   }
 }

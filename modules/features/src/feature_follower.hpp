@@ -1,4 +1,4 @@
-// Follows all features of a frame: predicted ones first, the others by their example.
+// Tracks all features of a frame: first those with a prediction, then the others by their neighbours' motion.
 #pragma once
 
 #include <cstddef>
@@ -28,11 +28,11 @@ class FeatureFollower {
         unpredicted_(arena, static_cast<std::size_t>(config.max_features)),
         found_(arena, static_cast<std::size_t>(config.max_features)) {}
 
-  /// Moves live features with a prediction from `previous` to `current`; those that are not found wait for the others.
+  /// Tracks live features with a prediction from `previous` to `current`; failed ones are postponed.
   void follow_predicted(const ImagePyramid& previous, const ImagePyramid& current,
                         std::span<const FeaturePrediction> by_slot, std::span<FeatureSlot> slots,
                         FeatureCounters& counters, Workers* workers) noexcept;
-  /// Moves, after that, all other live features, or ends them. Does not look at slots that were found already.
+  /// Then tracks, or ends, all other live features. Slots found already are skipped.
   void follow_others(const ImagePyramid& previous, const ImagePyramid& current,
                      std::span<const FeaturePrediction> by_slot, std::span<FeatureSlot> slots,
                      FeatureCounters& counters) noexcept;
@@ -47,7 +47,7 @@ class FeatureFollower {
 
   TemporalTracker tracker_;
   MotionNeighbours neighbours_;
-  FixedVector<Followed> predicted_;  ///< Features with a prediction, and how they fared.
+  FixedVector<Followed> predicted_;  ///< Features with a prediction, and the outcome.
   FixedVector<std::uint16_t> unpredicted_;
   FixedVector<std::uint16_t> found_;
 };

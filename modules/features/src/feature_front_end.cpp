@@ -16,8 +16,8 @@
 namespace kinetrace::features {
 namespace {
 
-// A remembered point looks like itself from this much nearer or farther. From where it is larger than it was by more
-// than this, the image is looked at in half its size: it was not seen so finely before.
+// Range of size ratios, now over then, in which a remembered point is recognisable. Above the third, the image is
+// compared at half its size, since the remembered patch lacks the detail.
 constexpr float kMinSizeRatio = 0.5F;
 constexpr float kMaxSizeRatio = 2.8F;
 constexpr float kHalvedFromRatio = 1.4F;
@@ -34,7 +34,7 @@ std::string size_text(int width, int height) {
 
 }  // namespace
 
-/// Everything, in the arena. Trivially destructible: it owns nothing.
+/// All state, in the arena. Trivially destructible: it owns nothing.
 struct FeatureFrontEnd::State {
   Workers* workers = nullptr;
   int width_px = 0;
@@ -54,26 +54,26 @@ struct FeatureFrontEnd::State {
   [[nodiscard]] static State carve(const FeatureConfig& config, int width_px, int height_px, Arena& arena);
   [[nodiscard]] const ImagePyramid& current() const noexcept { return images.current(); }
 
-  std::uint64_t attempted_before = 0;  ///< Of the counters, as of the frame before.
+  std::uint64_t attempted_before = 0;  ///< Counters at the frame before.
   std::uint64_t matched_before = 0;
   double usual_match_ratio = 0.0;
-  int row_search_frames = 0;  ///< Since it began; 0 is not at all.
+  int row_search_frames = 0;  ///< Since it began; 0: inactive.
 
   void take_in(const RectifiedPair& pair, const RigAdjustment& rig) noexcept;
-  /// What the frame before has measured.
+  /// Converts the measurements of the frame before.
   void remeasure(const RigChange& change) noexcept;
   [[nodiscard]] float row_difference_px() const noexcept;
   [[nodiscard]] bool should_search_rows(const RigAdjustment& rig) noexcept;
   void end_rejected() noexcept;
   void remember_previous() noexcept;
   void follow_others_and_match(std::span<const FeaturePrediction> by_slot) noexcept;
-  /// Features in these slots with the right image.
+  /// Matches the features in these slots with the right image.
   void match(std::span<const std::uint16_t> in_slots, std::span<const FeaturePrediction> by_slot) noexcept;
   void share_matching(std::span<const std::uint16_t> in_slots, std::span<const FeaturePrediction> by_slot) noexcept;
   void count_matches(std::span<const std::uint16_t> in_slots) noexcept;
-  /// New features, with what the right image shows of them.
+  /// Creates features, with their right matches.
   void create_features(LabelView labels, const PredictedMasks& predicted_masks) noexcept;
-  /// Correlation of what is seen at a feature with a remembered patch; `at` moves to where they fit best. 0: not alike.
+  /// Correlation of the surroundings of a feature with a remembered patch; `at` moves to the best fit. 0: not similar.
   [[nodiscard]] float appearance_similarity(const FeatureSlot& slot, const AppearanceMemory::Entry& entry,
                                             Eigen::Vector2f& at) const noexcept;
   [[nodiscard]] FeatureFrame publish() noexcept;
@@ -255,7 +255,7 @@ void FeatureFrontEnd::reset() noexcept {
   state_->step = Step::kNeedsFrame;
 }
 
-/// Of the matches of the frame before, mean; 0 where there are hardly any.
+/// Mean over the matches of the frame before; 0 if there are too few.
 float FeatureFrontEnd::State::row_difference_px() const noexcept {
   constexpr float kMinMatches = 20.F;
   float sum_px = 0.F;
@@ -269,9 +269,9 @@ float FeatureFrontEnd::State::row_difference_px() const noexcept {
   return count >= kMinMatches ? sum_px / count : 0.F;
 }
 
-// Where nearly nothing has a match, or what has one lies so far off its row that others are beyond the limit, the
-// calibration's rows may be wrong. Looking elsewhere takes time, so it ends with the next correction, or when it has
-// not helped.
+// If hardly any feature matches, or the matches lie so far off their row that others must be beyond the limit, the
+// calibration's rows may be wrong. The search of other rows takes time, so it ends with the next correction, or after a
+// while without one.
 bool FeatureFrontEnd::State::should_search_rows(const RigAdjustment& rig) noexcept {
   constexpr std::uint64_t kMinAttempts = 100;
   constexpr double kFewMatched = 0.3;
@@ -344,7 +344,7 @@ void FeatureFrontEnd::State::remember_previous() noexcept {
   }
 }
 
-// Who was found where predicted is matched while the others, one by the example of another, are looked for.
+// Features found as predicted are matched while the others are tracked, which depend on each other.
 void FeatureFrontEnd::State::follow_others_and_match(std::span<const FeaturePrediction> by_slot) noexcept {
   const std::span<const std::uint16_t> found = follower.found();
   const std::size_t groups = (found.size() + kFeaturesAtOnce - 1) / kFeaturesAtOnce;
@@ -388,7 +388,7 @@ void FeatureFrontEnd::State::count_matches(std::span<const std::uint16_t> in_slo
 void FeatureFrontEnd::State::create_features(LabelView labels, const PredictedMasks& predicted_masks) noexcept {
   const std::span<const std::uint16_t> created =
       population.create(current().level(0), labels, predicted_masks, slots, counters, workers);
-  // Nothing is known of them yet.
+  // No predictions for new features.
   share_matching(created, {});
   count_matches(created);
   for (const std::uint16_t index : created) {

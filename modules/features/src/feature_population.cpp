@@ -8,9 +8,9 @@
 namespace kinetrace::features {
 namespace {
 
-// A body with fewer features than this is not choosy about them.
+// A body with fewer features accepts those at its border.
 constexpr int kFewFeatures = 10;
-// One with fewer than this takes any, so that it has a position at all.
+// A body with fewer features accepts any, to have a position at all.
 constexpr int kHardlyAnyFeatures = 3;
 
 /// Live features, by body.
@@ -22,7 +22,7 @@ std::array<int, 256> count_features(std::span<const FeatureSlot> slots) noexcept
   return population;
 }
 
-/// Whether a feature's patch tells about its body. A body with few others takes what there is.
+/// True if a feature's patch represents its body; less strict for bodies with few others.
 bool fit_for_body(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body, int others) noexcept {
   return labels.empty() || others < kHardlyAnyFeatures ||
          (clear_of_other_objects(labels, position_px, body) &&
@@ -82,7 +82,7 @@ int FeaturePopulation::most_features(std::uint8_t body) const noexcept {
 
 void FeaturePopulation::thin_out(std::span<FeatureSlot> slots, FeatureCounters& counters) noexcept {
   const std::span<std::uint16_t> alive = list_alive(slots);
-  // Ids grow with time: the smaller one is the older feature.
+  // Ids ascend with time: the smaller id is the older feature.
   std::sort(alive.begin(), alive.end(),
             [slots](std::uint16_t a, std::uint16_t b) { return slots[a].feature.id < slots[b].feature.id; });
   occupancy_.clear();
@@ -125,7 +125,7 @@ std::span<const std::uint16_t> FeaturePopulation::create(const Plane& image, Lab
   std::size_t created = 0;
   for (const Corner& corner : corners) {
     if (occupancy_.near(corner.x, corner.y)) {
-      continue;  // A corner taken before it lies just across the border of the bucket.
+      continue;  // Too close to a new corner across the border of the bucket.
     }
     if (predicted_masks[corner.body] ||
         !fit_for_body(labels, {corner.x, corner.y}, corner.body, population[corner.body])) {
@@ -147,7 +147,7 @@ std::span<const std::uint16_t> FeaturePopulation::create(const Plane& image, Lab
 
 void FeaturePopulation::create_one(FeatureSlot& slot, std::uint16_t index, const Corner& corner, const Plane& image,
                                    LabelView labels) noexcept {
-  // The patch spans an even number of columns: half a pixel to the right its samples are whole pixels.
+  // The patch spans an even number of columns: with a shift of half a pixel its samples are whole pixels.
   const Eigen::Vector2f position(static_cast<float>(corner.x) + 0.5F, static_cast<float>(corner.y));
   slot.state = SlotState::kAlive;
   slot.rejected = false;

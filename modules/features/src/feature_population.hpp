@@ -1,4 +1,4 @@
-// Which features live, by the masks and by how many each body may have.
+// Creation and removal of features, by the masks and by each body's limit.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace kinetrace::features {
 
-/// The steps of FeatureFrontEnd::replenish: reconcile, thin out, mask patches, create. They change the slots given.
+/// The steps of FeatureFrontEnd::replenish: reconcile, thin out, mask patches, create. They modify the given slots.
 class FeaturePopulation {
  public:
   FeaturePopulation() = default;
@@ -27,14 +27,14 @@ class FeaturePopulation {
   /// As FeatureFrontEnd::count_corners.
   [[nodiscard]] std::size_t count_corners(const Plane& image, Workers* workers) noexcept;
 
-  /// Ends features that lie on another body by now, or whose patch shows too little of their own.
+  /// Ends features that lie on another body by now, or whose patch contains too little of their own.
   void reconcile_with(LabelView labels, std::span<FeatureSlot> slots, FeatureCounters& counters) const noexcept;
-  /// Ends the youngest where a body has too many, or two have run into each other.
+  /// Ends the youngest where a body has too many, or two features have met.
   void thin_out(std::span<FeatureSlot> slots, FeatureCounters& counters) noexcept;
-  /// Remembers which pixels around each feature are its body's own, for aligning it from now on.
+  /// Stores which pixels around each feature are its body's own, for later alignment.
   void mask_patches(LabelView labels, std::span<FeatureSlot> slots, Workers* workers) noexcept;
-  /// After thin_out(): new features in free slots, without their right matches. Returns their slots, valid until the
-  /// next call of anything here.
+  /// After thin_out(): creates features in free slots, without their right matches. Returns their slots, valid until
+  /// the next call of any function here.
   [[nodiscard]] std::span<const std::uint16_t> create(const Plane& image, LabelView labels,
                                                       const FeatureFrontEnd::PredictedMasks& predicted_masks,
                                                       std::span<FeatureSlot> slots, FeatureCounters& counters,
@@ -50,7 +50,7 @@ class FeaturePopulation {
   FeatureConfig config_;
   CornerFinder corner_finder_;
   OccupancyMap occupancy_;
-  std::span<std::uint16_t> order_;  ///< Slots to be worked on.
+  std::span<std::uint16_t> order_;  ///< Slots to process.
   std::uint32_t next_id_ = 1;
   double limit_ = 1.0;  ///< Part of the features configured for each body.
 };

@@ -6,7 +6,7 @@
 namespace kinetrace::features {
 
 void ReferencePatch::take(const Plane& image, float x, float y) noexcept {
-  // The sample positions of an unwarped patch lie half a pixel off its centre in x.
+  // The sample positions of an unwarped patch are half a pixel off its centre in x.
   const int left = static_cast<int>(std::floor(x)) - (kWidth / 2 - 1);
   const int top = static_cast<int>(std::floor(y + 0.5F)) - kHeight / 2;
   for (int row = 0; row < kHeight; ++row) {

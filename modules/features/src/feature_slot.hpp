@@ -1,4 +1,4 @@
-// What a live feature carries besides its published part.
+// Internal state of a live feature besides its published part.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace kinetrace::features {
 
-/// The surroundings of a feature as it looked when last (re-)referenced, wide enough for a warp to half the size.
+/// Surroundings of a feature when last (re-)referenced, wide enough for a warp to half the size.
 class ReferencePatch {
  public:
   static constexpr int kWidth = 32;
@@ -42,13 +42,13 @@ inline constexpr PatchWarp kNoWarp{1.F, 0.F, 0.F, 1.F};
 
 inline constexpr PatchMask kWholePatch{{}, true};
 
-/// So many features are worth handing to another worker.
+/// Smallest number of features worth another worker.
 inline constexpr std::size_t kFeaturesAtOnce = 16;
 
 enum class SlotState : std::uint8_t {
   kFree,
   kAlive,
-  kDead,  ///< Died in this frame: free from the next one.
+  kDead,  ///< Ended in this frame: free from the next one.
 };
 
 struct FeatureSlot {
@@ -57,7 +57,7 @@ struct FeatureSlot {
   PatchWarp from_reference;  ///< Offset in the reference patch = from_reference * offset in the current image.
   float zoom;                ///< Size in this frame over the size in the previous one.
   PatchWarp to_right;        ///< Offset in the left image = to_right * offset in the right image (surface slant).
-  PatchMask own;             ///< Which of the pixels around it are its body's own, by the newest labels.
+  PatchMask own;             ///< Pixels around it that are its body's own, by the newest labels.
   Feature feature;
   ReferencePatch reference;
 

@@ -1,4 +1,4 @@
-// One frame's images, and the left one of the frame before, in every form that features need.
+// One frame's images, and the left one of the frame before, in all forms used by features.
 #pragma once
 
 #include <cstdint>
@@ -18,13 +18,13 @@ class FrameImages {
   FrameImages() = default;
   FrameImages(Arena& arena, int width_px, int height_px, int pyramid_levels);
 
-  /// Copies the pair, the right image as one that stands as `correction` says is seen by one that stands as calibrated,
-  /// and builds the left pyramid and both gradients; what was current becomes previous. `workers` may be null.
+  /// Copies the pair, warping the right image by `correction` to that of a camera as calibrated, and builds the left
+  /// pyramid and both gradients; current becomes previous. `workers` may be null.
   void take_in(const RectifiedPair& pair, const RigCorrection& correction, Workers* workers) noexcept;
 
   [[nodiscard]] const ImagePyramid& current() const noexcept { return pyramids_[newest_]; }
   [[nodiscard]] const ImagePyramid& previous() const noexcept { return pyramids_[1 - newest_]; }
-  /// The right image as it is used.
+  /// Right image, corrected.
   [[nodiscard]] GrayView right() const noexcept { return right_.pixels(); }
   [[nodiscard]] StereoImages stereo() const noexcept {
     return {current().level(0), right_.plane(), left_gradient_.plane(), right_gradient_.plane()};
@@ -35,7 +35,7 @@ class FrameImages {
   void take_in_right(const RectifiedPair& pair, const RigCorrection& correction) noexcept;
   void turn_right(const RectifiedPair& pair, const RigCorrection& correction) noexcept;
 
-  ImagePyramid pyramids_[2];  ///< Left, of this and the previous frame in turn.
+  ImagePyramid pyramids_[2];  ///< Left, of this and the previous frame, alternating.
   int newest_ = 0;
   PaddedImage right_;
   PaddedImage left_gradient_;

@@ -1,4 +1,4 @@
-// One image at full, half, quarter... size, shared by everything that looks at the frame.
+// One image at full, half, quarter... size, shared by all users of the frame.
 #pragma once
 
 #include <array>
@@ -39,7 +39,7 @@ class ImagePyramid {
   [[nodiscard]] int levels() const noexcept { return levels_; }
   [[nodiscard]] Plane level(int index) const noexcept { return images_[static_cast<std::size_t>(index)].plane(); }
 
-  /// As many of `wanted` levels as leave the smallest side at least 16 pixels.
+  /// Number of levels, at most `wanted`, whose smallest side has at least 16 pixels.
   [[nodiscard]] static int supported_levels(int width, int height, int wanted) noexcept;
 
  private:

@@ -1,5 +1,5 @@
-// Plain data that the kernels share with their callers. Kernel sources are compiled once per instruction set, so
-// nothing here may have inline code that a linker could merge across sets.
+// Plain data shared by the kernels and their callers. Kernel sources are compiled once per instruction set, so this
+// file must not contain inline code that a linker could merge across sets.
 #pragma once
 
 #include <cstdint>
@@ -39,12 +39,12 @@ struct PatchWarp {
 /// Which samples of a patch count. Bit k of a row is column k.
 struct PatchMask {
   std::uint16_t rows[kPatchHeight];
-  bool whole;  ///< All of them do.
+  bool whole;  ///< True if all count.
 };
 
 /// A patch ready to be aligned with another image. `gradient_x`, `gradient_y` are orthogonal to the patch itself and to
-/// a constant: alignment is blind to gain and offset. All three are zero where the patch's mask is.
-/// Once narrowed, the gradients are orthogonal to these under its window, and weighed by it.
+/// a constant: alignment is invariant to gain and offset. All three are zero outside the patch's mask. After narrowing,
+/// the gradients are orthogonal under the window, and weighted by it.
 struct alignas(64) PatchTemplate {
   float value[kPatchPixels];  ///< Zero mean.
   float gradient_x[kPatchPixels];
@@ -54,28 +54,28 @@ struct alignas(64) PatchTemplate {
   float energy;                ///< Sum of value^2.
   float hxx, hxy, hyy;         ///< Sums of products of the gradients.
   float strength;              ///< Root of the smaller eigenvalue of the matrix above, per pixel.
-  float pixels;                ///< How many samples count.
-  bool whole;                  ///< All do.
+  float pixels;                ///< Number of samples that count.
+  bool whole;                  ///< True if all count.
 };
 
-/// How to align.
+/// Options of an alignment.
 struct AlignOptions {
   int max_iterations;
   float converged_px;
-  float max_shift_px;   ///< Further than this from the start is a failure.
+  float max_shift_px;   ///< Largest distance from the start, beyond which alignment fails.
   float preferred_row;  ///< Prior: y near this row...
   float row_weight;     ///< ...with this weight (gray^2 / px^2); 0 for none.
 };
 
-/// How well a template fits at a position.
+/// Quality of a template's fit at a position.
 struct PatchFit {
   float correlation;   ///< Zero-mean, normalised.
   float residual_rms;  ///< Gray, after gain and offset.
 };
 
-/// How to refine a warp.
+/// Options of a warp refinement.
 struct WarpOptions {
-  float prior_weight;    ///< Of staying as it is, gray^2 per unit of the matrix squared.
+  float prior_weight;    ///< Of the prior for no change, gray^2 per unit of the matrix squared.
   bool horizontal_only;  ///< Rows stay rows: only xx and xy change.
 };
 

@@ -24,15 +24,15 @@ struct PatchTemplateKernels {
   /// The same through a warp. False when a sample would fall outside the image and its margin.
   bool (*sample_warped)(const Plane& source, float x, float y, const PatchWarp& warp, const PatchMask& mask,
                         PatchTemplate* out);
-  /// From now on aligning looks at the middle of the patch: a window weighs its samples that falls to zero at its rim.
-  /// What is left of the template is for `align` and `fit`. Unchanged where the middle has no samples that count.
+  /// Restricts alignment to the centre of the patch: a window weights its samples, falling to zero at the rim.
+  /// Afterwards the template is valid for `align` and `fit` only. Unchanged if no samples of the centre count.
   void (*narrow)(PatchTemplate* patch);
 };
 
 /// Sub-pixel alignment of an image with a template.
 struct PatchKernels {
   /// Inverse-compositional Gauss-Newton over the translation (Baker and Matthews 2004). False when it leaves the
-  /// neighbourhood of the start, or the template constrains nothing.
+  /// neighbourhood of the start, or the template has too little texture.
   bool (*align)(const Plane& image, const PatchTemplate& patch, const AlignOptions& options, float* x, float* y);
   PatchFit (*fit)(const Plane& image, const PatchTemplate& patch, float x, float y);
   /// One Gauss-Newton step of the warp the template was sampled with, the translation held.
@@ -63,10 +63,10 @@ struct CornerKernels {
                      std::uint16_t* columns);
 };
 
-/// Images seen by a camera that is turned a little.
+/// Warping of images for a slightly rotated camera.
 struct WarpKernels {
   /// One row of `width` pixels, bilinear; `nodes` are the positions in `image` of every kWarpBlock-th pixel, one beyond
-  /// the last block included. Outside `image` its border goes on.
+  /// the last block included. Border pixels are repeated outside `image`.
   void (*warp_row)(const Plane& image, const WarpNode* nodes, int width, std::uint8_t* target);
 };
 

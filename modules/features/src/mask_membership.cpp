@@ -10,9 +10,9 @@
 namespace kinetrace::features {
 namespace {
 
-// Part of the patch on either side of the feature that must not be another object's.
+// Part of the patch, on either side of the feature, that must be free of other objects.
 constexpr float kClearPart = 0.7F;
-// Of the four sides of a feature, so many must be the object's own.
+// Of the four sides of a feature, at least this many must be the object's own.
 constexpr std::ptrdiff_t kMinOwnSides = 2;
 
 std::uint8_t nearest_label(LabelView labels, float x, float y) noexcept {
@@ -20,7 +20,7 @@ std::uint8_t nearest_label(LabelView labels, float x, float y) noexcept {
                    std::clamp(static_cast<int>(std::lround(y)), 0, labels.height - 1));
 }
 
-/// Left, right, above and below, within the patch.
+/// Labels to the left, right, above and below, within the patch.
 std::array<std::uint8_t, 4> labels_beside(LabelView labels, const Eigen::Vector2f& position_px) noexcept {
   constexpr float kX = kClearPart * kPatchHalfWidth;
   constexpr float kY = kClearPart * kPatchHalfHeight;
@@ -30,11 +30,11 @@ std::array<std::uint8_t, 4> labels_beside(LabelView labels, const Eigen::Vector2
           nearest_label(labels, position_px.x(), position_px.y() + kY)};
 }
 
-// With fewer pixels of its own, a patch is aligned as a whole.
+// With fewer pixels of its own body, the whole patch is aligned.
 constexpr int kMinOwnPixels = kPatchPixels / 4;
 constexpr std::uint32_t kPatchColumns = (1U << kPatchWidth) - 1U;
 
-/// The common case, quickly: a patch and its border of one pixel lie in the image and all belong to the body.
+/// Fast path: a patch and its border of one pixel lie in the image and all belong to the body.
 bool all_own(LabelView labels, int left, int top, std::uint8_t body) noexcept {
   constexpr int kColumns = kPatchWidth + 2;
   constexpr int kRows = kPatchHeight + 2;

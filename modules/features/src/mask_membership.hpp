@@ -1,4 +1,4 @@
-// Whether a feature still belongs to its body, given the masks of the frame.
+// Whether a feature still belongs to its body, by the masks of the frame.
 #pragma once
 
 #include <cstdint>
@@ -10,22 +10,22 @@
 
 namespace kinetrace::features {
 
-/// Masks are a pixel or two off at their borders, so a feature keeps its body unless it lies `border_px` inside another
-/// one. The ignore label ends it at once.
+/// Borders of masks are a pixel or two off, so a feature keeps its body unless it lies `border_px` inside another one.
+/// The ignore label ends it at once.
 [[nodiscard]] bool still_member(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body,
                                 float border_px) noexcept;
 
-/// False where a patch around an object's feature would hold much of another object: along their common contour a patch
-/// follows whichever of the two is more textured.
+/// False if a patch around an object's feature would contain much of another object: along a common contour a patch
+/// follows the side with more texture.
 [[nodiscard]] bool clear_of_other_objects(LabelView labels, const Eigen::Vector2f& position_px,
                                           std::uint8_t body) noexcept;
 
-/// Whether at least two of the four sides of an object's feature are the object's own: else its patch holds mostly
-/// background, which moves differently. Small and thin objects have little else.
+/// True if at least two of the four sides of an object's feature are the object's own; otherwise its patch is mostly
+/// background, which moves differently. Small and thin objects have few other features.
 [[nodiscard]] bool well_inside(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body) noexcept;
 
-/// The pixels of the patch around a position that are the body's own, off its contour: what lies on the other side of a
-/// contour moves differently. The whole patch where too few are left to align it by.
+/// The pixels of the patch around a position that are the body's own, off its contour: those beyond a contour move
+/// differently. The whole patch if too few are left for alignment.
 [[nodiscard]] PatchMask own_pixels(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body) noexcept;
 
 }  // namespace kinetrace::features

@@ -29,7 +29,7 @@ void MotionNeighbours::add(const FeatureSlot& slot) noexcept {
 
 void MotionNeighbours::postpone(const Feature& feature, TrackOutcome outcome) noexcept {
   static_cast<void>(postponed_.push_back({feature.slot, outcome}));
-  // Having left the image speaks neither for nor against the predictions.
+  // A feature that left the image is no evidence for or against the predictions.
   failed_[feature.body] += outcome == TrackOutcome::kOutside ? 0 : 1;
 }
 

@@ -1,4 +1,4 @@
-// How the surroundings of a lost feature moved, as a second start for it.
+// Motion of a lost feature's neighbours, as an initial value for a second attempt.
 #pragma once
 
 #include <array>
@@ -25,18 +25,18 @@ class MotionNeighbours {
   MotionNeighbours(Arena& arena, std::size_t capacity) : moved_(arena, capacity), postponed_(arena, capacity) {}
 
   void clear() noexcept;
-  /// A feature that was followed.
+  /// Adds a tracked feature.
   void add(const FeatureSlot& slot) noexcept;
-  /// A feature that was not.
+  /// Adds a feature whose tracking failed.
   void postpone(const Feature& feature, TrackOutcome outcome) noexcept;
   [[nodiscard]] std::span<const Postponed> postponed() const noexcept { return postponed_.span(); }
 
-  /// Most features of the body were followed at the first attempt: its predictions are right, and who was followed
-  /// shows where the others went. Otherwise the few that seem to have been followed may well be wrong, too.
+  /// True if most features of the body were tracked at the first attempt: its predictions are right, and the tracked
+  /// features predict the others. Otherwise the few tracked ones may well be outliers.
   [[nodiscard]] bool trustworthy(std::uint8_t body) const noexcept { return followed_[body] > failed_[body]; }
 
-  /// Where `feature` may be now: the median of what the few nearest followed features of the same body say, each by its
-  /// own motion and zoom. False when there is none near.
+  /// Expected position of `feature`: the median over the few nearest tracked features of the same body, each by its own
+  /// motion and zoom. False without near ones.
   [[nodiscard]] bool expected(const Feature& feature, TrackStart& start) const noexcept;
 
  private:

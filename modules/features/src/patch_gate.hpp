@@ -1,4 +1,4 @@
-// When two patches count as the same thing seen twice.
+// Gate for the similarity of two patches.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,7 +7,7 @@
 
 namespace kinetrace::features {
 
-/// Correlation decides; where texture is faint, noise alone spoils it, and the size of the residual decides instead.
+/// Correlation decides; on faint texture, where noise alone spoils it, the residual decides instead.
 struct PatchGate {
   float min_correlation;
   float max_residual;

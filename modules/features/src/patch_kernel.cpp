@@ -83,7 +83,7 @@ bool align(const Plane& image, const PatchTemplate& patch, const AlignOptions& o
   return readable(image, at_x, at_y);
 }
 
-/// What the patch of an image around a position has in common with a template.
+/// Comparison of an image patch with a template.
 struct Comparison {
   float mean;
   float gain;
@@ -127,7 +127,7 @@ PatchFit fit(const Plane& image, const PatchTemplate& patch, float x, float y) {
   return compare(image, patch, x, y, values).fit;
 }
 
-/// A larger step is no small correction any more.
+/// Larger steps are outside the linear range.
 inline float limited(float v) {
   constexpr float kLimit = 0.15F;
   return v > kLimit ? kLimit : (v < -kLimit ? -kLimit : v);
@@ -188,7 +188,7 @@ PatchFit refine_warp(const Plane& image, const PatchTemplate& patch, float x, fl
                      PatchWarp* warp) {
   alignas(64) float values[kPatchPixels];
   const Comparison comparison = compare(image, patch, x, y, values);
-  // A fit this poor says nothing about the warp.
+  // A fit this poor has no information on the warp.
   if (comparison.fit.correlation < 0.5F) {
     return comparison.fit;
   }

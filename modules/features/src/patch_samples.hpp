@@ -45,13 +45,13 @@ static inline void sample_rows(const Plane& plane, float x, float y, Use&& use) 
   }
 }
 
-/// Samples that do not count are zero.
+/// Sets samples that do not count to zero.
 template <bool kMasked>
 static inline Floats masked(Floats value, const PatchTemplate& patch, int index) {
   return kMasked ? value * load(patch.weight + index) : value;
 }
 
-/// The gradient as it was before it was made orthogonal to the patch and to a constant. `raw` belongs to `gradient`.
+/// The gradient before orthogonalisation to the patch and a constant. `raw` belongs to `gradient`.
 template <bool kMasked>
 static inline Floats raw_gradient(const PatchTemplate& patch, const float* gradient, const float (&raw)[2], int index) {
   return load(gradient + index) + raw[0] * load(patch.value + index) + masked<kMasked>(splat(raw[1]), patch, index);

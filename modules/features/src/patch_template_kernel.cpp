@@ -1,4 +1,4 @@
-// Templates of 16 x 11 patches: samples and gradients, ready to be aligned with another image.
+// Templates of 16 x 11 patches: samples and gradients, ready for alignment with another image.
 #include "kernels.hpp"
 #include "patch_samples.hpp"
 #include "simd.hpp"
@@ -36,14 +36,14 @@ void expand(const PatchMask& mask, PatchTemplate* out) {
   out->pixels = static_cast<float>(count);
 }
 
-/// Of the samples that count.
+/// Means over the samples that count.
 struct PatchMeans {
   float value;
   float gradient_x;
   float gradient_y;
 };
 
-/// Writes samples and gradients of a template, its weights given, from samples with a border of one (stride
+/// Writes samples and gradients of a template with given weights, from samples with a border of one (stride
 /// kBorderedStride).
 template <bool kMasked>
 PatchMeans take_samples(const float* bordered, float per_pixel, PatchTemplate* out) {
@@ -69,7 +69,7 @@ PatchMeans take_samples(const float* bordered, float per_pixel, PatchTemplate* o
   return {sum(total) * per_pixel, sum(total_x) * per_pixel, sum(total_y) * per_pixel};
 }
 
-/// Makes the samples blind to an offset, and finds the parts of the gradients that are not.
+/// Removes the mean of the samples, and computes the parts of the gradients to be removed.
 template <bool kMasked>
 void centre(const PatchMeans& means, PatchTemplate* out) {
   const Floats mean = splat(means.value);
@@ -118,7 +118,7 @@ void orthogonalise(PatchTemplate* out) {
   out->hyy = sum(hyy);
 }
 
-/// Fills a template, its weights given.
+/// Fills a template with given weights.
 template <bool kMasked>
 void make_template(const float* bordered, PatchTemplate* out) {
   const float per_pixel = 1.F / out->pixels;
@@ -178,7 +178,7 @@ bool sample_warped(const Plane& source, float x, float y, const PatchWarp& warp,
   for (int row = 0; row < kBorderedHeight; ++row) {
     const float dy = static_cast<float>(row) - kPatchHalfHeight - 1.F;
     for (int column = 0; column < kBorderedWidth; column += kLanes) {
-      // Columns beyond those in use repeat the last one, so as not to read further.
+      // Columns beyond the patch repeat the last one, to avoid reading further.
       const Floats last = splat(static_cast<float>(kBorderedWidth - 1));
       Floats dx = ramp(static_cast<float>(column));
       dx = (dx > last ? last : dx) - (kPatchHalfWidth + 1.F);
@@ -225,8 +225,8 @@ inline void for_window(const PatchTemplate& patch, Use&& use) {
   }
 }
 
-/// What is orthogonal to the samples and to a constant under the window: gradient - mean - along * (value -
-/// mean_value).
+/// Coefficients of the gradient orthogonal to the samples and to a constant under the window: gradient - mean - along *
+/// (value - mean_value).
 struct WindowFit {
   float mean_value;
   float mean_x, mean_y;

@@ -7,11 +7,11 @@
 namespace kinetrace::features::KINETRACE_KERNEL_ISA {
 namespace {
 
-// Offsets are tried sixteen at once, which may go sixteen beyond the last one wanted.
+// Sixteen offsets are evaluated at once, up to sixteen beyond the last one wanted.
 constexpr int kRegionStride = kPatchWidth + 2 * kMaxSearchRadius + 16;
 constexpr int kRegionHeight = kPatchHeight + 2 * kMaxSearchRadius;
 
-constexpr int kOffsets = 16;  // Neighbouring offsets in x that are tried at once.
+constexpr int kOffsets = 16;  // Neighbouring offsets in x, evaluated at once.
 constexpr int kVectors = kOffsets / kLanes;
 
 /// Vertical sums over as many rows as a patch has, slid down row by row.
@@ -52,7 +52,7 @@ void correlate_row(const float* region, const ColumnSums& columns, int first, co
     }
     constexpr float kPixels = static_cast<float>(kPatchPixels);
     const Floats energy = square - total * total * (1.F / kPixels);
-    // Less than a gray level of contrast correlates with anything.
+    // With less than a gray level of contrast, any correlation is possible by chance.
     const Floats correlation =
         (product[0][k] + product[1][k]) / square_root(energy > kPixels ? energy * patch.energy : splat(1e30F));
     store(correlations + k * kLanes, correlation);

@@ -1,5 +1,5 @@
-// As many floats at once as the instruction set holds in a register. For kernel sources only: everything is local to
-// the instruction set being compiled.
+// Vectors of floats as wide as a register of the instruction set. For kernel sources only: everything is local to the
+// instruction set being compiled.
 #pragma once
 
 #include <cstdint>
@@ -82,8 +82,8 @@ static inline Floats load_bytes(const std::uint8_t* source) {
 #endif
 }
 
-/// The two bytes at each offset, in the lower halves; what the upper halves hold is unspecified. May read four bytes
-/// from each offset.
+/// The two bytes at each offset, in the lower halves; the upper halves are unspecified. May read four bytes from each
+/// offset.
 static inline Ints gather_pairs(const std::uint8_t* base, Ints offsets) {
 #if defined(__AVX2__)
   return (Ints)_mm256_i32gather_epi32(reinterpret_cast<const int*>(base), (__m256i)offsets, 1);
@@ -109,7 +109,7 @@ static inline Ints gather_pairs(const std::uint8_t* base, Ints offsets) {
 #endif
 }
 
-/// The product of numbers in [0, 2^15), for which the baseline has one instruction and otherwise needs six.
+/// The product of numbers in [0, 2^15): one instruction of the baseline instead of six.
 static inline Ints multiply_small(Ints small, int factor) {
 #if defined(__SSE2__) && !defined(__AVX2__)
   return (Ints)_mm_madd_epi16((__m128i)small, _mm_set1_epi32(factor));

@@ -11,23 +11,23 @@ namespace kinetrace::features {
 namespace {
 
 constexpr int kMaxDisparity = 256;
-// Below zero nothing is there, but a minimum at zero needs a neighbour on its other side.
+// Disparities are not negative, but a minimum at zero needs a neighbour on its other side.
 constexpr int kMinDisparity = -2;
 constexpr int kMaxCosts = kMaxDisparity - 2 * kMinDisparity + 1;
-// Nothing costs less than this: a gray level and a half of noise a pixel.
+// Lower bound of a cost: a gray level and a half of noise a pixel.
 constexpr float kNoiseCost = 1.5F * static_cast<float>(kPatchPixels);
 // Costs this near the best one belong to the same minimum.
 constexpr int kMinimumHalfWidth = 3;
 // Around an expected disparity: a fixed and a relative part.
 constexpr float kNarrow_px = 4.F;
 constexpr float kNarrowRatio = 0.08F;
-// Rows to try for a new feature when its own gives nothing: the patch tolerates about one row on either side.
+// Rows to try for a new feature without a match in its own: the patch tolerates about one row on either side.
 constexpr std::array<int, 3> kRowOffsets{0, -2, 2};
-// ... and as far as half a degree takes them, where hardly any feature has a match in its row.
+// ... and rows within about half a degree, when hardly any feature matches in its row.
 constexpr std::array<int, 13> kFarRowOffsets{0, -2, 2, -4, 4, -6, 6, -8, 8, -10, 10, -12, 12};
 constexpr float kFarRowDifference_px = 13.F;
 
-// Rectification is good to about half a pixel; texture that knows better overrules this.
+// Rectification is good to about half a pixel; strong texture overrules this prior.
 constexpr float kNoise_gray = 2.5F;
 constexpr float kRowSigma_px = 0.5F;
 constexpr AlignOptions kAlign{.max_iterations = 8,
@@ -40,9 +40,9 @@ constexpr WarpOptions kSlantOptions{.prior_weight = kNoise_gray * kNoise_gray / 
                                     .horizontal_only = true};
 constexpr int kPassesKnown = 1;
 constexpr int kPassesNew = 3;
-// A change of the slant that moves the patch's corners by less than this (times 7.5) is not worth another pass.
+// Change of the slant (times 7.5: px at the patch's corners) below which another pass is not worth it.
 constexpr float kConvergedSlant = 0.03F;
-// A surface seen more obliquely than this looks too different in the two images.
+// With a more oblique surface the two images differ too much.
 constexpr float kMinWidthRatio = 0.5F;
 constexpr float kMaxWidthRatio = 2.F;
 constexpr float kMaxShear = 1.F;
@@ -53,8 +53,8 @@ int index_of_least(const Costs& costs, int count) noexcept {
   return static_cast<int>(std::min_element(costs.begin(), costs.begin() + count) - costs.begin());
 }
 
-/// What the cost would be at the minimum between whole pixels: two lines of opposite slope through the three costs
-/// around it, as befits absolute differences.
+/// Cost at the sub-pixel minimum: two lines of opposite slope through the three costs around it, the shape of a sum of
+/// absolute differences.
 float interpolated_minimum(const Costs& costs, int count, int i) noexcept {
   const auto cost = [&](int k) {
     return static_cast<float>(costs[static_cast<std::size_t>(std::clamp(k, 0, count - 1))]);
@@ -62,7 +62,7 @@ float interpolated_minimum(const Costs& costs, int count, int i) noexcept {
   return cost(i) - 0.5F * std::abs(cost(i + 1) - cost(i - 1));
 }
 
-/// True if no other minimum comes near the best one: repetitive texture has many.
+/// True if no other minimum comes near the best one; repetitive texture has many.
 bool stands_out(const Costs& costs, int count, int best, float ratio) noexcept {
   const float limit = ratio * std::max(interpolated_minimum(costs, count, best), kNoiseCost);
   const auto rival = [&](int i) {
@@ -131,7 +131,7 @@ float StereoMatcher::max_row_difference_px() const noexcept {
 StereoMatcher::Range StereoMatcher::clipped(float from, float to, int x) const noexcept {
   const auto least = static_cast<float>(kMinDisparity);
   const auto most = static_cast<float>(config_.max_disparity_px - kMinDisparity);
-  // The right patch stays in the image.
+  // Keep the right patch inside the image.
   return {static_cast<int>(std::floor(std::clamp(from, least, most))),
           std::min(static_cast<int>(std::ceil(std::clamp(to, least, most))), x - kPatchWidth / 2)};
 }
@@ -151,7 +151,7 @@ bool StereoMatcher::search(const StereoImages& images, const Feature& feature, R
   kernels().search.row_costs(images.left_gradient, x, y, images.right_gradient, right_y, x - range.last, count,
                              costs.data());
   const int best = index_of_least(costs, count);
-  // A minimum at the end of the range is the slope of one outside.
+  // A minimum at the end of the range belongs to one outside.
   if (best == 0 || best == count - 1 || (unique && !stands_out(costs, count, best, config_.uniqueness_ratio))) {
     return false;
   }

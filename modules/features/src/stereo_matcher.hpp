@@ -1,4 +1,4 @@
-// Finds features of the left image in the right one.
+// Matches features of the left image with the right one.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ namespace kinetrace::features {
 struct StereoImages {
   Plane left;
   Plane right;
-  Plane left_gradient;  ///< Searched instead of gray: blind to offset, nearly so to gain.
+  Plane left_gradient;  ///< Searched instead of gray: invariant to offset, nearly to gain.
   Plane right_gradient;
 };
 
@@ -26,14 +26,14 @@ class StereoMatcher {
   StereoMatcher() = default;
   explicit StereoMatcher(const FeatureConfig& config) : config_(config) {}
 
-  /// How the pairs that come were corrected. `rows_unknown`: matches may lie far off their row.
+  /// Sets the correction of the following pairs. `rows_unknown`: matches may lie far off their row.
   void set_rig(const StereoGeometry& geometry, const RigCorrection& correction, bool rows_unknown) noexcept;
 
-  /// Sets u_right_px and v_px of the slot's feature, NaN and the left row where there is no match. Looks near
-  /// `expected_disparity_px` first if that is not negative, then everywhere.
+  /// Sets u_right_px and v_px of the slot's feature; without a match to NaN and the left row. Searches near
+  /// `expected_disparity_px` first if that is not negative, then the whole range.
   bool match(const StereoImages& images, float expected_disparity_px, FeatureSlot& slot) const noexcept;
 
-  /// How far off its row a match may be.
+  /// Largest distance of a match from its row.
   [[nodiscard]] float max_row_difference_px() const noexcept;
 
  private:
@@ -44,9 +44,9 @@ class StereoMatcher {
     [[nodiscard]] int count() const noexcept { return last - first + 1; }
   };
   [[nodiscard]] Range clipped(float from, float to, int x) const noexcept;
-  /// Rows to look in, and how far off its own row a match may be.
+  /// Rows to search, relative to the feature's own.
   [[nodiscard]] std::span<const int> row_offsets(const Feature& feature) const noexcept;
-  /// How far off its row it was before.
+  /// Row difference of the feature's last match.
   [[nodiscard]] int known_row_offset(const Feature& feature) const noexcept;
   [[nodiscard]] bool search(const StereoImages& images, const Feature& feature, Range range, int row_offset,
                             bool unique, int& disparity) const noexcept;

@@ -12,12 +12,12 @@ namespace {
 
 using Eigen::Vector2f;
 
-// Alignment reaches a few pixels at the level where it begins. Small objects fill little of a patch on coarse levels,
-// so the finest level that will do is best.
+// Alignment reaches a few pixels at its first level. Small objects fill little of a patch on coarse levels, so the
+// finest sufficient level is best.
 constexpr int kNearTopLevel = 1;
 constexpr int kWideTopLevel = 2;
 constexpr float kFarCorrelation = 0.9F;
-// The search covers this much of the full-size image.
+// Search range in the full-size image.
 constexpr int kSearchX_px = 64;
 constexpr int kSearchY_px = 48;
 constexpr AlignOptions kCoarse{
@@ -27,15 +27,15 @@ constexpr AlignOptions kFine{
 // Only compared with a gate of about a pixel.
 constexpr AlignOptions kBackward{
     .max_iterations = 8, .converged_px = 0.05F, .max_shift_px = 5.F, .preferred_row = 0.F, .row_weight = 0.F};
-// The way back starts off the known answer by this much, or it would prove nothing.
+// The backward pass starts off the known answer by this much, or it would prove nothing.
 constexpr float kBackwardOffset_px = 1.5F;
-// A warp may change its matrix by about this much a frame (standard deviation) under gray noise of this size.
+// Prior of a warp: standard deviation of the change of its matrix per frame, under gray noise of this size.
 constexpr float kWarpSigma = 0.03F;
 constexpr float kNoise_gray = 2.5F;
 constexpr WarpOptions kWarpOptions{.prior_weight = kNoise_gray * kNoise_gray / (kWarpSigma * kWarpSigma),
                                    .horizontal_only = false};
 
-// A change of the warp that moves the patch's corners by more than a fifth of a pixel is worth another pass.
+// Another pass follows if the warp moved the patch's corners by more than a fifth of a pixel.
 constexpr int kReferencePasses = 3;
 constexpr float kConvergedWarp = 0.03F;
 
@@ -47,7 +47,7 @@ PatchWarp scaled(const PatchWarp& warp, float factor) noexcept {
   return {factor * warp.xx, factor * warp.xy, factor * warp.yx, factor * warp.yy};
 }
 
-/// Beyond half or twice the size, or strongly sheared, a reference no longer shows what is seen now.
+/// A reference is obsolete beyond half or twice its size, or when strongly sheared.
 bool plausible(const PatchWarp& warp) noexcept {
   const float product = determinant(warp);
   const float squares = warp.xx * warp.xx + warp.xy * warp.xy + warp.yx * warp.yx + warp.yy * warp.yy;
@@ -59,10 +59,10 @@ Vector2f level_position(const Vector2f& full, int level) noexcept {
   return {to_level(full.x(), level), to_level(full.y(), level)};
 }
 
-/// The patch around `position` as it looks `zoom` times larger.
+/// The patch around `position`, scaled by `zoom`.
 bool sample_zoomed(const Plane& image, const Vector2f& position, float zoom, const PatchMask& own,
                    PatchTemplate& patch) noexcept {
-  // Less moves no sample by a quarter of a pixel.
+  // A smaller zoom moves no sample by a quarter of a pixel.
   constexpr float kNoticeable = 0.03F;
   if (std::abs(zoom - 1.F) < kNoticeable) {
     kernels().patch_template.sample(image, position.x(), position.y(), own, &patch);
@@ -72,7 +72,7 @@ bool sample_zoomed(const Plane& image, const Vector2f& position, float zoom, con
                                                 own, &patch);
 }
 
-/// The patch of `source` around `from` aligned with `target` near `guess`. The guess stays where alignment fails.
+/// Aligns the patch of `source` around `from` with `target`, starting at `guess`. Returns the guess on failure.
 Vector2f aligned(const Plane& source, const Plane& target, const Vector2f& from, const Vector2f& guess, float zoom,
                  const PatchMask& own, const AlignOptions& options) noexcept {
   PatchTemplate patch;
@@ -127,7 +127,7 @@ TrackOutcome TemporalTracker::follow(const ImagePyramid& previous, const ImagePy
     return TrackOutcome::kOutside;
   }
 
-  // The further away a match may be, the more places there are that look similar by chance.
+  // The larger the search range, the more similar places by chance.
   const PatchGate gate{
       start.reach == Reach::kNear ? config_.min_correlation : std::max(config_.min_correlation, kFarCorrelation),
       config_.max_residual};
@@ -233,7 +233,7 @@ TemporalTracker::Refined TemporalTracker::refine_against_previous(const Plane& p
 
 bool TemporalTracker::returns(const Plane& previous, const Plane& current, const Vector2f& from, const Vector2f& start,
                               const Refined& found, const PatchMask& own) const noexcept {
-  // Off in the direction in which the way here began, so that a match that only held the start is found out.
+  // Offset in the direction of the forward start, to detect a match that merely stays at its start.
   const Vector2f error = found.position_px - start;
   const float length = error.norm();
   const Vector2f direction = length > 1e-3F ? Vector2f(error / length) : Vector2f(1.F, 0.F);

@@ -1,4 +1,4 @@
-// Follows single features from the previous left image into the current one.
+// Tracks single features from the previous left image into the current one.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,14 +16,14 @@ enum class TrackOutcome : std::uint8_t { kTracked, kReReferenced, kOutside, kTex
   return outcome == TrackOutcome::kTracked || outcome == TrackOutcome::kReReferenced;
 }
 
-/// How far from its start a feature may be found.
+/// Search range around a feature's start.
 enum class Reach : std::uint8_t {
   kNear,    ///< About five pixels.
   kWide,    ///< About ten.
   kSearch,  ///< 64 x 48, by exhaustive search at the coarsest level.
 };
 
-/// Where to begin.
+/// Initial values of a track step.
 struct TrackStart {
   Eigen::Vector2f position_px{0.F, 0.F};
   Reach reach = Reach::kNear;

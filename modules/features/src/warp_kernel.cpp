@@ -1,4 +1,4 @@
-// An image seen by a camera that is turned a little. Plain loops that the compiler vectorises.
+// Image as seen by a slightly rotated camera. Plain loops that the compiler vectorises.
 #include "kernels.hpp"
 
 // Offsets within an image fit an int by far.
@@ -26,8 +26,8 @@ struct Line {
   float u, v, du, dv;
 };
 
-/// All of it lies in neighbouring columns and two rows but for a small part of a pixel, so that the pixels of a block
-/// are read side by side; what is left is extrapolated.
+/// A block spans neighbouring columns and two rows but for a small part of a pixel, so its pixels are read
+/// contiguously; the remainder is extrapolated.
 void block_inside(const Byte* __restrict upper, const Byte* __restrict lower, const Line& from, Byte* __restrict out) {
   for (int k = 0; k < kWidth; ++k) {
     const float fx = from.u + static_cast<float>(k) * from.du;

@@ -11,7 +11,7 @@
 
 namespace kinetrace::imaging {
 
-/// "PATH: WHAT", as every error about a file begins.
+/// Error with the message "PATH: WHAT".
 [[nodiscard]] Unexpected<InPlaceError> file_error(ErrorCode code, const char* path,
                                                   std::initializer_list<std::string_view> what);
 
@@ -22,7 +22,7 @@ namespace kinetrace::imaging {
 /// As InputFile::open; also kBadFormat if the file is empty.
 [[nodiscard]] InPlaceResult<InputFile> open_image(const char* path);
 
-/// The upper eight of a sample's `sample_bits` bits; white beyond.
+/// The upper eight of a sample's `sample_bits` bits; white for larger values.
 [[nodiscard]] inline std::uint8_t upper_bits(std::uint32_t sample, int sample_bits) {
   constexpr std::uint32_t kWhite = 255;
   return static_cast<std::uint8_t>(std::min(sample >> static_cast<unsigned>(sample_bits - 8), kWhite));

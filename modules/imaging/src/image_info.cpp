@@ -11,8 +11,8 @@
 namespace kinetrace::imaging {
 namespace {
 
-// Deflate packs no more than 1032 bytes into one (zlib's technical details); the codings of JPEG need at least a bit
-// for a block of 64 samples. So what a header claims is bounded by the file, before anybody takes memory for it.
+// Deflate packs at most 1032 bytes into one (zlib's technical details); the codings of JPEG need at least a bit for a
+// block of 64 samples. So the length of the file bounds the size in its header, before memory is taken.
 constexpr std::uint64_t kMaxCompression = 1032;
 
 std::uint32_t big_endian(const std::uint8_t* bytes, int count) {
@@ -27,7 +27,7 @@ Unexpected<InPlaceError> truncated(const char* path) {
   return file_error(ErrorCode::kBadFormat, path, {"ends within its header; copy it again or remove it"});
 }
 
-// What a header claims.
+// Size as stated in a header, unchecked.
 struct Claim {
   std::uint32_t width = 0;
   std::uint32_t height = 0;

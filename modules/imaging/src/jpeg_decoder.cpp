@@ -10,8 +10,8 @@
 namespace kinetrace::imaging {
 namespace {
 
-// Decoding stops at the first warning. Where that is about a few bytes before the end mark, all pixels are there: the
-// decoder looks for the mark after the last row. More bytes than alignment explains are rows that were not decoded.
+// Decoding stops at the first warning. A warning about a few bytes before the end mark leaves all pixels intact,
+// because the decoder looks for the mark after the last row. More bytes than alignment explains are missing rows.
 bool is_padding(const char* warning) {
   constexpr unsigned kMaxBytes = 16;
   constexpr unsigned kEndOfImage = 0xd9;

@@ -105,7 +105,7 @@ InPlaceResult<int> used_bits_of_pgm(const char* path, std::span<const std::uint8
   std::uint32_t all = 0;
   const InPlaceStatus read = for_each_sample(
       path, bytes, info.width, info.height, [&all](int /*x*/, int /*y*/, std::uint32_t value, std::uint32_t max_value) {
-        all |= max_value == kMaxSample ? value : kMaxSample;  // Another maxval says what is white.
+        all |= max_value == kMaxSample ? value : kMaxSample;  // Another maxval defines white.
       });
   return read ? InPlaceResult<int>(std::bit_width(all)) : Unexpected(read.error());
 }

@@ -20,7 +20,7 @@ struct ContextDelete {
 };
 using Context = std::unique_ptr<spng_ctx, ContextDelete>;
 
-// Where the pixels of an Adam7 pass lie (PNG specification, 8.2). Pass 0 of a plain image has start 0 and step 1.
+// Pixels of an Adam7 pass (PNG specification, 8.2). Pass 0 of a plain image has start 0 and step 1.
 struct Pass {
   int start;
   int step;
@@ -34,7 +34,7 @@ int decode_rows(std::span<const std::uint8_t> bytes, int format, std::span<std::
   if (!context) {
     return SPNG_EMEM;
   }
-  // No honest chunk is larger than its file: this bounds what a crafted header makes libspng allocate.
+  // A valid chunk is no larger than its file: this bounds what a crafted header makes libspng allocate.
   spng_set_chunk_limits(context.get(), bytes.size(), bytes.size());
   spng_ihdr header{};
   int code = spng_set_png_buffer(context.get(), bytes.data(), bytes.size());
@@ -57,7 +57,7 @@ int decode_rows(std::span<const std::uint8_t> bytes, int format, std::span<std::
                 interlaced ? kAdam7Columns[static_cast<std::size_t>(info.pass)] : Pass{0, 1});
     }
   }
-  // The last pixel may come before the checksum of its data has been seen: read on to the end chunk.
+  // The last pixel may precede the checksum of its data: read on to the end chunk.
   return code == SPNG_EOI ? spng_decode_chunks(context.get()) : code;
 }
 
@@ -75,7 +75,7 @@ std::uint8_t luma(const std::uint8_t* rgb) {
   return static_cast<std::uint8_t>((77 * rgb[0] + 150 * rgb[1] + 29 * rgb[2] + 128) >> 8);  // Rec. 601.
 }
 
-// Which format to ask libspng for, and how to make luminance of one of its pixels.
+// libspng's output format, and the conversion of its pixels to luminance.
 struct GrayConversion {
   int format;
   int pixel_bytes;

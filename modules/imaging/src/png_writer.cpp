@@ -33,8 +33,8 @@ bool is_photograph(PixelFormat format) {
   return format.bit_depth == 8 && format.color_type == SPNG_COLOR_TYPE_GRAYSCALE;
 }
 
-// Trying every filter on every row costs more than the deflation that follows. Differences to the row above are taken
-// back many pixels at a time; those to the pixel on the left one by one, which doubles the time that reading takes.
+// Trying every filter on every row costs more than the deflation that follows. Readers undo differences to the row
+// above many pixels at a time, but differences to the left pixel one by one, which doubles the time of reading.
 int filter_for(PngEffort effort) {
   return effort == PngEffort::kFlat ? SPNG_FILTER_CHOICE_NONE : SPNG_FILTER_CHOICE_UP;
 }
@@ -48,7 +48,7 @@ int set_effort(spng_ctx* context, PixelFormat format, PngEffort effort) {
     code = spng_set_option(context, SPNG_IMG_COMPRESSION_LEVEL, 1);
   }
   if (code == SPNG_OK && effort == PngEffort::kFast && is_photograph(format)) {
-    // Noise never repeats: looking for more than runs takes longer and finds less.
+    // Noise never repeats: a search beyond runs takes longer and finds less.
     code = spng_set_option(context, SPNG_IMG_COMPRESSION_STRATEGY, kRunsOnly);
   }
   return code;

@@ -6,7 +6,7 @@
 namespace kinetrace::neural {
 namespace {
 
-// Order of strength; equals by place, so that the same input always gives the same output.
+// Descending score; ties by position, for deterministic results.
 bool is_stronger(const Candidate& a, const Candidate& b) noexcept {
   return a.score != b.score ? a.score > b.score : std::pair(a.box.y0, a.box.x0) < std::pair(b.box.y0, b.box.x0);
 }

@@ -1,4 +1,4 @@
-// Boxes that a network proposes, and the best of them.
+// Candidate boxes of a network, and non-maximum suppression.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace kinetrace::neural {
 
-/// In pixels of the network's input; corners.
+/// Corners in pixels of the network's input.
 struct Box {
   float x0 = 0.F;
   float y0 = 0.F;
@@ -40,7 +40,7 @@ struct Candidate {
   Strided mask;  ///< Coefficients of the prototypes, or mask-rcnn's grid.
 };
 
-/// Keeps the strongest, up to its capacity.
+/// Keeps the strongest candidates, up to its capacity.
 class CandidateList {
  public:
   CandidateList() = default;
@@ -50,14 +50,14 @@ class CandidateList {
     candidates_.clear();
     dropped_ = 0;
   }
-  /// Boxes that are empty or no numbers are left out.
+  /// Skips boxes that are empty or not finite.
   void add(const Candidate& candidate) noexcept;
-  /// Non-maximum suppression within each class: the strongest first, and none that overlaps a stronger one by more than
-  /// `max_overlap`. Leaves what remains, strongest first.
+  /// Non-maximum suppression within each class: keeps the strongest, and none that overlaps a stronger one by more than
+  /// `max_overlap`. Leaves the rest, strongest first.
   void suppress(float max_overlap) noexcept;
 
   [[nodiscard]] std::span<const Candidate> all() const noexcept { return candidates_.span(); }
-  /// Since clear(), for lack of room.
+  /// Number dropped since clear(), at capacity.
   [[nodiscard]] std::size_t dropped() const noexcept { return dropped_; }
 
  private:

@@ -26,7 +26,7 @@ std::string text_of(std::span<const Tensor> outputs) {
   return text.empty() ? "none" : text;
 }
 
-// How the makers' tool writes such a model for OpenCV.
+// Export command of the model's own tools for OpenCV.
 std::string export_command(ModelFamily family) {
   switch (family) {
     case ModelFamily::kYolov5Seg:
@@ -137,7 +137,7 @@ class Finder {
     return finish(HeadLayout::Kind::kDistanceMaps, layout_.boxes[0], channels - 4 * kDistanceBins);
   }
 
-  // One map [1, channels, h, w] for each stride, of equally many channels, more than `others`; 0 where there is none.
+  // Finds one map [1, channels, h, w] for each stride, with the same number of channels, more than `others`; 0 without.
   [[nodiscard]] int find_maps(int others) {
     int channels = 0;
     for (std::size_t level = 0; level < kStrides.size(); ++level) {

@@ -32,7 +32,7 @@ BestClass best_of(const Strided& values, std::size_t count) noexcept {
   return best;
 }
 
-// The expectation of a distribution over bins (Li et al. 2020, generalized focal loss, eq. 4).
+// Expectation of a distribution over bins (Li et al. 2020, generalized focal loss, eq. 4).
 float expected_bin(const Strided& logits) noexcept {
   float largest = logits[0];
   for (std::size_t i = 1; i < kDistanceBins; ++i) {
@@ -74,7 +74,7 @@ class Decoder {
     std::size_t index = 0;
     std::size_t width = 0;
     std::size_t height = 0;
-    std::size_t first_cell = 0;  ///< Of all levels' cells.
+    std::size_t first_cell = 0;  ///< Index over the cells of all levels.
   };
 
   [[nodiscard]] float least_score(const ModelClass& one) const noexcept {
@@ -221,7 +221,7 @@ class Decoder {
   std::span<const Tensor> outputs_;
   CandidateList& candidates_;
   std::size_t classes_;
-  float weakest_ = std::numeric_limits<float>::infinity();  ///< Score of any class that is wanted.
+  float weakest_ = std::numeric_limits<float>::infinity();  ///< Least score threshold of the classes in use.
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What the outputs of a network mean.
+// Layout and decoding of a network's outputs.
 #pragma once
 
 #include <array>
@@ -13,10 +13,11 @@
 
 namespace kinetrace::neural {
 
-/// Pixels of the input to one of the prototypes: YOLO's as exported, and Kinetrace's own.
+/// Strides of the prototypes in pixels of the input: exported YOLO, and Kinetrace's own networks.
 inline constexpr std::array<int, 2> kPrototypeStrides_px{4, 2};
 
-/// Which output is what, found once by the shapes. Channel counts: C classes, M mask coefficients, K classes and masks.
+/// Roles of the outputs, found once by their shapes. Channel counts: C classes, M mask coefficients, K classes and
+/// masks.
 struct HeadLayout {
   enum class Kind : std::uint8_t {
     kColumns,       ///< [1, 4 + C + M, N]: YOLOv8 and 11 as exported.
@@ -37,8 +38,8 @@ struct HeadLayout {
   int mask_height = 0;
   int prototype_stride_px = kPrototypeStrides_px[0];
 
-  /// Errors: kUnsupported where no layout of the family fits, kInvalidConfig where the number of classes does not; with
-  /// the shapes found and what would fit.
+  /// Errors: kUnsupported if no layout of the family fits, kInvalidConfig if the number of classes does not; with the
+  /// shapes found and expected.
   [[nodiscard]] static Result<HeadLayout> find(const ModelConfig& model, std::span<const Tensor> outputs);
 };
 

@@ -19,7 +19,7 @@
 namespace kinetrace::neural {
 namespace {
 
-constexpr int kMaskRcnnGrid = 64;  // More than any in use, on a side.
+constexpr int kMaskRcnnGrid = 64;  // Side; larger than any in use.
 
 Status check(const ModelConfig& model, const NetworkOptions& options) {
   if (Status valid = model.validate(); !valid) {
@@ -46,7 +46,7 @@ std::string text_of(const std::vector<std::int64_t>& sizes) {
 }
 
 Status check_operators(const ModelConfig& model, const OnnxSummary& onnx) {
-  // As OpenCV 4.6 refuses them.
+  // Operators that OpenCV 4.6 refuses.
   constexpr std::array kRejected{"Einsum", "GridSample", "NonMaxSuppression", "NonZero", "RoiAlign", "TopK", "Where"};
   for (const char* rejected : kRejected) {
     if (std::binary_search(onnx.operators.begin(), onnx.operators.end(), rejected)) {
@@ -99,13 +99,13 @@ Status check_file(const ModelConfig& model) {
   return first_failure({check_operators(model, *onnx), check_input(model, *onnx)});
 }
 
-// With the input that pictures of the options' size get.
+// The model with its input sized for pictures of the options' size.
 ModelConfig sized(ModelConfig model, const NetworkOptions& options) {
   model.input = model.input.sized_for(options.max_width_px, options.max_height_px);
   return model;
 }
 
-// Of the masks that the network may give, before they are drawn.
+// Largest grid of the network's masks, before they are drawn.
 GridSize largest_grid(const ModelConfig& model) {
   constexpr int kFinest_px = *std::min_element(kPrototypeStrides_px.begin(), kPrototypeStrides_px.end());
   return model.family == ModelFamily::kMaskRcnn
@@ -139,7 +139,7 @@ struct InstanceNetwork::State {
     assembly = MaskAssembly(kMaxInstances, kMaxRuns, largest_grid(model), arena);
   }
 
-  /// Errors: those of create() that only a run shows.
+  /// Errors: those of create() that only show in a run.
   Status try_out() {
     std::fill(input.begin(), input.end(), 0.5F);
     const Result<std::span<const Tensor>> outputs = runtime->run(input);

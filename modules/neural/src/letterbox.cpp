@@ -7,7 +7,7 @@
 namespace kinetrace::neural {
 namespace {
 
-// A line of n samples becomes at most this many weights, whatever its scale.
+// Upper bound of the weights for a line of n samples, at any scale.
 std::size_t weight_capacity(int from, int to) {
   return 2 * static_cast<std::size_t>(from) + 4 * static_cast<std::size_t>(to) + 4;
 }
@@ -122,7 +122,7 @@ void Letterbox::fill(const Picture& picture, const Placement& placement, std::sp
   const std::size_t plane = static_cast<std::size_t>(input_.width_px) * static_cast<std::size_t>(input_.height_px);
   const bool is_grey = picture.channels == 1;
   for (int i = 0; i < input_.channels(); ++i) {
-    if (i == 0 || !is_grey) {  // A grey picture gives a colour network the same three times.
+    if (i == 0 || !is_grey) {  // A grey picture fills all three channels of a colour network.
       resample(picture, input_.colours == InputColours::kBgr ? 2 - i : i, placement);
     }
     const auto channel = static_cast<std::size_t>(i);

@@ -1,4 +1,4 @@
-// From a picture to the tensor that a network takes.
+// Conversion of a picture to the network's input tensor.
 #pragma once
 
 #include <cstdint>
@@ -11,11 +11,11 @@
 
 namespace kinetrace::neural {
 
-/// Where a picture lies in the network's input: input = picture * scale + offset, with pixel centres at halves.
+/// Placement of a picture in the network's input: input = picture * scale + offset, with pixel centres at halves.
 struct Placement {
   double scale_x = 1.0;
   double scale_y = 1.0;
-  int x0 = 0;  ///< The part of the input that the picture fills.
+  int x0 = 0;  ///< Part of the input filled by the picture.
   int y0 = 0;
   int width = 0;
   int height = 0;
@@ -27,7 +27,7 @@ struct Placement {
   [[nodiscard]] double picture_y(double input_y) const noexcept { return (input_y - y0) / scale_y; }
 };
 
-/// Resamples pictures with a triangle filter as wide as a pixel of the coarser side, so that shrinking does not alias.
+/// Resamples pictures with a triangle filter as wide as a pixel of the coarser side, against aliasing.
 class Letterbox {
  public:
   Letterbox() = default;
@@ -37,7 +37,7 @@ class Letterbox {
   void fill(const Picture& picture, const Placement& placement, std::span<float> tensor);
 
  private:
-  /// Which samples of a line make one of another, with what weights.
+  /// Samples and weights of a resampled line.
   struct Taps {
     int first = 0;
     int count = 0;

@@ -7,7 +7,7 @@
 namespace kinetrace::neural {
 namespace {
 
-/// As precisely as networks place the edges of boxes.
+/// Accuracy of networks at the edges of boxes.
 constexpr int kAtBorder_px = 3;
 
 PixelBox box_in_picture(const Box& box, const PlacedPicture& picture) noexcept {
@@ -21,7 +21,7 @@ PixelBox box_in_picture(const Box& box, const PlacedPicture& picture) noexcept {
           pixel(placement.picture_x(box.x1), part.x0, part.x1), pixel(placement.picture_y(box.y1), part.y0, part.y1)};
 }
 
-/// At a border of the part that is not the picture's.
+/// True at a border of the part that is not one of the picture.
 bool is_cut(const PixelBox& box, const PlacedPicture& picture) noexcept {
   const PixelBox& part = picture.part_px;
   return (part.x0 > 0 && box.x0 < part.x0 + kAtBorder_px) || (part.y0 > 0 && box.y0 < part.y0 + kAtBorder_px) ||
@@ -47,7 +47,7 @@ MaskAssembly::Window MaskAssembly::window_of_prototypes(const Box& box, const He
   Window window;
   const double cell_px = layout.prototype_stride_px;
   window.cell_width_px = window.cell_height_px = cell_px;
-  // One cell around, for what is interpolated at the border of the box.
+  // A margin of one cell, for interpolation at the border of the box.
   const auto first = [cell_px](float input, int size) {
     return std::clamp(static_cast<int>(std::floor(input / cell_px)) - 1, 0, size - 1);
   };
@@ -118,7 +118,7 @@ float MaskAssembly::value_at(double input_x, const Window& window) const noexcep
 bool MaskAssembly::add_run(std::size_t length) noexcept {
   constexpr std::size_t kMax = std::numeric_limits<std::uint16_t>::max();
   for (; length > kMax; length -= kMax) {
-    // Goes on after nothing of the other kind.
+    // A longer run continues after an empty one of the other kind.
     if (!runs_.push_back(static_cast<std::uint16_t>(kMax)) || !runs_.push_back(0)) {
       return false;
     }

@@ -1,4 +1,4 @@
-// Masks in the picture, of what a network says in its own coarse grid.
+// Masks in picture pixels from a network's coarse grid.
 #pragma once
 
 #include <cstddef>
@@ -15,11 +15,11 @@
 
 namespace kinetrace::neural {
 
-/// A part of a picture, and where that lies in the network's input.
+/// A part of a picture, and its placement in the network's input.
 struct PlacedPicture {
   int width_px = 0;  ///< Of the picture.
   int height_px = 0;
-  PixelBox part_px;     ///< Of it, that the network has seen.
+  PixelBox part_px;     ///< Part of it used as input.
   Placement placement;  ///< Of the part.
 };
 
@@ -29,21 +29,21 @@ struct GridSize {
 };
 
 /// Prototype masks weighted by an instance's coefficients (Bolya et al. 2019, YOLACT, eq. 1), or the grid of a Mask
-/// R-CNN (He et al. 2017, sec. 3), interpolated bilinearly and cut where it is as probable as not, within the box.
+/// R-CNN (He et al. 2017, sec. 3), interpolated bilinearly and thresholded at probability one half, within the box.
 class MaskAssembly {
  public:
   MaskAssembly() = default;
   MaskAssembly(std::size_t max_masks, std::size_t max_runs, const GridSize& largest_grid, Arena& arena);
 
   void clear() noexcept;
-  /// False, and nothing is added, where there is no room. A mask without a pixel is left out, and so is what goes on
-  /// beyond the part of the picture that was seen. `grid`: the output with prototypes or masks.
+  /// False, with nothing added, at capacity. Masks without pixels, and masks cut by the border of the part, are
+  /// skipped. `grid`: the output with prototypes or masks.
   [[nodiscard]] bool add(const Candidate& candidate, std::uint16_t class_id, const HeadLayout& layout,
                          const Tensor& grid, const PlacedPicture& picture) noexcept;
   [[nodiscard]] std::span<const RunLengthMask> masks() const noexcept { return masks_.span(); }
 
  private:
-  /// The cells of the grid that matter for a box; cell c of the grid covers input pixels origin + [c, c + 1) * cell_px.
+  /// The cells of the grid around a box; cell c of the grid covers input pixels origin + [c, c + 1) * cell_px.
   struct Window {
     int x0 = 0;
     int y0 = 0;
@@ -58,10 +58,10 @@ class MaskAssembly {
   [[nodiscard]] static Window window_of_detection(const Box& box, const HeadLayout& layout) noexcept;
   void weigh_prototypes(const Candidate& candidate, const Tensor& prototypes, const Window& window) noexcept;
   void take_probabilities(const Candidate& candidate, const Window& window) noexcept;
-  /// Interpolates the row at this height of the input.
+  /// Interpolates the grid row at this height of the input.
   void blend_rows(double input_y, const Window& window) noexcept;
   [[nodiscard]] float value_at(double input_x, const Window& window) const noexcept;
-  /// Adds the runs of the pixels of `box_px`; the number of pixels inside, or none where there is no room.
+  /// Adds the runs of the pixels of `box_px`; returns the number of pixels inside, or none at capacity.
   [[nodiscard]] std::optional<std::size_t> trace(const PixelBox& box_px, const PlacedPicture& picture,
                                                  const Window& window) noexcept;
   [[nodiscard]] bool add_run(std::size_t length) noexcept;

@@ -15,7 +15,7 @@
 namespace kinetrace::neural {
 namespace {
 
-/// Takes a number of seven bits a byte, least significant first, from the front; none where it does not end.
+/// Decodes a varint from the front (seven bits a byte, least significant first); none if it does not end.
 std::optional<std::uint64_t> take_varint(std::string_view& rest) {
   std::uint64_t value = 0;
   for (unsigned shift = 0; shift < 64 && !rest.empty(); shift += 7) {
@@ -40,7 +40,7 @@ class Fields {
 
   explicit Fields(std::string_view message) : rest_(message) {}
 
-  /// Nothing at the end, or where the message is damaged.
+  /// None at the end, or if the message is damaged.
   std::optional<Field> next() {
     const std::optional<std::uint64_t> key = varint();
     if (!key) {
@@ -90,7 +90,7 @@ class Fields {
 
 using Field = Fields::Field;
 
-// Numbers of fields in onnx.proto3.
+// Field numbers of onnx.proto3.
 namespace model_field {
 constexpr std::uint64_t kGraph = 7, kOpsetImport = 8;
 }
@@ -118,7 +118,7 @@ constexpr std::uint64_t kInt64Tensor = 7;
 template <typename T>
 std::vector<T> values_of(std::string_view bytes) {
   std::vector<T> values(bytes.size() / sizeof(T));
-  // Of an empty tensor, neither has an address, which memcpy would want.
+  // copy_n, since an empty tensor may have null pointers, which memcpy forbids.
   std::copy_n(bytes.data(), values.size() * sizeof(T), reinterpret_cast<char*>(values.data()));
   return values;
 }
@@ -197,7 +197,7 @@ class Reader {
         default: return true;
       }
     });
-    // Older files list their weights among the inputs.
+    // Older files list weights among the inputs.
     const auto first = std::find_if(inputs.begin(), inputs.end(),
                                     [&](const auto& input) { return !constants_.contains(input.first); });
     if (first != inputs.end()) {
@@ -261,7 +261,7 @@ class Reader {
     return fine;
   }
 
-  // Packed, or one by one.
+  // Accepts packed and unpacked encoding.
   static bool read_ints(const Field& field, std::vector<std::int64_t>& ints) {
     if (field.bytes.empty()) {
       ints.push_back(static_cast<std::int64_t>(field.value));

@@ -1,4 +1,4 @@
-// What an ONNX file contains, as far as it decides whether the runtime can compute it.
+// Contents of an ONNX file that decide whether the runtime can compute it.
 #pragma once
 
 #include <cstdint>
@@ -9,13 +9,13 @@
 
 namespace kinetrace::neural {
 
-/// Read from the file itself (ONNX IR, onnx.proto3; Protocol Buffers encoding): OpenCV computes some models wrongly
-/// without a word, and refuses others with a trace of its own source.
+/// Read from the file itself (ONNX IR, onnx.proto3; Protocol Buffers encoding), since OpenCV silently computes some
+/// models wrongly, and refuses others with a trace of its own source.
 struct OnnxSummary {
   std::int64_t opset = 0;
   std::vector<std::string> operators;  ///< Each once, sorted.
   std::vector<std::int64_t> input;     ///< Sizes of the first input; 0 where the file gives a name instead.
-  std::string weights_not_finite;      ///< The first tensor with a value that is no number; empty if there is none.
+  std::string weights_not_finite;      ///< The first tensor with a value that is not finite; empty if none.
   bool has_uneven_split = false;       ///< With sizes given as an input, from opset 13 on.
 };
 

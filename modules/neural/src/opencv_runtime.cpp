@@ -1,4 +1,4 @@
-// The whole of kinetrace-opencv-dnn.so: networks computed by OpenCV's dnn.
+// The plugin kinetrace-opencv-dnn.so: computes networks by OpenCV's dnn.
 #include <algorithm>
 #include <memory>
 #include <string>
@@ -16,7 +16,7 @@
 namespace kinetrace::neural {
 namespace {
 
-// Of "OpenCV(4.6.0) ./modules/...:123: error: (-215:Assertion failed) reason in function 'f'", the reason.
+// Extracts the reason from "OpenCV(4.6.0) ./modules/...:123: error: (-215:Assertion failed) reason in function 'f'".
 std::string reason_of(const cv::Exception& exception) {
   std::string reason = exception.err;
   std::replace(reason.begin(), reason.end(), '\n', ' ');
@@ -75,7 +75,7 @@ class OpencvRuntime final : public Runtime {
 
 Result<std::unique_ptr<Runtime>> make_opencv_runtime(const ModelConfig& model, int threads) {
   const ForeignCall guard;
-  // What is wrong is said once, by us.
+  // Errors are reported once, by the caller.
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   cv::setNumThreads(threads);
   try {

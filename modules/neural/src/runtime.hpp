@@ -1,4 +1,4 @@
-// What computes a network. Another library than OpenCV is another implementation of this, in a plugin of its own.
+// Interface to the library that computes networks. Implementations are plugins.
 #pragma once
 
 #include <array>
@@ -41,7 +41,7 @@ using MakeRuntime = Result<std::unique_ptr<Runtime>> (*)(const ModelConfig& mode
 using RuntimePlugin = MakeRuntime (*)();
 inline constexpr const char* kRuntimePluginSymbol = "kinetrace_runtime_plugin";
 
-/// Empty: see NetworkOptions::runtime. Errors: kUnsupported, naming the plugin and the remedy.
+/// Loads a plugin; empty: see NetworkOptions::runtime. Errors: kUnsupported, naming the plugin and the remedy.
 [[nodiscard]] Result<MakeRuntime> load_runtime(const std::string& plugin);
 
 }  // namespace kinetrace::neural

@@ -13,12 +13,12 @@ namespace fs = std::filesystem;
 
 constexpr const char* kDefaultPlugin = "kinetrace-opencv-dnn.so";
 
-// Of the shared library or, where this is linked into it, of the program.
+// Folder of the shared library or, if linked statically, of the program.
 fs::path own_folder() {
   Dl_info info{};
   void* map = nullptr;
   if (dladdr1(reinterpret_cast<const void*>(&load_runtime), &info, &map, RTLD_DL_LINKMAP) != 0) {
-    // The program has no name there.
+    // The program itself has an empty name.
     if (const fs::path library = static_cast<const link_map*>(map)->l_name; !library.empty()) {
       return library.parent_path();
     }
@@ -29,7 +29,7 @@ fs::path own_folder() {
 
 std::string default_plugin() {
   const fs::path folder = own_folder();
-  // Beside the program of a build; below lib for bin/PROGRAM, lib/LIBRARY and lib/ARCHITECTURE/LIBRARY of an
+  // Beside the program in a build; below lib for bin/PROGRAM, lib/LIBRARY and lib/ARCHITECTURE/LIBRARY in an
   // installation.
   for (const char* place : {".", "../lib/kinetrace", "kinetrace", "../kinetrace"}) {
     const fs::path plugin = folder / place / kDefaultPlugin;

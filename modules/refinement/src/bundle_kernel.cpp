@@ -14,8 +14,8 @@ using Double8 __attribute__((vector_size(64))) = double;
 using Int8 = decltype(Float8{} < Float8{});
 
 constexpr int kMaxFrames = 32;
-// A point's depth may be all but unobserved: pivots of its Hessian stay above this fraction of the diagonal, which is
-// what single precision can resolve.
+// A point's depth may be almost unobserved: pivots of its Hessian stay above this fraction of the diagonal, the
+// resolution of single precision.
 constexpr float kMinRelativePivot = 1e-6F;
 constexpr float kMinPivot = 1e-30F;
 constexpr float kMaxStepOverDepth = 0.5F;
@@ -39,7 +39,7 @@ KINETRACE_INLINE Float8 square_root(Float8 a) {
 /// Natural logarithm of a >= 1 to single precision: exponent, and the series of atanh for the mantissa in [0.71, 1.41].
 KINETRACE_INLINE Float8 logarithm(Float8 a) {
   constexpr int kMantissaBits = 23;
-  constexpr int kRootHalfBits = 0x3f3504f3;  // sqrt(1/2): the mantissa is taken from there, not from 1.
+  constexpr int kRootHalfBits = 0x3f3504f3;  // sqrt(1/2): the mantissa begins there, not at 1.
   const Int8 bits = reinterpret_cast<Int8>(a) - kRootHalfBits;
   const Int8 exponent = bits >> kMantissaBits;
   const Float8 mantissa = reinterpret_cast<Float8>(reinterpret_cast<Int8>(a) - (exponent << kMantissaBits));
@@ -69,7 +69,7 @@ KINETRACE_INLINE Vector3 transform(const KernelPose& pose, const PointLanes& poi
 /// One frame's observations of eight points, linearised. Unused members cost nothing once inlined.
 struct Observation {
   Vector3 p;         ///< Camera frame.
-  Int8 in_front;     ///< Lanes that are seen and in front of the camera.
+  Int8 in_front;     ///< Lanes observed and in front of the camera.
   Float8 loss;       ///< Robust loss.
   Vector3 gradient;  ///< D^T w residual.
   Float8 mxx, mxz, myy, myz, mzz;
@@ -234,7 +234,7 @@ KINETRACE_INLINE void store_coupling(const Observation& s, const Vector3 couplin
   }
 }
 
-/// W becomes U = W L^-T, and U y with y = L^-1 gradient leaves the frame's gradient.
+/// W becomes U = W L^-T; subtracts U y, with y = L^-1 gradient, from the frame's gradient.
 KINETRACE_INLINE void reduce(const PointFactor& factor, const Float8 y[3], Coupling& w, FrameSums& frame) {
   const Float8* inverse = factor.inverse_cholesky;
   for (int r = 0; r < 6; ++r) {

@@ -1,4 +1,4 @@
-// Interface of the hot kernel: plain data only, because its source is compiled for several instruction sets.
+// Interface of the hot kernel: plain data only, since its source is compiled for several instruction sets.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ inline constexpr int kLaneBytes = 32;  ///< Alignment of every struct of lanes: 
                                        ///< instruction set.
 using Float8 __attribute__((vector_size(32))) = float;
 
-/// The same frame's observations of the eight points of a group. Weight 0: this lane's point is not seen.
+/// Observations of the eight points of a group in one frame. Weight 0: this lane's point is not observed.
 struct alignas(kLaneBytes) ObservationLanes {
   Float8 u_left_px, v_px, u_right_px;
   Float8 left_weight;   ///< 1 / sigma^2 of u_left and v.
@@ -31,7 +31,7 @@ struct PointGroup {
   std::uint32_t first_observation = 0;  ///< One ObservationLanes for each bit of `frames`, from the lowest.
 };
 
-/// What back-substitution needs of eight eliminated points.
+/// Data of eight eliminated points for back-substitution.
 struct alignas(kLaneBytes) PointFactor {
   Float8 inverse_cholesky[6];  ///< Lower triangle, row by row, of L^-1 with L L^T = the damped Hessian of the point.
   Float8 gradient[3];
@@ -43,13 +43,13 @@ struct KernelPose {
   float translation[3];
 };
 
-/// Normal equations of one free frame, summed over points lane by lane; perturbation of T_cam_anchor from the left.
+/// Normal equations of one free frame, summed over points lane by lane; left perturbation of T_cam_anchor.
 struct alignas(kLaneBytes) FrameSums {
   Float8 hessian[21];          ///< Lower triangle, row by row, without the eliminated points.
   Float8 reduced_gradient[6];  ///< With the points eliminated.
 };
 
-/// What eliminating the points takes from one 6 x 6 block of the camera system, row-major, lane by lane.
+/// Schur complement of the points in one 6 x 6 block of the camera system (to be subtracted), row-major, lane by lane.
 struct alignas(kLaneBytes) BlockSums {
   Float8 entry[36];
 };
@@ -59,7 +59,7 @@ struct alignas(kLaneBytes) BlockSums {
   return row * (row + 1) / 2 + column;
 }
 
-/// Everything the kernel reads. Nothing is owned.
+/// Input of the kernel. Nothing is owned.
 struct KernelProblem {
   ReprojectionModel<float> model;
   float min_depth_m = 0.F;
@@ -88,8 +88,8 @@ struct BundleKernel {
 
 /// Cholesky factorisation of a symmetric positive definite matrix, for one instruction set.
 struct CholeskyKernel {
-  /// Replaces the lower triangle of `a` (row-major, rows `stride` doubles apart) by its Cholesky factor. False, and `a`
-  /// is spoilt, if a pivot is not positive.
+  /// Replaces the lower triangle of `a` (row-major, rows `stride` doubles apart) by its Cholesky factor. False, with
+  /// `a` invalid, if a pivot is not positive.
   bool (*factorise)(double* a, std::ptrdiff_t size, std::ptrdiff_t stride);
   /// Solves L L^T x = b in place.
   void (*solve)(const double* l, std::ptrdiff_t size, std::ptrdiff_t stride, double* b);

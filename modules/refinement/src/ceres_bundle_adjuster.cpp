@@ -74,14 +74,14 @@ ceres::Solver::Options solver_options(const CeresBundleConfig& config, const Bat
   constexpr std::size_t kDenseFrames = 50;
   ceres::Solver::Options options;
   const bool is_dense = batch.T_body_cam.size() <= kDenseFrames;
-  // Without points there is nothing to eliminate.
+  // Schur solvers need points to eliminate.
   options.linear_solver_type = batch.observations.empty() ? ceres::SPARSE_NORMAL_CHOLESKY
                                : is_dense                 ? ceres::DENSE_SCHUR
                                                           : ceres::SPARSE_SCHUR;
   options.max_num_iterations = config.max_iterations;
   options.num_threads = config.threads;
   options.function_tolerance = config.relative_cost_tolerance;
-  // The cost decides alone when to stop, as in the online solver.
+  // Only the cost decides on convergence, as in the online solver.
   options.gradient_tolerance = 0.0;
   options.parameter_tolerance = 0.0;
   options.logging_type = ceres::SILENT;
@@ -163,7 +163,7 @@ std::vector<bool> fixed_frames(const BatchProblem& batch) {
   return fixed;
 }
 
-/// A problem of Ceres and what it refers to.
+/// A Ceres problem and the data it refers to.
 class Assembly {
  public:
   Assembly(const CeresBundleConfig& config, BatchProblem& batch)
@@ -188,7 +188,8 @@ class Assembly {
 
   [[nodiscard]] ceres::Problem& problem() noexcept { return problem_; }
   [[nodiscard]] const std::shared_ptr<ceres::ParameterBlockOrdering>& ordering() const noexcept { return ordering_; }
-  /// Of the free poses at the present state, in the order of frames; the observations' rows times `scale`.
+  /// Covariances of the free poses at the present state, in the order of frames; the rows of observations are scaled by
+  /// `scale`.
   [[nodiscard]] std::vector<Matrix6d> free_pose_covariances(double scale) {
     ceres::Problem::EvaluateOptions options;
     std::vector<double*>& blocks = options.parameter_blocks;
@@ -205,7 +206,7 @@ class Assembly {
     }
     ceres::CRSMatrix jacobian;
     problem_.Evaluate(options, nullptr, nullptr, nullptr, &jacobian);
-    // Residuals come in the order in which they were added: observations first, three rows each.
+    // Ceres keeps residuals in the order of insertion: observations first, three rows each.
     const auto end = jacobian.rows[3 * batch_.observations.size()];
     std::for_each(jacobian.values.begin(), jacobian.values.begin() + end, [scale](double& value) { value *= scale; });
     return marginal_pose_covariances(jacobian, points, blocks.size() - points);

@@ -31,11 +31,11 @@ struct FixedBundleStorage {
 
 namespace {
 
-constexpr double kMinDamping = 1e-6;  ///< Below, single precision cannot tell the damping from rounding.
+constexpr double kMinDamping = 1e-6;  ///< Below, damping drowns in the rounding of single precision.
 constexpr double kMaxDamping = 1e6;
 constexpr double kDampingDown = 0.1;
 constexpr double kDampingUp = 10.0;
-/// A pose that nothing observes stays where it is and gets a covariance of (1000 rad or m)^2.
+/// An unobserved pose stays, with a covariance of (1000 rad or m)^2.
 constexpr double kPriorInformation = 1e-6;
 constexpr int kPoseSize = 6;
 
@@ -89,7 +89,7 @@ const CholeskyKernel& cholesky_kernel() {
   return cpu_runs_fast_kernels() ? kernel_fast::cholesky_kernel : kernel_baseline::cholesky_kernel;
 }
 
-/// One window being refined.
+/// Refinement of one window.
 class Refinement {
  public:
   Refinement(const FixedBundleConfig& config, const BundleWindow& window, FixedBundleStorage& storage)
@@ -222,7 +222,7 @@ class Refinement {
     return cost;
   }
 
-  /// What is expected of the turn from frame k - 1 to frame k joins their rows of the system.
+  /// Adds the prior on the rotation from frame k - 1 to frame k to their rows of the system.
   void add_turn(std::size_t k) {
     const TurnPrior& prior = turns_[k];
     const int before = s_.window.free_index[k - 1];
@@ -242,7 +242,7 @@ class Refinement {
         step(kPoseSize * now + r) += pull_now[r];
       }
       for (int c = 0; before >= 0 && now >= 0 && c < 3; ++c) {
-        // Of the lower triangle: the later of the two has the higher row.
+        // Lower triangle: the later of the two frames has the higher row.
         entry(kPoseSize * now + r, kPoseSize * before + c) -= information * prior.R_before_now(c, r);
       }
     }
@@ -361,7 +361,7 @@ Result<BundleSummary> FixedBundleAdjuster::refine(BundleWindow& window) {
   }
   const int newest_place = packed.free_index[frames - 1];
   if (newest_place >= 0) {
-    // A perturbation xi of T_cam_anchor is one of -adjoint(T_body_cam) xi of T_body_cam.
+    // A perturbation xi of T_cam_anchor equals one of -adjoint(T_body_cam) xi of T_body_cam.
     const Matrix6d carry = adjoint(window.T_body_cam.back());
     summary.newest_covariance = carry * refinement.marginal_covariance(newest_place) * carry.transpose();
   }

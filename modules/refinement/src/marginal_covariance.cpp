@@ -24,7 +24,7 @@ struct Coupling {
   Matrix63d w;
 };
 
-/// The turn's information about the poses of frames k - 1 and k.
+/// Information of the rotation prior on the poses of frames k - 1 and k.
 void add_turn(const BundleWindow& window, std::size_t k, const std::vector<Eigen::Index>& place,
               Eigen::MatrixXd& information) {
   const TurnPrior& prior = window.turns[k];

@@ -1,4 +1,4 @@
-// What is expected of a body's motion, as costs on its poses.
+// Motion models and external measurements of a body, as costs on its poses.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -10,12 +10,12 @@
 
 namespace kinetrace::refinement {
 
-/// Pose of the body in the world at one instant, by that of the camera and a block T_cam_body.
+/// Pose of the body in the world at one instant, from the camera's pose and a block T_cam_body.
 struct WorldPose {
   Se3 T_world_cam;
 
   [[nodiscard]] Se3 of(const double* block) const { return T_world_cam * to_pose(block); }
-  /// Of (rotation about the world's axes, position) by the block's perturbation.
+  /// Derivative of (rotation about the world's axes, position) by the block's perturbation.
   [[nodiscard]] Matrix6d derivative(const double* block) const {
     const Eigen::Matrix3d& R = T_world_cam.rotation;
     Matrix6d by_block;
@@ -24,8 +24,8 @@ struct WorldPose {
   }
 };
 
-/// The velocity in the body's own axes changes from one interval to the next only as far as `sigma` says
-/// (Bar-Shalom, Li, Kirubarajan 2001, white noise on acceleration).
+/// Change of velocity, in the body's own axes, between successive intervals, with standard deviation `sigma` (white
+/// noise on acceleration; Bar-Shalom, Li, Kirubarajan 2001).
 class SteadyCost final : public ceres::SizedCostFunction<6, kPoseAmbient, kPoseAmbient, kPoseAmbient> {
  public:
   SteadyCost(const std::array<WorldPose, 3>& poses, double before_s, double after_s, const Vector6d& inverse_sigma)
@@ -52,7 +52,7 @@ class SteadyCost final : public ceres::SizedCostFunction<6, kPoseAmbient, kPoseA
   Vector6d inverse_sigma_;
 };
 
-/// The body's velocity is none, as far as `sigma` says: it is at rest, or does not turn.
+/// Velocity of a body at rest, or turn rate of one that does not turn, with standard deviation `sigma`.
 class VelocityCost final : public ceres::SizedCostFunction<6, kPoseAmbient, kPoseAmbient> {
  public:
   VelocityCost(const std::array<WorldPose, 2>& poses, double interval_s, const Vector6d& inverse_sigma)
@@ -74,7 +74,7 @@ class VelocityCost final : public ceres::SizedCostFunction<6, kPoseAmbient, kPos
   Vector6d inverse_sigma_;
 };
 
-/// The body's pose in the world as something else has measured it.
+/// External measurement of the body's pose in the world.
 class PoseCost final : public ceres::SizedCostFunction<6, kPoseAmbient> {
  public:
   PoseCost(const WorldPose& pose, const Se3& T_world_body, const Vector6d& inverse_sigma)
@@ -97,8 +97,8 @@ class PoseCost final : public ceres::SizedCostFunction<6, kPoseAmbient> {
   Vector6d inverse_sigma_;
 };
 
-/// The pose of one frame's camera in another one's as something else has measured it. Blocks: both frames, and by how
-/// much longer the way is than was measured.
+/// External measurement of one frame's camera pose relative to another one's. Blocks: both frames, and the ratio of
+/// true to measured distance.
 class StepCost final : public ceres::SizedCostFunction<6, kPoseAmbient, kPoseAmbient, 1> {
  public:
   explicit StepCost(const BatchStep& step) : step_(step) {}
@@ -124,7 +124,7 @@ class StepCost final : public ceres::SizedCostFunction<6, kPoseAmbient, kPoseAmb
   BatchStep step_;
 };
 
-/// The scale is about 1.
+/// Prior of the scale about 1.
 class ScaleCost final : public ceres::SizedCostFunction<1, 1> {
  public:
   explicit ScaleCost(double sigma) : sigma_(sigma) {}
@@ -141,7 +141,7 @@ class ScaleCost final : public ceres::SizedCostFunction<1, 1> {
   double sigma_;
 };
 
-/// A place of the camera's path on a map as something else has measured it. Blocks: map, frame before, frame after.
+/// External position fix of the camera's path on a map. Blocks: map, frame before, frame after.
 class FixCost final : public ceres::SizedCostFunction<3, kPoseAmbient, kPoseAmbient, kPoseAmbient> {
  public:
   explicit FixCost(const BatchFix& fix) : fix_(fix) {}

@@ -9,7 +9,7 @@
 namespace kinetrace::refinement {
 namespace {
 
-// A point beyond is drawn in along its ray, which leaves its projections alone and keeps single precision finite.
+// A farther point is moved here along its ray, which keeps its projections, and single precision finite.
 constexpr double kMaxDistance_m = 1e8;
 
 std::size_t groups_of(std::size_t points) {
@@ -71,7 +71,7 @@ void PackedWindow::pack(const BundleWindow& window) {
     T_cam_anchor[k] = (T_anchor_body * window.T_body_cam[k]).inverse();
   }
 
-  // Points that share their frames go side by side: few lanes then idle.
+  // Points of the same frames are grouped, so that few lanes idle.
   points = 0;
   for (std::size_t p = 0; p < window.points.size(); ++p) {
     const std::uint64_t seen = window.points[p].frames & mask;

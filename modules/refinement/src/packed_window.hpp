@@ -10,16 +10,16 @@
 
 namespace kinetrace::refinement {
 
-/// Storage for windows of up to `max_frames` x `max_points`, and what was packed last.
+/// Storage for windows of up to `max_frames` x `max_points`, with the window packed last.
 struct PackedWindow {
   PackedWindow() = default;
   PackedWindow(Arena& arena, int max_frames, int max_points);
 
-  /// Points in use; more than `max_points` cannot be packed.
+  /// Number of points in use; beyond `max_points` a window cannot be packed.
   [[nodiscard]] static int count_points(const BundleWindow& window);
-  /// Lays out a checked window of at most the storage's size. The frame of the oldest fixed pose is the anchor.
+  /// Packs a checked window that fits the storage. The frame of the oldest fixed pose is the anchor.
   void pack(const BundleWindow& window);
-  /// Moves the window's free poses and points by what has changed since `pack`. What did not move keeps its bits.
+  /// Applies the changes since `pack` to the window's free poses and points. Unchanged values keep their bits.
   void unpack(BundleWindow& window) const;
 
   int frames = 0;

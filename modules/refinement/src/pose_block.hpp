@@ -25,8 +25,8 @@ inline void from_pose(const Se3& pose, double* block) {
   Eigen::Map<Eigen::Vector3d>(block + 9, 3) = pose.translation;
 }
 
-/// Leaves a derivative with respect to the perturbation where Ceres wants one by the block; see LeftPerturbation. No
-/// derivative is wanted where `jacobian` is null.
+/// Writes a derivative by the perturbation where Ceres expects the one by the block; see LeftPerturbation. `jacobian`
+/// may be null.
 template <int kRows>
 void put_derivative(const Eigen::Matrix<double, kRows, kPoseTangent>& derivative, double* jacobian) {
   if (jacobian != nullptr) {

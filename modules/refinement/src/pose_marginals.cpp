@@ -48,7 +48,7 @@ class Information {
     }
   }
 
-  /// Of the poses alone; its lower triangle.
+  /// Block of the poses; its lower triangle.
   Eigen::MatrixXd& without_points() {
     for (std::size_t p = 0; p < points_.size(); ++p) {
       const Eigen::Matrix3d covariance = points_[p].inverse();
@@ -83,7 +83,7 @@ std::vector<Matrix6d> marginal_pose_covariances(const ceres::CRSMatrix& jacobian
   }
   Eigen::MatrixXd& reduced = information.without_points();
   Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(reduced);
-  // Blocks of L^-T L^-1: of the columns of L^-1 only what lies below the diagonal counts.
+  // Blocks of L^-T L^-1: columns of L^-1 are zero above the diagonal.
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(reduced.rows(), reduced.cols());
   factor.matrixL().solveInPlace(inverse);
   std::vector<Matrix6d> covariances;

@@ -1,4 +1,4 @@
-// Covariances of the poses of a batch problem in which the points are unknown, too.
+// Covariances of the poses of a batch problem, points marginalised.
 #pragma once
 
 #include <cstddef>
@@ -10,10 +10,10 @@
 
 namespace kinetrace::refinement {
 
-/// Blocks of the inverse of J^T J that belong to poses. The columns of J are points (3 each), then poses (6 each); a
-/// row depends on one point at most. Points are eliminated first (Schur complement; Triggs et al. 2000, sec. 6.1), what
-/// is left is dense: 8 (6 poses)^2 bytes, and time grows with the cube of the poses. A pose of which nothing is known
-/// has the covariance of a weak prior (10^3 rad, 10^3 m).
+/// Pose blocks of the inverse of J^T J. The columns of J are points (3 each), then poses (6 each); a row depends on at
+/// most one point. Points are eliminated first (Schur complement; Triggs et al. 2000, sec. 6.1); the rest is dense: 8
+/// (6 poses)^2 bytes, and time grows with the cube of the poses. An unobserved pose has the covariance of a weak prior
+/// (10^3 rad, 10^3 m).
 [[nodiscard]] std::vector<Matrix6d> marginal_pose_covariances(const ceres::CRSMatrix& jacobian, std::size_t points,
                                                               std::size_t poses);
 

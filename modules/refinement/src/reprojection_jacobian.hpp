@@ -13,9 +13,8 @@ namespace kinetrace::refinement {
 
 struct ReprojectionJacobian {
   bool in_front = false;
-  Eigen::Vector3d residual =
-      Eigen::Vector3d::Zero();  ///< In sigmas; the third is 0 for an observation of the left view.
-  Eigen::Matrix3d d_point = Eigen::Matrix3d::Zero();  ///< With respect to the point in the camera frame.
+  Eigen::Vector3d residual = Eigen::Vector3d::Zero();  ///< In sigmas; the third is 0 without a right match.
+  Eigen::Matrix3d d_point = Eigen::Matrix3d::Zero();   ///< With respect to the point in the camera frame.
 };
 
 /// One observation of a point at `p_cam`. Behind the camera the residual is constant.

@@ -19,7 +19,7 @@ double covariance_factor(double threshold) {
     influence_squared += p * w * w * s / 3.0;
     slope += p * (w - 2.0 / 3.0 * s * w * w / scale);
   }
-  // The density's norm cancels.
+  // The normalisation of the density cancels.
   return weight * influence_squared / (slope * slope);
 }
 

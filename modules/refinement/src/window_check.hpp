@@ -1,4 +1,4 @@
-// What every solver asks of its input before touching it.
+// Checks of a solver's input.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace kinetrace::refinement {
 
-/// Bits of the frames that a window of `frames` poses has.
+/// Bit mask of a window's frames.
 [[nodiscard]] constexpr std::uint32_t frame_mask(std::size_t frames) noexcept {
   return frames >= kMaxWindowFrames ? ~0U : (1U << frames) - 1U;
 }
@@ -17,9 +17,9 @@ namespace kinetrace::refinement {
 [[nodiscard]] Status check_geometry(const StereoGeometry& geometry);
 /// u_right may be NaN (not matched); everything else must be finite and the weight positive.
 [[nodiscard]] bool is_valid(const BundleObservation& observation) noexcept;
-/// One for each frame or none at all, all finite.
+/// Valid if empty or one per frame, all finite.
 [[nodiscard]] Status check_turns(std::span<const TurnPrior> turns, std::size_t frames);
-/// Sizes, gauge, and that every value in use is finite. An empty window is valid.
+/// Checks sizes, gauge, and that every value in use is finite. An empty window is valid.
 [[nodiscard]] Status check_window(const BundleWindow& window);
 
 }  // namespace kinetrace::refinement

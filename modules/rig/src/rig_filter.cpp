@@ -10,23 +10,23 @@ namespace {
 
 constexpr int kN = RigCorrection::kSize;
 
-// For how long a rig goes on changing as it does.
+// Correlation time of a rig's rate of change.
 constexpr double kRateLasts_s = 2.0;
-// Screws and glue: a hundredth of a pixel in a second at the usual focal lengths. The other one is a rig in somebody's
-// hands or in changing temperature: a pixel in a second.
-// Focal lengths: 20 to 50 millionths a kelvin, a kelvin in some seconds.
+// Steady: screws and glue, a hundredth of a pixel per second at the usual focal lengths. Drifting: a hand-held rig or
+// changing temperature, a pixel per second.
+// Focal lengths: 20 to 50 millionths per kelvin, a kelvin in some seconds.
 constexpr RigMotion kSteady{.rate_sigma_radps = 0.0, .random_walk_rad_per_root_s = 1e-5, .focal_walk_per_root_s = 1e-5};
 constexpr RigMotion kDrifting{
     .rate_sigma_radps = 1.5e-3, .random_walk_rad_per_root_s = 3e-5, .focal_walk_per_root_s = 1e-5};
-// Squared innovation over its expectation from which nobody expected it, and to which two surprises agree.
+// NIS over its expectation: beyond the first a measurement is unexpected; below the second, two unexpected ones agree.
 constexpr double kSurprise = 6.0;
 constexpr double kAgree = 4.0;
-// How much one measurement tells about the scatter of all.
+// Gain of the running estimate of the measurements' scatter.
 constexpr double kScatterGain = 0.15;
 constexpr double kMaxInflation = 200.0;
-// Before anything is known of it: real lenses and textures are worse than the noise model.
+// Initial value: real lenses and textures are worse than the noise model.
 constexpr double kFirstInflation = 3.0;
-// How long old likelihoods count, and how sure one may get.
+// Decay of old log-likelihood ratios per measurement, and their bound.
 constexpr double kOddsKept = 0.85;
 constexpr double kMaxOdds = 8.0;
 
@@ -92,13 +92,13 @@ void RigKalmanFilter::update(const RigMeasurement& measured, double interval_s, 
   const Matrix S = H * covariance_ * H.transpose() + inflation * measured.covariance;
   const Matrix gain = S.llt().solve(H * covariance_).transpose();
   state_ += gain * (measured.value - H * state_);
-  // Joseph's form stays positive definite.
+  // Joseph form: stays positive definite.
   const Matrix kept = Matrix::Identity() - gain * H;
   covariance_ = kept * covariance_ * kept.transpose() + gain * (inflation * measured.covariance) * gain.transpose();
 }
 
 void RigKalmanFilter::restart(const RigMeasurement& measured, double interval_s, double inflation) {
-  constexpr int kMount = RigCorrection::kFocal;  // What a knock can change.
+  constexpr int kMount = RigCorrection::kFocal;  // States that a knock can change.
   const RigCorrection::Vector rate = motion_.rate_variance();
   const double focal = state_[kMount];
   const double focal_variance = covariance_(kMount, kMount);
@@ -146,7 +146,7 @@ bool RigFilter::handle_surprise(const RigMeasurement& measured, double interval_
       return true;
     }
   }
-  // Either it is wrong, or the next one will say the same; unless all of them scatter more than is known.
+  // An outlier, or a knock that the next measurement will confirm; or else all measurements scatter more than assumed.
   surprise_ = measured;
   inflation_ = std::min(kMaxInflation, 2.0 * inflation_);
   return true;

@@ -1,4 +1,4 @@
-// The right camera's pose over time, from measurements of pairs of frames.
+// Filter of the right camera's pose over time, from measurements of pairs of frames.
 #pragma once
 
 #include <cstdint>
@@ -8,15 +8,15 @@
 
 namespace kinetrace::rig {
 
-/// How a rig may change: the deviation of its rate of change, which lasts for some seconds. Focal lengths do not turn
-/// with a mount; they have a random walk of their own.
+/// Process noise of a rig: standard deviation of its rate of change, with a correlation time of some seconds. Focal
+/// lengths do not turn with a mount; they have a random walk of their own.
 struct RigMotion {
   double rate_sigma_radps = 0.0;
   double random_walk_rad_per_root_s = 0.0;
   double focal_walk_per_root_s = 0.0;
 
   [[nodiscard]] RigCorrection::Vector rate_variance() const;
-  /// Of the random walk in a second.
+  /// Variance of the random walk after one second.
   [[nodiscard]] RigCorrection::Vector walk_variance() const;
 };
 
@@ -30,17 +30,17 @@ class RigKalmanFilter {
   RigKalmanFilter(const RigMotion& motion, const RigCorrection::Vector& prior_sigma_rad);
 
   void predict(double interval_s);
-  /// Correction expected now, and its change over the last `interval_s`.
+  /// Predicted correction, and its change over the last `interval_s`.
   [[nodiscard]] Vector expected(double interval_s) const;
   struct Innovation {
-    double nis = 0.0;             ///< Normalised squared; as many degrees of freedom as a measurement has entries.
-    double log_likelihood = 0.0;  ///< Less what is the same for every filter.
+    double nis = 0.0;             ///< Normalised innovation squared; RigMeasurement::kSize degrees of freedom.
+    double log_likelihood = 0.0;  ///< Without terms common to all filters.
   };
   [[nodiscard]] Innovation innovation(const RigMeasurement& measured, double interval_s, double inflation) const;
   void update(const RigMeasurement& measured, double interval_s, double inflation);
-  /// Begins anew with what was measured, but for the focal length.
+  /// Restarts from a measurement, except for the focal length.
   void restart(const RigMeasurement& measured, double interval_s, double inflation);
-  /// Takes over the other one's correction; its own belief about rates stays.
+  /// Copies the other filter's correction; keeps its own rates.
   void take_correction(const RigKalmanFilter& other);
 
   [[nodiscard]] RigCorrection::Vector correction() const { return state_.head<RigCorrection::kSize>(); }
@@ -56,10 +56,10 @@ class RigKalmanFilter {
   Matrix covariance_ = Matrix::Zero();
 };
 
-/// Two filters beside each other, for a rig that holds still and for one that drifts; the likelihoods of what is
-/// measured decide which is taken (Bar-Shalom, Li, Kirubarajan, "Estimation with applications to tracking and
-/// navigation", 2001, multiple model estimation). What neither expects is taken once two measurements in a row say it:
-/// a knock. Measurements that scatter more than their covariance says count for less from then on.
+/// Two filters in parallel, for a steady and for a drifting rig; the likelihoods of the measurements select one
+/// (multiple model estimation; Bar-Shalom, Li, Kirubarajan, "Estimation with applications to tracking and navigation",
+/// 2001). A knock, unexpected by both filters, is accepted once two successive measurements agree. Measurements that
+/// scatter more than their covariance are down-weighted from then on.
 class RigFilter {
  public:
   RigFilter() = default;
@@ -72,21 +72,21 @@ class RigFilter {
   [[nodiscard]] RigCorrection::Vector correction() const { return likelier().correction(); }
   [[nodiscard]] RigCorrection::Matrix covariance() const { return likelier().covariance(); }
   [[nodiscard]] bool holds_still() const noexcept { return steady_odds_ >= 0.0; }
-  /// How much more the measurements scatter than they say: variance over variance, 1 or more.
+  /// Ratio of the measurements' actual to their formal variance, 1 or more.
   [[nodiscard]] double scatter() const noexcept { return inflation_; }
   [[nodiscard]] std::uint64_t updates() const noexcept { return updates_; }
   [[nodiscard]] std::uint64_t knocks() const noexcept { return knocks_; }
 
  private:
   [[nodiscard]] const RigKalmanFilter& likelier() const noexcept { return holds_still() ? steady_ : drifting_; }
-  /// True if the measurement has been dealt with.
+  /// True if the measurement needs no further processing.
   bool handle_surprise(const RigMeasurement& measured, double interval_s);
 
   RigKalmanFilter steady_;
   RigKalmanFilter drifting_;
-  double steady_odds_ = 0.0;  ///< Log-likelihood of holding still over that of drifting.
-  double inflation_ = 1.0;    ///< Of the measurements' covariance.
-  RigMeasurement surprise_;   ///< The last one, if nobody expected it.
+  double steady_odds_ = 0.0;  ///< Log-likelihood ratio of steady against drifting.
+  double inflation_ = 1.0;    ///< Factor of the measurements' covariance.
+  RigMeasurement surprise_;   ///< The last measurement, if unexpected.
   std::uint64_t updates_ = 0;
   std::uint64_t knocks_ = 0;
 };

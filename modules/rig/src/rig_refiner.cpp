@@ -13,17 +13,18 @@
 
 namespace kinetrace::rig {
 
-/// A feature as the camera gave it.
+/// A feature as captured.
 struct SeenPoint {
   std::uint32_t id = 0;
   Eigen::Vector2f left_px{0.F, 0.F};
   Eigen::Vector2f right_px{0.F, 0.F};
 };
 
-// Turning by less, a percent of focal length moves nothing by more than the .2 px that real lenses bend images by.
+// Below this turn an error of one percent of the focal length moves no feature by more than .2 px, the residual
+// distortion of real lenses.
 constexpr double kMinTurn_rad = 0.05;
 
-/// How far the camera has turned about x and y while windows lasted: what shows a focal length.
+/// Turns of the camera about x and y over the windows: these make a focal length observable.
 struct SeenTurns {
   double sum_rad = 0.0;
   double sum_rad2 = 0.0;
@@ -32,70 +33,70 @@ struct SeenTurns {
     sum_rad += turn_rad;
     sum_rad2 += turn_rad * turn_rad;
   }
-  /// Of a window, each weighted as it counts: by its square, like its information. 0: never.
+  /// Typical turn of a window, in which large turns weigh more, like their information. 0: none so far.
   [[nodiscard]] double typical_rad() const noexcept { return sum_rad > 0.0 ? sum_rad2 / sum_rad : 0.0; }
 };
 
-/// Everything of some size, in the arena.
+/// All larger state, in the arena.
 struct RigRefinerStorage {
   RigFilter filter;
   SeenTurns turns;
-  std::span<SeenPoint> reference;  ///< By slot: what the window's first frame has seen; id 0 is nothing.
+  std::span<SeenPoint> reference;  ///< By slot: features of the window's first frame; id 0 means none.
   std::size_t reference_count = 0;
   Se3 T_world_reference;
   std::int64_t reference_ns = 0;
-  std::int64_t filtered_ns = 0;  ///< What the filter's state is for.
+  std::int64_t filtered_ns = 0;  ///< Time of the filter's state.
   std::int64_t now_ns = 0;
   bool begun = false;
-  std::bitset<RigCorrection::kSize> off;  ///< Which angles have been found to be off.
+  std::bitset<RigCorrection::kSize> off;  ///< States found to be off.
   std::span<TwoViewPoint> points;
   std::span<float> depths_m;
 };
 
 namespace {
 
-constexpr std::size_t kMinPoints = 24;  // Five rows each for twenty unknowns.
-// A window ends when the camera has moved by this part of what it sees is away. Where it has to end before, the other
-// is enough.
+constexpr std::size_t kMinPoints = 24;  // Five rows each, for twenty unknowns.
+// A window ends when the camera has moved by the first fraction of the scene's depth. A window that has to end earlier
+// needs the second.
 constexpr double kParallax = 0.06;
 constexpr double kMinParallax = 0.015;
-// ... or half of its points are gone, or after so long.
+// ... or when half of its points are gone, or after the maximum time.
 constexpr double kMinShared = 0.5;
 constexpr double kMaxWindow_s = 2.0;
 constexpr double kMinWindow_s = 0.15;
-// A rig that holds still and is known is looked at less often.
+// A steady, well-known rig is measured less often.
 constexpr double kRelaxed_s = 0.9;
 constexpr std::uint64_t kRelaxedAfter = 8;
-// What is said to be known: this many standard deviations from the calibration.
+// The certain part of a state is its estimate times max(0, 1 - (kSure sigma / estimate)^2).
 constexpr double kSure = 2.0;
-// ... and this many say that it is off.
+// A state is off beyond this many.
 constexpr double kOff = 4.0;
-// Lenses that the calibration does not quite undo: in KITTI's recordings, whose residual distortion is about .2 px,
-// windows scatter six times as much as noise explains.
+// Residual lens distortion: in KITTI's recordings, with about .2 px of it, windows scatter six times as much as noise
+// explains.
 constexpr double kBentPerScatter_px = 0.08;
 constexpr double kBentInMean = 0.3;
 constexpr double kUsualDisparity_px = 20.0;
-// There they look like a focal length that is off by .003 over the turn in radians, ten times their .2 px over the
-// focal length.
+// There, distortion resembles a focal error of .003 over the turn in radians: ten times .2 px over the focal length.
 constexpr double kFocalPerBend = 10.0;
-// One pair of frames may be wrong.
+// A single pair of frames may be wrong.
 constexpr std::uint64_t kMinWindows = 2;
-// A change below this moves no feature; above the other, the window of bundle adjustment holds two geometries.
+// Below the first a change moves no feature; above the second, the window of bundle adjustment would mix two
+// geometries.
 constexpr double kSmallChange_px = 0.015;
 constexpr double kLargeChange_px = 0.7;
-// A calibration that is off by less is as good as any.
+// Errors below this do not matter.
 constexpr double kNoticeable_px = 0.1;
-constexpr double kNoticeableFocal = 0.002;  // Two tenths of a percent of every depth.
-// Where the estimate is worse than this, nothing can be said about the calibration.
+constexpr double kNoticeableFocal = 0.002;  // Two tenths of a percent of any depth.
+// With a larger sigma the calibration cannot be judged.
 constexpr double kJudged_px = 0.15;
 
 double seconds(std::int64_t ns) {
   return 1e-9 * static_cast<double>(ns);
 }
 
-/// How far two corrections are apart in the image: at its middle and in its corners.
+/// Largest distance between two corrections in the image, at its middle and in its corners.
 double distance_px(const StereoGeometry& g, const RigCorrection& a, const RigCorrection& b) {
-  constexpr double kNearDisparity = 0.06;  // Of the focal length.
+  constexpr double kNearDisparity = 0.06;  // Fraction of the focal length.
   double most = 0.0;
   for (const double u : {0.0, 0.5, 1.0}) {
     for (const double v : {0.0, 1.0}) {
@@ -107,29 +108,29 @@ double distance_px(const StereoGeometry& g, const RigCorrection& a, const RigCor
   return most;
 }
 
-/// Where measurements scatter more than noise explains, the images are bent in a way that no turn of the camera does,
-/// and the estimate follows that.
+/// Residual distortion, px, from excess scatter: distortion fits no rotation of the camera and biases the estimate.
 double bend_px(double scatter) {
   return kBentPerScatter_px * std::sqrt(scatter - 1.0);
 }
 
-/// A turn shows a focal length by flow that grows with the square of the column; what is wrong with disparities over
-/// the image does so, too, however little the camera turns.
+/// In a turn, a focal error causes flow that grows with the square of the column. So do errors of the disparities over
+/// the image, independent of the turn: the smaller the turn, the larger the resulting focal error.
 double focal_error(const RefineConfig& config, double focal_px, double scatter, double turn_rad) {
   return kFocalPerBend * (config.bias_px + bend_px(scatter)) / (focal_px * turn_rad);
 }
 
-/// What does not average out.
+/// Errors that do not average out over windows.
 RigCorrection::Vector lasting_error_rad(const RefineConfig& config, const StereoGeometry& geometry, double scatter,
                                         double turn_rad) {
   const double focal_px = geometry.fx_px;
   const double bent_px = bend_px(scatter);
-  // The mean over the image tells the turn about x and y, half its size that about z, disparities the baseline.
+  // Turns about x and y follow from the mean over the image, the roll from half its size, the baseline from
+  // disparities.
   const double mean_rad = (config.bias_px + kBentInMean * bent_px) / focal_px;
   const double edge_rad = (config.bias_px + bent_px) / (0.5 * focal_px);
   const double disparity_rad = (0.1 * config.bias_px + bent_px) / kUsualDisparity_px;
   RigCorrection::Vector error;
-  // A shift and a turn about y differ by the square of the column alone, which any bent lens does, too.
+  // A shift and a turn about y differ only by a term of the square of the column, as lens distortion causes, too.
   const double shift_rad = 2.0 * mean_rad + bent_px / (0.15 * focal_px);
   constexpr double kNothingKnown = 1.0;
   const double focal = turn_rad > 0.0 ? focal_error(config, focal_px, scatter, turn_rad) : kNothingKnown;
@@ -137,7 +138,7 @@ RigCorrection::Vector lasting_error_rad(const RefineConfig& config, const Stereo
   return error;
 }
 
-/// Glass does not move as far as a mount turns.
+/// The principal point moves less than the mount turns.
 RigCorrection::Vector prior_sigma_rad(const RefineConfig& config) {
   constexpr double kShift = 0.01;
   constexpr double kFocal = 0.01;
@@ -150,9 +151,9 @@ RigCorrection::Vector prior_sigma_rad(const RefineConfig& config) {
 
 using Flags = std::bitset<RigCorrection::kSize>;
 
-/// The estimate as far as it is surely known. Angles that are least known come first: the others follow from what is
-/// left of them. An angle that has once been found to be off is taken as it is estimated: it has nothing to do with the
-/// calibration any more. `found`, if not null, gains those that are off, given what is left of the angles before them.
+/// The certain part of the estimate. States of largest uncertainty come first; the others are conditioned on their
+/// shrunk values. A state once found to be off is used as estimated: the calibration says nothing about it any more.
+/// `found`, if not null, gains the states that are off, given the shrunk values of those before.
 RigCorrection::Vector surely_known(RigCorrection::Vector value, RigCorrection::Matrix covariance,
                                    const RigCorrection::Vector& lasting_rad, const Flags& off, Flags* found = nullptr) {
   constexpr std::array<int, RigCorrection::kSize> kOrder{RigCorrection::kFocal, RigCorrection::kShift, 4, 3, 2, 0, 1};
@@ -167,7 +168,7 @@ RigCorrection::Vector surely_known(RigCorrection::Vector value, RigCorrection::M
     const RigCorrection::Vector gain = covariance.col(i) / covariance(i, i);
     value -= gain * ((1.0 - kept) * value[i]);
     covariance -= gain * covariance.row(i).eval();
-    // Decided: what comes later does not move it again.
+    // Fixed: later states do not change it.
     covariance.row(i).setZero();
     covariance.col(i).setZero();
     covariance(i, i) = 1e-30;
@@ -232,7 +233,7 @@ void RigRefiner::begin_frame(std::int64_t timestamp_ns) {
   if (config_.mode != RefineMode::kOn) {
     return;
   }
-  // The rig itself changes, too.
+  // Also follows the predicted motion of the rig itself.
   const RigCorrection target = to_apply();
   if (distance_px(geometry_, target, estimate_.applied) > kSmallChange_px) {
     estimate_.applied = target;
@@ -308,7 +309,7 @@ bool RigRefiner::window_ends(const Parallax& parallax, double window_s) const {
   return has_to || (parallax.moved >= kParallax && (!relaxed || window_s >= kRelaxed_s));
 }
 
-// Of those shared, some from all over the slots, whose order says nothing about places.
+// Selects shared points evenly over the slots, whose order is independent of image position.
 std::size_t RigRefiner::pair_points(std::span<const RigObservation> observations, std::size_t shared) {
   RigRefinerStorage& s = *storage_;
   const std::size_t wanted = std::min(shared, static_cast<std::size_t>(config_.max_points));
@@ -360,7 +361,7 @@ void RigRefiner::measure(std::span<const TwoViewPoint> points, const Se3& T_now_
 
 void RigRefiner::add_focal_error(double turn_rad, RigMeasurement& measured) {
   storage_->turns.add(turn_rad);
-  // What is known of the others given the focal length stays as it is.
+  // The conditional covariance of the others, given the focal length, stays.
   constexpr int kFocal = RigCorrection::kFocal;
   const RigMeasurement::Vector along = measured.covariance.col(kFocal) / measured.covariance(kFocal, kFocal);
   const double error = focal_error(config_, geometry_.fx_px, storage_->filter.scatter(), turn_rad);
@@ -379,7 +380,7 @@ void RigRefiner::publish() {
     static_cast<void>(surely_known(value, filter.covariance(), lasting_rad, storage_->off, &found));
     storage_->off = found;
   }
-  // At the image's middle a turn about y and a shift look the same.
+  // At the image's middle a turn about y and a shift are the same.
   RigCorrection::Vector both = RigCorrection::Vector::Zero();
   both[1] = both[RigCorrection::kShift] = 1.0;
   estimate_.disparity_sigma_rad = std::sqrt(both.dot(filter.covariance() * both) + lasting_rad[1] * lasting_rad[1]);

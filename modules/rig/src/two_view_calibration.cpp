@@ -17,39 +17,39 @@ using Matrix3 = Eigen::Matrix3d;
 constexpr int kRows = 8;    // u, v of left and right, before and now.
 constexpr int kMotion = 6;  // Left perturbation of T_now_before.
 constexpr int kShared = kMotion + RigMeasurement::kSize;
-constexpr int kFreedom = kRows - 3;  // Of what is left of a point.
+constexpr int kFreedom = kRows - 3;  // Of a point's rows, after its elimination.
 constexpr double kMinDepth_m = 0.3;
 constexpr double kMinDisparity_px = 0.5;
 constexpr int kMaxIterations = 12;
-// Steps below this fraction of a pixel change nothing.
+// Smaller steps are far below a pixel.
 constexpr double kConverged_rad = 1e-5;
-// A point whose squared residual is this often the expected one weighs half.
+// A point whose squared residual is this many times its expectation gets weight one half.
 constexpr double kRobust = 2.0;
 
-// Standard deviations in pixels, from rendered recordings. Finding a corner in an image at all, following it to a later
-// frame, matching it with the right image: what is new in each frame, and what stays with the point.
+// Standard deviations in pixels, from rendered recordings: locating a corner, following it to a later frame, and
+// matching it with the right image, the part that is new in each frame and the part that stays with the point.
 constexpr double kCorner_px = 0.05;
 constexpr double kFollow_px = 0.12;
 constexpr double kMatch_px = 0.08;
 constexpr double kMatchOfPoint_px = 0.12;
-// Weak knowledge that keeps the system solvable where points tell nothing at all: nobody mounts cameras like that.
+// Weak priors that keep the system solvable where the points hold no information; far beyond the tolerances of mounts.
 constexpr double kLoose_rad = 0.2;
 constexpr double kLooseShift_rad = 0.0002;
 constexpr double kLooseFocal = 0.03;
 constexpr double kHeldFocal = 1e-6;
 constexpr double kNothingKnown = 1.0;
 constexpr double kLooseChange_rad = 0.01;
-// A focal length follows the temperature: 1e-5 of it within a window would be a kelvin a second.
+// A focal length follows the temperature: a change of 1e-5 within a window would take a kelvin per second.
 constexpr double kFocalChange = 1e-5;
 
 using RowVector = Eigen::Matrix<double, kRows, 1>;
-/// Of the rows of one axis: left before, right before, left now, right now.
+/// Rows of one axis: left before, right before, left now, right now.
 constexpr int kAxisRows = kRows / 2;
 using Whitening = Eigen::Matrix<double, kAxisRows, kAxisRows>;
 using SharedVector = Eigen::Matrix<double, kShared, 1>;
 using SharedMatrix = Eigen::Matrix<double, kShared, kShared>;
 
-// A patch that is placed wrongly in the left image is looked for in the right one. Columns and rows are independent.
+// The right match starts from the left patch and inherits its error. Columns and rows are independent.
 Whitening make_whitening() {
   const auto squared = [](double x) { return x * x; };
   const double placed = squared(kCorner_px);
@@ -65,7 +65,7 @@ Whitening make_whitening() {
   return lower.inverse();
 }
 
-/// Rows in the order of the images, u and v in turn, into those of the axes, whitened.
+/// Reorders rows from images (u and v in turn) to axes, and whitens them.
 template <int kColumns>
 Eigen::Matrix<double, kRows, kColumns> whitened(const Whitening& whitening,
                                                 const Eigen::Matrix<double, kRows, kColumns>& rows) {
@@ -82,7 +82,7 @@ Eigen::Matrix<double, kRows, kColumns> whitened(const Whitening& whitening,
   return out;
 }
 
-/// One stereo frame's view of a point in the left camera's frame.
+/// Projection of a point in the left camera's frame into both images of a frame.
 struct StereoView {
   StereoView(const StereoGeometry& geometry, const RigCorrection& correction)
       : g(geometry), R_right_left(so3_exp(-correction.turn_rad)), per_focal(1.0 / (1.0 + correction.focal)) {
@@ -131,7 +131,7 @@ struct StereoView {
 /// Unknowns that all points share.
 struct Shared {
   Se3 T_now_before;
-  RigMeasurement::Vector rig;  ///< The correction now, and its change.
+  RigMeasurement::Vector rig;  ///< The present correction, and its change.
 
   [[nodiscard]] RigCorrection now() const { return RigCorrection::from(rig.head<RigCorrection::kSize>()); }
   [[nodiscard]] RigCorrection before() const {
@@ -147,10 +147,11 @@ struct NormalEquations {
   int agreeing = 0;
 };
 
-/// Derivatives by what points share, and in the last column what is left of the measurement.
+/// Derivatives by the shared unknowns; the last column is the residual.
 using PointRows = Eigen::Matrix<double, kRows, kShared + 1>;
 
-/// Turns the rows so that only the first `kColumn + 1` of them depend on the point's first `kColumn + 1` coordinates.
+/// Householder reflection: afterwards only the first `kColumn + 1` rows depend on the point's first `kColumn + 1`
+/// coordinates.
 template <int kColumn>
 void turn_rows(Eigen::Matrix<double, kRows, 3>& by_point, PointRows& rows) {
   constexpr int kBelow = kRows - kColumn;
@@ -171,7 +172,7 @@ class TwoViewSystem {
   TwoViewSystem(const StereoGeometry& geometry, const Shared& shared)
       : shared_(shared), before_(geometry, shared.before()), now_(geometry, shared.now()) {}
 
-  /// Where stereo and both frames see the point best, by two Gauss-Newton steps from its place by stereo.
+  /// Adds a point, placed by two Gauss-Newton steps over both frames from its stereo position.
   void add(const TwoViewPoint& point, const Whitening& whitening, NormalEquations& sums) const {
     constexpr int kSteps = 2;
     Vector3 p = triangulate(point);
@@ -220,7 +221,7 @@ class TwoViewSystem {
     by_point << a.by_point, b.by_point * shared_.T_now_before.rotation;
     return {whitened<1>(whitening, measured(point) - predicted), whitened<3>(whitening, by_point)};
   }
-  /// Rows that do not depend on the point are what it tells about all else (Demmel et al., "Square root bundle
+  /// Rows independent of the point hold all its information on the shared unknowns (Demmel et al., "Square root bundle
   /// adjustment for large-scale reconstruction", 2021).
   void eliminate(const TwoViewPoint& point, const Vector3& p, const Whitening& whitening, NormalEquations& sums) const {
     PointPart part = point_part(point, p, whitening);
@@ -265,7 +266,7 @@ class TwoViewSystem {
   StereoView now_;
 };
 
-/// What is expected before the points are looked at.
+/// Weak prior of the measurement.
 struct Loosely {
   Loosely(const RigMeasurement::Vector& start, bool focal_shown) {
     expected[RigCorrection::kFocal] = start[RigCorrection::kFocal];

@@ -6,7 +6,7 @@
 namespace kinetrace::segmentation {
 namespace {
 
-/// Candidates compete before any is dropped.
+/// No candidate is dropped before fusion.
 SegmentationConfig network_config(SegmentationConfig config) {
   config.max_objects = kMaxObjects;
   return config;
@@ -87,7 +87,7 @@ DetectionFrame AutoSegmenter::weigh(const DetectionFrame& seen, const DetectionF
   frame.left = left_.detections();
   counters_.detections_dropped += static_cast<std::uint64_t>(dropped);
   if (!seen.right_labels.empty()) {
-    // Motion is seen in the left image alone.
+    // Motion segmentation has left masks only.
     counters_.detections_dropped += static_cast<std::uint64_t>(right_.fuse({seen.right_labels, seen.right}, {}));
     frame.right_labels = right_.labels();
     frame.right = right_.detections();

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kMaxLevels = 80;
 constexpr int kPairs = kMatchHeight / kMatchedRows;
-/// Cost over the best that any other level must have: a ratio, and a noise of one grey level in each pixel.
+/// Least cost of any other level, relative to the best: a ratio, and a noise of one grey level in each pixel.
 constexpr int kRivalPercent = 115;
 constexpr int kNoiseCost = kMatchWidth * kMatchHeight;
 
@@ -20,7 +20,7 @@ constexpr int kNoiseCost = kMatchWidth * kMatchHeight;
 CellDisparity::CellDisparity(const StereoGeometry& geometry, Arena& arena) : step_(matching_step(geometry.width_px)) {
   const int width = (geometry.width_px + step_ - 1) / step_;
   const int height = (geometry.height_px + step_ - 1) / step_;
-  // A row more than the image: the last one is read beyond its end, too.
+  // A row more than the image, since vectors read beyond the end of the last one.
   left_gradient_ = take_image<std::uint8_t>(arena, width, height + 1);
   right_gradient_ = take_image<std::uint8_t>(arena, width, height + 1);
   disparity_ = take_image<float>(arena, (geometry.width_px + kCellPx - 1) / kCellPx,
@@ -54,7 +54,7 @@ void CellDisparity::compute(GrayView left, GrayView right, float max_disparity_p
   }
 }
 
-// Windows of neighbouring rows of cells overlap: each pair of rows is matched once.
+// Windows of neighbouring rows of cells overlap, so each pair of rows is matched only once.
 void CellDisparity::match_cells(GrayView left, int cy, int levels) {
   const int pitch = kCellPx / step_;
   const int top_row = (pitch - kMatchHeight) / 2;  // of the first row of cells, above the image
@@ -94,7 +94,7 @@ void CellDisparity::match_cells(GrayView left, int cy, int levels) {
     };
     float level = static_cast<float>(best);
     if (best > 0 && at(best - 1) < static_cast<float>(kNoCost) && at(best + 1) < static_cast<float>(kNoCost)) {
-      // Two straight lines of the same slope: what a sum of absolute differences looks like around its minimum.
+      // Two straight lines of the same slope: the shape of a sum of absolute differences around its minimum.
       const float slope = std::max(at(best - 1), at(best + 1)) - static_cast<float>(cost);
       level += slope > 0.F ? 0.5F * (at(best - 1) - at(best + 1)) / slope : 0.F;
     }

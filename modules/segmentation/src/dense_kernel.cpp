@@ -72,7 +72,7 @@ Bytes difference(const std::uint8_t* a, const std::uint8_t* b) {
 void add_column_pairs(const std::uint8_t* const* left, const std::uint8_t* const* right, int count,
                       std::int16_t* sums) {
   for (int k = 0; k < count; k += kLanes) {
-    // No gradient differs by more than 126 from another: two differences fit a byte.
+    // Gradients differ by at most 126: two differences fit a byte.
     const Bytes two = difference(left[0] + 2 * k, right[0] + 2 * k) + difference(left[1] + 2 * k, right[1] + 2 * k);
     const auto pairs = reinterpret_cast<BytePairs>(two);
     store(sums + k, reinterpret_cast<Words>((pairs & 0xFF) + (pairs >> 8)));
@@ -141,7 +141,7 @@ void choose_levels(const std::int16_t* const* pair_costs, int cells, int levels,
   }
 }
 
-/// Of a patch's row and what lies beside it.
+/// Pixels of a patch's row, padded.
 constexpr int kPatchLanes = 8;
 using PatchBytes = std::uint8_t __attribute__((vector_size(kPatchLanes)));
 using PatchWords = std::int16_t __attribute__((vector_size(2 * kPatchLanes)));

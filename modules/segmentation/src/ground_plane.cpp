@@ -13,23 +13,23 @@ namespace kinetrace::segmentation {
 namespace {
 
 constexpr int kSamples = 60;
-/// Every third cell to both sides is plenty.
+/// Every third cell in both directions suffices.
 constexpr int kCellStep = 3;
-/// Pixels of the matching images by which a point on the plane may be off it: noise, and ground that is not quite flat.
+/// Tolerance of points on the plane, pixels of the matching images: noise, and slight unevenness.
 constexpr float kTolerancePx = 0.5F;
 /// Least cosine between the plane's normal and the image's downward direction: the camera looks down by 75 degrees at
 /// most.
 constexpr float kMinDownward = 0.25F;
-/// Part of the points that the plane must hold, net of those beyond it.
+/// Least fraction of points on the plane, net of those beyond it.
 constexpr float kMinShare = 0.1F;
-/// How high objects reach, and where the ground's own unevenness ends.
+/// Heights of objects: least one, above the ground's unevenness, greatest one, and the bound of may_hold_object().
 constexpr float kLowestM = 0.2F;
 constexpr float kHighestM = 3.F;
 constexpr float kOutOfReachM = 4.5F;
-/// Log-likelihood ratio below which something is ground.
+/// Log-likelihood ratio below which a point is ground.
 constexpr float kGroundNats = -2.F;
 constexpr float kUnevennessM = 0.06F;
-/// Per metre: of the heights of objects, and of what is neither: below the ground, or far above.
+/// Densities per metre: of the heights of objects, and of outliers, below the ground or far above.
 constexpr float kObjectDensity = 1.F / (kHighestM - kLowestM);
 constexpr float kElsewhere = 0.02F;
 
@@ -40,7 +40,7 @@ std::uint32_t next_random(std::uint32_t& state) noexcept {
   return state;
 }
 
-/// Beyond so many standard deviations a float cannot tell a probability from none, beside kElsewhere.
+/// Standard deviations beyond which a tail probability is below the resolution of a float, beside kElsewhere.
 constexpr float kCertain = 6.F;
 
 float normal_cdf(float x) noexcept {
@@ -51,7 +51,7 @@ float normal_density(float x) noexcept {
   return std::abs(x) > kCertain ? 0.F : std::exp(-0.5F * x * x) / 2.5066F;
 }
 
-// A wall, or an object that fills the image, is no ground.
+// Excludes walls, and objects that fill the image.
 bool looks_down(const Eigen::Vector3f& normal) noexcept {
   return normal.y() > kMinDownward * normal.norm();
 }
@@ -72,7 +72,7 @@ int GroundPlane::score(const Eigen::Vector3f& plane, float tolerance_px) const {
       tolerance_px);
 }
 
-// Least squares over the points on it.
+// Least squares over the inliers.
 void GroundPlane::refine(float tolerance_px) {
   Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
@@ -105,7 +105,7 @@ void GroundPlane::fit(ImageView<const float> cell_disparity_px, std::uint32_t se
   }
   const auto count = static_cast<std::uint32_t>(u_px_.size());
   if (count < 12) {
-    return;  // too few to say anything: what was known stays
+    return;  // too few: the previous plane stays
   }
   const float tolerance_px = kTolerancePx * static_cast<float>(matching_step(geometry_.width_px));
   std::uint32_t state = seed | 1U;
@@ -139,8 +139,7 @@ void GroundPlane::fit(ImageView<const float> cell_disparity_px, std::uint32_t se
   camera_height_m_ = static_cast<float>(geometry_.fx_px * geometry_.baseline_m) / n.norm();
 }
 
-// With n X = h, the plane's disparity at X is f b (n X) / (h z): its coefficients are f b n / h, up to the camera's
-// own.
+// With n X = h, the plane's disparity at X is f b (n X) / (h z): its coefficients are f b n / h, up to the intrinsics.
 Eigen::Vector3f GroundPlane::scaled_normal(const Eigen::Vector3f& plane) const noexcept {
   return {plane.x() * static_cast<float>(geometry_.fx_px), plane.y() * static_cast<float>(geometry_.fy_px),
           disparity_px(plane, static_cast<float>(geometry_.cx_px), static_cast<float>(geometry_.cy_px))};

@@ -5,7 +5,7 @@
 namespace kinetrace::segmentation {
 namespace {
 
-/// Gives the pixels of a mask that no other has yet the value.
+/// Sets the free pixels of a mask to the value.
 void paint(const RunLengthMask& mask, std::uint16_t value, ImageView<std::uint16_t> image) noexcept {
   const auto width = static_cast<std::size_t>(mask.box_px.width());
   std::size_t at = 0;  // In the box, row by row.

@@ -18,7 +18,7 @@ imaging::ImageReaderConfig reader_config(const StereoGeometry& geometry) {
   imaging::ImageReaderConfig config;
   config.max_width_px = geometry.width_px;
   config.max_height_px = geometry.height_px;
-  // Two bytes a pixel are the worst a PNG can do, but for its headers.
+  // Upper bound of a PNG, apart from its headers: two bytes a pixel.
   config.max_file_bytes =
       static_cast<std::size_t>(geometry.width_px) * static_cast<std::size_t>(geometry.height_px) * 2 + (1U << 16U);
   return config;
@@ -116,7 +116,7 @@ void MaskFileSegmenter::load_view(View& view, std::string_view stem) {
     used += part.copy(path_.data() + used, kMaxPathBytes - 1 - used);
   }
   path_[used] = '\0';
-  // Asking first spares the wording of an error for what is no error.
+  // A missing file is no error, so no message is made for it.
   if (::access(path_.data(), F_OK) != 0) {
     warnings_.add({"no mask file ", path_.data()});
     return;
@@ -171,7 +171,7 @@ void MaskFileSegmenter::relabel(View& view, std::string_view stem) noexcept {
   const int dropped = relabeler_.relabel(view.values, view.encoding, config_.max_objects, config_.min_area_px,
                                          view.labels, view.detections);
   counters_.detections_dropped += static_cast<std::uint64_t>(dropped);
-  // Of a mask that tells objects from the rest alone, 255 is all there is.
+  // In a binary mask of objects, 255 is the only value.
   if (view.encoding == MaskEncoding::kInstance && relabeler_.ignores_all()) {
     view.state = FileState::kUnreadable;
     warnings_.add({view.directory, "/", stem, kExtension,

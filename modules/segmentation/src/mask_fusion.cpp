@@ -8,28 +8,28 @@
 namespace kinetrace::segmentation {
 namespace {
 
-// Logistic regression on six simulated worlds that neither the network nor motion segmentation was made with (street,
-// drone and wearable, seeds 601 and 602, 1000 frames, 7368 candidates down to a score of .05, with the network that
-// comes with Kinetrace). A candidate is an object where the IoU of its mask with a true one is at least one half.
+// Logistic regression on six simulated worlds unused in the development of the network and of motion segmentation
+// (street, drone and wearable, seeds 601 and 602, 1000 frames, 7368 candidates down to a score of .05, with the network
+// that comes with Kinetrace). A candidate is an object if the IoU of its mask with a true one is at least one half.
 
-/// Added to a candidate's own log-odds for a moving region of the same pixels, in proportion to their IoU. That nothing
-/// moves says nothing: it may stand.
+/// Added to a candidate's own log-odds for a moving region of the same pixels, in proportion to their IoU. A lack of
+/// motion is no evidence: the object may stand.
 constexpr float kMotionNats = 3.7F;
-/// Of a region that no candidate lies on; most of its pixels are an object's in 109 of 194.
+/// Log-odds of a region without a candidate; most of its pixels are an object's in 109 of 194.
 constexpr float kRegionNats = 0.3F;
-/// Per part of a region that is an accepted candidate's: even at a quarter. What is left where more is a candidate's
-/// was mostly background in 1467 of 2257 regions, more of the candidate's object in 775, another object in 15: it is
-/// dropped.
+/// Per part of a region under accepted candidates: log-odds are zero at a quarter. With more, the remainder of the
+/// region was mostly background in 1467 of 2257 regions, more of the candidate's object in 775, another object in 15:
+/// it is dropped.
 constexpr float kCoveredNats = -1.2F;
 
-constexpr int kRows = kMaxObjects + 2;     // Background, candidates, what is to be ignored.
+constexpr int kRows = kMaxObjects + 2;     // Background, candidates, ignored pixels.
 constexpr int kColumns = kMaxObjects + 1;  // Background, regions.
 
 int row_of(std::uint8_t label) noexcept {
   return label == kIgnoreLabel ? kRows - 1 : label;
 }
 
-/// Calls visit(x0, x1) for each run of pixels that are the same in both rows, but for background in both.
+/// Calls visit(x0, x1) for each run of pixels with constant labels in both rows, except background in both.
 template <typename Visit>
 void for_each_run_of_row(const std::uint8_t* network, const std::uint8_t* motion, int width, Visit&& visit) noexcept {
   constexpr int kAtOnce = 8;
@@ -59,7 +59,7 @@ float probability_of(float log_odds) noexcept {
   return 1.F / (1.F + std::exp(-log_odds));
 }
 
-/// Nobody is surer than this.
+/// Bounds the evidence to one to a thousand, either way.
 float log_odds_of(float probability) noexcept {
   constexpr float kDoubt = 0.001F;
   const float p = std::clamp(probability, kDoubt, 1.F - kDoubt);
@@ -139,7 +139,7 @@ void MaskFusion::accept_regions(std::span<const Detection> regions) noexcept {
   }
 }
 
-// The largest stay.
+// The largest objects stay.
 int MaskFusion::number_objects() noexcept {
   std::sort(objects_.begin(), objects_.end(), [](const Object& a, const Object& b) {
     return std::tuple(-a.area_px, a.is_region, a.label) < std::tuple(-b.area_px, b.is_region, b.label);

@@ -8,12 +8,12 @@
 namespace kinetrace::segmentation {
 namespace {
 
-constexpr std::size_t kMinInside = 3;   ///< Features that can tell a mask's motion by themselves.
-constexpr std::size_t kNeighbours = 8;  ///< Asked where there are fewer.
+constexpr std::size_t kMinInside = 3;   ///< Least features in a mask to determine its motion.
+constexpr std::size_t kNeighbours = 8;  ///< Features used around a mask with fewer.
 constexpr float kAgrees_px = 2.F;       ///< From the median shift...
-constexpr float kAgreesPart = 0.1F;     ///< ... and so much of the mask's size, for what a change of scale does.
+constexpr float kAgreesPart = 0.1F;     ///< ... plus this part of the mask's size, for a change of scale.
 constexpr float kMaxScale = 1.3F;
-constexpr float kMinSpread = 0.15F;  ///< Of the features, as part of the mask's size, for a scale to be seen.
+constexpr float kMinSpread = 0.15F;  ///< Least spread of the features for a scale, as part of the mask's size.
 
 float size_of(const PixelBox& box) noexcept {
   return static_cast<float>(std::max(box.width(), box.height()));

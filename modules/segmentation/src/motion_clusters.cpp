@@ -15,26 +15,25 @@ namespace {
 constexpr int kBucketPx = 32;
 constexpr float kMinReachPx = 24.F;
 constexpr float kMaxReachPx = 96.F;
-/// Neighbours looked at per feature, from near to far cells: more add time, not knowledge.
+/// Neighbours per feature, from near to far cells: more add time, not information.
 constexpr int kMaxNeighbours = 24;
-/// Three standard deviations from rest: a hypothesis to be looked at, and one static feature in thirty.
+/// Three standard deviations from rest, which one static feature in thirty reaches: enough for a hypothesis.
 constexpr float kSeedChi2 = 9.F;
-/// Depth over which one object extends.
+/// Largest extent of an object in depth.
 constexpr float kObjectDepthM = 3.F;
-/// Pairs of neighbours that agree for each one that stands still: among what is tracked wrongly, chance finds one in
-/// one.
+/// Least ratio of agreeing pairs of neighbours to neighbours at rest: among mismatches, chance reaches one.
 constexpr int kMinPurity = 2;
-/// Fewer features than usual will do where the images around them say the same, by so much.
+/// Least evidence of the images around a cluster with fewer features than required.
 constexpr float kSupportNats = 3.F;
 constexpr float kSupportRadiusM = 0.8F;
-/// A feature joins a group when its motion is likelier by this much than rest (difference of chi-squares).
+/// A feature joins a cluster if its motion fits better than rest by this much (difference of chi-squares).
 constexpr float kAbsorbChi2 = 4.F;
-/// What lies between two features and so much farther away, in so many cells in a row, parts them.
+/// Two features are separated by cells between them, so many in a row, that are farther away by this much.
 constexpr float kGapDepthM = 1.F;
-/// So does a step in depth.
+/// Or by a step in depth.
 constexpr float kStepDepthM = 1.5F;
 constexpr int kGapCells = 2;
-/// Log-likelihood ratio below which something is ground.
+/// Log-likelihood ratio below which a point is ground.
 constexpr float kGroundNats = -2.F;
 
 }  // namespace
@@ -64,8 +63,7 @@ std::span<const MotionCluster> MotionClusters::find(std::span<const Feature> fea
   dense_ = &dense;
   test_ = &test;
   known_region_ = known_region;
-  // What goes wrong with static features (sliding along an edge, a depth from the wrong match) grows with the camera's
-  // own motion.
+  // Errors of static features (sliding along an edge, a depth from a mismatch) grow with the camera's own motion.
   min_speed_mps_ = static_cast<float>(std::max(config_.min_speed_mps, config_.min_speed_ratio * ego_speed_mps));
   features_ = features.first(motions.size());
   motions_ = motions;
@@ -141,7 +139,7 @@ void MotionClusters::for_each_neighbour(std::size_t i, Visit&& visit) const {
   }
 }
 
-// Whether something farther away, or the ground, is seen between two features.
+// True if a farther surface, or the ground, is visible between two features.
 bool MotionClusters::separated(std::size_t i, std::size_t j) const noexcept {
   const ImageView<const float> cells = dense_->disparity.disparity_px();
   const Eigen::Vector2f a = features_[i].left_px / static_cast<float>(kCellPx);
@@ -176,8 +174,7 @@ bool MotionClusters::separated(std::size_t i, std::size_t j) const noexcept {
   return false;
 }
 
-// Whether clusters `a` and `b` lie on one tracked body, and nothing parts the two of their features that are nearest to
-// each other.
+// True if clusters `a` and `b` lie on one tracked body, and their two nearest features are not separated.
 bool MotionClusters::belong_together(std::int16_t a, std::int16_t b) const {
   const std::uint8_t body = clusters_[static_cast<std::size_t>(a)].body;
   if (body == kBackgroundLabel || body != clusters_[static_cast<std::size_t>(b)].body) {
@@ -199,7 +196,7 @@ bool MotionClusters::belong_together(std::int16_t a, std::int16_t b) const {
   return !separated(from, to);
 }
 
-// A seed is a feature that is faster than the limit by itself, systematic errors included.
+// A seed is a feature significantly faster than the limit by itself, systematic errors included.
 void MotionClusters::list_seeds() {
   seeds_.clear();
   clusters_.clear();
@@ -209,7 +206,7 @@ void MotionClusters::list_seeds() {
   for (std::size_t i = 0; i < features_.size(); ++i) {
     const FeatureMotion& m = motions_[i];
     motion_chi2_[i] = 0.F;
-    // Shadows move over the ground, and so do highlights.
+    // Excludes moving shadows and highlights on the ground.
     const Feature& f = features_[i];
     left_out_[i] = (m.known || m.fresh) && !dense_->ground.may_hold_object(f.left_px.x(), f.v_px, f.disparity_px(),
                                                                            dense_->disparity.sigma_px())
@@ -250,7 +247,7 @@ void MotionClusters::grow_from(std::size_t seed) {
   }
 }
 
-// Whether feature `j`, a neighbour of `from`, moves with the hypothesis, stands still, or has no opinion.
+// Tests whether feature `j`, a neighbour of `from`, moves with the hypothesis, stands still, or fits both.
 void MotionClusters::ask(Hypothesis& h, std::size_t from, std::size_t j) {
   if (cluster_of_[j] == h.label) {
     ++h.agreeing;
@@ -280,8 +277,8 @@ void MotionClusters::ask(Hypothesis& h, std::size_t from, std::size_t j) {
   h.velocity_mps = h.covariance * h.weighted;
 }
 
-// Whether a hypothesis is significant, and has support enough. Features chose it by their own noise, so those that were
-// not chosen count as well.
+// True if a hypothesis is significant and has enough support. Its features were selected by their own noise, so
+// neighbours not selected count as well.
 bool MotionClusters::holds(const Hypothesis& h) const {
   const float chi2 = distance_to_ball_sq(h.velocity_mps, h.covariance + motions_[h.seed].systematic, min_speed_mps_);
   if (chi2 < static_cast<float>(config_.significance * config_.significance)) {
@@ -297,7 +294,7 @@ bool MotionClusters::holds(const Hypothesis& h) const {
          kSupportNats;
 }
 
-// Velocity, size and body of each cluster; drops empty ones and sorts by size.
+// Computes velocity, size and body of each cluster; drops empty ones and sorts by size.
 void MotionClusters::summarise() {
   std::array<std::array<std::uint16_t, kMaxObjects + 1>, kMaxClusters> votes{};
   std::array<Eigen::Matrix3f, kMaxClusters> information;
@@ -355,7 +352,7 @@ void MotionClusters::sort_by_size() {
   }
 }
 
-// Parts of one tracked object may be too far apart for a hypothesis to reach; its label says that they belong together.
+// Joins parts of one tracked object that are too far apart for one hypothesis, by their common label.
 void MotionClusters::join_parts() {
   for (std::size_t a = 0; a < clusters_.size(); ++a) {
     for (std::size_t b = a + 1; b < clusters_.size(); ++b) {

@@ -10,23 +10,23 @@
 namespace kinetrace::segmentation {
 namespace {
 
-/// 99.9 % of three normal variables squared: an innovation beyond it is an outlier.
+/// 99.9 % quantile of chi-square with three degrees of freedom: larger innovations are outliers.
 constexpr double kInnovationGate = 16.3;
-/// Mean squared innovation over what was expected, beyond which no constant velocity fits.
+/// Mean NIS over its expectation, beyond which no constant velocity fits.
 constexpr double kMaxMisfit = 3.0;
 /// One observation in four may be an outlier.
 constexpr int kMaxOutlierRatio = 3;
-/// What is known of a velocity before anything was seen, m/s.
+/// Prior standard deviation of a velocity, m/s.
 constexpr double kPriorSpeedMps = 30.0;
-/// Spectral density of the acceleration over the speed squared, 1/s: turning by .5 rad/s and more, or braking as hard.
+/// Spectral density of the acceleration over the squared speed, 1/s: turns of .5 rad/s and more, or braking as hard.
 constexpr double kTurnNoise = 0.5;
-/// A velocity that differs from zero by less says nothing that texture could have faked.
+/// Below this significance of motion, repetitive texture is no concern.
 constexpr float kMovingChi2 = 16.F;
-/// Patches nearer to each other than this share most of their pixels and always look alike.
+/// Patches nearer to each other share most of their pixels and always look alike.
 constexpr float kMinJumpPx = 6.F;
-/// Correlation of two patches that a feature tracker may confuse.
+/// Correlation of two patches from which a tracker may confuse them.
 constexpr float kSamePatch = 0.75F;
-/// Speed below which a fit says nothing, whatever its formal precision.
+/// Lower bound of the error of a velocity, whatever its formal precision.
 constexpr double kVelocityFloorMps = 0.03;
 
 }  // namespace
@@ -67,7 +67,7 @@ std::span<const FeatureMotion> MotionEvidence::update(std::span<const Feature> f
       motion = motion_of(feature, slot);
       motion.known = motion.known && !looks_the_same_at_rest(feature, motion, left);
     }
-    (void)motions_.push_back(motion);  // beyond max_features the rest has no say
+    (void)motions_.push_back(motion);  // beyond max_features the rest is ignored
   }
   started_ = true;
   return motions_.span();
@@ -76,7 +76,7 @@ std::span<const FeatureMotion> MotionEvidence::update(std::span<const Feature> f
 void MotionEvidence::observe(const Feature& feature, Slot& slot) const {
   const Eigen::Vector3d observation(feature.left_px.x(), feature.v_px, feature.u_right_px);
   if (slot.feature_id != feature.id) {
-    // A feature first shown to us may have been found, and matched, in the previous frame already.
+    // A feature new to this filter may already have been matched in the previous frame.
     const double previous_px = feature.previous_left_px.x() - feature.previous_u_right_px;
     const bool seen_before =
         started_ && feature.age_frames > 0 && previous_px >= config_.min_disparity_px;  // false without a match
@@ -119,8 +119,8 @@ void MotionEvidence::begin(Slot& slot, const Feature& feature, const Eigen::Vect
   slot.covariance.bottomRightCorner<3, 3>() = kPriorSpeedMps * kPriorSpeedMps * Eigen::Matrix3d::Identity();
 }
 
-// Nearly constant velocity: accelerations are white and grow with the speed, as turning and braking do; and all that is
-// known fades alike.
+// Nearly constant velocity: white accelerations that grow with the speed, as in turning and braking. The fading memory
+// inflates all covariances alike.
 void MotionEvidence::predict(Slot& slot, std::int64_t timestamp_ns) const {
   const double dt_s = 1e-9 * static_cast<double>(timestamp_ns - slot.last_ns);
   slot.last_ns = timestamp_ns;
@@ -164,7 +164,7 @@ void MotionEvidence::correct(Slot& slot, const Eigen::Vector3d& observation, con
   const Eigen::Matrix<double, 6, 3> gain = ph * s_inverse;
   slot.state += gain * innovation;
   slot.covariance -= gain * ph.transpose();
-  // The first innovation only finds the velocity.
+  // The first innovation only initialises the velocity.
   if (slot.observations > 2) {
     const double weight = std::max(0.1, 1.0 / (slot.observations - 1));
     slot.misfit += weight * (chi2 / 3.0 - slot.misfit);
@@ -174,7 +174,7 @@ void MotionEvidence::correct(Slot& slot, const Eigen::Vector3d& observation, con
 FeatureMotion MotionEvidence::motion_of(const Feature& feature, const Slot& slot) const {
   FeatureMotion motion;
   motion.depth_m = static_cast<float>(geometry_.depth_m(feature.disparity_px()));
-  // Without the newest observation the feature is not where it seems to be.
+  // If the newest observation is an outlier, the feature is elsewhere.
   const double span_s = 1e-9 * static_cast<double>(slot.last_ns - slot.first_ns);
   if (slot.observations < 2 || slot.misfits > 0 || kMaxOutlierRatio * slot.left_out > slot.observations ||
       slot.misfit > kMaxMisfit || span_s <= 0.0) {
@@ -208,8 +208,8 @@ bool MotionEvidence::looks_the_same_at_rest(const Feature& feature, const Featur
          patch_similarity(left, feature.left_px, at_rest_px) >= kSamePatch;
 }
 
-// What a whole region may seem to move without moving: an error of the ego motion shifts its image, a bias of its
-// disparity drifts with the viewpoint.
+// Apparent common motion of a whole region: an error of the ego motion shifts its image, a bias of its disparity
+// changes with the viewpoint.
 Eigen::Matrix3f MotionEvidence::systematic_covariance(const Feature& feature, double span_s) const {
   const double d = feature.disparity_px();
   const double z = geometry_.depth_m(d);

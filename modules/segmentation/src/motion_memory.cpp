@@ -7,19 +7,19 @@
 namespace kinetrace::segmentation {
 namespace {
 
-/// A region is confirmed by so many features that agreed with another one, summed over frames. One frame counts for no
-/// more than kMaxVotes, and no less than kMinVotes: what has fewer features has the images for it.
+/// Votes that confirm a region: features that agreed with another one, summed over frames. A frame counts at most
+/// kMaxVotes, and at least kMinVotes: a cluster of fewer features has the evidence of the images.
 constexpr int kConfirmVotes = 8;
 constexpr int kMinVotes = 2;
 constexpr int kMaxVotes = 6;
-/// Features that keep a halted region alive.
+/// Least features that retain a halted region.
 constexpr int kMinHeldFeatures = 2;
-/// Frames without motion after which an unconfirmed region is given up.
+/// Frames without motion after which an unconfirmed region is dropped.
 constexpr std::uint32_t kUnconfirmedGapFrames = 2;
-/// A feature leaves a moving region when rest explains it better by this much.
+/// A feature leaves a moving region when rest fits it better by this much.
 constexpr float kLeaveChi2 = 4.F;
-/// A member that was never seen to move and whose motion stays unknown for longer has nothing to do with the region.
-/// One that was gets a whole window: when an object brakes, no constant velocity fits for so long.
+/// A member that never moved with the region is removed after so many frames of unknown motion. A proved one gets a
+/// whole window: while an object brakes, no constant velocity fits.
 constexpr int kMaxUnknownFrames = 4;
 constexpr int kMaxProvedUnknownFrames = 8;
 
@@ -69,8 +69,8 @@ std::int16_t MotionMemory::region_of(std::size_t blob, std::uint32_t drawn_as,
   return *most >= kMinHeldFeatures ? static_cast<std::int16_t>(most - votes.begin()) : std::int16_t{-1};
 }
 
-// A blob that moves has been watched for some frames already: its region is confirmed. One that only is restless still
-// carries on a region that it was part of.
+// A moving blob was observed for some frames already: its region is confirmed. A merely restless one still continues
+// its region.
 void MotionMemory::update_blobs(std::span<const MovingBlob> blobs, std::span<const std::uint32_t> drawn_as,
                                 std::span<const std::int16_t> blob_of_feature) {
   region_of_blob_.clear();
@@ -82,7 +82,7 @@ void MotionMemory::update_blobs(std::span<const MovingBlob> blobs, std::span<con
       regions_.back().moving_frames = config_.confirm_frames;
       regions_.back().votes = kConfirmVotes;
     }
-    (void)region_of_blob_.push_back(r);  // no more blobs than places
+    (void)region_of_blob_.push_back(r);  // at most kMaxBlobs
     if (r < 0 || regions_[static_cast<std::size_t>(r)].moving) {
       continue;
     }
@@ -132,7 +132,7 @@ std::int16_t MotionMemory::index_of(std::uint32_t region_id) const noexcept {
   return -1;
 }
 
-// region_of_ <- where each feature belonged in the previous frame, or whose mask it was found on.
+// region_of_ <- each feature's region in the previous frame, or the region on whose mask it was found.
 void MotionMemory::recall(std::span<const Feature> features, std::span<const std::uint32_t> inherited_region) {
   region_of_.clear();
   proved_.clear();
@@ -144,7 +144,7 @@ void MotionMemory::recall(std::span<const Feature> features, std::span<const std
       region_id = memory_[feature.slot].region_id;
       proved = memory_[feature.slot].proved;
     }
-    // No more features than motions, whose number is bounded alike.
+    // Same capacity as the motions.
     (void)region_of_.push_back(region_id == 0 ? std::int16_t{-1} : index_of(region_id));
     (void)proved_.push_back(proved ? 1 : 0);
   }
@@ -183,7 +183,7 @@ void MotionMemory::assign_clusters(std::span<const MotionCluster> clusters,
       continue;
     }
     MotionRegion& region = regions_[static_cast<std::size_t>(index)];
-    if (!region.moving) {  // clusters come with most features first
+    if (!region.moving) {  // clusters are sorted by size
       region.moving = true;
       ++region.moving_frames;
       region.votes += std::clamp(clusters[c].features - 1, kMinVotes, kMaxVotes);
@@ -200,10 +200,9 @@ bool MotionMemory::is_inconsistent(const FeatureMotion& motion, const MotionRegi
   return moving_chi2 > kSameVelocityChi2 || moving_chi2 > motion.static_chi2 + kLeaveChi2;
 }
 
-// Members of clusters take their cluster's region. Others stay where they were while nothing speaks against it: a
-// feature that has moved with the region leaves when its motion contradicts the moving region (that of a region at rest
-// may: then the object has stopped); one that was only found on the region's mask stands in for the others as long as
-// the region shows no motion, and not for long.
+// Members of clusters are assigned to their cluster's region. Others stay without contrary evidence: a proved feature
+// leaves when its motion contradicts the moving region (not a resting one: then the object has stopped); a feature
+// merely found on the region's mask stays as long as the region shows no motion, but only for a few frames.
 void MotionMemory::add_known_features(std::span<const Feature> features, std::span<const FeatureMotion> motions,
                                       std::span<const std::int16_t> cluster_of_feature) {
   for (std::size_t i = 0; i < features.size(); ++i) {

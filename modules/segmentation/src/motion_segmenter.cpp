@@ -89,7 +89,7 @@ std::span<const std::int16_t> MotionSegmenter::blobs_of(std::span<const Feature>
   for (const Feature& f : features) {
     const int x = static_cast<int>(f.left_px.x()) / kCellPx;
     const int y = static_cast<int>(f.left_px.y()) / kCellPx;
-    (void)blob_of_feature_.push_back(blobs.contains(x, y) ? blobs.row(y)[x] : std::int16_t{-1});  // a place for each
+    (void)blob_of_feature_.push_back(blobs.contains(x, y) ? blobs.row(y)[x] : std::int16_t{-1});  // never full
   }
   return blob_of_feature_.span();
 }

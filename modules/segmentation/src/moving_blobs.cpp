@@ -12,43 +12,43 @@
 namespace kinetrace::segmentation {
 namespace {
 
-/// Age of the image that is compared: people move by a few pixels, and what stands still has hardly changed.
+/// Least age of the compared image: people move by a few pixels, and the static scene hardly changes.
 constexpr float kLookBackS = 0.09F;
-/// Grey difference, over that of what stands still, beyond which a cell does not.
+/// Grey difference of a restless cell: a multiple of the median at rest, plus an offset.
 constexpr float kRestlessRatio = 2.F;
 constexpr float kRestlessGrey = 1.F;
-/// Cells of a blob, at least; so many have a say in its velocity.
+/// Least number of cells of a blob; largest number used for its velocity.
 constexpr std::size_t kMinCells = 6;
 constexpr std::size_t kMaxAsked = 64;
-/// Cells that are bridged, and the depth by which neighbours may differ.
+/// Gap of cells that is bridged, and largest difference in depth of neighbours.
 constexpr int kBridgeCells = 2;
 constexpr float kStepDepthM = 0.6F;
-/// The search: nobody walks faster; what does is large, and has features. Its step, in pixels of the matching images:
-/// patches still look alike so far from where they belong.
+/// Search: walking speed at most, since faster objects are large and have features; step in pixels of the matching
+/// images, within which patches still look alike.
 constexpr float kMaxWalkMps = 3.F;
 constexpr float kSearchStepPx = 1.5F;
 constexpr int kMaxSearchSteps = 24;
 constexpr std::size_t kSearchCells = 24;
 constexpr int kRefinements = 4;
-/// Standard deviation of the velocity of what walks, and of how it varies within a second, m/s.
+/// Standard deviation of a walking velocity, and of its variation within a second, m/s.
 constexpr float kWalkMps = 3.F;
 constexpr float kGaitMps = 0.5F;
-/// What goes along the ground hardly rises.
+/// Standard deviation of the vertical velocity on the ground.
 constexpr float kClimbMps = 0.1F;
-/// Square metres of what has restless cells, at least, and the speed beyond which it would have features.
+/// Least area of restless cells, square metres, and the largest speed of an object without features.
 constexpr float kMinAreaM2 = 0.15F;
 constexpr float kMaxBlobMps = 4.F;
-/// What is so large and has been restless for so long is no mistake, whatever its velocity: a person swings arms and
-/// legs, and what stands still and is seen wrongly is small, seen for a moment, or not explained by any velocity.
+/// A blob of this area that has been restless for this time is certain, whatever its velocity, since a person swings
+/// arms and legs; static parts with mismatches are small, short-lived, or fit no velocity.
 constexpr float kSureAreaM2 = 0.3F;
 constexpr float kSureS = 0.5F;
 constexpr float kSureRatio = 0.9F;
-/// Frames that must agree on a velocity, the part of the difference at rest that may be left, and the mean squared
-/// innovation, over what was expected, beyond which no one velocity fits.
+/// Frames that must agree on a velocity; largest part of the difference at rest that it may leave; mean NIS over its
+/// expectation beyond which no single velocity fits.
 constexpr int kMinFrames = 3;
 constexpr float kExplainedRatio = 0.7F;
 constexpr float kMaxMisfit = 4.F;
-/// Log-likelihood ratio of standing above the ground, and no higher than a truck.
+/// Least log-likelihood ratio of an object above the ground, no higher than a truck.
 constexpr float kStandsNats = 0.5F;
 constexpr float kVelocityFloorMps = 0.03F;
 
@@ -74,7 +74,7 @@ MovingBlobs::MovingBlobs(const MotionConfig& config, const StereoGeometry& geome
   cells_ = FixedVector<Cell>(arena, cells);
   blobs_ = FixedVector<MovingBlob>(arena, kMaxBlobs);
   blobs_before_ = FixedVector<MovingBlob>(arena, kMaxBlobs);
-  if (!owner_.empty()) {  // an arena that only measures has no places
+  if (!owner_.empty()) {  // a measuring arena has no memory
     reset();
   }
 }
@@ -167,7 +167,7 @@ void MovingBlobs::find_restless(const DenseView& dense, const TemporalTest& test
   }
 }
 
-// Fattening: a cell at the border of something near has its disparity, and shows what lies behind it.
+// Fattening: a cell at the border of a near object has its disparity, but shows the background.
 bool MovingBlobs::stands_elsewhere(const DenseView& dense, const TemporalTest& test, int cx, int cy,
                                    float limit) const {
   const ImageView<const float> disparity = dense.disparity.disparity_px();
@@ -192,7 +192,7 @@ bool MovingBlobs::stands_elsewhere(const DenseView& dense, const TemporalTest& t
   return false;
 }
 
-// Whether something nearer was seen then where the cell was if it stood still.
+// True if a nearer object occluded the cell's place at rest in the compared image.
 bool MovingBlobs::was_hidden(const TemporalTest& test, int cx, int cy, float disparity_px) const {
   const Eigen::Vector2f place =
       test.places(Eigen::Vector3f::Zero(), lag_, cell_center(cx), cell_center(cy), disparity_px).at_rest / kCellPx;
@@ -213,7 +213,7 @@ bool MovingBlobs::was_hidden(const TemporalTest& test, int cx, int cy, float dis
   return false;
 }
 
-// cells_ <- the blob around a restless cell; its cells are restless no more.
+// cells_ <- the blob around a restless cell; clears its cells from restless_.
 void MovingBlobs::collect(int cx, int cy) {
   const auto fb = static_cast<float>(geometry_.fx_px * geometry_.baseline_m);
   const float noise = 0.6F * static_cast<float>(matching_step(geometry_.width_px));
@@ -238,7 +238,7 @@ void MovingBlobs::collect(int cx, int cy) {
   }
 }
 
-// What the blob at hand was in the frame before: what most of its cells were, give or take two cells.
+// The blob of the frame before that most of the cells belonged to, within two cells.
 const MovingBlob* MovingBlobs::before(const TemporalTest& test) const {
   std::array<int, kMaxBlobs> votes{};
   for (const Cell& c : cells_) {
@@ -275,7 +275,7 @@ float MovingBlobs::mean_residual(const TemporalTest& test, const Eigen::Vector3f
   return 2 * seen >= asked ? total / static_cast<float>(seen) : 1e6F;
 }
 
-// A start for the least squares, which only find what is nearer than the texture is coarse.
+// Initial velocity for least squares, which converge only within the scale of the texture.
 void MovingBlobs::search(const TemporalTest& test, const Eigen::Vector3f& across, MovingBlob& blob) const {
   const auto z = static_cast<float>(geometry_.depth_m(cells_[cells_.size() / 2].disparity_px));
   const float step_mps = kSearchStepPx * static_cast<float>(matching_step(geometry_.width_px)) * z /
@@ -292,7 +292,7 @@ void MovingBlobs::search(const TemporalTest& test, const Eigen::Vector3f& across
   }
 }
 
-// Gauss-Newton on the differences of all pixels and on what was known before.
+// Gauss-Newton on the grey differences of all pixels, and on the prior.
 void MovingBlobs::refine(const TemporalTest& test, const Eigen::Vector3f& down, MovingBlob& blob) const {
   const bool known = blob.frames > 0;
   Eigen::Matrix3f prior = Eigen::Matrix3f::Identity() / (kWalkMps * kWalkMps);
@@ -306,7 +306,7 @@ void MovingBlobs::refine(const TemporalTest& test, const Eigen::Vector3f& down, 
   }
   prior += down * down.transpose() / (kClimbMps * kClimbMps);
   const std::size_t stride = std::max<std::size_t>(1, cells_.size() / kMaxAsked);
-  // Cells that are left out would say the same; images that were compared before say it again.
+  // Skipped cells are redundant; images compared in earlier frames are correlated.
   const float weight = static_cast<float>(stride) / static_cast<float>(lag_);
   const float noise = std::max(1.F, 2.F * noise_);
   Eigen::Matrix3f measured;
@@ -331,7 +331,7 @@ void MovingBlobs::refine(const TemporalTest& test, const Eigen::Vector3f& down, 
   blob.rest += fresh * (rest - blob.rest);
   blob.moved += fresh * (moved - blob.moved);
   if (known) {
-    // d^T (P + M)^-1 d of the innovation d, from the correction that it caused.
+    // d^T (P + M)^-1 d of the innovation d, computed from its correction.
     const Eigen::Vector3f correction = blob.velocity_mps - expected;
     const Eigen::Vector3f pulled = prior * correction;
     const float chi2 = pulled.dot(correction + (measured + 1e-3F * Eigen::Matrix3f::Identity()).inverse() * pulled);
@@ -346,8 +346,8 @@ Eigen::Matrix3f MovingBlobs::systematic_covariance(const MovingBlob& blob, const
   const double z = geometry_.depth_m(d);
   const double x = (cell_center(middle.x) - geometry_.cx_px) / geometry_.fx_px;
   const double y = (cell_center(middle.y) - geometry_.cy_px) / geometry_.fy_px;
-  // An error of the ego motion shifts the blob, and does not make it grow. A bias of the disparity scales what the ego
-  // motion does to it.
+  // An error of the ego motion shifts the blob without changing its size. A bias of the disparity scales the effect of
+  // the ego motion.
   const double seen_s =
       std::max<double>(elapsed_s_, std::min(static_cast<double>(blob.frames) * interval_s_, config_.memory_s));
   const double lateral = config_.ego_sigma_px * z / geometry_.fx_px / seen_s;

@@ -98,7 +98,7 @@ Result<DetectionFrame> NetworkSegmenter::process(const SegmentationInput& input)
     deliver(input, frame);
   }
   counters_.frames_missing += is_due_ && !frame.available ? 1 : 0;
-  // After the masks of the frame before have been moved.
+  // Only after warping the masks of the frame before.
   if (under_way_ && under_way_->age_frames == 0) {
     warp_.remember(input.features);
   }

@@ -1,4 +1,4 @@
-// How alike two places of an image look.
+// Similarity of two places of an image.
 #pragma once
 
 #include <Eigen/Core>

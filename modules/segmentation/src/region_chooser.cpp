@@ -8,7 +8,7 @@ namespace kinetrace::segmentation {
 namespace {
 
 constexpr int kZoom = 2;
-// Around a track, for what has moved since, and so that it is not taken for cut off.
+// Margin around a track, for its motion since, and so that the border does not cut it.
 constexpr int kMargin_px = 8;
 constexpr int kMarginPartOfSize = 8;
 

@@ -10,20 +10,20 @@
 namespace kinetrace::segmentation {
 namespace {
 
-/// How far an object may reach beyond what is known of it, to all sides and in depth.
+/// Reach of an object beyond its known parts, in all directions and in depth.
 constexpr float kReachM = 1.2F;
 constexpr float kMinReachPx = 12.F;
 constexpr float kDepthReachM = 0.8F;
 /// Disparity noise of a cell, in pixels of the matching images.
 constexpr float kDisparityNoisePx = 0.6F;
-/// (m/s)^2 by which velocities on one object may differ.
+/// Variance of velocities within one object, (m/s)^2.
 constexpr float kVelocityVariance = 0.1F;
 
-/// A third of the cells within an object's reach are its own.
+/// Prior: about a third of the cells within reach belong to the object.
 constexpr float kPriorNats = -0.8F;
 constexpr float kOwnDepthNats = 0.7F;
 constexpr float kForeignDepthNats = -4.F;
-/// What the frame before said counts for so much, and for no more than this.
+/// Weight of the previous frame's ratio, and its bound.
 constexpr float kMemory = 0.6F;
 constexpr float kMaxPosteriorNats = 4.F;
 constexpr float kSureNats = 1.F;
@@ -35,7 +35,7 @@ constexpr float kNearNats = 0.F;
 constexpr float kNatsPerMetre = 4.F;
 constexpr float kFarNats = -1.F;
 
-/// Edge-aware filter: reach in cells, and the step of grey, or of disparity over noise, that is as far as one cell.
+/// Edge-aware filter: reach in cells, and the step of grey, or of disparity over noise, equivalent to one cell.
 constexpr float kSmoothingCells = 3.F;
 constexpr float kGreyStep = 8.F;
 constexpr float kDisparityStep = 0.5F;
@@ -172,7 +172,7 @@ bool RegionMask::describe(std::size_t region, std::span<const Feature> features,
   return true;
 }
 
-// A blob's cells are its own, and what stands still beside them is not.
+// Cells of a blob are evidence for it, static cells beside them against it.
 void RegionMask::weigh_blobs(const Candidate& candidate, const MotionMemory& memory, std::size_t region) {
   const PixelBox& box = candidate.cells;
   for (int cy = box.y0; cy < box.y1; ++cy) {
@@ -239,7 +239,7 @@ void RegionMask::weigh_cells(const Candidate& candidate, std::span<const Feature
   }
 }
 
-// What a cell was in the frame before if it is the candidate's.
+// Adds the ratio of the previous frame at the cell's place then, if it moved with the candidate.
 void RegionMask::weigh_memory(const Candidate& candidate, const DenseView& dense, const TemporalTest& test) {
   const PixelBox& box = candidate.cells;
   for (int cy = box.y0; cy < box.y1 && dense.history.size() > 1; ++cy) {
@@ -261,7 +261,7 @@ void RegionMask::weigh_memory(const Candidate& candidate, const DenseView& dense
   }
 }
 
-// Distance to the nearest cell of distance 0: two sweeps of a chamfer.
+// Distance to the nearest cell of distance 0, by a two-pass chamfer transform.
 void RegionMask::measure_distances(const PixelBox& box) {
   constexpr float kDiagonal = 1.4142F;
   const auto relax = [&](int cx, int cy, int dx, int dy, float step) {
@@ -343,7 +343,7 @@ void RegionMask::diffuse(const Candidate& candidate, const DenseView& dense) {
   }
 }
 
-// Takes what speaks for the candidate and hangs together with a member or with what it was.
+// Takes cells with positive evidence that are connected to a member or to the previous mask.
 void RegionMask::claim(const Candidate& candidate, std::size_t index) {
   const PixelBox& box = candidate.cells;
   std::size_t top = 0;

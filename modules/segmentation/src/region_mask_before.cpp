@@ -1,4 +1,4 @@
-// What a region mask knows of the frame before.
+// The region masks of the frame before.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,7 +8,7 @@
 namespace kinetrace::segmentation {
 namespace {
 
-/// What the images must say, over all of a region, for it to go on without features.
+/// Least evidence of the images, over a whole region, to continue it without features.
 constexpr float kMovesOnNats = 3.F;
 
 }  // namespace

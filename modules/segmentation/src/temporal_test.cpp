@@ -8,12 +8,12 @@
 namespace kinetrace::segmentation {
 namespace {
 
-/// Displacement between the two hypotheses at which images can tell them apart, pixels of the matching images.
+/// Least displacement between the two hypotheses for a reliable test, pixels of the matching images.
 constexpr float kTellingPx = 2.5F;
-/// Mean grey difference of a patch that is one nat, and where it is cut off.
+/// Mean grey difference of a patch per nat, and the bound of a cell's ratio.
 constexpr float kGreyPerNat = 1.F;
 constexpr float kMaxNats = 3.F;
-/// Metres by which what belongs together may differ in depth.
+/// Largest difference in depth within an object, metres.
 constexpr float kDepthM = 0.8F;
 /// Log-likelihood ratio below which a cell is ground.
 constexpr float kGroundNats = -2.F;
@@ -68,7 +68,7 @@ int TemporalTest::telling_lag(const Eigen::Vector3f& velocity_mps, float u, floa
   return history_->size() - 1;
 }
 
-// Corner of a cell's patch in the newest image; false where there is none, or no image to compare it with.
+// Corner of a cell's patch in the newest image; false without one, or without an image to compare with.
 bool TemporalTest::patch(int lag, int cx, int cy, Eigen::Vector2i& corner) const noexcept {
   if (lag < 1 || lag >= history_->size()) {
     return false;
@@ -119,13 +119,14 @@ void TemporalTest::add_equations(const Eigen::Vector3f& velocity_mps, int lag, i
   const auto fx = static_cast<float>(geometry_.fx_px);
   const auto fy = static_cast<float>(geometry_.fy_px);
   const float z = fx * static_cast<float>(geometry_.baseline_m) / disparity_px;
-  Eigen::Matrix<float, 2, 3> jacobian;  // of the place in the earlier image by the velocity
+  // Derivative of the place in the earlier image by the velocity.
+  Eigen::Matrix<float, 2, 3> jacobian;
   jacobian << fx, 0.F, static_cast<float>(geometry_.cx_px) - place.x(),  //
       0.F, fy, static_cast<float>(geometry_.cy_px) - place.y();
   jacobian = -jacobian * step.back / (z * static_cast<float>(step_px_));
   Eigen::Matrix2f gradients;
   gradients << s.xx, s.xy, s.xy, s.yy;
-  // What does not fit is something else, or was hidden: Cauchy's weight.
+  // Cauchy weight, against occlusions and other objects.
   const float variance = noise_grey * noise_grey;
   const float weight =
       1.F / ((1.F + s.rr / static_cast<float>(kPatchPx * kPatchPx) / (4.F * variance)) * variance * overlap());

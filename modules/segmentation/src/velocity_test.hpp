@@ -1,4 +1,4 @@
-// When two velocities may be the same.
+// Tests for equality of velocities.
 #pragma once
 
 #include <cmath>
@@ -8,10 +8,10 @@
 
 namespace kinetrace::segmentation {
 
-/// 99 % of three normal variables squared.
+/// 99 % quantile of chi-square with three degrees of freedom.
 inline constexpr float kSameVelocityChi2 = 11.3F;
 
-/// d^T C^-1 d for symmetric positive definite C, by L D L^T: four divisions, no matrix is inverted.
+/// d^T C^-1 d for symmetric positive definite C, by L D L^T: four divisions instead of an inversion.
 [[nodiscard]] inline float mahalanobis_sq(const Eigen::Vector3f& d, const Eigen::Matrix3f& c) {
   const float l10 = c(1, 0) / c(0, 0);
   const float l20 = c(2, 0) / c(0, 0);
@@ -33,7 +33,7 @@ inline constexpr float kSameVelocityChi2 = 11.3F;
   eigen.computeDirect(c);
   const Eigen::Vector3f w = eigen.eigenvectors().transpose() * v;
   const Eigen::Vector3f variance = eigen.eigenvalues().cwiseMax(1e-9F);
-  // u_i = w_i / (1 + lambda c_i) with |u| = radius: Newton on 1 / |u| - 1 / radius, convex, from below.
+  // u_i = w_i / (1 + lambda c_i) with |u| = radius: Newton on 1 / |u| - 1 / radius, which is convex, from below.
   float lambda = 0.F;
   Eigen::Vector3f u = w;
   for (int k = 0; k < 12; ++k) {
@@ -49,7 +49,7 @@ inline constexpr float kSameVelocityChi2 = 11.3F;
   return ((w - u).array().square() / variance.array()).sum();
 }
 
-/// Features of one object may differ by this because it turns, and because a fit assumes a constant velocity.
+/// Covariance of velocities within one object: rotation, and the assumption of constant velocity.
 [[nodiscard]] inline Eigen::Matrix3f velocity_slack(const Eigen::Vector3f& velocity_mps) {
   const float sigma_mps = 0.3F + 0.1F * velocity_mps.norm();
   return sigma_mps * sigma_mps * Eigen::Matrix3f::Identity();

@@ -1,4 +1,4 @@
-// The points of a body: how observations are added, positions found, and wrong points removed.
+// The points of a body: adding observations, finding positions, removing wrong points.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -12,8 +12,8 @@
 namespace kinetrace::sfm {
 namespace {
 
-// Disagreements in a row after which a feature's point is given up. The fault may be the point's, made of one bad
-// match, so the feature starts once more; one more disagreement and it is not used again.
+// Disagreements in a row after which a feature's point is dropped. The point may be wrong, from one mismatch, so its
+// feature starts once more; after one more disagreement it is not used again.
 constexpr int kDoubtAfter = 2;
 
 }  // namespace
@@ -116,7 +116,7 @@ double BodyReconstruction::observation_chi2(const Se3& T_cam_body, const Eigen::
 void BodyReconstruction::position_new_points() {
   const ColumnPoses T_cam_body = invert_poses();
   const double min_parallax_rad = config_.min_parallax_deg * std::numbers::pi / 180.0;
-  // What stereo itself can tell at the smallest accepted disparity, so that one good pair is enough.
+  // Parallax of stereo at the smallest accepted disparity, so that one good pair is enough.
   const double stereo_parallax_rad = 0.9 * config_.min_disparity_px / geometry_.fx_px;
   const double gate2 = config_.gate_sigma * config_.gate_sigma;
   for (std::size_t row = map_.size(); row-- > 0;) {
@@ -125,7 +125,7 @@ void BodyReconstruction::position_new_points() {
       continue;
     }
     if ((state.seen & bit(newest_column())) == 0) {
-      map_.remove(row);  // Its feature is gone before a position was found.
+      map_.remove(row);  // Its feature ended before it was triangulated.
       continue;
     }
     const BundleObservation& o = map_.observations(row)[newest_column()];
@@ -145,7 +145,7 @@ void BodyReconstruction::position_new_points() {
       map_.point(row).position_m = *position;
       ++counters_.points_created;
     } else if (std::popcount(state.seen) > kDoubtAfter) {
-      // Older observations belong to something else; start again from here.
+      // Older observations are of another point; restart from this frame.
       state.seen = bit(newest_column());
       state.observed = state.seen;
       state.observations = 1;
@@ -154,7 +154,7 @@ void BodyReconstruction::position_new_points() {
 }
 
 void BodyReconstruction::reposition_newcomers() {
-  const bool single_frame = poses_.size() == 1;  // Every point is where this frame's stereo alone sees it.
+  const bool single_frame = poses_.size() == 1;  // All points from this frame's stereo alone.
   for (std::size_t row = 0; row < map_.size(); ++row) {
     const PointState& state = map_.state(row);
     if (!state.positioned || state.seen == 0 || (state.observations != 1 && !single_frame)) {

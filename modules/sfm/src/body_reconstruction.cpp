@@ -13,13 +13,13 @@
 namespace kinetrace::sfm {
 namespace {
 
-// Of a point seen from elsewhere before: where it was then known to be, and how it looks now, are both inexact.
+// For a point observed from elsewhere before: both its position and its present match are inexact.
 constexpr double kRecognisedSigma_px = 1.0;
 
-// Fewer points that have proved themselves do not decide on a pose.
+// Fewer proven points do not decide on a pose.
 constexpr std::size_t kMinConsensus = 5;
-// Where new points have to decide, they may all lie on something that moves. Then the body's motion may have changed
-// since it was last tracked by no more than this acceleration explains; gentle, since a wrong pose is worse than none.
+// When new points have to decide, all may lie on a moving object. Then the deviation from the body's predicted motion
+// is limited to this acceleration since it was last tracked; small, since a wrong pose is worse than none.
 constexpr double kUnprovenAcceleration_mps2 = 2.0;
 constexpr double kUnprovenSlack_m = 0.05;
 constexpr double kGateSigmas = 3.0;
@@ -70,7 +70,7 @@ BodyReconstruction::BodyReconstruction(const BodyConfig& config, const StereoGeo
       pose_inlier_(arena.take<std::uint8_t>(as_size(config.max_points))),
       scratch_(arena.take<float>(as_size(config.max_points))),
       live_(arena, as_size(config.max_points)),
-      // A restart retires the whole map, and the frame that follows may retire again.
+      // A restart retires the whole map, and the following frame may retire again.
       retired_(arena, 2 * as_size(config.max_points)),
       observations_(arena, as_size(config.max_points)),
       rejected_(arena, as_size(config.max_features)) {}
@@ -96,7 +96,7 @@ void BodyReconstruction::begin(Se3 T_body_cam, BodyStatus status) {
   T_body_cam_now_ = T_body_cam;
   status_now_ = status;
   in_window_ = true;
-  // A pose that is known is exact, by definition of the body frame; a predicted one keeps its doubts.
+  // A known pose is exact, by definition of the body frame; a predicted one keeps its covariance.
   const Matrix6d covariance = status == BodyStatus::kTracked ? Matrix6d::Zero() : estimate_.covariance;
   estimate_ = BodyEstimate{};
   estimate_.covariance = covariance;
@@ -171,7 +171,7 @@ void BodyReconstruction::predict_features(std::span<const Feature> previous, std
       continue;
     }
     const Eigen::Vector3d uvr = geometry_.project(p_cam);
-    // The offset seen last time (v against the pair's mean row, reprojection error) stays as it is.
+    // The last offset (v against the pair's mean row, reprojection error) is assumed constant.
     by_slot[feature.slot] = {
         .left_px = uvr.head<2>().cast<float>() + Eigen::Vector2f(0.F, feature.left_px.y() - feature.v_px),
         .disparity_px = static_cast<float>(uvr.x() - uvr.z()),
@@ -181,7 +181,7 @@ void BodyReconstruction::predict_features(std::span<const Feature> previous, std
 
 PosePrior BodyReconstruction::prior_from(const Expectation& expected) {
   PosePrior prior{expected.T_body_cam.inverse()};
-  // A perturbation of a pose is that of its inverse, carried over and with the other sign.
+  // The inverse pose has the same perturbation, transformed by the adjoint and with opposite sign.
   const Matrix6d ad = adjoint(prior.T_cam_body);
   prior.information = (ad * expected.covariance * ad.transpose()).ldlt().solve(Matrix6d::Identity());
   return prior;
@@ -223,7 +223,7 @@ BodyReconstruction::ObservedPoints BodyReconstruction::observe_points(const Feat
 
 bool BodyReconstruction::is_plausible(const PoseEstimate& pose) const {
   if (!last_tracked_ns_ || history_.size() < 2) {
-    return true;  // Nothing is known of how it moves.
+    return true;  // Motion unknown.
   }
   const double step_s = static_cast<double>(timestamp_ns_ - history(0).timestamp_ns) * 1e-9;
   const double untracked_s = static_cast<double>(timestamp_ns_ - *last_tracked_ns_) * 1e-9;
@@ -290,7 +290,7 @@ const BodyEstimate& BodyReconstruction::locate(const FeatureFrame& frame, std::u
   const double weighted_for_px = noise_.sigma_px();
   PoseEstimate pose = find_pose(observed, prior, noise_.sigma_px());
   if (!pose.valid && noise_.sigma_px() < noise_.most_px()) {
-    // The images have become worse all at once, by blur or darkness: what was learnt holds no more.
+    // The images may have become worse at once, by blur or darkness, which invalidates the noise scale.
     noise_.restart();
     pose = find_pose(observed, prior, noise_.sigma_px());
   }

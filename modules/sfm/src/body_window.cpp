@@ -1,4 +1,4 @@
-// The window of a body: which frames it keeps, and which poses refinement may move.
+// The window of a body: selection of frames, and of the poses that refinement may move.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -11,17 +11,16 @@
 namespace kinetrace::sfm {
 namespace {
 
-/// A column anchors the window only if it sees this part of the points that the best column sees. A pose that hangs on
-/// few points is known worse than those that follow it: fixed, it would bend the whole window towards itself.
+/// The anchor observes at least this fraction of the points of the best column. A pose from few points is less certain
+/// than its successors: fixed, it would bend the window.
 constexpr double kAnchorShare = 0.8;
 
-/// At least every second pose is fixed. Those have been refined often, by observations of which the window holds only
-/// the rest; moved by that rest alone, they would get worse (and cost time).
+/// At least half of the poses are fixed. They were refined often, with observations that have partly left the window;
+/// the remaining ones alone would make them worse (and cost time).
 constexpr std::size_t kFixedPart = 2;
 
-/// Folded observations count as at most this many: errors of image tracking repeat from frame to frame when little
-/// moves, so they do not average out for ever. Far fewer would make the map follow the latest frames, and drift with
-/// them.
+/// Merged observations count as at most this many: tracking errors are correlated while little moves, so they do not
+/// average out without limit. A far smaller bound would make the map follow the latest frames, and drift with them.
 constexpr float kMaxMergedObservations = 16.F;
 
 }  // namespace
@@ -38,7 +37,7 @@ bool BodyReconstruction::newest_is_redundant() const {
       continue;
     }
     ++seen;
-    // What the keyframe inherited of later points hangs on the poses of frames that are gone, so it does not count.
+    // Merged observations depend on poses of dropped frames, so they do not count.
     if ((map_.state(row).observed & bit(newest - 1)) != 0) {
       const std::span<const BundleObservation> o = map_.observations(row);
       scratch_[shared++] =
@@ -129,7 +128,7 @@ TurnPrior BodyReconstruction::expected_turn(std::size_t column) const {
 BundleWindow BodyReconstruction::window() {
   for (std::size_t row = 0; row < map_.size(); ++row) {
     const PointState& state = map_.state(row);
-    // One observation places a point but tells nothing about poses.
+    // A single observation places a point but has no information on poses.
     map_.point(row).frames = state.positioned && std::popcount(state.seen) >= 2 ? state.seen : 0U;
   }
   for (std::size_t column = 0; column < turns_.size(); ++column) {

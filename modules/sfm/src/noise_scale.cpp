@@ -10,9 +10,9 @@ namespace kinetrace::sfm {
 namespace {
 
 constexpr double kChiSquare3Median = 2.366;  // Of three squared unit Gaussians.
-constexpr double kPoseFreedom = 6.0;         // What the fitted pose has taken out of the residuals.
+constexpr double kPoseFreedom = 6.0;         // Degrees of freedom of the fitted pose.
 constexpr std::size_t kMinResiduals = 4;
-// A frame of many residuals changes the running variance by this part, one of kHalfTrusted by half of it.
+// Gain of the running variance for a frame of many residuals; half of it for one of kHalfTrusted.
 constexpr double kRate = 0.3;
 constexpr double kHalfTrusted = 20.0;
 

@@ -33,7 +33,7 @@ std::size_t PointMap::create(const Feature& feature) noexcept {
 
 void PointMap::remove(std::size_t row) noexcept {
   assert(row < size_);
-  // The slot may have passed to a newer feature's point already.
+  // The slot may already belong to a newer feature's point.
   if (row_of_slot_[states_[row].slot] == row) {
     row_of_slot_[states_[row].slot] = kNoRow;
   }

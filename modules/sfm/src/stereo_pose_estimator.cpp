@@ -15,9 +15,9 @@ namespace {
 
 constexpr double kBehindCamera = 1e12;
 constexpr double kMinDepth_m = 0.05;
-constexpr double kTinyInformation = 1e-9;  // Keeps a system that nothing constrains solvable.
+constexpr double kTinyInformation = 1e-9;  // Keeps an unconstrained system solvable.
 constexpr double kHuberSigmas = 2.8;       // 95 % quantile of the norm of three Gaussian residuals.
-constexpr double kConverged = 1e-5;        // rad or m: far below what any camera can tell.
+constexpr double kConverged = 1e-5;        // rad or m: far below measurement accuracy.
 // Enough to rank hypotheses; all observations take part in the refinement.
 constexpr std::size_t kScoredObservations = 160;
 
@@ -56,7 +56,7 @@ void accumulate(const ReprojectionModel<double>& model, const Se3& pose, const P
   StereoReprojection<double> s = stereo_reprojection<double>(model, p.x(), p.y(), p.z(), double{o.u_left_px},
                                                              double{o.v_px}, double{o.u_right_px});
   double du_right_dx = s.du_dx;
-  if (!stereo) {  // A row of zeros says nothing.
+  if (!stereo) {  // A row of zeros has no effect.
     s.residual[2] = 0.0;
     s.du_right_dz = 0.0;
     du_right_dx = 0.0;
@@ -96,7 +96,7 @@ double prior_cost(const PosePrior& prior, const Se3& pose) {
   return off.dot(prior.information * off);
 }
 
-/// One damped Gauss-Newton step: the perturbation it made, none when the system is singular.
+/// One damped Gauss-Newton step: the perturbation, none when the system is singular.
 std::optional<Vector6d> step(const NormalEquations& normal, double damping, Se3& pose) {
   Matrix6d h = normal.hessian();
   h.diagonal() *= 1.0 + damping;
@@ -177,7 +177,7 @@ int classify(const StereoGeometry& geometry, const Se3& pose, std::span<const Po
   return count;
 }
 
-/// What one call of estimate() works on.
+/// Input of one call of estimate().
 struct PoseProblem {
   const StereoGeometry& geometry;
   ReprojectionModel<double> model;
@@ -186,7 +186,7 @@ struct PoseProblem {
   double sigma_px;
 };
 
-/// Pose that fits three observations, found from `pose`; false when they do not fix one.
+/// Pose that fits three observations, starting from `pose`; false when they are degenerate.
 bool solve_three(const PoseProblem& problem, const std::array<std::size_t, 3>& pick, Se3& pose) {
   bool solved = true;
   for (int iteration = 0; iteration < 5 && solved; ++iteration) {
@@ -200,7 +200,7 @@ bool solve_three(const PoseProblem& problem, const std::array<std::size_t, 3>& p
   return solved;
 }
 
-/// The best of the prior and of poses from samples of three (RANSAC), by the observations of `voting`.
+/// The best of the prior and of poses from samples of three (RANSAC), ranked by the observations of `voting`.
 Se3 search_pose(const PoseProblem& voting, double gate2, int max_hypotheses) {
   const std::size_t n = voting.observations.size();
   Se3 best_pose = voting.prior.T_cam_body;
@@ -280,11 +280,12 @@ PoseEstimate StereoPoseEstimator::estimate(std::span<const PoseObservation> obse
     return out;
   }
   const double gate2 = config_.gate_sigma * config_.gate_sigma;
-  // Points carry errors of their own while hypotheses are ranked; the final gate is the configured one.
+  // Hypotheses are ranked with a wider gate, since their three points have errors; the final gate is the configured
+  // one.
   const double search_gate2 = 4.0 * gate2;
   Se3 pose = search_pose(voting, search_gate2, config_.max_hypotheses);
 
-  // Two rounds with a narrowing gate: the first absorbs what three points could not know.
+  // Two rounds with a narrowing gate: the first removes the error of the three-point pose.
   std::optional<NormalEquations> last;
   for (const double round_gate2 : {search_gate2, gate2}) {
     if (classify(geometry_, pose, observations, sigma_px, round_gate2, inlier) < 3) {

@@ -1,5 +1,5 @@
-// Counts heap allocations, ours and foreign libraries' apart, so that "no allocation after start" is measured and not
-// accepted.
+// Counts heap allocations, own and foreign libraries' apart, so that "no allocation after start" is measured, not
+// assumed.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace kinetrace {
 
-/// Marks the calling thread as being inside a foreign library (OpenCV, libspng, Ceres...) until destroyed: allocations
-/// made meanwhile count as foreign, and so do all of a thread started meanwhile. Cheap: one thread-local increment.
+/// Marks the calling thread as inside a foreign library (OpenCV, libspng, Ceres...) until destroyed. Allocations during
+/// that time count as foreign, and so do all of a thread started during it. Cheap: one thread-local increment.
 class KINETRACE_API ForeignCall {
  public:
   ForeignCall() noexcept;

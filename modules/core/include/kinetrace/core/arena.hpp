@@ -15,9 +15,9 @@ namespace kinetrace {
 
 /// A bump allocator over one block. It never grows and never frees single pieces.
 ///
-/// A *measuring* arena holds no memory: it hands out empty spans and only counts. A module writes down its storage
-/// once, as a function that carves from an Arena, and runs it on a measuring arena for `required_bytes` and on the real
-/// one in `create`; so the plan cannot drift from the truth.
+/// A *measuring* arena holds no memory: it returns empty spans and only counts. Each module declares its storage once,
+/// as a function that carves from an Arena, and runs it on a measuring arena for `required_bytes` and on the real one
+/// in `create`; so plan and use cannot differ.
 class KINETRACE_API Arena {
  public:
   static constexpr std::size_t kAlignment = 64;  ///< A cache line, and enough for every vector type in use.

@@ -22,7 +22,7 @@ struct AssignmentMemory {
 namespace detail {
 
 /// Grows an alternating tree from the row at column 0 along the cheapest reduced costs until it reaches a free column,
-/// which is returned. `columns` beside the root at 0.
+/// and returns that column. `columns` excludes the root at 0.
 template <typename Cost>
 std::size_t grow_tree(std::size_t columns, const Cost& cost, const AssignmentMemory& memory) {
   const auto& [row_potential, column_potential, slack, row_of_column, previous_column, in_tree] = memory;
@@ -73,13 +73,13 @@ inline void augment(std::size_t column, const AssignmentMemory& memory) {
 }  // namespace detail
 
 /// Writes the column of each row, or -1, so that the sum of weight(row, column) is greatest. Pairs whose weight is not
-/// above zero are left unmatched. Ties are broken the same way every time. O(n^3), no memory of its own. (Kuhn 1955,
-/// Munkres 1957; here by shortest augmenting paths with potentials, Jonker and Volgenant 1987.)
+/// above zero are left unmatched. Ties are broken deterministically. O(n^3), no memory of its own. (Kuhn 1955, Munkres
+/// 1957; here by shortest augmenting paths with potentials, Jonker and Volgenant 1987.)
 template <typename Weight>
 void assign(std::size_t rows, std::size_t columns, const Weight& weight, const AssignmentMemory& memory,
             std::span<int> column_of_row) {
-  // Minimises cost = -weight row by row. The shorter side plays the rows, so that every row finds a column. Index 0 is
-  // the root.
+  // Minimises cost = -weight row by row. The shorter side provides the rows, so that every row finds a column. Index 0
+  // is the root.
   const bool transposed = rows > columns;
   const std::size_t n = transposed ? columns : rows;
   const std::size_t m = transposed ? rows : columns;

@@ -1,5 +1,5 @@
-// A body is anything rigid with its own reconstruction: body 0 the background, bodies 1..n the objects. All go through
-// the same code.
+// A body is a rigid thing with its own reconstruction: body 0 is the background, bodies 1..n are the objects. All go
+// through the same code.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ enum class BodyStatus : std::uint8_t {
   kStereoOnly,  ///< Too few points for a reconstruction (far, small, non-rigid): position from this frame's stereo, no
                 ///< rotation.
   kPropagated,  ///< No support in this frame: pose predicted by the last motion.
-  kLost,        ///< No support for longer than prediction is worth.
+  kLost,        ///< No support for longer than a prediction is valid.
 };
 
 [[nodiscard]] constexpr std::string_view to_string(BodyStatus status) noexcept {
@@ -51,7 +51,7 @@ struct PointObservation {
   float u_right_px = kNoRight;
 };
 
-/// Pose of the camera relative to a body at one frame, once it has left the window and will not change any more.
+/// Final pose of the camera relative to a body at one frame, after the frame has left the window.
 struct FinalisedPose {
   std::int64_t frame_index = 0;
   std::int64_t timestamp_ns = 0;
@@ -61,12 +61,12 @@ struct FinalisedPose {
   int inliers = 0;
 };
 
-/// What the reconstruction of one body says about the current frame. Spans live in the body until its next call.
+/// Estimate of one body in the current frame. Spans live in the body until its next call.
 struct BodyEstimate {
   BodyStatus status = BodyStatus::kInitializing;
   Se3 T_body_cam;                          ///< Newest estimate.
-  Matrix6d covariance = Matrix6d::Zero();  ///< Of T_body_cam, left perturbation (rad, m), past what it is fixed to.
-  /// What it is fixed to has drifted by so much since the body began; likewise, to be added.
+  Matrix6d covariance = Matrix6d::Zero();  ///< Of T_body_cam relative to the fixed poses, left perturbation (rad, m).
+  /// Covariance of the drift of the fixed poses since the body began, same convention; to be added.
   Matrix6d drift_covariance = Matrix6d::Zero();
   int observations = 0;  ///< Features of the body in this frame.
   int inliers = 0;       ///< Those that agree with the pose.

@@ -1,4 +1,4 @@
-// How a body moves from one pose to the next, in its own axes, and how that changes with the poses.
+// Velocity of a body between two poses, in its own axes, and its derivatives by the poses.
 #pragma once
 
 #include <cmath>
@@ -7,11 +7,11 @@
 
 namespace kinetrace {
 
-/// An acceleration is new so often: as white noise, its spectral density is its variance times this.
+/// Correlation time of an acceleration: as white noise, its spectral density is its variance times this.
 inline constexpr double kAccelerationTime_s = 0.1;
 
-/// The standard deviation of an acceleration, times this, is that of the change of velocity over `span_s`. It grows
-/// with the root of time, so that the rate of the camera does not matter.
+/// Ratio of the standard deviation of the change of velocity over `span_s` to that of the acceleration. It grows with
+/// the square root of time, so that the frame rate does not matter.
 [[nodiscard]] inline double white_noise_span_s(double span_s) {
   return std::sqrt(kAccelerationTime_s * span_s);
 }
@@ -24,8 +24,8 @@ struct BodyVelocity {
   Matrix6d by_to;
 };
 
-/// From T_world_body at one time to that `interval_s` > 0 later. The rotation between the two is taken to be small: the
-/// derivative of its logarithm is that at zero.
+/// From T_world_body at one time to that `interval_s` > 0 later. The rotation between them is assumed small: the
+/// derivative of the logarithm is taken at zero.
 [[nodiscard]] inline BodyVelocity body_velocity(const Se3& from, const Se3& to, double interval_s) {
   const double rate = 1.0 / interval_s;
   const Eigen::Vector3d way = to.translation - from.translation;

@@ -1,4 +1,4 @@
-// An upright 3-D box, and how surely it is known.
+// An upright 3-D box and its uncertainty.
 #pragma once
 
 #include <array>
@@ -10,15 +10,15 @@
 
 namespace kinetrace {
 
-/// Axes of an upright box as columns: x along its length, y down, z across. `down` is of unit length; the smallest
-/// rotation that takes +y there comes after the one by `yaw_rad` about +y.
+/// Axes of an upright box as columns: x along its length, y down, z across. The box is rotated by `yaw_rad` about +y,
+/// then by the smallest rotation that takes +y to `down` (unit length).
 [[nodiscard]] KINETRACE_API Eigen::Matrix3d upright_axes(const Eigen::Vector3d& down, double yaw_rad);
 
-/// The yaw of a direction in the plane that `down` is normal to; see upright_axes.
+/// The yaw of a direction in the plane normal to `down`; see upright_axes.
 [[nodiscard]] KINETRACE_API double upright_yaw(const Eigen::Vector3d& down, const Eigen::Vector3d& direction);
 
-/// Oriented box, world frame. It stands on the ground: `down` is that of the ground below it as far as it is known,
-/// else the world's y axis.
+/// Oriented box, world frame. It stands on the ground: `down` is that of the ground below it where known, else the
+/// world's y axis.
 struct Box3 {
   Eigen::Vector3d center_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();  ///< Length (along the heading), height, width.
@@ -38,7 +38,7 @@ struct Box3 {
   }
 };
 
-/// From the nearest point of the box to `point_m`, both in the frame that the box is given in; zero inside it.
+/// From the nearest point of the box to `point_m`, both in the frame of the box's pose; zero inside it.
 [[nodiscard]] inline Eigen::Vector3d offset_from(const Box3& box, const Eigen::Vector3d& point_m) {
   const Eigen::Matrix3d axes = box.rotation();
   const Eigen::Vector3d at_m = axes.transpose() * (point_m - box.center_m);
@@ -46,13 +46,12 @@ struct Box3 {
   return axes * (at_m - at_m.cwiseMax(-half_m).cwiseMin(half_m));
 }
 
-/// Standard deviations of a box. Where nothing has shown how large an object is on the side that nobody sees, they are
-/// those of its class.
+/// Standard deviations of a box. Extents on a side that was never observed have those of the object's class.
 struct Box3Sigma {
   Eigen::Vector3d center_m = Eigen::Vector3d::Zero();  ///< Along the length, down, across.
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();
-  double yaw_rad = 0.0;  ///< Turns by 180 degrees apart, see heading_known.
-  /// Its motion has shown which end is the front. Otherwise the yaw may as well be the opposite one.
+  double yaw_rad = 0.0;  ///< Modulo 180 degrees, see heading_known.
+  /// True if the motion has shown which end is the front. Otherwise the yaw may be off by 180 degrees.
   bool heading_known = false;
 };
 

@@ -30,11 +30,12 @@ struct BundlePoint {
   std::uint32_t frames = 0;
 };
 
-/// What is expected of a body in a window frame: that it has not turned since the frame before, give or take.
+/// Prior on a body in a window frame: it has not rotated in the world since the frame before, up to a standard
+/// deviation.
 struct TurnPrior {
-  /// Takes directions from this frame's camera to that of the frame before, as the two stand in the world.
+  /// Rotates directions from this frame's camera to the camera of the frame before, by their attitudes in the world.
   Eigen::Matrix3d R_before_now = Eigen::Matrix3d::Identity();
-  double inverse_sigma_rad = 0.0;  ///< One over the standard deviation of the body's turn; 0: nothing is expected.
+  double inverse_sigma_rad = 0.0;  ///< One over the standard deviation of the body's turn; 0: no prior.
 };
 
 /// A window to be refined in place. Nothing is owned.
@@ -44,7 +45,7 @@ struct BundleWindow {
   std::uint32_t fixed_frames = 0;  ///< Bit k set: pose k is not changed. At least one must be set (gauge).
   std::span<BundlePoint> points;   ///< Points with frames == 0 are ignored.
   std::span<const BundleObservation> observations;  ///< Row-major: observations[point * T_body_cam.size() + frame].
-  /// One per window frame, the first without effect; empty: nothing is expected.
+  /// One per window frame, the first without effect; empty: no prior.
   std::span<const TurnPrior> turns = {};
 
   [[nodiscard]] const BundleObservation& observation(std::size_t point, std::size_t frame) const noexcept {
@@ -52,7 +53,7 @@ struct BundleWindow {
   }
 };
 
-/// What a refinement did.
+/// Result of a refinement.
 struct BundleSummary {
   int iterations = 0;
   double initial_cost = 0.0;  ///< Sum over observations and turns of the robust loss / 2, in units of sigma^2.

@@ -1,4 +1,4 @@
-// Names of object classes, the same wherever one is written.
+// Names of object classes, for every output.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace kinetrace {
 
-/// "car", "pedestrian", "unknown", or "class_7" for another number of the segmentation. Never allocates.
+/// "car", "pedestrian", "unknown", or "class_7" for any other class number. Never allocates.
 class ClassName {
  public:
   explicit ClassName(std::uint16_t class_id) noexcept {

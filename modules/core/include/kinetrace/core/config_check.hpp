@@ -1,4 +1,4 @@
-// The one way configuration values are checked and refused.
+// Range checks of configuration values and their error message.
 #pragma once
 
 #include <initializer_list>

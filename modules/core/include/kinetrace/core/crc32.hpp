@@ -23,7 +23,7 @@ constexpr CrcTables make_crc_tables() {
     }
     tables[0][byte] = crc;
   }
-  // Table k holds what a byte becomes after k further zero bytes.
+  // Table k holds the CRC of a byte followed by k zero bytes.
   for (std::size_t k = 1; k < tables.size(); ++k) {
     for (std::size_t byte = 0; byte < 256; ++byte) {
       const std::uint32_t before = tables[k - 1][byte];

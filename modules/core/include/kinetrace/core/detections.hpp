@@ -1,4 +1,4 @@
-// Instance masks of one frame, as segmentation delivers them: no identity over time.
+// Instance masks of one frame as segmentation delivers them, without identity over time.
 #pragma once
 
 #include <cstdint>
@@ -15,27 +15,28 @@ inline constexpr std::uint16_t kPedestrianClass = 2;
 
 /// One instance in one image.
 struct Detection {
-  std::uint8_t label = 0;  ///< Its pixels' value in the label image, 1..kMaxObjects.
+  std::uint8_t label = 0;  ///< Value of its pixels in the label image, 1..kMaxObjects.
   std::uint16_t class_id = kUnknownClass;
   float score = 1.F;
   PixelBox box_px;
   int area_px = 0;
 };
 
-/// Detections of a stereo pair. `available` is false when segmentation had nothing to say about this frame (a missing
-/// mask file, a network still busy): tracks are then propagated. An available frame with no detections says "nothing is
-/// here". Where only a part was looked at, or only for what moves, that holds for no more.
+/// Detections of a stereo pair. `available` is false when segmentation had no result for this frame (a missing mask
+/// file, a network still busy): tracks are then propagated. An available frame without detections means that nothing is
+/// there, within `searched_px` and, with `moving_only`, among moving objects.
 struct DetectionFrame {
   bool available = false;
   PixelBox
-      searched_px;  ///< Part of the left image that was looked at; empty: all of it. What is cut by it is not reported.
-  bool moving_only = false;  ///< Only what moves was looked for: what is not here may stand still.
+      searched_px;  ///< Searched part of the left image; empty: all of it. Objects cut by its border are not reported.
+  bool moving_only = false;  ///< Only moving objects were searched for: a missing one may stand still.
   LabelView left_labels;
   std::span<const Detection> left;
   LabelView right_labels;  ///< Empty when the source gives no right masks: the tracker derives them.
   std::span<const Detection> right;
 
-  /// True if an object with this box and class would have been found; what has a class, not by its motion.
+  /// True if an object with this box and class would have been found. Objects with a class are never found by motion
+  /// alone.
   [[nodiscard]] bool has_looked_for(const PixelBox& box, std::uint16_t class_id) const noexcept {
     const PixelBox& part = searched_px;
     return available && (!moving_only || class_id == kUnknownClass) &&

@@ -1,4 +1,4 @@
-// How long a state lasts that is seen at frames only.
+// Duration of a state that is observed at frames only.
 #pragma once
 
 #include <cmath>
@@ -6,17 +6,17 @@
 
 namespace kinetrace {
 
-/// Until a second frame tells the rate of the camera, frames are taken to come at 10 Hz.
+/// Assumed frame interval (10 Hz) until a second frame shows the rate of the camera.
 inline constexpr std::int64_t kUsualInterval_ns = 100'000'000;
 
-/// A setting in seconds as it is compared with time stamps.
+/// A setting in seconds, in the unit of time stamps.
 [[nodiscard]] inline std::int64_t to_ns(double seconds) noexcept {
   return std::llround(1e9 * seconds);
 }
 
-/// Dwell time of a state. The first frame in a state shows that it was entered since the frame before: halfway, on
-/// average. So n frames are n - 1/2 intervals, and a limit of whole intervals lies half an interval from the frames on
-/// either side of it: the same frame exceeds it however the time stamps jitter. This is the only place for that.
+/// Dwell time of a state. The first frame in a state shows that the state began since the frame before: halfway, on
+/// average. So n frames are n - 1/2 intervals, and a limit of whole intervals lies half an interval from the nearest
+/// frames: jitter of the time stamps does not change which frame exceeds it. Jitter is handled nowhere else.
 class DwellTime {
  public:
   /// One more frame in the state, `interval_ns` after the frame before it.

@@ -1,5 +1,5 @@
-// A value, or why there is none. What std::expected is from C++23 on, as far as it is used here; so that headers need
-// nothing but the standard library and Eigen.
+// A value or an error. The part of C++23's std::expected that is used here, so that headers need nothing but the
+// standard library and Eigen.
 #pragma once
 
 #include <functional>
@@ -10,7 +10,7 @@
 
 namespace kinetrace {
 
-/// Marks a value as the reason of a failure: `return Unexpected(error);`.
+/// Marks a value as an error: `return Unexpected(error);`.
 template <typename E>
 class Unexpected {
  public:
@@ -45,7 +45,7 @@ class [[nodiscard]] Expected {
   // NOLINTNEXTLINE(google-explicit-constructor): a reason is a failure.
   constexpr Expected(Unexpected<G> reason) : outcome_(std::in_place_index<1>, std::move(reason).error()) {}
 
-  /// From a value that a T is made of, such as a pointer to a derived class, or the same failure.
+  /// Converts the value (such as a pointer to a derived class), or passes the failure on.
   template <typename U>
   requires(std::is_convertible_v<U, T> && !std::is_same_v<U, T>)
       // NOLINTNEXTLINE(google-explicit-constructor): as the values convert.

@@ -1,5 +1,5 @@
-// What the shared libraries show. Everything is hidden unless marked.
+// Symbol visibility of the shared libraries: hidden unless marked.
 #pragma once
 
-/// Before a function's type or after `class`: part of the interface that programs link against.
+/// Before a function's type or after `class`: part of the public interface.
 #define KINETRACE_API [[gnu::visibility("default")]]

@@ -1,4 +1,4 @@
-// Correspondences of one frame: left->next and left->right, each with an identity that lasts as long as the track does.
+// Correspondences of one frame: left->next and left->right, each with an identity for the life of its track.
 #pragma once
 
 #include <cstdint>
@@ -38,7 +38,7 @@ struct FeatureFrame {
   std::span<Feature> features;
 };
 
-/// Where a feature of the previous frame is expected now, by its slot. Made by whoever knows the body's motion.
+/// Where a feature of the previous frame is expected now, by its slot. Made from the body's motion.
 struct FeaturePrediction {
   Eigen::Vector2f left_px{0.F, 0.F};
   float disparity_px = -1.F;  ///< Expected disparity, negative when unknown.

@@ -1,4 +1,4 @@
-// What enters the pipeline: stereo frames, raw and rectified.
+// Input of the pipeline: stereo frames, raw and rectified.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace kinetrace {
 /// A synchronised pair as a camera delivers it: 8-bit luminance, possibly distorted. Views live until the camera's next
 /// call.
 struct StereoFrame {
-  std::int64_t frame_index = 0;   ///< Numbering of the source; gaps are lost frames.
+  std::int64_t frame_index = 0;   ///< Numbering of the source; gaps mean lost frames.
   std::int64_t timestamp_ns = 0;  ///< Mid-exposure, in the source's clock.
   std::string_view name;          ///< File stem in a recording ("0000000012"), empty for live cameras.
   GrayView left;

@@ -1,4 +1,4 @@
-// The one public result. Everything a user sees is made from it.
+// The one public result of the pipeline; all outputs are made from it.
 #pragma once
 
 #include <array>
@@ -27,17 +27,18 @@ struct CameraResult {
 /// One object in one frame.
 struct ObjectResult {
   std::uint32_t track_id = 0;  ///< Never reused in a run.
-  std::uint8_t label = 0;      ///< Its value in the frame's label images.
+  std::uint8_t label = 0;      ///< Value of its pixels in the frame's label images.
   std::uint16_t class_id = 0;
   BodyStatus status = BodyStatus::kInitializing;
   bool moving = false;  ///< Its speed differs significantly from zero.
   /// Of the smoothed path. Object frame: fixed at birth, never moves with later points.
   Se3 T_world_obj;
-  /// The camera in the object frame, as this frame alone tells. METHOD eq. 2, T_world_obj = T_world_cam * T_obj_cam^-1,
+  /// The camera in the object frame, from this frame alone. METHOD eq. 2, T_world_obj = T_world_cam * T_obj_cam^-1,
   /// holds before smoothing.
   Se3 T_obj_cam;
-  /// Of (rotation about the world's axes, position of the object's origin) in rad and m: of where the object frame lies
-  /// on the object, against where it was fixed. The camera's path counts as known but for the frames of the window.
+  /// Of (rotation about the world's axes, position of the object's origin) in rad and m: of the object frame's place on
+  /// the object, relative to where it was fixed at birth. The camera's path counts as known, except for the frames of
+  /// the window.
   Matrix6d covariance = Matrix6d::Zero();
   /// World frame, of the box centre. Zero where a frame without own reconstruction shows no significant motion.
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
@@ -67,7 +68,7 @@ struct BodyGeometry {
   std::span<const BodyPoint> retired;
 };
 
-/// Running totals since start: what was done, and what was dropped at a capacity.
+/// Running totals since start: work done, and items dropped at a capacity.
 struct FrameCounters {
   std::uint64_t frames = 0;
   std::uint64_t features_tracked = 0;
@@ -77,7 +78,7 @@ struct FrameCounters {
   std::uint64_t stereo_matched = 0;
   std::uint64_t detections = 0;
   std::uint64_t detections_dropped = 0;        ///< Instances beyond max_objects or too small.
-  std::uint64_t detection_frames_missing = 0;  ///< Frames without detections: no mask came, or it cannot be used.
+  std::uint64_t detection_frames_missing = 0;  ///< Frames without detections: no mask, or an unusable one.
   std::uint64_t mask_files_unreadable = 0;     ///< Damaged, or of another size or type.
   std::uint64_t tracks_born = 0;
   std::uint64_t tracks_confirmed = 0;
@@ -92,7 +93,7 @@ struct FrameCounterName {
   std::string_view name;
   std::uint64_t FrameCounters::*member;
 };
-/// All of FrameCounters, by the names under which users see them.
+/// All of FrameCounters, by their names in outputs.
 inline constexpr std::array<FrameCounterName, 17> kFrameCounterNames{{
     {"frames", &FrameCounters::frames},
     {"features_tracked", &FrameCounters::features_tracked},
@@ -114,7 +115,7 @@ inline constexpr std::array<FrameCounterName, 17> kFrameCounterNames{{
 }};
 static_assert(sizeof(FrameCounters) == kFrameCounterNames.size() * sizeof(std::uint64_t), "a counter has no name");
 
-/// Everything about one processed frame. Spans and views live in the pipeline until its next call.
+/// Complete result of one processed frame. Spans and views live in the pipeline until its next call.
 struct FrameResult {
   FrameEstimate newest;
   bool has_finalised = false;
@@ -125,7 +126,7 @@ struct FrameResult {
   LabelView left_labels;
   LabelView right_labels;
   FrameCounters counters;
-  RigEstimate rig;  ///< Of the calibration, as refined so far.
+  RigEstimate rig;  ///< Calibration as refined so far.
 };
 
 }  // namespace kinetrace

@@ -1,4 +1,4 @@
-// How well a running system is, in words that a machine can compare.
+// State of a running system, machine readable.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@ namespace kinetrace {
 
 enum class HealthState : std::uint8_t {
   kOk,
-  kDegraded,  ///< Results come, but something is missing or was mended lately.
+  kDegraded,  ///< Results are produced, but an input is missing or was recently repaired.
   kLost,      ///< No results: the camera is gone.
 };
 
@@ -24,14 +24,14 @@ enum class HealthState : std::uint8_t {
 }
 
 enum class HealthReason : std::uint8_t {
-  kCameraStalled,   ///< No image for longer than there should be.
+  kCameraStalled,   ///< No image for longer than expected.
   kCameraLost,      ///< A device has gone.
-  kFramesLost,      ///< Frames that never came, or with one view only.
-  kFramesRepeated,  ///< Frames that came again or too late.
+  kFramesLost,      ///< Frames that never arrived, or with one view only.
+  kFramesRepeated,  ///< Frames that arrived again or too late.
   kFramesDamaged,   ///< Unreadable or cut off.
   kFramesOfWrongSize,
   kFramesOutdated,    ///< Left out because processing could not follow.
-  kClockJumped,       ///< Times that could not be, mended.
+  kClockJumped,       ///< Impossible time stamps, repaired.
   kViewsOutOfStep,    ///< Left and right are not from the same moment.
   kViewsIdentical,    ///< Left and right are the same image.
   kViewsExchanged,    ///< The left image is the right view's.
@@ -41,10 +41,10 @@ enum class HealthReason : std::uint8_t {
   kImagesFrozen,      ///< A view delivers the same image again and again.
   kPoseLost,          ///< Frames in which the camera's own motion was not found.
   kRecordingStopped,  ///< Raw images are not recorded any more.
-  kMasksMissing,      ///< Frames that were to have masks and had none: a network is slow, fails, or is not there.
+  kMasksMissing,      ///< Frames without the expected masks: a network is slow, fails, or is missing.
   kMasksUnreadable,   ///< Mask files that are damaged, or of another size or type.
-  kNotPublished,      ///< Results that reached nobody, since network or DDS were not there.
-  // Frames for which less was done, since deadlines were missed:
+  kNotPublished,      ///< Results without receiver: network or DDS unavailable.
+  // Reduced work after missed deadlines:
   kShedsIterations,  ///< Of bundle adjustment.
   kShedsPoints,
   kShedsObjects,
@@ -62,12 +62,12 @@ inline constexpr std::size_t kHealthReasonCount = 23;
   return kNames[static_cast<std::size_t>(reason)];
 }
 
-/// How often something was wrong, and when.
+/// Count and frames of one kind of problem.
 struct HealthEntry {
   HealthReason reason = HealthReason::kCameraStalled;
   std::uint64_t count = 0;
-  std::int64_t first_frame = 0;  ///< The newest frame when it was first noticed.
-  std::int64_t last_frame = 0;   ///< ... and last.
+  std::int64_t first_frame = 0;  ///< Newest frame at its first occurrence...
+  std::int64_t last_frame = 0;   ///< ...and at its last one.
 };
 
 }  // namespace kinetrace

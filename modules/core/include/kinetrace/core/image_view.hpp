@@ -1,4 +1,4 @@
-// Non-owning views of images: where pixels are, never whose they are.
+// Non-owning views of images.
 #pragma once
 
 #include <algorithm>
@@ -44,7 +44,7 @@ using LabelView = ImageView<const std::uint8_t>;   ///< Per pixel: see kBackgrou
 using MutableLabelView = ImageView<std::uint8_t>;  ///< The same, writable.
 
 inline constexpr std::uint8_t kBackgroundLabel = 0;  ///< No instance here.
-inline constexpr std::uint8_t kIgnoreLabel = 255;    ///< Belongs to nothing: no features, no evaluation.
+inline constexpr std::uint8_t kIgnoreLabel = 255;    ///< Neither background nor object: no features, no evaluation.
 inline constexpr int kMaxObjects = 64;               ///< Labels 1..kMaxObjects are instances.
 
 /// Carves an image from an arena, rows padded to `kRowAlignment` elements.

@@ -1,4 +1,4 @@
-// Errors of what may go wrong in any frame: their words lie in place, so that making one takes no memory.
+// Errors for frequent failures: the message is stored in place, so that an error takes no memory.
 #pragma once
 
 #include <algorithm>
@@ -31,7 +31,7 @@ class NumberText {
   std::size_t size_ = 0;
 };
 
-/// A message in place; what does not fit is left out.
+/// A message stored in place, truncated at its capacity.
 class InPlaceText {
  public:
   static constexpr std::size_t kMaxBytes = 1023;
@@ -47,9 +47,10 @@ class InPlaceText {
   std::array<char, kMaxBytes + 1> text_{};
 };
 
-/// An Error whose message is in place; it becomes one where an Error is asked for.
+/// An Error whose message is stored in place; converts to Error.
 struct InPlaceError {
-  /// "SUBJECT: PARTS". What does not fit is left out at the subject's beginning, since a path's end says most.
+  /// "SUBJECT: PARTS". A message that is too long loses the beginning of the subject, since the end of a path says
+  /// most.
   InPlaceError(ErrorCode reason, std::string_view subject, std::initializer_list<std::string_view> parts) noexcept
       : code(reason) {
     std::size_t parts_bytes = kSeparator.size();
@@ -79,7 +80,7 @@ struct InPlaceError {
   static constexpr std::string_view kCut = "...";
 };
 
-/// A T, or why there is none in words that took no memory. Becomes a Result<T>.
+/// A T, or an error that took no memory. Converts to Result<T>.
 template <typename T>
 class [[nodiscard]] InPlaceResult : public Expected<T, InPlaceError> {
  public:

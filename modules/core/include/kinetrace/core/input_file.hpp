@@ -1,4 +1,4 @@
-// Files to be read: regular ones alone. A named pipe or a device in the place of a file would wait or never end.
+// Input files: regular ones only. Reading a named pipe or a device instead could block or never end.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 namespace kinetrace {
 
-/// Of what is read whole: more than any file of ours has.
+/// Limit for files that are read whole; every file of Kinetrace is smaller.
 inline constexpr std::size_t kMaxFileBytes = std::size_t{1} << 31U;
 
 /// An open regular file, closed on destruction. Opening never waits and never allocates.
@@ -30,7 +30,7 @@ class KINETRACE_API InputFile {
   InputFile& operator=(const InputFile&) = delete;
   ~InputFile();
 
-  /// When it was opened.
+  /// Size when it was opened.
   [[nodiscard]] std::size_t size_bytes() const noexcept { return size_bytes_; }
   [[nodiscard]] int descriptor() const noexcept { return descriptor_; }
   /// Bytes read from `offset`, fewer than asked for at the end of the file or on a read error.

@@ -1,4 +1,4 @@
-// Instance masks that come from outside the program, as run lengths: for a frame number, left or right image.
+// Instance masks from outside the program, as run lengths, by frame number and view.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +15,8 @@ namespace kinetrace {
 /// Class of regions that are neither background nor objects (KITTI MOTS 10000): no features there, no track.
 inline constexpr std::uint16_t kIgnoreClass = 10;
 
-/// One instance. `runs` are lengths in its box, row by row, outside and inside the mask by turns, beginning outside; a
-/// run may go on in the next row, and may have length 0.
+/// One instance. `runs` are lengths in its box, row by row, alternately outside and inside the mask, beginning outside;
+/// a run may continue in the next row, and may have length 0.
 struct RunLengthMask {
   std::uint16_t class_id = kUnknownClass;
   float score = 1.F;
@@ -36,35 +36,35 @@ struct RunLengthMask {
 
 enum class View : std::uint8_t { kLeft, kRight };
 
-/// Masks of one image, or a piece of them, as somebody sent them: nothing is checked.
+/// Masks of one image, or a piece of them, as received: unchecked.
 struct MaskMessage {
-  std::uint64_t sender = 0;  ///< The same for all that one sender writes, and for nobody else's.
+  std::uint64_t sender = 0;  ///< Unique to the sender, the same in all its messages.
   std::int64_t frame_index = 0;
   std::int64_t timestamp_ns = 0;  ///< As in the request for this frame.
   View view = View::kLeft;
   std::uint32_t width_px = 0;
   std::uint32_t height_px = 0;
-  std::uint32_t piece = 0;   ///< Of the image's masks, from 0 ...
-  std::uint32_t pieces = 1;  ///< ... to this.
+  std::uint32_t piece = 0;   ///< Index of this part of the image's masks, from 0...
+  std::uint32_t pieces = 1;  ///< ...of so many.
   std::span<const RunLengthMask> masks;
 };
 
-/// Says that masks of a frame are wanted, to whoever makes them.
+/// Request for the masks of a frame, to the process that makes them.
 struct MaskRequest {
   std::int64_t frame_index = 0;
   std::int64_t timestamp_ns = 0;
   std::uint32_t width_px = 0;  ///< Of the rectified images.
   std::uint32_t height_px = 0;
-  bool right = false;  ///< Of the right image too.
+  bool right = false;  ///< Masks of the right image are wanted, too.
 };
 
-/// Masks of one frame, whole and checked: every mask `fits`. Earlier masks lie over later ones.
+/// Masks of one frame, complete and checked: every mask `fits`. Earlier masks lie over later ones.
 struct MaskSet {
   std::span<const RunLengthMask> left;
-  std::span<const RunLengthMask> right;  ///< Only where they were wanted.
+  std::span<const RunLengthMask> right;  ///< Only if requested.
 };
 
-/// Where a segmenter gets masks that somebody else makes. Implemented by whoever has a clock and threads.
+/// Source of masks made elsewhere, for a segmenter. Implementations own a clock and threads.
 class KINETRACE_API MaskSource {
  public:
   MaskSource() = default;
@@ -74,21 +74,21 @@ class KINETRACE_API MaskSource {
   MaskSource& operator=(MaskSource&&) = delete;
   virtual ~MaskSource() = default;
 
-  /// Asks for the masks of a frame, as early as the frame is known; does not wait.
+  /// Requests the masks of a frame as soon as the frame is known; does not wait.
   virtual void request(const RectifiedPair& pair) noexcept = 0;
-  /// Waits for the masks of the frame that was asked for last, as long as the source allows. Null: none came. Valid
-  /// until the next call.
+  /// Waits for the masks of the frame requested last, as long as the source allows. Null: none arrived. Valid until the
+  /// next call.
   [[nodiscard]] virtual const MaskSet* await(std::int64_t frame_index) noexcept = 0;
 };
 
-/// What has become of a frame whose masks take longer.
+/// State of a frame whose masks take longer than a frame.
 struct DelayedMasks {
-  bool done = false;               ///< False: still worked on.
-  const MaskSet* masks = nullptr;  ///< Null where that failed.
+  bool done = false;               ///< False: in progress.
+  const MaskSet* masks = nullptr;  ///< Null on failure.
 };
 
-/// Where a segmenter gets masks that take longer than a frame. Works on one frame at a time. Implemented by whoever has
-/// a clock and threads.
+/// Source of masks that take longer than a frame, for a segmenter. Works on one frame at a time. Implementations own a
+/// clock and threads.
 class KINETRACE_API DelayedMaskSource {
  public:
   DelayedMaskSource() = default;
@@ -98,15 +98,14 @@ class KINETRACE_API DelayedMaskSource {
   DelayedMaskSource& operator=(DelayedMaskSource&&) = delete;
   virtual ~DelayedMaskSource() = default;
 
-  /// Hands a frame over; called only when nothing is worked on. Copies what it needs, does not wait for more.
-  /// `region_px`: the part of the left image to look at, and nothing else; empty: all there is to look at.
+  /// Submits a frame; called only while idle. Copies the input, does not wait for the result. `region_px`: the only
+  /// part of the left image to be searched; empty: whole images.
   virtual void offer(const RectifiedPair& pair, const PixelBox& region_px) noexcept = 0;
-  /// The masks of the frame that was handed over. Whether to wait for them is the source's
-  /// business. Valid until the next call.
+  /// The masks of the submitted frame. The source decides whether to wait for them. Valid until the next call.
   [[nodiscard]] virtual DelayedMasks take() noexcept = 0;
 };
 
-/// Who makes masks elsewhere; all outlive whoever takes masks.
+/// External sources of masks; all outlive the pipeline.
 struct MaskMakers {
   MaskSource* external = nullptr;        ///< Another process.
   DelayedMaskSource* network = nullptr;  ///< A neural network in this one.

@@ -1,4 +1,4 @@
-// The newest value from one thread to another, where neither ever waits.
+// Passes the newest value from one thread to another; neither ever waits.
 #pragma once
 
 #include <array>
@@ -8,25 +8,25 @@
 
 namespace kinetrace {
 
-/// Three slots of one producer and one consumer, wait-free: each side owns one, the third is exchanged. A value that
-/// the consumer did not fetch before the next one came is superseded.
+/// Three slots of one producer and one consumer, wait-free: each side owns one, the third is exchanged. A value not
+/// fetched before the next one is published is superseded.
 template <typename T>
-// What each thread writes lies in a cache line of its own.
+// Each thread writes to cache lines of its own.
 // NOLINTNEXTLINE(clang-analyzer-optin.performance.Padding)
 class LatestValue {
  public:
   LatestValue() = default;
-  /// Slots that `make()` fills in, one after the other.
+  /// Fills the slots with results of `make()`, one after the other.
   template <typename Make>
   explicit LatestValue(const Make& make) : slots_{make(), make(), make()} {}
 
-  /// Producer: the slot to fill in; what it holds is an older value.
+  /// Producer: the slot to fill; it still holds an older value.
   [[nodiscard]] T& slot() noexcept { return slots_[filling_]; }
 
   /// Producer: makes the slot's content the newest value. True if one was superseded.
   bool publish() noexcept {
-    // Release: the consumer that gets this index sees what was written. Acquire: what the consumer read in the slot
-    // that comes back was read before we overwrite it.
+    // Release: the consumer that gets this index sees the written value. Acquire: the consumer has finished reading the
+    // returned slot before it is overwritten.
     const std::uint8_t previous =
         exchanged_.exchange(static_cast<std::uint8_t>(filling_ | kFresh), std::memory_order_acq_rel);
     filling_ = previous & kIndex;

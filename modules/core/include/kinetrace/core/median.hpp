@@ -1,4 +1,4 @@
-// The one median.
+// The median, defined once.
 #pragma once
 
 #include <algorithm>
@@ -6,8 +6,7 @@
 
 namespace kinetrace {
 
-/// The upper median of values, which there are: the element that half of them, rounded down, come before. Reorders
-/// them.
+/// The upper median of a non-empty range: element size / 2 in ascending order. Reorders the range.
 template <typename Values>
 [[nodiscard]] auto median(Values&& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

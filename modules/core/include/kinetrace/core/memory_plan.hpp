@@ -1,4 +1,4 @@
-// Who takes how much of the working memory.
+// Shares of the working memory by module.
 #pragma once
 
 #include <cstddef>

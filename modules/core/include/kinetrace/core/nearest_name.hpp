@@ -1,4 +1,4 @@
-// The name that was meant by a misspelt one. For messages to people; allocates.
+// Suggests the intended name for a misspelt one. For messages to people; allocates.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@
 namespace kinetrace {
 
 /// The one of `names` that is fewest edits (letters added, left out, replaced, or two exchanged) away from `word`; none
-/// if that is more than a quarter of its letters, of short words two.
+/// beyond a quarter of its letters, or two in short words.
 [[nodiscard]] KINETRACE_API std::optional<std::string_view> nearest_name(std::string_view word,
                                                                          std::span<const std::string_view> names);
 

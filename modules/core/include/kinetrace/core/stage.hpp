@@ -1,4 +1,4 @@
-// The pipeline's stages, and how somebody with a clock can watch them.
+// Stages of the pipeline and their observer.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace kinetrace {
 
-/// Stages of a frame's way, in order.
+/// Stages of processing a frame, in order.
 enum class Stage : std::uint8_t {
   kCapture,
   kRectify,
@@ -23,7 +23,7 @@ enum class Stage : std::uint8_t {
   kSfm,
   kRefine,
   kTrajectory,
-  kPublish,  ///< Handing results over; sending them is another thread's.
+  kPublish,  ///< Queuing results; another thread sends them.
 };
 inline constexpr std::size_t kStageCount = 12;
 
@@ -34,7 +34,7 @@ inline constexpr std::size_t kStageCount = 12;
   return kNames[static_cast<std::size_t>(stage)];
 }
 
-/// Reported when stages begin and end. Modules own no clock, so timing belongs to whoever implements this.
+/// Notified when stages begin and end. Modules have no clock, so the implementation does the timing.
 class KINETRACE_API StageObserver {
  public:
   StageObserver() = default;

@@ -16,14 +16,14 @@
 
 namespace kinetrace {
 
-/// The whole of `text` as a number; none if it is not one or not finite.
+/// The whole of `text` as a number; none if it is no number or not finite.
 [[nodiscard]] KINETRACE_API std::optional<double> parse_number(std::string_view text);
 [[nodiscard]] KINETRACE_API std::optional<std::int64_t> parse_integer(std::string_view text);
-/// Nanoseconds from an integer of 16 digits or more (nanoseconds), or else from seconds; none beyond 146 years.
+/// Nanoseconds from an integer of at least 16 digits (nanoseconds), or else from seconds; none beyond 146 years.
 [[nodiscard]] KINETRACE_API std::optional<std::int64_t> parse_time_ns(std::string_view text);
 
-/// Walks through the rows of a text file. Blank lines and lines that begin with '#' are left out. The first mistake
-/// sticks: `next()` is false from then on and `status()` says what is wrong, so a reader checks once, at the end.
+/// Iterates over the rows of a text file. Blank lines and lines that begin with '#' are skipped. The first mistake
+/// sticks: `next()` is false from then on and `status()` has the error, so a reader checks once, at the end.
 ///
 ///     while (rows.next()) { x = rows.number(0); ... }
 ///     return rows.status();
@@ -38,35 +38,36 @@ class KINETRACE_API TextRows {
   TextRows& operator=(const TextRows&) = delete;
   ~TextRows() = default;
 
-  /// Reads the whole file. Errors: those of read_file.
+  /// Reads the whole file. Errors: those of InputFile::read_whole.
   [[nodiscard]] static Result<TextRows> open(const std::filesystem::path& path, Separator separator);
 
-  /// Whether the last row ends with a line break; one that does not may have been cut.
+  /// True if the last row ends with a line break; otherwise it may be truncated.
   [[nodiscard]] bool ends_with_whole_row() const noexcept { return content_.empty() || content_.back() == '\n'; }
-  /// For files that are still being written, or whose writer was stopped. Before the first `next`.
+  /// Ignores a last row without line break: for files still being written, or whose writer was stopped. Before the
+  /// first `next`.
   void leave_out_unfinished_row();
 
-  /// Takes the next row as the names of the columns; from then on every row has as many fields. Returns where `names`
-  /// are, kNoColumn for those that are missing. Mistakes: one of the first `required` names is missing.
+  /// Takes the next row as the names of the columns; every later row must have as many fields. Returns the indices of
+  /// `names`, kNoColumn for missing ones. Mistake: one of the first `required` names is missing.
   [[nodiscard]] std::vector<std::size_t> columns(const std::vector<std::string_view>& names,
                                                  std::size_t required = kNoColumn);
   static constexpr std::size_t kNoColumn = std::numeric_limits<std::size_t>::max();
 
-  /// From now on every row has as many fields.
+  /// Every row from now on must have so many fields.
   void expect_fields(std::size_t count) noexcept { expected_fields_ = count; }
 
-  /// To the next row; false at the end and after a mistake.
+  /// Advances to the next row; false at the end and after a mistake.
   [[nodiscard]] bool next();
   [[nodiscard]] std::size_t size() const noexcept { return fields_.size(); }
   [[nodiscard]] int line() const noexcept { return line_; }
 
-  /// Fields of the row, from 0; a mistake if there is none or it is not what was asked for, and then zero.
+  /// Fields of the row, from 0. A missing field or one of another type is a mistake and reads as zero.
   [[nodiscard]] std::string_view text(std::size_t field);
   [[nodiscard]] double number(std::size_t field);
   [[nodiscard]] std::int64_t integer(std::size_t field);
   [[nodiscard]] std::int64_t time_ns(std::size_t field);
-  /// `tx ty tz qx qy qz qw`, or with qw before qx, from `field` on. A mistake if the quaternion's length is not 1 to
-  /// within 0.01.
+  /// `tx ty tz qx qy qz qw`, or with qw before qx, from `field` on. A mistake if the quaternion's norm differs from 1
+  /// by more than 0.01.
   [[nodiscard]] Se3 pose(std::size_t field, QuaternionOrder order = QuaternionOrder::kRealLast);
   /// The upper 3 x 4 part of a transform, row by row. A mistake if it is no rotation to within 0.01.
   [[nodiscard]] Se3 matrix_pose(std::size_t field);
@@ -81,7 +82,7 @@ class KINETRACE_API TextRows {
 
   std::filesystem::path path_;
   Separator separator_ = Separator::kBlanks;
-  std::vector<char> content_;  ///< Not a string: its characters must stay where they are when the rows are moved.
+  std::vector<char> content_;  ///< Not a string: a move must not relocate its characters.
   std::size_t position_ = 0;
   int line_ = 0;
   std::size_t expected_fields_ = 0;  ///< 0: any.

@@ -10,7 +10,7 @@
 namespace kinetrace {
 
 enum class TrackState : std::uint8_t {
-  kTentative,   ///< Born, not yet seen often enough to be reported.
+  kTentative,   ///< Initiated, not yet confirmed.
   kConfirmed,   ///< Matched to a detection in this frame.
   kPropagated,  ///< Confirmed earlier, no detection in this frame: mask warped by the flow.
 };
@@ -25,8 +25,8 @@ struct Track {
   int missed_frames = 0;       ///< Frames since the last matched detection.
   std::int64_t age_ns = 0;     ///< Dwell time (see dwell_time.hpp) since birth,
   std::int64_t missed_ns = 0;  ///< ... and without a detection.
-  float visible_part = 1.F;    ///< Of the mask expected: detected, in the image and not behind others, for both views.
-  PixelBox box_px;             ///< Of the left mask; empty when nothing of it is in the image.
+  float visible_part = 1.F;    ///< Fraction of the expected mask detected, in the image and unoccluded; both views.
+  PixelBox box_px;             ///< Of the left mask; empty when outside the image.
   int area_px = 0;             ///< Of the left mask.
 
   [[nodiscard]] std::uint8_t label() const noexcept { return static_cast<std::uint8_t>(slot + 1); }

@@ -1,4 +1,4 @@
-// Work done in parts, perhaps at the same time. Modules own no threads: whoever does lends them.
+// Work in parts, possibly in parallel. Modules own no threads; the application lends them.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace kinetrace {
 
-/// Something that can be called with the number of a worker; refers to what it was made from, and allocates nothing.
+/// Reference to a callable that takes the number of a worker; allocates nothing.
 class Job {
  public:
   template <typename Callable>
@@ -25,7 +25,7 @@ class Job {
   void (*call_)(void*, std::size_t);
 };
 
-/// Who works. What is computed must not depend on how many they are.
+/// A set of workers. Results must not depend on their number.
 class KINETRACE_API Workers {
  public:
   Workers() = default;
@@ -35,13 +35,13 @@ class KINETRACE_API Workers {
   Workers& operator=(Workers&&) = delete;
   virtual ~Workers() = default;
 
-  /// Calls the job once for each worker, the caller being one of them, and returns when all have returned. From one
-  /// thread at a time.
+  /// Calls the job once for each worker, the caller being one of them, and returns when all have returned. Not to be
+  /// called concurrently.
   virtual void run(Job job) noexcept = 0;
 };
 
-/// Calls `work(begin, end)` for pieces of [0, count) of at most `piece`, each once, in no order; for all of it at once,
-/// by the caller alone, where `workers` is null or there is but one piece.
+/// Calls `work(begin, end)` for pieces of [0, count) of at most `piece`, each once, in no order; a null `workers` or a
+/// single piece: once for all, by the caller alone.
 template <typename Work>
 void in_pieces(Workers* workers, std::size_t count, std::size_t piece, Work&& work) {
   if (workers == nullptr || count <= piece) {

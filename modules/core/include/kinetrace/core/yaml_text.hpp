@@ -1,4 +1,4 @@
-// What yaml-cpp does not tell about a text.
+// Detection of further documents in a YAML text.
 #pragma once
 
 #include <optional>
@@ -8,11 +8,11 @@
 
 namespace kinetrace {
 
-/// The line, from 1, in which a second document begins; none in a text of one. Loading a text takes its first document
-/// and says nothing of others, and loading all of them may never end on malformed text.
+/// The line, from 1, in which a second document begins; none in a text of one. yaml-cpp's Load silently takes the first
+/// document alone, and LoadAll may never end on malformed text.
 [[nodiscard]] KINETRACE_API std::optional<int> second_document_line(std::string_view yaml);
 
-/// For messages about it, after the file and the line.
+/// Message about it, after the file and the line.
 inline constexpr std::string_view kSecondDocument =
     "a second document begins here, and only the first would be read; remove the separator or what follows it";
 

@@ -21,7 +21,7 @@ namespace kinetrace::features {
 /// Running totals since create or reset.
 struct FeatureCounters {
   std::uint64_t tracked = 0;        ///< Features carried from one frame to the next.
-  std::uint64_t recovered = 0;      ///< Of these, by the second start after the first had failed.
+  std::uint64_t recovered = 0;      ///< Of these, at the second attempt.
   std::uint64_t re_referenced = 0;  ///< Of these, given a new reference patch.
   std::uint64_t created = 0;
   std::uint64_t dropped = 0;  ///< Corners not taken because a capacity was reached.
@@ -29,12 +29,12 @@ struct FeatureCounters {
   std::uint64_t stereo_matched = 0;
   std::uint64_t lost_outside = 0;   ///< Patch left the image.
   std::uint64_t lost_texture = 0;   ///< Too little texture to be tracked.
-  std::uint64_t lost_residual = 0;  ///< Patch no longer looks like itself.
+  std::uint64_t lost_residual = 0;  ///< Patch differs too much from its template.
   std::uint64_t lost_forward_backward = 0;
-  std::uint64_t lost_body = 0;     ///< Another body's mask, or the ignore label, now lies over it.
+  std::uint64_t lost_body = 0;     ///< Now in another body's mask, or under the ignore label.
   std::uint64_t rejected = 0;      ///< By the caller.
-  std::uint64_t lost_crowded = 0;  ///< Two features ran into each other: the younger one ends.
-  std::uint64_t lost_limit = 0;    ///< More than `limit` allows.
+  std::uint64_t lost_crowded = 0;  ///< Two features met: the younger one ends.
+  std::uint64_t lost_limit = 0;    ///< Beyond `limit`.
 
   /// All features that ended.
   [[nodiscard]] std::uint64_t lost() const noexcept {
@@ -43,27 +43,27 @@ struct FeatureCounters {
   }
 };
 
-/// How a pair's right image is to be understood.
+/// Correction of a pair's right image.
 struct RigAdjustment {
-  RigCorrection correction;  ///< The right image and what is measured in it are corrected by this.
-  /// The calibration may be wrong: where rows hold hardly any match, features look up and down, too.
+  RigCorrection correction;  ///< Applied to the right image and its measurements.
+  /// The calibration may be wrong: if few features match in their row, other rows are searched, too.
   bool may_be_off = false;
-  const RigChange* change = nullptr;  ///< From the frame before; null where there is none.
+  const RigChange* change = nullptr;  ///< Since the frame before; null if unchanged.
 };
 
 /// Finds, tracks and stereo-matches features (METHOD: correspondences). One frame is `begin_frame`, `track`,
 /// `replenish`, in this order; `reject` at any time. Ids are never reused; a slot is stable while its feature lives and
-/// is reused from the frame after its death. A feature's body never changes: it dies instead.
+/// is reused from the frame after its death. A feature's body never changes: the feature ends instead.
 ///
 /// Temporal: inverse-compositional Lucas-Kanade (Baker and Matthews 2004), 16 x 11 patch, invariant to gain and offset,
-/// coarse to fine; last step against the feature's reference patch under an affine warp, so that drift does not
+/// coarse to fine; the last step aligns with the feature's reference patch under an affine warp, so that drift does not
 /// accumulate. Left-right: row search on horizontal gradients with left-right check, then the same alignment with the
-/// surface's slant; v is the mean row of the pair. Both end with the middle of the patch alone: at contours its rim
-/// shows something else.
+/// surface's slant; v is the mean row of the pair. Both end with an alignment of the patch's centre alone: at contours
+/// its rim belongs to another surface.
 class FeatureFrontEnd {
  public:
-  /// Memory: pyramids of two left images, the right image and the gradients of a pair (about 7 bytes a pixel), and
-  /// 1.1 kB a feature: 4.9 MB for the defaults at 1242 x 375.
+  /// Memory: pyramids of two left images, the right image and the gradients of a pair (about 7 bytes a pixel), and 1.1
+  /// kB a feature: 4.9 MB for the defaults at 1242 x 375.
   /// `workers` share the work and outlive this; null: the caller does it alone, with the same result.
   /// Errors: kInvalidConfig, kInvalidArgument (image smaller than 64 x 48), kCapacity (arena too small).
   [[nodiscard]] static Result<FeatureFrontEnd> create(const FeatureConfig& config, int width_px, int height_px,
@@ -71,53 +71,52 @@ class FeatureFrontEnd {
   /// Bytes that `create` takes from the arena.
   [[nodiscard]] static std::size_t required_bytes(const FeatureConfig& config, int width_px, int height_px);
 
-  /// Takes the pair in (copies what it needs) and builds the pyramids; dead slots become free.
+  /// Copies the pair and builds the pyramids; dead slots become free.
   /// Errors: kInvalidArgument when the size differs from create's.
   [[nodiscard]] Status begin_frame(const RectifiedPair& pair, const RigAdjustment& rig = {});
-  /// Of this frame's pair, corrected. Lives until the next `begin_frame`.
+  /// Right image of this frame, corrected. Lives until the next `begin_frame`.
   [[nodiscard]] GrayView right_image() const noexcept;
-  /// From this frame on features are looked for up and down: their rows and disparities are others than before.
+  /// True if the row search began with this frame: rows and disparities of features change.
   [[nodiscard]] bool row_search_began() const noexcept;
 
-  /// Follows every live feature from the previous frame into this one and matches it left-right.
-  /// `by_slot[s]` is the prediction for slot s; a shorter span means unknown for the rest. Outliers given to `reject`
-  /// die here. The span of the result lives until the next call. Errors: kIllegalState without `begin_frame`.
+  /// Tracks every live feature from the previous frame into this one and matches it left-right. `by_slot[s]` is the
+  /// prediction for slot s; a shorter span means unknown for the rest. Outliers passed to `reject` end here. The span
+  /// of the result lives until the next call. Errors: kIllegalState without `begin_frame`.
   [[nodiscard]] Result<FeatureFrame> track(std::span<const FeaturePrediction> by_slot);
 
-  /// Between `track` and `replenish`: in how many buckets of the background's grid this frame shows a corner, whether
-  /// or not there is a feature. Takes as long as detecting does.
+  /// Between `track` and `replenish`: number of buckets of the background's grid with a corner in this frame, with or
+  /// without a feature. Takes as long as detection.
   [[nodiscard]] std::size_t count_corners() noexcept;
 
-  /// Which bodies' masks are guesses, by label: features may stay in them, but no new ones are looked for.
+  /// Labels of bodies with predicted masks: existing features stay, but no new ones are detected.
   using PredictedMasks = std::bitset<256>;
 
-  /// Reconciles features with the masks and detects new ones in free buckets. `left_labels` may be empty: then all is
-  /// background. The result holds all live features, in ascending slot. Errors: kIllegalState without `track`,
-  /// kInvalidArgument when the size of the labels differs.
+  /// Reconciles features with the masks and detects new ones in free buckets. Empty `left_labels`: all is background.
+  /// The result holds all live features, in ascending slot. Errors: kIllegalState without `track`, kInvalidArgument
+  /// when the size of the labels differs.
   [[nodiscard]] Result<FeatureFrame> replenish(LabelView left_labels, const PredictedMasks& predicted = {});
 
-  /// These slots turned out to be outliers; their features die at the next `track`. Slots not alive are ignored.
+  /// Marks outliers by slot; their features end at the next `track`. Slots not alive are ignored.
   void reject(std::span<const std::uint16_t> slots) noexcept;
 
-  /// From the next `replenish` on, each body may have only this part, in (0, 1], of the features configured for it. Of
-  /// those beyond, the youngest end.
+  /// From the next `replenish` on, limits each body to this part, in (0, 1], of its configured features. The youngest
+  /// beyond it end.
   void limit(double part) noexcept;
 
-  /// Between `replenish` and the next `begin_frame`: `memory` now holds these features as they look in this frame, with
-  /// those that it held before; beyond its capacity, those noted longest ago make room, then the last of `points` are
-  /// left out. Features that are dead or without a right match are left out.
+  /// Between `replenish` and the next `begin_frame`: adds these features, as they appear in this frame, to `memory`. At
+  /// its capacity those noted longest ago are replaced, then the last of `points` are dropped. Features that are dead
+  /// or without a right match are skipped.
   void remember(std::span<const KnownPoint> points, AppearanceMemory& memory) const noexcept;
   /// Compares each live feature of a body with the remembered points expected within the gate's reach of it, aligned
-  /// and at the size that its disparity tells: from half as large to 2.8 times. `expected[i]` belongs to point i.
-  /// Writes every similarity to `found`, by feature, at most as many as it holds, and returns how many. Many will be
-  /// wrong.
+  /// and at the scale given by its disparity: from half as large to 2.8 times. `expected[i]` belongs to point i. Writes
+  /// all similar pairs to `found`, by feature, at most as many as it holds, and returns how many. Many are outliers.
   [[nodiscard]] std::size_t recognise(const AppearanceMemory& memory, std::span<const ExpectedObservation> expected,
                                       const RecognitionGate& gate, std::uint8_t body,
                                       std::span<RecognisedPoint> found) const noexcept;
 
   [[nodiscard]] const FeatureCounters& counters() const noexcept;
 
-  /// Forgets all features and counters, as after create. Ids go on counting.
+  /// Drops all features and counters, as after create. Ids continue.
   void reset() noexcept;
 
   FeatureFrontEnd(FeatureFrontEnd&&) noexcept = default;

@@ -21,8 +21,8 @@ struct ImageInfo {
   int bit_depth = 0;  ///< Bits per channel of the file: 1, 2, 4, 8 or 16.
 };
 
-/// Reads the header of a PNG, PGM (P5) or JPEG file; the content decides which, not the name. Never allocates unless it
-/// fails. Memory for the pixels may be taken by what it says: a file holds at least a thousandth of them.
+/// Reads the header of a PNG, PGM (P5) or JPEG file, chosen by content, not by name. Never allocates unless it fails.
+/// Its size is safe for taking memory: a file holds at least a thousandth of its pixels, in bytes.
 /// Errors: kNotFound, kIo, kBadFormat (no regular file, empty, truncated, more than 16384 pixels wide or high, more
 /// pixels than a file of its length can hold), kUnsupported (another image format).
 [[nodiscard]] KINETRACE_API InPlaceResult<ImageInfo> read_image_info(const char* path);

@@ -17,12 +17,12 @@
 
 namespace kinetrace::imaging {
 
-/// The depth of cameras (8, 10, 12, 14 or 16 bits) whose values need so many bits.
+/// The usual camera depth (8, 10, 12, 14 or 16 bits) for samples that need so many bits.
 [[nodiscard]] constexpr int sample_bits_for(int used_bits) noexcept {
   return used_bits <= 8 ? 8 : used_bits + used_bits % 2;
 }
 
-/// The largest file a reader is made for. Anything beyond is refused before a pixel is decoded.
+/// Largest file that a reader accepts; larger ones are refused before a pixel is decoded.
 struct KINETRACE_API ImageReaderConfig {
   int max_width_px = 2048;
   int max_height_px = 2048;
@@ -40,20 +40,20 @@ class KINETRACE_API ImageReader {
   /// Errors: kInvalidConfig, kCapacity (arena too small).
   [[nodiscard]] static Result<ImageReader> create(const ImageReaderConfig& config, Arena& arena);
 
-  /// The header of a file that this reader can read. Errors: as read_image_info; kBadFormat (larger than the reader was
-  /// made for), naming the file and its size: before memory is taken for its pixels.
+  /// The header of a file. Errors: as read_image_info; kBadFormat (beyond the reader's limits), naming the file and its
+  /// size, before memory is taken for its pixels.
   [[nodiscard]] InPlaceResult<ImageInfo> inspect(const char* path) const;
 
   /// Decodes to 8-bit luminance. `target` must have the size of the image. Colour becomes Rec. 601 luma; 16-bit samples
-  /// keep the upper eight of their `sample_bits` lowest bits, and beyond those are white (PGM with another maxval:
-  /// scaled to 255); 1, 2 and 4-bit gray is scaled to 0..255; alpha is ignored. On an error the pixels of `target` are
-  /// unspecified. Errors, all naming the file: kNotFound, kIo, kBadFormat (empty, truncated, damaged, larger than the
-  /// reader was made for), kUnsupported (another format), kInvalidArgument (size differs from the target).
+  /// keep the upper eight of their `sample_bits` lowest bits, larger values are white (PGM with another maxval: scaled
+  /// to 255); 1, 2 and 4-bit gray is scaled to 0..255; alpha is ignored. On an error the pixels of `target` are
+  /// unspecified. Errors, all naming the file: kNotFound, kIo, kBadFormat (empty, truncated, damaged, beyond the
+  /// reader's limits), kUnsupported (another format), kInvalidArgument (size differs from the target).
   [[nodiscard]] InPlaceStatus read_gray(const char* path, MutableGrayView target, int sample_bits = 16);
 
-  /// How many bits the brightest sample of a grey image of 16 bits needs: cameras of 10, 12 and 14 bits are often
-  /// written without being scaled, and nothing in the file says so. 16 for all other images, where the file says what
-  /// is white. Errors: as read_gray.
+  /// Bits needed by the brightest sample of a grey 16-bit image: images of 10, 12 and 14-bit cameras are often stored
+  /// unscaled, and the file does not tell. 16 for all other images, since their files define white. Errors: as
+  /// read_gray.
   [[nodiscard]] InPlaceResult<int> used_bits(const char* path);
 
   /// Decodes to 8-bit colour; grey images have three equal samples. Otherwise as read_gray; kUnsupported for PGM.

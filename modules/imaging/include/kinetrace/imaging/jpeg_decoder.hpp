@@ -13,16 +13,16 @@
 
 namespace kinetrace::imaging {
 
-/// Owns a decompressor, so that none is made per image. The library allocates inside each call (counted as foreign).
-/// One decoder serves one thread.
+/// Owns a decompressor for reuse between images. The library allocates inside each call (counted as foreign). One
+/// decoder serves one thread.
 class KINETRACE_API JpegDecoder {
  public:
   /// Errors: kInternal (out of memory).
   [[nodiscard]] static Result<JpegDecoder> create();
 
-  /// Decodes to 8-bit luminance. `name` begins the messages. A few stray bytes before the end mark, which many cameras
-  /// leave there, are no damage. Errors: kBadFormat (no JPEG, truncated, damaged), kInvalidArgument (the image has
-  /// another size than `target`). On an error the pixels of `target` are unspecified.
+  /// Decodes to 8-bit luminance. `name` begins the messages. A few stray bytes before the end mark, as many cameras
+  /// write, are accepted. Errors: kBadFormat (no JPEG, truncated, damaged), kInvalidArgument (the image has another
+  /// size than `target`). On an error the pixels of `target` are unspecified.
   [[nodiscard]] InPlaceStatus decode_gray(const char* name, std::span<const std::uint8_t> bytes,
                                           MutableGrayView target);
 

@@ -26,7 +26,7 @@ struct MaskRun {
 /// Turns the lengths of alternating runs, beginning with background, into text, one after the other.
 ///
 /// From the fourth run on, the difference to the length two before is stored. Each number is cut into groups of 5 bits,
-/// least significant first, until only copies of the sign remain; bit 5 says that more follow, and 48 is added to make
+/// least significant first, until only copies of the sign remain; bit 5 marks a further group, and 48 is added to make
 /// a printable character.
 class KINETRACE_API RunLengthEncoder {
  public:
@@ -69,7 +69,8 @@ void for_each_mask_run(LabelView labels, const PixelBox& box, std::uint8_t label
 }
 
 /// Calls append(std::string_view) with the pieces of the run-length string, over the whole image, of the pixels with
-/// value `label` inside `box`. The string is never held as a whole, so that no mask is too large. Never allocates.
+/// value `label` inside `box`. The string is never stored as a whole, so the size of a mask is unlimited. Never
+/// allocates.
 template <typename Append>
 void encode_mask_rle(LabelView labels, const PixelBox& box, std::uint8_t label, Append&& append) {
   RunLengthEncoder encoder;
@@ -85,7 +86,7 @@ void encode_mask_rle(LabelView labels, const PixelBox& box, std::uint8_t label, 
   }
 }
 
-/// The foreground runs of a run-length string of an image of `width` x `height` pixels; runs of no pixels are left out.
+/// The foreground runs of a run-length string of an image of `width` x `height` pixels; empty runs are skipped.
 /// Allocates. Errors, each with the place in the string: kBadFormat (a character outside the alphabet, the end within a
 /// number, a number beyond 60 bits, a negative length, more or fewer pixels than the image has), kInvalidArgument (a
 /// size below one pixel).

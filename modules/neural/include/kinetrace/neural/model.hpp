@@ -1,4 +1,4 @@
-// What a neural network for instance segmentation expects, and what it says.
+// Description of a neural network for instance segmentation: inputs, outputs, classes.
 #pragma once
 
 #include <algorithm>
@@ -37,15 +37,15 @@ enum class ModelFamily : std::uint8_t {
 
 enum class InputColours : std::uint8_t { kGray, kRgb, kBgr };
 enum class InputFit : std::uint8_t {
-  kLetterbox,  ///< Scaled to fit, in the middle, with a border.
-  kStretch,    ///< Scaled in each direction by itself.
+  kLetterbox,  ///< Scaled to fit, centred, with a border.
+  kStretch,    ///< Scaled in each direction independently.
 };
 
-/// The tensor that the network takes: [1, channels, height, width], values (grey * scale - mean) / deviation.
+/// The input tensor: [1, channels, height, width], values (grey * scale - mean) / deviation.
 struct KINETRACE_API ModelInput {
   int width_px = 640;
   int height_px = 640;
-  /// Above 0: the size is not the one above but follows the pictures, with at most so many pixels. For kKinetraceSeg.
+  /// Above 0: the size follows the pictures instead, with at most so many pixels. For kKinetraceSeg.
   int max_pixels = 0;
   InputColours colours = InputColours::kRgb;
   InputFit fit = InputFit::kLetterbox;
@@ -55,41 +55,41 @@ struct KINETRACE_API ModelInput {
   int pad = 114;  ///< Grey level of the border, before scaling.
 
   [[nodiscard]] int channels() const noexcept { return colours == InputColours::kGray ? 1 : 3; }
-  /// With a given width and height, for pictures of this size: the widest input in multiples of 32 that is no wider
-  /// than they are, holds all of them, and has at most `max_pixels`. As it is, where that is 0.
+  /// Input with a given width and height, for pictures of this size: the widest in multiples of 32 that is no wider
+  /// than the pictures, holds all of them, and has at most `max_pixels`. Unchanged if that is 0.
   [[nodiscard]] ModelInput sized_for(int picture_width_px, int picture_height_px) const noexcept;
 };
 
-/// From scores to probabilities (Platt 1999): the log-odds of an instance are slope * (logit(score) - logit(even)). As
-/// it is here, scores are probabilities.
+/// From scores to probabilities (Platt 1999): the log-odds of an instance are slope * (logit(score) - logit(even)).
+/// With the defaults, scores are probabilities.
 struct KINETRACE_API ScoreCalibration {
   float slope = 1.F;  ///< Above 0.
-  float even = 0.5F;  ///< The score of which every other instance is one, in (0, 1).
+  float even = 0.5F;  ///< The score with probability one half, in (0, 1).
 
   [[nodiscard]] float probability(float score) const noexcept;
-  /// The score that has this probability.
+  /// Inverse: the score with this probability.
   [[nodiscard]] float score(float probability) const noexcept;
 };
 
-/// A class of the network: what tracking makes of it, and what its scores are worth.
+/// A class of the network: its class in tracking, threshold and calibration.
 struct ModelClass {
-  /// Stands for classes that are as if the network had not found them.
+  /// Classes whose instances are discarded.
   static constexpr std::uint16_t kDropped = 0xFFFF;
 
   std::string name;
   std::uint16_t class_id = kDropped;  ///< kVehicleClass, kPedestrianClass, kIgnoreClass, or kDropped.
-  float min_score = 0.25F;            ///< Of an instance, as the network gives it, [0, 1].
+  float min_score = 0.25F;            ///< Threshold of the network's uncalibrated score, [0, 1].
   ScoreCalibration calibration{};
 };
 
 struct ModelThresholds {
-  float overlap = 0.5F;  ///< Intersection over union of boxes of one class above which the weaker one goes.
-  /// Instances below their class' `min_score`, but as probable as this, are given too, for whoever has other evidence
-  /// of them; not those that are to be ignored. 1: none.
+  float overlap = 0.5F;  ///< Intersection over union of boxes of one class above which the weaker one is suppressed.
+  /// Instances below their class' `min_score` are reported from this probability on, for fusion with other evidence;
+  /// not those of ignored classes. 1: none.
   float proposal = 1.F;
 };
 
-/// What a network learnt from; it misses more in pictures of the other kind.
+/// Training data of a network; it misses more in pictures of the other kind.
 enum class TrainingPictures : std::uint8_t { kReal, kRendered };
 
 /// A network in a file, and how to use it.
@@ -99,7 +99,7 @@ struct KINETRACE_API ModelConfig {
   std::string graph;  ///< .pbtxt beside a .pb; may be empty.
   TrainingPictures trained_on = TrainingPictures::kReal;
   ModelInput input;
-  std::vector<ModelClass> classes;  ///< In the order of the network.
+  std::vector<ModelClass> classes;  ///< In the order of the network's outputs.
   ModelThresholds thresholds;
   /// Raw YOLOv5 heads: width and height in pixels of three anchors per level, strides 8, 16, 32.
   std::array<float, 18> anchors_px{10, 13, 16, 30, 33, 23, 30, 61, 62, 45, 59, 119, 116, 90, 156, 198, 373, 326};

@@ -1,4 +1,4 @@
-// A picture as people have it: grey or colour.
+// A grey or colour picture.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ struct Picture {
   Picture(GrayView image)  // NOLINT(google-explicit-constructor): a grey image is a picture.
       : Picture(image.data, image.width, image.height, image.stride, 1) {}
 
-  /// A part of it, which must be in it.
+  /// View of a part, which must lie inside.
   [[nodiscard]] Picture part(const PixelBox& box) const noexcept {
     return {row(box.y0) + static_cast<std::ptrdiff_t>(box.x0) * channels, box.width(), box.height(), stride_bytes,
             channels};

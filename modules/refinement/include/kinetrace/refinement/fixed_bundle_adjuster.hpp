@@ -15,7 +15,7 @@ struct KINETRACE_API FixedBundleConfig {
   int max_frames = 12;     ///< Poses of a window, at most kMaxWindowFrames.
   int max_points = 600;    ///< Points of a window that are seen by at least one frame.
   int max_iterations = 6;  ///< Damped steps tried, accepted or not.
-  /// Threshold of the Cauchy loss on the norm of an observation's two or three rows: there, it weighs half.
+  /// Threshold of the Cauchy loss on the norm of an observation's two or three rows: there, its weight is one half.
   double robust_threshold_sigmas = 2.0;
   double initial_damping = 1e-4;          ///< Levenberg-Marquardt damping relative to the Hessian's diagonal.
   double relative_cost_tolerance = 1e-3;  ///< Converged when a step changes the cost by less than this fraction.
@@ -29,11 +29,10 @@ struct FixedBundleStorage;
 /// synthesis", 1999), in single precision eight points at a time; poses, the reduced camera system and the cost are
 /// kept in double precision. Works in the frame of the oldest fixed camera, so the body frame may be anywhere.
 ///
-/// A point moves at most half its depth per step, so that no single far point can hold the window up. An observation
-/// behind its camera has a large constant cost and no derivatives. A window whose poses are all fixed is left as it is.
+/// A point moves at most half its depth per step, so that a single far point cannot block convergence. An observation
+/// behind its camera has a large constant cost and no derivatives. A window whose poses are all fixed is unchanged.
 ///
-/// Where the window says what is expected of the body's turning, that weighs in under a Cauchy loss of its own, whose
-/// threshold is one sigma.
+/// Priors on the body's rotation have a Cauchy loss of their own, with a threshold of one sigma.
 ///
 /// Errors of `refine`: kCapacity, the window exceeds max_frames or max_points; kInvalidArgument, no fixed pose, an
 /// observation table too small, turns for other frames, or a value that is not finite; kBadCalibration. The window is
@@ -45,7 +44,7 @@ class KINETRACE_API FixedBundleAdjuster final : public BundleAdjuster {
 
   [[nodiscard]] Result<BundleSummary> refine(BundleWindow& window) override;
 
-  /// At most so many iterations from now on, 1 or more; never more than configured.
+  /// Limits the iterations from now on, to 1 or more; never above the configured number.
   void limit(int max_iterations) noexcept { config_.max_iterations = std::min(configured_iterations_, max_iterations); }
 
  private:
@@ -54,7 +53,7 @@ class KINETRACE_API FixedBundleAdjuster final : public BundleAdjuster {
 
   FixedBundleConfig config_;
   int configured_iterations_;
-  FixedBundleStorage* storage_;  ///< Lives in the arena.
+  FixedBundleStorage* storage_;  ///< In the arena.
 };
 
 }  // namespace kinetrace::refinement

@@ -13,8 +13,8 @@ namespace kinetrace::rig {
 
 enum class RefineMode : std::uint8_t {
   kOff,
-  kCheck,  ///< Estimates and reports, corrects nothing.
-  kOn,     ///< Corrects what is surely known.
+  kCheck,  ///< Estimates and reports, applies no correction.
+  kOn,     ///< Applies the certain part of the correction.
 };
 inline constexpr std::array<std::string_view, 3> kRefineModeNames{"off", "check", "on"};
 
@@ -34,10 +34,10 @@ inline constexpr std::array<std::string_view, 3> kRefineModeNames{"off", "check"
 struct KINETRACE_API RefineConfig {
   RefineMode mode = RefineMode::kOn;
   int max_features = 1600;  ///< Slots of the feature front end.
-  int max_points = 120;     ///< Points of a pair of frames; more cost more time than they tell.
-  /// Before anything is seen: standard deviation of the right camera's angles, and of the baseline's direction.
+  int max_points = 120;     ///< Points of a pair of frames; more add time, but little information.
+  /// Prior standard deviation of the right camera's angles and of the baseline's direction.
   double prior_sigma_deg = 1.0;
-  /// What does not average out of a match, px: contours, lenses. No estimate is better than that.
+  /// Correlated error of a match, px, from contours and lenses: a lower bound of the estimate's error.
   double bias_px = 0.02;
 
   [[nodiscard]] Status validate() const;

@@ -16,10 +16,10 @@
 
 namespace kinetrace::rig {
 
-/// A point of the background in both images of one frame, corrected as the frame is.
+/// A background point in both images of one frame, with the frame's correction applied.
 struct RigObservation {
   std::uint32_t id = 0;    ///< Of the feature.
-  std::uint16_t slot = 0;  ///< Index in [0, max_features), the same as long as the feature lives.
+  std::uint16_t slot = 0;  ///< Index in [0, max_features), constant for the life of the feature.
   Eigen::Vector2f left_px{0.F, 0.F};
   Eigen::Vector2f right_px{0.F, 0.F};
 };
@@ -28,14 +28,14 @@ struct RigMeasurement;
 struct RigRefinerStorage;
 struct TwoViewPoint;
 
-/// Estimates how the right camera stands against its calibration from pairs of frames between which the camera has
-/// moved (two_view_calibration), and filters that over time (rig_filter). Corrects by what is surely known: the
-/// estimate shrunk towards the calibration by what two of its standard deviations leave open (the positive part of the
-/// estimator of James and Stein, 1961). What it has no evidence for stays as calibrated, bit for bit.
+/// Estimates the right camera's pose against its calibration from pairs of frames between which the camera has moved
+/// (two_view_calibration), and filters it over time (rig_filter). Applies only the certain part of a correction: the
+/// estimate times max(0, 1 - (2 sigma / estimate)^2), which shrinks it towards the calibration (positive-part estimator
+/// of James and Stein, 1961). States without evidence stay as calibrated, bit for bit.
 ///
-/// Not observed: the baseline's length. Focal lengths are where the camera turns by some degrees in a window; otherwise
-/// their error looks the same as another depth, and their estimate stays. They are reported, not applied. At rest and
-/// turning on the spot nothing changes.
+/// Not observable: the baseline's length. Focal lengths are observable only if the camera turns by some degrees in a
+/// window; otherwise their error looks like another depth, and their estimate stays. They are reported, not
+/// applied. At rest and turning on the spot no state is updated.
 ///
 /// Memory: two tables of features, 70 KiB for 1600.
 class KINETRACE_API RigRefiner {
@@ -45,13 +45,13 @@ class KINETRACE_API RigRefiner {
                                                  Arena& arena);
   [[nodiscard]] static std::size_t required_bytes(const RefineConfig& config);
 
-  /// The next frame is to be corrected by this. Changes at `begin_frame` only.
+  /// Correction for the next frame. Changes at `begin_frame` only.
   [[nodiscard]] const RigCorrection& correction() const noexcept { return estimate_.applied; }
-  /// A frame at this time comes.
+  /// Begins the frame at this time.
   void begin_frame(std::int64_t timestamp_ns);
-  /// What is known about the rig as it was in the frame before has changed since then: what was measured under the
-  /// first correction is to be understood under the second one. How the rig itself has changed between the frames is
-  /// not part of it. Nothing where no more is known than before.
+  /// Improved knowledge of the rig as it was in the frame before: observations made under the first correction are to
+  /// be converted to the second one. The rig's own motion between the frames is excluded. Empty if nothing new is
+  /// known.
   struct Revision {
     RigCorrection before;
     RigCorrection now;
@@ -59,30 +59,31 @@ class KINETRACE_API RigRefiner {
   [[nodiscard]] std::optional<Revision> revision() const {
     return revision_ ? std::optional(Revision{before_revision_, *revision_}) : std::nullopt;
   }
-  /// By so much that reconstructions have to begin anew.
+  /// True if the revision is so large that reconstructions have to begin anew.
   [[nodiscard]] bool must_restart() const;
-  /// What the frame has shown; `T_world_cam` its camera's pose, which need not be exact.
+  /// Adds the observations of a frame; `T_world_cam`, the pose of its camera, need not be exact.
   void observe(std::span<const RigObservation> observations, const Se3& T_world_cam);
-  /// Frames that come show another scene: what was seen does not go on.
+  /// The following frames show another scene: observations so far do not continue.
   void forget_scene() noexcept;
 
   [[nodiscard]] const RigEstimate& estimate() const noexcept { return estimate_; }
 
  private:
   RigRefiner(const RefineConfig& config, const StereoGeometry& geometry, RigRefinerStorage& storage);
-  /// How far the camera has moved since the window began, over the depth of what it sees; and how many points both see.
+  /// Camera motion since the window began, as a fraction of the scene's median depth; and the number of points in both
+  /// frames.
   struct Parallax {
     std::size_t shared = 0;
     double moved = 0.0;
   };
   [[nodiscard]] Parallax parallax_of(std::span<const RigObservation> observations, const Se3& T_world_cam);
   [[nodiscard]] bool window_ends(const Parallax& parallax, double window_s) const;
-  /// Into the storage; returns how many.
+  /// Fills the storage; returns the number of points.
   [[nodiscard]] std::size_t pair_points(std::span<const RigObservation> observations, std::size_t shared);
   void measure(std::span<const TwoViewPoint> points, const Se3& T_now_before, double window_s);
-  /// Of a bent lens, which looks like another focal length when the camera turns.
+  /// Adds the error due to lens distortion, which in a turn looks like a change of focal length.
   void add_focal_error(double turn_rad, RigMeasurement& measured);
-  /// As the camera gave it.
+  /// Right pixel as captured.
   [[nodiscard]] Eigen::Vector2f raw_right(const RigObservation& o) const;
   void begin_window(std::span<const RigObservation> observations, const Se3& T_world_cam);
   [[nodiscard]] RigCorrection surely_known_now() const;
@@ -93,10 +94,10 @@ class KINETRACE_API RigRefiner {
   RefineConfig config_;
   StereoGeometry geometry_;
   RigEstimate estimate_;
-  std::optional<RigCorrection> pending_;   ///< Revision that the next frame begins with.
-  std::optional<RigCorrection> revision_;  ///< That this frame began with.
+  std::optional<RigCorrection> pending_;   ///< Revision for the next frame.
+  std::optional<RigCorrection> revision_;  ///< Revision of this frame.
   RigCorrection before_revision_;
-  RigRefinerStorage* storage_;  ///< Lives in the arena.
+  RigRefinerStorage* storage_;  ///< In the arena.
 };
 
 }  // namespace kinetrace::rig

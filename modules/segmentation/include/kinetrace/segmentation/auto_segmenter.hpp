@@ -1,4 +1,4 @@
-// Motion and a neural network together.
+// Motion segmentation and a neural network together.
 #pragma once
 
 #include <cstddef>
@@ -13,10 +13,9 @@
 
 namespace kinetrace::segmentation {
 
-/// Looks at each frame with both, and makes one set of masks of what they say (MaskFusion). In a frame that no masks of
-/// the network have come for, because it is slow, fails or hangs, moving regions alone are reported, and said to be
-/// just that: DetectionFrame::moving_only. A frame without ego motion has what the network says. Missing frames are
-/// those of the network.
+/// Runs both on each frame, and fuses their masks (MaskFusion). A frame without masks of the network, because it is
+/// slow, fails or hangs, reports moving regions alone, with DetectionFrame::moving_only. A frame without ego motion
+/// reports the network's masks alone. Frames without the network's masks count as missing.
 class AutoSegmenter final : public Segmenter {
  public:
   [[nodiscard]] static std::size_t required_bytes(const SegmentationConfig& config, const StereoGeometry& geometry,
@@ -40,7 +39,7 @@ class AutoSegmenter final : public Segmenter {
   std::unique_ptr<MotionSegmenter> motion_;
   std::unique_ptr<NetworkSegmenter> network_;
   MaskFusion left_;
-  MaskFusion right_;  ///< Without memory where the right image is not looked at.
+  MaskFusion right_;  ///< Without memory if the right image is not segmented.
 };
 
 }  // namespace kinetrace::segmentation

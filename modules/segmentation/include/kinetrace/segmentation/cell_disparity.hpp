@@ -20,21 +20,21 @@ inline constexpr int kCellPx = 4;
 /// Wider images are matched at half their size.
 inline constexpr int kMaxMatchingWidthPx = 800;
 
-/// Block matching of horizontal gradients, which differences of gain between the cameras leave as they are: the level
-/// of least cost, refined by a parabola, where no other level comes close. What is plain has no disparity.
+/// Block matching of horizontal gradients, which are insensitive to the cameras' difference in gain: the level of least
+/// cost, refined by a parabola, if no other level comes close. Textureless cells have no disparity.
 class CellDisparity {
  public:
   CellDisparity() = default;
   CellDisparity(const StereoGeometry& geometry, Arena& arena);
 
-  /// `left`, `right`: matching images, see matching_step(). Levels up to `max_disparity_px` (of the full image) are
-  /// searched, as far as there is room.
+  /// `left`, `right`: matching images, see matching_step(). Searches levels up to `max_disparity_px` (of the full
+  /// image), within the memory's capacity.
   void compute(GrayView left, GrayView right, float max_disparity_px);
   void clear() noexcept;
 
-  /// Standard deviation of what is known, pixels of the full image.
+  /// Standard deviation of known disparities, pixels of the full image.
   [[nodiscard]] float sigma_px() const noexcept { return 0.2F * static_cast<float>(step_); }
-  /// Pixels of the full image; negative where it is not known.
+  /// Pixels of the full image; negative where unknown.
   [[nodiscard]] ImageView<const float> disparity_px() const noexcept { return disparity_; }
 
  private:
@@ -45,15 +45,15 @@ class CellDisparity {
   MutableGrayView right_gradient_;
   ImageView<float> disparity_;
   std::span<std::int16_t> scratch_;
-  std::array<std::span<std::int16_t>, 3> pair_costs_;  ///< Of the last pairs of rows, as a ring...
-  int pairs_ = 0;                                      ///< ...and how many there were.
+  std::array<std::span<std::int16_t>, 3> pair_costs_;  ///< Of the last pairs of rows, a ring...
+  int pairs_ = 0;                                      ///< ...and their number.
   std::span<std::int16_t> costs_;
   std::span<std::int16_t> best_;
   std::span<std::int16_t> cost_;
   std::span<std::int16_t> rival_;
 };
 
-/// By how much the images that are matched densely are smaller than the full ones: 1 or 2.
+/// Reduction of the matching images against the full ones: 1 or 2.
 [[nodiscard]] constexpr int matching_step(int width_px) noexcept {
   return width_px > kMaxMatchingWidthPx ? 2 : 1;
 }

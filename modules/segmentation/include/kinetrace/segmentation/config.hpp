@@ -1,4 +1,4 @@
-// Where instance masks come from, and how.
+// Sources of instance masks, and their settings.
 #pragma once
 
 #include <array>
@@ -24,14 +24,14 @@ enum class SegmentationMode : std::uint8_t {
 inline constexpr std::array<SegmentationMode, 6> kSegmentationModes{SegmentationMode::kAuto, SegmentationMode::kMotion,
                                                                     SegmentationMode::kNone, SegmentationMode::kMasks,
                                                                     SegmentationMode::kOnnx, SegmentationMode::kDds};
-/// Where nobody chooses.
+/// Default mode.
 inline constexpr SegmentationMode kDefaultSegmentation = SegmentationMode::kAuto;
 
-/// Whether a neural network in this process takes part.
+/// True if a neural network in this process is used.
 [[nodiscard]] constexpr bool uses_network(SegmentationMode mode) noexcept {
   return mode == SegmentationMode::kAuto || mode == SegmentationMode::kOnnx;
 }
-/// Whether objects are found by their motion.
+/// True if objects are found by their motion.
 [[nodiscard]] constexpr bool uses_motion(SegmentationMode mode) noexcept {
   return mode == SegmentationMode::kAuto || mode == SegmentationMode::kMotion;
 }
@@ -48,7 +48,7 @@ inline constexpr SegmentationMode kDefaultSegmentation = SegmentationMode::kAuto
   return "none";
 }
 
-/// For configuration files; false, and nothing changed, if `text` is none of the names.
+/// Parses a mode; false, with `mode` unchanged, if `text` is none of the names.
 [[nodiscard]] constexpr bool from_string(std::string_view text, SegmentationMode& mode) noexcept {
   for (const SegmentationMode candidate : kSegmentationModes) {
     if (text == to_string(candidate)) {
@@ -64,48 +64,48 @@ struct KINETRACE_API MotionConfig {
   double sigma_px = 0.4;            ///< Standard deviation of u_left, v and u_right of a feature.
   double ego_sigma_px = 0.2;        ///< Error of the ego motion over the window, seen as image motion.
   double bias_disparity_px = 0.03;  ///< Slowly varying error of the disparity, common to a region.
-  double memory_s = 1.0;            ///< After so long an observation counts for half as much, [0.05, 10].
-  double min_disparity_px = 3.0;    ///< Features farther away have no say.
+  double memory_s = 1.0;            ///< Half-life of an observation's weight, [0.05, 10].
+  double min_disparity_px = 3.0;    ///< Farther features are ignored.
   double min_speed_mps = 0.1;       ///< Slower regions are not called moving...
   double min_speed_ratio = 0.02;    ///< ... nor those slower than this part of the camera's own speed.
   double significance = 5.0;        ///< Speed over its standard deviation that a moving region must reach.
-  int min_features = 5;             ///< Features that agree on a motion, >= 2; fewer will do where the images agree.
+  int min_features = 5;             ///< Features that agree on a motion, >= 2; fewer suffice if the images agree.
   double link_distance_m = 1.5;     ///< Features farther apart do not join, unless others lie between them.
-  int confirm_frames = 2;           ///< Frames a region must move in before it is reported, at least.
-  double hold_s = 2.0;              ///< A reported region is kept so long after it stopped moving.
+  int confirm_frames = 2;           ///< Least frames of motion before a region is reported.
+  double hold_s = 2.0;              ///< Time for which a reported region is kept after it stops.
 
   [[nodiscard]] Status validate() const;
 };
 
 /// Masks from another process.
 struct KINETRACE_API ExternalConfig {
-  int timeout_ms = 50;  ///< A frame waits at most so long for its masks, [0, 60000]; then tracks are propagated.
-  bool right = false;   ///< Ask for masks of the right image too; without, the tracker derives them.
+  int timeout_ms = 50;  ///< Longest wait for a frame's masks, [0, 60000]; then tracks are propagated.
+  bool right = false;   ///< Request masks of the right image, too; otherwise the tracker derives them.
 
   [[nodiscard]] Status validate() const;
 };
 
-/// Masks from a neural network. Beside tracking, which goes on meanwhile: what the network says of frame k is warped to
-/// frame k + latency_frames, where it is needed.
+/// Masks from a neural network, which runs in parallel with tracking: masks of frame k are warped to frame k +
+/// latency_frames.
 struct KINETRACE_API NetworkConfig {
-  std::string model;       ///< YAML file that describes the network; empty: the one that comes with Kinetrace.
-  int latency_frames = 1;  ///< Frames after which its answer is used, and the next frame handed over; 0: wait for it.
-  int threads = 1;         ///< That the network uses, [1, 16].
-  bool right = false;      ///< Look at the right image too, for twice the time; without, the tracker derives its masks.
-  /// After each whole image so many regions around tracks, [0, 4], half as wide and high: what is small in the whole
-  /// image is seen twice as large, and what is elsewhere is propagated meanwhile. Of the left image only.
+  std::string model;       ///< YAML description of the network; empty: the one that comes with Kinetrace.
+  int latency_frames = 1;  ///< Frames after which its masks are used, and the next frame submitted; 0: wait.
+  int threads = 1;         ///< Threads of the network, [1, 16].
+  bool right = false;  ///< Segment the right image, too, for twice the time; otherwise the tracker derives its masks.
+  /// Number of regions around tracks after each whole image, [0, 4], half as wide and high: small objects are enlarged
+  /// by two, and those elsewhere are propagated meanwhile. Of the left image only.
   int regions = 0;
 
   [[nodiscard]] Status validate() const;
 };
 
-/// One aggregate for all modes.
+/// Settings of all modes.
 struct KINETRACE_API SegmentationConfig {
   SegmentationMode mode = kDefaultSegmentation;
   std::string left_dir;   ///< Mode kMasks: folder of left masks, `<stem of the left image>.png`.
   std::string right_dir;  ///< Mode kMasks: folder of right masks; empty when there are none.
-  int max_objects = 32;   ///< Instances per frame and image, [1, kMaxObjects]; the largest stay, the rest is counted.
-  int min_area_px = 64;   ///< Smaller instances are dropped and counted.
+  int max_objects = 32;  ///< Instances per frame and image, [1, kMaxObjects]; the largest stay, the others are counted.
+  int min_area_px = 64;  ///< Smaller instances are dropped and counted.
   MotionConfig motion;
   ExternalConfig dds;
   NetworkConfig onnx;
@@ -113,8 +113,8 @@ struct KINETRACE_API SegmentationConfig {
   [[nodiscard]] Status validate() const;
 };
 
-/// Understands `auto[:MODEL.yaml]`, `none`, `motion`, `dds`, `onnx[:MODEL.yaml]` and `masks:LEFT_DIR[,RIGHT_DIR]`;
-/// everything else keeps its default. Errors: kInvalidArgument.
+/// Parses `auto[:MODEL.yaml]`, `none`, `motion`, `dds`, `onnx[:MODEL.yaml]` and `masks:LEFT_DIR[,RIGHT_DIR]`; all other
+/// settings keep their defaults. Errors: kInvalidArgument.
 [[nodiscard]] KINETRACE_API Result<SegmentationConfig> parse_segmentation(std::string_view text);
 
 }  // namespace kinetrace::segmentation

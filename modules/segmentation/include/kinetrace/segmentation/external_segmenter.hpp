@@ -1,4 +1,4 @@
-// Instance masks that another process makes.
+// Instance masks from another process.
 #pragma once
 
 #include <cstddef>
@@ -13,9 +13,9 @@
 
 namespace kinetrace::segmentation {
 
-/// Asks a MaskSource for the masks of each frame when the frame comes, and takes them when they are needed: what lies
-/// between (image pyramid, features, ego motion) is time that the other process has anyway. A frame whose masks did not
-/// come in time is counted as missing and has no detections.
+/// Requests the masks of each frame from a MaskSource at its arrival, and fetches them when needed: the other process
+/// works in parallel with image pyramid, features and ego motion. A frame whose masks are late counts as missing and
+/// has no detections.
 class ExternalSegmenter final : public Segmenter {
  public:
   [[nodiscard]] static std::size_t required_bytes(const SegmentationConfig& config, const StereoGeometry& geometry);
@@ -24,9 +24,9 @@ class ExternalSegmenter final : public Segmenter {
                                                                          const StereoGeometry& geometry, Arena& arena,
                                                                          MaskSource* masks);
 
-  /// Asks for the masks of this frame; does not wait.
+  /// Requests the masks of this frame; does not wait.
   void load(const RectifiedPair& pair, std::span<const Track> tracks) override;
-  /// Waits for them. Errors: kIllegalState if load() was not called for this frame.
+  /// Waits for the masks. Errors: kIllegalState if load() was not called for this frame.
   [[nodiscard]] Result<DetectionFrame> process(const SegmentationInput& input) override;
   void reset() override { loaded_ = false; }
 
@@ -39,7 +39,7 @@ class ExternalSegmenter final : public Segmenter {
   SegmentationConfig config_;
   MaskSource* masks_ = nullptr;
   MaskCanvas left_;
-  MaskCanvas right_;  ///< Without memory where nobody asks for masks of the right image.
+  MaskCanvas right_;  ///< Without memory if masks of the right image are not requested.
   InstanceRelabeler relabeler_;
   bool loaded_ = false;
   std::int64_t loaded_frame_index_ = 0;

@@ -1,4 +1,4 @@
-// The last few left images, at the size at which they are compared, and where they were taken from.
+// The last few left images, at matching size, and their camera poses.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace kinetrace::segmentation {
 
-/// One of them; the image is empty where there was none.
+/// One of them; an empty image means none.
 struct PastFrame {
   GrayView image;
   Se3 T_world_cam;

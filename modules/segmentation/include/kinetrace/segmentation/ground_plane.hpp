@@ -1,4 +1,4 @@
-// The plane under everything, in disparity space.
+// The ground plane, in disparity space.
 #pragma once
 
 #include <cstdint>
@@ -13,23 +13,24 @@
 namespace kinetrace::segmentation {
 
 /// A plane of the world is a plane of (u, v, disparity). Found by RANSAC among the cells of a disparity map: the one
-/// that holds most of them and has few beyond it, since nothing is seen through the ground; a wall of a street has.
+/// with most inliers, less the cells beyond it, since nothing is visible through the ground; the wall of a street, in
+/// contrast, has many.
 class GroundPlane {
  public:
   GroundPlane() = default;
   GroundPlane(const StereoGeometry& geometry, Arena& arena);
 
   void clear() noexcept { known_ = false; }
-  /// Takes the better one of the plane so far and the best of some samples; unknown where none holds enough.
+  /// Keeps the better of the plane so far and the best sample; unknown if none has enough inliers.
   void fit(ImageView<const float> cell_disparity_px, std::uint32_t seed);
 
   [[nodiscard]] bool known() const noexcept { return known_; }
-  /// Of unit length, downwards, in the camera's axes; zero where no ground is known.
+  /// Unit normal, downwards, in the camera's axes; zero without a plane.
   [[nodiscard]] Eigen::Vector3f normal() const noexcept;
   /// log p(disparity | something 0.2 to 3 m above the ground) - log p(disparity | ground), at pixel (u, v) and with
-  /// noise `sigma_px`; 0 where no ground is known.
+  /// noise `sigma_px`; 0 without a plane.
   [[nodiscard]] float object_nats(float u, float v, float disparity_px, float sigma_px) const noexcept;
-  /// False for what is ground, or higher above it than objects reach, beyond doubt.
+  /// False for the ground, and for points certainly higher above it than objects reach.
   [[nodiscard]] bool may_hold_object(float u, float v, float disparity_px, float sigma_px) const noexcept;
 
  private:
@@ -42,7 +43,7 @@ class GroundPlane {
   void refine(float tolerance_px);
 
   StereoGeometry geometry_;
-  // Of the cells that the plane is sought in.
+  // Cells used for fitting.
   FixedVector<float> u_px_;
   FixedVector<float> v_px_;
   FixedVector<float> disparity_px_;

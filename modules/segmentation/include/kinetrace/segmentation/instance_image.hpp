@@ -1,4 +1,4 @@
-// From the values of an instance image to labels 1..n with boxes and areas.
+// Converts the values of an instance image to labels 1..n with boxes and areas.
 #pragma once
 
 #include <cstdint>
@@ -12,22 +12,22 @@
 
 namespace kinetrace::segmentation {
 
-/// What the pixels of a mask file mean.
+/// Encoding of a mask file's pixels.
 enum class MaskEncoding : std::uint8_t {
   kMots,      ///< 16 bit, KITTI MOTS: class * 1000 + instance; 10000 = ignore; 0 = background.
   kInstance,  ///< 8 bit: instance of unknown class; 255 = ignore; 0 = background.
   kListed,    ///< Position in a list of instances, from 1; 0 = background.
 };
 
-/// What a list says about an instance; class kIgnoreClass = ignore.
+/// List entry of an instance; class kIgnoreClass = ignore.
 struct ListedInstance {
   std::uint16_t class_id = kUnknownClass;
   float score = 1.F;
 };
 
-/// Renumbers instances by area, largest first, so that nothing of a file's numbering survives. Instances beyond
-/// `max_objects` become kIgnoreLabel (something is there, but nobody will track it), those below `min_area_px`
-/// background. At most kMaxValues different values a file; further ones become kIgnoreLabel.
+/// Renumbers instances by area, largest first, which discards the numbering of the file. Instances beyond `max_objects`
+/// become kIgnoreLabel (objects that are not tracked), those below `min_area_px` background. At most kMaxValues
+/// different values a file; further ones become kIgnoreLabel.
 class InstanceRelabeler {
  public:
   static constexpr std::size_t kMaxValues = 1024;
@@ -35,12 +35,12 @@ class InstanceRelabeler {
   InstanceRelabeler() = default;
   explicit InstanceRelabeler(Arena& arena);
 
-  /// Writes `labels` and the kept instances; returns how many were dropped. `source` and `labels` have the same size;
-  /// `detections` has room for `max_objects`. `listed` has all values of MaskEncoding::kListed.
+  /// Writes `labels` and the kept instances; returns the number of dropped ones. `source` and `labels` have the same
+  /// size; `detections` has room for `max_objects`. `listed` has all values of MaskEncoding::kListed.
   int relabel(ImageView<const std::uint16_t> source, MaskEncoding encoding, int max_objects, int min_area_px,
               MutableLabelView labels, FixedVector<Detection>& detections,
               std::span<const ListedInstance> listed = {}) noexcept;
-  /// Whether all that the last image holds is marked as to be ignored.
+  /// True if all instances of the last image are to be ignored.
   [[nodiscard]] bool ignores_all() const noexcept { return ignores_all_; }
 
  private:

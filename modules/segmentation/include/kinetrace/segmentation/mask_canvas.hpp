@@ -14,10 +14,10 @@
 
 namespace kinetrace::segmentation {
 
-/// Draws the masks of one image, earlier ones over later ones, and makes detections of them.
+/// Draws the masks of one image, earlier ones over later ones, and turns them into detections.
 class MaskCanvas {
  public:
-  /// Masks of one image that are looked at; those beyond are dropped and counted.
+  /// Most masks of one image; those beyond are dropped and counted.
   static constexpr std::size_t kMaxMasks = 256;
 
   MaskCanvas() = default;
@@ -25,8 +25,8 @@ class MaskCanvas {
 
   /// Replaces what was drawn before.
   void draw(std::span<const RunLengthMask> masks) noexcept;
-  /// Numbers what was drawn, or what has been made of it in `drawn()`; returns how many masks were dropped, those that
-  /// draw() did not look at included.
+  /// Numbers the drawn masks, or those written to `drawn()`; returns the number of dropped masks, including those
+  /// skipped by draw().
   int finish(const SegmentationConfig& config, InstanceRelabeler& relabeler) noexcept;
 
   /// Position in the list of masks, from 1, for every pixel.

@@ -19,8 +19,7 @@ class ImageReader;
 namespace kinetrace::segmentation {
 
 /// One PNG per frame and view, named like the image: KITTI MOTS (16 bit) or plain instance numbers (8 bit). Numbers in
-/// files are detections of one frame, never identities. This is the one class of the module that reads files, and it
-/// does so in load() alone.
+/// files are detections of one frame, never identities. The only class of the module that reads files, in load() alone.
 class MaskFileSegmenter final : public Segmenter {
  public:
   [[nodiscard]] static std::size_t required_bytes(const SegmentationConfig& config, const StereoGeometry& geometry);
@@ -32,10 +31,10 @@ class MaskFileSegmenter final : public Segmenter {
 
   /// Reads the masks of `pair.name`. A missing left file leaves the frame without detections and is counted; a missing
   /// right one leaves the right masks to the tracker; a file that is damaged or of another size is counted and leaves
-  /// the frame without detections. Allocates only to word an error.
+  /// the frame without detections. Allocates only for an error's message.
   void load(const RectifiedPair& pair, std::span<const Track> tracks) override;
 
-  /// Renumbers what was loaded. Errors: kIllegalState if load() was not called for this frame.
+  /// Renumbers the loaded masks. Errors: kIllegalState if load() was not called for this frame.
   [[nodiscard]] Result<DetectionFrame> process(const SegmentationInput& input) override;
   void reset() override;
 

@@ -1,4 +1,4 @@
-// Two opinions of one image, a network's and that of motion, weighed into one.
+// Fusion of a network's candidates and moving regions in one image.
 #pragma once
 
 #include <cstdint>
@@ -12,28 +12,31 @@
 
 namespace kinetrace::segmentation {
 
-/// A network's candidates that are less probable than this are rejected, whatever moves: it need not propose them.
+/// Least probability of a network's candidate: less probable ones are rejected even if they move, so the network need
+/// not propose them.
 inline constexpr float kMinCandidateProbability = 0.1F;
 
-/// Instances of one image with their pixels. Both empty: nobody has looked.
+/// Instances of one image with their pixels. Both empty: image not segmented.
 struct LabelledInstances {
   LabelView labels;
   std::span<const Detection> instances;
 };
 
-/// What may be an object gets log-odds, and is one where they are positive:
-/// - a network's candidate: those of its score, which is a probability, and more the better a moving region fits it;
-/// - a moving region: those of a confirmed one, and less the more of it is an accepted candidate's.
-/// An accepted candidate keeps its class and all its pixels, so that a region on several of them is divided by them; an
-/// accepted region has the pixels of it that no accepted candidate has, and no class. What belongs to nothing for the
-/// network belongs to nothing.
+/// Every hypothesis of an object has log-odds, and is accepted if they are positive:
+/// - a network's candidate: the log-odds of its score, which is a probability, plus evidence from a moving region, in
+///   proportion to their IoU;
+/// - a moving region: the log-odds of a confirmed one, less a penalty for its part under accepted candidates.
+/// An accepted candidate keeps its class and all its pixels, so that candidates divide a region under several of them.
+/// An accepted region keeps its pixels outside accepted candidates, and has no class. Pixels that the network marks as
+/// ignored stay ignored.
 class MaskFusion {
  public:
   MaskFusion() = default;
   MaskFusion(const StereoGeometry& geometry, int max_objects, int min_area_px, Arena& arena);
 
-  /// Replaces labels() and detections(). Label images have the geometry's size, or are empty. Returns how many objects
-  /// were dropped: those beyond `max_objects`, the smallest, become kIgnoreLabel, those below `min_area_px` background.
+  /// Replaces labels() and detections(). Label images have the geometry's size, or are empty. Returns the number of
+  /// dropped objects: those beyond `max_objects`, the smallest, become kIgnoreLabel, those below `min_area_px`
+  /// background.
   int fuse(const LabelledInstances& network, const LabelledInstances& motion) noexcept;
 
   [[nodiscard]] LabelView labels() const noexcept { return labels_; }
@@ -42,15 +45,15 @@ class MaskFusion {
 
  private:
   struct Object {
-    bool is_region = false;  ///< Else a candidate...
-    std::uint8_t label = 0;  ///< ...and which, in the image that it comes from.
+    bool is_region = false;  ///< Otherwise a candidate.
+    std::uint8_t label = 0;  ///< In its source image.
     std::uint16_t class_id = kUnknownClass;
     float log_odds = 0.F;
     int area_px = 0;
     std::uint8_t result = kBackgroundLabel;  ///< Label of its pixels.
   };
 
-  /// Calls visit(row of `shared_px_`, column, y, x0, x1) for the runs of pixels that both images are uniform in.
+  /// Calls visit(row of `shared_px_`, column, y, x0, x1) for runs of pixels with constant labels in both images.
   template <typename Visit>
   void for_each_run(LabelView network, LabelView motion, Visit&& visit) const noexcept;
   void accept_candidates(std::span<const Detection> candidates, std::span<const Detection> regions) noexcept;
@@ -62,9 +65,9 @@ class MaskFusion {
   MutableLabelView labels_;
   FixedVector<Detection> detections_;
   FixedVector<Object> objects_;
-  std::span<const std::uint8_t> blank_row_;  ///< Of an image that nobody has looked at.
-  ImageView<std::int32_t> shared_px_;        ///< By label of motion (column) and of the network (row).
-  ImageView<std::uint8_t> label_of_;         ///< The result's, likewise.
+  std::span<const std::uint8_t> blank_row_;  ///< Of an image that was not segmented.
+  ImageView<std::int32_t> shared_px_;        ///< Pixels by label of motion (column) and of the network (row).
+  ImageView<std::uint8_t> label_of_;         ///< Label of the result, likewise.
 };
 
 }  // namespace kinetrace::segmentation

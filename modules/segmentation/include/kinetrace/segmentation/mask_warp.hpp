@@ -1,4 +1,4 @@
-// Masks of an earlier frame, moved to where their objects are now.
+// Warps masks of an earlier frame to the present one.
 #pragma once
 
 #include <cstdint>
@@ -16,16 +16,16 @@
 
 namespace kinetrace::segmentation {
 
-/// Features that were seen in a mask then and are seen still tell how it has moved: a shift and a scale, by least
-/// squares over those that agree with the median shift. Where too few do, the nearest features around tell the shift.
+/// Features in a mask that were tracked since determine its motion: a shift and a scale, by least squares over those
+/// that agree with the median shift. If too few agree, the nearest features around determine the shift.
 class MaskWarp {
  public:
   MaskWarp() = default;
   MaskWarp(const StereoGeometry& geometry, int max_features, Arena& arena);
 
-  /// Where features are in the frame whose masks will come.
+  /// Stores the features of the frame whose masks are expected.
   void remember(std::span<const Feature> features) noexcept;
-  /// Moves what `canvas` has drawn of that frame to the present one.
+  /// Warps that frame's masks in `canvas` to the present frame.
   void warp(std::span<const Feature> now, View view, MaskCanvas& canvas) noexcept;
 
  private:

@@ -1,4 +1,4 @@
-// Groups of features that move together through the world.
+// Clusters of features with a common motion in the world.
 #pragma once
 
 #include <array>
@@ -22,17 +22,17 @@ struct MotionCluster {
   Eigen::Vector3f velocity_mps{0.F, 0.F, 0.F};
   Eigen::Matrix3f covariance = Eigen::Matrix3f::Zero();
   int features = 0;
-  std::uint8_t body = 0;  ///< Label that most of its features carry.
+  std::uint8_t body = 0;  ///< Label of most of its features.
 };
 
-/// Finds them by hypotheses. A feature whose own velocity lies significantly outside the ball of slow velocities,
+/// Clustering by hypotheses. A feature whose own velocity lies significantly outside the ball of slow velocities,
 /// systematic errors included, is a seed. From seeds on, the most significant one first, a hypothesis grows over
-/// neighbours (near in the image, at the same depth) that it explains better than rest does, and takes their
-/// velocities into its own; a feature that anything may explain has no say. It does not grow across ground, across what
-/// lies farther away, across a step of depth, or into the features of another known region. Enough features make it a
-/// group, or fewer where the images around them say the same (TemporalTest). Groups on one tracked body that move alike
-/// are joined, and features that fit a group's motion better than rest are added. What lies on the ground (shadows,
-/// reflections) or out of an object's reach is no part of any.
+/// neighbours (near in the image, at the same depth) whose motion it explains better than rest does, and updates its
+/// velocity by theirs; features that fit both hypotheses are ignored. It does not grow across ground, a gap to farther
+/// surfaces, a step of depth, or into another known region. It becomes a cluster with enough features, or with fewer if
+/// the images around them agree (TemporalTest). Clusters on one tracked body with similar motion are joined, and
+/// features that fit a cluster's motion better than rest are added. Features on the ground (shadows, reflections) or
+/// higher than objects reach are excluded.
 class MotionClusters {
  public:
   static constexpr std::size_t kMaxClusters = 64;
@@ -40,8 +40,8 @@ class MotionClusters {
   MotionClusters() = default;
   MotionClusters(const MotionConfig& config, const StereoGeometry& geometry, int max_features, Arena& arena);
 
-  /// `motions` and `known_region` are parallel to `features`; known_region: the region (any number) that a feature
-  /// belonged to in the frame before, -1 = none. The result lives until the next call, most features first.
+  /// `motions` and `known_region` are parallel to `features`; known_region: the region (any number) of a feature in the
+  /// frame before, -1 = none. The result lives until the next call, most features first.
   std::span<const MotionCluster> find(std::span<const Feature> features, std::span<const FeatureMotion> motions,
                                       double ego_speed_mps, const DenseView& dense, const TemporalTest& test,
                                       std::span<const std::int16_t> known_region);
@@ -50,17 +50,17 @@ class MotionClusters {
   [[nodiscard]] std::span<const std::int16_t> cluster_of_feature() const noexcept { return cluster_of_.span(); }
 
  private:
-  /// A motion, and what is for it.
+  /// A motion, and its support.
   struct Hypothesis {
     std::size_t seed = 0;
     std::int16_t label = -1;
-    std::int16_t region = -1;  ///< Known one that its features belong to, -1 = none.
+    std::int16_t region = -1;  ///< Known region of its features, -1 = none.
     Eigen::Matrix3f information = Eigen::Matrix3f::Zero();
     Eigen::Vector3f weighted{0.F, 0.F, 0.F};  ///< Sum of information times velocity.
     Eigen::Vector3f velocity_mps{0.F, 0.F, 0.F};
     Eigen::Matrix3f covariance = Eigen::Matrix3f::Zero();
-    int agreeing = 0;    ///< Pairs of neighbours that move alike.
-    int dissenting = 0;  ///< Neighbours of its features, on the same surface, that stand still.
+    int agreeing = 0;    ///< Pairs of neighbours with the same motion.
+    int dissenting = 0;  ///< Neighbours of its features, on the same surface, at rest.
   };
 
   void fill_grid();
@@ -95,8 +95,8 @@ class MotionClusters {
   std::span<const std::int16_t> known_region_;
   std::span<std::int16_t> cell_first_;
   std::span<std::int16_t> next_in_cell_;
-  std::span<float> motion_chi2_;        ///< Of each feature: to the nearest velocity that counts as rest.
-  std::span<std::uint8_t> left_out_;    ///< Of each feature: 1 if it lies on the ground, or out of reach.
+  std::span<float> motion_chi2_;        ///< By feature: distance to the nearest velocity that counts as rest.
+  std::span<std::uint8_t> left_out_;    ///< By feature: 1 if on the ground, or higher than objects reach.
   FixedVector<std::uint16_t> seeds_;    ///< Features whose own motion is significant, most significant first.
   FixedVector<std::uint16_t> support_;  ///< Features of the hypothesis being grown.
   FixedVector<std::int16_t> cluster_of_;

@@ -1,4 +1,4 @@
-// How fast each feature moves through the world, and how sure that is.
+// Velocity of each feature in the world, with its uncertainty.
 #pragma once
 
 #include <cstdint>
@@ -16,37 +16,37 @@
 
 namespace kinetrace::segmentation {
 
-/// Velocity of one feature relative to the static world; axes of the frame that reset() began with.
+/// Velocity of one feature relative to the static world; axes of the first frame after reset().
 struct FeatureMotion {
   bool known = false;  ///< A constant velocity explains three or more recent observations.
-  bool fresh = false;  ///< There are two, and nothing that could contradict the velocity between them.
+  bool fresh = false;  ///< Only two observations: the velocity between them is untested.
   float depth_m = 0.F;
   Eigen::Vector3f velocity_mps{0.F, 0.F, 0.F};
   Eigen::Matrix3f covariance = Eigen::Matrix3f::Zero();   ///< Of the velocity, from image noise alone.
   Eigen::Matrix3f information = Eigen::Matrix3f::Zero();  ///< Its inverse.
-  Eigen::Matrix3f systematic = Eigen::Matrix3f::Zero();   ///< Covariance that neighbours share: ego motion, disparity.
+  Eigen::Matrix3f systematic = Eigen::Matrix3f::Zero();   ///< Covariance common to neighbours: ego motion, disparity.
   float static_chi2 = 0.F;                                ///< velocity^T information velocity.
 };
 
 /// A Kalman filter for each feature (Franke et al. 2005, "6D-Vision"): position and velocity in the world from its
-/// stereo observations (uL, v, uR), so that along the ray it knows far less than across it. The memory fades: an
-/// observation counts for half as much after `memory_s`. One that does not fit is left out, a second one in a row
-/// begins the filter anew. A feature has no say either when it would look the same where it ought to be at rest: on
+/// stereo observations (uL, v, uR), so that the uncertainty along the ray is far larger than across. Its memory is
+/// fading: the weight of an observation halves after `memory_s`. An outlier is skipped, a second one in a row restarts
+/// the filter. A feature is also ignored if it would look the same at the place where it would be at rest: on
 /// repetitive texture (road markings, fences) a track may jump from one element to the next in every frame, and then
-/// seems to travel with the camera.
+/// appears to travel with the camera.
 class MotionEvidence {
  public:
   MotionEvidence() = default;
   MotionEvidence(const MotionConfig& config, const StereoGeometry& geometry, int max_features, Arena& arena);
 
-  /// Adds a frame; the result is parallel to `features` and lives until the next call.
-  /// `left` may be empty: then repetitive texture goes unnoticed. `T_prev_cam`: this frame's left camera in the
-  /// previous frame's; ignored for the first frame after reset().
+  /// Adds a frame; the result is parallel to `features` and lives until the next call. `left` may be empty: then
+  /// repetitive texture is not detected. `T_prev_cam`: this frame's left camera in the previous frame's; ignored for
+  /// the first frame after reset().
   std::span<const FeatureMotion> update(std::span<const Feature> features, GrayView left, const Se3& T_prev_cam,
                                         std::int64_t timestamp_ns);
   void reset() noexcept;
 
-  /// Of the camera, between the last two frames; 0 before.
+  /// Speed of the camera between the last two frames; 0 before.
   [[nodiscard]] const Se3& T_world_cam() const noexcept { return T_world_cam_; }
   [[nodiscard]] double ego_speed_mps() const noexcept { return ego_speed_mps_; }
 
@@ -56,11 +56,11 @@ class MotionEvidence {
   struct Slot {
     std::uint32_t feature_id = 0;
     int observations = 0;
-    int misfits = 0;            ///< Observations left out in a row...
-    int left_out = 0;           ///< ...and in all.
+    int misfits = 0;            ///< Successive outliers...
+    int left_out = 0;           ///< ...and all.
     std::int64_t first_ns = 0;  ///< Of the observations the filter holds...
-    std::int64_t last_ns = 0;   ///< ...and the last one, used or not.
-    double misfit = 1.0;        ///< Mean squared innovation over what was expected.
+    std::int64_t last_ns = 0;   ///< ...and of the last one, used or not.
+    double misfit = 1.0;        ///< Mean NIS over its expectation.
     Eigen::Vector3d anchor_m{0.0, 0.0, 0.0};
     Vector6 state = Vector6::Zero();  ///< World position minus the anchor, velocity.
     Matrix6 covariance = Matrix6::Zero();

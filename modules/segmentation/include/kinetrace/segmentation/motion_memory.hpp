@@ -1,4 +1,4 @@
-// Which moving regions are accepted, and for how long after they stop.
+// Confirmation of moving regions, and their retention after they stop.
 #pragma once
 
 #include <array>
@@ -18,24 +18,24 @@
 
 namespace kinetrace::segmentation {
 
-/// A group of features followed over frames by the features themselves. Internal to motion segmentation: it decides
-/// what is reported, not who is who.
+/// A cluster of features followed over frames by the features themselves. Internal to motion segmentation: it decides
+/// on reporting, not on identities.
 struct MotionRegion {
   std::uint32_t id = 0;
   Eigen::Vector3f velocity_mps{0.F, 0.F, 0.F};  ///< When it last moved.
   Eigen::Matrix3f covariance = Eigen::Matrix3f::Zero();
   int moving_frames = 0;
-  int votes = 0;  ///< Features that agreed on its motion, over these frames.
+  int votes = 0;  ///< Features that agreed on its motion, summed over these frames.
   std::uint32_t last_moving_frame = 0;
   DwellTime idle;         ///< Without motion.
   bool moving = false;    ///< In this frame.
-  bool reported = false;  ///< Confirmed, and moving or stopped not long ago.
+  bool reported = false;  ///< Confirmed, and moving or recently stopped.
   int features = 0;       ///< In this frame.
 };
 
-/// A region is confirmed after `confirm_frames` frames in motion, or more of them if few features agreed on it, and
-/// kept for `hold_s` after the last one by the features that made it: an object that halts does not vanish at once. In
-/// each frame: begin, update, sustain where due, conclude.
+/// A region is confirmed after `confirm_frames` frames of motion, or more if few features agreed on it, and retained by
+/// its features for `hold_s` after the last one: an object that halts does not vanish at once. In each frame: begin,
+/// update, sustain where due, conclude.
 class MotionMemory {
  public:
   static constexpr std::size_t kMaxRegions = MotionClusters::kMaxClusters;
@@ -43,22 +43,22 @@ class MotionMemory {
   MotionMemory() = default;
   MotionMemory(const MotionConfig& config, int max_features, Arena& arena);
 
-  /// Recalls where each feature belonged. `inherited_region` (parallel to the features): id of the region on whose mask
-  /// a feature was found that nothing is known about yet, else 0. Tracking a new object replaces its features, so the
-  /// old ones cannot carry a region on.
+  /// Recalls each feature's region. `inherited_region` (parallel to the features): id of the region on whose mask a
+  /// feature without history was found, else 0. Tracking a new object replaces its features, so the old ones cannot
+  /// carry a region on.
   void begin(std::span<const Feature> features, std::span<const std::uint32_t> inherited_region);
-  /// Gives each cluster to the region that most of its features were in, or to a new one. `drawn_region`: id of the
-  /// region on whose mask each feature was, in the frame before; it speaks for features that were in none.
+  /// Assigns each cluster to the region of most of its features, or to a new one. `drawn_region`: id of the region on
+  /// whose mask each feature was, in the frame before; used for features that were in none.
   void update(std::span<const Feature> features, std::span<const FeatureMotion> motions,
               std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature,
               std::span<const std::uint32_t> drawn_region);
-  /// Blobs carry regions on, or begin them, alike. `drawn_as`: id of the region that a blob was drawn as in the frame
+  /// Continues regions by blobs, or initiates them. `drawn_as`: id of the region that a blob was drawn as in the frame
   /// before, 0 = none; `blob_of_feature`: index of the blob that a feature lies on, -1 = none.
   void update_blobs(std::span<const MovingBlob> blobs, std::span<const std::uint32_t> drawn_as,
                     std::span<const std::int16_t> blob_of_feature);
-  /// A region that no cluster continued in this frame moves on all the same: its image says so.
+  /// Marks a region without a cluster in this frame as moving, by evidence of the images.
   void sustain(std::size_t region) noexcept;
-  /// Drops what has not moved for too long. `interval_ns`: since the frame before.
+  /// Drops regions without motion for too long. `interval_ns`: since the frame before.
   void conclude(std::int64_t interval_ns, std::span<const Feature> features, std::span<const FeatureMotion> motions);
   void reset() noexcept;
 
@@ -67,7 +67,7 @@ class MotionMemory {
   [[nodiscard]] std::span<const std::int16_t> region_of_feature() const noexcept { return region_of_.span(); }
   /// The same for the blobs of the last update.
   [[nodiscard]] std::span<const std::int16_t> region_of_blob() const noexcept { return region_of_blob_.span(); }
-  /// True where a feature has itself been seen to move with its region; parallel to the features as well.
+  /// True if a feature's own motion agreed with its region; parallel to the features as well.
   [[nodiscard]] bool proved(std::size_t feature) const noexcept { return proved_[feature] != 0; }
 
  private:

@@ -1,4 +1,4 @@
-// Independently moving regions, without a network: what the ego motion does not explain.
+// Independently moving regions, without a network, from the residual of the ego motion.
 #pragma once
 
 #include <cstddef>
@@ -17,9 +17,9 @@
 
 namespace kinetrace::segmentation {
 
-/// Features -> velocities (MotionEvidence) -> groups (MotionClusters) -> accepted regions (MotionMemory) -> masks
+/// Features -> velocities (MotionEvidence) -> clusters (MotionClusters) -> accepted regions (MotionMemory) -> masks
 /// (RegionMask). Left masks only; the class is unknown. A frame without ego motion has no detections available and
-/// forgets all evidence, because earlier frames can no longer be related to later ones.
+/// clears all evidence, because earlier frames can no longer be related to later ones.
 class MotionSegmenter final : public Segmenter {
  public:
   [[nodiscard]] static std::size_t required_bytes(const SegmentationConfig& config, const StereoGeometry& geometry,
@@ -39,7 +39,7 @@ class MotionSegmenter final : public Segmenter {
 
   void look(const SegmentationInput& input, std::span<const FeatureMotion> motions);
 
-  /// Blob that each feature lies on, -1 = none.
+  /// Blob under each feature, -1 = none.
   std::span<const std::int16_t> blobs_of(std::span<const Feature> features);
 
   StereoGeometry geometry_;
@@ -49,7 +49,7 @@ class MotionSegmenter final : public Segmenter {
   MotionClusters clusters_;
   MotionMemory memory_;
   FrameHistory history_;
-  MutableGrayView right_;  ///< Right image at the size of the history's.
+  MutableGrayView right_;  ///< Right image at matching size.
   CellDisparity disparity_;
   GroundPlane ground_;
   MovingBlobs blobs_;

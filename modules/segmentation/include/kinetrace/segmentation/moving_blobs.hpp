@@ -1,4 +1,4 @@
-// Parts of the image that the static world does not explain, and one velocity does.
+// Parts of the image that contradict the static world and fit one velocity.
 #pragma once
 
 #include <array>
@@ -17,28 +17,28 @@
 
 namespace kinetrace::segmentation {
 
-/// A part of the image that is restless, and what is known of its velocity from all frames it was seen in.
+/// A restless part of the image, and its velocity, filtered over all its frames.
 struct MovingBlob {
   Eigen::Vector3f velocity_mps{0.F, 0.F, 0.F};            ///< World axes.
   Eigen::Matrix3f information = Eigen::Matrix3f::Zero();  ///< Of the velocity, from image noise alone.
-  float misfit = 1.F;                                     ///< Mean squared innovation over what was expected.
-  float rest = 0.F;                                       ///< Mean grey difference if it stood still...
+  float misfit = 1.F;                                     ///< Mean NIS over its expectation.
+  float rest = 0.F;                                       ///< Mean grey difference at rest...
   float moved = 0.F;                                      ///< ...and at its velocity; means over frames.
   int frames = 0;
-  float seen_s = 0.F;  ///< Since it was first seen.
+  float seen_s = 0.F;  ///< Since its first frame.
   int cells = 0;
-  bool moving = false;  ///< Beyond doubt.
+  bool moving = false;  ///< With certainty.
 
   [[nodiscard]] Eigen::Matrix3f covariance() const;
 };
 
-/// Finds what has too few features: people, and what is slow. A cell is restless if its image does not match an earlier
-/// one where it was if it stood still, at its own depth or a neighbour's. Restless cells that touch and are as far away
-/// make a blob. Its velocity, one for all of it, is searched for across the line of sight when it is first seen; then a
-/// filter refines it from frame to frame in all three directions by least squares over the differences of all its
-/// pixels (Lucas and Kanade 1981, with the velocity as the warp): growth tells of the motion along the line of sight,
-/// much sooner than disparity does on a short baseline. A blob moves if its velocity is significant, explains the image
-/// much better than rest, and is the same from frame to frame.
+/// Finds objects with too few features: people, and slow ones. A cell is restless if its image does not match an
+/// earlier one at the place where it would have been at rest, at its own depth or a neighbour's. Touching restless
+/// cells at the same depth make a blob. Its common velocity is first searched for across the line of sight; then a
+/// filter refines it from frame to frame in all three directions by least squares over the grey differences of all its
+/// pixels (Lucas and Kanade 1981, with the velocity as the warp): growth shows the motion along the line of sight, much
+/// sooner than disparity does on a short baseline. A blob moves if its velocity is significant, explains the image much
+/// better than rest, and is the same from frame to frame.
 class MovingBlobs {
  public:
   static constexpr std::size_t kMaxBlobs = 64;
@@ -47,11 +47,11 @@ class MovingBlobs {
   MovingBlobs(const MotionConfig& config, const StereoGeometry& geometry, Arena& arena);
 
   void reset() noexcept;
-  /// `test`: of the history in `dense`. `T_world_cam`: its newest pose. The result lives until the next call.
+  /// `test` uses the history in `dense`. `T_world_cam`: its newest pose. The result lives until the next call.
   std::span<const MovingBlob> find(const DenseView& dense, const TemporalTest& test, const Se3& T_world_cam,
                                    double ego_speed_mps);
 
-  /// Of cells that match what they were if they stood still.
+  /// Value of cells that match the static world.
   static constexpr std::int16_t kStandsStill = -2;
   /// Blob of each cell of the last call, -1 = none, or kStandsStill.
   [[nodiscard]] ImageView<const std::int16_t> blob_of_cell() const noexcept { return owner_; }
@@ -81,17 +81,17 @@ class MovingBlobs {
   MotionConfig config_;
   StereoGeometry geometry_;
   int lag_ = 0;
-  float elapsed_s_ = 0.F;   ///< Since that image...
+  float elapsed_s_ = 0.F;   ///< Since the compared image...
   float interval_s_ = 0.F;  ///< ...and since the last one.
-  float noise_ = 0.F;       ///< Mean grey difference of what stands still.
+  float noise_ = 0.F;       ///< Median grey difference at rest.
   std::span<float> scratch_;
   std::array<ImageView<float>, FrameHistory::kFrames> past_disparity_;  ///< Of the last frames, as a ring.
   std::size_t newest_ = 0;
-  ImageView<float> residual_;  ///< Of each cell at rest; negative where unknown.
+  ImageView<float> residual_;  ///< Of each cell, assumed at rest; negative where unknown.
   ImageView<float> restless_;  ///< Disparity of restless cells, else negative.
   ImageView<std::int16_t> owner_;
   ImageView<std::int16_t> owner_before_;
-  FixedVector<Cell> cells_;  ///< Of the blob at hand.
+  FixedVector<Cell> cells_;  ///< Of the current blob.
   FixedVector<MovingBlob> blobs_;
   FixedVector<MovingBlob> blobs_before_;
 };

@@ -1,4 +1,4 @@
-// Instance masks of a neural network that is slower than the camera.
+// Instance masks from a neural network that is slower than the camera.
 #pragma once
 
 #include <cstddef>
@@ -16,10 +16,9 @@
 
 namespace kinetrace::segmentation {
 
-/// Hands frame k over when it comes, goes on with the frames after it, takes its masks at frame k + latency_frames (or
-/// as soon after it as they are there), warps them to the present, and hands the next frame over. Frames in between
-/// have no detections: tracks are propagated. After each whole image it hands over `regions` parts around tracks, if
-/// there are tracks that fit into one.
+/// Submits frame k at its arrival, fetches its masks at frame k + latency_frames (or as soon after it as they are
+/// ready), warps them to the present, and submits the next frame. Frames in between have no detections: tracks are
+/// propagated. After each whole image it submits `regions` parts around tracks, as far as tracks fit into one.
 class NetworkSegmenter final : public Segmenter {
  public:
   [[nodiscard]] static std::size_t required_bytes(const SegmentationConfig& config, const StereoGeometry& geometry,
@@ -33,12 +32,12 @@ class NetworkSegmenter final : public Segmenter {
   void load(const RectifiedPair& pair, std::span<const Track> tracks) override;
   /// Errors: kIllegalState if load() was not called for this frame.
   [[nodiscard]] Result<DetectionFrame> process(const SegmentationInput& input) override;
-  /// What the network still works on is not used.
+  /// The result of a frame in progress is discarded.
   void reset() override;
 
  private:
   struct UnderWay {
-    PixelBox region_px;  ///< Empty: the whole image, and the right one too if it is looked at.
+    PixelBox region_px;  ///< Empty: the whole image, and the right one, if it is segmented.
     int age_frames = 0;
     bool is_wanted = true;  ///< False after reset() or a jump.
   };
@@ -47,16 +46,16 @@ class NetworkSegmenter final : public Segmenter {
   static void carve(const SegmentationConfig& config, const StereoGeometry& geometry, int max_features, Arena& arena,
                     NetworkSegmenter& segmenter);
   [[nodiscard]] PixelBox next_region(std::span<const Track> tracks) noexcept;
-  /// Asks the network whether it is done; what it says is kept for process().
+  /// Polls the network; the result is kept for process().
   void collect() noexcept;
-  /// Masks of the present frame alone are still wanted.
+  /// Only masks of the present frame are still wanted.
   void forget_earlier_frames() noexcept;
   void deliver(const SegmentationInput& input, DetectionFrame& frame) noexcept;
 
   SegmentationConfig config_;
   DelayedMaskSource* network_ = nullptr;
   MaskCanvas left_;
-  MaskCanvas right_;  ///< Without memory where the right image is not looked at.
+  MaskCanvas right_;  ///< Without memory if the right image is not segmented.
   MaskWarp warp_;
   InstanceRelabeler relabeler_;
   std::optional<UnderWay> under_way_;
@@ -64,7 +63,7 @@ class NetworkSegmenter final : public Segmenter {
   int regions_left_ = 0;  ///< Until the next whole image.
   const MaskSet* collected_ = nullptr;
   UnderWay collected_as_;
-  bool is_due_ = false;  ///< Masks were to come with this frame.
+  bool is_due_ = false;  ///< Masks were expected with this frame.
   std::optional<std::int64_t> loaded_frame_index_;
 };
 

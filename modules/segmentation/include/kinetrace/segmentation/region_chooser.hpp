@@ -1,4 +1,4 @@
-// Where a network should look more closely.
+// Selection of image regions for a closer look by the network.
 #pragma once
 
 #include <array>
@@ -11,29 +11,29 @@
 
 namespace kinetrace::segmentation {
 
-/// Regions half as wide and half as high as the image: a network that shrinks whole images sees them twice as large.
+/// Regions half as wide and high as the image, which a network sees enlarged by two against whole images.
 class RegionChooser {
  public:
   RegionChooser() = default;
   explicit RegionChooser(const StereoGeometry& geometry) noexcept;
 
-  /// The region with the track that has not been in one for longest, and beside it as many others as fit, nearest
-  /// first. Empty if no track fits.
+  /// The region with the track that has waited longest, and as many others beside it as fit, nearest first. Empty if no
+  /// track fits.
   [[nodiscard]] PixelBox choose(std::span<const Track> tracks) noexcept;
   void reset() noexcept;
 
  private:
-  /// Of the region's upper left corner.
+  /// Range of the region's upper left corner.
   struct Range {
     int x0 = 0;
     int y0 = 0;
-    int x1 = 0;  ///< The last.
+    int x1 = 0;  ///< Inclusive.
     int y1 = 0;
     [[nodiscard]] bool empty() const noexcept { return x1 < x0 || y1 < y0; }
   };
   struct Look {
     std::uint32_t track_id = 0;
-    std::uint64_t region = 0;  ///< Number of the last one it was in, from 1.
+    std::uint64_t region = 0;  ///< Number of the last region that contained it, from 1.
   };
 
   [[nodiscard]] Range around(const PixelBox& box) const noexcept;

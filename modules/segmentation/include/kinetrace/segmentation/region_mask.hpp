@@ -1,4 +1,4 @@
-// From features to pixels: which part of the image a moving region covers.
+// Pixel masks of moving regions.
 #pragma once
 
 #include <array>
@@ -23,18 +23,18 @@
 
 namespace kinetrace::segmentation {
 
-/// Decides for each cell of 4x4 pixels near a region whether it moves with the region or not, by the logarithm of the
-/// ratio of their likelihoods: does its disparity lie within the region's depth, is it above the ground, do the images
-/// of the last frames match better if it moved with the region or if it stood still, was it the region's before, do
-/// features nearby say so? These opinions are averaged along surfaces, not across steps of intensity or disparity
-/// (a recursive edge-aware filter, Gastal and Oliveira 2011), and a cell goes to the region that it speaks for most.
+/// Assigns each cell of 4x4 pixels near a region to it or not, by a log-likelihood ratio: whether its disparity lies
+/// within the region's depth, whether it is above the ground, whether the last images match better if it moved with the
+/// region than at rest, whether it was the region's before, and whether features nearby agree. The ratios are averaged
+/// along surfaces, not across steps of intensity or disparity (a recursive edge-aware filter, Gastal and Oliveira
+/// 2011), and a cell is assigned to the region with the largest.
 class RegionMask {
  public:
   RegionMask() = default;
   RegionMask(const StereoGeometry& geometry, int max_features, int max_objects, int min_area_px, Arena& arena);
 
   void reset() noexcept;
-  /// Returns how many regions were dropped: beyond max_objects (the smallest ones) or below min_area_px.
+  /// Returns the number of dropped regions: beyond max_objects (the smallest ones) or below min_area_px.
   int draw(std::span<const Feature> features, std::span<const FeatureMotion> motions, MotionMemory& memory,
            const DenseView& dense, const TemporalTest& test, ImageView<const std::int16_t> blob_of_cell);
 
@@ -42,14 +42,15 @@ class RegionMask {
   /// half of them. The result lives until the next call.
   std::span<const std::uint32_t> drawn_as(std::span<const MovingBlob> blobs, ImageView<const std::int16_t> blob_of_cell,
                                           const DenseView& dense, const TemporalTest& test);
-  /// For each feature: id of the region drawn, in the previous frame, where it was; 0 = none. Likewise.
+  /// For each feature: id of the region drawn at its previous place in the previous frame; 0 = none. The result lives
+  /// until the next call.
   std::span<const std::uint32_t> drawn_regions(std::span<const Feature> features);
 
-  /// Whether the image says that what was drawn of the region in the frame before has moved on as it did.
+  /// True if the images show that the region, as drawn in the frame before, has continued its motion.
   [[nodiscard]] bool moves_on(const MotionRegion& region, const DenseView& dense, const TemporalTest& test) const;
 
-  /// For each feature that is new and lies on a tracked body: id of the region drawn, in the previous frame, where it
-  /// was found; 0 otherwise. The result lives until the next call.
+  /// For each new feature on a tracked body: id of the region drawn in the previous frame at its place then; 0
+  /// otherwise. The result lives until the next call.
   std::span<const std::uint32_t> inherited_regions(std::span<const Feature> features);
 
   [[nodiscard]] LabelView labels() const noexcept { return labels_; }
@@ -60,17 +61,17 @@ class RegionMask {
   /// A region being drawn.
   struct Candidate {
     std::uint32_t region_id = 0;
-    Eigen::Vector3f velocity_mps{0.F, 0.F, 0.F};  ///< World axes; 0 when it has stopped.
+    Eigen::Vector3f velocity_mps{0.F, 0.F, 0.F};  ///< World axes; 0 when stopped.
     Eigen::Matrix3f covariance = Eigen::Matrix3f::Zero();
     bool moving = false;
-    bool has_blob = false;     ///< Some of its cells are a blob's.
-    float disparity_px = 0.F;  ///< In the middle of its features.
-    float near_px = 0.F;       ///< Greatest disparity that may be its own...
+    bool has_blob = false;     ///< Some of its cells belong to a blob.
+    float disparity_px = 0.F;  ///< Central value of its features.
+    float near_px = 0.F;       ///< Greatest disparity of its own cells...
     float far_px = 0.F;        ///< ...and least one.
-    int lag = 1;               ///< Frames back to the image that it is compared with.
-    PixelBox cells;            ///< Where it may be.
+    int lag = 1;               ///< Frames back to the compared image.
+    PixelBox cells;            ///< Search box.
   };
-  /// As the region was drawn last; null if it was not.
+  /// The region as drawn last; null if it was not.
   [[nodiscard]] const Candidate* drawn(std::uint32_t region_id) const noexcept;
   [[nodiscard]] bool describe(std::size_t region, std::span<const Feature> features, const MotionMemory& memory,
                               const DenseView& dense, const TemporalTest& test, Candidate& candidate);
@@ -98,11 +99,11 @@ class RegionMask {
   ImageView<const std::int16_t> blob_of_cell_;  ///< Of the frame being drawn.
   std::span<float> scratch_;
   ImageView<std::uint32_t> previous_;  ///< Region drawn on each cell in the frame before.
-  ImageView<std::int16_t> owner_;      ///< Candidate that each cell goes to, -1 = none.
-  ImageView<float> best_;              ///< What it says for it.
-  ImageView<float> evidence_;          ///< Of the candidate being drawn.
-  ImageView<float> posterior_;         ///< What spoke for the region in previous_, in the frame before.
-  ImageView<float> distance_;          ///< Cells to its nearest member.
+  ImageView<std::int16_t> owner_;      ///< Candidate of each cell, -1 = none.
+  ImageView<float> best_;              ///< Log-likelihood ratio of that candidate.
+  ImageView<float> evidence_;          ///< Log-likelihood ratios of the candidate being drawn.
+  ImageView<float> posterior_;         ///< Log-likelihood ratio of the region in previous_.
+  ImageView<float> distance_;          ///< To its nearest member, in cells.
   ImageView<float> grey_;              ///< Mean of each cell.
   ImageView<float> weight_right_;      ///< Of the edge-aware filter, towards the next column...
   ImageView<float> weight_down_;       ///< ...and row.

@@ -1,4 +1,4 @@
-// One interface for every source of instance masks.
+// Interface of all sources of instance masks.
 #pragma once
 
 #include <cstddef>
@@ -19,22 +19,22 @@
 
 namespace kinetrace::segmentation {
 
-/// What a segmenter may look at: the frame, and what is known about it before objects are.
+/// Input of a segmenter: the frame, its features and the ego motion.
 struct SegmentationInput {
   RectifiedPair pair;
   std::span<const Feature> features;  ///< Tracked into this frame and stereo-matched; `body` is the label in the
                                       ///< previous frame.
   bool ego_valid = false;             ///< False: no ego motion for this frame (lost, or the very first frame).
   Se3 T_prev_cam;                     ///< Left camera of this frame in the left camera of the previous frame.
-  bool jumped = false;                ///< Shows something else than the frame before: masks of earlier ones are void.
+  bool jumped = false;                ///< Scene differs from the frame before: masks of earlier ones are void.
 };
 
 /// Running totals since start (reset() keeps them).
 struct SegmentationCounters {
   std::uint64_t frames = 0;              ///< Frames processed.
-  std::uint64_t frames_missing = 0;      ///< Frames for which there was no mask file, no ego motion, nothing in time.
-  std::uint64_t frames_unreadable = 0;   ///< Frames whose left mask file could not be used: damaged, wrong size.
-  std::uint64_t files_unreadable = 0;    ///< Mask files of both views that could not be used.
+  std::uint64_t frames_missing = 0;      ///< Frames without mask file, ego motion or masks in time.
+  std::uint64_t frames_unreadable = 0;   ///< Frames whose left mask file is unusable: damaged, wrong size.
+  std::uint64_t files_unreadable = 0;    ///< Unusable mask files of both views.
   std::uint64_t detections = 0;          ///< Left instances delivered.
   std::uint64_t detections_dropped = 0;  ///< Instances beyond max_objects or below min_area_px, both images.
 };
@@ -48,21 +48,21 @@ class Segmenter {
   Segmenter& operator=(Segmenter&&) = delete;
   virtual ~Segmenter() = default;
 
-  /// Fetches what the source keeps outside the program (mask files), or asks for it; part of capture, not of
-  /// segmentation. `tracks`: as they were in the frame before. Bad or missing files are no error: they are counted, and
-  /// the frame's detections are not available.
+  /// Reads or requests masks from outside the program (mask files); part of capture, not of segmentation. `tracks`:
+  /// state of the frame before. Bad or missing files are no error: they are counted, and the frame's detections are not
+  /// available.
   virtual void load(const RectifiedPair& /*pair*/, std::span<const Track> /*tracks*/) {}
 
   /// Instances of this frame; views live in the segmenter until the next call. Errors: kIllegalState if
   /// load() was not called for this frame by a source that needs it.
   [[nodiscard]] virtual Result<DetectionFrame> process(const SegmentationInput& input) = 0;
 
-  /// Forgets everything about earlier frames.
+  /// Clears all state of earlier frames.
   virtual void reset() = 0;
 
   [[nodiscard]] const SegmentationCounters& counters() const noexcept { return counters_; }
 
-  /// The first few things that went wrong, one line each; index below warning_count().
+  /// The first few warnings, one line each; index below warning_count().
   [[nodiscard]] virtual std::size_t warning_count() const noexcept { return 0; }
   [[nodiscard]] virtual std::string_view warning(std::size_t /*index*/) const noexcept { return {}; }
 

@@ -1,4 +1,4 @@
-// Whether the images of the last frames say that something moves, or that it stands still.
+// Test of motion against rest, by the images of the last frames.
 #pragma once
 
 #include <array>
@@ -13,18 +13,18 @@
 
 namespace kinetrace::segmentation {
 
-/// What the cells of the newest frame say by themselves.
+/// Dense data of the newest frame and its history.
 struct DenseView {
   const CellDisparity& disparity;
   const GroundPlane& ground;
   const FrameHistory& history;
 };
 
-/// Compares the image around a cell with an earlier one, at the place where it was if it stood still, and where it was
-/// if it moved with a velocity. The difference of the two residuals is a log-likelihood ratio, in nats.
+/// Compares the patch around a cell with an earlier image at two places: where the cell was if at rest, and where if it
+/// moved with a velocity. The difference of the two residuals is a log-likelihood ratio, in nats.
 class TemporalTest {
  public:
-  /// Where something was in an earlier frame, full pixels.
+  /// The two places in an earlier frame, full pixels.
   struct Places {
     Eigen::Vector2f at_rest{0.F, 0.F};
     Eigen::Vector2f moved{0.F, 0.F};
@@ -36,26 +36,26 @@ class TemporalTest {
   /// `lag` in [1, history.size()).
   [[nodiscard]] Places places(const Eigen::Vector3f& velocity_mps, int lag, float u, float v,
                               float disparity_px) const noexcept;
-  /// Lag of the newest earlier image in which the two places lie far enough apart; 0 if there is no earlier image.
+  /// Lag of the newest earlier image in which the two places are distinguishable; 0 without an earlier image.
   [[nodiscard]] int telling_lag(const Eigen::Vector3f& velocity_mps, float u, float v,
                                 float disparity_px) const noexcept;
-  /// For one cell; positive: it moved. 0 where an image is missing or the place lies outside.
+  /// For one cell; positive: moved. 0 without an image, or if the place lies outside.
   [[nodiscard]] float cell_nats(const Eigen::Vector3f& velocity_mps, int lag, int cx, int cy,
                                 float disparity_px) const noexcept;
-  /// Mean grey difference of one cell's patch; negative where an image is missing or the place lies outside.
+  /// Mean grey difference of one cell's patch; negative without an image, or if the place lies outside.
   [[nodiscard]] float residual(const Eigen::Vector3f& velocity_mps, int lag, int cx, int cy,
                                float disparity_px) const noexcept;
-  /// Adds to the normal equations of a change of velocity what one cell says: the grey differences of its pixels, of
-  /// standard deviation `noise_grey`, are to vanish.
+  /// Adds one cell to the normal equations of a change of velocity: residuals are the grey differences of its pixels,
+  /// of standard deviation `noise_grey`.
   void add_equations(const Eigen::Vector3f& velocity_mps, int lag, int cx, int cy, float disparity_px, float noise_grey,
                      Eigen::Matrix3f& information, Eigen::Vector3f& weighted) const noexcept;
-  /// Lag of the newest image that is at least so old, or of the oldest one there is.
+  /// Lag of the newest image at least so old, or of the oldest one.
   [[nodiscard]] int lag_after(float seconds) const noexcept;
   [[nodiscard]] float elapsed_s(int lag) const noexcept;
-  /// Sum over the cells within `radius_m` of (u, v) and as far away, less what neighbours share.
+  /// Sum over the cells within `radius_m` of (u, v) and of similar depth, divided by overlap().
   [[nodiscard]] float support_nats(const DenseView& dense, const Eigen::Vector3f& velocity_mps, float u, float v,
                                    float disparity_px, float radius_m) const noexcept;
-  /// How many cells share one patch.
+  /// Area of a patch over that of a cell: the redundancy of neighbouring cells.
   [[nodiscard]] float overlap() const noexcept;
 
  private:

@@ -1,4 +1,4 @@
-// The first few complaints of a run, kept without allocating.
+// The first few warnings of a run, kept without allocating.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace kinetrace::segmentation {
 
-/// Keeps the first eight messages, each cut to its place.
+/// Keeps the first eight messages, truncated to their capacity.
 class WarningLog {
  public:
   static constexpr std::size_t kCapacity = 8;

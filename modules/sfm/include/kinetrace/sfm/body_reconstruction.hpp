@@ -28,16 +28,16 @@ struct BodyCounters {
   std::uint64_t points_culled = 0;
   std::uint64_t points_evicted =
       0;  ///< Retired before their last observation left the window, to make room for new ones.
-  std::uint64_t points_dropped = 0;  ///< Not made: the map was full of points that are still seen.
+  std::uint64_t points_dropped = 0;  ///< Not created: the map was full of points in view.
 };
 
 /// One body's points and the camera's path relative to them.
 ///
-/// A frame goes through four calls, so that poses are known before masks and new features arrive:
-///   locate()   pose of this frame from the points known so far,
-///   extend()   this frame joins the window; observations are added and new points made,
-///   window()   what bundle adjustment refines, in place,
-///   conclude() wrong points are culled; returns the estimate of this frame.
+/// A frame takes four calls, so that poses are known before masks and new features arrive:
+///   locate()   estimates the pose of this frame from the points known so far,
+///   extend()   adds this frame to the window, with observations and new points,
+///   window()   returns the window that bundle adjustment refines, in place,
+///   conclude() culls wrong points; returns the estimate of this frame.
 /// The body frame is given at begin() and never moves. Poses are finalised after `window_frames` frames.
 class BodyReconstruction {
  public:
@@ -45,54 +45,53 @@ class BodyReconstruction {
                                                          Arena& arena);
   [[nodiscard]] static std::size_t required_bytes(const BodyConfig& config);
 
-  /// Starts afresh with the present frame, its camera at `T_body_cam`; extend() follows. `status` says what that pose
-  /// is worth: kTracked when it is known, kPropagated or kLost when it was only predicted. Points of an earlier life
-  /// are retired with this frame.
+  /// Restarts with the present frame, its camera at `T_body_cam`; extend() follows. `status` tells the quality of that
+  /// pose: kTracked when known, kPropagated or kLost when only predicted. Points of an earlier life are retired with
+  /// this frame.
   void begin(Se3 T_body_cam, BodyStatus status = BodyStatus::kTracked);
   [[nodiscard]] bool active() const noexcept { return active_; }
-  /// The rig is corrected in another way from now on: what the window has measured becomes what it would have been.
+  /// Converts the window's measurements to a new correction of the rig.
   void remeasure(const RigChange& change) noexcept;
-  /// How the camera moved holds no more: the next pose is taken as it is found.
+  /// Invalidates the motion model: the next pose is accepted without a plausibility check.
   void forget_motion() noexcept { last_tracked_ns_.reset(); }
   /// Ends the reconstruction; its remaining points are in `estimate().retired` until the next begin() or reset().
   void end();
-  /// Forgets everything, as after create; counters go on.
+  /// Clears everything, as after create; counters continue.
   void reset();
 
   /// Constant-velocity prediction of T_body_cam at `timestamp_ns`.
   [[nodiscard]] Se3 predict(std::int64_t timestamp_ns) const;
-  /// Where this body's features of the previous frame are expected at `timestamp_ns`, by slot; those it knows nothing
-  /// about stay untouched.
+  /// Predicted places of this body's features of the previous frame at `timestamp_ns`, by slot; features without a
+  /// prediction are left untouched.
   void predict_features(std::span<const Feature> previous, std::uint8_t label, std::int64_t timestamp_ns,
                         std::span<FeaturePrediction> by_slot) const;
 
-  /// What the caller knows about the pose of a frame before it is measured.
+  /// Prior of the caller on the pose of a frame.
   struct Expectation {
     Se3 T_body_cam;
     Matrix6d covariance = Matrix6d::Identity();  ///< Of T_body_cam, left perturbation.
   };
 
-  /// Pose of this frame from known points; kPropagated (prediction) when too few agree. Without an expectation the
-  /// prediction is that of constant velocity, and weighs nothing.
+  /// Pose of this frame from known points; kPropagated (prediction) if too few agree. Without an expectation, the
+  /// prediction by constant velocity is the initial value, with zero weight.
   const BodyEstimate& locate(const FeatureFrame& frame, std::uint8_t label, const Expectation* expected = nullptr);
-  /// After locate(): the caller knows that the pose found cannot be; the prediction takes its place.
+  /// After locate(): the caller rejects the pose; the prediction replaces it.
   void refuse_pose();
-  /// `R_world_cam`: the camera's attitude in the world, from which follows what is expected of the body's turning; null
-  /// where unknown.
+  /// `R_world_cam`: the camera's attitude in the world, needed for the prior on the body's rotation; null if unknown.
   void extend(const FeatureFrame& frame, std::uint8_t label, const Eigen::Matrix3d* R_world_cam = nullptr);
   [[nodiscard]] BundleWindow window();
   const BodyEstimate& conclude(const BundleSummary& refinement);
 
-  /// Pose of this frame from points of this body that were recognised in it, near `guess`; nothing if fewer than
-  /// `least` agree. Independent of the map, and changes nothing.
+  /// Pose of this frame from recognised points of this body, near `guess`; nothing if fewer than `least` agree.
+  /// Neither uses nor changes the map.
   [[nodiscard]] std::optional<Se3> pose_from(std::span<const PoseObservation> observations, const Expectation& guess,
                                              int least);
-  /// Place of a feature that agrees with the reconstruction; null for any other.
+  /// Position of a feature that agrees with the reconstruction; null for any other.
   [[nodiscard]] const Eigen::Vector3d* place_of(const Feature& feature) const noexcept;
 
-  /// How far this body's measurements scatter around its reconstruction, px.
+  /// Standard deviation of this body's residuals, px.
   [[nodiscard]] double residual_sigma_px() const noexcept { return noise_.sigma_px(); }
-  /// Frames that this is learnt from; it starts high.
+  /// Number of frames in that estimate, which starts high.
   [[nodiscard]] int residual_frames() const noexcept { return noise_.frames(); }
 
   [[nodiscard]] const BodyEstimate& estimate() const noexcept { return estimate_; }
@@ -113,21 +112,21 @@ class BodyReconstruction {
 
   BodyReconstruction(const BodyConfig& config, const StereoGeometry& geometry, Arena& arena);
 
-  /// What the frame sees of points with a position, into the first of pose_observations_ and pose_slots_.
+  /// Observations of points with a position, written to pose_observations_ and pose_slots_.
   struct ObservedPoints {
     std::size_t count = 0;
-    std::size_t consensus_size = 0;  ///< The first ones, which decide on the pose.
-    bool is_proven = false;          ///< All points of the consensus set have agreed before.
+    std::size_t consensus_size = 0;  ///< The first ones, which select the pose.
+    bool is_proven = false;          ///< All points of the consensus set agreed before.
   };
   [[nodiscard]] ObservedPoints observe_points(const FeatureFrame& frame, std::uint8_t label);
-  /// Pose that most of the consensus set agree with; invalid where too few do.
+  /// Pose with the most agreement in the consensus set; invalid below the configured numbers.
   [[nodiscard]] PoseEstimate find_pose(const ObservedPoints& observed, const PosePrior& prior, double sigma_px);
-  /// Whether the camera can have come to move like that since it was last tracked.
+  /// True if the motion since the camera was last tracked is physically plausible.
   [[nodiscard]] bool is_plausible(const PoseEstimate& pose) const;
   [[nodiscard]] static PosePrior prior_from(const Expectation& expected);
-  /// Takes the scatter of a located frame into account, for gates and weights from now on.
+  /// Updates the noise scale from a located frame, for later gates and weights.
   void learn_noise(std::span<const PoseObservation> observations, const Se3& T_cam_body);
-  /// A prediction may be wrong by as much as the motion it assumes.
+  /// Adds the assumed motion to the uncertainty of a prediction.
   void inflate_covariance();
 
   /// T_cam_body of the window's columns.
@@ -136,20 +135,20 @@ class BodyReconstruction {
 
   void advance_window();
   [[nodiscard]] bool newest_is_redundant() const;
-  /// Moves what the newest column has seen into the column before it, as if seen from there, so that a frame that makes
-  /// room leaves its knowledge of the points behind.
+  /// Merges the newest column's observations into the column before it, reprojected to that pose, so that a dropped
+  /// frame keeps its information on the points.
   void merge_into_keyframe();
   void drop_column(std::size_t column, std::size_t target_column);
   void add_observations(const FeatureFrame& frame, std::uint8_t label);
   [[nodiscard]] BundleObservation observation_of(const Feature& feature) const;
-  /// Takes note of locate()'s verdict; false for a feature that has disagreed too often to be used.
+  /// Applies locate()'s verdict; false for a feature with too many disagreements.
   bool classify_point(const Feature& feature);
   [[nodiscard]] bool is_suspect(const Feature& feature) const;
   void disagree(std::size_t slot);
-  /// At capacity, points that are no longer seen make room for new ones, those last seen longest ago first.
+  /// At capacity, points out of view make room for new ones, those last observed longest ago first.
   void evict_for(std::size_t newcomers);
   void position_new_points();
-  /// Points of one observation move with its pose; in a window of one frame, all points.
+  /// Recomputes points of one observation from their pose; in a window of one frame, all points.
   void reposition_newcomers();
   void cull_points();
   void assess(std::size_t row, const ColumnPoses& T_cam_body);
@@ -159,9 +158,9 @@ class BodyReconstruction {
   [[nodiscard]] float inverse_sigma() const { return static_cast<float>(1.0 / noise_.sigma_px()); }
   void retire(std::size_t row);
   void publish();
-  /// Refinement is to move the columns after this one.
+  /// Last column that refinement does not move.
   [[nodiscard]] std::size_t find_anchor() const;
-  /// Since the column before.
+  /// Prior on the rotation since the column before.
   [[nodiscard]] TurnPrior expected_turn(std::size_t column) const;
   [[nodiscard]] std::size_t newest_column() const noexcept { return poses_.size() - 1; }
 
@@ -174,7 +173,7 @@ class BodyReconstruction {
   // The window: the newest frame is always the last column; unused columns, at the front, hold a copy of the oldest
   // pose.
   std::span<Se3> poses_;
-  /// By column: covariances of all that a pose has been through since the body began (left perturbation).
+  /// By column: accumulated covariance of a pose since the body began (left perturbation).
   std::span<Matrix6d> drifts_;
   struct CameraAttitude {
     Eigen::Matrix3d R_world_cam = Eigen::Matrix3d::Identity();
@@ -185,7 +184,7 @@ class BodyReconstruction {
   std::span<TurnPrior> turns_;           ///< By column, as of the last window().
   std::size_t used_columns_ = 0;
   std::size_t anchor_column_ = 0;  ///< Of the last window().
-  bool newest_redundant_ = false;  ///< The newest frame makes room for the next one: it shows nothing that is new.
+  bool newest_redundant_ = false;  ///< The newest frame is dropped for the next one: no new information.
   PointMap map_;
   PoseHistory history_;
   Se3 T_body_cam_now_;  ///< Pose of the frame between locate() and extend().
@@ -193,7 +192,7 @@ class BodyReconstruction {
   std::int64_t timestamp_ns_ = 0;
   std::optional<std::int64_t> last_tracked_ns_;  ///< Frame whose pose was found last; none before the first.
   BodyStatus status_now_ = BodyStatus::kInitializing;
-  bool in_window_ = false;  ///< This frame has a pose to build on, measured or begun with.
+  bool in_window_ = false;  ///< This frame has a usable pose, measured or from begin().
 
   // By feature slot.
   std::span<Verdict> verdict_;

@@ -12,21 +12,21 @@
 
 namespace kinetrace::sfm {
 
-/// What the map knows of a point beyond its position.
+/// State of a point besides its position.
 struct PointState {
-  std::uint32_t id = 0;            ///< Id of the feature it was made from.
+  std::uint32_t id = 0;            ///< Id of its feature.
   std::uint16_t slot = 0;          ///< Slot of that feature.
   std::uint16_t observations = 0;  ///< Observations over its whole life.
-  std::uint32_t seen = 0;          ///< Window columns that see it, whether it has a position or not.
-  std::uint32_t observed = 0;  ///< Of these, the columns of frames that saw it themselves; the others were inherited.
-  float error_px = 0.F;        ///< RMS reprojection error in the window.
+  std::uint32_t seen = 0;          ///< Window columns that observe it, with or without a position.
+  std::uint32_t observed = 0;      ///< Of these, columns with own observations; the others are merged ones.
+  float error_px = 0.F;            ///< RMS reprojection error in the window.
   std::uint8_t intensity = 0;
   bool positioned = false;  ///< False: observed, but not yet triangulated.
 };
 
 /// Rows 0..size()-1, each a point with one observation per window column; at most `max_points` rows. Removing a row
-/// moves the last one into its place. Features find their row by slot and id, so a reused slot never finds a stranger's
-/// point.
+/// moves the last one into its place. Features find their row by slot and id, so a reused slot never finds the point of
+/// an earlier feature.
 class PointMap {
  public:
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
@@ -39,24 +39,24 @@ class PointMap {
   [[nodiscard]] bool full() const noexcept { return size_ == states_.size(); }
 
   [[nodiscard]] std::size_t find(const Feature& feature) const noexcept;
-  /// A row for a feature that has none, without position or observations. kNone at capacity.
+  /// Creates a row for a feature that has none, without position or observations. kNone at capacity.
   [[nodiscard]] std::size_t create(const Feature& feature) noexcept;
   void remove(std::size_t row) noexcept;
   void clear() noexcept;
 
   /// Records an observation in window column `column`.
   void observe(std::size_t row, std::size_t column, const BundleObservation& observation) noexcept;
-  /// Combines `observation` with what column `column` holds of the row, weighted; it takes the place of a missing one.
-  /// The result's weight is at most `max_inverse_sigma_px`. Not counted as an observation.
+  /// Combines `observation` with that of column `column`, weighted, or fills in a missing one. The result's weight is
+  /// at most `max_inverse_sigma_px`. Not counted as an observation.
   void merge(std::size_t row, std::size_t column, const BundleObservation& observation,
              float max_inverse_sigma_px) noexcept;
   void forget(std::size_t row, std::size_t column) noexcept {
     states_[row].seen &= ~(1U << column);
     states_[row].observed &= ~(1U << column);
   }
-  /// Multiplies the inverse sigmas of all observations: measurements turned out to scatter differently.
+  /// Scales the inverse sigmas of all observations, after a change of the noise scale.
   void scale_weights(float factor) noexcept;
-  /// Moves all right observations, and the rows that they share in.
+  /// Converts all right observations, and the mean rows, to a new correction of the rig.
   void remeasure(const RigChange& change) noexcept;
   /// Drops window column `column`; later columns move down by one and the last one becomes empty.
   void remove_column(std::size_t column) noexcept;

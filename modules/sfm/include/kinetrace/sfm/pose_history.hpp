@@ -1,4 +1,4 @@
-// Poses of the last frames: those still in the window follow its refinement, those dropped from it follow a neighbour.
+// Poses of the last frames. Those in the window follow its refinement, dropped ones follow a neighbour.
 #pragma once
 
 #include <cstddef>
@@ -10,9 +10,9 @@
 
 namespace kinetrace::sfm {
 
-/// A ring of the last `capacity` frames of a body. A frame's pose is kept relative to a window column (its own, or a
-/// kept neighbour's when it was dropped as redundant), so it improves until that column leaves the window; then it is
-/// frozen.
+/// A ring of the last `capacity` frames of a body. A frame's pose is stored relative to a window column (its own, or a
+/// neighbour's if it was dropped as redundant), so refinement improves it until that column leaves the window; then it
+/// is frozen.
 class PoseHistory {
  public:
   PoseHistory() = default;
@@ -25,11 +25,11 @@ class PoseHistory {
   void push(const FinalisedPose& pose, std::size_t column) noexcept;
   /// Frame `age` frames ago (0 = newest, < size()), resolved against the window's present poses.
   [[nodiscard]] FinalisedPose at(std::size_t age, std::span<const Se3> T_body_cam) const noexcept;
-  /// The newest frame's figures once they are known.
+  /// Sets the newest frame's results.
   void update_newest(BodyStatus status, const Matrix6d& covariance, int inliers) noexcept;
 
-  /// Window column `column` is about to be dropped: entries tied to it freeze or, if `target_column` is a column, stay
-  /// tied to that one. Afterwards columns above `column` have moved down by one.
+  /// Before window column `column` is dropped: entries tied to it freeze or, if `target_column` is a column, are tied
+  /// to that one. Afterwards columns above `column` have moved down by one.
   void drop_column(std::size_t column, std::span<const Se3> T_body_cam, std::size_t target_column) noexcept;
   /// Freezes every entry: the window is about to be cleared.
   void freeze(std::span<const Se3> T_body_cam) noexcept;

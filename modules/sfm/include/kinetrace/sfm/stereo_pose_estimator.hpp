@@ -13,13 +13,13 @@
 
 namespace kinetrace::sfm {
 
-/// A body point and where the rig sees it; `u_right_px` is NaN when only the left view does.
+/// A body point and its observation by the rig; `u_right_px` is NaN without a right match.
 struct PoseObservation {
   Eigen::Vector3d p_body = Eigen::Vector3d::Zero();
   float u_left_px = 0.F;
   float v_px = 0.F;
   float u_right_px = kNoRight;
-  /// Variance of the reprojection error over that of a measurement: 1 for an exactly known point, 2 for one placed by a
+  /// Variance of the reprojection error over that of a measurement: 1 for an exactly known point, 2 for one from a
   /// single earlier measurement.
   float variance_ratio = 1.F;
 };
@@ -32,10 +32,10 @@ struct PoseEstimate {
   int agreeing_consensus = 0;  ///< Inliers among the consensus set.
 };
 
-/// What is known about the pose before any observation.
+/// Prior on the pose.
 struct PosePrior {
   Se3 T_cam_body;
-  Matrix6d information = Matrix6d::Zero();  ///< Of T_cam_body, left perturbation. Zero: a guess that weighs nothing.
+  Matrix6d information = Matrix6d::Zero();  ///< Of T_cam_body, left perturbation. Zero: an initial value only.
 };
 
 struct PoseEstimatorConfig {
@@ -46,21 +46,21 @@ struct PoseEstimatorConfig {
 /// Minimises the robust stereo reprojection error over one pose.
 ///
 /// Hypotheses come from three random points each, solved by Gauss-Newton on their stereo reprojection error: unlike
-/// aligning triangulated points, this weighs far points by what they really tell. The prior is the first
-/// hypothesis, and weighs in when hypotheses are ranked and refined. Sampling is seeded by the number of observations:
-/// the same input gives the same output.
+/// alignment of triangulated points, this weights far points by their information. The prior is the first hypothesis,
+/// and takes part in ranking and refinement. Sampling is seeded by the number of observations: the same input gives the
+/// same output.
 class StereoPoseEstimator {
  public:
   StereoPoseEstimator(const PoseEstimatorConfig& config, const StereoGeometry& geometry)
       : config_(config), geometry_(geometry) {}
 
-  /// `inlier` (as long as `observations`) receives 1 for observations that agree with the result, else 0.
-  /// `sigma_px`: standard deviation of a measured coordinate. `consensus set`: hypotheses are made from and ranked by
-  /// so many of the first observations; the others only refine what these have chosen.
+  /// `inlier` (as long as `observations`) receives 1 for observations that agree with the result, else 0. `sigma_px`:
+  /// standard deviation of a measured coordinate. `consensus_size`: hypotheses are generated and ranked by so many of
+  /// the first observations; the others only refine the selected one.
   [[nodiscard]] PoseEstimate estimate(std::span<const PoseObservation> observations, const PosePrior& prior,
                                       double sigma_px, std::span<std::uint8_t> inlier,
                                       std::size_t consensus_size) const;
-  /// All have a vote.
+  /// The same with all observations in the consensus set.
   [[nodiscard]] PoseEstimate estimate(std::span<const PoseObservation> observations, const PosePrior& prior,
                                       double sigma_px, std::span<std::uint8_t> inlier) const {
     return estimate(observations, prior, sigma_px, inlier, observations.size());

@@ -1,4 +1,4 @@
-// A point from all rays that see it, temporal as well as stereo (the paper's central point).
+// Triangulation of a point from all its rays, temporal and stereo (the paper's central point).
 #pragma once
 
 #include <cstdint>
