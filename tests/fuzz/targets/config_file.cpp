@@ -5,7 +5,7 @@
 #include "fuzz_target.hpp"
 
 void kinetrace::fuzz::try_input(std::string_view input) {
-  // The table of fields is built once: it takes longer than what is tried.
+  // The table of fields is built once: it takes longer than the tested call.
   static app::AppConfig config;
   static const app::ConfigFields fields = fields_of(config);
   config = {};

@@ -24,7 +24,7 @@ struct UsbipRequest {
 /// One end of a stream socket; the other belongs to the kernel. One thread receives, any thread may reply.
 class UsbipConnection {
  public:
-  /// Takes the descriptor over.
+  /// Takes ownership of the descriptor.
   explicit UsbipConnection(int socket) : socket_(socket) {}
   UsbipConnection(const UsbipConnection&) = delete;
   UsbipConnection& operator=(const UsbipConnection&) = delete;
