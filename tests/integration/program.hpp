@@ -18,7 +18,7 @@ inline constexpr int kCannotCreate = 73;
 inline constexpr int kIo = 74;
 inline constexpr int kConfig = 78;
 
-/// Starts `command`, whose program may be one of the PATH, with its output in these files. Throws where that fails.
+/// Starts `command`, whose program may be in the PATH, with its output in these files. Throws on failure.
 [[nodiscard]] pid_t start_program(std::vector<std::string> command, const std::string& out_path,
                                   const std::string& err_path);
 /// Waits for the end of a process: its exit code, or 128 + n if signal n killed it.

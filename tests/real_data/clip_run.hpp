@@ -31,7 +31,7 @@ struct ClipRun {
   FrameCounters counters;
 };
 
-/// Runs the whole clip. Fails the current test and returns what there is so far on any error.
+/// Runs the whole clip. Fails the current test and returns the results so far on any error.
 [[nodiscard]] ClipRun run_clip(const hal::DatasetSpec& spec, pipeline::PipelineConfig config);
 
 /// Distance of an object from the camera of its frame.

@@ -1,4 +1,4 @@
-// A configuration file; what is accepted is written and read back.
+// A configuration file; an accepted one is written and read back.
 #include "config/config_file.hpp"
 
 #include "config/app_config.hpp"

@@ -52,7 +52,7 @@ struct FakeSensor {
   int width_px = 0;  ///< Width that it really sets; 0: as requested.
   std::function<void(Shot&)> script = {};
 
-  // What happened to it.
+  // Counters of calls and buffers.
   int opened = 0;
   int started = 0;
   int in_use = 0;  ///< Buffers held by the camera.

@@ -156,8 +156,8 @@ TEST_F(Mcap, NoticesEveryFlippedBit) {
 }
 
 TEST_F(Mcap, HasNoIndexWhereTheDiskGivesBackAnotherLength) {
-  // Lengths of the first record: beyond the end of the file, the largest number, and one that leads back to the record's
-  // beginning.
+  // Lengths of the first record: beyond the end of the file, the largest number, and one that leads back to the
+  // record's beginning.
   for (const std::uint64_t length : {std::uint64_t{1'000'000}, ~std::uint64_t{0}, ~std::uint64_t{0} - 8}) {
     std::filesystem::remove(path());
     McapWriter writer = make();

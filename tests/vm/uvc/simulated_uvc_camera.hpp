@@ -72,7 +72,7 @@ class SimulatedUvcCamera {
   std::unique_ptr<UsbipConnection> connection_;
   std::thread answering_;
   std::thread streaming_;
-  std::mutex mutex_;     ///< Of what follows.
+  std::mutex mutex_;     ///< Guards the members below.
   std::mutex replying_;  ///< Held from taking a transfer to replying to it, and while unlinking one.
   std::condition_variable changed_;
   std::deque<Transfer> transfers_;

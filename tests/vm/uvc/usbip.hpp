@@ -17,7 +17,7 @@ struct UsbipRequest {
   std::uint32_t endpoint = 0;
   std::uint32_t length = 0;             ///< Bytes the host sends or has room for.
   std::array<std::uint8_t, 8> setup{};  ///< Endpoint 0.
-  std::vector<std::uint8_t> sent;       ///< What the host sends.
+  std::vector<std::uint8_t> sent;       ///< Data from the host.
   std::uint32_t victim = 0;             ///< To unlink: the sequence of an earlier request.
 };
 

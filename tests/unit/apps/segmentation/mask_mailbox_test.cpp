@@ -1,4 +1,4 @@
-// Masks between two threads: what is accepted, kept, waited for and counted.
+// Masks between two threads: acceptance, storage, waiting and counting.
 #include "segmentation/mask_mailbox.hpp"
 
 #include <memory>
