@@ -1,7 +1,7 @@
 """Files between a rendered clip, COLMAP and `kinetrace evaluate`; called by tests/benchmark/colmap.
 
 prepare CLIP FOLDER MIN_PIXELS: pictures of both views in one folder, and masks of the background and of each object
-run CLIP RUN FOLDER OUT:        RUN with the camera and the objects where COLMAP has them
+run CLIP RUN FOLDER OUT:        RUN with COLMAP's poses of the camera and the objects
 table FOLDER:                   the table
 """
 import csv
@@ -43,7 +43,7 @@ def counts_of(pixels):
 
 
 def mask_for(size, pixels, value):
-    """White where the body is."""
+    """White on the body."""
     values = memoryview(pixels).cast("H")
     return Image.frombytes("L", size, bytes(255 if v == value else 0 for v in values))
 
@@ -141,7 +141,7 @@ def metric(poses, baseline_m):
 
 
 def best_track(run, value, clip):
-    """The track whose masks lie most often on the object's."""
+    """The track whose masks most often cover the object's."""
     with open(run / "objects.csv", newline="") as rows:
         tracks = list(csv.DictReader(rows))
     votes = {}

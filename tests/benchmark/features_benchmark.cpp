@@ -1,4 +1,4 @@
-// The feature front end stage by stage on 1242 x 375 images, OpenCV's way to the same end beside it.
+// The feature front end stage by stage on 1242 x 375 images, with the OpenCV equivalent.
 #include <memory>
 #include <vector>
 
@@ -74,7 +74,7 @@ class Session {
       std::abort();
     }
   }
-  /// Fresh features of frame 0, and frame 1 begun; predictions are good to `error_px`.
+  /// New features of frame 0, and frame 1 begun; predictions are off by `error_px`.
   void restart(float error_px = 2.F) {
     front_end_.reset();
     begin(0);
@@ -99,7 +99,7 @@ class Session {
 };
 
 cv::Mat as_mat(const GrayView& view) {
-  // OpenCV has no view of constant pixels; nothing writes to it.
+  // OpenCV has no view of constant pixels; this one is never written.
   return {view.height, view.width, CV_8U, const_cast<std::uint8_t*>(view.data), static_cast<std::size_t>(view.stride)};
 }
 cv::Mat left(int frame) {

@@ -1,4 +1,4 @@
-// Costs of the formulations beside those of the batch solver.
+// Costs of the formulations that the batch solver lacks.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@ namespace kinetrace::refinement {
 
 using PointDerivative = Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
 
-/// Stereo reprojection of a point that a chain of poses takes into the camera: p_cam = T_first block_1 ... block_n p.
+/// Stereo reprojection of a point through a chain of poses: p_cam = T_first block_1 ... block_n p.
 class ChainCost final : public ceres::CostFunction {
  public:
   ChainCost(const StereoGeometry& geometry, const BundleObservation& seen, const Se3& T_first, std::size_t poses)
@@ -51,8 +51,8 @@ class ChainCost final : public ceres::CostFunction {
   Se3 T_first_;
 };
 
-/// A point in the world has moved with its object between two frames (Zhang et al., VDO-SLAM, 2020). Blocks:
-/// T_cam_obj of both frames, the point in both. The distance to H p, in the object frame: of the same length.
+/// A world point moves with its object between two frames (Zhang et al., VDO-SLAM, 2020). Blocks: T_cam_obj of both
+/// frames, the point in both. Residual: the distance to H p, in the object frame, where it has the same length.
 class MovedPointCost final : public ceres::SizedCostFunction<3, kPoseAmbient, kPoseAmbient, 3, 3> {
  public:
   MovedPointCost(const std::array<Se3, 2>& T_world_cam, double sigma_m)

@@ -1,4 +1,4 @@
-// Objects of a run cut into pieces that each formulation solves.
+// Objects of a run, cut into pieces for each formulation to solve.
 #pragma once
 
 #include <cmath>
@@ -13,12 +13,12 @@
 
 namespace kinetrace::batch {
 
-// A piece of an object's life: so many points in each of so many frames.
+// Limits of a piece of an object's life: points in each frame, and frames.
 inline constexpr std::size_t kMinPoints = 8;
 inline constexpr std::size_t kMinFrames = 5;
 inline constexpr std::size_t kMaxFrames = 50;
 inline constexpr double kMinDisparity_px = 0.25;
-inline constexpr double kSigma_px = 0.07;  // As the refinement of objects finds it.
+inline constexpr double kSigma_px = 0.07;  // As estimated by the refinement of objects.
 
 /// A point of an object; SeenPoint::frame counts from the first frame of the piece.
 struct PointTrack {
@@ -32,13 +32,13 @@ struct Piece {
   double sigma_px = kSigma_px;
   std::size_t first = 0;
   std::vector<Se3> T_world_cam;  ///< True.
-  std::vector<Se3> T_world_obj;  ///< As the run has them, seen from the camera.
+  std::vector<Se3> T_world_obj;  ///< The run's poses relative to the camera.
   std::vector<Eigen::Vector3d> box_centres_m;
   std::vector<double> times_s;
   std::vector<PointTrack> points;
 };
 
-/// The points of a piece that two frames have seen, each at the mean of its stereo positions.
+/// Points of a piece with observations in two frames, each at the mean of its stereo positions.
 inline std::vector<PointTrack> points_of(const Piece& piece, const ObjectHistory& history) {
   struct Mean {
     PointTrack point;
@@ -70,7 +70,7 @@ inline std::vector<PointTrack> points_of(const Piece& piece, const ObjectHistory
   return points;
 }
 
-/// The run's pose, seen from the true camera.
+/// Adds the run's pose, relative to the true camera.
 inline void append_frame(const recording::CameraRow& camera, const recording::ObjectRow& object, const Se3& T_world_cam,
                          Piece& piece) {
   const Se3 T_true_run = T_world_cam * camera.T_world_cam.inverse();
@@ -80,7 +80,7 @@ inline void append_frame(const recording::CameraRow& camera, const recording::Ob
   piece.times_s.push_back(1e-9 * static_cast<double>(camera.timestamp_ns));
 }
 
-/// Adds the pieces of an object: its frames with the pose of enough points, one after the other.
+/// Adds the pieces of an object: consecutive tracked frames with enough points.
 inline void cut_into_pieces(const recording::Run& run, const evaluation::TrueCamera& truth,
                             const ObjectHistory& history, std::vector<Piece>& pieces) {
   Piece piece;
@@ -109,7 +109,7 @@ inline void cut_into_pieces(const recording::Run& run, const evaluation::TrueCam
   finish();
 }
 
-/// Each point anew for each pair of frames that see it one after the other. All but the first and last observations
+/// Makes a separate point for each pair of consecutive frames that see one. All but the first and last observations
 /// then count twice, hence the noise.
 inline Piece by_frame_pairs(Piece piece) {
   std::vector<PointTrack> pairs;

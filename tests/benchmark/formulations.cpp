@@ -2,7 +2,7 @@
 //
 //     formulations RUN TRUTH
 //
-// Each solves the same observations from the same poses, past the true camera, with the same noise, loss and prior.
+// All use the same observations, initial poses, true camera path, noise, loss and prior.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -31,13 +31,13 @@ constexpr double kTurn_radps2 = 0.6;
 constexpr double kRobustThreshold_sigmas = 1.0;
 constexpr double kCostTolerance = 1e-5;
 constexpr int kMaxIterations = 100;
-constexpr double kGate_m = 3.0;  // As `kinetrace evaluate` has it.
+constexpr double kGate_m = 3.0;  // As in `kinetrace evaluate`.
 
-/// Sums over all pieces, and what the largest one has.
+/// Sums over all pieces, and the size of the largest one.
 struct Effort {
   double processor_s = 0.0;
   int iterations = 0;
-  int max_states = 0;  ///< Numbers, not blocks.
+  int max_states = 0;  ///< Scalars, not blocks.
   int max_residuals = 0;
 };
 
@@ -154,8 +154,8 @@ class ObjectCentric {
   std::shared_ptr<ceres::ParameterBlockOrdering> ordering_ = std::make_shared<ceres::ParameterBlockOrdering>();
 };
 
-/// Points in the world, another one in each frame, joined by the object's motions (VDO-SLAM). The motion is that
-/// between two poses, so that the prior is the same.
+/// World points, a new one in each frame, linked by the object's motions (VDO-SLAM). Each motion is the difference of
+/// two poses, so that the prior is the same.
 class WorldCentric final : public ObjectCentric {
  public:
   WorldCentric(const Piece& piece, double sigma_m) : ObjectCentric(piece), sigma_m_(sigma_m) {}
@@ -181,7 +181,7 @@ class WorldCentric final : public ObjectCentric {
   }
 
  protected:
-  // Points depend on each other: there is no group of them all to eliminate.
+  // Points are coupled: they cannot all be eliminated as one group.
   void choose_solver(ceres::Solver::Options& options) const override {
     options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   }
@@ -233,7 +233,7 @@ struct Method {
 };
 
 std::vector<Method> methods() {
-  // Errors of matching last for some frames, while the cost takes them as independent: larger noise makes up for that.
+  // Matching errors persist for some frames, but the cost assumes independence: larger noise compensates.
   constexpr double kCorrelated = 4.0;
   const Maker object_centric = [](const Piece& piece) { return std::make_unique<ObjectCentric>(piece); };
   const Maker within_1_cm = [](const Piece& piece) -> std::unique_ptr<ObjectCentric> {
@@ -282,7 +282,7 @@ std::vector<evaluation::ObjectFrame> frames_of(const recording::Run& run, const 
   return frames;
 }
 
-/// Of the motions from frame to frame of moving rigid objects within 30 m, as `kinetrace evaluate` has them.
+/// Errors of frame-to-frame motions of moving rigid objects within 30 m, as in `kinetrace evaluate`.
 struct Errors {
   std::size_t motions = 0;
   double rms_m = 0.0;

@@ -1,4 +1,4 @@
-// Frames in: decoding and rectification at KITTI's size, and the whole way in from every kind of camera at 640x480.
+// Input: decoding and rectification at KITTI's size, and the full input path of every kind of camera at 640x480.
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -28,7 +28,7 @@ namespace {
 constexpr int kRawWidth = 1392;
 constexpr int kRawHeight = 512;
 
-// Something with structure at several scales, so that PNG has about as much work as with a photograph.
+// Structure at several scales, so that PNG takes about as much work as for a photograph.
 std::vector<std::uint8_t> textured(int width, int height) {
   std::vector<std::uint8_t> pixels;
   pixels.reserve(static_cast<std::size_t>(width * height));
@@ -160,7 +160,7 @@ void BM_DecodeColourPng(benchmark::State& state) {
 }
 BENCHMARK(BM_DecodeColourPng)->Unit(benchmark::kMillisecond);
 
-// From the camera to a rectified pair of 640x480, with and without the guard's and the sync monitor's look at it.
+// From the camera to a rectified pair of 640x480, with and without the frame guard and the sync monitor.
 hal::RigCalibration vga_rig() {
   hal::RigCalibration rig;
   rig.source = "benchmark";
@@ -276,7 +276,7 @@ void BM_CapturePgmFiles(benchmark::State& state) {
   capture_recording(state, Storage::kPgm);
 }
 BENCHMARK(BM_CapturePgmFiles)->Unit(benchmark::kMillisecond);
-// Not the storage for 2 ms a pair: inflating alone takes longer.
+// Unsuitable storage for 2 ms a pair: inflating alone takes longer.
 void BM_CapturePngFiles(benchmark::State& state) {
   capture_recording(state, Storage::kPng);
 }

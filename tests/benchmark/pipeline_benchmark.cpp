@@ -1,4 +1,4 @@
-// The whole chain, per frame, on a rendered 1242x375 street: the background alone, and with eight masked objects.
+// The whole pipeline, per frame, on a rendered 1242x375 street: the background alone, and with eight masked objects.
 #include <cmath>
 #include <string>
 #include <vector>
@@ -29,7 +29,7 @@ StereoGeometry wide_rig() {
           .height_px = 375};
 }
 
-/// Eight boxes side by side in the image, nearer ones at its borders, that go ahead of the camera.
+/// Eight boxes side by side in the image, nearer ones at its borders, driving ahead of the camera.
 std::vector<Mover> traffic() {
   std::vector<Mover> movers;
   for (int i = 0; i < 8; ++i) {
@@ -66,7 +66,7 @@ void whole_chain(benchmark::State& state, SegmentationMode mode, int objects) {
   config.segmentation.right_dir = footage.masks.right().string();
   Arena arena(Pipeline::plan(config, wide_rig()).value().total_bytes());
   Pipeline pipeline = Pipeline::create(config, wide_rig(), arena).value();
-  // The clip runs forwards and backwards, so that nothing ever jumps; the first passage warms up.
+  // The clip runs forwards and backwards, so that no object jumps; the first pass warms up.
   std::int64_t index = 0;
   const auto next = [&] {
     const auto turn = static_cast<int>(index % (2 * kFrames - 2));

@@ -1,5 +1,5 @@
-// Handing a result over, which is all that publishing costs the pipeline: 64 objects and 2000 points. What sending
-// costs shows in tests/dds, with a reader.
+// Handing over one result, the only cost of publishing to the pipeline: 64 objects and 2000 points. tests/dds
+// measures sending, with a reader.
 #include <memory>
 
 #include <benchmark/benchmark.h>

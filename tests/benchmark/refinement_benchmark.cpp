@@ -1,4 +1,4 @@
-// Windowed bundle adjustment: the fixed-size solver beside Ceres with analytic derivatives on the same windows.
+// Windowed bundle adjustment: the fixed-size solver and Ceres with analytic derivatives on the same windows.
 #include <benchmark/benchmark.h>
 
 #include "bundle_scene.hpp"

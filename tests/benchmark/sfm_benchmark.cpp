@@ -1,4 +1,4 @@
-// Pose from known points beside OpenCV's, and the calls of one body for a window of ten frames.
+// Pose from known points, with OpenCV for comparison, and the calls of one body for a window of ten frames.
 #include <cmath>
 #include <cstdint>
 #include <random>
@@ -18,7 +18,7 @@ using kinetrace::test::driven;
 using kinetrace::test::street_rig;
 using kinetrace::test::SyntheticWorld;
 
-/// Known points as the rig sees them, a part of them wrong.
+/// Observations of known points by the rig, some of them wrong.
 struct PoseProblem {
   StereoGeometry rig = street_rig();
   Se3 T_cam_body{so3_exp({0.02, -0.1, 0.01}), {0.3, -0.1, 0.8}};
@@ -51,7 +51,7 @@ double position_error_m(const PoseProblem& problem, const Se3& T_cam_body) {
   return (T_cam_body.inverse().translation - problem.T_cam_body.inverse().translation).norm();
 }
 
-/// From the identity, which is .8 m and 6 degrees off.
+/// Starts at the identity, .8 m and 6 degrees off.
 void BM_StereoPose(benchmark::State& state) {
   const PoseProblem problem =
       make_problem(static_cast<int>(state.range(0)), 0.01 * static_cast<double>(state.range(1)));
@@ -104,7 +104,7 @@ BENCHMARK(BM_OpenCvPnpRansac)
     ->Args({600, 40, cv::USAC_DEFAULT})
     ->Unit(benchmark::kMicrosecond);
 
-/// Frames of a drive, recorded once: simulating them costs more than what is measured.
+/// Frames of a drive, recorded once: simulating them costs more than the measured calls.
 std::vector<std::vector<Feature>> record_drive(int features, int frames) {
   SyntheticWorld world({.background_features = features, .wrong_track_ratio = 0.05});
   std::vector<std::vector<Feature>> recorded;

@@ -1,5 +1,5 @@
-// What a board integrator is promised: so many objects at such an image size within so much memory, results published
-// over DDS, with the kernel as the assess.
+// Promise to a board integrator: this many objects at this image size within this much memory, results published over
+// DDS, as enforced by the kernel.
 #include <algorithm>
 #include <fstream>
 #include <string>
@@ -41,7 +41,7 @@ StereoGeometry rig(const Promise& promise) {
           .height_px = promise.height_px};
 }
 
-// Side by side in two rows, all ahead and all moving.
+// Moving vehicles side by side in two rows, all ahead.
 StreetDrive traffic(const Promise& promise) {
   std::vector<Mover> movers;
   const int columns = (promise.objects + 1) / 2;
@@ -96,7 +96,7 @@ TEST_P(BoardBudget, HoldsInAGroupOfThatMuchMemory) {
   EXPECT_LE(run["rss_peak_bytes"].get<std::uint64_t>(), GetParam().budget_mib * kMib);
   EXPECT_EQ(run["allocations_after_start"], 0);
   EXPECT_GT(run["counters"]["dds_frames"], 0);
-  // Measured: five for each of four image files that are inflated. Ceres and OpenCV have no part in a run.
+  // Measured: five for each of four inflated image files. A run uses neither Ceres nor OpenCV.
   constexpr int kMaxOfCapture = 24;
   ASSERT_FALSE(run["foreign_allocations_per_frame_max"].empty());
   for (const auto& [stage, most] : run["foreign_allocations_per_frame_max"].items()) {

@@ -1,4 +1,4 @@
-// What the budget is measured on: a real street where there is one, a rendered one otherwise.
+// Recordings for the budget: a real street if available, otherwise a rendered one.
 #pragma once
 
 #include <filesystem>
@@ -16,11 +16,11 @@ using BudgetRecording = RenderedClip;
 /// A rendered street in KITTI odometry layout, with masks of one moving box, written below `folder`.
 [[nodiscard]] BudgetRecording rendered_clip(const std::filesystem::path& folder);
 
-/// KINETRACE_LONG_TESTS is in the environment.
+/// Whether KINETRACE_LONG_TESTS is in the environment.
 [[nodiscard]] bool is_long();
 
-/// How often a recording is played. More often with KINETRACE_LONG_TESTS in the environment: a leak of a few bytes a
-/// frame takes long to show.
+/// Number of passes of a recording, more with KINETRACE_LONG_TESTS in the environment: a leak of a few bytes a frame
+/// takes long to show.
 [[nodiscard]] int passes();
 
 }  // namespace kinetrace::test

@@ -73,7 +73,7 @@ void expect_flat(const BudgetRecording& recording) {
       << " frames";
 }
 
-/// Two vehicles that cross the view in opposite directions, so that both are born and end in every pass.
+/// Two vehicles cross the view in opposite directions, so that both tracks are born and end in every pass.
 StreetDrive crossing_traffic() {
   StereoGeometry rig = small_rig();
   rig.width_px = 240;
@@ -85,7 +85,7 @@ StreetDrive crossing_traffic() {
                      rig);
 }
 
-// A pass is short, so tracks are born and end, points are made and retired, and the camera is lost all the time.
+// A pass is short, so tracks start and end, points are created and retired, and the camera is lost all the time.
 TEST(MemoryGrowth, FramesWithoutEndInWhichTracksAreBornAndEndTakeNoMore) {
   constexpr int kPass = 30;
   const int frames = is_long() ? 100'000 : 3'000;

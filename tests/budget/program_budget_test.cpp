@@ -1,5 +1,5 @@
-// The program's promise: 64 MiB, everything taken at start, a budget that does not suffice is refused, and without one
-// a run takes what its plan needs.
+// The program's promise: 64 MiB, all allocated at start; a budget that is too small is refused; without a budget, a
+// run takes the memory of its plan.
 #include <cstdint>
 #include <fstream>
 #include <map>
@@ -39,7 +39,7 @@ class ProgramBudget : public ::testing::Test {
   ProgramResult run_with_budget(const BudgetRecording& recording, double budget_mib) {
     return run(recording, {"--frames", "2", "--set", "memory.budget_mib=" + std::to_string(budget_mib)});
   }
-  /// What a run needs by its own account, from the refusal of a budget of 1 MiB.
+  /// Memory that a run needs, from the refusal of a budget of 1 MiB.
   double needed_mib(const BudgetRecording& recording) {
     const ProgramResult refused = run_with_budget(recording, 1.0);
     EXPECT_EQ(refused.exit_code, kConfigError) << refused.err;

@@ -1,4 +1,4 @@
-// How much memory this process really occupies.
+// Resident memory of this process.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace kinetrace::test {
 
-/// Resident bytes, exact where the kernel offers it (/proc/self/smaps_rollup), else from /proc/self/status, which may
-/// be some hundred KiB behind. 0 where there is neither.
+/// Resident bytes: exact from /proc/self/smaps_rollup where the kernel has it, else from /proc/self/status, which may
+/// lag by some hundred KiB. 0 where there is neither.
 [[nodiscard]] inline std::uint64_t resident_bytes() {
   for (const auto& [path, key] : {std::pair{"/proc/self/smaps_rollup", "Rss:"}, {"/proc/self/status", "VmRSS:"}}) {
     std::ifstream file(path);

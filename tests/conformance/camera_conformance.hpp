@@ -1,4 +1,4 @@
-// What every StereoCamera must do, whatever it is made of. A camera joins by instantiating the suite with a bench:
+// Requirements on every StereoCamera, whatever it is made of. A camera joins by instantiating the suite with a bench:
 // INSTANTIATE_TEST_SUITE_P(My, CameraConformance, ::testing::Values(CameraKind{"Camera", &make_my_bench}),
 // name_of_kind).
 #pragma once
@@ -13,7 +13,7 @@
 
 namespace kinetrace::hal::test {
 
-/// A closed camera that will deliver at least three frames once started, and all that it needs to live.
+/// A closed camera that delivers at least three frames once started, with all its dependencies.
 class CameraBench {
  public:
   CameraBench() = default;

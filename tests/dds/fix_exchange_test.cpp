@@ -1,4 +1,4 @@
-// Fixes of receivers in, places on the Earth out: what ROS 2 gets and sends.
+// Fixes of ROS 2 receivers in, geodetic positions to ROS 2 out.
 #include "kinetrace/publishing/fix_exchange.hpp"
 
 #include <chrono>

@@ -1,7 +1,6 @@
-// A reader in a process of its own: reads every topic of a publisher on the loopback and says what it got.
+// A reader in a separate process: reads every topic of a publisher on the loopback and counts the messages.
 //
-//   listener DOMAIN    prints "matched" when it misses nothing that is written from now on; after SIGTERM,
-//                      "TOPIC MESSAGES" for each.
+//   listener DOMAIN    prints "matched" once it will miss no further message; after SIGTERM, "TOPIC MESSAGES" for each.
 #include <algorithm>
 #include <array>
 #include <csignal>
@@ -32,7 +31,7 @@ struct Listened {
   const char* topic;
   const dds_topic_descriptor_t& type;
   dds_data_representation_id_t encoding;
-  bool is_kept = false;  ///< What was written last is sent to whoever comes later.
+  bool is_kept = false;  ///< Late readers get the last message.
   dds_entity_t reader = 0;
   long messages = 0;
 };
@@ -54,8 +53,8 @@ bool knows_writer(const Listened& listened) {
   return dds_get_subscription_matched_status(listened.reader, &status) == DDS_RETCODE_OK && status.current_count > 0;
 }
 
-// A reader can know a writer that has not seen it yet. The calibration is sent as soon as its writer has seen
-// the reader that was made last, and readers are seen in the order in which they were made.
+// A reader can know a writer that has not discovered it yet. The calibration is sent as soon as its writer has
+// discovered the last reader, and readers are discovered in the order of their creation.
 bool is_known_to_writers(const Listened& made_last) {
   return made_last.messages > 0;
 }

@@ -74,7 +74,7 @@ void ListenerProcess::thaw() const {
 
 std::map<std::string, long> ListenerProcess::finish() {
   constexpr int kTimeout_ms = 10'000;
-  // What was sent last is still under way.
+  // The last messages are still in transit.
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
   ::kill(pid_, SIGTERM);
   std::map<std::string, long> messages;

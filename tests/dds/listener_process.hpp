@@ -14,7 +14,7 @@ class ListenerProcess {
   ListenerProcess& operator=(const ListenerProcess&) = delete;
   ~ListenerProcess();
 
-  /// Waits until it misses nothing that is written from now on; false if that takes longer than 20 s.
+  /// Waits until it will miss no further message; false if that takes longer than 20 s.
   [[nodiscard]] bool wait_until_matched();
   /// Stops it as a debugger would: it keeps its sockets and answers nothing.
   void freeze() const;

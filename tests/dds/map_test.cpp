@@ -1,5 +1,5 @@
-// kinetrace map beside a run that goes on, from outside: a publisher and a receiver in the test, the topics of ROS 2
-// read by their types alone.
+// kinetrace map beside a live run, from outside: a publisher and a receiver in the test, the topics of ROS 2 read by
+// their types alone.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -53,7 +53,7 @@ class LiveMap : public ::testing::Test {
               .outlier_share = 0.1};
   }
 
-  /// Drives along `shape`, twenty times as fast as it would be; ends before, where `is_enough`.
+  /// Drives along `shape`, twenty times as fast as in reality; ends early if `is_enough`.
   template <typename IsEnough>
   void play(const geo::test::PathShape& shape, IsEnough&& is_enough) {
     std::mt19937 random(12);
@@ -94,7 +94,7 @@ class LiveMap : public ::testing::Test {
     EXPECT_TRUE(receiver_.is_matched());
     return program;
   }
-  /// On the map, where the fix says; its stamp as the camera's clock has it.
+  /// Position of a fix on the map.
   [[nodiscard]] Eigen::Vector3d enu_m(const NavSatFix& fix) const {
     return frame_.to_enu({fix.latitude, fix.longitude, fix.altitude});
   }
@@ -162,7 +162,7 @@ TEST_F(LiveMap, PublishesWhereCameraAndObjectsAreOnceTheAlignmentIsDetermined) {
         EXPECT_STREQ(transform.header.frame_id, "map");
         const auto& q = transform.transform.rotation;
         const Eigen::Quaterniond R_map_odom(q.w, q.x, q.y, q.z);
-        // Ahead in odom is the world's z.
+        // The x axis of odom is the world's z.
         const Eigen::Vector3d ahead = R_map_odom * Eigen::Vector3d::UnitX();
         EXPECT_LT(std::acos(std::min(1.0, ahead.dot(truth_.T_map_world.rotation.col(2)))), 1.0 * kDegree);
       }
@@ -214,7 +214,7 @@ TEST_F(LiveMap, AnotherRunBeginsAnew) {
   bool is_aligned = false;
   play(geo::test::town(), [&] { return is_aligned = camera_.next(std::chrono::milliseconds(0)) != nullptr; });
   ASSERT_TRUE(is_aligned);
-  // Frame 0 again: the world lies elsewhere, so that the alignment no longer holds.
+  // Frame 0 again: the world has a new origin, so that the alignment no longer holds.
   while (camera_.next(std::chrono::milliseconds(200)) != nullptr) {
   }
   std::vector<PathPose> path = drive(geo::test::town());

@@ -1,4 +1,4 @@
-// Masks and the requests for them, from one side to the other.
+// Masks and their requests, between the two sides.
 #include "kinetrace/publishing/mask_exchange.hpp"
 
 #include <algorithm>
@@ -55,7 +55,7 @@ class MaskExchange : public ::testing::Test {
     receiver_.reset();
   }
 
-  /// Takes on both sides until `is_enough`.
+  /// Receives on both sides until `is_enough`.
   bool until(const std::function<bool()>& is_enough) {
     for (int i = 0; i < 100; ++i) {
       EXPECT_TRUE(receiver_->take([this](const MaskMessage& message) { keep(message); }));
@@ -135,7 +135,7 @@ TEST_F(MaskExchange, NoMasksIsAMessageToo) {
 
 TEST_F(MaskExchange, ManyMasksComeInPiecesInOrder) {
   MaskSender::Image sent = image();
-  // Runs of one pixel each: as many as a mask may have.
+  // Runs of one pixel each: the maximum of a mask.
   const std::vector<std::uint16_t> longest(std::size_t{kWidth} * kHeight, 1);
   for (std::uint16_t i = 0; i < 10; ++i) {
     sent.masks.push_back({i, 1.F, {0, 0, kWidth, kHeight}, longest});

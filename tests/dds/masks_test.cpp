@@ -1,4 +1,4 @@
-// A run that gets its masks from another process.
+// A run with masks from another process.
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -61,7 +61,7 @@ class MasksOverDds : public ::testing::Test {
                                run_folder(name).string(), "--quiet"});
     return run_kinetrace(more);
   }
-  /// Over DDS, with masks of both views; patient enough for a busy machine.
+  /// Over DDS, with masks of both views; the time-out allows for a busy machine.
   [[nodiscard]] ProgramResult run_over_dds(const char* name, std::vector<std::string> more = {}) const {
     more.insert(more.begin(), {"--segmentation", "dds", "--publish", network_, "--set", "segmentation.dds.right=true",
                                "--set", "segmentation.dds.timeout_ms=30000"});
@@ -98,7 +98,7 @@ TEST_F(MasksOverDds, GiveTheSameResultAsTheFilesTheyAreMadeFrom) {
 }
 
 TEST_F(MasksOverDds, FramesWithoutMasksAreCountedAndTracksGoOn) {
-  // Frames 4 and 5 are not known to the client.
+  // The client lacks frames 4 and 5.
   const fs::path some = scratch_.path() / "some";
   fs::copy(masks("left"), some);
   fs::remove(some / "0000000004.png");
@@ -113,7 +113,7 @@ TEST_F(MasksOverDds, FramesWithoutMasksAreCountedAndTracksGoOn) {
   EXPECT_EQ(counters("dds").at("mask_frames_taken"), TruthRun::kFrames - 2);
   EXPECT_EQ(counters("dds").at("detection_frames_missing"), 2);
   EXPECT_THAT(result.err, HasSubstr("without masks in 2 frames: 2 waited in vain"));
-  // Masks of frame 5 all the same: propagated.
+  // Frame 5 has propagated masks.
   EXPECT_THAT(content_of(run_folder("dds") / "mots.txt"), HasSubstr("\n5 "));
 }
 
@@ -170,7 +170,7 @@ TEST_F(MasksOverDds, ClientFailsWhereNoMasksCouldBeSentAtAll) {
   EXPECT_THAT(sent.err, HasSubstr("error: " + (damaged / "0.png").string()));
 }
 
-/// Answers every request with an image of its own, as long as it lives.
+/// Answers every request with the image of `answer`, while it exists.
 class Answerer {
  public:
   using Answer = std::function<publishing::MaskSender::Image(const MaskRequest&)>;
@@ -208,7 +208,7 @@ TEST_F(MasksOverDds, BadMessagesOfAnotherSenderSpoilNothing) {
         .frame_index = request.frame_index, .timestamp_ns = request.timestamp_ns, .width_px = 64, .height_px = 48};
   });
   Program client({"masks", masks("left").string(), "--publish", network_, "--quiet"});
-  // The run waits for any sender, and the saboteur is there already.
+  // The run waits for any sender, and the faulty one exists already.
   std::this_thread::sleep_for(std::chrono::seconds(2));
   const ProgramResult result =
       run("dds", {"--segmentation", "dds", "--publish", network_, "--set", "segmentation.dds.timeout_ms=5000"});
@@ -216,7 +216,7 @@ TEST_F(MasksOverDds, BadMessagesOfAnotherSenderSpoilNothing) {
   EXPECT_EQ(client.wait().exit_code, 0);
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_GT(counters("dds").at("mask_messages_invalid"), 0);
-  // Until both are seen, the first frame may have been given up.
+  // The first frame may time out before both are discovered.
   EXPECT_GE(counters("dds").at("mask_frames_taken"), TruthRun::kFrames - 1);
 }
 

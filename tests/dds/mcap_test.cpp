@@ -1,4 +1,4 @@
-// What the recorder writes, read by the format's own library and decoded as ROS 2 does.
+// Files of the recorder, read by the format's own library and decoded as ROS 2 does.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -25,7 +25,7 @@ namespace {
 using nlohmann::json;
 using ::testing::SizeIs;
 
-/// Lines of JSON that the npm library made of a file; fails where it complains.
+/// The npm library's output for a file, lines of JSON; fails if the library reports an error.
 std::vector<json> decoded(const std::string& how, const std::filesystem::path& file) {
   const std::string command =
       "node " KINETRACE_MCAP_TOOLS "/decode.mjs --" + how + " '" + file.string() + "' 2>" + file.string() + ".err";
@@ -47,7 +47,7 @@ std::vector<json> decoded(const std::string& how, const std::filesystem::path& f
   return lines;
 }
 
-/// Records what a publisher sends of some frames, as kinetrace monitor does.
+/// Records a publisher's messages of some frames, as kinetrace monitor does.
 class McapTools : public ::testing::Test {
  protected:
   static constexpr int kFrames = 3;
@@ -159,7 +159,7 @@ TEST_F(McapTools, ReadsTimesAndSequenceNumbers) {
 TEST_F(McapTools, ReadsAFileThatWasCutUpToItsLastWholeMessage) {
   const std::vector<json> all = decoded("stream", file_);
   const auto size = std::filesystem::file_size(file_);
-  // From a tenth on: into every part of a file.
+  // Cuts at every tenth, hence in every part of a file.
   std::size_t before = 0;
   for (int tenths = 1; tenths < 10; ++tenths) {
     const std::filesystem::path cut = folder_.path() / ("cut_" + std::to_string(tenths) + ".mcap");

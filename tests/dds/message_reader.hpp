@@ -1,4 +1,4 @@
-// A reader of one topic, with nothing of the publisher's own code but the message types.
+// A reader of one topic that shares only the message types with the publisher.
 #pragma once
 
 #include <chrono>
@@ -8,8 +8,7 @@
 
 namespace kinetrace::test {
 
-/// Reads in the domain that the publisher of this process has made, or in one of its own. `T` is the message's C
-/// struct.
+/// Reads in the domain of this process's publisher, or in one of its own. `T` is the message's C struct.
 template <typename T>
 class MessageReader {
  public:

@@ -1,4 +1,4 @@
-// kinetrace monitor, from outside, hearing a publisher in the test.
+// kinetrace monitor, from outside, with a publisher in the test.
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -152,7 +152,7 @@ TEST_F(Monitor, ShowsATableInPlainLinesWithoutATerminal) {
 TEST_F(Monitor, AgeGrowsWithTheSourcesTime) {
   const ProgramResult result = monitor({"--seconds", "6"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  // The last column of object 1, over the tables.
+  // The last column of object 1, in all tables.
   std::vector<double> ages;
   std::istringstream in(result.out);
   for (std::string line; std::getline(in, line);) {

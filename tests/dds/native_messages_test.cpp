@@ -1,4 +1,4 @@
-// What readers of the native topics get.
+// Native topics, as read.
 #include <cmath>
 #include <vector>
 

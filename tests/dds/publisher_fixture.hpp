@@ -1,4 +1,4 @@
-// A publisher and its mailbox, with exactly the memory they ask for.
+// A publisher and its mailbox, with exactly the memory they require.
 #pragma once
 
 #include <cstdint>

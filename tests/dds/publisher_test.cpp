@@ -1,4 +1,4 @@
-// The publisher's life: starting, being refused, losing its interface, its budget.
+// Life of the publisher: start, refusal, loss of the interface, bandwidth budget.
 #include <cstdlib>
 #include <fstream>
 
@@ -92,7 +92,7 @@ TEST(Publisher, ThereIsOneInAProcess) {
 
 TEST(Publisher, ASmallBudgetLeavesOutPointsFirst) {
   PublishConfig config;
-  config.bytes_per_second = 50'000;  // Holds four pieces at most, and grows by three a second.
+  config.bytes_per_second = 50'000;  // Holds four pieces at most, and refills by three a second.
   PublisherFixture fixture(config);
   MessageReader<kinetrace_CameraPose> poses(fixture.domain(), kinetrace_CameraPose_desc, topics::kCameraPose,
                                             DDS_DATA_REPRESENTATION_XCDR2);

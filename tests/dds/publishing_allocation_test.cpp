@@ -1,4 +1,4 @@
-// That handing over and sending never allocate, on our side. Not built with sanitizers, which replace malloc.
+// Handing over and sending never allocate in our code. Not built with sanitizers, which replace malloc.
 #include <gtest/gtest.h>
 
 #include "kinetrace/core/allocation_counter.hpp"

@@ -18,7 +18,7 @@
 
 namespace kinetrace::test {
 
-/// What publishing is made for.
+/// The design load of publishing.
 inline constexpr SampleContent kFull{.objects = 64, .background_points = 1360, .points_per_object = 10};
 
 inline std::int64_t rss_kib() {
@@ -37,17 +37,17 @@ inline double thread_cpu_us() {
   return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
 }
 
-/// An app::PublishingThread on the loopback, and somebody who offers.
+/// An app::PublishingThread on the loopback, and the producer of its results.
 class PublishingLoad {
  public:
   using Samples = std::vector<std::unique_ptr<SampleResult>>;
 
   PublishingLoad() {
     config_.domain = test_domain();
-    config_.bytes_per_second = 100'000'000;  // Everything is sent, several readers or not.
+    config_.bytes_per_second = 100'000'000;  // All data is sent, with any number of readers.
     arena_ = Arena(app::PublishingThread::required_bytes(config_));
     warm_up_ = make_samples(60);
-    rss_before_kib_ = rss_kib();  // Behind everything of our own.
+    rss_before_kib_ = rss_kib();  // After all allocations of the test itself.
     auto thread = app::PublishingThread::create(
         config_, SampleResult::geometry(), [](const std::string&) {}, arena_);
     EXPECT_TRUE(thread) << thread.error().message;
@@ -69,9 +69,9 @@ class PublishingLoad {
   /// As at the end of a run.
   void end() { thread_.reset(); }
 
-  /// Two seconds, until everything is as it will be.
+  /// Two seconds, to reach the steady state.
   void warm_up() { static_cast<void>(offer(warm_up_)); }
-  /// Made before, so that only offering them is measured.
+  /// Made in advance, so that only offering them is measured.
   [[nodiscard]] Samples make_samples(int count) {
     Samples samples;
     for (int i = 0; i < count; ++i) {
@@ -84,7 +84,7 @@ class PublishingLoad {
     thread_->offer(sample.result, 0);
     thread_->send();
   }
-  /// At 30 Hz; returns what each offer took of this thread's processor time.
+  /// Offers at 30 Hz; returns this thread's processor time of each offer.
   std::vector<double> offer(const Samples& samples) {
     std::vector<double> costs_us;
     auto next = std::chrono::steady_clock::now();

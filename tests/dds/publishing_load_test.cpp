@@ -1,5 +1,5 @@
-// What publishing costs, and that no reader makes it cost more: 64 objects and 2000 points at 30 Hz, every topic read
-// by another process.
+// Cost of publishing, which no reader increases: 64 objects and 2000 points at 30 Hz, every topic read by another
+// process.
 #include "publishing_load.hpp"
 
 #include <algorithm>
@@ -31,8 +31,8 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// What is printed is 40 to 50 us, the copying of a frame. Whoever waits for a lock or a network needs milliseconds; a
-// slow or busy machine is no failure.
+// Measured: 40 to 50 us, to copy a frame. Waiting for a lock or a network takes milliseconds; a slow or busy machine is
+// no failure.
 constexpr double kWithoutWaiting_us = 300.0;
 
 TEST(PublishingLoad, HandingOverPublishingAndMemoryStayWithinTheirBounds) {

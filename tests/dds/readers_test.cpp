@@ -1,4 +1,4 @@
-// What our own readers make of what the publisher sends.
+// The publisher's messages, as received by our own readers.
 #include <cstring>
 #include <functional>
 #include <map>
@@ -22,7 +22,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// Keeps copies of all that it receives.
+/// Keeps copies of all received data.
 class Notebook final : public ResultListener {
  public:
   void receive(const ReceivedCamera& received) override { cameras.push_back(received); }
@@ -46,7 +46,7 @@ class Notebook final : public ResultListener {
     calibrations.push_back(received.geometry);
   }
 
-  std::vector<ReceivedCamera> cameras;  // But for their device, which has gone.
+  std::vector<ReceivedCamera> cameras;  // Their device text is invalid by now.
   std::vector<ObjectResult> objects;
   int object_messages = 0;
   std::vector<HealthState> healths;
@@ -58,7 +58,7 @@ class Notebook final : public ResultListener {
   std::vector<StereoGeometry> calibrations;
 };
 
-/// Takes until `is_enough`, waiting as a program would.
+/// Receives until `is_enough`, waiting as a program would.
 template <typename Take>
 bool take_until(Link& link, Take&& take, const std::function<bool()>& is_enough) {
   for (int i = 0; i < 100; ++i) {

@@ -1,4 +1,4 @@
-// A receiver of satellites as ROS 2 has them, with nothing of Kinetrace but the message's type.
+// A satellite receiver on ROS 2, which uses only the message type of Kinetrace.
 #pragma once
 
 #include <algorithm>
@@ -35,7 +35,8 @@ class ReceiverTopic {
     return dds_get_publication_matched_status(writer_, &status) == DDS_RETCODE_OK && status.current_count > 0;
   }
 
-  /// `place`: latitude, longitude, altitude. The covariance has this variance, and 1 and 2 beside its first diagonal.
+  /// `place`: latitude, longitude, altitude. The covariance has this variance on its diagonal, and 1 and 2 at (0, 1)
+  /// and (1, 0).
   void send(std::int64_t stamp_ns, int status, const std::array<double, 3>& place, int covariance_type,
             double variance_m2) const {
     std::string frame = "gps";

@@ -1,4 +1,4 @@
-// What readers of the ROS 2 topics get: axes of REP 103, frames of REP 105.
+// ROS 2 topics, as read: axes of REP 103, frames of REP 105.
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -53,12 +53,12 @@ TEST(RosMessages, OdometryHasTheAxesOfRos) {
   EXPECT_STREQ(message->header.frame_id, "odom");
   EXPECT_STREQ(message->child_frame_id, "camera_link");
   EXPECT_EQ(message->header.stamp.sec, 1'800'000'000) << "the system's clock by default";
-  // Ours: 0.1 m right, 0.2 m up, and ahead.
+  // In our axes: 0.1 m right, 0.2 m up, and ahead.
   const auto& p = message->pose.pose.position;
   EXPECT_NEAR(p.x, SampleResult::kSpeed_mps * 31 / 30.0, 1e-6);
   EXPECT_NEAR(p.y, -0.1, 1e-12);
   EXPECT_NEAR(p.z, 0.2, 1e-12);
-  // Turning right about our down is turning by a negative angle about up.
+  // A right turn about our down axis is a negative angle about up.
   const Eigen::Vector3d ahead = turned(message->pose.pose.orientation, Eigen::Vector3d::UnitX());
   EXPECT_NEAR(std::atan2(ahead.y(), ahead.x()), -SampleResult::kTurn_radps * 31 / 30.0, 1e-6);
   const auto& twist = message->twist.twist;
@@ -143,7 +143,7 @@ TEST(RosMessages, DetectionsAreUprightBoxesWithAnId) {
   EXPECT_NEAR(along.x(), -std::sin(-1.3), 1e-12);
   EXPECT_NEAR(along.y(), -std::cos(-1.3), 1e-12);
   EXPECT_NEAR(along.z(), 0.0, 1e-12);
-  // The hypothesis is of the box: as sure along its length, across and down, and about up, as the box is.
+  // The hypothesis has the box's uncertainty: along its length, across, down, and about up.
   const auto& hypothesis = detection.results._buffer[0].pose;
   EXPECT_EQ(hypothesis.pose.position.x, detection.bbox.center.position.x);
   EXPECT_EQ(hypothesis.pose.orientation.z, detection.bbox.center.orientation.z);
@@ -211,7 +211,7 @@ TEST(RosMessages, ACloudIsThinnedToOnePiece) {
   ASSERT_EQ(message->data._length, message->row_step);
   ASSERT_EQ(message->fields._length, 4U);
   EXPECT_STREQ(message->fields._buffer[3].name, "track_id");
-  // The last of the points stays, and says where it is: ours are (x, y, z) = (.1 i, -.01 i, 1).
+  // The last point is kept, with its position: ours are (x, y, z) = (.1 i, -.01 i, 1).
   std::array<float, 3> last{};
   std::memcpy(last.data(), message->data._buffer + message->data._length - 16, sizeof(last));
   EXPECT_THAT(last, testing::ElementsAre(testing::FloatEq(1.0F), testing::FloatEq(-0.1F * 1999),

@@ -1,4 +1,4 @@
-// Domains of DDS that tests have for themselves.
+// Separate DDS domains for tests.
 #pragma once
 
 #include <atomic>
@@ -6,7 +6,7 @@
 
 namespace kinetrace::test {
 
-/// Another one each time, so that tests that run side by side do not hear each other.
+/// A new one each time, so that parallel tests do not receive each other's messages.
 inline int test_domain() {
   constexpr int kFirst = 20;
   constexpr int kCount = 200;

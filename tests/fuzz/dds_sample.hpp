@@ -1,4 +1,4 @@
-// Messages as the DDS library decodes them: any numbers, strings that end, truth values that are one of two.
+// Messages as the DDS library decodes them: any numbers, terminated strings, valid booleans.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace kinetrace::fuzz {
 
-/// A message, or a part of one, of an input's bytes; its truth values and sequences are the caller's to set.
+/// A message, or a part of one, from an input's bytes; the caller sets its booleans and sequences.
 template <typename Message>
 [[nodiscard]] Message any_message(FuzzedDataProvider& values) {
   static_assert(std::is_trivially_copyable_v<Message>);
@@ -23,7 +23,7 @@ void end_text(char (&text)[kSize]) {
   text[kSize - 1] = '\0';
 }
 
-/// `items` outlives the sequence.
+/// `items` must outlive the sequence.
 template <typename Sequence, typename Item>
 void show(Sequence& sequence, std::vector<Item>& items) {
   sequence = {};

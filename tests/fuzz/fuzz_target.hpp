@@ -1,4 +1,4 @@
-// What all fuzz targets share: the call that each of them answers, and inputs that stand for several files or values.
+// Code shared by all fuzz targets: their entry point, and inputs that stand for several files or values.
 #pragma once
 
 #include <cstddef>
@@ -7,17 +7,17 @@
 
 namespace kinetrace::fuzz {
 
-/// One input; each target defines this. A crash, a sanitizer's report, an exception that comes out, a hang and memory
-/// beyond the limit are findings; errors that the parser returns are not.
+/// Processes one input; each target defines this. Findings are a crash, a sanitizer report, an escaping exception, a
+/// hang and memory beyond the limit, but not errors that the parser returns.
 void try_input(std::string_view input);
 
-/// Between the parts of an input that stands for several files.
+/// Separates the parts of an input that stands for several files.
 inline constexpr std::string_view kPartMark = "\n=====\n";
 
-/// The first `count` parts; what is missing is empty, and the last one has all the rest.
+/// The first `count` parts; missing parts are empty, the last one has all the rest.
 [[nodiscard]] std::vector<std::string_view> parts_of(std::string_view input, std::size_t count);
 
-/// Ends the program where `holds` is false: what a parser accepted must have this property.
+/// Aborts if `holds` is false: accepted input must have this property.
 void require(bool holds);
 
 }  // namespace kinetrace::fuzz

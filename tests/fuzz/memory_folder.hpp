@@ -9,8 +9,8 @@
 
 namespace kinetrace::fuzz {
 
-/// A folder below the system's place for temporary files, which tests/fuzz/run puts into memory. Files stay open, so
-/// that another content costs two system calls.
+/// A folder below the system's folder for temporary files, which tests/fuzz/run puts into memory. Files stay open, so
+/// that new content costs two system calls.
 class MemoryFolder {
  public:
   MemoryFolder();
@@ -21,9 +21,9 @@ class MemoryFolder {
   ~MemoryFolder();
 
   [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
-  /// Gives a file this content; makes it, and the folders above it, where it is new. Returns its path.
+  /// Gives a file this content; creates it and its parent folders if needed. Returns its path.
   const std::string& put(const std::string& name, std::string_view content);
-  /// The parts of an input, each into one of the files.
+  /// Writes each part of an input to one of the files.
   void put_parts(const std::vector<std::string>& names, std::string_view input);
 
  private:

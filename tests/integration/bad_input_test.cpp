@@ -1,4 +1,4 @@
-// What goes wrong in the field: each is a clear line with its exit code, or a counted skip; never a crash.
+// Bad input from the field: a clear message with its exit code, or a counted skip; never a crash.
 #include <algorithm>
 #include <array>
 #include <cstdint>

@@ -35,7 +35,7 @@ class Bench : public ::testing::Test {
     EXPECT_EQ(result.exit_code, 0) << result.err;
     return json::parse(text_of(file_), nullptr, false);
   }
-  /// Before the recording is opened: nobody waits for a comparison that cannot be made.
+  /// An impossible comparison is refused before the recording is opened, hence before any waiting.
   static void expect_refused(const std::string& against, int exit_code, const std::string& culprit) {
     expect_refusal(run_kinetrace({"bench", "--dataset", "folder:nowhere", "--against", against}), exit_code, culprit);
   }

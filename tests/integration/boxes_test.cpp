@@ -1,4 +1,4 @@
-// Boxes of rendered vehicles, with masks as a network gives them, against the truth.
+// Boxes of rendered vehicles, with masks degraded like a network's, against the truth.
 #include <algorithm>
 #include <map>
 
@@ -18,7 +18,7 @@ constexpr int kMinHeight_px = 30;
 constexpr int kGrownFrames = 10;
 constexpr double kSame_m = 3.0;
 
-/// The true object nearest to a box, if it can be this one.
+/// The true object nearest to a box, if within kSame_m.
 const LocatedObject* object_at(const std::vector<LocatedObject>& objects, const Eigen::Vector3d& center_m) {
   const auto distance_m = [&](const LocatedObject& one) { return (one.center_m - center_m).norm(); };
   const auto nearest =

@@ -63,7 +63,7 @@ class Calibrate : public ::testing::Test {
   }
   [[nodiscard]] std::string out() const { return (folder_.path() / "out").string(); }
 
-  /// What was promised of a calibration of these images.
+  /// Checks the promised accuracy of a calibration of these images.
   void expect_truth(Lens lens) const {
     const hal::RigCalibration truth = true_rig(lens, kScale);
     const auto rig = hal::read_rig_calibration(out() + "/calibration.yaml", 1280, 960);
@@ -188,7 +188,7 @@ TEST_F(Calibrate, RefusesImagesWithoutTheTarget) {
   expect_refusal(calibrate("chessboard:5x4:0.03", "radtan"), kBadData, "0 views are too few");
 }
 
-// As in a package without the one that calibrates.
+// As installed without the calibration package.
 TEST_F(Calibrate, NamesThePackageThatIsMissing) {
   const std::string alone = folder_.file("kinetrace");
   std::filesystem::copy_file(KINETRACE_PROGRAM, alone);

@@ -23,7 +23,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-/// Waits until the file has content; false after far too long.
+/// Waits until the file has content; false after a generous time-out.
 bool grows(const std::filesystem::path& path) {
   constexpr auto kFarTooLong = std::chrono::minutes(2);
   const auto end = std::chrono::steady_clock::now() + kFarTooLong;
@@ -80,7 +80,7 @@ TEST_F(CameraCommand, StopsAfterFramesOrSecondsOrASignal) {
   EXPECT_GT(report()["frames"], 0);
   const std::filesystem::path endless_out = scratch_.path() / "endless";
   Program program({"run", "--camera", endless, "--out", endless_out.string(), "--quiet"});
-  // Its first poses show that it runs; before, nobody listens to signals yet.
+  // The first poses show that it runs; before, no signal handler is installed.
   EXPECT_TRUE(grows(endless_out / "camera.tum"));
   program.send(SIGINT);
   EXPECT_EQ(program.wait().exit_code, 128 + SIGINT);
@@ -133,7 +133,7 @@ TEST_F(CameraCommand, WhatWasRecordedRunsToTheSameResult) {
   ASSERT_EQ(run_kinetrace({"run", "--dataset", "container:" + raw(), "--out", out_.string(), "--quiet"}).exit_code, 0);
   EXPECT_EQ(direct, text_of(out_ / "camera.tum"));
 
-  // KITTI's times are dates; all else is the same.
+  // KITTI's times are dates; the rest is equal.
   const std::string kitti = (scratch_.path() / "kitti").string();
   ASSERT_EQ(run_kinetrace({"record", "--camera", source, "--out", kitti, "--quiet"}).exit_code, 0);
   ASSERT_EQ(run_kinetrace({"run", "--dataset", "kitti-raw:" + kitti, "--out", out_.string(), "--quiet"}).exit_code, 0);
@@ -260,7 +260,7 @@ TEST_F(CameraCommand, ExamplesOfCameraFilesAreValid) {
       continue;
     }
     const ProgramResult result = run(entry.path().string());
-    // Neither the devices nor the calibration or recording that they name are there; all else is right.
+    // The named devices, calibrations and recordings do not exist; the rest of each file is valid.
     EXPECT_EQ(result.exit_code, 66) << entry.path() << result.err;
     EXPECT_THAT(result.err, ::testing::AnyOf(HasSubstr("calibration/"), HasSubstr("recordings/"))) << entry.path();
   }
@@ -271,7 +271,7 @@ TEST_F(CameraCommand, TheGuessedRigStandsInForACalibration) {
   const std::string named = "calibration/rig.yaml";
   text.replace(text.find(named), named.size(), KINETRACE_SOURCE_DIR "/config/calibration/guessed-rig.yaml");
   const ProgramResult result = run(written(text));
-  // The devices are looked for next.
+  // The next error is a missing device.
   EXPECT_EQ(result.exit_code, 66) << result.err;
   EXPECT_THAT(result.err, HasSubstr("usb-0000:00:14.0-1"));
 }

@@ -87,7 +87,7 @@ TEST_F(CommandLine, EveryConfigurationFileIsAccepted) {
   for (const auto& entry :
        std::filesystem::directory_iterator(std::filesystem::path(KINETRACE_SOURCE_DIR) / "config")) {
     if (entry.path().extension() == ".yaml") {
-      // All but the table of sizes, which a configuration names.
+      // The table of sizes is no configuration, but named by one.
       const ProgramResult result = entry.path().filename() == "sizes.yaml"
                                        ? run_kinetrace({"config", "--set", "trajectory.sizes=" + entry.path().string()})
                                        : run_kinetrace({"config", "--config", entry.path().string()});
@@ -121,7 +121,7 @@ TEST_F(CommandLine, WithoutABudgetAPlanIsAsLargeAsItNeedsToBe) {
   const ProgramResult large = run_kinetrace({"plan", "--size", "1920x1080"});
   EXPECT_EQ(large.exit_code, 0) << large.err;
   EXPECT_THAT(large.out, HasSubstr("memory.budget_mib is 0: what the plan needs"));
-  // A board's budget, and one's own, hold.
+  // A board's budget and an explicit one are enforced.
   for (const std::vector<std::string>& given :
        {std::vector<std::string>{"--board", "wearable-512"}, {"--set", "memory.budget_mib=64"}}) {
     std::vector<std::string> plan{"plan", "--size", "1920x1080"};
@@ -136,7 +136,7 @@ TEST_F(CommandLine, CameraFollowsTheSceneInMetres) {
   const ProgramResult result = run_kinetrace(run_arguments(out_));
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("Results in " + out_.string()));
-  // Nobody has chosen the network that comes with the program; where there is one, its limits are no fault of the run.
+  // The default network was not chosen by the user, so its limits are a note and no warning.
   EXPECT_THAT(result.err, IsEmpty());
   EXPECT_THAT(result.out, HasSubstr("Note: "));
   EXPECT_THAT(result.out, HasSubstr("was trained on rendered pictures alone"));

@@ -1,4 +1,4 @@
-// kinetrace evaluate, from outside: a run that is the truth itself, and what goes wrong with files and conditions.
+// kinetrace evaluate, from outside: a run that equals the truth, and errors in files and conditions.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -115,7 +115,7 @@ TEST_F(Evaluate, TakesLabelsWithCameraPoses) {
   EXPECT_EQ(found["truth_format"], "kitti-tracking");
   EXPECT_EQ(found["objects"]["association"], "boxes");
   EXPECT_EQ(found["objects"]["id_switches"], 0);
-  // Labels know no pitch, and speed only from positions.
+  // Labels have no pitch; their speed comes from positions.
   EXPECT_LT(number(found, "/objects/motion/translation/mean"), 0.01);
   EXPECT_GT(number(found, "/objects/coverage"), 90.0);
   const json masked = evaluation(labels, {"--truth-camera", poses.string(), "--truth-masks",

@@ -1,5 +1,5 @@
-// A whole run on a rendered street with one vehicle, while its camera has every kind of trouble: the path stays right,
-// times stay right, the vehicle's track goes on or ends, and the run says what was wrong.
+// A whole run on a rendered street with one vehicle, under every camera fault: path and times stay correct, the
+// vehicle's track continues or ends, and the run reports the fault.
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -35,7 +35,7 @@ struct FaultyRun {
     }
     return numbers;
   }
-  /// How often the health report names a reason.
+  /// Count of a reason in the health report.
   [[nodiscard]] int count(const std::string& reason) const {
     for (const auto& entry : report["health"]["reasons"]) {
       if (entry["reason"] == reason) {
@@ -57,7 +57,7 @@ class Fault : public ::testing::Test {
     delete folder_;
   }
 
-  /// Runs with these faults and checks what must hold under all of them.
+  /// Runs with these faults and checks the properties that hold under all faults.
   static FaultyRun run(const std::string& faults, bool path_can_be_right = true) {
     const std::filesystem::path out = folder_->path() / "out";
     std::vector<std::string> arguments{"run",   "--dataset",  clip_->dataset, "--segmentation", clip_->segmentation,
@@ -78,7 +78,7 @@ class Fault : public ::testing::Test {
     expect_tracks_kept_or_ended(run);
     return run;
   }
-  /// Trouble that is no error costs no memory. Nothing is known where the program does not count.
+  /// A tolerated fault allocates no memory. The program may not count: then there is nothing to check.
   static void expect_no_allocations(const FaultyRun& run) {
     const nlohmann::json& counted = run.report["allocations_after_start"];
     EXPECT_EQ(counted.is_null() ? 0 : counted.get<int>(), 0);
@@ -211,7 +211,7 @@ TEST_F(Fault, CutOffImagesAreLeftOut) {
 }
 
 TEST_F(Fault, CamerasOutOfStepAreNoticed) {
-  // So long that it must be seen. Depths from views that look at different moments are wrong, and so is the path.
+  // Long enough to be detected. Views of different moments give wrong depths, and hence a wrong path.
   const FaultyRun late = run("desync@8-35", false);
   EXPECT_EQ(late.frames(), all_but({}));
   EXPECT_GE(late.count("views_out_of_step"), 1);

@@ -116,7 +116,7 @@ TEST_F(Figure, ARecordingThatWasPlayedTwiceHasItsImagesInBothPasses) {
               SmallRecording::kHeight);
 }
 
-// A run that names its recording from the folder it is started in is drawn from any other.
+// A run started with a relative recording path can be drawn from any folder.
 TEST_F(Figure, ARelativeRecordingIsFoundFromAnyFolder) {
   const std::filesystem::path here = std::filesystem::current_path();
   std::filesystem::current_path(scratch_.path());
@@ -147,7 +147,7 @@ TEST_F(Figure, WithoutItsRecordingIsDrawnWithAWarning) {
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("--dataset LAYOUT:PATH"));
   expect_size(run_ / "figure.png", 1600, 1200);
-  // An overlay is nothing without.
+  // An overlay requires the recording.
   EXPECT_EQ(figure({"--overlay", (scratch_.path() / "overlay").string()}).exit_code, 66);
 }
 

@@ -1,5 +1,5 @@
-// Scenes on which an estimator fails that is not careful. The camera's pose may be lost in them, but never wrong; what
-// stands still never moves; and nothing takes memory after start.
+// Scenes that defeat a careless estimator. The camera's pose may be lost, but never wrong; static objects never move;
+// no memory is allocated after start.
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -30,7 +30,7 @@ bool is_tracked(const FollowedFrame& frame) {
   return frame.camera.status == BodyStatus::kTracked;
 }
 
-/// Steps between frames that are both said to be tracked, against the truth.
+/// Steps between consecutive frames reported as tracked, against the truth.
 struct CameraErrors {
   int steps = 0;
   double worst_m = 0.0;
@@ -106,7 +106,7 @@ TEST(HardScenes, ATruckThatFillsTheViewDoesNotTakeTheCameraAlong) {
   constexpr double kMax_m = 0.25;
   constexpr double kMax_deg = 0.5;
   const Followed masked = truck->follow(truck->masked());
-  // Of the 59 steps; how one processor or another rounds decides about the last ones.
+  // Of the 59 steps; the last ones depend on the processor's rounding.
   EXPECT_GE(camera_errors(masked).steps, 56) << "a mask leaves hardly a doubt";
   EXPECT_LT(camera_errors(masked).worst_m, kMax_m);
   EXPECT_LT(camera_errors(masked).worst_deg, kMax_deg);

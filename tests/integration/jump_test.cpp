@@ -1,4 +1,4 @@
-// Recordings that begin anew or have been cut: the camera is lost for one frame, and no object is taken along.
+// Recordings that restart or have been cut: the camera is lost for one frame, and no object survives the jump.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>

@@ -138,12 +138,12 @@ TEST_F(LiveMode, KilledItHasLostNothingThatWasFinal) {
     return std::count(text.begin(), text.end(), '\n');
   };
   EXPECT_EQ(lines("camera.tum"), lines("camera_kitti.txt"));
-  // The next start takes the folder over.
+  // The next start reuses the folder.
   EXPECT_EQ(run("live", {}).exit_code, 0);
   EXPECT_EQ(lines("camera.tum"), recording_.frames);
 }
 
-/// Waits until `manager` has received something that is `wanted`; false where that takes too long.
+/// Waits until `manager` has received a `wanted` message; false after two minutes.
 bool is_received(const ServiceManager& manager, const std::function<bool(const std::string&)>& wanted) {
   const auto given_up_at = std::chrono::steady_clock::now() + std::chrono::minutes(2);
   while (std::chrono::steady_clock::now() < given_up_at) {
@@ -156,8 +156,8 @@ bool is_received(const ServiceManager& manager, const std::function<bool(const s
   return false;
 }
 
-// A frame is due in three fifths of the time that it takes with a fifth of a core; then the processor is released.
-// Frames so large that none fits into what the kernel grants at a time.
+// The frame period is three fifths of the processing time with a fifth of a core; later the limit is lifted.
+// Frames are too large to be processed within one of the kernel's time slices.
 TEST_F(LiveMode, StarvedOfProcessorItShedsAndReturnsWhenItCan) {
   const auto group = ControlGroup::of_processor(20);
   if (!group) {
@@ -194,7 +194,7 @@ TEST_F(LiveMode, StarvedOfProcessorItShedsAndReturnsWhenItCan) {
 }
 
 TEST_F(LiveMode, ABurstIsAnsweredWithItsNewestFrame) {
-  // All frames of a pass are due within a millisecond, then none for a second.
+  // All frames of a pass are due within a millisecond, followed by a second without frames.
   std::ofstream times(recording_.sequence() / "times.txt");
   for (int i = 0; i < recording_.frames; ++i) {
     times << 1.5e-4 * i << "\n";
@@ -233,7 +233,7 @@ TEST_F(LiveMode, GoesOnWithoutRealtimePriorityAndSaysHowToGetIt) {
   program.insert(program.end(), arguments.begin(), arguments.end());
   const std::string err = (scratch_.path() / "err").string();
   if (geteuid() != 0) {
-    program.erase(program.begin(), program.begin() + 5);  // Has no such capability to give up.
+    program.erase(program.begin(), program.begin() + 5);  // Other users have no such capability to drop.
   }
   EXPECT_EQ(await_end(start_program(program, (scratch_.path() / "out.txt").string(), err)), 0);
   EXPECT_THAT(text_of(err), HasSubstr("live.realtime_priority = 7"));

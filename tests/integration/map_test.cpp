@@ -1,4 +1,4 @@
-// kinetrace map, from outside: the run of an exact path, and what a receiver logged on it.
+// kinetrace map, from outside: the run of an exact path, and a receiver's log of it.
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -88,7 +88,7 @@ std::string angle(double degrees, int digits) {
   return text;
 }
 
-/// Since 13 September 2020, where `drive` begins.
+/// Times count from 13 September 2020, where `drive` begins.
 std::string nmea(const Fix& fix, const geo::LocalFrame& frame) {
   const Geodetic place = frame.to_geodetic(fix.enu_m);
   const double day_s = std::fmod(static_cast<double>(fix.time_ns / 1'000'000) / 1000.0, 86400.0);
@@ -115,7 +115,7 @@ class Map : public ::testing::Test {
     const auto fixes = receive(path, truth_, random);
     for (std::size_t i = 0; i < fixes.size(); ++i) {
       const std::string lines = nmea(fixes[i], frame);
-      // Cut every fortieth; of two, one digit is another.
+      // Every fortieth is cut off; the checksum of the last line is wrong.
       log << (i % 40 == 39 ? lines.substr(0, lines.size() - 30) + "\r\n" : lines);
     }
     log << "$GPGGA,000000.00,4900.0000,N,00800.0000,E,1,09,0.5,1.0,M,48.0,M,,*00\r\n";
@@ -186,7 +186,7 @@ TEST_F(Map, AGpxOfItsOwnIsAReferenceToo) {
   prepare(geo::test::town());
   ASSERT_EQ(map({"--dof", "4", "--quiet"}).exit_code, 0);
   const std::string gpx = (run() / "map" / "trajectories.gpx").string();
-  // The first track is the camera's; the car's, later in the file, starts anew in time and is left out.
+  // The first track is the camera's; the car's, later in the file, goes back in time and is left out.
   const ProgramResult again = run_kinetrace({"map", run().string(), "--reference", "gpx:" + gpx, "--dof", "6",
                                              "--drift", "0", "--json", "--out", (scratch_.path() / "again").string()});
   ASSERT_EQ(again.exit_code, 0) << again.err;

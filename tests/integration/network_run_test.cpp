@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 class NetworkRun : public ::testing::Test {
  protected:
   void SetUp() override { recording_.write(); }
-  /// The YAML file of a network that finds what is bright, see tests/unit/neural/make_models.
+  /// The YAML file of a network that detects bright regions, see tests/unit/neural/make_models.
   [[nodiscard]] std::string model(const std::string& network = "yolov8-seg.onnx") const {
     const fs::path file = scratch_.path() / "model.yaml";
     std::ofstream(file) << "family: yolov8-seg\nmodel: " << KINETRACE_MODELS << "/" << network
@@ -50,7 +50,7 @@ class NetworkRun : public ::testing::Test {
     }
     return all;
   }
-  /// Of the program at `program`, or of the one under test.
+  /// Runs the program at `program`, or the one under test.
   [[nodiscard]] ProgramResult run_auto(const std::string& mode, const std::vector<std::string>& more,
                                        const std::string& program = KINETRACE_PROGRAM) const {
     std::vector<std::string> all{
@@ -146,7 +146,7 @@ TEST_F(NetworkRun, AutoIsMotionAndANetworkTogetherAndGivesTheSameEveryTime) {
 }
 
 TEST_F(NetworkRun, AutoIsMotionAloneWhereTheBudgetHasNoRoomForANetwork) {
-  // What motion needs, from the refusal of a budget of 1 MiB.
+  // Memory that motion segmentation needs, from the refusal of a budget of 1 MiB.
   const ProgramResult refused = run_auto("motion", {"--set", "memory.budget_mib=1"});
   std::smatch enough;
   ASSERT_TRUE(std::regex_search(refused.err, enough, std::regex("raise it to ([0-9.]+) MiB"))) << refused.err;
@@ -161,7 +161,7 @@ TEST_F(NetworkRun, AutoIsMotionAloneWhereTheBudgetHasNoRoomForANetwork) {
   EXPECT_EQ(run_auto("auto", {"--set", "memory.budget_mib=1"}).exit_code, 78) << "nor for motion";
 }
 
-// A copy of the program, with nothing beside it.
+// A copy of the program without the files beside it.
 TEST_F(NetworkRun, AutoIsMotionAloneWhereNoNetworkComesWithTheProgram) {
   const fs::path program = scratch_.path() / "kinetrace";
   fs::copy_file(KINETRACE_PROGRAM, program);
@@ -188,7 +188,7 @@ TEST_F(NetworkRun, AutoSaysThatANetworkKnowsRenderedPicturesOnly) {
   EXPECT_THAT(result.err, HasSubstr("was trained on rendered pictures alone"));
 }
 
-// A copy of the program with another plugin beside it, which never answers after the start.
+// A copy of the program with a plugin that never answers after the start.
 TEST_F(NetworkRun, ANetworkThatHangsDegradesHealthAndTrackingGoesOn) {
 #ifdef KINETRACE_EMULATED
   GTEST_SKIP() << "emulated, it is too slow to follow what plays like a camera";
@@ -197,7 +197,7 @@ TEST_F(NetworkRun, ANetworkThatHangsDegradesHealthAndTrackingGoesOn) {
   fs::copy_file(KINETRACE_PROGRAM, program);
   fs::copy_file(KINETRACE_HANGING_RUNTIME, scratch_.path() / "kinetrace-opencv-dnn.so");
   for (const char* mode : {"onnx", "auto"}) {
-    // Played like a camera, which does not wait.
+    // Live mode plays like a camera, which does not wait.
     std::vector<std::string> all = command("out", {"live.mode=on"}, 10, mode);
     all.insert(all.begin(), program.string());
     const std::string err = (scratch_.path() / "err").string();
@@ -248,7 +248,7 @@ TEST_F(NetworkRun, SegmentReplacesNeitherItsPicturesNorItsResults) {
 TEST_F(NetworkRun, DoctorTimesIt) {
   const ProgramResult result =
       run_kinetrace({"doctor", "--set", "segmentation.mode=onnx", "--set", "segmentation.onnx.model=" + model()});
-  // Whether it is fast enough depends on the machine.
+  // The exit code is not checked: the speed depends on the machine.
   EXPECT_THAT(result.out, HasSubstr("network      yolov8-seg.onnx"));
   EXPECT_THAT(result.out, HasSubstr("ms a frame"));
   const ProgramResult wrong = run_kinetrace(

@@ -18,10 +18,10 @@ inline constexpr int kCannotCreate = 73;
 inline constexpr int kIo = 74;
 inline constexpr int kConfig = 78;
 
-/// Starts `command`, whose program may be one of the PATH, with its output in these files. Throws where that fails.
+/// Starts `command`, whose program may be in the PATH, with its output in these files. Throws on failure.
 [[nodiscard]] pid_t start_program(std::vector<std::string> command, const std::string& out_path,
                                   const std::string& err_path);
-/// Waits for its end: the exit code, or 128 + n if signal n killed it.
+/// Waits for the end of a process: its exit code, or 128 + n if signal n killed it.
 [[nodiscard]] int await_end(pid_t pid);
 
 struct ProgramResult {
@@ -33,7 +33,7 @@ struct ProgramResult {
 /// A started kinetrace; its output goes to files until it is waited for.
 class Program {
  public:
-  /// `group`: within its limits; null: none.
+  /// `group`: limits of the process; null: none.
   explicit Program(const std::vector<std::string>& arguments, const ControlGroup* group = nullptr);
   void send(int signal) const;
   [[nodiscard]] pid_t pid() const noexcept { return pid_; }
@@ -57,11 +57,11 @@ class Program {
 /// error, which holds `culprit`.
 void expect_refusal(const ProgramResult& result, int exit_code, const std::string& culprit);
 
-/// What a file holds; empty if there is none.
+/// Content of a file; empty if there is none.
 [[nodiscard]] std::string text_of(const std::filesystem::path& path);
 
-/// What `run.json` or another report says was allocated after the start; 0 in a program with sanitizers, which counts
-/// nothing.
+/// Allocations after the start according to `run.json` or another report; 0 in a sanitized program, which does not
+/// count them.
 template <typename Json>
 [[nodiscard]] int allocations_after_start(const Json& report) {
   const auto& counted = report.at("allocations_after_start");

@@ -57,7 +57,7 @@ TEST_F(Publish, WithoutTheInterfaceTheRunGoesOnAndHealthSaysSo) {
 
 TEST_F(Publish, TooFewOpenFilesAreAnError) {
   const std::string file = config("");
-  // With fewer the program's own libraries cannot be loaded.
+  // With fewer, the program's libraries cannot be loaded.
   for (const int files : {6, 7, 8, 10, 12, 14}) {
     const ProgramResult result =
         run_in_shell("ulimit -n " + std::to_string(files) + "; exec $kinetrace run --quiet --dataset " +

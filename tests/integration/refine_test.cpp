@@ -40,7 +40,7 @@ class Refine : public ::testing::Test {
     more.insert(more.begin(), {"refine", path("run"), "--out", path("refined")});
     return run_kinetrace(more);
   }
-  /// Of the first and the last place of the camera.
+  /// Distance between the first and the last camera position.
   [[nodiscard]] double distance_of_ends_m(const std::string& run) const {
     std::ifstream file(path(run) + "/camera.tum");
     std::vector<Eigen::Vector3d> places;
@@ -54,7 +54,7 @@ class Refine : public ::testing::Test {
     }
     return (places.back() - places.front()).norm();
   }
-  /// Writes where the camera was as EuRoC's ground truth has it, z up.
+  /// Writes the camera's path as EuRoC ground truth, z up.
   void write_reference(const std::string& run, const std::string& name) const {
     std::ifstream file(path(run) + "/camera.tum");
     std::ofstream reference(path(name));
@@ -129,7 +129,7 @@ TEST_F(Refine, ClosesLoopsOfACameraThatComesBack) {
   EXPECT_GE(std::stoi(loops), 5);
   EXPECT_LT(distance_of_ends_m("refined"), 0.5 * distance_of_ends_m("run"));
 
-  // Without the images there is a result, and a word on what is missing; where they are now can be said.
+  // Without the images there is a result and a note on the missing ones; --dataset gives their new place.
   fs::rename(recording_.root, path("moved"));
   recording_.root = path("moved");
   const ProgramResult blind = refine();
@@ -160,7 +160,7 @@ TEST_F(Refine, HoldsThePathByAReference) {
   ASSERT_EQ(held.exit_code, 0) << held.err;
   EXPECT_THAT(held.out, HasSubstr("Held the path by 30 of 30 fixes"));
   EXPECT_EQ(Json::parse(text_of(path("refined/run.json"))).at("dataset").at("reference"), "euroc:" + path("truth.csv"));
-  // It drives straight ahead at a constant speed.
+  // The camera drives straight ahead at a constant speed.
   expect_refusal(with({}), kBadData, "the reference does not hold the path: the place along the path");
   expect_refusal(refine({"--reference", "sextant:" + path("truth.csv")}), kUsage, "oxts, nmea, gpx, euroc or csv");
   expect_refusal(refine({"--reference", "nmea:" + path("nowhere")}), kNoInput, "nowhere");

@@ -1,4 +1,4 @@
-// However a run ends, and whoever has gone that it talks to: its results are written, and what could not be is said.
+// A run writes its results and reports failures to write, however it ends and whichever reader has gone.
 #include <algorithm>
 #include <chrono>
 #include <csignal>
@@ -89,7 +89,7 @@ TEST_F(RunEnd, NohupKeepsARunAlive) {
 }
 
 TEST_F(RunEnd, AReaderThatHasGoneDoesNotEndARun) {
-  // Its first warning goes to nobody.
+  // The first warning has no reader.
   const ProgramResult result =
       run_in_shell("set -o pipefail; $kinetrace " + joined(run_arguments({"--fault", "unplug@2:1", "--loop", "3"})) +
                    " 2>&1 | true");
@@ -123,7 +123,7 @@ TEST_F(RunEnd, AFullStandardOutputIsAnError) {
     EXPECT_THAT(result.err, HasSubstr("error: standard output: cannot be written")) << command;
   }
   expect_complete();
-  // Nothing is lost of what prints nothing.
+  // A quiet run loses no output.
   EXPECT_EQ(run_in_shell("$kinetrace " + joined(run_arguments({"--quiet"})) + " > /dev/full").exit_code, 0);
 }
 

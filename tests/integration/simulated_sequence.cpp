@@ -17,7 +17,7 @@
 namespace kinetrace::test {
 namespace {
 
-constexpr std::uint64_t kSteadyFrom = 5;  // Frames after which every part has taken its memory.
+constexpr std::uint64_t kSteadyFrom = 5;  // Frames after which every part has allocated its memory.
 
 void expect_done(const Status& status) {
   if (!status) {

@@ -1,4 +1,4 @@
-// A simulated scene with small pictures, and what the pipeline makes of it.
+// A simulated scene with small images, and the pipeline's results on it.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +35,7 @@ class SimulatedSequence {
   /// Default settings; objects are found by their motion.
   [[nodiscard]] static pipeline::PipelineConfig by_motion();
 
-  /// Plays everything; fails the test on an error or where memory is taken after start.
+  /// Plays everything; fails the test on an error or an allocation after start.
   [[nodiscard]] Followed follow(const pipeline::PipelineConfig& config) const;
 
  private:

@@ -15,18 +15,18 @@ struct SmallRecording {
   static constexpr double kBaseline = 0.5;
   static constexpr double kStep = 0.05;  ///< Metres to the right from frame to frame.
 
-  std::filesystem::path root;  ///< What --dataset kitti-odometry: takes.
+  std::filesystem::path root;  ///< Argument of --dataset kitti-odometry:.
   int frames = 6;
   double step_m = kStep;
-  bool turns_back = false;  ///< Half of the frames lead back to where the camera began.
+  bool turns_back = false;  ///< The second half of the frames returns to the start.
   int width_px = kWidth;
   int height_px = kHeight;
-  bool uniform = false;           ///< The same everywhere: nothing to see.
-  std::uint8_t brightness = 128;  ///< Of what is uniform.
+  bool uniform = false;           ///< One grey value, no texture.
+  std::uint8_t brightness = 128;  ///< Of uniform images.
 
   [[nodiscard]] std::filesystem::path sequence() const { return root / "sequences" / "00"; }
   [[nodiscard]] std::filesystem::path calibration() const { return sequence() / "calib.txt"; }
-  /// Where the left camera is in a frame.
+  /// Position of the left camera in a frame.
   [[nodiscard]] double x_m(int frame) const {
     return step_m * (turns_back ? std::min(frame, frames - 1 - frame) : frame);
   }

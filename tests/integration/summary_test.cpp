@@ -1,4 +1,4 @@
-// What a run and `kinetrace summary` say was found.
+// The summary of a run, at its end and by `kinetrace summary`.
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -19,7 +19,7 @@ using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// A run of two frames: a car that drives, a pedestrian who stands, a car that was never seen well.
+/// A run of two frames: a moving car, a standing pedestrian, a car that was never tracked well.
 class Summary : public ::testing::Test {
  protected:
   void write_run(const std::string& segmentation, bool with_objects) {

@@ -1,4 +1,4 @@
-// A simulated recording with its truth, and a run folder that says exactly what is true.
+// A simulated recording with its truth, and a run folder that holds exactly this truth.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Rendered drives whose right camera does not stand as the calibration says.
+// Rendered drives whose right camera is not mounted as calibrated.
 #include <cmath>
 #include <string>
 
@@ -32,7 +32,7 @@ class Drive {
   SimulatedSequence sequence_;
 };
 
-/// Length of the camera's path from a frame on, over the true one.
+/// Length of the camera's path from a frame on, relative to the true one.
 double scale_from(const Followed& followed, std::size_t first) {
   double length_m = 0.0;
   double true_length_m = 0.0;

@@ -1,4 +1,4 @@
-// Recordings whose images or masks are not what they should be: said within two seconds of recording, with the remedy.
+// Recordings with wrong images or masks: reported within two seconds of recording, with the remedy.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -34,7 +34,7 @@ class WrongInput : public ::testing::Test {
     return run_kinetrace(arguments);
   }
   nlohmann::json report() const { return nlohmann::json::parse(std::ifstream(out_ / "run.json"), nullptr, false); }
-  /// How often health was troubled by this.
+  /// Count of this reason in the health report.
   int noted(const std::string& reason) const {
     const nlohmann::json run = report();
     for (const auto& entry : run["health"]["reasons"]) {
@@ -191,7 +191,7 @@ TEST_F(WrongInput, ManyDamagedMasksTakeNoMoreMemoryThanOne) {
     EXPECT_EQ(report()["counters"]["mask_files_unreadable"], damaged);
     return report()["allocations_after_start"];
   };
-  // Of the one warning.
+  // Both runs allocate for one warning.
   EXPECT_EQ(allocations(12), allocations(1));
 }
 

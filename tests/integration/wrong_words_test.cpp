@@ -1,4 +1,4 @@
-// A word that is not known is named, and the nearest one that is known is offered.
+// An error names the unknown word and suggests the nearest known one.
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -27,7 +27,7 @@ TEST(WrongWords, OptionIsNamedWithTheNearest) {
                  "error: --segmantation: no such option; did you mean --segmentation?");
   expect_refused(run_with({"--segmantation=motion"}), kUsage, "--segmantation: no such option; did you mean");
   expect_refused({"study", "object-size", ".", "--out", "x", "--windws", "3"}, kUsage, "did you mean --windows?");
-  // Of its groups, too, and although what it should have been is missing.
+  // Options of groups are suggested too, even if the option is required and hence missing.
   expect_refused({"run", "--dateset", "folder:x", "--out", "y"}, kUsage,
                  "--dateset: no such option; did you mean --dataset?");
   expect_refused({"run", "--dataset", "folder:x", "--outt", "y"}, kUsage,

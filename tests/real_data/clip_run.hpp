@@ -1,4 +1,4 @@
-// Plays a recording through the whole chain as an application would, and keeps what tests ask about.
+// Plays a recording through the whole chain like an application, and keeps the results for tests.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,7 @@
 
 namespace kinetrace::test {
 
-/// Folder of the recordings: KINETRACE_DATA, by default ../shared/data beside the source tree. Empty when there is
-/// none.
+/// Folder of the recordings: KINETRACE_DATA, by default ../shared/data beside the source tree. Empty if there is none.
 [[nodiscard]] std::optional<std::filesystem::path> data_folder();
 
 /// One finalised row of one object.
@@ -32,7 +31,7 @@ struct ClipRun {
   FrameCounters counters;
 };
 
-/// Runs the whole clip. Fails the current test and returns what there is so far on any error.
+/// Runs the whole clip. Fails the current test and returns the results so far on any error.
 [[nodiscard]] ClipRun run_clip(const hal::DatasetSpec& spec, pipeline::PipelineConfig config);
 
 /// Distance of an object from the camera of its frame.
@@ -41,8 +40,8 @@ struct ClipRun {
 /// Poses in KITTI's format: 12 numbers a line, row-major 3 x 4.
 [[nodiscard]] std::vector<Se3> read_kitti_poses(const std::filesystem::path& path);
 
-/// Frames by which `truth` runs late against `estimate`, from rotation rates alone, which no error of scale can bend;
-/// searched in [-1, 1]. The recorded truth was brought to the images' times by a fit of its own.
+/// Frames by which `truth` lags behind `estimate`, in [-1, 1], from rotation rates alone, which no error of scale
+/// affects. The recorded truth was aligned with the images' times by a fit of its own.
 [[nodiscard]] double time_offset_frames(const std::vector<Se3>& truth, const std::vector<Se3>& estimate);
 
 /// The path at fractional frames i + `offset_frames`, clamped to its ends.

@@ -1,4 +1,4 @@
-// What the method must show on real recordings. Skipped where they are absent.
+// Requirements on the method on real recordings. Skipped where they are absent.
 #include <algorithm>
 #include <cmath>
 
@@ -83,7 +83,7 @@ TEST_F(RealClips, StreetCameraFollowsGpsWithinOnePercent) {
   RecordProperty("drift_10m_aligned_in_time", std::to_string(translation_drift(aligned, path, 10.0)));
   RecordProperty("length_error", std::to_string(length_error(aligned, path, 10.0)));
   RecordProperty("time_offset_frames", std::to_string(offset_frames));
-  // The truth is good to about half a percent in length; its frame is turned against the camera's by about half a
+  // The truth's lengths are off by about half a percent; its frame is rotated against the camera's by about half a
   // degree, which adds another percent to the drift.
   EXPECT_LT(length_error(aligned, path, 10.0), 0.011);
   EXPECT_LT(translation_drift(aligned, path, 10.0), 0.014);
@@ -113,7 +113,7 @@ TEST_F(RealClips, StreetTruckIsOneMovingTrackAndNothingElseMoves) {
   }
   EXPECT_GE(assessed, 16);
   EXPECT_GE(coming_towards_us, assessed * 9 / 10);
-  // Once the truck reaches over the image's border, what is left of it may be taken up under another identity.
+  // Once the image border truncates the truck, its visible part may get another identity.
   constexpr int kLeaves = 34;
   for (const auto& [id, other] : run.objects) {
     if (id != truck) {
@@ -130,7 +130,7 @@ TEST_F(RealClips, StreetParkedCarsWithMasksStandStill) {
   for (const auto& [id, rows] : run.objects) {
     std::vector<double> near_speeds;
     for (const ObjectRow& row : rows) {
-      // The truck comes on the left; everything else that has a mask stands.
+      // The truck approaches on the left; all other masked objects are static.
       if (distance_m(row) < 15.0 && row.object.status == BodyStatus::kTracked) {
         near_speeds.push_back(row.object.velocity_mps.norm());
       }
@@ -145,7 +145,7 @@ TEST_F(RealClips, StreetParkedCarsWithMasksStandStill) {
 }
 
 TEST_F(RealClips, StreetTruckWithMasksMovesInEveryFrameInWhichItIsTracked) {
-  // Its path begins anew when the image cuts it off; what was reported of its motion until then stands.
+  // Its path restarts when the image border truncates it; motion reported until then remains valid.
   const ClipRun run = run_clip(street(data_), with_masks(data_ / "masks/kitti_raw_0039"));
   int trucks = 0;
   for (const auto& [id, rows] : run.objects) {

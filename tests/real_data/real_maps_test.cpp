@@ -12,7 +12,7 @@ namespace {
 constexpr std::int64_t kFrame_ns = 103'000'000;  // KITTI's cameras: 9.7 Hz.
 constexpr double kTimeOffset_s = 0.7;
 
-/// The receiver's clock, and any heading.
+/// Fixes in the receiver's clock, under an arbitrary heading.
 std::vector<geo::Fix> recorded_fixes(const std::filesystem::path& drive) {
   Eigen::Matrix3d R_map_world;
   R_map_world << 1, 0, 0, 0, 0, 1, 0, -1, 0;
@@ -45,7 +45,7 @@ TEST(RealMaps, DriveLiesOnItsRecordedPoses) {
     EXPECT_EQ(alignment->verdict, geo::Verdict::kAligned) << alignment->reason;
     RecordProperty(std::string(name) + "_noise_m", std::to_string(alignment->horizontal_noise_m));
     RecordProperty(std::string(name) + "_offset_s", std::to_string(alignment->time_offset_s - kTimeOffset_s));
-    // GPS/INS jitters by some centimetres, and the camera drifts by some.
+    // GPS/INS jitters by some centimetres, and the camera drifts by as much.
     EXPECT_LT(alignment->horizontal_noise_m, 0.15) << name;
     EXPECT_NEAR(alignment->scale, 1.0, 0.015) << name;
     EXPECT_LT(std::abs(alignment->time_offset_s - kTimeOffset_s), 0.05 + 3.0 * alignment->time_offset_sigma_s) << name;

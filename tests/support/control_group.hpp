@@ -1,4 +1,4 @@
-// A group of processes that the kernel holds to limits, for tests.
+// A group of processes with limits enforced by the kernel, for tests.
 #pragma once
 
 #include <cstdint>
@@ -13,17 +13,17 @@
 
 namespace kinetrace::test {
 
-/// Exists as long as this; its processes must have ended before. Both versions of control groups are known.
+/// Exists as long as this object; its processes must have ended before. Supports both versions of control groups.
 class ControlGroup {
  public:
-  /// Memory without swap; nothing where this process may not make such a group.
+  /// Limits memory, without swap; empty if this process may not make such a group.
   [[nodiscard]] static std::optional<ControlGroup> of_memory(std::uint64_t bytes) {
     if (auto v1 = make("memory", "memory.limit_in_bytes", std::to_string(bytes))) {
       return v1;
     }
     return make("", "memory.max", std::to_string(bytes));
   }
-  /// So many percent of one core, in slices so short that work is slowed down rather than interrupted.
+  /// Limits processor time to this percentage of one core, in slices so short that work is slowed rather than paused.
   [[nodiscard]] static std::optional<ControlGroup> of_processor(int percent) {
     constexpr int kPeriod_us = 10'000;
     const std::string quota_us = std::to_string(percent * kPeriod_us / 100);
@@ -45,9 +45,9 @@ class ControlGroup {
     }
   }
 
-  /// No more processor limit.
+  /// Lifts the processor limit.
   void release_processor() const { write(folder_ / limit_, limit_ == "cpu.max" ? "max" : "-1"); }
-  /// A command line that joins the group and then becomes `command`.
+  /// A command line that joins the group and then executes `command`.
   [[nodiscard]] std::vector<std::string> around(const std::vector<std::string>& command) const {
     std::vector<std::string> all{"sh", "-c", "echo $$ > \"$0\" && exec \"$@\"", (folder_ / "cgroup.procs").string()};
     all.insert(all.end(), command.begin(), command.end());

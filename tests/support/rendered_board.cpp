@@ -46,7 +46,7 @@ BoardRenderer::BoardRenderer(const Target& target, const hal::CameraModel& camer
   for (const Eigen::Vector3d& point : target.points_m) {
     first = first.cwiseMin(point);
   }
-  // Edges of squares and of marker's cells lie between pixels of the print.
+  // Edges of squares and of marker cells lie between pixels of the print.
   constexpr double kCells = 40.0;
   print_.px_per_m = kCells / target.square_m;
   print_.origin_m = first.head<2>() - Eigen::Vector2d(margin_m, margin_m);
@@ -67,7 +67,7 @@ BoardRenderer::BoardRenderer(const Target& target, const hal::CameraModel& camer
   }
 }
 
-// The print where it stands before the camera, from which normalised rays come.
+// The print at its pose before the camera, sampled by the camera's normalised rays.
 class BoardRenderer::PosedPrint {
  public:
   PosedPrint(const Print& print, const Se3& T_cam_board, double covered_to_m, double near_m)

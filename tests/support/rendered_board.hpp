@@ -1,4 +1,4 @@
-// Images of a calibration target, as a rig with known lenses sees it.
+// Images of a calibration target, seen by a rig with known lenses.
 #pragma once
 
 #include <cstdint>
@@ -19,11 +19,11 @@ struct BoardImage {
   [[nodiscard]] GrayView view() const { return {pixels.data(), width_px, height_px, width_px}; }
 };
 
-/// What an image suffers from.
+/// Degradations of an image.
 struct BoardImageFaults {
   double blur_px = 0.6;     ///< Sigma of the lens and of motion.
   double noise_grey = 2.0;  ///< Sigma of a pixel.
-  double covered = 0.0;     ///< Part of the board's width that something is in front of, from its left edge.
+  double covered = 0.0;     ///< Occluded part of the board's width, from its left edge.
 };
 
 /// Renders one target for one lens. Each pixel is the mean of 16 samples of the pattern.
@@ -34,7 +34,7 @@ class BoardRenderer {
   [[nodiscard]] BoardImage render(const Se3& T_cam_board, const BoardImageFaults& faults, std::uint32_t seed) const;
 
  private:
-  /// The printed board as an image: what a printer would print.
+  /// The printed board as an image.
   struct Print {
     std::vector<std::uint8_t> pixels;
     int width_px = 0;

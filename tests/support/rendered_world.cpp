@@ -169,7 +169,7 @@ void RenderedWorld::draw_street(Canvas& canvas) const {
 void RenderedWorld::draw_box(const RenderedBox& box, int texture_offset, Canvas& canvas) const {
   const Se3 T_box_view = box.T_world_box.inverse() * canvas.T_world_view;
   const Eigen::Vector3d half = 0.5 * box.size_m;
-  // Where its corners are in the image; a box beside the view may be anywhere.
+  // Corners in the image; a box beside the view may be anywhere.
   PixelBox region;
   bool beside = false;
   for (int corner = 0; corner < 8; ++corner) {
@@ -190,7 +190,7 @@ void RenderedWorld::draw_box(const RenderedBox& box, int texture_offset, Canvas&
     for (int u = region.x0; u < region.x1; ++u) {
       const Eigen::Vector3d ray = T_box_view.rotation * Eigen::Vector3d((u - geometry_.cx_px) / geometry_.fx_px,
                                                                         (v - geometry_.cy_px) / geometry_.fy_px, 1.0);
-      // Slab by slab: where the ray has entered all three, and not left any.
+      // Slab test: where the ray has entered all three slabs and left none.
       double enter = 0.0;
       double leave = std::numeric_limits<double>::max();
       Eigen::Index face = 0;

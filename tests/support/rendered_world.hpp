@@ -35,7 +35,7 @@ struct RenderedBox {
   std::uint8_t label = 0;
 };
 
-/// Both views' pixels, and which box each of them shows.
+/// Both views' pixels, and the box that each pixel shows.
 struct RenderedPair {
   StereoGeometry geometry;
   std::vector<std::uint8_t> left;
@@ -46,7 +46,7 @@ struct RenderedPair {
   [[nodiscard]] GrayView view(const std::vector<std::uint8_t>& pixels) const {
     return {pixels.data(), geometry.width_px, geometry.height_px, geometry.width_px};
   }
-  /// As the pipeline takes it, ten frames a second; `name` must outlive the result.
+  /// The pair as pipeline input, ten frames a second; `name` must outlive the result.
   [[nodiscard]] RectifiedPair at(std::int64_t frame_index, std::string_view name = {}) const {
     return {.frame_index = frame_index,
             .timestamp_ns = frame_index * 100'000'000,
@@ -57,7 +57,7 @@ struct RenderedPair {
   }
 };
 
-/// A pair of evenly gray images: nothing to see.
+/// A pair of uniform gray images without texture.
 [[nodiscard]] RenderedPair blank_pair(const StereoGeometry& geometry, std::uint8_t gray);
 
 /// Noise with equal contrast per octave, periodic, with a mip pyramid against aliasing.
@@ -96,7 +96,7 @@ class RenderedWorld {
   NoiseTexture texture_;
 };
 
-/// What stands along the street for good, so that it is not all planes.
+/// Static boxes along the street, so that the scene is not all planes.
 [[nodiscard]] std::vector<RenderedBox> street_furniture();
 
 }  // namespace kinetrace::test

@@ -1,4 +1,4 @@
-// Results with every field set to something of its own, without a pipeline.
+// Results with a distinct value in every field, without a pipeline.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ struct SampleContent {
 };
 
 /// The result of one frame at 30 Hz: the camera drives ahead at 3 m/s and turns a little; objects have ids 1, 2, ...
-/// and their own place, speed and class. The finalised frame is the newest one.
+/// and a distinct position, speed and class each. The finalised frame is the newest one.
 class SampleResult {
  public:
   explicit SampleResult(const SampleContent& content, std::int64_t frame = 0);

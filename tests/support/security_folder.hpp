@@ -13,7 +13,7 @@
 namespace kinetrace::test {
 
 /// Every file lies in the folder: NAME.cert.pem, NAME.key.pem, NAME.p7s. Each step is a separate call, so that tests
-/// can leave one out or do it wrong.
+/// can omit one or do it wrong.
 class SecurityFolder {
  public:
   [[nodiscard]] std::string file(const std::string& name) const { return folder_.file(name); }

@@ -13,7 +13,7 @@
 
 namespace kinetrace::test {
 
-/// Hears what services tell that are started, or look at the environment, while it exists.
+/// Receives the notifications of services that start, or read the environment, while it exists.
 class ServiceManager {
  public:
   ServiceManager() : socket_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)) {
@@ -35,7 +35,7 @@ class ServiceManager {
       unsetenv(name);
     }
   }
-  /// What came since the last call.
+  /// Notifications since the last call.
   [[nodiscard]] std::vector<std::string> received() const {
     std::vector<std::string> all;
     std::array<char, 512> text{};

@@ -1,5 +1,5 @@
-// A simulated stereo rig among static points and moving rigid boxes. It gives what a feature tracker gives (slots that
-// are reused, ids that are not, tracks that begin and end, noise, wrong tracks) together with the exact truth.
+// A simulated stereo rig among static points and moving rigid boxes. It gives the output of a feature tracker (reused
+// slots, unique ids, tracks that begin and end, noise, wrong tracks) together with the exact truth.
 #pragma once
 
 #include <algorithm>
@@ -36,17 +36,17 @@ struct WorldConfig {
   double nearest_m = 5.0;         ///< Background points begin between these depths, log-uniform.
   double farthest_m = 60.0;
   double sigma_px = 0.3;           ///< Standard deviation of u_left, v and u_right.
-  double noise_persistence = 0.0;  ///< Part of a track's error that stays from frame to frame, [0, 1).
+  double noise_persistence = 0.0;  ///< Part of a track's error that persists from frame to frame, [0, 1).
   int min_track_frames = 5;        ///< Tracks last between these, uniform, unless the point leaves the image.
   int max_track_frames = 25;
   double right_ratio = 0.9;        ///< Part of the observations that have a right match.
   double wrong_track_ratio = 0.0;  ///< Part of the tracks that slide over the image at 2..8 px a frame.
-  double wrong_right_ratio = 0.0;  ///< Part of the right matches that are anywhere.
+  double wrong_right_ratio = 0.0;  ///< Part of the right matches at random positions.
   double frame_interval_s = 0.1;
   std::uint32_t seed = 1;
 };
 
-/// What is really behind a feature.
+/// Truth of a feature.
 struct TrueFeature {
   std::uint8_t body = 0;
   bool wrong = false;  ///< A wrong track.

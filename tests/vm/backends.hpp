@@ -1,9 +1,9 @@
-// Every way to cameras that the build has.
+// All capture backends of the build.
 #pragma once
 
 namespace kinetrace::hal::test {
 
-/// V4L2 is always there; libcamera from the first call on, where it is built in.
+/// V4L2 is always available; libcamera from the first call on, if built in.
 void use_all_backends();
 
 }  // namespace kinetrace::hal::test

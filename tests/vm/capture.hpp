@@ -1,4 +1,4 @@
-// Devices opened, started and read, for tests that want frames and not ceremony.
+// Opens, starts and reads devices, for tests that need frames alone.
 #pragma once
 
 #include <chrono>

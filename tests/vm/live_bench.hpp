@@ -9,7 +9,7 @@
 
 namespace kinetrace::hal::test {
 
-/// Two devices as one camera, or one side by side: `right` empty. Patient, as an emulated machine needs it.
+/// Two devices as one camera, or one side by side if `right` is empty. Time-outs are long, for an emulated machine.
 [[nodiscard]] LiveCameraConfig live_config(const CaptureConfig& left, const std::optional<CaptureConfig>& right);
 
 class LiveBench final : public CameraBench {

@@ -1,5 +1,5 @@
-// Objects are found by motion alone: emulated, a neural network takes seconds.
-// The built program on two live cameras, as a user calls it.
+// The built program on two live cameras, as a user calls it. Objects are found by motion alone: emulated, a neural
+// network takes seconds.
 #include "program.hpp"
 
 #include <chrono>
@@ -60,7 +60,7 @@ TEST_F(LiveProgram, DoctorListsTheDevicesAndTriesThem) {
   for (const char* good : {"ok    rig", "ok    memory", "ok    camera", "ok    rate"}) {
     EXPECT_THAT(result.out, HasSubstr(good));
   }
-  // How far apart the two cameras begin is up to the kernel: the program says what it sees, and ends accordingly.
+  // The kernel decides the skew of the two cameras: the program reports it and ends accordingly.
   EXPECT_THAT(result.out, HasSubstr("skew"));
   EXPECT_EQ(result.exit_code, result.out.find("FAIL") == std::string::npos ? 0 : 1) << result.out << result.err;
 }
@@ -84,7 +84,7 @@ TEST_F(LiveProgram, RunIsLiveAndSaysThatTheCameraStreamed) {
   EXPECT_EQ(report["counters"]["camera_losses"], 0);
 }
 
-// Meanwhile the driver fills its buffers, and what is in them is old afterwards.
+// While the program is stopped the driver fills its buffers, whose images are old afterwards.
 TEST_F(LiveProgram, BeingHeldUpIsNoJumpOfTheClock) {
   constexpr auto kLong = std::chrono::seconds(4);
   Program program({"run", "--camera", camera_, "--segmentation", "motion", "--seconds", "8", "--out", file("run"),

@@ -1,4 +1,4 @@
-// Live cameras made of USB cameras, through V4L2 and through libcamera, do what every camera must.
+// Live cameras made of USB cameras, through V4L2 and through libcamera, pass the conformance suite.
 #include "backends.hpp"
 #include "live_bench.hpp"
 #include "uvc/uvc_pair.hpp"

@@ -1,4 +1,4 @@
-// USB cameras through V4L2 and through libcamera: what the pixels prove about pairs, faults, unplugging.
+// USB cameras through V4L2 and through libcamera: pairing, faults and unplugging, as proved by the pixels.
 #include <algorithm>
 #include <cstdlib>
 #include <fcntl.h>
@@ -40,7 +40,7 @@ FrameMark mark_of(const Picture& picture) {
   return read_mark({picture.pixels.data(), picture.width, picture.height, picture.width}).value_or(FrameMark{0, -1});
 }
 
-/// The device file that the camera has now.
+/// The camera's current device file.
 std::string path_of(const SimulatedUvcCamera& camera) {
   const auto node = find_v4l2_node(camera.bus_id());
   return node ? node->path : node.error().message;
@@ -85,7 +85,7 @@ class PairChecker {
     }
     return {ErrorCode::kInternal, "the stream goes on"};
   }
-  /// Recovers, however often it takes.
+  /// Recovers, in as many attempts as needed.
   [[nodiscard]] bool recovers() {
     for (int i = 0; i < kVeryMany; ++i) {
       if (camera_.recover()) {
@@ -95,7 +95,7 @@ class PairChecker {
     }
     return false;
   }
-  /// What an attempt to recover says that was really made.
+  /// Result of the first attempt to recover that was due.
   [[nodiscard]] std::string why_not_back() {
     for (int i = 0; i < kVeryMany; ++i) {
       const Status back = camera_.recover();
@@ -175,7 +175,7 @@ TEST_P(Uvc, FramesThatBothSensorsLoseAreGapsThoughTheDriverCountsNone) {
   ASSERT_TRUE(bench.camera().start());
   PairChecker checker(bench.camera());
   checker.expect_pairs(3);
-  // So many that some are the same frame in both.
+  // Enough that both cameras drop some frames in common.
   constexpr int kSeveral = 3;
   pair_.left.drop_frames(kSeveral);
   pair_.right.drop_frames(kSeveral);
@@ -296,7 +296,7 @@ TEST_P(Uvc, AnUnpluggedCameraIsLostAtOnceAndTakenBackWhenItReturns) {
   ASSERT_TRUE(bench.camera().start());
   PairChecker checker(bench.camera());
   checker.expect_pairs(3);
-  // Somebody else keeps the old device file open, so that the camera comes back under another number.
+  // An open descriptor keeps the old device file, so that the camera comes back under another number.
   const std::string path = path_of(pair_.right);
   const OwnedFd kept(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   pair_.right.unplug();
@@ -319,7 +319,7 @@ INSTANTIATE_TEST_SUITE_P(Libcamera, Uvc, ::testing::Values(CaptureBackend::kLibc
 
 class UvcUnplugging : public Uvc {};
 
-// KINETRACE_VM_ROUNDS makes them more.
+// KINETRACE_VM_ROUNDS raises the number.
 int rounds() {
   constexpr int kFew = 2;
   const char* asked = std::getenv("KINETRACE_VM_ROUNDS");
@@ -344,7 +344,7 @@ TEST_P(UvcUnplugging, ACameraIsUnpluggedAgainAndAgain) {
   EXPECT_EQ(bench.camera().counters().recoveries, static_cast<std::uint64_t>(rounds()));
 }
 
-// As of a rig whose cameras share a hub or a cable.
+// As with cameras that share a hub or a cable.
 TEST_P(UvcUnplugging, BothCamerasAreUnpluggedAgainAndAgain) {
   LiveBench bench(stereo());
   ASSERT_TRUE(bench.camera().open());
@@ -364,7 +364,7 @@ TEST_P(UvcUnplugging, BothCamerasAreUnpluggedAgainAndAgain) {
   checker.expect_pairs(3);
 }
 
-// Unplugging that no call has noticed yet.
+// No call has noticed the unplugging yet.
 TEST_P(UvcUnplugging, ClosingRacesWithUnplugging) {
   for (int round = 0; round < rounds(); ++round) {
     SCOPED_TRACE("round " + std::to_string(round));
@@ -402,7 +402,7 @@ TEST(UvcV4l2, ASerialNumberFindsItsCamera) {
 TEST(UvcV4l2, ImagesTellTheExposureThatAutomaticsChose) {
   const UvcPair& pair = UvcPair::instance();
   UvcPair::wait_until_listed(CaptureBackend::kV4l2, 2);
-  // The simulated automatics leave what was set before.
+  // The simulated automatic exposure keeps the earlier value.
   CaptureConfig config = pair.config(CaptureBackend::kV4l2, 0);
   config.exposure_us = 7000.0;
   make_streaming(config)->close();

@@ -1,4 +1,4 @@
-// The kernel's test camera, from its other side: the faults that its driver is made to inject.
+// Control of the kernel's test camera: the faults that its driver can inject.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@ namespace kinetrace::hal::test {
 inline const std::string kVividLeft = "platform:vivid-000";
 inline const std::string kVividRight = "platform:vivid-001";
 
-/// A mode that both have, small enough for an emulated processor.
+/// A mode of both cameras, small enough for an emulated processor.
 [[nodiscard]] CaptureConfig vivid_config(const std::string& device, PixelFormat format = PixelFormat::kGrey8);
 
 /// A control of a vivid device by its name, as `v4l2-ctl --list-ctrls` prints it; buttons take 1. Controls are set back
@@ -23,7 +23,7 @@ class VividControls {
   VividControls& operator=(const VividControls&) = delete;
   ~VividControls();
 
-  /// Throws std::runtime_error where there is no such control or the driver refuses.
+  /// Throws std::runtime_error if there is no such control or the driver refuses.
   void set(const std::string& name, int value) const;
 
  private:

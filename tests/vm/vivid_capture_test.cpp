@@ -26,7 +26,7 @@ class Vivid : public ::testing::Test {
   CaptureConfig config_ = vivid_config(kVividLeft);
 };
 
-/// Takes images until one is `wanted`, giving all back; false after very many.
+/// Takes images until one is `wanted`, and returns all buffers; false after very many.
 template <typename Wanted>
 bool comes(CaptureDevice& device, Wanted wanted) {
   constexpr int kVeryMany = 300;
@@ -54,7 +54,7 @@ int video_level(int full) {
   return 16 + (full * 219 + 127) / 255;
 }
 
-/// The error that ends a stream; images before it are given back.
+/// The error that ends a stream; buffers before it are returned.
 Error last_error(CaptureDevice& device, milliseconds timeouts = kMaxLateFrames) {
   constexpr int kVeryMany = 300;
   for (int i = 0; i < kVeryMany; ++i) {

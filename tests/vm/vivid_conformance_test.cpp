@@ -1,4 +1,4 @@
-// Live cameras made of V4L2 devices do what every camera must.
+// Live cameras made of V4L2 devices pass the conformance suite.
 #include "live_bench.hpp"
 #include "vivid.hpp"
 

@@ -1,4 +1,4 @@
-// A stereo camera made of the kernel's two test cameras, and what becomes of it when their driver fails.
+// A stereo camera made of the kernel's two test cameras, under faults of their driver.
 #include <thread>
 
 #include <gmock/gmock.h>
@@ -97,7 +97,7 @@ TEST_F(VividStereo, AFlaggedBufferIsSkippedAndCounted) {
 }
 
 TEST_F(VividStereo, RefusedBuffersDisturbNothing) {
-  // A buffer lost with each would leave none.
+  // If each refusal lost a buffer, none would be left.
   for (int i = 0; i < 12; ++i) {
     right_.set("Inject VIDIOC_QBUF Error", 1);
     const auto next = frame();

@@ -1,14 +1,14 @@
-// Reads an MCAP file with the format's own library and decodes what is in it as ROS 2 does.
+// Reads an MCAP file with the format's own library and decodes its messages as ROS 2 does.
 //   decode.mjs --indexed FILE  through the index of a finished file
-//   decode.mjs --stream FILE   from the beginning, as far as it goes
+//   decode.mjs --stream FILE   from the beginning, as far as the file is whole
 // Prints one JSON object for each message, in the order of the file's reader: topic, type, times, the message itself, and
-// whether encoding it again gives the same bytes, which it does only if the definition in the file is that of the data.
+// whether encoding it again gives the same bytes, which requires that the file's definition is that of the data.
 import fs from 'node:fs/promises';
 import {parse} from '@foxglove/rosmsg';
 import {MessageReader, MessageWriter} from '@foxglove/rosmsg2-serialization';
 import {McapIndexedReader, McapStreamReader} from '@mcap/core';
 
-// The interface that the indexed reader wants of a file.
+// The file interface of the indexed reader.
 class FileHandle {
   constructor(file) { this.file = file; }
   async size() { return BigInt((await this.file.stat()).size); }
@@ -57,7 +57,7 @@ function codec(schema) {
   return codecs.get(schema.id);
 }
 
-// DDS fills up to a multiple of four bytes, and says in the fourth byte with how many.
+// DDS pads to a multiple of four bytes; the fourth byte has the number of padding bytes.
 function isSame(again, data) {
   again[3] = data.length - again.length;
   return again[3] < 4 && again.equals(data.subarray(0, again.length)) &&

@@ -1,4 +1,4 @@
-// What users get wrong, through `kinetrace run --publish`: one clear line that says what to do, and no start.
+// User errors, through `kinetrace run --publish`: one clear line with the remedy, and no start.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -32,7 +32,7 @@ class DdsBadInput : public ::testing::Test {
     std::ofstream(path) << text;
     return path;
   }
-  /// `before` comes before the program, as faketime does.
+  /// `before` precedes the program, such as faketime.
   [[nodiscard]] Ending run(const std::string& settings, const Command& before = {}) const {
     Command command = before;
     const Command program = kinetrace_command({"run", "--dataset", recording_.dataset(), "--out",
@@ -88,7 +88,7 @@ TEST_F(DdsBadInput, UnknownKeysAndInterfacesThatCannotBe) {
   expect_refused(run((scratch_.path() / "none.yaml").string()), kNoInput, "none.yaml", "");
 }
 
-// It may be plugged in later, so the run goes on; but nobody is left wondering.
+// The interface may be plugged in later, so the run continues, but with a warning.
 TEST_F(DdsBadInput, AnUnknownInterfaceIsWaitedForLoudly) {
   const Ending ending = run(written("publish.yaml", "dds:\n  interface: eth9\n"));
   EXPECT_EQ(ending.exit_code, 0) << ending.err;

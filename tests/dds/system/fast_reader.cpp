@@ -1,5 +1,5 @@
-// A reader by another vendor, Fast DDS: knows the messages of ROS 2 and nothing of Kinetrace. Reads all topics, and
-// writes what came on standard output, one JSON line after another.
+// A reader of another vendor, Fast DDS: knows the messages of ROS 2 and nothing of Kinetrace. Reads all topics, and
+// writes its counters to standard output, as JSON lines.
 //
 //   fast_reader [--address IPV4] [--peer IPV4]... [--enclave DIR] [--no-check] [--publish]
 //
@@ -72,7 +72,7 @@ bool parse(const std::vector<std::string>& arguments, Options& options) {
   return true;
 }
 
-/// What others say of themselves.
+/// Collects the discovery data of other participants.
 class Discovery : public dds::DomainParticipantListener {
  public:
   void on_publisher_discovery(dds::DomainParticipant* /*participant*/, rtps::WriterDiscoveryInfo&& info) override {
@@ -147,7 +147,7 @@ dds::DomainParticipantQos participant_qos(const Options& options) {
   return qos;
 }
 
-/// What a message is a list of, where it is one.
+/// Number of elements of a message that is a list.
 template <typename Message>
 std::uint64_t items_in(const Message& message) {
   if constexpr (requires { message.detections(); }) {
@@ -206,7 +206,7 @@ class TopicReader {
   }
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] std::uint64_t samples() const { return samples_; }
-  /// Elements of lists; messages, where they are none.
+  /// Elements of list messages; number of other messages.
   [[nodiscard]] std::uint64_t items() const { return items_; }
   [[nodiscard]] const Mistakes& mistakes() const { return mistakes_; }
   [[nodiscard]] bool is_refused() const { return reader_ == nullptr; }

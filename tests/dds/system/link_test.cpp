@@ -1,5 +1,5 @@
-// Networks and readers that fail, and what it does to the thread that hands results over: nothing. That it waited for
-// nobody is counted by the kernel (voluntary switches of the thread), so a busy machine changes no result.
+// Failing networks and readers must not delay the thread that hands results over. The kernel counts its waits
+// (voluntary context switches of the thread), so a busy machine changes no result.
 #include <csignal>
 #include <functional>
 #include <optional>

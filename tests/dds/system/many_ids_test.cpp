@@ -1,4 +1,4 @@
-// Tracks come and go for weeks; nobody's memory may grow with them.
+// Tracks begin and end for weeks; neither writer's nor reader's memory may grow with them.
 #include <gtest/gtest.h>
 
 #include "network.hpp"
@@ -8,7 +8,7 @@ namespace kinetrace::test {
 namespace {
 
 constexpr std::int64_t kIds = 100'000;
-constexpr std::int64_t kWarm = 30'000;  ///< Until here buffers grow to their size.
+constexpr std::int64_t kWarm = 30'000;  ///< Buffers reach their final size until here.
 constexpr std::int64_t kSlack_kib = 1024;
 
 TEST(DdsMemory, StaysFlatOverAHundredThousandIds) {

@@ -1,5 +1,5 @@
-// Reads Kinetrace's own topics on the loopback, and writes how many samples and instances came on standard output, one
-// JSON line after another.
+// Reads Kinetrace's own topics on the loopback, and writes the numbers of samples and instances to standard output, as
+// JSON lines.
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -31,7 +31,7 @@ constexpr const char* kLoopbackOnly =
 struct Topic {
   const char* name;
   const dds_topic_descriptor_t* type;
-  bool is_kept = false;  ///< By its writer, for those who come late.
+  bool is_kept = false;  ///< By its writer, for late readers.
   std::uint64_t samples = 0;
   dds_entity_t reader = 0;
 };

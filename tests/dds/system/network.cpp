@@ -20,7 +20,7 @@ std::vector<std::string> words(const std::string& text) {
   return all;
 }
 
-// Without privileges a network belongs to a user namespace, in which we are root.
+// Without privileges a network requires a user namespace, in which we are root.
 void enter_with_user_namespace() {
   const uid_t user = getuid();
   const gid_t group = getgid();

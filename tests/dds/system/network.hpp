@@ -1,4 +1,4 @@
-// Networks that a test makes and that are gone with it, whatever happens: nothing is seen from outside.
+// Networks of a test, isolated from outside, that end with it in any case.
 #pragma once
 
 #include <string>
@@ -8,14 +8,14 @@
 
 namespace kinetrace::test {
 
-/// Puts this process, and what it starts from now on, into a network of its own that has a loopback and nothing else.
-/// Throws std::runtime_error that says what is missing.
+/// Puts this process and its later children into a network of their own with only a loopback. Throws
+/// std::runtime_error that names the missing requirement.
 void enter_own_network();
 
 /// Runs `ip ...`, or another command of a network; throws std::runtime_error with what it printed.
 void configure(const std::string& command);
 
-/// Packets that queues of the interface have thrown away.
+/// Packets dropped by the queues of the interface.
 [[nodiscard]] long dropped_packets(const std::string& interface);
 
 /// A second network, joined to this one by a cable: interface kHere with kHereAddress on this side, kThere with
@@ -29,9 +29,9 @@ class Neighbour {
 
   Neighbour();
 
-  /// The command, to be run over there.
+  /// The command, to be run in the other network.
   [[nodiscard]] std::vector<std::string> inside(const std::vector<std::string>& command) const;
-  /// As `configure`, over there.
+  /// As `configure`, in the other network.
   void configure_there(const std::string& command) const;
 
  private:

@@ -1,4 +1,4 @@
-// Fast DDS, which knows nothing of Kinetrace, reads every topic of ROS 2.
+// Fast DDS, without any code of Kinetrace, reads every topic of ROS 2.
 #include <map>
 
 #include <gmock/gmock.h>
@@ -61,7 +61,7 @@ TEST_F(OtherVendor, HearsNothingFromAnotherDomain) {
   const Process elsewhere(scene_command({"dds.domain=7"}));
   const Process reader(local_fast_reader_command());
   ASSERT_TRUE(elsewhere.until(at_least("offered", 50)));
-  // Once somebody of its own domain has been received, the other one would have been too.
+  // After data of its own domain, data of the other domain would have arrived, too.
   const Process scene(scene_command({"dds.ros2.prefix=own"}));
   ASSERT_TRUE(reader.until([](const nlohmann::json& report) { return report["samples"]["rt/tf"] >= 50; }));
   EXPECT_FALSE(reader.report()["writers"].contains("rt/kinetrace/odometry")) << reader.report();

@@ -1,4 +1,4 @@
-// The programs that tests put together, as command lines, and what all tests ask of them.
+// Command lines of the programs that tests combine, and common conditions on their reports.
 #pragma once
 
 #include <filesystem>
@@ -22,16 +22,16 @@ using Command = std::vector<std::string>;
 /// Reads all of Kinetrace's own topics on the loopback.
 [[nodiscard]] Command native_reader_command();
 
-/// Makes keys with `kinetrace keys`; throws where that fails.
+/// Makes keys with `kinetrace keys`; throws on failure.
 void make_keys(const std::filesystem::path& folder, const Command& more = {});
 /// A participant's folder of keys.
 [[nodiscard]] std::filesystem::path enclave(const std::filesystem::path& keys, const std::string& name);
 /// Settings for scene_command: security with the files of an enclave.
 [[nodiscard]] Command secured_by(const std::filesystem::path& enclave);
 
-/// Condition: every topic has had so many samples.
+/// Condition: every topic has at least this many samples.
 [[nodiscard]] Process::Condition all_topics_have(std::int64_t samples);
-/// Condition: so many more of `name` than there were at the call.
+/// Condition: `name` has grown by `more` since the call.
 [[nodiscard]] Process::Condition more_than_now(const Process& process, const std::string& name, std::int64_t more);
 
 }  // namespace kinetrace::test

@@ -86,7 +86,7 @@ bool Process::wait_for(const std::function<bool()>& is_so) const {
   constexpr auto kPause = std::chrono::milliseconds(20);
   const auto end = std::chrono::steady_clock::now() + kFarTooLong;
   while (std::chrono::steady_clock::now() < end) {
-    const bool is_last_look = has_ended();  // Before looking: what it wrote at its end counts.
+    const bool is_last_look = has_ended();  // Before reading, so that its last output counts.
     if (is_so()) {
       return true;
     }

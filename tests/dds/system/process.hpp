@@ -11,7 +11,7 @@
 
 namespace kinetrace::test {
 
-/// A started program; killed at the latest when this goes.
+/// A started program; killed at the latest by the destructor.
 class Process {
  public:
   using Condition = std::function<bool(const nlohmann::json&)>;
@@ -30,9 +30,9 @@ class Process {
   /// SIGTERM and `wait`.
   int stop();
 
-  /// The newest line of its standard output that is whole; null before the first.
+  /// The newest complete line of its standard output; null before the first.
   [[nodiscard]] nlohmann::json report() const;
-  /// Waits until `condition(report())`; false after far too long, or when the program has ended without.
+  /// Waits until `condition(report())`; false after a generous time-out, or if the program has ended without.
   [[nodiscard]] bool until(const Condition& condition) const;
   /// The same for a text in its standard error.
   [[nodiscard]] bool until_err(const std::string& text) const;
@@ -55,7 +55,7 @@ class Process {
 /// Condition: `report[name]` is at least `value`.
 [[nodiscard]] Process::Condition at_least(const std::string& name, std::int64_t value);
 
-/// How a program that ends by itself ended.
+/// Exit of a program that ends by itself.
 struct Ending {
   int exit_code = -1;
   std::string out;

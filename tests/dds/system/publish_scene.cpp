@@ -1,5 +1,5 @@
-// Publishes a scene that readers know by heart (scene.hpp), with the threads that the program has: one hands results
-// over, another one publishes. What happens to them is written on standard output, one JSON line after another.
+// Publishes a scene known to readers (scene.hpp), with the program's threads: one hands results over, another
+// publishes. Writes its counters to standard output, as JSON lines.
 //
 //   publish_scene [--rate HZ] [--frames N] [--objects N] [--new-ids] [KEY=VALUE...]     keys as dds.interface
 #include <atomic>
@@ -81,7 +81,7 @@ bool parse(const std::vector<std::string>& arguments, Options& options) {
   return is_clean;
 }
 
-/// How often this thread has waited for anything.
+/// Number of this thread's waits.
 std::int64_t waits() {
   rusage usage{};
   getrusage(RUSAGE_THREAD, &usage);
@@ -114,7 +114,7 @@ void serve(publishing::Publisher& publisher, publishing::ResultMailbox& mailbox)
   }
 }
 
-/// The pipeline's side: results at a steady rate, whatever becomes of them.
+/// The pipeline's side: results at a steady rate, published or not.
 void produce(const Options& options, publishing::ResultMailbox& mailbox, const publishing::Publisher& publisher) {
   const auto period = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1.0 / options.rate_hz));
   constexpr auto kPrintEvery = std::chrono::milliseconds(100);

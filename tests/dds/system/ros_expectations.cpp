@@ -8,7 +8,7 @@
 namespace kinetrace::test {
 namespace {
 
-// The scene in the axes of ROS (x forward, y left, z up): (x, y, z) of ours is (z, -x, -y) of theirs.
+// The scene in the axes of ROS (x forward, y left, z up): our (x, y, z) is (z, -x, -y) in ROS.
 constexpr int kBegin_s = 1'700'000'000;
 constexpr double kForward_m = 3.0;
 constexpr double kSpeed_mps = 1.0;
@@ -59,7 +59,7 @@ double seconds(const std_msgs::msg::Header& header) {
   return (header.stamp().sec() - kBegin_s) + 1e-9 * header.stamp().nanosec();
 }
 
-// How far the camera has come.
+// Distance covered by the camera.
 double forward_m(const std_msgs::msg::Header& header) {
   return kForward_m + kSpeed_mps * seconds(header);
 }
@@ -90,7 +90,7 @@ Mistakes mistakes_in(const nav_msgs::msg::Odometry& message) {
   if (seconds(message.header()) > 0.0) {  // The first frame has no motion yet.
     check.vector("twist.linear", message.twist().twist().linear(), 0.28 * kSpeed_mps, 0.96 * kSpeed_mps, 0.0);
     check.vector("twist.angular", message.twist().twist().angular(), 0.0, 0.0, 0.0);
-    // The camera turns about z only, so along z the two covariances are those of the poses in proportion.
+    // The camera turns about z only, so along z the two variances have the ratio of those of the poses.
     check.near("twist.covariance[z][z] / twist.covariance[rz][rz]",
                message.twist().covariance()[14] / message.twist().covariance()[35], 5.0 / 2.0);
   }
@@ -129,12 +129,12 @@ Mistakes mistakes_in_static_tf(const tf2_msgs::msg::TFMessage& message) {
 Mistakes mistakes_in(const vision_msgs::msg::Detection3DArray& message) {
   Checklist check;
   check_header(check, message.header());
-  if (check.equal("detections.size", message.detections().size(), 1U)) {  // What is lost has no place.
+  if (check.equal("detections.size", message.detections().size(), 1U)) {  // A lost object has no position.
     const vision_msgs::msg::Detection3D& detection = message.detections()[0];
     check_header(check, detection.header());
     check.equal("id", detection.id(), "17");
     check.vector("bbox.center", detection.bbox().center().position(), 10.0, -5.0, -0.5);
-    // Length along our x, which is the right.
+    // The length lies along our x, to the right.
     check.rotation("bbox.center", detection.bbox().center().orientation(), 0.0, 0.0, -kHalf, kHalf);
     check.vector("bbox.size", detection.bbox().size(), 4.5, 1.75, 1.5);
     if (check.equal("results.size", detection.results().size(), 1U)) {

@@ -1,4 +1,4 @@
-// What a reader must see of the scene, topic by topic.
+// Expected messages of the scene, topic by topic.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace kinetrace::test {
 
-/// One line for each field that is not as it should be; none if all are.
+/// One line for each wrong field; none if all are right.
 using Mistakes = std::vector<std::string>;
 
 [[nodiscard]] Mistakes mistakes_in(const nav_msgs::msg::Odometry& message);

@@ -1,5 +1,5 @@
-// A scene that never changes, apart from a clock and a camera that drives on. What readers must make of it is written
-// down in ros_expectations.cpp, in numbers and by hand.
+// A constant scene, except for the clock and the camera's drive. ros_expectations.cpp has the expected messages, as
+// numbers written by hand.
 #pragma once
 
 #include <array>
@@ -25,7 +25,7 @@ class Scene {
 
   struct Options {
     std::size_t objects = 1;
-    bool has_new_ids = false;  ///< Every frame: the objects of the one before have gone.
+    bool has_new_ids = false;  ///< In every frame: the objects of the previous one are gone.
   };
 
   explicit Scene(const Options& options);

@@ -1,4 +1,4 @@
-// The programs that read, and the one that sends masks, with keys of `kinetrace keys`.
+// The reading programs, and the sender of masks, with keys of `kinetrace keys`.
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
@@ -106,7 +106,7 @@ class DdsSecuredMasks : public DdsSecuredPrograms {
   [[nodiscard]] Command sender(const std::string& settings) const {
     return kinetrace_command({"masks", masks_.string(), "--publish", settings, "--seconds", "60"});
   }
-  /// What the run says of its masks, with its counters.
+  /// The run's messages about masks, with its counters.
   [[nodiscard]] std::string run_with_masks() const {
     const fs::path out = scratch_.path() / "out";
     const Ending ending = run_to_end(

@@ -1,4 +1,4 @@
-// DDS Security with keys of `kinetrace keys`: who may read does, nobody else gets anything.
+// DDS Security with keys of `kinetrace keys`: only permitted readers get data.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -71,7 +71,7 @@ TEST_F(DdsSecurity, AViewerMayReadButNotPublish) {
 }
 
 TEST_F(DdsSecurity, WithoutSecurityAReaderMayWriteWhatItLikes) {
-  // What the test above would see if nobody forbade it.
+  // Counterpart of the test above: writing succeeds if nothing forbids it.
   const Process reader(local_fast_reader_command({"--publish"}));
   ASSERT_TRUE(reader.until(at_least("total", 0)));
   EXPECT_THAT(reader.err(), HasSubstr("may write odometry"));

@@ -1,5 +1,5 @@
-// What can be seen on the wire, by tshark: types and content in the open, nothing when secured, and nothing at all
-// where nothing should be.
+// Traffic on the wire, by tshark: types and content if unsecured, neither if secured, and no traffic at all where none
+// may be.
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -39,7 +39,7 @@ class Capture {
     content << std::ifstream(file_, std::ios::binary).rdbuf();
     return content.str();
   }
-  /// What tshark makes of it: one line for each packet that passes the filter.
+  /// Output of tshark: one line for each packet that passes the filter.
   [[nodiscard]] std::string fields(const std::string& filter, const std::string& field) const {
     return run_to_end({"tshark", "-r", file_.string(), "-Y", filter, "-T", "fields", "-e", field}).out;
   }
@@ -86,7 +86,7 @@ TEST_F(DdsWire, NothingIsReadableWhenSecured) {
   EXPECT_THAT(capture.fields("rtps.sm.id == 0x30", "rtps.sm.id"), HasSubstr("0x30"))
       << "no encrypted submessages (SEC_BODY)";
   EXPECT_EQ(capture.fields("rtps.param.typeName", "rtps.param.typeName"), "");
-  // The names of topics show: each side presents its permissions before there are keys.
+  // Topic names are visible: each side presents its permissions before the key exchange.
   for (const char* secret : {kMarker, "camera_link", "Odometry_", "TrackedObjects"}) {
     EXPECT_EQ(bytes.find(secret), std::string::npos) << secret;
   }
@@ -103,7 +103,7 @@ TEST_F(DdsWire, TheLoopbackIsNotLeft) {
   ASSERT_TRUE(outside.until(at_least("total", 0)));
   capture.stop();
   EXPECT_EQ(outside.report()["participants"], 0);
-  const std::string from = "udp && !icmp && ip.src == ";  // Without what the kernel says of closed ports.
+  const std::string from = "udp && !icmp && ip.src == ";  // Without the kernel's replies about closed ports.
   EXPECT_THAT(capture.fields(from + Neighbour::kThereAddress, "ip.src"), Not("")) << "nobody asked";
   EXPECT_EQ(capture.fields(from + Neighbour::kHereAddress, "ip.dst"), "") << "somebody answered";
   EXPECT_EQ(scene.report()["dds_log_lines"], 0) << scene.err();

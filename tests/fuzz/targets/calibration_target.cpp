@@ -1,4 +1,4 @@
-// The target that a calibration is shown: in its short form, and as a file.
+// The description of a calibration target: in its short form, and as a file.
 #include "fuzz_target.hpp"
 #include "memory_folder.hpp"
 #include "target.hpp"

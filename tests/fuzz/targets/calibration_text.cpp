@@ -1,4 +1,4 @@
-// The calibration in a container's header; what is accepted is read back to the same text.
+// The calibration in a container's header; accepted text is read back to the same text.
 #include "formats/calibration_text.hpp"
 
 #include "fuzz_target.hpp"

@@ -1,11 +1,11 @@
-// A configuration file; what is accepted is written and read back.
+// A configuration file; an accepted one is written and read back.
 #include "config/config_file.hpp"
 
 #include "config/app_config.hpp"
 #include "fuzz_target.hpp"
 
 void kinetrace::fuzz::try_input(std::string_view input) {
-  // The table of fields is built once: it takes longer than what is tried.
+  // The table of fields is built once: it takes longer than the tested call.
   static app::AppConfig config;
   static const app::ConfigFields fields = fields_of(config);
   config = {};

@@ -1,11 +1,11 @@
-// What --set says, one a line.
+// Arguments of --set, one a line.
 #include "config/app_config.hpp"
 #include "config/config_file.hpp"
 #include "fuzz_target.hpp"
 #include "util/text_file.hpp"
 
 void kinetrace::fuzz::try_input(std::string_view input) {
-  // The table of fields is built once: it takes longer than what is tried.
+  // The table of fields is built once: it takes longer than the tested call.
   static app::AppConfig config;
   static const app::ConfigFields fields = fields_of(config);
   config = {};

@@ -1,5 +1,5 @@
-// A file of a container recording. Its checksums are made right, since no fuzzer guesses them: an input is the header's
-// numbers, then one record's numbers after the other, and a calibration behind them.
+// A file of a container recording. An input is the header's numbers, the numbers of each record, and a calibration. The
+// target computes the checksums, which no fuzzer finds.
 #include <array>
 #include <fuzzer/FuzzedDataProvider.h>
 #include <vector>

@@ -1,5 +1,4 @@
-// Masks that come over DDS from several senders, in any order and of any content: what the pipeline is given must fit
-// the image.
+// Masks over DDS from several senders, in any order and of any content: masks for the pipeline must fit the image.
 #include <deque>
 
 #include "dds_sample.hpp"
@@ -21,7 +20,7 @@ std::int64_t time_of(std::int64_t frame) {
 
 kinetrace_InstanceMask any_mask(FuzzedDataProvider& values, std::vector<std::uint16_t>& runs) {
   auto mask = any_message<kinetrace_InstanceMask>(values);
-  if (values.ConsumeBool()) {  // In the image, and of the right area: what no fuzzer guesses.
+  if (values.ConsumeBool()) {  // Inside the image and of the right area, which no fuzzer finds.
     mask.x0_px = static_cast<std::uint16_t>(mask.x0_px % kWidth);
     mask.y0_px = static_cast<std::uint16_t>(mask.y0_px % kHeight);
     mask.x1_px = static_cast<std::uint16_t>(mask.x0_px + 1 + mask.x1_px % (kWidth - mask.x0_px));

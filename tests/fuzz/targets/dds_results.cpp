@@ -1,4 +1,4 @@
-// Results of strangers over DDS, as `kinetrace monitor` hears and prints them: any order, any numbers, any text.
+// Untrusted results over DDS, as `kinetrace monitor` receives and prints them: any order, any numbers, any text.
 #include <string>
 
 #include "dds/monitor_output.hpp"

@@ -1,4 +1,4 @@
-// What a DepthAI device holds, or an OpenCV calibration, in JSON.
+// The calibration of a DepthAI device, or OpenCV's, in JSON.
 #include "fuzz_target.hpp"
 #include "kinetrace/hal/rig_calibration.hpp"
 #include "memory_folder.hpp"

@@ -1,4 +1,4 @@
-// What --fault and camera files say about faults.
+// Fault plans of --fault and camera files.
 #include "fuzz_target.hpp"
 #include "kinetrace/hal/fault_injector.hpp"
 

@@ -19,7 +19,7 @@ void kinetrace::fuzz::try_input(std::string_view input) {
     return;
   }
   require(info->width > 0 && info->height > 0);
-  // Of the right size for images that the reader is made for, so that the sanitizer sees each pixel beyond it.
+  // Exactly as large as an accepted image, so that the sanitizer reports each pixel beyond it.
   const int width = std::min(info->width, kSide_px);
   const int height = std::min(info->height, kSide_px);
   const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);

@@ -1,6 +1,4 @@
-// Names of image files, one a line, that numbers or times are read from; lines with '<' are of the left view alone,
-// with
-// '>' of the right one.
+// Names of image files with numbers or times, one a line; '<' marks names of the left view alone, '>' of the right one.
 #include <filesystem>
 #include <fstream>
 #include <set>

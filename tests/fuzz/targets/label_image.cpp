@@ -1,4 +1,4 @@
-// Label images as masks: what a segmenter and an evaluation make of their values.
+// Label images as masks, as a segmenter and an evaluation read them.
 #include <cstring>
 #include <vector>
 

@@ -1,4 +1,4 @@
-// The index of a recorded MCAP file, made from what the disk gives back of it.
+// The index of a recorded MCAP file, rebuilt from the file's bytes.
 #include "fuzz_target.hpp"
 #include "mcap_file.hpp"
 #include "memory_folder.hpp"

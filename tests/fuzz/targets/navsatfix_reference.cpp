@@ -1,4 +1,4 @@
-// Fixes and poses that come over DDS, in any order and of any content: what is placed on the map must have a place.
+// Fixes and poses over DDS, in any order and of any content: every pose put on the map must have a position.
 #include <cmath>
 #include <fuzzer/FuzzedDataProvider.h>
 
@@ -12,7 +12,7 @@ using namespace kinetrace::fuzz;
 
 constexpr std::int64_t kFarthest_ns = 4'000'000'000'000'000'000;  // Beyond, messages are left out.
 
-/// Of a path that goes on, or any at all.
+/// A number near that of a continuing path, or any number.
 double number(FuzzedDataProvider& values, double usual) {
   switch (values.ConsumeIntegralInRange(0, 3)) {
     case 0: return values.ConsumeFloatingPoint<double>();

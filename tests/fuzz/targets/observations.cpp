@@ -1,4 +1,4 @@
-// What a run saw: observations.bin.
+// A run's observations: observations.bin.
 #include "kinetrace/recording/observations.hpp"
 
 #include "fuzz_target.hpp"

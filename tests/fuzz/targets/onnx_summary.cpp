@@ -1,4 +1,4 @@
-// A neural network as an ONNX file: what is read of it before a library loads it.
+// A neural network as an ONNX file: the summary read before a library loads it.
 #include "onnx_summary.hpp"
 
 #include "fuzz_target.hpp"

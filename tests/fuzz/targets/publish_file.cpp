@@ -1,4 +1,4 @@
-// The file that says what is published.
+// The configuration file of publishing.
 #include "dds/publish_config_file.hpp"
 #include "fuzz_target.hpp"
 #include "memory_folder.hpp"

@@ -21,7 +21,7 @@ constexpr int kWidth_px = 320;
 constexpr int kHeight_px = 200;
 constexpr int kFrames = 6;
 constexpr double kDisparity_px = 12.3;
-constexpr double kStep_px = 2.7;  // The wall moves by so much from frame to frame.
+constexpr double kStep_px = 2.7;  // Motion of the wall from frame to frame.
 constexpr StereoGeometry kGeometry{.fx_px = 300.0,
                                    .fy_px = 300.0,
                                    .cx_px = 159.5,
@@ -67,7 +67,7 @@ class BackgroundMeasurement : public ::testing::Test {
     const std::uint32_t row = (id - 1U) / 4U;
     return {60.25 + 40.0 * (id - 1U - 4U * row) + kStep_px * frame, 50.5 + 45.0 * row};
   }
-  /// Off by up to .3 px, otherwise in every frame.
+  /// An observation with an error of up to .3 px that changes in every frame.
   static Observation as_recorded(std::uint32_t track_id, std::uint32_t id, int frame) {
     const Eigen::Vector2d left_px = true_left_px(id, frame);
     const auto off_px = [&](double phase) { return 0.3 * std::sin(2.3 * id + 1.9 * frame + phase); };
@@ -83,7 +83,7 @@ class BackgroundMeasurement : public ::testing::Test {
                sizeof seen);  // NOLINT(cppcoreguidelines-pro-type-reinterpret-cast)
   }
 
-  /// The wall as both cameras see it; the right one stands as `run_.applied` says.
+  /// The wall as both cameras see it, the right one mounted by `run_.applied`.
   Result<RectifiedPair> pair(std::int64_t frame) {
     if (frame == unreadable_frame_) {
       return fail(ErrorCode::kIo, "no such picture");
@@ -111,7 +111,7 @@ class BackgroundMeasurement : public ::testing::Test {
     EXPECT_TRUE(result) << result.error().message;
     return std::move(*result);
   }
-  /// How far the points of a frame are from where they were first seen, past the wall's motion.
+  /// Largest distance of points from their first observation, corrected for the wall's motion.
   static double largest_error_px(const MeasuredBackground& measured) {
     std::map<std::uint32_t, Eigen::Vector2d> first_off_px;
     double largest_px = 0.0;
@@ -159,7 +159,7 @@ TEST_F(BackgroundMeasurement, LeavesAFrameWithoutPicturesAsItIs) {
     const auto seen = observations->next_frame();
     ASSERT_TRUE(seen);
     ASSERT_EQ(seen->size(), 13U);
-    // Where a template is taken, the point is where the run has it.
+    // In the frame of its template, a point keeps the run's position.
     const bool is_as_recorded = frame == 0 || frame == 3 || frame == 4;
     EXPECT_EQ(seen->front().u_left_px == as_recorded(0, 1, frame).u_left_px, is_as_recorded) << frame;
     EXPECT_EQ(seen->back().track_id, 7U);

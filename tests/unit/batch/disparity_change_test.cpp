@@ -1,4 +1,4 @@
-// What a right camera that the run only came to know later changes, from points that were measured twice.
+// Disparity change of a right camera whose pose the run learnt late, from points measured twice.
 #include "measurement/disparity_change.hpp"
 
 #include <cmath>
@@ -26,7 +26,7 @@ struct Frame {
   std::vector<Observation> now;
 };
 
-/// Points all over the image whose disparity changes by `middle` + `right` * x + `down` * y, with noise of .07 px.
+/// Points across the image whose disparity changes by `middle` + `right` * x + `down` * y, with noise of .07 px.
 Frame measured_twice(std::size_t points, double middle, double right, double down) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> u_px(0.0, kGeometry.width_px);

@@ -1,4 +1,4 @@
-// Places seen twice: which frames may show one, what two pictures of one tell, and how the path is bent.
+// Loop closure: candidate frames, relative poses from two pictures of one place, and correction of the path.
 #include <cmath>
 #include <random>
 #include <vector>
@@ -40,7 +40,7 @@ std::vector<Keyframe> every_frame(const std::vector<Se3>& T_world_cam, double de
 TEST(Revisits, AreFramesThatShowWhatWasLeft) {
   const std::vector<Se3> path = there_and_back(21, 1.0);
   const auto revisits = find_revisits(every_frame(path, 10.0), path);
-  // It comes back from 20 m: places before 10 m had been left, and are in view again from 12.4 m on.
+  // It returns from 20 m: places before 10 m had left the view, and are in view again from 12.4 m on.
   constexpr std::size_t kBack = 28;
   for (std::size_t k = 0; k < kBack; ++k) {
     EXPECT_TRUE(revisits[k].empty()) << k;
@@ -111,7 +111,7 @@ TEST(Loop, BendsAPathThatTurnsTooLittle) {
   path = bent->T_world_cam;
   EXPECT_EQ(path.front().translation, Eigen::Vector3d::Zero());
   EXPECT_LT((path.back().translation - truth.back().translation).norm(), 0.05 * gap_m);
-  // Every step takes its part: none is bent by more than a few times the mean.
+  // The correction is spread over all steps: none exceeds a few times the mean.
   for (std::size_t k = 1; k < kFrames; ++k) {
     EXPECT_LT(so3_log((path[k - 1].inverse() * path[k]).rotation).norm(), 2.1 * M_PI / (kFrames - 1)) << k;
   }
@@ -127,7 +127,7 @@ class SlantedWall {
     cv::normalize(pattern_, pattern_, 10, 245, cv::NORM_MINMAX);
   }
 
-  /// As a camera sees it whose centre and axes are these.
+  /// The wall as seen by a camera with this centre and these axes.
   [[nodiscard]] cv::Mat seen_from(const Se3& T_world_cam) const {
     const Eigen::Matrix3d K{
         {kGeometry.fx_px, 0.0, kGeometry.cx_px}, {0.0, kGeometry.fy_px, kGeometry.cy_px}, {0, 0, 1}};
@@ -146,7 +146,7 @@ class SlantedWall {
                         cv::BORDER_REFLECT);
     return image;
   }
-  /// Where the wall is hit by the ray of a pixel, in the camera's frame.
+  /// Intersection of a pixel's ray with the wall, in the camera's frame.
   [[nodiscard]] static Eigen::Vector3d hit(const Se3& T_world_cam, double u_px, double v_px) {
     const Eigen::Vector3d ray((u_px - kGeometry.cx_px) / kGeometry.fx_px, (v_px - kGeometry.cy_px) / kGeometry.fy_px,
                               1.0);
@@ -185,7 +185,7 @@ class PlaceMatcherTest : public ::testing::Test {
     keyframes_[1].points = keyframes_[0].points;
   }
 
-  /// `walls`: what each frame shows.
+  /// `walls`: the wall of each frame.
   Result<std::optional<Loop>> match(const std::vector<const SlantedWall*>& walls, const std::vector<Se3>& believed) {
     const auto read = [&](std::int64_t frame) -> Result<RectifiedPair> {
       const auto k = static_cast<std::size_t>(frame);

@@ -69,7 +69,7 @@ class ObjectBirth : public ObjectGaps {
     drive(0.0);
     object_.frames.erase(object_.frames.begin(), object_.frames.find(kFirst));
   }
-  /// A mask around the object as it was in a row, `aside_px` to the side.
+  /// A mask around the object's position in a row, shifted by `aside_px`.
   [[nodiscard]] PixelBox mask_px(std::size_t row, int aside_px = 0) const {
     const Eigen::Vector3d px = run_.rectified.project({0.1 * kSpeed_mps * static_cast<double>(row) + 0.5, 0.0, 20.0});
     const int u = static_cast<int>(px.x()) + aside_px;

@@ -1,4 +1,4 @@
-// Tracks cut in two: joined where the one goes on as the other began, and only there.
+// Tracks cut in two: joined only if one continues the other.
 #include "object_joining.hpp"
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kFrame_s = 0.1;
 
-/// Something that drives along x at `speed_mps`, at x = `x_m` in row 0, seen in rows [first, last].
+/// An object that drives along x at `speed_mps`, at x = `x_m` in row 0, seen in rows [first, last].
 struct Drive {
   std::uint32_t track_id = 1;
   std::size_t first = 0;

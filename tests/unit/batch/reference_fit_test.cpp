@@ -1,4 +1,4 @@
-// A path that a receiver holds: drift goes, its noise does not come in.
+// A path fitted to a receiver: removes drift without adding the receiver's noise.
 #include "reference/reference_fit.hpp"
 
 #include <cmath>
@@ -21,9 +21,9 @@ using geo::test::town;
 
 const AdjustmentOptions kOptions{.threads = 1, .keep_going = [] { return true; }};
 
-/// Odometry on a path: each step is off by noise of which it knows.
+/// Odometry on a path: each step has noise of known size.
 struct Odometry {
-  double rotation_rad = 0.0;  ///< A step.
+  double rotation_rad = 0.0;  ///< Per step.
   double position_m = 0.0;
 
   [[nodiscard]] Matrix6d information() const {
@@ -62,7 +62,7 @@ class ReferenceFitTest : public ::testing::Test {
     geo::AlignmentConfig config{.freedom = geo::Freedom::kYaw, .lever_arm_m = receiver.lever_arm_m};
     return fit_to_reference(run_, receive(truth_, receiver, random), config, graph_, kOptions, camera_);
   }
-  /// RMS of the path's places on the map, aligned as well as fixes without noise can.
+  /// RMS position error on the map, with the alignment of noise-free fixes.
   [[nodiscard]] double error_m() const {
     std::vector<PathPose> path = truth_;
     std::vector<geo::Fix> fixes;

@@ -1,4 +1,4 @@
-// A recorded run whose observations are exact and whose poses are not: refinement finds the truth.
+// A recorded run with exact observations and inexact poses: refinement finds the truth.
 #include <filesystem>
 #include <set>
 
@@ -26,7 +26,7 @@ class RunRefinement : public ::testing::Test {
     ASSERT_TRUE(fixture.recorder) << fixture.recorder.error().message;
     recording::SyntheticRunConfig config;
     config.frames = kFrames;
-    config.point_life_frames = kFrames;  // They would all change at once otherwise, and leave frames unconnected.
+    config.point_life_frames = kFrames;  // Otherwise all points change at once and leave frames unconnected.
     config.objects = {{.track_id = 3, .first_frame = 5, .points = 12}};
     config.name_prefix = "image_";
     ASSERT_TRUE(SyntheticRun(config).play(*fixture.recorder));
@@ -35,7 +35,7 @@ class RunRefinement : public ::testing::Test {
     ASSERT_TRUE(fixture.recorder->finish(summary));
   }
 
-  /// The run, with a path that drifts from the truth and trembles.
+  /// The run, with drift and jitter of the path.
   [[nodiscard]] recording::Run disturbed() const {
     Result<recording::Run> run = recording::read_run(folder_.path() / "run");
     EXPECT_TRUE(run) << run.error().message;
@@ -54,7 +54,7 @@ class RunRefinement : public ::testing::Test {
     return frame == 0 ? Se3{}
                       : Se3{so3_exp({0.0, 0.002 * std::sin(k), 0.0}), {0.05 * std::cos(3.0 * k), 0.0, 0.002 * k}};
   }
-  /// Of the steps from frame to frame: where it all lies is weakly known, all points are 50 to 70 m away.
+  /// Errors of frame-to-frame steps: absolute positions are weakly observable, all points are 50 to 70 m away.
   static double largest_step_error_m(const std::vector<Se3>& T_world_cam) {
     double largest_m = 0.0;
     for (std::size_t k = 1; k < T_world_cam.size(); ++k) {
@@ -111,7 +111,7 @@ TEST_F(RunRefinement, FindsAnObjectsPath) {
   const auto object = refine_object(run, T_world_cam, histories->at(3), kOptions);
   ASSERT_TRUE(object) << object.error().message;
   ASSERT_EQ(object->frames.size(), std::size_t{kFrames - 5});
-  // The object's frame is where the surest row has it: paths are compared from one frame to the next.
+  // The object's frame follows the most certain row, so paths are compared from one frame to the next.
   for (int k = 6; k < kFrames; ++k) {
     const Se3 moved = object->frames.at(static_cast<std::size_t>(k)).row.T_world_obj *
                       object->frames.at(static_cast<std::size_t>(k - 1)).row.T_world_obj.inverse();

@@ -16,7 +16,7 @@ namespace kinetrace::calibration::test {
 /// lens can have.
 [[nodiscard]] hal::RigCalibration true_rig(Lens lens, double scale = 1.0);
 
-/// How a board is moved in front of the rig.
+/// Motion of a board in front of the rig.
 struct Motion {
   int views = 60;
   double max_tilt_rad = 0.6;
@@ -29,7 +29,7 @@ struct Motion {
 [[nodiscard]] std::vector<Se3> board_poses(const hal::RigCalibration& rig, const Target& target, const Motion& motion,
                                            std::uint32_t seed);
 
-/// Corners where the rig sees them, with Gaussian noise; those outside an image are not seen.
+/// Corners as the rig sees them, with Gaussian noise; corners outside an image are missing.
 [[nodiscard]] std::vector<BoardView> ideal_views(const hal::RigCalibration& rig, const Target& target,
                                                  const std::vector<Se3>& poses, double noise_px, std::uint32_t seed);
 

@@ -23,7 +23,7 @@ struct Errors {
   double max_px = 0.0;
 };
 
-// What is detected of a target in a dozen poses, against where its points are.
+// Detections of a target in a dozen poses, against its true points.
 Errors detection_errors(const Target& target, const BoardImageFaults& faults) {
   const hal::RigCalibration rig = test::true_rig(Lens::kRadialTangential);
   const BoardRenderer renderer(target, rig.left);
@@ -82,7 +82,7 @@ TEST(ChessboardDetector, NumbersABoardWithTwoEvenSidesAlikeInBothImages) {
     if (view.left.empty() || view.right.empty()) {
       continue;
     }
-    // The right camera stands to the right: what it sees lies further to the left.
+    // The right camera's image has the points further to the left.
     for (std::size_t i = 0; i < view.left.size(); ++i) {
       EXPECT_LT(view.right[i].px.x(), view.left[i].px.x() + 30.0);
       EXPECT_NEAR(view.right[i].px.y(), view.left[i].px.y(), 40.0);

@@ -13,7 +13,7 @@ TEST(Lens, RaysLeadBackToTheirPixels) {
     const hal::CameraModel camera = test::true_rig(lens).left;
     for (double y = 0.0; y < camera.height_px; y += 40.0) {
       for (double x = 0.0; x < camera.width_px; x += 40.0) {
-        // Corners of the fisheye's image show what is beside the camera.
+        // Corners of the fisheye image have rays beside the camera.
         const bool is_beside =
             lens == Lens::kFisheye && Eigen::Vector2d(x - camera.cx_px, y - camera.cy_px).norm() > 1.3 * camera.fx_px;
         if (is_beside) {

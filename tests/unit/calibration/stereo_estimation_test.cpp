@@ -16,10 +16,10 @@ using test::ideal_views;
 using test::true_rig;
 using ::testing::HasSubstr;
 
-// Of a good detector on a sharp image.
+// Noise of a good detector on a sharp image.
 constexpr double kNoise_px = 0.05;
 
-// (rotation, translation) errors in the units of the covariance, and those of the lenses.
+// (rotation, translation) errors in the units of the covariance, then errors of the lenses.
 ParameterVector errors_of(const StereoEstimate& estimate, const hal::RigCalibration& truth) {
   const auto camera = [](const hal::CameraModel& model) {
     Eigen::Matrix<double, kCameraParameters, 1> values;
@@ -94,7 +94,7 @@ TEST(StereoEstimation, LeavesOutViewsAndCornersThatContradictTheRest) {
   const hal::RigCalibration truth = true_rig(Lens::kRadialTangential);
   const Target target = charuco_target(11, 8, 0.03, 0.022, "DICT_4X4_100");
   auto views = ideal_views(truth, target, board_poses(truth, target, {}, 5), kNoise_px, 6);
-  // The right image of one view is of another moment; some corners are of something else.
+  // The right image of one view shows another moment; some corners are outliers.
   views[4].right = views[9].right;
   for (std::size_t i = 10; i < 20; ++i) {
     views[i].left.front().px += Eigen::Vector2d(7.0, -3.0);

@@ -11,7 +11,7 @@
 namespace kinetrace {
 namespace {
 
-/// Keeps the optimiser from removing an allocation that nobody uses.
+/// Keeps the optimiser from removing an unused allocation.
 void use(void* block) {
   asm volatile("" : : "g"(block) : "memory");
 }

@@ -33,7 +33,7 @@ TEST(Box3, StandsAlongDown) {
     EXPECT_TRUE(axes.col(1).isApprox(down, 1e-12));
     EXPECT_NEAR(axes.determinant(), 1.0, 1e-12);
     EXPECT_NEAR(upright_yaw(down, axes.col(0)), yaw_rad, 1e-12);
-    // What points up or down as well does not change the yaw.
+    // A vertical component does not change the yaw.
     EXPECT_NEAR(upright_yaw(down, axes.col(0) + 0.7 * down), yaw_rad, 1e-12);
   }
 }

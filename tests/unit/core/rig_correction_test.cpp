@@ -54,7 +54,7 @@ TEST(RigChange, LeadsThereAndBack) {
 }
 
 TEST(DepthError, GrowsWithTheSquareOfDepthAndHasASign) {
-  RigCorrection right;  // Looks farther right: everything seems nearer.
+  RigCorrection right;  // Looks farther right: all points seem nearer.
   right.turn_rad.y() = 0.5 / kRig.fx_px;
   const double at_10_m = depth_error_m(kRig, right, 10.0);
   const double at_20_m = depth_error_m(kRig, right, 20.0);

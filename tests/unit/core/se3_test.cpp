@@ -101,7 +101,7 @@ TEST(Se3, AdjointCarriesAPerturbationThroughAProduct) {
     Vector6d xi = Vector6d::Zero();
     xi[i] = kStep;
     const Vector6d numeric = left_difference(a * b, a * left_update(b, xi)) / kStep;
-    // Of A * B as a whole: its left perturbation is that of A.
+    // The left perturbation of A * B is that of A.
     EXPECT_LT((numeric - ad.col(i)).norm(), 1e-4) << "column " << i;
   }
 }
@@ -134,7 +134,7 @@ TEST(Se3, InterpolateMeetsBothEndsAndGoesOnBeyond) {
 TEST(Se3, PositionCovarianceDropsTheLeverArmToTheOrigin) {
   Random random;
   const Se3 t = random.pose();
-  // What a left perturbation does to (rotation, position), numerically.
+  // Effect of a left perturbation on (rotation, position), numerically.
   constexpr double kStep = 1e-6;
   Matrix6d effect;
   for (int i = 0; i < 6; ++i) {

@@ -105,7 +105,7 @@ TEST_F(TextRowsOfAFile, ReadTimesToTheNanosecond) {
   EXPECT_EQ(parse_time_ns("4e-10"), 0);
   EXPECT_EQ(parse_time_ns("5e-10"), 1);
   EXPECT_EQ(parse_time_ns("5e-20"), 0);
-  // So far that the difference of two always fits into 64 bits.
+  // Range in which the difference of two times always fits into 64 bits.
   EXPECT_EQ(parse_time_ns("4611686018427387903"), 4'611'686'018'427'387'903);
   EXPECT_FALSE(parse_time_ns("4611686018427387904"));
   EXPECT_FALSE(parse_time_ns("-4611686019"));

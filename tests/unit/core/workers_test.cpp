@@ -8,7 +8,7 @@
 namespace kinetrace {
 namespace {
 
-/// Calls the job for as many workers, one after the other.
+/// Calls the job for each of several workers in turn.
 class InTurn final : public Workers {
  public:
   explicit InTurn(std::size_t count) : count_(count) {}

@@ -1,4 +1,4 @@
-// Looking at what was drawn.
+// Helpers to examine drawn pixels.
 #pragma once
 
 #include <cstdlib>
@@ -7,7 +7,7 @@
 
 namespace kinetrace::imaging {
 
-// Where the type is, so that it is found.
+// In the namespace of the type, for argument-dependent lookup.
 inline bool operator==(const Rgb8& a, const Rgb8& b) {
   return a.r == b.r && a.g == b.g && a.b == b.b;
 }

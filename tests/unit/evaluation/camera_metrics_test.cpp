@@ -58,7 +58,7 @@ TEST(CameraMetrics, ShowAScaleErrorAsThatManyPercent) {
     pair.T_world_cam.translation *= 1.01;
   }
   const CameraMetrics metrics = evaluate_camera(pairs);
-  // The bent path's chord is a little shorter than the distance along it.
+  // The chord of the curved path is a little shorter than the distance along it.
   EXPECT_NEAR(metrics.t_rel_percent.value(), 1.0, 0.01);
   EXPECT_NEAR(metrics.r_rel_deg_per_m.value(), 0.0, 1e-6);
   EXPECT_NEAR(metrics.rpe_translation_m.mean().value(), 0.01, 1e-9);

@@ -32,7 +32,7 @@ class Drawing {
       }
     }
   }
-  /// As regions that were found by motion.
+  /// As regions found by motion.
   [[nodiscard]] Drawing without_classes() const {
     Drawing drawing = *this;
     for (MaskInstance& instance : drawing.instances_) {
@@ -158,7 +158,7 @@ TEST(MaskMetrics, UnmatchedResultsMostlyWithinTheIgnoreRegionDoNotCount) {
   EXPECT_EQ(evaluate({{"..#...", "xxxx.."}}).any_class.mots.fp, 1);
   const MaskScores matched = evaluate({{"aaa##.", "xxxxx."}}).any_class;  // 3 of 5 matched
   EXPECT_EQ(matched.mots.tp, 1);
-  // What is removed counts for HOTA neither, not even where it overlaps truth.
+  // Removed masks do not count for HOTA either, even where they overlap truth.
   const MaskScores removed = evaluate({{"aa###.", ".xxxx."}}).any_class;
   EXPECT_EQ(removed.hota.thresholds[0].tp, 0.0);
   EXPECT_EQ(removed.hota.thresholds[0].fp, 0.0);
@@ -166,7 +166,7 @@ TEST(MaskMetrics, UnmatchedResultsMostlyWithinTheIgnoreRegionDoNotCount) {
 }
 
 TEST(MaskMetrics, HotaMatchesTheTrackThatFitsTheWholeSequence) {
-  // In the last frame y covers more of a than x does, 0.6 to 0.4; but x was a all along.
+  // In the last frame y covers more of a than x does, 0.6 to 0.4; but x matched a in all others.
   const MaskScores scores =
       evaluate({{"aaaaa", "xxxxx"}, {"aaaaa", "xxxxx"}, {"aaaaa", "xxxxx"}, {"aaaaa", "xxxxx"}, {"aaaaa", "xxyyy"}})
           .classes.at(1);
@@ -179,7 +179,7 @@ TEST(MaskMetrics, HotaMatchesTheTrackThatFitsTheWholeSequence) {
   EXPECT_EQ(high.fn, 1.0);
   EXPECT_EQ(high.fp, 2.0);
   EXPECT_DOUBLE_EQ(high.assa, 4.0 / 6.0);  // TPA 4 of 5 + 5 - 4 masks
-  EXPECT_EQ(scores.mots.tp, 5);            // (s)MOTSA takes the frame alone.
+  EXPECT_EQ(scores.mots.tp, 5);            // (s)MOTSA matches within the frame alone.
   EXPECT_EQ(scores.mots.id_switches, 1);
 }
 

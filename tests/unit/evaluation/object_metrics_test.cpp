@@ -175,7 +175,7 @@ TEST(ObjectMetrics, CountAnInterruptionOnceItEnds) {
   EXPECT_EQ(metrics.all.fragmentations, 1U);
   EXPECT_EQ(metrics.all.id_switches, 0U);
   EXPECT_EQ(metrics.objects[0].errors.matched_frames, 17U);
-  // Its last track stands for it meanwhile.
+  // Meanwhile its last track represents it.
   EXPECT_EQ(metrics.objects[0].errors.covered_frames, 20U);
   EXPECT_EQ(metrics.objects[0].errors.motion.translation_m.count(), 19U);
 }
@@ -183,7 +183,7 @@ TEST(ObjectMetrics, CountAnInterruptionOnceItEnds) {
 TEST(ObjectMetrics, KeepAMatchThatIsStillValid) {
   std::vector<ObjectFrame> scene = perfect_scene();
   for (std::size_t i = 5; i < 8; ++i) {
-    // A second track overlaps more for a while.
+    // A second track has the greater overlap for a while.
     scene[i].tracks.push_back(scene[i].tracks[0]);
     scene[i].tracks.back().track_id = 99;
     scene[i].similarity = Eigen::MatrixXd{{0.6, 0.0, 0.9}, {0.0, 0.9, 0.0}};
@@ -195,7 +195,7 @@ TEST(ObjectMetrics, KeepAMatchThatIsStillValid) {
 
 TEST(ObjectMetrics, GiveNoTrackToTwoObjects) {
   std::vector<ObjectFrame> scene = perfect_scene();
-  // Track 11 passes from object 1 to object 2, whose own track ends: object 1 must not keep it.
+  // Track 11 switches from object 1 to object 2, whose own track ends: object 1 must not keep it.
   for (std::size_t i = 10; i < scene.size(); ++i) {
     scene[i].tracks.erase(scene[i].tracks.begin() + 1);
     scene[i].similarity = Eigen::MatrixXd{{0.0}, {0.9}};

@@ -1,4 +1,4 @@
-// Cars that drive ahead of a moving camera, and tracks that follow them without error until a test spoils them.
+// Cars driving ahead of a moving camera, and tracks without error, which a test may modify.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-// Points remembered in one frame and recognised in another, where they are larger and elsewhere.
+// Points stored in one frame and recognised in another, at another scale and position.
 #include "kinetrace/features/appearance_memory.hpp"
 
 #include <algorithm>
@@ -31,12 +31,12 @@ constexpr std::uint8_t kBody = kBackgroundLabel;
 const Vector2d kCentre(160.0, 120.0);
 const Vector2d kShift(23.0, -11.0);
 
-/// Where a point of the first view is in the second: larger and elsewhere.
+/// Maps a point of the first view to the second, at another scale and position.
 Vector2d moved(const Vector2d& p, double zoom = kZoom) {
   return zoom * (p - kCentre) + kCentre + kShift;
 }
 
-/// The second view from so near that it shows structure for which the first was too coarse.
+/// The second view from nearby, with structure that the first could not resolve.
 StereoImage near_view_of(const Texture& texture, double zoom) {
   const Texture fine(53);
   Scene scene;
@@ -76,7 +76,7 @@ std::vector<KnownPoint> known(const std::vector<Feature>& features) {
 
 class AppearanceMemoryTest : public ::testing::Test {
  protected:
-  /// Remembers as many points of the first view as `memory` holds, those in the middle first; shows a second one.
+  /// Stores as many points of the first view as `memory` holds, central ones first; shows a second view.
   void remember_then_see(AppearanceMemory& memory, const StereoImage& second) {
     std::vector<KnownPoint> points = known(harness_.process(view_of(texture_, false, 1)));
     std::sort(points.begin(), points.end(), [](const KnownPoint& a, const KnownPoint& b) {
@@ -84,12 +84,12 @@ class AppearanceMemoryTest : public ::testing::Test {
              (b.p_body.head<2>().cast<double>() - kCentre).norm();
     });
     harness_->remember(points, memory);
-    // Nothing is followed through frames of even gray.
+    // Tracks do not survive uniform gray frames.
     harness_.process({testing::Image(kWidth, kHeight, 128), testing::Image(kWidth, kHeight, 128)});
     seen_ = harness_.process(second);
   }
 
-  /// All that is found around where the points of the second view are, off by `guess_error`.
+  /// Points recognised around their positions in the second view, predicted with an error of `guess_error`.
   std::vector<RecognisedPoint> recognise(const AppearanceMemory& memory, const Vector2f& guess_error,
                                          const Vector2f& reach_px, std::uint8_t body = kBody, std::size_t room = 400) {
     return recognise(memory, guess_error, RecognitionGate{reach_px}, kZoom, body, room);
@@ -216,7 +216,7 @@ TEST_F(AppearanceMemoryTest, LeavesOutWhatIsDeadOrWithoutARightMatch) {
       matched.push_back(static_cast<float>(feature.id));
     }
   }
-  // A slot that has never been in use.
+  // A slot that was never used.
   points.insert(points.begin(), {static_cast<std::uint16_t>(FeatureConfig{}.max_features - 1), Vector3f::Zero()});
   ASSERT_LT(matched.size(), features.size()) << "near the left border the right image shows nothing";
   AppearanceMemory memory(features.size() + 1, arena_);

@@ -1,4 +1,4 @@
-// The last step of an alignment: what lies in the middle of a patch decides where it is.
+// The last step of an alignment: the centre of a patch determines its position.
 #include "centre_alignment.hpp"
 
 #include <algorithm>
@@ -26,8 +26,8 @@ using testing::surface;
 using testing::Texture;
 
 struct Found {
-  Vector2f whole{0.F, 0.F};   ///< By the whole patch.
-  Vector2f centre{0.F, 0.F};  ///< And by its middle after that.
+  Vector2f whole{0.F, 0.F};   ///< Aligned by the whole patch.
+  Vector2f centre{0.F, 0.F};  ///< Then by its centre.
 };
 
 Found find(const Picture& from, const Picture& to, const Vector2f& at, const PatchMask& mask, const Vector2f& start) {
@@ -40,14 +40,14 @@ Found find(const Picture& from, const Picture& to, const Vector2f& at, const Pat
   return found;
 }
 
-/// Patches in two views, each found from .8 and .6 px off. Signed errors along the rows.
+/// Signed errors along the rows of patches in two views, aligned from .8 and .6 px off.
 struct Errors {
   std::vector<double> whole_px;
   std::vector<double> centre_px;
 };
 
-/// The middle of each patch and `own_columns` columns to its right move by `shift`, the rest by `shift_beyond`.
-/// Contours are not anti-aliased: to stay what they are they move by whole columns.
+/// The centre of each patch and `own_columns` columns to its right move by `shift`, the rest by `shift_beyond`.
+/// Contours are not anti-aliased, so they move by whole columns.
 Errors across_contours(double own_columns, const Vector2d& shift, const Vector2d& shift_beyond, double gain = 1.0,
                        double offset_gray = 0.0) {
   const Texture own(51);
@@ -128,7 +128,7 @@ TEST(CentreAlignment, DoesNotGoToAnotherPlace) {
   const Picture picture(std::cref(texture));
   PatchTemplate patch;
   kernels().patch_template.sample(picture.plane(), 100.5F, 40.F, kWholePatch, &patch);
-  // Further off than what it may mend.
+  // Beyond the largest correction.
   Vector2f position(103.F, 40.F);
   align_centre(picture.plane(), kExactly, patch, position);
   EXPECT_EQ(position, Vector2f(103.F, 40.F));

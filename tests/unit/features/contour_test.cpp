@@ -1,4 +1,4 @@
-// Features of narrow things in front of something else, with and without knowing which pixels are whose.
+// Features of narrow foreground objects, with and without labels of the pixels.
 #include <cmath>
 #include <vector>
 
@@ -22,7 +22,7 @@ constexpr double kStripWidth_px = 22.0;
 constexpr int kStrips = 4;
 constexpr std::uint8_t kStripLabel = 1;
 
-/// Upright strips in front of a wall. Both carry texture, and move along the rows on their own.
+/// Vertical strips in front of a wall. Both have texture, and move along the rows independently.
 struct Fence {
   double strip_disparity_px = 26.3;
   double wall_disparity_px = 10.6;
@@ -60,7 +60,7 @@ struct Fence {
   }
 };
 
-/// As dense where nothing is known to be an object as on one.
+/// The same density on the background as on objects.
 FeatureConfig dense() {
   FeatureConfig config;
   config.bucket_px = 8;
@@ -71,7 +71,7 @@ FeatureConfig dense() {
   return config;
 }
 
-/// Of the strips' features, px.
+/// Errors of the strips' features, px.
 std::vector<double> disparity_errors(bool with_labels) {
   const Fence fence;
   const Image labels = fence.labels();
@@ -94,7 +94,7 @@ TEST(Contours, NarrowThingsHaveTheirOwnDisparity) {
   EXPECT_GT(median(without), 1.2 * median(with)) << "the middle of a patch decides where it is, labels or not";
 }
 
-/// Distances between where the strips' features are found in a second frame and where they are, px.
+/// Errors of the strips' features in a second frame, px.
 std::vector<double> tracking_errors(bool with_labels) {
   Fence fence;
   const Image labels = fence.labels();

@@ -201,7 +201,7 @@ TEST(FeatureLifecycle, MasksMayBeTwoPixelsOff) {
   Harness harness({}, kWidth, kHeight);
   const auto born = harness.process(still(), labels_with(2, 100, 50, 220, 190).view());
   harness.track(still());
-  // Two pixels wider on each side: background features there stay what they are.
+  // Two pixels wider on each side: background features there keep their label.
   const auto alive = by_id(harness.replenish(labels_with(2, 98, 48, 222, 192).view()));
   for (const Feature& feature : born) {
     EXPECT_TRUE(alive.contains(feature.id)) << feature.left_px.transpose() << " body " << int{feature.body};
@@ -332,7 +332,7 @@ TEST(FeatureLifecycle, ALimitEndsTheYoungestOfEachBodyAndGoesAgain) {
   const std::vector<Feature> some = harness.process(still(), labels.view());
   EXPECT_EQ(count_body(some, kBackgroundLabel), 30U);
   EXPECT_EQ(count_body(some, 7), 10U);
-  // Ids grow with time: the oldest stay, but for one or two that were lost in this frame anyway.
+  // Ids grow with time: the oldest features stay, except one or two lost in this frame anyway.
   EXPECT_GE(harness->counters().lost_limit, 38U);
   for (const std::uint8_t body : {kBackgroundLabel, std::uint8_t{7}}) {
     const std::vector<std::uint32_t> before = ids_of(all, body);

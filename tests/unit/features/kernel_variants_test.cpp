@@ -1,4 +1,4 @@
-// The same kernels compiled for different instruction sets must agree: a run on another board gives the same answer.
+// The same kernels compiled for different instruction sets must agree, so that every board gives the same result.
 #include <algorithm>
 #include <iterator>
 #include <vector>

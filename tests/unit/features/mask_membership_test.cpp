@@ -14,7 +14,7 @@ constexpr int kHeight = 40;
 constexpr std::uint8_t kOwn = 1;
 constexpr std::uint8_t kOther = 2;
 
-/// Columns [20, 50) are body 1; from column 50 on lies `beyond`.
+/// Columns [20, 50) are body 1; from column 50 on the label is `beyond`.
 class Masks {
  public:
   explicit Masks(std::uint8_t beyond) : pixels_(std::size_t{kWidth} * kHeight, kBackgroundLabel) {

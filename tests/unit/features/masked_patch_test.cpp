@@ -1,4 +1,4 @@
-// Aligning a patch of which only a part counts, on images whose other part goes another way.
+// Alignment of a partly masked patch, on images whose masked-out part moves differently.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -32,7 +32,7 @@ PatchMask own_columns() {
   return mask;
 }
 
-/// Where the patch at `at` of one picture is found in another, started a pixel off; far away if it is not.
+/// Position in `to` of the patch at `at` in `from`, searched from `start`; far away if not found.
 Vector2f found(const Picture& from, const Picture& to, const Vector2f& at, const PatchMask& mask,
                const Vector2f& start) {
   PatchTemplate patch;
@@ -47,7 +47,7 @@ struct Errors {
   std::vector<double> whole_px;
 };
 
-/// Patches across a contour whose own part moves by `shift` while what is beyond changes from one view to another.
+/// Patches across a contour: their own part moves by `shift`, the part beyond changes between the views.
 Errors align_across_contours(const Vector2d& shift, const testing::PixelValue& beyond_before,
                              const testing::PixelValue& beyond_after, double gain = 1.0, double offset_gray = 0.0) {
   const Texture own(31);

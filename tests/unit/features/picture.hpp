@@ -14,7 +14,7 @@ namespace kinetrace::features::testing {
 
 inline constexpr int kPictureWidth = 240;
 inline constexpr int kPictureHeight = 80;
-/// How to align where hundredths of a pixel are looked at.
+/// Alignment settings for tests of hundredths of a pixel.
 inline constexpr AlignOptions kExactly{
     .max_iterations = 20, .converged_px = 0.003F, .max_shift_px = 4.F, .preferred_row = 0.F, .row_weight = 0.F};
 
@@ -33,7 +33,7 @@ class Picture {
   ImagePyramid pyramid_{arena_, kPictureWidth, kPictureHeight, 1};
 };
 
-/// A surface that ends at a column, and what is seen beyond.
+/// A surface that ends at a column, and the background beyond.
 inline PixelValue surface(const Texture& own, double contour_x, const Eigen::Vector2d& shift,
                           const PixelValue& beyond) {
   return [&own, contour_x, shift, beyond](const Eigen::Vector2d& p) {

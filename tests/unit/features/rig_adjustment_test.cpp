@@ -1,4 +1,4 @@
-// A right image that is corrected for how its camera really stands, and rows that are unknown.
+// Correction of the right image for its camera's true pose, and unknown row offsets.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -76,7 +76,7 @@ double median_disparity_error_px(const Scene& scene, const std::vector<Feature>&
 TEST(RigAdjustment, AShiftedPrincipalPointLeavesDisparitiesAsTheyAre) {
   const Texture texture(3);
   Adjusted adjusted(textured(texture));
-  // The image is as calibrated: what is corrected nevertheless comes out by as much.
+  // The image is as calibrated, so that any correction appears as an equal error.
   for (const double shift_px : {0.0, 1.0, 0.4, -0.7}) {
     RigAdjustment rig;
     rig.correction.shift_rad = shift_px / kFocal_px;

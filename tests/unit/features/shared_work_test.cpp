@@ -1,4 +1,4 @@
-// However many share the work, features are the same to the bit.
+// Features are bit-identical for any number of threads.
 #include <cstring>
 #include <vector>
 
@@ -22,7 +22,7 @@ StereoImage view(const Texture& texture, double shift_px) {
   return scene.render(1 + static_cast<unsigned>(shift_px));
 }
 
-/// All that is reported about the features of five frames; some are predicted, some rejected.
+/// All reported data of the features of five frames; some are predicted, some rejected.
 std::vector<Feature> seen_by(Workers* workers) {
   const Texture texture(5);
   Harness front_end({}, Scene{}.width, Scene{}.height, workers);

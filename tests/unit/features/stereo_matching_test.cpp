@@ -125,7 +125,7 @@ TEST(StereoMatching, ReachesTheLargestDisparityAndNotBeyond) {
   Scene scene = textured(texture);
   scene.disparity.at_centre = 63.5;
   EXPECT_GT(match(scene, config).share(), 0.9);
-  // Some other place may look similar by chance; most features must say that there is nothing.
+  // Another place may look similar by chance; most features must report no match.
   scene.disparity.at_centre = 80.0;
   EXPECT_LE(match(scene, config).share(), 0.15);
 }

@@ -125,7 +125,7 @@ struct StereoImage {
   }
 };
 
-/// A scene: what the left image shows at a pixel, and how far the right one is off.
+/// A scene: the left image, and the disparity of the right one.
 struct Scene {
   int width = 320;
   int height = 240;

@@ -19,7 +19,7 @@ using testing::median;
 using testing::Scene;
 using testing::Texture;
 
-/// Where the pixels of the first image are in a later one: an affine map about the centre.
+/// Maps pixels of the first image to a later one: affine, about the centre.
 struct Motion {
   Matrix2d matrix = Matrix2d::Identity();
   Vector2d shift = Vector2d::Zero();
@@ -36,7 +36,7 @@ Matrix2d rotation(double degrees) {
   return m;
 }
 
-/// What two frames of a moving texture gave.
+/// Result of two frames of a moving texture.
 struct Outcome {
   int trackable = 0;  ///< Features whose patch is still in the image.
   int tracked = 0;

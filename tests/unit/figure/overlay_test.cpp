@@ -53,7 +53,7 @@ TEST_F(Overlay, TintsMasks) {
   const drawing::Color tinted = drawing::mix(kGray, track_style(5).color, 0.38);
   EXPECT_TRUE(drawing::is_near(canvas.at(120, 80), tinted, 2));
   EXPECT_EQ(canvas.at(150, 80), kGray);
-  // Named though it has no row yet, above the mask.
+  // The name appears above the mask, though the object has no row yet.
   EXPECT_GT(count_near(canvas, {90, 30, 60, 19}, track_style(5).color, 30), 100);
 }
 

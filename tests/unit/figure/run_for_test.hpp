@@ -22,7 +22,7 @@ inline constexpr int kImageHeight = 160;
 [[nodiscard]] recording::ObjectRow object_row(std::int64_t frame, std::uint32_t track_id,
                                               const Eigen::Vector3d& position_m);
 
-/// Ten frames. Car 1 drives ahead of the camera at its speed, tracked; car 2 stands; pedestrian 3 is followed by stereo
+/// Ten frames. Car 1 drives ahead of the camera at its speed, tracked; car 2 stands; pedestrian 3 is tracked by stereo
 /// only until it is lost in frame 5.
 [[nodiscard]] recording::Run small_street();
 

@@ -76,12 +76,12 @@ TEST(Onlooker, RisesAboveAndWalksToTheLeft) {
   Onlooker::Direction direction;
   direction.elevated_rad = 0.5;
   const Onlooker above(direction, {points, 0.0, {}}, area);
-  // What is behind lies higher in the picture.
+  // Points behind are higher in the picture.
   EXPECT_LT(above.to_canvas(Eigen::Vector3d(0, 0, 2)).y(), above.to_canvas(Eigen::Vector3d(0, 0, -2)).y());
   direction = {};
   direction.aside_rad = 0.5;
   const Onlooker left(direction, {points, 0.0, {}}, area);
-  // From the left, what is behind lies to the left of what is before it.
+  // From the left, points behind are to the left of points in front.
   EXPECT_LT(left.to_canvas(Eigen::Vector3d(0, 0, 2)).x(), left.to_canvas(Eigen::Vector3d(0, 0, -2)).x());
 }
 

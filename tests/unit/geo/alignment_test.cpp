@@ -18,7 +18,7 @@ using test::Receiver;
 
 constexpr double kDegree = M_PI / 180.0;
 
-/// What the alignment missed by: rotation (rad) and, of the path's middle, position (m), on the map; time offset (s).
+/// Error of the alignment on the map: rotation (rad), position of the path's middle (m), time offset (s).
 Eigen::Matrix<double, 7, 1> error_of(const Alignment& alignment, const Receiver& receiver) {
   const Se3& truth = receiver.T_map_world;
   const Eigen::Vector3d middle_world = alignment.T_map_world.inverse() * alignment.center_m;
@@ -60,9 +60,8 @@ TEST(Alignment, FindsPlacementAndTimeOffsetOfAPerfectReference) {
   EXPECT_NEAR(alignment.scale, 1.0, 1e-5);
 }
 
-// 300 m at 10 m/s with 1.5 m of noise, a fifth of the fixes wild, another clock. By information alone, one standard
-// deviation is 0.22 m over the path, 0.11 degrees and 13 ms: root mean squares over seeds, since no estimator does
-// better in each.
+// 300 m at 10 m/s with 1.5 m of noise, a fifth of the fixes outliers, another clock. The information bound is one
+// standard deviation of 0.22 m over the path, 0.11 degrees and 13 ms; it holds for root mean squares over seeds.
 TEST(Alignment, HoldsThreeDecimetresAndAFifthOfADegreeWithAnOrdinaryReceiver) {
   constexpr int kTrials = 40;
   const auto path = drive(test::town());
@@ -139,7 +138,7 @@ TEST(Alignment, SigmasAreHonestOverManySeeds) {
   for (const Freedom freedom : {Freedom::kYaw, Freedom::kRotation}) {
     const Errors errors = normalised_errors(test::flight(), freedom, 0.0, kTrials);
     RecordProperty(freedom == Freedom::kYaw ? "nees_4" : "nees_6", std::to_string(errors.nees));
-    // One, were they exact; the correlation that noise seems to have makes it a little less.
+    // One for exact covariances; the apparent correlation of the noise makes it a little less.
     EXPECT_GT(errors.nees, 0.5);
     EXPECT_LT(errors.nees, 1.4);
     EXPECT_LT(errors.largest, 5.0);
@@ -151,7 +150,7 @@ TEST(Alignment, SigmasAreHonestWhereNeighbouringFixesErrAlike) {
   constexpr int kTrials = 40;
   const Errors errors = normalised_errors(test::flight(), Freedom::kYaw, 0.9, kTrials);
   RecordProperty("nees", std::to_string(errors.nees));
-  // A short recording does not show all of a slow error.
+  // A short recording shows only part of a slow error.
   EXPECT_GT(errors.nees, 0.3);
   EXPECT_LT(errors.nees, 3.0);
 }
@@ -355,7 +354,7 @@ TEST(NormalEquations, CorrelationTimeIsThatOfTheNoise) {
   }
 }
 
-// A path that walks at random, measured without noise: the sigmas are those of the walk.
+// A random walk of the path, measured without noise: the sigmas are those of the walk.
 TEST(NormalEquations, SigmasCoverAPathThatDrifts) {
   constexpr int kTrials = 40;
   constexpr double kDrift = 0.01;

@@ -23,7 +23,7 @@ Fix fix(std::int64_t time_ns) {
   return {time_ns, Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones()};
 }
 
-/// A metre a tenth of a second, a fix with each pose.
+/// One metre per tenth of a second, a fix with each pose.
 void drive_on(AlignmentWindow& window, int first, int count) {
   for (int i = first; i < first + count; ++i) {
     window.add(pose((i + 1) * kTenth_ns, i));
@@ -62,7 +62,7 @@ TEST(AlignmentWindow, RemovesTheOldestAtCapacityAndOnePastIt) {
 TEST(AlignmentWindow, RestPushesNothingOut) {
   AlignmentWindow window = make({});
   drive_on(window, 0, 100);
-  // Ten minutes at a traffic light, where poses tremble by a centimetre.
+  // Ten minutes at a traffic light, with pose jitter of a centimetre.
   for (int i = 100; i < 6100; ++i) {
     window.add(pose((i + 1) * kTenth_ns, 99.0 + 0.01 * (i % 2)));
     window.add(fix((i + 1) * kTenth_ns));
@@ -102,7 +102,7 @@ TEST(AlignmentWindow, RefusesSettingsOutOfRange) {
   }
 }
 
-// A path that drifts as odometry does: the newest stretch lies on the map where its own fixes are, within the sigmas.
+// A path that drifts like odometry: the newest stretch agrees with its own fixes, within the sigmas.
 TEST(AlignmentWindow, CovarianceOfTheNewestPlaceHoldsTheDriftOfThePath) {
   constexpr double kDrift = 0.01;
   constexpr int kTrials = 40;

@@ -64,7 +64,7 @@ std::vector<Fix> receive(const std::vector<PathPose>& path, const Receiver& rece
   const auto noise = [&] { return Eigen::Vector3d(normal(random), normal(random), normal(random)); };
   std::vector<Fix> fixes;
   Eigen::Vector3d error = noise();
-  // At times of its own, so that it does not measure where the camera has its poses.
+  // At its own times, so that fixes do not coincide with camera poses.
   for (double at_s = 0.037; antenna.begin_ns() + std::llround(at_s * 1e9) <= antenna.end_ns();
        at_s += 1.0 / receiver.rate_hz) {
     const std::int64_t camera_ns = antenna.begin_ns() + std::llround(at_s * 1e9);

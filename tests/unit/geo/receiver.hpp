@@ -25,14 +25,14 @@ struct PathShape {
 /// A flight: turns, climbs and descents.
 [[nodiscard]] PathShape flight();
 
-/// Where the world really lies, and how the receiver errs.
+/// True pose of the world, and the receiver's errors.
 struct Receiver {
   Se3 T_map_world;
   Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();
   double time_offset_s = 0.0;  ///< Camera's clock minus the receiver's.
   double rate_hz = 10.0;
   double noise_m = 1.5;      ///< In each direction.
-  double correlation = 0.0;  ///< Of two neighbouring fixes.
+  double correlation = 0.0;  ///< Between neighbouring fixes.
   double outlier_share = 0.0;
   double outlier_m = 30.0;
 };

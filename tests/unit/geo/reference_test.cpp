@@ -52,7 +52,7 @@ std::string rmc(const std::string& clock, const std::string& date) {
   return sentence("GPRMC," + clock + ",A,4900.6600,N,00824.9600,E,12.0,90.0," + date + ",,,A");
 }
 
-// The example that many manuals of receivers have.
+// The common example of receiver manuals.
 TEST(NmeaSentence, ChecksTheSum) {
   const std::string line = "$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47";
   const Sentence good = parse_sentence(line);

@@ -99,7 +99,7 @@ class FakeDevice final : public CaptureDevice {
   int wait_fd() const noexcept override { return id_; }
   const CaptureInfo& info() const noexcept override { return info_; }
 
-  // When next() has something to say; none: never.
+  // Time at which next() has a result; none: never.
   std::optional<std::int64_t> ready_ns() {
     if (!sensor_.plugged || sensor_.stream_broken || sensor_.falsely_ready) {
       return machine_.now_ns_;
@@ -124,7 +124,7 @@ class FakeDevice final : public CaptureDevice {
     }
     return *coming_;
   }
-  // What the driver did meanwhile: it filled its buffers with what arrived, and lost what found none.
+  // Catches up with the driver: arrived images fill its buffers, images without a buffer are lost.
   void catch_up() {
     while (coming().arrival_ns <= machine_.now_ns_) {
       const auto in_use = static_cast<std::size_t>(std::count(busy_.begin(), busy_.end(), true));

@@ -36,30 +36,30 @@ struct FakeSensor {
   std::int64_t period_ns = 33 * kMs;
   std::int64_t phase_ns = 0;  ///< When shot 0 is stamped.
   std::int64_t latency_ns = 5 * kMs;
-  int lag_shots = 0;  ///< Shows what it should have shown so many shots before, under the stamp of now.
+  int lag_shots = 0;  ///< Shows an image this many shots old under the current stamp.
   bool plugged = true;
   bool side_by_side = false;
   bool stream_broken = false;  ///< next() fails with kIo until it is started again.
   bool never_mends = false;    ///< ... and even then.
   bool mute = false;
-  std::int64_t taking_ns = 0;  ///< So long does next() need for an image.
+  std::int64_t taking_ns = 0;  ///< Duration of next() for an image.
   bool falsely_ready = false;  ///< Reports itself ready (poll: POLLERR) though next() has nothing.
   std::optional<double> exposure_us = {};
-  std::optional<std::int64_t> given_exposure_ns = {};  ///< With every image, as automatic exposure has it.
+  std::optional<std::int64_t> given_exposure_ns = {};  ///< Reported with every image, as by automatic exposure.
   bool tells_rate = true;
   TimestampKind timestamp_kind = TimestampKind::kEndOfExposure;
   bool sequence_counts_losses = true;
-  int width_px = 0;  ///< What it really sets; 0: as asked.
+  int width_px = 0;  ///< Width that it really sets; 0: as requested.
   std::function<void(Shot&)> script = {};
 
-  // What happened to it.
+  // Counters of calls and buffers.
   int opened = 0;
   int started = 0;
-  int in_use = 0;  ///< Buffers that are with the camera.
+  int in_use = 0;  ///< Buffers held by the camera.
   int most_in_use = 0;
 };
 
-/// Of fake sensors at these paths, at their rate; `right` empty: of one that delivers both views side by side.
+/// For fake sensors at these paths, at their rate; `right` empty: for one sensor with both views side by side.
 [[nodiscard]] LiveCameraConfig live_config(const std::string& left, const std::string& right, int width_px = 640,
                                            int height_px = 480);
 

@@ -44,7 +44,7 @@ FileSizeLimit::~FileSizeLimit() {
 
 }  // namespace kinetrace::hal::test
 
-// In the place of the C library's.
+// Replaces the C library's function.
 extern "C" int statvfs(const char* path, struct statvfs* disk) noexcept {
   struct statvfs64 real {};
   const int code = statvfs64(path, &real);

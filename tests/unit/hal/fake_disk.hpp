@@ -1,4 +1,4 @@
-// Disks that are full: of a known size, as far as statvfs() tells, or that take no more.
+// Full disks: of a known size according to statvfs(), or that accept no more data.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace kinetrace::hal::test {
 
-/// While it lives, every disk has so many bytes, less what the files below `folder` take.
+/// While it exists, every disk has this many bytes, minus the size of the files below `folder`.
 class FakeDisk {
  public:
   FakeDisk(std::filesystem::path folder, std::uint64_t bytes);
@@ -22,7 +22,7 @@ class FakeDisk {
   std::uint64_t bytes_;
 };
 
-/// While it lives, no file may grow beyond so much, as on a disk that is full: writes come back short, then fail.
+/// While it exists, no file may grow beyond this size, as on a full disk: writes come back short, then fail.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes);

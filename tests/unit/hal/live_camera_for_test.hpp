@@ -37,7 +37,7 @@ class LiveCamera : public ::testing::Test {
     config.right.reset();
     begin(config);
   }
-  /// Calls next() until it gives a frame or another error than kTimeout, for so long.
+  /// Calls next() until a frame or an error other than kTimeout, for at most this long.
   Result<StereoFrame> frame_within(std::chrono::milliseconds duration) {
     const std::int64_t until_ns = machine_.now_ns() + std::chrono::nanoseconds(duration).count();
     for (;;) {

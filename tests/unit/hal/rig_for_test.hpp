@@ -11,7 +11,7 @@ namespace kinetrace::hal::test {
 [[nodiscard]] RigCalibration fisheye_rig();
 /// KITTI-like: raw 696x256 images with strong distortion, with rectifying matrices for 620x188.
 [[nodiscard]] RigCalibration given_rig();
-/// Nothing to do: 48x32, f 40, baseline .5 m.
+/// Already rectified: 48x32, f 40, baseline .5 m.
 [[nodiscard]] RigCalibration rectified_rig();
 
 }  // namespace kinetrace::hal::test

@@ -9,8 +9,8 @@
 
 namespace kinetrace::hal::test {
 
-/// Textured images, so that a flat part stands out. Ends with kEndOfStream. Like every camera it has nothing to say
-/// while it is closed.
+/// Textured images, so that a flat part stands out. Ends with kEndOfStream. Like every camera it reports
+/// nothing while it is closed.
 class ScriptedCamera final : public StereoCamera {
  public:
   static constexpr int kWidth = 64;

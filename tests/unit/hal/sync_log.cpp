@@ -26,7 +26,7 @@ std::vector<std::pair<std::string, std::string>> take_syncs() {
 
 }  // namespace kinetrace::hal::test
 
-// In the place of the C library's.
+// Replace the C library's functions.
 extern "C" {
 int fsync(int fd) {
   return kinetrace::hal::test::pass_on("file", SYS_fsync, fd);

@@ -1,4 +1,4 @@
-// Sees what the program makes last through a loss of power.
+// Records the data that the program makes durable against a loss of power.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// A textured wall to look at.
+// Images of a textured wall.
 #pragma once
 
 #include <cstdint>

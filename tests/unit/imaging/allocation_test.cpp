@@ -1,4 +1,4 @@
-// Reading an image takes no memory of our own: only the codecs' working memory, which is counted as foreign.
+// Reading an image allocates no memory of our own: only the codecs' working memory, which is counted as foreign.
 #include <filesystem>
 #include <fstream>
 #include <vector>

@@ -104,7 +104,7 @@ TEST_F(ReadImageInfo, RejectsMorePixelsThanTheFileCanHold) {
   png[18] = png[22] = 0x10;
   expect_error(png, ErrorCode::kBadFormat, "claims 4100x4100 pixels, which its few bytes cannot hold");
   expect_error(text_bytes("P5\n9999 9999\n255\n"), ErrorCode::kBadFormat, "few bytes");
-  // The most that deflate and JPEG make of one value is less.
+  // The highest compression of deflate and JPEG, for a uniform image, stays within the limit.
   EXPECT_TRUE(info_of(test::encode_png({0, 1, false}, 2048, 2048, Bytes(2048 * 2048 / 8))));
   EXPECT_TRUE(info_of(test::encode_png({0, 16, false}, 512, 512, Bytes(512 * 512 * 2))));
   EXPECT_TRUE(info_of(test::encode_jpeg_gray(2048, 2048, Bytes(2048 * 2048))));

@@ -66,7 +66,7 @@ class FrozenGraph:
         return self.add(name, "AvgPool", source, ksize=size, strides=size, padding={"s": b"VALID"}, T={"type": FLOAT})
 
     def convolved(self, name, source, weights, biases):
-        """Weights are [outputs, inputs], of each pixel alone."""
+        """A 1x1 convolution; weights are [outputs, inputs]."""
         kernel = self.given(f"{name}/weights", np.array(weights).T[None, None], FLOAT)
         pixel = {"list": {"i": [1, 1, 1, 1]}}
         product = self.add(f"{name}/Conv2D", "Conv2D", source, kernel, strides=pixel, padding={"s": b"VALID"}, T={"type": FLOAT})
@@ -79,7 +79,7 @@ class FrozenGraph:
         return self.add(name, "Sigmoid", source, T={"type": FLOAT})
 
     def constant(self, name, source, values):
-        """The values, whatever the three channels of the one pixel of source: OpenCV takes no constants as inputs."""
+        """The values, for any one-pixel source of three channels: OpenCV accepts no constants as inputs."""
         values = np.array(values)
         numbers = self.convolved(f"{name}/numbers", source, np.zeros((values.size, 3)), values.ravel())
         return self.reshaped(name, numbers, values.shape)
@@ -88,7 +88,7 @@ class FrozenGraph:
         return self.message.SerializeToString(deterministic=True)
 
     def text(self):
-        """What OpenCV wants beside the binary: the nodes without the weights."""
+        """The text file that OpenCV needs beside the binary: the nodes without the weights."""
         nodes = [node for node in self.message.node if node.op != "Const"]
         return text_format.MessageToString(self.kinds["GraphDef"](node=nodes)).encode()
 

@@ -20,7 +20,7 @@ constexpr int kCells16 = 4 * 2;
 constexpr int kCells32 = 2 * 1;
 constexpr int kCells = kCells8 + kCells16 + kCells32;
 
-/// Tensors of zeros, or of another value, that tests write into.
+/// Tensors of one value, zero by default, that tests write into.
 class Heads : public ::testing::Test {
  protected:
   Heads() {
@@ -93,7 +93,7 @@ TEST_F(Heads, ProposesWeakerOnesIfAskedToButForWhatIsToBeIgnored) {
     }
   }
   values[4 * kCells + 0] = 0.3F;
-  values[4 * kCells + 1] = 0.2F;  // Too weak even so.
+  values[4 * kCells + 1] = 0.2F;  // Below the threshold anyway.
   values[7 * kCells + 2] = 0.3F;
   values[7 * kCells + 3] = 0.6F;
   EXPECT_EQ(decoded().size(), 1U) << "the sky alone";
@@ -227,7 +227,7 @@ TEST_F(Heads, DetectionsOfMaskRcnn) {
   std::vector<float>& masks = output({3, 3, 2, 2});
   const std::vector<float> second{0.F, 2.F, 0.75F, 0.25F, 0.5F, 0.5F, 1.F};
   std::copy(second.begin(), second.end(), rows.begin() + 7);
-  rows[2 * 7 + 1] = 9.F;  // A class that there is not.
+  rows[2 * 7 + 1] = 9.F;  // An unknown class.
   rows[2 * 7 + 2] = 1.F;
   masks[(1 * 3 + 2) * 4 + 3] = 0.6F;
   const auto found = decoded();

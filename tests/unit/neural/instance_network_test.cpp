@@ -1,4 +1,4 @@
-// Whole networks through the real runtime, with answers that are known by construction (see make_models).
+// Whole networks through the real runtime, with outputs known by construction (see make_models).
 #include "kinetrace/neural/instance_network.hpp"
 
 #include <array>
@@ -82,7 +82,7 @@ Result<Network> make(const ModelConfig& config, int max_width = kWidth, int max_
   return made;
 }
 
-/// Of the pixels of a mask: how many lie in `box`, and how many elsewhere.
+/// Shares of a mask inside and outside of `box`.
 struct Coverage {
   double inside = 0.0;   ///< Part of the box.
   double outside = 0.0;  ///< Part of the mask.

@@ -65,7 +65,7 @@ TEST(Letterbox, OfTheSameSizeChangesNothing) {
 }
 
 TEST(Letterbox, ShrinkingAveragesAndKeepsTheMean) {
-  // Stripes of one pixel: whoever picks samples sees all black or all white.
+  // Stripes of one pixel: picking samples instead of averaging would give all black or all white.
   std::vector<std::uint8_t> pixels(std::size_t{128} * 128);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     pixels[i] = i % 2 == 0 ? 0 : 200;

@@ -41,7 +41,7 @@ MotionStart at(const Eigen::Vector3d& position_m, double sigma_m = 0.5) {
   return start;
 }
 
-/// Its velocity known.
+/// A start with a known velocity.
 MotionStart moving_at(const Eigen::Vector3d& position_m, const Eigen::Vector3d& velocity_mps, double moving = 0.99) {
   MotionStart start = at(position_m, 0.05);
   start.velocity.tail<3>() = velocity_mps;
@@ -85,7 +85,7 @@ TEST(MotionFilter, FollowsAnObjectFromAMovingCamera) {
 }
 
 TEST(MotionFilter, ABearingCorrectsWhatGoesAcrossTheViewAndLeavesDepth) {
-  const Eigen::Vector3d position(2.0, 0.5, 30.0);  // In truth it stands.
+  const Eigen::Vector3d position(2.0, 0.5, 30.0);  // The true object is static.
   MotionStart start = moving_at(position, {3.0, 0.0, 0.0});
   start.pose.covariance.bottomRightCorner<3, 3>() = 0.25 * Eigen::Matrix3d::Identity();
   MotionFilter filter = started(start);
@@ -108,8 +108,8 @@ TEST(MotionFilter, ABearingSaysNothingOfWhatIsBehindTheCameraOrUnknown) {
   EXPECT_EQ(filter.pose().translation, behind);
 }
 
-/// A camera that drives past something at 60 m. More and more of it comes into sight from behind something else: the
-/// middle of what is seen stays where it is, while it goes at 4 m/s.
+/// A camera drives past an object at 60 m that emerges from behind an occluder: the middle of its visible part stays in
+/// place, while the object moves at 4 m/s.
 class MotionFilterBehind : public ::testing::Test {
  protected:
   const Eigen::Vector3d velocity_{-4.0, 0.0, 0.0};
@@ -125,7 +125,7 @@ class MotionFilterBehind : public ::testing::Test {
             .interval_s = kFrame_s,
             .T_world_cam_before = camera(frame - 1)};
   }
-  /// After eight frames, with the motion of their features or without.
+  /// The filter after eight frames, with or without the motion of their features.
   [[nodiscard]] MotionFilter filter_after(bool with_motion) const {
     MotionFilter filter = started(at(corner(0), 2.0));
     for (int frame = 0; frame <= 8; ++frame) {

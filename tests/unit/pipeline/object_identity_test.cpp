@@ -1,4 +1,4 @@
-// Whether what is seen is the object: paths that are given up, tracks that pass to something else, returns.
+// Whether an observation belongs to the object: abandoned paths, identity switches of tracks, returns.
 #include <optional>
 #include <vector>
 
@@ -52,7 +52,7 @@ TEST_F(ObjectStateTest, KeepsItsPosesApartInTimeWhenItsTrackPassesToSomethingEls
   EXPECT_LT((last.T_obj_cam.translation - reported_m).norm(), 0.1) << "a frame is " << 0.1 * kAcross_mps << " m";
 }
 
-// Its mask reached over its edge, and its reconstruction began with what stands behind it.
+// Its mask reached beyond its edge, and its reconstruction began with the background behind it.
 TEST_F(ObjectStateTest, IsNotTrackedWhereMostOfItIsNotSeen) {
   std::vector<Feature> behind = front({0.3, 0.2, 15.0});
   object_.begin(track(box_of(behind)));
@@ -86,7 +86,7 @@ TEST_F(ObjectStateTest, MayComeBackOverTheBorderThatItLeftBy) {
   const PixelBox at_left{0, row - 10, 5, row + 10};
   const PixelBox at_right{width - 5, row - 10, width, row + 10};
   const double half_view_rad = std::atan(0.5 * width / geometry_.fx_px);
-  // The camera turns to the right, so that it leaves by the left.
+  // The camera turns to the right, so that the object leaves by the left.
   camera_.T_world_cam.rotation = so3_exp({0.0, 0.1 + half_view_rad, 0.0});
   observe(object_, track({}, 1));
   EXPECT_TRUE(object_.may_come_back_as(redetected(at_left), camera_));

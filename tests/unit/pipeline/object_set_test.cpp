@@ -1,4 +1,4 @@
-// Which new track is an object that was lost: tracks too far away for stereo, without images.
+// Re-identification of lost objects among new tracks: too far away for stereo, without images.
 #include "object_set.hpp"
 
 #include <cstdint>
@@ -44,7 +44,7 @@ class ObjectSetTest : public ::testing::Test {
     EXPECT_TRUE(objects_.observe(track, frame_, {}, camera_, front_end_));
     objects_.conclude({}, camera_, {});
   }
-  /// How many of the lost objects go on in a frame with these tracks.
+  /// Number of lost objects re-identified in a frame with these tracks.
   std::size_t reidentified(const std::vector<Track>& tracks) {
     objects_.take_tracks({.left_labels = {}, .right_labels = {}, .tracks = tracks, .ended = {}});
     return objects_.reidentify(tracks, frame_, {}, camera_).size();

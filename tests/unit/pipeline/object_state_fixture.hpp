@@ -71,7 +71,7 @@ class ObjectStateTest : public ::testing::Test {
     return features;
   }
 
-  /// The same places, seen on something else: other slots and identities.
+  /// The same positions on another object: other slots and ids.
   static std::vector<Feature> of_another(std::vector<Feature> features) {
     for (Feature& feature : features) {
       feature.slot = static_cast<std::uint16_t>(feature.slot + 100U);
@@ -102,14 +102,14 @@ class ObjectStateTest : public ::testing::Test {
     return seen;
   }
 
-  /// What was reported of an object, and what was seen of it, in the last of some frames.
+  /// Report and observed features of an object in the last of some frames.
   struct Seen {
     ObjectResult reported;
     std::vector<Feature> features;
   };
 
-  /// Something cut off by the border of the image moves through it for `frames`, and that is learnt: `velocity` in
-  /// rad/s, m/s.
+  /// An object truncated by the image border moves for `frames` frames with `velocity` (rad/s, m/s), which the object
+  /// state learns.
   Seen moves_at_the_border(ObjectState& object, const Vector6d& velocity, int frames,
                            const Eigen::Vector3d& start_m = {-0.5, 0.2, 15.0}) {
     Seen seen;

@@ -1,4 +1,4 @@
-// Where one object is, seen, half hidden and unseen.
+// Position of one object: visible, partly occluded and unseen.
 #include <cmath>
 #include <vector>
 
@@ -34,7 +34,7 @@ TEST_F(ObjectStateTest, WaitsInItsDirectionWhileItHasNoPlace) {
 TEST_F(ObjectStateTest, HasNoPlaceWhereItsFeaturesDisagreeHowFarAwayItIs) {
   std::vector<Feature> features = front({0.3, 0.2, 6.0});
   features.resize(2);
-  features[0].u_right_px -= 0.2F * features[0].disparity_px();  // It blends with what is in front.
+  features[0].u_right_px -= 0.2F * features[0].disparity_px();  // It blends with the foreground.
   object_.begin(track(box_of(features)));
   observe(object_, track(box_of(features)), features);
   EXPECT_FALSE(object_.placed());
@@ -44,7 +44,7 @@ TEST_F(ObjectStateTest, HasNoPlaceWhereItsFeaturesDisagreeHowFarAwayItIs) {
 }
 
 TEST_F(ObjectStateTest, ItsFeaturesTellHowItMovesWhileMoreAndMoreOfItIsSeen) {
-  // Two features at a time: too few to reconstruct it. Those seen last are the ones farthest back.
+  // Two features at a time: too few for a reconstruction. The last ones are the rearmost.
   constexpr double kAcross_mps = -3.0;
   constexpr int kFrames = 8;
   const auto seen_in = [&](int frame, int part) {
@@ -81,7 +81,7 @@ TEST_F(ObjectStateTest, TurnsTheDirectionWithTheCamera) {
 }
 
 TEST_F(ObjectStateTest, GoesOnAsItWentWhereItsLastPosesAreTooUncertainToShowIt) {
-  // So slow and far that half a second does not show it to move, but a second does.
+  // So slow and far that half a second does not show its motion, but a second does.
   const Eigen::Vector3d velocity_mps(0.0, 0.0, 0.8);
   const Vector6d velocity = (Vector6d() << Eigen::Vector3d::Zero(), velocity_mps).finished();
   ObjectResult reported;
@@ -104,7 +104,7 @@ TEST_F(ObjectStateTest, GoesOnAsItWentWhereItsLastPosesAreTooUncertainToShowIt) 
   EXPECT_NEAR(gone_on.T_world_obj.translation.z() - reported.T_world_obj.translation.z(), 0.4 * velocity_mps.z(), 0.05);
 }
 
-// It leaves over the border of the image, and goes on there as it went.
+// The object leaves over the image border and coasts there.
 TEST_F(ObjectStateTest, UnseenOnlyAnEvidentTurnGoesOn) {
   const auto turned_unseen_rad = [&](ObjectState& object, double turn_radps) {
     Vector6d velocity = Vector6d::Zero();
@@ -122,8 +122,8 @@ TEST_F(ObjectStateTest, UnseenOnlyAnEvidentTurnGoesOn) {
   EXPECT_NEAR(turned_unseen_rad(other_, 0.3), 0.5 * 0.3, 0.01);
 }
 
-// It leaves the image at the border while its velocity is wrongly known; another vehicle comes in there, and the track
-// goes on with that.
+// The object leaves at the image border with a wrong velocity estimate; another vehicle enters there, and the track
+// switches to it.
 TEST_F(ObjectStateTest, DoesNotCoastAwayFromWhatIsSeen) {
   const Vector6d approaching = (Vector6d() << Eigen::Vector3d::Zero(), Eigen::Vector3d(0.0, 0.0, -8.0)).finished();
   ObjectResult reported = moves_at_the_border(object_, approaching, 12).reported;
@@ -134,21 +134,22 @@ TEST_F(ObjectStateTest, DoesNotCoastAwayFromWhatIsSeen) {
   for (int frame = 0; frame < 10; ++frame) {
     observe(object_, at_the_border(second), second);
     object_.report(reported);
-    const double near_m = frame == 0 ? 12.0 : 5.0;  // One frame of the wrong velocity, then its width and two metres.
+    const double near_m =
+        frame == 0 ? 12.0 : 5.0;  // One frame of the wrong velocity, then the object's width and two metres.
     EXPECT_NEAR(reported.T_world_obj.translation.z(), kSecond_z_m, near_m) << "frame " << frame;
   }
 }
 
-// A parked vehicle comes back into view under a new track, for a moment, and then the rest of it without features.
+// A moving object turns back while mostly occluded, with few features.
 TEST_F(ObjectStateTest, CoastsBehindSomethingOnlyWhileThatIsSurerThanWhatIsSeen) {
   const double across_mps = 3.0;
   Vector6d velocity = Vector6d::Zero();
   velocity[3] = across_mps;
   constexpr int kFrames = 12;
-  // So near the border that what is seen of it is no longer than a car.
+  // So near the border that its visible part is no longer than a car.
   const Eigen::Vector3d start_m((2.0 - geometry_.cx_px) / geometry_.fx_px * 15.0 + 0.8, 0.2, 15.0);
   moves_at_the_border(object_, velocity, kFrames, start_m);
-  // Mostly hidden, it turns back, and little of it is seen.
+  // It turns back while mostly occluded, and only three features are seen.
   Eigen::Vector3d middle_m = start_m + 0.1 * (kFrames - 1) * velocity.tail<3>();
   const auto off_m = [&] {
     ObjectResult reported;
@@ -169,14 +170,14 @@ TEST_F(ObjectStateTest, CoastsBehindSomethingOnlyWhileThatIsSurerThanWhatIsSeen)
   EXPECT_LT(off_m(), 4.5) << "what is seen is an end of it; 18 m off if it went on so";
 }
 
-// Far away it comes nearer, which is likely but not sure; then something comes in front of it and its points are lost,
-// while it turns aside and new ones are seen in every frame.
+// A distant object probably approaches; then an occluder hides its points, while it moves aside and new points appear
+// in every frame.
 TEST_F(ObjectStateTest, WhatSeemedToMoveDoesNotRestBehindSomething) {
   const Eigen::Vector3d approach_mps(0.0, 0.0, -3.0);
   const Eigen::Vector3d aside_mps(3.0, 0.0, 0.0);
   constexpr int kSeen = 9;
   constexpr int kHidden = 12;
-  // Where it is seen errs in depth, but not so much that its speed is anybody's guess.
+  // Its observed position has an error in depth, but its speed is still observable.
   const auto seen_at = [](const Eigen::Vector3d& middle_m, int frame) {
     return Eigen::Vector3d(middle_m + Eigen::Vector3d(0.0, 0.0, frame % 2 == 0 ? 0.8 : -0.8));
   };
@@ -213,6 +214,7 @@ TEST_F(ObjectStateTest, WhatSeemedToMoveDoesNotRestBehindSomething) {
   EXPECT_NEAR(reported.T_world_obj.translation.x() - offset_m, middle_m.x(), 1.0);
 }
 
+// A parked vehicle returns to view under a new track, for a moment; then part of it is seen without features.
 TEST_F(ObjectStateTest, WhatRestedStillRestsWhenItIsFoundForAMoment) {
   const Eigen::Vector3d middle_m(0.0, 0.2, 10.0);
   const std::vector<Feature> features = front(middle_m);
@@ -232,7 +234,7 @@ TEST_F(ObjectStateTest, WhatRestedStillRestsWhenItIsFoundForAMoment) {
     other_.report(found);
   }
   ASSERT_EQ(found.status, BodyStatus::kTracked);
-  PixelBox end = box;  // Not so little that what was known would be left as it is.
+  PixelBox end = box;  // Large enough to update the state.
   end.x0 += 3 * box.width() / 10;
   for (int frame = 0; frame < 8; ++frame) {
     observe(other_, track(end));
@@ -242,7 +244,7 @@ TEST_F(ObjectStateTest, WhatRestedStillRestsWhenItIsFoundForAMoment) {
   EXPECT_LT((later.T_world_obj.translation - found.T_world_obj.translation).norm(), 0.01);
 }
 
-// It leaves over the border and comes back there after it has been given up, and only an end of it is seen.
+// The object leaves over the border and returns there after it was given up, with only one end visible.
 TEST_F(ObjectStateTest, WhatComesBackIsWhereItWasCoastingTo) {
   const Eigen::Vector3d velocity_mps(0.0, 0.0, -2.0);
   const Vector6d velocity = (Vector6d() << Eigen::Vector3d::Zero(), velocity_mps).finished();

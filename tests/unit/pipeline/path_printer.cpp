@@ -1,5 +1,5 @@
 // Prints the finalised camera path of a rendered drive with one moving box, and the box's path, so that a test can
-// compare what different instruction sets make of it.
+// compare instruction sets.
 #include <cstdio>
 
 #include "kinetrace/core/cpu.hpp"

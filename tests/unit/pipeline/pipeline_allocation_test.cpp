@@ -1,4 +1,4 @@
-// Once the first frames have passed, nothing of ours allocates.
+// After the first frames our code does not allocate.
 #include <gtest/gtest.h>
 
 #include "kinetrace/core/allocation_counter.hpp"
@@ -51,7 +51,7 @@ TEST(PipelineAllocations, AreZeroAfterTheThirdFrame) {
   MaskFolder masks;
   std::vector<RenderedPair> pairs;
   for (int frame = 0; frame < kFrames; ++frame) {
-    // One frame in which everything is lost and begun anew.
+    // One frame in which all tracks are lost and restarted.
     pairs.push_back(frame == 10 ? test::blank_pair(small_rig(), 0) : street.render(frame));
     if (frame != 6) {
       masks.write(pairs.back(), frame);

@@ -1,4 +1,4 @@
-// Every setting is named once, and refused by name.
+// Every setting has one name, and a bad value is refused by that name.
 #include <limits>
 #include <set>
 #include <string>
@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 template <typename T>
 inline constexpr bool kIsNumber = std::is_arithmetic_v<T> && !std::is_same_v<T, bool>;
 
-/// Sets the setting number `wanted` to a value that nothing allows; remembers its key.
+/// Sets setting number `wanted` to an invalid value; remembers its key.
 struct Spoil {
   int wanted = 0;
   int count = 0;

@@ -1,4 +1,4 @@
-// Objects that others hide for a while.
+// Temporarily occluded objects.
 #include <functional>
 #include <vector>
 
@@ -28,7 +28,7 @@ RenderedBox box_at(const Vector3d& size_m, const Vector3d& centre_m, std::uint8_
   return box;
 }
 
-/// What stands in the street in a frame besides its furniture; the camera creeps ahead.
+/// Boxes in the street in a frame, besides its furniture; the camera creeps ahead.
 using Stage = std::function<std::vector<RenderedBox>(int frame)>;
 
 RenderedPair render(const Stage& stage, int frame) {

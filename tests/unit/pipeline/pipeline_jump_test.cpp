@@ -1,4 +1,4 @@
-// Frames that show something else than those before, as when a recording begins anew or has been cut.
+// Frames that show another scene than those before, as when a recording restarts or has been cut.
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,13 +23,13 @@ using test::StreetDrive;
 constexpr int kBefore = 12;
 constexpr int kAfter = 14;
 
-/// Which frame of the street the camera sees: `kBefore` from its begin on, and then others, far on and backwards.
+/// The street's frame that the camera sees: `kBefore` frames from the start, then others, far ahead and backwards.
 int seen_in(int frame) {
   constexpr int kFarOn = 59;
   return frame < kBefore ? frame : kFarOn - (frame - kBefore);
 }
 
-/// Before the jump one street, after it another, that may hold other vehicles.
+/// One street before the jump, another after it, which may have other vehicles.
 class Jump : public ::testing::Test {
  protected:
   Jump(std::vector<Mover> before, std::vector<Mover> after) : before_(std::move(before)), after_(std::move(after)) {}
@@ -73,7 +73,7 @@ TEST_F(Jump, IsNoMotion) {
   EXPECT_LT((went.translation - truth.translation).norm(), 0.05) << went.translation.transpose();
 }
 
-/// A vehicle goes ahead of the camera; after the jump another one comes along with it, at the same place in the image.
+/// A vehicle drives ahead of the camera; after the jump another one does, at the same place in the image.
 class JumpWithVehicles : public Jump {
  protected:
   JumpWithVehicles() : Jump({Mover{}}, {moving_back()}) {
@@ -111,7 +111,7 @@ TEST_F(JumpWithVehicles, EndsTracksAndBeginsNewOnes) {
   EXPECT_EQ(last->status, BodyStatus::kTracked);
 }
 
-/// The front end's view of two frames, and whether the second is a jump.
+/// Shows frames to the front end, and tells whether the last one is a jump.
 class JumpWatchTest : public ::testing::Test {
  protected:
   bool has_jumped_after(const RenderedPair& pair, std::int64_t index) {

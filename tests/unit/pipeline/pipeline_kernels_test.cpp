@@ -1,4 +1,4 @@
-// Kernels for the baseline and for fast processors (x86-64-v3, NEON) are two ways to the same trajectories.
+// Kernels for the baseline and for fast processors (x86-64-v3, NEON) give the same trajectories.
 #include <array>
 #include <cstdio>
 #include <map>

@@ -1,4 +1,4 @@
-// What a frame's way promises whatever is in the images: errors, order of results, what is published once.
+// Guarantees of frame processing for any images: errors, order of results, data published once.
 #include <algorithm>
 #include <set>
 
@@ -212,7 +212,7 @@ TEST_F(EndingTrack, RetiresPointsWhenTheyLeaveTheMap) {
   }
   EXPECT_TRUE(of_object);
   EXPECT_GT(retired, 100U);
-  // Others turned out to be wrong.
+  // The others were culled as wrong.
   EXPECT_LE(vanished - retired, run_->counters.points_culled);
 }
 

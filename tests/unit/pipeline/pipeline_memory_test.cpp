@@ -1,4 +1,4 @@
-// What the plan says is what the pipeline takes; less is refused.
+// The pipeline takes the memory of its plan; less is refused.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

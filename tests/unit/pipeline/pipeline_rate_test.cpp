@@ -1,4 +1,4 @@
-// An object's life takes as many seconds with a camera of 30 frames a second as with one of ten.
+// Phases of an object's life take the same time in seconds at 30 and at 10 frames a second.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -22,7 +22,7 @@ constexpr std::uint8_t kObject = 1;
 constexpr std::uint8_t kOther = 2;
 constexpr Eigen::Index kAhead = 2;
 
-/// What the cameras see at a time.
+/// Scene at a given time.
 struct Shot {
   Se3 T_world_cam;
   std::vector<RenderedBox> boxes;
@@ -67,7 +67,7 @@ Shot left_and_returned(double time_s) {
   return shot;
 }
 
-/// It stands in view, and nothing detects it for a while.
+/// The object stands in view without detections for a while.
 Shot standing_unseen(double time_s) {
   Shot shot = street_with_box(time_s);
   shot.detected = time_s < 1.95 || time_s > 4.45;
@@ -99,13 +99,13 @@ PipelineRun play(const Scene& scene, int rate_hz) {
   return run;
 }
 
-/// Of the object of track 1, in seconds.
+/// Phases of the object of track 1, in seconds.
 struct Life {
   double tentative_s = 0.0;
   double detected_s = 0.0;
-  double predicted_s = 0.0;  ///< Without a detection, its predicted mask shown.
+  double predicted_s = 0.0;  ///< Without a detection, with a predicted mask.
   double waiting_s = 0.0;    ///< Without a mask.
-  double lost_s = 0.0;       ///< No longer reported with a place that is known.
+  double lost_s = 0.0;       ///< No longer reported with a known position.
   std::size_t ids = 0;       ///< Of all tracks that were reported.
 };
 

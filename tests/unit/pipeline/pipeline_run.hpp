@@ -1,4 +1,4 @@
-// A pipeline with its arena, and copies of everything it gave out.
+// A pipeline with its arena, and copies of all its results.
 #pragma once
 
 #include <memory>
@@ -27,7 +27,7 @@ using PointKey = std::pair<std::uint32_t, std::uint32_t>;
 
 /// Points of all bodies of one result.
 struct KeptPoints {
-  std::vector<PointKey> live;  ///< Seen at least twice, hence worth keeping.
+  std::vector<PointKey> live;  ///< Seen at least twice, hence kept.
   std::vector<PointKey> retired;
 };
 
@@ -38,7 +38,7 @@ class PipelineRun {
 
   /// Processes a frame and keeps its results; fails the test on an error.
   const FrameResult& step(const RectifiedPair& pair);
-  /// Frames `first`, ... up to but without `end` of a drive, named like its mask files.
+  /// Frames [`first`, `end`) of a drive, named like its mask files.
   void drive(const StreetDrive& street, int first, int end);
   void drain();
 

@@ -1,4 +1,4 @@
-// The whole chain on rendered scenes whose truth is exact.
+// The whole pipeline on rendered scenes with exact truth.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -36,7 +36,7 @@ TEST(PipelineScene, CameraFollowsTheTruthAndNothingMovesInAStaticStreet) {
     EXPECT_GT(estimate.camera.inliers, 50);
     EXPECT_LT(rotation_error_deg(estimate.camera.T_world_cam, truth), 0.15) << "frame " << estimate.frame_index;
   }
-  // Eleven metres of way.
+  // Over a path of eleven metres.
   EXPECT_LT(test::worst_camera_error_m(run.finalised), 0.05);
   EXPECT_TRUE(test::object_ids(run.finalised).empty());
   EXPECT_EQ(run.counters.background_lost_frames, 0U);
@@ -53,7 +53,7 @@ TEST(PipelineScene, CameraIsWellWhereFramesAreMissing) {
   EXPECT_EQ(run.counters.background_lost_frames, 0U);
 }
 
-/// Expects exactly one object, and that its path is the mover's, up to the object frame, which is fixed at birth.
+/// Expects exactly one object, on the mover's path, up to the object frame, which is fixed at birth.
 void expect_mover(const PipelineRun& run, const StreetDrive& street, int steady_from, double max_rotation_deg = 5.0) {
   const std::vector<std::uint32_t> ids = test::object_ids(run.finalised);
   ASSERT_EQ(ids.size(), 1U);
@@ -147,7 +147,7 @@ TEST(PipelineScene, MovingBoxIsFoundWithoutMasks) {
   PipelineRun run(small_config(SegmentationMode::kMotion));
   run.drive(street, 0, 30);
   run.drain();
-  // A region found by motion holds some ground beside the object, which turns it slowly.
+  // A region found by motion includes some ground beside the object, which rotates the estimate slowly.
   expect_mover(run, street, 14, 10.0);
   EXPECT_LT(test::worst_camera_error_m(run.finalised), 0.05);
 }
@@ -196,12 +196,12 @@ TEST(PipelineScene, BlindFramesArePropagatedThenLostThenOvercome) {
     EXPECT_EQ(run.finalised[11].camera.status, BodyStatus::kPropagated);
     EXPECT_EQ(run.finalised[13].camera.status, BodyStatus::kLost);
     EXPECT_EQ(run.finalised[14].camera.status, BodyStatus::kLost);
-    // The first frame with something to see makes a new map; the next one is tracked on it.
+    // The first frame with texture makes a new map; the next one is tracked on it.
     for (std::size_t frame = 16; frame < 25; ++frame) {
       EXPECT_EQ(run.finalised[frame].camera.status, BodyStatus::kTracked) << "frame " << frame;
     }
     EXPECT_EQ(run.counters.background_lost_frames, 6U);
-    // The motion went on as it was.
+    // The motion was extrapolated.
     EXPECT_LT(test::worst_camera_error_m(run.finalised), 0.3);
     // A pose that was only predicted is less sure than one that was measured.
     EXPECT_GT(run.finalised[14].camera.covariance.trace(), 10.0 * run.finalised[9].camera.covariance.trace());

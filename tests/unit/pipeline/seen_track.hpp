@@ -1,4 +1,4 @@
-// A vehicle's track as the tracker gives it, for tests that have no tracker.
+// A vehicle's track as the tracker makes it, for tests without a tracker.
 #pragma once
 
 #include <cstdint>

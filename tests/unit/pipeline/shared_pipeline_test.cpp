@@ -1,4 +1,4 @@
-// However many share the work, the camera and the objects take the same paths to the bit.
+// The paths of camera and objects are bit-identical for any number of threads.
 #include <vector>
 
 #include <gtest/gtest.h>

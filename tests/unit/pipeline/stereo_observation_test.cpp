@@ -1,4 +1,4 @@
-// Where one frame's stereo sees an object.
+// Position of an object from one frame's stereo.
 #include "stereo_observation.hpp"
 
 #include <algorithm>
@@ -81,7 +81,7 @@ TEST(StereoObservation, TellsHowTheFeaturesMovedThatWereThereBefore) {
   EXPECT_EQ(observation.motion.before_px, Eigen::Vector2d(46.0, 162.0));
 }
 
-/// The object on the left, another one from column 60 on, which is seen at 20 px.
+/// The object on the left, and another one from column 60 on with a disparity of 20 px.
 class StereoObservationBesideAnother : public ::testing::Test {
  protected:
   static constexpr int kWidth = 100;

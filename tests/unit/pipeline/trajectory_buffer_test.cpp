@@ -24,7 +24,7 @@ Se3 truth(std::size_t frame) {
   return {Eigen::Matrix3d::Identity(), {0.0, 0.0, kSpeed_mps * kStep_s * static_cast<double>(frame)}};
 }
 
-/// An object that stereo alone followed at first, and astray, and whose reconstruction began with frame `begins`.
+/// An object tracked at first by stereo alone, off the true path, whose reconstruction began with frame kBegins.
 class TrajectoryBufferTest : public ::testing::Test {
  protected:
   static constexpr std::size_t kBegins = 5;

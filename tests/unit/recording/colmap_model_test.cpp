@@ -1,4 +1,4 @@
-// colmap/: text models read back strictly; every reference must exist both ways and every point must reproject.
+// colmap/: text models read back strictly; references must exist in both directions, and every point must reproject.
 #include <cmath>
 #include <set>
 #include <string>
@@ -92,7 +92,7 @@ TEST(ColmapModel, NamesThatWouldBreakTheFileGiveWayToNumbers) {
   EXPECT_EQ(read_colmap(other.path() / "colmap/background").images.at(2).name, "0000000001.png");
 }
 
-/// COLMAP takes one image of a name.
+/// COLMAP accepts one image per name.
 TEST(ColmapModel, FramesOfARecordingThatIsPlayedAgainAreNamedByTheirNumbers) {
   const TemporaryFolder folder;
   RecordingConfig config = rectified_recording(folder.path());
@@ -105,7 +105,7 @@ TEST(ColmapModel, FramesOfARecordingThatIsPlayedAgainAreNamedByTheirNumbers) {
             std::string::npos);
 }
 
-/// A model that named the raw images would be taken for one of these, whose camera is another.
+/// The names of raw images would attribute the model to them, whose camera differs.
 TEST(ColmapModel, NamesNoImageThatItIsNotOf) {
   const TemporaryFolder folder;
   record_all(recording_config(folder.path()), {.frames = 3, .name_prefix = "left_"});

@@ -20,7 +20,7 @@ class RunMasks : public ::testing::Test {
  protected:
   void write(const std::string& text) { std::ofstream(folder_.path() / "mots.txt") << text; }
   Result<MaskFrames> open() { return MaskFrames::open({.directory = folder_.path()}); }
-  /// The message that reading frame 0 fails with.
+  /// Error message of reading frame 0.
   std::string error_of(const std::string& text, ErrorCode code) {
     write(text);
     Result<MaskFrames> frames = open();

@@ -14,7 +14,7 @@ void require(bool holds, const char* what) {
   }
 }
 
-// Bit by bit, unlike what is tested.
+// Bit by bit, unlike the tested implementation.
 std::uint32_t crc32(std::string_view bytes) {
   std::uint32_t crc = 0xFFFFFFFFU;
   for (const char byte : bytes) {
@@ -87,7 +87,7 @@ ReadMessage message_of(std::string_view content) {
   return message;
 }
 
-/// The records in a chunk that is as it says.
+/// The records of a chunk, whose checksum must be right.
 std::string_view chunk_records(std::string_view content) {
   Input input(content);
   static_cast<void>(input.take(16));

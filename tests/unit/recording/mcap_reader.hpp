@@ -57,7 +57,7 @@ struct ReadMcap {
   std::map<std::uint16_t, ReadSchema> schemas;
   std::map<std::uint16_t, ReadChannel> channels;
   std::vector<ReadMessage> messages;
-  // Of the summary, where there is one.
+  // From the summary, if there is one.
   bool is_finished = false;
   std::map<std::uint16_t, ReadSchema> summary_schemas;
   std::map<std::uint16_t, ReadChannel> summary_channels;
@@ -66,8 +66,8 @@ struct ReadMcap {
   std::map<std::uint8_t, std::uint64_t> group_starts;
 };
 
-/// Reads from the beginning to the first record that is not whole; that is no error. Throws std::runtime_error for
-/// everything else that is wrong.
+/// Reads from the beginning to the first incomplete record, which is no error. Throws std::runtime_error for any other
+/// fault.
 [[nodiscard]] ReadMcap read_mcap(const std::string& bytes);
 
 /// The message at a place that an index names: in a chunk, at an offset into its records.

@@ -1,4 +1,4 @@
-// What the MCAP writer makes, read back by a reader of the test's own.
+// Files of the MCAP writer, read back by an independent reader.
 #include "kinetrace/recording/mcap_writer.hpp"
 
 #include <csignal>
@@ -122,7 +122,7 @@ TEST_F(Mcap, CutAnywhereIsReadUpToItsLastWholeMessage) {
   const std::string file = bytes();
   const std::vector<ReadMessage> all = read_mcap(file).messages;
   ASSERT_THAT(all, SizeIs(4));
-  // A message is whole with its chunk; the entry behind it that says where it is does not matter.
+  // A message is complete with its chunk; the index entry behind it does not matter.
   constexpr std::size_t kIndexBytes = 9 + 2 + 4 + 16;
   for (std::size_t size = 8; size <= file.size(); ++size) {
     const auto whole = static_cast<std::size_t>(
@@ -156,7 +156,8 @@ TEST_F(Mcap, NoticesEveryFlippedBit) {
 }
 
 TEST_F(Mcap, HasNoIndexWhereTheDiskGivesBackAnotherLength) {
-  // Of the file's first record: beyond the end, beyond all numbers, and one that leads back to where the record begins.
+  // Lengths of the first record: beyond the end of the file, the largest number, and one that leads back to the
+  // record's beginning.
   for (const std::uint64_t length : {std::uint64_t{1'000'000}, ~std::uint64_t{0}, ~std::uint64_t{0} - 8}) {
     std::filesystem::remove(path());
     McapWriter writer = make();
@@ -213,7 +214,7 @@ TEST_F(Mcap, RefusesMessagesOfNoTopicAndAfterTheEnd) {
   EXPECT_THAT(read_mcap(bytes()).messages, SizeIs(1));
 }
 
-/// Files of this process may not grow beyond `bytes` while it lives.
+/// Files of this process may not grow beyond `bytes` while it exists.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(std::size_t bytes) {
@@ -248,7 +249,7 @@ TEST_F(Mcap, EndsWithTheLastWholeMessageOnAFullDisk) {
   EXPECT_EQ(refused.error().code, ErrorCode::kIo);
   EXPECT_THAT(refused.error().message, AllOf(HasSubstr(path()), HasSubstr("free space")));
   EXPECT_EQ(bytes().size(), whole);
-  // There would be room again, but a hole in the record is worse than its end.
+  // There would be room again, but a gap in the recording is worse than its end.
   EXPECT_EQ(writer.write(0, 3'000, 2'900, cdr("late")).error().message, refused.error().message);
   EXPECT_EQ(writer.add_topic({"/a", "b", "c", {}}).error().message, refused.error().message);
   EXPECT_EQ(writer.finish().error().message, refused.error().message);

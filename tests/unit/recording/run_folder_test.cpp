@@ -1,4 +1,4 @@
-// What happens to the folder itself: made, cleared of an earlier run, refused, and full disks.
+// The folder itself: creation, removal of an earlier run, refusal, and full disks.
 #include "run_folder.hpp"
 
 #include <algorithm>
@@ -187,7 +187,7 @@ TEST(RunFolder, AnUnwritableParentIsNamed) {
   const TemporaryFolder folder;
   fs::permissions(folder.path(),
                   fs::perms::owner_read | fs::perms::owner_exec | fs::perms::others_read | fs::perms::others_exec);
-  constexpr uid_t kNobody = 65534;  // Root may write anywhere, so step down for this test.
+  constexpr uid_t kNobody = 65534;  // Root may write anywhere, so this test drops its privileges.
   const bool root = ::geteuid() == 0;
   ASSERT_TRUE(!root || ::seteuid(kNobody) == 0);
   const Status recorded = record_all(recording_config(folder.path() / "run"), {});
@@ -240,7 +240,7 @@ TEST(RunFolder, AFullDiskStopsTheRecorderForGood) {
   EXPECT_FALSE(fs::exists(folder.path() / "run.json"));
 }
 
-/// Whatever file it is that no longer fits, `finish` says so and leaves no run.json.
+/// Whichever file no longer fits, `finish` reports it and leaves no run.json.
 TEST(RunFolder, AFullDiskAtTheEndIsReported) {
   const SyntheticRunConfig run{.frames = 60, .background_points = 40};
   const TemporaryFolder whole;

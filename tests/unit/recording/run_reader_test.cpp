@@ -39,7 +39,7 @@ class RunReader : public ::testing::Test {
     ASSERT_TRUE(fixture.recorder->finish(summary));
   }
   [[nodiscard]] std::filesystem::path run_path() const { return folder_.path() / "run"; }
-  /// Replaces a file by what `edit` makes of its lines.
+  /// Applies `change` to the lines of a file.
   void edit(const char* name, const std::function<void(std::vector<std::string>&)>& change) const {
     std::vector<std::string> lines = read_lines(run_path() / name);
     change(lines);
@@ -48,7 +48,7 @@ class RunReader : public ::testing::Test {
       file << line << '\n';
     }
   }
-  /// As if the run had been ended from outside.
+  /// As if the run had been killed.
   void end_early() const { std::filesystem::remove(run_path() / "run.json"); }
   [[nodiscard]] std::string error() const {
     const Result<recording::Run> run = read_run(run_path());
@@ -124,7 +124,7 @@ TEST_F(RunReader, HasNoMasksWhereNoneWereWritten) {
 }
 
 TEST_F(RunReader, NumbersFramesAfterTheObjectsTimes) {
-  // As if frames 5 and 6 had not been there.
+  // As if frames 5 and 6 were missing.
   end_early();
   const auto is_left_out = [](const std::string& line) { return line.starts_with("5,") || line.starts_with("6,"); };
   edit("objects.csv", [&](std::vector<std::string>& lines) { std::erase_if(lines, is_left_out); });
@@ -203,7 +203,7 @@ TEST_F(RunReader, KeepsNewRunsOutWhileItReads) {
   EXPECT_TRUE(RecorderFixture(recording_config(run_path())).recorder);
 }
 
-/// Whatever is missing, doubled or cut in a finished folder is found.
+/// Any missing, duplicated or truncated file of a finished folder is detected.
 TEST_F(RunReader, RefusesFilesThatDoNotFitEachOther) {
   const auto error_after = [&](const char* name, const std::function<void(std::vector<std::string>&)>& change) {
     const std::vector<std::string> whole = read_lines(run_path() / name);

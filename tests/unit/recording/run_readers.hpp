@@ -1,4 +1,4 @@
-// Strict readers of what a run folder holds. They throw std::runtime_error on anything that is not as documented.
+// Strict readers of run folders. They throw std::runtime_error on any deviation from the documentation.
 #pragma once
 
 #include <array>

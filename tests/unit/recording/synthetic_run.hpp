@@ -1,4 +1,4 @@
-// A run with exact truth, as the pipeline would report it: a moving camera, moving objects, points that come and go.
+// A run with exact truth, as the pipeline would report it: a moving camera, moving objects, points that begin and end.
 #pragma once
 
 #include <cstdint>

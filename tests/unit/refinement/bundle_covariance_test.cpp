@@ -1,4 +1,4 @@
-// The reported covariance is that of the errors really made.
+// The reported covariance is that of the actual errors.
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 

@@ -16,14 +16,14 @@ struct SceneOptions {
   double noise_px = 0.3;
   double outlier_ratio = 0.0;        ///< Observations displaced by tens of pixels.
   double mono_ratio = 0.0;           ///< Observations without a right match.
-  double turn_sigma_rad = 0.0;       ///< 0: nothing is expected of the body's turning.
-  double unexpected_turn_rad = 0.0;  ///< From frame to frame, about each axis; the expectation knows nothing of it.
+  double turn_sigma_rad = 0.0;       ///< 0: no prior on the body's rotation.
+  double unexpected_turn_rad = 0.0;  ///< Per frame, about each axis; not part of the prior.
   double min_depth_m = 4.0;
   double max_depth_m = 40.0;
-  double pose_error_m = 0.05;  ///< Of the initial free poses; a tenth of it in rad.
-  double point_error = 0.03;   ///< Of the initial points, relative to their depth.
+  double pose_error_m = 0.05;  ///< Error of the initial free poses; a tenth of it in rad.
+  double point_error = 0.03;   ///< Error of the initial points, relative to their depth.
   double baseline_m = 0.54;
-  Se3 T_body_start;  ///< Where the first camera is.
+  Se3 T_body_start;  ///< Pose of the first camera.
   std::uint32_t fixed_frames = 1U;
   std::uint32_t seed = 1;
 };
@@ -45,7 +45,7 @@ struct BundleScene {
   }
 };
 
-/// As a body that turns by `options.unexpected_turn_rad` a frame would be expected not to.
+/// Priors that lack the body's turn of `options.unexpected_turn_rad` a frame.
 inline std::vector<TurnPrior> expected_turns(const SceneOptions& options, const std::vector<Se3>& T_body_cam) {
   std::vector<TurnPrior> turns(options.turn_sigma_rad > 0.0 ? T_body_cam.size() : 0);
   const Eigen::Matrix3d unexpected = so3_exp(Eigen::Vector3d::Constant(options.unexpected_turn_rad));

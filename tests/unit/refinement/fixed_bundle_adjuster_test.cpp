@@ -89,8 +89,8 @@ TEST(FixedBundleAdjuster, DefaultSettingsImproveANoisyWindow) {
   EXPECT_LT(after.position_m, 0.2 * before.position_m);
   EXPECT_LT(after.angle_rad, 0.2 * before.angle_rad);
   EXPECT_LE(summary->iterations, 6);
-  // 2500 observations x 3 rows - 500 points x 3 - 9 poses x 6 rows are left to chance, half a sigma^2 each; the loss
-  // counts a little less.
+  // 2500 observations x 3 rows - 500 points x 3 - 9 poses x 6 degrees of freedom, half a sigma^2 each; the robust loss
+  // gives a little less.
   const double chance = 0.5 * (7500 - 1500 - 54);
   EXPECT_LT(summary->final_cost, chance);
   EXPECT_GT(summary->final_cost, 0.65 * chance);
@@ -457,7 +457,7 @@ TEST(FixedBundleAdjuster, AnEvidentTurnIsBelievedAgainstTheExpectation) {
   options.track_frames = 10;
   const double alone_rad = angle_error_rad(options);
   options.turn_sigma_rad = 0.004;
-  options.unexpected_turn_rad = 0.02;  // Of nine sigmas altogether.
+  options.unexpected_turn_rad = 0.02;  // Nine sigmas in total.
   EXPECT_LT(angle_error_rad(options), 1.2 * alone_rad + 2e-5);
 }
 

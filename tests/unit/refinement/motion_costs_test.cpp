@@ -1,4 +1,4 @@
-// Costs of expected motion: derivatives against differences, and what a batch problem makes of them.
+// Costs of expected motion: derivatives against differences, and their effect in a batch problem.
 #include "motion_costs.hpp"
 
 #include <limits>
@@ -58,7 +58,7 @@ std::vector<PoseBlock> blocks_of(std::initializer_list<Se3> poses) {
 
 const WorldPose kAt{{so3_exp({0.1, 0.7, -0.3}), {30.0, -2.0, 80.0}}};
 
-// Turns within an interval are taken to be small in derivatives: hence the tolerances.
+// Derivatives assume small turns within an interval: hence the tolerances.
 TEST(SteadyCost, HasTheDerivativesOfItsResiduals) {
   const SteadyCost cost({kAt, kAt, kAt}, 0.1, 0.15, Vector6d::Constant(0.1));
   EXPECT_LT(derivative_error(cost, blocks_of({pose(0.0, 1.0), pose(0.002, 1.2), pose(0.003, 1.5)})), 0.01);
@@ -74,7 +74,7 @@ TEST(PoseCost, HasTheDerivativesOfItsResiduals) {
   EXPECT_LT(derivative_error(cost, blocks_of({pose(0.0, 1.0)})), 0.01);
 }
 
-/// A step that is known to be 1.01 times as long.
+/// A step with the scale fixed to 1.01.
 class LongerStepCost final : public ceres::SizedCostFunction<6, kPoseAmbient, kPoseAmbient> {
  public:
   explicit LongerStepCost(const BatchStep& step) : cost_(step) {}
@@ -125,7 +125,7 @@ TEST(FixCost, HasTheDerivativesOfItsResiduals) {
   EXPECT_LT(derivative_error<3>(FixCost(fix), blocks_of({pose(0.4, 2.0), pose(0.0, 1.0), pose(0.1, 1.5)})), 1e-4);
 }
 
-// A camera at rest sees something drive by in the first and the last three of nine frames.
+// A camera at rest sees an object pass in the first and the last three of nine frames.
 class BatchMotionTest : public ::testing::Test {
  protected:
   static constexpr std::size_t kFrames = 9;
@@ -187,7 +187,7 @@ TEST_F(BatchMotionTest, RestGivesWayToWhatMoves) {
 
 TEST_F(BatchMotionTest, TurnsFasterThanUsualOnlyAsFarAsThatIsMeasured) {
   const auto turned_rad = [&] { return so3_log(T_body_cam_[0].rotation * T_body_cam_[8].rotation.transpose()).norm(); };
-  acceleration_.setConstant(100.0);  // Its path does not follow its turns.
+  acceleration_.setConstant(100.0);  // The path does not follow the turns.
   for (std::size_t k = 0; k < kFrames; ++k) {
     measure(k);
   }

@@ -97,7 +97,7 @@ TEST(RigFilter, AKnockLeavesTheFocalLength) {
     step(filter, measure(before, before));
   }
   const double known = filter.correction()[RigCorrection::kFocal];
-  // Not shown in the windows after the knock.
+  // Not observable in the windows after the knock.
   const auto knocked = [&measure] {
     RigMeasurement measured = measure(turned(0.3, 0.3, -0.2), turned(0.3, 0.3, -0.2));
     measured.covariance(RigCorrection::kFocal, RigCorrection::kFocal) = 1.0;

@@ -18,7 +18,7 @@ using test::turned;
 
 constexpr std::size_t kPoints = 300;
 
-/// A rig driven past points at rest. Points that are left behind begin anew ahead, as features do.
+/// A rig driven past static points. Points left behind restart ahead, as features do.
 class Drive {
  public:
   explicit Drive(const RefineConfig& config)
@@ -30,7 +30,7 @@ class Drive {
 
   [[nodiscard]] RigRefiner& refiner() { return refiner_; }
 
-  /// One frame of a rig that stands like this; the camera goes on by `step_m` first, and looks to the right by this.
+  /// One frame of a rig with the true correction `rig`, after a step of `step_m`, looking `heading_rad` to the right.
   void frame(const RigCorrection& rig, double step_m, double heading_rad = 0.0) {
     time_ns_ += 100'000'000;
     z_m_ += step_m;
@@ -46,7 +46,7 @@ class Drive {
         continue;
       }
       const test::SeenByBoth both = see(g, rig, p);
-      // As an image that is corrected shows it.
+      // As in the corrected image.
       const Eigen::Vector2d right =
           corrected.right_px(both.right_px, both.left_px.x() - both.right_px.x()) + errors_px_[i];
       const Eigen::Vector2d left = both.left_px + Eigen::Vector2d(street_.noise(0.05), street_.noise(0.05));

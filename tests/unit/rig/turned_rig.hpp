@@ -1,4 +1,4 @@
-// Points in front of a rig whose right camera stands otherwise than its calibration says.
+// Points in front of a rig whose right camera deviates from its calibration.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ constexpr double kDegree_rad = 0.017453292519943295;
           kDegree_rad * Eigen::Vector2d(down_deg, forward_deg), kDegree_rad * shift_deg, focal};
 }
 
-/// What the two cameras see, written out from the definition of RigCorrection. Right pixels as the camera gives them.
+/// Pixels of both cameras, from the definition of RigCorrection. Right pixels are uncorrected.
 struct SeenByBoth {
   Eigen::Vector2d left_px;
   Eigen::Vector2d right_px;

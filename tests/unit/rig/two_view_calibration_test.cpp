@@ -23,7 +23,7 @@ struct Drive {
   Se3 T_now_before{so3_exp({0.001, 0.004, -0.002}), {0.02, -0.01, -1.9}};
   double follow_px = 0.0;
   double match_px = 0.0;
-  int movers = 0;  ///< Points that move by themselves.
+  int movers = 0;  ///< Moving points.
 };
 
 std::vector<TwoViewPoint> drive(const Drive& d, int count, std::uint32_t seed) {
@@ -36,7 +36,7 @@ std::vector<TwoViewPoint> drive(const Drive& d, int count, std::uint32_t seed) {
     const auto a = see(test::street_rig(), d.before, p);
     const auto b = see(test::street_rig(), d.now, q);
     const auto noisy = [&](double sigma) { return Eigen::Vector2d(street.noise(sigma), street.noise(sigma)); };
-    // An error of matching stays with its point.
+    // A matching error persists for its point.
     const Eigen::Vector2d of_point = noisy(d.match_px);
     points.push_back({a.left_px.cast<float>(), (a.right_px + of_point).cast<float>(),
                       (b.left_px + noisy(d.follow_px)).cast<float>(),
@@ -71,7 +71,7 @@ TEST(TwoViewCalibration, FindsWhatChangesBetweenTheFrames) {
   EXPECT_LT(change.head<3>().cwiseAbs().maxCoeff(), 0.001 * kDegree_rad) << change.transpose() / kDegree_rad;
 }
 
-// Bent lenses look like a shift, so a prior holds it; what disparities have in common is right nevertheless.
+// Lens distortion looks like a shift, so a prior constrains it; the common error of disparities is correct anyway.
 TEST(TwoViewCalibration, AShiftAndATurnAreRightTogether) {
   Drive d;
   d.before = d.now = turned(0.0, 0.1, 0.0, 0.0, 0.0, 0.02);
@@ -96,7 +96,7 @@ TEST(TwoViewCalibration, ItsSigmasAreHonestWhereErrorsStayWithTheirPoints) {
     // The common error of disparities: turn and shift together.
     EXPECT_LT(std::abs(error[1] + error[5]) * test::street_rig().fx_px, 0.15) << seed;
   }
-  // The shift has a prior of its own, and less to err.
+  // The shift has its own prior, and smaller errors.
   for (const int i : {0, 1, 2, 3, 4}) {
     EXPECT_GT(squared[i] / kRuns, 0.3) << i;
     EXPECT_LT(squared[i] / kRuns, 2.0) << i;

@@ -1,4 +1,4 @@
-// Segmentation never allocates after it was made.
+// Segmentation never allocates after construction.
 #include <array>
 #include <filesystem>
 #include <fstream>
@@ -16,7 +16,7 @@
 namespace kinetrace::segmentation {
 namespace {
 
-/// Always sees the same car.
+/// Always detects the same car.
 class SteadyNetwork final : public DelayedMaskSource {
  public:
   void offer(const RectifiedPair& /*pair*/, const PixelBox& /*region_px*/) noexcept override {}

@@ -13,7 +13,7 @@
 namespace kinetrace::segmentation {
 namespace {
 
-/// Sees boxes, when a test says so.
+/// Detects boxes on a test's command.
 class BoxNetwork final : public DelayedMaskSource {
  public:
   void offer(const RectifiedPair& /*pair*/, const PixelBox& /*region_px*/) noexcept override {}
@@ -59,7 +59,7 @@ class AutoSegmenterTest : public ::testing::Test {
     segmenter_->load(input.pair, {});
     return segmenter_->process(input).value();
   }
-  /// After so many frames motion has been found.
+  /// Steps until motion is found; returns the last frame.
   DetectionFrame step_until_it_moves() {
     for (int i = 0; i < 9; ++i) {
       step();

@@ -1,4 +1,4 @@
-// Masks from a source outside: what the segmenter asks for, and what it makes of the answer.
+// Masks from an external source: requests of the segmenter, and its use of the answers.
 #include "kinetrace/segmentation/external_segmenter.hpp"
 
 #include <filesystem>
@@ -26,7 +26,7 @@ constexpr StereoGeometry kGeometry{.fx_px = 100.0,
                                    .width_px = kWidth,
                                    .height_px = kHeight};
 
-/// Answers with what a test sets.
+/// Answers with a test's masks.
 class ScriptedSource final : public MaskSource {
  public:
   void request(const RectifiedPair& pair) noexcept override { requests.push_back(pair.frame_index); }
@@ -169,7 +169,7 @@ TEST_F(ExternalSegmenterTest, DropsAndCountsWhatIsTooMany) {
   EXPECT_EQ(run(segmenter).left.size(), 2U);
   EXPECT_EQ(segmenter.counters().detections_dropped, 1U);
 
-  // One more than is looked at.
+  // One more than the maximum.
   masks.assign(MaskCanvas::kMaxMasks, rectangle({0, 0, 1, 1}));
   masks.push_back(rectangle({5, 5, 9, 9}));
   source_.masks.left = masks;

@@ -18,11 +18,11 @@ class GroundPlaneTest : public ::testing::Test {
   [[nodiscard]] float ground_px(float v) const {
     return (v - static_cast<float>(geometry_.cy_px)) * static_cast<float>(geometry_.baseline_m) / kCameraHeightM;
   }
-  /// Of something `height_m` above the ground, on the ray through row v.
+  /// Disparity of a point `height_m` above the ground, on the ray through row v.
   [[nodiscard]] float above_px(float v, float height_m) const {
     return ground_px(v) / (1.F - height_m / kCameraHeightM);
   }
-  /// Ground below the horizon, a wall at `wall_px` above it and wherever it is nearer.
+  /// Ground below the horizon; a wall with disparity `wall_px` above it and where the wall is nearer.
   void draw(float wall_px) {
     for (int cy = 0; cy < cells_.height; ++cy) {
       for (int cx = 0; cx < cells_.width; ++cx) {

@@ -10,7 +10,7 @@
 namespace kinetrace::segmentation {
 namespace {
 
-constexpr int kWidth = 97;  // No multiple of what is looked at at once.
+constexpr int kWidth = 97;  // Not a multiple of the kernel's step.
 constexpr int kHeight = 40;
 constexpr StereoGeometry kGeometry{.fx_px = 100.0,
                                    .fy_px = 100.0,
@@ -53,7 +53,7 @@ class MaskFusionTest : public ::testing::Test {
   int fuse() { return fusion_.fuse(network_.view(), motion_.view()); }
   [[nodiscard]] std::span<const Detection> found() const { return fusion_.detections(); }
   [[nodiscard]] std::uint8_t at(int x, int y) const { return fusion_.labels().at(x, y); }
-  /// Detections say what the labels show.
+  /// Detections agree with the labels.
   void expect_consistent() const {
     std::vector<Detection> counted(found().size());
     for (int y = 0; y < kHeight; ++y) {

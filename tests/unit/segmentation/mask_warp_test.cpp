@@ -27,7 +27,7 @@ class MaskWarpTest : public ::testing::Test {
     }
     canvas_.draw(masks_);
   }
-  /// Features on a grid in `box`, which `motion` moves until now. Disparity 10 then and `disparity` now.
+  /// Features on a grid in `box`, moved by `motion`, with disparity 10 before and `disparity` now.
   template <typename Motion>
   void features_in(const PixelBox& box, Motion&& motion, float disparity = 10.F, int step = 4) {
     for (int y = box.y0 + step / 2; y < box.y1; y += step) {
@@ -93,7 +93,7 @@ TEST_F(MaskWarpTest, FeaturesThatGoTheirOwnWayHaveNoSay) {
   draw({box});
   int count = 0;
   features_in(box, [&](const Eigen::Vector2f& p) -> Eigen::Vector2f {
-    return ++count % 3 == 0 ? p : p + Eigen::Vector2f(12.F, -7.F);  // A third shows what lies behind.
+    return ++count % 3 == 0 ? p : p + Eigen::Vector2f(12.F, -7.F);  // A third lies on the background.
   });
   expect_near(warped()[0].box_px, {32, 23, 72, 53});
 }
@@ -128,7 +128,7 @@ TEST_F(MaskWarpTest, AFeatureThatIsAnotherNowIsNotFollowed) {
   draw({box});
   features_in(box, [](const Eigen::Vector2f& p) -> Eigen::Vector2f { return p + Eigen::Vector2f(12.F, 0.F); });
   for (Feature& feature : now_) {
-    feature.id += 1000;  // The slots have been given to others.
+    feature.id += 1000;  // Other features use the slots now.
   }
   expect_near(warped()[0].box_px, box, 0);
 }

@@ -139,7 +139,7 @@ TEST_F(MotionEvidenceTest, ForgetsAFeatureWhoseSlotWasReused) {
 
 TEST_F(MotionEvidenceTest, KnowsHowSureItIs) {
   // Static features under Gaussian noise of the assumed size: velocity^T information velocity has three degrees of
-  // freedom. The filter must not be surer than that, and is a little less sure, since its memory fades.
+  // freedom. The filter must not be overconfident; it is slightly underconfident, since its memory fades.
   test::WorldConfig world_config;
   world_config.sigma_px = MotionConfig{}.sigma_px;
   world_config.right_ratio = 1.0;
@@ -176,8 +176,8 @@ std::vector<std::uint8_t> stripes(const StereoGeometry& g, int period_px) {
 }
 
 TEST_F(MotionEvidenceTest, RejectsAFeatureThatTravelsWithTheCameraOverRepetitiveTexture) {
-  // The camera moves sideways by just as much that stripes at 20 m shift by one period of 18 px a frame; a track that
-  // stays at its place in the image has jumped from stripe to stripe.
+  // The camera moves sideways so that stripes at 20 m shift by exactly one period of 18 px a frame; a track that stays
+  // in place in the image has jumped from stripe to stripe.
   const double step_m = 18.0 * 20.0 / geometry_.fx_px;
   for (const int period_px : {18, 0}) {
     evidence_.reset();

@@ -17,7 +17,7 @@
 
 namespace kinetrace::segmentation {
 
-/// What one frame's detections say about the features behind them.
+/// Score of one frame's detections against the true bodies of features.
 struct SceneScore {
   std::size_t detections = 0;
   std::vector<std::size_t> hits;        ///< Per object: detections in which most features are its own.
@@ -41,12 +41,11 @@ class MotionScene {
     segmenter_ = std::move(*made);
   }
 
-  /// Features on any mask carry the same label, as if a tracker took all masks for one object.
+  /// Features on all masks have the same label, as if a tracker merged all masks into one object.
   bool one_body = false;
 
-  /// One frame with the camera and the objects at the given poses. Features carry the label of the mask they were on in
-  /// the previous frame, and like in the feature front end a feature on which the label changes is replaced by a new
-  /// one.
+  /// One frame with the camera and the objects at the given poses. Features have the label of their mask in the
+  /// previous frame; as in the feature front end, a feature whose label changes is replaced by a new one.
   SceneScore step(const Se3& T_world_cam, std::span<const Se3> T_world_obj = {}, bool ego_valid = true) {
     const FeatureFrame frame = world_.observe(T_world_cam, T_world_obj);
     truth_.clear();

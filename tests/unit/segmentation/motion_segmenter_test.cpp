@@ -61,7 +61,7 @@ struct Mover {
   double speed_mps;
   double depth_m;
   int found_by_frame;
-  std::size_t most_detections = 1;  ///< Without images, what is hard to see may be two regions at first.
+  std::size_t most_detections = 1;  ///< Without images, a barely visible object may be two regions at first.
 };
 
 class MotionSegmenterFinds : public ::testing::TestWithParam<Mover> {};
@@ -100,7 +100,7 @@ INSTANTIATE_TEST_SUITE_P(Across, MotionSegmenterFinds,
                                            Mover{"Fast40m", {-1, 0, 0}, 15.0, 40.0, 5}),
                          [](const auto& mover) { return std::string(mover.param.name); });
 
-// Along the line of sight the depth must tell, and it takes longer the farther and slower the object is.
+// Motion along the line of sight shows in depth alone, the later the farther and slower the object is.
 INSTANTIATE_TEST_SUITE_P(Along, MotionSegmenterFinds,
                          ::testing::Values(Mover{"Oncoming20m", {0, 0, -1}, 6.0, 20.0, 5},
                                            Mover{"Oncoming40m", {0, 0, -1}, 15.0, 40.0, 5},
@@ -122,7 +122,7 @@ TEST(MotionSegmenter, TellsTwoObjectsApart) {
 }
 
 TEST(MotionSegmenter, GivesOneDetectionForALongTruckWithFeaturesAtItsEnds) {
-  // Two boxes ten metres apart that move as one: apart in the image, together once a tracker has labelled them so.
+  // Two boxes move as one: separate in the image, one detection once a tracker has given them one label.
   MotionScene scene(street(), {{{1.0, 2.0, 1.8}, 40}, {{1.0, 2.0, 1.8}, 40}});
   scene.one_body = true;
   SceneScore score;
@@ -150,7 +150,7 @@ TEST(MotionSegmenter, KeepsAnObjectThatStopsForAWhile) {
       EXPECT_GT(score.hits[0], 0U) << i;
     }
   }
-  // The memory makes it look moving for some frames after it has stopped.
+  // The filter's memory reports motion for some frames after the stop.
   EXPECT_GE(reported_at_rest, 12);
   EXPECT_LE(reported_at_rest, 12 + static_cast<int>(10.0 * motion.memory_s));
 }

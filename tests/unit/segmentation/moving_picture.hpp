@@ -1,5 +1,5 @@
-// Pictures of a textured wall and a textured board that moves before it, with exact disparities: what the dense part of
-// motion segmentation looks at.
+// Pictures of a textured wall and a textured board that moves before it, with exact disparities: input of the dense
+// part of motion segmentation.
 #pragma once
 
 #include <algorithm>

@@ -13,7 +13,7 @@ namespace {
 constexpr StereoGeometry kGeometry{
     .fx_px = 100.0, .fy_px = 100.0, .cx_px = 32.0, .cy_px = 24.0, .baseline_m = 0.5, .width_px = 64, .height_px = 48};
 
-/// Is done when a test says so.
+/// Finishes on a test's command.
 class ScriptedNetwork final : public DelayedMaskSource {
  public:
   void offer(const RectifiedPair& pair, const PixelBox& region_px) noexcept override {

@@ -26,9 +26,9 @@ StereoGeometry small_rig() {
   return g;
 }
 
-/// A place of the left image at which a feature is.
+/// Position of a feature in the left image.
 struct Corner {
-  double x = 0.0;  ///< Of the board's corner where `on_board`, else of the image.
+  double x = 0.0;  ///< Relative to the board's corner if `on_board`, else to the image's.
   double y = 0.0;
   bool on_board = false;
 };
@@ -84,7 +84,7 @@ class MovingBoard : public ::testing::Test {
     ++frame_;
   }
 
-  /// Of the mask with the board.
+  /// Scores the mask of the board.
   [[nodiscard]] double overlap() const {
     int both = 0;
     int either = 0;

@@ -37,7 +37,7 @@ TEST(DistanceToBall, AgreesWithASearchOverTheBall) {
 }
 
 TEST(DistanceToBall, LooksAcrossWhatIsUncertain) {
-  // 1 m/s to the side, known to .05, and 5 m/s in depth, known to 5: the speed is not sure, that it moves is.
+  // 1 m/s sideways with a sigma of .05, 5 m/s in depth with a sigma of 5: the speed is uncertain, the motion is not.
   const Eigen::Matrix3f c = Eigen::Vector3f(0.0025F, 0.0025F, 25.F).asDiagonal();
   EXPECT_GT(distance_to_ball_sq({1.F, 0.F, 5.F}, c, 0.25F), 200.F);
   EXPECT_LT(distance_to_ball_sq({0.2F, 0.F, 5.F}, c, 0.25F), 2.F);

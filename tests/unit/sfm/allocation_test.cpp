@@ -1,4 +1,4 @@
-// A body reconstruction takes its memory at create and never again.
+// A body reconstruction allocates its memory at create and never again.
 #include <vector>
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What the reconstruction is worth: errors against exact truth, with a feature tracker's noise and mistakes.
+// Accuracy of the reconstruction: errors against exact truth, with a feature tracker's noise and outliers.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -165,7 +165,7 @@ DepthErrors depth_errors(double depth_m, double sideways_m) {
 }
 
 TEST(BodyAccuracy, TemporalViewsAtLeastHalveTheDepthErrorOfStereo) {
-  // The paper's central claim. Standing still, ten frames average; moving, parallax adds to that.
+  // The paper's central claim. At rest, ten frames average the noise; in motion, parallax adds information.
   for (const double sideways_m : {0.05, 0.3}) {
     const DepthErrors errors = depth_errors(20.0, sideways_m);
     RecordProperty("single_frame_m", std::to_string(errors.single_frame.value()));
@@ -175,7 +175,7 @@ TEST(BodyAccuracy, TemporalViewsAtLeastHalveTheDepthErrorOfStereo) {
   }
 }
 
-/// Pose errors of a box that another car drives ahead of us.
+/// Pose errors of a box that drives ahead of the camera like a car.
 struct ObjectErrors {
   Rms newest_m;
   Rms step_m;
@@ -236,7 +236,7 @@ TEST(BodyAccuracy, ATurningCarWithWrongTracksIsFollowed) {
 }
 
 TEST(BodyAccuracy, AFarCarDoesNotTalkItselfIntoTurning) {
-  // Few points far away hardly hold a pose; what frames leave behind when they make room must not outvote what is seen.
+  // Few distant points hardly constrain a pose; the prior of marginalised frames must not outweigh observations.
   Rms newest_m;
   Rms step_deg;
   for (std::uint32_t seed = 1; seed <= 4; ++seed) {
@@ -250,8 +250,8 @@ TEST(BodyAccuracy, AFarCarDoesNotTalkItselfIntoTurning) {
   EXPECT_LT(step_deg.value(), 0.7);
 }
 
-/// How far off, in degrees, the attitude of a trolley is that comes straight towards a standing rig with 10 cm between
-/// its views, 40 frames from first sight.
+/// Attitude error, in degrees, of a trolley that approaches a static rig with a baseline of 10 cm, 40 frames after
+/// the first observation.
 double trolley_off_deg(double turn_rate_radps, std::uint32_t seed) {
   const StereoGeometry rig{400.0, 400.0, 319.5, 239.5, 0.1, 640, 480};
   SyntheticWorld world({.geometry = rig,
@@ -303,7 +303,7 @@ TEST(BodyAccuracy, ATurningCarIsFollowedThoughItIsNotExpectedToTurn) {
 }
 
 TEST(BodyAccuracy, BackgroundAndObjectAreSeparatedByTheirLabelAlone) {
-  // Both bodies in the same frames; the object must not pull the background along.
+  // Both bodies in the same frames; the object must not affect the background.
   SyntheticWorld world({.background_features = 300, .seed = 33}, {{.features = 150}});
   BodyDriver background{BodyConfig{}};
   BodyDriver object{BodyConfig{}};
@@ -354,8 +354,7 @@ TEST(BodyAccuracy, SameInputSameOutputBitForBit) {
 }
 
 TEST(BodyAccuracy, TheClaimedCovarianceIsHonestFromFrameToFrame) {
-  // The error against the oldest frame of the window is what the covariance speaks of; early on that is the first
-  // frame.
+  // The covariance is that of the error against the oldest frame of the window; early on that is the first frame.
   Vector6d normalised = Vector6d::Zero();
   constexpr int kRuns = 60;
   for (int run = 0; run < kRuns; ++run) {

@@ -24,7 +24,7 @@ class BodyDriver {
         body_(take(BodyReconstruction::create(config, geometry, arena_))),
         adjuster_(take(refinement::FixedBundleAdjuster::create(refinement, arena_))) {}
 
-  /// A frame's way: begin() at `T_body_cam_first` or locate(), then extend, refine, conclude.
+  /// Processes a frame: begin() at `T_body_cam_first` or locate(), then extend, refine, conclude.
   const BodyEstimate& step(const FeatureFrame& frame, std::uint8_t label = 0, const Se3& T_body_cam_first = {},
                            const Eigen::Matrix3d* R_world_cam = nullptr) {
     if (!body_.active()) {
@@ -34,7 +34,7 @@ class BodyDriver {
     }
     return finish(frame, label, R_world_cam);
   }
-  /// What follows locate() or begin().
+  /// The steps after locate() or begin().
   const BodyEstimate& finish(const FeatureFrame& frame, std::uint8_t label = 0,
                              const Eigen::Matrix3d* R_world_cam = nullptr) {
     body_.extend(frame, label, R_world_cam);

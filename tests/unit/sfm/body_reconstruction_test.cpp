@@ -105,7 +105,7 @@ TEST(BodyReconstruction, FramesWithoutFeaturesGoOnAtTheLastSpeedAndBeginRecovers
   }
   EXPECT_EQ(driver.body().history(0).status, BodyStatus::kPropagated);
 
-  // Features are back, but no known point among them: start again at the predicted pose.
+  // Features are back, but without known points: restart at the predicted pose.
   const FeatureFrame frame = world.observe(driven(kStep_m * i));
   const BodyEstimate& lost = driver.body().locate(frame, 0);
   EXPECT_EQ(lost.status, BodyStatus::kPropagated);
@@ -119,7 +119,7 @@ TEST(BodyReconstruction, FramesWithoutFeaturesGoOnAtTheLastSpeedAndBeginRecovers
     EXPECT_EQ(e.status, BodyStatus::kTracked);
     EXPECT_LT(position_error_m(e.T_body_cam, driven(kStep_m * i)), 0.15);
   }
-  // The path runs on through the restart.
+  // The path continues through the restart.
   EXPECT_EQ(driver.body().history_size(), static_cast<std::size_t>(config.window_frames) + 1);
 }
 
@@ -364,7 +364,7 @@ TEST(BodyReconstruction, APredictionStretchesOverLostFrames) {
   EXPECT_NEAR(driver.body().predict(1'500'000'000).translation.z(), 4.0, 1e-2);
   EXPECT_NEAR(driver.body().predict(1'600'000'000).translation.z(), 4.8, 1e-2);
   EXPECT_NEAR(driver.body().predict(1'800'000'000).translation.z(), 6.4, 3e-2);
-  // But not without end.
+  // But not for ever.
   EXPECT_NEAR(driver.body().predict(100'000'000'000).translation.z(), 8.0, 5e-2);
 }
 

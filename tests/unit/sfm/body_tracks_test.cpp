@@ -1,4 +1,4 @@
-// What happens to single tracks and points.
+// Single tracks and points.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -53,7 +53,7 @@ TEST(BodyTracks, ATrackThatKeepsDisagreeingIsHandedBack) {
 }
 
 TEST(BodyTracks, RejectionIsReportedFrameAfterFrameWithoutEnd) {
-  // The count of disagreements must not run over and make the feature respectable again.
+  // The count of disagreements must not overflow and make the feature an inlier again.
   SyntheticWorld world({.background_features = 100,
                         .min_track_frames = 400,
                         .max_track_frames = 400,
@@ -122,7 +122,7 @@ TEST(BodyTracks, PointsAreExactWithoutNoiseAndRetireOnce) {
 }
 
 TEST(BodyTracks, EveryPointOfAReusedSlotIsItsOwn) {
-  // Short tracks and a tight pool: every slot changes hands all the time.
+  // Short tracks and a small pool: every slot is reused all the time.
   SyntheticWorld world({.capacity = 120,
                         .background_features = 120,
                         .sigma_px = 0.0,

@@ -14,7 +14,7 @@ using kinetrace::test::rotation_error_deg;
 
 constexpr double kSigma_px = 0.3;
 
-/// Points of a body in front of the rig, and what the rig sees of them.
+/// Points of a body in front of the rig, and their observations.
 class Scene {
  public:
   Scene(std::size_t points, std::uint32_t seed) : engine_(seed) {
@@ -35,7 +35,7 @@ class Scene {
     }
     return out;
   }
-  /// The first `count` observations become anything.
+  /// Replaces the first `count` observations by random ones.
   void spoil(std::vector<PoseObservation>& observations, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
       observations[i].u_left_px = static_cast<float>(uniform(0.0, 1242.0));
@@ -64,7 +64,7 @@ class Scene {
   std::mt19937 engine_;
 };
 
-/// A pose to start from that weighs nothing.
+/// An initial pose without weight.
 PosePrior guess(const Se3& T_cam_body) {
   return {T_cam_body, Matrix6d::Zero()};
 }
@@ -133,7 +133,7 @@ TEST(StereoPoseEstimator, ConsensusDecideAgainstAMajorityThatMoves) {
   constexpr std::size_t kConsensus = 15;
   Scene scene(60, 7);
   std::vector<PoseObservation> observations = scene.observe(kSigma_px);
-  // All the others lie on one thing that has moved.
+  // All the others lie on one moved object.
   const Eigen::Vector3d step(0.4, 0.0, 0.1);
   for (std::size_t i = kConsensus; i < observations.size(); ++i) {
     observations[i].p_body += step;

@@ -20,7 +20,7 @@ bool inside(const Image<float>& image, double u, double v) {
   return u >= 2.0 && v >= 2.0 && u < image.width() - 3.0 && v < image.height() - 3.0;
 }
 
-// On one smooth surface with its neighbours.
+// Whether the pixel and its neighbours are on one smooth surface.
 bool smooth_around(const Image<float>& depth_m, int x, int y) {
   const float middle = depth_m.at(x, y);
   if (middle <= 0.F) {

@@ -1,4 +1,4 @@
-// How well one picture, moved by the truth, lies on another.
+// Agreement of one picture, moved by the truth, with another.
 #pragma once
 
 #include <functional>
@@ -11,11 +11,10 @@
 namespace kinetrace::simulator {
 
 struct Alignment {
-  int count = 0;                 ///< Pixels that were compared.
-  double expected_share = 0.0;   ///< Of those that land in the target: where the target has the expected depth.
-  double mean_abs_levels = 0.0;  ///< Difference of grey levels.
-  Eigen::Vector2d offset_px{0,
-                            0};  ///< By how much the target would have to move to fit best: zero if the truth is right.
+  int count = 0;                    ///< Pixels that were compared.
+  double expected_share = 0.0;      ///< Share of pixels inside the target at which the target has the expected depth.
+  double mean_abs_levels = 0.0;     ///< Difference of grey levels.
+  Eigen::Vector2d offset_px{0, 0};  ///< Shift of the target for the best fit: zero if the truth is right.
 };
 
 struct Side {
@@ -23,7 +22,7 @@ struct Side {
   const Image<float>& depth_m;
 };
 
-/// Where a source pixel (u, v, depth) is in the target: (u, v, depth there); none if it is not to be compared.
+/// Maps a source pixel (u, v, depth) to the target's (u, v, depth); none if it is not to be compared.
 using Warp = std::function<std::optional<Eigen::Vector3d>(int u, int v, double depth_m)>;
 
 /// Compares all pixels of the source away from depth edges.

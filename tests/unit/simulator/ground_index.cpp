@@ -15,7 +15,7 @@ int cell_of(double at_m) {
   return static_cast<int>(std::floor(at_m / kCell_m));
 }
 
-// What is left of a polygon on the inner side of a plane across `axis` (I. Sutherland and G. Hodgman, "Reentrant
+// Clips a polygon to the inner side of a plane across `axis` (I. Sutherland and G. Hodgman, "Reentrant
 // polygon clipping", 1974).
 std::vector<Vector3d> clipped(const std::vector<Vector3d>& polygon, int axis, double side, double limit) {
   std::vector<Vector3d> result;

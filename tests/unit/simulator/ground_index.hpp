@@ -1,4 +1,4 @@
-// Where the triangles of a static world are, for tests that ask what stands in the way and what carries.
+// Spatial index of the triangles of a static world, for tests of collisions and ground contact.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace kinetrace::simulator {
 
-/// A box that may be turned: half extents along the axes of its pose.
+/// An oriented box: half extents along the axes of its pose.
 struct SolidBox {
   Se3 T_scene_box;
   Eigen::Vector3d half_m = Eigen::Vector3d::Zero();

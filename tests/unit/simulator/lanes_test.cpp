@@ -1,9 +1,9 @@
-// What kernels compute eight at a time, against the standard library.
+// Functions that kernels compute eight at a time, against the standard library.
 #include <cmath>
 
 #include <gtest/gtest.h>
 
-// As a kernel of its own, for whatever this test is compiled for.
+// A separate kernel, for this test's instruction set.
 #define KINETRACE_KERNEL_ISA kernel_of_test
 #include "shading/pattern.hpp"
 #include "util/lanes.hpp"

@@ -1,4 +1,4 @@
-// Paths, speeds, and whether things in the scenes move as such things can.
+// Paths, speeds, and physically plausible motion of the scenes' actors.
 #include "world/motion.hpp"
 
 #include <cmath>

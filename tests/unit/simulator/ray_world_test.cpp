@@ -1,4 +1,4 @@
-// Whether rays meet the same in company as alone.
+// Rays in a packet hit the same surfaces as single rays.
 #include "rendering/ray_world.hpp"
 
 #include <vector>
@@ -68,7 +68,7 @@ TEST_F(Rays, MeetTheSameInAPacketAsAlone) {
   EXPECT_GT(on_actors, 20U);
 }
 
-// Whatever the packet is skipped for: part after part is asked here.
+// Packets may skip parts; here every part is tested.
 TEST_F(Rays, ToTheSunMeetTheSameInAPacketAsAlone) {
   Random random(5, 1);
   std::size_t hidden_by_actors = 0;

@@ -1,4 +1,4 @@
-// The files, read back by those who will read them.
+// The files, read back by their actual readers.
 #include <fstream>
 #include <sstream>
 
@@ -82,7 +82,7 @@ TEST_F(Recording, CarriesTheTimesOfItsTruth) {
   }
 }
 
-// Pixels of a view that the alignment can own.
+// Pixels of a view, owned for the alignment.
 Image<std::uint8_t> copied(GrayView view) {
   Image<std::uint8_t> image(view.width, view.height);
   for (int y = 0; y < view.height; ++y) {

@@ -1,4 +1,4 @@
-// Whether points are shaded alike on every machine, and in whatever company.
+// Points are shaded equally on every machine, and in any batch.
 #include <algorithm>
 #include <vector>
 

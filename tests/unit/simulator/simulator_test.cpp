@@ -1,4 +1,4 @@
-// Determinism, settings, and what each scene promises.
+// Determinism, settings, and promises of each scene.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -96,7 +96,7 @@ TEST(StereoSimulator, DriftTurnsTheRightCameraOnly) {
   const SimulatedFrame b = drifting.frame(20);
   EXPECT_EQ(a.pictures[0].pixels(), b.pictures[0].pixels());
   EXPECT_NE(a.pictures[1].pixels(), b.pictures[1].pixels());
-  // The truth is that of the rig as it is calibrated. Fused multiplications may round its last digit otherwise.
+  // The truth is that of the calibrated rig. Fused multiplications may round its last digit differently.
   const auto& steady_m = a.depth_m[1].pixels();
   const auto& drifting_m = b.depth_m[1].pixels();
   ASSERT_EQ(steady_m.size(), drifting_m.size());

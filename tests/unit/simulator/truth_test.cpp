@@ -142,7 +142,7 @@ TEST_P(SceneTruth, PointsOfMovingBodiesMoveWithTheirPose) {
   EXPECT_GT(fit.count, 1000);
   EXPECT_GT(fit.expected_share, 0.75);
   EXPECT_LT(fit.mean_abs_levels, 6.0);
-  // Reflections stay behind on the paint, hence not as near as above.
+  // Reflections do not move with the paint, hence a larger tolerance than above.
   EXPECT_NEAR(fit.offset_px.x(), 0.0, 0.06);
   EXPECT_NEAR(fit.offset_px.y(), 0.0, 0.06);
 }
@@ -170,7 +170,7 @@ TEST(ObjectTruth, MasksLieInTheProjectedBoxes) {
   const SimulatedFrame frame = simulator.frame(45);
   int checked = 0;
   for (const ObjectTruth& object : frame.objects) {
-    // People swing their arms and legs out of their boxes.
+    // Arms and legs of pedestrians swing out of their boxes.
     if (object.rigid && object.visible_px > 0) {
       const auto& [left, top, right, bottom] = object.projected_px;
       const double mirrors_px = 2.0 + 0.06 * (right - left);

@@ -1,4 +1,4 @@
-// Whether the worlds of a scene are such as there could be: nothing inside anything else, everything on the ground.
+// The worlds of a scene are plausible: no interpenetration, all objects on the ground.
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -32,7 +32,7 @@ class World : public ::testing::TestWithParam<std::tuple<const char*, std::uint3
   GroundIndex ground_{scene_.world};
 };
 
-// The box of an actor, a little smaller than it is, without the lowest `clearance_m`.
+// The box of an actor, slightly shrunk, without the lowest `clearance_m`.
 SolidBox body_of(const Actor& actor, double time_s, double clearance_m) {
   constexpr double kSlack_m = 0.01;
   const double half_height_m = 0.5 * (actor.size_lhw_m.y() - clearance_m);
@@ -44,7 +44,7 @@ SolidBox body_of(const Actor& actor, double time_s, double clearance_m) {
 TEST_P(World, NothingStandsWhereVehiclesAndPeopleAre) {
   for (std::size_t i = 0; i < scene_.actors.size(); ++i) {
     const Actor& actor = scene_.actors[i];
-    // A curb does not stop somebody who walks.
+    // A pedestrian can step on a curb.
     const double clearance_m = actor.rigid ? 0.03 : 0.2;
     for (double t = 0.0; t <= duration_s(); t += kStep_s) {
       const auto met = ground_.reaches_into(body_of(actor, t, clearance_m));
@@ -78,7 +78,7 @@ TEST_P(World, VehiclesStandOnTheGround) {
   }
 }
 
-// Lowest point of a part, in scene.
+// Lowest point of a part, in the scene's frame.
 Eigen::Vector3d lowest_point(const Mesh& mesh, const Se3& T_scene_part) {
   Eigen::Vector3d lowest(0.0, -1e9, 0.0);
   for (const Mesh::Vertex& vertex : mesh.vertices) {
@@ -102,7 +102,7 @@ TEST_P(World, PeopleTreadOnTheGround) {
   }
 }
 
-// The vertex on which somebody stands.
+// The vertex on which a pedestrian stands.
 struct Contact {
   std::size_t part = 0;
   std::size_t vertex = 0;
@@ -127,17 +127,17 @@ Contact contact_of(const Actor& actor, double time_s) {
   return lowest;
 }
 
-// But for the moments in which a foot lands or rolls off.
+// Except for the moments when a foot lands or rolls off.
 TEST_P(World, FeetStayWhereTheyTread) {
   constexpr double kMoment_s = 0.01;
   for (std::size_t i = 0; i < scene_.actors.size(); ++i) {
     const Actor& actor = scene_.actors[i];
-    std::vector<double> slid;  // Part of what the body has moved on.
+    std::vector<double> slid;  // Relative to the body's motion.
     for (double t = 0.0; !actor.rigid && t <= 2.0; t += 0.07) {
       const Contact contact = contact_of(actor, t);
       const double slid_m = (point_at(actor, contact, t + kMoment_s) - point_at(actor, contact, t)).norm();
       const double moved_m = (actor.T_scene_obj(t + kMoment_s).translation - actor.T_scene_obj(t).translation).norm();
-      // Whoever stands moves neither body nor feet.
+      // A standing pedestrian moves neither body nor feet.
       slid.push_back(moved_m > 0.0 ? slid_m / moved_m : slid_m);
     }
     if (!slid.empty()) {
@@ -164,7 +164,7 @@ std::string test_name(const ::testing::TestParamInfo<World::ParamType>& paramete
 INSTANTIATE_TEST_SUITE_P(Scenes, World,
                          ::testing::Combine(::testing::ValuesIn(scene_names()), ::testing::Range(1U, 9U)), test_name);
 
-// Where everybody is, and how large.
+// Positions and sizes of all actors.
 std::vector<Eigen::Vector3d> census(const Scene& scene, double time_s) {
   std::vector<Eigen::Vector3d> result;
   for (const Actor& actor : scene.actors) {

@@ -1,4 +1,4 @@
-// The tracker never allocates after it was made.
+// The tracker never allocates after construction.
 #include <gtest/gtest.h>
 
 #include "kinetrace/core/allocation_counter.hpp"

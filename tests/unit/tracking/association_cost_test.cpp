@@ -28,8 +28,8 @@ TEST(BoxEvidence, FallsWithTheSquaredInnovationInSigmas) {
   const BoxPrediction predicted = predicted_at(kCar, 4.0, 0.0);
   const double at_its_place = box_evidence(predicted, kCar, kImageWidth, kImageHeight);
   EXPECT_GT(at_its_place, 5.0);
-  // Both edges of the axis err by the place in common, and each by 1.5 px and 4 % of 60 px: their mean by the root of
-  // half.
+  // Both edges of the axis share the position error, and each has 1.5 px and 4 % of 60 px: their mean has half that
+  // variance.
   const double variance_px2 = 4.0 * 4.0 + 0.5 * (1.5 * 1.5 + 2.4 * 2.4);
   for (const int dx : {3, -3, 5}) {
     const double expected = at_its_place - 0.5 * dx * dx / variance_px2;

@@ -1,4 +1,4 @@
-// The parts that masks are moved with: similarity, disparity plane, reference mask.
+// Parts of mask prediction: similarity, disparity plane, reference mask.
 #include <random>
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What a half hidden thing is remembered to be: no more than it was.
+// The remembered mask of a partly occluded object: never larger than the object was.
 #include <array>
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ constexpr Shape kWall{.x = 300.0, .y = 120.0, .half_width = 100.0, .half_height 
 constexpr Shape kFarCar{.x = 300.0, .y = 88.0, .half_width = 16.0, .half_height = 12.0, .disparity_px = 4.0};
 constexpr double kVisiblePart = 0.5;  // Of the car, above the wall.
 
-/// Sees the car whole, above the wall, then half behind it for `frames`.
+/// The car is fully visible above the wall, then half behind it for `frames`.
 float visible_part_after(TrackerScene& scene, int frames) {
   Shape above = kFarCar;
   above.y -= 30.0;
@@ -65,7 +65,7 @@ TEST(HiddenMask, GrowsWithWhatManyFeaturesShow) {
 }
 
 TEST(HiddenMask, GrowsAsItsPredictionComesNearer) {
-  // It comes nearer behind a wall that does not, and too few features to tell are seen of it.
+  // The car approaches behind a static wall, with too few features to show it.
   TrackerScene scene({}, 4);
   Shape car = kFarCar;
   car.y = 60.0;
@@ -102,7 +102,7 @@ TEST(HiddenMask, IsVisibleWhereBothCamerasSeeIt) {
 TEST(HiddenMask, StereoTellsWhichIsInFrontWhereMasksErr) {
   TrackerScene scene({}, 24);
   (void)visible_part_after(scene, 4);
-  Shape lower = kWall;  // As if its mask had missed the upper edge, where the car is seen then.
+  Shape lower = kWall;  // As if the wall's mask missed its upper edge, where the car appears instead.
   lower.y += 5.0;
   lower.half_height -= 5.0;
   scene.step(std::array{lower, kFarCar});
@@ -116,7 +116,7 @@ TEST(HiddenMask, StereoTellsWhichIsInFrontWhereMasksErr) {
 TEST(HiddenMask, KeepsItsShapeWhileWhatHidesItIsNotDetected) {
   TrackerScene scene({}, 24);
   (void)visible_part_after(scene, 4);
-  // Something on the wall hides more of it, and all of that is missed: what lies between is nobody's.
+  // An object on the wall hides more of the car, and neither it nor the wall is detected: the gap has no label.
   const Shape on_the_wall{.x = 300.0, .y = 86.0, .half_width = 20.0, .half_height = 4.0, .disparity_px = 20.0};
   scene.detected = {false, true, false};
   scene.step(std::array{kWall, kFarCar, on_the_wall});

@@ -1,4 +1,4 @@
-// Exact synthetic masks and features: rectangles and ellipses that move, grow and hide each other.
+// Exact synthetic masks and features: rectangles and ellipses that move, grow and occlude each other.
 #pragma once
 
 #include <algorithm>
@@ -105,7 +105,7 @@ class Labels {
   return out;
 }
 
-/// Drives a tracker with shapes. Shapes hide each other by disparity; every shape carries features at fixed places.
+/// Drives a tracker with shapes. Shapes occlude each other by disparity; each shape has features at fixed places.
 class TrackerScene {
  public:
   explicit TrackerScene(const TrackerConfig& config = {}, int features_per_shape = 24)
@@ -113,7 +113,7 @@ class TrackerScene {
         arena_(StereoTracker::required_bytes(config, kWidth, kHeight)),
         tracker_(StereoTracker::create(config, kWidth, kHeight, arena_).value()) {}
 
-  /// What the next frame's detections look like.
+  /// Properties of the next frame's detections.
   bool available = true;
   PixelBox searched_px;
   bool moving_only = false;

@@ -1,5 +1,5 @@
-// Detections that no prediction meets: things that slip by more than their width, and first bits of what comes out
-// from behind something.
+// Detections without overlap with a prediction: objects that move by more than their width, and first visible parts of
+// objects that emerge from an occlusion.
 #include <array>
 #include <span>
 
@@ -17,7 +17,7 @@ ObjectPrediction prediction_of(const Shape& shape) {
   return {.known = true, .point_px = {shape.x, shape.y}, .depth_m = 100.0 / shape.disparity_px};
 }
 
-/// Four frames at one place without features, then one somewhere else.
+/// Four frames at one place without features, then one at another.
 const Track* slip(TrackerScene& scene, const Shape& there, const Shape& shape = kPerson) {
   for (int i = 0; i < 4; ++i) {
     scene.step(std::array{shape});
@@ -74,7 +74,7 @@ TEST(ProximityPair, EachOfTwoNeighboursKeepsItsName) {
   EXPECT_EQ(scene.track_of(1)->id, 2U);
 }
 
-/// A parked car, passed by a nearer van that hides all of it for some frames; then a first bit of it comes out.
+/// A parked car, passed by a nearer van that occludes all of it for some frames; then a first part of it emerges.
 class BehindAVan : public ::testing::Test {
  protected:
   static constexpr Shape kParked{.x = 300.0, .y = 100.0, .disparity_px = 6.0};
@@ -108,7 +108,7 @@ TEST_F(BehindAVan, TheFirstBitMayComeOutBesideWhereItWasExpected) {
     van.x = x;
     van.half_height = 90.0;
     Shape expected = kParked;
-    expected.y += x > 270 ? 45.0 : 0.0;  // While hidden it is taken to come nearer.
+    expected.y += x > 270 ? 45.0 : 0.0;  // While occluded it is predicted to approach.
     scene_.object_predictions = {prediction_of(van), prediction_of(expected)};
     scene_.step(std::array{kParked, van});
   }
@@ -145,7 +145,7 @@ TEST(ProximityPair, WhatHasNearlyLeftTheImageSlipsOntoNothing) {
   EXPECT_EQ(scene.track_of(0)->id, 2U) << "another one stands where it went";
 }
 
-/// The name of what is seen at the border as a car goes out over the left one and is expected just outside.
+/// Id of a detection at the border while a car leaves over the left border and is predicted just outside.
 std::uint32_t id_at_border(const Shape& strip) {
   TrackerScene scene({}, 0);
   const auto step = [&](double car_x, const Shape& seen) {
@@ -175,7 +175,7 @@ TEST(ProximityPair, AStripAtTheBorderIsWhatWasExpectedJustOutside) {
   EXPECT_EQ(id_at_border(moved(strip, kWidth - 6.0)), 2U) << "at the other border";
 }
 
-/// What a strip along the border is in the next frame, of which more is seen then.
+/// Id of the next frame's detection of an object whose first mask was a strip along the border.
 std::uint32_t id_after_strip(const Shape& strip, const Shape& next) {
   TrackerScene scene({}, 0);
   const Track* track = slip(scene, next, strip);
@@ -201,7 +201,7 @@ TEST(ProximityPair, AStripAtTheBorderComesFurtherIn) {
   }
 }
 
-/// What is detected beside somebody who is not, four frames on.
+/// Id of a detection beside an undetected person, after four frames.
 std::uint32_t id_beside(TrackerScene& scene, const ObjectPrediction& prediction, double beside_px = 14.0) {
   for (int i = 0; i < 4; ++i) {
     scene.object_predictions = {prediction_of(kPerson)};
@@ -223,7 +223,7 @@ TEST(ProximityPair, WhereNoneOfItsFeaturesHasGoneIsAnother) {
 }
 
 TEST(ProximityPair, FewFeaturesThatStayBehindDoNotHoldAnybody) {
-  // Somebody thin walks on, and three features stay on what is behind.
+  // A thin person walks on, and three features stay on the background.
   const auto id_after = [](double step_px, const ObjectPrediction& prediction) {
     TrackerScene scene({}, 3);
     return id_beside(scene, prediction, step_px);
@@ -253,7 +253,7 @@ TEST(ProximityPair, WhatIsAtAnotherDepthIsAnother) {
 }
 
 TEST(ProximityPair, FeaturesTakeASlipOnlySoFar) {
-  // So round that masks hardly overlap where boxes still do.
+  // Round, so that masks hardly overlap while boxes still do.
   const Shape round{.x = 100.0, .y = 100.0, .half_width = 10.0, .half_height = 10.0, .ellipse = true};
   const auto id_after = [&](double step_px) {
     TrackerScene scene({}, 3);
@@ -276,7 +276,7 @@ TEST(ProximityPair, WhatIsBehindTheCameraByNowIsNotBesideIt) {
 }
 
 TEST(ProximityPair, ADirectionBehindTheCameraIsNotInTheImage) {
-  // What a camera sees in the opposite direction has the same pixel.
+  // The opposite direction projects to the same pixel.
   TrackerScene scene({}, 0);
   const auto step = [&](double depth_m, bool visible) {
     scene.object_predictions = {
@@ -301,8 +301,8 @@ ObjectPrediction at_depth(const Shape& shape, double depth_m) {
   return {.known = true, .point_px = {shape.x, shape.y}, .depth_m = depth_m};
 }
 
-/// The name of what passes close by, without features, after its prediction has turned from `before` to `prediction`
-/// and it has been missed for so many frames.
+/// Id of an object that passes close by, without features, after its prediction has changed from `before` to
+/// `prediction` and it was missed for `missed` frames.
 std::uint32_t id_in_passing(const ObjectPrediction& prediction, int missed,
                             const ObjectPrediction& before = at_depth(kPassing, 0.5)) {
   TrackerScene scene({}, 0);
@@ -361,7 +361,7 @@ TEST(ProximityPair, WhatWasSeenBeforeItsDirectionWasKnownGoesWithIt) {
 }
 
 TEST(ProximityPair, WithoutAPlaceItsDirectionWaits) {
-  // Far away: only a direction is foretold.
+  // Far away: only a direction is predicted.
   TrackerScene scene({}, 0);
   const auto step = [&](const Shape& shape, bool visible) {
     scene.object_predictions = {

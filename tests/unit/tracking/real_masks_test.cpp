@@ -1,5 +1,5 @@
-// Masks of real street scenes, as a network gives them: shuffled labels, misses, border noise. Without any features, so
-// that masks are predicted by their own last motion alone.
+// Masks of real street scenes, degraded like a network's: shuffled labels, misses, border noise. Without features, so
+// that masks are predicted only by their last motion.
 #include <cstdlib>
 #include <filesystem>
 #include <map>

@@ -1,4 +1,4 @@
-// What becomes of detections and tracks where there is no room for all of them.
+// Detections and tracks beyond the capacity.
 #include <set>
 #include <utility>
 

@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 
 constexpr Shape kCar{.x = 100.0, .y = 100.0};
 
-/// Of the default settings, at 10 Hz.
+/// In the default settings, at 10 Hz.
 constexpr int kMissedFrames = 10;
 constexpr int kUnseenFrames = 75;
 
@@ -175,7 +175,7 @@ TEST(StereoTracker, NeverReusesAnIdAndASlotOnlyInALaterFrame) {
   EXPECT_EQ(ids.size(), 10U);
 }
 
-/// Of a shape's centre; a depth that goes with its disparity.
+/// Prediction of a shape's centre, with the depth of its disparity.
 ObjectPrediction prediction_of(const Shape& shape) {
   return {true, {shape.x, shape.y}, 100.0 / shape.disparity_px};
 }
@@ -218,8 +218,7 @@ TEST(StereoTracker, EndsWhatLeavesTheImageWithoutAPrediction) {
   EXPECT_EQ(scene.frame().tracks[0].id, 2U);
 }
 
-/// A confirmed track of a car that is foretold to stand where it is, and of which nothing has been detected for
-/// `missed` frames.
+/// A confirmed track of a car with a static prediction and without detections for `missed` frames.
 void miss_in_view(TrackerScene& scene, int missed, bool with_prediction = true) {
   for (int i = 0; i < 4; ++i) {
     scene.step(std::array{kCar});
@@ -283,7 +282,7 @@ TEST(StereoTracker, EndsWhatIsMissedInViewWithoutAPrediction) {
 
 TEST(StereoTracker, ClaimsADetectionWhereItIsPredictedAndNoneOnceItWaits) {
   for (const int missed : {kMissedFrames, kMissedFrames + 1}) {
-    TrackerScene scene({}, 0);  // Features that were its own would vote for it.
+    TrackerScene scene({}, 0);  // Without features, which would associate it.
     miss_in_view(scene, missed);
     scene.detected = {true};
     const TrackFrame& frame = scene.step(std::array{kCar});

@@ -1,4 +1,4 @@
-// Which detection continues which track, and where the masks go.
+// Association of detections with tracks, and prediction of masks.
 #include <map>
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What holds of the tracks of every frame, whatever is detected: alive, in ascending id, each once.
+// Invariants of the tracks of every frame, for any detections: alive, in ascending id, each once.
 #include <algorithm>
 #include <array>
 #include <random>
@@ -44,7 +44,7 @@ class RandomScene {
     scene_.step(shapes_);
   }
 
-  /// As a pipeline does that finds out who is who: tracks that were lost go on as tracks born since.
+  /// As a pipeline re-identifies objects: lost tracks continue as tracks born since.
   int join_some() {
     int joined = 0;
     for (std::size_t i = 0; i < tracker().tracks().size(); ++i) {
@@ -66,7 +66,7 @@ class RandomScene {
     return joined;
   }
 
-  /// Tracks that are detected again turn out to show something else.
+  /// Splits redetected tracks that show another object.
   int split_some() {
     int split = 0;
     for (const Track& before : before_) {

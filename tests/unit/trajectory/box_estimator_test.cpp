@@ -9,7 +9,7 @@ namespace kinetrace::trajectory {
 namespace {
 
 constexpr double kRad = std::numbers::pi / 180.0;
-const Heading kAhead{0.5 * std::numbers::pi, 0.03};  // As the car of the scene points.
+const Heading kAhead{0.5 * std::numbers::pi, 0.03};  // Heading of the scene's car.
 
 TEST(BoxEstimator, KnowsNothingWithoutAView) {
   CarScene scene;
@@ -36,7 +36,7 @@ TEST(BoxEstimator, FromBehindTheLengthIsThatOfItsClassAndSaidToBe) {
   EXPECT_NEAR(box.size_m.x(), scene.car.size_m.x(), 0.5);
   EXPECT_GT(sigma.size_m.x(), 0.25) << "nobody has seen its front";
   EXPECT_LT(sigma.size_m.z(), 0.15);
-  // Its rear is where it was seen.
+  // The rear stays where it was seen.
   const double rear_m = scene.car.center_m.z() + 0.5 * scene.car.size_m.x();
   EXPECT_NEAR(box.center_m.z() + 0.5 * box.size_m.x(), rear_m, 0.15);
   EXPECT_NEAR(box.center_m.x(), scene.car.center_m.x(), 0.05);
@@ -101,7 +101,7 @@ TEST(BoxEstimator, AHeadingGrowsOldWhereTurnsAreNotSeen) {
 TEST(BoxEstimator, WhatTheBorderCutsIsNotTheEndOfIt) {
   CarScene scene;
   Watcher watcher;
-  // From its side; the image ends 1.2 m before the car does.
+  // Seen from the side; the image ends 1.2 m before the car does.
   for (int i = 0; i < 8; ++i) {
     const Se3 T_obj_cam = scene.camera_at(0.0, 10.0);
     const std::vector<BodyPoint> points = scene.points_from(T_obj_cam);
@@ -158,7 +158,7 @@ TEST(BoxEstimator, ATruckIsNoCar) {
 TEST(BoxEstimator, StandsOnTheGroundThatTheCameraLooksDownUpon) {
   CarScene scene;
   Watcher watcher;
-  // The world as a camera sees it that looks down by 40 degrees.
+  // The world in the frame of a camera that looks down by 40 degrees.
   const Se3 T_world_obj{so3_exp({40.0 * kRad, 0.0, 0.0}), {0.0, 3.0, 20.0}};
   const Eigen::Vector3d down = T_world_obj.rotation.col(1);
   for (int i = 0; i < 16; ++i) {

@@ -1,4 +1,4 @@
-// A car on the ground and a camera that looks at it, exact.
+// Exact scene of a car on the ground and a camera that looks at it.
 #pragma once
 
 #include <array>
@@ -54,7 +54,7 @@ struct CarScene {
     return edges;
   }
 
-  /// On the faces that are seen, a few centimetres behind them.
+  /// Points on the visible faces, a few centimetres behind them.
   [[nodiscard]] std::vector<BodyPoint> points_from(const Se3& T_obj_cam, int count = 40) {
     std::uniform_real_distribution<double> uniform(-0.95, 0.95);
     std::exponential_distribution<double> recess(1.0 / 0.1);
@@ -110,7 +110,7 @@ struct Watcher {
   [[nodiscard]] Box3 estimate() const { return box.box_in_object(); }
 };
 
-/// By how much two boxes are turned against each other, up to half turns.
+/// Yaw difference of two boxes, up to half turns.
 inline double turned_rad(const Box3& a, const Box3& b) {
   return std::abs(std::remainder(a.yaw_rad - b.yaw_rad, std::numbers::pi));
 }

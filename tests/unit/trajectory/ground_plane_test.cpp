@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kRad = 0.017453292519943295;
 
-/// Points of a street as a camera sees it that looks down by `pitch_rad` from `height_m`: ground, a wall, and what
-/// stands about.
+/// Points of a street in the frame of a camera that looks down by `pitch_rad` from `height_m`: ground, a wall, and
+/// other objects.
 std::vector<BodyPoint> street(double pitch_rad, double height_m, int on_ground, int on_wall, unsigned seed = 1) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);

@@ -106,7 +106,7 @@ TEST(ObjectMotion, ParkedObjectStandsStill) {
     Path path(0.03, seed);
     for (int i = 0; i < 40; ++i) {
       motion.push(path.sample(i * kFrame_s, {4.0, 1.0, 12.0}));
-      // The newest velocity rests on the past alone; the finalised one on both sides.
+      // The newest velocity uses the past alone; the finalised one uses both sides.
       EXPECT_TRUE(i < 5 || motion.at(0).velocity_mps.norm() < 0.45) << i;
       EXPECT_TRUE(i < 15 || motion.at(10).velocity_mps.norm() < 0.15) << i;
       EXPECT_FALSE(motion.at(0).moving);
@@ -161,7 +161,7 @@ TEST(ObjectMotion, CovarianceMatchesTheScatterOfVelocities) {
     const Eigen::Vector3d error = estimate.velocity_mps - velocity;
     normalised += error.dot(estimate.covariance.ldlt().solve(error)) / (3.0 * kTrials);
   }
-  // Somewhat below one: a floor is added for errors that scatter does not show.
+  // Somewhat below one: a floor is added for errors that the scatter does not show.
   EXPECT_GT(normalised, 0.4);
   EXPECT_LT(normalised, 1.1);
 }
@@ -174,7 +174,7 @@ TEST(ObjectMotion, RespectsGapsAndIrregularTimes) {
     motion.push(path.sample(time_s, velocity * time_s));
   }
   EXPECT_LT((motion.at(0).velocity_mps - velocity).norm(), 0.2);
-  // What happened long before a gap says nothing.
+  // Samples long before a gap carry no information.
   motion.push(path.sample(60.0, {0.0, 0.0, 100.0}));
   EXPECT_FALSE(motion.at(0).moving);
 }
@@ -257,7 +257,7 @@ void push_correlated(ObjectMotion& motion, const Eigen::Vector3d& velocity_mps,
   }
 }
 
-/// Whether such a motion counts as one; what moves faster than .1 m/s may.
+/// Whether such a motion counts as moving, with a threshold of .1 m/s.
 bool moves(const Eigen::Vector3d& velocity_mps, const Eigen::Vector3d& correlated_error_m, int count, double step_s) {
   TrajectoryConfig config;
   config.min_moving_speed_mps = 0.1;

@@ -111,7 +111,7 @@ TEST_F(TrajectorySmootherTest, AcceptsGoodMeasurementsOfABrakingVehicle) {
   }
 }
 
-// It turns round at once, which it cannot. Twice as many frames measure half as well.
+// An impossibly sudden reversal. With twice as many frames, each has twice the variance.
 TEST_F(TrajectorySmootherTest, SmoothsAlikeAtEveryRateOfTheCamera) {
   constexpr double kTurnsRound_s = 0.6;
   const auto rounded_m = [](double rate_hz) {

@@ -1,4 +1,4 @@
-// Which frame of which camera a picture is, written into the picture itself: what pairs claim, pixels prove.
+// Camera and frame number, written into the picture, so that pixels prove the pairing.
 #pragma once
 
 #include <cstdint>
@@ -14,11 +14,11 @@ struct FrameMark {
   friend bool operator==(const FrameMark&, const FrameMark&) = default;
 };
 
-/// Width of a mark; pictures are at least so wide and 8 pixels high.
+/// Width of a mark; pictures are at least as wide, and 8 pixels high.
 inline constexpr int kMarkWidth_px = 320;
 
-/// A row of black and white squares, 8 pixels each, which survives JPEG; below it a gradient that moves with the index
-/// and is `brightness` at its brightest.
+/// A row of black and white squares, 8 pixels each, which survives JPEG; below it a gradient that moves with the index,
+/// with the maximum `brightness`.
 void draw_frame(MutableGrayView image, const FrameMark& mark, int brightness);
 
 /// None where the squares are not those of a mark (they have a checksum).

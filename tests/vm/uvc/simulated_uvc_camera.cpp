@@ -154,8 +154,8 @@ void SimulatedUvcCamera::queue(const UsbipRequest& request) {
   changed_.notify_all();
 }
 
-// The kernel may send this before the transfer that it is about: to deny it then would leave that transfer waiting for
-// ever, and to answer the transfer later would end the connection.
+// The kernel may send this before the transfer that it names. Denying it then would leave that transfer waiting for
+// ever; answering the transfer later would end the connection.
 void SimulatedUvcCamera::unlink(const UsbipRequest& request) {
   const std::lock_guard replying(replying_);
   const std::lock_guard lock(mutex_);
@@ -174,7 +174,7 @@ bool SimulatedUvcCamera::wait_for_transfer() {
   return plugged_;
 }
 
-// One frame a period, at the same moments for every camera. Pictures are drawn ahead.
+// One frame a period, at the same times for every camera. Pictures are drawn ahead.
 void SimulatedUvcCamera::stream_frames() {
   constexpr int kLatestPart = 4;
   while (wait_for_transfer()) {
@@ -236,8 +236,8 @@ Bytes SimulatedUvcCamera::make_payload(const UvcFunction::Streaming& streaming, 
   return payload;
 }
 
-// A transfer that is not filled ends the payload; one that is filled exactly is followed by an empty one. Of a frame of
-// the stream before, nothing more is sent.
+// A partly filled transfer ends the payload; an exactly filled one is followed by an empty one. The rest of a frame of
+// an earlier stream is not sent.
 void SimulatedUvcCamera::send_payload(const Bytes& payload, const UvcFunction::Streaming& streaming) {
   const std::size_t longest = streaming.mode.frame_bytes() + kHeaderBytes;
   std::size_t sent = 0;

@@ -1,4 +1,4 @@
-// A USB camera made of software: the kernel's own USB and UVC drivers talk to it over the USB/IP protocol, through a
+// A USB camera in software: the kernel's USB and UVC drivers talk to it over the USB/IP protocol, through a
 // socket given to the virtual host controller (vhci-hcd). For the guest of tests/vm.
 #pragma once
 
@@ -19,10 +19,10 @@
 
 namespace kinetrace::hal::test {
 
-/// Its frames carry a FrameMark with the index of the period they fall into, counted from one moment for all cameras of
-/// the process: frames taken at the same time have the same index, whatever happens on their way. Modes wider than two
-/// marks show both cameras side by side. A frame that the host has no room for at its time is lost, so that a frame is
-/// never late by more than part of a period.
+/// Its frames carry a FrameMark with the index of their period, counted from one moment for all cameras of the process:
+/// frames taken at the same time have the same index, whatever happens in transit. Modes wider than two marks show both
+/// cameras side by side. A frame without room at the host is lost, so that a frame is never late by more than part of
+/// a period.
 class SimulatedUvcCamera {
  public:
   /// `camera`: 0 or 1; also the port it is plugged into.
@@ -33,11 +33,11 @@ class SimulatedUvcCamera {
 
   /// Returns when the kernel has taken notice; its drivers take a moment more. Throws std::runtime_error.
   void plug();
-  /// By surprise, as a pulled cable.
+  /// Unplugs without notice, like a pulled cable.
   void unplug();
 
-  /// Instead of marks, these pictures, each as large as the mode and in so many frames; in the same frames with all
-  /// cameras. Before it streams.
+  /// Shows these pictures instead of marks, each of the mode's size, for `frames_each` frames, in the same frames on
+  /// all cameras. Call before streaming.
   void show(std::vector<Bytes> pictures, int frames_each) {
     pictures_ = std::move(pictures);
     frames_each_ = frames_each;
@@ -72,7 +72,7 @@ class SimulatedUvcCamera {
   std::unique_ptr<UsbipConnection> connection_;
   std::thread answering_;
   std::thread streaming_;
-  std::mutex mutex_;     ///< Of what follows.
+  std::mutex mutex_;     ///< Guards the members below.
   std::mutex replying_;  ///< Held from taking a transfer to replying to it, and while unlinking one.
   std::condition_variable changed_;
   std::deque<Transfer> transfers_;

@@ -109,7 +109,7 @@ void UsbipConnection::send(std::span<const std::uint32_t> words, std::span<const
   Header wire{};
   std::transform(words.begin(), words.end(), wire.begin(), [](std::uint32_t word) { return htonl(word); });
   const std::lock_guard lock(sending_);
-  // A connection that has ended is noticed by receive().
+  // receive() notices an ended connection.
   if (send_all(socket_, wire.data(), sizeof wire)) {
     send_all(socket_, data.data(), data.size());
   }

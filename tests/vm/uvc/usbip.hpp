@@ -17,14 +17,14 @@ struct UsbipRequest {
   std::uint32_t endpoint = 0;
   std::uint32_t length = 0;             ///< Bytes the host sends or has room for.
   std::array<std::uint8_t, 8> setup{};  ///< Endpoint 0.
-  std::vector<std::uint8_t> sent;       ///< What the host sends.
+  std::vector<std::uint8_t> sent;       ///< Data from the host.
   std::uint32_t victim = 0;             ///< To unlink: the sequence of an earlier request.
 };
 
 /// One end of a stream socket; the other belongs to the kernel. One thread receives, any thread may reply.
 class UsbipConnection {
  public:
-  /// Takes the descriptor over.
+  /// Takes ownership of the descriptor.
   explicit UsbipConnection(int socket) : socket_(socket) {}
   UsbipConnection(const UsbipConnection&) = delete;
   UsbipConnection& operator=(const UsbipConnection&) = delete;

@@ -1,4 +1,4 @@
-// What the simulated camera says of itself: USB 2.0 chapter 9 and the USB Video Class 1.1, chapter 3.
+// Descriptors of the simulated camera: USB 2.0 chapter 9 and the USB Video Class 1.1, chapter 3.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ struct UvcMode {
 inline constexpr std::array<std::array<int, 2>, 3> kUvcSizes{{{320, 240}, {640, 240}, {640, 480}}};
 /// In units of 100 ns: 30, 15, 5 Hz.
 inline constexpr std::array<std::uint32_t, 3> kUvcIntervals{333'333, 666'666, 2'000'000};
-inline constexpr std::uint32_t kUvcDefaultInterval = 2'000'000;  ///< libcamera takes what there is.
+inline constexpr std::uint32_t kUvcDefaultInterval = 2'000'000;  ///< libcamera keeps the default.
 inline constexpr std::uint32_t kUvcClock_hz = 1'000'000;
 
 inline constexpr std::uint8_t kCameraTerminal = 1;

@@ -89,7 +89,7 @@ void UvcFunction::reset() {
   }
 }
 
-// Turns what the host proposes into what the device would do.
+// Replaces the host's proposal by the nearest one that the device supports.
 void UvcFunction::complete(Probe& probe) {
   const UvcMode mode = find_mode(probe[kFormatIndex], probe[kFrameIndex]);
   const std::uint32_t wanted = read32(probe, kInterval);
@@ -145,7 +145,7 @@ std::optional<Bytes> UvcFunction::standard_answer(const UsbSetup& setup) const {
   constexpr std::uint8_t kGetConfiguration = 8;
   constexpr std::uint8_t kGetInterface = 10;
   if (!setup.is_read()) {
-    return Bytes{};  // Configuration, interface and features are accepted as they come: there is one of each.
+    return Bytes{};  // Any configuration, interface and feature is accepted: there is one of each.
   }
   switch (setup.request) {
     case kGetStatus: return Bytes{0, 0};

@@ -28,15 +28,15 @@ class UvcFunction {
  public:
   UvcFunction(std::string product, std::string serial);
 
-  /// What the device answers; none: it stalls the request. `sent` is what the host wrote.
+  /// The device's answer; none: it stalls the request. `sent` is the host's data.
   [[nodiscard]] std::optional<Bytes> answer(const UsbSetup& setup, std::span<const std::uint8_t> sent);
 
   struct Streaming {
     UvcMode mode;
     std::int64_t period_ns = 0;
-    int generation = 0;  ///< Another one each time that a stream begins.
+    int generation = 0;  ///< Changes whenever a stream begins.
   };
-  /// What the host has committed to; none before it has.
+  /// The stream that the host has committed to; none before.
   [[nodiscard]] std::optional<Streaming> streaming() const;
   /// Exposure time times gain, as the sensor would see it: 0 to 255.
   [[nodiscard]] int brightness() const;

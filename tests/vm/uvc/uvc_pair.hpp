@@ -8,7 +8,7 @@
 
 namespace kinetrace::hal::test {
 
-/// Plugged in when first used, and as long as the program runs.
+/// Plugged in at first use, for the rest of the program.
 class UvcPair {
  public:
   static UvcPair& instance();
@@ -18,7 +18,7 @@ class UvcPair {
 
   /// A mode that both have, slow enough for an emulated processor.
   [[nodiscard]] CaptureConfig config(CaptureBackend backend, int view, PixelFormat format = PixelFormat::kGrey8) const;
-  /// Waits until the backend lists `count` cameras. Throws std::runtime_error where that never comes.
+  /// Waits until the backend lists `count` cameras. Throws std::runtime_error at the time-out.
   static void wait_until_listed(CaptureBackend backend, std::size_t count);
 
  private:

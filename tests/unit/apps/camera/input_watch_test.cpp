@@ -1,4 +1,4 @@
-// What a user reads, once, when a camera's or a recording's images or masks are wrong.
+// Warnings to the user, each once, about wrong images or masks of a camera or a recording.
 #include "camera/input_watch.hpp"
 
 #include <string>
@@ -75,7 +75,7 @@ TEST_F(InputWatchTest, IdenticalCamerasHaveOneCauseAndOneLine) {
 
 class MaskFileWatchTest : public testing::Test {
  protected:
-  /// After a frame at so many tenths of a second.
+  /// Status after a frame at `frames` tenths of a second.
   Status see(std::uint64_t frames, std::uint64_t missing, std::uint64_t unreadable) {
     FrameCounters counters;
     counters.frames = frames;

@@ -1,4 +1,4 @@
-// A camera whose one view is late, before a wall, nodding: the images alone show it, and the camera is to be mended.
+// A nodding camera before a wall with one late view: only the images show the delay, which must be corrected.
 #include "camera/pairing_keeper.hpp"
 
 #include <cmath>
@@ -25,7 +25,7 @@ double nod(int shot) {
   return 6.0 * std::sin(shot * 0.9);
 }
 
-/// Plays the camera, and paints what a nodding rig saw at the shots that its frames tell.
+/// Plays the camera, and draws each frame's images as a nodding rig sees them at the frame's shots.
 class NoddingRig {
  public:
   explicit NoddingRig(bool side_by_side = false) : left_(machine_.add({.path = "l", .stable_id = "l"})) {
@@ -41,7 +41,7 @@ class NoddingRig {
   const hal::CameraCounters& counters() const { return camera_->counters(); }
   std::uint64_t noted() const { return health_.entries().empty() ? 0 : health_.entries()[0].count; }
 
-  /// How many of so many frames show two moments.
+  /// Number of frames, among `frames`, whose views show different moments.
   int torn(int frames, int later_in_left_half = 0) {
     int torn = 0;
     for (int i = 0; i < frames; ++i) {

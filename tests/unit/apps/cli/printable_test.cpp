@@ -1,4 +1,4 @@
-// What may be shown on a terminal, and what is written out.
+// Text that a terminal may show, and text that is escaped.
 #include "cli/printable.hpp"
 
 #include <gtest/gtest.h>

@@ -53,7 +53,7 @@ class ConfigFile : public ::testing::Test {
     std::ofstream(path_) << text;
     return read_config_file(path_, fields_of(lamp_));
   }
-  /// The message of the error that reading `text` must give.
+  /// The expected error's message when reading `text`.
   std::string error_of(std::string_view text) {
     const Status status = read(text);
     return status ? "no error" : status.error().message;

@@ -19,7 +19,7 @@ constexpr const char* kOther =
     "  - {class: other, share: 1.0, length: [1.0, 0.5], height: [1.0, 0.5], width: [1.0, 0.5], shape: box}\n";
 
 Result<SizeTable> read(const std::string& text) {
-  // Of its own: tests run side by side.
+  // A separate folder: tests run in parallel.
   const test::TempFolder folder;
   const std::string path = folder.file("sizes.yaml");
   std::ofstream(path) << text;

@@ -1,4 +1,4 @@
-// What monitor remembers of what it hears.
+// State that monitor keeps of received messages.
 #include "dds/monitor_state.hpp"
 
 #include <cmath>
@@ -51,7 +51,7 @@ TEST(RateWindow, CountsWhatCameInTheLastTwoSeconds) {
   }
   EXPECT_NEAR(rate.rate_hz(4 * kSecond_ns), 10.0, 1e-9);
   EXPECT_EQ(rate.rate_hz(7 * kSecond_ns), 0.0) << "silence";
-  // More than it keeps, and the ring has gone around.
+  // More than its capacity, so that the ring has wrapped around.
   for (int i = 0; i < 1000; ++i) {
     rate.add(10 * kSecond_ns + i * kSecond_ns / 100);
   }

@@ -13,7 +13,7 @@ constexpr StereoGeometry kGeometry{
     .fx_px = 100.0, .fy_px = 100.0, .cx_px = 8.0, .cy_px = 4.0, .baseline_m = 0.1, .width_px = 16, .height_px = 8};
 constexpr std::size_t kPixels = 128;  // Of an image.
 
-/// What was processed; holds processing up while `closed`.
+/// Records processed frames; blocks processing while closed.
 class Gate {
  public:
   Status process(const RectifiedPair& pair, std::int64_t exposed_ns) {
@@ -29,7 +29,7 @@ class Gate {
   }
   void close() { set(true); }
   void open() { set(false); }
-  /// Until so many have begun to be processed.
+  /// Waits until processing of `count` frames has begun.
   void await_entered(int count) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return entered_ >= count; });

@@ -1,4 +1,4 @@
-// Stage times, on a clock of this test's own.
+// Stage times, on a simulated clock.
 #include "live/stage_clock.hpp"
 
 #include <chrono>

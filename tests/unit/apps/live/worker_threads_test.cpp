@@ -29,7 +29,7 @@ TEST(WorkerThreads, OthersHelp) {
   WorkerThreads workers(2);
   std::atomic<int> at_work{0};
   std::atomic<bool> met{false};
-  // Ends only when both are at it at the same time.
+  // Ends only when both work at the same time.
   in_pieces(&workers, 2, 1, [&](std::size_t /*begin*/, std::size_t /*end*/) {
     if (++at_work == 2) {
       met = true;

@@ -1,4 +1,4 @@
-// What settings cost, on a small configuration of this test's own; and the boards that the program knows.
+// Costs of settings, on a small test configuration; and the boards known to the program.
 #include "plan/setting_costs.hpp"
 
 #include <fstream>

@@ -41,7 +41,7 @@ TEST(RunTally, RemembersThoseThatWereSeenLast) {
   }
   tally.add_object(1, BodyStatus::kTracked, true);
   EXPECT_EQ(tally.found().objects, 512U);
-  // One past the limit: number 2 was not seen for longest, and is forgotten.
+  // One beyond the limit: number 2, unseen for longest, is forgotten.
   tally.add_object(513, BodyStatus::kTracked, true);
   tally.add_object(1, BodyStatus::kTracked, true);
   tally.add_object(3, BodyStatus::kTracked, true);

@@ -1,4 +1,4 @@
-// A runtime that answers twice, as at a start, and then never again.
+// A runtime that answers twice, as at the start, and then never again.
 #include <chrono>
 #include <memory>
 #include <thread>

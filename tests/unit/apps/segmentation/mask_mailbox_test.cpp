@@ -1,4 +1,4 @@
-// Masks between two threads: what is accepted, kept, waited for and counted.
+// Masks between two threads: acceptance, storage, waiting and counting.
 #include "segmentation/mask_mailbox.hpp"
 
 #include <memory>
@@ -52,7 +52,7 @@ struct Sent {
     message.timestamp_ns = timestamp_ns;
     return *this;
   }
-  /// Of another size than asked for.
+  /// Images of another size than requested.
   Sent& damaged() {
     message.width_px = kWidth + 1;
     return *this;
@@ -198,7 +198,7 @@ TEST_F(MaskMailboxTest, HasRoomForTheFrameThatIsWaitedForWhateverIsAheadOfIt) {
     mailbox.offer(Sent(frame).message);
   }
   EXPECT_EQ(mailbox.counters().messages_early, 1U);
-  // In place of the one farthest ahead.
+  // Replaces the message farthest ahead.
   mailbox.offer(Sent(5).message);
   EXPECT_EQ(mailbox.counters().messages_early, 2U);
   EXPECT_NE(mailbox.await(5), nullptr);

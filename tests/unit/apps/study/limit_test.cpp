@@ -1,4 +1,4 @@
-// The limit study: bounds that are known in closed form, points and noise of a truth written by hand.
+// The limit study: bounds known in closed form, points and noise of a truth written by hand.
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 
 constexpr StereoGeometry kRig{700.0, 700.0, 600.0, 180.0, 0.5, 1200, 360};
 constexpr PixelNoise kNoise{0.1, 0.2};
-// As good as none.
+// Practically no prior.
 constexpr MotionPrior kNoPrior{1e9, 1e9};
 constexpr double kDepth_m = 20.0;
 constexpr double kHalf_m = 0.5;
@@ -42,10 +42,10 @@ SeenBody square(std::size_t views) {
   return body;
 }
 
-// Two views of unknown points tell of the motion by the difference of two means. Sideways it is that of places in the
-// image. Along the axis it is that of disparities, and of the square's size in the image, whose middle is known by
-// eight coordinates that move by f a / Z^2 each. About the axis points move by their distance a sqrt(2) from it; about
-// the other axes they come nearer and go away by a each, seen by disparities and by the edges' inclination f a^2 / Z^2.
+// Two views of unknown points give the motion by the difference of two means. Sideways: of image positions. Along the
+// axis: of disparities, and of the square's size in the image, measured by eight coordinates that move by f a / Z^2
+// each. About the axis, points move by their distance a sqrt(2) from it; about the other axes, they approach and recede
+// by a each, measured by disparities and by the edges' inclination f a^2 / Z^2.
 TEST(PoseBound, OfTwoViewsIsKnownInClosedForm) {
   const std::vector<PoseBound> bounds = pose_bounds(square(2), kRig, kNoise, kNoPrior);
   ASSERT_EQ(bounds.size(), 2U);
@@ -62,7 +62,7 @@ TEST(PoseBound, OfTwoViewsIsKnownInClosedForm) {
                                      4.0 * std::pow(keystone_px / kNoise.position_px, 2));
   EXPECT_NEAR(bounds[1].motion_deg, std::sqrt(about_axis + 2.0 * about_others) * 180.0 / std::numbers::pi,
               0.03 * bounds[1].motion_deg);
-  // An offset that fits both leaves half of the way in each.
+  // The common offset that fits both leaves half of the motion in each.
   EXPECT_NEAR(bounds[0].place_m, 0.5 * bounds[1].motion_m, 1e-9);
   EXPECT_NEAR(bounds[1].place_m, 0.5 * bounds[1].motion_m, 1e-9);
   EXPECT_EQ(bounds[0].motion_m, 0.0);
@@ -79,7 +79,7 @@ TEST(PoseBound, GrowsWithTheNoiseAndShrinksWithThePoints) {
   EXPECT_NEAR(pose_bounds(body, kRig, kNoise, kNoPrior)[1].motion_m, 0.5 * once, 1e-3 * once);
 }
 
-// Known to go on as it went: the bound of n views falls as that of a straight line's slope.
+// A steady motion: the bound of n views decreases like that of a straight line's slope.
 TEST(PoseBound, OfASteadyMotionIsThatOfALine) {
   constexpr std::size_t kViews = 10;
   const std::vector<PoseBound> free = pose_bounds(square(kViews), kRig, kNoise, kNoPrior);
@@ -98,7 +98,7 @@ TEST(PoseBound, OfOneViewIsNone) {
   EXPECT_TRUE(pose_bounds({}, kRig, kNoise, {}).empty());
 }
 
-/// Truth of a wall 20 m away, all of one object that fills the image from the column `from_px` on.
+/// Truth of a wall 20 m away, one object that fills the image from the column `from_px` on.
 class WallTruth {
  public:
   explicit WallTruth(int from_px) : labels_(static_cast<std::size_t>(kRig.width_px * kRig.height_px), 0) {

@@ -82,14 +82,14 @@ class ObjectSizeStudy : public ::testing::Test {
     return std::move(*opened);
   }
 
-  /// What a run says about one frame.
+  /// A run's estimate of one frame.
   struct Estimate {
     Se3 T_world_obj;
     double point_offset_m = 0.0;  ///< Of all points along the viewing direction.
     BodyStatus status = BodyStatus::kTracked;
     bool has_mask = true;
   };
-  /// The rows of a run that estimates this.
+  /// The study's rows of a run with these estimates.
   std::vector<StudyRow> study(const std::vector<Estimate>& estimates) {
     StudyTruth truth = this->truth();
     StudyErrors errors(truth);

@@ -9,7 +9,7 @@
 namespace kinetrace::self_calibration {
 namespace {
 
-/// First frames' left-right pairs, and as many wrong ones as asked.
+/// Left-right pairs of the first frames, and a given number of wrong ones.
 std::vector<PointPair> pairs_of(const RigModel& rig, std::size_t wrong) {
   std::vector<PointPair> pairs;
   for (const TrackWindow& window : test::synthetic_drive(rig, {.windows = 6, .noise_px = 0.3})) {

@@ -19,10 +19,10 @@ struct DriveOptions {
   std::size_t frames = 8;  ///< Of a window.
   std::size_t points = 150;
   double noise_px = 0.05;
-  double outlier_share = 0.0;  ///< Of the tracks: points that move by themselves.
+  double outlier_share = 0.0;  ///< Share of tracks on moving points.
 };
 
-/// Two lenses and a mount, all a little crooked.
+/// Two lenses and a mount, all with small errors.
 [[nodiscard]] RigModel crooked_rig();
 
 /// The same tracks in every call.

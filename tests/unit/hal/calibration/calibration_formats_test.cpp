@@ -30,7 +30,7 @@ void expect_bad(const std::string& name, const std::string& text, const std::str
   EXPECT_THAT(rig.error().message, HasSubstr(name));
 }
 
-// What OpenCV itself writes in this format.
+// A file in this format, as OpenCV writes it.
 std::string written_by_opencv(const RigCalibration& rig, int format) {
   cv::FileStorage file(format == cv::FileStorage::FORMAT_XML ? ".xml" : ".json",
                        cv::FileStorage::WRITE | cv::FileStorage::MEMORY | format);
@@ -154,7 +154,7 @@ TEST(ZedCalibration, ReportsWhatIsMissingOrNoNumber) {
   EXPECT_THAT(other.error().message, HasSubstr("knows no images of 640x480; use 2208x1242"));
 }
 
-// Two cameras beside a third one, as devices have them; lengths are centimetres.
+// Two cameras beside a third one, as on real devices; lengths are in centimetres.
 std::string depthai(const std::string& right_extrinsics) {
   const std::string K = R"("intrinsicMatrix": [[800, 0, 640], [0, 801, 400], [0, 0, 1]], "width": 1280, "height": 800)";
   const std::string D = R"("distortionCoeff": [0.7, 0.1, 1e-5, -8e-5, 0.001, 1.06, 0.26, 0.013, 0, 0, 0, 0, 0, 0])";
@@ -173,7 +173,7 @@ TEST(DepthaiCalibration, FollowsTheChainFromCameraToCamera) {
   ASSERT_TRUE(rig) << rig.error().message;
   EXPECT_EQ(rig->left.fx_px, 800);
   EXPECT_EQ(rig->right.distortion[5], 1.06);
-  // Left leads to right at once; that right leads on does not matter.
+  // Left links to right directly; the further link of right does not matter.
   EXPECT_TRUE(rig->T_right_left.rotation.isIdentity(1e-12));
   EXPECT_TRUE(rig->T_right_left.translation.isApprox(Eigen::Vector3d(-0.075, 0.001, 0.0), 1e-12));
 }

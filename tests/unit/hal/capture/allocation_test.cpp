@@ -1,4 +1,4 @@
-// Playing and rectifying takes no memory of our own after start.
+// Playing and rectifying allocate no memory of our own after start.
 #include <gtest/gtest.h>
 
 #include "fake_capture.hpp"
@@ -18,7 +18,7 @@ TEST(HalAllocations, AreAllForeign) {
   const test::Recording recording(4);
   std::filesystem::remove(recording.right(1));
   Dataset dataset = recording.open().value();
-  // The same pinhole, shifted: there is something to rectify.
+  // The same pinhole, shifted, so that rectification is needed.
   RigCalibration rig;
   rig.left = {.width_px = test::kWidth,
               .height_px = test::kHeight,

@@ -24,7 +24,7 @@ namespace {
 constexpr std::uint32_t kLast = std::numeric_limits<std::uint32_t>::max();
 constexpr std::int64_t kWrap = std::int64_t{1} << 32;
 
-/// The error of the last of so many images that report `got`; empty where none had one.
+/// The first error of `images` images that report `got`; empty if there is none.
 std::string error_after(int images, const CaptureSettings& asked, const CaptureSettings& got) {
   SettingsCheck check(asked);
   Status status;
@@ -96,8 +96,8 @@ TEST(SequenceUnwrapper, ForgetsOnReset) {
 
 TEST(V4l2Nodes, ThatCannotBeOpenedAreNamedWithTheReason) {
   const kinetrace::test::TempFolder folder;
-  std::filesystem::create_directory(folder.path() / "video3");  // Cannot be opened for writing, by nobody.
-  std::ofstream(folder.path() / "video4") << "not a device";    // Can be, and is none.
+  std::filesystem::create_directory(folder.path() / "video3");  // No user can open it for writing.
+  std::ofstream(folder.path() / "video4") << "not a device";    // Writable, but no device.
   std::filesystem::create_symlink("gone", folder.path() / "video5");
   std::filesystem::create_directory(folder.path() / "videos");
   const std::vector<Error> problems = unreadable_v4l2_nodes(folder.path().string());

@@ -1,4 +1,4 @@
-// Cameras in processes of their own: images arrive without a copy, and a library that crashes costs the camera alone.
+// Cameras in separate processes: images arrive without a copy, and a library's crash costs only the camera.
 #include "capture/isolated/isolated_backend.hpp"
 
 #include <algorithm>
@@ -25,7 +25,7 @@ constexpr std::size_t kImageBytes = 64;
 constexpr std::size_t kBufferBytes = 4096;
 constexpr std::chrono::milliseconds kTimeout{5000};
 
-/// A library whose device delivers as fast as buffers come back, and dies of what its name says.
+/// A library whose device delivers as fast as buffers come back, and dies at the moment given by its name.
 class BrittleDevice final : public CaptureDevice {
  public:
   explicit BrittleDevice(CaptureConfig config) : config_(std::move(config)) {
@@ -87,7 +87,7 @@ class BrittleDevice final : public CaptureDevice {
  private:
   void die_if(const char* moment) const {
     if (config_.device == moment) {
-      raise(SIGKILL);  // No core, no report: what a crash is to the others.
+      raise(SIGKILL);  // As a crash looks to other processes, without core file or report.
     }
   }
   void raise_level() const {

@@ -1,4 +1,4 @@
-// What a live camera refuses: configurations, and devices that are not as configured.
+// Refusals of a live camera: bad configurations, and devices that do not match them.
 #include <functional>
 #include <string>
 

@@ -55,7 +55,7 @@ TEST_F(LiveCamera, UnreadableImagesAreNoData) {
     begin();
     expect_frames(5);
     left_.script = spoil;
-    expect_frames(1);  // What was on its way is still good.
+    expect_frames(1);  // Images in transit are still good.
     Result<StereoFrame> frame = frame_within(std::chrono::milliseconds(900));
     ASSERT_EQ(frame.error().code, ErrorCode::kTimeout);
     EXPECT_EQ(camera_->state(), CameraState::kStalled);
@@ -84,7 +84,7 @@ TEST_F(LiveCamera, ADeviceThatIsReadyForNothingIsNotAskedWithoutPause) {
   begin();
   expect_frames(5);
   left_.mute = left_.falsely_ready = true;
-  // The machine's time goes on only while somebody waits.
+  // The machine's time advances only during a wait.
   EXPECT_EQ(camera_->next(kTimeout).error().code, ErrorCode::kTimeout);
   left_.mute = false;
   ASSERT_TRUE(frame_within(std::chrono::milliseconds(300)));

@@ -1,4 +1,4 @@
-// Times of frames: middle of the exposure, and right whatever clocks and schedulers do.
+// Frame times: middle of the exposure, correct under any behaviour of clocks and schedulers.
 #include <gtest/gtest.h>
 
 #include "live_camera_for_test.hpp"
@@ -28,7 +28,7 @@ TEST_F(LiveCamera, TakesTheMiddleOfAnExposureThatEachImageTells) {
   left_.phase_ns = right_.phase_ns = machine_.now_ns() + 7 * kMs;
   begin();
   EXPECT_EQ(camera_->next(kTimeout).value().timestamp_ns, left_.phase_ns - 5 * kMs);
-  // What cannot be true is not accepted: no exposure is longer than a period.
+  // An impossible value is rejected: no exposure is longer than a period.
   left_.given_exposure_ns = right_.given_exposure_ns = 900 * kMs;
   camera_->close();
   ASSERT_TRUE(camera_->open() && camera_->start());
@@ -36,7 +36,7 @@ TEST_F(LiveCamera, TakesTheMiddleOfAnExposureThatEachImageTells) {
   EXPECT_LE(machine_.now_ns() - frame.timestamp_ns, left_.period_ns);
 }
 
-// Images that waited in the driver meanwhile are older than their arrival says; so are none of those that follow.
+// Images that waited in the driver are older than their arrival; later images are not.
 TEST_F(LiveCamera, TimesAreRightAfterAHoldUpHoweverLong) {
   for (const std::int64_t held_up_ms : {300, 1000, 1500, 5'000, 60'000}) {
     for (const bool counts : {true, false}) {

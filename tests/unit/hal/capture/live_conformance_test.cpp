@@ -1,4 +1,4 @@
-// Live cameras on scripted devices, and whatever wraps a camera, do what every camera does.
+// Live cameras on scripted devices, and all camera wrappers, pass the conformance suite.
 #include "camera_conformance.hpp"
 #include "fake_capture.hpp"
 #include "kinetrace/hal/fault_injector.hpp"

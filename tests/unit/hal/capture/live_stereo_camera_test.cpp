@@ -1,4 +1,4 @@
-// Two scripted devices in, pairs out: which images are paired, and what becomes of the others.
+// Pairing of images from two scripted devices, and handling of unpaired images.
 #include <random>
 #include <set>
 
@@ -118,7 +118,7 @@ TEST_F(LiveCamera, EveryFrameNumberIsAccountedForOnce) {
       first_index = i == 0 ? frame->frame_index : first_index;
       last_index = frame->frame_index;
       if (i == 0) {
-        // What was lost before the first pair is nobody's.
+        // Frames lost before the first pair belong to no pair.
         first_index -= static_cast<std::int64_t>(camera_->counters().skipped_missing_side);
       }
       machine_.pass(i % 3 == 0 ? 80 * kMs : 0);

@@ -12,7 +12,7 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// A reader made for a format and size, and what the device says of its images.
+/// A reader for a format and size, and the device's image properties.
 class Bench {
  public:
   Bench(PixelFormat format, int width, int height, int stride_bytes) {

@@ -1,4 +1,4 @@
-// Controls of a driver that sets what it is asked to set, or does not.
+// Controls of a driver that sets requested values, or does not.
 #include "capture/v4l2/v4l2_controls.hpp"
 
 #include <algorithm>
@@ -24,12 +24,12 @@ struct Control {
   __u32 id = kTriggerId;
   std::string name = "Trigger Mode";
   __u32 type = V4L2_CTRL_TYPE_MENU;
-  std::vector<std::string> entries{"Off", "External"};  ///< Of a menu; an empty text is a hole.
+  std::vector<std::string> entries{"Off", "External"};  ///< Menu entries; an empty text is a hole.
   __s32 minimum = 0;
   __s32 maximum = 1;
   __s32 value = 0;
-  bool is_deaf = false;  ///< Takes a value and keeps its own.
-  int refuses = 0;       ///< The errno with which it is not set.
+  bool is_deaf = false;  ///< Accepts a value without setting it.
+  int refuses = 0;       ///< errno of the refusal to set it.
 };
 
 using Controls = std::vector<Control>;

@@ -1,4 +1,4 @@
-// What all layouts share, shown on the simplest: KITTI odometry.
+// Common behaviour of all layouts, on the simplest: KITTI odometry.
 #include "kinetrace/hal/dataset.hpp"
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Recordings do what every camera must.
+// Recordings pass the conformance suite of cameras.
 #include <memory>
 
 #include "camera_conformance.hpp"

@@ -1,4 +1,4 @@
-// The real recordings, where they are at hand: KINETRACE_DATA names their folder.
+// Real recordings, if available: KINETRACE_DATA names their folder.
 #include <cstdlib>
 #include <filesystem>
 

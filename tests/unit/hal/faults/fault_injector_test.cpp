@@ -27,7 +27,7 @@ class Faulty : public ::testing::Test {
                   .value();
     ASSERT_TRUE(camera_->open() && camera_->start());
   }
-  /// Numbers of the frames that come; -1 for a time-out, -2 for a loss (which is then recovered from).
+  /// Numbers of the delivered frames; -1 for a time-out, -2 for a loss (followed by a recovery).
   std::vector<std::int64_t> play(const std::string& faults, int frames = 10) {
     begin(faults, frames);
     std::vector<std::int64_t> came;

@@ -125,7 +125,7 @@ TEST_F(Guarded, TakesNeitherSkyNorNightForDamage) {
       EXPECT_FALSE(CutOffDetector().examine(frame)) << value << is_lower;
     }
   }
-  // Nor a sky that one view alone sees: what breaks off is the end.
+  // Nor is a uniform sky in one view alone: a cut-off image lacks its end.
   std::vector<std::uint8_t> sky(whole.left.data, whole.left.data + ScriptedCamera::kWidth * ScriptedCamera::kHeight);
   std::fill_n(sky.begin(), sky.size() / 2, std::uint8_t{255});
   StereoFrame frame = whole;

@@ -1,4 +1,4 @@
-// A textured wall before a rig, and everything that can be wrong between it and the pairs that come.
+// A textured wall before a rig, and all faults between it and the delivered pairs.
 #include "kinetrace/hal/input_monitor.hpp"
 
 #include <cmath>
@@ -28,11 +28,11 @@ struct Rig {
   std::function<void(int frame, Image& left, Image& right)> spoil = [](int, Image&, Image&) {};
 };
 
-/// The frame from which on each fault held; -1 for never.
+/// First frame of each fault; -1 for never.
 struct Watched {
   std::array<int, kInputFaultCount> since{};
   [[nodiscard]] int operator[](InputFault fault) const { return since[static_cast<std::size_t>(fault)]; }
-  /// All faults that held at some time.
+  /// All faults that were reported at some time.
   [[nodiscard]] std::vector<InputFault> faults() const {
     std::vector<InputFault> found;
     for (std::size_t i = 0; i < since.size(); ++i) {
@@ -109,7 +109,7 @@ TEST(InputMonitor, SeesThatBothCamerasSeeTheSameThoughNotBitByBit) {
 }
 
 TEST(InputMonitor, SeesACalibrationThatTurnsTheCamerasInwards) {
-  // The lower half of the wall stands near, the upper one far: there, half a degree of yaw is more than its disparity.
+  // The lower half of the wall is near, the upper one far: there, half a degree of yaw exceeds the disparity.
   const Watched watched = watch({.spoil = [](int frame, const Image&, Image& right) {
     const Image far = wall(-6.0, nod(frame));
     std::copy_n(far.begin(), far.size() / 2, right.begin());

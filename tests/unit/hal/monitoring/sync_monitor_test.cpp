@@ -1,4 +1,4 @@
-// A textured wall before a rig that nods: which moment each view shows is known.
+// A textured wall before a nodding rig: the moment of each view is known.
 #include "kinetrace/hal/sync_monitor.hpp"
 
 #include <cmath>
@@ -23,8 +23,8 @@ std::vector<std::uint8_t> wall(double right_px, double down_px, bool blank) {
 struct Rig {
   std::function<double(int)> nod = [](int frame) { return 6.0 * std::sin(frame * 0.9); };  ///< Rows, by frame.
   std::function<double(int)> slide = [](int /*frame*/) { return 0.0; };                    ///< Columns.
-  int right_lag = 0;         ///< Frames that the right image is late by; negative: the left one is.
-  double misaligned_px = 0;  ///< What the right view sees lower.
+  int right_lag = 0;         ///< Delay of the right image in frames; negative: of the left one.
+  double misaligned_px = 0;  ///< Vertical offset of the right view, downwards.
   bool blank = false;
   int kept_every = 1;  ///< The other frames do not arrive.
 };

@@ -1,4 +1,4 @@
-// Containers: read back exactly, and as far as they are whole.
+// Containers: read back exactly, up to the first damage.
 #include <cstdio>
 #include <fstream>
 #include <limits>
@@ -65,7 +65,7 @@ TEST_F(Raw, IsReadableUpToTheLastWholeRecordWhereverItIsCut) {
 }
 
 TEST_F(Raw, ATailOfZerosIsNoRecord) {
-  // What some file systems leave after a loss of power: the length is there, the content is not.
+  // Some file systems leave this after a loss of power: the file's length without its content.
   record(config(RawFormat::kContainer), {0, 1});
   const std::filesystem::path file = segments().front();
   std::filesystem::resize_file(file, std::filesystem::file_size(file) + 2 * kRecordBytes);

@@ -1,4 +1,4 @@
-// Recordings in KITTI's layout: read back exactly, and as far as they are whole.
+// Recordings in KITTI's layout: read back exactly, up to the first damage.
 #include <fstream>
 #include <functional>
 #include <initializer_list>
@@ -26,7 +26,7 @@ TEST_F(Raw, KittisLayoutIsReadBackExactly) {
 
 // The images of frame `index` are harder and harder to compress, the right one harder than the left.
 TEST_F(Raw, WhatADiskTookBeforeItWasFullIsWholeInKittisLayoutToo) {
-  // So that the left image, the right one, or one of the lists of times is what does not fit.
+  // Limits at which the left image, the right one, or one of the lists of times does not fit.
   for (const rlim_t limit : {100U, 130U, 160U, 200U, 240U, 300U, 400U, 700U}) {
     const auto recorder = make(config(RawFormat::kKittiRaw)).value();
     Status full;
@@ -75,7 +75,7 @@ void shorten(const Path& file, std::uintmax_t bytes) {
   std::filesystem::resize_file(file, std::filesystem::file_size(file) - bytes);
 }
 
-/// What a loss of power takes of the end of a recording of kWithGap, and the frames that are left.
+/// Damage to the end of a recording of kWithGap by a loss of power, and the remaining frames.
 struct Loss {
   const char* what;
   std::function<void(const Path& drive)> happens;

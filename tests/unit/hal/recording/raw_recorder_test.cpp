@@ -1,4 +1,4 @@
-// What holds for both formats of recordings.
+// Common behaviour of both recording formats.
 #include "kinetrace/hal/raw_recorder.hpp"
 
 #include <cstdint>

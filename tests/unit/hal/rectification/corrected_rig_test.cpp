@@ -1,4 +1,4 @@
-// What a run has found out about a calibration, as the calibration of the next one.
+// A run's correction of a calibration, as the calibration of the next run.
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -43,8 +43,8 @@ Eigen::Vector2d rectified_px(const CameraModel& camera, const Eigen::Matrix3d& R
   return {rectified[0].x, rectified[0].y};
 }
 
-// Raw images of a rig that stands otherwise than `assumed` says: with the corrected calibration every point lies in
-// one row, at its depth.
+// Raw images of a rig whose true pose differs from `assumed`: with the corrected calibration every point lies in one
+// row, at its depth.
 void expect_rows_and_depths(const RigCalibration& assumed, const RigCorrection& truth, double tolerance_px) {
   const RectificationPlan before = plan_rectification(assumed, {}).value();
   const Result<RigCalibration> corrected = corrected_rig(assumed, {}, truth);

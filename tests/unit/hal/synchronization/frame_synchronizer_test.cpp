@@ -16,7 +16,7 @@ constexpr std::int64_t kMs = 1'000'000;
 constexpr std::int64_t kPeriod = 33 * kMs;
 constexpr std::int64_t kTolerance = 4 * kMs;
 
-/// One frame on its way.
+/// One frame in transit.
 struct Arrival {
   View view = View::kLeft;
   SyncFrame frame;
@@ -83,7 +83,7 @@ Outcome play(const Scenario& scenario) {
   outcome.drift_ppm = synchronizer.drift() * 1e6;
   outcome.delivered = static_cast<int>(arrivals.size());
 
-  // What must hold whatever happens: each frame leaves at most once, almost none is kept, pairs advance on both sides.
+  // Invariants: each frame leaves at most once, almost none is kept, pairs advance in both views.
   std::vector<int> slots;
   for (const SyncPair& pair : outcome.pairs) {
     slots.push_back(pair.left.slot);
@@ -135,7 +135,7 @@ TEST(FrameSynchronizer, ToleratesJitterWithinTheTolerance) {
 }
 
 TEST(FrameSynchronizer, DropsOnlyTheOlderOfTwoThatDoNotFit) {
-  // Half a period tolerance is where two frames could throw each other away.
+  // With a tolerance of half a period, two frames could make each other be dropped.
   for (const std::int64_t tolerance : {kTolerance, kPeriod / 2}) {
     const Outcome outcome = play({.shots = 200, .tolerance_ns = tolerance, .lost = [](View view, int shot) {
                                     return view == View::kLeft ? shot % 10 == 4 : shot % 10 == 7;
@@ -182,7 +182,7 @@ TEST(FrameSynchronizer, AnOffsetOfHalfAPeriodIsOneOffsetUnderJitter) {
                                   return shot * kPeriod + (view == View::kRight ? kPeriod / 2 : 0) + jitter(random);
                                 }});
   EXPECT_GE(outcome.pairs.size(), 485U);
-  // Which neighbour is the partner cannot be known; but it must not change.
+  // The partner among the neighbours is ambiguous, but it must not change.
   const std::int64_t lead = outcome.pairs.back().right.sequence - outcome.pairs.back().left.sequence;
   for (const SyncPair& pair : outcome.pairs) {
     EXPECT_EQ(pair.right.sequence - pair.left.sequence, lead);
@@ -279,7 +279,7 @@ TEST(FrameSynchronizer, BeginsAnewWhenAStreamCountsFromZeroAgain) {
   FrameSynchronizer synchronizer({.period_ns = kPeriod, .tolerance_ns = kTolerance});
   int pairs = 0;
   for (int shot = 0; shot < 200; ++shot) {
-    // Both devices were opened anew: numbers and, by a reboot of their clocks, times begin again.
+    // Both devices were reopened: numbers and, because their clocks rebooted, times restart.
     for (const View view : {View::kLeft, View::kRight}) {
       synchronizer.add(view, {shot, shot % 100, shot % 100 * kPeriod});
     }

@@ -27,7 +27,7 @@ TEST(MissedFrames, CountsWhatNeitherCameraSaw) {
 TEST(MissedFrames, KnowsImagesThatCameBeforeThePairWasDelivered) {
   MissedFrames missed;
   static_cast<void>(missed.deliver(0, 0));
-  missed.see(View::kLeft, 2);  // Its partner is never to come.
+  missed.see(View::kLeft, 2);  // Its partner never arrives.
   EXPECT_EQ(missed.deliver(1, 1), 0U);
   EXPECT_EQ(missed.deliver(3, 3), 0U);
 }

@@ -44,7 +44,7 @@ TEST(TimelineGuard, AcceptsWhateverLiesWithinTheEvidence) {
   constexpr std::int64_t kLong = 40 * kPeriod;
   TimelineGuard guard(kTolerance);
   static_cast<void>(guard.correct(0, 0));
-  // The frame waited for us: between nothing and all of the time may have passed.
+  // The frame waited in the driver: the elapsed time is between zero and the whole delay.
   EXPECT_EQ(guard.correct(kPeriod, {.expected_ns = kLong, .shortest_ns = 0, .longest_ns = kLong}).time_ns, kPeriod);
   EXPECT_EQ(guard.correct(kLong, {.expected_ns = kPeriod, .shortest_ns = 0, .longest_ns = kLong}).time_ns, kLong);
   const TimelineGuard::Step jumped =

@@ -33,7 +33,7 @@ class Socket {
   Socket& operator=(const Socket&) = delete;
   ~Socket() { close(fd_); }
 
-  /// Whether a packet to this address of the machine arrives. What the kernel drops on the loopback it drops at once.
+  /// Whether a packet to this address of the machine arrives. On the loopback the kernel drops packets at once.
   [[nodiscard]] bool receives(const std::string& destination) const {
     const sockaddr_in address = at(destination, port_);
     const Socket sender(0, 1);

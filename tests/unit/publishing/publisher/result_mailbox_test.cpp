@@ -79,8 +79,8 @@ TEST(ResultMailbox, PosesBeyondTheQueueAreCounted) {
   EXPECT_EQ(box.events().size(), 64U);
 }
 
-// A result whose finalised frame lags behind by `lag`; `alive` bodies are in the newest frame, `finalised` objects in
-// the old.
+// A result whose finalised frame lags by `lag`; `alive` bodies are in the newest frame, `finalised` objects in the old
+// one.
 void offer(ResultMailbox& mailbox, std::int64_t frame, std::int64_t lag, int alive, int finalised) {
   SampleResult newest({.objects = alive}, frame);
   const SampleResult old({.objects = finalised}, frame - lag);
@@ -92,7 +92,7 @@ TEST(ResultMailbox, ATrajectoryEndsWhenItsLastFrameHasFinalised) {
   Mailbox box;
   offer(*box.mailbox, 10, 3, 1, 1);
   offer(*box.mailbox, 11, 3, 0, 1);  // Its track has ended; frames up to 10 may hold it.
-  offer(*box.mailbox, 12, 3, 0, 0);  // Out of sight for a frame.
+  offer(*box.mailbox, 12, 3, 0, 0);  // Unseen for a frame.
   EXPECT_EQ(box.events().size(), 2U) << "poses of frames 7 and 8, no end yet";
   offer(*box.mailbox, 13, 3, 0, 1);
   const std::vector<TrajectoryEvent> last = box.events();

@@ -44,7 +44,7 @@ TEST(RosAxes, BoxesPointWhereTheyPointed) {
 }
 
 TEST(RosAxes, ATiltedBoxIsTilted) {
-  const Eigen::Vector3d down = Eigen::Vector3d(0.0, 0.8, -0.6);  // The ground as a camera sees it that looks down.
+  const Eigen::Vector3d down = Eigen::Vector3d(0.0, 0.8, -0.6);  // The ground in the frame of a camera that looks down.
   const Box3 box{{1, 2, 3}, {4.0, 1.5, 1.8}, 0.7, down};
   const RosBox seen = to_ros(box);
   EXPECT_TRUE(seen.T_odom_box.rotation.col(2).isApprox(ros_axes() * -down, 1e-12));
