@@ -56,7 +56,7 @@ struct Pipeline::Impl {
   FixedLagResults results;
   FrameResultBuilder output;
   FrameScratch scratch;
-  JumpWatch jump_watch{};
+  JumpWatch jump_watch;
   std::span<const Feature> previous_features{};
 
   // The stages of a frame.
@@ -134,7 +134,9 @@ Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeom
                .refiner = std::move(*refiner),
                .results = FixedLagResults(c, arena),
                .output = FrameResultBuilder(c, arena),
-               .scratch = FrameScratch(c, arena)});
+               .scratch = FrameScratch(c, arena),
+               // All tracks would be forgotten by then.
+               .jump_watch = JumpWatch(c.tracking.max_missed_s + c.tracking.max_unseen_s)});
   if (arena.exhausted()) {
     return fail(ErrorCode::kCapacity, "the arena does not hold the pipeline; size it from Pipeline::plan");
   }

@@ -25,8 +25,9 @@ Se3 CameraTracker::locate(const FeatureFrame& frame, std::int64_t interval_ns, b
     }
     predicted_.add_frame(interval_ns);
     ++camera_lost_frames_;
-    // Known points no longer fit: a new map starts at the predicted pose with this frame's stereo.
-    background_.begin(background_.estimate().T_body_cam,
+    // Known points no longer fit: a new map starts at the predicted pose with this frame's stereo; after a jump where
+    // the camera was.
+    background_.begin(jumped ? T_world_prev : background_.estimate().T_body_cam,
                       predicted_.exceeds(kLostAfter_ns) ? BodyStatus::kLost : BodyStatus::kPropagated);
     if (jumped) {
       background_.forget_motion();

@@ -19,8 +19,9 @@ bool JumpWatch::has_jumped(const FeatureFrame& tracked, std::size_t before,
   }
   last_timestamp_ns_ = tracked.timestamp_ns;
   const bool is_next = last_step_ns && *last_step_ns_ / kStepPercent <= *last_step_ns / 100;
-  return is_next && before >= kMinFeatures && tracked.features.size() * kFoundAgainOneOf < before &&
-         front_end.count_corners() * kAsMuchToSee >= before;
+  const bool is_gap = !is_next && last_step_ns_.value_or(0) > max_gap_ns_;
+  return is_gap || (is_next && before >= kMinFeatures && tracked.features.size() * kFoundAgainOneOf < before &&
+                    front_end.count_corners() * kAsMuchToSee >= before);
 }
 
 }  // namespace kinetrace::pipeline
