@@ -203,8 +203,11 @@ objects::StereoPosition ObjectState::stereo_position(const StereoObservation& ob
   } else if (!identity_.reconstructed || identity_.filter.accepts(seen, camera.T_world_cam)) {
     return seen;
   }
-  if (identity_.reconstructed) {
-    seen.to_origin_m = nearest_on_body(observation, camera).to_origin_m;
+  const Eigen::Vector3d on_body_cam_m =
+      camera.T_world_cam.inverse() * (middle_m() + off_body(camera.T_world_cam * p_cam));
+  if (identity_.reconstructed && on_body_cam_m.z() > 0.0) {
+    const Eigen::Vector3d uvr_px = geometry_.project(on_body_cam_m);
+    seen.uvd_px = {uvr_px.x(), uvr_px.y(), uvr_px.x() - uvr_px.z()};
   }
   return seen;
 }
