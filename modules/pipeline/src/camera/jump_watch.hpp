@@ -1,4 +1,4 @@
-// Whether a frame shows something else than the one before it.
+// Detection of cuts in a recording.
 #pragma once
 
 #include <cstddef>
@@ -10,12 +10,13 @@
 
 namespace kinetrace::pipeline {
 
-/// Notices a recording that is played once more, or has been cut: next to nothing of the frame before is found again,
-/// though the clock says that none is missing and there is as much to see. Where frames are missing, things have moved
-/// as the clock tells; where it is dark for a moment, nothing has become of them.
+/// Detects a recording that restarts or has been cut: hardly any feature of the previous frame is found again, although
+/// by the timestamps no frame is missing and the image has enough corners. Missing frames and moments of darkness are
+/// no cut: the scene goes on.
 class JumpWatch {
  public:
-  /// Of each frame, after FeatureFrontEnd::track and before replenish. `before`: features of the frame before.
+  /// Call for each frame, after FeatureFrontEnd::track and before replenish. `before`: number of features of the
+  /// previous frame.
   [[nodiscard]] bool has_jumped(const FeatureFrame& tracked, std::size_t before,
                                 features::FeatureFrontEnd& front_end) noexcept;
 
