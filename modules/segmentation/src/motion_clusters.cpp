@@ -379,7 +379,7 @@ void MotionClusters::absorb() {
     std::int16_t best = -1;
     float best_chi2 = std::min(kSameVelocityChi2, own.static_chi2 - kAbsorbChi2);
     for_each_neighbour(i, [&](std::size_t j) {
-      // Only members that moved by themselves draw others in, so that a group does not creep outwards.
+      // Members absorbed before in this pass count too: a cluster may grow by more than one neighbourhood.
       if (cluster_of_[j] < 0) {
         return;
       }

@@ -154,7 +154,8 @@ void MotionMemory::recall(std::span<const Feature> features, std::span<const std
   }
 }
 
-// Each cluster continues the region that most of its features were in; several may continue one, as its parts.
+// Each cluster, the largest first, continues the region that got most votes of its features, if these are at least a
+// quarter of them and no cluster of this frame continues that region already; otherwise it begins a new one.
 void MotionMemory::assign_clusters(std::span<const MotionCluster> clusters,
                                    std::span<const std::int16_t> cluster_of_feature,
                                    std::span<const std::uint32_t> drawn_region) {

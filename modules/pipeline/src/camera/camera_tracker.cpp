@@ -20,7 +20,7 @@ Se3 CameraTracker::locate(const FeatureFrame& frame, std::int64_t interval_ns, b
     predicted_.reset();
   } else {
     if (found) {
-      // What seemed to be seen again is something else that looks like it.
+      // The apparent matches are false: similar points of another scene.
       background_.refuse_pose();
     }
     predicted_.add_frame(interval_ns);

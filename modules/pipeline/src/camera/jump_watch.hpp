@@ -1,4 +1,4 @@
-// Whether a frame shows something else than the one before it.
+// Detection of cuts in a recording.
 #pragma once
 
 #include <cstddef>
@@ -11,15 +11,16 @@
 
 namespace kinetrace::pipeline {
 
-/// Notices a recording that is played once more, or has been cut: next to nothing of the frame before is found again,
-/// though the clock shows no missing frame and there is as much to see. Where a few frames are missing, motion goes on;
-/// after a longer gap nothing of it can be predicted. A moment of darkness is no jump.
+/// Detects a recording that restarts or has been cut: hardly any feature of the previous frame is found again, although
+/// by the timestamps no frame is missing and the image has enough corners. Over a few missing frames motion is
+/// predicted, over a longer gap it is not. A moment of darkness is no cut.
 class JumpWatch {
  public:
-  /// `max_gap_s`: for which motion is predicted while frames are missing.
+  /// `max_gap_s`: longest gap over which motion is predicted.
   explicit JumpWatch(double max_gap_s) : max_gap_ns_(to_ns(max_gap_s)) {}
 
-  /// Of each frame, after FeatureFrontEnd::track and before replenish. `before`: features of the frame before.
+  /// Call for each frame, after FeatureFrontEnd::track and before replenish. `before`: number of features of the
+  /// previous frame.
   [[nodiscard]] bool has_jumped(const FeatureFrame& tracked, std::size_t before,
                                 features::FeatureFrontEnd& front_end) noexcept;
 

@@ -47,7 +47,8 @@ class MotionMemory {
   /// feature without history was found, else 0. Tracking a new object replaces its features, so the old ones cannot
   /// carry a region on.
   void begin(std::span<const Feature> features, std::span<const std::uint32_t> inherited_region);
-  /// Assigns each cluster to the region of most of its features, or to a new one. `drawn_region`: id of the region on
+  /// Assigns each cluster to the region with most votes of its features, if these are at least a quarter of them and no
+  /// larger cluster of this frame continues that region; otherwise to a new one. `drawn_region`: id of the region on
   /// whose mask each feature was, in the frame before; used for features that were in none.
   void update(std::span<const Feature> features, std::span<const FeatureMotion> motions,
               std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature,
