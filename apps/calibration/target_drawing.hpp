@@ -1,6 +1,7 @@
 // A target to print.
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "kinetrace/core/result.hpp"
@@ -19,5 +20,7 @@ struct BlackRectangle {
 
 /// As an SVG in its true size, with a white margin. Errors: as black_rectangles.
 [[nodiscard]] Result<std::string> target_svg(const Target& target);
+/// Whether a file is such an SVG.
+[[nodiscard]] bool is_target_svg(const std::filesystem::path& path);
 
 }  // namespace kinetrace::calibration
