@@ -69,6 +69,11 @@ Result<std::vector<BlackRectangle>> black_rectangles(const Target& target) {
   if (target.kind != TargetKind::kAprilGrid) {
     add_squares(target, black);
   }
+  if (target.kind == TargetKind::kCharuco) {
+    if (const Result<int> known = dictionary_number(target.dictionary); !known) {
+      return Unexpected(known.error());
+    }
+  }
   for (const Marker& marker : target.markers) {
     if (!add_marker(target, marker, black)) {
       return fail(ErrorCode::kInvalidArgument, target.dictionary + " has no marker " + std::to_string(marker.id) +

@@ -15,7 +15,7 @@ struct BlackRectangle {
   Eigen::Vector2d to_m;
 };
 
-/// All black areas. Errors: kInvalidArgument (the dictionary has fewer markers than the target).
+/// All black areas. Errors: kInvalidArgument (an unknown dictionary, or one that has fewer markers than the target).
 [[nodiscard]] Result<std::vector<BlackRectangle>> black_rectangles(const Target& target);
 
 /// As an SVG in its true size, with a white margin. Errors: as black_rectangles.

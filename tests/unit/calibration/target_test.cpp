@@ -96,6 +96,9 @@ TEST(TargetDrawing, RefusesMoreMarkersThanADictionaryHas) {
   ASSERT_FALSE(svg);
   EXPECT_THAT(svg.error().message, HasSubstr("DICT_4X4_50 has no marker 50"));
   EXPECT_FALSE(target_svg(april_grid_target(30, 30, 0.05, 0.3)));
+  const auto unknown = target_svg(charuco_target(8, 6, 0.04, 0.03, "FOO"));
+  ASSERT_FALSE(unknown);
+  EXPECT_THAT(unknown.error().message, HasSubstr("unknown dictionary 'FOO'; there are: DICT_4X4_50, DICT_4X4_100, "));
 }
 
 }  // namespace
