@@ -69,7 +69,7 @@ int run_and_refine(const RunOptions& options) {
   if (options.quiet || options.json) {
     arguments.emplace_back("--quiet");
   }
-  return become(kRefineCompanion, arguments);
+  return exec_companion(kRefineCompanion, arguments);
 }
 
 void add_options(CLI::App& run, RunOptions& options) {

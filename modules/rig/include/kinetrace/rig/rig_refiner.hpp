@@ -86,7 +86,7 @@ class KINETRACE_API RigRefiner {
   /// Right pixel as captured.
   [[nodiscard]] Eigen::Vector2f raw_right(const RigObservation& o) const;
   void begin_window(std::span<const RigObservation> observations, const Se3& T_world_cam);
-  [[nodiscard]] RigCorrection surely_known_now() const;
+  [[nodiscard]] RigCorrection shrunk_correction() const;
   [[nodiscard]] RigCorrection to_apply() const;
   void revise();
   void publish();

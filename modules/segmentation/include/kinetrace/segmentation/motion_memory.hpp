@@ -69,13 +69,15 @@ class MotionMemory {
   /// The same for the blobs of the last update.
   [[nodiscard]] std::span<const std::int16_t> region_of_blob() const noexcept { return region_of_blob_.span(); }
   /// True if a feature's own motion agreed with its region; parallel to the features as well.
-  [[nodiscard]] bool proved(std::size_t feature) const noexcept { return proved_[feature] != 0; }
+  [[nodiscard]] bool has_moved_with_region(std::size_t feature) const noexcept {
+    return has_moved_with_region_[feature] != 0;
+  }
 
  private:
   struct Membership {
     std::uint32_t feature_id = 0;
     std::uint32_t region_id = 0;
-    bool proved = false;
+    bool has_moved_with_region = false;
     std::uint8_t unknown_frames = 0;  ///< Since its own motion was last known.
   };
 
@@ -98,7 +100,7 @@ class MotionMemory {
   FixedVector<MotionRegion> regions_;
   FixedVector<std::int16_t> region_of_;
   FixedVector<std::int16_t> region_of_blob_;
-  FixedVector<std::uint8_t> proved_;
+  FixedVector<std::uint8_t> has_moved_with_region_;
   std::array<std::int16_t, MotionClusters::kMaxClusters> region_of_cluster_{};
 };
 
