@@ -65,13 +65,6 @@ Outcome<PairReader> image_reader(const recording::Run& run, const RefineOptions&
                     "; --dataset LAYOUT:PATH says where the recording lies, --no-images does without it");
     return PairReader{};
   }
-  if (opened->geometry().width_px != run.rectified.width_px ||
-      opened->geometry().height_px != run.rectified.height_px) {
-    return Unexpected(Failure{ExitCode::kBadData, (options.dataset.empty() ? run.dataset : options.dataset) +
-                                                      ": its images are not of the size that those of " +
-                                                      options.run.string() +
-                                                      " had; give the recording that the run was made from"});
-  }
   const auto images = std::make_shared<figure::RecordedImages>(std::move(*opened));
   return PairReader([images](std::int64_t frame) { return images->pair(frame); });
 }

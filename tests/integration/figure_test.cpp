@@ -151,6 +151,13 @@ TEST_F(Figure, WithoutItsRecordingIsDrawnWithAWarning) {
   EXPECT_EQ(figure({"--overlay", (scratch_.path() / "overlay").string()}).exit_code, 66);
 }
 
+TEST_F(Figure, AnotherRecordingIsRefused) {
+  const SmallRecording other{.root = scratch_.path() / "other", .step_m = 0.2};
+  other.write();
+  expect_refusal(figure({"--dataset", other.dataset()}), kBadData, other.dataset() + ": is another recording");
+  EXPECT_FALSE(std::filesystem::exists(run_ / "figure.png"));
+}
+
 TEST_F(Figure, WrongUseIsSaidInOneLine) {
   const auto expect = [&](const std::vector<std::string>& arguments, int exit_code, const std::string& message) {
     const ProgramResult result = run_kinetrace(arguments);

@@ -142,6 +142,16 @@ TEST_F(Refine, ClosesLoopsOfACameraThatComesBack) {
   expect_refusal(refine({"--dataset", "kitti-odometry:" + path("nowhere")}), kNoInput, "nowhere");
 }
 
+TEST_F(Refine, RefusesAnotherRecording) {
+  ASSERT_EQ(run().exit_code, 0);
+  SmallRecording other{.root = folder_.path() / "other", .frames = 12, .step_m = 0.2};
+  other.write();
+  const ProgramResult result = refine({"--dataset", other.dataset()});
+  expect_refusal(result, kBadData, other.dataset() + ": is another recording");
+  EXPECT_THAT(result.err, HasSubstr(recording_.dataset()));
+  EXPECT_FALSE(fs::exists(path("refined")));
+}
+
 TEST_F(Refine, HoldsThePathByAReference) {
   recording_.frames = 30;
   recording_.step_m = 0.5;

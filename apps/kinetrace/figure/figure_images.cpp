@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "figure/same_recording.hpp"
+
 namespace kinetrace::figure {
 namespace {
 
@@ -68,7 +70,8 @@ Result<RecordedImages> RecordedImages::open(const recording::Run& run, const std
   if (run.dataset.empty() && moved_to.empty()) {
     return fail(ErrorCode::kBadFormat, run.directory.string() + ": does not say which recording the run was made from");
   }
-  Result<hal::Dataset> dataset = open_recording(run, moved_to.empty() ? run.dataset : moved_to);
+  const std::string& name = moved_to.empty() ? run.dataset : moved_to;
+  Result<hal::Dataset> dataset = open_recording(run, name);
   if (!dataset) {
     return Unexpected(dataset.error());
   }
@@ -84,7 +87,11 @@ Result<RecordedImages> RecordedImages::open(const recording::Run& run, const std
   if (!camera) {
     return Unexpected(camera.error());
   }
-  return RecordedImages(std::move(arena), std::move(*camera), *rectifier, run.passes);
+  RecordedImages images(std::move(arena), std::move(*camera), *rectifier, run.passes);
+  if (const Status same = check_same_recording(run, name, images); !same) {
+    return Unexpected(same.error());
+  }
+  return images;
 }
 
 // Frame numbers of a further pass continue after the recording's last.

@@ -20,7 +20,7 @@ namespace kinetrace::figure {
 class RecordedImages {
  public:
   /// Opens the run's recording. `moved_to`: LAYOUT:PATH of a moved recording, or empty. Errors: kInvalidArgument (not
-  /// LAYOUT:PATH), kBadFormat (the run does not name its recording), and those of open_dataset.
+  /// LAYOUT:PATH), kBadFormat (the run does not name its recording, or this is another one), and those of open_dataset.
   [[nodiscard]] static Result<RecordedImages> open(const recording::Run& run, const std::string& moved_to);
 
   [[nodiscard]] const StereoGeometry& geometry() const noexcept { return rectifier_.geometry(); }

@@ -54,8 +54,9 @@ class NmeaReader {
       file_.notes.emplace_back("the log has no date (RMC or ZDA): that of the recording is taken");
     }
     // Positions before the first date.
+    const std::int64_t midnight_ns = undated_ > 0 ? first_day_ns() : 0;
     for (std::size_t i = 0; i < undated_; ++i) {
-      file_.fixes[i].time_ns += first_day_ns();
+      file_.fixes[i].time_ns += midnight_ns;
     }
     return std::move(file_);
   }

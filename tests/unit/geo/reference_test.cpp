@@ -106,9 +106,12 @@ TEST_F(References, NmeaGoesOnPastMidnight) {
 }
 
 TEST_F(References, NmeaWithoutADateHasThatOfTheRecording) {
-  const auto reference = read_nmea(gga("130225.00") + gga("130226.00"));
+  const auto reference = read_nmea(gga("130225.00") + gga("130226.00") + gga("130227.00"));
   ASSERT_TRUE(reference);
+  ASSERT_EQ(reference->fixes.size(), 3U);
   EXPECT_EQ(reference->fixes[0].time_ns, parse_date_time_ns("2011-09-26T13:02:25Z"));
+  EXPECT_EQ(reference->fixes[2].time_ns, parse_date_time_ns("2011-09-26T13:02:27Z"));
+  EXPECT_EQ(reference->counts.out_of_order, 0);
   ASSERT_EQ(reference->notes.size(), 1U);
   EXPECT_THAT(reference->notes[0], HasSubstr("no date"));
 }
