@@ -41,15 +41,6 @@ Eigen::Vector3d ObjectState::off_body(const Eigen::Vector3d& observed_m) const {
   return outside_m.norm() < off_m.norm() ? outside_m : off_m;
 }
 
-objects::StereoPosition ObjectState::nearest_on_body(const StereoObservation& observation,
-                                                     const CameraState& camera) const {
-  const Eigen::Vector3d observed_m = camera.T_world_cam * position_in_camera(geometry_, observation);
-  return {.uvd_px = observation.uvd_px,
-          .features = observation.features,
-          .to_origin_m = identity_.T_world_obj.translation - (observed_m - off_body(observed_m)),
-          .extent_sigma_m = surface_sigma_m_};
-}
-
 bool ObjectState::is_reid_candidate(const Track& redetected, std::int64_t missed_ns) const noexcept {
   return alive() && life_.confirmed && life_.track.class_id == redetected.class_id &&
          life_.track.missed_ns > missed_ns && life_.track.missed_frames > redetected.age_frames;
@@ -65,10 +56,15 @@ std::optional<double> ObjectState::position_evidence(const StereoObservation& ob
   if (!life_.placed || !is_reid_candidate(redetected, hidden ? kMissedHidden_ns : kMissedInView_ns)) {
     return std::nullopt;
   }
-  objects::StereoPosition seen = nearest_on_body(observation, camera);
-  const double body_m3 = box_.known() ? box_.box_in_object().size_m.prod() : 0.0;
-  seen.extent_sigma_m = box_.known() ? surface_sigma_m_ : extent_sigma_m(0.0);
   const Eigen::Vector3d p_cam = position_in_camera(geometry_, observation);
+  const Eigen::Vector3d observed_m = camera.T_world_cam * p_cam;
+  const objects::StereoPosition seen{
+      .uvd_px = observation.uvd_px,
+      .features = observation.features,
+      .to_origin_m = identity_.T_world_obj.translation - (observed_m - off_body(observed_m)),
+      .extent_sigma_m = box_.known() ? surface_sigma_m_ : extent_sigma_m(0.0)};
+  const double body_m3 = box_.known() ? box_.box_in_object().size_m.prod() : 0.0;
+  // Volume of a cubic pixel of (u_left, v, disparity) at this depth.
   const double m3_per_px3 =
       std::pow(p_cam.z(), 4) / (geometry_.fx_px * geometry_.fy_px * geometry_.fx_px * geometry_.baseline_m);
   const std::optional<double> same = identity_.filter.log_likelihood(seen, body_m3 / m3_per_px3, camera.T_world_cam);

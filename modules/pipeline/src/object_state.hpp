@@ -214,9 +214,6 @@ class ObjectState {
   /// From the nearest point of its box to `observed_m`. The end that reappears first may be another than the last one
   /// visible.
   [[nodiscard]] Eigen::Vector3d off_body(const Eigen::Vector3d& observed_m) const;
-  /// The observation as a measurement of that nearest point.
-  [[nodiscard]] objects::StereoPosition nearest_on_body(const StereoObservation& observation,
-                                                        const CameraState& camera) const;
   /// Updates the track and the time since the previous frame.
   void begin_frame(const Track& track, std::int64_t timestamp_ns, const CameraState& camera);
   /// Visible fraction of its recent area: an occluder need not be a tracked object.

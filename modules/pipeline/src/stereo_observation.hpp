@@ -24,7 +24,8 @@ struct StereoObservation {
 
 /// The medians of the features with this label and at least `min_disparity_px`. `labels`: the masks of the left image.
 /// A feature whose patch reaches onto another object counts only if it is clearly nearer than that: at a contour,
-/// patches follow the object in front, and a sliver of a distant object would get the depth of its occluder.
+/// patches follow the object in front, and a narrow visible strip of a distant object would get the depth of its
+/// occluder.
 [[nodiscard]] StereoObservation observe_stereo(const FeatureFrame& frame, LabelView labels, std::uint8_t label,
                                                double min_disparity_px);
 
