@@ -7,6 +7,7 @@
 
 #if __has_include(<fastrtps/utils/IPLocator.h>)
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastrtps/types/TypesBase.h>
 #include <fastrtps/utils/IPLocator.h>
 
 #include "ros_messagesPubSubTypes.h"
@@ -55,7 +56,7 @@ class DiscoveryListener : public dds::DomainParticipantListener {
 #else
 
 namespace rtps = eprosima::fastrtps::rtps;
-inline constexpr auto kOk = ReturnCode_t::RETCODE_OK;
+inline constexpr auto kOk = eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK;
 
 /// Discovery data of other participants.
 class DiscoveryListener : public dds::DomainParticipantListener {
