@@ -18,11 +18,16 @@ Result<FileFixes> read_file(const ReferenceSource& source) {
   return fail(ErrorCode::kInternal, "a reference without a reader");
 }
 
-/// Explanation for a file without a fix, from the counts.
-std::string why_none(const ReferenceCounts& counts) {
-  return std::to_string(counts.records) + " records, of which " + std::to_string(counts.malformed) +
-         " are malformed, " + std::to_string(counts.bad_checksums) + " have a bad checksum and " +
-         std::to_string(counts.without_fix) + " say that there is no fix";
+/// Explanation for a file without a fix.
+std::string why_none(const Reference& reference) {
+  const ReferenceCounts& counts = reference.counts;
+  std::string why = std::to_string(counts.records) + " records, of which " + std::to_string(counts.malformed) +
+                    " are malformed, " + std::to_string(counts.bad_checksums) + " have a bad checksum and " +
+                    std::to_string(counts.without_fix) + " say that there is no fix";
+  for (const std::string& note : reference.notes) {
+    why += "; " + note;
+  }
+  return why;
 }
 
 /// The median of each coordinate, robust to outliers; 0 without fixes.
@@ -90,8 +95,7 @@ Result<Reference> read_reference(const ReferenceSource& source) {
   }
   if (reference->fixes.empty()) {
     return fail(ErrorCode::kBadFormat, source.path.string() + ": no fix of format " +
-                                           std::string(to_string(source.format)) +
-                                           " in it: " + why_none(reference->counts));
+                                           std::string(to_string(source.format)) + " in it: " + why_none(*reference));
   }
   make_path(reference->fixes, reference->counts);
   return reference;

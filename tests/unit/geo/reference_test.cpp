@@ -154,6 +154,12 @@ TEST_F(References, NmeaWithoutAFixIsRefusedWithItsCounts) {
   EXPECT_EQ(read_nmea("").error().code, ErrorCode::kBadFormat);
 }
 
+TEST_F(References, NmeaWithoutPositionsIsRefusedWithTheSentenceThatIsMissing) {
+  const auto reference = read_nmea(rmc("130225.00", "260911"));
+  ASSERT_FALSE(reference);
+  EXPECT_THAT(reference.error().message, HasSubstr("no GGA"));
+}
+
 TEST_F(References, NmeaIsAsSureAsItsQualityAndDilutionSay) {
   const auto reference = read_nmea(rmc("130225.00", "260911") + gga("130225.00", 0.66, 1) + gga("130226.00", 0.66, 4));
   ASSERT_TRUE(reference);
@@ -177,8 +183,17 @@ TEST_F(References, GpxHasTrackPointsWithTime) {
   ASSERT_TRUE(reference) << reference.error().message;
   ASSERT_EQ(reference->fixes.size(), 2U);
   EXPECT_EQ(reference->counts.malformed, 2);
+  ASSERT_EQ(reference->notes.size(), 1U);
+  EXPECT_THAT(reference->notes[0], HasSubstr("1 of 4 points have no <time>"));
   EXPECT_NEAR((reference->fixes[1].enu_m - reference->fixes[0].enu_m).y(), 111.2, 0.1);
   EXPECT_NEAR((reference->fixes[1].enu_m - reference->fixes[0].enu_m).z(), 0.0, 0.01);
+}
+
+TEST_F(References, GpxWithoutHeightsIsRefusedWithWhatIsMissing) {
+  const auto reference = read(ReferenceFormat::kGpx, "a.gpx",
+                              gpx("<trkpt lat=\"49.011\" lon=\"8.416\"><time>2011-09-26T13:02:25Z</time></trkpt>"));
+  ASSERT_FALSE(reference);
+  EXPECT_THAT(reference.error().message, HasSubstr("1 of 1 points have no <ele>"));
 }
 
 TEST_F(References, GpxThatIsNoneIsRefused) {
