@@ -268,6 +268,17 @@ TEST_F(References, CsvHasItsColumnsByName) {
   }
 }
 
+TEST_F(References, AnOriginFarAwayIsRefused) {
+  const auto path = write("a.csv", "timestamp_ns,latitude,longitude,height\n1,49.011,8.416,116\n");
+  for (const Geodetic& far : {Geodetic{0.0, 0.0, 0.0}, Geodetic{-49.0, 8.4, 0.0}, Geodetic{50.0, 8.416, 116.0}}) {
+    const auto reference = read_reference({ReferenceFormat::kCsv, path, far, 0});
+    ASSERT_FALSE(reference) << far.latitude_deg;
+    EXPECT_EQ(reference.error().code, ErrorCode::kInvalidArgument);
+    EXPECT_THAT(reference.error().message, HasSubstr("--origin lies "));
+  }
+  EXPECT_TRUE(read_reference({ReferenceFormat::kCsv, path, Geodetic{49.5, 8.416, 0.0}, 0}));
+}
+
 TEST_F(References, AWildFixDoesNotTiltTheMap) {
   std::string text = "timestamp_ns,latitude,longitude,height\n1000000000,0,0,0\n";
   for (int i = 2; i < 9; ++i) {
