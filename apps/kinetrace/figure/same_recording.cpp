@@ -18,7 +18,7 @@ using recording::Observation;
 // Of the run's points, 50 % or more are found in its own recording (512 pixels wide; 80 to 95 % from 640 pixels on), 5
 // % or less in another one of the same rig and kind of world: rendered street, drone and wearable, KITTI raw and
 // odometry.
-constexpr double kLeastShare = 0.15;
+constexpr double kMinShare = 0.15;
 constexpr std::size_t kMinPoints = 30;
 constexpr std::size_t kSamples = 5;
 constexpr std::size_t kPointsOfSample = 100;
@@ -132,7 +132,7 @@ std::string difference(const recording::Run& run, RecordedImages& images) {
     points.found += of_sample.found;
   }
   if (points.points >= kMinPoints) {
-    const bool is_same = static_cast<double>(points.found) >= kLeastShare * static_cast<double>(points.points);
+    const bool is_same = static_cast<double>(points.found) >= kMinShare * static_cast<double>(points.points);
     return is_same ? "" : numbers(points, " points of the run are in its images");
   }
   const Counts times = find_times(run, images.frames());
